@@ -1,0 +1,158 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> The deck as data: one type per section, with every default and unit. Nobody after the deck layer checks these again.
+module sig_deck_config
+  use sig_kinds, only: rk
+  use sig_text, only: string_t
+  implicit none(type, external)
+  private
+  public :: deck_config_t, units_config_t, mesh_config_t, parameter_config_t, material_config_t, value_config_t, name_config_t
+  public :: boundary_config_t, contact_config_t, solver_config_t, point_set_config_t, reduction_config_t, output_config_t
+
+  !> A name that only the mesh knows, with its place in the deck for the message.
+  type :: name_config_t
+    character(:), allocatable :: text
+    integer :: line = 0
+    integer :: column = 0
+  end type name_config_t
+
+  !> A number or an expression of the parameters.
+  type :: value_config_t
+    !> what muParser reads; a number is written so that it reads back the same
+    character(:), allocatable :: text
+    !> no parameter occurs in it
+    logical :: is_constant = .true.
+    !> its value where is_constant
+    real(rk) :: constant = 0
+    integer :: line = 0
+    integer :: column = 0
+  end type value_config_t
+
+  type :: units_config_t
+    !> m, cm, mm or um; every length of the deck and of the results
+    character(:), allocatable :: length
+    !> N, kN or MN; stresses are force / length**2
+    character(:), allocatable :: force
+  end type units_config_t
+
+  type :: mesh_config_t
+    !> path relative to the deck's folder, as written
+    character(:), allocatable :: file
+    !> path that can be opened from the current directory
+    character(:), allocatable :: path
+    !> plane_strain (plane_stress, axisymmetric, solid: later)
+    character(:), allocatable :: model
+    !> unit of the coordinates in the mesh file; default units.length
+    character(:), allocatable :: length_unit
+    integer :: line = 0
+    integer :: column = 0
+  end type mesh_config_t
+
+  type :: parameter_config_t
+    character(:), allocatable :: name
+    real(rk) :: minimum = 0
+    real(rk) :: maximum = 0
+    !> free text for axes and reports; default empty
+    character(:), allocatable :: unit
+    integer :: line = 0
+  end type parameter_config_t
+
+  type :: material_config_t
+    character(:), allocatable :: name
+    !> physical names of cells
+    type(name_config_t), allocatable :: regions(:)
+    !> [force/length**2] > 0
+    real(rk) :: young_modulus = 0
+    !> [-] in (-1, 0.5)
+    real(rk) :: poisson_ratio = 0
+  end type material_config_t
+
+  !> Prescribed displacement of one named boundary (facets or points).
+  type :: boundary_config_t
+    type(name_config_t) :: boundary
+    !> x, y, z: which components are prescribed
+    logical :: is_prescribed(3) = .false.
+    !> [length] their values
+    type(value_config_t) :: displacement(3)
+  end type boundary_config_t
+
+  type :: contact_config_t
+    type(name_config_t) :: first
+    type(name_config_t) :: second
+    !> [-] from the first body to the second, not yet of unit length, as many components as the mesh has dimensions
+    real(rk), allocatable :: direction(:)
+    integer :: direction_line = 0
+    integer :: direction_column = 0
+    !> [-] largest lateral offset of a pair relative to the mesh size of the first surface; default 1.0e-6
+    real(rk) :: pairing_tolerance = 1.0e-6_rk
+  end type contact_config_t
+
+  type :: solver_config_t
+    !> condensed (default), active_set or snesvi
+    character(:), allocatable :: type
+    !> active-set or Newton steps per parameter point; default 50
+    integer :: max_iterations = 50
+  end type solver_config_t
+
+  !> A grid over the box, or a list from a CSV file whose header names the parameters.
+  type :: point_set_config_t
+    !> points per parameter, in the order of the deck's parameters; unallocated with a file
+    integer, allocatable :: grid(:)
+    !> as written, and openable from the current directory; unallocated with a grid
+    character(:), allocatable :: file
+    character(:), allocatable :: path
+    !> groups of ranks that work on different points; 0 = auto
+    integer :: n_groups = 0
+    integer :: line = 0
+    integer :: column = 0
+  end type point_set_config_t
+
+  type :: reduction_config_t
+    !> hhr
+    character(:), allocatable :: method
+    !> [-] energy tail of the POD, (20); default 1.0e-8
+    real(rk) :: pod_tolerance = 1.0e-8_rk
+    !> elastic_lifting (default) or multiplier; method: prescribed values in the reduced model
+    character(:), allocatable :: dirichlet
+    !> surfaces whose nodes all join the reduced integration domain; default none
+    type(name_config_t), allocatable :: zones_of_interest(:)
+    !> none
+    character(:), allocatable :: enrichment
+    !> [-] singular values below this times the largest count as zero in rank checks; default 1.0e-10
+    real(rk) :: rank_tolerance = 1.0e-10_rk
+    !> multipliers_and_displacements (default) or multipliers: what the non-negative least squares fit
+    character(:), allocatable :: reconstruction
+  end type reduction_config_t
+
+  type :: output_config_t
+    !> results folder, relative to the deck if given; default results/<deck name> below the current directory
+    character(:), allocatable :: directory
+    !> openable from the current directory
+    character(:), allocatable :: path
+    logical :: has_displacement = .true.
+    logical :: has_stress = .true.
+    logical :: has_contact = .true.
+    !> parameter points whose fields are written, shape (n_parameters, n_points); default: the middle of the box
+    real(rk), allocatable :: points(:, :)
+  end type output_config_t
+
+  !> A whole deck.
+  type :: deck_config_t
+    !> path of the deck as given on the command line, and its name without folder and ending
+    character(:), allocatable :: path
+    character(:), allocatable :: name
+    character(:), allocatable :: title
+    type(units_config_t) :: units
+    type(mesh_config_t) :: mesh
+    type(parameter_config_t), allocatable :: parameters(:)
+    type(material_config_t), allocatable :: materials(:)
+    type(boundary_config_t), allocatable :: boundary_conditions(:)
+    type(contact_config_t), allocatable :: contact(:)
+    type(solver_config_t) :: solver
+    type(point_set_config_t) :: training
+    type(point_set_config_t) :: test
+    type(reduction_config_t) :: reduction
+    type(output_config_t) :: output
+    !> PETSc options with the prefixes fom_, active_set_, vi_, pod_; may be empty
+    character(:), allocatable :: petsc_options
+  end type deck_config_t
+end module sig_deck_config

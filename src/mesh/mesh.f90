@@ -1,0 +1,97 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> The mesh as data, the same on every rank; only the work on it is shared out, by the owner of each cell and node.
+module sig_mesh
+  use sig_kinds, only: rk
+  use sig_text, only: string_t
+  implicit none(type, external)
+  private
+  public :: mesh_t, group_t, find_group, cells_around_nodes, nodes_of_cell
+
+  !> A physical name of the mesh file.
+  type :: group_t
+    character(:), allocatable :: name
+    !> dimension of its entities; 0 for points
+    integer :: n_dim = 0
+    !> its entities: cells where n_dim is the dimension of the mesh, facets one below; empty for points
+    integer, allocatable :: entities(:)
+    !> all its nodes, ascending
+    integer, allocatable :: nodes(:)
+  end type group_t
+
+  !> Nodes keep the order of the file ("natural"), so results do not depend on the rank count. All indices 1-based.
+  type :: mesh_t
+    integer :: n_dim = 0
+    integer :: n_nodes = 0
+    integer :: n_cells = 0
+    integer :: n_facets = 0
+    !> [units.length] shape (n_dim, n_nodes)
+    real(rk), allocatable :: coordinates(:, :)
+    !> gmsh's node numbers, for messages
+    integer, allocatable :: node_tags(:)
+    !> row of element_types, shape (n_cells)
+    integer, allocatable :: cell_types(:)
+    !> nodes of cell c: cell_nodes(cell_offsets(c) + 1 : cell_offsets(c + 1)), offsets start with 0
+    integer, allocatable :: cell_offsets(:)
+    integer, allocatable :: cell_nodes(:)
+    !> gmsh's element numbers, for messages
+    integer, allocatable :: cell_tags(:)
+    !> named facets only; same layout
+    integer, allocatable :: facet_types(:)
+    integer, allocatable :: facet_offsets(:)
+    integer, allocatable :: facet_nodes(:)
+    type(group_t), allocatable :: groups(:)
+    !> rank (0-based, in the communicator the mesh was partitioned for) that assembles the cell / owns the node's unknowns
+    integer, allocatable :: cell_owner(:)
+    integer, allocatable :: node_owner(:)
+    !> FNV-1a of the file's bytes, 16 hexadecimal digits
+    character(16) :: file_hash = ''
+  end type mesh_t
+
+contains
+
+  !> Nodes of one cell, in the element's order.
+  pure function nodes_of_cell(mesh, i_cell) result(nodes)
+    type(mesh_t), intent(in) :: mesh
+    integer, intent(in) :: i_cell
+    integer :: nodes(mesh%cell_offsets(i_cell + 1) - mesh%cell_offsets(i_cell))
+
+    nodes = mesh%cell_nodes(mesh%cell_offsets(i_cell) + 1:mesh%cell_offsets(i_cell + 1))
+  end function nodes_of_cell
+
+  !> Index of the physical name, 0 where the mesh lacks it.
+  pure integer function find_group(mesh, name) result(i_group)
+    type(mesh_t), intent(in) :: mesh
+    character(*), intent(in) :: name
+
+    do i_group = 1, size(mesh%groups)
+      if (mesh%groups(i_group)%name == name) return
+    end do
+    i_group = 0
+  end function find_group
+
+  !> Cells that touch each node, as offsets (n_nodes + 1, starting with 0) and a flat list.
+  pure subroutine cells_around_nodes(mesh, offsets, cells)
+    type(mesh_t), intent(in) :: mesh
+    integer, allocatable, intent(out) :: offsets(:)
+    integer, allocatable, intent(out) :: cells(:)
+    integer :: i_cell, i_node, n
+    integer, allocatable :: next(:)
+
+    allocate (offsets(mesh%n_nodes + 1), source=0)
+    do n = 1, size(mesh%cell_nodes)
+      offsets(mesh%cell_nodes(n) + 1) = offsets(mesh%cell_nodes(n) + 1) + 1
+    end do
+    do i_node = 1, mesh%n_nodes
+      offsets(i_node + 1) = offsets(i_node + 1) + offsets(i_node)
+    end do
+    next = offsets
+    allocate (cells(size(mesh%cell_nodes)))
+    do i_cell = 1, mesh%n_cells
+      do n = mesh%cell_offsets(i_cell) + 1, mesh%cell_offsets(i_cell + 1)
+        i_node = mesh%cell_nodes(n)
+        next(i_node) = next(i_node) + 1
+        cells(next(i_node)) = i_cell
+      end do
+    end do
+  end subroutine cells_around_nodes
+end module sig_mesh
