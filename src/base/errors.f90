@@ -1,10 +1,10 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> User errors as values: a sentence, the place in the file it speaks of, a hint. Nothing here prints or stops.
 module sig_errors
-  use sig_text, only: to_text
+  use sig_text, only: string_t, split, to_text
   implicit none(type, external)
   private
-  public :: error_t, make_error, error_location
+  public :: error_t, error_list_t, make_error, error_location, error_report
   public :: exit_success, exit_internal, exit_user, exit_not_converged
 
   integer, parameter :: exit_success = 0
@@ -29,6 +29,15 @@ module sig_errors
     character(:), allocatable :: hint
     integer :: exit_code = exit_user
   end type error_t
+
+  !> Errors gathered before any of them is shown.
+  type :: error_list_t
+    !> unallocated until the first one
+    type(error_t), allocatable :: errors(:)
+  contains
+    procedure :: add
+    procedure :: n_errors
+  end type error_list_t
 
 contains
 
@@ -62,4 +71,88 @@ contains
     if (error%line > 0) text = text // ':' // to_text(error%line)
     if (error%line > 0 .and. error%column > 0) text = text // ':' // to_text(error%column)
   end function error_location
+
+  !> What the user sees: place and message, then the source line with a marker below it, then the hint.
+  !>
+  !>     disks.yaml:17:18: error: poisson_ratio is 0.52; it must be less than 0.5
+  !>       17 |   poisson_ratio: 0.52
+  !>          |                  ^
+  !>     hint: ...
+  pure function error_report(error, source_text) result(text)
+    type(error_t), intent(in) :: error
+    !> whole text of the file that the error speaks of
+    character(*), intent(in), optional :: source_text
+    character(:), allocatable :: text
+
+    text = error_location(error)
+    if (len(text) > 0) text = text // ': '
+    text = text // 'error: ' // text_or_empty(error%message)
+    if (present(source_text) .and. error%line > 0) text = text // marked_line(error, source_text)
+    if (len(text_or_empty(error%hint)) > 0) text = text // new_line('a') // 'hint: ' // error%hint
+  end function error_report
+
+  !> The error's source line and the marker, each on a new line; empty where the text has no such line.
+  pure function marked_line(error, source_text) result(text)
+    type(error_t), intent(in) :: error
+    character(*), intent(in) :: source_text
+    character(:), allocatable :: text
+    type(string_t), allocatable :: lines(:)
+    character(:), allocatable :: number, line
+
+    text = ''
+    lines = split(source_text, new_line('a'))
+    if (error%line > size(lines)) return
+    number = to_text(error%line)
+    line = lines(error%line)%text
+    if (len(line) > 0) then
+      if (line(len(line):) == achar(13)) line = line(:len(line) - 1)
+    end if
+    text = new_line('a') // '  ' // number // ' | ' // line
+    if (error%column > 0) text = text // new_line('a') // repeat(' ', len(number) + 2) // ' | ' // &
+      blank_up_to(line, error%column) // '^'
+  end function marked_line
+
+  !> As many blanks as stand before the column; tabs stay tabs, and a UTF-8 character counts once.
+  pure function blank_up_to(line, column) result(text)
+    character(*), intent(in) :: line
+    integer, intent(in) :: column
+    character(:), allocatable :: text
+    integer :: i, n_characters
+
+    text = ''
+    n_characters = 0
+    do i = 1, len(line)
+      ! bytes 10xxxxxx continue a character
+      if (iand(ichar(line(i:i)), 192) == 128) cycle
+      n_characters = n_characters + 1
+      if (n_characters == column) return
+      text = text // merge(line(i:i), ' ', line(i:i) == achar(9))
+    end do
+    text = text // repeat(' ', max(0, column - 1 - n_characters))
+  end function blank_up_to
+
+  pure function text_or_empty(text) result(copy)
+    character(:), allocatable, intent(in) :: text
+    character(:), allocatable :: copy
+
+    copy = ''
+    if (allocated(text)) copy = text
+  end function text_or_empty
+
+  !> Appends an error. An unallocated actual argument adds nothing, so no caller needs to ask first.
+  pure subroutine add(self, error)
+    class(error_list_t), intent(inout) :: self
+    type(error_t), intent(in), optional :: error
+
+    if (.not. present(error)) return
+    if (.not. allocated(self%errors)) allocate (self%errors(0))
+    self%errors = [self%errors, error]
+  end subroutine add
+
+  pure integer function n_errors(self) result(n)
+    class(error_list_t), intent(in) :: self
+
+    n = 0
+    if (allocated(self%errors)) n = size(self%errors)
+  end function n_errors
 end module sig_errors

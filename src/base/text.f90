@@ -1,10 +1,12 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> Small text helpers: numbers to text, lists of names, the nearest known word.
 module sig_text
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite, ieee_is_nan
   use sig_kinds, only: lk, rk
   implicit none(type, external)
   private
   public :: string_t, to_text, join
+  public :: lower, split, read_real, read_integer, did_you_mean
 
   !> A text of its own length, so that texts can stand in arrays.
   type :: string_t
@@ -35,15 +37,61 @@ contains
     text = trim(buffer)
   end function long_to_text
 
-  !> Shortest of a few decimal forms that reads back as the same number (0.15, 1.0e-8).
+  !> Shortest decimal that reads back as the same number, with a point: 0.15, 1.0e-8, 2.1e11; nan, inf, -inf.
   pure function real_to_text(number) result(text)
     real(rk), intent(in) :: number
     character(:), allocatable :: text
     character(32) :: buffer
+    character(16) :: form
+    real(rk) :: read_back
+    integer :: n_digits, status
 
-    write (buffer, '(g0)') number
-    text = trim(adjustl(buffer))
+    if (.not. ieee_is_finite(number)) then
+      text = 'inf'
+      if (ieee_is_nan(number)) text = 'nan'
+      if (number < 0) text = '-inf'
+      return
+    end if
+    do n_digits = 1, 17
+      write (form, '(a, i0, a)') '(es32.', n_digits - 1, 'e3)'
+      write (buffer, form) number
+      read (buffer, *, iostat=status) read_back
+      ! 17 digits always suffice
+      if (status == 0 .and. abs(read_back - number) <= 0) exit
+    end do
+    text = plain_decimal(trim(adjustl(buffer)))
   end function real_to_text
+
+  !> `-1.234E+002` as people write it: positional from 1e-4 to 1e6, else d.ddde<n>.
+  pure function plain_decimal(scientific) result(text)
+    character(*), intent(in) :: scientific
+    character(:), allocatable :: text
+    character(:), allocatable :: sign, digits
+    integer :: exponent, i_e, i_start
+
+    i_start = merge(2, 1, scientific(1:1) == '-')
+    sign = scientific(:i_start - 1)
+    i_e = index(scientific, 'E')
+    read (scientific(i_e + 1:), *) exponent
+    digits = scientific(i_start:i_start) // scientific(i_start + 2:i_e - 1)
+    if (exponent < -4 .or. exponent > 6) then
+      text = digits(1:1) // '.' // or_zero(digits(2:)) // 'e' // to_text(exponent)
+    else if (exponent < 0) then
+      text = '0.' // repeat('0', -exponent - 1) // digits
+    else
+      digits = digits // repeat('0', max(0, exponent + 1 - len(digits)))
+      text = digits(:exponent + 1) // '.' // or_zero(digits(exponent + 2:))
+    end if
+    text = sign // text
+  end function plain_decimal
+
+  pure function or_zero(digits) result(text)
+    character(*), intent(in) :: digits
+    character(:), allocatable :: text
+
+    text = digits
+    if (len(digits) == 0) text = '0'
+  end function or_zero
 
   !> Names with a comma between them, for messages.
   pure function join(names, separator) result(text)
@@ -58,4 +106,160 @@ contains
       text = text // names(i_name)%text
     end do
   end function join
+
+  !> ASCII capitals made small; all other bytes stay.
+  pure function lower(text) result(lowered)
+    character(*), intent(in) :: text
+    character(len(text)) :: lowered
+    integer :: i
+
+    lowered = text
+    do i = 1, len(text)
+      if (text(i:i) >= 'A' .and. text(i:i) <= 'Z') lowered(i:i) = achar(iachar(text(i:i)) + 32)
+    end do
+  end function lower
+
+  !> Pieces between separators; a text without separator is one piece, so the result is never empty.
+  pure function split(text, separator) result(pieces)
+    character(*), intent(in) :: text
+    !> not empty
+    character(*), intent(in) :: separator
+    type(string_t), allocatable :: pieces(:)
+    integer :: i_piece, i_start, i_found, n_pieces
+
+    n_pieces = 1
+    i_start = 1
+    do
+      i_found = index(text(i_start:), separator)
+      if (i_found == 0) exit
+      n_pieces = n_pieces + 1
+      i_start = i_start + i_found - 1 + len(separator)
+    end do
+    allocate (pieces(n_pieces))
+    i_start = 1
+    do i_piece = 1, n_pieces - 1
+      i_found = index(text(i_start:), separator)
+      pieces(i_piece)%text = text(i_start:i_start + i_found - 2)
+      i_start = i_start + i_found - 1 + len(separator)
+    end do
+    pieces(n_pieces)%text = text(i_start:)
+  end function split
+
+  !> A decimal number and nothing else (blanks around it are allowed): `-1.5e-3`, `2`, `.5`.
+  !> Not valid: nan, inf, overflow, Fortran's own forms (`1d0`, `2*3`, `1,`).
+  pure subroutine read_real(text, value, is_valid)
+    character(*), intent(in) :: text
+    !> zero when not valid
+    real(rk), intent(out) :: value
+    logical, intent(out) :: is_valid
+    character(:), allocatable :: word
+    integer :: status
+
+    value = 0
+    word = trim(adjustl(text))
+    is_valid = is_decimal(word)
+    if (.not. is_valid) return
+    read (word, *, iostat=status) value
+    is_valid = status == 0 .and. ieee_is_finite(value)
+    if (.not. is_valid) value = 0
+  end subroutine read_real
+
+  !> A whole number and nothing else (blanks around it are allowed), within the default integer's range.
+  pure subroutine read_integer(text, value, is_valid)
+    character(*), intent(in) :: text
+    !> zero when not valid
+    integer, intent(out) :: value
+    logical, intent(out) :: is_valid
+    character(:), allocatable :: word
+    integer :: i_digit, status
+
+    value = 0
+    word = trim(adjustl(text))
+    i_digit = 1 + n_of_set(word, 1, '+-', 1)
+    is_valid = n_of_set(word, i_digit, '0123456789', len(word)) == len(word) - i_digit + 1 .and. i_digit <= len(word)
+    if (.not. is_valid) return
+    read (word, *, iostat=status) value
+    is_valid = status == 0
+    if (.not. is_valid) value = 0
+  end subroutine read_integer
+
+  !> Sign, digits with at most one point, exponent; at least one digit before the exponent and one in it.
+  pure logical function is_decimal(word)
+    character(*), intent(in) :: word
+    character(*), parameter :: digits = '0123456789'
+    integer :: i, n_before, n_after
+
+    is_decimal = .false.
+    i = 1 + n_of_set(word, 1, '+-', 1)
+    n_before = n_of_set(word, i, digits, len(word))
+    i = i + n_before
+    n_after = 0
+    if (n_of_set(word, i, '.', 1) == 1) then
+      n_after = n_of_set(word, i + 1, digits, len(word))
+      i = i + 1 + n_after
+    end if
+    if (n_before + n_after == 0) return
+    if (n_of_set(word, i, 'eE', 1) == 1) then
+      i = i + 1
+      i = i + n_of_set(word, i, '+-', 1)
+      n_after = n_of_set(word, i, digits, len(word))
+      if (n_after == 0) return
+      i = i + n_after
+    end if
+    is_decimal = i == len(word) + 1
+  end function is_decimal
+
+  !> How many characters from position i_start on, at most n_max, belong to the set.
+  pure integer function n_of_set(word, i_start, set, n_max) result(n)
+    character(*), intent(in) :: word
+    integer, intent(in) :: i_start
+    character(*), intent(in) :: set
+    integer, intent(in) :: n_max
+
+    n = 0
+    do while (n < n_max .and. i_start + n <= len(word))
+      if (scan(word(i_start + n:i_start + n), set) == 0) exit
+      n = n + 1
+    end do
+  end function n_of_set
+
+  !> The candidate that differs least from the word, empty where none is near (a third of the letters, at least one).
+  !>
+  !> Capitals do not count; of equally near candidates the first is taken.
+  pure function did_you_mean(word, candidates) result(text)
+    character(*), intent(in) :: word
+    type(string_t), intent(in) :: candidates(:)
+    character(:), allocatable :: text
+    integer :: distance, i_candidate, smallest
+
+    text = ''
+    smallest = max(1, (len(word) + 2) / 3) + 1
+    do i_candidate = 1, size(candidates)
+      distance = edit_distance(lower(word), lower(candidates(i_candidate)%text))
+      if (distance >= smallest .or. distance >= len(candidates(i_candidate)%text)) cycle
+      smallest = distance
+      text = candidates(i_candidate)%text
+    end do
+  end function did_you_mean
+
+  !> Least number of letters inserted, deleted, replaced or swapped with their neighbor that turns one word into the other.
+  pure integer function edit_distance(first, second) result(distance)
+    character(*), intent(in) :: first
+    character(*), intent(in) :: second
+    integer :: table(0:len(first), 0:len(second))
+    integer :: i, j
+
+    table(:, 0) = [(i, i=0, len(first))]
+    table(0, :) = [(j, j=0, len(second))]
+    do j = 1, len(second)
+      do i = 1, len(first)
+        table(i, j) = min(table(i - 1, j) + 1, table(i, j - 1) + 1, &
+          table(i - 1, j - 1) + merge(0, 1, first(i:i) == second(j:j)))
+        if (i == 1 .or. j == 1) cycle
+        if (first(i:i) == second(j - 1:j - 1) .and. first(i - 1:i - 1) == second(j:j)) &
+          table(i, j) = min(table(i, j), table(max(i, 2) - 2, max(j, 2) - 2) + 1)
+      end do
+    end do
+    distance = table(len(first), len(second))
+  end function edit_distance
 end module sig_text

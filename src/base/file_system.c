@@ -1,0 +1,330 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#define _DEFAULT_SOURCE /* flock */
+#include "signorom/file_system.h"
+
+#include <dirent.h>
+#include <errno.h>
+#include <fcntl.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+char *sig_copy_text(const char *text, size_t length)
+{
+  char *copy = malloc(length + 1);
+  if (!copy) return NULL;
+  memcpy(copy, text, length);
+  copy[length] = '\0';
+  return copy;
+}
+
+void sig_free(void *block) { free(block); }
+
+/* Path and ending as a new text; null when out of memory. */
+static char *path_with(const char *path, size_t length, const char *ending)
+{
+  char *joined = malloc(length + strlen(ending) + 1);
+  if (!joined) return NULL;
+  memcpy(joined, path, length);
+  strcpy(joined + length, ending);
+  return joined;
+}
+
+void sig_error_text(int code, char *text, size_t size)
+{
+  if (strerror_r(code, text, size) != 0) snprintf(text, size, "system error %d", code);
+}
+
+int sig_file_kind(const char *path, size_t length)
+{
+  struct stat status;
+  char *name = sig_copy_text(path, length);
+  if (!name) return SIG_NO_FILE;
+  const int failed = stat(name, &status);
+  free(name);
+  if (failed) return SIG_NO_FILE;
+  if (S_ISDIR(status.st_mode)) return SIG_DIRECTORY;
+  return S_ISREG(status.st_mode) ? SIG_PLAIN_FILE : SIG_OTHER_FILE;
+}
+
+static int make_directory(const char *name)
+{
+  if (mkdir(name, 0777) == 0) return 0;
+  const int code = errno;
+  struct stat status;
+  /* Another process may have made it meanwhile. */
+  if (stat(name, &status) == 0) return S_ISDIR(status.st_mode) ? 0 : ENOTDIR;
+  return code;
+}
+
+int sig_make_directories(const char *path, size_t length)
+{
+  char *name = sig_copy_text(path, length);
+  if (!name) return ENOMEM;
+  int code = length ? 0 : ENOENT;
+  for (size_t i = 1; i < length && !code; i++) {
+    if (name[i] != '/') continue;
+    name[i] = '\0';
+    code = make_directory(name);
+    name[i] = '/';
+  }
+  if (!code) code = make_directory(name);
+  free(name);
+  return code;
+}
+
+static int read_all(int descriptor, char **bytes, size_t *size)
+{
+  size_t capacity = 1 << 16;
+  char *block = malloc(capacity);
+  if (!block) return ENOMEM;
+  *size = 0;
+  for (;;) {
+    const ssize_t n = read(descriptor, block + *size, capacity - *size);
+    if (n < 0 && errno == EINTR) continue;
+    if (n < 0) {
+      const int code = errno;
+      free(block);
+      return code;
+    }
+    if (n == 0) break;
+    *size += (size_t)n;
+    if (*size < capacity) continue;
+    capacity *= 2;
+    char *larger = realloc(block, capacity);
+    if (!larger) {
+      free(block);
+      return ENOMEM;
+    }
+    block = larger;
+  }
+  *bytes = block;
+  return 0;
+}
+
+int sig_read_file(const char *path, size_t length, char **bytes, size_t *size)
+{
+  *bytes = NULL;
+  *size = 0;
+  char *name = sig_copy_text(path, length);
+  if (!name) return ENOMEM;
+  const int descriptor = open(name, O_RDONLY | O_CLOEXEC);
+  const int open_error = errno;
+  free(name);
+  if (descriptor < 0) return open_error;
+  const int code = read_all(descriptor, bytes, size);
+  close(descriptor);
+  return code;
+}
+
+static int write_all(int descriptor, const char *bytes, size_t size)
+{
+  while (size > 0) {
+    const ssize_t n = write(descriptor, bytes, size);
+    if (n < 0 && errno == EINTR) continue;
+    if (n < 0) return errno;
+    bytes += n;
+    size -= (size_t)n;
+  }
+  return 0;
+}
+
+/* The new name of a renamed file is safe only when its folder is. Some file systems cannot: then there is nothing to do. */
+static void sync_folder_of(const char *name)
+{
+  char *folder = sig_copy_text(name, strlen(name));
+  if (!folder) return;
+  char *slash = strrchr(folder, '/');
+  if (slash) slash[slash == folder] = '\0';
+  const int descriptor = open(slash ? folder : ".", O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (descriptor >= 0) {
+    fsync(descriptor);
+    close(descriptor);
+  }
+  free(folder);
+}
+
+static int write_and_sync(const char *name, const char *bytes, size_t size)
+{
+  const int descriptor = open(name, O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+  if (descriptor < 0) return errno;
+  int code = write_all(descriptor, bytes, size);
+  if (!code && fsync(descriptor) != 0) code = errno;
+  if (close(descriptor) != 0 && !code) code = errno;
+  if (code) unlink(name);
+  return code;
+}
+
+int sig_write_file(const char *path, size_t length, const char *bytes, size_t size)
+{
+  char *name = sig_copy_text(path, length);
+  char *partial = path_with(path, length, ".partial");
+  int code = name && partial ? write_and_sync(partial, bytes, size) : ENOMEM;
+  if (!code && rename(partial, name) != 0) {
+    code = errno;
+    unlink(partial);
+  }
+  if (!code) sync_folder_of(name);
+  free(partial);
+  free(name);
+  return code;
+}
+
+static int sync_file(const char *name)
+{
+  const int descriptor = open(name, O_RDONLY | O_CLOEXEC);
+  if (descriptor < 0) return errno;
+  const int code = fsync(descriptor) == 0 ? 0 : errno;
+  close(descriptor);
+  return code;
+}
+
+int sig_commit_file(const char *from, size_t from_length, const char *to, size_t to_length)
+{
+  char *old_name = sig_copy_text(from, from_length);
+  char *new_name = sig_copy_text(to, to_length);
+  int code = old_name && new_name ? sync_file(old_name) : ENOMEM;
+  if (!code && rename(old_name, new_name) != 0) code = errno;
+  if (!code) sync_folder_of(new_name);
+  free(new_name);
+  free(old_name);
+  return code;
+}
+
+int sig_rename_file(const char *from, size_t from_length, const char *to, size_t to_length)
+{
+  char *old_name = sig_copy_text(from, from_length);
+  char *new_name = sig_copy_text(to, to_length);
+  int code = old_name && new_name ? 0 : ENOMEM;
+  if (!code && rename(old_name, new_name) != 0) code = errno;
+  free(new_name);
+  free(old_name);
+  return code;
+}
+
+int sig_remove_file(const char *path, size_t length)
+{
+  char *name = sig_copy_text(path, length);
+  if (!name) return ENOMEM;
+  const int code = unlink(name) == 0 ? 0 : errno;
+  free(name);
+  return code;
+}
+
+/* Number that the holder of the lock noted; 0 if there is none. */
+static long noted_process(int descriptor)
+{
+  char text[32];
+  const ssize_t n = pread(descriptor, text, sizeof text - 1, 0);
+  if (n <= 0) return 0;
+  text[n] = '\0';
+  return strtol(text, NULL, 10);
+}
+
+int sig_lock_directory(const char *path, size_t length, int *descriptor, long *process)
+{
+  *descriptor = -1;
+  *process = 0;
+  char *name = path_with(path, length, "/.lock");
+  if (!name) return ENOMEM;
+  const int lock = open(name, O_RDWR | O_CREAT | O_CLOEXEC, 0666);
+  const int open_error = errno;
+  free(name);
+  if (lock < 0) return open_error;
+  if (flock(lock, LOCK_EX | LOCK_NB) != 0) {
+    const int code = errno;
+    if (code == EWOULDBLOCK) *process = noted_process(lock);
+    close(lock);
+    return code;
+  }
+  char text[32];
+  const int n = snprintf(text, sizeof text, "%ld\n", (long)getpid());
+  /* Only a courtesy for the message of whoever comes second. */
+  if (ftruncate(lock, 0) == 0) (void)write_all(lock, text, (size_t)n);
+  *descriptor = lock;
+  return 0;
+}
+
+/* The file stays: removing it would let two processes lock two files of the same name. */
+void sig_unlock_directory(int descriptor)
+{
+  if (descriptor >= 0) close(descriptor);
+}
+
+static int compare_names(const void *first, const void *second)
+{
+  return strcmp(*(char *const *)first, *(char *const *)second);
+}
+
+struct name_list {
+  char **names;
+  size_t n, capacity, n_bytes;
+};
+
+static int append_name(struct name_list *list, const char *name)
+{
+  if (list->n == list->capacity) {
+    list->capacity = list->capacity ? 2 * list->capacity : 16;
+    char **larger = realloc(list->names, list->capacity * sizeof *larger);
+    if (!larger) return ENOMEM;
+    list->names = larger;
+  }
+  list->names[list->n] = sig_copy_text(name, strlen(name));
+  if (!list->names[list->n]) return ENOMEM;
+  list->n_bytes += strlen(name) + 1;
+  list->n++;
+  return 0;
+}
+
+static int gather_names(DIR *folder, const char *prefix, size_t prefix_length, struct name_list *list)
+{
+  for (;;) {
+    errno = 0;
+    const struct dirent *entry = readdir(folder);
+    if (!entry) return errno;
+    if (entry->d_name[0] == '.' || strncmp(entry->d_name, prefix, prefix_length) != 0) continue;
+    struct stat status;
+    if (fstatat(dirfd(folder), entry->d_name, &status, 0) != 0 || S_ISDIR(status.st_mode)) continue;
+    const int code = append_name(list, entry->d_name);
+    if (code) return code;
+  }
+}
+
+static char *packed_names(struct name_list *list)
+{
+  char *packed = malloc(list->n_bytes + 1);
+  char *end = packed;
+  if (list->n > 1) qsort(list->names, list->n, sizeof *list->names, compare_names);
+  for (size_t i = 0; i < list->n && packed; i++) {
+    strcpy(end, list->names[i]);
+    end += strlen(list->names[i]) + 1;
+  }
+  return packed;
+}
+
+int sig_list_files(const char *path, size_t length, const char *prefix, size_t prefix_length, char **names, size_t *size)
+{
+  *names = NULL;
+  *size = 0;
+  char *name = sig_copy_text(path, length);
+  if (!name) return ENOMEM;
+  DIR *folder = opendir(name);
+  int code = folder ? 0 : errno;
+  free(name);
+  if (!folder) return code;
+
+  struct name_list list = {NULL, 0, 0, 0};
+  code = gather_names(folder, prefix, prefix_length, &list);
+  closedir(folder);
+  if (!code) {
+    *names = packed_names(&list);
+    *size = list.n_bytes;
+    if (!*names) code = ENOMEM;
+  }
+  for (size_t i = 0; i < list.n; i++) free(list.names[i]);
+  free(list.names);
+  return code;
+}

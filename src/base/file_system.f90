@@ -1,0 +1,229 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> Files and folders; what goes wrong comes back as a sentence with the path. Local: one rank calls.
+module sig_file_system
+  use, intrinsic :: iso_c_binding, only: c_char, c_int, c_long, c_ptr, c_size_t
+  use sig_base_c_interfaces, only: sig_error_text, sig_file_kind, sig_free, sig_list_files, sig_lock_directory, &
+    sig_make_directories, sig_read_file, sig_remove_file, sig_rename_file, sig_unlock_directory, sig_write_file
+  use sig_c_strings, only: from_c
+  use sig_errors, only: error_t, make_error
+  use sig_kinds, only: lk
+  use sig_text, only: split, string_t, to_text
+  implicit none(type, external)
+  private
+  public :: file_exists, is_directory, make_directories
+  public :: read_text_file, write_text_file, rename_file, remove_file, list_files
+  public :: directory_lock_t, lock_directory, unlock_directory
+  public :: directory_of, base_name, system_reason
+
+  ! as in file_system.h
+  integer(c_int), parameter :: no_file = 0, plain_file = 1, directory = 2
+  !> Linux's EWOULDBLOCK
+  integer(c_int), parameter :: would_block = 11
+
+  !> Held from lock_directory to unlock_directory or to the end of the process.
+  type :: directory_lock_t
+    private
+    integer(c_int) :: descriptor = -1
+  end type directory_lock_t
+
+contains
+
+  !> True for a file, false for a folder or nothing.
+  logical function file_exists(path)
+    character(*), intent(in) :: path
+    integer(c_int) :: kind
+
+    kind = sig_file_kind(path, len(path, c_size_t))
+    file_exists = kind /= no_file .and. kind /= directory
+  end function file_exists
+
+  logical function is_directory(path)
+    character(*), intent(in) :: path
+
+    is_directory = sig_file_kind(path, len(path, c_size_t)) == directory
+  end function is_directory
+
+  !> Makes a folder and those above it; nothing happens where it is there. An empty path is the current folder.
+  subroutine make_directories(path, error)
+    character(*), intent(in) :: path
+    type(error_t), allocatable, intent(out) :: error
+    integer(c_int) :: code
+
+    if (len(path) == 0) return
+    code = sig_make_directories(path, len(path, c_size_t))
+    if (code /= 0) call make_error(error, 'cannot make the folder: ' // system_reason(code), file=path)
+  end subroutine make_directories
+
+  !> A whole text file, as it is.
+  !>
+  !> Errors: no such file, a folder, not readable, empty, not text (it holds null bytes).
+  subroutine read_text_file(path, text, error)
+    character(*), intent(in) :: path
+    !> empty on an error
+    character(:), allocatable, intent(out) :: text
+    type(error_t), allocatable, intent(out) :: error
+    type(c_ptr) :: bytes
+    integer(c_size_t) :: size
+    integer(c_int) :: code
+
+    text = ''
+    select case (sig_file_kind(path, len(path, c_size_t)))
+    case (no_file)
+      call make_error(error, 'no such file', file=path)
+    case (directory)
+      call make_error(error, 'this is a folder; a text file is needed', file=path)
+    case (plain_file)
+      code = sig_read_file(path, len(path, c_size_t), bytes, size)
+      if (code /= 0) then
+        call make_error(error, 'cannot read the file: ' // system_reason(code), file=path)
+        return
+      end if
+      text = from_c(bytes, size)
+      call sig_free(bytes)
+      call check_text(path, text, error)
+    case default
+      call make_error(error, 'this is a device or a pipe; a text file is needed', file=path)
+    end select
+    if (allocated(error)) text = ''
+  end subroutine read_text_file
+
+  subroutine check_text(path, text, error)
+    character(*), intent(in) :: path
+    character(*), intent(in) :: text
+    type(error_t), allocatable, intent(out) :: error
+
+    if (len(text) == 0) then
+      call make_error(error, 'the file is empty', file=path)
+    else if (index(text, achar(0)) > 0) then
+      call make_error(error, 'this is a binary file (it holds null bytes); a text file is needed', file=path)
+    end if
+  end subroutine check_text
+
+  !> Replaces a file as a whole: whoever reads it meanwhile, and whoever finds it after a crash, sees the old or the new text.
+  subroutine write_text_file(path, text, error)
+    character(*), intent(in) :: path
+    character(*), intent(in) :: text
+    type(error_t), allocatable, intent(out) :: error
+    integer(c_int) :: code
+
+    code = sig_write_file(path, len(path, c_size_t), text, len(text, c_size_t))
+    if (code /= 0) call make_error(error, 'cannot write the file: ' // system_reason(code), file=path)
+  end subroutine write_text_file
+
+  !> Gives a file another name; a file that has it already is replaced.
+  subroutine rename_file(old_path, new_path, error)
+    character(*), intent(in) :: old_path
+    character(*), intent(in) :: new_path
+    type(error_t), allocatable, intent(out) :: error
+    integer(c_int) :: code
+
+    code = sig_rename_file(old_path, len(old_path, c_size_t), new_path, len(new_path, c_size_t))
+    if (code /= 0) call make_error(error, 'cannot rename the file to ' // new_path // ': ' // system_reason(code), file=old_path)
+  end subroutine rename_file
+
+  !> Removes a file; that there is none is no error.
+  subroutine remove_file(path, error)
+    character(*), intent(in) :: path
+    type(error_t), allocatable, intent(out) :: error
+    integer(c_int) :: code
+
+    if (sig_file_kind(path, len(path, c_size_t)) == no_file) return
+    code = sig_remove_file(path, len(path, c_size_t))
+    if (code /= 0) call make_error(error, 'cannot remove the file: ' // system_reason(code), file=path)
+  end subroutine remove_file
+
+  !> Claims a folder for this process, so that two runs do not write into it at once.
+  !>
+  !> Requires: the folder is there. Errors: another process has it; no right to write there.
+  subroutine lock_directory(path, lock, error)
+    character(*), intent(in) :: path
+    type(directory_lock_t), intent(out) :: lock
+    type(error_t), allocatable, intent(out) :: error
+    integer(c_long) :: process
+    integer(c_int) :: code
+
+    code = sig_lock_directory(path, len(path, c_size_t), lock%descriptor, process)
+    if (code == would_block) then
+      call make_error(error, 'another run writes into this folder now' // holder_text(process), file=path, &
+        hint='wait until it ends, or give this run another output.directory')
+    else if (code /= 0) then
+      call make_error(error, 'cannot lock the folder: ' // system_reason(code), file=path)
+    end if
+  end subroutine lock_directory
+
+  function holder_text(process) result(text)
+    integer(c_long), intent(in) :: process
+    character(:), allocatable :: text
+
+    text = ''
+    if (process > 0) text = ' (process ' // to_text(int(process, lk)) // ')'
+  end function holder_text
+
+  !> Gives the folder free; a lock that was never taken does no harm.
+  subroutine unlock_directory(lock)
+    type(directory_lock_t), intent(inout) :: lock
+
+    call sig_unlock_directory(lock%descriptor)
+    lock%descriptor = -1
+  end subroutine unlock_directory
+
+  !> Names (without the folder) of the files that start with the prefix, in byte order; no folders, no hidden files.
+  !> A folder that is not there has no files. An empty path is the current folder.
+  function list_files(path, prefix) result(names)
+    character(*), intent(in) :: path
+    character(*), intent(in) :: prefix
+    type(string_t), allocatable :: names(:)
+    character(:), allocatable :: folder, packed
+    type(c_ptr) :: block
+    integer(c_size_t) :: size
+
+    allocate (names(0))
+    folder = path
+    if (len(folder) == 0) folder = '.'
+    if (sig_list_files(folder, len(folder, c_size_t), prefix, len(prefix, c_size_t), block, size) /= 0) return
+    packed = from_c(block, size)
+    call sig_free(block)
+    ! each name ends with a null, the last one too
+    if (len(packed) > 0) names = split(packed(:len(packed) - 1), achar(0))
+  end function list_files
+
+  !> Folder part of a path without the last slash: `a/b.yaml` -> `a`, `b.yaml` -> `.`, `/b` -> `/`.
+  pure function directory_of(path) result(folder)
+    character(*), intent(in) :: path
+    character(:), allocatable :: folder
+    integer :: i_slash
+
+    i_slash = index(path, '/', back=.true.)
+    if (i_slash == 0) then
+      folder = '.'
+    else if (i_slash == 1) then
+      folder = '/'
+    else
+      folder = path(:i_slash - 1)
+    end if
+  end function directory_of
+
+  !> File part of a path without its ending: `a/b.c.yaml` -> `b.c`; a leading dot is no ending.
+  pure function base_name(path) result(name)
+    character(*), intent(in) :: path
+    character(:), allocatable :: name
+    integer :: i_dot
+
+    name = path(index(path, '/', back=.true.) + 1:)
+    i_dot = index(name, '.', back=.true.)
+    if (i_dot > 1) name = name(:i_dot - 1)
+  end function base_name
+
+  !> The system's words for an errno, without a capital: `no such file or directory`.
+  function system_reason(code) result(text)
+    integer(c_int), intent(in) :: code
+    character(:), allocatable :: text
+    character(kind=c_char) :: buffer(128)
+
+    call sig_error_text(code, buffer, size(buffer, kind=c_size_t))
+    text = from_c(buffer)
+    if (len(text) > 1) then
+      if (text(1:1) >= 'A' .and. text(1:1) <= 'Z') text(1:1) = achar(iachar(text(1:1)) + 32)
+    end if
+  end function system_reason
+end module sig_file_system

@@ -1,0 +1,140 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> Progress of a long loop: a bar with the time left on a terminal, sparse log lines elsewhere.
+module sig_progress
+  use, intrinsic :: iso_c_binding, only: c_int
+  use sig_base_c_interfaces, only: sig_is_terminal
+  use sig_clock, only: wall_time
+  use sig_kinds, only: rk
+  use sig_log, only: clear_status, is_log_shown, log_info, show_status
+  use sig_text, only: to_text
+  implicit none(type, external)
+  private
+  public :: progress_t, duration_text
+
+  !> [s] between two drawings of the bar, so that fast loops do not spend their time drawing
+  real(rk), parameter :: bar_interval = 0.1_rk
+  !> [s] between two log lines
+  real(rk), parameter :: line_interval = 10
+  integer, parameter :: n_bar_columns = 30
+  integer(c_int), parameter :: stderr_descriptor = 2
+
+  !> start, advance (as often as wanted), finish. Local: call it on the rank that speaks or on all of them.
+  type :: progress_t
+    private
+    character(:), allocatable :: label
+    integer :: n_total = 0
+    integer :: n_done = 0
+    !> [s] clock at the start and at the last drawing or line
+    real(rk) :: start_time = 0
+    real(rk) :: shown_time = 0
+    logical :: is_shown = .false.
+    logical :: is_bar = .false.
+  contains
+    procedure :: start
+    procedure :: advance
+    procedure :: finish
+  end type progress_t
+
+contains
+
+  !> Starts a loop of n_total steps.
+  subroutine start(self, label, n_total)
+    class(progress_t), intent(inout) :: self
+    !> what is being done, e.g. `sampling`
+    character(*), intent(in) :: label
+    integer, intent(in) :: n_total
+
+    self%label = label
+    self%n_total = n_total
+    self%n_done = 0
+    self%start_time = wall_time()
+    self%shown_time = self%start_time
+    self%is_shown = is_log_shown()
+    self%is_bar = .false.
+    if (self%is_shown) self%is_bar = sig_is_terminal(stderr_descriptor) == 1
+    if (self%is_bar) call show_status(bar_text(self, 0.0_rk))
+  end subroutine start
+
+  !> Says how many of the steps are done by now.
+  subroutine advance(self, n_done)
+    class(progress_t), intent(inout) :: self
+    integer, intent(in) :: n_done
+    real(rk) :: now
+
+    self%n_done = n_done
+    if (.not. self%is_shown) return
+    now = wall_time()
+    if (now - self%shown_time < merge(bar_interval, line_interval, self%is_bar)) return
+    self%shown_time = now
+    if (self%is_bar) then
+      call show_status(bar_text(self, now - self%start_time))
+    else
+      call log_info(line_text(self, now - self%start_time))
+    end if
+  end subroutine advance
+
+  !> Takes the bar away and leaves one line with the total time.
+  subroutine finish(self)
+    class(progress_t), intent(inout) :: self
+
+    if (.not. self%is_shown) return
+    if (self%is_bar) call clear_status()
+    call log_info(self%label // ': ' // to_text(self%n_done) // ' of ' // to_text(self%n_total) // ' in ' // &
+      duration_text(wall_time() - self%start_time))
+    self%is_shown = .false.
+  end subroutine finish
+
+  !> `sampling [=======>      ]  12/31  0:07 left`
+  pure function bar_text(self, elapsed) result(text)
+    class(progress_t), intent(in) :: self
+    !> [s]
+    real(rk), intent(in) :: elapsed
+    character(:), allocatable :: text
+    integer :: n_filled
+
+    n_filled = int(n_bar_columns * min(1.0_rk, real(self%n_done, rk) / max(1, self%n_total)))
+    text = self%label // ' [' // repeat('=', n_filled) // repeat(' ', n_bar_columns - n_filled) // '] ' // &
+      to_text(self%n_done) // '/' // to_text(self%n_total) // time_left(self, elapsed)
+  end function bar_text
+
+  pure function line_text(self, elapsed) result(text)
+    class(progress_t), intent(in) :: self
+    !> [s]
+    real(rk), intent(in) :: elapsed
+    character(:), allocatable :: text
+
+    text = self%label // ': ' // to_text(self%n_done) // ' of ' // to_text(self%n_total) // time_left(self, elapsed)
+  end function line_text
+
+  !> Time that the remaining steps take if they are as slow as those done; empty before the first one.
+  pure function time_left(self, elapsed) result(text)
+    class(progress_t), intent(in) :: self
+    !> [s]
+    real(rk), intent(in) :: elapsed
+    character(:), allocatable :: text
+
+    text = ''
+    if (self%n_done <= 0 .or. self%n_done >= self%n_total) return
+    text = ', ' // duration_text(elapsed * (self%n_total - self%n_done) / self%n_done) // ' left'
+  end function time_left
+
+  !> [s] as people say it: `0.34 s`, `12 s`, `3 min 05 s`, `2 h 03 min`.
+  pure function duration_text(seconds) result(text)
+    real(rk), intent(in) :: seconds
+    character(:), allocatable :: text
+    character(24) :: buffer
+    integer :: whole
+
+    whole = nint(min(max(seconds, 0.0_rk), real(huge(whole), rk) / 2))
+    if (seconds < 9.995_rk) then
+      write (buffer, '(f4.2, a)') max(seconds, 0.0_rk), ' s'
+    else if (whole < 60) then
+      write (buffer, '(i0, a)') whole, ' s'
+    else if (whole < 3600) then
+      write (buffer, '(i0, a, i2.2, a)') whole / 60, ' min ', mod(whole, 60), ' s'
+    else
+      write (buffer, '(i0, a, i2.2, a)') whole / 3600, ' h ', mod(whole, 3600) / 60, ' min'
+    end if
+    text = trim(buffer)
+  end function duration_text
+end module sig_progress
