@@ -1,0 +1,102 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> Explicit interfaces of the LAPACK routines in use. Nobody calls LAPACK without one.
+module sig_lapack_interfaces
+  use sig_kinds, only: rk
+  implicit none(type, external)
+  private
+  public :: dgecon, dgels, dgesdd, dgetrf, dgetrs, dlange
+
+  interface
+    !> Reciprocal condition number of a matrix that dgetrf factored; norm '1' or 'I'; anorm is the norm of the matrix itself.
+    subroutine dgecon(norm, n, a, lda, anorm, rcond, work, iwork, info)
+      import :: rk
+      implicit none(type, external)
+      character(1), intent(in) :: norm
+      integer, intent(in) :: n
+      integer, intent(in) :: lda
+      real(rk), intent(in) :: a(lda, *)
+      real(rk), intent(in) :: anorm
+      real(rk), intent(out) :: rcond
+      real(rk), intent(inout) :: work(*)
+      integer, intent(inout) :: iwork(*)
+      integer, intent(out) :: info
+    end subroutine dgecon
+
+    !> Least squares by QR; b holds the right-hand sides on entry, the solutions and the residuals on exit.
+    subroutine dgels(trans, m, n, nrhs, a, lda, b, ldb, work, lwork, info)
+      import :: rk
+      implicit none(type, external)
+      character(1), intent(in) :: trans
+      integer, intent(in) :: m
+      integer, intent(in) :: n
+      integer, intent(in) :: nrhs
+      integer, intent(in) :: lda
+      real(rk), intent(inout) :: a(lda, *)
+      integer, intent(in) :: ldb
+      real(rk), intent(inout) :: b(ldb, *)
+      real(rk), intent(inout) :: work(*)
+      integer, intent(in) :: lwork
+      integer, intent(out) :: info
+    end subroutine dgels
+
+    !> Singular value decomposition by divide and conquer; jobz 'N' (values only) or 'S' (thin).
+    subroutine dgesdd(jobz, m, n, a, lda, s, u, ldu, vt, ldvt, work, lwork, iwork, info)
+      import :: rk
+      implicit none(type, external)
+      character(1), intent(in) :: jobz
+      integer, intent(in) :: m
+      integer, intent(in) :: n
+      integer, intent(in) :: lda
+      real(rk), intent(inout) :: a(lda, *)
+      real(rk), intent(inout) :: s(*)
+      integer, intent(in) :: ldu
+      real(rk), intent(inout) :: u(ldu, *)
+      integer, intent(in) :: ldvt
+      real(rk), intent(inout) :: vt(ldvt, *)
+      real(rk), intent(inout) :: work(*)
+      integer, intent(in) :: lwork
+      integer, intent(inout) :: iwork(*)
+      integer, intent(out) :: info
+    end subroutine dgesdd
+
+    !> LU with row exchanges.
+    subroutine dgetrf(m, n, a, lda, ipiv, info)
+      import :: rk
+      implicit none(type, external)
+      integer, intent(in) :: m
+      integer, intent(in) :: n
+      integer, intent(in) :: lda
+      real(rk), intent(inout) :: a(lda, *)
+      integer, intent(inout) :: ipiv(*)
+      integer, intent(out) :: info
+    end subroutine dgetrf
+
+    !> Solves with the factors of dgetrf.
+    subroutine dgetrs(trans, n, nrhs, a, lda, ipiv, b, ldb, info)
+      import :: rk
+      implicit none(type, external)
+      character(1), intent(in) :: trans
+      integer, intent(in) :: n
+      integer, intent(in) :: nrhs
+      integer, intent(in) :: lda
+      real(rk), intent(in) :: a(lda, *)
+      integer, intent(in) :: ipiv(*)
+      integer, intent(in) :: ldb
+      real(rk), intent(inout) :: b(ldb, *)
+      integer, intent(out) :: info
+    end subroutine dgetrs
+
+    !> Norm of a matrix: norm 'M' (largest entry), '1', 'I' or 'F'.
+    function dlange(norm, m, n, a, lda, work) result(value)
+      import :: rk
+      implicit none(type, external)
+      character(1), intent(in) :: norm
+      integer, intent(in) :: m
+      integer, intent(in) :: n
+      integer, intent(in) :: lda
+      real(rk), intent(in) :: a(lda, *)
+      real(rk), intent(inout) :: work(*)
+      real(rk) :: value
+    end function dlange
+  end interface
+end module sig_lapack_interfaces

@@ -1,0 +1,77 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> Block principal pivoting: all the wrong signs change sides while their number falls, otherwise one at a time (Murty).
+module sig_lcp_block_pivoting
+  use sig_kinds, only: rk
+  use sig_lcp_types, only: evaluate_set, lcp_candidate_t, lcp_failed_cycle, lcp_solved
+  implicit none(type, external)
+  private
+  public :: run_block_pivoting
+
+  !> block exchanges allowed without fewer wrong signs
+  integer, parameter :: max_trials = 3
+
+contains
+
+  !> Runs from a given set.
+  !>
+  !> Source: Judice and Pires, Comput. Oper. Res. 21 (1994) 587; Murty's least-index rule. Finite for P-matrices in exact
+  !> arithmetic, but Murty's rule may need 2**n steps there and may cycle elsewhere: the number of solves is bounded, and Lemke's
+  !> method takes over.
+  subroutine run_block_pivoting(matrix, q, is_active, lambda, reason, n_iterations)
+    !> shape (n, n)
+    real(rk), intent(in) :: matrix(:, :)
+    !> shape (n)
+    real(rk), intent(in) :: q(:)
+    !> start; on exit the last set, shape (n)
+    logical, intent(inout) :: is_active(:)
+    !> defined when solved, shape (n)
+    real(rk), intent(inout) :: lambda(:)
+    !> lcp_solved or lcp_failed_cycle
+    integer, intent(out) :: reason
+    !> linear solves
+    integer, intent(out) :: n_iterations
+    type(lcp_candidate_t) :: candidate
+    integer :: fewest, max_solves, n_trials, n_violated
+
+    reason = lcp_failed_cycle
+    fewest = size(q) + 1
+    n_trials = max_trials
+    max_solves = 5 * size(q) + 50
+    do n_iterations = 1, max_solves
+      call evaluate_set(matrix, q, is_active, candidate)
+      if (candidate%is_singular) return
+      n_violated = count(candidate%is_violated)
+      if (n_violated == 0) then
+        lambda = candidate%lambda
+        reason = lcp_solved
+        return
+      end if
+      call choose_exchange(n_violated, candidate%is_violated, fewest, n_trials)
+      is_active = is_active .neqv. candidate%is_violated
+    end do
+    n_iterations = max_solves
+  end subroutine run_block_pivoting
+
+  !> Keeps all the wrong signs, or only the one of the highest index once the trials are used up.
+  pure subroutine choose_exchange(n_violated, is_violated, fewest, n_trials)
+    integer, intent(in) :: n_violated
+    !> on exit: which indices change sides
+    logical, intent(inout) :: is_violated(:)
+    !> fewest wrong signs so far
+    integer, intent(inout) :: fewest
+    !> trials left
+    integer, intent(inout) :: n_trials
+    integer :: i_last
+
+    if (n_violated < fewest) then
+      fewest = n_violated
+      n_trials = max_trials
+    else if (n_trials > 0) then
+      n_trials = n_trials - 1
+    else
+      i_last = findloc(is_violated, .true., dim=1, back=.true.)
+      is_violated = .false.
+      is_violated(i_last) = .true.
+    end if
+  end subroutine choose_exchange
+end module sig_lcp_block_pivoting

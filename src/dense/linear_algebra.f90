@@ -1,0 +1,216 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> Small dense linear algebra on top of LAPACK: factors that are kept, solves, inverses, singular values.
+module sig_linear_algebra
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite, ieee_quiet_nan, ieee_value
+  use sig_kinds, only: rk
+  use sig_lapack_interfaces, only: dgecon, dgesdd, dgetrf, dgetrs, dlange
+  implicit none(type, external)
+  private
+  public :: lu_t, solve_dense, invert, reciprocal_condition, singular_values, svd
+
+  !> below this reciprocal condition number (1-norm) the solution has no correct digit left
+  real(rk), parameter, public :: singular_reciprocal = 4.0_rk * epsilon(1.0_rk)
+
+  !> LU factors of a square matrix, for any number of solves.
+  type :: lu_t
+    integer :: n = 0
+    !> [-] of the matrix in the 1-norm; 0 when singular or not finite, 1 when empty
+    real(rk) :: reciprocal_condition = 1
+    !> numerically: no digit of a solution would be right
+    logical :: is_singular = .false.
+    real(rk), allocatable, private :: factors(:, :)
+    integer, allocatable, private :: pivots(:)
+  contains
+    procedure :: factor => lu_factor
+    procedure, private :: lu_solve_vector, lu_solve_matrix
+    generic :: solve => lu_solve_vector, lu_solve_matrix
+  end type lu_t
+
+  interface solve_dense
+    procedure solve_dense_vector, solve_dense_matrix
+  end interface solve_dense
+
+contains
+
+  !> Factors a square matrix; look at is_singular before a solve.
+  subroutine lu_factor(self, a)
+    class(lu_t), intent(inout) :: self
+    !> shape (n, n)
+    real(rk), intent(in) :: a(:, :)
+    integer :: info
+
+    self%n = size(a, 1)
+    self%factors = a
+    if (allocated(self%pivots)) deallocate (self%pivots)
+    allocate (self%pivots(self%n))
+    self%reciprocal_condition = 1
+    self%is_singular = .false.
+    if (self%n == 0) return
+    self%reciprocal_condition = 0
+    self%is_singular = .true.
+    if (.not. all(ieee_is_finite(a))) return
+    call dgetrf(self%n, self%n, self%factors, self%n, self%pivots, info)
+    if (info /= 0) return
+    self%reciprocal_condition = factored_reciprocal(a, self%factors)
+    self%is_singular = .not. self%reciprocal_condition > singular_reciprocal
+  end subroutine lu_factor
+
+  !> 1-norm reciprocal condition number of a from its factors.
+  function factored_reciprocal(a, factors) result(reciprocal)
+    real(rk), intent(in) :: a(:, :)
+    real(rk), intent(in) :: factors(:, :)
+    real(rk) :: reciprocal
+    real(rk) :: norm, work(4 * size(a, 1))
+    integer :: info, iwork(size(a, 1)), n
+
+    n = size(a, 1)
+    norm = dlange('1', n, n, a, n, work)
+    call dgecon('1', n, factors, n, norm, reciprocal, work, iwork, info)
+    if (info /= 0) reciprocal = 0
+  end function factored_reciprocal
+
+  !> x = A^-1 b.
+  function lu_solve_vector(self, b) result(x)
+    class(lu_t), intent(in) :: self
+    !> shape (n)
+    real(rk), intent(in) :: b(:)
+    !> shape (n)
+    real(rk) :: x(size(b))
+    integer :: info
+
+    x = b
+    if (self%n == 0) return
+    call dgetrs('N', self%n, 1, self%factors, self%n, self%pivots, x, self%n, info)
+  end function lu_solve_vector
+
+  !> X = A^-1 B.
+  function lu_solve_matrix(self, b) result(x)
+    class(lu_t), intent(in) :: self
+    !> shape (n, m)
+    real(rk), intent(in) :: b(:, :)
+    !> shape (n, m)
+    real(rk), allocatable :: x(:, :)
+    integer :: info
+
+    x = b
+    if (size(x) == 0) return
+    call dgetrs('N', self%n, size(b, 2), self%factors, self%n, self%pivots, x, self%n, info)
+  end function lu_solve_matrix
+
+  !> Solves a x = b once; x is zero when the matrix is numerically singular.
+  subroutine solve_dense_vector(a, b, x, is_singular)
+    !> shape (n, n)
+    real(rk), intent(in) :: a(:, :)
+    !> shape (n)
+    real(rk), intent(in) :: b(:)
+    !> shape (n)
+    real(rk), intent(out) :: x(:)
+    logical, intent(out) :: is_singular
+    type(lu_t) :: lu
+
+    call lu%factor(a)
+    is_singular = lu%is_singular
+    x = 0
+    if (.not. is_singular) x = lu%solve(b)
+  end subroutine solve_dense_vector
+
+  !> Solves a X = B once; X is zero when the matrix is numerically singular.
+  subroutine solve_dense_matrix(a, b, x, is_singular)
+    !> shape (n, n)
+    real(rk), intent(in) :: a(:, :)
+    !> shape (n, m)
+    real(rk), intent(in) :: b(:, :)
+    !> shape (n, m)
+    real(rk), intent(out) :: x(:, :)
+    logical, intent(out) :: is_singular
+    type(lu_t) :: lu
+
+    call lu%factor(a)
+    is_singular = lu%is_singular
+    x = 0
+    if (.not. is_singular) x = lu%solve(b)
+  end subroutine solve_dense_matrix
+
+  !> Inverse of a square matrix; zero when it is numerically singular.
+  subroutine invert(a, inverse, is_singular)
+    !> shape (n, n)
+    real(rk), intent(in) :: a(:, :)
+    !> shape (n, n)
+    real(rk), intent(out) :: inverse(:, :)
+    logical, intent(out) :: is_singular
+    real(rk), allocatable :: identity(:, :)
+    integer :: i_row
+
+    allocate (identity(size(a, 1), size(a, 1)), source=0.0_rk)
+    do i_row = 1, size(a, 1)
+      identity(i_row, i_row) = 1
+    end do
+    call solve_dense(a, identity, inverse, is_singular)
+  end subroutine invert
+
+  !> Reciprocal condition number in the 1-norm (estimate); 1 for an empty matrix, 0 for a singular one.
+  function reciprocal_condition(a) result(reciprocal)
+    !> shape (n, n)
+    real(rk), intent(in) :: a(:, :)
+    !> [-]
+    real(rk) :: reciprocal
+    type(lu_t) :: lu
+
+    call lu%factor(a)
+    reciprocal = lu%reciprocal_condition
+  end function reciprocal_condition
+
+  !> Singular values in descending order; all NaN when the matrix is not finite.
+  function singular_values(a) result(values)
+    !> shape (n_rows, n_columns)
+    real(rk), intent(in) :: a(:, :)
+    !> shape (min(n_rows, n_columns))
+    real(rk), allocatable :: values(:)
+    real(rk) :: no_vectors(1, 1)
+
+    allocate (values(minval(shape(a))), source=0.0_rk)
+    call run_dgesdd('N', a, values, no_vectors, no_vectors)
+  end function singular_values
+
+  !> Thin singular value decomposition a = u diag(s) vt.
+  subroutine svd(a, u, s, vt)
+    !> shape (n_rows, n_columns)
+    real(rk), intent(in) :: a(:, :)
+    !> orthonormal columns, shape (n_rows, min(n_rows, n_columns))
+    real(rk), allocatable, intent(out) :: u(:, :)
+    !> descending, shape (min(n_rows, n_columns)); NaN when a is not finite
+    real(rk), allocatable, intent(out) :: s(:)
+    !> orthonormal rows, shape (min(n_rows, n_columns), n_columns)
+    real(rk), allocatable, intent(out) :: vt(:, :)
+    integer :: n
+
+    n = minval(shape(a))
+    allocate (u(size(a, 1), n), s(n), vt(n, size(a, 2)), source=0.0_rk)
+    call run_dgesdd('S', a, s, u, vt)
+  end subroutine svd
+
+  !> dgesdd with its work space; a matrix that is not finite (LAPACK might not return) or no convergence gives NaN.
+  subroutine run_dgesdd(job, a, s, u, vt)
+    character(1), intent(in) :: job
+    real(rk), intent(in) :: a(:, :)
+    real(rk), intent(inout) :: s(:)
+    real(rk), intent(inout) :: u(:, :)
+    real(rk), intent(inout) :: vt(:, :)
+    real(rk), allocatable :: copy(:, :), work(:)
+    real(rk) :: work_size(1)
+    integer, allocatable :: iwork(:)
+    integer :: info, m, n
+
+    m = size(a, 1)
+    n = size(a, 2)
+    if (m == 0 .or. n == 0) return
+    s = ieee_value(s, ieee_quiet_nan)
+    if (.not. all(ieee_is_finite(a))) return
+    copy = a
+    allocate (iwork(8 * min(m, n)))
+    call dgesdd(job, m, n, copy, m, s, u, size(u, 1), vt, size(vt, 1), work_size, -1, iwork, info)
+    allocate (work(int(work_size(1))))
+    call dgesdd(job, m, n, copy, m, s, u, size(u, 1), vt, size(vt, 1), work, size(work), iwork, info)
+    if (info /= 0) s = ieee_value(s, ieee_quiet_nan)
+  end subroutine run_dgesdd
+end module sig_linear_algebra
