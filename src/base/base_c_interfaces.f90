@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> The C side of this layer, as declared in include/signorom/{checksum,file_system,signals}.h.
+!> The C side of this layer, as declared in include/signorom/{checksum,file_system,hdf5_file,signals}.h.
 module sig_base_c_interfaces
   use, intrinsic :: iso_c_binding, only: c_char, c_int, c_int64_t, c_long, c_ptr, c_size_t
   implicit none(type, external)
@@ -9,6 +9,8 @@ module sig_base_c_interfaces
   public :: sig_install_stop_signals, sig_is_stop_requested, sig_is_terminal
   public :: sig_file_kind, sig_make_directories, sig_read_file, sig_write_file, sig_commit_file, sig_rename_file
   public :: sig_remove_file, sig_lock_directory, sig_unlock_directory, sig_list_files, sig_error_text, sig_free
+  public :: sig_h5_create, sig_h5_open, sig_h5_close, sig_h5_write, sig_h5_write_texts
+  public :: sig_h5_has, sig_h5_describe, sig_h5_read, sig_h5_read_texts
 
   interface
     pure integer(c_size_t) function strlen(text) bind(c)
@@ -127,5 +129,82 @@ module sig_base_c_interfaces
       import :: c_ptr
       type(c_ptr), value :: block
     end subroutine sig_free
+
+    integer(c_int) function sig_h5_create(path, length, file) bind(c)
+      import :: c_char, c_int, c_ptr, c_size_t
+      character(kind=c_char), intent(in) :: path(*)
+      integer(c_size_t), value :: length
+      type(c_ptr), intent(out) :: file
+    end function sig_h5_create
+
+    integer(c_int) function sig_h5_open(path, length, file) bind(c)
+      import :: c_char, c_int, c_ptr, c_size_t
+      character(kind=c_char), intent(in) :: path(*)
+      integer(c_size_t), value :: length
+      type(c_ptr), intent(out) :: file
+    end function sig_h5_open
+
+    integer(c_int) function sig_h5_close(file) bind(c)
+      import :: c_int, c_ptr
+      type(c_ptr), value :: file
+    end function sig_h5_close
+
+    integer(c_int) function sig_h5_write(file, address, length, type, rank, shape, values) bind(c)
+      import :: c_char, c_int, c_int64_t, c_ptr, c_size_t
+      type(c_ptr), value :: file
+      character(kind=c_char), intent(in) :: address(*)
+      integer(c_size_t), value :: length
+      integer(c_int), value :: type
+      integer(c_int), value :: rank
+      integer(c_int64_t), intent(in) :: shape(*)
+      type(*), intent(in) :: values(*)
+    end function sig_h5_write
+
+    integer(c_int) function sig_h5_write_texts(file, address, length, rank, n, characters, ends) bind(c)
+      import :: c_char, c_int, c_int64_t, c_ptr, c_size_t
+      type(c_ptr), value :: file
+      character(kind=c_char), intent(in) :: address(*)
+      integer(c_size_t), value :: length
+      integer(c_int), value :: rank
+      integer(c_int64_t), value :: n
+      character(kind=c_char), intent(in) :: characters(*)
+      integer(c_int64_t), intent(in) :: ends(*)
+    end function sig_h5_write_texts
+
+    integer(c_int) function sig_h5_has(file, address, length) bind(c)
+      import :: c_char, c_int, c_ptr, c_size_t
+      type(c_ptr), value :: file
+      character(kind=c_char), intent(in) :: address(*)
+      integer(c_size_t), value :: length
+    end function sig_h5_has
+
+    integer(c_int) function sig_h5_describe(file, address, length, type, rank, shape) bind(c)
+      import :: c_char, c_int, c_int64_t, c_ptr, c_size_t
+      type(c_ptr), value :: file
+      character(kind=c_char), intent(in) :: address(*)
+      integer(c_size_t), value :: length
+      integer(c_int), intent(out) :: type
+      integer(c_int), intent(out) :: rank
+      integer(c_int64_t), intent(inout) :: shape(*)
+    end function sig_h5_describe
+
+    integer(c_int) function sig_h5_read(file, address, length, type, values) bind(c)
+      import :: c_char, c_int, c_ptr, c_size_t
+      type(c_ptr), value :: file
+      character(kind=c_char), intent(in) :: address(*)
+      integer(c_size_t), value :: length
+      integer(c_int), value :: type
+      type(*), intent(inout) :: values(*)
+    end function sig_h5_read
+
+    integer(c_int) function sig_h5_read_texts(file, address, length, n, characters, ends) bind(c)
+      import :: c_char, c_int, c_int64_t, c_ptr, c_size_t
+      type(c_ptr), value :: file
+      character(kind=c_char), intent(in) :: address(*)
+      integer(c_size_t), value :: length
+      integer(c_int64_t), intent(out) :: n
+      type(c_ptr), intent(out) :: characters
+      type(c_ptr), intent(out) :: ends
+    end function sig_h5_read_texts
   end interface
 end module sig_base_c_interfaces

@@ -1,0 +1,57 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* HDF5 files of real, integer and text arrays. No hid_t crosses this border, and HDF5 prints nothing of its own.
+ *
+ * An address names a dataset (`/clusters/1/basis`) or, with an @, an attribute of a group or dataset (`/clusters/1@rank`).
+ * Groups on the way are made. Texts without terminator: pointer and length. Shapes are C's: the last index runs fastest. */
+#ifndef SIG_HDF5_FILE_H
+#define SIG_HDF5_FILE_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+typedef struct sig_h5_file sig_h5_file;
+
+#define SIG_H5_MAX_RANK 8
+
+enum sig_h5_type { SIG_H5_OTHER = 0, SIG_H5_REAL = 1, SIG_H5_INTEGER = 2, SIG_H5_TEXT = 3 };
+
+enum sig_h5_status {
+  SIG_H5_OK = 0,
+  SIG_H5_NOT_HDF5 = 1, /* the file does not start as HDF5 does */
+  SIG_H5_DAMAGED = 2,  /* it does, but cannot be opened: cut off or overwritten */
+  SIG_H5_LOCKED = 3,   /* another program has it open for writing */
+  SIG_H5_NO_CREATE = 4,
+  SIG_H5_NO_WRITE = 5,
+  SIG_H5_NO_READ = 6,
+  SIG_H5_MISSING = 7 /* no such dataset or attribute */
+};
+
+int sig_h5_create(const char *path, size_t length, sig_h5_file **file);
+
+/* Reading only. */
+int sig_h5_open(const char *path, size_t length, sig_h5_file **file);
+
+/* The handle is gone even on a failure. */
+int sig_h5_close(sig_h5_file *file);
+
+/* `values`: double or int, as `type` says; `shape` has `rank` entries, rank 0 is a scalar. */
+int sig_h5_write(sig_h5_file *file, const char *address, size_t length, int type, int rank, const int64_t *shape,
+                 const void *values);
+
+/* `rank` 0: one text; 1: `n` texts. Text i is characters[ends[i - 1] .. ends[i]), the first one starts at 0. */
+int sig_h5_write_texts(sig_h5_file *file, const char *address, size_t length, int rank, int64_t n, const char *characters,
+                       const int64_t *ends);
+
+/* 1 where the group, dataset or attribute is there, else 0. */
+int sig_h5_has(sig_h5_file *file, const char *address, size_t length);
+
+/* `shape`: room for SIG_H5_MAX_RANK entries; a larger rank counts as SIG_H5_NO_READ. */
+int sig_h5_describe(sig_h5_file *file, const char *address, size_t length, int *type, int *rank, int64_t *shape);
+
+/* `values`: room for what sig_h5_describe told, as double or int (integers may be read as double). */
+int sig_h5_read(sig_h5_file *file, const char *address, size_t length, int type, void *values);
+
+/* `*characters` and `*ends` as in sig_h5_write_texts, for sig_free; null on a failure. */
+int sig_h5_read_texts(sig_h5_file *file, const char *address, size_t length, int64_t *n, char **characters, int64_t **ends);
+
+#endif

@@ -1,0 +1,239 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> One HDF5 array, text or attribute at a time; what goes wrong comes back as a sentence with the file's name.
+!>
+!> An address names a dataset (`/clusters/1/basis`) or, with an @, an attribute (`/clusters/1@rank`).
+!> sig_hdf5_file is its only caller and gives it types and generic names.
+module sig_hdf5_access
+  use, intrinsic :: iso_c_binding, only: c_f_pointer, c_int, c_int64_t, c_null_ptr, c_ptr, c_size_t
+  use sig_base_c_interfaces, only: sig_free, sig_h5_create, sig_h5_describe, sig_h5_open, sig_h5_read, &
+    sig_h5_read_texts, sig_h5_write, sig_h5_write_texts
+  use sig_c_strings, only: from_c
+  use sig_errors, only: error_t, make_error
+  use sig_file_system, only: file_exists, is_directory
+  use sig_kinds, only: lk
+  use sig_text, only: string_t, to_text
+  implicit none(type, external)
+  private
+  public :: create_hdf5, open_hdf5, write_array, write_texts, find_shape, read_array, read_texts
+  public :: real_type, integer_type, text_type
+
+  ! as in hdf5_file.h
+  integer(c_int), parameter :: real_type = 1, integer_type = 2, text_type = 3
+  integer(c_int), parameter :: not_hdf5 = 1, damaged = 2, locked = 3, missing = 7
+  integer, parameter :: max_rank = 8
+
+contains
+
+  !> Errors: no right to write there, no such folder.
+  subroutine create_hdf5(path, partial, handle, error)
+    !> for the sentence
+    character(*), intent(in) :: path
+    !> name under which the file grows
+    character(*), intent(in) :: partial
+    type(c_ptr), intent(out) :: handle
+    type(error_t), allocatable, intent(out) :: error
+
+    if (sig_h5_create(partial, len(partial, c_size_t), handle) /= 0) &
+      call make_error(error, 'cannot create the HDF5 file; is there such a folder, and may you write there?', file=path)
+  end subroutine create_hdf5
+
+  !> Errors: no such file, a folder, not HDF5, cut off or damaged, in use by a writer.
+  subroutine open_hdf5(path, handle, error)
+    character(*), intent(in) :: path
+    type(c_ptr), intent(out) :: handle
+    type(error_t), allocatable, intent(out) :: error
+
+    handle = c_null_ptr
+    if (is_directory(path)) then
+      call make_error(error, 'this is a folder; an HDF5 file is needed', file=path)
+    else if (.not. file_exists(path)) then
+      call make_error(error, 'no such file', file=path)
+    else
+      select case (sig_h5_open(path, len(path, c_size_t), handle))
+      case (0)
+      case (not_hdf5)
+        call make_error(error, 'this is not an HDF5 file, or it cannot be read', file=path)
+      case (damaged)
+        call make_error(error, 'the HDF5 file is cut off or damaged', file=path, hint='make it again')
+      case (locked)
+        call make_error(error, 'another program has the HDF5 file open for writing', file=path)
+      case default
+        call make_error(error, 'cannot read the HDF5 file', file=path)
+      end select
+    end if
+  end subroutine open_hdf5
+
+  !> `the dataset /a/b` or `the attribute c of /a/b`, for sentences.
+  pure function address_text(address) result(text)
+    character(*), intent(in) :: address
+    character(:), allocatable :: text
+    integer :: i_at
+
+    i_at = index(address, '@')
+    if (i_at == 0) then
+      text = 'the dataset ' // address
+    else
+      text = 'the attribute ' // address(i_at + 1:) // ' of ' // address(:i_at - 1)
+    end if
+  end function address_text
+
+  !> Writes numbers; the shape is Fortran's, and stands reversed in the file.
+  subroutine write_array(handle, path, address, type, shape, values, error)
+    type(c_ptr), intent(in) :: handle
+    character(*), intent(in) :: path
+    character(*), intent(in) :: address
+    integer(c_int), intent(in) :: type
+    !> empty for a scalar
+    integer, intent(in) :: shape(:)
+    !> real(rk) or integer, as type says
+    type(*), intent(in) :: values(*)
+    type(error_t), allocatable, intent(out) :: error
+    integer(c_int) :: status
+
+    status = sig_h5_write(handle, address, len(address, c_size_t), type, size(shape), &
+      int(shape(size(shape):1:-1), c_int64_t), values)
+    if (status /= 0) call report_write(path, address, error)
+  end subroutine write_array
+
+  !> Writes texts, as a list or (is_scalar) the first of them alone.
+  subroutine write_texts(handle, path, address, texts, is_scalar, error)
+    type(c_ptr), intent(in) :: handle
+    character(*), intent(in) :: path
+    character(*), intent(in) :: address
+    type(string_t), intent(in) :: texts(:)
+    logical, intent(in) :: is_scalar
+    type(error_t), allocatable, intent(out) :: error
+    character(:), allocatable :: characters
+    integer(c_int64_t) :: ends(size(texts))
+    integer(c_int) :: status
+    integer :: i_end, i_text
+
+    i_end = 0
+    do i_text = 1, size(texts)
+      i_end = i_end + len(texts(i_text)%text)
+      ends(i_text) = i_end
+    end do
+    allocate (character(i_end) :: characters)
+    i_end = 0
+    do i_text = 1, size(texts)
+      characters(i_end + 1:int(ends(i_text))) = texts(i_text)%text
+      i_end = int(ends(i_text))
+    end do
+    status = sig_h5_write_texts(handle, address, len(address, c_size_t), merge(0, 1, is_scalar), &
+      size(texts, kind=c_int64_t), characters, ends)
+    if (status /= 0) call report_write(path, address, error)
+  end subroutine write_texts
+
+  subroutine report_write(path, address, error)
+    character(*), intent(in) :: path
+    character(*), intent(in) :: address
+    type(error_t), allocatable, intent(out) :: error
+
+    call make_error(error, 'cannot write ' // address_text(address) // '; is the disk full, or the name there already?', file=path)
+  end subroutine report_write
+
+  !> Fortran shape of what stands at the address, after a check of its type and rank.
+  subroutine find_shape(handle, path, address, type, rank, shape, error)
+    type(c_ptr), intent(in) :: handle
+    character(*), intent(in) :: path
+    character(*), intent(in) :: address
+    !> integers are fine where reals are asked for; 0 takes any type
+    integer(c_int), intent(in) :: type
+    !> -1 takes any rank
+    integer, intent(in) :: rank
+    integer, allocatable, intent(out) :: shape(:)
+    type(error_t), allocatable, intent(out) :: error
+    integer(c_int64_t) :: shape_in_c(max_rank)
+    integer(c_int) :: found_rank, found_type, status
+
+    status = sig_h5_describe(handle, address, len(address, c_size_t), found_type, found_rank, shape_in_c)
+    if (status == missing) then
+      call make_error(error, address_text(address) // ' is missing', file=path)
+    else if (status /= 0) then
+      call make_error(error, 'cannot read ' // address_text(address), file=path)
+    else if (.not. is_type_fine(type, found_type)) then
+      call make_error(error, address_text(address) // ' holds ' // type_text(found_type) // ' where ' // type_text(type) // &
+        ' are needed', file=path)
+    else if (rank >= 0 .and. found_rank /= rank) then
+      call make_error(error, address_text(address) // ' has rank ' // to_text(found_rank) // ' where ' // to_text(rank) // &
+        ' is needed', file=path)
+    else if (any(shape_in_c(:found_rank) > huge(found_rank))) then
+      call make_error(error, address_text(address) // ' is too large: ' // to_text(maxval(shape_in_c(:found_rank))) // &
+        ' entries along one dimension', file=path)
+    end if
+    if (allocated(error)) then
+      allocate (shape(max(rank, 0)), source=0)
+    else
+      shape = int(shape_in_c(found_rank:1:-1))
+    end if
+  end subroutine find_shape
+
+  pure logical function is_type_fine(wanted, found)
+    integer(c_int), intent(in) :: wanted
+    integer(c_int), intent(in) :: found
+
+    is_type_fine = wanted == 0 .or. wanted == found .or. (wanted == real_type .and. found == integer_type)
+  end function is_type_fine
+
+  pure function type_text(type) result(text)
+    integer(c_int), intent(in) :: type
+    character(:), allocatable :: text
+
+    select case (type)
+    case (real_type)
+      text = 'real numbers'
+    case (integer_type)
+      text = 'integers'
+    case (text_type)
+      text = 'texts'
+    case default
+      text = 'values of another kind'
+    end select
+  end function type_text
+
+  !> Reads numbers into an array of the shape that find_shape told.
+  subroutine read_array(handle, path, address, type, values, error)
+    type(c_ptr), intent(in) :: handle
+    character(*), intent(in) :: path
+    character(*), intent(in) :: address
+    integer(c_int), intent(in) :: type
+    !> real(rk) or integer, as type says
+    type(*), intent(inout) :: values(*)
+    type(error_t), allocatable, intent(out) :: error
+
+    if (sig_h5_read(handle, address, len(address, c_size_t), type, values) /= 0) &
+      call make_error(error, 'cannot read ' // address_text(address) // '; is the file damaged?', file=path)
+  end subroutine read_array
+
+  !> Reads texts; a scalar text is a list of one.
+  subroutine read_texts(handle, path, address, texts, error)
+    type(c_ptr), intent(in) :: handle
+    character(*), intent(in) :: path
+    character(*), intent(in) :: address
+    type(string_t), allocatable, intent(out) :: texts(:)
+    type(error_t), allocatable, intent(out) :: error
+    type(c_ptr) :: characters, ends
+    integer(c_int64_t), pointer :: end_of(:)
+    character(:), allocatable :: packed
+    integer(c_int64_t) :: n, i_start
+    integer :: i_text
+
+    if (sig_h5_read_texts(handle, address, len(address, c_size_t), n, characters, ends) /= 0) then
+      call make_error(error, 'cannot read ' // address_text(address) // '; is the file damaged?', file=path)
+      allocate (texts(0))
+      return
+    end if
+    allocate (texts(n))
+    if (n > 0) then
+      call c_f_pointer(ends, end_of, [n])
+      packed = from_c(characters, int(end_of(n), c_size_t))
+      i_start = 1
+      do i_text = 1, int(n)
+        texts(i_text)%text = packed(i_start:end_of(i_text))
+        i_start = end_of(i_text) + 1
+      end do
+    end if
+    call sig_free(characters)
+    call sig_free(ends)
+  end subroutine read_texts
+end module sig_hdf5_access
