@@ -1,1 +1,94 @@
 # SPDX-License-Identifier: BSD-3-Clause
+# sig_add_unit_test(<layer> <file.pf> [NPES <count>...] [USES <library>...])
+#
+# Builds one test program from a .pf file and registers it with ctest: unit.<layer>.<file>, or one entry per rank count,
+# unit.<layer>.<file>.np<count>, where NPES is given (the .pf then says `use pfunit`). MPI tests find PETSc and SLEPc started.
+# Each entry runs in a folder of its own, so that tests may write files. SIG_SOURCE_DIR holds the root of the sources.
+find_package(PFUNIT QUIET) # not packaged by Debian; tests/pfunit serves the same files without it
+find_program(SIG_SYSTEM_PYTHON NAMES python3 PATHS /usr/bin NO_DEFAULT_PATH REQUIRED)
+
+execute_process(COMMAND id -u OUTPUT_VARIABLE user_number OUTPUT_STRIP_TRAILING_WHITESPACE)
+# One BLAS thread per rank; ranks that wait give their core to those that work.
+set(SIG_TEST_ENVIRONMENT OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 OMPI_MCA_mpi_yield_when_idle=1)
+if(user_number STREQUAL "0") # Open MPI refuses to run as root unless told twice
+  list(APPEND SIG_TEST_ENVIRONMENT OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1)
+endif()
+set(SIG_TEST_TIMEOUT 120)
+if(SIG_SANITIZE)
+  # the leaks that it finds are Open MPI's and hwloc's
+  list(APPEND SIG_TEST_ENVIRONMENT ASAN_OPTIONS=detect_leaks=0 UBSAN_OPTIONS=print_stacktrace=1:halt_on_error=1)
+  set(SIG_TEST_TIMEOUT 600)
+endif()
+# Rank counts above the number of cores are meant; without --bind-to two tests at once share one core.
+set(SIG_MPIEXEC "${MPIEXEC_EXECUTABLE}" --oversubscribe --bind-to none "${MPIEXEC_NUMPROC_FLAG}")
+
+# Name, rank count (0 = without mpiexec) and command of one ctest entry.
+function(sig_register_unit_test name n_ranks program)
+  set(folder "${CMAKE_CURRENT_BINARY_DIR}/work/${name}")
+  file(MAKE_DIRECTORY "${folder}")
+  if(n_ranks)
+    add_test(NAME ${name} COMMAND ${SIG_MPIEXEC} ${n_ranks} $<TARGET_FILE:${program}> WORKING_DIRECTORY "${folder}")
+    set_tests_properties(${name} PROPERTIES LABELS "unit;mpi" PROCESSORS ${n_ranks})
+  else()
+    add_test(NAME ${name} COMMAND ${program} WORKING_DIRECTORY "${folder}")
+    set_tests_properties(${name} PROPERTIES LABELS unit)
+  endif()
+  set_tests_properties(${name} PROPERTIES ENVIRONMENT "${SIG_TEST_ENVIRONMENT}" TIMEOUT ${SIG_TEST_TIMEOUT})
+endfunction()
+
+# The program of one .pf file by the subset in tests/pfunit.
+function(sig_build_with_subset program pf_file is_mpi)
+  set(translator "${PROJECT_SOURCE_DIR}/tests/pfunit/translate_pf.py")
+  set(fortran_file "${CMAKE_CURRENT_BINARY_DIR}/${program}.F90")
+  cmake_path(RELATIVE_PATH pf_file BASE_DIRECTORY "${PROJECT_SOURCE_DIR}" OUTPUT_VARIABLE shown_name)
+  if(is_mpi)
+    set(hook --extra-use petsc_start --extra-initialize start_petsc)
+    set(libraries sig_pfunit sig_petsc_start)
+  else()
+    set(libraries sig_funit)
+  endif()
+  add_custom_command(OUTPUT "${fortran_file}"
+    COMMAND "${SIG_SYSTEM_PYTHON}" "${translator}" "${pf_file}" "${fortran_file}" --shown-name "${shown_name}" ${hook}
+    DEPENDS "${pf_file}" "${translator}"
+    VERBATIM)
+  add_executable(${program} EXCLUDE_FROM_ALL "${fortran_file}")
+  target_link_libraries(${program} PRIVATE ${libraries} ${ARGN})
+endfunction()
+
+function(sig_add_unit_test layer file)
+  cmake_parse_arguments(TEST "" "" "NPES;USES" ${ARGN})
+  cmake_path(GET file STEM stem)
+  cmake_path(ABSOLUTE_PATH file BASE_DIRECTORY "${CMAKE_CURRENT_SOURCE_DIR}" OUTPUT_VARIABLE pf_file)
+  set(program ${layer}_${stem})
+  set(name unit.${layer}.${stem})
+  set(is_mpi OFF)
+  if(TEST_NPES)
+    set(is_mpi ON)
+  endif()
+  set(libraries sig_${layer} ${TEST_USES} sig_test_support sig_flags)
+  if(PFUNIT_FOUND)
+    if(is_mpi)
+      list(SORT TEST_NPES COMPARE NATURAL)
+      list(GET TEST_NPES -1 max_ranks)
+      set(mpi_options MAX_PES ${max_ranks} EXTRA_USE petsc_start EXTRA_INITIALIZE start_petsc)
+      list(APPEND libraries sig_petsc_start)
+    endif()
+    add_pfunit_ctest(${program} TEST_SOURCES "${pf_file}" LINK_LIBRARIES ${libraries} ${mpi_options})
+    set_tests_properties(${program} PROPERTIES LABELS unit TIMEOUT ${SIG_TEST_TIMEOUT} ENVIRONMENT "${SIG_TEST_ENVIRONMENT}")
+  else()
+    sig_build_with_subset(${program} "${pf_file}" ${is_mpi} ${libraries})
+    if(is_mpi)
+      foreach(n_ranks ${TEST_NPES})
+        sig_register_unit_test(${name}.np${n_ranks} ${n_ranks} ${program})
+      endforeach()
+    else()
+      sig_register_unit_test(${name} 0 ${program})
+    endif()
+  endif()
+  target_compile_definitions(${program} PRIVATE "SIG_SOURCE_DIR=\"${PROJECT_SOURCE_DIR}\"")
+  set_target_properties(${program} PROPERTIES
+    EXCLUDE_FROM_ALL OFF
+    Fortran_MODULE_DIRECTORY "${CMAKE_CURRENT_BINARY_DIR}/${program}_modules"
+    RUNTIME_OUTPUT_DIRECTORY "${CMAKE_CURRENT_BINARY_DIR}")
+  add_dependencies(unit_${layer} ${program})
+endfunction()

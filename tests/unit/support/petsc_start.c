@@ -1,0 +1,7 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <slepcsys.h>
+
+// SLEPc's Fortran modules are not packaged by Debian 12, so this half of the start is in C.
+int sig_test_start_slepc(void);
+
+int sig_test_start_slepc(void) { return (int)SlepcInitializeNoArguments(); }
