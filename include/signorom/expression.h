@@ -1,0 +1,35 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Expressions of named variables (muParser). A handle belongs to one thread. */
+#ifndef SIG_EXPRESSION_H
+#define SIG_EXPRESSION_H
+
+#include <stddef.h>
+
+/* Why a text is no expression; the Fortran side makes the sentence. */
+enum {
+  SIG_EXPRESSION_OK = 0,
+  SIG_EXPRESSION_NO_MEMORY = 1,
+  SIG_EXPRESSION_BAD_NAME = 2,     /* a variable's name is no identifier or belongs to muParser */
+  SIG_EXPRESSION_UNKNOWN_NAME = 3, /* token holds it */
+  SIG_EXPRESSION_SYNTAX = 4,       /* message holds muParser's sentence */
+  SIG_EXPRESSION_SEVERAL = 5       /* "a, b": more than one value */
+};
+
+typedef struct sig_expression sig_expression;
+
+/* Compiles a text of `text_length` bytes over `n_names` variables, whose names stand in `names` as consecutive fields of
+   `name_width` bytes padded with blanks. Returns a code from above. On SIG_EXPRESSION_OK *expression must be freed; else
+   it is NULL, *position is the 0-based place in the text (-1 unknown) and `token`, `message` hold null-terminated texts
+   of at most `size` bytes. */
+int sig_expression_create(const char *text, size_t text_length, const char *names, size_t name_width, int n_names,
+                          sig_expression **expression, int *position, char *token, char *message, size_t size);
+
+/* Value for `values` (one per name, in order). Returns 1 when it is finite, else 0. */
+int sig_expression_evaluate(sig_expression *expression, const double *values, double *result);
+
+/* 1 when variable `i` (0-based) occurs in the text, whatever its value. */
+int sig_expression_uses(const sig_expression *expression, int i);
+
+void sig_expression_free(sig_expression *expression);
+
+#endif

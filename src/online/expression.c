@@ -1,0 +1,185 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* muParser behind plain arguments. muParser's C face never throws; an error is a flag that its first reading clears. */
+#include "signorom/expression.h"
+
+#include <ctype.h>
+#include <math.h>
+#include <muParserDLL.h>
+#include <stdbool.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* The numbers of muParser's error codes that have a sentence of their own here (its C header does not name them). */
+enum {
+  MUP_UNEXPECTED_OPERATOR = 0,
+  MUP_UNASSIGNABLE_TOKEN = 1,
+  MUP_UNEXPECTED_END = 2,
+  MUP_UNEXPECTED_PARENTHESIS = 7,
+  MUP_MISSING_PARENTHESIS = 11,
+  MUP_TOO_MANY_ARGUMENTS = 14,
+  MUP_TOO_FEW_ARGUMENTS = 15
+};
+
+struct sig_expression {
+  muParserHandle_t parser;
+  double *values; /* muParser holds pointers into it */
+  int n_names;
+};
+
+/* Where an error of creation is written. */
+typedef struct {
+  int *position;
+  char *token, *message;
+  size_t size;
+} complaint_t;
+
+static void put(char *target, size_t size, const char *text) { snprintf(target, size, "%s", text ? text : ""); }
+
+/* A single '=' would let an expression change a variable: muParser knows assignments and cannot be told to forget them. */
+static const char *find_assignment(const char *text) {
+  for (const char *c = text; *c; c++) {
+    if (*c != '=')
+      continue;
+    if (c[1] == '=')
+      c++;
+    else if (c == text || !strchr("<>!=", c[-1]))
+      return c;
+  }
+  return NULL;
+}
+
+static int explain(muParserHandle_t parser, const complaint_t *complaint) {
+  int code = mupGetErrorCode(parser);
+  *complaint->position = mupGetErrorPos(parser);
+  put(complaint->token, complaint->size, mupGetErrorToken(parser)); /* copied before the next call reuses its buffer */
+  for (size_t n = strlen(complaint->token); n > 0 && complaint->token[n - 1] == ' '; n--)
+    complaint->token[n - 1] = '\0';
+  const char *token = complaint->token;
+  if (code == MUP_UNASSIGNABLE_TOKEN && (isalpha((unsigned char)token[0]) || token[0] == '_'))
+    return SIG_EXPRESSION_UNKNOWN_NAME;
+  if (code >= MUP_UNEXPECTED_OPERATOR && code <= MUP_UNEXPECTED_PARENTHESIS && code != MUP_UNEXPECTED_END) {
+    snprintf(complaint->message, complaint->size, "'%s' is not expected", token);
+    return SIG_EXPRESSION_SYNTAX;
+  }
+  *complaint->position = -1;
+  if (code == MUP_UNEXPECTED_END)
+    put(complaint->message, complaint->size, "it ends too early");
+  else if (code == MUP_MISSING_PARENTHESIS)
+    put(complaint->message, complaint->size, "a parenthesis is not closed");
+  else if (code == MUP_TOO_MANY_ARGUMENTS || code == MUP_TOO_FEW_ARGUMENTS)
+    snprintf(complaint->message, complaint->size, "'%s' has too %s arguments", token, code == MUP_TOO_MANY_ARGUMENTS ? "many" : "few");
+  else
+    put(complaint->message, complaint->size, mupGetErrorMsg(parser));
+  return SIG_EXPRESSION_SYNTAX;
+}
+
+static int define_names(sig_expression *expression, const char *names, size_t name_width, const complaint_t *complaint) {
+  char *name = malloc(name_width + 1);
+  if (!name)
+    return SIG_EXPRESSION_NO_MEMORY;
+  int code = SIG_EXPRESSION_OK;
+  for (int i = 0; i < expression->n_names && code == SIG_EXPRESSION_OK; i++) {
+    size_t length = name_width;
+    const char *field = names + (size_t)i * name_width;
+    while (length > 0 && field[length - 1] == ' ')
+      length--;
+    memcpy(name, field, length);
+    name[length] = '\0';
+    mupDefineVar(expression->parser, name, &expression->values[i]);
+    if (mupError(expression->parser)) {
+      put(complaint->token, complaint->size, name);
+      code = SIG_EXPRESSION_BAD_NAME;
+    }
+  }
+  free(name);
+  return code;
+}
+
+/* Evaluates once at ones: muParser compiles, and finds its syntax errors, at the first evaluation. */
+static int compile(sig_expression *expression, const char *text, const complaint_t *complaint) {
+  const char *assignment = find_assignment(text);
+  if (assignment) {
+    *complaint->position = (int)(assignment - text);
+    put(complaint->message, complaint->size, "'=' is not expected ('==' compares)");
+    return SIG_EXPRESSION_SYNTAX;
+  }
+  mupSetExpr(expression->parser, text);
+  if (mupError(expression->parser))
+    return explain(expression->parser, complaint);
+  int n_values = 0;
+  mupEvalMulti(expression->parser, &n_values);
+  if (mupError(expression->parser))
+    return explain(expression->parser, complaint);
+  return n_values == 1 ? SIG_EXPRESSION_OK : SIG_EXPRESSION_SEVERAL;
+}
+
+static int build(sig_expression *expression, const char *text, size_t text_length, const char *names, size_t name_width,
+                 const complaint_t *complaint) {
+  char *copy = malloc(text_length + 1);
+  expression->values = malloc(((size_t)expression->n_names + 1) * sizeof *expression->values);
+  expression->parser = mupCreate(muBASETYPE_FLOAT);
+  int code = SIG_EXPRESSION_NO_MEMORY;
+  if (copy && expression->values && expression->parser) {
+    memcpy(copy, text, text_length);
+    copy[text_length] = '\0';
+    for (int i = 0; i < expression->n_names; i++)
+      expression->values[i] = 1.0;
+    code = define_names(expression, names, name_width, complaint);
+    if (code == SIG_EXPRESSION_OK)
+      code = compile(expression, copy, complaint);
+  }
+  free(copy);
+  return code;
+}
+
+int sig_expression_create(const char *text, size_t text_length, const char *names, size_t name_width, int n_names,
+                          sig_expression **expression, int *position, char *token, char *message, size_t size) {
+  complaint_t complaint = {.position = position, .token = token, .message = message, .size = size};
+  *position = -1;
+  token[0] = message[0] = '\0';
+  *expression = NULL;
+  if (memchr(text, '\0', text_length)) {
+    put(message, size, "it holds a NUL byte");
+    return SIG_EXPRESSION_SYNTAX;
+  }
+  sig_expression *own = calloc(1, sizeof *own);
+  if (!own)
+    return SIG_EXPRESSION_NO_MEMORY;
+  own->n_names = n_names;
+  int code = build(own, text, text_length, names, name_width, &complaint);
+  if (code == SIG_EXPRESSION_OK)
+    *expression = own;
+  else
+    sig_expression_free(own);
+  return code;
+}
+
+int sig_expression_evaluate(sig_expression *expression, const double *values, double *result) {
+  if (expression->n_names > 0)
+    memcpy(expression->values, values, (size_t)expression->n_names * sizeof *values);
+  *result = mupEval(expression->parser);
+  bool is_failed = mupError(expression->parser);
+  return !is_failed && isfinite(*result);
+}
+
+int sig_expression_uses(const sig_expression *expression, int i) {
+  int n_used = mupGetExprVarNum(expression->parser);
+  for (int k = 0; k < n_used; k++) {
+    const muChar_t *name = NULL;
+    muFloat_t *value = NULL;
+    mupGetExprVar(expression->parser, (unsigned)k, &name, &value);
+    if (value == &expression->values[i])
+      return 1;
+  }
+  return 0;
+}
+
+void sig_expression_free(sig_expression *expression) {
+  if (!expression)
+    return;
+  if (expression->parser)
+    mupRelease(expression->parser);
+  free(expression->values);
+  free(expression);
+}

@@ -1,0 +1,219 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> Expressions of named variables: `-squeeze`, `max(a, 0.1) * 2`, `squeeze > 0.2 ? 1 : 0`.
+module sig_expression
+  use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_double, c_int, c_null_char, c_null_ptr, c_ptr, c_size_t
+  use sig_kinds, only: rk
+  use sig_online_c_interfaces, only: sig_expression_create, sig_expression_evaluate, sig_expression_free, sig_expression_uses
+  use sig_text, only: did_you_mean, join, string_t, to_text
+  implicit none(type, external)
+  private
+  public :: expression_t, function_names, is_function_name, is_identifier
+
+  !> Codes of include/signorom/expression.h.
+  enum, bind(c)
+    enumerator :: no_fault = 0, no_memory = 1, bad_name = 2, unknown_name = 3, bad_syntax = 4, several_values = 5
+  end enum
+
+  !> Room for muParser's token and message.
+  integer, parameter :: max_message = 256
+
+  character(*), parameter :: letters = 'abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ'
+
+  !> A compiled expression. One handle per thread; a copy shares the handle, so only its owner destroys it.
+  type :: expression_t
+    private
+    type(c_ptr) :: handle = c_null_ptr
+    type(string_t), allocatable :: names(:)
+  contains
+    procedure :: create
+    procedure :: evaluate
+    procedure :: uses
+    procedure :: destroy
+  end type expression_t
+
+contains
+
+  !> Compiles a text over the named variables.
+  !>
+  !> Errors: message is allocated when the text is no expression, and says what is wrong and where.
+  subroutine create(this, text, names, message)
+    class(expression_t), intent(inout) :: this
+    character(*), intent(in) :: text
+    type(string_t), intent(in) :: names(:)
+    character(:), allocatable, intent(out) :: message
+    character(:), allocatable :: name_fields
+    character(max_message) :: token, sentence
+    integer(c_int) :: code, position
+    integer :: width
+
+    call this%destroy()
+    if (len_trim(text) == 0) then
+      message = 'the expression is empty'
+      return
+    end if
+    call pack_names(names, name_fields, width)
+    call call_c(text, name_fields, width, size(names), this%handle, code, position, token, sentence)
+    if (code == no_fault) then
+      this%names = names
+    else
+      message = explain(text, names, code, position, trim(token), trim(sentence))
+    end if
+  end subroutine create
+
+  !> Value at `values` (one per name, in order); is_valid is false when it is infinite or not a number.
+  subroutine evaluate(this, values, result, is_valid)
+    class(expression_t), intent(in) :: this
+    real(rk), intent(in) :: values(:)
+    real(rk), intent(out) :: result
+    logical, intent(out) :: is_valid
+    real(c_double) :: number
+
+    result = 0
+    is_valid = .false.
+    if (.not. c_associated(this%handle)) return
+    if (size(values) /= size(this%names)) return
+    is_valid = sig_expression_evaluate(this%handle, values, number) == 1
+    result = number
+  end subroutine evaluate
+
+  !> Whether the variable occurs in the text.
+  logical function uses(this, name)
+    class(expression_t), intent(in) :: this
+    character(*), intent(in) :: name
+    integer :: i_name
+
+    uses = .false.
+    if (.not. c_associated(this%handle)) return
+    do i_name = 1, size(this%names)
+      if (this%names(i_name)%text /= name) cycle
+      uses = sig_expression_uses(this%handle, int(i_name - 1, c_int)) == 1
+    end do
+  end function uses
+
+  subroutine destroy(this)
+    class(expression_t), intent(inout) :: this
+
+    if (c_associated(this%handle)) call sig_expression_free(this%handle)
+    this%handle = c_null_ptr
+    if (allocated(this%names)) deallocate (this%names)
+  end subroutine destroy
+
+  !> Names that muParser keeps for itself.
+  pure function function_names() result(names)
+    type(string_t), allocatable :: names(:)
+    character(*), parameter :: known(28) = [character(5) :: 'sin', 'cos', 'tan', 'asin', 'acos', 'atan', 'atan2', 'sinh', &
+      'cosh', 'tanh', 'asinh', 'acosh', 'atanh', 'log2', 'log10', 'log', 'ln', 'exp', 'sqrt', 'sign', 'rint', 'abs', &
+      'sum', 'avg', 'min', 'max', '_pi', '_e']
+    integer :: i_name
+
+    allocate (names(size(known)))
+    do i_name = 1, size(known)
+      names(i_name)%text = trim(known(i_name))
+    end do
+  end function function_names
+
+  pure logical function is_function_name(name)
+    character(*), intent(in) :: name
+    type(string_t), allocatable :: names(:)
+    integer :: i_name
+
+    is_function_name = .false.
+    names = function_names()
+    do i_name = 1, size(names)
+      if (names(i_name)%text == name) is_function_name = .true.
+    end do
+  end function is_function_name
+
+  !> A letter, then letters, digits and underscores: what an expression can name.
+  pure logical function is_identifier(name)
+    character(*), intent(in) :: name
+
+    is_identifier = len(name) > 0
+    if (is_identifier) is_identifier = index(letters, name(1:1)) > 0 .and. verify(name, letters // '0123456789_') == 0
+  end function is_identifier
+
+  !> Names side by side in fields of one width, as the C side wants them.
+  pure subroutine pack_names(names, fields, width)
+    type(string_t), intent(in) :: names(:)
+    character(:), allocatable, intent(out) :: fields
+    integer, intent(out) :: width
+    integer :: i_name
+
+    width = 1
+    do i_name = 1, size(names)
+      width = max(width, len(names(i_name)%text))
+    end do
+    allocate (character(width * size(names)) :: fields)
+    do i_name = 1, size(names)
+      fields((i_name - 1) * width + 1:i_name * width) = names(i_name)%text
+    end do
+  end subroutine pack_names
+
+  subroutine call_c(text, name_fields, width, n_names, handle, code, position, token, sentence)
+    character(*), intent(in) :: text
+    character(*), intent(in) :: name_fields
+    integer, intent(in) :: width
+    integer, intent(in) :: n_names
+    type(c_ptr), intent(out) :: handle
+    integer(c_int), intent(out) :: code
+    integer(c_int), intent(out) :: position
+    character(max_message), intent(out) :: token
+    character(max_message), intent(out) :: sentence
+
+    token = ''
+    sentence = ''
+    code = sig_expression_create(text, len(text, c_size_t), name_fields, int(width, c_size_t), int(n_names, c_int), handle, &
+      position, token, sentence, int(max_message, c_size_t))
+    call cut_at_null(token)
+    call cut_at_null(sentence)
+  end subroutine call_c
+
+  pure subroutine cut_at_null(text)
+    character(*), intent(inout) :: text
+    integer :: position
+
+    position = index(text, c_null_char)
+    if (position > 0) text(position:) = ''
+  end subroutine cut_at_null
+
+  pure function explain(text, names, code, position, token, sentence) result(message)
+    character(*), intent(in) :: text
+    type(string_t), intent(in) :: names(:)
+    integer(c_int), intent(in) :: code
+    !> 0-based, negative = unknown
+    integer(c_int), intent(in) :: position
+    character(*), intent(in) :: token
+    character(*), intent(in) :: sentence
+    character(:), allocatable :: message
+
+    select case (code)
+    case (unknown_name)
+      message = explain_unknown(names, token)
+    case (bad_syntax)
+      message = sentence
+    case (several_values)
+      message = 'it gives more than one value'
+    case (bad_name)
+      message = 'the variable name ''' // token // ''' cannot stand in an expression'
+    case default
+      message = 'out of memory'
+    end select
+    if (position >= 0 .and. position < len_trim(text)) message = message // ' (character ' // to_text(int(position) + 1) // ')'
+  end function explain
+
+  pure function explain_unknown(names, token) result(message)
+    type(string_t), intent(in) :: names(:)
+    character(*), intent(in) :: token
+    character(:), allocatable :: message
+    character(:), allocatable :: guess
+
+    if (is_function_name(token)) then
+      message = 'the function ''' // token // ''' needs its arguments in parentheses'
+      return
+    end if
+    message = 'unknown name ''' // token // ''''
+    if (size(names) > 0) message = message // '; known: ' // join(names, ', ')
+    guess = did_you_mean(token, [names, function_names()])
+    if (len(guess) > 0) message = message // '; did you mean ''' // guess // '''?'
+  end function explain_unknown
+end module sig_expression
