@@ -100,7 +100,7 @@ module sig_deck_config
     !> as written, and openable from the current directory; unallocated with a grid
     character(:), allocatable :: file
     character(:), allocatable :: path
-    !> groups of ranks that work on different points; 0 = auto
+    !> groups of ranks that work on different points; 0 = `auto` in the deck (default)
     integer :: n_groups = 0
     integer :: line = 0
     integer :: column = 0
@@ -124,7 +124,7 @@ module sig_deck_config
   end type reduction_config_t
 
   type :: output_config_t
-    !> results folder, relative to the deck if given; default results/<deck name> below the current directory
+    !> results folder, relative to the deck; `auto` (default) = results/<deck name> below the current directory
     character(:), allocatable :: directory
     !> openable from the current directory
     character(:), allocatable :: path
@@ -148,7 +148,10 @@ module sig_deck_config
     type(boundary_config_t), allocatable :: boundary_conditions(:)
     type(contact_config_t), allocatable :: contact(:)
     type(solver_config_t) :: solver
+    !> the deck has the section; commands that need a section which is not there say so
+    logical :: has_training = .false.
     type(point_set_config_t) :: training
+    logical :: has_test = .false.
     type(point_set_config_t) :: test
     type(reduction_config_t) :: reduction
     type(output_config_t) :: output

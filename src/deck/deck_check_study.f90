@@ -1,0 +1,125 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> Ranges and cross-checks of the sections that say how the problem is solved, reduced and written.
+module sig_deck_check_study
+  use sig_deck_config, only: deck_config_t, parameter_config_t, point_set_config_t
+  use sig_deck_tree, only: deck_tree_t, shown
+  use sig_kinds, only: rk
+  use sig_text, only: split, string_t, to_text
+  implicit none(type, external)
+  private
+  public :: check_study
+
+  !> a larger grid is a slip: it could be neither solved nor stored
+  integer, parameter :: max_points = 1000000
+  character(*), parameter :: option_prefixes(4) = [character(12) :: '-fom_', '-active_set_', '-vi_', '-pod_']
+
+contains
+
+  subroutine check_study(tree, config)
+    type(deck_tree_t), intent(inout) :: tree
+    type(deck_config_t), intent(in) :: config
+
+    if (config%solver%max_iterations < 1) call tree%report_at('solver.max_iterations', 'is ' // &
+      to_text(config%solver%max_iterations) // '; it must be at least 1')
+    call check_grid(tree, 'training', config%parameters, config%training)
+    call check_grid(tree, 'test', config%parameters, config%test)
+    call check_tolerance(tree, 'reduction.pod_tolerance', config%reduction%pod_tolerance)
+    call check_tolerance(tree, 'reduction.rank_tolerance', config%reduction%rank_tolerance)
+    call check_output_points(tree, config%parameters, config%output%points)
+    call check_petsc_options(tree, config%petsc_options)
+  end subroutine check_study
+
+  subroutine check_grid(tree, section, parameters, points)
+    type(deck_tree_t), intent(inout) :: tree
+    character(*), intent(in) :: section
+    type(parameter_config_t), intent(in) :: parameters(:)
+    type(point_set_config_t), intent(in) :: points
+    real(rk) :: n_points
+    integer :: i
+
+    if (.not. allocated(points%grid)) return
+    do i = 1, size(parameters)
+      if (points%grid(i) < 2) call tree%report_at(section // '.grid.' // parameters(i)%name, 'is ' // to_text(points%grid(i)) // &
+        '; it must be at least 2, as both ends of the range belong to the grid')
+    end do
+    n_points = product(real(points%grid, rk))
+    if (n_points > max_points) call tree%report_at(section // '.grid', 'has ' // to_text(n_points) // ' points; it must have ' // &
+      to_text(max_points) // ' at most')
+  end subroutine check_grid
+
+  subroutine check_tolerance(tree, path, tolerance)
+    type(deck_tree_t), intent(inout) :: tree
+    character(*), intent(in) :: path
+    real(rk), intent(in) :: tolerance
+
+    if (tolerance <= 0 .or. tolerance >= 1) call tree%report_at(path, 'is ' // to_text(tolerance) // &
+      '; it must be greater than 0 and less than 1')
+  end subroutine check_tolerance
+
+  subroutine check_output_points(tree, parameters, points)
+    type(deck_tree_t), intent(inout) :: tree
+    type(parameter_config_t), intent(in) :: parameters(:)
+    real(rk), intent(in) :: points(:, :)
+    character(:), allocatable :: path, unit
+    integer :: i, j
+
+    do i = 1, size(points, 2)
+      path = 'output.points[' // to_text(i) // ']'
+      do j = 1, size(parameters)
+        if (parameters(j)%minimum >= parameters(j)%maximum) cycle
+        if (points(j, i) >= parameters(j)%minimum .and. points(j, i) <= parameters(j)%maximum) cycle
+        unit = ''
+        if (len(parameters(j)%unit) > 0) unit = ' ' // parameters(j)%unit
+        call tree%report_at(path // '.' // parameters(j)%name, 'is ' // to_text(points(j, i)) // unit // '; it must lie between ' // &
+          to_text(parameters(j)%minimum) // ' and ' // to_text(parameters(j)%maximum) // unit)
+      end do
+      do j = 1, i - 1
+        if (any(abs(points(:, i) - points(:, j)) > 0)) cycle
+        call tree%report_at(path, 'is the same point as output.points[' // to_text(j) // ']')
+        exit
+      end do
+    end do
+  end subroutine check_output_points
+
+  !> Only names are checked here: a value may start with a minus sign but not with a minus sign and a letter.
+  subroutine check_petsc_options(tree, options)
+    type(deck_tree_t), intent(inout) :: tree
+    character(*), intent(in) :: options
+    type(string_t), allocatable :: words(:)
+    integer :: i
+    logical :: is_value_allowed
+
+    words = split(options, ' ')
+    is_value_allowed = .false.
+    do i = 1, size(words)
+      if (len(words(i)%text) == 0) cycle
+      if (is_option(words(i)%text)) then
+        is_value_allowed = .true.
+        if (.not. has_known_prefix(words(i)%text)) call tree%report_at('petsc_options', 'has ' // shown(words(i)%text) // &
+          '; an option must start with one of -fom_, -active_set_, -vi_, -pod_')
+      else
+        if (.not. is_value_allowed) call tree%report_at('petsc_options', 'has ' // shown(words(i)%text) // &
+          '; an option or the value that follows it must stand there')
+        is_value_allowed = .false.
+      end if
+    end do
+  end subroutine check_petsc_options
+
+  !> A minus sign and then a letter; so `-1e-3` is a value.
+  pure logical function is_option(word)
+    character(*), intent(in) :: word
+
+    is_option = .false.
+    if (len(word) > 1) is_option = word(1:1) == '-' .and. scan(word(2:2), '0123456789.') == 0
+  end function is_option
+
+  pure logical function has_known_prefix(word)
+    character(*), intent(in) :: word
+    integer :: i
+
+    has_known_prefix = .false.
+    do i = 1, size(option_prefixes)
+      if (index(word, trim(option_prefixes(i))) == 1) has_known_prefix = .true.
+    end do
+  end function has_known_prefix
+end module sig_deck_check_study

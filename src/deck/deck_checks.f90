@@ -1,0 +1,237 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> Ranges of single values and what several values must satisfy together, for the sections that say what is solved.
+module sig_deck_checks
+  use sig_deck_check_study, only: check_study
+  use sig_deck_config, only: contact_config_t, deck_config_t, material_config_t, parameter_config_t, value_config_t
+  use sig_deck_tree, only: deck_tree_t, shown
+  use sig_expression, only: expression_t, is_function_name, is_identifier
+  use sig_kinds, only: rk
+  use sig_text, only: string_t, to_text
+  implicit none(type, external)
+  private
+  public :: check_deck
+
+  character(*), parameter :: axes(3) = ['x', 'y', 'z']
+  !> coordinates in expressions (now or later), and columns of validation.csv
+  character(*), parameter :: reserved_names(17) = [character(22) :: 'x', 'y', 'z', 'r', 'cluster', 'solver', 'e_u', &
+    'e_lambda_rid', 'e_lambda_all', 'e_energy', 'e_energy_rid', 'e_energy_relative', 'e_energy_rid_relative', 'n_active', &
+    'n_active_full_order', 'true', 'false']
+  !> corners of the box are tried for so many parameters; the others stay at their minimum
+  integer, parameter :: max_corner_parameters = 10
+
+contains
+
+  !> Adds all that is wrong with a configuration that was read without errors, or with harmless values in place of faulty ones.
+  subroutine check_deck(tree, config)
+    type(deck_tree_t), intent(inout) :: tree
+    type(deck_config_t), intent(in) :: config
+    integer :: i
+
+    do i = 1, size(config%parameters)
+      call check_parameter(tree, config%parameters(i))
+    end do
+    do i = 1, size(config%materials)
+      call check_material(tree, config%materials, i, stress_unit(config))
+    end do
+    call check_displacements(tree, config)
+    do i = 1, size(config%contact)
+      call check_contact(tree, config%contact, i, config%mesh%model)
+    end do
+    call check_study(tree, config)
+  end subroutine check_deck
+
+  pure function stress_unit(config) result(unit)
+    type(deck_config_t), intent(in) :: config
+    character(:), allocatable :: unit
+
+    unit = config%units%force // '/' // config%units%length // '^2'
+  end function stress_unit
+
+  subroutine check_parameter(tree, parameter)
+    type(deck_tree_t), intent(inout) :: tree
+    type(parameter_config_t), intent(in) :: parameter
+    character(:), allocatable :: path, unit
+
+    path = 'parameters.' // parameter%name
+    if (.not. is_identifier(parameter%name)) then
+      call report_name(tree, parameter%name, 'is no name for expressions; it must be a letter, then letters, digits and _')
+      return
+    end if
+    if (is_function_name(parameter%name)) call report_name(tree, parameter%name, 'has the name of a function; it must have another')
+    if (any(reserved_names == parameter%name)) call report_name(tree, parameter%name, 'has a reserved name; it must have another')
+    if (parameter%minimum < parameter%maximum) return
+    unit = ''
+    if (len(parameter%unit) > 0) unit = ' ' // parameter%unit
+    call tree%report_at(path // '.max', 'is ' // to_text(parameter%maximum) // unit // '; it must be greater than min, which is ' // &
+      to_text(parameter%minimum) // unit)
+  end subroutine check_parameter
+
+  !> At the key, for that is what is wrong.
+  subroutine report_name(tree, name, message)
+    type(deck_tree_t), intent(inout) :: tree
+    character(*), intent(in) :: name
+    character(*), intent(in) :: message
+    integer :: i_node
+
+    i_node = tree%find(tree%node_at('parameters'), name)
+    call tree%report_key(i_node, tree%key_path(i_node) // ' ' // message)
+  end subroutine report_name
+
+  subroutine check_material(tree, materials, i_material, unit)
+    type(deck_tree_t), intent(inout) :: tree
+    type(material_config_t), intent(in) :: materials(:)
+    integer, intent(in) :: i_material
+    !> of a stress
+    character(*), intent(in) :: unit
+    character(:), allocatable :: path
+    integer :: i, j, k
+
+    associate (material => materials(i_material))
+      path = 'materials.' // material%name
+      if (material%young_modulus <= 0) call tree%report_at(path // '.young_modulus', 'is ' // to_text(material%young_modulus) // &
+        ' ' // unit // '; it must be greater than 0')
+      if (material%poisson_ratio >= 0.5_rk) call tree%report_at(path // '.poisson_ratio', 'is ' // &
+        to_text(material%poisson_ratio) // '; it must be less than 0.5')
+      if (material%poisson_ratio <= -1) call tree%report_at(path // '.poisson_ratio', 'is ' // &
+        to_text(material%poisson_ratio) // '; it must be greater than -1')
+      do i = 1, size(material%regions)
+        do j = 1, i_material - 1
+          do k = 1, size(materials(j)%regions)
+            if (len(material%regions(i)%text) == 0 .or. materials(j)%regions(k)%text /= material%regions(i)%text) cycle
+            call tree%report_at(path // '.regions[' // to_text(i) // ']', 'is ' // shown(material%regions(i)%text) // &
+              ', which belongs to materials.' // materials(j)%name // ' already')
+          end do
+        end do
+      end do
+    end associate
+  end subroutine check_material
+
+  subroutine check_displacements(tree, config)
+    type(deck_tree_t), intent(inout) :: tree
+    type(deck_config_t), intent(in) :: config
+    character(:), allocatable :: path
+    integer :: i, i_axis, j
+
+    do i = 1, size(config%boundary_conditions)
+      do i_axis = 1, 3
+        if (.not. config%boundary_conditions(i)%is_prescribed(i_axis)) cycle
+        path = 'boundary_conditions[' // to_text(i) // '].displacement.' // axes(i_axis)
+        if (i_axis == 3 .and. config%mesh%model == 'plane_strain') call tree%report_at(path, &
+          'is prescribed; a plane_strain model has the components x and y')
+        do j = 1, i - 1
+          if (.not. config%boundary_conditions(j)%is_prescribed(i_axis)) cycle
+          if (config%boundary_conditions(j)%boundary%text /= config%boundary_conditions(i)%boundary%text) cycle
+          call tree%report_at(path, 'is prescribed twice for ' // shown(config%boundary_conditions(i)%boundary%text) // &
+            '; boundary_conditions[' // to_text(j) // '] has it already')
+        end do
+        if (has_box(config%parameters)) call check_finite(tree, path, config%parameters, &
+          config%boundary_conditions(i)%displacement(i_axis))
+      end do
+    end do
+  end subroutine check_displacements
+
+  !> Whether the ranges of all parameters are known and not empty.
+  pure logical function has_box(parameters)
+    type(parameter_config_t), intent(in) :: parameters(:)
+
+    has_box = all(parameters%minimum < parameters%maximum .and. parameters%minimum > -huge(1.0_rk) .and. &
+      parameters%maximum < huge(1.0_rk))
+  end function has_box
+
+  !> An expression must have a value at the middle and at the corners of the box: where divisions by zero are likely.
+  subroutine check_finite(tree, path, parameters, value)
+    type(deck_tree_t), intent(inout) :: tree
+    character(*), intent(in) :: path
+    type(parameter_config_t), intent(in) :: parameters(:)
+    type(value_config_t), intent(in) :: value
+    type(expression_t) :: expression
+    character(:), allocatable :: message
+    type(string_t) :: names(size(parameters))
+    real(rk) :: point(size(parameters)), result
+    integer :: i_corner, i
+    logical :: is_valid
+
+    if (value%is_constant) return
+    do i = 1, size(parameters)
+      names(i)%text = parameters(i)%name
+    end do
+    call expression%create(value%text, names, message)
+    ! a parameter with an impossible name, reported already
+    if (allocated(message)) return
+    point = parameters%minimum / 2 + parameters%maximum / 2
+    do i_corner = 0, 2**min(size(parameters), max_corner_parameters)
+      call expression%evaluate(point, result, is_valid)
+      if (.not. is_valid) then
+        call tree%report_at(path, 'is ' // shown(value%text) // ', which is not finite at ' // point_text(parameters, point))
+        exit
+      end if
+      do i = 1, size(parameters)
+        point(i) = parameters(i)%minimum
+        if (i <= max_corner_parameters .and. btest(i_corner, mod(i - 1, max_corner_parameters))) point(i) = parameters(i)%maximum
+      end do
+    end do
+    call expression%destroy()
+  end subroutine check_finite
+
+  !> `squeeze = 0.15 m, angle = 2.0`
+  pure function point_text(parameters, point) result(text)
+    type(parameter_config_t), intent(in) :: parameters(:)
+    real(rk), intent(in) :: point(:)
+    character(:), allocatable :: text
+    integer :: i
+
+    text = ''
+    do i = 1, size(parameters)
+      if (i > 1) text = text // ', '
+      text = text // parameters(i)%name // ' = ' // to_text(point(i))
+      if (len(parameters(i)%unit) > 0) text = text // ' ' // parameters(i)%unit
+    end do
+  end function point_text
+
+  subroutine check_contact(tree, contact, i_contact, model)
+    type(deck_tree_t), intent(inout) :: tree
+    type(contact_config_t), intent(in) :: contact(:)
+    integer, intent(in) :: i_contact
+    character(*), intent(in) :: model
+    character(:), allocatable :: path
+    integer :: i
+
+    path = 'contact[' // to_text(i_contact) // ']'
+    associate (entry => contact(i_contact))
+      if (len(entry%first%text) > 0 .and. entry%first%text == entry%second%text) call tree%report_at(path // '.second', &
+        'is ' // shown(entry%second%text) // ' like first; it must be another surface')
+      do i = 1, i_contact - 1
+        if (are_same_surfaces(contact(i), entry)) call tree%report_at(path // '.first', 'and second are the surfaces of contact[' // &
+          to_text(i) // '] already')
+      end do
+      call check_direction(tree, path // '.direction', entry%direction, model)
+      if (entry%pairing_tolerance <= 0 .or. entry%pairing_tolerance > 0.5_rk) call tree%report_at(path // '.pairing_tolerance', &
+        'is ' // to_text(entry%pairing_tolerance) // '; it must be greater than 0 and at most 0.5 (times the mesh size)')
+    end associate
+  end subroutine check_contact
+
+  pure logical function are_same_surfaces(one, other)
+    type(contact_config_t), intent(in) :: one
+    type(contact_config_t), intent(in) :: other
+
+    are_same_surfaces = .false.
+    if (len(one%first%text) == 0 .or. len(one%second%text) == 0) return
+    are_same_surfaces = (one%first%text == other%first%text .and. one%second%text == other%second%text) .or. &
+      (one%first%text == other%second%text .and. one%second%text == other%first%text)
+  end function are_same_surfaces
+
+  subroutine check_direction(tree, path, direction, model)
+    type(deck_tree_t), intent(inout) :: tree
+    character(*), intent(in) :: path
+    !> empty where it could not be read
+    real(rk), intent(in) :: direction(:)
+    character(*), intent(in) :: model
+
+    if (size(direction) == 0) return
+    if (size(direction) /= 2) then
+      call tree%report_at(path, 'has length ' // to_text(size(direction)) // '; a ' // model // ' model needs 2 components [x, y]')
+    else if (norm2(direction) < tiny(1.0_rk)) then
+      call tree%report_at(path, 'is a zero vector; it must point from the first surface to the second')
+    end if
+  end subroutine check_direction
+end module sig_deck_checks

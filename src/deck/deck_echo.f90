@@ -1,0 +1,220 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> Configuration -> YAML with every default: what `check` prints, what reports and models keep. Reading it back gives the same.
+module sig_deck_echo
+  use sig_deck_config, only: boundary_config_t, contact_config_t, deck_config_t, material_config_t, name_config_t, &
+    output_config_t, parameter_config_t, point_set_config_t, reduction_config_t
+  use sig_kinds, only: rk
+  use sig_text, only: join, lower, read_real, string_t, to_text
+  implicit none(type, external)
+  private
+  public :: echo_deck, echo_physics
+
+  character(*), parameter :: axes(3) = ['x', 'y', 'z']
+  character(*), parameter :: eol = new_line('a')
+
+contains
+
+  !> The effective deck.
+  pure function echo_deck(config) result(yaml)
+    type(deck_config_t), intent(in) :: config
+    character(:), allocatable :: yaml
+
+    yaml = 'title: ' // yaml_text(config%title) // eol // echo_physics(config) // &
+      'solver: {type: ' // config%solver%type // ', max_iterations: ' // to_text(config%solver%max_iterations) // '}' // eol
+    if (config%has_training) yaml = yaml // 'training: ' // point_set(config%training, config%parameters) // eol
+    if (config%has_test) yaml = yaml // 'test: ' // point_set(config%test, config%parameters) // eol
+    yaml = yaml // reduction_section(config%reduction) // output_section(config%output, config%parameters) // &
+      'petsc_options: ' // yaml_text(config%petsc_options) // eol
+  end function echo_deck
+
+  !> Only what decides about the full-order answer at a parameter point: the text whose hash is a snapshot's provenance.
+  pure function echo_physics(config) result(yaml)
+    type(deck_config_t), intent(in) :: config
+    character(:), allocatable :: yaml
+    integer :: i
+
+    yaml = 'units: {length: ' // config%units%length // ', force: ' // config%units%force // '}' // eol // &
+      'mesh: {file: ' // yaml_text(config%mesh%file) // ', model: ' // config%mesh%model // ', length_unit: ' // &
+      config%mesh%length_unit // '}' // eol // 'parameters:' // eol
+    do i = 1, size(config%parameters)
+      yaml = yaml // '  ' // parameter_entry(config%parameters(i)) // eol
+    end do
+    yaml = yaml // 'materials:' // eol
+    do i = 1, size(config%materials)
+      yaml = yaml // '  ' // material_entry(config%materials(i)) // eol
+    end do
+    yaml = yaml // 'boundary_conditions:' // eol
+    do i = 1, size(config%boundary_conditions)
+      yaml = yaml // '  - ' // boundary_entry(config%boundary_conditions(i)) // eol
+    end do
+    yaml = yaml // 'contact:' // eol
+    do i = 1, size(config%contact)
+      yaml = yaml // '  - ' // contact_entry(config%contact(i)) // eol
+    end do
+  end function echo_physics
+
+  pure function parameter_entry(parameter) result(yaml)
+    type(parameter_config_t), intent(in) :: parameter
+    character(:), allocatable :: yaml
+
+    yaml = parameter%name // ': {min: ' // to_text(parameter%minimum) // ', max: ' // to_text(parameter%maximum) // &
+      ', unit: ' // yaml_text(parameter%unit) // '}'
+  end function parameter_entry
+
+  pure function material_entry(material) result(yaml)
+    type(material_config_t), intent(in) :: material
+    character(:), allocatable :: yaml
+
+    yaml = yaml_text(material%name) // ': {regions: ' // name_list(material%regions) // ', young_modulus: ' // &
+      to_text(material%young_modulus) // ', poisson_ratio: ' // to_text(material%poisson_ratio) // '}'
+  end function material_entry
+
+  pure function boundary_entry(condition) result(yaml)
+    type(boundary_config_t), intent(in) :: condition
+    character(:), allocatable :: yaml
+    type(string_t) :: components(count(condition%is_prescribed))
+    integer :: i_axis, n
+
+    n = 0
+    do i_axis = 1, 3
+      if (.not. condition%is_prescribed(i_axis)) cycle
+      n = n + 1
+      if (condition%displacement(i_axis)%is_constant) then
+        components(n)%text = axes(i_axis) // ': ' // to_text(condition%displacement(i_axis)%constant)
+      else
+        components(n)%text = axes(i_axis) // ': ' // yaml_text(condition%displacement(i_axis)%text)
+      end if
+    end do
+    yaml = '{boundary: ' // yaml_text(condition%boundary%text) // ', displacement: {' // join(components, ', ') // '}}'
+  end function boundary_entry
+
+  pure function contact_entry(contact) result(yaml)
+    type(contact_config_t), intent(in) :: contact
+    character(:), allocatable :: yaml
+    type(string_t) :: components(size(contact%direction))
+    integer :: i
+
+    do i = 1, size(contact%direction)
+      components(i)%text = to_text(contact%direction(i))
+    end do
+    yaml = '{first: ' // yaml_text(contact%first%text) // ', second: ' // yaml_text(contact%second%text) // &
+      ', direction: [' // join(components, ', ') // '], pairing_tolerance: ' // to_text(contact%pairing_tolerance) // '}'
+  end function contact_entry
+
+  pure function point_set(points, parameters) result(yaml)
+    type(point_set_config_t), intent(in) :: points
+    type(parameter_config_t), intent(in) :: parameters(:)
+    character(:), allocatable :: yaml
+    type(string_t) :: counts(size(parameters))
+    integer :: i
+
+    if (allocated(points%grid)) then
+      do i = 1, size(parameters)
+        counts(i)%text = parameters(i)%name // ': ' // to_text(points%grid(i))
+      end do
+      yaml = '{grid: {' // join(counts, ', ') // '}, groups: '
+    else
+      yaml = '{file: ' // yaml_text(points%file) // ', groups: '
+    end if
+    if (points%n_groups == 0) then
+      yaml = yaml // 'auto}'
+    else
+      yaml = yaml // to_text(points%n_groups) // '}'
+    end if
+  end function point_set
+
+  pure function reduction_section(reduction) result(yaml)
+    type(reduction_config_t), intent(in) :: reduction
+    character(:), allocatable :: yaml
+
+    yaml = 'reduction:' // eol // &
+      '  method: ' // reduction%method // eol // &
+      '  pod_tolerance: ' // to_text(reduction%pod_tolerance) // eol // &
+      '  dirichlet: ' // reduction%dirichlet // eol // &
+      '  zones_of_interest: ' // name_list(reduction%zones_of_interest) // eol // &
+      '  enrichment: {type: ' // reduction%enrichment // '}' // eol // &
+      '  rank_tolerance: ' // to_text(reduction%rank_tolerance) // eol // &
+      '  reconstruction: ' // reduction%reconstruction // eol
+  end function reduction_section
+
+  pure function output_section(output, parameters) result(yaml)
+    type(output_config_t), intent(in) :: output
+    type(parameter_config_t), intent(in) :: parameters(:)
+    character(:), allocatable :: yaml
+    type(string_t) :: values(size(parameters))
+    integer :: i, j
+
+    yaml = 'output:' // eol // '  directory: ' // yaml_text(output%directory)
+    if (output%directory == 'auto') yaml = yaml // '  # ' // output%path // ' below the current directory'
+    yaml = yaml // eol // '  fields: [' // field_list(output) // ']' // eol // '  points:' // eol
+    do i = 1, size(output%points, 2)
+      do j = 1, size(parameters)
+        values(j)%text = parameters(j)%name // ': ' // to_text(output%points(j, i))
+      end do
+      yaml = yaml // '    - {' // join(values, ', ') // '}' // eol
+    end do
+  end function output_section
+
+  pure function field_list(output) result(yaml)
+    type(output_config_t), intent(in) :: output
+    character(:), allocatable :: yaml
+
+    yaml = ''
+    if (output%has_displacement) yaml = yaml // ', displacement'
+    if (output%has_stress) yaml = yaml // ', stress'
+    if (output%has_contact) yaml = yaml // ', contact'
+    ! never empty: the deck may leave the list out, but not empty
+    yaml = yaml(3:)
+  end function field_list
+
+  pure function name_list(names) result(yaml)
+    type(name_config_t), intent(in) :: names(:)
+    character(:), allocatable :: yaml
+    integer :: i
+
+    yaml = '['
+    do i = 1, size(names)
+      if (i > 1) yaml = yaml // ', '
+      yaml = yaml // yaml_text(names(i)%text)
+    end do
+    yaml = yaml // ']'
+  end function name_list
+
+  !> A text as YAML reads it back: as it is where that is safe (inside { } too), else in double quotes.
+  pure function yaml_text(text) result(yaml)
+    character(*), intent(in) :: text
+    character(:), allocatable :: yaml
+    integer :: i
+
+    yaml = text
+    if (is_plain(text)) return
+    yaml = '"'
+    do i = 1, len(text)
+      if (text(i:i) == '"' .or. text(i:i) == '\') yaml = yaml // '\'
+      yaml = yaml // text(i:i)
+    end do
+    yaml = yaml // '"'
+  end function yaml_text
+
+  pure logical function is_plain(text)
+    character(*), intent(in) :: text
+    character(*), parameter :: first = 'abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_./('
+    real(rk) :: number
+    integer :: i
+    logical :: is_number
+
+    is_plain = .false.
+    if (len(text) == 0) return
+    ! a minus sign may lead, as in -squeeze
+    i = merge(2, 1, text(1:1) == '-')
+    if (i > len(text)) return
+    if (index(first, text(i:i)) == 0 .or. verify(text, first // '-+*^)<>= ') > 0 .or. text(len(text):) == ' ') return
+    ! words that YAML (here or in another reader) takes for something else than a text
+    select case (lower(text))
+    case ('null', 'true', 'false', 'yes', 'no', 'on', 'off', 'y', 'n')
+      return
+    end select
+    call read_real(text, number, is_number)
+    is_plain = .not. is_number
+  end function is_plain
+end module sig_deck_echo

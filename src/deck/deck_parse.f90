@@ -1,0 +1,131 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> Deck text -> tree, through the YAML reader in C.
+module sig_deck_parse
+  use, intrinsic :: iso_c_binding, only: c_int, c_ptr, c_size_t
+  use sig_c_strings, only: from_c
+  use sig_deck_c_interfaces, only: sig_yaml_free, sig_yaml_get_fault, sig_yaml_get_node, sig_yaml_n_faults, sig_yaml_n_nodes, &
+    sig_yaml_read, yaml_fault_c_t, yaml_node_c_t
+  use sig_deck_tree, only: deck_node_t, deck_tree_t, kind_mapping, root_node
+  use sig_errors, only: error_t, make_error
+  use sig_text, only: split, string_t
+  implicit none(type, external)
+  private
+  public :: parse_deck
+
+  !> SIG_YAML_SYNTAX in include/signorom/yaml_reader.h
+  integer, parameter :: fault_syntax = 1
+
+contains
+
+  !> Makes the tree of a deck. Where tree%errors holds anything afterwards, the nodes are of no use.
+  !>
+  !> Errors: no YAML, duplicate keys, what a deck may not use (anchors, tags, tabs as indentation), nothing in it, no mapping.
+  subroutine parse_deck(path, text, tree)
+    character(*), intent(in) :: path
+    character(*), intent(in) :: text
+    type(deck_tree_t), intent(out) :: tree
+    type(c_ptr) :: reading
+
+    tree%path = path
+    allocate (tree%parameter_names(0), tree%nodes(0))
+    if (sig_yaml_read(text, len(text, c_size_t), reading) /= 0) then
+      call report(tree, 'out of memory')
+      return
+    end if
+    call take_faults(reading, text, tree)
+    if (tree%errors%n_errors() == 0) call take_nodes(reading, tree)
+    call sig_yaml_free(reading)
+    if (tree%errors%n_errors() > 0) return
+    if (size(tree%nodes) == 0) then
+      call report(tree, 'the deck is empty')
+    else if (tree%nodes(root_node)%kind /= kind_mapping) then
+      call tree%report(root_node, 'is ' // tree%kind_name(root_node) // '; it must be a mapping {key: value, ...}', &
+        'input/half_disks.yaml shows a whole deck')
+    end if
+  end subroutine parse_deck
+
+  subroutine take_faults(reading, text, tree)
+    type(c_ptr), intent(in) :: reading
+    character(*), intent(in) :: text
+    type(deck_tree_t), intent(inout) :: tree
+    type(yaml_fault_c_t) :: fault
+    integer(c_int) :: i_fault
+    character(:), allocatable :: message, hint
+
+    do i_fault = 0, sig_yaml_n_faults(reading) - 1
+      call sig_yaml_get_fault(reading, i_fault, fault)
+      message = from_c(fault%message)
+      hint = ''
+      if (fault%kind == fault_syntax) then
+        message = 'this is no valid YAML: ' // message
+        hint = hint_for_line(text, int(fault%line))
+      end if
+      call report(tree, message, int(fault%line), int(fault%column), hint)
+    end do
+  end subroutine take_faults
+
+  subroutine report(tree, sentence, line, column, hint)
+    type(deck_tree_t), intent(inout) :: tree
+    character(*), intent(in) :: sentence
+    integer, intent(in), optional :: line
+    integer, intent(in), optional :: column
+    character(*), intent(in), optional :: hint
+    type(error_t), allocatable :: error
+
+    call make_error(error, sentence, tree%path, line, column, hint)
+    call tree%errors%add(error)
+  end subroutine report
+
+  !> The two slips that break YAML most often in a deck.
+  pure function hint_for_line(text, line) result(hint)
+    character(*), intent(in) :: text
+    integer, intent(in) :: line
+    character(:), allocatable :: hint
+    type(string_t), allocatable :: lines(:)
+
+    hint = ''
+    lines = split(text, new_line('a'))
+    if (line < 1 .or. line > size(lines)) return
+    if (index(lines(line)%text, '?') > 0) then
+      hint = 'an expression with ? : needs quotes, such as "a > 0.2 ? 1 : 0"'
+    else if (index(lines(line)%text, ': ') /= index(lines(line)%text, ': ', back=.true.)) then
+      hint = 'a text that contains '': '' needs quotes'
+    end if
+  end function hint_for_line
+
+  subroutine take_nodes(reading, tree)
+    type(c_ptr), intent(in) :: reading
+    type(deck_tree_t), intent(inout) :: tree
+    type(yaml_node_c_t) :: node
+    integer :: i_node, i_parent
+
+    deallocate (tree%nodes)
+    allocate (tree%nodes(sig_yaml_n_nodes(reading)))
+    do i_node = 1, size(tree%nodes)
+      call sig_yaml_get_node(reading, int(i_node - 1, c_int), node)
+      call copy_node(node, tree%nodes(i_node))
+      tree%nodes(i_node)%last = i_node
+    end do
+    ! backwards: what is below a node is known before the node itself
+    do i_node = size(tree%nodes), 2, -1
+      i_parent = tree%nodes(i_node)%parent
+      tree%nodes(i_parent)%last = max(tree%nodes(i_parent)%last, tree%nodes(i_node)%last)
+    end do
+  end subroutine take_nodes
+
+  subroutine copy_node(node, copy)
+    type(yaml_node_c_t), intent(in) :: node
+    type(deck_node_t), intent(out) :: copy
+
+    copy%kind = node%kind
+    copy%parent = node%parent + 1
+    copy%line = node%line
+    copy%column = node%column
+    copy%key_line = node%key_line
+    copy%key_column = node%key_column
+    copy%is_quoted = node%is_quoted /= 0
+    copy%key = from_c(node%key, node%key_length)
+    copy%text = from_c(node%text, node%text_length)
+    allocate (copy%asked_keys(0))
+  end subroutine copy_node
+end module sig_deck_parse

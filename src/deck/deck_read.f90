@@ -1,0 +1,78 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> Deck text -> configuration, with all that is wrong with it.
+module sig_deck_read
+  use sig_deck_checks, only: check_deck
+  use sig_deck_config, only: deck_config_t
+  use sig_deck_parse, only: parse_deck
+  use sig_deck_read_problem, only: read_problem
+  use sig_deck_read_study, only: read_study
+  use sig_deck_tree, only: deck_tree_t, root_node
+  use sig_deck_values, only: get_text
+  use sig_errors, only: error_list_t, error_t
+  use sig_file_system, only: base_name
+  implicit none(type, external)
+  private
+  public :: read_deck
+
+contains
+
+  !> Reads the text of a deck. Local and deterministic: every rank gets the same from the same text.
+  !>
+  !> Errors: all of them, in the order of the lines; where there is one, the configuration is of no use.
+  !> YAML that cannot be read ends the search at once.
+  subroutine read_deck(path, text, config, errors)
+    !> as given by the user: for messages, for the deck's name, and because paths in a deck are relative to it
+    character(*), intent(in) :: path
+    character(*), intent(in) :: text
+    type(deck_config_t), intent(out) :: config
+    type(error_list_t), intent(out) :: errors
+    type(deck_tree_t) :: tree
+
+    config%path = path
+    config%name = base_name(path)
+    call parse_deck(path, text, tree)
+    if (tree%errors%n_errors() == 0) call read_sections(tree, config)
+    errors = tree%errors
+    if (allocated(errors%errors)) call sort_by_line(errors%errors)
+  end subroutine read_deck
+
+  subroutine read_sections(tree, config)
+    type(deck_tree_t), intent(inout) :: tree
+    type(deck_config_t), intent(inout) :: config
+
+    config%title = config%name
+    config%petsc_options = ''
+    call get_text(tree, root_node, 'title', .false., config%title)
+    call read_problem(tree, config)
+    if (size(config%parameters) == 0) return
+    call read_study(tree, config)
+    call get_text(tree, root_node, 'petsc_options', .false., config%petsc_options)
+    call tree%close_mapping(root_node)
+    call check_deck(tree, config)
+  end subroutine read_sections
+
+  !> Insertion sort: stable, so that errors of one place stay in the order in which they were found.
+  pure subroutine sort_by_line(errors)
+    type(error_t), intent(inout) :: errors(:)
+    type(error_t) :: error
+    integer :: i, j
+
+    do i = 2, size(errors)
+      error = errors(i)
+      j = i - 1
+      do while (j > 0)
+        if (.not. stands_before(error, errors(j))) exit
+        errors(j + 1) = errors(j)
+        j = j - 1
+      end do
+      errors(j + 1) = error
+    end do
+  end subroutine sort_by_line
+
+  pure logical function stands_before(one, other)
+    type(error_t), intent(in) :: one
+    type(error_t), intent(in) :: other
+
+    stands_before = one%line < other%line .or. (one%line == other%line .and. one%column < other%column)
+  end function stands_before
+end module sig_deck_read

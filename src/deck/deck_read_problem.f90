@@ -1,0 +1,255 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> The sections of a deck that say what is solved: units, mesh, parameters, materials, boundary conditions, contact.
+module sig_deck_read_problem
+  use sig_deck_config, only: boundary_config_t, contact_config_t, deck_config_t, material_config_t, mesh_config_t, &
+    parameter_config_t, units_config_t
+  use sig_deck_tree, only: append_text, deck_tree_t, kind_mapping, root_node
+  use sig_deck_values, only: get_choice, get_list, get_mapping, get_name, get_names, get_number, get_text, number_of, value_of
+  use sig_expression, only: is_function_name, is_identifier
+  use sig_file_system, only: directory_of
+  use sig_kinds, only: rk
+  use sig_text, only: string_t
+  implicit none(type, external)
+  private
+  public :: read_problem, path_below
+
+  character(*), parameter :: length_units(4) = [character(2) :: 'm', 'cm', 'mm', 'um']
+  character(*), parameter :: force_units(3) = [character(2) :: 'N', 'kN', 'MN']
+  character(*), parameter :: models(1) = [character(12) :: 'plane_strain']
+  character(*), parameter :: axes(3) = ['x', 'y', 'z']
+
+contains
+
+  !> Reads these sections into the configuration; values with an error keep a harmless stand-in.
+  subroutine read_problem(tree, config)
+    type(deck_tree_t), intent(inout) :: tree
+    type(deck_config_t), intent(inout) :: config
+
+    call read_units(tree, config%units)
+    call read_mesh(tree, config%units, config%mesh)
+    call read_parameters(tree, config%parameters)
+    ! said already; every expression and grid would complain again
+    if (size(config%parameters) == 0) return
+    call read_materials(tree, config%materials)
+    call read_boundary_conditions(tree, config%boundary_conditions)
+    call read_contact(tree, config%contact)
+  end subroutine read_problem
+
+  subroutine read_units(tree, units)
+    type(deck_tree_t), intent(inout) :: tree
+    type(units_config_t), intent(inout) :: units
+    integer :: i_units
+
+    units%length = 'm'
+    units%force = 'N'
+    i_units = get_mapping(tree, root_node, 'units', .false.)
+    if (i_units == 0) return
+    call get_choice(tree, i_units, 'length', .false., length_units, units%length)
+    call get_choice(tree, i_units, 'force', .false., force_units, units%force)
+    call tree%close_mapping(i_units)
+  end subroutine read_units
+
+  subroutine read_mesh(tree, units, mesh)
+    type(deck_tree_t), intent(inout) :: tree
+    type(units_config_t), intent(in) :: units
+    type(mesh_config_t), intent(inout) :: mesh
+    integer :: i_mesh, i_file
+
+    mesh%file = ''
+    mesh%path = ''
+    mesh%model = trim(models(1))
+    mesh%length_unit = units%length
+    i_mesh = get_mapping(tree, root_node, 'mesh', .true.)
+    if (i_mesh == 0) return
+    call get_text(tree, i_mesh, 'file', .true., mesh%file)
+    call get_choice(tree, i_mesh, 'model', .true., models, mesh%model)
+    call get_choice(tree, i_mesh, 'length_unit', .false., length_units, mesh%length_unit)
+    call tree%close_mapping(i_mesh)
+    mesh%path = path_below(tree%path, mesh%file)
+    i_file = tree%find(i_mesh, 'file')
+    if (i_file == 0) return
+    mesh%line = tree%nodes(i_file)%line
+    mesh%column = tree%nodes(i_file)%column
+  end subroutine read_mesh
+
+  !> A path of the deck as seen from the current directory.
+  pure function path_below(deck_path, path) result(openable)
+    character(*), intent(in) :: deck_path
+    character(*), intent(in) :: path
+    character(:), allocatable :: openable
+
+    openable = path
+    if (len(path) == 0) return
+    if (path(1:1) == '/' .or. directory_of(deck_path) == '.') return
+    openable = directory_of(deck_path) // '/' // path
+  end function path_below
+
+  subroutine read_parameters(tree, parameters)
+    type(deck_tree_t), intent(inout) :: tree
+    type(parameter_config_t), allocatable, intent(out) :: parameters(:)
+    integer, allocatable :: nodes(:)
+    integer :: i
+
+    allocate (parameters(0))
+    call get_entries(tree, 'parameters', nodes)
+    deallocate (parameters)
+    allocate (parameters(size(nodes)))
+    do i = 1, size(nodes)
+      parameters(i)%name = tree%nodes(nodes(i))%key
+      parameters(i)%unit = ''
+      parameters(i)%line = tree%nodes(nodes(i))%key_line
+      parameters(i)%maximum = huge(1.0_rk)
+      parameters(i)%minimum = -huge(1.0_rk)
+      if (.not. is_mapping(tree, nodes(i))) cycle
+      call get_number(tree, nodes(i), 'min', .true., parameters(i)%minimum)
+      call get_number(tree, nodes(i), 'max', .true., parameters(i)%maximum)
+      call get_text(tree, nodes(i), 'unit', .false., parameters(i)%unit)
+      call tree%close_mapping(nodes(i))
+    end do
+    call offer_names(parameters, tree%parameter_names)
+  end subroutine read_parameters
+
+  !> The names that expressions may use; a name that muParser would refuse is reported by the checks.
+  pure subroutine offer_names(parameters, names)
+    type(parameter_config_t), intent(in) :: parameters(:)
+    type(string_t), allocatable, intent(out) :: names(:)
+    integer :: i
+
+    allocate (names(0))
+    do i = 1, size(parameters)
+      if (is_identifier(parameters(i)%name) .and. .not. is_function_name(parameters(i)%name)) &
+        call append_text(names, parameters(i)%name)
+    end do
+  end subroutine offer_names
+
+  !> Entries of a required mapping whose keys are names of the user; at least one.
+  subroutine get_entries(tree, key, nodes)
+    type(deck_tree_t), intent(inout) :: tree
+    character(*), intent(in) :: key
+    integer, allocatable, intent(out) :: nodes(:)
+    integer :: i_mapping
+
+    allocate (nodes(0))
+    i_mapping = get_mapping(tree, root_node, key, .true.)
+    if (i_mapping == 0) return
+    nodes = tree%children(i_mapping)
+    if (size(nodes) == 0) call tree%report(i_mapping, 'is an empty mapping; it needs at least one entry')
+  end subroutine get_entries
+
+  !> Whether a list entry or a value under a user's name is a mapping; an error if not.
+  logical function is_mapping(tree, i_node)
+    type(deck_tree_t), intent(inout) :: tree
+    integer, intent(in) :: i_node
+
+    is_mapping = tree%nodes(i_node)%kind == kind_mapping
+    if (.not. is_mapping) call tree%report(i_node, 'is ' // tree%kind_name(i_node) // '; it must be a mapping {key: value, ...}')
+  end function is_mapping
+
+  subroutine read_materials(tree, materials)
+    type(deck_tree_t), intent(inout) :: tree
+    type(material_config_t), allocatable, intent(out) :: materials(:)
+    integer, allocatable :: nodes(:)
+    integer :: i
+
+    call get_entries(tree, 'materials', nodes)
+    allocate (materials(size(nodes)))
+    do i = 1, size(nodes)
+      materials(i)%name = tree%nodes(nodes(i))%key
+      materials(i)%young_modulus = 1
+      allocate (materials(i)%regions(0))
+      if (.not. is_mapping(tree, nodes(i))) cycle
+      call get_names(tree, nodes(i), 'regions', .true., materials(i)%regions)
+      call get_number(tree, nodes(i), 'young_modulus', .true., materials(i)%young_modulus)
+      call get_number(tree, nodes(i), 'poisson_ratio', .true., materials(i)%poisson_ratio)
+      call tree%close_mapping(nodes(i))
+    end do
+  end subroutine read_materials
+
+  subroutine read_boundary_conditions(tree, conditions)
+    type(deck_tree_t), intent(inout) :: tree
+    type(boundary_config_t), allocatable, intent(out) :: conditions(:)
+    integer, allocatable :: nodes(:)
+    integer :: i, i_list
+
+    nodes = [integer ::]
+    i_list = get_list(tree, root_node, 'boundary_conditions', .true., .false.)
+    if (i_list > 0) nodes = tree%children(i_list)
+    allocate (conditions(size(nodes)))
+    do i = 1, size(nodes)
+      conditions(i)%boundary%text = ''
+      if (.not. is_mapping(tree, nodes(i))) cycle
+      call get_name(tree, nodes(i), 'boundary', conditions(i)%boundary)
+      call read_displacement(tree, nodes(i), conditions(i))
+      call tree%close_mapping(nodes(i))
+    end do
+  end subroutine read_boundary_conditions
+
+  subroutine read_displacement(tree, i_entry, condition)
+    type(deck_tree_t), intent(inout) :: tree
+    integer, intent(in) :: i_entry
+    type(boundary_config_t), intent(inout) :: condition
+    integer :: i_axis, i_displacement, i_value
+    logical :: is_valid
+
+    i_displacement = get_mapping(tree, i_entry, 'displacement', .true.)
+    if (i_displacement == 0) return
+    do i_axis = 1, 3
+      i_value = tree%find(i_displacement, axes(i_axis))
+      if (i_value == 0) cycle
+      condition%is_prescribed(i_axis) = .true.
+      call value_of(tree, i_value, 'a number or an expression of the parameters', condition%displacement(i_axis), is_valid)
+      ! reported; the checks that follow must not trip over it
+      if (.not. is_valid) condition%displacement(i_axis)%is_constant = .true.
+    end do
+    call tree%close_mapping(i_displacement)
+    if (size(tree%children(i_displacement)) == 0) call tree%report(i_displacement, &
+      'is an empty mapping; it needs at least one of the components x, y')
+  end subroutine read_displacement
+
+  subroutine read_contact(tree, contact)
+    type(deck_tree_t), intent(inout) :: tree
+    type(contact_config_t), allocatable, intent(out) :: contact(:)
+    integer, allocatable :: nodes(:)
+    integer :: i, i_list
+
+    nodes = [integer ::]
+    i_list = get_list(tree, root_node, 'contact', .true., .false.)
+    if (i_list > 0) nodes = tree%children(i_list)
+    allocate (contact(size(nodes)))
+    do i = 1, size(nodes)
+      contact(i)%first%text = ''
+      contact(i)%second%text = ''
+      allocate (contact(i)%direction(0))
+      if (.not. is_mapping(tree, nodes(i))) cycle
+      call get_name(tree, nodes(i), 'first', contact(i)%first)
+      call get_name(tree, nodes(i), 'second', contact(i)%second)
+      call read_direction(tree, nodes(i), contact(i))
+      call get_number(tree, nodes(i), 'pairing_tolerance', .false., contact(i)%pairing_tolerance)
+      call tree%close_mapping(nodes(i))
+    end do
+  end subroutine read_contact
+
+  subroutine read_direction(tree, i_entry, contact)
+    type(deck_tree_t), intent(inout) :: tree
+    integer, intent(in) :: i_entry
+    type(contact_config_t), intent(inout) :: contact
+    integer, allocatable :: nodes(:)
+    real(rk), allocatable :: direction(:)
+    integer :: i, i_list
+    logical :: is_valid, are_all_valid
+
+    i_list = get_list(tree, i_entry, 'direction', .true., .false.)
+    if (i_list == 0) return
+    contact%direction_line = tree%nodes(i_list)%line
+    contact%direction_column = tree%nodes(i_list)%column
+    nodes = tree%children(i_list)
+    allocate (direction(size(nodes)), source=0.0_rk)
+    are_all_valid = .true.
+    do i = 1, size(nodes)
+      call number_of(tree, nodes(i), direction(i), is_valid)
+      are_all_valid = are_all_valid .and. is_valid
+    end do
+    ! left empty otherwise, so that its length is not checked
+    if (are_all_valid) contact%direction = direction
+  end subroutine read_direction
+end module sig_deck_read_problem

@@ -1,0 +1,223 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> The sections of a deck that say how it is solved, reduced and written: solver, training, test, reduction, output.
+module sig_deck_read_study
+  use sig_deck_config, only: deck_config_t, output_config_t, parameter_config_t, point_set_config_t, reduction_config_t, &
+    solver_config_t
+  use sig_deck_read_problem, only: path_below
+  use sig_deck_tree, only: deck_tree_t, kind_mapping, kind_scalar, root_node
+  use sig_deck_values, only: choice_of, get_choice, get_integer, get_list, get_mapping, get_names, get_number, get_text, &
+    integer_of
+  use sig_kinds, only: rk
+  implicit none(type, external)
+  private
+  public :: read_study
+
+  character(*), parameter :: solver_types(3) = [character(10) :: 'condensed', 'active_set', 'snesvi']
+  character(*), parameter :: methods(1) = [character(3) :: 'hhr']
+  character(*), parameter :: dirichlet_treatments(2) = [character(15) :: 'elastic_lifting', 'multiplier']
+  character(*), parameter :: enrichments(1) = [character(4) :: 'none']
+  character(*), parameter :: reconstructions(2) = [character(29) :: 'multipliers_and_displacements', 'multipliers']
+  character(*), parameter :: field_names(3) = [character(12) :: 'displacement', 'stress', 'contact']
+
+contains
+
+  !> Reads these sections; the parameters must be known.
+  subroutine read_study(tree, config)
+    type(deck_tree_t), intent(inout) :: tree
+    type(deck_config_t), intent(inout) :: config
+
+    call read_solver(tree, config%solver)
+    call read_point_set(tree, 'training', config%parameters, config%has_training, config%training)
+    call read_point_set(tree, 'test', config%parameters, config%has_test, config%test)
+    call read_reduction(tree, config%reduction)
+    call read_output(tree, config)
+  end subroutine read_study
+
+  subroutine read_solver(tree, solver)
+    type(deck_tree_t), intent(inout) :: tree
+    type(solver_config_t), intent(inout) :: solver
+    integer :: i_solver
+
+    solver%type = trim(solver_types(1))
+    i_solver = get_mapping(tree, root_node, 'solver', .false.)
+    if (i_solver == 0) return
+    call get_choice(tree, i_solver, 'type', .false., solver_types, solver%type)
+    call get_integer(tree, i_solver, 'max_iterations', .false., solver%max_iterations)
+    call tree%close_mapping(i_solver)
+  end subroutine read_solver
+
+  subroutine read_point_set(tree, key, parameters, is_there, points)
+    type(deck_tree_t), intent(inout) :: tree
+    character(*), intent(in) :: key
+    type(parameter_config_t), intent(in) :: parameters(:)
+    logical, intent(out) :: is_there
+    type(point_set_config_t), intent(inout) :: points
+    integer :: i_grid, i_section
+
+    i_section = get_mapping(tree, root_node, key, .false.)
+    is_there = i_section > 0
+    if (.not. is_there) return
+    points%line = tree%nodes(i_section)%line
+    points%column = tree%nodes(i_section)%column
+    i_grid = get_mapping(tree, i_section, 'grid', .false.)
+    if (i_grid > 0) call read_grid(tree, i_grid, parameters, points)
+    call get_text(tree, i_section, 'file', .false., points%file)
+    if (allocated(points%file)) points%path = path_below(tree%path, points%file)
+    call read_groups(tree, i_section, points%n_groups)
+    call tree%close_mapping(i_section)
+    if (tree%find(i_section, 'grid') > 0 .and. tree%find(i_section, 'file') > 0) then
+      call tree%report_key(i_section, key // ' has both grid and file; it must have one of them')
+    else if (tree%find(i_section, 'grid') == 0 .and. tree%find(i_section, 'file') == 0) then
+      call tree%report_key(i_section, key // ' has neither grid nor file; it must have one of them')
+    end if
+  end subroutine read_point_set
+
+  !> Points per parameter; each parameter needs its count.
+  subroutine read_grid(tree, i_grid, parameters, points)
+    type(deck_tree_t), intent(inout) :: tree
+    integer, intent(in) :: i_grid
+    type(parameter_config_t), intent(in) :: parameters(:)
+    type(point_set_config_t), intent(inout) :: points
+    integer :: i
+
+    allocate (points%grid(size(parameters)), source=2)
+    do i = 1, size(parameters)
+      call get_integer(tree, i_grid, parameters(i)%name, .true., points%grid(i))
+    end do
+    call tree%close_mapping(i_grid)
+  end subroutine read_grid
+
+  !> `auto` or a whole number from 1 on.
+  subroutine read_groups(tree, i_section, n_groups)
+    type(deck_tree_t), intent(inout) :: tree
+    integer, intent(in) :: i_section
+    integer, intent(inout) :: n_groups
+    integer :: i_node
+
+    i_node = tree%find(i_section, 'groups')
+    if (i_node == 0) return
+    if (tree%nodes(i_node)%kind == kind_scalar) then
+      if (tree%nodes(i_node)%text == 'auto') return
+    end if
+    n_groups = 1
+    call integer_of(tree, i_node, n_groups)
+    if (n_groups < 1) call tree%report(i_node, 'is ' // tree%nodes(i_node)%text // '; it must be auto or at least 1')
+  end subroutine read_groups
+
+  subroutine read_reduction(tree, reduction)
+    type(deck_tree_t), intent(inout) :: tree
+    type(reduction_config_t), intent(inout) :: reduction
+    integer :: i_enrichment, i_reduction
+
+    reduction%method = trim(methods(1))
+    reduction%dirichlet = trim(dirichlet_treatments(1))
+    reduction%enrichment = trim(enrichments(1))
+    reduction%reconstruction = trim(reconstructions(1))
+    allocate (reduction%zones_of_interest(0))
+    i_reduction = get_mapping(tree, root_node, 'reduction', .false.)
+    if (i_reduction == 0) return
+    call get_choice(tree, i_reduction, 'method', .false., methods, reduction%method)
+    call get_number(tree, i_reduction, 'pod_tolerance', .false., reduction%pod_tolerance)
+    call get_choice(tree, i_reduction, 'dirichlet', .false., dirichlet_treatments, reduction%dirichlet)
+    call get_names(tree, i_reduction, 'zones_of_interest', .false., reduction%zones_of_interest)
+    i_enrichment = get_mapping(tree, i_reduction, 'enrichment', .false.)
+    if (i_enrichment > 0) then
+      call get_choice(tree, i_enrichment, 'type', .true., enrichments, reduction%enrichment)
+      call tree%close_mapping(i_enrichment)
+    end if
+    call get_number(tree, i_reduction, 'rank_tolerance', .false., reduction%rank_tolerance)
+    call get_choice(tree, i_reduction, 'reconstruction', .false., reconstructions, reduction%reconstruction)
+    call tree%close_mapping(i_reduction)
+  end subroutine read_reduction
+
+  subroutine read_output(tree, config)
+    type(deck_tree_t), intent(inout) :: tree
+    type(deck_config_t), intent(inout) :: config
+    integer :: i_output
+
+    config%output%directory = 'auto'
+    call set_middle(config%parameters, config%output%points)
+    i_output = get_mapping(tree, root_node, 'output', .false.)
+    if (i_output > 0) then
+      call get_text(tree, i_output, 'directory', .false., config%output%directory)
+      call read_fields(tree, i_output, config%output)
+      call read_points(tree, i_output, config%parameters, config%output)
+      call tree%close_mapping(i_output)
+    end if
+    config%output%path = path_below(tree%path, config%output%directory)
+    if (config%output%directory == 'auto') config%output%path = 'results/' // config%name
+  end subroutine read_output
+
+  !> The default output point: the middle of the box.
+  subroutine set_middle(parameters, points)
+    type(parameter_config_t), intent(in) :: parameters(:)
+    real(rk), allocatable, intent(out) :: points(:, :)
+
+    allocate (points(size(parameters), 1))
+    points(:, 1) = parameters%minimum / 2 + parameters%maximum / 2
+  end subroutine set_middle
+
+  subroutine read_fields(tree, i_output, output)
+    type(deck_tree_t), intent(inout) :: tree
+    integer, intent(in) :: i_output
+    type(output_config_t), intent(inout) :: output
+    integer, allocatable :: nodes(:)
+    integer :: i, i_list
+    logical :: is_wanted(size(field_names))
+
+    i_list = get_list(tree, i_output, 'fields', .false., .false.)
+    if (i_list == 0) return
+    nodes = tree%children(i_list)
+    is_wanted = .false.
+    do i = 1, size(nodes)
+      call read_field(tree, nodes(i), is_wanted)
+    end do
+    output%has_displacement = is_wanted(1)
+    output%has_stress = is_wanted(2)
+    output%has_contact = is_wanted(3)
+  end subroutine read_fields
+
+  subroutine read_field(tree, i_node, is_wanted)
+    type(deck_tree_t), intent(inout) :: tree
+    integer, intent(in) :: i_node
+    logical, intent(inout) :: is_wanted(:)
+    character(:), allocatable :: name
+    integer :: i_field
+
+    name = ''
+    call choice_of(tree, i_node, field_names, name)
+    do i_field = 1, size(field_names)
+      if (field_names(i_field) /= name) cycle
+      if (is_wanted(i_field)) call tree%report(i_node, 'is ''' // name // ''', which the list holds already')
+      is_wanted(i_field) = .true.
+    end do
+  end subroutine read_field
+
+  !> Points with a value for each parameter.
+  subroutine read_points(tree, i_output, parameters, output)
+    type(deck_tree_t), intent(inout) :: tree
+    integer, intent(in) :: i_output
+    type(parameter_config_t), intent(in) :: parameters(:)
+    type(output_config_t), intent(inout) :: output
+    integer, allocatable :: nodes(:)
+    real(rk), allocatable :: points(:, :)
+    integer :: i, i_list, j
+
+    i_list = get_list(tree, i_output, 'points', .false., .false.)
+    if (i_list == 0) return
+    nodes = tree%children(i_list)
+    ! where a value is missing or faulty, the middle of the box stands in
+    points = spread(output%points(:, 1), 2, size(nodes))
+    do i = 1, size(nodes)
+      if (tree%nodes(nodes(i))%kind /= kind_mapping) then
+        call tree%report(nodes(i), 'is ' // tree%kind_name(nodes(i)) // '; it must be a mapping {parameter: value, ...}')
+        cycle
+      end if
+      do j = 1, size(parameters)
+        call get_number(tree, nodes(i), parameters(j)%name, .true., points(j, i))
+      end do
+      call tree%close_mapping(nodes(i))
+    end do
+    call move_alloc(points, output%points)
+  end subroutine read_points
+end module sig_deck_read_study

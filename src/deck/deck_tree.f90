@@ -1,0 +1,303 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> The deck as a tree that knows where everything stands, which keys were asked for, and what is wrong.
+module sig_deck_tree
+  use sig_errors, only: error_list_t, error_t, make_error
+  use sig_text, only: did_you_mean, join, string_t, to_text
+  implicit none(type, external)
+  private
+  public :: deck_tree_t, deck_node_t, kind_scalar, kind_mapping, kind_list, root_node
+  public :: append_text, shown, parenthesis_balance
+
+  !> Kinds of nodes, as in include/signorom/yaml_reader.h.
+  integer, parameter :: kind_scalar = 1
+  integer, parameter :: kind_mapping = 2
+  integer, parameter :: kind_list = 3
+
+  integer, parameter :: root_node = 1
+  !> longer texts of the user are cut in messages
+  integer, parameter :: max_shown = 60
+
+  type :: deck_node_t
+    integer :: kind = 0
+    !> 0 for the root
+    integer :: parent = 0
+    !> last node below this one; itself where there is none
+    integer :: last = 0
+    !> place of the value, 1-based
+    integer :: line = 0
+    integer :: column = 0
+    !> place of the key; that of the value in a list
+    integer :: key_line = 0
+    integer :: key_column = 0
+    logical :: is_quoted = .false.
+    logical :: was_read = .false.
+    character(:), allocatable :: key
+    character(:), allocatable :: text
+    !> mapping: the keys that a reader asked for, which are the keys that it may have
+    type(string_t), allocatable :: asked_keys(:)
+  end type deck_node_t
+
+  !> Nodes in the order of the text; node 1 is the root. Errors gather here while it is read.
+  type :: deck_tree_t
+    !> file name for the messages
+    character(:), allocatable :: path
+    type(deck_node_t), allocatable :: nodes(:)
+    !> what expressions may name; none until the parameters are read
+    type(string_t), allocatable :: parameter_names(:)
+    type(error_list_t) :: errors
+  contains
+    procedure :: find
+    procedure :: children
+    procedure :: is_empty
+    procedure :: key_path
+    procedure :: node_at
+    procedure :: kind_name
+    procedure :: report
+    procedure :: report_key
+    procedure :: report_at
+    procedure :: close_mapping
+  end type deck_tree_t
+
+contains
+
+  !> The value of a key, 0 where the mapping has no such key. The key counts as known and as read from now on.
+  integer function find(this, i_mapping, key) result(i_node)
+    class(deck_tree_t), intent(inout) :: this
+    integer, intent(in) :: i_mapping
+    character(*), intent(in) :: key
+    integer :: i
+
+    i_node = 0
+    call append_text(this%nodes(i_mapping)%asked_keys, key)
+    do i = i_mapping + 1, this%nodes(i_mapping)%last
+      if (this%nodes(i)%parent /= i_mapping .or. this%nodes(i)%key /= key) cycle
+      ! Fortran takes trailing blanks for nothing
+      if (len(this%nodes(i)%key) /= len(key)) cycle
+      i_node = i
+      this%nodes(i)%was_read = .true.
+      return
+    end do
+  end function find
+
+  !> Values of a mapping or entries of a list, in order.
+  pure function children(this, i_parent) result(nodes)
+    class(deck_tree_t), intent(in) :: this
+    integer, intent(in) :: i_parent
+    integer, allocatable :: nodes(:)
+    integer :: i
+
+    nodes = pack([(i, i=i_parent + 1, this%nodes(i_parent)%last)], &
+      this%nodes(i_parent + 1:this%nodes(i_parent)%last)%parent == i_parent)
+  end function children
+
+  !> Nothing stands there, or YAML's null.
+  pure logical function is_empty(this, i_node)
+    class(deck_tree_t), intent(in) :: this
+    integer, intent(in) :: i_node
+
+    is_empty = .false.
+    if (this%nodes(i_node)%kind /= kind_scalar .or. this%nodes(i_node)%is_quoted) return
+    select case (this%nodes(i_node)%text)
+    case ('', '~', 'null', 'Null', 'NULL')
+      is_empty = .true.
+    end select
+  end function is_empty
+
+  !> `materials.disk.poisson_ratio`, `contact[1].direction[2]` (entries of lists count from 1); `the deck` for the root.
+  pure recursive function key_path(this, i_node) result(path)
+    class(deck_tree_t), intent(in) :: this
+    integer, intent(in) :: i_node
+    character(:), allocatable :: path
+    integer :: i_parent
+
+    path = 'the deck'
+    i_parent = this%nodes(i_node)%parent
+    if (i_parent == 0) return
+    path = ''
+    if (i_parent /= root_node) path = this%key_path(i_parent)
+    if (this%nodes(i_parent)%kind == kind_list) then
+      path = path // '[' // to_text(count(this%nodes(i_parent + 1:i_node)%parent == i_parent)) // ']'
+    else
+      if (len(path) > 0) path = path // '.'
+      path = path // cut(this%nodes(i_node)%key)
+    end if
+  end function key_path
+
+  !> The node with this key path; the nearest one above where the deck does not hold it.
+  pure integer function node_at(this, path) result(i_node)
+    class(deck_tree_t), intent(in) :: this
+    character(*), intent(in) :: path
+    integer :: i_end
+
+    i_end = len(path)
+    do while (i_end > 0)
+      do i_node = 1, size(this%nodes)
+        if (this%key_path(i_node) == path(:i_end)) return
+      end do
+      i_end = scan(path(:i_end), '.[', back=.true.) - 1
+    end do
+    i_node = root_node
+  end function node_at
+
+  !> For messages: `solver is a list; it must be ...`.
+  pure function kind_name(this, i_node) result(name)
+    class(deck_tree_t), intent(in) :: this
+    integer, intent(in) :: i_node
+    character(:), allocatable :: name
+
+    select case (this%nodes(i_node)%kind)
+    case (kind_mapping)
+      name = 'a mapping'
+    case (kind_list)
+      name = 'a list'
+    case default
+      name = shown(this%nodes(i_node)%text)
+      if (this%is_empty(i_node)) name = 'empty'
+    end select
+  end function kind_name
+
+  !> Adds the error `<key path> <message>` at the place of the value.
+  subroutine report(this, i_node, message, hint)
+    class(deck_tree_t), intent(inout) :: this
+    integer, intent(in) :: i_node
+    character(*), intent(in) :: message
+    character(*), intent(in), optional :: hint
+
+    call add(this, this%key_path(i_node) // ' ' // message, this%nodes(i_node)%line, this%nodes(i_node)%column, hint)
+  end subroutine report
+
+  !> Adds a whole sentence at the place of the key.
+  subroutine report_key(this, i_node, sentence, hint)
+    class(deck_tree_t), intent(inout) :: this
+    integer, intent(in) :: i_node
+    character(*), intent(in) :: sentence
+    character(*), intent(in), optional :: hint
+
+    if (i_node == root_node) then
+      call add(this, sentence, 0, 0, hint)
+    else
+      call add(this, sentence, this%nodes(i_node)%key_line, this%nodes(i_node)%key_column, hint)
+    end if
+  end subroutine report_key
+
+  !> Adds the error `<path> <message>` at the value with this key path (where it is a default: at what stands above it).
+  subroutine report_at(this, path, message, hint)
+    class(deck_tree_t), intent(inout) :: this
+    character(*), intent(in) :: path
+    character(*), intent(in) :: message
+    character(*), intent(in), optional :: hint
+    integer :: i_node
+
+    i_node = this%node_at(path)
+    call add(this, path // ' ' // message, this%nodes(i_node)%line, this%nodes(i_node)%column, hint)
+  end subroutine report_at
+
+  subroutine add(this, sentence, line, column, hint)
+    class(deck_tree_t), intent(inout) :: this
+    character(*), intent(in) :: sentence
+    integer, intent(in) :: line
+    integer, intent(in) :: column
+    character(*), intent(in), optional :: hint
+    type(error_t), allocatable :: error
+
+    call make_error(error, sentence, this%path, line, column, hint)
+    call this%errors%add(error)
+  end subroutine add
+
+  !> Refuses the keys of a mapping that nobody asked for. To be called when all of them were.
+  subroutine close_mapping(this, i_mapping)
+    class(deck_tree_t), intent(inout) :: this
+    integer, intent(in) :: i_mapping
+    integer, allocatable :: nodes(:)
+    integer :: i
+
+    nodes = this%children(i_mapping)
+    do i = 1, size(nodes)
+      if (this%nodes(nodes(i))%was_read) cycle
+      if (i > 1) then
+        if (is_split_expression(this, nodes(i - 1), nodes(i))) cycle
+      end if
+      call this%report_key(nodes(i), 'unknown key ' // shown(this%nodes(nodes(i))%key) // ' in ' // this%key_path(i_mapping) // &
+        '; allowed: ' // join(this%nodes(i_mapping)%asked_keys, ', '), hint_for_key(this, i_mapping, nodes(i)))
+    end do
+  end subroutine close_mapping
+
+  !> `{x: max(a, b)}` is for YAML the pair `x: max(a` and a key `b)`; the first one is reported with a hint, which is enough.
+  pure logical function is_split_expression(this, i_before, i_node)
+    type(deck_tree_t), intent(in) :: this
+    integer, intent(in) :: i_before
+    integer, intent(in) :: i_node
+
+    is_split_expression = .false.
+    if (this%nodes(i_before)%kind /= kind_scalar .or. .not. this%is_empty(i_node)) return
+    is_split_expression = parenthesis_balance(this%nodes(i_before)%text) > 0 .and. parenthesis_balance(this%nodes(i_node)%key) < 0
+  end function is_split_expression
+
+  pure function hint_for_key(this, i_mapping, i_node) result(hint)
+    type(deck_tree_t), intent(in) :: this
+    integer, intent(in) :: i_mapping
+    integer, intent(in) :: i_node
+    character(:), allocatable :: hint
+    character(:), allocatable :: guess
+
+    guess = ''
+    if (len(this%nodes(i_node)%key) <= max_shown) guess = did_you_mean(this%nodes(i_node)%key, this%nodes(i_mapping)%asked_keys)
+    hint = ''
+    if (len(guess) > 0) then
+      hint = 'did you mean ''' // guess // '''?'
+    else if (this%is_empty(i_node)) then
+      hint = 'inside { } a comma separates entries; numbers take a decimal point, and an expression with a comma needs quotes'
+    end if
+  end function hint_for_key
+
+  !> Step by step: gfortran 12 loses the text in `[list, string_t(text)]`.
+  pure subroutine append_text(list, text)
+    type(string_t), allocatable, intent(inout) :: list(:)
+    character(*), intent(in) :: text
+    type(string_t), allocatable :: longer(:)
+
+    allocate (longer(size(list) + 1))
+    longer(:size(list)) = list
+    longer(size(longer))%text = text
+    call move_alloc(longer, list)
+  end subroutine append_text
+
+  !> A user's text between quotes, on one line and cut to a readable length.
+  pure function shown(text) result(quoted)
+    character(*), intent(in) :: text
+    character(:), allocatable :: quoted
+
+    quoted = '''' // cut(text) // ''''
+  end function shown
+
+  pure function cut(text) result(short)
+    character(*), intent(in) :: text
+    character(:), allocatable :: short
+    integer :: i
+
+    short = text
+    if (len(text) > max_shown) then
+      i = max_shown
+      ! not in the middle of a UTF-8 character
+      do while (iand(ichar(text(i + 1:i + 1)), 192) == 128)
+        i = i - 1
+      end do
+      short = text(:i) // '...'
+    end if
+    do i = 1, len(short)
+      if (ichar(short(i:i)) < 32) short(i:i) = ' '
+    end do
+  end function cut
+
+  !> Opened minus closed parentheses.
+  pure integer function parenthesis_balance(text) result(balance)
+    character(*), intent(in) :: text
+    integer :: i
+
+    balance = 0
+    do i = 1, len(text)
+      if (text(i:i) == '(') balance = balance + 1
+      if (text(i:i) == ')') balance = balance - 1
+    end do
+  end function parenthesis_balance
+end module sig_deck_tree

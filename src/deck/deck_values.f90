@@ -1,0 +1,320 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> Typed getters: the value of a key, or an error that says what is allowed and leaves the value as it was.
+module sig_deck_values
+  use sig_deck_config, only: name_config_t, value_config_t
+  use sig_deck_tree, only: deck_tree_t, kind_list, kind_mapping, kind_scalar, parenthesis_balance, shown
+  use sig_expression, only: expression_t
+  use sig_kinds, only: rk
+  use sig_text, only: did_you_mean, join, read_real, string_t, to_text
+  implicit none(type, external)
+  private
+  public :: get_mapping, get_list, get_text, get_choice, get_number, get_integer, get_name, get_names
+  public :: choice_of, number_of, integer_of, value_of
+
+contains
+
+  !> The mapping below a key; 0 where it is missing (an error if required) or of another kind (an error).
+  integer function get_mapping(tree, i_parent, key, is_required) result(i_node)
+    type(deck_tree_t), intent(inout) :: tree
+    integer, intent(in) :: i_parent
+    character(*), intent(in) :: key
+    logical, intent(in) :: is_required
+
+    i_node = get_node(tree, i_parent, key, is_required)
+    if (i_node == 0) return
+    if (tree%nodes(i_node)%kind == kind_mapping) return
+    call tree%report(i_node, 'is ' // tree%kind_name(i_node) // '; it must be a mapping {key: value, ...}')
+    i_node = 0
+  end function get_mapping
+
+  !> The list below a key; 0 as for a mapping, and also (an error) where the list is empty but must not be.
+  integer function get_list(tree, i_parent, key, is_required, may_be_empty) result(i_node)
+    type(deck_tree_t), intent(inout) :: tree
+    integer, intent(in) :: i_parent
+    character(*), intent(in) :: key
+    logical, intent(in) :: is_required
+    logical, intent(in) :: may_be_empty
+
+    i_node = get_node(tree, i_parent, key, is_required)
+    if (i_node == 0) return
+    if (tree%nodes(i_node)%kind /= kind_list) then
+      call tree%report(i_node, 'is ' // tree%kind_name(i_node) // '; it must be a list [...]')
+    else if (tree%nodes(i_node)%last == i_node .and. .not. may_be_empty) then
+      call tree%report(i_node, 'is an empty list; it needs at least one entry')
+    else
+      return
+    end if
+    i_node = 0
+  end function get_list
+
+  !> The text below a key, the value stays as it is where the key is missing (an error if required).
+  subroutine get_text(tree, i_parent, key, is_required, value)
+    type(deck_tree_t), intent(inout) :: tree
+    integer, intent(in) :: i_parent
+    character(*), intent(in) :: key
+    logical, intent(in) :: is_required
+    character(:), allocatable, intent(inout) :: value
+    integer :: i_node
+
+    i_node = get_node(tree, i_parent, key, is_required)
+    if (i_node > 0) call text_of(tree, i_node, value)
+  end subroutine get_text
+
+  !> One of a few words below a key.
+  subroutine get_choice(tree, i_parent, key, is_required, choices, value)
+    type(deck_tree_t), intent(inout) :: tree
+    integer, intent(in) :: i_parent
+    character(*), intent(in) :: key
+    logical, intent(in) :: is_required
+    !> padded with blanks
+    character(*), intent(in) :: choices(:)
+    character(:), allocatable, intent(inout) :: value
+    integer :: i_node
+
+    i_node = get_node(tree, i_parent, key, is_required)
+    if (i_node > 0) call choice_of(tree, i_node, choices, value)
+  end subroutine get_choice
+
+  !> The number below a key; a constant expression counts as a number.
+  subroutine get_number(tree, i_parent, key, is_required, value)
+    type(deck_tree_t), intent(inout) :: tree
+    integer, intent(in) :: i_parent
+    character(*), intent(in) :: key
+    logical, intent(in) :: is_required
+    real(rk), intent(inout) :: value
+    integer :: i_node
+
+    i_node = get_node(tree, i_parent, key, is_required)
+    if (i_node > 0) call number_of(tree, i_node, value)
+  end subroutine get_number
+
+  !> The whole number below a key.
+  subroutine get_integer(tree, i_parent, key, is_required, value)
+    type(deck_tree_t), intent(inout) :: tree
+    integer, intent(in) :: i_parent
+    character(*), intent(in) :: key
+    logical, intent(in) :: is_required
+    integer, intent(inout) :: value
+    integer :: i_node
+
+    i_node = get_node(tree, i_parent, key, is_required)
+    if (i_node > 0) call integer_of(tree, i_node, value)
+  end subroutine get_integer
+
+  !> A name of the mesh below a key, with its place. Always required.
+  subroutine get_name(tree, i_parent, key, name)
+    type(deck_tree_t), intent(inout) :: tree
+    integer, intent(in) :: i_parent
+    character(*), intent(in) :: key
+    type(name_config_t), intent(out) :: name
+    integer :: i_node
+
+    name%text = ''
+    i_node = get_node(tree, i_parent, key, .true.)
+    if (i_node > 0) call name_of(tree, i_node, name)
+  end subroutine get_name
+
+  !> Names of the mesh below a key. A name that stands there twice is an error.
+  subroutine get_names(tree, i_parent, key, is_required, names)
+    type(deck_tree_t), intent(inout) :: tree
+    integer, intent(in) :: i_parent
+    character(*), intent(in) :: key
+    !> if so, there must be one name at least
+    logical, intent(in) :: is_required
+    type(name_config_t), allocatable, intent(out) :: names(:)
+    integer, allocatable :: nodes(:)
+    integer :: i, i_list, j
+
+    allocate (names(0))
+    i_list = get_list(tree, i_parent, key, is_required, may_be_empty=.not. is_required)
+    if (i_list == 0) return
+    nodes = tree%children(i_list)
+    deallocate (names)
+    allocate (names(size(nodes)))
+    do i = 1, size(nodes)
+      names(i)%text = ''
+      call name_of(tree, nodes(i), names(i))
+      do j = 1, i - 1
+        if (len(names(i)%text) == 0 .or. names(j)%text /= names(i)%text) cycle
+        call tree%report(nodes(i), 'is ' // shown(names(i)%text) // ', which the list holds already')
+        exit
+      end do
+    end do
+  end subroutine get_names
+
+  !> Any value below a key, 0 where the key is missing (an error if required).
+  integer function get_node(tree, i_parent, key, is_required) result(i_node)
+    type(deck_tree_t), intent(inout) :: tree
+    integer, intent(in) :: i_parent
+    character(*), intent(in) :: key
+    logical, intent(in) :: is_required
+    character(:), allocatable :: path
+
+    i_node = tree%find(i_parent, key)
+    if (i_node > 0 .or. .not. is_required) return
+    path = key
+    if (tree%nodes(i_parent)%parent > 0) path = tree%key_path(i_parent) // '.' // key
+    call tree%report_key(i_parent, path // ' is missing')
+  end function get_node
+
+  !> A scalar that is not empty, on one line.
+  subroutine text_of(tree, i_node, value)
+    type(deck_tree_t), intent(inout) :: tree
+    integer, intent(in) :: i_node
+    character(:), allocatable, intent(inout) :: value
+
+    if (tree%nodes(i_node)%kind /= kind_scalar .or. tree%is_empty(i_node)) then
+      call tree%report(i_node, 'is ' // tree%kind_name(i_node) // '; it must be a text')
+    else
+      value = on_one_line(tree%nodes(i_node)%text)
+    end if
+  end subroutine text_of
+
+  subroutine choice_of(tree, i_node, choices, value)
+    type(deck_tree_t), intent(inout) :: tree
+    integer, intent(in) :: i_node
+    character(*), intent(in) :: choices(:)
+    character(:), allocatable, intent(inout) :: value
+    type(string_t), allocatable :: names(:)
+    character(:), allocatable :: allowed, guess
+    integer :: i
+
+    allocate (names(size(choices)))
+    do i = 1, size(choices)
+      names(i)%text = trim(choices(i))
+      if (tree%nodes(i_node)%kind /= kind_scalar) cycle
+      if (tree%nodes(i_node)%text /= names(i)%text) cycle
+      value = names(i)%text
+      return
+    end do
+    allowed = '; it must be '
+    if (size(names) > 1) allowed = '; it must be one of '
+    guess = ''
+    if (tree%nodes(i_node)%kind == kind_scalar) then
+      if (len(tree%nodes(i_node)%text) <= 60) guess = did_you_mean(tree%nodes(i_node)%text, names)
+    end if
+    if (len(guess) > 0) guess = 'did you mean ''' // guess // '''?'
+    call tree%report(i_node, 'is ' // tree%kind_name(i_node) // allowed // join(names, ', '), guess)
+  end subroutine choice_of
+
+  subroutine number_of(tree, i_node, value, is_valid)
+    type(deck_tree_t), intent(inout) :: tree
+    integer, intent(in) :: i_node
+    real(rk), intent(inout) :: value
+    logical, intent(out), optional :: is_valid
+    type(value_config_t) :: number
+    logical :: has_value
+
+    call value_of(tree, i_node, 'a number', number, has_value)
+    if (has_value .and. .not. number%is_constant) then
+      call tree%report(i_node, 'is ' // tree%kind_name(i_node) // '; it must be a number that depends on no parameter')
+      has_value = .false.
+    end if
+    if (has_value) value = number%constant
+    if (present(is_valid)) is_valid = has_value
+  end subroutine number_of
+
+  subroutine integer_of(tree, i_node, value)
+    type(deck_tree_t), intent(inout) :: tree
+    integer, intent(in) :: i_node
+    integer, intent(inout) :: value
+    real(rk) :: number
+    logical :: is_valid
+
+    number = 0
+    call number_of(tree, i_node, number, is_valid)
+    if (.not. is_valid) return
+    if (abs(number) > real(huge(value), rk)) then
+      call tree%report(i_node, 'is ' // tree%nodes(i_node)%text // '; it must be a whole number below 2147483648')
+    else if (abs(number - anint(number)) > 0) then
+      call tree%report(i_node, 'is ' // tree%nodes(i_node)%text // '; it must be a whole number')
+    else
+      value = nint(number)
+    end if
+  end subroutine integer_of
+
+  subroutine name_of(tree, i_node, name)
+    type(deck_tree_t), intent(inout) :: tree
+    integer, intent(in) :: i_node
+    type(name_config_t), intent(inout) :: name
+
+    call text_of(tree, i_node, name%text)
+    if (tree%nodes(i_node)%is_quoted .and. len(name%text) == 0) call tree%report(i_node, 'is an empty text; it must be a name')
+    name%line = tree%nodes(i_node)%line
+    name%column = tree%nodes(i_node)%column
+  end subroutine name_of
+
+  !> A number or an expression of the parameters. Quotes do not matter: they only keep YAML from reading the text.
+  subroutine value_of(tree, i_node, wanted, value, is_valid)
+    type(deck_tree_t), intent(inout) :: tree
+    integer, intent(in) :: i_node
+    !> what the message asks for: `a number`, `a number or an expression of the parameters`
+    character(*), intent(in) :: wanted
+    type(value_config_t), intent(inout) :: value
+    logical, intent(out) :: is_valid
+
+    is_valid = .false.
+    value%line = tree%nodes(i_node)%line
+    value%column = tree%nodes(i_node)%column
+    if (tree%nodes(i_node)%kind /= kind_scalar .or. tree%is_empty(i_node)) then
+      call tree%report(i_node, 'is ' // tree%kind_name(i_node) // '; it must be ' // wanted)
+      return
+    end if
+    call read_real(tree%nodes(i_node)%text, value%constant, is_valid)
+    value%is_constant = .true.
+    if (.not. is_valid) call read_expression(tree, i_node, wanted, value, is_valid)
+    if (is_valid .and. value%is_constant) value%text = to_text(value%constant)
+  end subroutine value_of
+
+  subroutine read_expression(tree, i_node, wanted, value, is_valid)
+    type(deck_tree_t), intent(inout) :: tree
+    integer, intent(in) :: i_node
+    character(*), intent(in) :: wanted
+    type(value_config_t), intent(inout) :: value
+    logical, intent(out) :: is_valid
+    type(expression_t) :: expression
+    character(:), allocatable :: message
+    integer :: i_name
+
+    value%text = on_one_line(tree%nodes(i_node)%text)
+    call expression%create(value%text, tree%parameter_names, message)
+    is_valid = .not. allocated(message)
+    if (.not. is_valid) then
+      call tree%report(i_node, 'is ' // tree%kind_name(i_node) // '; it must be ' // wanted // ': ' // message, hint_of(tree, i_node))
+      return
+    end if
+    value%is_constant = .true.
+    do i_name = 1, size(tree%parameter_names)
+      if (expression%uses(tree%parameter_names(i_name)%text)) value%is_constant = .false.
+    end do
+    if (value%is_constant) then
+      call expression%evaluate(spread(0.0_rk, 1, size(tree%parameter_names)), value%constant, is_valid)
+      if (.not. is_valid) call tree%report(i_node, 'is ' // tree%kind_name(i_node) // ', which is not finite')
+    end if
+    call expression%destroy()
+  end subroutine read_expression
+
+  !> A comma in { } or [ ] has cut the expression in two.
+  pure function hint_of(tree, i_node) result(hint)
+    type(deck_tree_t), intent(in) :: tree
+    integer, intent(in) :: i_node
+    character(:), allocatable :: hint
+
+    hint = ''
+    if (tree%nodes(i_node)%is_quoted) return
+    if (parenthesis_balance(tree%nodes(i_node)%text) /= 0) &
+      hint = 'an expression with a comma needs quotes inside { } and [ ], such as "max(a, 0.1)"'
+  end function hint_of
+
+  pure function on_one_line(text) result(line)
+    character(*), intent(in) :: text
+    character(:), allocatable :: line
+    integer :: i
+
+    line = text
+    do i = 1, len(line)
+      if (ichar(line(i:i)) < 32) line(i:i) = ' '
+    end do
+    line = trim(adjustl(line))
+  end function on_one_line
+end module sig_deck_values
