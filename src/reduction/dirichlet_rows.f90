@@ -1,0 +1,74 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> Prescribed displacements as equations on the reduced coordinates, for a basis of whole fields (`dirichlet: multiplier`).
+module sig_dirichlet_rows
+  use sig_kinds, only: rk
+  use sig_linear_algebra, only: svd
+  implicit none(type, external)
+  private
+  public :: impose_dirichlet_rows
+
+contains
+
+  !> Splits gamma into what the prescribed rows fix and what they leave free.
+  !>
+  !> C gamma = g theta with C = V[dofs, :]: gamma = C^+ g theta + Z z, the columns of Z orthonormal and C Z = 0. Then V Z is the
+  !> basis and V C^+ g the lifting of a problem without prescribed rows, with the same solution as the one with multipliers for them.
+  !> Rows that depend on others (both ends of a symmetric body, a fixed component that no mode moves) drop out by the rank.
+  !> Source: method.md section 2.4. Local.
+  subroutine impose_dirichlet_rows(basis, dofs, values, rank_tolerance, free_basis, lifting, rank, residual)
+    !> V, shape (n_dofs, n_modes)
+    real(rk), intent(in) :: basis(:, :)
+    !> natural, shape (n_rows)
+    integer, intent(in) :: dofs(:)
+    !> [length] g, shape (n_rows, n_terms)
+    real(rk), intent(in) :: values(:, :)
+    !> [-] singular values of C below this times the largest count as zero
+    real(rk), intent(in) :: rank_tolerance
+    !> V Z, shape (n_dofs, n_modes - rank)
+    real(rk), allocatable, intent(out) :: free_basis(:, :)
+    !> [length] V C^+ g, shape (n_dofs, n_terms)
+    real(rk), allocatable, intent(out) :: lifting(:, :)
+    !> independent rows
+    integer, intent(out) :: rank
+    !> [-] largest |C C^+ g - g| over the largest |g|: 0 where the basis can take the values
+    real(rk), intent(out) :: residual
+    real(rk), allocatable :: particular(:, :), null_space(:, :)
+
+    call solve_rows(basis(dofs, :), values, rank_tolerance, particular, null_space)
+    rank = size(basis, 2) - size(null_space, 2)
+    free_basis = matmul(basis, null_space)
+    lifting = matmul(basis, particular)
+    residual = maxval([0.0_rk, abs(matmul(basis(dofs, :), particular) - values)])
+    if (residual > 0) residual = residual / maxval([tiny(residual), abs(values)])
+  end subroutine impose_dirichlet_rows
+
+  !> Solution of least norm and orthonormal null space of C x = g, by the singular values of C.
+  subroutine solve_rows(matrix, rhs, rank_tolerance, particular, null_space)
+    !> C, shape (n_rows, n)
+    real(rk), intent(in) :: matrix(:, :)
+    !> g, shape (n_rows, n_terms)
+    real(rk), intent(in) :: rhs(:, :)
+    real(rk), intent(in) :: rank_tolerance
+    !> C^+ g, shape (n, n_terms)
+    real(rk), allocatable, intent(out) :: particular(:, :)
+    !> Z, shape (n, n - rank)
+    real(rk), allocatable, intent(out) :: null_space(:, :)
+    real(rk), allocatable :: padded(:, :), left(:, :), sigma(:), right(:, :), scaled(:, :)
+    integer :: i_value, n, n_rows, rank
+
+    n_rows = size(matrix, 1)
+    n = size(matrix, 2)
+    ! Rows of zeros make the thin decomposition return all n right vectors, the null space among them.
+    allocate (padded(max(n_rows, n), n), source=0.0_rk)
+    padded(:n_rows, :) = matrix
+    call svd(padded, left, sigma, right)
+    rank = 0
+    if (n > 0) rank = count(sigma > 0 .and. sigma >= rank_tolerance * sigma(1))
+    scaled = matmul(transpose(left(:n_rows, :rank)), rhs)
+    do i_value = 1, rank
+      scaled(i_value, :) = scaled(i_value, :) / sigma(i_value)
+    end do
+    particular = matmul(transpose(right(:rank, :)), scaled)
+    null_space = transpose(right(rank + 1:, :))
+  end subroutine solve_rows
+end module sig_dirichlet_rows

@@ -1,0 +1,38 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> How many modes a snapshot set needs: the rank from the energy that the left-out modes carry.
+module sig_pod_rank
+  use sig_kinds, only: rk
+  implicit none(type, external)
+  private
+  public :: rank_from_energy_tail
+
+contains
+
+  !> Smallest l with sum_{i > l} s_i**2 / sum_i s_i**2 < tolerance; all of them where no l does, none where all are zero.
+  !>
+  !> Source: (20), read as the energy tail; method.md section 2 says why not its square root or s_l / s_1. Local.
+  pure integer function rank_from_energy_tail(singular_values, tolerance) result(n_modes)
+    !> [-] descending, >= 0
+    real(rk), intent(in) :: singular_values(:)
+    !> [-] the deck's pod_tolerance
+    real(rk), intent(in) :: tolerance
+    real(rk) :: tail, total
+    integer :: i_value
+
+    n_modes = 0
+    if (size(singular_values) == 0) return
+    if (singular_values(1) <= 0) return
+    ! Squares of values relative to the first neither overflow nor vanish; small ones first, so that the tail keeps its digits.
+    total = 0
+    do i_value = size(singular_values), 1, -1
+      total = total + (singular_values(i_value) / singular_values(1))**2
+    end do
+    tail = 0
+    n_modes = size(singular_values)
+    do i_value = size(singular_values), 1, -1
+      tail = tail + (singular_values(i_value) / singular_values(1))**2
+      if (tail >= tolerance * total) return
+      n_modes = i_value - 1
+    end do
+  end function rank_from_energy_tail
+end module sig_pod_rank

@@ -1,0 +1,149 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> The blocks of the hyper-reduced system (10): stiffness, load and contact rows seen through the basis, on the reduced domain.
+module sig_projection
+  use sig_cell_stiffness, only: cell_dofs, cell_stiffness
+  use sig_contact_operator, only: contact_operator_t
+  use sig_elastic_body, only: elastic_body_t
+  use sig_kinds, only: rk
+  use sig_linear_algebra, only: singular_values
+  use sig_mesh, only: mesh_t
+  use sig_reduced_domain, only: reduced_domain_t
+  implicit none(type, external)
+  private
+  public :: projected_blocks_t, project, stiffness_rows_rank, expected_stiffness_rank
+
+  !> reduced_stiffness * gamma + contact_matrix' * lambda = load * theta, contact_matrix * gamma <= gap * theta, lambda >= 0.
+  type :: projected_blocks_t
+    !> [force/length] not symmetric where the domain is a part of the mesh, shape (n_modes, n_modes)
+    real(rk), allocatable :: reduced_stiffness(:, :)
+    !> [force] shape (n_modes, n_terms)
+    real(rk), allocatable :: load(:, :)
+    !> [-] shape (n_rows, n_modes)
+    real(rk), allocatable :: contact_matrix(:, :)
+    !> [length] shape (n_rows, n_terms)
+    real(rk), allocatable :: gap(:, :)
+  end type projected_blocks_t
+
+contains
+
+  !> Projects the full-order model with displacement = lifting * theta + basis * gamma.
+  !>
+  !> V[A]' K[A, A+I] V[A+I] and the like, A and I of the domain; no external load acts, so the load is that of the lifting.
+  !> Source: (10). Local. Cost: size of the domain times (n_modes + n_terms) * n_modes.
+  pure subroutine project(mesh, body, operator, domain, basis, lifting, blocks)
+    type(mesh_t), intent(in) :: mesh
+    type(elastic_body_t), intent(in) :: body
+    type(contact_operator_t), intent(in) :: operator
+    type(reduced_domain_t), intent(in) :: domain
+    !> V, shape (n_dofs, n_modes)
+    real(rk), intent(in) :: basis(:, :)
+    !> [length] shape (n_dofs, n_terms)
+    real(rk), intent(in) :: lifting(:, :)
+    type(projected_blocks_t), intent(out) :: blocks
+    real(rk), allocatable :: tests(:, :)
+
+    tests = transpose(basis(domain%interior_dofs, :))
+    blocks%reduced_stiffness = matmul(tests, stiffness_rows(mesh, body, domain, basis))
+    blocks%load = -matmul(tests, stiffness_rows(mesh, body, domain, lifting))
+    call project_contact(operator, domain, basis, lifting, blocks)
+  end subroutine project
+
+  !> K[A, A+I] * fields[A+I, :], shape (size of A, n_fields).
+  !>
+  !> Cells of the domain are enough, because all cells around a dof of A belong to it.
+  pure function stiffness_rows(mesh, body, domain, fields) result(rows)
+    type(mesh_t), intent(in) :: mesh
+    type(elastic_body_t), intent(in) :: body
+    type(reduced_domain_t), intent(in) :: domain
+    !> [length] shape (n_dofs, n_fields)
+    real(rk), intent(in) :: fields(:, :)
+    !> [force]
+    real(rk), allocatable :: rows(:, :)
+    real(rk), allocatable :: forces(:, :)
+    integer, allocatable :: dofs(:)
+    integer :: i_cell, i_dof, i_row
+
+    allocate (rows(size(domain%interior_dofs), size(fields, 2)), source=0.0_rk)
+    do i_cell = 1, size(domain%cells)
+      dofs = cell_dofs(mesh, domain%cells(i_cell))
+      forces = matmul(cell_stiffness(mesh, body, domain%cells(i_cell)), fields(dofs, :))
+      do i_dof = 1, size(dofs)
+        i_row = position_in(domain%interior_dofs, dofs(i_dof))
+        if (i_row > 0) rows(i_row, :) = rows(i_row, :) + forces(i_dof, :)
+      end do
+    end do
+  end function stiffness_rows
+
+  !> Contact rows of the domain through the basis: B[A_lambda, A_c] V[A_c] and D[A_lambda] - B[A_lambda] lifting.
+  pure subroutine project_contact(operator, domain, basis, lifting, blocks)
+    type(contact_operator_t), intent(in) :: operator
+    type(reduced_domain_t), intent(in) :: domain
+    real(rk), intent(in) :: basis(:, :)
+    real(rk), intent(in) :: lifting(:, :)
+    type(projected_blocks_t), intent(inout) :: blocks
+    real(rk) :: coefficient
+    integer :: i_entry, i_row
+
+    allocate (blocks%contact_matrix(size(domain%contact_rows), size(basis, 2)), source=0.0_rk)
+    blocks%gap = operator%gap(domain%contact_rows, :)
+    do i_row = 1, size(domain%contact_rows)
+      do i_entry = 1, size(operator%dofs, 1)
+        associate (dof => operator%dofs(i_entry, domain%contact_rows(i_row)))
+          coefficient = operator%coefficients(i_entry, domain%contact_rows(i_row))
+          blocks%gap(i_row, :) = blocks%gap(i_row, :) - coefficient * lifting(dof, :)
+          if (position_in(domain%contact_dofs, dof) == 0) cycle
+          blocks%contact_matrix(i_row, :) = blocks%contact_matrix(i_row, :) + coefficient * basis(dof, :)
+        end associate
+      end do
+    end do
+  end subroutine project_contact
+
+  !> Index of a value in an ascending list, 0 where it is not there.
+  pure integer function position_in(sorted, value) result(position)
+    integer, intent(in) :: sorted(:)
+    integer, intent(in) :: value
+    integer :: first, last
+
+    first = 1
+    last = size(sorted)
+    do while (first <= last)
+      position = (first + last) / 2
+      if (sorted(position) == value) return
+      if (sorted(position) < value) then
+        first = position + 1
+      else
+        last = position - 1
+      end if
+    end do
+    position = 0
+  end function position_in
+
+  !> Rank of V[A]' K[A, A+I] V[A+I]: how many modes the equations of the domain determine.
+  integer function stiffness_rows_rank(blocks, rank_tolerance) result(rank)
+    type(projected_blocks_t), intent(in) :: blocks
+    !> [-] a singular value below this times the largest counts as zero
+    real(rk), intent(in) :: rank_tolerance
+    real(rk), allocatable :: sigma(:)
+
+    rank = 0
+    sigma = singular_values(blocks%reduced_stiffness)
+    if (size(sigma) > 0) rank = count(sigma > 0 .and. sigma >= rank_tolerance * sigma(1))
+  end function stiffness_rows_rank
+
+  !> Rank that snapshots in equilibrium can give at most: K V vanishes but where a force drives the body (method.md trap 1).
+  !>
+  !> The two dofs of a pair carry opposite forces, so a contact row counts once.
+  pure integer function expected_stiffness_rank(domain, driven_dofs, n_modes) result(rank)
+    type(reduced_domain_t), intent(in) :: domain
+    !> loaded dofs, and prescribed dofs on which the basis does not vanish; natural
+    integer, intent(in) :: driven_dofs(:)
+    integer, intent(in) :: n_modes
+    integer :: i_dof
+
+    rank = size(domain%contact_rows)
+    do i_dof = 1, size(driven_dofs)
+      if (position_in(domain%interior_dofs, driven_dofs(i_dof)) > 0) rank = rank + 1
+    end do
+    rank = min(rank, n_modes)
+  end function expected_stiffness_rank
+end module sig_projection
