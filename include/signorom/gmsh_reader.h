@@ -1,0 +1,43 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Reads a gmsh mesh file, format 2.2 or 4.1, ASCII or binary, into flat arrays. Never trusts the file. */
+#ifndef SIG_GMSH_READER_H
+#define SIG_GMSH_READER_H
+
+#include <stddef.h>
+
+typedef struct sig_gmsh sig_gmsh;
+
+/* Status of sig_gmsh_read. */
+enum { SIG_GMSH_OK = 0, SIG_GMSH_INVALID = 1, SIG_GMSH_UNREADABLE = 2, SIG_GMSH_NO_MEMORY = 3 };
+
+enum { SIG_GMSH_MESSAGE_SIZE = 512 };
+
+/* Reads the file at `path` (`length` characters). *mesh must be freed whatever the status; it is null when out of memory.
+ * SIG_GMSH_INVALID: sig_gmsh_message has the sentence. SIG_GMSH_UNREADABLE: sig_gmsh_sizes[0] has errno. */
+int sig_gmsh_read(const char *path, size_t length, sig_gmsh **mesh);
+
+/* The same for bytes in memory, which are not kept. */
+int sig_gmsh_parse(const char *bytes, size_t n_bytes, sig_gmsh **mesh);
+
+/* Null-terminated sentence; *line is 1-based, 0 in binary parts, where the sentence names the byte. */
+void sig_gmsh_message(const sig_gmsh *mesh, char message[SIG_GMSH_MESSAGE_SIZE], int *line);
+
+/* sizes[5]: n_nodes, n_elements, n_element_nodes, n_memberships, n_groups. */
+void sig_gmsh_sizes(const sig_gmsh *mesh, int sizes[5]);
+
+/* tags[n_nodes]; coordinates[3 * n_nodes], x y z of each node in turn, in the file's order. */
+void sig_gmsh_nodes(const sig_gmsh *mesh, int *tags, double *coordinates);
+
+/* Elements of a physical group, in the file's order: gmsh types[n_elements], tags[n_elements], offsets[n_elements + 1],
+ * nodes[n_element_nodes] (0-based, in gmsh's order within the element). */
+void sig_gmsh_elements(const sig_gmsh *mesh, int *types, int *tags, int *offsets, int *nodes);
+
+/* Element `elements[m]` belongs to group `groups[m]`, both 0-based, shape n_memberships; elements ascend. */
+void sig_gmsh_memberships(const sig_gmsh *mesh, int *elements, int *groups);
+
+/* Group 0 <= i < n_groups: dimension, physical tag, name (empty where the file gives none). The name lives with the mesh. */
+void sig_gmsh_group(const sig_gmsh *mesh, int i, int *n_dim, int *tag, const char **name, size_t *name_length);
+
+void sig_gmsh_free(sig_gmsh *mesh);
+
+#endif

@@ -1,0 +1,246 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "signorom/gmsh_reader.h"
+
+#include <limits.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "gmsh_content.h"
+#include "signorom/file_system.h"
+
+/* $MeshFormat: version, file type, size of size_t; in binary files a 1 follows that tells the byte order. */
+static bool scan_format(sig_gmsh *mesh) {
+  sig_scanner *s = &mesh->scanner;
+  double version;
+  int64_t is_binary, data_size;
+  const size_t at = sig_scan_here(s);
+  if (!sig_scan_real(s, &version)) return false;
+  if (!sig_scan_word_int(s, &is_binary) || !sig_scan_word_int(s, &data_size)) return false;
+  const bool is_known = version == 2.2 || version == 4.1;
+  if (!is_known)
+    return sig_scan_fail(s, at, "gmsh format %.1f is not supported; write the mesh in format 4.1 (gmsh -format msh41) or 2.2", version);
+  mesh->version = version == 2.2 ? 22 : 41;
+  if (is_binary != 0 && is_binary != 1) return sig_scan_fail(s, at, "the file type in $MeshFormat must be 0 (text) or 1 (binary)");
+  if (is_binary == 0) return true;
+  if (data_size != 8) return sig_scan_fail(s, at, "the data size in $MeshFormat is %lld; binary files need 8", (long long)data_size);
+  sig_scan_skip_line(s);
+  s->is_binary = true;
+  int64_t one;
+  if (!sig_scan_int(s, &one)) return false;
+  if (one == 0x01000000) return sig_scan_fail(s, s->at - 4, "the file was written on a machine of the other byte order");
+  if (one != 1) return sig_scan_fail(s, s->at - 4, "$MeshFormat lacks the 1 that tells the byte order");
+  return true;
+}
+
+/* Passes a section that says nothing to us, whatever its bytes, up to its end mark. */
+static bool skip_section(sig_scanner *s) {
+  const size_t length = strlen(s->section);
+  for (; s->at < s->size; s->at++) {
+    const char *mark = memchr(s->bytes + s->at, '$', s->size - s->at);
+    if (mark == NULL) break;
+    s->at = (size_t)(mark - s->bytes);
+    if (s->size - s->at >= length + 4 && memcmp(mark + 1, "End", 3) == 0 && memcmp(mark + 4, s->section, length) == 0) return true;
+  }
+  s->at = s->size;
+  return sig_scan_fail(s, s->size, "the file ends inside $%s; it was cut off or is not complete", s->section);
+}
+
+/* Reads `$Name` at the current place into `name`. */
+static bool scan_section_name(sig_scanner *s, char *name, size_t room) {
+  size_t n = 0;
+  const size_t at = sig_scan_here(s);
+  for (s->at++; s->at < s->size && n + 1 < room; s->at++) {
+    const char letter = s->bytes[s->at];
+    if (!((letter >= 'a' && letter <= 'z') || (letter >= 'A' && letter <= 'Z'))) break;
+    name[n++] = letter;
+  }
+  name[n] = '\0';
+  if (n == 0) return sig_scan_fail(s, at, "a section without a name");
+  return true;
+}
+
+static bool scan_section_content(sig_gmsh *mesh, const char *name) {
+  sig_scanner *s = &mesh->scanner;
+  if (strcmp(name, "MeshFormat") == 0) return sig_scan_fail(s, s->at, "the file has two $MeshFormat sections");
+  if (strcmp(name, "PartitionedEntities") == 0)
+    return sig_scan_fail(s, s->at, "the mesh is partitioned; write it without partitions");
+  if (strcmp(name, "PhysicalNames") == 0) return sig_gmsh_scan_names(mesh);
+  if (strcmp(name, "Nodes") == 0) return sig_gmsh_scan_nodes(mesh);
+  if (strcmp(name, "Elements") == 0) return sig_gmsh_scan_elements(mesh);
+  if (strcmp(name, "Entities") != 0 || mesh->version == 22) return skip_section(s);
+  if (mesh->entities.n > 0 || mesh->has_elements) return sig_scan_fail(s, s->at, "$Entities must stand once, before $Elements");
+  return sig_gmsh_scan_entities(mesh);
+}
+
+static bool scan_section(sig_gmsh *mesh) {
+  sig_scanner *s = &mesh->scanner;
+  char name[64], end_mark[72] = "$End";
+  if (!scan_section_name(s, name, sizeof name)) return false;
+  s->section = name;
+  sig_scan_skip_line(s);
+  const bool is_good = scan_section_content(mesh, name) && sig_scan_expect(s, strcat(end_mark, name));
+  s->section = "";
+  return is_good;
+}
+
+static bool scan_file(sig_gmsh *mesh) {
+  sig_scanner *s = &mesh->scanner;
+  if (s->size < 11 || strncmp(s->bytes, "$MeshFormat", 11) != 0)
+    return sig_scan_fail(s, 0, "not a gmsh mesh file: it does not start with $MeshFormat");
+  s->at = 11;
+  s->section = "MeshFormat";
+  if (!scan_format(mesh) || !sig_scan_expect(s, "$EndMeshFormat")) return false;
+  for (;;) {
+    sig_scan_skip_space(s);
+    if (s->at >= s->size) break;
+    if (s->bytes[s->at] != '$') return sig_scan_fail(s, s->at, "text between two sections; a section starts with $");
+    if (!scan_section(mesh)) return false;
+  }
+  if (!mesh->has_nodes || !mesh->has_elements)
+    return sig_scan_fail(s, s->size, "the file has no $%s section; it was cut off or is not complete",
+                         mesh->has_nodes ? "Elements" : "Nodes");
+  return true;
+}
+
+typedef struct {
+  int tag, node;
+} sig_numbered_node;
+
+static int compare_numbered(const void *first, const void *second) {
+  const sig_numbered_node *a = first, *b = second;
+  return (a->tag > b->tag) - (a->tag < b->tag);
+}
+
+/* Node numbers of the file, ascending; null when out of memory or when a number occurs twice. */
+static sig_numbered_node *sort_nodes(sig_gmsh *mesh) {
+  sig_scanner *s = &mesh->scanner;
+  const size_t n = (size_t)mesh->n_nodes;
+  sig_numbered_node *sorted = sig_scan_allocate(s, n, sizeof *sorted);
+  if (sorted == NULL) return NULL;
+  for (size_t i = 0; i < n; i++) sorted[i] = (sig_numbered_node){.tag = mesh->node_tags[i], .node = (int)i};
+  qsort(sorted, n, sizeof *sorted, compare_numbered); /* never null, even without nodes */
+  for (size_t i = 1; i < n; i++) {
+    if (sorted[i].tag != sorted[i - 1].tag) continue;
+    (void)sig_scan_fail(s, s->size, "node number %d occurs twice", sorted[i].tag);
+    free(sorted);
+    return NULL;
+  }
+  return sorted;
+}
+
+/* Node numbers of the elements to 0-based nodes. */
+static bool resolve_nodes(sig_gmsh *mesh) {
+  sig_numbered_node *sorted = sort_nodes(mesh);
+  if (sorted == NULL) return false;
+  bool is_good = true;
+  const sig_gmsh_element *elements = mesh->elements.items;
+  int64_t *nodes = mesh->element_nodes.items;
+  for (size_t i = 0, e = 0; i < mesh->element_nodes.n && is_good; i++) {
+    while (e + 1 < mesh->elements.n && elements[e + 1].first_node <= i) e++;
+    const sig_numbered_node key = {.tag = nodes[i] >= 1 && nodes[i] <= INT_MAX ? (int)nodes[i] : 0};
+    const sig_numbered_node *found = bsearch(&key, sorted, (size_t)mesh->n_nodes, sizeof key, compare_numbered);
+    if (found == NULL)
+      is_good = sig_scan_fail(&mesh->scanner, elements[e].at, "element %d has node %lld, which $Nodes lacks", elements[e].tag,
+                              (long long)nodes[i]);
+    else
+      nodes[i] = found->node;
+  }
+  free(sorted);
+  return is_good;
+}
+
+int sig_gmsh_parse(const char *bytes, size_t n_bytes, sig_gmsh **mesh) {
+  *mesh = calloc(1, sizeof **mesh);
+  char *copy = malloc(n_bytes + 1);
+  if (*mesh == NULL || copy == NULL) {
+    free(copy);
+    return SIG_GMSH_NO_MEMORY;
+  }
+  if (n_bytes > 0) memcpy(copy, bytes, n_bytes);
+  copy[n_bytes] = '\0';
+  sig_scanner *s = &(*mesh)->scanner;
+  s->bytes = copy;
+  s->size = n_bytes;
+  const bool is_good = scan_file(*mesh) && resolve_nodes(*mesh);
+  s->bytes = NULL;
+  free(copy);
+  if (is_good) return SIG_GMSH_OK;
+  return s->is_out_of_memory ? SIG_GMSH_NO_MEMORY : SIG_GMSH_INVALID;
+}
+
+int sig_gmsh_read(const char *path, size_t length, sig_gmsh **mesh) {
+  char *bytes = NULL;
+  size_t n_bytes = 0;
+  const int code = sig_read_file(path, length, &bytes, &n_bytes);
+  if (code == 0) {
+    const int status = sig_gmsh_parse(bytes, n_bytes, mesh);
+    sig_free(bytes);
+    return status;
+  }
+  *mesh = calloc(1, sizeof **mesh);
+  if (*mesh == NULL) return SIG_GMSH_NO_MEMORY;
+  (*mesh)->n_nodes = code;
+  return SIG_GMSH_UNREADABLE;
+}
+
+void sig_gmsh_message(const sig_gmsh *mesh, char message[SIG_GMSH_MESSAGE_SIZE], int *line) {
+  memcpy(message, mesh->scanner.message, SIG_GMSH_MESSAGE_SIZE);
+  *line = mesh->scanner.line;
+}
+
+void sig_gmsh_sizes(const sig_gmsh *mesh, int sizes[5]) {
+  sizes[0] = mesh->n_nodes;
+  sizes[1] = (int)mesh->elements.n;
+  sizes[2] = (int)mesh->element_nodes.n;
+  sizes[3] = (int)mesh->members.n;
+  sizes[4] = (int)mesh->groups.n;
+}
+
+void sig_gmsh_nodes(const sig_gmsh *mesh, int *tags, double *coordinates) {
+  const size_t n = (size_t)mesh->n_nodes;
+  if (n == 0) return;
+  memcpy(tags, mesh->node_tags, n * sizeof *tags);
+  memcpy(coordinates, mesh->coordinates, 3 * n * sizeof *coordinates);
+}
+
+void sig_gmsh_elements(const sig_gmsh *mesh, int *types, int *tags, int *offsets, int *nodes) {
+  const sig_gmsh_element *elements = mesh->elements.items;
+  const int64_t *element_nodes = mesh->element_nodes.items;
+  for (size_t i = 0; i < mesh->elements.n; i++) {
+    types[i] = elements[i].type;
+    tags[i] = elements[i].tag;
+    offsets[i] = (int)elements[i].first_node;
+  }
+  offsets[mesh->elements.n] = (int)mesh->element_nodes.n;
+  for (size_t i = 0; i < mesh->element_nodes.n; i++) nodes[i] = (int)element_nodes[i];
+}
+
+void sig_gmsh_memberships(const sig_gmsh *mesh, int *elements, int *groups) {
+  const sig_gmsh_member *members = mesh->members.items;
+  for (size_t i = 0; i < mesh->members.n; i++) {
+    elements[i] = members[i].element;
+    groups[i] = members[i].group;
+  }
+}
+
+void sig_gmsh_group(const sig_gmsh *mesh, int i, int *n_dim, int *tag, const char **name, size_t *name_length) {
+  const sig_gmsh_group_record *group = (const sig_gmsh_group_record *)mesh->groups.items + i;
+  *n_dim = group->n_dim;
+  *tag = group->tag;
+  *name = mesh->names.items == NULL ? "" : (const char *)mesh->names.items + group->name_at;
+  *name_length = group->name_length;
+}
+
+void sig_gmsh_free(sig_gmsh *mesh) {
+  if (mesh == NULL) return;
+  free(mesh->node_tags);
+  free(mesh->coordinates);
+  free(mesh->elements.items);
+  free(mesh->element_nodes.items);
+  free(mesh->members.items);
+  free(mesh->groups.items);
+  free(mesh->entities.items);
+  free(mesh->entity_groups.items);
+  free(mesh->names.items);
+  free(mesh);
+}

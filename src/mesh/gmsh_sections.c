@@ -1,0 +1,323 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include <limits.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "gmsh_content.h"
+
+/* Reads a number that must fit an int, given how it is written. */
+static bool scan_bounded(sig_scanner *scanner, bool (*scan)(sig_scanner *, int64_t *), int64_t min, int64_t max,
+                         const char *what, int *value) {
+  int64_t number;
+  const size_t at = sig_scan_here(scanner);
+  if (!scan(scanner, &number)) return false;
+  if (number < min || number > max)
+    return sig_scan_fail(scanner, at, "$%s has %lld as %s; it must be between %lld and %lld", scanner->section,
+                         (long long)number, what, (long long)min, (long long)max);
+  *value = (int)number;
+  return true;
+}
+
+static bool scan_tag(sig_scanner *scanner, bool (*scan)(sig_scanner *, int64_t *), const char *what, int *tag) {
+  return scan_bounded(scanner, scan, 1, INT_MAX, what, tag);
+}
+
+/* gmsh gives a group of turned entities as a negative number. */
+static bool scan_physical_tag(sig_scanner *scanner, int *tag) {
+  if (!scan_bounded(scanner, sig_scan_int, -INT_MAX, INT_MAX, "a physical tag", tag)) return false;
+  *tag = abs(*tag);
+  return true;
+}
+
+/* A line of $PhysicalNames: dimension, tag, "name". */
+static bool scan_name(sig_gmsh *mesh) {
+  sig_scanner *s = &mesh->scanner;
+  int n_dim, tag;
+  if (!scan_bounded(s, sig_scan_word_int, 0, 3, "a dimension", &n_dim)) return false;
+  if (!scan_tag(s, sig_scan_word_int, "a physical tag", &tag)) return false;
+  if (!sig_scan_expect(s, "\"")) return false;
+  const size_t start = s->at;
+  while (s->at < s->size && s->bytes[s->at] != '"' && s->bytes[s->at] != '\n' && s->bytes[s->at] != '\0') s->at++;
+  if (s->at >= s->size || s->bytes[s->at] != '"')
+    return sig_scan_fail(s, start, "a physical name has no closing quote");
+  const size_t length = s->at++ - start;
+  if (length == 0) return sig_scan_fail(s, start, "physical group %d (dimension %d) has an empty name", tag, n_dim);
+  const int row = sig_gmsh_group_row(mesh, n_dim, tag);
+  if (row < 0) return false;
+  sig_gmsh_group_record *group = (sig_gmsh_group_record *)mesh->groups.items + row;
+  if (group->name_length > 0) return sig_scan_fail(s, start, "physical group %d (dimension %d) has two names", tag, n_dim);
+  group->name_at = mesh->names.n;
+  group->name_length = length;
+  char *name = sig_list_add(s, &mesh->names, length, 1);
+  if (name == NULL) return false;
+  memcpy(name, s->bytes + start, length);
+  return true;
+}
+
+bool sig_gmsh_scan_names(sig_gmsh *mesh) {
+  int64_t count;
+  if (!sig_scan_word_int(&mesh->scanner, &count)) return false;
+  if (!sig_scan_check_count(&mesh->scanner, count, 7, "names")) return false;
+  for (int64_t i = 0; i < count; i++)
+    if (!scan_name(mesh)) return false;
+  return true;
+}
+
+/* Physical tags of the entity that is read now. */
+static bool scan_entity_groups(sig_gmsh *mesh, int n_dim) {
+  sig_scanner *s = &mesh->scanner;
+  int64_t count;
+  if (!sig_scan_size(s, &count) || !sig_scan_check_count(s, count, 2, "physical tags")) return false;
+  for (int64_t i = 0; i < count; i++) {
+    int tag;
+    if (!scan_physical_tag(s, &tag)) return false;
+    int *row = sig_list_add(s, &mesh->entity_groups, 1, sizeof *row);
+    if (row == NULL) return false;
+    *row = sig_gmsh_group_row(mesh, n_dim, tag);
+    if (*row < 0) return false;
+  }
+  return true;
+}
+
+/* An entity of format 4.1: tag, box, physical tags, bounding entities. */
+static bool scan_entity(sig_gmsh *mesh, int n_dim) {
+  sig_scanner *s = &mesh->scanner;
+  const size_t first_group = mesh->entity_groups.n;
+  int tag;
+  double bound;
+  if (!scan_bounded(s, sig_scan_int, INT_MIN, INT_MAX, "an entity tag", &tag)) return false;
+  for (int i = 0; i < (n_dim == 0 ? 3 : 6); i++)
+    if (!sig_scan_real(s, &bound)) return false;
+  if (!scan_entity_groups(mesh, n_dim)) return false;
+  sig_gmsh_entity *entity = sig_list_add(s, &mesh->entities, 1, sizeof *entity);
+  if (entity == NULL) return false;
+  *entity = (sig_gmsh_entity){n_dim, tag, first_group, mesh->entity_groups.n - first_group};
+  if (n_dim == 0) return true;
+  int64_t count, bounding;
+  if (!sig_scan_size(s, &count) || !sig_scan_check_count(s, count, 2, "bounding entities")) return false;
+  for (int64_t i = 0; i < count; i++)
+    if (!sig_scan_int(s, &bounding)) return false;
+  return true;
+}
+
+static int compare_entities(const void *first, const void *second) {
+  const sig_gmsh_entity *a = first, *b = second;
+  if (a->n_dim != b->n_dim) return a->n_dim < b->n_dim ? -1 : 1;
+  return (a->tag > b->tag) - (a->tag < b->tag);
+}
+
+bool sig_gmsh_scan_entities(sig_gmsh *mesh) {
+  int64_t counts[4];
+  for (int n_dim = 0; n_dim < 4; n_dim++)
+    if (!sig_scan_size(&mesh->scanner, &counts[n_dim])) return false;
+  for (int n_dim = 0; n_dim < 4; n_dim++) {
+    if (!sig_scan_check_count(&mesh->scanner, counts[n_dim], 8, "entities")) return false;
+    for (int64_t i = 0; i < counts[n_dim]; i++)
+      if (!scan_entity(mesh, n_dim)) return false;
+  }
+  if (mesh->entities.n > 0) qsort(mesh->entities.items, mesh->entities.n, sizeof(sig_gmsh_entity), compare_entities);
+  return true;
+}
+
+static bool start_nodes(sig_gmsh *mesh, int64_t count) {
+  sig_scanner *s = &mesh->scanner;
+  if (mesh->has_nodes) return sig_scan_fail(s, s->at, "the file has two $Nodes sections");
+  if (!sig_scan_check_count(s, count, 4, "nodes")) return false;
+  if (count > INT_MAX / 4) return sig_scan_fail(s, s->at, "%lld nodes are more than this program can number", (long long)count);
+  mesh->node_tags = sig_scan_allocate(s, (size_t)count, sizeof *mesh->node_tags);
+  mesh->coordinates = sig_scan_allocate(s, (size_t)count * 3, sizeof *mesh->coordinates);
+  mesh->n_nodes = (int)count;
+  mesh->has_nodes = true;
+  return mesh->node_tags != NULL && mesh->coordinates != NULL;
+}
+
+static bool scan_point(sig_scanner *s, double *coordinates) {
+  return sig_scan_real(s, coordinates) && sig_scan_real(s, coordinates + 1) && sig_scan_real(s, coordinates + 2);
+}
+
+static bool scan_nodes_22(sig_gmsh *mesh) {
+  sig_scanner *s = &mesh->scanner;
+  int64_t count;
+  if (!sig_scan_word_int(s, &count) || !start_nodes(mesh, count)) return false;
+  if (s->is_binary) sig_scan_skip_line(s);
+  for (int i = 0; i < mesh->n_nodes; i++)
+    if (!scan_tag(s, sig_scan_int, "a node number", &mesh->node_tags[i]) || !scan_point(s, mesh->coordinates + 3 * (size_t)i))
+      return false;
+  return true;
+}
+
+/* A block of format 4.1: all numbers, then all coordinates. Returns through n_done how many nodes stand before and after. */
+static bool scan_node_block(sig_gmsh *mesh, int *n_done) {
+  sig_scanner *s = &mesh->scanner;
+  int n_dim, is_parametric;
+  int64_t entity, count;
+  if (!scan_bounded(s, sig_scan_int, 0, 3, "a dimension", &n_dim) || !sig_scan_int(s, &entity)) return false;
+  if (!scan_bounded(s, sig_scan_int, 0, 1, "the mark of parametric nodes", &is_parametric) || !sig_scan_size(s, &count))
+    return false;
+  if (count < 0 || count > mesh->n_nodes - *n_done)
+    return sig_scan_fail(s, s->at, "the blocks of $Nodes hold more than the %d nodes it announces", mesh->n_nodes);
+  for (int i = *n_done; i < *n_done + (int)count; i++)
+    if (!scan_tag(s, sig_scan_size, "a node number", &mesh->node_tags[i])) return false;
+  double parameter;
+  for (int i = *n_done; i < *n_done + (int)count; i++) {
+    if (!scan_point(s, mesh->coordinates + 3 * (size_t)i)) return false;
+    for (int j = 0; is_parametric && j < n_dim; j++)
+      if (!sig_scan_real(s, &parameter)) return false;
+  }
+  *n_done += (int)count;
+  return true;
+}
+
+static bool scan_nodes_41(sig_gmsh *mesh) {
+  sig_scanner *s = &mesh->scanner;
+  int64_t n_blocks, count, min_tag, max_tag;
+  if (!sig_scan_size(s, &n_blocks) || !sig_scan_size(s, &count) || !sig_scan_size(s, &min_tag) || !sig_scan_size(s, &max_tag))
+    return false;
+  if (!sig_scan_check_count(s, n_blocks, 4, "blocks") || !start_nodes(mesh, count)) return false;
+  int n_done = 0;
+  for (int64_t i = 0; i < n_blocks; i++)
+    if (!scan_node_block(mesh, &n_done)) return false;
+  if (n_done < mesh->n_nodes)
+    return sig_scan_fail(s, s->at, "$Nodes announces %d nodes, its blocks hold %d", mesh->n_nodes, n_done);
+  return true;
+}
+
+bool sig_gmsh_scan_nodes(sig_gmsh *mesh) { return mesh->version == 22 ? scan_nodes_22(mesh) : scan_nodes_41(mesh); }
+
+static bool scan_type(sig_scanner *s, const sig_gmsh_element_type **type) {
+  int64_t number;
+  const size_t at = sig_scan_here(s);
+  if (!sig_scan_int(s, &number)) return false;
+  *type = sig_gmsh_find_type(number);
+  if (*type == NULL)
+    return sig_scan_fail(s, at, "elements of gmsh type %lld are not supported; 3-node triangles, 4-node quadrilaterals, "
+                                "4-node tetrahedra and 8-node hexahedra are", (long long)number);
+  if (!(*type)->is_supported)
+    return sig_scan_fail(s, at, "the mesh has a %s, which is not supported; only linear triangles, quadrilaterals, "
+                                "tetrahedra and hexahedra are%s",
+                         (*type)->name, number > 7 ? " (set Mesh.ElementOrder = 1)" : "");
+  return true;
+}
+
+/* Appends an element whose nodes come next in the file, or passes them where it belongs to no group. */
+static bool scan_element_nodes(sig_gmsh *mesh, const sig_gmsh_element_type *type, int tag, bool is_kept, size_t at) {
+  sig_scanner *s = &mesh->scanner;
+  const size_t n = (size_t)type->n_nodes, first_node = mesh->element_nodes.n;
+  int64_t *nodes = sig_list_add(s, &mesh->element_nodes, n, sizeof *nodes);
+  if (nodes == NULL) return false;
+  for (size_t i = 0; i < n; i++)
+    if (!(mesh->version == 22 ? sig_scan_int(s, &nodes[i]) : sig_scan_size(s, &nodes[i]))) return false;
+  if (!is_kept) {
+    mesh->element_nodes.n = first_node;
+    return true;
+  }
+  sig_gmsh_element *element = sig_list_add(s, &mesh->elements, 1, sizeof *element);
+  if (element == NULL) return false;
+  *element = (sig_gmsh_element){type->type, tag, at, first_node};
+  return mesh->element_nodes.n < INT_MAX || sig_scan_fail(s, at, "the mesh has more elements than this program can number");
+}
+
+/* The last element belongs to this group. */
+static bool add_membership(sig_gmsh *mesh, int row) {
+  sig_scanner *s = &mesh->scanner;
+  sig_gmsh_member *member = sig_list_add(s, &mesh->members, 1, sizeof *member);
+  if (member == NULL) return false;
+  *member = (sig_gmsh_member){(int)mesh->elements.n - 1, row};
+  return mesh->members.n < INT_MAX || sig_scan_fail(s, s->at, "the mesh has more elements than this program can number");
+}
+
+/* Tags of an element of format 2.2: physical group, entity, then the parts it lies in. */
+static bool scan_tags_22(sig_scanner *s, int64_t n_tags, int *physical) {
+  *physical = 0;
+  if (!sig_scan_check_count(s, n_tags, 2, "tags of an element")) return false;
+  for (int64_t i = 0; i < n_tags; i++) {
+    int64_t tag = 0;
+    const size_t at = sig_scan_here(s);
+    if (i == 0 ? !scan_physical_tag(s, physical) : !sig_scan_int(s, &tag)) return false;
+    if (i == 2 && tag > 0) return sig_scan_fail(s, at, "the mesh is partitioned; write it without partitions");
+  }
+  return true;
+}
+
+static bool scan_element_22(sig_gmsh *mesh, const sig_gmsh_element_type *type, int64_t n_tags) {
+  sig_scanner *s = &mesh->scanner;
+  const size_t at = sig_scan_here(s);
+  int tag, physical;
+  if (!scan_tag(s, sig_scan_int, "an element number", &tag)) return false;
+  if (type == NULL && (!scan_type(s, &type) || !sig_scan_int(s, &n_tags))) return false;
+  if (!scan_tags_22(s, n_tags, &physical)) return false;
+  if (!scan_element_nodes(mesh, type, tag, physical != 0, at)) return false;
+  if (physical == 0) return true;
+  const int row = sig_gmsh_group_row(mesh, type->n_dim, physical);
+  return row >= 0 && add_membership(mesh, row);
+}
+
+static bool scan_elements_22(sig_gmsh *mesh) {
+  sig_scanner *s = &mesh->scanner;
+  int64_t count;
+  if (!sig_scan_word_int(s, &count) || !sig_scan_check_count(s, count, 6, "elements")) return false;
+  if (s->is_binary) sig_scan_skip_line(s);
+  for (int64_t n_done = 0; n_done < count;) {
+    if (!s->is_binary) {
+      if (!scan_element_22(mesh, NULL, 0)) return false;
+      n_done++;
+      continue;
+    }
+    const sig_gmsh_element_type *type;
+    int n_follow;
+    int64_t n_tags;
+    if (!scan_type(s, &type)) return false;
+    if (!scan_bounded(s, sig_scan_int, 1, count - n_done, "the number of elements in a block", &n_follow)) return false;
+    if (!sig_scan_int(s, &n_tags)) return false;
+    for (int i = 0; i < n_follow; i++)
+      if (!scan_element_22(mesh, type, n_tags)) return false;
+    n_done += n_follow;
+  }
+  return true;
+}
+
+static bool scan_element_block(sig_gmsh *mesh, int64_t *n_done, int64_t n_announced) {
+  sig_scanner *s = &mesh->scanner;
+  sig_gmsh_entity key;
+  const sig_gmsh_element_type *type;
+  int64_t count;
+  if (!scan_bounded(s, sig_scan_int, 0, 3, "a dimension", &key.n_dim)) return false;
+  if (!scan_bounded(s, sig_scan_int, INT_MIN, INT_MAX, "an entity tag", &key.tag) || !scan_type(s, &type)) return false;
+  if (!sig_scan_size(s, &count)) return false;
+  if (count < 0 || count > n_announced - *n_done)
+    return sig_scan_fail(s, s->at, "the blocks of $Elements hold more than the %lld elements it announces", (long long)n_announced);
+  const sig_gmsh_entity *entity = NULL;
+  if (mesh->entities.n > 0) entity = bsearch(&key, mesh->entities.items, mesh->entities.n, sizeof key, compare_entities);
+  const int *rows = mesh->entity_groups.items;
+  const size_t n_groups = entity == NULL ? 0 : entity->n_groups;
+  for (int64_t i = 0; i < count; i++) {
+    const size_t at = sig_scan_here(s);
+    int tag;
+    if (!scan_tag(s, sig_scan_size, "an element number", &tag)) return false;
+    if (!scan_element_nodes(mesh, type, tag, n_groups > 0, at)) return false;
+    for (size_t j = 0; j < n_groups; j++)
+      if (!add_membership(mesh, rows[entity->first_group + j])) return false;
+  }
+  *n_done += count;
+  return true;
+}
+
+static bool scan_elements_41(sig_gmsh *mesh) {
+  sig_scanner *s = &mesh->scanner;
+  int64_t n_blocks, count, min_tag, max_tag, n_done = 0;
+  if (!sig_scan_size(s, &n_blocks) || !sig_scan_size(s, &count) || !sig_scan_size(s, &min_tag) || !sig_scan_size(s, &max_tag))
+    return false;
+  if (!sig_scan_check_count(s, n_blocks, 4, "blocks") || !sig_scan_check_count(s, count, 4, "elements")) return false;
+  for (int64_t i = 0; i < n_blocks; i++)
+    if (!scan_element_block(mesh, &n_done, count)) return false;
+  if (n_done < count)
+    return sig_scan_fail(s, s->at, "$Elements announces %lld elements, its blocks hold %lld", (long long)count, (long long)n_done);
+  return true;
+}
+
+bool sig_gmsh_scan_elements(sig_gmsh *mesh) {
+  sig_scanner *s = &mesh->scanner;
+  if (mesh->has_elements) return sig_scan_fail(s, s->at, "the file has two $Elements sections");
+  mesh->has_elements = true;
+  return mesh->version == 22 ? scan_elements_22(mesh) : scan_elements_41(mesh);
+}

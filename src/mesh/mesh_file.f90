@@ -1,0 +1,113 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> A gmsh file as flat arrays: what it says, not yet what the code needs.
+module sig_mesh_file
+  use, intrinsic :: iso_c_binding, only: c_char, c_int, c_null_char, c_ptr, c_size_t
+  use sig_c_strings, only: from_c
+  use sig_errors, only: error_t, make_error
+  use sig_file_system, only: system_reason
+  use sig_kinds, only: rk
+  use sig_mesh_c_interfaces, only: gmsh_invalid, gmsh_message_size, gmsh_no_memory, gmsh_ok, gmsh_unreadable, &
+    sig_gmsh_elements, sig_gmsh_free, sig_gmsh_group, sig_gmsh_memberships, sig_gmsh_message, sig_gmsh_nodes, sig_gmsh_read, &
+    sig_gmsh_sizes
+  use sig_text, only: string_t
+  implicit none(type, external)
+  private
+  public :: raw_mesh_t, read_raw_mesh
+
+  !> Nodes in the file's order; elements of at least one physical group only. All indices 1-based.
+  type :: raw_mesh_t
+    integer :: n_nodes = 0
+    integer :: n_elements = 0
+    integer :: n_groups = 0
+    !> gmsh's node numbers
+    integer, allocatable :: node_tags(:)
+    !> [mesh.length_unit] shape (3, n_nodes)
+    real(rk), allocatable :: coordinates(:, :)
+    !> gmsh's numbers of type and element, shape (n_elements)
+    integer, allocatable :: element_types(:)
+    integer, allocatable :: element_tags(:)
+    !> nodes of element e: element_nodes(element_offsets(e) + 1 : element_offsets(e + 1))
+    integer, allocatable :: element_offsets(:)
+    integer, allocatable :: element_nodes(:)
+    !> element member_elements(m) belongs to group member_groups(m); elements ascend
+    integer, allocatable :: member_elements(:)
+    integer, allocatable :: member_groups(:)
+    integer, allocatable :: group_dims(:)
+    integer, allocatable :: group_tags(:)
+    !> empty where the file gives no name
+    type(string_t), allocatable :: group_names(:)
+  end type raw_mesh_t
+
+contains
+
+  !> Local. Errors: the file cannot be read or is no mesh that the reader supports; with the line of the file.
+  subroutine read_raw_mesh(path, raw, error)
+    character(*), intent(in) :: path
+    type(raw_mesh_t), intent(out) :: raw
+    type(error_t), allocatable, intent(out) :: error
+    type(c_ptr) :: handle
+    integer(c_int) :: status, sizes(5)
+
+    status = sig_gmsh_read(path, len(path, c_size_t), handle)
+    select case (status)
+    case (gmsh_ok)
+      call copy_mesh(handle, raw)
+    case (gmsh_invalid)
+      call report_invalid(handle, path, error)
+    case (gmsh_unreadable)
+      call sig_gmsh_sizes(handle, sizes)
+      call make_error(error, 'cannot read the mesh file: ' // system_reason(sizes(1)), file=path)
+    case default
+      call make_error(error, 'not enough memory to read the mesh file', file=path)
+    end select
+    call sig_gmsh_free(handle)
+  end subroutine read_raw_mesh
+
+  subroutine report_invalid(handle, path, error)
+    type(c_ptr), intent(in) :: handle
+    character(*), intent(in) :: path
+    type(error_t), allocatable, intent(out) :: error
+    character(kind=c_char) :: message(gmsh_message_size)
+    integer(c_int) :: line
+
+    message = c_null_char
+    call sig_gmsh_message(handle, message, line)
+    call make_error(error, from_c(message), file=path, line=line)
+  end subroutine report_invalid
+
+  subroutine copy_mesh(handle, raw)
+    type(c_ptr), intent(in) :: handle
+    type(raw_mesh_t), intent(inout) :: raw
+    integer(c_int) :: sizes(5)
+
+    call sig_gmsh_sizes(handle, sizes)
+    raw%n_nodes = sizes(1)
+    raw%n_elements = sizes(2)
+    raw%n_groups = sizes(5)
+    allocate (raw%node_tags(raw%n_nodes), raw%coordinates(3, raw%n_nodes))
+    call sig_gmsh_nodes(handle, raw%node_tags, raw%coordinates)
+    allocate (raw%element_types(raw%n_elements), raw%element_tags(raw%n_elements), raw%element_offsets(raw%n_elements + 1))
+    allocate (raw%element_nodes(sizes(3)))
+    call sig_gmsh_elements(handle, raw%element_types, raw%element_tags, raw%element_offsets, raw%element_nodes)
+    raw%element_nodes = raw%element_nodes + 1
+    allocate (raw%member_elements(sizes(4)), raw%member_groups(sizes(4)))
+    call sig_gmsh_memberships(handle, raw%member_elements, raw%member_groups)
+    raw%member_elements = raw%member_elements + 1
+    raw%member_groups = raw%member_groups + 1
+    call copy_groups(handle, raw)
+  end subroutine copy_mesh
+
+  subroutine copy_groups(handle, raw)
+    type(c_ptr), intent(in) :: handle
+    type(raw_mesh_t), intent(inout) :: raw
+    type(c_ptr) :: name
+    integer(c_size_t) :: name_length
+    integer(c_int) :: i_group
+
+    allocate (raw%group_dims(raw%n_groups), raw%group_tags(raw%n_groups), raw%group_names(raw%n_groups))
+    do i_group = 1, raw%n_groups
+      call sig_gmsh_group(handle, i_group - 1, raw%group_dims(i_group), raw%group_tags(i_group), name, name_length)
+      raw%group_names(i_group)%text = from_c(name, name_length)
+    end do
+  end subroutine copy_groups
+end module sig_mesh_file
