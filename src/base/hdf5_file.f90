@@ -35,6 +35,7 @@ module sig_hdf5_file
     procedure :: create
     procedure :: open => open_file
     procedure :: close => close_file
+    procedure :: discard => discard_file
     procedure :: has
     procedure :: has_attribute
     procedure :: get_shape
@@ -54,7 +55,7 @@ module sig_hdf5_file
     procedure, private :: read_text, read_text_1
     procedure, private :: read_real_attribute, read_real_1_attribute, read_integer_attribute
     procedure, private :: read_text_attribute, read_text_1_attribute
-    final :: discard
+    final :: finalize
   end type h5_file_t
 
 contains
@@ -118,7 +119,7 @@ contains
     call remove_file(path // '.partial', ignored)
   end subroutine remove_partial
 
-  !> Gives up a file that nobody closed.
+  !> Gives up the file; a new one is removed. That none is open is fine.
   subroutine discard_file(self)
     class(h5_file_t), intent(inout) :: self
     integer(c_int) :: ignored
@@ -130,11 +131,11 @@ contains
     if (self%is_new) call remove_partial(self%path)
   end subroutine discard_file
 
-  subroutine discard(self)
+  subroutine finalize(self)
     type(h5_file_t), intent(inout) :: self
 
     call discard_file(self)
-  end subroutine discard
+  end subroutine finalize
 
   !> True where the file has a group or dataset of this name.
   logical function has(self, name)

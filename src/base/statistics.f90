@@ -1,0 +1,81 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> Order statistics of error figures; values that are no number are left out.
+module sig_statistics
+  use sig_kinds, only: rk
+  implicit none(type, external)
+  private
+  public :: statistics_t, summarize, quantile
+
+  type :: statistics_t
+    !> finite or infinite values that went in
+    integer :: n_values = 0
+    real(rk) :: minimum = 0
+    real(rk) :: median = 0
+    real(rk) :: p95 = 0
+    real(rk) :: maximum = 0
+  end type statistics_t
+
+contains
+
+  !> All zero where no value is a number.
+  pure function summarize(values) result(statistics)
+    real(rk), intent(in) :: values(:)
+    type(statistics_t) :: statistics
+    real(rk), allocatable :: sorted(:)
+
+    sorted = pack(values, .not. is_no_number(values))
+    call sort(sorted)
+    statistics%n_values = size(sorted)
+    if (size(sorted) == 0) return
+    statistics%minimum = sorted(1)
+    statistics%median = quantile(sorted, 0.5_rk)
+    statistics%p95 = quantile(sorted, 0.95_rk)
+    statistics%maximum = sorted(size(sorted))
+  end function summarize
+
+  !> Quantile of ascending values, linear between neighbors (the default of NumPy).
+  pure real(rk) function quantile(sorted, fraction)
+    !> at least one
+    real(rk), intent(in) :: sorted(:)
+    !> [-] in [0, 1]
+    real(rk), intent(in) :: fraction
+    real(rk) :: position, part
+    integer :: i
+
+    position = 1 + fraction * (size(sorted) - 1)
+    i = min(int(position), size(sorted) - 1)
+    i = max(i, 1)
+    part = position - i
+    quantile = sorted(i)
+    ! An infinite neighbor must not turn a part of zero into 0 * infinity.
+    if (part > 0) quantile = sorted(i) + part * (sorted(min(i + 1, size(sorted))) - sorted(i))
+  end function quantile
+
+  elemental logical function is_no_number(value)
+    real(rk), intent(in) :: value
+
+    is_no_number = .not. (value >= -huge(value) .or. value < -huge(value))
+  end function is_no_number
+
+  !> Shell sort: the lists are short and nothing else in the code sorts reals.
+  pure subroutine sort(values)
+    real(rk), intent(inout) :: values(:)
+    real(rk) :: value
+    integer :: gap, i, j
+
+    gap = size(values) / 2
+    do while (gap > 0)
+      do i = gap + 1, size(values)
+        value = values(i)
+        j = i - gap
+        do while (j >= 1)
+          if (values(j) <= value) exit
+          values(j + gap) = values(j)
+          j = j - gap
+        end do
+        values(j + gap) = value
+      end do
+      gap = gap / 2
+    end do
+  end subroutine sort
+end module sig_statistics

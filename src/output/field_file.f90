@@ -1,0 +1,371 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> Fields on the mesh for several parameter points: an HDF5 file of arrays, and an XDMF file beside it for ParaView.
+module sig_field_file
+  use sig_element_types, only: element_types
+  use sig_errors, only: error_t, exit_internal, make_error
+  use sig_file_system, only: base_name, write_text_file
+  use sig_hdf5_file, only: h5_file_t
+  use sig_kinds, only: rk
+  use sig_mesh, only: mesh_t, nodes_of_cell
+  use sig_text, only: string_t, to_text
+  use sig_xdmf, only: xdmf_field_t, xdmf_grid_t, xdmf_mesh_t, xdmf_text
+  implicit none(type, external)
+  private
+  public :: field_file_t
+
+  !> create; then per point start_point and its fields; close. Both files appear with close.
+  !>
+  !> What viewers need is made here: vectors of 1 or 2 components get zeros up to the third, as the coordinates do, so that
+  !> one can warp by them; 4 or 6 components are a symmetric tensor, given as xx, yy, zz, xy, yz, xz, and stand in the file
+  !> in XDMF's order xx, xy, xz, yy, yz, zz (attribute `components`). The first failure is kept and handed back by close. Arrays that are no fields of the mesh (`add_array`, `add_shared_array`) stand in the
+  !> HDF5 file only. Shapes are h5py's reversed, see sig_hdf5_file. Local: one rank writes.
+  type :: field_file_t
+    private
+    type(h5_file_t) :: file
+    character(:), allocatable :: path
+    type(xdmf_mesh_t) :: mesh
+    type(xdmf_grid_t), allocatable :: grids(:)
+    !> /points/0001 of the point that is being written
+    character(:), allocatable :: group
+    type(string_t), allocatable :: parameter_names(:)
+    type(error_t), allocatable :: error
+  contains
+    procedure :: create
+    procedure :: start_point
+    generic :: add_node_field => add_node_scalar, add_node_vector
+    generic :: add_cell_field => add_cell_scalar, add_cell_integer, add_cell_vector
+    generic :: add_array => add_real_array, add_real_matrix, add_integer_array
+    generic :: add_shared_array => add_shared_reals, add_shared_matrix, add_shared_integers
+    procedure :: close => close_file
+    procedure, private :: add_node_scalar, add_node_vector, add_cell_scalar, add_cell_integer, add_cell_vector
+    procedure, private :: add_real_array, add_real_matrix, add_integer_array
+    procedure, private :: add_shared_reals, add_shared_matrix, add_shared_integers
+  end type field_file_t
+
+contains
+
+  !> Starts the file and writes the mesh. Errors: the file cannot be created.
+  subroutine create(self, path, mesh, length_unit, parameter_names, error)
+    class(field_file_t), intent(inout) :: self
+    !> ends with .h5
+    character(*), intent(in) :: path
+    type(mesh_t), intent(in) :: mesh
+    character(*), intent(in) :: length_unit
+    type(string_t), intent(in) :: parameter_names(:)
+    type(error_t), allocatable, intent(out) :: error
+
+    self%path = path
+    self%group = ''
+    self%parameter_names = parameter_names
+    if (allocated(self%grids)) deallocate (self%grids)
+    if (allocated(self%error)) deallocate (self%error)
+    allocate (self%grids(0))
+    call self%file%create(path, error)
+    if (allocated(error)) return
+    call self%file%write_attribute('/', 'format', 'signorom fields')
+    call self%file%write_attribute('/', 'format_version', 1)
+    call self%file%write('/mesh/coordinates', three_components(mesh%coordinates), length_unit, 'x, y, z of the nodes')
+    call write_topology(self, mesh)
+  end subroutine create
+
+  subroutine write_topology(self, mesh)
+    class(field_file_t), intent(inout) :: self
+    type(mesh_t), intent(in) :: mesh
+    integer :: i_cell
+
+    self%mesh = xdmf_mesh_t(n_nodes=mesh%n_nodes, n_cells=mesh%n_cells)
+    call self%file%write('/mesh/cell_types', [(element_types(mesh%cell_types(i_cell))%xdmf_type, i_cell=1, mesh%n_cells)], &
+      '-', 'XDMF number of the type of each cell')
+    if (mesh%n_cells == 0) return
+    if (all(mesh%cell_types == mesh%cell_types(1))) then
+      self%mesh%cell_type = element_types(mesh%cell_types(1))%xdmf_type
+      self%mesh%n_cell_nodes = element_types(mesh%cell_types(1))%n_nodes
+      call self%file%write('/mesh/topology', reshape(mesh%cell_nodes - 1, [self%mesh%n_cell_nodes, mesh%n_cells]), &
+        '-', 'nodes of each cell, from 0')
+    else
+      associate (topology => mixed_topology(mesh))
+        self%mesh%n_mixed_entries = size(topology)
+        call self%file%write('/mesh/topology', topology, '', 'per cell its XDMF type, then its nodes, from 0')
+      end associate
+    end if
+  end subroutine write_topology
+
+  !> Type and nodes of each cell, one after the other; points and lines have their number of nodes in between.
+  pure function mixed_topology(mesh) result(topology)
+    type(mesh_t), intent(in) :: mesh
+    integer, allocatable :: topology(:)
+    integer :: buffer(3 * mesh%n_cells + size(mesh%cell_nodes))
+    integer :: i_cell, n, n_entries, xdmf_type
+
+    n_entries = 0
+    do i_cell = 1, mesh%n_cells
+      xdmf_type = element_types(mesh%cell_types(i_cell))%xdmf_type
+      n = mesh%cell_offsets(i_cell + 1) - mesh%cell_offsets(i_cell)
+      n_entries = n_entries + 1
+      buffer(n_entries) = xdmf_type
+      if (xdmf_type <= 2) then
+        n_entries = n_entries + 1
+        buffer(n_entries) = n
+      end if
+      buffer(n_entries + 1:n_entries + n) = nodes_of_cell(mesh, i_cell) - 1
+      n_entries = n_entries + n
+    end do
+    topology = buffer(:n_entries)
+  end function mixed_topology
+
+  !> Starts the next point.
+  subroutine start_point(self, label, parameters)
+    class(field_file_t), intent(inout) :: self
+    !> as ParaView shall call it, e.g. `squeeze = 0.2`
+    character(*), intent(in) :: label
+    !> in the order of the names given to create
+    real(rk), intent(in) :: parameters(:)
+    type(xdmf_grid_t), allocatable :: grids(:)
+    character(16) :: number
+    integer :: n_grids
+
+    n_grids = size(self%grids) + 1
+    write (number, '(i0.4)') n_grids
+    self%group = '/points/' // trim(number)
+    allocate (grids(n_grids))
+    grids(:n_grids - 1) = self%grids
+    grids(n_grids)%label = label
+    allocate (grids(n_grids)%fields(0))
+    call move_alloc(grids, self%grids)
+    call self%file%write_attribute(self%group, 'label', label)
+    call self%file%write_attribute(self%group, 'parameter_names', self%parameter_names)
+    call self%file%write_attribute(self%group, 'parameters', parameters)
+  end subroutine start_point
+
+  !> One number per node.
+  subroutine add_node_scalar(self, name, values, unit, description)
+    class(field_file_t), intent(inout) :: self
+    character(*), intent(in) :: name
+    !> [unit] shape (n_nodes)
+    real(rk), intent(in) :: values(:)
+    character(*), intent(in) :: unit
+    character(*), intent(in) :: description
+
+    if (.not. is_size_right(self, name, size(values), self%mesh%n_nodes)) return
+    call self%add_array(name, values, unit, description)
+    call note_field(self, xdmf_field_t(name, self%group // '/' // name))
+  end subroutine add_node_scalar
+
+  !> Several numbers per node.
+  subroutine add_node_vector(self, name, values, unit, description)
+    class(field_file_t), intent(inout) :: self
+    character(*), intent(in) :: name
+    !> [unit] shape (n_components, n_nodes)
+    real(rk), intent(in) :: values(:, :)
+    character(*), intent(in) :: unit
+    character(*), intent(in) :: description
+
+    if (.not. is_size_right(self, name, size(values, 2), self%mesh%n_nodes)) return
+    call add_components(self, name, values, unit, description, .false.)
+  end subroutine add_node_vector
+
+  !> One number per cell.
+  subroutine add_cell_scalar(self, name, values, unit, description)
+    class(field_file_t), intent(inout) :: self
+    character(*), intent(in) :: name
+    !> [unit] shape (n_cells)
+    real(rk), intent(in) :: values(:)
+    character(*), intent(in) :: unit
+    character(*), intent(in) :: description
+
+    if (.not. is_size_right(self, name, size(values), self%mesh%n_cells)) return
+    call self%add_array(name, values, unit, description)
+    call note_field(self, xdmf_field_t(name, self%group // '/' // name, is_cell_field=.true.))
+  end subroutine add_cell_scalar
+
+  !> One whole number per cell, e.g. 1 inside a set of cells and 0 outside.
+  subroutine add_cell_integer(self, name, values, unit, description)
+    class(field_file_t), intent(inout) :: self
+    character(*), intent(in) :: name
+    !> shape (n_cells)
+    integer, intent(in) :: values(:)
+    character(*), intent(in) :: unit
+    character(*), intent(in) :: description
+
+    if (.not. is_size_right(self, name, size(values), self%mesh%n_cells)) return
+    call self%add_array(name, values, unit, description)
+    call note_field(self, xdmf_field_t(name, self%group // '/' // name, is_cell_field=.true., is_integer=.true.))
+  end subroutine add_cell_integer
+
+  !> Several numbers per cell.
+  subroutine add_cell_vector(self, name, values, unit, description)
+    class(field_file_t), intent(inout) :: self
+    character(*), intent(in) :: name
+    !> [unit] shape (n_components, n_cells)
+    real(rk), intent(in) :: values(:, :)
+    character(*), intent(in) :: unit
+    character(*), intent(in) :: description
+
+    if (.not. is_size_right(self, name, size(values, 2), self%mesh%n_cells)) return
+    call add_components(self, name, values, unit, description, .true.)
+  end subroutine add_cell_vector
+
+  subroutine add_components(self, name, values, unit, description, is_cell_field)
+    class(field_file_t), intent(inout) :: self
+    character(*), intent(in) :: name
+    real(rk), intent(in) :: values(:, :)
+    character(*), intent(in) :: unit
+    character(*), intent(in) :: description
+    logical, intent(in) :: is_cell_field
+    type(xdmf_field_t) :: field
+
+    select case (size(values, 1))
+    case (1:3)
+      field%n_components = 3
+      call self%add_array(name, three_components(values), unit, description)
+    case (4, 6)
+      field%n_components = 6
+      call self%add_array(name, xdmf_tensor(values), unit, description)
+      call self%file%write_attribute(self%group // '/' // name, 'components', 'xx, xy, xz, yy, yz, zz')
+    case default
+      field%n_components = size(values, 1)
+      call self%add_array(name, values, unit, description)
+    end select
+    field%name = name
+    field%address = self%group // '/' // name
+    field%is_cell_field = is_cell_field
+    call note_field(self, field)
+  end subroutine add_components
+
+  !> Symmetric tensors in XDMF's order; a plane one has no yz and xz.
+  pure function xdmf_tensor(values) result(tensor)
+    !> shape (4 or 6, n): xx, yy, zz, xy, yz, xz
+    real(rk), intent(in) :: values(:, :)
+    real(rk), allocatable :: tensor(:, :)
+    integer, parameter :: position(6) = [1, 4, 6, 2, 5, 3]
+    integer :: i
+
+    allocate (tensor(6, size(values, 2)), source=0.0_rk)
+    do i = 1, size(values, 1)
+      tensor(position(i), :) = values(i, :)
+    end do
+  end function xdmf_tensor
+
+  !> Vectors with zeros for the components that they lack.
+  pure function three_components(values) result(padded)
+    !> shape (up to 3, n)
+    real(rk), intent(in) :: values(:, :)
+    real(rk), allocatable :: padded(:, :)
+
+    allocate (padded(3, size(values, 2)), source=0.0_rk)
+    padded(:size(values, 1), :) = values
+  end function three_components
+
+  !> A wrong size is a mistake of the code, not of the user; it must not become a file that no viewer opens.
+  logical function is_size_right(self, name, n, n_expected)
+    class(field_file_t), intent(inout) :: self
+    character(*), intent(in) :: name
+    integer, intent(in) :: n
+    integer, intent(in) :: n_expected
+
+    is_size_right = n == n_expected
+    if (is_size_right .or. allocated(self%error)) return
+    call make_error(self%error, 'the field ' // name // ' has ' // to_text(n) // ' values where the mesh needs ' // &
+      to_text(n_expected), file=self%path, exit_code=exit_internal)
+  end function is_size_right
+
+  subroutine note_field(self, field)
+    class(field_file_t), intent(inout) :: self
+    type(xdmf_field_t), intent(in) :: field
+    type(xdmf_field_t), allocatable :: fields(:)
+    integer :: n_fields
+
+    associate (grid => self%grids(size(self%grids)))
+      n_fields = size(grid%fields)
+      allocate (fields(n_fields + 1))
+      fields(:n_fields) = grid%fields
+      fields(n_fields + 1) = field
+      call move_alloc(fields, grid%fields)
+    end associate
+  end subroutine note_field
+
+  !> An array of the point that is no field of the mesh.
+  subroutine add_real_array(self, name, values, unit, description)
+    class(field_file_t), intent(inout) :: self
+    character(*), intent(in) :: name
+    real(rk), intent(in) :: values(:)
+    character(*), intent(in) :: unit
+    character(*), intent(in) :: description
+
+    call self%file%write(self%group // '/' // name, values, unit, description)
+  end subroutine add_real_array
+
+  subroutine add_real_matrix(self, name, values, unit, description)
+    class(field_file_t), intent(inout) :: self
+    character(*), intent(in) :: name
+    real(rk), intent(in) :: values(:, :)
+    character(*), intent(in) :: unit
+    character(*), intent(in) :: description
+
+    call self%file%write(self%group // '/' // name, values, unit, description)
+  end subroutine add_real_matrix
+
+  subroutine add_integer_array(self, name, values, unit, description)
+    class(field_file_t), intent(inout) :: self
+    character(*), intent(in) :: name
+    integer, intent(in) :: values(:)
+    character(*), intent(in) :: unit
+    character(*), intent(in) :: description
+
+    call self%file%write(self%group // '/' // name, values, unit, description)
+  end subroutine add_integer_array
+
+  !> An array that does not depend on the point; the name is a path from the file's root, e.g. `contact/first_nodes`.
+  subroutine add_shared_reals(self, name, values, unit, description)
+    class(field_file_t), intent(inout) :: self
+    character(*), intent(in) :: name
+    real(rk), intent(in) :: values(:)
+    character(*), intent(in) :: unit
+    character(*), intent(in) :: description
+
+    call self%file%write('/' // name, values, unit, description)
+  end subroutine add_shared_reals
+
+  subroutine add_shared_matrix(self, name, values, unit, description)
+    class(field_file_t), intent(inout) :: self
+    character(*), intent(in) :: name
+    real(rk), intent(in) :: values(:, :)
+    character(*), intent(in) :: unit
+    character(*), intent(in) :: description
+
+    call self%file%write('/' // name, values, unit, description)
+  end subroutine add_shared_matrix
+
+  subroutine add_shared_integers(self, name, values, unit, description)
+    class(field_file_t), intent(inout) :: self
+    character(*), intent(in) :: name
+    integer, intent(in) :: values(:)
+    character(*), intent(in) :: unit
+    character(*), intent(in) :: description
+
+    call self%file%write('/' // name, values, unit, description)
+  end subroutine add_shared_integers
+
+  !> Gives both files their names, the XDMF file last. Errors: the first failure since create.
+  subroutine close_file(self, error)
+    class(field_file_t), intent(inout) :: self
+    type(error_t), allocatable, intent(out) :: error
+
+    if (allocated(self%error)) then
+      call self%file%discard()
+      call move_alloc(self%error, error)
+      return
+    end if
+    call self%file%close(error)
+    if (allocated(error)) return
+    call write_text_file(without_ending(self%path) // '.xdmf', &
+      xdmf_text(self%path(index(self%path, '/', back=.true.) + 1:), self%mesh, self%grids), error)
+  end subroutine close_file
+
+  pure function without_ending(path) result(start)
+    character(*), intent(in) :: path
+    character(:), allocatable :: start
+
+    start = path(:index(path, '/', back=.true.)) // base_name(path)
+  end function without_ending
+end module sig_field_file

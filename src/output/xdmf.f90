@@ -1,0 +1,200 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> XDMF 3: the small XML file that tells ParaView and VTK what the arrays of an HDF5 file mean.
+module sig_xdmf
+  use sig_text, only: string_t, to_text
+  implicit none(type, external)
+  private
+  public :: xdmf_mesh_t, xdmf_field_t, xdmf_grid_t, xdmf_text
+
+  !> The arrays /mesh/coordinates and /mesh/topology.
+  type :: xdmf_mesh_t
+    integer :: n_nodes = 0
+    integer :: n_cells = 0
+    !> XDMF's number of the cells' type where there is one for all, 0 = mixed
+    integer :: cell_type = 0
+    !> nodes of a cell where all have one type
+    integer :: n_cell_nodes = 0
+    !> entries of /mesh/topology where it is mixed
+    integer :: n_mixed_entries = 0
+  end type xdmf_mesh_t
+
+  !> One array of one point.
+  type :: xdmf_field_t
+    character(:), allocatable :: name
+    !> where it stands in the HDF5 file
+    character(:), allocatable :: address
+    logical :: is_cell_field = .false.
+    logical :: is_integer = .false.
+    !> 1 for a list of numbers
+    integer :: n_components = 1
+  end type xdmf_field_t
+
+  !> The fields of one parameter point.
+  type :: xdmf_grid_t
+    character(:), allocatable :: label
+    type(xdmf_field_t), allocatable :: fields(:)
+  end type xdmf_grid_t
+
+  character(*), parameter :: nl = new_line('a')
+
+contains
+
+  !> The whole file: one temporal collection whose "time" counts the points from 1; without points the mesh alone.
+  pure function xdmf_text(h5_name, mesh, grids) result(text)
+    !> name of the HDF5 file as seen from the folder of the XDMF file
+    character(*), intent(in) :: h5_name
+    type(xdmf_mesh_t), intent(in) :: mesh
+    type(xdmf_grid_t), intent(in) :: grids(:)
+    character(:), allocatable :: text, mesh_part
+    type(xdmf_grid_t) :: bare_grid
+    integer :: i_grid
+
+    mesh_part = mesh_text(escaped(h5_name), mesh)
+    text = '<?xml version="1.0" encoding="utf-8"?>' // nl // '<Xdmf Version="3.0">' // nl // '  <Domain>' // nl // &
+      '    <Grid Name="points" GridType="Collection" CollectionType="Temporal">' // nl
+    do i_grid = 1, size(grids)
+      text = text // grid_text(escaped(h5_name), mesh, mesh_part, grids(i_grid), i_grid)
+    end do
+    if (size(grids) == 0) then
+      bare_grid%label = 'mesh'
+      allocate (bare_grid%fields(0))
+      text = text // grid_text(escaped(h5_name), mesh, mesh_part, bare_grid, 1)
+    end if
+    text = text // '    </Grid>' // nl // '  </Domain>' // nl // '</Xdmf>' // nl
+  end function xdmf_text
+
+  !> Topology and geometry, the same for each point.
+  pure function mesh_text(h5_name, mesh) result(text)
+    character(*), intent(in) :: h5_name
+    type(xdmf_mesh_t), intent(in) :: mesh
+    character(:), allocatable :: text
+
+    text = '        <Topology TopologyType="' // topology_name(mesh%cell_type) // '" NumberOfElements="' // &
+      to_text(mesh%n_cells) // '"'
+    ! a polyline does not say how many nodes it has
+    if (mesh%cell_type == 1 .or. mesh%cell_type == 2) text = text // ' NodesPerElement="' // to_text(mesh%n_cell_nodes) // '"'
+    text = text // '>' // nl
+    if (mesh%cell_type == 0) then
+      text = text // item_text(h5_name, '/mesh/topology', [mesh%n_mixed_entries], .true.)
+    else
+      text = text // item_text(h5_name, '/mesh/topology', [mesh%n_cells, mesh%n_cell_nodes], .true.)
+    end if
+    text = text // '        </Topology>' // nl // '        <Geometry GeometryType="XYZ">' // nl // &
+      item_text(h5_name, '/mesh/coordinates', [mesh%n_nodes, 3], .false.) // '        </Geometry>' // nl
+  end function mesh_text
+
+  pure function topology_name(cell_type) result(name)
+    integer, intent(in) :: cell_type
+    character(:), allocatable :: name
+
+    select case (cell_type)
+    case (1)
+      name = 'Polyvertex'
+    case (2)
+      name = 'Polyline'
+    case (4)
+      name = 'Triangle'
+    case (5)
+      name = 'Quadrilateral'
+    case (6)
+      name = 'Tetrahedron'
+    case (9)
+      name = 'Hexahedron'
+    case default
+      name = 'Mixed'
+    end select
+  end function topology_name
+
+  pure function grid_text(h5_name, mesh, mesh_part, grid, i_grid) result(text)
+    character(*), intent(in) :: h5_name
+    type(xdmf_mesh_t), intent(in) :: mesh
+    character(*), intent(in) :: mesh_part
+    type(xdmf_grid_t), intent(in) :: grid
+    integer, intent(in) :: i_grid
+    character(:), allocatable :: text
+    integer :: i_field, n_values
+
+    text = '      <Grid Name="' // escaped(grid%label) // '" GridType="Uniform">' // nl // &
+      '        <Time Value="' // to_text(i_grid) // '"/>' // nl // mesh_part
+    do i_field = 1, size(grid%fields)
+      n_values = merge(mesh%n_cells, mesh%n_nodes, grid%fields(i_field)%is_cell_field)
+      text = text // field_text(h5_name, grid%fields(i_field), n_values)
+    end do
+    text = text // '      </Grid>' // nl
+  end function grid_text
+
+  pure function field_text(h5_name, field, n_values) result(text)
+    character(*), intent(in) :: h5_name
+    type(xdmf_field_t), intent(in) :: field
+    !> nodes or cells
+    integer, intent(in) :: n_values
+    character(:), allocatable :: text
+    integer, allocatable :: sizes(:)
+
+    sizes = [n_values, field%n_components]
+    if (field%n_components == 1) sizes = [n_values]
+    ! VTK takes a matrix of rank 2 for one value
+    if (value_name(field%n_components) == 'Matrix') sizes = [sizes, 1]
+    text = '        <Attribute Name="' // escaped(field%name) // '" AttributeType="' // value_name(field%n_components) // &
+      '" Center="' // trim(merge('Cell', 'Node', field%is_cell_field)) // '">' // nl // &
+      item_text(h5_name, field%address, sizes, field%is_integer) // '        </Attribute>' // nl
+  end function field_text
+
+  !> 6 components are a symmetric tensor xx, xy, xz, yy, yz, zz.
+  pure function value_name(n_components) result(name)
+    integer, intent(in) :: n_components
+    character(:), allocatable :: name
+
+    select case (n_components)
+    case (1)
+      name = 'Scalar'
+    case (3)
+      name = 'Vector'
+    case (6)
+      name = 'Tensor6'
+    case default
+      name = 'Matrix'
+    end select
+  end function value_name
+
+  !> Reference to an array; sizes as h5py shows them.
+  pure function item_text(h5_name, address, sizes, is_integer) result(text)
+    character(*), intent(in) :: h5_name
+    character(*), intent(in) :: address
+    integer, intent(in) :: sizes(:)
+    logical, intent(in) :: is_integer
+    character(:), allocatable :: text, dimensions
+    integer :: i
+
+    dimensions = ''
+    do i = 1, size(sizes)
+      if (i > 1) dimensions = dimensions // ' '
+      dimensions = dimensions // to_text(sizes(i))
+    end do
+    text = '          <DataItem Dimensions="' // dimensions // '" NumberType="' // trim(merge('Int  ', 'Float', is_integer)) // &
+      '" Precision="' // merge('4', '8', is_integer) // '" Format="HDF">' // h5_name // ':' // escaped(address) // &
+      '</DataItem>' // nl
+  end function item_text
+
+  pure function escaped(text) result(xml)
+    character(*), intent(in) :: text
+    character(:), allocatable :: xml
+    integer :: i
+
+    xml = ''
+    do i = 1, len(text)
+      select case (text(i:i))
+      case ('&')
+        xml = xml // '&amp;'
+      case ('<')
+        xml = xml // '&lt;'
+      case ('>')
+        xml = xml // '&gt;'
+      case ('"')
+        xml = xml // '&quot;'
+      case default
+        xml = xml // text(i:i)
+      end select
+    end do
+  end function escaped
+end module sig_xdmf
