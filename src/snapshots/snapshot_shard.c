@@ -1,0 +1,222 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "signorom/snapshot_shard.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <time.h>
+#include <unistd.h>
+
+#include "signorom/checksum.h"
+#include "signorom/file_system.h"
+
+enum { N_SIZES = 4, FORMAT_VERSION = 1, BYTE_ORDER_MARK = 0x01020304 };
+
+typedef struct {
+  char magic[8];
+  uint32_t format_version;
+  uint32_t byte_order_mark;
+  char provenance[16];
+  int64_t sizes[N_SIZES];
+  uint64_t checksum;
+} shard_header;
+
+_Static_assert(sizeof(shard_header) == 72, "the header has no padding");
+
+struct sig_shard {
+  int descriptor;
+  int is_dirty;
+  size_t payload_bytes;
+  size_t record_bytes;
+  // end of the last good record
+  off_t end;
+  struct timespec last_sync;
+  unsigned char *record;
+};
+
+static const double seconds_between_syncs = 1.0;
+
+static int read_at(int descriptor, void *bytes, size_t size, off_t offset, size_t *n_read)
+{
+  *n_read = 0;
+  while (*n_read < size) {
+    const ssize_t n = pread(descriptor, (char *)bytes + *n_read, size - *n_read, offset + (off_t)*n_read);
+    if (n < 0 && errno == EINTR) continue;
+    if (n < 0) return errno;
+    if (n == 0) break;
+    *n_read += (size_t)n;
+  }
+  return 0;
+}
+
+static int write_at(int descriptor, const void *bytes, size_t size, off_t offset)
+{
+  size_t n_written = 0;
+
+  while (n_written < size) {
+    const ssize_t n = pwrite(descriptor, (const char *)bytes + n_written, size - n_written, offset + (off_t)n_written);
+    if (n < 0 && errno == EINTR) continue;
+    if (n < 0) return errno;
+    n_written += (size_t)n;
+  }
+  return 0;
+}
+
+static int sync_shard(sig_shard *shard)
+{
+  if (fsync(shard->descriptor) != 0) return errno;
+  shard->is_dirty = 0;
+  clock_gettime(CLOCK_MONOTONIC, &shard->last_sync);
+  return 0;
+}
+
+static shard_header make_header(const char *provenance, const int64_t *sizes)
+{
+  shard_header header = {.format_version = FORMAT_VERSION, .byte_order_mark = BYTE_ORDER_MARK};
+
+  memcpy(header.magic, "SIGSHARD", sizeof header.magic);
+  memcpy(header.provenance, provenance, sizeof header.provenance);
+  memcpy(header.sizes, sizes, sizeof header.sizes);
+  header.checksum = sig_fnv1a(&header, offsetof(shard_header, checksum), SIG_FNV1A_SEED);
+  return header;
+}
+
+static int compare_headers(const shard_header *found, const shard_header *wanted)
+{
+  if (memcmp(found->magic, wanted->magic, sizeof wanted->magic) != 0) return SIG_SHARD_FOREIGN;
+  if (found->format_version != wanted->format_version || found->byte_order_mark != wanted->byte_order_mark)
+    return SIG_SHARD_VERSION;
+  if (found->checksum != sig_fnv1a(found, offsetof(shard_header, checksum), SIG_FNV1A_SEED)) return SIG_SHARD_FOREIGN;
+  if (memcmp(found->provenance, wanted->provenance, sizeof wanted->provenance) != 0) return SIG_SHARD_PROVENANCE;
+  if (memcmp(found->sizes, wanted->sizes, sizeof wanted->sizes) != 0) return SIG_SHARD_SIZES;
+  return 0;
+}
+
+// Accepts the file's header; a file that ends within it (killed at its birth) gets a new one, or counts as empty.
+static int check_header(sig_shard *shard, const shard_header *wanted, int is_writing)
+{
+  shard_header found;
+  size_t n_read;
+  int code = read_at(shard->descriptor, &found, sizeof found, 0, &n_read);
+
+  if (code) return code;
+  shard->end = sizeof found;
+  if (n_read == sizeof found) return compare_headers(&found, wanted);
+  if (memcmp(&found, wanted, n_read < sizeof wanted->magic ? n_read : sizeof wanted->magic) != 0) return SIG_SHARD_FOREIGN;
+  if (!is_writing) return 0;
+  if (ftruncate(shard->descriptor, 0) != 0) return errno;
+  code = write_at(shard->descriptor, wanted, sizeof *wanted, 0);
+  return code ? code : sync_shard(shard);
+}
+
+// Reads the record at shard->record; SIG_SHARD_SHORT where the file ends before it does or its checksum is wrong.
+static int read_record(sig_shard *shard, off_t offset)
+{
+  uint64_t checksum;
+  size_t n_read;
+  const int code = read_at(shard->descriptor, shard->record, shard->record_bytes, offset, &n_read);
+
+  if (code) return code;
+  if (n_read < shard->record_bytes) return SIG_SHARD_SHORT;
+  memcpy(&checksum, shard->record + shard->payload_bytes, sizeof checksum);
+  return checksum == sig_fnv1a(shard->record, shard->payload_bytes, SIG_FNV1A_SEED) ? 0 : SIG_SHARD_SHORT;
+}
+
+// Walks over the good records; whatever stands behind them counts as dropped.
+static int count_records(sig_shard *shard, int64_t *n_records, int64_t *n_dropped)
+{
+  struct stat status;
+  int code;
+
+  *n_records = 0;
+  while ((code = read_record(shard, shard->end)) == 0) {
+    shard->end += (off_t)shard->record_bytes;
+    ++*n_records;
+  }
+  if (code != SIG_SHARD_SHORT) return code;
+  if (fstat(shard->descriptor, &status) != 0) return errno;
+  const int64_t n_left = status.st_size > shard->end ? (int64_t)(status.st_size - shard->end) : 0;
+  *n_dropped = (n_left + (int64_t)shard->record_bytes - 1) / (int64_t)shard->record_bytes;
+  return 0;
+}
+
+static int fill_shard(sig_shard *shard, const char *provenance, const int64_t *sizes, int is_writing, int64_t *n_records,
+                      int64_t *n_dropped)
+{
+  const shard_header wanted = make_header(provenance, sizes);
+  int code;
+
+  for (int i = 0; i < N_SIZES; i++) shard->payload_bytes += (size_t)sizes[i] * sizeof(double);
+  shard->record_bytes = shard->payload_bytes + sizeof(uint64_t);
+  shard->record = malloc(shard->record_bytes);
+  if (!shard->record) return ENOMEM;
+  code = check_header(shard, &wanted, is_writing);
+  if (!code) code = count_records(shard, n_records, n_dropped);
+  if (!code && is_writing && *n_dropped > 0 && ftruncate(shard->descriptor, shard->end) != 0) code = errno;
+  if (!code && is_writing) code = sync_shard(shard);
+  return code;
+}
+
+static void free_shard(sig_shard *shard)
+{
+  if (shard->descriptor >= 0) close(shard->descriptor);
+  free(shard->record);
+  free(shard);
+}
+
+int sig_shard_open(const char *path, size_t length, const char *provenance, const int64_t *sizes, int is_writing,
+                   sig_shard **shard, int64_t *n_records, int64_t *n_dropped)
+{
+  char *name = sig_copy_text(path, length);
+  sig_shard *opened = calloc(1, sizeof *opened);
+  int code = name && opened ? 0 : ENOMEM;
+
+  *shard = NULL;
+  *n_records = *n_dropped = 0;
+  if (!code) {
+    opened->descriptor = open(name, is_writing ? O_RDWR | O_CREAT | O_CLOEXEC : O_RDONLY | O_CLOEXEC, 0666);
+    code = opened->descriptor < 0 ? errno : fill_shard(opened, provenance, sizes, is_writing, n_records, n_dropped);
+  }
+  free(name);
+  if (!code) *shard = opened;
+  else if (opened) free_shard(opened);
+  return code;
+}
+
+int sig_shard_read(sig_shard *shard, int64_t i_record, double *values)
+{
+  const int code = read_record(shard, (off_t)sizeof(shard_header) + (off_t)i_record * (off_t)shard->record_bytes);
+
+  if (!code) memcpy(values, shard->record, shard->payload_bytes);
+  return code;
+}
+
+int sig_shard_append(sig_shard *shard, const double *values)
+{
+  struct timespec now;
+  const uint64_t checksum = sig_fnv1a(values, shard->payload_bytes, SIG_FNV1A_SEED);
+
+  memcpy(shard->record, values, shard->payload_bytes);
+  memcpy(shard->record + shard->payload_bytes, &checksum, sizeof checksum);
+  const int code = write_at(shard->descriptor, shard->record, shard->record_bytes, shard->end);
+  // What part of a record got there is overwritten by the next one or dropped by the next reader.
+  if (code) return code;
+  shard->end += (off_t)shard->record_bytes;
+  shard->is_dirty = 1;
+  clock_gettime(CLOCK_MONOTONIC, &now);
+  const double elapsed =
+    (double)(now.tv_sec - shard->last_sync.tv_sec) + 1e-9 * (double)(now.tv_nsec - shard->last_sync.tv_nsec);
+  return elapsed >= seconds_between_syncs ? sync_shard(shard) : 0;
+}
+
+int sig_shard_close(sig_shard *shard)
+{
+  int code;
+
+  if (!shard) return 0;
+  code = shard->is_dirty ? sync_shard(shard) : 0;
+  free_shard(shard);
+  return code;
+}

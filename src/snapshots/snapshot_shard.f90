@@ -1,0 +1,192 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> Append-only file of snapshots, one per group of ranks, that outlives a kill; merged into the store at the end.
+module sig_snapshot_shard
+  use, intrinsic :: iso_c_binding, only: c_associated, c_int, c_int64_t, c_null_ptr, c_ptr, c_size_t
+  use sig_errors, only: error_t, make_error
+  use sig_file_system, only: system_reason
+  use sig_kinds, only: rk
+  use sig_snapshots_c_interfaces, only: sig_shard_append, sig_shard_close, sig_shard_open, sig_shard_read
+  implicit none(type, external)
+  private
+  public :: snapshot_record_t, shard_writer_t, read_shard
+  public :: n_residuals
+
+  !> equilibrium, penetration, negative multiplier, complementarity
+  integer, parameter :: n_residuals = 4
+  !> residuals, seconds, n_iterations, reason
+  integer, parameter :: n_extra = n_residuals + 3
+  !> as in snapshot_shard.h
+  integer(c_int), parameter :: foreign = -1, other_version = -2, other_provenance = -3, other_sizes = -4
+
+  !> One solved parameter point.
+  type :: snapshot_record_t
+    !> shape (n_parameters)
+    real(rk), allocatable :: parameters(:)
+    !> [length] shape (n_dofs)
+    real(rk), allocatable :: displacement(:)
+    !> [force] shape (n_multipliers)
+    real(rk), allocatable :: multipliers(:)
+    integer :: n_iterations = 0
+    !> > 0 solved, < 0 failed: named constants of the contact state
+    integer :: reason = 0
+    !> relative, of (3)
+    real(rk) :: residuals(n_residuals) = 0
+    !> [s] wall time
+    real(rk) :: seconds = 0
+  end type snapshot_record_t
+
+  !> A shard that is open for appending. Local: one rank of the group writes.
+  type :: shard_writer_t
+    !> records that were there when the shard was opened, and records that were cut from its end
+    integer :: n_records = 0
+    integer :: n_dropped = 0
+    type(c_ptr), private :: handle = c_null_ptr
+    integer, private :: sizes(4) = 0
+    character(:), allocatable, private :: path
+  contains
+    procedure :: create
+    procedure :: append
+    procedure :: close => close_writer
+  end type shard_writer_t
+
+contains
+
+  !> Opens a shard for appending; makes it where it is missing, cuts a damaged end where it is not.
+  !>
+  !> Errors: not a shard, of another deck or mesh, not writable. Then the file is as it was.
+  subroutine create(self, path, provenance, n_parameters, n_dofs, n_multipliers, error)
+    class(shard_writer_t), intent(inout) :: self
+    character(*), intent(in) :: path
+    !> hash of the deck's physics and of the mesh
+    character(16), intent(in) :: provenance
+    integer, intent(in) :: n_parameters
+    integer, intent(in) :: n_dofs
+    integer, intent(in) :: n_multipliers
+    type(error_t), allocatable, intent(out) :: error
+
+    self%path = path
+    self%sizes = [n_parameters, n_dofs, n_multipliers, n_extra]
+    call open_shard(path, provenance, self%sizes, .true., self%handle, self%n_records, self%n_dropped, error)
+  end subroutine create
+
+  !> Appends a record; when this returns, a kill of the process does not lose it any more.
+  !>
+  !> Errors: the disk is full or failed; the records before stay good.
+  subroutine append(self, record, error)
+    class(shard_writer_t), intent(inout) :: self
+    !> sizes as given to create
+    type(snapshot_record_t), intent(in) :: record
+    type(error_t), allocatable, intent(out) :: error
+    integer(c_int) :: code
+
+    code = sig_shard_append(self%handle, packed(record))
+    if (code == 0) return
+    call make_error(error, 'cannot write the snapshot: ' // system_reason(code), file=self%path, &
+      hint='the snapshots before it are safe; make room and run the same command again')
+  end subroutine append
+
+  !> Brings everything to the disk. Harmless on a writer that is not open.
+  subroutine close_writer(self, error)
+    class(shard_writer_t), intent(inout) :: self
+    type(error_t), allocatable, intent(out) :: error
+    integer(c_int) :: code
+
+    code = sig_shard_close(self%handle)
+    self%handle = c_null_ptr
+    if (code /= 0) call make_error(error, 'cannot finish the snapshot file: ' // system_reason(code), file=self%path)
+  end subroutine close_writer
+
+  !> All good records of a shard, in the order in which they were written; the file is not touched.
+  !>
+  !> Errors: no such file, not a shard, of another deck or mesh.
+  subroutine read_shard(path, provenance, n_parameters, n_dofs, n_multipliers, records, n_dropped, error)
+    character(*), intent(in) :: path
+    character(16), intent(in) :: provenance
+    integer, intent(in) :: n_parameters
+    integer, intent(in) :: n_dofs
+    integer, intent(in) :: n_multipliers
+    type(snapshot_record_t), allocatable, intent(out) :: records(:)
+    !> records behind the first damaged one, itself included: a kill leaves at most one
+    integer, intent(out) :: n_dropped
+    type(error_t), allocatable, intent(out) :: error
+    type(c_ptr) :: handle
+    real(rk), allocatable :: values(:)
+    integer :: i_record, n_records, sizes(4)
+    integer(c_int) :: code
+
+    sizes = [n_parameters, n_dofs, n_multipliers, n_extra]
+    call open_shard(path, provenance, sizes, .false., handle, n_records, n_dropped, error)
+    allocate (records(n_records))
+    if (allocated(error)) return
+    allocate (values(sum(sizes)))
+    do i_record = 1, n_records
+      code = sig_shard_read(handle, int(i_record - 1, c_int64_t), values)
+      if (code /= 0) exit
+      records(i_record) = unpacked(values, sizes)
+    end do
+    if (code /= 0 .and. n_records > 0) call make_error(error, 'the file changed while it was read', file=path)
+    code = sig_shard_close(handle)
+  end subroutine read_shard
+
+  !> Opens the file and turns a failure into a sentence; the handle is null then, the counts are zero.
+  subroutine open_shard(path, provenance, sizes, is_writing, handle, n_records, n_dropped, error)
+    character(*), intent(in) :: path
+    character(16), intent(in) :: provenance
+    integer, intent(in) :: sizes(:)
+    logical, intent(in) :: is_writing
+    type(c_ptr), intent(out) :: handle
+    integer, intent(out) :: n_records
+    integer, intent(out) :: n_dropped
+    type(error_t), allocatable, intent(out) :: error
+    character(*), parameter :: remedy = 'remove it to sample again, or choose another results folder (output.directory)'
+    integer(c_int64_t) :: n_good, n_bad
+    integer(c_int) :: code
+
+    code = sig_shard_open(path, len(path, c_size_t), provenance, int(sizes, c_int64_t), merge(1_c_int, 0_c_int, is_writing), &
+      handle, n_good, n_bad)
+    if (.not. c_associated(handle)) n_good = 0
+    if (.not. c_associated(handle)) n_bad = 0
+    n_records = int(n_good)
+    n_dropped = int(n_bad)
+    select case (code)
+    case (0)
+      continue
+    case (foreign)
+      call make_error(error, 'this is not a file of snapshots', file=path, hint=remedy)
+    case (other_version)
+      call make_error(error, 'these snapshots were written by another version of the program or on another kind of machine', &
+        file=path, hint=remedy)
+    case (other_provenance)
+      call make_error(error, 'these snapshots belong to another deck or mesh', file=path, hint=remedy)
+    case (other_sizes)
+      call make_error(error, 'these snapshots are of another size than the problem', file=path, hint=remedy)
+    case default
+      call make_error(error, 'cannot open the snapshots: ' // system_reason(code), file=path)
+    end select
+  end subroutine open_shard
+
+  !> A record as the doubles of the file; counts below 2**53 survive that.
+  pure function packed(record) result(values)
+    type(snapshot_record_t), intent(in) :: record
+    real(rk), allocatable :: values(:)
+
+    values = [record%parameters, record%displacement, record%multipliers, record%residuals, record%seconds, &
+      real(record%n_iterations, rk), real(record%reason, rk)]
+  end function packed
+
+  pure function unpacked(values, sizes) result(record)
+    real(rk), intent(in) :: values(:)
+    integer, intent(in) :: sizes(4)
+    type(snapshot_record_t) :: record
+    integer :: ends(4)
+
+    ends = [sizes(1), sum(sizes(:2)), sum(sizes(:3)), sum(sizes)]
+    record%parameters = values(:ends(1))
+    record%displacement = values(ends(1) + 1:ends(2))
+    record%multipliers = values(ends(2) + 1:ends(3))
+    record%residuals = values(ends(3) + 1:ends(3) + n_residuals)
+    record%seconds = values(ends(4) - 2)
+    record%n_iterations = nint(values(ends(4) - 1))
+    record%reason = nint(values(ends(4)))
+  end function unpacked
+end module sig_snapshot_shard

@@ -1,0 +1,211 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> The snapshots of a study as one set: merged from shards, kept in snapshots.h5, found again by their point.
+module sig_snapshot_store
+  use sig_errors, only: error_t, make_error
+  use sig_hdf5_file, only: h5_file_t
+  use sig_kinds, only: rk
+  use sig_snapshot_shard, only: n_residuals, snapshot_record_t
+  use sig_text, only: string_t, to_text
+  implicit none(type, external)
+  private
+  public :: snapshot_set_t, merge_records, find_point, write_snapshot_set, read_snapshot_set
+
+  character(*), parameter :: format_name = 'signorom snapshots'
+  integer, parameter :: format_version = 1
+
+  !> m solved points, one per column.
+  type :: snapshot_set_t
+    !> hash of the deck's physics and of the mesh
+    character(16) :: provenance = ''
+    type(string_t), allocatable :: parameter_names(:)
+    !> shape (n_parameters, m)
+    real(rk), allocatable :: parameters(:, :)
+    !> [length] natural, shape (n_dofs, m)
+    real(rk), allocatable :: displacement(:, :)
+    !> [force] shape (n_multipliers, m)
+    real(rk), allocatable :: multipliers(:, :)
+    integer, allocatable :: n_iterations(:)
+    !> > 0 solved, < 0 failed: named constants of the contact state
+    integer, allocatable :: reasons(:)
+    !> equilibrium, penetration, negative multiplier, complementarity; shape (4, m)
+    real(rk), allocatable :: residuals(:, :)
+    !> [s] wall time, shape (m)
+    real(rk), allocatable :: seconds(:)
+    !> theta_t as expressions of the parameters; the first is 1
+    type(string_t), allocatable :: term_texts(:)
+    !> [length] response to the prescribed values of each term without contact, shape (n_dofs, n_terms)
+    real(rk), allocatable :: free_response(:, :)
+  end type snapshot_set_t
+
+contains
+
+  !> Columns of the set in the order of the points, from records in any order; a point without record has no column.
+  !>
+  !> Of several records of one point the last solved one counts. The terms and names of the set are left alone.
+  pure subroutine merge_records(records, points, set, is_missing)
+    type(snapshot_record_t), intent(in) :: records(:)
+    !> shape (n_parameters, n_points)
+    real(rk), intent(in) :: points(:, :)
+    type(snapshot_set_t), intent(inout) :: set
+    !> shape (n_points)
+    logical, intent(out) :: is_missing(:)
+    integer :: record_of_point(size(points, 2)), i_point, i_record
+
+    record_of_point = 0
+    do i_record = 1, size(records)
+      i_point = point_index(points, records(i_record)%parameters)
+      if (i_point == 0) cycle
+      if (record_of_point(i_point) == 0 .or. records(i_record)%reason > 0) record_of_point(i_point) = i_record
+    end do
+    is_missing = record_of_point == 0
+    set%parameters = points(:, pack([(i_point, i_point=1, size(points, 2))], .not. is_missing))
+    call fill_columns(records, pack(record_of_point, .not. is_missing), set)
+  end subroutine merge_records
+
+  pure subroutine fill_columns(records, chosen, set)
+    type(snapshot_record_t), intent(in) :: records(:)
+    !> index of the record of each column
+    integer, intent(in) :: chosen(:)
+    type(snapshot_set_t), intent(inout) :: set
+    integer :: i_column, n_dofs, n_multipliers
+
+    n_dofs = 0
+    n_multipliers = 0
+    if (size(chosen) > 0) n_dofs = size(records(chosen(1))%displacement)
+    if (size(chosen) > 0) n_multipliers = size(records(chosen(1))%multipliers)
+    set%displacement = reshape([real(rk) ::], [n_dofs, size(chosen)], pad=[0.0_rk])
+    set%multipliers = reshape([real(rk) ::], [n_multipliers, size(chosen)], pad=[0.0_rk])
+    set%residuals = reshape([real(rk) ::], [n_residuals, size(chosen)], pad=[0.0_rk])
+    do i_column = 1, size(chosen)
+      set%displacement(:, i_column) = records(chosen(i_column))%displacement
+      set%multipliers(:, i_column) = records(chosen(i_column))%multipliers
+      set%residuals(:, i_column) = records(chosen(i_column))%residuals
+    end do
+    set%n_iterations = records(chosen)%n_iterations
+    set%reasons = records(chosen)%reason
+    set%seconds = records(chosen)%seconds
+  end subroutine fill_columns
+
+  !> Column of a parameter point, 0 where the set lacks it.
+  pure integer function find_point(set, point) result(i_column)
+    type(snapshot_set_t), intent(in) :: set
+    !> shape (n_parameters)
+    real(rk), intent(in) :: point(:)
+
+    i_column = point_index(set%parameters, point)
+  end function find_point
+
+  !> First of the points that equals the given one to rounding, 0 where none does.
+  pure integer function point_index(points, point) result(i_point)
+    real(rk), intent(in) :: points(:, :)
+    real(rk), intent(in) :: point(:)
+    !> a point that went through a text file loses a few of its last bits
+    real(rk), parameter :: relative_tolerance = 1.0e-12_rk
+
+    do i_point = 1, size(points, 2)
+      if (all(abs(points(:, i_point) - point) <= relative_tolerance * max(abs(points(:, i_point)), abs(point)))) return
+    end do
+    i_point = 0
+  end function point_index
+
+  !> Writes snapshots.h5. For h5py the snapshots are rows: displacement has shape (m, n_dofs).
+  subroutine write_snapshot_set(path, set, length_unit, multiplier_unit, parameter_units, error)
+    character(*), intent(in) :: path
+    type(snapshot_set_t), intent(in) :: set
+    character(*), intent(in) :: length_unit
+    !> force, per length in plane models
+    character(*), intent(in) :: multiplier_unit
+    type(string_t), intent(in) :: parameter_units(:)
+    type(error_t), allocatable, intent(out) :: error
+    type(h5_file_t) :: file
+
+    call file%create(path, error)
+    if (allocated(error)) return
+    call file%write_attribute('/', 'format', format_name)
+    call file%write_attribute('/', 'format_version', format_version)
+    call file%write_attribute('/', 'provenance', set%provenance)
+    call file%write('/parameter_names', set%parameter_names, description='in the order of the columns of parameters')
+    call file%write('/parameters', set%parameters, description='parameter points, one per snapshot; units: see attribute')
+    call file%write_attribute('/parameters', 'units', parameter_units)
+    call file%write('/displacement', set%displacement, length_unit, 'nodal displacement, dof = n_dim * (node - 1) + component')
+    call file%write('/multipliers', set%multipliers, multiplier_unit, 'contact force of each node pair, >= 0')
+    call file%write('/iterations', set%n_iterations, description='iterations of the contact solver')
+    call file%write('/reasons', set%reasons, description='> 0 solved, < 0 failed')
+    call file%write('/residuals', set%residuals, description= &
+      'equilibrium (relative), penetration (' // length_unit // '), negative multiplier (relative), complementarity (relative)')
+    call file%write('/seconds', set%seconds, 's', 'wall time of the solution')
+    call file%write('/term_texts', set%term_texts, description='factors of the free responses, expressions of the parameters')
+    call file%write('/free_response', set%free_response, length_unit, 'displacement under each term without contact')
+    call file%close(error)
+  end subroutine write_snapshot_set
+
+  !> Reads snapshots.h5.
+  !>
+  !> Errors: no such file, no HDF5, no snapshots, another format version, another provenance, datasets that do not fit together.
+  subroutine read_snapshot_set(path, provenance, set, error)
+    character(*), intent(in) :: path
+    !> what the deck and mesh in use have; blank accepts any
+    character(*), intent(in) :: provenance
+    type(snapshot_set_t), intent(out) :: set
+    type(error_t), allocatable, intent(out) :: error
+    type(h5_file_t) :: file
+
+    call file%open(path, error)
+    if (allocated(error)) return
+    call read_head(file, path, provenance, set, error)
+    call file%read('/parameter_names', set%parameter_names, error)
+    call file%read('/parameters', set%parameters, error)
+    call file%read('/displacement', set%displacement, error)
+    call file%read('/multipliers', set%multipliers, error)
+    call file%read('/iterations', set%n_iterations, error)
+    call file%read('/reasons', set%reasons, error)
+    call file%read('/residuals', set%residuals, error)
+    call file%read('/seconds', set%seconds, error)
+    call file%read('/term_texts', set%term_texts, error)
+    call file%read('/free_response', set%free_response, error)
+    call file%discard()
+    if (allocated(error)) return
+    if (.not. has_matching_shapes(set)) call make_error(error, 'the snapshots are damaged: the datasets do not fit together', &
+      file=path)
+  end subroutine read_snapshot_set
+
+  !> Checks what the file says about itself.
+  subroutine read_head(file, path, provenance, set, error)
+    type(h5_file_t), intent(inout) :: file
+    character(*), intent(in) :: path
+    character(*), intent(in) :: provenance
+    type(snapshot_set_t), intent(inout) :: set
+    type(error_t), allocatable, intent(inout) :: error
+    character(:), allocatable :: text
+    integer :: version
+
+    if (file%has_attribute('/', 'format')) call file%read_attribute('/', 'format', text, error)
+    if (.not. allocated(text)) text = ''
+    if (text /= format_name) then
+      call make_error(error, 'this is not a file of snapshots (its attribute format is not ''' // format_name // ''')', file=path)
+      return
+    end if
+    call file%read_attribute('/', 'format_version', version, error)
+    call file%read_attribute('/', 'provenance', text, error)
+    if (allocated(error)) return
+    set%provenance = text
+    if (version /= format_version) then
+      call make_error(error, 'the snapshots have format version ' // to_text(version) // '; this program reads version ' // &
+        to_text(format_version), file=path, hint='sample again with this program')
+    else if (provenance /= '' .and. set%provenance /= provenance) then
+      call make_error(error, 'these snapshots belong to another deck or mesh (provenance ' // set%provenance // ', not ' // &
+        provenance // ')', file=path, hint='sample again, or choose another results folder (output.directory)')
+    end if
+  end subroutine read_head
+
+  pure logical function has_matching_shapes(set) result(is_matching)
+    type(snapshot_set_t), intent(in) :: set
+    integer :: n_snapshots
+
+    n_snapshots = size(set%parameters, 2)
+    is_matching = all([size(set%displacement, 2), size(set%multipliers, 2), size(set%n_iterations), size(set%reasons), &
+      size(set%residuals, 2), size(set%seconds)] == n_snapshots) &
+      .and. size(set%parameter_names) == size(set%parameters, 1) .and. size(set%residuals, 1) == n_residuals &
+      .and. size(set%free_response, 2) == size(set%term_texts) .and. size(set%free_response, 1) == size(set%displacement, 1)
+  end function has_matching_shapes
+end module sig_snapshot_store
