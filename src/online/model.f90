@@ -1,0 +1,216 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> A trained model as data: all that a query needs, and what describes it. Nothing here depends on a mesh file or a deck.
+module sig_model
+  use sig_kinds, only: rk
+  use sig_text, only: string_t
+  implicit none(type, external)
+  private
+  public :: model_t, reduced_model_t, validation_statistics_t, complete_model
+
+  !> layout of the file; a change that an older reader would misread raises it
+  integer, parameter, public :: model_format_version = 1
+  !> the two values of model_t%reconstruction
+  character(*), parameter, public :: reconstruct_with_displacements = 'multipliers_and_displacements'
+  character(*), parameter, public :: reconstruct_from_multipliers = 'multipliers'
+
+  !> Reduced model of one cluster.
+  !>
+  !> u = lifting theta + basis gamma; K_r gamma + M' lambda = load theta, M gamma <= gap theta, lambda >= 0 and complementary.
+  !> Source: (10). theta(n_terms) are the values of the model's terms. Numbers of nodes, cells and dofs are natural, 1-based.
+  type :: reduced_model_t
+    integer :: n_modes = 0
+    !> multipliers of the reduced integration domain
+    integer :: n_rows = 0
+    !> [-] V, shape (n_dofs, n_modes)
+    real(rk), allocatable :: basis(:, :)
+    !> [length per unit of theta] shape (n_dofs, n_terms)
+    real(rk), allocatable :: lifting(:, :)
+    !> [force / length] K_r, neither symmetric nor definite, shape (n_modes, n_modes)
+    real(rk), allocatable :: reduced_stiffness(:, :)
+    !> [-] M, shape (n_rows, n_modes)
+    real(rk), allocatable :: contact_matrix(:, :)
+    !> [force per unit of theta] shape (n_modes, n_terms)
+    real(rk), allocatable :: load(:, :)
+    !> [length per unit of theta] shape (n_rows, n_terms)
+    real(rk), allocatable :: gap(:, :)
+    !> A_lambda: index of each row among all multipliers, ascending, shape (n_rows)
+    integer, allocatable :: contact_rows(:)
+    !> L, L', and the cells of the reduced integration domain
+    integer, allocatable :: seed_nodes(:)
+    integer, allocatable :: facing_nodes(:)
+    integer, allocatable :: cells(:)
+    !> A, I, A_c
+    integer, allocatable :: interior_dofs(:)
+    integer, allocatable :: interface_dofs(:)
+    integer, allocatable :: contact_dofs(:)
+    !> [force] multipliers of the snapshots, shape (n_multipliers, n_snapshots)
+    real(rk), allocatable :: dual_snapshots(:, :)
+    !> [length] normal displacements of the snapshots, all first sides, then all second sides, shape (n_contact_values, n_snapshots);
+    !> no rows: the reconstruction uses multipliers only
+    real(rk), allocatable :: contact_displacement_snapshots(:, :)
+    !> [-] the same displacements of basis and lifting, shapes (n_contact_values, n_modes) and (n_contact_values, n_terms)
+    real(rk), allocatable :: contact_value_basis(:, :)
+    real(rk), allocatable :: contact_value_lifting(:, :)
+    !> [length] of the snapshots, descending
+    real(rk), allocatable :: singular_values(:)
+    !> [-] kappa of M, (11); huge when rank < n_rows
+    real(rk) :: condition_number = 1
+    integer :: rank = 0
+    !> [-] of K_r
+    real(rk) :: stiffness_condition = 1
+    !> loaded, prescribed and contact dofs in the domain: as many modes as these the equations can determine
+    integer :: primal_rank_expected = 0
+    !> sentences of the training
+    type(string_t), allocatable :: warnings(:)
+  end type reduced_model_t
+
+  !> Errors against the full-order model over a test set; no entries until validated.
+  type :: validation_statistics_t
+    !> e_u, e_lambda_rid, ...; all arrays have their length
+    type(string_t), allocatable :: names(:)
+    real(rk), allocatable :: minimum(:)
+    real(rk), allocatable :: median(:)
+    real(rk), allocatable :: p95(:)
+    real(rk), allocatable :: maximum(:)
+  end type validation_statistics_t
+
+  !> A whole model.
+  type :: model_t
+    integer :: format_version = model_format_version
+    character(:), allocatable :: code_version
+    !> effective deck, for people
+    character(:), allocatable :: deck_text
+    character(:), allocatable :: title
+    !> hash of physics and mesh, as in the snapshots
+    character(:), allocatable :: provenance
+    character(:), allocatable :: mesh_hash
+    character(:), allocatable :: length_unit
+    character(:), allocatable :: force_unit
+    type(string_t), allocatable :: parameter_names(:)
+    type(string_t), allocatable :: parameter_units(:)
+    !> minimum and maximum, shape (2, n_parameters)
+    real(rk), allocatable :: box(:, :)
+    !> shape (n_parameters, n_points)
+    real(rk), allocatable :: training_points(:, :)
+    !> expressions of the parameters; the first is `1`
+    type(string_t), allocatable :: term_texts(:)
+    integer :: n_nodes = 0
+    integer :: n_dofs = 0
+    integer :: n_dim = 0
+    integer :: n_multipliers = 0
+    !> tags of the mesh file, shape (n_multipliers)
+    integer, allocatable :: first_node_tags(:)
+    integer, allocatable :: second_node_tags(:)
+    !> [length] shape (n_dim, n_multipliers)
+    real(rk), allocatable :: first_coordinates(:, :)
+    real(rk), allocatable :: second_coordinates(:, :)
+    !> [length per unit of theta] initial gaps of all pairs, shape (n_multipliers, n_terms)
+    real(rk), allocatable :: gap(:, :)
+    !> [-]
+    real(rk) :: pod_tolerance = 0
+    !> elastic_lifting or multiplier
+    character(:), allocatable :: dirichlet
+    !> reconstruct_with_displacements or reconstruct_from_multipliers
+    character(:), allocatable :: reconstruction
+    type(reduced_model_t), allocatable :: clusters(:)
+    type(validation_statistics_t) :: validation
+  end type model_t
+
+  interface fill_missing
+    procedure fill_text, fill_texts, fill_integers, fill_reals, fill_matrix
+  end interface fill_missing
+
+contains
+
+  !> Gives every part that is not allocated its empty value, so that nobody has to ask.
+  pure subroutine complete_model(model)
+    type(model_t), intent(inout) :: model
+    integer :: i_cluster
+
+    call fill_missing(model%code_version)
+    call fill_missing(model%deck_text)
+    call fill_missing(model%title)
+    call fill_missing(model%provenance)
+    call fill_missing(model%mesh_hash)
+    call fill_missing(model%length_unit)
+    call fill_missing(model%force_unit)
+    call fill_missing(model%dirichlet)
+    call fill_missing(model%reconstruction)
+    call fill_missing(model%parameter_names)
+    call fill_missing(model%parameter_units)
+    call fill_missing(model%box, 2)
+    call fill_missing(model%training_points, size(model%parameter_names))
+    call fill_missing(model%term_texts)
+    call fill_missing(model%first_node_tags)
+    call fill_missing(model%second_node_tags)
+    call fill_missing(model%first_coordinates, model%n_dim)
+    call fill_missing(model%second_coordinates, model%n_dim)
+    call fill_missing(model%gap, model%n_multipliers)
+    call fill_missing(model%validation%names)
+    call fill_missing(model%validation%minimum)
+    call fill_missing(model%validation%median)
+    call fill_missing(model%validation%p95)
+    call fill_missing(model%validation%maximum)
+    if (.not. allocated(model%clusters)) allocate (model%clusters(0))
+    do i_cluster = 1, size(model%clusters)
+      call complete_cluster(model%clusters(i_cluster), model%n_dofs, model%n_multipliers)
+    end do
+  end subroutine complete_model
+
+  pure subroutine complete_cluster(cluster, n_dofs, n_multipliers)
+    type(reduced_model_t), intent(inout) :: cluster
+    integer, intent(in) :: n_dofs
+    integer, intent(in) :: n_multipliers
+
+    call fill_missing(cluster%basis, n_dofs)
+    call fill_missing(cluster%lifting, n_dofs)
+    call fill_missing(cluster%reduced_stiffness, cluster%n_modes)
+    call fill_missing(cluster%contact_matrix, cluster%n_rows)
+    call fill_missing(cluster%load, cluster%n_modes)
+    call fill_missing(cluster%gap, cluster%n_rows)
+    call fill_missing(cluster%contact_rows)
+    call fill_missing(cluster%seed_nodes)
+    call fill_missing(cluster%facing_nodes)
+    call fill_missing(cluster%cells)
+    call fill_missing(cluster%interior_dofs)
+    call fill_missing(cluster%interface_dofs)
+    call fill_missing(cluster%contact_dofs)
+    call fill_missing(cluster%dual_snapshots, n_multipliers)
+    call fill_missing(cluster%contact_displacement_snapshots, 0)
+    call fill_missing(cluster%contact_value_basis, 0)
+    call fill_missing(cluster%contact_value_lifting, 0)
+    call fill_missing(cluster%singular_values)
+    call fill_missing(cluster%warnings)
+  end subroutine complete_cluster
+
+  pure subroutine fill_text(text)
+    character(:), allocatable, intent(inout) :: text
+
+    if (.not. allocated(text)) text = ''
+  end subroutine fill_text
+
+  pure subroutine fill_texts(texts)
+    type(string_t), allocatable, intent(inout) :: texts(:)
+
+    if (.not. allocated(texts)) allocate (texts(0))
+  end subroutine fill_texts
+
+  pure subroutine fill_integers(values)
+    integer, allocatable, intent(inout) :: values(:)
+
+    if (.not. allocated(values)) allocate (values(0))
+  end subroutine fill_integers
+
+  pure subroutine fill_reals(values)
+    real(rk), allocatable, intent(inout) :: values(:)
+
+    if (.not. allocated(values)) allocate (values(0))
+  end subroutine fill_reals
+
+  pure subroutine fill_matrix(values, n_rows)
+    real(rk), allocatable, intent(inout) :: values(:, :)
+    integer, intent(in) :: n_rows
+
+    if (.not. allocated(values)) allocate (values(n_rows, 0))
+  end subroutine fill_matrix
+end module sig_model

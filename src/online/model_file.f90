@@ -1,0 +1,316 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> model.h5: writes a model, reads one, refuses what is none, of another format or changed.
+module sig_model_file
+  use sig_errors, only: error_t, exit_internal, make_error
+  use sig_hdf5_file, only: h5_file_t
+  use sig_kinds, only: rk
+  use sig_model, only: complete_model, model_format_version, model_t, reduced_model_t, validation_statistics_t
+  use sig_model_check, only: find_mismatch, hash_of_model
+  use sig_text, only: to_text
+  implicit none(type, external)
+  private
+  public :: write_model, read_model
+
+  character(*), parameter :: format_name = 'signorom model'
+  character(*), parameter :: train_hint = 'signorom train DECK writes a model file'
+
+contains
+
+  !> Writes a model; the file appears only when it is whole.
+  !>
+  !> Errors: a part does not fit the others (internal), the file cannot be written.
+  subroutine write_model(path, model, error)
+    character(*), intent(in) :: path
+    type(model_t), intent(in) :: model
+    type(error_t), allocatable, intent(out) :: error
+    type(h5_file_t) :: file
+    type(model_t) :: whole
+    integer :: i_cluster
+
+    whole = model
+    call complete_model(whole)
+    if (find_mismatch(whole) /= '') then
+      call make_error(error, 'the part ''' // find_mismatch(whole) // ''' of the model does not fit the others', file=path, &
+        exit_code=exit_internal)
+      return
+    end if
+    call file%create(path, error)
+    if (allocated(error)) return
+    call write_header(file, whole)
+    call write_problem(file, whole)
+    do i_cluster = 1, size(whole%clusters)
+      call write_cluster(file, '/clusters/' // to_text(i_cluster), whole%clusters(i_cluster), whole%length_unit, whole%force_unit)
+    end do
+    call write_validation(file, whole%validation)
+    call file%close(error)
+  end subroutine write_model
+
+  subroutine write_header(file, model)
+    type(h5_file_t), intent(inout) :: file
+    type(model_t), intent(in) :: model
+
+    call file%write_attribute('/', 'format', format_name)
+    call file%write_attribute('/', 'format_version', model_format_version)
+    call file%write_attribute('/', 'code_version', model%code_version)
+    call file%write_attribute('/', 'provenance', model%provenance)
+    call file%write_attribute('/', 'mesh_hash', model%mesh_hash)
+    call file%write_attribute('/', 'content_hash', hash_of_model(model))
+    call file%write_attribute('/', 'n_clusters', size(model%clusters))
+    call file%write_attribute('/', 'n_nodes', model%n_nodes)
+    call file%write_attribute('/', 'n_dofs', model%n_dofs)
+    call file%write_attribute('/', 'n_dim', model%n_dim)
+    call file%write_attribute('/', 'n_multipliers', model%n_multipliers)
+  end subroutine write_header
+
+  subroutine write_problem(file, model)
+    type(h5_file_t), intent(inout) :: file
+    type(model_t), intent(in) :: model
+    character(:), allocatable :: length
+
+    length = model%length_unit
+    call file%write('/deck', model%deck_text, description='effective deck of the training')
+    call file%write('/title', model%title)
+    call file%write('/units/length', length)
+    call file%write('/units/force', model%force_unit)
+    call file%write('/parameters/names', model%parameter_names)
+    call file%write('/parameters/units', model%parameter_units)
+    call file%write('/parameters/minimum', model%box(1, :), description='of the trained box')
+    call file%write('/parameters/maximum', model%box(2, :), description='of the trained box')
+    call file%write('/parameters/training_points', model%training_points, description='a point per row')
+    call file%write('/terms', model%term_texts, description='expressions of the parameters; their values are theta')
+    call file%write('/contact/first_node_tags', model%first_node_tags, description='tags of the mesh file, a pair per entry')
+    call file%write('/contact/second_node_tags', model%second_node_tags, description='tags of the mesh file, a pair per entry')
+    call file%write('/contact/first_coordinates', model%first_coordinates, length, 'a node per row')
+    call file%write('/contact/second_coordinates', model%second_coordinates, length, 'a node per row')
+    call file%write('/contact/gap', model%gap, length, 'initial gaps, a term per row')
+    call file%write('/reduction/pod_tolerance', model%pod_tolerance, '1')
+    call file%write('/reduction/dirichlet', model%dirichlet)
+    call file%write('/reduction/reconstruction', model%reconstruction)
+  end subroutine write_problem
+
+  subroutine write_cluster(file, group, cluster, length, force)
+    type(h5_file_t), intent(inout) :: file
+    character(*), intent(in) :: group
+    type(reduced_model_t), intent(in) :: cluster
+    character(*), intent(in) :: length
+    character(*), intent(in) :: force
+
+    call file%write(group // '/basis', cluster%basis, '1', 'a mode per row')
+    call file%write(group // '/lifting', cluster%lifting, length, 'displacement of each term, a term per row')
+    call file%write(group // '/reduced_stiffness', cluster%reduced_stiffness, force // '/' // length, 'transposed')
+    call file%write(group // '/contact_matrix', cluster%contact_matrix, '1', 'a mode per row')
+    call file%write(group // '/load', cluster%load, force, 'a term per row')
+    call file%write(group // '/gap', cluster%gap, length, 'right-hand side of the contact rows, a term per row')
+    call file%write(group // '/contact_rows', cluster%contact_rows, description='1-based among the pairs of /contact')
+    call file%write(group // '/seed_nodes', cluster%seed_nodes, description='1-based')
+    call file%write(group // '/facing_nodes', cluster%facing_nodes, description='1-based')
+    call file%write(group // '/cells', cluster%cells, description='reduced integration domain, 1-based')
+    call file%write(group // '/interior_dofs', cluster%interior_dofs, description='1-based')
+    call file%write(group // '/interface_dofs', cluster%interface_dofs, description='1-based')
+    call file%write(group // '/contact_dofs', cluster%contact_dofs, description='1-based')
+    call write_snapshots(file, group, cluster, length, force)
+    call file%write_attribute(group, 'condition_number', cluster%condition_number)
+    call file%write_attribute(group, 'rank', cluster%rank)
+    call file%write_attribute(group, 'stiffness_condition', cluster%stiffness_condition)
+    call file%write_attribute(group, 'primal_rank_expected', cluster%primal_rank_expected)
+  end subroutine write_cluster
+
+  subroutine write_snapshots(file, group, cluster, length, force)
+    type(h5_file_t), intent(inout) :: file
+    character(*), intent(in) :: group
+    type(reduced_model_t), intent(in) :: cluster
+    character(*), intent(in) :: length
+    character(*), intent(in) :: force
+
+    call file%write(group // '/dual_snapshots', cluster%dual_snapshots, force, 'a snapshot per row')
+    call file%write(group // '/contact_displacement_snapshots', cluster%contact_displacement_snapshots, length, &
+      'normal displacements, first sides and then second sides, a snapshot per row')
+    call file%write(group // '/contact_value_basis', cluster%contact_value_basis, '1', 'normal displacements, a mode per row')
+    call file%write(group // '/contact_value_lifting', cluster%contact_value_lifting, length, &
+      'normal displacements, a term per row')
+    call file%write(group // '/singular_values', cluster%singular_values, length)
+    call file%write(group // '/warnings', cluster%warnings)
+  end subroutine write_snapshots
+
+  subroutine write_validation(file, validation)
+    type(h5_file_t), intent(inout) :: file
+    type(validation_statistics_t), intent(in) :: validation
+
+    call file%write('/validation/names', validation%names, description='empty until validated')
+    call file%write('/validation/minimum', validation%minimum)
+    call file%write('/validation/median', validation%median)
+    call file%write('/validation/p95', validation%p95)
+    call file%write('/validation/maximum', validation%maximum)
+  end subroutine write_validation
+
+  !> Reads a model.
+  !>
+  !> Errors: no such file, not HDF5, no model, another format version, a part is missing or was changed.
+  subroutine read_model(path, model, error)
+    character(*), intent(in) :: path
+    type(model_t), intent(out) :: model
+    type(error_t), allocatable, intent(out) :: error
+    type(h5_file_t) :: file
+    type(error_t), allocatable :: ignored
+    character(:), allocatable :: content_hash
+
+    call file%open(path, error)
+    if (allocated(error)) return
+    call check_format(file, path, error)
+    call read_header(file, model, content_hash, error)
+    if (.not. allocated(error)) call read_problem(file, model, error)
+    if (.not. allocated(error)) call read_clusters(file, model%clusters, error)
+    call read_validation(file, model%validation, error)
+    call file%close(ignored)
+    if (allocated(error)) return
+    if (find_mismatch(model) /= '' .or. hash_of_model(model) /= content_hash) &
+      call make_error(error, 'the model was changed after it was written: its content and its content_hash differ', file=path, &
+        hint='train again, or fetch the file once more')
+  end subroutine read_model
+
+  !> Is it a model, and one that this program reads?
+  subroutine check_format(file, path, error)
+    type(h5_file_t), intent(in) :: file
+    character(*), intent(in) :: path
+    type(error_t), allocatable, intent(inout) :: error
+    character(:), allocatable :: name
+    integer :: version
+
+    if (.not. file%has_attribute('/', 'format')) then
+      call make_error(error, 'this HDF5 file is no Signorom model', file=path, hint=train_hint)
+      return
+    end if
+    call file%read_attribute('/', 'format', name, error)
+    call file%read_attribute('/', 'format_version', version, error)
+    if (allocated(error)) return
+    if (name /= format_name) then
+      call make_error(error, 'this file is no Signorom model; it says that it is ''' // name // '''', file=path, hint=train_hint)
+    else if (version /= model_format_version) then
+      call make_error(error, 'the model has format version ' // to_text(version) // '; this program reads version ' &
+        // to_text(model_format_version), file=path, hint='train again with this program, or use the one that wrote the file')
+    end if
+  end subroutine check_format
+
+  subroutine read_header(file, model, content_hash, error)
+    type(h5_file_t), intent(in) :: file
+    type(model_t), intent(inout) :: model
+    character(:), allocatable, intent(out) :: content_hash
+    type(error_t), allocatable, intent(inout) :: error
+    integer :: n_clusters
+
+    call file%read_attribute('/', 'format_version', model%format_version, error)
+    call file%read_attribute('/', 'code_version', model%code_version, error)
+    call file%read_attribute('/', 'provenance', model%provenance, error)
+    call file%read_attribute('/', 'mesh_hash', model%mesh_hash, error)
+    call file%read_attribute('/', 'content_hash', content_hash, error)
+    call file%read_attribute('/', 'n_clusters', n_clusters, error)
+    call file%read_attribute('/', 'n_nodes', model%n_nodes, error)
+    call file%read_attribute('/', 'n_dofs', model%n_dofs, error)
+    call file%read_attribute('/', 'n_dim', model%n_dim, error)
+    call file%read_attribute('/', 'n_multipliers', model%n_multipliers, error)
+    if (.not. file%has('/clusters/' // to_text(max(n_clusters, 1)))) n_clusters = 0
+    allocate (model%clusters(max(n_clusters, 0)))
+  end subroutine read_header
+
+  subroutine read_problem(file, model, error)
+    type(h5_file_t), intent(in) :: file
+    type(model_t), intent(inout) :: model
+    type(error_t), allocatable, intent(inout) :: error
+
+    call file%read('/deck', model%deck_text, error)
+    call file%read('/title', model%title, error)
+    call file%read('/units/length', model%length_unit, error)
+    call file%read('/units/force', model%force_unit, error)
+    call file%read('/terms', model%term_texts, error)
+    call read_parameters(file, model, error)
+    call file%read('/contact/first_node_tags', model%first_node_tags, error)
+    call file%read('/contact/second_node_tags', model%second_node_tags, error)
+    call file%read('/contact/first_coordinates', model%first_coordinates, error)
+    call file%read('/contact/second_coordinates', model%second_coordinates, error)
+    call file%read('/contact/gap', model%gap, error)
+    call file%read('/reduction/pod_tolerance', model%pod_tolerance, error)
+    call file%read('/reduction/dirichlet', model%dirichlet, error)
+    call file%read('/reduction/reconstruction', model%reconstruction, error)
+  end subroutine read_problem
+
+  subroutine read_parameters(file, model, error)
+    type(h5_file_t), intent(in) :: file
+    type(model_t), intent(inout) :: model
+    type(error_t), allocatable, intent(inout) :: error
+    real(rk), allocatable :: maximum(:), minimum(:)
+
+    call file%read('/parameters/names', model%parameter_names, error)
+    call file%read('/parameters/units', model%parameter_units, error)
+    call file%read('/parameters/minimum', minimum, error)
+    call file%read('/parameters/maximum', maximum, error)
+    call file%read('/parameters/training_points', model%training_points, error)
+    allocate (model%box(2, min(size(minimum), size(maximum))))
+    model%box(1, :) = minimum(:size(model%box, 2))
+    model%box(2, :) = maximum(:size(model%box, 2))
+  end subroutine read_parameters
+
+  subroutine read_clusters(file, clusters, error)
+    type(h5_file_t), intent(in) :: file
+    type(reduced_model_t), intent(inout) :: clusters(:)
+    type(error_t), allocatable, intent(inout) :: error
+    integer :: i_cluster
+
+    do i_cluster = 1, size(clusters)
+      call read_cluster(file, '/clusters/' // to_text(i_cluster), clusters(i_cluster), error)
+    end do
+  end subroutine read_clusters
+
+  subroutine read_cluster(file, group, cluster, error)
+    type(h5_file_t), intent(in) :: file
+    character(*), intent(in) :: group
+    type(reduced_model_t), intent(inout) :: cluster
+    type(error_t), allocatable, intent(inout) :: error
+
+    call file%read(group // '/basis', cluster%basis, error)
+    call file%read(group // '/lifting', cluster%lifting, error)
+    call file%read(group // '/reduced_stiffness', cluster%reduced_stiffness, error)
+    call file%read(group // '/contact_matrix', cluster%contact_matrix, error)
+    call file%read(group // '/load', cluster%load, error)
+    call file%read(group // '/gap', cluster%gap, error)
+    call file%read(group // '/contact_rows', cluster%contact_rows, error)
+    call file%read(group // '/seed_nodes', cluster%seed_nodes, error)
+    call file%read(group // '/facing_nodes', cluster%facing_nodes, error)
+    call file%read(group // '/cells', cluster%cells, error)
+    call file%read(group // '/interior_dofs', cluster%interior_dofs, error)
+    call file%read(group // '/interface_dofs', cluster%interface_dofs, error)
+    call file%read(group // '/contact_dofs', cluster%contact_dofs, error)
+    call read_snapshots(file, group, cluster, error)
+    call file%read_attribute(group, 'condition_number', cluster%condition_number, error)
+    call file%read_attribute(group, 'rank', cluster%rank, error)
+    call file%read_attribute(group, 'stiffness_condition', cluster%stiffness_condition, error)
+    call file%read_attribute(group, 'primal_rank_expected', cluster%primal_rank_expected, error)
+    cluster%n_modes = size(cluster%basis, 2)
+    cluster%n_rows = size(cluster%contact_rows)
+  end subroutine read_cluster
+
+  subroutine read_snapshots(file, group, cluster, error)
+    type(h5_file_t), intent(in) :: file
+    character(*), intent(in) :: group
+    type(reduced_model_t), intent(inout) :: cluster
+    type(error_t), allocatable, intent(inout) :: error
+
+    call file%read(group // '/dual_snapshots', cluster%dual_snapshots, error)
+    call file%read(group // '/contact_displacement_snapshots', cluster%contact_displacement_snapshots, error)
+    call file%read(group // '/contact_value_basis', cluster%contact_value_basis, error)
+    call file%read(group // '/contact_value_lifting', cluster%contact_value_lifting, error)
+    call file%read(group // '/singular_values', cluster%singular_values, error)
+    call file%read(group // '/warnings', cluster%warnings, error)
+  end subroutine read_snapshots
+
+  subroutine read_validation(file, validation, error)
+    type(h5_file_t), intent(in) :: file
+    type(validation_statistics_t), intent(inout) :: validation
+    type(error_t), allocatable, intent(inout) :: error
+
+    call file%read('/validation/names', validation%names, error)
+    call file%read('/validation/minimum', validation%minimum, error)
+    call file%read('/validation/median', validation%median, error)
+    call file%read('/validation/p95', validation%p95, error)
+    call file%read('/validation/maximum', validation%maximum, error)
+  end subroutine read_validation
+end module sig_model_file

@@ -1,0 +1,29 @@
+# SPDX-License-Identifier: BSD-3-Clause
+# cmake -DLIBRARY=<libsignorom_online.so> -DNM=<nm> -P check_shared_library.cmake
+# Fails when the online library needs MPI, PETSc or SLEPc, by a library or by a symbol.
+function(check_lines source text)
+  string(REPLACE "\n" ";" lines "${text}")
+  foreach(line IN LISTS lines)
+    string(TOLOWER "${line}" lower_line)
+    if(lower_line MATCHES "mpi|petsc|slepc")
+      string(STRIP "${line}" line)
+      list(APPEND offenders "${source}: ${line}")
+    endif()
+  endforeach()
+  list(JOIN offenders "\n  " offenders)
+  if(offenders)
+    message(FATAL_ERROR "${LIBRARY} must need neither MPI nor PETSc:\n  ${offenders}")
+  endif()
+endfunction()
+
+execute_process(COMMAND ldd "${LIBRARY}" OUTPUT_VARIABLE libraries COMMAND_ERROR_IS_FATAL ANY)
+execute_process(COMMAND "${NM}" -D "${LIBRARY}" OUTPUT_VARIABLE symbols COMMAND_ERROR_IS_FATAL ANY)
+# An empty or foreign library would pass the rest.
+if(NOT symbols MATCHES "__sig_query_MOD_evaluate")
+  message(FATAL_ERROR "${LIBRARY} does not hold the query")
+endif()
+if(libraries MATCHES "not found" OR NOT libraries MATCHES "libhdf5_serial")
+  message(FATAL_ERROR "${LIBRARY} does not find its libraries, or HDF5 is not the serial flavor:\n${libraries}")
+endif()
+check_lines(ldd "${libraries}")
+check_lines("nm -D" "${symbols}")

@@ -1,0 +1,80 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> A model small enough to be answered by hand.
+module tiny_model
+  use sig_kinds, only: rk
+  use sig_model, only: model_t, reconstruct_with_displacements, reduced_model_t
+  use sig_text, only: string_t
+  implicit none(type, external)
+  private
+  public :: build_tiny_model
+
+contains
+
+  !> Two modes, two of three multipliers in the domain, terms 1 and `squeeze`, box [0, 4].
+  !>
+  !> K_r = (2 -1; 1 1) is not symmetric, M the identity, F = squeeze (6, 3), D = (1, 2):
+  !> - squeeze = 0.1: K_r^-1 F = squeeze (3, 0), both open;
+  !> - squeeze = 1/2: row 1 closes: gamma_1 = 1, gamma_2 = 3/2 - 1 = 1/2, lambda_1 = 3 - 2 + 1/2 = 3/2;
+  !> - squeeze = 2: both close: gamma = (1, 2), lambda = F - K_r gamma = (12, 6) - (0, 3) = (12, 3).
+  subroutine build_tiny_model(model)
+    type(model_t), intent(out) :: model
+
+    model%code_version = '0.1.0'
+    model%deck_text = 'title: tiny' // new_line('a') // 'mesh: {}' // new_line('a')
+    model%title = 'tiny'
+    model%provenance = '0123456789abcdef'
+    model%mesh_hash = 'fedcba9876543210'
+    model%length_unit = 'mm'
+    model%force_unit = 'N'
+    model%parameter_names = [string_t('squeeze')]
+    model%parameter_units = [string_t('mm')]
+    model%box = reshape([0.0_rk, 4.0_rk], [2, 1])
+    model%training_points = reshape([0.0_rk, 2.0_rk, 4.0_rk], [1, 3])
+    model%term_texts = [string_t('1'), string_t('squeeze')]
+    model%n_nodes = 2
+    model%n_dofs = 4
+    model%n_dim = 2
+    model%n_multipliers = 3
+    model%first_node_tags = [11, 12, 13]
+    model%second_node_tags = [21, 22, 23]
+    model%first_coordinates = reshape([0.0_rk, 0.0_rk, 1.0_rk, 0.0_rk, 2.0_rk, 0.0_rk], [2, 3])
+    model%second_coordinates = reshape([0.0_rk, 0.5_rk, 1.0_rk, 0.25_rk, 2.0_rk, 0.125_rk], [2, 3])
+    model%gap = reshape([1.0_rk, 3.0_rk, 2.0_rk, 0.0_rk, 0.0_rk, 0.0_rk], [3, 2])
+    model%pod_tolerance = 1.0e-8_rk
+    model%dirichlet = 'elastic_lifting'
+    model%reconstruction = reconstruct_with_displacements
+    allocate (model%clusters(1))
+    call build_cluster(model%clusters(1))
+  end subroutine build_tiny_model
+
+  subroutine build_cluster(cluster)
+    type(reduced_model_t), intent(out) :: cluster
+
+    cluster%n_modes = 2
+    cluster%n_rows = 2
+    cluster%basis = reshape([1.0_rk, 0.0_rk, 0.0_rk, 0.0_rk, 0.0_rk, 0.6_rk, 0.8_rk, 0.0_rk], [4, 2])
+    cluster%lifting = reshape([0.5_rk, 0.0_rk, 0.0_rk, 0.0_rk, 0.0_rk, 0.0_rk, 0.0_rk, -1.0_rk], [4, 2])
+    cluster%reduced_stiffness = reshape([2.0_rk, 1.0_rk, -1.0_rk, 1.0_rk], [2, 2])
+    cluster%contact_matrix = reshape([1.0_rk, 0.0_rk, 0.0_rk, 1.0_rk], [2, 2])
+    cluster%load = reshape([0.0_rk, 0.0_rk, 6.0_rk, 3.0_rk], [2, 2])
+    cluster%gap = reshape([1.0_rk, 2.0_rk, 0.0_rk, 0.0_rk], [2, 2])
+    cluster%contact_rows = [1, 3]
+    cluster%seed_nodes = [1]
+    cluster%facing_nodes = [2]
+    cluster%cells = [4, 5, 6]
+    cluster%interior_dofs = [1, 2]
+    cluster%interface_dofs = [3]
+    cluster%contact_dofs = [2]
+    ! Two snapshots; multiplier 2 is outside the domain.
+    cluster%dual_snapshots = reshape([1.5_rk, 0.5_rk, 0.0_rk, 12.0_rk, 20.0_rk, 3.0_rk], [3, 2])
+    cluster%contact_displacement_snapshots = reshape([1.0_rk, 0.5_rk, 1.0_rk, 2.0_rk], [2, 2])
+    cluster%contact_value_basis = reshape([1.0_rk, 0.0_rk, 0.0_rk, 1.0_rk], [2, 2])
+    cluster%contact_value_lifting = reshape([0.0_rk, 0.0_rk, 0.0_rk, 0.0_rk], [2, 2])
+    cluster%singular_values = [3.0_rk, 1.0_rk, 1.0e-9_rk]
+    cluster%condition_number = 1
+    cluster%rank = 2
+    cluster%stiffness_condition = 2.5_rk
+    cluster%primal_rank_expected = 2
+    cluster%warnings = [string_t('first sentence'), string_t('')]
+  end subroutine build_cluster
+end module tiny_model
