@@ -12,7 +12,7 @@ contains
   !> Splits gamma into what the prescribed rows fix and what they leave free.
   !>
   !> C gamma = g theta with C = V[dofs, :]: gamma = C^+ g theta + Z z, the columns of Z orthonormal and C Z = 0. Then V Z is the
-  !> basis and V C^+ g the lifting of a problem without prescribed rows, with the same solution as the one with multipliers for them.
+  !> basis and V C^+ g the lifting of a problem without prescribed rows; its solution is that with multipliers for them.
   !> Rows that depend on others (both ends of a symmetric body, a fixed component that no mode moves) drop out by the rank.
   !> Source: method.md section 2.4. Local.
   subroutine impose_dirichlet_rows(basis, dofs, values, rank_tolerance, free_basis, lifting, rank, residual)

@@ -73,7 +73,9 @@ contains
     if (i_value_0 == n_values - 1) value = maximum
   end function grid_value
 
-  !> Points from a CSV file whose first line names the parameters, in any order; empty lines and lines that start with # are left out.
+  !> Points from a CSV file whose first line names the parameters, in any order.
+  !>
+  !> Empty lines and lines that start with # are left out.
   !>
   !> Errors, each with line and column: the file's own (missing, a folder, ...), an unknown, repeated or missing column, a line
   !> with too few or too many values, something that is no number, a value outside the box, no point at all.
@@ -189,8 +191,8 @@ contains
     point = 0
     call split_fields(line, fields, starts)
     if (size(fields) /= size(columns)) then
-      call make_error(error, 'this line has ' // to_text(size(fields)) // ' values; ' // to_text(size(columns)) // ' are needed', &
-        path, i_line, starts(min(size(fields), size(columns) + 1)))
+      call make_error(error, 'this line has ' // to_text(size(fields)) // ' values; ' // to_text(size(columns)) // &
+        ' are needed', path, i_line, starts(min(size(fields), size(columns) + 1)))
       return
     end if
     do i_field = 1, size(fields)
@@ -202,8 +204,8 @@ contains
         end if
         if (.not. present(box)) cycle
         if (point(i_name) >= box(1, i_name) .and. point(i_name) <= box(2, i_name)) cycle
-        call make_error(error, names(i_name)%text // ' is ' // word // '; the deck allows ' // to_text(box(1, i_name)) // ' to ' // &
-          to_text(box(2, i_name)), path, i_line, starts(i_field))
+        call make_error(error, names(i_name)%text // ' is ' // word // '; the deck allows ' // to_text(box(1, i_name)) // &
+          ' to ' // to_text(box(2, i_name)), path, i_line, starts(i_field))
         return
       end associate
     end do
