@@ -53,6 +53,6 @@ contains
     class(runner_t), intent(inout) :: this
 
     write (output_unit, '(i0, a, i0, a)') this%n_run, ' tests, ', this%n_failed, ' failed'
-    if (this%n_failed > 0 .or. this%n_run == 0) stop 1, quiet=.true.
+    if (this%n_failed > 0 .or. this%n_run == 0) stop 1, quiet = .true.
   end subroutine finish
 end module funit_runner

@@ -100,7 +100,7 @@ contains
     write (text, '(i0, a, i0, a, i0, a)') this%n_run, ' tests, ', this%n_failed, ' failed (', this%n_processes, ' ranks)'
     call this%say(trim(text))
     call MPI_Finalize(status)
-    if (this%n_failed > 0 .or. this%n_run == 0) stop 1, quiet=.true.
+    if (this%n_failed > 0 .or. this%n_run == 0) stop 1, quiet = .true.
   end subroutine finish
 
   subroutine say(this, text)

@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Turns a .pf file into Fortran: its module, and a program that runs its tests.
 
-This serves the same .pf files as pFUnit 4 where pFUnit is not installed, and only the part of its language that
-CONTRIBUTING.md names. Every line of the .pf stays one line, so messages of the compiler point to the right place.
+This serves the same .pf files as pFUnit 4 where pFUnit is not installed, and only a part of its language
+(tests/pfunit/README.md). Every line stays one line, so messages of the compiler point to the right place.
 """
 
 import argparse
@@ -12,13 +12,11 @@ import sys
 from dataclasses import dataclass, field
 from pathlib import Path
 
-ASSERTIONS = {
-    name.lower(): name
-    for name in (
-        "assertEqual assertNotEqual assertRelativelyEqual assertTrue assertFalse assertFail assertIsFinite assertIsNaN "
-        "assertLessThan assertLessThanOrEqual assertGreaterThan assertGreaterThanOrEqual"
-    ).split()
-}
+ASSERTIONS = """
+assertEqual assertNotEqual assertRelativelyEqual assertTrue assertFalse assertFail assertIsFinite assertIsNaN
+assertLessThan assertLessThanOrEqual assertGreaterThan assertGreaterThanOrEqual
+""".split()
+NAME_OF = {name.lower(): name for name in ASSERTIONS}
 MAX_NAME_LENGTH = 44  # pFUnit makes longer names from it, and a Fortran name has at most 63 characters
 DIRECTIVE = re.compile(r"^\s*@(\w+)\s*(.*?)\s*$")
 PROCEDURE = re.compile(r"^\s*subroutine\s+(\w+)\s*(?:\(\s*(\w*)\s*\))?\s*$", re.IGNORECASE)
@@ -61,11 +59,13 @@ class PfFile:
 def translate_assertion(pf, number, word, rest):
     """The call that stands in for an assertion, in one line."""
     is_collective = word.startswith("mpiassert")
-    name = ASSERTIONS.get(word[3:] if is_collective else word)
+    name = NAME_OF.get(word[3:] if is_collective else word)
     if name is None:
-        raise PfError(number, f"@{word} is not in the subset; known: @" + ", @".join(sorted(ASSERTIONS.values())))
+        raise PfError(number, f"@{word} is not in the subset; known: @" + ", @".join(sorted(ASSERTIONS)))
     if not (rest.startswith("(") and rest.endswith(")")):
-        raise PfError(number, f"@{name} must open and close its parenthesis on one line, with nothing behind it")
+        raise PfError(
+            number, f"@{name} must open and close its parenthesis on one line, with nothing behind it"
+        )
     place = f"location=SourceLocation('{pf.file_name}', {number})"
     if is_collective and not pf.is_mpi:
         raise PfError(number, f"@mpi{name[0].upper()}{name[1:]} needs 'use pfunit'")
@@ -128,14 +128,18 @@ class Walker:
         elif word in ("before", "after", "disable") and not rest:
             self.pending[word] = True
         else:
-            raise PfError(number, f"@{word} is not in the subset; known: @test, @before, @after, @disable, assertions")
+            raise PfError(
+                number, f"@{word} is not in the subset; known: @test, @before, @after, @disable, assertions"
+            )
         return "!" + line
 
     def procedure(self, number, line):
         """The procedure that the waiting directives speak of."""
         match = PROCEDURE.match(line)
         if not match:
-            raise PfError(number, "after @test, @before or @after comes 'subroutine name()' or 'subroutine name(this)'")
+            raise PfError(
+                number, "after @test, @before or @after comes 'subroutine name()' or 'subroutine name(this)'"
+            )
         name, has_this = match.group(1), bool(match.group(2))
         if has_this and not self.pf.is_mpi:
             raise PfError(number, f"{name} has an argument, so the file needs 'use pfunit'")
@@ -150,9 +154,13 @@ class Walker:
         """Adds a test."""
         counts, guard = self.pending["test"]
         if len(name) > MAX_NAME_LENGTH:
-            raise PfError(number, f"the name {name} has {len(name)} characters; {MAX_NAME_LENGTH} are allowed")
+            raise PfError(
+                number, f"the name {name} has {len(name)} characters; {MAX_NAME_LENGTH} are allowed"
+            )
         if counts and not has_this:
-            raise PfError(number, f"{name} names rank counts, so it needs 'class(MpiTestMethod), intent(inout) :: this'")
+            raise PfError(
+                number, f"{name} names rank counts, so it needs 'class(MpiTestMethod), intent(inout) :: this'"
+            )
         self.pf.tests.append(Test(name, has_this, counts, guard, "disable" in self.pending))
 
 
@@ -218,7 +226,9 @@ def main():
     parser.add_argument("target", type=Path)
     parser.add_argument("--shown-name", help="name of the source in messages")
     parser.add_argument("--extra-use", default="", help="module with the start-up hook")
-    parser.add_argument("--extra-initialize", default="", help="subroutine of that module, called before the tests")
+    parser.add_argument(
+        "--extra-initialize", default="", help="subroutine of that module, called before the tests"
+    )
     options = parser.parse_args()
     shown_name = options.shown_name or str(options.source)
     try:

@@ -13,6 +13,7 @@ set(fortran_flags
   -ffree-line-length-none # PETSc's macros expand to long lines; 132 is the limit for people, tools/lint.sh has it
   -Wall
   -Wextra
+  -fimplicit-none # interface bodies do not inherit the implicit none of their module
   -Wconversion # 1.0e-6 instead of 1.0e-6_rk loses digits silently
   -Wimplicit-interface # a PETSc call without an interface compiles, and crashes
   -Wno-compare-reals # comparing with an exact zero is meant

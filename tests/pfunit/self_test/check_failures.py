@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""Runs a program made from a .pf file that fails on purpose and compares what it prints with the file's `! fails:` lines."""
+"""Runs a .pf program that fails on purpose and compares what it prints with the `! fails:` lines of the file."""
 
 import re
 import subprocess
@@ -28,9 +28,14 @@ def main():
     result = subprocess.run(command, capture_output=True, text=True, check=False)
     print(result.stdout, result.stderr, sep="\n")
     expected, printed = expected_failures(pf_file), printed_failures(pf_file, result.stderr)
-    complaints = [f"line {number} did not fail with '{text}'" for number, text in expected.items()
-                  if not printed.get(number, "").startswith(text)]
-    complaints += [f"line {number} failed: {text}" for number, text in printed.items() if number not in expected]
+    complaints = [
+        f"line {number} did not fail with '{text}'"
+        for number, text in expected.items()
+        if not printed.get(number, "").startswith(text)
+    ]
+    complaints += [
+        f"line {number} failed: {text}" for number, text in printed.items() if number not in expected
+    ]
     if result.returncode == 0:
         complaints.append("the exit code is 0")
     if summary not in result.stdout:

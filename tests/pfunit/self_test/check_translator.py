@@ -32,7 +32,14 @@ def main():
         source = Path(folder) / "test_it.pf"
         for text, line, message in REFUSED:
             source.write_text(text, encoding="utf-8")
-            command = [sys.executable, TRANSLATOR, source, Path(folder) / "out.F90", "--shown-name", "test_it.pf"]
+            command = [
+                sys.executable,
+                TRANSLATOR,
+                source,
+                Path(folder) / "out.F90",
+                "--shown-name",
+                "test_it.pf",
+            ]
             result = subprocess.run(command, capture_output=True, text=True, check=False)
             if not result.stderr.startswith(f"test_it.pf:{line}: error: ") or message not in result.stderr:
                 complaints.append(f"expected line {line}, '{message}'; got {result.stderr!r}")

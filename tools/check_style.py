@@ -1,0 +1,137 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: BSD-3-Clause
+"""House rules that no linter knows (CONTRIBUTING.md has the reasons).
+
+Fails on: a missing SPDX line, `use` without `only` (petsc, slepc and the test frameworks apart), a local ierr,
+a PETSc macro behind a one-line if, a continued PetscCall, a stop outside main, bind(c) outside its homes, a line
+over 132 characters. Lists files above 400 lines and procedures above 60 without failing.
+"""
+
+import re
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[1]
+MAX_LINE, MAX_FILE, MAX_PROCEDURE = 132, 400, 60
+FORTRAN = {".f90", ".F90", ".pf"}
+SOURCES = FORTRAN | {".c", ".h"}
+MACRO = r"(?:PetscCall\w*|SlepcCall\w*|SETERR\w*|CHKERR\w*|SIG_CHECK\w*)\s*\("
+STRING = re.compile(r"'(?:[^']|'')*'|\"(?:[^\"]|\"\")*\"")
+FREE_USES = re.compile(r"^\s*use\s+(petsc|slepc|funit|pfunit)\s*$", re.IGNORECASE)
+BIND_HOMES = re.compile(r"(_c_interfaces\.f90|/c_api\.f90|/petsc_support\.F90)$")
+PREFIX = r"(?:pure|elemental|impure|recursive|module|logical|integer|real|character|type)\b(?:\(.*?\))?"
+PROCEDURE = re.compile(rf"^\s*(?:{PREFIX}\s+)*(subroutine|function)\s+(\w+)", re.IGNORECASE)
+
+
+@dataclass
+class Finding:
+    """A place and what is wrong there."""
+
+    path: Path
+    line: int
+    text: str
+
+    def __str__(self):
+        return f"{self.path.relative_to(ROOT)}:{self.line}: {self.text}"
+
+
+def code_of(line):
+    """The line without texts and comment."""
+    return STRING.sub("''", line).split("!")[0].rstrip()
+
+
+def has(pattern, code):
+    """Whether the pattern stands in the code, in any case."""
+    return re.search(pattern, code, re.IGNORECASE) is not None
+
+
+def line_findings(path, code, line):
+    """What one line of Fortran does wrong, given without and with its texts and comments."""
+    is_test = "tests" in path.relative_to(ROOT).parts
+    name = path.as_posix()
+    if (
+        has(r"^\s*use\b(?!.*\bonly\s*:)", code)
+        and not FREE_USES.match(code)
+        and not has(r"^\s*use\s*=", code)
+    ):
+        yield "use without only"
+    if (
+        has(r"^\s*(PetscErrorCode|integer)\b(?!.*\bintent\b)[^:]*::(.*\W)?ierr\b", code)
+        and path.name != "main.F90"
+        and not is_test
+    ):
+        yield "a local ierr; it must be a dummy that is passed up"
+    if has(rf"^\s*if\s*\(.*\)\s*{MACRO}", code):
+        yield "a PETSc macro behind a one-line if: only its first statement is conditional"
+    if has(MACRO, code) and code.endswith("&"):
+        yield "a PETSc macro must stay on one line"
+    if has(r"(^|\)|;)\s*(error\s+)?stop\b(?!\s*[=(%])", code) and path.name != "main.F90" and not is_test:
+        yield "stop outside main"
+    if has(r"\bbind\s*\(\s*c\b", code) and not (
+        BIND_HOMES.search(name) or is_test or has(r"^\s*(type|enum)", code)
+    ):
+        yield "bind(c) outside its homes (<layer>_c_interfaces.f90, online/c_api.f90, callbacks)"
+    if len(line) > MAX_LINE and not has(MACRO, code):
+        yield f"{len(line)} characters; {MAX_LINE} are allowed"
+
+
+def check_fortran(path, lines):
+    """Findings of one Fortran file."""
+    for number, line in enumerate(lines, start=1):
+        code = code_of(line)
+        allowed = "lint: callback" in line  # a callback that C or PETSc calls is a home of bind(c)
+        for text in line_findings(path, code, line):
+            if not (allowed and text.startswith("bind(c)")):
+                yield Finding(path, number, text)
+
+
+def long_procedures(path, lines):
+    """Procedures above the target size, contained ones counted for themselves."""
+    starts = []
+    is_in_interface = False
+    for number, line in enumerate(lines, start=1):
+        code = code_of(line)
+        if has(r"^\s*(abstract\s+)?interface\b", code):
+            is_in_interface = True
+        elif has(r"^\s*end\s*interface\b", code):
+            is_in_interface = False
+        elif is_in_interface:
+            continue
+        elif match := PROCEDURE.match(code):
+            starts.append((number, match.group(2)))
+        elif has(r"^\s*end\s*(subroutine|function)\b", code) and starts:
+            start, name = starts.pop()
+            if number - start + 1 > MAX_PROCEDURE:
+                yield Finding(path, start, f"{name} has {number - start + 1} lines")
+
+
+def source_files():
+    """Everything that the rules speak of."""
+    for folder in ("src", "include", "tests", "tools"):
+        for path in sorted((ROOT / folder).rglob("*")):
+            if path.suffix in SOURCES | {".py", ".sh", ".cmake", ".inc"} or path.name == "CMakeLists.txt":
+                yield path
+
+
+def main():
+    """Checks all files; the exit code is 1 where a rule is broken."""
+    findings, notes = [], []
+    for path in source_files():
+        lines = path.read_text(encoding="utf-8").splitlines()
+        if not any("SPDX-License-Identifier: BSD-3-Clause" in line for line in lines[:3]):
+            findings.append(Finding(path, 1, "no SPDX line at the top"))
+        if path.suffix in FORTRAN:
+            findings.extend(check_fortran(path, lines))
+            notes.extend(long_procedures(path, lines))
+        if path.suffix in SOURCES and len(lines) > MAX_FILE:
+            notes.append(Finding(path, 1, f"the file has {len(lines)} lines"))
+    for note in notes:
+        print(f"{note} (target: files {MAX_FILE}, procedures {MAX_PROCEDURE} lines; not an error)")
+    for finding in findings:
+        print(finding)
+    sys.exit(1 if findings else 0)
+
+
+if __name__ == "__main__":
+    main()

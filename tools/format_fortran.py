@@ -1,0 +1,103 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: BSD-3-Clause
+"""fprettify with the corrections that the house style needs; formats in place or, with --check, complains.
+
+What fprettify gets wrong for us: it aligns continued lines to brackets and runs them over the line limit, and it
+takes blanks away: around // beside a string, before .not. behind a comma, around * beside a bracket.
+"""
+
+import argparse
+import difflib
+import io
+import multiprocessing
+import re
+import sys
+from pathlib import Path
+
+import fprettify
+
+STRING_OR_COMMENT = re.compile(r"""('(?:[^']|'')*'|"(?:[^"]|"")*"|!.*)""")
+
+
+def correct_code(code):
+    """Blanks that fprettify takes away, in a piece without strings and comments."""
+    code = re.sub(r"[ ]*//[ ]*", " // ", code)
+    return re.sub(r",\.(not|true|false)\.", r", .\1.", code)
+
+
+def correct_line(old, new, is_continued):
+    """One line of fprettify's with our corrections."""
+    if new.lstrip().startswith(("!", "#", "@")):
+        return old
+    pieces = STRING_OR_COMMENT.split(new)
+    pieces[0::2] = [correct_code(piece) for piece in pieces[0::2]]
+    text = "".join(pieces).strip()
+    if re.sub(" *[*] *", "*", text) == re.sub(" *[*] *", "*", old.strip()):
+        text = old.strip()
+    indent = old if is_continued else new
+    return indent[: len(indent) - len(indent.lstrip())] + text
+
+
+def is_continuing(line):
+    """Whether the statement goes on in the next line."""
+    code = STRING_OR_COMMENT.sub(lambda match: "" if match.group().startswith("!") else "s", line)
+    return code.rstrip().endswith("&")
+
+
+def format_text(text, name):
+    """The whole file as it should be."""
+    # the limit is tools/check_style.py's business: PETSc calls are longer, and must not be wrapped
+    source, target = io.StringIO(text), io.StringIO()
+    fprettify.set_fprettify_logger(50)
+    fprettify.reformat_ffile(
+        source,
+        target,
+        impose_indent=True,
+        indent_size=2,
+        strict_indent=False,
+        impose_whitespace=True,
+        impose_replacements=True,
+        cstyle=True,
+        whitespace=3,
+        llength=10000,
+        orig_filename=name,
+    )
+    old, new = text.splitlines(), target.getvalue().splitlines()
+    if len(old) != len(new):
+        return "\n".join(new) + "\n"
+    lines, is_continued = [], False
+    for before, after in zip(old, new, strict=True):
+        lines.append(correct_line(before.rstrip(), after, is_continued))
+        if not before.lstrip().startswith(("!", "#")):
+            is_continued = is_continuing(before)
+    return "\n".join(lines) + "\n"
+
+
+def format_file(path):
+    """Path, text as it is, text as it should be."""
+    text = path.read_text(encoding="utf-8")
+    return path, text, format_text(text, str(path))
+
+
+def main():
+    """Command line."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument(
+        "--check", action="store_true", help="change nothing; print what would change and exit with 1"
+    )
+    parser.add_argument("files", nargs="+", type=Path)
+    options = parser.parse_args()
+    with multiprocessing.Pool() as pool:
+        changed = [result for result in pool.map(format_file, options.files) if result[1] != result[2]]
+    for path, old, new in changed:
+        if options.check:
+            sys.stdout.writelines(
+                difflib.unified_diff(old.splitlines(True), new.splitlines(True), str(path), "formatted", n=0)
+            )
+        else:
+            path.write_text(new, encoding="utf-8")
+    sys.exit(1 if options.check and changed else 0)
+
+
+if __name__ == "__main__":
+    main()
