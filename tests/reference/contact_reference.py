@@ -39,7 +39,7 @@ def cell_stiffnesses(mesh, hooke):
 def dofs_of_nodes(nodes):
     """Both components of each node, node by node."""
     nodes = np.asarray(nodes, dtype=int)
-    return np.stack([2 * nodes, 2 * nodes + 1], axis=-1).reshape(nodes.shape[:-1] + (-1,))
+    return np.stack([2 * nodes, 2 * nodes + 1], axis=-1).reshape((*nodes.shape[:-1], -1))
 
 
 def assemble(mesh, cell_matrices, cells=None):

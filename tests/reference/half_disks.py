@@ -92,7 +92,7 @@ def relative(difference, reference):
     return float(np.linalg.norm(difference) / np.linalg.norm(reference))
 
 
-def test_errors(problem, model, points, full_order, snapshots):
+def measure_errors(problem, model, points, full_order, snapshots):
     """(17)-(19) of each test point; e_lambda on the reduced domain and everywhere by both reconstructions."""
     displacement_snapshots, dual_snapshots = snapshots
     normal_dofs = np.flatnonzero((problem.rows != 0).any(axis=0))
@@ -206,7 +206,7 @@ def run(path):
     }
     for treatment in ("multiplier", "elastic_lifting"):
         model = train(problem, displacement, [theta(point) for point in training], 1e-8, treatment)
-        errors = test_errors(problem, model, test, full_order, (displacement, dual))
+        errors = measure_errors(problem, model, test, full_order, (displacement, dual))
         expected[treatment] = describe_model(model) | {
             "errors": statistics(errors),
             "e_lambda_rid_of_points": [point["e_lambda_rid"] for point in errors],

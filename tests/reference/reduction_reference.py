@@ -22,7 +22,7 @@ def first_largest(values):
 
 
 def pod(snapshots, tolerance):
-    """First l left singular vectors, all values; (20): smallest l with sum_{i>l} s_i^2 < tolerance sum s_i^2."""
+    """l left singular vectors, all values; (20): smallest l with sum_{i>l} s_i^2 < tolerance * sum s_i^2."""
     vectors, values, _ = np.linalg.svd(snapshots, full_matrices=False)
     tails = np.append(np.cumsum((values**2)[::-1])[::-1], 0.0) / (values**2).sum()
     n_modes = int(np.flatnonzero(tails < tolerance)[0])

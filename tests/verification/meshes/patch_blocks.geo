@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Two blocks on top of each other, meshed differently inside, with the same nodes on the interface y = 0.
+// Rebuild: gmsh -2 -format msh41 patch_blocks.geo -o patch_blocks.msh
+
+width = 1.5; // [m]
+height = 1.0; // [m] of each block
+n_face = 7;
+
+Point(1) = {0, -height, 0, 0.35};
+Point(2) = {width, -height, 0, 0.5};
+Point(3) = {width, 0, 0, 0.25};
+Point(4) = {0, 0, 0, 0.25};
+Line(1) = {1, 2};
+Line(2) = {2, 3};
+Line(3) = {3, 4};
+Line(4) = {4, 1};
+Curve Loop(1) = {1, 2, 3, 4};
+Plane Surface(1) = {1};
+
+Point(11) = {0, 0, 0, 0.25};
+Point(12) = {width, 0, 0, 0.25};
+Point(13) = {width, height, 0, 0.2};
+Point(14) = {0, height, 0, 0.45};
+Line(11) = {11, 12};
+Line(12) = {12, 13};
+Line(13) = {13, 14};
+Line(14) = {14, 11};
+Curve Loop(11) = {11, 12, 13, 14};
+Plane Surface(11) = {11};
+
+Transfinite Curve {3} = n_face Using Progression 1.2;
+// Copies the nodes: two transfinite curves would agree to 1e-9 only.
+Periodic Curve {11} = {-3} Translate {0, 0, 0};
+Mesh.Algorithm = 5;
+
+Physical Surface("lower", 1) = {1};
+Physical Surface("upper", 2) = {11};
+Physical Curve("lower_base", 3) = {1};
+Physical Curve("upper_base", 4) = {13};
+Physical Curve("lower_face", 5) = {3};
+Physical Curve("upper_face", 6) = {11};

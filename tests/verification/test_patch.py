@@ -1,0 +1,41 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Contact patch test (verification.md D1): uniform pressure E U / H, linear displacement."""
+
+import numpy as np
+import pytest
+
+import patch_test
+from conftest import HERE, read_snapshots, write_deck
+from gmsh_ascii import read_mesh
+
+# Node-to-node contact with matching nodes reproduces the linear solution up to rounding.
+TOLERANCE = 1e-10
+SOLVERS = ("condensed", "active_set", "snesvi")
+
+
+@pytest.mark.parametrize("n_ranks", [1, 2, 3, 4])
+@pytest.mark.parametrize("solver", SOLVERS)
+def test_uniform_pressure(signorom, tmp_path, solver, n_ranks):
+    """All pairs closed, lambda = p times tributary length, u_y linear, u_x = 0."""
+    deck = write_deck("patch", tmp_path, **{"type: condensed": f"type: {solver}"})
+    signorom("sample", deck, folder=tmp_path, n_ranks=n_ranks)
+    snapshots = read_snapshots(tmp_path / "results" / "patch" / "snapshots.h5")
+    mesh = read_mesh(HERE / "meshes" / "patch_blocks.msh")
+    x = np.sort(mesh.coordinates[mesh.nodes_of["lower_face"], 0])
+    np.testing.assert_allclose(snapshots["parameters"][:, 0], np.linspace(0.02, 0.1, 5), rtol=1e-14)
+    assert (snapshots["reasons"] > 0).all()
+    for i_point, stroke in enumerate(snapshots["parameters"][:, 0]):
+        forces = patch_test.nodal_forces(x, stroke)
+        order = np.argsort(mesh.coordinates[mesh.nodes_of["lower_face"], 0])
+        found = snapshots["multipliers"][i_point][order]
+        np.testing.assert_allclose(found, forces, rtol=0, atol=TOLERANCE * forces.max())
+        u = snapshots["displacement"][i_point].reshape(-1, 2)
+        expected = patch_test.vertical_displacement(mesh.coordinates[:, 1], stroke)
+        np.testing.assert_allclose(u[:, 1], expected, rtol=0, atol=TOLERANCE * stroke)
+        np.testing.assert_allclose(u[:, 0], 0, rtol=0, atol=TOLERANCE * stroke)
+
+
+def test_pressure_of_the_handbook():
+    """The formula gives D1's 1.0e5 Pa and -0.05 m for U = 0.1 m."""
+    assert patch_test.pressure(0.1) == pytest.approx(1.0e5, rel=1e-14)
+    assert patch_test.vertical_displacement(0.0, 0.1) == pytest.approx(-0.05, rel=1e-14)
