@@ -24,7 +24,7 @@ contains
 
   !> Solves 0 <= lambda _|_ W lambda + q >= 0.
   !>
-  !> Active set, then block pivoting, then Lemke with a few covering vectors; each is bounded, so the call always ends. An answer that
+  !> Active set, then block pivoting, then Lemke with a few covering vectors; each is bounded, so the call ends. An answer that
   !> is not unique (W no P-matrix) may depend on the start. q >= 0 is answered by zero. Tolerances are relative to what is summed:
   !> a change of units changes nothing.
   subroutine solve_lcp(matrix, q, is_active_start, solution)

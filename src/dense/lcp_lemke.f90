@@ -93,7 +93,7 @@ contains
     tableau%basis = [(i_row, i_row=1, n)]
   end subroutine fill_tableau
 
-  !> The row that z0 takes first: the lexicographic minimum of (q_i, e_i) / d_i, after which every row is lexicographically positive.
+  !> The row that z0 takes first: the lexicographic minimum of (q_i, e_i) / d_i; every row is lexicographically positive then.
   pure function first_row(tableau) result(i_row)
     type(tableau_t), intent(in) :: tableau
     integer :: i_row

@@ -107,7 +107,7 @@ contains
     where (is_active)
       candidate%w = 0
       candidate%is_violated = candidate%lambda < -candidate%tolerance * largest
-    elsewhere
+    else where
       candidate%is_violated = candidate%w < -candidate%tolerance * row_size
     end where
   end subroutine find_violations

@@ -19,8 +19,8 @@ contains
 
   !> Active set method; x is feasible at every step and the residual falls, so that it ends.
   !>
-  !> Source: Lawson and Hanson, Solving least squares problems (1974), chapter 23. A column that depends on those in use is not taken
-  !> in. Scaling a column scales its coefficient and changes nothing else.
+  !> Source: Lawson and Hanson, Solving least squares problems (1974), chapter 23. A column that depends on those in use stays
+  !> out. Scaling a column scales its coefficient and changes nothing else.
   subroutine solve_nnls(matrix, rhs, x, residual_norm)
     !> A, shape (n_rows, n_columns)
     real(rk), intent(in) :: matrix(:, :)

@@ -45,7 +45,7 @@ module sig_model
     integer, allocatable :: contact_dofs(:)
     !> [force] multipliers of the snapshots, shape (n_multipliers, n_snapshots)
     real(rk), allocatable :: dual_snapshots(:, :)
-    !> [length] normal displacements of the snapshots, all first sides, then all second sides, shape (n_contact_values, n_snapshots);
+    !> [length] normal displacements of the snapshots, first sides, then second sides, shape (n_contact_values, n_snapshots);
     !> no rows: the reconstruction uses multipliers only
     real(rk), allocatable :: contact_displacement_snapshots(:, :)
     !> [-] the same displacements of basis and lifting, shapes (n_contact_values, n_modes) and (n_contact_values, n_terms)
