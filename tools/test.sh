@@ -1,0 +1,35 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: BSD-3-Clause
+# What CI runs and what a developer runs: lint, the ci build, every test. --fast leaves out what is labelled slow.
+set -euo pipefail
+. "$(dirname "$0")/common.sh"
+
+lint_options=()
+test_options=()
+case ${1:-} in
+--fast)
+  lint_options=(--fast)
+  test_options=(--label-exclude slow)
+  export PYTEST_ADDOPTS="${PYTEST_ADDOPTS:-} -m 'not slow'"
+  ;;
+'') ;;
+*) fail "usage: tools/test.sh [--fast]" ;;
+esac
+
+step "1/4 packages"
+tools/install_dependencies.sh --test
+step "2/4 lint"
+is_clean=1
+tools/lint.sh ${lint_options[@]+"${lint_options[@]}"} || is_clean=0
+step "3/4 build of the ci preset"
+cmake --preset ci >build/cmake.log 2>&1 || { cat build/cmake.log >&2; fail "CMake failed."; }
+cmake --build --preset ci
+step "4/4 tests"
+status=0
+ctest --preset ci --parallel "$(nproc)" --no-tests=error ${test_options[@]+"${test_options[@]}"} </dev/null || status=$?
+printf '\n(%d:%02d in all)\n' $((SECONDS / 60)) $((SECONDS % 60))
+if [ $is_clean = 0 ]; then
+  echo "lint failed: see step 2 above, or run tools/lint.sh" >&2
+  status=1
+fi
+exit $status
