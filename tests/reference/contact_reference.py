@@ -146,6 +146,11 @@ def build_problem(mesh, hooke_of_cell_group, boundary_conditions, contact):
     )
 
 
+def checksum(values):
+    """sum_i values_i sin(i), i from 1: changes when two entries are swapped."""
+    return float(np.dot(values, np.sin(np.arange(1, len(values) + 1))))
+
+
 def solve_lcp(matrix, q, max_steps=200):
     """0 <= x, w = matrix x + q >= 0, x'w = 0: primal-dual active set; Lemke when a set comes back.
 

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from contact_reference import build_problem, hooke_plane_strain
+from contact_reference import build_problem, checksum, hooke_plane_strain
 from gmsh_ascii import read_mesh
 from reduction_reference import reconstruct, train
 
@@ -54,11 +54,6 @@ def mesh_hash(path):
     for byte in Path(path).read_bytes():
         value = (value ^ byte) * 0x100000001B3 % 2**64
     return f"{value:016x}"
-
-
-def checksum(values):
-    """sum_i values_i sin(i), i from 1: changes when two entries are swapped."""
-    return float(np.dot(values, np.sin(np.arange(1, len(values) + 1))))
 
 
 def status_changes(problem, n_points=601):

@@ -6,8 +6,8 @@ import pytest
 
 import bar_with_gap
 import patch_test
-from conftest import HERE, read_snapshots, write_deck
 from gmsh_ascii import read_mesh
+from runs import HERE, read_snapshots, write_deck
 
 # Uniaxial fields are in the span of linear elements: what is left is rounding.
 TOLERANCE = 1e-10

@@ -9,7 +9,7 @@ import h5py
 import numpy as np
 import pytest
 
-from conftest import read_snapshots, read_table, write_deck
+from runs import read_snapshots, read_table, write_deck
 
 N_CELLS = 48
 N_PAIRS = 7

@@ -7,8 +7,8 @@ import h5py
 import numpy as np
 import pytest
 
-from conftest import ROOT, read_snapshots, read_table
-from half_disks import checksum
+from contact_reference import checksum
+from runs import ROOT, read_snapshots, read_table
 
 DECKS = {"elastic_lifting": "half_disks", "multiplier": "half_disks_multiplier"}
 # Two codes that factor K differently agree to rounding times cond(K), about 1e4.

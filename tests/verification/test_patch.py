@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 
 import patch_test
-from conftest import HERE, read_snapshots, write_deck
 from gmsh_ascii import read_mesh
+from runs import HERE, read_snapshots, write_deck
 
 # Node-to-node contact with matching nodes reproduces the linear solution up to rounding.
 TOLERANCE = 1e-10
