@@ -12,8 +12,8 @@ enum { SIG_GMSH_OK = 0, SIG_GMSH_INVALID = 1, SIG_GMSH_UNREADABLE = 2, SIG_GMSH_
 
 enum { SIG_GMSH_MESSAGE_SIZE = 512 };
 
-/* Reads the file at `path` (`length` characters). *mesh must be freed whatever the status; it is null when out of memory.
- * SIG_GMSH_INVALID: sig_gmsh_message has the sentence. SIG_GMSH_UNREADABLE: sig_gmsh_sizes[0] has errno. */
+/* Reads the file at `path` (`length` characters). *mesh must be freed whatever the status; it is null when out of
+ * memory. SIG_GMSH_INVALID: sig_gmsh_message has the sentence. SIG_GMSH_UNREADABLE: sig_gmsh_sizes[0] has errno. */
 int sig_gmsh_read(const char *path, size_t length, sig_gmsh **mesh);
 
 /* The same for bytes in memory, which are not kept. */
@@ -35,7 +35,8 @@ void sig_gmsh_elements(const sig_gmsh *mesh, int *types, int *tags, int *offsets
 /* Element `elements[m]` belongs to group `groups[m]`, both 0-based, shape n_memberships; elements ascend. */
 void sig_gmsh_memberships(const sig_gmsh *mesh, int *elements, int *groups);
 
-/* Group 0 <= i < n_groups: dimension, physical tag, name (empty where the file gives none). The name lives with the mesh. */
+/* Group 0 <= i < n_groups: dimension, physical tag, name (empty where the file gives none). The name lives with the
+ * mesh. */
 void sig_gmsh_group(const sig_gmsh *mesh, int i, int *n_dim, int *tag, const char **name, size_t *name_length);
 
 void sig_gmsh_free(sig_gmsh *mesh);

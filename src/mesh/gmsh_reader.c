@@ -18,16 +18,20 @@ static bool scan_format(sig_gmsh *mesh) {
   if (!sig_scan_word_int(s, &is_binary) || !sig_scan_word_int(s, &data_size)) return false;
   const bool is_known = version == 2.2 || version == 4.1;
   if (!is_known)
-    return sig_scan_fail(s, at, "gmsh format %.1f is not supported; write the mesh in format 4.1 (gmsh -format msh41) or 2.2", version);
+    return sig_scan_fail(
+        s, at, "gmsh format %.1f is not supported; write the mesh in format 4.1 (gmsh -format msh41) or 2.2", version);
   mesh->version = version == 2.2 ? 22 : 41;
-  if (is_binary != 0 && is_binary != 1) return sig_scan_fail(s, at, "the file type in $MeshFormat must be 0 (text) or 1 (binary)");
+  if (is_binary != 0 && is_binary != 1)
+    return sig_scan_fail(s, at, "the file type in $MeshFormat must be 0 (text) or 1 (binary)");
   if (is_binary == 0) return true;
-  if (data_size != 8) return sig_scan_fail(s, at, "the data size in $MeshFormat is %lld; binary files need 8", (long long)data_size);
+  if (data_size != 8)
+    return sig_scan_fail(s, at, "the data size in $MeshFormat is %lld; binary files need 8", (long long)data_size);
   sig_scan_skip_line(s);
   s->is_binary = true;
   int64_t one;
   if (!sig_scan_int(s, &one)) return false;
-  if (one == 0x01000000) return sig_scan_fail(s, s->at - 4, "the file was written on a machine of the other byte order");
+  if (one == 0x01000000)
+    return sig_scan_fail(s, s->at - 4, "the file was written on a machine of the other byte order");
   if (one != 1) return sig_scan_fail(s, s->at - 4, "$MeshFormat lacks the 1 that tells the byte order");
   return true;
 }
@@ -39,7 +43,8 @@ static bool skip_section(sig_scanner *s) {
     const char *mark = memchr(s->bytes + s->at, '$', s->size - s->at);
     if (mark == NULL) break;
     s->at = (size_t)(mark - s->bytes);
-    if (s->size - s->at >= length + 4 && memcmp(mark + 1, "End", 3) == 0 && memcmp(mark + 4, s->section, length) == 0) return true;
+    if (s->size - s->at >= length + 4 && memcmp(mark + 1, "End", 3) == 0 && memcmp(mark + 4, s->section, length) == 0)
+      return true;
   }
   s->at = s->size;
   return sig_scan_fail(s, s->size, "the file ends inside $%s; it was cut off or is not complete", s->section);
@@ -68,7 +73,8 @@ static bool scan_section_content(sig_gmsh *mesh, const char *name) {
   if (strcmp(name, "Nodes") == 0) return sig_gmsh_scan_nodes(mesh);
   if (strcmp(name, "Elements") == 0) return sig_gmsh_scan_elements(mesh);
   if (strcmp(name, "Entities") != 0 || mesh->version == 22) return skip_section(s);
-  if (mesh->entities.n > 0 || mesh->has_elements) return sig_scan_fail(s, s->at, "$Entities must stand once, before $Elements");
+  if (mesh->entities.n > 0 || mesh->has_elements)
+    return sig_scan_fail(s, s->at, "$Entities must stand once, before $Elements");
   return sig_gmsh_scan_entities(mesh);
 }
 
@@ -121,7 +127,7 @@ static sig_numbered_node *sort_nodes(sig_gmsh *mesh) {
   qsort(sorted, n, sizeof *sorted, compare_numbered); /* never null, even without nodes */
   for (size_t i = 1; i < n; i++) {
     if (sorted[i].tag != sorted[i - 1].tag) continue;
-    (void)sig_scan_fail(s, s->size, "node number %d occurs twice", sorted[i].tag);
+    (void)sig_scan_fail(s, SIG_SCAN_NOWHERE, "node number %d occurs twice", sorted[i].tag);
     free(sorted);
     return NULL;
   }
@@ -140,8 +146,8 @@ static bool resolve_nodes(sig_gmsh *mesh) {
     const sig_numbered_node key = {.tag = nodes[i] >= 1 && nodes[i] <= INT_MAX ? (int)nodes[i] : 0};
     const sig_numbered_node *found = bsearch(&key, sorted, (size_t)mesh->n_nodes, sizeof key, compare_numbered);
     if (found == NULL)
-      is_good = sig_scan_fail(&mesh->scanner, elements[e].at, "element %d has node %lld, which $Nodes lacks", elements[e].tag,
-                              (long long)nodes[i]);
+      is_good = sig_scan_fail(&mesh->scanner, elements[e].at, "element %d has node %lld, which $Nodes lacks",
+                              elements[e].tag, (long long)nodes[i]);
     else
       nodes[i] = found->node;
   }

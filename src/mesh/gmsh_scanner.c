@@ -21,6 +21,7 @@ bool sig_scan_fail(sig_scanner *scanner, size_t at, const char *format, ...) {
   va_start(arguments, format);
   const int n = vsnprintf(scanner->message, sizeof scanner->message, format, arguments);
   va_end(arguments);
+  if (at == SIG_SCAN_NOWHERE) return false;
   if (!scanner->is_binary)
     scanner->line = line_of(scanner, at);
   else if (n > 0 && (size_t)n < sizeof scanner->message)
@@ -122,7 +123,8 @@ bool sig_scan_check_count(sig_scanner *scanner, int64_t count, size_t min_bytes,
   if (count < 0)
     return sig_scan_fail(scanner, scanner->at, "$%s announces %lld %s", scanner->section, (long long)count, things);
   if ((uint64_t)count > (scanner->size - scanner->at) / min_bytes)
-    return sig_scan_fail(scanner, scanner->at, "$%s announces %lld %s, more than the rest of the file can hold; it was cut off",
+    return sig_scan_fail(scanner, scanner->at,
+                         "$%s announces %lld %s, more than the rest of the file can hold; it was cut off",
                          scanner->section, (long long)count, things);
   return true;
 }

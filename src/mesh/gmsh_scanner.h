@@ -20,6 +20,9 @@ typedef struct {
   bool is_out_of_memory;
 } sig_scanner;
 
+/* A failure that has no place in the file. */
+#define SIG_SCAN_NOWHERE SIZE_MAX
+
 /* Records the first failure, at byte `at`, and returns false. */
 bool sig_scan_fail(sig_scanner *scanner, size_t at, const char *format, ...);
 

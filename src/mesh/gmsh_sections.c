@@ -45,7 +45,8 @@ static bool scan_name(sig_gmsh *mesh) {
   const int row = sig_gmsh_group_row(mesh, n_dim, tag);
   if (row < 0) return false;
   sig_gmsh_group_record *group = (sig_gmsh_group_record *)mesh->groups.items + row;
-  if (group->name_length > 0) return sig_scan_fail(s, start, "physical group %d (dimension %d) has two names", tag, n_dim);
+  if (group->name_length > 0)
+    return sig_scan_fail(s, start, "physical group %d (dimension %d) has two names", tag, n_dim);
   group->name_at = mesh->names.n;
   group->name_length = length;
   char *name = sig_list_add(s, &mesh->names, length, 1);
@@ -123,7 +124,8 @@ static bool start_nodes(sig_gmsh *mesh, int64_t count) {
   sig_scanner *s = &mesh->scanner;
   if (mesh->has_nodes) return sig_scan_fail(s, s->at, "the file has two $Nodes sections");
   if (!sig_scan_check_count(s, count, 4, "nodes")) return false;
-  if (count > INT_MAX / 4) return sig_scan_fail(s, s->at, "%lld nodes are more than this program can number", (long long)count);
+  if (count > INT_MAX / 4)
+    return sig_scan_fail(s, s->at, "%lld nodes are more than this program can number", (long long)count);
   mesh->node_tags = sig_scan_allocate(s, (size_t)count, sizeof *mesh->node_tags);
   mesh->coordinates = sig_scan_allocate(s, (size_t)count * 3, sizeof *mesh->coordinates);
   mesh->n_nodes = (int)count;
@@ -141,12 +143,14 @@ static bool scan_nodes_22(sig_gmsh *mesh) {
   if (!sig_scan_word_int(s, &count) || !start_nodes(mesh, count)) return false;
   if (s->is_binary) sig_scan_skip_line(s);
   for (int i = 0; i < mesh->n_nodes; i++)
-    if (!scan_tag(s, sig_scan_int, "a node number", &mesh->node_tags[i]) || !scan_point(s, mesh->coordinates + 3 * (size_t)i))
+    if (!scan_tag(s, sig_scan_int, "a node number", &mesh->node_tags[i]) ||
+        !scan_point(s, mesh->coordinates + 3 * (size_t)i))
       return false;
   return true;
 }
 
-/* A block of format 4.1: all numbers, then all coordinates. Returns through n_done how many nodes stand before and after. */
+/* A block of format 4.1: all numbers, then all coordinates. Returns through n_done how many nodes stand before and
+ * after. */
 static bool scan_node_block(sig_gmsh *mesh, int *n_done) {
   sig_scanner *s = &mesh->scanner;
   int n_dim, is_parametric;
@@ -171,7 +175,8 @@ static bool scan_node_block(sig_gmsh *mesh, int *n_done) {
 static bool scan_nodes_41(sig_gmsh *mesh) {
   sig_scanner *s = &mesh->scanner;
   int64_t n_blocks, count, min_tag, max_tag;
-  if (!sig_scan_size(s, &n_blocks) || !sig_scan_size(s, &count) || !sig_scan_size(s, &min_tag) || !sig_scan_size(s, &max_tag))
+  if (!sig_scan_size(s, &n_blocks) || !sig_scan_size(s, &count) || !sig_scan_size(s, &min_tag) ||
+      !sig_scan_size(s, &max_tag))
     return false;
   if (!sig_scan_check_count(s, n_blocks, 4, "blocks") || !start_nodes(mesh, count)) return false;
   int n_done = 0;
@@ -190,11 +195,14 @@ static bool scan_type(sig_scanner *s, const sig_gmsh_element_type **type) {
   if (!sig_scan_int(s, &number)) return false;
   *type = sig_gmsh_find_type(number);
   if (*type == NULL)
-    return sig_scan_fail(s, at, "elements of gmsh type %lld are not supported; 3-node triangles, 4-node quadrilaterals, "
-                                "4-node tetrahedra and 8-node hexahedra are", (long long)number);
+    return sig_scan_fail(s, at,
+                         "elements of gmsh type %lld are not supported; 3-node triangles, 4-node quadrilaterals, "
+                         "4-node tetrahedra and 8-node hexahedra are",
+                         (long long)number);
   if (!(*type)->is_supported)
-    return sig_scan_fail(s, at, "the mesh has a %s, which is not supported; only linear triangles, quadrilaterals, "
-                                "tetrahedra and hexahedra are%s",
+    return sig_scan_fail(s, at,
+                         "the mesh has a %s, which is not supported; only linear triangles, quadrilaterals, "
+                         "tetrahedra and hexahedra are%s",
                          (*type)->name, number > 7 ? " (set Mesh.ElementOrder = 1)" : "");
   return true;
 }
@@ -214,7 +222,8 @@ static bool scan_element_nodes(sig_gmsh *mesh, const sig_gmsh_element_type *type
   sig_gmsh_element *element = sig_list_add(s, &mesh->elements, 1, sizeof *element);
   if (element == NULL) return false;
   *element = (sig_gmsh_element){type->type, tag, at, first_node};
-  return mesh->element_nodes.n < INT_MAX || sig_scan_fail(s, at, "the mesh has more elements than this program can number");
+  return mesh->element_nodes.n < INT_MAX ||
+         sig_scan_fail(s, at, "the mesh has more elements than this program can number");
 }
 
 /* The last element belongs to this group. */
@@ -223,7 +232,8 @@ static bool add_membership(sig_gmsh *mesh, int row) {
   sig_gmsh_member *member = sig_list_add(s, &mesh->members, 1, sizeof *member);
   if (member == NULL) return false;
   *member = (sig_gmsh_member){(int)mesh->elements.n - 1, row};
-  return mesh->members.n < INT_MAX || sig_scan_fail(s, s->at, "the mesh has more elements than this program can number");
+  return mesh->members.n < INT_MAX ||
+         sig_scan_fail(s, s->at, "the mesh has more elements than this program can number");
 }
 
 /* Tags of an element of format 2.2: physical group, entity, then the parts it lies in. */
@@ -285,9 +295,11 @@ static bool scan_element_block(sig_gmsh *mesh, int64_t *n_done, int64_t n_announ
   if (!scan_bounded(s, sig_scan_int, INT_MIN, INT_MAX, "an entity tag", &key.tag) || !scan_type(s, &type)) return false;
   if (!sig_scan_size(s, &count)) return false;
   if (count < 0 || count > n_announced - *n_done)
-    return sig_scan_fail(s, s->at, "the blocks of $Elements hold more than the %lld elements it announces", (long long)n_announced);
+    return sig_scan_fail(s, s->at, "the blocks of $Elements hold more than the %lld elements it announces",
+                         (long long)n_announced);
   const sig_gmsh_entity *entity = NULL;
-  if (mesh->entities.n > 0) entity = bsearch(&key, mesh->entities.items, mesh->entities.n, sizeof key, compare_entities);
+  if (mesh->entities.n > 0)
+    entity = bsearch(&key, mesh->entities.items, mesh->entities.n, sizeof key, compare_entities);
   const int *rows = mesh->entity_groups.items;
   const size_t n_groups = entity == NULL ? 0 : entity->n_groups;
   for (int64_t i = 0; i < count; i++) {
@@ -305,13 +317,15 @@ static bool scan_element_block(sig_gmsh *mesh, int64_t *n_done, int64_t n_announ
 static bool scan_elements_41(sig_gmsh *mesh) {
   sig_scanner *s = &mesh->scanner;
   int64_t n_blocks, count, min_tag, max_tag, n_done = 0;
-  if (!sig_scan_size(s, &n_blocks) || !sig_scan_size(s, &count) || !sig_scan_size(s, &min_tag) || !sig_scan_size(s, &max_tag))
+  if (!sig_scan_size(s, &n_blocks) || !sig_scan_size(s, &count) || !sig_scan_size(s, &min_tag) ||
+      !sig_scan_size(s, &max_tag))
     return false;
   if (!sig_scan_check_count(s, n_blocks, 4, "blocks") || !sig_scan_check_count(s, count, 4, "elements")) return false;
   for (int64_t i = 0; i < n_blocks; i++)
     if (!scan_element_block(mesh, &n_done, count)) return false;
   if (n_done < count)
-    return sig_scan_fail(s, s->at, "$Elements announces %lld elements, its blocks hold %lld", (long long)count, (long long)n_done);
+    return sig_scan_fail(s, s->at, "$Elements announces %lld elements, its blocks hold %lld", (long long)count,
+                         (long long)n_done);
   return true;
 }
 

@@ -5,7 +5,7 @@ module sig_mesh
   use sig_text, only: string_t
   implicit none(type, external)
   private
-  public :: mesh_t, group_t, find_group, cells_around_nodes, nodes_of_cell
+  public :: mesh_t, group_t, find_group, cells_around_nodes, nodes_of_cell, nodes_of_facet
 
   !> A physical name of the mesh file.
   type :: group_t
@@ -57,6 +57,15 @@ contains
 
     nodes = mesh%cell_nodes(mesh%cell_offsets(i_cell) + 1:mesh%cell_offsets(i_cell + 1))
   end function nodes_of_cell
+
+  !> Nodes of one named facet.
+  pure function nodes_of_facet(mesh, i_facet) result(nodes)
+    type(mesh_t), intent(in) :: mesh
+    integer, intent(in) :: i_facet
+    integer :: nodes(mesh%facet_offsets(i_facet + 1) - mesh%facet_offsets(i_facet))
+
+    nodes = mesh%facet_nodes(mesh%facet_offsets(i_facet) + 1:mesh%facet_offsets(i_facet + 1))
+  end function nodes_of_facet
 
   !> Index of the physical name, 0 where the mesh lacks it.
   pure integer function find_group(mesh, name) result(i_group)

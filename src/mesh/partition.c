@@ -21,23 +21,23 @@ static bool has_empty_part(int n_vertices, int n_parts, const int *part, bool *i
   return true;
 }
 
-static int run_metis(int n_vertices, const int *offsets, const int *neighbors, const int *weights, int n_parts, int seed,
-                     int *part) {
+static int run_metis(int n_vertices, const int *offsets, const int *neighbors, const int *weights, int n_parts,
+                     int seed, int *part) {
   idx_t options[METIS_NOPTIONS];
   idx_t n = n_vertices, n_constraints = 1, parts = n_parts, n_cut;
   METIS_SetDefaultOptions(options);
   options[METIS_OPTION_SEED] = seed;
   options[METIS_OPTION_NUMBERING] = 0;
   /* METIS takes the arrays as not const but does not write to them. */
-  const int status = METIS_PartGraphKway(&n, &n_constraints, (idx_t *)offsets, (idx_t *)neighbors, (idx_t *)weights, NULL, NULL,
-                                         &parts, NULL, NULL, options, &n_cut, part);
+  const int status = METIS_PartGraphKway(&n, &n_constraints, (idx_t *)offsets, (idx_t *)neighbors, (idx_t *)weights,
+                                         NULL, NULL, &parts, NULL, NULL, options, &n_cut, part);
   return status == METIS_OK ? 0 : 1;
 }
 
 _Static_assert(sizeof(idx_t) == sizeof(int), "METIS with 32-bit numbers is needed");
 
-int sig_partition_graph(int n_vertices, const int *offsets, const int *neighbors, const int *weights, int n_parts, int seed,
-                        int *part) {
+int sig_partition_graph(int n_vertices, const int *offsets, const int *neighbors, const int *weights, int n_parts,
+                        int seed, int *part) {
   if (n_vertices <= 0) return 0;
   /* A few vertices per part are not worth a graph partition, and METIS may then leave a part empty. */
   if (n_parts == 1 || n_vertices < 4 * n_parts) {

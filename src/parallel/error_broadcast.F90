@@ -19,7 +19,7 @@ contains
     character(:), allocatable :: message, file, hint
     integer :: rank, numbers(4)
 
-    call MPI_Comm_rank(comm, rank, ierr)
+    PetscCallMPI(MPI_Comm_rank(comm, rank, ierr))
     numbers = 0
     message = ''
     file = ''
@@ -30,14 +30,14 @@ contains
       file = error%file
       hint = error%hint
     end if
-    call MPI_Bcast(numbers, size(numbers), MPI_INTEGER, 0, comm, ierr)
+    PetscCallMPI(MPI_Bcast(numbers, size(numbers), MPI_INTEGER, 0, comm, ierr))
     if (numbers(1) == 0) then
       if (allocated(error)) deallocate (error)
       return
     end if
-    call broadcast_text(message, comm, ierr)
-    call broadcast_text(file, comm, ierr)
-    call broadcast_text(hint, comm, ierr)
+    PetscCall(broadcast_text(message, comm, ierr))
+    PetscCall(broadcast_text(file, comm, ierr))
+    PetscCall(broadcast_text(hint, comm, ierr))
     call make_error(error, message, file=file, line=numbers(2), column=numbers(3), hint=hint, exit_code=numbers(4))
   end subroutine broadcast_error
 
@@ -48,14 +48,14 @@ contains
     PetscErrorCode, intent(out) :: ierr
     integer :: rank, length
 
-    call MPI_Comm_rank(comm, rank, ierr)
+    PetscCallMPI(MPI_Comm_rank(comm, rank, ierr))
     if (.not. allocated(text)) text = ''
     length = len(text)
-    call MPI_Bcast(length, 1, MPI_INTEGER, 0, comm, ierr)
+    PetscCallMPI(MPI_Bcast(length, 1, MPI_INTEGER, 0, comm, ierr))
     if (rank /= 0) then
       deallocate (text)
       allocate (character(length) :: text)
     end if
-    call MPI_Bcast(text, length, MPI_CHARACTER, 0, comm, ierr)
+    PetscCallMPI(MPI_Bcast(text, length, MPI_CHARACTER, 0, comm, ierr))
   end subroutine broadcast_text
 end module sig_error_broadcast

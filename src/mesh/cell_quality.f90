@@ -1,0 +1,124 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> Cells with a volume: inside-out ones are turned, flat ones are refused.
+module sig_cell_quality
+  use sig_element_types, only: element_types
+  use sig_errors, only: error_t, make_error
+  use sig_kinds, only: rk
+  use sig_mesh, only: group_t, mesh_t, nodes_of_cell
+  use sig_text, only: to_text
+  implicit none(type, external)
+  private
+  public :: orient_cells, corner_qualities
+
+  !> [-] below this a cell counts as flat
+  real(rk), parameter :: min_quality = 1.0e-10_rk
+
+contains
+
+  !> Gives every cell a positive volume, by another order of its nodes where needed.
+  !>
+  !> Errors: a cell is flat or folded; with its region, its number in gmsh and its quality.
+  pure subroutine orient_cells(mesh, path, error)
+    type(mesh_t), intent(inout) :: mesh
+    !> mesh file, for messages
+    character(*), intent(in) :: path
+    type(error_t), allocatable, intent(out) :: error
+    integer :: i_cell
+
+    do i_cell = 1, mesh%n_cells
+      associate (qualities => corner_qualities(mesh, i_cell))
+        if (minval(abs(qualities)) < min_quality) then
+          call refuse_cell(mesh, i_cell, 'is flat', minval(abs(qualities)), path, error)
+        else if (all(qualities < 0)) then
+          call mirror_cell(mesh, i_cell)
+        else if (any(qualities < 0)) then
+          call refuse_cell(mesh, i_cell, 'is folded', minval(qualities), path, error)
+        end if
+      end associate
+      if (allocated(error)) return
+    end do
+  end subroutine orient_cells
+
+  !> Determinant of the directions of the edges at each corner: 1 = right angles, 0 = flat, negative = inside out there.
+  pure function corner_qualities(mesh, i_cell) result(qualities)
+    type(mesh_t), intent(in) :: mesh
+    integer, intent(in) :: i_cell
+    !> [-] shape (nodes of the cell)
+    real(rk), allocatable :: qualities(:)
+    real(rk) :: directions(mesh%n_dim, mesh%n_dim)
+    integer, allocatable :: nodes(:)
+    integer :: i, j, neighbor
+
+    nodes = nodes_of_cell(mesh, i_cell)
+    allocate (qualities(size(nodes)))
+    do i = 1, size(nodes)
+      do j = 1, mesh%n_dim
+        neighbor = nodes(element_types(mesh%cell_types(i_cell))%corner_neighbors(j, i))
+        directions(:, j) = direction(mesh%coordinates(:, neighbor) - mesh%coordinates(:, nodes(i)))
+      end do
+      qualities(i) = determinant(directions)
+    end do
+  end function corner_qualities
+
+  !> Zero for a zero vector.
+  pure function direction(vector) result(unit)
+    real(rk), intent(in) :: vector(:)
+    real(rk) :: unit(size(vector))
+
+    unit = vector / max(norm2(vector), tiny(1.0_rk))
+  end function direction
+
+  !> Of a matrix of order 2 or 3.
+  pure real(rk) function determinant(matrix)
+    real(rk), intent(in) :: matrix(:, :)
+
+    if (size(matrix, 1) == 2) then
+      determinant = matrix(1, 1) * matrix(2, 2) - matrix(1, 2) * matrix(2, 1)
+    else
+      determinant = matrix(1, 1) * (matrix(2, 2) * matrix(3, 3) - matrix(2, 3) * matrix(3, 2)) &
+        - matrix(1, 2) * (matrix(2, 1) * matrix(3, 3) - matrix(2, 3) * matrix(3, 1)) &
+        + matrix(1, 3) * (matrix(2, 1) * matrix(3, 2) - matrix(2, 2) * matrix(3, 1))
+    end if
+  end function determinant
+
+  pure subroutine mirror_cell(mesh, i_cell)
+    type(mesh_t), intent(inout) :: mesh
+    integer, intent(in) :: i_cell
+    integer, allocatable :: nodes(:)
+
+    nodes = nodes_of_cell(mesh, i_cell)
+    mesh%cell_nodes(mesh%cell_offsets(i_cell) + 1:mesh%cell_offsets(i_cell + 1)) = &
+      nodes(element_types(mesh%cell_types(i_cell))%mirrored_order(:size(nodes)))
+  end subroutine mirror_cell
+
+  pure subroutine refuse_cell(mesh, i_cell, fault, quality, path, error)
+    type(mesh_t), intent(in) :: mesh
+    integer, intent(in) :: i_cell
+    character(*), intent(in) :: fault
+    real(rk), intent(in) :: quality
+    character(*), intent(in) :: path
+    type(error_t), allocatable, intent(out) :: error
+    character(12) :: shown
+
+    write (shown, '(es9.2)') quality
+    call make_error(error, 'cell ' // to_text(mesh%cell_tags(i_cell)) // ' (number in gmsh) of region ' // &
+                    region_of_cell(mesh, i_cell) // ' ' // fault // ': its quality is ' // trim(adjustl(shown)) // &
+                    ', at least 1.0e-10 is needed', file=path, hint='mend the geometry or the mesh size there')
+  end subroutine refuse_cell
+
+  !> First region that holds the cell, in quotes.
+  pure function region_of_cell(mesh, i_cell) result(name)
+    type(mesh_t), intent(in) :: mesh
+    integer, intent(in) :: i_cell
+    character(:), allocatable :: name
+    integer :: i_group
+
+    name = '?'
+    do i_group = 1, size(mesh%groups)
+      if (mesh%groups(i_group)%n_dim /= mesh%n_dim) cycle
+      if (.not. any(mesh%groups(i_group)%entities == i_cell)) cycle
+      name = "'" // mesh%groups(i_group)%name // "'"
+      return
+    end do
+  end function region_of_cell
+end module sig_cell_quality

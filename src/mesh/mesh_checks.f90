@@ -1,0 +1,193 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> Names of the deck that only the mesh knows: regions, boundaries, surfaces.
+module sig_mesh_checks
+  use sig_deck_config, only: material_config_t, name_config_t
+  use sig_errors, only: error_t, make_error
+  use sig_mesh, only: mesh_t
+  use sig_text, only: did_you_mean, join, string_t, to_text
+  implicit none(type, external)
+  private
+  public :: material_of_cells, nodes_of_boundary, group_of_surface
+
+contains
+
+  !> Index in `materials` of each cell's material.
+  !>
+  !> Errors: unknown region, a cell in two materials, a cell in none.
+  pure subroutine material_of_cells(mesh, materials, deck_path, material_of_cell, error)
+    type(mesh_t), intent(in) :: mesh
+    type(material_config_t), intent(in) :: materials(:)
+    character(*), intent(in) :: deck_path
+    !> 1-based, shape (n_cells)
+    integer, allocatable, intent(out) :: material_of_cell(:)
+    type(error_t), allocatable, intent(out) :: error
+    integer :: i_material, i_region
+
+    allocate (material_of_cell(mesh%n_cells), source=0)
+    do i_material = 1, size(materials)
+      do i_region = 1, size(materials(i_material)%regions)
+        call fill_region(mesh, materials, i_material, materials(i_material)%regions(i_region), deck_path, material_of_cell, error)
+        if (allocated(error)) return
+      end do
+    end do
+    if (any(material_of_cell == 0)) call refuse_bare_cell(mesh, findloc(material_of_cell, 0, dim=1), materials, deck_path, error)
+  end subroutine material_of_cells
+
+  pure subroutine fill_region(mesh, materials, i_material, region, deck_path, material_of_cell, error)
+    type(mesh_t), intent(in) :: mesh
+    type(material_config_t), intent(in) :: materials(:)
+    integer, intent(in) :: i_material
+    type(name_config_t), intent(in) :: region
+    character(*), intent(in) :: deck_path
+    integer, intent(inout) :: material_of_cell(:)
+    type(error_t), allocatable, intent(out) :: error
+    integer :: i, i_cell, i_group
+
+    call find_name(mesh, region, mesh%n_dim, mesh%n_dim, 'region', deck_path, i_group, error)
+    if (allocated(error)) return
+    do i = 1, size(mesh%groups(i_group)%entities)
+      i_cell = mesh%groups(i_group)%entities(i)
+      if (material_of_cell(i_cell) /= 0 .and. material_of_cell(i_cell) /= i_material) then
+        call make_error(error, "region '" // region%text // "' of material '" // materials(i_material)%name // &
+                        "' holds cells that have material '" // materials(material_of_cell(i_cell))%name // "' already", &
+                        file=deck_path, line=region%line, column=region%column)
+        return
+      end if
+      material_of_cell(i_cell) = i_material
+    end do
+  end subroutine fill_region
+
+  pure subroutine refuse_bare_cell(mesh, i_cell, materials, deck_path, error)
+    type(mesh_t), intent(in) :: mesh
+    integer, intent(in) :: i_cell
+    type(material_config_t), intent(in) :: materials(:)
+    character(*), intent(in) :: deck_path
+    type(error_t), allocatable, intent(out) :: error
+    type(string_t), allocatable :: names(:)
+    integer :: i_group, line, column
+
+    allocate (names(0))
+    do i_group = 1, size(mesh%groups)
+      if (mesh%groups(i_group)%n_dim /= mesh%n_dim) cycle
+      if (any(mesh%groups(i_group)%entities == i_cell)) names = [names, as_string("'" // mesh%groups(i_group)%name // "'")]
+    end do
+    line = 0
+    column = 0
+    if (size(materials) > 0) then
+      line = materials(1)%regions(1)%line
+      column = materials(1)%regions(1)%column
+    end if
+    call make_error(error, 'no material for the region ' // join(names, ' or ') // ' of the mesh', file=deck_path, line=line, &
+                    column=column, hint='add it to the regions of a material')
+  end subroutine refuse_bare_cell
+
+  !> Nodes of a named boundary, ascending: facets, edges or points, but no region.
+  !>
+  !> Errors: unknown name, a region's name, nothing there.
+  pure subroutine nodes_of_boundary(mesh, boundary, deck_path, nodes, error)
+    type(mesh_t), intent(in) :: mesh
+    type(name_config_t), intent(in) :: boundary
+    character(*), intent(in) :: deck_path
+    !> 1-based
+    integer, allocatable, intent(out) :: nodes(:)
+    type(error_t), allocatable, intent(out) :: error
+    integer :: i_group
+
+    call find_name(mesh, boundary, 0, mesh%n_dim - 1, 'boundary', deck_path, i_group, error)
+    if (.not. allocated(error)) nodes = mesh%groups(i_group)%nodes
+  end subroutine nodes_of_boundary
+
+  !> Index of a named surface: a group of facets. Errors: as nodes_of_boundary.
+  pure subroutine group_of_surface(mesh, surface, deck_path, i_group, error)
+    type(mesh_t), intent(in) :: mesh
+    type(name_config_t), intent(in) :: surface
+    character(*), intent(in) :: deck_path
+    integer, intent(out) :: i_group
+    type(error_t), allocatable, intent(out) :: error
+
+    call find_name(mesh, surface, mesh%n_dim - 1, mesh%n_dim - 1, 'surface', deck_path, i_group, error)
+  end subroutine group_of_surface
+
+  !> The group of that name whose dimension lies between the two.
+  pure subroutine find_name(mesh, name, min_dim, max_dim, noun, deck_path, i_group, error)
+    type(mesh_t), intent(in) :: mesh
+    type(name_config_t), intent(in) :: name
+    integer, intent(in) :: min_dim, max_dim
+    !> region, boundary or surface
+    character(*), intent(in) :: noun
+    character(*), intent(in) :: deck_path
+    !> 0 on an error
+    integer, intent(out) :: i_group
+    type(error_t), allocatable, intent(out) :: error
+    integer :: i, n_found
+
+    i_group = 0
+    n_found = 0
+    do i = size(mesh%groups), 1, -1
+      if (mesh%groups(i)%name /= name%text .or. len(mesh%groups(i)%name) /= len(name%text)) cycle
+      if (mesh%groups(i)%n_dim < min_dim .or. mesh%groups(i)%n_dim > max_dim) cycle
+      i_group = i
+      n_found = n_found + 1
+    end do
+    if (n_found == 0) then
+      call refuse_unknown_name(mesh, name, min_dim, max_dim, noun, deck_path, error)
+    else if (n_found > 1) then
+      call make_error(error, "the mesh has " // to_text(n_found) // " physical groups with the name '" // name%text // &
+                      "' that could be this " // noun, file=deck_path, line=name%line, column=name%column, &
+                      hint='give each a name of its own in the .geo file')
+    else if (size(mesh%groups(i_group)%nodes) == 0) then
+      call make_error(error, "the " // noun // " '" // name%text // "' of the mesh touches no cell of a named region", &
+                      file=deck_path, line=name%line, column=name%column, &
+                      hint='give the region beside it a name in the .geo file')
+    end if
+    if (allocated(error)) i_group = 0
+  end subroutine find_name
+
+  pure subroutine refuse_unknown_name(mesh, name, min_dim, max_dim, noun, deck_path, error)
+    type(mesh_t), intent(in) :: mesh
+    type(name_config_t), intent(in) :: name
+    integer, intent(in) :: min_dim, max_dim
+    character(*), intent(in) :: noun, deck_path
+    type(error_t), allocatable, intent(out) :: error
+    type(string_t), allocatable :: candidates(:)
+    character(:), allocatable :: message, guess
+    integer :: i
+
+    message = "the mesh has no " // noun // " '" // name%text // "'"
+    allocate (candidates(0))
+    do i = 1, size(mesh%groups)
+      if (mesh%groups(i)%n_dim >= min_dim .and. mesh%groups(i)%n_dim <= max_dim) then
+        candidates = [candidates, as_string(mesh%groups(i)%name)]
+      else if (mesh%groups(i)%name == name%text) then
+        message = "'" // name%text // "' of the mesh is no " // noun // ' but ' // kind_of_group(mesh, i)
+      end if
+    end do
+    if (size(candidates) > 0) message = message // '; it has ' // join(candidates, ', ')
+    if (size(candidates) == 0) message = message // '; it has none'
+    guess = did_you_mean(name%text, candidates)
+    if (len(guess) > 0) guess = "did you mean '" // guess // "'?"
+    call make_error(error, message, file=deck_path, line=name%line, column=name%column, hint=guess)
+  end subroutine refuse_unknown_name
+
+  pure function kind_of_group(mesh, i_group) result(text)
+    type(mesh_t), intent(in) :: mesh
+    integer, intent(in) :: i_group
+    character(:), allocatable :: text
+
+    if (mesh%groups(i_group)%n_dim == mesh%n_dim) then
+      text = 'a region of cells'
+    else if (mesh%groups(i_group)%n_dim == mesh%n_dim - 1) then
+      text = 'a surface'
+    else
+      text = 'a group of dimension ' // to_text(mesh%groups(i_group)%n_dim)
+    end if
+  end function kind_of_group
+
+  !> The constructor string_t(...) inside an array constructor loses its text in gfortran 12.
+  pure function as_string(text) result(string)
+    character(*), intent(in) :: text
+    type(string_t) :: string
+
+    string%text = text
+  end function as_string
+end module sig_mesh_checks

@@ -1,0 +1,38 @@
+! SPDX-License-Identifier: BSD-3-Clause
+#include "signorom/macros.h"
+!> From the deck's mesh section to the mesh on every rank.
+module sig_mesh_load
+  use mpi, only: MPI_Comm_rank
+  use sig_deck_config, only: mesh_config_t
+  use sig_error_broadcast, only: broadcast_error
+  use sig_errors, only: error_t
+  use sig_kinds, only: rk
+  use sig_mesh, only: mesh_t
+  use sig_mesh_broadcast, only: broadcast_mesh
+  use sig_mesh_partition, only: partition_mesh
+  use sig_mesh_read, only: read_mesh
+  use petsc
+  implicit none(type, external)
+  private
+  public :: load_mesh, partition_mesh
+
+contains
+
+  !> Rank 0 reads and checks, all get the mesh or the error. Collective on comm.
+  subroutine load_mesh(config, length_factor, comm, mesh, error, ierr)
+    type(mesh_config_t), intent(in) :: config
+    !> [units.length / mesh.length_unit]
+    real(rk), intent(in) :: length_factor
+    MPI_Comm, intent(in) :: comm
+    type(mesh_t), intent(out) :: mesh
+    type(error_t), allocatable, intent(out) :: error
+    PetscErrorCode, intent(out) :: ierr
+    integer :: rank
+
+    PetscCallMPI(MPI_Comm_rank(comm, rank, ierr))
+    if (rank == 0) call read_mesh(config%path, merge(3, 2, config%model == 'solid'), length_factor, mesh, error)
+    PetscCall(broadcast_error(error, comm, ierr))
+    if (allocated(error)) return
+    PetscCall(broadcast_mesh(mesh, comm, ierr))
+  end subroutine load_mesh
+end module sig_mesh_load

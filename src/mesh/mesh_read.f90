@@ -1,0 +1,36 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> From a gmsh file to a checked mesh, on one rank.
+module sig_mesh_read
+  use sig_cell_quality, only: orient_cells
+  use sig_checksum, only: hash_of_file
+  use sig_errors, only: error_t
+  use sig_kinds, only: rk
+  use sig_mesh, only: mesh_t
+  use sig_mesh_build, only: build_mesh
+  use sig_mesh_file, only: raw_mesh_t, read_raw_mesh
+  implicit none(type, external)
+  private
+  public :: read_mesh
+
+contains
+
+  !> Local. Errors: those of the file, of build_mesh and of orient_cells.
+  subroutine read_mesh(path, n_dim, length_factor, mesh, error)
+    character(*), intent(in) :: path
+    !> 2 or 3: dimension of the model
+    integer, intent(in) :: n_dim
+    !> [units.length / mesh.length_unit]
+    real(rk), intent(in) :: length_factor
+    type(mesh_t), intent(out) :: mesh
+    type(error_t), allocatable, intent(out) :: error
+    type(raw_mesh_t) :: raw
+
+    call read_raw_mesh(path, raw, error)
+    if (allocated(error)) return
+    call build_mesh(raw, n_dim, length_factor, path, mesh, error)
+    if (allocated(error)) return
+    call orient_cells(mesh, path, error)
+    if (allocated(error)) return
+    call hash_of_file(path, mesh%file_hash, error)
+  end subroutine read_mesh
+end module sig_mesh_read

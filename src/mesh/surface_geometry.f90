@@ -1,0 +1,96 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> Size and outward normal of the facets of a named surface.
+module sig_surface_geometry
+  use sig_kinds, only: rk
+  use sig_mesh, only: cells_around_nodes, mesh_t, nodes_of_cell, nodes_of_facet
+  implicit none(type, external)
+  private
+  public :: surface_geometry_t, measure_surface
+
+  type :: surface_geometry_t
+    !> [length or length**2] outward normal of each facet times its size, shape (n_dim, n_facets of the group)
+    real(rk), allocatable :: area_vectors(:, :)
+    !> [length] mean edge length of the facets
+    real(rk) :: mesh_size = 0
+    !> first facet that is not a side of exactly one cell, 0 if there is none
+    integer :: inner_facet = 0
+  end type surface_geometry_t
+
+contains
+
+  !> Measures a group of facets.
+  pure subroutine measure_surface(mesh, i_group, geometry)
+    type(mesh_t), intent(in) :: mesh
+    integer, intent(in) :: i_group
+    type(surface_geometry_t), intent(out) :: geometry
+    integer, allocatable :: offsets(:), cells(:), sides(:)
+    integer :: i, i_facet, i_node
+    real(rk) :: outward(mesh%n_dim)
+
+    call cells_around_nodes(mesh, offsets, cells)
+    associate (facets => mesh%groups(i_group)%entities)
+      allocate (geometry%area_vectors(mesh%n_dim, size(facets)))
+      do i = 1, size(facets)
+        i_facet = facets(i)
+        i_node = mesh%facet_nodes(mesh%facet_offsets(i_facet) + 1)
+        sides = cells_with_facet(mesh, i_facet, cells(offsets(i_node) + 1:offsets(i_node + 1)))
+        if (size(sides) /= 1) then
+          geometry%inner_facet = i_facet
+          return
+        end if
+        geometry%area_vectors(:, i) = area_vector(mesh, i_facet)
+        outward = center(mesh, nodes_of_facet(mesh, i_facet)) - center(mesh, nodes_of_cell(mesh, sides(1)))
+        if (dot_product(outward, geometry%area_vectors(:, i)) < 0) geometry%area_vectors(:, i) = -geometry%area_vectors(:, i)
+        geometry%mesh_size = geometry%mesh_size + norm2(geometry%area_vectors(:, i))**(1.0_rk / (mesh%n_dim - 1)) / size(facets)
+      end do
+    end associate
+  end subroutine measure_surface
+
+  !> Those of the cells that have all nodes of the facet.
+  pure function cells_with_facet(mesh, i_facet, cells) result(found)
+    type(mesh_t), intent(in) :: mesh
+    integer, intent(in) :: i_facet
+    integer, intent(in) :: cells(:)
+    integer, allocatable :: found(:)
+    logical :: has_all(size(cells))
+    integer :: i, n
+
+    do i = 1, size(cells)
+      has_all(i) = .true.
+      do n = mesh%facet_offsets(i_facet) + 1, mesh%facet_offsets(i_facet + 1)
+        has_all(i) = has_all(i) .and. any(nodes_of_cell(mesh, cells(i)) == mesh%facet_nodes(n))
+      end do
+    end do
+    found = pack(cells, has_all)
+  end function cells_with_facet
+
+  !> Normal of a facet, of either sense, times its length or area.
+  pure function area_vector(mesh, i_facet) result(vector)
+    type(mesh_t), intent(in) :: mesh
+    integer, intent(in) :: i_facet
+    real(rk) :: vector(mesh%n_dim)
+    real(rk) :: a(mesh%n_dim), b(mesh%n_dim)
+    integer, allocatable :: nodes(:)
+    integer :: n
+
+    nodes = nodes_of_facet(mesh, i_facet)
+    n = size(nodes)
+    if (mesh%n_dim == 2) then
+      a = mesh%coordinates(:, nodes(2)) - mesh%coordinates(:, nodes(1))
+      vector = [a(2), -a(1)]
+    else
+      ! half the cross product of two sides of a triangle or of the diagonals of a quadrilateral
+      a = mesh%coordinates(:, nodes(n - 1)) - mesh%coordinates(:, nodes(1))
+      b = mesh%coordinates(:, nodes(n)) - mesh%coordinates(:, nodes(n - 2))
+      vector = 0.5_rk * [a(2) * b(3) - a(3) * b(2), a(3) * b(1) - a(1) * b(3), a(1) * b(2) - a(2) * b(1)]
+    end if
+  end function area_vector
+
+  pure function center(mesh, nodes) result(place)
+    type(mesh_t), intent(in) :: mesh
+    integer, intent(in) :: nodes(:)
+    real(rk) :: place(mesh%n_dim)
+
+    place = sum(mesh%coordinates(:, nodes), dim=2) / size(nodes)
+  end function center
+end module sig_surface_geometry
