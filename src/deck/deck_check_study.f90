@@ -43,8 +43,7 @@ contains
         '; it must be at least 2, as both ends of the range belong to the grid')
     end do
     n_points = product(real(points%grid, rk))
-    if (n_points > max_points) call tree%report_at(section // '.grid', 'has ' // to_text(n_points) // ' points; it must have ' // &
-      to_text(max_points) // ' at most')
+    if (n_points > max_points) call tree%report_at(section // '.grid', 'has more than ' // to_text(max_points) // ' points')
   end subroutine check_grid
 
   subroutine check_tolerance(tree, path, tolerance)
@@ -98,8 +97,11 @@ contains
         if (.not. has_known_prefix(words(i)%text)) call tree%report_at('petsc_options', 'has ' // shown(words(i)%text) // &
           '; an option must start with one of -fom_, -active_set_, -vi_, -pod_')
       else
-        if (.not. is_value_allowed) call tree%report_at('petsc_options', 'has ' // shown(words(i)%text) // &
-          '; an option or the value that follows it must stand there')
+        if (.not. is_value_allowed) then
+          call tree%report_at('petsc_options', 'has ' // shown(words(i)%text) // &
+            '; an option (such as -fom_ksp_rtol) or the value that follows one must stand there')
+          return
+        end if
         is_value_allowed = .false.
       end if
     end do

@@ -58,7 +58,7 @@ contains
       hint = ''
       if (fault%kind == fault_syntax) then
         message = 'this is no valid YAML: ' // message
-        hint = hint_for_line(text, int(fault%line))
+        hint = hint_for_slip(message, text, int(fault%line))
       end if
       call report(tree, message, int(fault%line), int(fault%column), hint)
     end do
@@ -76,8 +76,10 @@ contains
     call tree%errors%add(error)
   end subroutine report
 
-  !> The two slips that break YAML most often in a deck.
-  pure function hint_for_line(text, line) result(hint)
+  !> The slips that break YAML most often in a deck.
+  pure function hint_for_slip(message, text, line) result(hint)
+    !> libfyaml's
+    character(*), intent(in) :: message
     character(*), intent(in) :: text
     integer, intent(in) :: line
     character(:), allocatable :: hint
@@ -86,12 +88,14 @@ contains
     hint = ''
     lines = split(text, new_line('a'))
     if (line < 1 .or. line > size(lines)) return
-    if (index(lines(line)%text, '?') > 0) then
+    if (index(lines(line)%text, ' ?') > 0) then
       hint = 'an expression with ? : needs quotes, such as "a > 0.2 ? 1 : 0"'
-    else if (index(lines(line)%text, ': ') /= index(lines(line)%text, ': ', back=.true.)) then
-      hint = 'a text that contains '': '' needs quotes'
+    else if (index(message, 'nested block mapping') > 0) then
+      hint = 'a text with a colon and a blank in it needs quotes'
+    else if (index(message, 'flow') > 0) then
+      hint = 'look for a bracket [ or { that is not closed, or a comma that is missing'
     end if
-  end function hint_for_line
+  end function hint_for_slip
 
   subroutine take_nodes(reading, tree)
     type(c_ptr), intent(in) :: reading

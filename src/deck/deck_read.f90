@@ -8,11 +8,15 @@ module sig_deck_read
   use sig_deck_read_study, only: read_study
   use sig_deck_tree, only: deck_tree_t, root_node
   use sig_deck_values, only: get_text
-  use sig_errors, only: error_list_t, error_t
+  use sig_errors, only: error_list_t, error_t, make_error
   use sig_file_system, only: base_name
+  use sig_text, only: to_text
   implicit none(type, external)
   private
   public :: read_deck
+
+  !> nobody reads more at once
+  integer, parameter :: max_errors = 40
 
 contains
 
@@ -32,9 +36,28 @@ contains
     config%name = base_name(path)
     call parse_deck(path, text, tree)
     if (tree%errors%n_errors() == 0) call read_sections(tree, config)
-    errors = tree%errors
-    if (allocated(errors%errors)) call sort_by_line(errors%errors)
+    if (tree%errors%n_errors() == 0) return
+    call sort_by_line(tree%errors%errors)
+    call take_first(tree%errors, path, errors)
   end subroutine read_deck
+
+  !> The first errors, and how many were left out.
+  subroutine take_first(found, path, errors)
+    type(error_list_t), intent(in) :: found
+    character(*), intent(in) :: path
+    type(error_list_t), intent(out) :: errors
+    type(error_t), allocatable :: error
+    integer :: n_left
+
+    n_left = found%n_errors() - max_errors
+    if (n_left <= 1) then
+      errors = found
+    else
+      errors%errors = found%errors(:max_errors)
+      call make_error(error, 'there are ' // to_text(n_left) // ' more errors', path)
+      call errors%add(error)
+    end if
+  end subroutine take_first
 
   subroutine read_sections(tree, config)
     type(deck_tree_t), intent(inout) :: tree

@@ -4,7 +4,8 @@ module sig_deck_read_problem
   use sig_deck_config, only: boundary_config_t, contact_config_t, deck_config_t, material_config_t, mesh_config_t, &
     parameter_config_t, units_config_t
   use sig_deck_tree, only: append_text, deck_tree_t, kind_mapping, root_node
-  use sig_deck_values, only: get_choice, get_list, get_mapping, get_name, get_names, get_number, get_text, number_of, value_of
+  use sig_deck_values, only: get_choice, get_list, get_mapping, get_name, get_names, get_number, get_text, get_word, &
+    number_of, value_of
   use sig_expression, only: is_function_name, is_identifier
   use sig_file_system, only: directory_of
   use sig_kinds, only: rk
@@ -61,7 +62,7 @@ contains
     mesh%length_unit = units%length
     i_mesh = get_mapping(tree, root_node, 'mesh', .true.)
     if (i_mesh == 0) return
-    call get_text(tree, i_mesh, 'file', .true., mesh%file)
+    call get_word(tree, i_mesh, 'file', .true., mesh%file)
     call get_choice(tree, i_mesh, 'model', .true., models, mesh%model)
     call get_choice(tree, i_mesh, 'length_unit', .false., length_units, mesh%length_unit)
     call tree%close_mapping(i_mesh)

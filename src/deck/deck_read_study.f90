@@ -5,7 +5,7 @@ module sig_deck_read_study
     solver_config_t
   use sig_deck_read_problem, only: path_below
   use sig_deck_tree, only: deck_tree_t, kind_mapping, kind_scalar, root_node
-  use sig_deck_values, only: choice_of, get_choice, get_integer, get_list, get_mapping, get_names, get_number, get_text, &
+  use sig_deck_values, only: choice_of, get_choice, get_integer, get_list, get_mapping, get_names, get_number, get_word, &
     integer_of
   use sig_kinds, only: rk
   implicit none(type, external)
@@ -61,7 +61,7 @@ contains
     points%column = tree%nodes(i_section)%column
     i_grid = get_mapping(tree, i_section, 'grid', .false.)
     if (i_grid > 0) call read_grid(tree, i_grid, parameters, points)
-    call get_text(tree, i_section, 'file', .false., points%file)
+    call get_word(tree, i_section, 'file', .false., points%file)
     if (allocated(points%file)) points%path = path_below(tree%path, points%file)
     call read_groups(tree, i_section, points%n_groups)
     call tree%close_mapping(i_section)
@@ -139,7 +139,7 @@ contains
     call set_middle(config%parameters, config%output%points)
     i_output = get_mapping(tree, root_node, 'output', .false.)
     if (i_output > 0) then
-      call get_text(tree, i_output, 'directory', .false., config%output%directory)
+      call get_word(tree, i_output, 'directory', .false., config%output%directory)
       call read_fields(tree, i_output, config%output)
       call read_points(tree, i_output, config%parameters, config%output)
       call tree%close_mapping(i_output)
@@ -153,9 +153,23 @@ contains
     type(parameter_config_t), intent(in) :: parameters(:)
     real(rk), allocatable, intent(out) :: points(:, :)
 
+    integer :: i
+
     allocate (points(size(parameters), 1))
-    points(:, 1) = parameters%minimum / 2 + parameters%maximum / 2
+    do i = 1, size(parameters)
+      points(i, 1) = middle_of(parameters(i))
+    end do
   end subroutine set_middle
+
+  !> Rounded to 12 digits, because it becomes a label: 0.06 rather than 0.060000000000000005.
+  real(rk) function middle_of(parameter) result(middle)
+    type(parameter_config_t), intent(in) :: parameter
+    character(24) :: digits
+
+    write (digits, '(es24.11e3)') parameter%minimum / 2 + parameter%maximum / 2
+    read (digits, *) middle
+    middle = min(max(middle, parameter%minimum), parameter%maximum)
+  end function middle_of
 
   subroutine read_fields(tree, i_output, output)
     type(deck_tree_t), intent(inout) :: tree

@@ -8,7 +8,7 @@ module sig_deck_values
   use sig_text, only: did_you_mean, join, read_real, string_t, to_text
   implicit none(type, external)
   private
-  public :: get_mapping, get_list, get_text, get_choice, get_number, get_integer, get_name, get_names
+  public :: get_mapping, get_list, get_text, get_word, get_choice, get_number, get_integer, get_name, get_names
   public :: choice_of, number_of, integer_of, value_of
 
 contains
@@ -59,6 +59,19 @@ contains
     i_node = get_node(tree, i_parent, key, is_required)
     if (i_node > 0) call text_of(tree, i_node, value)
   end subroutine get_text
+
+  !> A text below a key that must not be empty.
+  subroutine get_word(tree, i_parent, key, is_required, value)
+    type(deck_tree_t), intent(inout) :: tree
+    integer, intent(in) :: i_parent
+    character(*), intent(in) :: key
+    logical, intent(in) :: is_required
+    character(:), allocatable, intent(inout) :: value
+    integer :: i_node
+
+    i_node = get_node(tree, i_parent, key, is_required)
+    if (i_node > 0) call word_of(tree, i_node, value)
+  end subroutine get_word
 
   !> One of a few words below a key.
   subroutine get_choice(tree, i_parent, key, is_required, choices, value)
@@ -170,6 +183,16 @@ contains
     end if
   end subroutine text_of
 
+  subroutine word_of(tree, i_node, value)
+    type(deck_tree_t), intent(inout) :: tree
+    integer, intent(in) :: i_node
+    character(:), allocatable, intent(inout) :: value
+
+    call text_of(tree, i_node, value)
+    if (.not. tree%nodes(i_node)%is_quoted) return
+    if (len_trim(tree%nodes(i_node)%text) == 0) call tree%report(i_node, 'is an empty text; something must stand there')
+  end subroutine word_of
+
   subroutine choice_of(tree, i_node, choices, value)
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_node
@@ -238,8 +261,7 @@ contains
     integer, intent(in) :: i_node
     type(name_config_t), intent(inout) :: name
 
-    call text_of(tree, i_node, name%text)
-    if (tree%nodes(i_node)%is_quoted .and. len(name%text) == 0) call tree%report(i_node, 'is an empty text; it must be a name')
+    call word_of(tree, i_node, name%text)
     name%line = tree%nodes(i_node)%line
     name%column = tree%nodes(i_node)%column
   end subroutine name_of
@@ -301,8 +323,10 @@ contains
     character(:), allocatable :: hint
 
     hint = ''
-    if (tree%nodes(i_node)%is_quoted) return
-    if (parenthesis_balance(tree%nodes(i_node)%text) /= 0) &
+    if (tree%nodes(i_node)%is_quoted .or. i_node == size(tree%nodes)) return
+    if (tree%nodes(i_node + 1)%parent /= tree%nodes(i_node)%parent) return
+    if (parenthesis_balance(tree%nodes(i_node)%text) > 0 .and. &
+      parenthesis_balance(tree%nodes(i_node + 1)%key // tree%nodes(i_node + 1)%text) < 0) &
       hint = 'an expression with a comma needs quotes inside { } and [ ], such as "max(a, 0.1)"'
   end function hint_of
 

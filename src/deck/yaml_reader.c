@@ -205,6 +205,9 @@ static void take_key(builder_t *builder, place_t place, const char *text, size_t
 }
 
 static void take_scalar(builder_t *builder, place_t place, struct fy_token *token) {
+  enum fy_scalar_style style = fy_token_scalar_style(token);
+  if (style == FYSS_SINGLE_QUOTED || style == FYSS_DOUBLE_QUOTED)
+    place.column--; /* libfyaml's mark stands behind the quote */
   size_t length = 0;
   const char *text = fy_token_get_text(token, &length);
   if (!text)
@@ -212,6 +215,7 @@ static void take_scalar(builder_t *builder, place_t place, struct fy_token *toke
   for (size_t i = 0; i < length; i++)
     if ((unsigned char)text[i] < 0x20 && text[i] != '\n' && text[i] != '\t') {
       add_fault(builder->reading, SIG_YAML_REFUSED, place, "a text with a control character");
+      builder->is_over = true;
       return;
     }
   if (expects_key(builder)) {
@@ -221,7 +225,7 @@ static void take_scalar(builder_t *builder, place_t place, struct fy_token *toke
   node_t *node = add_node(builder, SIG_YAML_SCALAR, place);
   if (!node)
     return;
-  node->is_quoted = fy_token_scalar_style(token) != FYSS_PLAIN;
+  node->is_quoted = style != FYSS_PLAIN;
   node->text_length = length;
   node->text_start = keep_text(builder, text, length);
 }
@@ -249,20 +253,33 @@ static void start_document(builder_t *builder, place_t place) {
   builder->is_over = true;
 }
 
-static void take_event(builder_t *builder, struct fy_event *event) {
-  const struct fy_mark *mark = fy_event_start_mark(event);
-  place_t place = mark ? (place_t){mark->line + 1, mark->column + 1} : (place_t){0, 0};
+static place_t place_of(const struct fy_mark *mark) {
+  return mark ? (place_t){mark->line + 1, mark->column + 1} : (place_t){0, 0};
+}
+
+/* Anchors, aliases and tags: nothing that a deck needs, and a way to hide values from the reader. */
+static bool refuse_decoration(builder_t *builder, struct fy_event *event) {
+  bool is_alias = event->type == FYET_ALIAS;
   bool is_node = event->type == FYET_SCALAR || event->type == FYET_MAPPING_START || event->type == FYET_SEQUENCE_START;
-  if (event->type == FYET_ALIAS || (is_node && fy_event_get_anchor_token(event))) {
+  struct fy_token *anchor = is_alias ? event->alias.anchor : is_node ? fy_event_get_anchor_token(event) : NULL;
+  struct fy_token *tag = is_node ? fy_event_get_tag_token(event) : NULL;
+  if (!anchor && !tag)
+    return false;
+  place_t place = place_of(fy_token_start_mark(anchor ? anchor : tag));
+  if (anchor) {
+    place.column--; /* libfyaml's mark stands behind the & or * */
     add_fault(builder->reading, SIG_YAML_REFUSED, place, "anchors and aliases (&name, *name) are not for decks; write the values out");
-    builder->is_over = true;
-    return;
-  }
-  if (is_node && fy_event_get_tag_token(event)) {
+  } else {
     add_fault(builder->reading, SIG_YAML_REFUSED, place, "tags (!name) are not for decks");
-    builder->is_over = true;
-    return;
   }
+  builder->is_over = true;
+  return true;
+}
+
+static void take_event(builder_t *builder, struct fy_event *event) {
+  if (refuse_decoration(builder, event))
+    return;
+  place_t place = place_of(fy_event_start_mark(event));
   switch (event->type) {
   case FYET_DOCUMENT_START:
     start_document(builder, place);

@@ -123,6 +123,7 @@ static int build(sig_expression *expression, const char *text, size_t text_lengt
   if (copy && expression->values && expression->parser) {
     memcpy(copy, text, text_length);
     copy[text_length] = '\0';
+    mupDefineConst(expression->parser, "_pi", 3.14159265358979323846); /* muParser 2.3.3 cuts its own after 12 decimals */
     for (int i = 0; i < expression->n_names; i++)
       expression->values[i] = 1.0;
     code = define_names(expression, names, name_width, complaint);

@@ -17,6 +17,9 @@ module sig_expression
   !> Room for muParser's token and message.
   integer, parameter :: max_message = 256
 
+  !> muParser writes its complaints into a fixed buffer of 2048 bytes without a check
+  integer, parameter :: max_expression = 1000
+
   character(*), parameter :: letters = 'abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ'
 
   !> A compiled expression. One handle per thread; a copy shares the handle, so only its owner destroys it.
@@ -49,6 +52,9 @@ contains
     call this%destroy()
     if (len_trim(text) == 0) then
       message = 'the expression is empty'
+      return
+    else if (len(text) > max_expression) then
+      message = 'the expression is longer than ' // to_text(max_expression) // ' characters'
       return
     end if
     call pack_names(names, name_fields, width)
@@ -186,11 +192,15 @@ contains
     character(*), intent(in) :: sentence
     character(:), allocatable :: message
 
+    character(:), allocatable :: place
+
+    place = ''
+    if (position >= 0 .and. position < len_trim(text)) place = ' (character ' // to_text(int(position) + 1) // ')'
     select case (code)
     case (unknown_name)
-      message = explain_unknown(names, token)
+      message = explain_unknown(names, token, place)
     case (bad_syntax)
-      message = sentence
+      message = sentence // place
     case (several_values)
       message = 'it gives more than one value'
     case (bad_name)
@@ -198,20 +208,20 @@ contains
     case default
       message = 'out of memory'
     end select
-    if (position >= 0 .and. position < len_trim(text)) message = message // ' (character ' // to_text(int(position) + 1) // ')'
   end function explain
 
-  pure function explain_unknown(names, token) result(message)
+  pure function explain_unknown(names, token, place) result(message)
     type(string_t), intent(in) :: names(:)
     character(*), intent(in) :: token
+    character(*), intent(in) :: place
     character(:), allocatable :: message
     character(:), allocatable :: guess
 
     if (is_function_name(token)) then
-      message = 'the function ''' // token // ''' needs its arguments in parentheses'
+      message = 'the function ''' // token // ''' needs its arguments in parentheses' // place
       return
     end if
-    message = 'unknown name ''' // token // ''''
+    message = 'unknown name ''' // token // '''' // place
     if (size(names) > 0) message = message // '; known: ' // join(names, ', ')
     guess = did_you_mean(token, [names, function_names()])
     if (len(guess) > 0) message = message // '; did you mean ''' // guess // '''?'
