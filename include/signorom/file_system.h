@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Files and folders. Paths are pointer + length, without terminator. Functions return 0 or an errno unless they say otherwise. */
+/* Files and folders. Paths are pointer + length, without terminator. Functions return 0 or an errno unless they say
+ * otherwise. */
 #ifndef SIG_FILE_SYSTEM_H
 #define SIG_FILE_SYSTEM_H
 
@@ -16,7 +17,8 @@ int sig_make_directories(const char *path, size_t length);
 /* Whole file into a new block of `*size` bytes; give it back to sig_free. */
 int sig_read_file(const char *path, size_t length, char **bytes, size_t *size);
 
-/* Writes `<path>.partial`, fsyncs it, renames it to `path`; on failure `path` is as it was and the partial file is gone. */
+/* Writes `<path>.partial`, fsyncs it, renames it to `path`; on failure `path` is as it was and the partial file is
+ * gone. */
 int sig_write_file(const char *path, size_t length, const char *bytes, size_t size);
 
 /* fsyncs `from`, renames it to `to` (replacing it) and fsyncs the folder. */
@@ -25,14 +27,15 @@ int sig_commit_file(const char *from, size_t from_length, const char *to, size_t
 int sig_rename_file(const char *from, size_t from_length, const char *to, size_t to_length);
 int sig_remove_file(const char *path, size_t length);
 
-/* Takes `<path>/.lock` without waiting and notes the process number in it. The lock goes with the descriptor or the process.
- * EWOULDBLOCK: another process has it, `*process` is its number, 0 if unknown. */
+/* Takes `<path>/.lock` without waiting and notes the process number in it. The lock goes with the descriptor or the
+ * process. EWOULDBLOCK: another process has it, `*process` is its number, 0 if unknown. */
 int sig_lock_directory(const char *path, size_t length, int *descriptor, long *process);
 void sig_unlock_directory(int descriptor);
 
-/* Names in a folder that start with `prefix`, in byte order, each ended by a null, in one block of `*size` bytes for sig_free.
- * Folders and names with a leading dot are left out. */
-int sig_list_files(const char *path, size_t length, const char *prefix, size_t prefix_length, char **names, size_t *size);
+/* Names in a folder that start with `prefix`, in byte order, each ended by a null, in one block of `*size` bytes for
+ * sig_free. Folders and names with a leading dot are left out. */
+int sig_list_files(const char *path, size_t length, const char *prefix, size_t prefix_length, char **names,
+                   size_t *size);
 
 /* The system's words for an errno, null-terminated, cut at `size` bytes. */
 void sig_error_text(int code, char *text, size_t size);

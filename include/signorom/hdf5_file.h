@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* HDF5 files of real, integer and text arrays. No hid_t crosses this border, and HDF5 prints nothing of its own.
  *
- * An address names a dataset (`/clusters/1/basis`) or, with an @, an attribute of a group or dataset (`/clusters/1@rank`).
- * Groups on the way are made. Texts without terminator: pointer and length. Shapes are C's: the last index runs fastest. */
+ * An address names a dataset (`/clusters/1/basis`) or, with an @, an attribute of a group or dataset
+ * (`/clusters/1@rank`). Groups on the way are made. Texts without terminator: pointer and length. Shapes are C's: the
+ * last index runs fastest. */
 #ifndef SIG_HDF5_FILE_H
 #define SIG_HDF5_FILE_H
 
@@ -39,8 +40,8 @@ int sig_h5_write(sig_h5_file *file, const char *address, size_t length, int type
                  const void *values);
 
 /* `rank` 0: one text; 1: `n` texts. Text i is characters[ends[i - 1] .. ends[i]), the first one starts at 0. */
-int sig_h5_write_texts(sig_h5_file *file, const char *address, size_t length, int rank, int64_t n, const char *characters,
-                       const int64_t *ends);
+int sig_h5_write_texts(sig_h5_file *file, const char *address, size_t length, int rank, int64_t n,
+                       const char *characters, const int64_t *ends);
 
 /* 1 where the group, dataset or attribute is there, else 0. */
 int sig_h5_has(sig_h5_file *file, const char *address, size_t length);
@@ -52,6 +53,7 @@ int sig_h5_describe(sig_h5_file *file, const char *address, size_t length, int *
 int sig_h5_read(sig_h5_file *file, const char *address, size_t length, int type, void *values);
 
 /* `*characters` and `*ends` as in sig_h5_write_texts, for sig_free; null on a failure. */
-int sig_h5_read_texts(sig_h5_file *file, const char *address, size_t length, int64_t *n, char **characters, int64_t **ends);
+int sig_h5_read_texts(sig_h5_file *file, const char *address, size_t length, int64_t *n, char **characters,
+                      int64_t **ends);
 
 #endif

@@ -3,7 +3,8 @@
 #ifndef SIG_SIGNALS_H
 #define SIG_SIGNALS_H
 
-/* Catches SIGINT and SIGTERM. The same wish repeated two seconds later or more ends the process as if nothing caught it. */
+/* Catches SIGINT and SIGTERM. The same wish repeated two seconds later or more ends the process as if nothing caught
+ * it. */
 void sig_install_stop_signals(void);
 
 /* 1 once a signal came, else 0. */

@@ -6,8 +6,7 @@
 #include <errno.h>
 #include <stdio.h>
 
-uint64_t sig_fnv1a(const void *bytes, size_t size, uint64_t seed)
-{
+uint64_t sig_fnv1a(const void *bytes, size_t size, uint64_t seed) {
   const unsigned char *byte = bytes;
   uint64_t hash = seed;
   for (size_t i = 0; i < size; i++) {
@@ -17,8 +16,7 @@ uint64_t sig_fnv1a(const void *bytes, size_t size, uint64_t seed)
   return hash;
 }
 
-int sig_fnv1a_of_file(const char *path, size_t length, uint64_t seed, uint64_t *hash)
-{
+int sig_fnv1a_of_file(const char *path, size_t length, uint64_t seed, uint64_t *hash) {
   char *name = sig_copy_text(path, length);
   if (!name) return ENOMEM;
   FILE *file = fopen(name, "rb");

@@ -12,8 +12,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-char *sig_copy_text(const char *text, size_t length)
-{
+char *sig_copy_text(const char *text, size_t length) {
   char *copy = malloc(length + 1);
   if (!copy) return NULL;
   memcpy(copy, text, length);
@@ -24,8 +23,7 @@ char *sig_copy_text(const char *text, size_t length)
 void sig_free(void *block) { free(block); }
 
 /* Path and ending as a new text; null when out of memory. */
-static char *path_with(const char *path, size_t length, const char *ending)
-{
+static char *path_with(const char *path, size_t length, const char *ending) {
   char *joined = malloc(length + strlen(ending) + 1);
   if (!joined) return NULL;
   memcpy(joined, path, length);
@@ -33,13 +31,11 @@ static char *path_with(const char *path, size_t length, const char *ending)
   return joined;
 }
 
-void sig_error_text(int code, char *text, size_t size)
-{
+void sig_error_text(int code, char *text, size_t size) {
   if (strerror_r(code, text, size) != 0) snprintf(text, size, "system error %d", code);
 }
 
-int sig_file_kind(const char *path, size_t length)
-{
+int sig_file_kind(const char *path, size_t length) {
   struct stat status;
   char *name = sig_copy_text(path, length);
   if (!name) return SIG_NO_FILE;
@@ -50,8 +46,7 @@ int sig_file_kind(const char *path, size_t length)
   return S_ISREG(status.st_mode) ? SIG_PLAIN_FILE : SIG_OTHER_FILE;
 }
 
-static int make_directory(const char *name)
-{
+static int make_directory(const char *name) {
   if (mkdir(name, 0777) == 0) return 0;
   const int code = errno;
   struct stat status;
@@ -60,8 +55,7 @@ static int make_directory(const char *name)
   return code;
 }
 
-int sig_make_directories(const char *path, size_t length)
-{
+int sig_make_directories(const char *path, size_t length) {
   char *name = sig_copy_text(path, length);
   if (!name) return ENOMEM;
   int code = length ? 0 : ENOENT;
@@ -76,8 +70,7 @@ int sig_make_directories(const char *path, size_t length)
   return code;
 }
 
-static int read_all(int descriptor, char **bytes, size_t *size)
-{
+static int read_all(int descriptor, char **bytes, size_t *size) {
   size_t capacity = 1 << 16;
   char *block = malloc(capacity);
   if (!block) return ENOMEM;
@@ -105,8 +98,7 @@ static int read_all(int descriptor, char **bytes, size_t *size)
   return 0;
 }
 
-int sig_read_file(const char *path, size_t length, char **bytes, size_t *size)
-{
+int sig_read_file(const char *path, size_t length, char **bytes, size_t *size) {
   *bytes = NULL;
   *size = 0;
   char *name = sig_copy_text(path, length);
@@ -120,8 +112,7 @@ int sig_read_file(const char *path, size_t length, char **bytes, size_t *size)
   return code;
 }
 
-static int write_all(int descriptor, const char *bytes, size_t size)
-{
+static int write_all(int descriptor, const char *bytes, size_t size) {
   while (size > 0) {
     const ssize_t n = write(descriptor, bytes, size);
     if (n < 0 && errno == EINTR) continue;
@@ -132,9 +123,9 @@ static int write_all(int descriptor, const char *bytes, size_t size)
   return 0;
 }
 
-/* The new name of a renamed file is safe only when its folder is. Some file systems cannot: then there is nothing to do. */
-static void sync_folder_of(const char *name)
-{
+/* The new name of a renamed file is safe only when its folder is. Some file systems cannot: then there is nothing to
+ * do. */
+static void sync_folder_of(const char *name) {
   char *folder = sig_copy_text(name, strlen(name));
   if (!folder) return;
   char *slash = strrchr(folder, '/');
@@ -147,8 +138,7 @@ static void sync_folder_of(const char *name)
   free(folder);
 }
 
-static int write_and_sync(const char *name, const char *bytes, size_t size)
-{
+static int write_and_sync(const char *name, const char *bytes, size_t size) {
   const int descriptor = open(name, O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
   if (descriptor < 0) return errno;
   int code = write_all(descriptor, bytes, size);
@@ -158,8 +148,7 @@ static int write_and_sync(const char *name, const char *bytes, size_t size)
   return code;
 }
 
-int sig_write_file(const char *path, size_t length, const char *bytes, size_t size)
-{
+int sig_write_file(const char *path, size_t length, const char *bytes, size_t size) {
   char *name = sig_copy_text(path, length);
   char *partial = path_with(path, length, ".partial");
   int code = name && partial ? write_and_sync(partial, bytes, size) : ENOMEM;
@@ -173,8 +162,7 @@ int sig_write_file(const char *path, size_t length, const char *bytes, size_t si
   return code;
 }
 
-static int sync_file(const char *name)
-{
+static int sync_file(const char *name) {
   const int descriptor = open(name, O_RDONLY | O_CLOEXEC);
   if (descriptor < 0) return errno;
   const int code = fsync(descriptor) == 0 ? 0 : errno;
@@ -182,8 +170,7 @@ static int sync_file(const char *name)
   return code;
 }
 
-int sig_commit_file(const char *from, size_t from_length, const char *to, size_t to_length)
-{
+int sig_commit_file(const char *from, size_t from_length, const char *to, size_t to_length) {
   char *old_name = sig_copy_text(from, from_length);
   char *new_name = sig_copy_text(to, to_length);
   int code = old_name && new_name ? sync_file(old_name) : ENOMEM;
@@ -194,8 +181,7 @@ int sig_commit_file(const char *from, size_t from_length, const char *to, size_t
   return code;
 }
 
-int sig_rename_file(const char *from, size_t from_length, const char *to, size_t to_length)
-{
+int sig_rename_file(const char *from, size_t from_length, const char *to, size_t to_length) {
   char *old_name = sig_copy_text(from, from_length);
   char *new_name = sig_copy_text(to, to_length);
   int code = old_name && new_name ? 0 : ENOMEM;
@@ -205,8 +191,7 @@ int sig_rename_file(const char *from, size_t from_length, const char *to, size_t
   return code;
 }
 
-int sig_remove_file(const char *path, size_t length)
-{
+int sig_remove_file(const char *path, size_t length) {
   char *name = sig_copy_text(path, length);
   if (!name) return ENOMEM;
   const int code = unlink(name) == 0 ? 0 : errno;
@@ -215,8 +200,7 @@ int sig_remove_file(const char *path, size_t length)
 }
 
 /* Number that the holder of the lock noted; 0 if there is none. */
-static long noted_process(int descriptor)
-{
+static long noted_process(int descriptor) {
   char text[32];
   const ssize_t n = pread(descriptor, text, sizeof text - 1, 0);
   if (n <= 0) return 0;
@@ -224,8 +208,7 @@ static long noted_process(int descriptor)
   return strtol(text, NULL, 10);
 }
 
-int sig_lock_directory(const char *path, size_t length, int *descriptor, long *process)
-{
+int sig_lock_directory(const char *path, size_t length, int *descriptor, long *process) {
   *descriptor = -1;
   *process = 0;
   char *name = path_with(path, length, "/.lock");
@@ -249,13 +232,11 @@ int sig_lock_directory(const char *path, size_t length, int *descriptor, long *p
 }
 
 /* The file stays: removing it would let two processes lock two files of the same name. */
-void sig_unlock_directory(int descriptor)
-{
+void sig_unlock_directory(int descriptor) {
   if (descriptor >= 0) close(descriptor);
 }
 
-static int compare_names(const void *first, const void *second)
-{
+static int compare_names(const void *first, const void *second) {
   return strcmp(*(char *const *)first, *(char *const *)second);
 }
 
@@ -264,8 +245,7 @@ struct name_list {
   size_t n, capacity, n_bytes;
 };
 
-static int append_name(struct name_list *list, const char *name)
-{
+static int append_name(struct name_list *list, const char *name) {
   if (list->n == list->capacity) {
     list->capacity = list->capacity ? 2 * list->capacity : 16;
     char **larger = realloc(list->names, list->capacity * sizeof *larger);
@@ -279,8 +259,7 @@ static int append_name(struct name_list *list, const char *name)
   return 0;
 }
 
-static int gather_names(DIR *folder, const char *prefix, size_t prefix_length, struct name_list *list)
-{
+static int gather_names(DIR *folder, const char *prefix, size_t prefix_length, struct name_list *list) {
   for (;;) {
     errno = 0;
     const struct dirent *entry = readdir(folder);
@@ -293,8 +272,7 @@ static int gather_names(DIR *folder, const char *prefix, size_t prefix_length, s
   }
 }
 
-static char *packed_names(struct name_list *list)
-{
+static char *packed_names(struct name_list *list) {
   char *packed = malloc(list->n_bytes + 1);
   char *end = packed;
   if (list->n > 1) qsort(list->names, list->n, sizeof *list->names, compare_names);
@@ -305,8 +283,8 @@ static char *packed_names(struct name_list *list)
   return packed;
 }
 
-int sig_list_files(const char *path, size_t length, const char *prefix, size_t prefix_length, char **names, size_t *size)
-{
+int sig_list_files(const char *path, size_t length, const char *prefix, size_t prefix_length, char **names,
+                   size_t *size) {
   *names = NULL;
   *size = 0;
   char *name = sig_copy_text(path, length);

@@ -23,8 +23,7 @@ struct item {
   int is_attribute;
 };
 
-static int cut_address(const char *text, size_t length, struct address *address)
-{
+static int cut_address(const char *text, size_t length, struct address *address) {
   address->attribute = NULL;
   address->object = sig_copy_text(text, length);
   if (!address->object) return 0;
@@ -39,8 +38,7 @@ static int cut_address(const char *text, size_t length, struct address *address)
 static int is_root(const char *path) { return path[0] == '\0' || strcmp(path, "/") == 0; }
 
 /* H5Lexists fails, rather than answers, where a group on the way is missing. */
-static int object_exists(hid_t file, const char *path)
-{
+static int object_exists(hid_t file, const char *path) {
   if (is_root(path)) return 1;
   char *part = sig_copy_text(path, strlen(path));
   if (!part) return 0;
@@ -55,23 +53,20 @@ static int object_exists(hid_t file, const char *path)
   return exists;
 }
 
-static herr_t find_lock_message(unsigned depth, const H5E_error2_t *entry, void *is_locked)
-{
+static herr_t find_lock_message(unsigned depth, const H5E_error2_t *entry, void *is_locked) {
   (void)depth;
   if (entry->desc && strstr(entry->desc, "unable to lock file")) *(int *)is_locked = 1;
   return 0;
 }
 
-static int open_failure(const char *name)
-{
+static int open_failure(const char *name) {
   int is_locked = 0;
   H5Ewalk2(H5E_DEFAULT, H5E_WALK_DOWNWARD, find_lock_message, &is_locked);
   if (is_locked) return SIG_H5_LOCKED;
   return H5Fis_hdf5(name) > 0 ? SIG_H5_DAMAGED : SIG_H5_NOT_HDF5;
 }
 
-static int wrap_file(hid_t id, sig_h5_file **file)
-{
+static int wrap_file(hid_t id, sig_h5_file **file) {
   *file = malloc(sizeof **file);
   if (!*file) {
     H5Fclose(id);
@@ -81,11 +76,11 @@ static int wrap_file(hid_t id, sig_h5_file **file)
   return SIG_H5_OK;
 }
 
-static int create_or_open(const char *path, size_t length, int is_new, sig_h5_file **file)
-{
+static int create_or_open(const char *path, size_t length, int is_new, sig_h5_file **file) {
   char *name = sig_copy_text(path, length);
   if (!name) return SIG_H5_NO_READ;
-  const hid_t id = is_new ? H5Fcreate(name, H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT) : H5Fopen(name, H5F_ACC_RDONLY, H5P_DEFAULT);
+  const hid_t id =
+      is_new ? H5Fcreate(name, H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT) : H5Fopen(name, H5F_ACC_RDONLY, H5P_DEFAULT);
   int status;
   if (id >= 0)
     status = wrap_file(id, file);
@@ -95,8 +90,7 @@ static int create_or_open(const char *path, size_t length, int is_new, sig_h5_fi
   return status;
 }
 
-int sig_h5_create(const char *path, size_t length, sig_h5_file **file)
-{
+int sig_h5_create(const char *path, size_t length, sig_h5_file **file) {
   int status;
   *file = NULL;
   H5E_BEGIN_TRY { status = create_or_open(path, length, 1, file); }
@@ -104,8 +98,7 @@ int sig_h5_create(const char *path, size_t length, sig_h5_file **file)
   return status;
 }
 
-int sig_h5_open(const char *path, size_t length, sig_h5_file **file)
-{
+int sig_h5_open(const char *path, size_t length, sig_h5_file **file) {
   int status;
   *file = NULL;
   H5E_BEGIN_TRY { status = create_or_open(path, length, 0, file); }
@@ -113,8 +106,7 @@ int sig_h5_open(const char *path, size_t length, sig_h5_file **file)
   return status;
 }
 
-int sig_h5_close(sig_h5_file *file)
-{
+int sig_h5_close(sig_h5_file *file) {
   herr_t failed = 0;
   if (!file) return SIG_H5_OK;
   H5E_BEGIN_TRY { failed = H5Fclose(file->id); }
@@ -123,23 +115,21 @@ int sig_h5_close(sig_h5_file *file)
   return failed < 0 ? SIG_H5_NO_WRITE : SIG_H5_OK;
 }
 
-static hid_t open_or_make_group(hid_t file, const char *path, hid_t links)
-{
+static hid_t open_or_make_group(hid_t file, const char *path, hid_t links) {
   if (is_root(path)) return H5Oopen(file, "/", H5P_DEFAULT);
   if (object_exists(file, path)) return H5Oopen(file, path, H5P_DEFAULT);
   return H5Gcreate2(file, path, links, H5P_DEFAULT, H5P_DEFAULT);
 }
 
-static int write_attribute(hid_t object, const char *name, const hid_t types[2], hid_t space, const void *values)
-{
+static int write_attribute(hid_t object, const char *name, const hid_t types[2], hid_t space, const void *values) {
   const hid_t attribute = H5Acreate2(object, name, types[0], space, H5P_DEFAULT, H5P_DEFAULT);
   const int failed = attribute < 0 || H5Awrite(attribute, types[1], values) < 0;
   if (attribute >= 0) H5Aclose(attribute);
   return failed ? SIG_H5_NO_WRITE : SIG_H5_OK;
 }
 
-static int write_dataset(hid_t file, const char *path, hid_t links, const hid_t types[2], hid_t space, const void *values)
-{
+static int write_dataset(hid_t file, const char *path, hid_t links, const hid_t types[2], hid_t space,
+                         const void *values) {
   const hid_t dataset = H5Dcreate2(file, path, types[0], space, links, H5P_DEFAULT, H5P_DEFAULT);
   const int failed = dataset < 0 || H5Dwrite(dataset, types[1], H5S_ALL, H5S_ALL, H5P_DEFAULT, values) < 0;
   if (dataset >= 0) H5Dclose(dataset);
@@ -147,8 +137,8 @@ static int write_dataset(hid_t file, const char *path, hid_t links, const hid_t 
 }
 
 /* types: in the file, in memory. */
-static int write_item(hid_t file, const struct address *address, const hid_t types[2], hid_t space, const void *values)
-{
+static int write_item(hid_t file, const struct address *address, const hid_t types[2], hid_t space,
+                      const void *values) {
   int status = SIG_H5_NO_WRITE;
   const hid_t links = H5Pcreate(H5P_LINK_CREATE);
   H5Pset_create_intermediate_group(links, 1);
@@ -165,16 +155,14 @@ static int write_item(hid_t file, const struct address *address, const hid_t typ
   return status;
 }
 
-static hid_t make_space(int rank, const int64_t *shape)
-{
+static hid_t make_space(int rank, const int64_t *shape) {
   if (rank == 0) return H5Screate(H5S_SCALAR);
   hsize_t sizes[SIG_H5_MAX_RANK];
   for (int i = 0; i < rank; i++) sizes[i] = (hsize_t)shape[i];
   return H5Screate_simple(rank, sizes, NULL);
 }
 
-static hid_t make_text_type(H5T_cset_t character_set)
-{
+static hid_t make_text_type(H5T_cset_t character_set) {
   const hid_t type = H5Tcopy(H5T_C_S1);
   H5Tset_size(type, H5T_VARIABLE);
   H5Tset_cset(type, character_set);
@@ -182,8 +170,7 @@ static hid_t make_text_type(H5T_cset_t character_set)
 }
 
 static int write_at(hid_t file, const char *text, size_t length, const hid_t types[2], int rank, const int64_t *shape,
-                    const void *values)
-{
+                    const void *values) {
   struct address address;
   if (!cut_address(text, length, &address)) return SIG_H5_NO_WRITE;
   const hid_t space = make_space(rank, shape);
@@ -194,12 +181,10 @@ static int write_at(hid_t file, const char *text, size_t length, const hid_t typ
 }
 
 int sig_h5_write(sig_h5_file *file, const char *address, size_t length, int type, int rank, const int64_t *shape,
-                 const void *values)
-{
+                 const void *values) {
   int status = SIG_H5_NO_WRITE;
   if (rank > SIG_H5_MAX_RANK) return status;
-  H5E_BEGIN_TRY
-  {
+  H5E_BEGIN_TRY {
     const hid_t reals[2] = {H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE};
     const hid_t integers[2] = {H5T_STD_I32LE, H5T_NATIVE_INT};
     status = write_at(file->id, address, length, type == SIG_H5_REAL ? reals : integers, rank, shape, values);
@@ -209,8 +194,7 @@ int sig_h5_write(sig_h5_file *file, const char *address, size_t length, int type
 }
 
 /* Pointers to null-terminated copies, in one block behind them. */
-static char **terminated_texts(int64_t n, const char *characters, const int64_t *ends)
-{
+static char **terminated_texts(int64_t n, const char *characters, const int64_t *ends) {
   const size_t n_bytes = n > 0 ? (size_t)(ends[n - 1] + n) : 0;
   char **texts = malloc((size_t)(n + 1) * sizeof *texts + n_bytes);
   if (!texts) return NULL;
@@ -225,14 +209,12 @@ static char **terminated_texts(int64_t n, const char *characters, const int64_t 
   return texts;
 }
 
-int sig_h5_write_texts(sig_h5_file *file, const char *address, size_t length, int rank, int64_t n, const char *characters,
-                       const int64_t *ends)
-{
+int sig_h5_write_texts(sig_h5_file *file, const char *address, size_t length, int rank, int64_t n,
+                       const char *characters, const int64_t *ends) {
   int status;
   char **texts = terminated_texts(n, characters, ends);
   if (!texts) return SIG_H5_NO_WRITE;
-  H5E_BEGIN_TRY
-  {
+  H5E_BEGIN_TRY {
     const hid_t type = make_text_type(H5T_CSET_UTF8);
     const hid_t types[2] = {type, type};
     status = write_at(file->id, address, length, types, rank, &n, texts);
@@ -243,15 +225,13 @@ int sig_h5_write_texts(sig_h5_file *file, const char *address, size_t length, in
   return status;
 }
 
-static int has_at(hid_t file, const struct address *address)
-{
+static int has_at(hid_t file, const struct address *address) {
   if (!object_exists(file, address->object)) return 0;
   if (!address->attribute) return 1;
   return H5Aexists_by_name(file, is_root(address->object) ? "/" : address->object, address->attribute, H5P_DEFAULT) > 0;
 }
 
-int sig_h5_has(sig_h5_file *file, const char *address, size_t length)
-{
+int sig_h5_has(sig_h5_file *file, const char *address, size_t length) {
   struct address cut;
   int exists = 0;
   if (!cut_address(address, length, &cut)) return 0;
@@ -261,8 +241,7 @@ int sig_h5_has(sig_h5_file *file, const char *address, size_t length)
   return exists;
 }
 
-static int open_item(hid_t file, const char *text, size_t length, struct item *item)
-{
+static int open_item(hid_t file, const char *text, size_t length, struct item *item) {
   struct address address;
   if (!cut_address(text, length, &address)) return SIG_H5_NO_READ;
   item->is_attribute = address.attribute != NULL;
@@ -277,30 +256,34 @@ static int open_item(hid_t file, const char *text, size_t length, struct item *i
   return status;
 }
 
-static void close_item(const struct item *item)
-{
+static void close_item(const struct item *item) {
   if (item->is_attribute)
     H5Aclose(item->id);
   else
     H5Dclose(item->id);
 }
 
-static hid_t type_of(const struct item *item) { return item->is_attribute ? H5Aget_type(item->id) : H5Dget_type(item->id); }
+static hid_t type_of(const struct item *item) {
+  return item->is_attribute ? H5Aget_type(item->id) : H5Dget_type(item->id);
+}
 
-static hid_t space_of(const struct item *item) { return item->is_attribute ? H5Aget_space(item->id) : H5Dget_space(item->id); }
+static hid_t space_of(const struct item *item) {
+  return item->is_attribute ? H5Aget_space(item->id) : H5Dget_space(item->id);
+}
 
-static herr_t read_raw(const struct item *item, hid_t memory_type, void *values)
-{
+static herr_t read_raw(const struct item *item, hid_t memory_type, void *values) {
   if (item->is_attribute) return H5Aread(item->id, memory_type, values);
   return H5Dread(item->id, memory_type, H5S_ALL, H5S_ALL, H5P_DEFAULT, values);
 }
 
-static int describe_item(const struct item *item, int *type, int *rank, int64_t *shape)
-{
+static int describe_item(const struct item *item, int *type, int *rank, int64_t *shape) {
   const hid_t file_type = type_of(item);
   const H5T_class_t kind = H5Tget_class(file_type);
   H5Tclose(file_type);
-  *type = kind == H5T_FLOAT ? SIG_H5_REAL : kind == H5T_INTEGER ? SIG_H5_INTEGER : kind == H5T_STRING ? SIG_H5_TEXT : SIG_H5_OTHER;
+  *type = kind == H5T_FLOAT     ? SIG_H5_REAL
+          : kind == H5T_INTEGER ? SIG_H5_INTEGER
+          : kind == H5T_STRING  ? SIG_H5_TEXT
+                                : SIG_H5_OTHER;
 
   const hid_t space = space_of(item);
   *rank = H5Sget_simple_extent_ndims(space);
@@ -314,13 +297,11 @@ static int describe_item(const struct item *item, int *type, int *rank, int64_t 
   return status;
 }
 
-int sig_h5_describe(sig_h5_file *file, const char *address, size_t length, int *type, int *rank, int64_t *shape)
-{
+int sig_h5_describe(sig_h5_file *file, const char *address, size_t length, int *type, int *rank, int64_t *shape) {
   int status;
   *type = SIG_H5_OTHER;
   *rank = 0;
-  H5E_BEGIN_TRY
-  {
+  H5E_BEGIN_TRY {
     struct item item;
     status = open_item(file->id, address, length, &item);
     if (!status) {
@@ -332,15 +313,14 @@ int sig_h5_describe(sig_h5_file *file, const char *address, size_t length, int *
   return status;
 }
 
-int sig_h5_read(sig_h5_file *file, const char *address, size_t length, int type, void *values)
-{
+int sig_h5_read(sig_h5_file *file, const char *address, size_t length, int type, void *values) {
   int status;
-  H5E_BEGIN_TRY
-  {
+  H5E_BEGIN_TRY {
     struct item item;
     status = open_item(file->id, address, length, &item);
     if (!status) {
-      if (read_raw(&item, type == SIG_H5_REAL ? H5T_NATIVE_DOUBLE : H5T_NATIVE_INT, values) < 0) status = SIG_H5_NO_READ;
+      if (read_raw(&item, type == SIG_H5_REAL ? H5T_NATIVE_DOUBLE : H5T_NATIVE_INT, values) < 0)
+        status = SIG_H5_NO_READ;
       close_item(&item);
     }
   }
@@ -349,8 +329,7 @@ int sig_h5_read(sig_h5_file *file, const char *address, size_t length, int type,
 }
 
 /* Text i of `n` starts at texts[i]; packs them into one block. */
-static int pack_texts(int64_t n, char *const *texts, const size_t *sizes, char **characters, int64_t **ends)
-{
+static int pack_texts(int64_t n, char *const *texts, const size_t *sizes, char **characters, int64_t **ends) {
   size_t total = 0;
   for (int64_t i = 0; i < n; i++) total += sizes[i];
   *characters = malloc(total + 1);
@@ -366,8 +345,7 @@ static int pack_texts(int64_t n, char *const *texts, const size_t *sizes, char *
 }
 
 /* h5py and others write texts of fixed width too: padded by nulls or blanks. */
-static int read_fixed_texts(const struct item *item, hid_t type, int64_t n, char **texts, size_t *sizes, void **block)
-{
+static int read_fixed_texts(const struct item *item, hid_t type, int64_t n, char **texts, size_t *sizes, void **block) {
   const size_t width = H5Tget_size(type);
   const int is_blank_padded = H5Tget_strpad(type) == H5T_STR_SPACEPAD;
   char *values = malloc((size_t)n * width + 1);
@@ -381,15 +359,13 @@ static int read_fixed_texts(const struct item *item, hid_t type, int64_t n, char
   return SIG_H5_OK;
 }
 
-static int read_variable_texts(const struct item *item, hid_t type, int64_t n, char **texts, size_t *sizes)
-{
+static int read_variable_texts(const struct item *item, hid_t type, int64_t n, char **texts, size_t *sizes) {
   if (read_raw(item, type, texts) < 0) return SIG_H5_NO_READ;
   for (int64_t i = 0; i < n; i++) sizes[i] = texts[i] ? strlen(texts[i]) : 0;
   return SIG_H5_OK;
 }
 
-static int read_item_texts(const struct item *item, int64_t n, char **characters, int64_t **ends)
-{
+static int read_item_texts(const struct item *item, int64_t n, char **characters, int64_t **ends) {
   const hid_t file_type = type_of(item);
   const int is_variable = H5Tis_variable_str(file_type) > 0;
   char **texts = calloc((size_t)(n + 1), sizeof *texts);
@@ -415,22 +391,20 @@ static int read_item_texts(const struct item *item, int64_t n, char **characters
   return status;
 }
 
-static int64_t count_of(const struct item *item)
-{
+static int64_t count_of(const struct item *item) {
   const hid_t space = space_of(item);
   const int64_t n = (int64_t)H5Sget_simple_extent_npoints(space);
   H5Sclose(space);
   return n < 0 ? 0 : n;
 }
 
-int sig_h5_read_texts(sig_h5_file *file, const char *address, size_t length, int64_t *n, char **characters, int64_t **ends)
-{
+int sig_h5_read_texts(sig_h5_file *file, const char *address, size_t length, int64_t *n, char **characters,
+                      int64_t **ends) {
   int status;
   *n = 0;
   *characters = NULL;
   *ends = NULL;
-  H5E_BEGIN_TRY
-  {
+  H5E_BEGIN_TRY {
     struct item item;
     status = open_item(file->id, address, length, &item);
     if (!status) {

@@ -241,7 +241,7 @@ contains
     character(*), intent(in), optional :: unit
     character(*), intent(in), optional :: description
 
-    call put_texts(self, name, [string_t(value)], .true., unit, description)
+    call put_texts(self, name, list_of(value), .true., unit, description)
   end subroutine write_text
 
   subroutine write_text_1(self, name, value, unit, description)
@@ -287,7 +287,7 @@ contains
     character(*), intent(in) :: name
     character(*), intent(in) :: value
 
-    call put_texts(self, object // '@' // name, [string_t(value)], .true.)
+    call put_texts(self, object // '@' // name, list_of(value), .true.)
   end subroutine write_text_attribute
 
   subroutine write_text_1_attribute(self, object, name, value)
@@ -336,8 +336,16 @@ contains
     character(*), intent(in), optional :: text
 
     if (present(text) .and. may_write(self)) &
-      call write_texts(self%handle, self%path, address // '@' // name, [string_t(text)], .true., self%error)
+      call write_texts(self%handle, self%path, address // '@' // name, list_of(text), .true., self%error)
   end subroutine describe
+
+  ! gfortran 12 never frees the text in a constructor that is an actual argument
+  pure function list_of(text) result(texts)
+    character(*), intent(in) :: text
+    type(string_t) :: texts(1)
+
+    texts(1)%text = text
+  end function list_of
 
   pure logical function may_write(self)
     class(h5_file_t), intent(in) :: self

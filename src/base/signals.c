@@ -6,11 +6,11 @@
 #include <time.h>
 #include <unistd.h>
 
-/* Second of the first signal, counted from an arbitrary start; 0 = none came. A handler can reach nothing but a static. */
+/* Second of the first signal, counted from an arbitrary start; 0 = none came. A handler can reach nothing but a static.
+ */
 static volatile sig_atomic_t stop_second = 0;
 
-static void note_stop(int number)
-{
+static void note_stop(int number) {
   struct timespec now;
   clock_gettime(CLOCK_MONOTONIC, &now);
   /* Never 0, and small enough for any sig_atomic_t. */
@@ -25,8 +25,7 @@ static void note_stop(int number)
   raise(number);
 }
 
-void sig_install_stop_signals(void)
-{
+void sig_install_stop_signals(void) {
   struct sigaction action;
   memset(&action, 0, sizeof action);
   action.sa_handler = note_stop;

@@ -15,10 +15,11 @@ module sig_field_file
 
   !> create; then per point start_point and its fields; close. Both files appear with close.
   !>
-  !> What viewers need is made here: vectors of 1 or 2 components get zeros up to the third, as the coordinates do, so that
-  !> one can warp by them; 4 or 6 components are a symmetric tensor, given as xx, yy, zz, xy, yz, xz, and stand in the file
-  !> in XDMF's order xx, xy, xz, yy, yz, zz (attribute `components`). The first failure is kept and handed back by close. Arrays that are no fields of the mesh (`add_array`, `add_shared_array`) stand in the
-  !> HDF5 file only. Shapes are h5py's reversed, see sig_hdf5_file. Local: one rank writes.
+  !> What viewers need is made here. Vectors of 1 or 2 components get zeros up to the third, as the coordinates do, so that
+  !> one can warp by them. 4 or 6 components are a symmetric tensor, given as xx, yy, zz, xy, yz, xz; in the file they stand
+  !> in XDMF's order xx, xy, xz, yy, yz, zz (attribute `components`), a plane tensor with zeros.
+  !> Arrays that are no fields of the mesh (`add_array`, `add_shared_array`) stand in the HDF5 file only.
+  !> The first failure is kept and handed back by close. Shapes are h5py's reversed, see sig_hdf5_file. Local: one rank writes.
   type :: field_file_t
     private
     type(h5_file_t) :: file
