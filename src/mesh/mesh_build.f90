@@ -83,7 +83,7 @@ contains
 
     hint = ''
     if (found > n_dim) hint = 'mesh.model of the deck and the mesh must fit; a plane model takes triangles and quadrilaterals'
-    if (found < n_dim) hint = 'give each region a name in the .geo file (Physical Surface("lower") = {1};) and mesh with gmsh -' // &
+    if (found < n_dim) hint = 'give each region a name in the .geo file (Physical Surface("lower") = {1};), mesh with gmsh -' // &
       to_text(n_dim)
   end function dimension_hint
 
