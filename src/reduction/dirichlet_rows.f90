@@ -14,8 +14,9 @@ contains
   !> C gamma = g theta with C = V[dofs, :]: gamma = C^+ g theta + Z z, the columns of Z orthonormal and C Z = 0. Then V Z is the
   !> basis and V C^+ g the lifting of a problem without prescribed rows; its solution is that with multipliers for them.
   !> Rows that depend on others (both ends of a symmetric body, a fixed component that no mode moves) drop out by the rank.
+  !> Values that the basis cannot take are met in the sense of least squares; the caller knows for which theta that matters.
   !> Source: method.md section 2.4. Local.
-  subroutine impose_dirichlet_rows(basis, dofs, values, rank_tolerance, free_basis, lifting, rank, residual)
+  subroutine impose_dirichlet_rows(basis, dofs, values, rank_tolerance, free_basis, lifting, rank)
     !> V, shape (n_dofs, n_modes)
     real(rk), intent(in) :: basis(:, :)
     !> natural, shape (n_rows)
@@ -30,16 +31,12 @@ contains
     real(rk), allocatable, intent(out) :: lifting(:, :)
     !> independent rows
     integer, intent(out) :: rank
-    !> [-] largest |C C^+ g - g| over the largest |g|: 0 where the basis can take the values
-    real(rk), intent(out) :: residual
     real(rk), allocatable :: particular(:, :), null_space(:, :)
 
     call solve_rows(basis(dofs, :), values, rank_tolerance, particular, null_space)
     rank = size(basis, 2) - size(null_space, 2)
     free_basis = matmul(basis, null_space)
     lifting = matmul(basis, particular)
-    residual = maxval([0.0_rk, abs(matmul(basis(dofs, :), particular) - values)])
-    if (residual > 0) residual = residual / maxval([tiny(residual), abs(values)])
   end subroutine impose_dirichlet_rows
 
   !> Solution of least norm and orthonormal null space of C x = g, by the singular values of C.

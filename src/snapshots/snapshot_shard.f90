@@ -11,8 +11,8 @@ module sig_snapshot_shard
   public :: snapshot_record_t, shard_writer_t, read_shard
   public :: n_residuals
 
-  !> equilibrium, penetration, negative multiplier, complementarity
-  integer, parameter :: n_residuals = 4
+  !> equilibrium, penetration, negative multiplier, complementarity, force balance
+  integer, parameter :: n_residuals = 5
   !> residuals, seconds, n_iterations, reason
   integer, parameter :: n_extra = n_residuals + 3
   !> as in snapshot_shard.h

@@ -27,7 +27,7 @@ module sig_snapshot_store
     integer, allocatable :: n_iterations(:)
     !> > 0 solved, < 0 failed: named constants of the contact state
     integer, allocatable :: reasons(:)
-    !> equilibrium, penetration, negative multiplier, complementarity; shape (4, m)
+    !> equilibrium, penetration, negative multiplier, complementarity, force balance; shape (5, m)
     real(rk), allocatable :: residuals(:, :)
     !> [s] wall time, shape (m)
     real(rk), allocatable :: seconds(:)
@@ -132,7 +132,8 @@ contains
     call file%write('/iterations', set%n_iterations, description='iterations of the contact solver')
     call file%write('/reasons', set%reasons, description='> 0 solved, < 0 failed')
     call file%write('/residuals', set%residuals, description= &
-      'equilibrium (relative), penetration (' // length_unit // '), negative multiplier (relative), complementarity (relative)')
+      'equilibrium (relative), penetration (' // length_unit // '), negative multiplier (relative), ' // &
+      'complementarity (relative), force balance (relative)')
     call file%write('/seconds', set%seconds, 's', 'wall time of the solution')
     call file%write('/term_texts', set%term_texts, description='factors of the free responses, expressions of the parameters')
     call file%write('/free_response', set%free_response, length_unit, 'displacement under each term without contact')
