@@ -5,7 +5,7 @@ module sig_text
   use sig_kinds, only: lk, rk
   implicit none(type, external)
   private
-  public :: string_t, to_text, join
+  public :: string_t, to_text, join, append_text
   public :: lower, split, read_real, read_integer, did_you_mean
 
   !> A text of its own length, so that texts can stand in arrays.
@@ -92,6 +92,24 @@ contains
     text = digits
     if (len(digits) == 0) text = '0'
   end function or_zero
+
+  !> Puts a text at the end of a list; an unallocated list counts as empty.
+  !>
+  !> An array constructor of string_t with a text that is computed loses it in gfortran 12.
+  pure subroutine append_text(list, text)
+    type(string_t), allocatable, intent(inout) :: list(:)
+    character(*), intent(in) :: text
+    type(string_t), allocatable :: longer(:)
+    integer :: i
+
+    if (.not. allocated(list)) allocate (list(0))
+    allocate (longer(size(list) + 1))
+    do i = 1, size(list)
+      call move_alloc(list(i)%text, longer(i)%text)
+    end do
+    longer(size(longer))%text = text
+    call move_alloc(longer, list)
+  end subroutine append_text
 
   !> Names with a comma between them, for messages.
   pure function join(names, separator) result(text)

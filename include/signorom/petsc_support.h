@@ -1,0 +1,25 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* PETSc corners that are safer from C: start and end, options, matrices with exact preallocation.
+   A PETSc object crosses the border as its pointer in an intptr_t (component %v of the Fortran handle).
+   Every function returns a PETSc error code, 0 = success. */
+#ifndef SIGNOROM_PETSC_SUPPORT_H
+#define SIGNOROM_PETSC_SUPPORT_H
+#include <stdint.h>
+
+/* Starts MPI, PETSc and SLEPc without reading the command line; takes no signals from the caller. */
+int sig_petsc_start(void);
+int sig_petsc_end(void);
+
+/* Adds "-name value ..." (null-terminated) to the options database; later calls win. */
+int sig_petsc_insert_options(const char *options);
+
+/* The first option that nobody asked for, as "-name"; empty when every option was used. */
+int sig_petsc_unused_option(char *name, int capacity);
+
+/* Square AIJ matrix on comm (a Fortran handle) with n_local rows per rank, blocks of block_size rows,
+   and room for diagonal[i] + off_diagonal[i] blocks in local block row i (arrays of n_local / block_size). */
+int sig_matrix_create(int comm, int n_local, int block_size, const int *diagonal, const int *off_diagonal, intptr_t *matrix);
+
+/* Puts a broken precondition on PETSc's error stack with the caller's place; returns the code. */
+int sig_precondition_failed(int code, const char *sentence, const char *file, int line);
+#endif

@@ -1,0 +1,58 @@
+! SPDX-License-Identifier: BSD-3-Clause
+#include "signorom/macros.h"
+!> How well an answer meets (3): equilibrium, penetration, sign of the multipliers, complementarity, balance of forces.
+module sig_contact_residuals
+  use sig_contact_state, only: contact_state_t, residuals_t
+  use sig_contact_system, only: contact_system_t
+  use sig_kinds, only: rk
+  use petsc
+  implicit none(type, external)
+  private
+  public :: measure_residuals
+
+contains
+
+  !> Fills state%residuals. Collective on the system's communicator.
+  subroutine measure_residuals(system, theta, state, ierr)
+    type(contact_system_t), intent(inout) :: system
+    real(rk), intent(in) :: theta(:)
+    type(contact_state_t), intent(inout) :: state
+    PetscErrorCode, intent(out) :: ierr
+    real(rk) :: internal(system%map%n_dofs), contact(system%map%n_dofs), opening(system%operator%n_rows)
+
+    PetscCall(system%apply_stiffness(state%displacement, internal, ierr))
+    contact = system%operator%apply_transpose(state%multipliers, system%map%n_dofs)
+    opening = system%gap(theta) - system%operator%apply(state%displacement)
+    associate (r => state%residuals)
+      r%equilibrium = relative(maxval(abs(internal + contact), mask=.not. system%boundary%is_prescribed), &
+        maxval(abs(internal)))
+      r%penetration = max(0.0_rk, maxval(-opening))
+      r%negative_multiplier = relative(max(0.0_rk, maxval(-state%multipliers)), maxval(abs(state%multipliers)))
+      r%complementarity = relative(abs(dot_product(state%multipliers, opening)), maxval(abs(state%multipliers)) * &
+        max(maxval(abs(system%gap(theta))), maxval(abs(state%displacement))))
+      r%force_balance = worst_imbalance(internal + contact, system%map%n_dim)
+    end associate
+  end subroutine measure_residuals
+
+  !> Resultant of the reactions over the sum of their sizes, worst component (contact forces cancel pair by pair).
+  pure real(rk) function worst_imbalance(reactions, n_dim)
+    !> [force] natural, shape (n_dofs)
+    real(rk), intent(in) :: reactions(:)
+    integer, intent(in) :: n_dim
+    integer :: i_component
+
+    worst_imbalance = 0
+    do i_component = 1, n_dim
+      worst_imbalance = max(worst_imbalance, relative(abs(sum(reactions(i_component::n_dim))), sum(abs(reactions))))
+    end do
+  end function worst_imbalance
+
+  !> part / whole, and 0 where there is nothing to compare with.
+  pure real(rk) function relative(part, whole)
+    real(rk), intent(in) :: part
+    real(rk), intent(in) :: whole
+
+    relative = 0
+    if (whole > 0) relative = part / whole
+  end function relative
+end module sig_contact_residuals

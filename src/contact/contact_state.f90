@@ -1,0 +1,74 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> Answer of a contact solver for one parameter point: pure data, the same on every rank.
+module sig_contact_state
+  use sig_kinds, only: rk
+  implicit none(type, external)
+  private
+  public :: contact_state_t, residuals_t, reason_text
+  public :: reason_converged, reason_max_iterations, reason_cycle, reason_linear_solver, reason_floating_body
+  public :: reason_no_complementary_solution, reason_line_search
+
+  integer, parameter :: reason_converged = 1
+  integer, parameter :: reason_max_iterations = -1
+  integer, parameter :: reason_cycle = -2
+  integer, parameter :: reason_linear_solver = -3
+  integer, parameter :: reason_floating_body = -4
+  integer, parameter :: reason_no_complementary_solution = -5
+  integer, parameter :: reason_line_search = -6
+
+  !> How well (3) is met, each relative to the size of what it compares.
+  type :: residuals_t
+    !> [-] largest entry of K u + B' lambda - F on the free dofs over the largest internal force
+    real(rk) :: equilibrium = 0
+    !> [length] largest B u - D, 0 where nothing penetrates
+    real(rk) :: penetration = 0
+    !> [-] largest -lambda over the largest lambda
+    real(rk) :: negative_multiplier = 0
+    !> [-] |lambda . (D - B u)| over the largest |lambda| times the largest of |D| and |u|
+    real(rk) :: complementarity = 0
+    !> [-] resultant of reactions and loads over the sum of their sizes, worst component
+    real(rk) :: force_balance = 0
+  end type residuals_t
+
+  type :: contact_state_t
+    !> [length] natural, shape (n_dofs)
+    real(rk), allocatable :: displacement(:)
+    !> [force] >= 0, shape (n_rows)
+    real(rk), allocatable :: multipliers(:)
+    !> contact is closed, shape (n_rows)
+    logical, allocatable :: is_active(:)
+    integer :: n_iterations = 0
+    !> > 0 solved, < 0 failed: one of the named constants
+    integer :: reason = 0
+    type(residuals_t) :: residuals
+    !> [s] wall time of the solve
+    real(rk) :: seconds = 0
+  end type contact_state_t
+
+contains
+
+  !> The reason as a sentence's end.
+  pure function reason_text(reason) result(text)
+    integer, intent(in) :: reason
+    character(:), allocatable :: text
+
+    select case (reason)
+    case (reason_converged)
+      text = 'converged'
+    case (reason_max_iterations)
+      text = 'the active set still changed after the largest allowed number of iterations'
+    case (reason_cycle)
+      text = 'the active set came back to an earlier one'
+    case (reason_linear_solver)
+      text = 'the linear solver failed'
+    case (reason_floating_body)
+      text = 'the stiffness is singular: a body is not held'
+    case (reason_no_complementary_solution)
+      text = 'the linear complementarity problem has no solution that the pivoting methods find'
+    case (reason_line_search)
+      text = 'the line search found no descent'
+    case default
+      text = 'unknown reason'
+    end select
+  end function reason_text
+end module sig_contact_state

@@ -1,0 +1,136 @@
+! SPDX-License-Identifier: BSD-3-Clause
+#include "signorom/macros.h"
+!> The discrete problem (3): K u + B' lambda = F, B u <= D, lambda >= 0, lambda' (D - B u) = 0, with prescribed displacements.
+module sig_contact_system
+  use sig_assembly, only: assemble_stiffness
+  use sig_boundary_conditions, only: boundary_conditions_t
+  use sig_contact_operator, only: contact_operator_t, create_contact_operator
+  use sig_dof_map, only: create_dof_map, dof_map_t
+  use sig_elastic_body, only: elastic_body_t
+  use sig_kinds, only: rk
+  use sig_mesh, only: mesh_t
+  use sig_node_pairs, only: node_pairs_t
+  use sig_petsc_support, only: create_vector, rank_and_size, sum_over_ranks
+  use petsc
+  implicit none(type, external)
+  private
+  public :: contact_system_t
+
+  type :: contact_system_t
+    MPI_Comm :: comm = MPI_COMM_NULL
+    type(dof_map_t) :: map
+    type(boundary_conditions_t) :: boundary
+    !> rows with a multiplier, and rows whose displacements are all prescribed
+    type(contact_operator_t) :: operator
+    type(contact_operator_t) :: inert
+    !> K on all dofs, Dirichlet rows included
+    Mat :: stiffness
+    !> two work vectors of its layout
+    Vec :: work_in
+    Vec :: work_out
+  contains
+    procedure :: create
+    procedure :: prescribed_displacement
+    procedure :: gap
+    procedure :: apply_stiffness
+    procedure :: put
+    procedure :: get
+    procedure :: destroy
+  end type contact_system_t
+
+contains
+
+  !> Collective on comm, for which the mesh must be partitioned.
+  subroutine create(self, comm, mesh, body, boundary, pairs, ierr)
+    class(contact_system_t), intent(out) :: self
+    MPI_Comm, intent(in) :: comm
+    type(mesh_t), intent(in) :: mesh
+    type(elastic_body_t), intent(in) :: body
+    type(boundary_conditions_t), intent(in) :: boundary
+    type(node_pairs_t), intent(in) :: pairs
+    PetscErrorCode, intent(out) :: ierr
+    integer :: rank, n_ranks
+
+    self%comm = comm
+    self%boundary = boundary
+    PetscCall(rank_and_size(comm, rank, n_ranks, ierr))
+    call create_dof_map(mesh, rank, n_ranks, self%map)
+    call create_contact_operator(pairs, mesh%n_dim, boundary%n_terms, boundary%is_prescribed, self%operator, self%inert)
+    PetscCall(assemble_stiffness(comm, mesh, body, self%map, rank, self%stiffness, ierr))
+    PetscCall(create_vector(comm, self%map%n_local_dofs, self%work_in, ierr))
+    PetscCall(create_vector(comm, self%map%n_local_dofs, self%work_out, ierr))
+  end subroutine create
+
+  !> u_D(mu) on the prescribed dofs, 0 elsewhere. Local.
+  pure function prescribed_displacement(self, theta) result(displacement)
+    class(contact_system_t), intent(in) :: self
+    !> [-] values of the terms, shape (n_terms)
+    real(rk), intent(in) :: theta(:)
+    !> [length] shape (n_dofs)
+    real(rk) :: displacement(self%map%n_dofs)
+
+    displacement = 0
+    displacement(self%boundary%prescribed_dofs) = matmul(self%boundary%prescribed_values, theta)
+  end function prescribed_displacement
+
+  !> D(mu). Local.
+  pure function gap(self, theta)
+    class(contact_system_t), intent(in) :: self
+    real(rk), intent(in) :: theta(:)
+    !> [length] shape (n_rows)
+    real(rk) :: gap(self%operator%n_rows)
+
+    gap = matmul(self%operator%gap, theta)
+  end function gap
+
+  !> K u with replicated arrays. Collective.
+  subroutine apply_stiffness(self, displacement, forces, ierr)
+    class(contact_system_t), intent(inout) :: self
+    !> [length] natural, shape (n_dofs)
+    real(rk), intent(in) :: displacement(:)
+    !> [force] natural, shape (n_dofs)
+    real(rk), intent(out) :: forces(:)
+    PetscErrorCode, intent(out) :: ierr
+
+    PetscCall(self%put(displacement, self%work_in, ierr))
+    PetscCall(MatMult(self%stiffness, self%work_in, self%work_out, ierr))
+    PetscCall(self%get(self%work_out, forces, ierr))
+  end subroutine apply_stiffness
+
+  !> Replicated array -> distributed vector. Local.
+  subroutine put(self, values, vector, ierr)
+    class(contact_system_t), intent(in) :: self
+    real(rk), intent(in) :: values(:)
+    Vec, intent(inout) :: vector
+    PetscErrorCode, intent(out) :: ierr
+    PetscScalar, pointer :: local(:)
+
+    PetscCall(VecGetArrayF90(vector, local, ierr))
+    local = values(self%map%local_dofs)
+    PetscCall(VecRestoreArrayF90(vector, local, ierr))
+  end subroutine put
+
+  !> Distributed vector -> replicated array. Collective.
+  subroutine get(self, vector, values, ierr)
+    class(contact_system_t), intent(in) :: self
+    Vec, intent(in) :: vector
+    real(rk), intent(out) :: values(:)
+    PetscErrorCode, intent(out) :: ierr
+    PetscScalar, pointer :: local(:)
+
+    values = 0
+    PetscCall(VecGetArrayReadF90(vector, local, ierr))
+    values(self%map%local_dofs) = local
+    PetscCall(VecRestoreArrayReadF90(vector, local, ierr))
+    PetscCall(sum_over_ranks(self%comm, values, ierr))
+  end subroutine get
+
+  subroutine destroy(self, ierr)
+    class(contact_system_t), intent(inout) :: self
+    PetscErrorCode, intent(out) :: ierr
+
+    PetscCall(MatDestroy(self%stiffness, ierr))
+    PetscCall(VecDestroy(self%work_in, ierr))
+    PetscCall(VecDestroy(self%work_out, ierr))
+  end subroutine destroy
+end module sig_contact_system

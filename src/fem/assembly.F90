@@ -1,0 +1,74 @@
+! SPDX-License-Identifier: BSD-3-Clause
+#include "signorom/macros.h"
+!> Assembly of the stiffness matrix K of (3), on every dof: Dirichlet rows are dealt with by the solvers.
+module sig_assembly
+  use sig_cell_stiffness, only: cell_dofs, cell_stiffness
+  use sig_dof_map, only: dof_map_t
+  use sig_elastic_body, only: elastic_body_t
+  use sig_kinds, only: rk
+  use sig_mesh, only: cells_around_nodes, mesh_t, nodes_of_cell
+  use sig_petsc_support, only: create_matrix
+  use petsc
+  implicit none(type, external)
+  private
+  public :: assemble_stiffness
+
+contains
+
+  !> Collective on comm, which the mesh was partitioned for. Each rank computes the cells that it owns.
+  subroutine assemble_stiffness(comm, mesh, body, map, rank, stiffness, ierr)
+    MPI_Comm, intent(in) :: comm
+    type(mesh_t), intent(in) :: mesh
+    type(elastic_body_t), intent(in) :: body
+    type(dof_map_t), intent(in) :: map
+    integer, intent(in) :: rank
+    !> symmetric, block size n_dim; the caller destroys it
+    Mat, intent(out) :: stiffness
+    PetscErrorCode, intent(out) :: ierr
+    integer, allocatable :: dofs_0(:), inside(:), outside(:)
+    real(rk), allocatable :: local(:, :)
+    integer :: i_cell
+
+    call count_neighbors(mesh, map, rank, inside, outside)
+    PetscCall(create_matrix(comm, map%n_local_dofs, map%n_dim, inside, outside, stiffness, ierr))
+    do i_cell = 1, mesh%n_cells
+      if (mesh%cell_owner(i_cell) /= rank) cycle
+      dofs_0 = map%distributed_0(cell_dofs(mesh, i_cell))
+      local = cell_stiffness(mesh, body, i_cell)
+      PetscCall(MatSetValues(stiffness, size(dofs_0), dofs_0, size(dofs_0), dofs_0, local, ADD_VALUES, ierr))
+    end do
+    PetscCall(MatAssemblyBegin(stiffness, MAT_FINAL_ASSEMBLY, ierr))
+    PetscCall(MatAssemblyEnd(stiffness, MAT_FINAL_ASSEMBLY, ierr))
+    PetscCall(MatSetOption(stiffness, MAT_SYMMETRIC, PETSC_TRUE, ierr))
+  end subroutine assemble_stiffness
+
+  !> Nodes that share a cell with each owned node, on this rank and on others: the exact preallocation.
+  subroutine count_neighbors(mesh, map, rank, inside, outside)
+    type(mesh_t), intent(in) :: mesh
+    type(dof_map_t), intent(in) :: map
+    integer, intent(in) :: rank
+    integer, allocatable, intent(out) :: inside(:)
+    integer, allocatable, intent(out) :: outside(:)
+    integer, allocatable :: offsets(:), cells(:), seen_by(:), nodes(:)
+    integer :: i, i_local, i_node, n
+
+    call cells_around_nodes(mesh, offsets, cells)
+    allocate (inside(map%n_local_dofs / map%n_dim), outside(map%n_local_dofs / map%n_dim), source=0)
+    allocate (seen_by(mesh%n_nodes), source=0)
+    do i_local = 1, size(inside)
+      i_node = (map%local_dofs(map%n_dim * i_local) - 1) / map%n_dim + 1
+      do i = offsets(i_node) + 1, offsets(i_node + 1)
+        nodes = nodes_of_cell(mesh, cells(i))
+        do n = 1, size(nodes)
+          if (seen_by(nodes(n)) == i_node) cycle
+          seen_by(nodes(n)) = i_node
+          if (mesh%node_owner(nodes(n)) == rank) then
+            inside(i_local) = inside(i_local) + 1
+          else
+            outside(i_local) = outside(i_local) + 1
+          end if
+        end do
+      end do
+    end do
+  end subroutine count_neighbors
+end module sig_assembly

@@ -1,0 +1,57 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> Stiffness of single cells of a mesh, for the assembly and for the reduced integration domain alike.
+module sig_cell_stiffness
+  use sig_elastic_body, only: elastic_body_t
+  use sig_element_matrices, only: element_stiffness
+  use sig_kinds, only: rk
+  use sig_mesh, only: mesh_t, nodes_of_cell
+  implicit none(type, external)
+  private
+  public :: cell_stiffness, cell_dofs, strain_energy
+
+contains
+
+  !> Dofs of a cell in natural numbering, node by node.
+  pure function cell_dofs(mesh, i_cell) result(dofs)
+    type(mesh_t), intent(in) :: mesh
+    integer, intent(in) :: i_cell
+    !> shape (n_dim * number of nodes of the cell)
+    integer, allocatable :: dofs(:)
+    integer, allocatable :: nodes(:)
+    integer :: i_component
+
+    nodes = nodes_of_cell(mesh, i_cell)
+    allocate (dofs(mesh%n_dim * size(nodes)))
+    do i_component = 1, mesh%n_dim
+      dofs(i_component::mesh%n_dim) = mesh%n_dim * (nodes - 1) + i_component
+    end do
+  end function cell_dofs
+
+  !> Stiffness matrix of one cell; rows and columns as in cell_dofs.
+  pure function cell_stiffness(mesh, body, i_cell) result(stiffness)
+    type(mesh_t), intent(in) :: mesh
+    type(elastic_body_t), intent(in) :: body
+    integer, intent(in) :: i_cell
+    real(rk), allocatable :: stiffness(:, :)
+
+    stiffness = element_stiffness(body%tables(mesh%cell_types(i_cell)), &
+      mesh%coordinates(:, nodes_of_cell(mesh, i_cell)), body%hooke(:, :, body%material_of_cell(i_cell)))
+  end function cell_stiffness
+
+  !> 1/2 u' K u over the given cells: the energy of (19) where no load acts.
+  pure real(rk) function strain_energy(mesh, body, displacement, cells) result(energy)
+    type(mesh_t), intent(in) :: mesh
+    type(elastic_body_t), intent(in) :: body
+    !> [length] shape (n_dofs)
+    real(rk), intent(in) :: displacement(:)
+    integer, intent(in) :: cells(:)
+    real(rk), allocatable :: local(:)
+    integer :: i
+
+    energy = 0
+    do i = 1, size(cells)
+      local = displacement(cell_dofs(mesh, cells(i)))
+      energy = energy + dot_product(local, matmul(cell_stiffness(mesh, body, cells(i)), local)) / 2
+    end do
+  end function strain_energy
+end module sig_cell_stiffness

@@ -1,0 +1,49 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> What turns a mesh into elastic bodies: the mechanical model, Hooke's matrix of each cell, the tabulated elements.
+module sig_elastic_body
+  use sig_element_types, only: element_types, n_element_types
+  use sig_elasticity, only: hooke_matrix, n_strains
+  use sig_kinds, only: rk
+  use sig_quadrature, only: quadrature_rule
+  use sig_shape_functions, only: create_shape_table, shape_table_t
+  implicit none(type, external)
+  private
+  public :: elastic_body_t, create_elastic_body
+
+  type :: elastic_body_t
+    !> plane_strain
+    character(:), allocatable :: model
+    !> [force/length**2] shape (n_strains, n_strains, n_materials)
+    real(rk), allocatable :: hooke(:, :, :)
+    !> shape (n_cells), index into the last dimension of hooke
+    integer, allocatable :: material_of_cell(:)
+    !> one per row of element_types
+    type(shape_table_t) :: tables(n_element_types)
+  end type elastic_body_t
+
+contains
+
+  subroutine create_elastic_body(model, young_moduli, poisson_ratios, material_of_cell, body)
+    character(*), intent(in) :: model
+    !> [force/length**2] shape (n_materials)
+    real(rk), intent(in) :: young_moduli(:)
+    !> [-] shape (n_materials)
+    real(rk), intent(in) :: poisson_ratios(:)
+    integer, intent(in) :: material_of_cell(:)
+    type(elastic_body_t), intent(out) :: body
+    real(rk), allocatable :: points(:, :), weights(:)
+    integer :: i_material, i_type
+
+    body%model = model
+    body%material_of_cell = material_of_cell
+    allocate (body%hooke(n_strains(model), n_strains(model), size(young_moduli)))
+    do i_material = 1, size(young_moduli)
+      body%hooke(:, :, i_material) = hooke_matrix(model, young_moduli(i_material), poisson_ratios(i_material))
+    end do
+    do i_type = 1, n_element_types
+      if (element_types(i_type)%n_dim == 0) cycle
+      call quadrature_rule(i_type, points, weights)
+      call create_shape_table(i_type, points, weights, body%tables(i_type))
+    end do
+  end subroutine create_elastic_body
+end module sig_elastic_body

@@ -1,0 +1,151 @@
+! SPDX-License-Identifier: BSD-3-Clause
+#include "signorom/macros.h"
+!> Fortran face of the PETSc corners that live in C, and the exchange between replicated arrays and distributed vectors.
+module sig_petsc_support
+  use, intrinsic :: iso_c_binding, only: c_char, c_int, c_intptr_t, c_null_char
+  use mpi, only: MPI_Allreduce, MPI_Comm_rank, MPI_Comm_size, MPI_DOUBLE_PRECISION, MPI_IN_PLACE, MPI_MAX, MPI_SUM
+  use sig_kinds, only: rk
+  use petsc
+  implicit none(type, external)
+  private
+  public :: start_petsc, end_petsc, insert_petsc_options, unused_petsc_option
+  public :: create_matrix, create_vector, rank_and_size, sum_over_ranks, max_over_ranks
+  public :: precondition_failed
+
+  interface
+    function sig_petsc_start() result(status) bind(c)
+      import :: c_int
+      integer(c_int) :: status
+    end function sig_petsc_start
+
+    function sig_petsc_end() result(status) bind(c)
+      import :: c_int
+      integer(c_int) :: status
+    end function sig_petsc_end
+
+    function sig_petsc_insert_options(options) result(status) bind(c)
+      import :: c_char, c_int
+      character(kind=c_char), intent(in) :: options(*)
+      integer(c_int) :: status
+    end function sig_petsc_insert_options
+
+    function sig_petsc_unused_option(name, capacity) result(status) bind(c)
+      import :: c_char, c_int
+      character(kind=c_char), intent(out) :: name(*)
+      integer(c_int), value :: capacity
+      integer(c_int) :: status
+    end function sig_petsc_unused_option
+
+    function sig_matrix_create(comm, n_local, block_size, diagonal, off_diagonal, matrix) result(status) bind(c)
+      import :: c_int, c_intptr_t
+      integer(c_int), value :: comm, n_local, block_size
+      integer(c_int), intent(in) :: diagonal(*), off_diagonal(*)
+      integer(c_intptr_t), intent(out) :: matrix
+      integer(c_int) :: status
+    end function sig_matrix_create
+
+    function sig_precondition_failed(code, sentence, file, line) result(status) bind(c)
+      import :: c_char, c_int
+      integer(c_int), value :: code, line
+      character(kind=c_char), intent(in) :: sentence(*), file(*)
+      integer(c_int) :: status
+    end function sig_precondition_failed
+  end interface
+
+contains
+
+  !> Collective on all ranks. Starts MPI too.
+  subroutine start_petsc(ierr)
+    PetscErrorCode, intent(out) :: ierr
+
+    ierr = sig_petsc_start()
+  end subroutine start_petsc
+
+  subroutine end_petsc(ierr)
+    PetscErrorCode, intent(out) :: ierr
+
+    ierr = sig_petsc_end()
+  end subroutine end_petsc
+
+  !> Adds `-name value` pairs; what is added later wins.
+  subroutine insert_petsc_options(options, ierr)
+    character(*), intent(in) :: options
+    PetscErrorCode, intent(out) :: ierr
+
+    ierr = sig_petsc_insert_options(options // c_null_char)
+  end subroutine insert_petsc_options
+
+  !> First option that no object asked for, or an empty text.
+  subroutine unused_petsc_option(name, ierr)
+    character(:), allocatable, intent(out) :: name
+    PetscErrorCode, intent(out) :: ierr
+    integer, parameter :: capacity = 256
+    character(kind=c_char, len=capacity) :: buffer
+
+    ierr = sig_petsc_unused_option(buffer, int(capacity, c_int))
+    name = buffer(:index(buffer, c_null_char) - 1)
+  end subroutine unused_petsc_option
+
+  !> Square AIJ matrix with room for the given numbers of blocks per local block row.
+  subroutine create_matrix(comm, n_local, block_size, diagonal, off_diagonal, matrix, ierr)
+    MPI_Comm, intent(in) :: comm
+    integer, intent(in) :: n_local
+    integer, intent(in) :: block_size
+    !> blocks of each local block row inside and outside the rank's own columns, shape (n_local / block_size)
+    integer, intent(in) :: diagonal(:), off_diagonal(:)
+    Mat, intent(out) :: matrix
+    PetscErrorCode, intent(out) :: ierr
+
+    ierr = sig_matrix_create(int(comm, c_int), n_local, block_size, diagonal, off_diagonal, matrix%v)
+  end subroutine create_matrix
+
+  !> Distributed vector of zeros.
+  subroutine create_vector(comm, n_local, vector, ierr)
+    MPI_Comm, intent(in) :: comm
+    integer, intent(in) :: n_local
+    Vec, intent(out) :: vector
+    PetscErrorCode, intent(out) :: ierr
+
+    PetscCall(VecCreateMPI(comm, n_local, PETSC_DETERMINE, vector, ierr))
+    PetscCall(VecSet(vector, 0.0_rk, ierr))
+  end subroutine create_vector
+
+  subroutine rank_and_size(comm, rank, n_ranks, ierr)
+    MPI_Comm, intent(in) :: comm
+    integer, intent(out) :: rank
+    integer, intent(out) :: n_ranks
+    PetscErrorCode, intent(out) :: ierr
+
+    call MPI_Comm_rank(comm, rank, ierr)
+    call MPI_Comm_size(comm, n_ranks, ierr)
+  end subroutine rank_and_size
+
+  !> Sums an array over the ranks, in place. Collective on comm.
+  subroutine sum_over_ranks(comm, values, ierr)
+    MPI_Comm, intent(in) :: comm
+    real(rk), intent(inout) :: values(:)
+    PetscErrorCode, intent(out) :: ierr
+
+    call MPI_Allreduce(MPI_IN_PLACE, values, size(values), MPI_DOUBLE_PRECISION, MPI_SUM, comm, ierr)
+  end subroutine sum_over_ranks
+
+  !> Largest value over the ranks, in place. Collective on comm.
+  subroutine max_over_ranks(comm, value, ierr)
+    MPI_Comm, intent(in) :: comm
+    real(rk), intent(inout) :: value
+    PetscErrorCode, intent(out) :: ierr
+
+    call MPI_Allreduce(MPI_IN_PLACE, value, 1, MPI_DOUBLE_PRECISION, MPI_MAX, comm, ierr)
+  end subroutine max_over_ranks
+
+  !> What SIG_CHECK calls: records the place on PETSc's error stack.
+  subroutine precondition_failed(code, sentence, file, line, ierr)
+    PetscErrorCode, intent(in) :: code
+    character(*), intent(in) :: sentence
+    character(*), intent(in) :: file
+    integer, intent(in) :: line
+    PetscErrorCode, intent(out) :: ierr
+
+    ierr = sig_precondition_failed(code, sentence // c_null_char, file // c_null_char, line)
+  end subroutine precondition_failed
+end module sig_petsc_support

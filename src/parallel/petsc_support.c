@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "signorom/petsc_support.h"
+
+#include <slepcsys.h>
+#include <petscmat.h>
+#include <string.h>
+
+int sig_petsc_start(void)
+{
+  PetscCall(SlepcInitializeNoArguments());
+  PetscCall(PetscInitializeFortran());
+  // PETSc's handlers would turn an interrupt into a stack trace; the program finishes its point instead.
+  PetscCall(PetscPopSignalHandler());
+  return 0;
+}
+
+int sig_petsc_end(void)
+{
+  // Left-over options are an error that the program reports itself.
+  PetscCall(PetscOptionsSetValue(NULL, "-options_left", "no"));
+  return SlepcFinalize();
+}
+
+int sig_petsc_insert_options(const char *options)
+{
+  PetscCall(PetscOptionsInsertString(NULL, options));
+  return 0;
+}
+
+int sig_petsc_unused_option(char *name, int capacity)
+{
+  PetscInt n_options = 0;
+  char **names = NULL, **values = NULL;
+
+  name[0] = '\0';
+  PetscCall(PetscOptionsLeftGet(NULL, &n_options, &names, &values));
+  for (PetscInt i = 0; i < n_options && !name[0]; i++) {
+    if (strcmp(names[i], "options_left") == 0) continue;
+    PetscCall(PetscSNPrintf(name, (size_t)capacity, "-%s", names[i]));
+  }
+  PetscCall(PetscOptionsLeftRestore(NULL, &n_options, &names, &values));
+  return 0;
+}
+
+int sig_matrix_create(int comm, int n_local, int block_size, const int *diagonal, const int *off_diagonal, intptr_t *matrix)
+{
+  Mat created;
+
+  PetscCall(MatCreate(MPI_Comm_f2c(comm), &created));
+  PetscCall(MatSetSizes(created, n_local, n_local, PETSC_DETERMINE, PETSC_DETERMINE));
+  PetscCall(MatSetType(created, MATAIJ));
+  PetscCall(MatXAIJSetPreallocation(created, block_size, diagonal, off_diagonal, NULL, NULL));
+  *matrix = (intptr_t)created;
+  return 0;
+}
+
+int sig_precondition_failed(int code, const char *sentence, const char *file, int line)
+{
+  return PetscError(PETSC_COMM_SELF, line, "precondition", file, code, PETSC_ERROR_INITIAL, "%s", sentence);
+}

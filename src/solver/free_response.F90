@@ -1,0 +1,93 @@
+! SPDX-License-Identifier: BSD-3-Clause
+#include "signorom/macros.h"
+!> Elastic responses without contact: what lifts the prescribed displacements into the bodies, one field per term.
+module sig_free_response
+  use sig_contact_state, only: reason_converged
+  use sig_contact_system, only: contact_system_t
+  use sig_kinds, only: rk
+  use sig_linear_solver, only: constrain, linear_solver_t
+  use sig_petsc_support, only: sum_over_ranks
+  use petsc
+  implicit none(type, external)
+  private
+  public :: factor_without_contact, solve_free_response, compute_free_response
+
+contains
+
+  !> K with the prescribed dofs held, factored. Collective.
+  subroutine factor_without_contact(system, linear_solver, ierr)
+    type(contact_system_t), intent(in) :: system
+    type(linear_solver_t), intent(inout) :: linear_solver
+    PetscErrorCode, intent(out) :: ierr
+    real(rk) :: nothing(system%map%n_dofs)
+    Mat :: constrained
+    Vec :: unused
+
+    nothing = 0
+    PetscCall(constrain(system, system%stiffness, system%boundary%prescribed_dofs, nothing, nothing, constrained, unused, ierr))
+    PetscCall(linear_solver%factor(constrained, 'fom_', ierr))
+    PetscCall(MatDestroy(constrained, ierr))
+    PetscCall(VecDestroy(unused, ierr))
+  end subroutine factor_without_contact
+
+  !> Displacement for each term alone, prescribed values included. Collective.
+  subroutine solve_free_response(system, linear_solver, response, ierr)
+    type(contact_system_t), intent(inout) :: system
+    !> from factor_without_contact
+    type(linear_solver_t), intent(inout) :: linear_solver
+    !> [length] rows of this rank, shape (n_local_dofs, n_terms)
+    real(rk), allocatable, intent(out) :: response(:, :)
+    PetscErrorCode, intent(out) :: ierr
+    real(rk) :: prescribed(system%map%n_dofs), forces(system%map%n_dofs)
+    real(rk), allocatable :: rhs(:, :)
+    integer :: i_term
+
+    associate (n_terms => system%boundary%n_terms, local => system%map%local_dofs)
+      allocate (rhs(size(local), n_terms), response(size(local), n_terms))
+      do i_term = 1, n_terms
+        prescribed = system%prescribed_displacement(unit(n_terms, i_term))
+        PetscCall(system%apply_stiffness(prescribed, forces, ierr))
+        rhs(:, i_term) = merge(0.0_rk, -forces(local), system%boundary%is_prescribed(local))
+      end do
+      PetscCall(linear_solver%solve_many(rhs, response, ierr))
+      do i_term = 1, n_terms
+        prescribed = system%prescribed_displacement(unit(n_terms, i_term))
+        response(:, i_term) = response(:, i_term) + prescribed(local)
+      end do
+    end associate
+  end subroutine solve_free_response
+
+  !> The same field on every rank and in natural order, with a factorization of its own. Collective.
+  subroutine compute_free_response(system, response, reason, ierr)
+    type(contact_system_t), intent(inout) :: system
+    !> [length] shape (n_dofs, n_terms)
+    real(rk), allocatable, intent(out) :: response(:, :)
+    !> reason_converged, or why K could not be factored
+    integer, intent(out) :: reason
+    PetscErrorCode, intent(out) :: ierr
+    type(linear_solver_t) :: linear_solver
+    real(rk), allocatable :: local(:, :)
+    integer :: i_term
+
+    allocate (response(system%map%n_dofs, system%boundary%n_terms), source=0.0_rk)
+    PetscCall(factor_without_contact(system, linear_solver, ierr))
+    reason = linear_solver%reason
+    if (reason == reason_converged) then
+      PetscCall(solve_free_response(system, linear_solver, local, ierr))
+      response(system%map%local_dofs, :) = local
+      do i_term = 1, system%boundary%n_terms
+        PetscCall(sum_over_ranks(system%comm, response(:, i_term), ierr))
+      end do
+    end if
+    PetscCall(linear_solver%destroy(ierr))
+  end subroutine compute_free_response
+
+  pure function unit(n, i) result(vector)
+    integer, intent(in) :: n
+    integer, intent(in) :: i
+    real(rk) :: vector(n)
+
+    vector = 0
+    vector(i) = 1
+  end function unit
+end module sig_free_response

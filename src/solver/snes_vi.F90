@@ -1,0 +1,120 @@
+! SPDX-License-Identifier: BSD-3-Clause
+#include "signorom/macros.h"
+!> PETSc's SNESVI (reduced-space Newton) on the bound form: an independent check of the active set.
+module sig_snes_vi
+  use, intrinsic :: iso_c_binding, only: c_int
+  use sig_active_set, only: finish_state
+  use sig_bound_form, only: bound_form_t
+  use sig_contact_solver, only: contact_solver_t
+  use sig_contact_state, only: contact_state_t
+  use sig_contact_system, only: contact_system_t
+  use sig_kinds, only: rk
+  use sig_linear_solver, only: constrain
+  use sig_petsc_support, only: create_vector
+  use sig_solver_c_interfaces, only: sig_snes_vi_solve
+  use petsc
+  implicit none(type, external)
+  private
+  public :: snes_vi_t
+
+  type, extends(contact_solver_t) :: snes_vi_t
+    type(bound_form_t) :: form
+  contains
+    procedure :: create
+    procedure :: solve
+    procedure :: destroy
+  end type snes_vi_t
+
+  !> [-] an unknown this close to its bound, relative to the largest displacement, sits on it
+  real(rk), parameter :: on_bound = 1.0e-11_rk
+
+contains
+
+  subroutine create(self, system, ierr)
+    class(snes_vi_t), intent(inout) :: self
+    type(contact_system_t), intent(inout) :: system
+    PetscErrorCode, intent(out) :: ierr
+
+    PetscCall(self%form%create(system, ierr))
+  end subroutine create
+
+  subroutine solve(self, system, theta, state, ierr)
+    class(snes_vi_t), intent(inout) :: self
+    type(contact_system_t), intent(inout) :: system
+    real(rk), intent(in) :: theta(:)
+    type(contact_state_t), intent(out) :: state
+    PetscErrorCode, intent(out) :: ierr
+    real(rk) :: unknowns(system%map%n_dofs), residual(system%map%n_dofs), values(system%map%n_dofs)
+    real(rk) :: length_scale, force_scale
+    integer(c_int) :: n_iterations, reason
+    Mat :: constrained
+    Vec :: rhs, upper, solution
+
+    values = system%prescribed_displacement(theta)
+    unknowns = 0
+    PetscCall(constrain(system, self%form%matrix, system%boundary%prescribed_dofs, values, unknowns, constrained, rhs, ierr))
+    PetscCall(scales(self, system, theta, values, length_scale, force_scale, ierr))
+    PetscCall(fill_bounds(self, system, theta, length_scale, upper, ierr))
+    PetscCall(create_vector(system%comm, system%map%n_local_dofs, solution, ierr))
+    PetscCall(system%put(values, solution, ierr))
+    ierr = sig_snes_vi_solve(constrained%v, rhs%v, upper%v, length_scale, force_scale, self%max_iterations, solution%v, &
+      n_iterations, reason)
+    CHKERRQ(ierr)
+    state%n_iterations = n_iterations
+    state%reason = reason
+    PetscCall(system%get(solution, unknowns, ierr))
+    PetscCall(MatMult(self%form%matrix, solution, rhs, ierr))
+    PetscCall(system%get(rhs, residual, ierr))
+    state%is_active = unknowns(self%form%bounded_dofs) >= self%form%bounds(system, theta) - on_bound * length_scale
+    call finish_state(self%form, system, unknowns, residual, state)
+    PetscCall(MatDestroy(constrained, ierr))
+    PetscCall(VecDestroy(rhs, ierr))
+    PetscCall(VecDestroy(upper, ierr))
+    PetscCall(VecDestroy(solution, ierr))
+  end subroutine solve
+
+  !> Size of the displacements and of the forces that the point can bring.
+  subroutine scales(self, system, theta, values, length_scale, force_scale, ierr)
+    class(snes_vi_t), intent(in) :: self
+    type(contact_system_t), intent(inout) :: system
+    real(rk), intent(in) :: theta(:)
+    !> [length] prescribed displacements, natural
+    real(rk), intent(in) :: values(:)
+    real(rk), intent(out) :: length_scale
+    real(rk), intent(out) :: force_scale
+    PetscErrorCode, intent(out) :: ierr
+    real(rk) :: forces(system%map%n_dofs)
+
+    length_scale = max(maxval(abs(values)), maxval(abs(self%form%bounds(system, theta))))
+    if (length_scale <= 0) length_scale = 1
+    PetscCall(system%apply_stiffness(values, forces, ierr))
+    force_scale = maxval(abs(forces))
+    if (force_scale <= 0) then
+      PetscCall(MatNorm(self%form%matrix, NORM_INFINITY, force_scale, ierr))
+      force_scale = force_scale * length_scale
+    end if
+  end subroutine scales
+
+  !> Bounds in units of length_scale; infinite but on the bounded unknowns.
+  subroutine fill_bounds(self, system, theta, length_scale, upper, ierr)
+    class(snes_vi_t), intent(in) :: self
+    type(contact_system_t), intent(in) :: system
+    real(rk), intent(in) :: theta(:)
+    real(rk), intent(in) :: length_scale
+    Vec, intent(out) :: upper
+    PetscErrorCode, intent(out) :: ierr
+    real(rk) :: values(system%map%n_dofs)
+
+    values = PETSC_INFINITY
+    values(self%form%bounded_dofs) = self%form%bounds(system, theta) / length_scale
+    PetscCall(create_vector(system%comm, system%map%n_local_dofs, upper, ierr))
+    PetscCall(system%put(values, upper, ierr))
+  end subroutine fill_bounds
+
+  subroutine destroy(self, ierr)
+    class(snes_vi_t), intent(inout) :: self
+    PetscErrorCode, intent(out) :: ierr
+
+    PetscCall(self%form%destroy(ierr))
+  end subroutine destroy
+end module sig_snes_vi

@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "signorom/snes_vi.h"
+
+#include <petscsnes.h>
+
+typedef struct {
+  Mat matrix; // scaled
+  Vec rhs;    // scaled
+} quadratic_t;
+
+static PetscErrorCode residual(SNES snes, Vec x, Vec f, void *context)
+{
+  quadratic_t *problem = context;
+
+  (void)snes;
+  PetscCall(MatMult(problem->matrix, x, f));
+  PetscCall(VecAXPY(f, -1.0, problem->rhs));
+  return 0;
+}
+
+// The Jacobian is the scaled matrix itself, which never changes.
+static PetscErrorCode jacobian(SNES snes, Vec x, Mat a, Mat p, void *context)
+{
+  (void)snes;
+  (void)x;
+  (void)a;
+  (void)p;
+  (void)context;
+  return 0;
+}
+
+static PetscErrorCode set_up(SNES snes, quadratic_t *problem, Vec upper, int max_iterations)
+{
+  KSP ksp;
+  PC pc;
+  SNESLineSearch search;
+  Vec lower;
+
+  PetscCall(SNESSetOptionsPrefix(snes, "vi_"));
+  PetscCall(SNESSetType(snes, SNESVINEWTONRSLS));
+  PetscCall(SNESSetFunction(snes, NULL, residual, problem));
+  PetscCall(SNESSetJacobian(snes, problem->matrix, problem->matrix, jacobian, problem));
+  PetscCall(VecDuplicate(upper, &lower));
+  PetscCall(VecSet(lower, PETSC_NINFINITY));
+  PetscCall(SNESVISetVariableBounds(snes, lower, upper));
+  PetscCall(VecDestroy(&lower));
+  // The problem is quadratic on a fixed active set: the residual drops to rounding in the step that finds the set.
+  PetscCall(SNESSetTolerances(snes, 1e-11, 0.0, 0.0, max_iterations, PETSC_DEFAULT));
+  PetscCall(SNESGetKSP(snes, &ksp));
+  PetscCall(KSPSetType(ksp, KSPPREONLY));
+  PetscCall(KSPGetPC(ksp, &pc));
+  PetscCall(PCSetType(pc, PCCHOLESKY));
+  PetscCall(PCFactorSetMatSolverType(pc, MATSOLVERMUMPS));
+  PetscCall(SNESGetLineSearch(snes, &search));
+  PetscCall(SNESLineSearchSetType(search, SNESLINESEARCHBT));
+  PetscCall(SNESSetFromOptions(snes));
+  return 0;
+}
+
+static int reason_of(SNESConvergedReason reason)
+{
+  if (reason > 0) return SIG_VI_DONE;
+  if (reason == SNES_DIVERGED_MAX_IT) return SIG_VI_MAX_ITERATIONS;
+  if (reason == SNES_DIVERGED_LINEAR_SOLVE) return SIG_VI_LINEAR_SOLVER;
+  return SIG_VI_LINE_SEARCH;
+}
+
+int sig_snes_vi_solve(intptr_t matrix, intptr_t rhs, intptr_t upper, double length_scale, double force_scale,
+                      int max_iterations, intptr_t solution, int *n_iterations, int *reason)
+{
+  quadratic_t problem;
+  SNES snes;
+  SNESConvergedReason snes_reason;
+  PetscInt iterations;
+  Vec x = (Vec)solution;
+
+  PetscCall(MatDuplicate((Mat)matrix, MAT_COPY_VALUES, &problem.matrix));
+  PetscCall(MatScale(problem.matrix, length_scale / force_scale));
+  PetscCall(VecDuplicate((Vec)rhs, &problem.rhs));
+  PetscCall(VecCopy((Vec)rhs, problem.rhs));
+  PetscCall(VecScale(problem.rhs, 1.0 / force_scale));
+  PetscCall(VecScale(x, 1.0 / length_scale));
+
+  PetscCall(SNESCreate(PetscObjectComm((PetscObject)x), &snes));
+  PetscCall(set_up(snes, &problem, (Vec)upper, max_iterations));
+  PetscCall(SNESSolve(snes, NULL, x));
+  PetscCall(SNESGetConvergedReason(snes, &snes_reason));
+  PetscCall(SNESGetIterationNumber(snes, &iterations));
+  PetscCall(VecScale(x, length_scale));
+  *n_iterations = (int)iterations;
+  *reason = reason_of(snes_reason);
+
+  PetscCall(SNESDestroy(&snes));
+  PetscCall(MatDestroy(&problem.matrix));
+  PetscCall(VecDestroy(&problem.rhs));
+  return 0;
+}

@@ -1,0 +1,44 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> Interfaces of include/signorom/linear_solver.h and snes_vi.h, where the arguments are explained.
+module sig_solver_c_interfaces
+  use, intrinsic :: iso_c_binding, only: c_char, c_double, c_int, c_intptr_t
+  implicit none(type, external)
+  private
+  public :: sig_linear_solver_factor, sig_linear_solver_solve_many, sig_linear_solver_destroy, sig_snes_vi_solve
+
+  interface
+    function sig_linear_solver_factor(matrix, prefix, ksp, reason, detail) result(status) bind(c)
+      import :: c_char, c_int, c_intptr_t
+      integer(c_intptr_t), value :: matrix
+      character(kind=c_char), intent(in) :: prefix(*)
+      integer(c_intptr_t), intent(out) :: ksp
+      integer(c_int), intent(out) :: reason, detail
+      integer(c_int) :: status
+    end function sig_linear_solver_factor
+
+    function sig_linear_solver_solve_many(ksp, n_columns, n_local, rhs, solution) result(status) bind(c)
+      import :: c_double, c_int, c_intptr_t
+      integer(c_intptr_t), value :: ksp
+      integer(c_int), value :: n_columns, n_local
+      real(c_double), intent(in) :: rhs(*)
+      real(c_double), intent(out) :: solution(*)
+      integer(c_int) :: status
+    end function sig_linear_solver_solve_many
+
+    function sig_linear_solver_destroy(ksp) result(status) bind(c)
+      import :: c_int, c_intptr_t
+      integer(c_intptr_t), intent(inout) :: ksp
+      integer(c_int) :: status
+    end function sig_linear_solver_destroy
+
+    function sig_snes_vi_solve(matrix, rhs, upper, length_scale, force_scale, max_iterations, solution, n_iterations, &
+      reason) result(status) bind(c)
+      import :: c_double, c_int, c_intptr_t
+      integer(c_intptr_t), value :: matrix, rhs, upper, solution
+      real(c_double), value :: length_scale, force_scale
+      integer(c_int), value :: max_iterations
+      integer(c_int), intent(out) :: n_iterations, reason
+      integer(c_int) :: status
+    end function sig_snes_vi_solve
+  end interface
+end module sig_solver_c_interfaces
