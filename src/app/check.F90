@@ -1,0 +1,61 @@
+! SPDX-License-Identifier: BSD-3-Clause
+#include "signorom/macros.h"
+!> The command check: deck and mesh read, every name found, every point looked at; nothing solved, nothing written.
+module sig_check
+  use sig_deck_echo, only: echo_deck
+  use sig_errors, only: error_t
+  use sig_kinds, only: rk
+  use sig_log, only: log_info
+  use sig_parameter_space, only: build_points
+  use sig_problem, only: check_points, inert_pair_names, load_problem, problem_t
+  use sig_session, only: session_t
+  use sig_text, only: join, string_t, to_text
+  use petsc
+  implicit none(type, external)
+  private
+  public :: check_deck
+
+contains
+
+  !> Prints the effective deck, which reads back as the same deck, and the sizes as comments. Collective on all ranks.
+  subroutine check_deck(session, ierr)
+    type(session_t), intent(inout) :: session
+    PetscErrorCode, intent(out) :: ierr
+    type(problem_t) :: problem
+    type(error_t), allocatable :: error
+    real(rk), allocatable :: training(:, :), test(:, :)
+
+    PetscCall(load_problem(session%deck, PETSC_COMM_WORLD, problem, error, ierr))
+    allocate (training(size(session%deck%parameters), 0), test(size(session%deck%parameters), 0))
+    if (session%deck%has_training .and. .not. allocated(error)) then
+      call build_points(session%deck%training, session%deck%parameters, training, error)
+    end if
+    if (session%deck%has_test .and. .not. allocated(error)) then
+      call build_points(session%deck%test, session%deck%parameters, test, error)
+    end if
+    if (.not. allocated(error)) call check_points(problem, training, error)
+    if (.not. allocated(error)) call check_points(problem, test, error)
+    if (.not. allocated(error)) call check_points(problem, session%deck%output%points, error)
+    if (allocated(error)) then
+      call session%fail(error)
+      return
+    end if
+    call log_info(echo_deck(session%deck) // sizes_text(problem, size(training, 2), size(test, 2)))
+  end subroutine check_deck
+
+  function sizes_text(problem, n_training, n_test) result(text)
+    type(problem_t), intent(in) :: problem
+    integer, intent(in) :: n_training
+    integer, intent(in) :: n_test
+    character(:), allocatable :: text
+    type(string_t), allocatable :: inert(:)
+
+    inert = inert_pair_names(problem)
+    text = '# sizes: ' // to_text(problem%mesh%n_nodes) // ' nodes, ' // to_text(problem%mesh%n_cells) // ' cells, ' // &
+      to_text(problem%mesh%n_dim * problem%mesh%n_nodes) // ' dofs (' // to_text(size(problem%boundary%prescribed_dofs)) // &
+      ' prescribed), ' // to_text(problem%pairs%n_pairs) // ' contact pairs, ' // to_text(problem%operator%n_rows) // &
+      ' multipliers' // new_line('a') // '# points: ' // to_text(n_training) // ' training, ' // to_text(n_test) // ' test'
+    if (size(inert) > 0) text = text // new_line('a') // '# inert pairs (both sides prescribed, no multiplier): nodes ' // &
+      join(inert, ', ')
+  end function sizes_text
+end module sig_check

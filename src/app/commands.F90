@@ -1,0 +1,115 @@
+! SPDX-License-Identifier: BSD-3-Clause
+#include "signorom/macros.h"
+!> The commands, each a few lines on top of the stages.
+module sig_commands
+  use mpi, only: MPI_Comm_rank
+  use sig_command_line, only: command_t, parse_command_line, usage
+  use sig_check, only: check_deck
+  use sig_errors, only: error_report, error_t, exit_not_converged, exit_success, exit_user
+  use sig_kinds, only: rk
+  use sig_log, only: log_error, log_info, start_log
+  use sig_point_argument, only: parse_point
+  use sig_predict, only: predict
+  use sig_problem, only: parameter_names
+  use sig_run_report, only: run_report_t
+  use sig_session, only: session_t
+  use sig_signals, only: install_stop_signals
+  use sig_study, only: fields_stage, sample_stage, train_stage, validate_stage
+  use sig_text, only: string_t
+  use sig_version, only: code_version
+  use petsc
+  implicit none(type, external)
+  private
+  public :: run_command
+
+contains
+
+  !> Runs the command that the arguments name. Collective on all ranks, which all get the same exit code.
+  subroutine run_command(arguments, exit_code, ierr)
+    type(string_t), intent(in) :: arguments(:)
+    integer, intent(out) :: exit_code
+    PetscErrorCode, intent(out) :: ierr
+    type(command_t) :: command
+    type(error_t), allocatable :: error
+    integer :: rank
+
+    call MPI_Comm_rank(PETSC_COMM_WORLD, rank, ierr)
+    call parse_command_line(arguments, command, error)
+    call start_log(rank == 0, command%is_quiet)
+    exit_code = exit_user
+    if (allocated(error)) then
+      call log_error(error_report(error))
+      return
+    end if
+    call install_stop_signals()
+    exit_code = exit_success
+    select case (command%name)
+    case ('help')
+      call log_info(usage())
+    case ('version')
+      call log_info('signorom ' // code_version)
+    case ('predict')
+      PetscCall(predict(command, exit_code, ierr))
+    case default
+      PetscCall(run_on_deck(command, exit_code, ierr))
+    end select
+  end subroutine run_command
+
+  subroutine run_on_deck(command, exit_code, ierr)
+    type(command_t), intent(in) :: command
+    integer, intent(out) :: exit_code
+    PetscErrorCode, intent(out) :: ierr
+    type(session_t) :: session
+
+    PetscCall(session%open(command, ierr))
+    if (session%exit_code == exit_success .and. command%name == 'check') then
+      PetscCall(check_deck(session, ierr))
+    else if (session%exit_code == exit_success) then
+      PetscCall(session%claim_folder(ierr))
+      if (session%exit_code == exit_success) then
+        PetscCall(run_stages(command, session, ierr))
+      end if
+    end if
+    PetscCall(session%close(ierr))
+    exit_code = session%exit_code
+  end subroutine run_on_deck
+
+  !> run is sample, train, validate and fields; it stops at the first stage that fails.
+  subroutine run_stages(command, session, ierr)
+    type(command_t), intent(in) :: command
+    type(session_t), intent(inout) :: session
+    PetscErrorCode, intent(out) :: ierr
+    type(run_report_t) :: report
+    type(error_t), allocatable :: error
+    real(rk), allocatable :: points(:, :)
+    logical :: is_run
+
+    ierr = 0
+    is_run = command%name == 'run'
+    points = session%deck%output%points
+    if (command%at /= '') call parse_point(command%at, parameter_names(session%deck), points, error)
+    if (allocated(error)) then
+      call session%fail(error)
+      return
+    end if
+    if (is_run .or. command%name == 'sample') then
+      PetscCall(sample_stage(session, ierr))
+    end if
+    if (may_go_on(session) .and. (is_run .or. command%name == 'train')) then
+      PetscCall(train_stage(session, report, ierr))
+    end if
+    if (may_go_on(session) .and. ((is_run .and. session%deck%has_test) .or. command%name == 'validate')) then
+      PetscCall(validate_stage(session, report, ierr))
+    end if
+    if (may_go_on(session) .and. (is_run .or. command%name == 'solve')) then
+      PetscCall(fields_stage(session, points, is_run, report, ierr))
+    end if
+  end subroutine run_stages
+
+  !> Points that did not converge are marked and do not stop the rest; errors and signals do.
+  pure logical function may_go_on(session)
+    type(session_t), intent(in) :: session
+
+    may_go_on = session%exit_code == exit_success .or. session%exit_code == exit_not_converged
+  end function may_go_on
+end module sig_commands

@@ -1,0 +1,160 @@
+! SPDX-License-Identifier: BSD-3-Clause
+#include "signorom/macros.h"
+!> The command predict: answers of a model file at points, as CSV. Needs neither deck nor mesh.
+module sig_predict
+  use, intrinsic :: iso_fortran_env, only: output_unit
+  use mpi, only: MPI_Comm_rank
+  use sig_command_line, only: command_t
+  use sig_error_broadcast, only: broadcast_error
+  use sig_errors, only: error_report, error_t, exit_success, exit_user, make_error
+  use sig_file_system, only: write_text_file
+  use sig_kinds, only: rk
+  use sig_log, only: log_error, log_info, log_warning
+  use sig_model, only: model_t
+  use sig_model_file, only: read_model
+  use sig_parameter_space, only: format_point, read_points
+  use sig_point_argument, only: parse_point
+  use sig_query, only: answer_t, method_name, query_t, reason_text
+  use sig_reconstruction, only: reconstruct_multipliers
+  use sig_text, only: to_text
+  use petsc
+  implicit none(type, external)
+  private
+  public :: predict
+
+contains
+
+  !> Rank 0 works: a query is too short to share. Collective on all ranks, which all get the exit code.
+  subroutine predict(command, exit_code, ierr)
+    type(command_t), intent(in) :: command
+    integer, intent(out) :: exit_code
+    PetscErrorCode, intent(out) :: ierr
+    type(error_t), allocatable :: error
+    integer :: rank
+
+    call MPI_Comm_rank(PETSC_COMM_WORLD, rank, ierr)
+    if (rank == 0) call predict_points(command, error)
+    PetscCall(broadcast_error(error, PETSC_COMM_WORLD, ierr))
+    exit_code = exit_success
+    if (.not. allocated(error)) return
+    call log_error(error_report(error))
+    exit_code = error%exit_code
+  end subroutine predict
+
+  subroutine predict_points(command, error)
+    type(command_t), intent(in) :: command
+    type(error_t), allocatable, intent(out) :: error
+    type(model_t) :: model
+    type(query_t) :: query
+    real(rk), allocatable :: points(:, :)
+    character(:), allocatable :: message, table
+
+    call read_model(command%file, model, error)
+    if (allocated(error)) return
+    if (command%at /= '') then
+      call parse_point(command%at, model%parameter_names, points, error)
+    else
+      call read_points(command%points, model%parameter_names, points, error)
+    end if
+    if (allocated(error)) return
+    call query%create(model, message)
+    if (allocated(message)) then
+      call make_error(error, 'the model cannot answer: ' // message, command%file)
+      return
+    end if
+    call answer_points(command, model, query, points, table, error)
+    call query%destroy()
+    if (allocated(error)) return
+    if (command%output == '') then
+      write (output_unit, '(a)', advance='no') table
+    else
+      call write_text_file(command%output, table, error)
+      if (.not. allocated(error)) call log_info(to_text(size(points, 2)) // ' answers: ' // command%output)
+    end if
+  end subroutine predict_points
+
+  !> Errors: with --strict a point outside the trained box.
+  subroutine answer_points(command, model, query, points, table, error)
+    type(command_t), intent(in) :: command
+    type(model_t), intent(in) :: model
+    type(query_t), intent(in) :: query
+    real(rk), intent(in) :: points(:, :)
+    character(:), allocatable, intent(out) :: table
+    type(error_t), allocatable, intent(out) :: error
+    type(answer_t) :: answer
+    integer :: i
+
+    table = header(model)
+    do i = 1, size(points, 2)
+      call query%evaluate(points(:, i), answer)
+      if (.not. answer%is_inside_box) then
+        if (command%is_strict) then
+          call make_error(error, outside_text(model, points(:, i)), command%file, exit_code=exit_user)
+          return
+        end if
+        call log_warning(outside_text(model, points(:, i)) // '; the answer is an extrapolation')
+      end if
+      table = table // row(model, points(:, i), answer)
+    end do
+  end subroutine answer_points
+
+  function outside_text(model, point) result(text)
+    type(model_t), intent(in) :: model
+    real(rk), intent(in) :: point(:)
+    character(:), allocatable :: text
+    integer :: i
+
+    text = format_point(model%parameter_names, point) // ' lies outside the trained box ('
+    do i = 1, size(point)
+      if (i > 1) text = text // ', '
+      text = text // model%parameter_names(i)%text // ' from ' // to_text(model%box(1, i)) // ' to ' // to_text(model%box(2, i))
+    end do
+    text = text // ')'
+  end function outside_text
+
+  !> Column lambda_k is the contact force of pair k, named by the first node's tag in the mesh file.
+  function header(model) result(text)
+    type(model_t), intent(in) :: model
+    character(:), allocatable :: text
+    integer :: i
+
+    text = ''
+    do i = 1, size(model%parameter_names)
+      text = text // model%parameter_names(i)%text // ','
+    end do
+    text = text // 'cluster,status,solver,n_active,contact_force'
+    do i = 1, model%n_multipliers
+      text = text // ',lambda_' // to_text(model%first_node_tags(i))
+    end do
+    text = text // new_line('a')
+  end function header
+
+  function row(model, point, answer) result(text)
+    type(model_t), intent(in) :: model
+    real(rk), intent(in) :: point(:)
+    type(answer_t), intent(in) :: answer
+    character(:), allocatable :: text
+    real(rk), allocatable :: multipliers(:)
+    integer :: i
+
+    call reconstruct_multipliers(model, answer, multipliers)
+    text = ''
+    do i = 1, size(point)
+      text = text // to_text(point(i)) // ','
+    end do
+    text = text // to_text(answer%cluster) // ',' // status(answer) // ',' // method_name(answer) // ',' // &
+      to_text(count(multipliers > 0)) // ',' // to_text(sum(multipliers))
+    do i = 1, size(multipliers)
+      text = text // ',' // to_text(multipliers(i))
+    end do
+    text = text // new_line('a')
+  end function row
+
+  function status(answer) result(text)
+    type(answer_t), intent(in) :: answer
+    character(:), allocatable :: text
+
+    text = 'answered'
+    if (answer%reason < 0) text = '"' // reason_text(answer) // '"'
+  end function status
+end module sig_predict

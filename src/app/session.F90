@@ -1,0 +1,113 @@
+! SPDX-License-Identifier: BSD-3-Clause
+#include "signorom/macros.h"
+!> What every command on a deck begins and ends with: the deck read on one rank and known to all, its PETSc options, the results
+!> folder locked, user errors printed once.
+module sig_session
+  use mpi, only: MPI_Comm_rank
+  use sig_command_line, only: command_t
+  use sig_deck_config, only: deck_config_t
+  use sig_deck_read, only: read_deck
+  use sig_error_broadcast, only: broadcast_error, broadcast_text
+  use sig_errors, only: error_list_t, error_report, error_t, exit_success, exit_user, make_error
+  use sig_file_system, only: directory_lock_t, lock_directory, make_directories, read_text_file, unlock_directory
+  use sig_log, only: log_error
+  use sig_petsc_support, only: insert_petsc_options, unused_petsc_option
+  use petsc
+  implicit none(type, external)
+  private
+  public :: session_t
+
+  type :: session_t
+    type(deck_config_t) :: deck
+    !> text of the deck, for messages
+    character(:), allocatable :: deck_text
+    !> results folder
+    character(:), allocatable :: folder
+    integer :: rank = 0
+    integer :: exit_code = exit_success
+    type(directory_lock_t) :: lock
+  contains
+    procedure :: open
+    procedure :: claim_folder
+    procedure :: fail
+    procedure :: close
+  end type session_t
+
+contains
+
+  !> Reads the deck; exit_code is not exit_success when it has errors, which are then printed. Collective on all ranks.
+  subroutine open(self, command, ierr)
+    class(session_t), intent(inout) :: self
+    type(command_t), intent(in) :: command
+    PetscErrorCode, intent(out) :: ierr
+    type(error_t), allocatable :: error
+    type(error_list_t) :: errors
+    integer :: i
+
+    call MPI_Comm_rank(PETSC_COMM_WORLD, self%rank, ierr)
+    if (self%rank == 0) call read_text_file(command%file, self%deck_text, error)
+    PetscCall(broadcast_error(error, PETSC_COMM_WORLD, ierr))
+    if (allocated(error)) then
+      self%deck_text = ''
+      call self%fail(error)
+      return
+    end if
+    PetscCall(broadcast_text(self%deck_text, PETSC_COMM_WORLD, ierr))
+    call read_deck(command%file, self%deck_text, self%deck, errors)
+    do i = 1, errors%n_errors()
+      call self%fail(errors%errors(i))
+    end do
+    if (self%exit_code /= exit_success) return
+    ! The later one wins, so the command line comes after the deck.
+    PetscCall(insert_petsc_options(self%deck%petsc_options, ierr))
+    PetscCall(insert_petsc_options(command%petsc_options, ierr))
+  end subroutine open
+
+  !> Makes and locks the results folder. Collective on all ranks.
+  subroutine claim_folder(self, ierr)
+    class(session_t), intent(inout) :: self
+    PetscErrorCode, intent(out) :: ierr
+    type(error_t), allocatable :: error
+
+    self%folder = self%deck%output%path
+    if (self%rank == 0) then
+      call make_directories(self%folder, error)
+      if (.not. allocated(error)) call lock_directory(self%folder, self%lock, error)
+    end if
+    PetscCall(broadcast_error(error, PETSC_COMM_WORLD, ierr))
+    if (allocated(error)) call self%fail(error)
+  end subroutine claim_folder
+
+  !> Prints a user error, which all ranks know, and keeps its exit code.
+  subroutine fail(self, error)
+    class(session_t), intent(inout) :: self
+    type(error_t), intent(in) :: error
+    logical :: is_in_deck
+
+    is_in_deck = .false.
+    if (allocated(self%deck%path)) is_in_deck = error%file == self%deck%path
+    if (is_in_deck) then
+      call log_error(error_report(error, self%deck_text))
+    else
+      call log_error(error_report(error))
+    end if
+    self%exit_code = error%exit_code
+  end subroutine fail
+
+  !> Frees the folder; an option of PETSc that nobody asked for is an error. Collective on all ranks.
+  subroutine close(self, ierr)
+    class(session_t), intent(inout) :: self
+    PetscErrorCode, intent(out) :: ierr
+    type(error_t), allocatable :: error
+    character(:), allocatable :: option
+
+    ierr = 0
+    call unlock_directory(self%lock)
+    if (self%exit_code == exit_user) return
+    PetscCall(unused_petsc_option(option, ierr))
+    if (option == '') return
+    call make_error(error, 'the PETSc option ' // option // ' was not used by this command', &
+      hint='the prefixes are -fom_, -active_set_, -vi_ and -pod_')
+    call self%fail(error)
+  end subroutine close
+end module sig_session

@@ -1,0 +1,255 @@
+! SPDX-License-Identifier: BSD-3-Clause
+#include "signorom/macros.h"
+!> The stages of a study on one results folder: each reads the file of the stage before and writes its own.
+module sig_study
+  use sig_error_broadcast, only: broadcast_error
+  use sig_errors, only: error_t, exit_not_converged, make_error
+  use sig_field_output, only: write_fields
+  use sig_file_system, only: file_exists
+  use sig_contact_state, only: contact_state_t, reason_converged
+  use sig_kinds, only: rk
+  use sig_log, only: log_info
+  use sig_model, only: model_t
+  use sig_model_file, only: read_model, write_model
+  use sig_parameter_space, only: build_points
+  use sig_problem, only: check_points, inert_pair_names, load_problem, problem_t
+  use sig_rank_groups, only: create_rank_groups, rank_groups_t
+  use sig_reporting, only: report_deck, report_model, report_sizes, report_snapshots, report_states
+  use sig_run_report, only: run_report_t
+  use sig_sampling, only: sample, sampling_result_t
+  use sig_session, only: session_t
+  use sig_snapshot_merge, only: snapshots_path
+  use sig_snapshot_store, only: read_snapshot_set, snapshot_set_t
+  use sig_text, only: to_text
+  use sig_training, only: train
+  use sig_clock, only: wall_time
+  use sig_validation, only: validate, validation_t
+  use sig_validation_output, only: keep_statistics, report_validation, write_validation_table
+  use petsc
+  implicit none(type, external)
+  private
+  public :: sample_stage, train_stage, validate_stage, fields_stage, exit_stopped
+
+  !> a signal ended the command; the same command goes on
+  integer, parameter :: exit_stopped = 130
+
+contains
+
+  !> snapshots.h5. Collective on all ranks, as all of this module.
+  subroutine sample_stage(session, ierr)
+    type(session_t), intent(inout) :: session
+    PetscErrorCode, intent(out) :: ierr
+    type(sampling_result_t) :: outcome
+    type(error_t), allocatable :: error
+
+    ierr = 0
+    if (.not. session%deck%has_training) then
+      call make_error(error, 'the deck has no training section, which names the points to sample', session%deck%path, &
+        hint='for example: training: {grid: {' // session%deck%parameters(1)%name // ': 31}}')
+    else
+      PetscCall(sample(session%deck, session%folder, outcome, error, ierr))
+    end if
+    if (allocated(error)) then
+      call session%fail(error)
+    else if (outcome%is_stopped) then
+      call log_info('stopped by a signal; the finished points are kept, and the same command goes on')
+      session%exit_code = exit_stopped
+    else
+      call log_info('sampled ' // to_text(outcome%n_points) // ' points (' // to_text(outcome%n_found) // &
+        ' were there): ' // snapshots_path(session%folder))
+    end if
+  end subroutine sample_stage
+
+  !> model.h5 of snapshots.h5.
+  subroutine train_stage(session, report, ierr)
+    type(session_t), intent(inout) :: session
+    type(run_report_t), intent(inout) :: report
+    PetscErrorCode, intent(out) :: ierr
+    type(problem_t) :: problem
+    type(snapshot_set_t) :: snapshots
+    type(model_t) :: model
+    type(error_t), allocatable :: error
+    real(rk) :: start
+
+    PetscCall(load_problem(session%deck, PETSC_COMM_WORLD, problem, error, ierr))
+    if (.not. allocated(error)) call read_snapshots(session, problem, snapshots, error)
+    start = wall_time()
+    if (.not. allocated(error)) then
+      PetscCall(train(problem, snapshots, model, error, ierr))
+    end if
+    if (.not. allocated(error)) then
+      call describe_problem(problem, report)
+      call report_snapshots(session%deck, snapshots, report)
+      call report_model(model, report)
+      call report%add('times/train', wall_time() - start)
+      if (session%rank == 0) call write_model(model_path(session), model, error)
+      PetscCall(broadcast_error(error, PETSC_COMM_WORLD, ierr))
+    end if
+    if (allocated(error)) then
+      call session%fail(error)
+      return
+    end if
+    call write_report(session, report)
+    call log_info('trained ' // to_text(model%clusters(1)%n_modes) // ' modes and ' // to_text(model%clusters(1)%n_rows) // &
+      ' contact rows: ' // model_path(session))
+    if (any(snapshots%reasons /= reason_converged)) session%exit_code = exit_not_converged
+  end subroutine train_stage
+
+  subroutine read_snapshots(session, problem, snapshots, error)
+    type(session_t), intent(in) :: session
+    type(problem_t), intent(in) :: problem
+    type(snapshot_set_t), intent(out) :: snapshots
+    type(error_t), allocatable, intent(out) :: error
+
+    if (.not. file_exists(snapshots_path(session%folder))) then
+      call make_error(error, 'there are no snapshots yet', snapshots_path(session%folder), &
+        hint='run first: signorom sample ' // session%deck%path)
+      return
+    end if
+    call read_snapshot_set(snapshots_path(session%folder), problem%provenance, snapshots, error)
+  end subroutine read_snapshots
+
+  !> validation.csv, and its statistics in model.h5 and in the report.
+  subroutine validate_stage(session, report, ierr)
+    type(session_t), intent(inout) :: session
+    type(run_report_t), intent(inout) :: report
+    PetscErrorCode, intent(out) :: ierr
+    type(problem_t) :: problem
+    type(rank_groups_t) :: groups
+    type(model_t) :: model
+    type(validation_t) :: outcome
+    type(error_t), allocatable :: error
+    real(rk), allocatable :: points(:, :)
+
+    ierr = 0
+    if (.not. session%deck%has_test) then
+      call make_error(error, 'the deck has no test section, which names the points to validate at', session%deck%path, &
+        hint='for example: test: {grid: {' // session%deck%parameters(1)%name // ': 101}}')
+    else
+      call build_points(session%deck%test, session%deck%parameters, points, error)
+    end if
+    if (allocated(error)) then
+      call session%fail(error)
+      return
+    end if
+    PetscCall(create_rank_groups(session%deck%test%n_groups, size(points, 2), groups, ierr))
+    PetscCall(load_problem(session%deck, groups%comm, problem, error, ierr))
+    if (.not. allocated(error)) call check_points(problem, points, error)
+    if (.not. allocated(error)) call read_own_model(session, problem, model, error)
+    if (.not. allocated(error)) then
+      PetscCall(validate(problem, groups, model, points, outcome, error, ierr))
+    end if
+    PetscCall(groups%destroy(ierr))
+    if (.not. allocated(error)) then
+      PetscCall(keep_validation(session, problem, model, outcome, report, error, ierr))
+    end if
+    if (allocated(error)) call session%fail(error)
+  end subroutine validate_stage
+
+  subroutine keep_validation(session, problem, model, outcome, report, error, ierr)
+    type(session_t), intent(inout) :: session
+    type(problem_t), intent(in) :: problem
+    type(model_t), intent(inout) :: model
+    type(validation_t), intent(in) :: outcome
+    type(run_report_t), intent(inout) :: report
+    type(error_t), allocatable, intent(out) :: error
+    PetscErrorCode, intent(out) :: ierr
+
+    ierr = 0
+    if (outcome%is_stopped) then
+      call log_info('stopped by a signal; nothing was written')
+      session%exit_code = exit_stopped
+      return
+    end if
+    call describe_problem(problem, report)
+    call report_model(model, report)
+    call report_validation(session%deck, outcome, report)
+    call keep_statistics(outcome, model)
+    if (session%rank == 0) then
+      call write_validation_table(session%deck, outcome, session%folder // '/validation.csv', error)
+      if (.not. allocated(error)) call write_model(model_path(session), model, error)
+    end if
+    PetscCall(broadcast_error(error, PETSC_COMM_WORLD, ierr))
+    if (allocated(error)) return
+    call write_report(session, report)
+    call log_info('validated at ' // to_text(size(outcome%points, 2)) // ' points: ' // session%folder // '/validation.csv')
+    if (any(outcome%reason_full_order /= reason_converged)) session%exit_code = exit_not_converged
+  end subroutine keep_validation
+
+  !> fields.h5 and fields.xdmf at the given points, with the reduced answers where there is a model.
+  subroutine fields_stage(session, points, has_model, report, ierr)
+    type(session_t), intent(inout) :: session
+    !> shape (n_parameters, n_points)
+    real(rk), intent(in) :: points(:, :)
+    logical, intent(in) :: has_model
+    type(run_report_t), intent(inout) :: report
+    PetscErrorCode, intent(out) :: ierr
+    type(problem_t) :: problem
+    type(model_t) :: model
+    type(contact_state_t), allocatable :: states(:)
+    type(error_t), allocatable :: error
+
+    PetscCall(load_problem(session%deck, PETSC_COMM_WORLD, problem, error, ierr))
+    if (.not. allocated(error)) call check_points(problem, points, error)
+    if (has_model .and. .not. allocated(error)) call read_own_model(session, problem, model, error)
+    if (.not. allocated(error)) then
+      if (has_model) then
+        PetscCall(write_fields(problem, points, session%folder, states, error, ierr, model))
+      else
+        PetscCall(write_fields(problem, points, session%folder, states, error, ierr))
+      end if
+    end if
+    if (allocated(error)) then
+      call session%fail(error)
+      return
+    end if
+    call describe_problem(problem, report)
+    call report_states(session%deck, points, states, report)
+    call write_report(session, report)
+    call log_info('fields at ' // to_text(size(points, 2)) // ' points: ' // session%folder // '/fields.xdmf')
+    if (any(states%reason /= reason_converged)) session%exit_code = exit_not_converged
+  end subroutine fields_stage
+
+  subroutine describe_problem(problem, report)
+    type(problem_t), intent(in) :: problem
+    type(run_report_t), intent(inout) :: report
+
+    call report_deck(problem%deck, report)
+    call report_sizes(problem%mesh%n_nodes, problem%mesh%n_cells, problem%mesh%n_dim * problem%mesh%n_nodes, &
+      problem%operator%n_rows, inert_pair_names(problem), report)
+  end subroutine describe_problem
+
+  !> The model of this folder, if it was trained for this deck and mesh.
+  subroutine read_own_model(session, problem, model, error)
+    type(session_t), intent(in) :: session
+    type(problem_t), intent(in) :: problem
+    type(model_t), intent(out) :: model
+    type(error_t), allocatable, intent(out) :: error
+
+    if (.not. file_exists(model_path(session))) then
+      call make_error(error, 'there is no model yet', model_path(session), &
+        hint='run first: signorom train ' // session%deck%path)
+      return
+    end if
+    call read_model(model_path(session), model, error)
+    if (allocated(error)) return
+    if (model%provenance /= problem%provenance) call make_error(error, &
+      'the model was trained for another deck or mesh', model_path(session), hint='train it again, or choose another output.directory')
+  end subroutine read_own_model
+
+  function model_path(session) result(path)
+    type(session_t), intent(in) :: session
+    character(:), allocatable :: path
+
+    path = session%folder // '/model.h5'
+  end function model_path
+
+  subroutine write_report(session, report)
+    type(session_t), intent(inout) :: session
+    type(run_report_t), intent(in) :: report
+    type(error_t), allocatable :: error
+
+    if (session%rank == 0) call report%write(session%folder // '/report.yaml', error)
+    if (allocated(error)) call session%fail(error)
+  end subroutine write_report
+end module sig_study

@@ -1,0 +1,173 @@
+! SPDX-License-Identifier: BSD-3-Clause
+#include "signorom/macros.h"
+!> Fields at the deck's output points: full-order, and reduced where there is a model. What ParaView and the figures show.
+module sig_field_output
+  use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
+  use sig_contact_state, only: contact_state_t
+  use sig_error_broadcast, only: broadcast_error
+  use sig_errors, only: error_t
+  use sig_field_file, only: field_file_t
+  use sig_kinds, only: rk
+  use sig_mesh, only: find_group
+  use sig_model, only: model_t
+  use sig_parameter_space, only: format_point
+  use sig_point_solver, only: point_solver_t
+  use sig_problem, only: force_unit, parameter_names, problem_t, stress_unit
+  use sig_query, only: answer_t, query_t
+  use sig_reconstruction, only: reconstruct_displacement, reconstruct_multipliers
+  use sig_stress, only: cell_stresses
+  use sig_surface_measure, only: nodal_areas
+  use petsc
+  implicit none(type, external)
+  private
+  public :: write_fields
+
+contains
+
+  !> Solves the points and writes fields.h5 and fields.xdmf. Collective on all ranks, for which the problem was loaded.
+  subroutine write_fields(problem, points, folder, states, error, ierr, model)
+    type(problem_t), intent(in) :: problem
+    !> shape (n_parameters, n_points), checked
+    real(rk), intent(in) :: points(:, :)
+    character(*), intent(in) :: folder
+    !> the full-order answers, shape (n_points)
+    type(contact_state_t), allocatable, intent(out) :: states(:)
+    type(error_t), allocatable, intent(out) :: error
+    PetscErrorCode, intent(out) :: ierr
+    type(model_t), intent(in), optional :: model
+    type(point_solver_t) :: solver
+    type(field_file_t) :: file
+    real(rk), allocatable :: areas(:)
+    integer :: i, rank
+
+    allocate (states(size(points, 2)))
+    PetscCall(solver%create(problem, problem%deck%solver, PETSC_COMM_WORLD, ierr))
+    do i = 1, size(points, 2)
+      PetscCall(solver%solve(problem, points(:, i), states(i), ierr))
+    end do
+    PetscCall(solver%destroy(ierr))
+    call MPI_Comm_rank(PETSC_COMM_WORLD, rank, ierr)
+    if (rank == 0) then
+      areas = contact_areas(problem)
+      call file%create(folder // '/fields.h5', problem%mesh, problem%deck%units%length, parameter_names(problem%deck), error)
+      if (.not. allocated(error)) then
+        call write_contact(problem, file, model)
+        do i = 1, size(points, 2)
+          call write_point(problem, points(:, i), states(i), areas, file)
+          if (present(model)) call write_reduced(problem, points(:, i), model, file)
+        end do
+        call file%close(error)
+      end if
+    end if
+    PetscCall(broadcast_error(error, PETSC_COMM_WORLD, ierr))
+  end subroutine write_fields
+
+  !> Which nodes face each other; the same for all points.
+  subroutine write_contact(problem, file, model)
+    type(problem_t), intent(in) :: problem
+    type(field_file_t), intent(inout) :: file
+    type(model_t), intent(in), optional :: model
+
+    call file%add_shared_array('contact/first_nodes', problem%operator%first_node, '-', &
+      'node of each contact row on the first surface, 1-based, order of the mesh file')
+    call file%add_shared_array('contact/second_nodes', problem%operator%second_node, '-', &
+      'node of each contact row on the second surface')
+    if (present(model)) call file%add_shared_array('contact/rows_in_reduced_domain', model%clusters(1)%contact_rows, '-', &
+      'contact rows of the reduced integration domain, 1-based')
+  end subroutine write_contact
+
+  subroutine write_point(problem, point, state, areas, file)
+    type(problem_t), intent(in) :: problem
+    real(rk), intent(in) :: point(:)
+    type(contact_state_t), intent(in) :: state
+    real(rk), intent(in) :: areas(:)
+    type(field_file_t), intent(inout) :: file
+
+    associate (deck => problem%deck, n_dim => problem%mesh%n_dim, n_nodes => problem%mesh%n_nodes)
+      call file%start_point(format_point(deck%parameters, point), point)
+      if (deck%output%has_displacement) call file%add_node_field('displacement', &
+        reshape(state%displacement, [n_dim, n_nodes]), deck%units%length, 'displacement, full-order model')
+      if (deck%output%has_contact) then
+        call write_contact_fields(problem, state, areas, file)
+      end if
+      if (deck%output%has_stress) call file%add_cell_field('stress', &
+        cell_stresses(problem%mesh, problem%body, state%displacement), stress_unit(deck), &
+        'mean stress of the cell, full-order model; xx, yy, zz, xy, yz, xz')
+    end associate
+  end subroutine write_point
+
+  subroutine write_contact_fields(problem, state, areas, file)
+    type(problem_t), intent(in) :: problem
+    type(contact_state_t), intent(in) :: state
+    !> [length**(n_dim - 1)] shape (n_nodes)
+    real(rk), intent(in) :: areas(:)
+    type(field_file_t), intent(inout) :: file
+    real(rk) :: gap(problem%mesh%n_nodes), force(problem%mesh%n_dim, problem%mesh%n_nodes), opening(problem%operator%n_rows)
+
+    associate (operator => problem%operator, deck => problem%deck)
+      ! What the other body does to each node: the opposite of B' lambda, which the stiffness balances.
+      force = -reshape(operator%apply_transpose(state%multipliers, size(force)), shape(force))
+      opening = operator%gap(:, 1) - operator%apply(state%displacement)
+      gap = ieee_value(gap, ieee_quiet_nan)
+      gap(operator%first_node) = opening
+      gap(operator%second_node) = opening
+      call file%add_node_field('contact_force', force, force_unit(problem%deck), 'contact force on the node, full-order model')
+      call file%add_node_field('contact_pressure', pressures(norm2(force, dim=1), areas), stress_unit(deck), &
+        'contact force over the area that the node stands for')
+      call file%add_node_field('gap', gap, deck%units%length, 'open distance of the pair; no number off the contact surfaces')
+      call file%add_array('multipliers_full_order', state%multipliers, force_unit(problem%deck), &
+        'contact force of each row, full-order model')
+    end associate
+  end subroutine write_contact_fields
+
+  subroutine write_reduced(problem, point, model, file)
+    type(problem_t), intent(in) :: problem
+    real(rk), intent(in) :: point(:)
+    type(model_t), intent(in) :: model
+    type(field_file_t), intent(inout) :: file
+    type(query_t) :: query
+    type(answer_t) :: answer
+    character(:), allocatable :: message
+    real(rk), allocatable :: displacement(:), multipliers(:)
+    integer :: is_inside(problem%mesh%n_cells)
+
+    call query%create(model, message)
+    if (allocated(message)) return
+    call query%evaluate(point, answer)
+    call reconstruct_displacement(model, answer, displacement)
+    call reconstruct_multipliers(model, answer, multipliers)
+    is_inside = 0
+    is_inside(model%clusters(answer%cluster)%cells) = 1
+    call file%add_cell_field('reduced_domain', is_inside, '-', 'cell of the reduced integration domain')
+    call file%add_node_field('displacement_reduced', reshape(displacement, [problem%mesh%n_dim, problem%mesh%n_nodes]), &
+      problem%deck%units%length, 'displacement, reduced model')
+    call file%add_array('multipliers_reduced', multipliers, force_unit(problem%deck), &
+      'contact force of each row, reduced model; outside the reduced domain reconstructed')
+    call query%destroy()
+  end subroutine write_reduced
+
+  !> Area of each contact node, on whichever surface it lies.
+  pure function contact_areas(problem) result(areas)
+    type(problem_t), intent(in) :: problem
+    real(rk) :: areas(problem%mesh%n_nodes)
+    integer :: i
+
+    areas = 0
+    do i = 1, size(problem%deck%contact)
+      associate (first => problem%mesh%groups(find_group(problem%mesh, problem%deck%contact(i)%first%text)), &
+        second => problem%mesh%groups(find_group(problem%mesh, problem%deck%contact(i)%second%text)))
+        areas = areas + nodal_areas(problem%mesh, problem%body, first%entities) &
+          + nodal_areas(problem%mesh, problem%body, second%entities)
+      end associate
+    end do
+  end function contact_areas
+
+  !> force / area, zero where no contact surface is.
+  elemental real(rk) function pressures(force, area)
+    real(rk), intent(in) :: force
+    real(rk), intent(in) :: area
+
+    pressures = 0
+    if (area > 0) pressures = force / area
+  end function pressures
+end module sig_field_output

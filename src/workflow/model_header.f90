@@ -1,0 +1,61 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> The part of a model that does not depend on its clusters: where it comes from, its parameters, terms and contact pairs.
+module sig_model_header
+  use sig_deck_echo, only: echo_deck
+  use sig_model, only: model_t
+  use sig_problem, only: parameter_names, parameter_units, problem_t
+  use sig_snapshot_store, only: snapshot_set_t
+  use sig_version, only: code_version
+  implicit none(type, external)
+  private
+  public :: fill_model_header
+
+contains
+
+  !> Local.
+  subroutine fill_model_header(problem, snapshots, model)
+    type(problem_t), intent(in) :: problem
+    type(snapshot_set_t), intent(in) :: snapshots
+    type(model_t), intent(inout) :: model
+    integer :: i
+
+    associate (deck => problem%deck)
+      model%code_version = code_version
+      model%deck_text = echo_deck(deck)
+      model%title = deck%title
+      model%provenance = problem%provenance
+      model%mesh_hash = problem%mesh%file_hash
+      model%length_unit = deck%units%length
+      model%force_unit = deck%units%force
+      model%parameter_names = parameter_names(deck)
+      model%parameter_units = parameter_units(deck)
+      allocate (model%box(2, size(deck%parameters)))
+      do i = 1, size(deck%parameters)
+        model%box(:, i) = [deck%parameters(i)%minimum, deck%parameters(i)%maximum]
+      end do
+      model%pod_tolerance = deck%reduction%pod_tolerance
+      model%dirichlet = deck%reduction%dirichlet
+      model%reconstruction = deck%reduction%reconstruction
+    end associate
+    model%training_points = snapshots%parameters
+    model%term_texts = snapshots%term_texts
+    call fill_contact(problem, model)
+  end subroutine fill_model_header
+
+  subroutine fill_contact(problem, model)
+    type(problem_t), intent(in) :: problem
+    type(model_t), intent(inout) :: model
+
+    model%n_nodes = problem%mesh%n_nodes
+    model%n_dim = problem%mesh%n_dim
+    model%n_dofs = problem%mesh%n_dim * problem%mesh%n_nodes
+    associate (operator => problem%operator)
+      model%n_multipliers = operator%n_rows
+      model%first_node_tags = problem%mesh%node_tags(operator%first_node)
+      model%second_node_tags = problem%mesh%node_tags(operator%second_node)
+      model%first_coordinates = problem%mesh%coordinates(:, operator%first_node)
+      model%second_coordinates = problem%mesh%coordinates(:, operator%second_node)
+      model%gap = operator%gap
+    end associate
+  end subroutine fill_contact
+end module sig_model_header

@@ -1,0 +1,202 @@
+! SPDX-License-Identifier: BSD-3-Clause
+#include "signorom/macros.h"
+!> Everything that deck and mesh say together, before any solving: bodies, prescribed displacements, contact pairs.
+module sig_problem
+  use sig_boundary_conditions, only: boundary_conditions_t, create_boundary_conditions
+  use sig_checksum, only: hash_of_text
+  use sig_contact_operator, only: contact_operator_t, create_contact_operator
+  use sig_deck_config, only: deck_config_t
+  use sig_deck_echo, only: echo_physics
+  use sig_elastic_body, only: create_elastic_body, elastic_body_t
+  use sig_errors, only: error_t, make_error
+  use sig_kinds, only: rk
+  use sig_mesh, only: mesh_t
+  use sig_mesh_checks, only: material_of_cells
+  use sig_mesh_load, only: load_mesh, partition_mesh
+  use sig_node_pairs, only: find_node_pairs, node_pairs_t
+  use sig_parameter_space, only: format_point
+  use sig_terms, only: evaluate_terms
+  use sig_text, only: string_t, to_text
+  use petsc
+  implicit none(type, external)
+  private
+  public :: problem_t, load_problem, parameter_names, parameter_units, check_points, force_unit, stress_unit, inert_pair_names
+
+  type :: problem_t
+    type(deck_config_t) :: deck
+    type(mesh_t) :: mesh
+    type(elastic_body_t) :: body
+    type(boundary_conditions_t) :: boundary
+    type(node_pairs_t) :: pairs
+    !> rows with a multiplier, and rows whose displacements are all prescribed
+    type(contact_operator_t) :: operator
+    type(contact_operator_t) :: inert
+    !> hash of the physical part of the deck and of the mesh file: what makes two snapshots comparable
+    character(16) :: provenance = ''
+  end type problem_t
+
+contains
+
+  !> Collective on comm, for which the mesh is partitioned. Errors are the same on all its ranks.
+  subroutine load_problem(deck, comm, problem, error, ierr)
+    type(deck_config_t), intent(in) :: deck
+    MPI_Comm, intent(in) :: comm
+    type(problem_t), intent(out) :: problem
+    type(error_t), allocatable, intent(out) :: error
+    PetscErrorCode, intent(out) :: ierr
+    integer, allocatable :: material_of_cell(:)
+
+    problem%deck = deck
+    PetscCall(load_mesh(deck%mesh, length_factor(deck), comm, problem%mesh, error, ierr))
+    if (allocated(error)) return
+    call material_of_cells(problem%mesh, deck%materials, deck%path, material_of_cell, error)
+    if (allocated(error)) return
+    call create_elastic_body(deck%mesh%model, deck%materials%young_modulus, deck%materials%poisson_ratio, &
+      material_of_cell, problem%body)
+    call create_boundary_conditions(problem%mesh, deck%boundary_conditions, deck%path, problem%boundary, error)
+    if (allocated(error)) return
+    call find_node_pairs(problem%mesh, deck%contact, deck%path, problem%pairs, error)
+    if (allocated(error)) return
+    PetscCall(partition_mesh(problem%mesh, problem%pairs%first_node, problem%pairs%second_node, comm, ierr))
+    call create_contact_operator(problem%pairs, problem%mesh%n_dim, problem%boundary%n_terms, &
+      problem%boundary%is_prescribed, problem%operator, problem%inert)
+    problem%provenance = hash_of_text(echo_physics(deck) // problem%mesh%file_hash)
+  end subroutine load_problem
+
+  !> From the mesh file's unit of length to the deck's.
+  pure real(rk) function length_factor(deck)
+    type(deck_config_t), intent(in) :: deck
+
+    length_factor = meters(deck%mesh%length_unit) / meters(deck%units%length)
+  end function length_factor
+
+  pure real(rk) function meters(unit)
+    character(*), intent(in) :: unit
+
+    select case (unit)
+    case ('cm')
+      meters = 1.0e-2_rk
+    case ('mm')
+      meters = 1.0e-3_rk
+    case ('um')
+      meters = 1.0e-6_rk
+    case default
+      meters = 1
+    end select
+  end function meters
+
+  !> Pairs without a multiplier, `first - second` by the node numbers of the mesh file.
+  function inert_pair_names(problem) result(names)
+    type(problem_t), intent(in) :: problem
+    type(string_t), allocatable :: names(:)
+    integer :: k
+
+    allocate (names(problem%inert%n_rows))
+    do k = 1, size(names)
+      names(k)%text = to_text(problem%mesh%node_tags(problem%inert%first_node(k))) // ' - ' // &
+        to_text(problem%mesh%node_tags(problem%inert%second_node(k)))
+    end do
+  end function inert_pair_names
+
+  !> Unit of multipliers and reactions: a plane model's forces are per unit thickness.
+  pure function force_unit(deck) result(unit)
+    type(deck_config_t), intent(in) :: deck
+    character(:), allocatable :: unit
+
+    unit = deck%units%force
+    if (deck%mesh%model == 'plane_strain') unit = unit // '/' // deck%units%length
+  end function force_unit
+
+  !> Name of force / length**2.
+  pure function stress_unit(deck) result(unit)
+    type(deck_config_t), intent(in) :: deck
+    character(:), allocatable :: unit
+
+    select case (deck%units%force // '/' // deck%units%length)
+    case ('N/m')
+      unit = 'Pa'
+    case ('kN/m')
+      unit = 'kPa'
+    case ('MN/m', 'N/mm')
+      unit = 'MPa'
+    case ('kN/mm')
+      unit = 'GPa'
+    case default
+      unit = deck%units%force // '/' // deck%units%length // '2'
+    end select
+  end function stress_unit
+
+  pure function parameter_names(deck) result(names)
+    type(deck_config_t), intent(in) :: deck
+    type(string_t), allocatable :: names(:)
+    integer :: i
+
+    allocate (names(size(deck%parameters)))
+    do i = 1, size(names)
+      names(i)%text = deck%parameters(i)%name
+    end do
+  end function parameter_names
+
+  pure function parameter_units(deck) result(units)
+    type(deck_config_t), intent(in) :: deck
+    type(string_t), allocatable :: units(:)
+    integer :: i
+
+    allocate (units(size(deck%parameters)))
+    do i = 1, size(units)
+      units(i)%text = deck%parameters(i)%unit
+    end do
+  end function parameter_units
+
+  !> Refuses points where a prescribed value is not finite, or where a pair whose two sides are prescribed penetrates.
+  subroutine check_points(problem, points, error)
+    type(problem_t), intent(in) :: problem
+    !> shape (n_parameters, n_points)
+    real(rk), intent(in) :: points(:, :)
+    type(error_t), allocatable, intent(out) :: error
+    real(rk), allocatable :: theta(:, :)
+    integer :: i_bad_point, i_point
+
+    call evaluate_terms(problem%boundary%term_texts, parameter_names(problem%deck), points, theta, i_bad_point)
+    if (i_bad_point > 0) then
+      call make_error(error, 'a prescribed displacement has no finite value at ' // &
+        format_point(problem%deck%parameters, points(:, i_bad_point)), problem%deck%path, &
+        problem%deck%boundary_conditions(1)%boundary%line)
+      return
+    end if
+    do i_point = 1, size(points, 2)
+      call check_inert_pairs(problem, points(:, i_point), theta(:, i_point), error)
+      if (allocated(error)) return
+    end do
+  end subroutine check_points
+
+  !> The gap of a pair without a multiplier is a matter of prescribed values alone.
+  subroutine check_inert_pairs(problem, point, theta, error)
+    type(problem_t), intent(in) :: problem
+    real(rk), intent(in) :: point(:)
+    real(rk), intent(in) :: theta(:)
+    type(error_t), allocatable, intent(out) :: error
+    !> [-] of the gap: rounding of the deck's numbers
+    real(rk), parameter :: rounding = 1.0e-12_rk
+    real(rk) :: displacement(problem%mesh%n_dim * problem%mesh%n_nodes), opening(problem%inert%n_rows), gap(problem%inert%n_rows)
+    integer :: k
+
+    displacement = 0
+    displacement(problem%boundary%prescribed_dofs) = matmul(problem%boundary%prescribed_values, theta)
+    gap = matmul(problem%inert%gap, theta)
+    opening = gap - problem%inert%apply(displacement)
+    do k = 1, problem%inert%n_rows
+      if (opening(k) >= -rounding * max(abs(gap(k)), maxval(abs(displacement)))) cycle
+      associate (contact => problem%deck%contact(problem%pairs%contact_entry(problem%inert%pair_of_row(k))))
+        call make_error(error, 'the prescribed displacements press nodes ' // &
+          to_text(problem%mesh%node_tags(problem%inert%first_node(k))) // ' and ' // &
+          to_text(problem%mesh%node_tags(problem%inert%second_node(k))) // ' of the contact surfaces ' // &
+          to_text(-opening(k)) // ' ' // problem%deck%units%length // ' into each other at ' // &
+          format_point(problem%deck%parameters, point) // '; both are prescribed, so no contact force can part them', &
+          problem%deck%path, contact%first%line, contact%first%column, &
+          'the gap of this pair is ' // to_text(gap(k)) // ' ' // problem%deck%units%length // ': narrow the parameter range')
+      end associate
+      return
+    end do
+  end subroutine check_inert_pairs
+end module sig_problem

@@ -1,0 +1,128 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> What the stages of a study found, as sections of report.yaml. Each stage's section can be made from its file alone.
+module sig_reporting
+  use sig_contact_state, only: contact_state_t, reason_converged, reason_text
+  use sig_deck_config, only: deck_config_t
+  use sig_deck_echo, only: echo_deck
+  use sig_kinds, only: rk
+  use sig_model, only: model_t
+  use sig_parameter_space, only: format_point
+  use sig_pod_rank, only: rank_from_energy_tail
+  use sig_run_report, only: run_report_t
+  use sig_snapshot_store, only: snapshot_set_t
+  use sig_statistics, only: statistics_t, summarize
+  use sig_text, only: append_text, string_t, to_text
+  use sig_version, only: code_version
+  implicit none(type, external)
+  private
+  public :: report_deck, report_sizes, report_snapshots, report_model, report_states, report_statistics
+
+  !> rows of residuals in the snapshots, and what they are called
+  character(*), parameter :: residual_names(5) = [character(19) :: 'equilibrium', 'penetration', 'negative_multiplier', &
+    'complementarity', 'force_balance']
+
+contains
+
+  subroutine report_deck(deck, report)
+    type(deck_config_t), intent(in) :: deck
+    type(run_report_t), intent(inout) :: report
+
+    call report%add('version/signorom', code_version)
+    call report%add_yaml('deck', echo_deck(deck))
+  end subroutine report_deck
+
+  subroutine report_sizes(n_nodes, n_cells, n_dofs, n_multipliers, inert_pairs, report)
+    integer, intent(in) :: n_nodes
+    integer, intent(in) :: n_cells
+    integer, intent(in) :: n_dofs
+    integer, intent(in) :: n_multipliers
+    !> `first node - second node` by their gmsh tags
+    type(string_t), intent(in) :: inert_pairs(:)
+    type(run_report_t), intent(inout) :: report
+
+    call report%add('sizes/n_nodes', n_nodes)
+    call report%add('sizes/n_cells', n_cells)
+    call report%add('sizes/n_dofs', n_dofs)
+    call report%add('sizes/n_multipliers', n_multipliers)
+    call report%add('sizes/n_inert_pairs', size(inert_pairs))
+    call report%add('sizes/inert_pairs', inert_pairs)
+  end subroutine report_sizes
+
+  subroutine report_snapshots(deck, set, report)
+    type(deck_config_t), intent(in) :: deck
+    type(snapshot_set_t), intent(in) :: set
+    type(run_report_t), intent(inout) :: report
+    type(string_t), allocatable :: failed(:)
+    integer :: i
+
+    call report%add('sampling/n_points', size(set%reasons))
+    allocate (failed(0))
+    do i = 1, size(set%reasons)
+      if (set%reasons(i) == reason_converged) cycle
+      call append_text(failed, format_point(deck%parameters, set%parameters(:, i)) // ': ' // reason_text(set%reasons(i)))
+    end do
+    call report%add('sampling/not_converged', failed)
+    call report_statistics(report, 'iterations/full_order', real(set%n_iterations, rk))
+    do i = 1, size(residual_names)
+      call report%add('residuals/' // trim(residual_names(i)), maxval(set%residuals(i, :)))
+    end do
+    call report_statistics(report, 'times/sample_per_point', set%seconds)
+  end subroutine report_snapshots
+
+  subroutine report_model(model, report)
+    type(model_t), intent(in) :: model
+    type(run_report_t), intent(inout) :: report
+
+    associate (cluster => model%clusters(1))
+      call report%add('reduction/dirichlet', model%dirichlet)
+      call report%add('reduction/n_snapshots', size(model%training_points, 2))
+      call report%add('reduction/n_modes', rank_from_energy_tail(cluster%singular_values, model%pod_tolerance))
+      call report%add('reduction/n_reduced_unknowns', cluster%n_modes)
+      call report%add('reduction/n_contact_rows', cluster%n_rows)
+      call report%add('reduction/n_cells', size(cluster%cells))
+      call report%add('reduction/condition_number', cluster%condition_number)
+      call report%add('reduction/rank', cluster%rank)
+      call report%add('reduction/stiffness_condition', cluster%stiffness_condition)
+      call report%add('reduction/primal_rank_expected', cluster%primal_rank_expected)
+      call report%add('reduction/warnings', cluster%warnings)
+    end associate
+  end subroutine report_model
+
+  !> Answers of solve, one line each.
+  subroutine report_states(deck, points, states, report)
+    type(deck_config_t), intent(in) :: deck
+    real(rk), intent(in) :: points(:, :)
+    type(contact_state_t), intent(in) :: states(:)
+    type(run_report_t), intent(inout) :: report
+    character(:), allocatable :: key
+    integer :: i
+
+    do i = 1, size(states)
+      key = 'points/' // to_text(i) // '/'
+      call report%add(key // 'point', format_point(deck%parameters, points(:, i)))
+      call report%add(key // 'status', reason_text(states(i)%reason))
+      call report%add(key // 'iterations', states(i)%n_iterations)
+      call report%add(key // 'n_active', count(states(i)%multipliers > 0))
+      call report%add(key // 'contact_force', sum(states(i)%multipliers))
+      call report%add(key // 'seconds', states(i)%seconds)
+      call report%add(key // 'residuals/equilibrium', states(i)%residuals%equilibrium)
+      call report%add(key // 'residuals/penetration', states(i)%residuals%penetration)
+      call report%add(key // 'residuals/negative_multiplier', states(i)%residuals%negative_multiplier)
+      call report%add(key // 'residuals/complementarity', states(i)%residuals%complementarity)
+      call report%add(key // 'residuals/force_balance', states(i)%residuals%force_balance)
+    end do
+  end subroutine report_states
+
+  subroutine report_statistics(report, key, values)
+    type(run_report_t), intent(inout) :: report
+    character(*), intent(in) :: key
+    real(rk), intent(in) :: values(:)
+    type(statistics_t) :: statistics
+
+    statistics = summarize(values)
+    call report%add(key // '/min', statistics%minimum)
+    call report%add(key // '/median', statistics%median)
+    call report%add(key // '/p95', statistics%p95)
+    call report%add(key // '/max', statistics%maximum)
+  end subroutine report_statistics
+end module sig_reporting

@@ -1,0 +1,162 @@
+! SPDX-License-Identifier: BSD-3-Clause
+#include "signorom/macros.h"
+!> Training points -> snapshots: groups of ranks solve different points, every finished point is on disk at once, a killed run
+!> goes on where it was.
+module sig_sampling
+  use sig_contact_state, only: contact_state_t
+  use sig_deck_config, only: deck_config_t
+  use sig_error_broadcast, only: broadcast_error
+  use sig_errors, only: error_t
+  use sig_kinds, only: rk
+  use sig_parameter_space, only: build_points
+  use sig_point_solver, only: point_solver_t
+  use sig_problem, only: check_points, load_problem, problem_t
+  use sig_progress, only: progress_t
+  use sig_rank_groups, only: create_rank_groups, rank_groups_t
+  use sig_signals, only: is_stop_requested
+  use sig_snapshot_merge, only: find_finished_points, merge_snapshots, shard_path
+  use sig_snapshot_shard, only: shard_writer_t, snapshot_record_t
+  use sig_petsc_support, only: max_over_ranks
+  use petsc
+  implicit none(type, external)
+  private
+  public :: sample, sampling_result_t
+
+  type :: sampling_result_t
+    integer :: n_points = 0
+    !> points that were on disk already
+    integer :: n_found = 0
+    !> a signal ended the run before all points were done
+    logical :: is_stopped = .false.
+    !> [s] longest set-up of a group
+    real(rk) :: setup_seconds = 0
+  end type sampling_result_t
+
+contains
+
+  !> Makes snapshots.h5 in the folder. Collective on all ranks; errors are known to all.
+  subroutine sample(deck, folder, outcome, error, ierr)
+    type(deck_config_t), intent(in) :: deck
+    !> results folder, which this run has locked
+    character(*), intent(in) :: folder
+    type(sampling_result_t), intent(out) :: outcome
+    type(error_t), allocatable, intent(out) :: error
+    PetscErrorCode, intent(out) :: ierr
+    type(rank_groups_t) :: groups
+    type(problem_t) :: problem
+    real(rk), allocatable :: points(:, :)
+    integer, allocatable :: to_do(:)
+    logical, allocatable :: is_done(:)
+    integer :: i
+
+    ierr = 0
+    call build_points(deck%training, deck%parameters, points, error)
+    if (allocated(error)) return
+    outcome%n_points = size(points, 2)
+    PetscCall(create_rank_groups(deck%training%n_groups, size(points, 2), groups, ierr))
+    PetscCall(load_problem(deck, groups%comm, problem, error, ierr))
+    if (.not. allocated(error)) call check_points(problem, points, error)
+    if (.not. allocated(error)) then
+      PetscCall(find_finished_points(problem, folder, points, is_done, error, ierr))
+    end if
+    if (.not. allocated(error)) then
+      outcome%n_found = count(is_done)
+      to_do = pack([(i, i=1, size(is_done))], .not. is_done)
+      PetscCall(solve_and_merge(problem, groups, folder, points, to_do, outcome, error, ierr))
+    end if
+    PetscCall(groups%destroy(ierr))
+  end subroutine sample
+
+  subroutine solve_and_merge(problem, groups, folder, points, to_do, outcome, error, ierr)
+    type(problem_t), intent(in) :: problem
+    type(rank_groups_t), intent(in) :: groups
+    character(*), intent(in) :: folder
+    real(rk), intent(in) :: points(:, :)
+    integer, intent(in) :: to_do(:)
+    type(sampling_result_t), intent(inout) :: outcome
+    type(error_t), allocatable, intent(out) :: error
+    PetscErrorCode, intent(out) :: ierr
+    type(point_solver_t) :: solver
+    real(rk) :: stopped
+
+    ierr = 0
+    if (size(to_do) == 0) return
+    PetscCall(solver%create(problem, problem%deck%solver, groups%comm, ierr))
+    outcome%setup_seconds = solver%setup_seconds
+    PetscCall(solve_points(problem, groups, solver, folder, points, to_do, outcome%is_stopped, error, ierr))
+    stopped = merge(1.0_rk, 0.0_rk, outcome%is_stopped)
+    PetscCall(max_over_ranks(PETSC_COMM_WORLD, stopped, ierr))
+    outcome%is_stopped = stopped > 0
+    if (.not. allocated(error) .and. .not. outcome%is_stopped) then
+      PetscCall(merge_snapshots(problem, groups, solver%system, folder, points, error, ierr))
+    end if
+    PetscCall(solver%destroy(ierr))
+  end subroutine solve_and_merge
+
+  !> The loop over this group's points. A point that did not converge is kept and marked; a signal ends the loop.
+  subroutine solve_points(problem, groups, solver, folder, points, to_do, is_stopped, error, ierr)
+    type(problem_t), intent(in) :: problem
+    type(rank_groups_t), intent(in) :: groups
+    type(point_solver_t), intent(inout) :: solver
+    character(*), intent(in) :: folder
+    real(rk), intent(in) :: points(:, :)
+    integer, intent(in) :: to_do(:)
+    logical, intent(out) :: is_stopped
+    type(error_t), allocatable, intent(out) :: error
+    PetscErrorCode, intent(out) :: ierr
+    type(shard_writer_t) :: writer
+    type(contact_state_t) :: state
+    type(progress_t) :: progress
+    integer :: i
+
+    ierr = 0
+    is_stopped = .false.
+    if (groups%is_leader()) then
+      call writer%create(shard_path(folder, groups%i_group), problem%provenance, size(points, 1), solver%system%map%n_dofs, &
+        solver%system%operator%n_rows, error)
+    end if
+    PetscCall(broadcast_error(error, PETSC_COMM_WORLD, ierr))
+    if (allocated(error)) return
+    call progress%start('sampling', size(to_do))
+    do i = 1, size(to_do)
+      if (groups%has_point(i)) then
+        PetscCall(solver%solve(problem, points(:, to_do(i)), state, ierr))
+        if (groups%is_leader()) call writer%append(record_of(points(:, to_do(i)), state), error)
+        PetscCall(broadcast_error(error, groups%comm, ierr))
+        PetscCall(agree_to_stop(groups%comm, is_stopped, ierr))
+        if (allocated(error) .or. is_stopped) exit
+      end if
+      call progress%advance(i)
+    end do
+    call progress%finish()
+    if (groups%is_leader() .and. .not. allocated(error)) call writer%close(error)
+    PetscCall(broadcast_error(error, PETSC_COMM_WORLD, ierr))
+  end subroutine solve_points
+
+  !> One rank's signal stops its whole group after the same point.
+  subroutine agree_to_stop(comm, is_stopped, ierr)
+    MPI_Comm, intent(in) :: comm
+    logical, intent(out) :: is_stopped
+    PetscErrorCode, intent(out) :: ierr
+    real(rk) :: flag
+
+    flag = merge(1.0_rk, 0.0_rk, is_stop_requested())
+    PetscCall(max_over_ranks(comm, flag, ierr))
+    is_stopped = flag > 0
+  end subroutine agree_to_stop
+
+  pure function record_of(point, state) result(record)
+    real(rk), intent(in) :: point(:)
+    type(contact_state_t), intent(in) :: state
+    type(snapshot_record_t) :: record
+
+    record%parameters = point
+    record%displacement = state%displacement
+    record%multipliers = state%multipliers
+    record%n_iterations = state%n_iterations
+    record%reason = state%reason
+    record%residuals = [state%residuals%equilibrium, state%residuals%penetration, state%residuals%negative_multiplier, &
+      state%residuals%complementarity, state%residuals%force_balance]
+    record%seconds = state%seconds
+  end function record_of
+end module sig_sampling

@@ -1,0 +1,195 @@
+! SPDX-License-Identifier: BSD-3-Clause
+#include "signorom/macros.h"
+!> Finds what earlier runs left in the results folder, and makes one snapshots.h5 of it and of this run's shards.
+module sig_snapshot_merge
+  use mpi, only: MPI_Barrier, MPI_Bcast, MPI_Comm_rank, MPI_LOGICAL
+  use sig_contact_state, only: reason_converged
+  use sig_contact_system, only: contact_system_t
+  use sig_error_broadcast, only: broadcast_error
+  use sig_errors, only: error_t, exit_not_converged, make_error
+  use sig_file_system, only: file_exists, list_files, remove_file
+  use sig_free_response, only: compute_free_response
+  use sig_kinds, only: rk
+  use sig_log, only: log_warning
+  use sig_problem, only: force_unit, parameter_names, parameter_units, problem_t
+  use sig_rank_groups, only: rank_groups_t
+  use sig_snapshot_shard, only: read_shard, snapshot_record_t
+  use sig_snapshot_store, only: read_snapshot_set, snapshot_set_t, write_snapshot_set
+  use sig_text, only: string_t, to_text
+  use petsc
+  implicit none(type, external)
+  private
+  public :: find_finished_points, merge_snapshots, shard_path, snapshots_path
+
+  character(*), parameter :: shard_prefix = 'snapshots.part-'
+
+contains
+
+  pure function snapshots_path(folder) result(path)
+    character(*), intent(in) :: folder
+    character(:), allocatable :: path
+
+    path = folder // '/snapshots.h5'
+  end function snapshots_path
+
+  !> Shard of a group (1-based).
+  pure function shard_path(folder, i_group) result(path)
+    character(*), intent(in) :: folder
+    integer, intent(in) :: i_group
+    character(:), allocatable :: path
+
+    path = folder // '/' // shard_prefix // to_text(i_group)
+  end function shard_path
+
+  !> Which points are solved already. Collective on all ranks. Errors: snapshots of another deck or mesh.
+  subroutine find_finished_points(problem, folder, points, is_done, error, ierr)
+    type(problem_t), intent(in) :: problem
+    character(*), intent(in) :: folder
+    real(rk), intent(in) :: points(:, :)
+    logical, allocatable, intent(out) :: is_done(:)
+    type(error_t), allocatable, intent(out) :: error
+    PetscErrorCode, intent(out) :: ierr
+    type(snapshot_record_t), allocatable :: records(:)
+    integer :: rank
+
+    allocate (is_done(size(points, 2)), source=.false.)
+    call MPI_Comm_rank(PETSC_COMM_WORLD, rank, ierr)
+    if (rank == 0) then
+      call collect_records(problem, folder, points, records, error)
+      if (.not. allocated(error)) is_done = records%reason == reason_converged
+    end if
+    PetscCall(broadcast_error(error, PETSC_COMM_WORLD, ierr))
+    call MPI_Bcast(is_done, size(is_done), MPI_LOGICAL, 0, PETSC_COMM_WORLD, ierr)
+  end subroutine find_finished_points
+
+  !> The record of each point, with reason 0 where there is none; a converged one wins. Local.
+  subroutine collect_records(problem, folder, points, records, error)
+    type(problem_t), intent(in) :: problem
+    character(*), intent(in) :: folder
+    real(rk), intent(in) :: points(:, :)
+    !> shape (n_points)
+    type(snapshot_record_t), allocatable, intent(out) :: records(:)
+    type(error_t), allocatable, intent(out) :: error
+    type(snapshot_record_t), allocatable :: found(:)
+    type(snapshot_set_t) :: set
+    type(string_t), allocatable :: shards(:)
+    integer :: i, n_dropped
+
+    allocate (records(size(points, 2)))
+    if (file_exists(snapshots_path(folder))) then
+      call read_snapshot_set(snapshots_path(folder), problem%provenance, set, error)
+      if (allocated(error)) return
+      call keep_records(records_of_set(set), points, records)
+    end if
+    shards = list_files(folder, shard_prefix)
+    do i = 1, size(shards)
+      call read_shard(folder // '/' // shards(i)%text, problem%provenance, size(points, 1), &
+        problem%mesh%n_dim * problem%mesh%n_nodes, problem%operator%n_rows, found, n_dropped, error)
+      if (allocated(error)) return
+      if (n_dropped > 0) call log_warning(shards(i)%text // ' ends in ' // to_text(n_dropped) // &
+        ' damaged record(s), as a killed run leaves them; their points are solved again')
+      call keep_records(found, points, records)
+    end do
+  end subroutine collect_records
+
+  pure function records_of_set(set) result(records)
+    type(snapshot_set_t), intent(in) :: set
+    type(snapshot_record_t) :: records(size(set%reasons))
+    integer :: i
+
+    do i = 1, size(records)
+      records(i)%parameters = set%parameters(:, i)
+      records(i)%displacement = set%displacement(:, i)
+      records(i)%multipliers = set%multipliers(:, i)
+      records(i)%n_iterations = set%n_iterations(i)
+      records(i)%reason = set%reasons(i)
+      records(i)%residuals = set%residuals(:, i)
+      records(i)%seconds = set%seconds(i)
+    end do
+  end function records_of_set
+
+  !> Puts found records at their points; points are equal only if every digit is.
+  pure subroutine keep_records(found, points, records)
+    type(snapshot_record_t), intent(in) :: found(:)
+    real(rk), intent(in) :: points(:, :)
+    type(snapshot_record_t), intent(inout) :: records(:)
+    integer :: i, i_point
+
+    do i = 1, size(found)
+      do i_point = 1, size(points, 2)
+        if (any(abs(found(i)%parameters - points(:, i_point)) > 0)) cycle
+        if (records(i_point)%reason /= reason_converged) records(i_point) = found(i)
+      end do
+    end do
+  end subroutine keep_records
+
+  !> One snapshots.h5 of everything, then the shards go. Collective on all ranks.
+  subroutine merge_snapshots(problem, groups, system, folder, points, error, ierr)
+    type(problem_t), intent(in) :: problem
+    type(rank_groups_t), intent(in) :: groups
+    type(contact_system_t), intent(inout) :: system
+    character(*), intent(in) :: folder
+    real(rk), intent(in) :: points(:, :)
+    type(error_t), allocatable, intent(out) :: error
+    PetscErrorCode, intent(out) :: ierr
+    real(rk), allocatable :: response(:, :)
+    integer :: reason
+
+    if (groups%i_group == 1) then
+      PetscCall(compute_free_response(system, response, reason, ierr))
+      if (reason /= reason_converged) call make_error(error, 'the stiffness without contact is singular: ' // &
+        'a body is held by nothing but contact, which this version cannot reduce', problem%deck%path, &
+        exit_code=exit_not_converged)
+    end if
+    call MPI_Barrier(PETSC_COMM_WORLD, ierr)
+    if (groups%world_rank == 0 .and. .not. allocated(error)) call write_merged(problem, folder, points, response, error)
+    PetscCall(broadcast_error(error, PETSC_COMM_WORLD, ierr))
+  end subroutine merge_snapshots
+
+  subroutine write_merged(problem, folder, points, response, error)
+    type(problem_t), intent(in) :: problem
+    character(*), intent(in) :: folder
+    real(rk), intent(in) :: points(:, :)
+    real(rk), intent(in) :: response(:, :)
+    type(error_t), allocatable, intent(out) :: error
+    type(snapshot_record_t), allocatable :: records(:)
+    type(string_t), allocatable :: shards(:)
+    integer :: i
+
+    call collect_records(problem, folder, points, records, error)
+    if (allocated(error)) return
+    call write_snapshot_set(snapshots_path(folder), set_of_records(problem, records, response), &
+      problem%deck%units%length, force_unit(problem%deck), parameter_units(problem%deck), error)
+    if (allocated(error)) return
+    shards = list_files(folder, shard_prefix)
+    do i = 1, size(shards)
+      call remove_file(folder // '/' // shards(i)%text, error)
+      if (allocated(error)) return
+    end do
+  end subroutine write_merged
+
+  pure function set_of_records(problem, records, response) result(set)
+    type(problem_t), intent(in) :: problem
+    type(snapshot_record_t), intent(in) :: records(:)
+    real(rk), intent(in) :: response(:, :)
+    type(snapshot_set_t) :: set
+    integer :: i, m
+
+    m = size(records)
+    set%provenance = problem%provenance
+    set%parameter_names = parameter_names(problem%deck)
+    set%term_texts = problem%boundary%term_texts
+    set%free_response = response
+    set%n_iterations = records%n_iterations
+    set%reasons = records%reason
+    set%seconds = records%seconds
+    allocate (set%parameters(size(records(1)%parameters), m), set%displacement(size(records(1)%displacement), m))
+    allocate (set%multipliers(size(records(1)%multipliers), m), set%residuals(size(records(1)%residuals), m))
+    do i = 1, m
+      set%parameters(:, i) = records(i)%parameters
+      set%displacement(:, i) = records(i)%displacement
+      set%multipliers(:, i) = records(i)%multipliers
+      set%residuals(:, i) = records(i)%residuals
+    end do
+  end function set_of_records
+end module sig_snapshot_merge

@@ -1,0 +1,152 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> The validation as validation.csv, as a section of the report, and as statistics in the model.
+module sig_validation_output
+  use sig_contact_state, only: reason_converged
+  use sig_deck_config, only: deck_config_t
+  use sig_errors, only: error_t
+  use sig_file_system, only: write_text_file
+  use sig_kinds, only: rk
+  use sig_model, only: model_t
+  use sig_parameter_space, only: format_point
+  use sig_lcp, only: lcp_method_name
+  use sig_reporting, only: report_statistics
+  use sig_run_report, only: run_report_t
+  use sig_statistics, only: statistics_t, summarize
+  use sig_text, only: append_text, string_t, to_text
+  use sig_validation, only: error_names, n_errors, validation_t
+  implicit none(type, external)
+  private
+  public :: write_validation_table, report_validation, keep_statistics
+
+contains
+
+  !> One line per test point. Local.
+  subroutine write_validation_table(deck, outcome, path, error)
+    type(deck_config_t), intent(in) :: deck
+    type(validation_t), intent(in) :: outcome
+    character(*), intent(in) :: path
+    type(error_t), allocatable, intent(out) :: error
+    character(:), allocatable :: text
+    integer :: i, i_error
+
+    text = ''
+    do i = 1, size(deck%parameters)
+      text = text // deck%parameters(i)%name // ','
+    end do
+    text = text // 'cluster'
+    do i_error = 1, n_errors
+      text = text // ',' // trim(error_names(i_error))
+    end do
+    text = text // ',n_active,n_active_full_order,solver,full_order' // new_line('a')
+    do i = 1, size(outcome%points, 2)
+      text = text // table_row(outcome, i) // new_line('a')
+    end do
+    call write_text_file(path, text, error)
+  end subroutine write_validation_table
+
+  function table_row(outcome, i) result(row)
+    type(validation_t), intent(in) :: outcome
+    integer, intent(in) :: i
+    character(:), allocatable :: row
+    integer :: k
+
+    row = ''
+    do k = 1, size(outcome%points, 1)
+      row = row // to_text(outcome%points(k, i)) // ','
+    end do
+    row = row // to_text(outcome%cluster(i))
+    do k = 1, n_errors
+      row = row // ',' // number(outcome%errors(k, i))
+    end do
+    row = row // ',' // to_text(outcome%n_active(i)) // ',' // to_text(outcome%n_active_full_order(i)) // ',' // &
+      lcp_method_name(outcome%method(i)) // ',' // status(outcome%reason_full_order(i))
+  end function table_row
+
+  pure function status(reason) result(text)
+    integer, intent(in) :: reason
+    character(:), allocatable :: text
+
+    text = 'not_converged'
+    if (reason == reason_converged) text = 'converged'
+  end function status
+
+  !> Words that every CSV reader takes for what is no finite number.
+  pure function number(value) result(text)
+    real(rk), intent(in) :: value
+    character(:), allocatable :: text
+    character(24) :: buffer
+
+    if (value > huge(value)) then
+      text = 'inf'
+    else if (value >= 0) then
+      write (buffer, '(es14.6)') value
+      text = trim(adjustl(buffer))
+    else
+      text = 'nan'
+    end if
+  end function number
+
+  !> Errors with their quartiles, where they are largest, and what the answers cost.
+  subroutine report_validation(deck, outcome, report)
+    type(deck_config_t), intent(in) :: deck
+    type(validation_t), intent(in) :: outcome
+    type(run_report_t), intent(inout) :: report
+    integer :: i_error
+
+    call report%add('errors/n_points', size(outcome%points, 2))
+    do i_error = 1, n_errors
+      call report_statistics(report, 'errors/' // trim(error_names(i_error)), outcome%errors(i_error, :))
+    end do
+    call report%add('errors/e_lambda_rid/above_8e-3', points_above(deck, outcome, 2, 8.0e-3_rk))
+    call report%add('errors/e_lambda_rid/no_contact', count(is_no_number(outcome%errors(2, :))))
+    call report%add('errors/e_lambda_rid/infinite', count(outcome%errors(2, :) > huge(1.0_rk)))
+    call report%add('times/full_order_setup', outcome%setup_seconds)
+    call report%add('times/full_order_per_point', outcome%full_order_seconds)
+    call report%add('times/refactored_per_point', outcome%refactored_seconds)
+    call report%add('times/query', outcome%query_seconds)
+    call report%add('speed_up/over_refactored', outcome%refactored_seconds / outcome%query_seconds)
+    call report%add('speed_up/over_' // deck%solver%type, outcome%full_order_seconds / outcome%query_seconds)
+  end subroutine report_validation
+
+  elemental logical function is_no_number(value)
+    real(rk), intent(in) :: value
+
+    is_no_number = .not. (value >= 0)
+  end function is_no_number
+
+  !> The points at which an error exceeds a limit.
+  function points_above(deck, outcome, i_error, limit) result(points)
+    type(deck_config_t), intent(in) :: deck
+    type(validation_t), intent(in) :: outcome
+    integer, intent(in) :: i_error
+    real(rk), intent(in) :: limit
+    type(string_t), allocatable :: points(:)
+    integer :: i
+
+    allocate (points(0))
+    do i = 1, size(outcome%points, 2)
+      if (.not. outcome%errors(i_error, i) > limit) cycle
+      call append_text(points, format_point(deck%parameters, outcome%points(:, i)) // ': ' // &
+        number(outcome%errors(i_error, i)) // ', ' // to_text(outcome%n_active_full_order(i)) // ' active pairs')
+    end do
+  end function points_above
+
+  !> Statistics for the model file.
+  subroutine keep_statistics(outcome, model)
+    type(validation_t), intent(in) :: outcome
+    type(model_t), intent(inout) :: model
+    type(statistics_t) :: statistics(n_errors)
+    integer :: i_error
+
+    if (allocated(model%validation%names)) deallocate (model%validation%names)
+    allocate (model%validation%names(n_errors))
+    do i_error = 1, n_errors
+      model%validation%names(i_error)%text = trim(error_names(i_error))
+      statistics(i_error) = summarize(outcome%errors(i_error, :))
+    end do
+    model%validation%minimum = statistics%minimum
+    model%validation%median = statistics%median
+    model%validation%p95 = statistics%p95
+    model%validation%maximum = statistics%maximum
+  end subroutine keep_statistics
+end module sig_validation_output
