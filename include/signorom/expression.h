@@ -17,10 +17,10 @@ enum {
 
 typedef struct sig_expression sig_expression;
 
-/* Compiles a text of `text_length` bytes over `n_names` variables, whose names stand in `names` as consecutive fields of
-   `name_width` bytes padded with blanks. Returns a code from above. On SIG_EXPRESSION_OK *expression must be freed; else
-   it is NULL, *position is the 0-based place in the text (-1 unknown) and `token`, `message` hold null-terminated texts
-   of at most `size` bytes. */
+/* Compiles a text of `text_length` bytes over `n_names` variables, whose names stand in `names` as consecutive fields
+   of `name_width` bytes padded with blanks. Returns a code from above. On SIG_EXPRESSION_OK *expression must be freed;
+   else it is NULL, *position is the 0-based place in the text (-1 unknown) and `token`, `message` hold null-terminated
+   texts of at most `size` bytes. */
 int sig_expression_create(const char *text, size_t text_length, const char *names, size_t name_width, int n_names,
                           sig_expression **expression, int *position, char *token, char *message, size_t size);
 

@@ -14,15 +14,16 @@ enum { SIG_YAML_SYNTAX = 1, SIG_YAML_DUPLICATE = 2, SIG_YAML_REFUSED = 3 };
 /* Opaque result of a reading: nodes in the order of the text (a parent before its children) and faults. */
 typedef struct sig_yaml sig_yaml;
 
-/* One node. Lines and columns are 1-based, 0 = unknown. Texts are not null-terminated and live as long as the reading. */
+/* One node. Lines and columns are 1-based, 0 = unknown. Texts are not null-terminated and live as long as the reading.
+ */
 typedef struct {
   int kind;
-  int parent;     /* [-] 0-based index of the parent, -1 for the root */
-  int line;       /* place of the value; that of the key where the value is empty */
+  int parent; /* [-] 0-based index of the parent, -1 for the root */
+  int line;   /* place of the value; that of the key where the value is empty */
   int column;
-  int key_line;   /* place of the key; that of the value in a sequence and for the root */
+  int key_line; /* place of the key; that of the value in a sequence and for the root */
   int key_column;
-  int is_quoted;  /* 1 for a quoted or block scalar */
+  int is_quoted; /* 1 for a quoted or block scalar */
   const char *key;
   size_t key_length; /* 0 in a sequence and for the root */
   const char *text;

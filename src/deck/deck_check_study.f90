@@ -69,8 +69,8 @@ contains
         if (points(j, i) >= parameters(j)%minimum .and. points(j, i) <= parameters(j)%maximum) cycle
         unit = ''
         if (len(parameters(j)%unit) > 0) unit = ' ' // parameters(j)%unit
-        call tree%report_at(path // '.' // parameters(j)%name, 'is ' // to_text(points(j, i)) // unit // '; it must lie between ' // &
-          to_text(parameters(j)%minimum) // ' and ' // to_text(parameters(j)%maximum) // unit)
+        call tree%report_at(path // '.' // parameters(j)%name, 'is ' // to_text(points(j, i)) // unit // &
+          '; it must lie between ' // to_text(parameters(j)%minimum) // ' and ' // to_text(parameters(j)%maximum) // unit)
       end do
       do j = 1, i - 1
         if (any(abs(points(:, i) - points(:, j)) > 0)) cycle

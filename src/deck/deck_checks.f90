@@ -62,8 +62,8 @@ contains
     if (parameter%minimum < parameter%maximum) return
     unit = ''
     if (len(parameter%unit) > 0) unit = ' ' // parameter%unit
-    call tree%report_at(path // '.max', 'is ' // to_text(parameter%maximum) // unit // '; it must be greater than min, which is ' // &
-      to_text(parameter%minimum) // unit)
+    call tree%report_at(path // '.max', 'is ' // to_text(parameter%maximum) // unit // &
+      '; it must be greater than min, which is ' // to_text(parameter%minimum) // unit)
   end subroutine check_parameter
 
   !> At the key, for that is what is wrong.
@@ -201,8 +201,8 @@ contains
       if (len(entry%first%text) > 0 .and. entry%first%text == entry%second%text) call tree%report_at(path // '.second', &
         'is ' // shown(entry%second%text) // ' like first; it must be another surface')
       do i = 1, i_contact - 1
-        if (are_same_surfaces(contact(i), entry)) call tree%report_at(path // '.first', 'and second are the surfaces of contact[' // &
-          to_text(i) // '] already')
+        if (are_same_surfaces(contact(i), entry)) call tree%report_at(path // '.first', &
+          'and second are the surfaces of contact[' // to_text(i) // '] already')
       end do
       call check_direction(tree, path // '.direction', entry%direction, model)
       if (entry%pairing_tolerance <= 0 .or. entry%pairing_tolerance > 0.5_rk) call tree%report_at(path // '.pairing_tolerance', &

@@ -212,9 +212,10 @@ contains
     ! words that YAML (here or in another reader) takes for something else than a text
     select case (lower(text))
     case ('null', 'true', 'false', 'yes', 'no', 'on', 'off', 'y', 'n')
-      return
+      is_plain = .false.
+    case default
+      call read_real(text, number, is_number)
+      is_plain = .not. is_number
     end select
-    call read_real(text, number, is_number)
-    is_plain = .not. is_number
   end function is_plain
 end module sig_deck_echo

@@ -100,6 +100,8 @@ contains
     select case (this%nodes(i_node)%text)
     case ('', '~', 'null', 'Null', 'NULL')
       is_empty = .true.
+    case default
+      is_empty = .false.
     end select
   end function is_empty
 

@@ -302,7 +302,8 @@ contains
     call expression%create(value%text, tree%parameter_names, message)
     is_valid = .not. allocated(message)
     if (.not. is_valid) then
-      call tree%report(i_node, 'is ' // tree%kind_name(i_node) // '; it must be ' // wanted // ': ' // message, hint_of(tree, i_node))
+      call tree%report(i_node, 'is ' // tree%kind_name(i_node) // '; it must be ' // wanted // ': ' // message, &
+        hint_of(tree, i_node))
       return
     end if
     value%is_constant = .true.

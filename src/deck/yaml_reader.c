@@ -55,8 +55,7 @@ static void add_fault(sig_yaml *reading, int kind, place_t place, const char *fo
     __attribute__((format(printf, 4, 5)));
 
 static void add_fault(sig_yaml *reading, int kind, place_t place, const char *format, ...) {
-  if (reading->n_faults == MAX_FAULTS)
-    return;
+  if (reading->n_faults == MAX_FAULTS) return;
   fault_t *fault = &reading->faults[reading->n_faults++];
   fault->kind = kind;
   fault->line = place.line;
@@ -70,14 +69,14 @@ static void add_fault(sig_yaml *reading, int kind, place_t place, const char *fo
 /* Length of the UTF-8 character at text[i], or 0 where there is none or where it is a control character. */
 static size_t character_length(const unsigned char *text, size_t i, size_t length) {
   unsigned char first = text[i];
-  if (first < 0x80)
-    return (first >= 0x20 && first != 0x7f) || first == '\n' || first == '\r' || first == '\t';
-  size_t n = first >= 0xf0 && first < 0xf5 ? 4 : first >= 0xe0 && first < 0xf0 ? 3 : first >= 0xc2 && first < 0xe0 ? 2 : 0;
-  if (n == 0 || i + n > length)
-    return 0;
+  if (first < 0x80) return (first >= 0x20 && first != 0x7f) || first == '\n' || first == '\r' || first == '\t';
+  size_t n = first >= 0xf0 && first < 0xf5   ? 4
+             : first >= 0xe0 && first < 0xf0 ? 3
+             : first >= 0xc2 && first < 0xe0 ? 2
+                                             : 0;
+  if (n == 0 || i + n > length) return 0;
   for (size_t k = 1; k < n; k++)
-    if ((text[i + k] & 0xc0) != 0x80)
-      return 0;
+    if ((text[i + k] & 0xc0) != 0x80) return 0;
   return n;
 }
 
@@ -103,7 +102,8 @@ static void check_characters(sig_yaml *reading, const char *text, size_t length)
     } else if (is_indentation && bytes[i] != ' ') {
       is_indentation = false;
       if (tab_column > 0 && bytes[i] != '#' && bytes[i] != '\r') {
-        add_fault(reading, SIG_YAML_REFUSED, (place_t){place.line, tab_column}, "a tab stands in the indentation; YAML takes spaces only");
+        add_fault(reading, SIG_YAML_REFUSED, (place_t){place.line, tab_column},
+                  "a tab stands in the indentation; YAML takes spaces only");
         return;
       }
     }
@@ -124,8 +124,7 @@ static size_t keep_text(builder_t *builder, const char *text, size_t length) {
     reading->pool_size = size;
   }
   size_t start = reading->pool_length;
-  if (length > 0)
-    memcpy(reading->pool + start, text, length);
+  if (length > 0) memcpy(reading->pool + start, text, length);
   reading->pool_length += length;
   return start;
 }
@@ -161,8 +160,7 @@ static node_t *add_node(builder_t *builder, int kind, place_t place) {
       frame->has_key = false;
     }
   }
-  if (place.line == 0)
-    place = key_place;
+  if (place.line == 0) place = key_place;
   node->line = place.line;
   node->column = place.column;
   node->key_line = key_place.line;
@@ -171,8 +169,7 @@ static node_t *add_node(builder_t *builder, int kind, place_t place) {
 }
 
 static bool expects_key(const builder_t *builder) {
-  if (builder->depth == 0)
-    return false;
+  if (builder->depth == 0) return false;
   const frame_t *frame = &builder->frames[builder->depth - 1];
   return builder->reading->nodes[frame->node].kind == SIG_YAML_MAPPING && !frame->has_key;
 }
@@ -192,9 +189,10 @@ static void take_key(builder_t *builder, place_t place, const char *text, size_t
   }
   for (int i = frame->node + 1; i < reading->n_nodes; i++) {
     const node_t *node = &reading->nodes[i];
-    if (node->parent == frame->node && node->key_length == length && memcmp(reading->pool + node->key_start, text, length) == 0) {
-      add_fault(reading, SIG_YAML_DUPLICATE, place, "duplicate key '%.*s'; it stands on line %d already", (int)(length < 80 ? length : 80),
-                text, node->key_line);
+    if (node->parent == frame->node && node->key_length == length &&
+        memcmp(reading->pool + node->key_start, text, length) == 0) {
+      add_fault(reading, SIG_YAML_DUPLICATE, place, "duplicate key '%.*s'; it stands on line %d already",
+                (int)(length < 80 ? length : 80), text, node->key_line);
       break;
     }
   }
@@ -210,8 +208,7 @@ static void take_scalar(builder_t *builder, place_t place, struct fy_token *toke
     place.column--; /* libfyaml's mark stands behind the quote */
   size_t length = 0;
   const char *text = fy_token_get_text(token, &length);
-  if (!text)
-    length = 0;
+  if (!text) length = 0;
   for (size_t i = 0; i < length; i++)
     if ((unsigned char)text[i] < 0x20 && text[i] != '\n' && text[i] != '\t') {
       add_fault(builder->reading, SIG_YAML_REFUSED, place, "a text with a control character");
@@ -223,8 +220,7 @@ static void take_scalar(builder_t *builder, place_t place, struct fy_token *toke
     return;
   }
   node_t *node = add_node(builder, SIG_YAML_SCALAR, place);
-  if (!node)
-    return;
+  if (!node) return;
   node->is_quoted = style != FYSS_PLAIN;
   node->text_length = length;
   node->text_start = keep_text(builder, text, length);
@@ -241,14 +237,12 @@ static void open_collection(builder_t *builder, int kind, place_t place) {
     builder->is_over = true;
     return;
   }
-  if (!add_node(builder, kind, place))
-    return;
+  if (!add_node(builder, kind, place)) return;
   builder->frames[builder->depth++] = (frame_t){.node = builder->reading->n_nodes - 1};
 }
 
 static void start_document(builder_t *builder, place_t place) {
-  if (++builder->n_documents == 1)
-    return;
+  if (++builder->n_documents == 1) return;
   add_fault(builder->reading, SIG_YAML_REFUSED, place, "a second YAML document begins; a deck is one document");
   builder->is_over = true;
 }
@@ -263,12 +257,12 @@ static bool refuse_decoration(builder_t *builder, struct fy_event *event) {
   bool is_node = event->type == FYET_SCALAR || event->type == FYET_MAPPING_START || event->type == FYET_SEQUENCE_START;
   struct fy_token *anchor = is_alias ? event->alias.anchor : is_node ? fy_event_get_anchor_token(event) : NULL;
   struct fy_token *tag = is_node ? fy_event_get_tag_token(event) : NULL;
-  if (!anchor && !tag)
-    return false;
+  if (!anchor && !tag) return false;
   place_t place = place_of(fy_token_start_mark(anchor ? anchor : tag));
   if (anchor) {
     place.column--; /* libfyaml's mark stands behind the & or * */
-    add_fault(builder->reading, SIG_YAML_REFUSED, place, "anchors and aliases (&name, *name) are not for decks; write the values out");
+    add_fault(builder->reading, SIG_YAML_REFUSED, place,
+              "anchors and aliases (&name, *name) are not for decks; write the values out");
   } else {
     add_fault(builder->reading, SIG_YAML_REFUSED, place, "tags (!name) are not for decks");
   }
@@ -277,8 +271,7 @@ static bool refuse_decoration(builder_t *builder, struct fy_event *event) {
 }
 
 static void take_event(builder_t *builder, struct fy_event *event) {
-  if (refuse_decoration(builder, event))
-    return;
+  if (refuse_decoration(builder, event)) return;
   place_t place = place_of(fy_event_start_mark(event));
   switch (event->type) {
   case FYET_DOCUMENT_START:
@@ -317,37 +310,32 @@ static bool parse(sig_yaml *reading, const char *text, size_t length) {
   fy_diag_cfg_default(&diagnostics_configuration);
   diagnostics_configuration.fp = NULL;
   struct fy_diag *diagnostics = fy_diag_create(&diagnostics_configuration);
-  if (!diagnostics)
-    return false;
+  if (!diagnostics) return false;
   fy_diag_set_collect_errors(diagnostics, true);
-  struct fy_parse_cfg configuration = {.flags = FYPCF_QUIET | FYPCF_JSON_NONE | FYPCF_COLLECT_DIAG, .diag = diagnostics};
+  struct fy_parse_cfg configuration = {.flags = FYPCF_QUIET | FYPCF_JSON_NONE | FYPCF_COLLECT_DIAG,
+                                       .diag = diagnostics};
   struct fy_parser *parser = fy_parser_create(&configuration);
   builder_t builder = {.reading = reading};
   bool is_ready = parser && fy_parser_set_string(parser, text, length) == 0;
   while (is_ready && !builder.is_over && !builder.is_out_of_memory) {
     struct fy_event *event = fy_parser_parse(parser);
-    if (!event)
-      break;
+    if (!event) break;
     take_event(&builder, event);
     fy_parser_event_free(parser, event);
   }
-  if (!builder.is_over)
-    collect_syntax_error(reading, diagnostics);
-  if (parser)
-    fy_parser_destroy(parser);
+  if (!builder.is_over) collect_syntax_error(reading, diagnostics);
+  if (parser) fy_parser_destroy(parser);
   fy_diag_destroy(diagnostics);
   return is_ready && !builder.is_out_of_memory;
 }
 
 int sig_yaml_read(const char *text, size_t length, sig_yaml **reading) {
   *reading = calloc(1, sizeof **reading);
-  if (!*reading)
-    return 1;
+  if (!*reading) return 1;
   (*reading)->faults = calloc(MAX_FAULTS, sizeof *(*reading)->faults);
   if ((*reading)->faults) {
     check_characters(*reading, text, length);
-    if ((*reading)->n_faults > 0 || length == 0 || parse(*reading, text, length))
-      return 0;
+    if ((*reading)->n_faults > 0 || length == 0 || parse(*reading, text, length)) return 0;
   }
   sig_yaml_free(*reading);
   *reading = NULL;
@@ -380,8 +368,7 @@ void sig_yaml_get_fault(const sig_yaml *reading, int i, sig_yaml_fault *fault) {
 }
 
 void sig_yaml_free(sig_yaml *reading) {
-  if (!reading)
-    return;
+  if (!reading) return;
   free(reading->nodes);
   free(reading->faults);
   free(reading->pool);

@@ -36,11 +36,11 @@ typedef struct {
 
 static void put(char *target, size_t size, const char *text) { snprintf(target, size, "%s", text ? text : ""); }
 
-/* A single '=' would let an expression change a variable: muParser knows assignments and cannot be told to forget them. */
+/* A single '=' would let an expression change a variable: muParser knows assignments and cannot be told to forget them.
+ */
 static const char *find_assignment(const char *text) {
   for (const char *c = text; *c; c++) {
-    if (*c != '=')
-      continue;
+    if (*c != '=') continue;
     if (c[1] == '=')
       c++;
     else if (c == text || !strchr("<>!=", c[-1]))
@@ -68,22 +68,22 @@ static int explain(muParserHandle_t parser, const complaint_t *complaint) {
   else if (code == MUP_MISSING_PARENTHESIS)
     put(complaint->message, complaint->size, "a parenthesis is not closed");
   else if (code == MUP_TOO_MANY_ARGUMENTS || code == MUP_TOO_FEW_ARGUMENTS)
-    snprintf(complaint->message, complaint->size, "'%s' has too %s arguments", token, code == MUP_TOO_MANY_ARGUMENTS ? "many" : "few");
+    snprintf(complaint->message, complaint->size, "'%s' has too %s arguments", token,
+             code == MUP_TOO_MANY_ARGUMENTS ? "many" : "few");
   else
     put(complaint->message, complaint->size, mupGetErrorMsg(parser));
   return SIG_EXPRESSION_SYNTAX;
 }
 
-static int define_names(sig_expression *expression, const char *names, size_t name_width, const complaint_t *complaint) {
+static int define_names(sig_expression *expression, const char *names, size_t name_width,
+                        const complaint_t *complaint) {
   char *name = malloc(name_width + 1);
-  if (!name)
-    return SIG_EXPRESSION_NO_MEMORY;
+  if (!name) return SIG_EXPRESSION_NO_MEMORY;
   int code = SIG_EXPRESSION_OK;
   for (int i = 0; i < expression->n_names && code == SIG_EXPRESSION_OK; i++) {
     size_t length = name_width;
     const char *field = names + (size_t)i * name_width;
-    while (length > 0 && field[length - 1] == ' ')
-      length--;
+    while (length > 0 && field[length - 1] == ' ') length--;
     memcpy(name, field, length);
     name[length] = '\0';
     mupDefineVar(expression->parser, name, &expression->values[i]);
@@ -105,12 +105,10 @@ static int compile(sig_expression *expression, const char *text, const complaint
     return SIG_EXPRESSION_SYNTAX;
   }
   mupSetExpr(expression->parser, text);
-  if (mupError(expression->parser))
-    return explain(expression->parser, complaint);
+  if (mupError(expression->parser)) return explain(expression->parser, complaint);
   int n_values = 0;
   mupEvalMulti(expression->parser, &n_values);
-  if (mupError(expression->parser))
-    return explain(expression->parser, complaint);
+  if (mupError(expression->parser)) return explain(expression->parser, complaint);
   return n_values == 1 ? SIG_EXPRESSION_OK : SIG_EXPRESSION_SEVERAL;
 }
 
@@ -123,12 +121,11 @@ static int build(sig_expression *expression, const char *text, size_t text_lengt
   if (copy && expression->values && expression->parser) {
     memcpy(copy, text, text_length);
     copy[text_length] = '\0';
-    mupDefineConst(expression->parser, "_pi", 3.14159265358979323846); /* muParser 2.3.3 cuts its own after 12 decimals */
-    for (int i = 0; i < expression->n_names; i++)
-      expression->values[i] = 1.0;
+    mupDefineConst(expression->parser, "_pi",
+                   3.14159265358979323846); /* muParser 2.3.3 cuts its own after 12 decimals */
+    for (int i = 0; i < expression->n_names; i++) expression->values[i] = 1.0;
     code = define_names(expression, names, name_width, complaint);
-    if (code == SIG_EXPRESSION_OK)
-      code = compile(expression, copy, complaint);
+    if (code == SIG_EXPRESSION_OK) code = compile(expression, copy, complaint);
   }
   free(copy);
   return code;
@@ -145,8 +142,7 @@ int sig_expression_create(const char *text, size_t text_length, const char *name
     return SIG_EXPRESSION_SYNTAX;
   }
   sig_expression *own = calloc(1, sizeof *own);
-  if (!own)
-    return SIG_EXPRESSION_NO_MEMORY;
+  if (!own) return SIG_EXPRESSION_NO_MEMORY;
   own->n_names = n_names;
   int code = build(own, text, text_length, names, name_width, &complaint);
   if (code == SIG_EXPRESSION_OK)
@@ -157,8 +153,7 @@ int sig_expression_create(const char *text, size_t text_length, const char *name
 }
 
 int sig_expression_evaluate(sig_expression *expression, const double *values, double *result) {
-  if (expression->n_names > 0)
-    memcpy(expression->values, values, (size_t)expression->n_names * sizeof *values);
+  if (expression->n_names > 0) memcpy(expression->values, values, (size_t)expression->n_names * sizeof *values);
   *result = mupEval(expression->parser);
   bool is_failed = mupError(expression->parser);
   return !is_failed && isfinite(*result);
@@ -170,17 +165,14 @@ int sig_expression_uses(const sig_expression *expression, int i) {
     const muChar_t *name = NULL;
     muFloat_t *value = NULL;
     mupGetExprVar(expression->parser, (unsigned)k, &name, &value);
-    if (value == &expression->values[i])
-      return 1;
+    if (value == &expression->values[i]) return 1;
   }
   return 0;
 }
 
 void sig_expression_free(sig_expression *expression) {
-  if (!expression)
-    return;
-  if (expression->parser)
-    mupRelease(expression->parser);
+  if (!expression) return;
+  if (expression->parser) mupRelease(expression->parser);
   free(expression->values);
   free(expression);
 }
