@@ -1,0 +1,110 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: BSD-3-Clause
+"""Writes the table of deck keys in input/README.md from input/deck.schema.json; with --check only compares."""
+
+import json
+import sys
+from pathlib import Path
+
+INPUT = Path(__file__).resolve().parents[1] / "input"
+START, END = "<!-- keys: made by tools/deck_keys.py -->", "<!-- end of keys -->"
+
+
+def resolve(node, schema):
+    """The node with what its reference says; its own words win."""
+    if "$ref" not in node:
+        return node
+    target = schema
+    for part in node["$ref"].removeprefix("#/").split("/"):
+        target = target[part]
+    return {**target, **{key: value for key, value in node.items() if key != "$ref"}}
+
+
+def limits(node):
+    """Range or number of entries in words, empty where there is none."""
+    words = [
+        ("exclusiveMinimum", "> "),
+        ("minimum", "≥ "),
+        ("exclusiveMaximum", "< "),
+        ("maximum", "≤ "),
+    ]
+    return ", ".join(f"{sign}{node[key]}" for key, sign in words if key in node)
+
+
+def kind(node, schema):
+    """What may stand there, in a few words."""
+    if "enum" in node:
+        return ", ".join(f"`{word}`" for word in node["enum"])
+    if "anyOf" in node:
+        return " or ".join(kind(resolve(choice, schema), schema) for choice in node["anyOf"])
+    if "const" in node:
+        return f"`{node['const']}`"
+    if node.get("type") == "array":
+        items = resolve(node["items"], schema)
+        plural = "mappings" if items.get("type") == "object" else kind(items, schema)
+        return f"list of {plural}" + ("s" if plural in ("name", "number") else "")
+    if "expression of the parameters" in node.get("description", "") or node.get("type") == "object":
+        return "mapping" if node["type"] == "object" else "expression"
+    names = {"string": "text", "integer": "whole number", "number": "number"}
+    types = node["type"] if isinstance(node["type"], list) else [node["type"]]
+    word = "name" if types == ["string", "number"] else names[types[0]]
+    return " ".join(filter(None, [word, limits(node)]))
+
+
+def default(node, is_required):
+    """The default as it would stand in a deck."""
+    if is_required:
+        return "required"
+    if "default" not in node:
+        return ""
+    value = node["default"]
+    if value == "":
+        return "empty"
+    if isinstance(value, float):
+        return f"`{value:.1e}`".replace("e-0", "e-")
+    if isinstance(value, str) and (" " in value):
+        return value
+    return f"`{json.dumps(value) if isinstance(value, list) else value}`".replace('"', "")
+
+
+def rows(node, schema, path=""):
+    """Table rows of a mapping's keys, with those below them."""
+    keys = list(node.get("properties", {}).items())
+    if isinstance(node.get("additionalProperties"), dict) and path in ("parameters", "materials"):
+        keys.append(("<name>", node["additionalProperties"]))
+    for key, raw in keys:
+        value = resolve(raw, schema)
+        own_kind = "expression" if raw.get("$ref", "").endswith("/expression") else kind(value, schema)
+        name = f"{path}.{key}" if path else key
+        if key != "<name>":
+            needed = default(value, key in node.get("required", []))
+            yield f"| `{name}` | {own_kind} | {needed} | {value['description']} |"
+        yield from rows(value, schema, name)
+        if value.get("type") == "array":
+            items = resolve(value["items"], schema)
+            if "properties" in items:
+                yield from rows(items, schema, name + "[]")
+
+
+def table():
+    """The whole Markdown table."""
+    schema = json.loads((INPUT / "deck.schema.json").read_text(encoding="utf-8"))
+    head = ["| key | value | default | meaning |", "|---|---|---|---|"]
+    return "\n".join([*head, *rows(schema, schema)])
+
+
+def main():
+    """Updates or checks the README."""
+    path = INPUT / "README.md"
+    text = path.read_text(encoding="utf-8")
+    before, rest = text.split(START)
+    after = rest.split(END)[1]
+    wanted = f"{before}{START}\n{table()}\n{END}{after}"
+    if "--check" not in sys.argv[1:]:
+        path.write_text(wanted, encoding="utf-8")
+    elif wanted != text:
+        sys.exit("input/README.md does not show the keys of input/deck.schema.json: run tools/deck_keys.py")
+
+
+if __name__ == "__main__":
+    main()
