@@ -10,6 +10,9 @@ module sig_contact_residuals
   private
   public :: measure_residuals
 
+  !> [-] forces are compared with at least this share of |K| |u|: all that a rigid motion leaves of K u is rounding
+  real(rk), parameter :: smallest_share = 1.0e-6_rk
+
 contains
 
   !> Fills state%residuals. Collective on the system's communicator.
@@ -19,31 +22,37 @@ contains
     type(contact_state_t), intent(inout) :: state
     PetscErrorCode, intent(out) :: ierr
     real(rk) :: internal(system%map%n_dofs), contact(system%map%n_dofs), opening(system%operator%n_rows)
+    real(rk) :: smallest_force
 
+    PetscCall(MatNorm(system%stiffness, NORM_INFINITY, smallest_force, ierr))
+    smallest_force = smallest_share * smallest_force * maxval(abs(state%displacement))
     PetscCall(system%apply_stiffness(state%displacement, internal, ierr))
     contact = system%operator%apply_transpose(state%multipliers, system%map%n_dofs)
     opening = system%gap(theta) - system%operator%apply(state%displacement)
     associate (r => state%residuals)
       r%equilibrium = relative(maxval(abs(internal + contact), mask=.not. system%boundary%is_prescribed), &
-        maxval(abs(internal)))
+        max(smallest_force, maxval(abs(internal))))
       r%penetration = max(0.0_rk, maxval(-opening))
       r%negative_multiplier = relative(max(0.0_rk, maxval(-state%multipliers)), maxval(abs(state%multipliers)))
       r%complementarity = relative(abs(dot_product(state%multipliers, opening)), maxval(abs(state%multipliers)) * &
         max(maxval(abs(system%gap(theta))), maxval(abs(state%displacement))))
-      r%force_balance = worst_imbalance(internal + contact, system%map%n_dim)
+      r%force_balance = worst_imbalance(internal + contact, system%map%n_dim, smallest_force)
     end associate
   end subroutine measure_residuals
 
   !> Resultant of the reactions over the sum of their sizes, worst component (contact forces cancel pair by pair).
-  pure real(rk) function worst_imbalance(reactions, n_dim)
+  pure real(rk) function worst_imbalance(reactions, n_dim, smallest_force)
     !> [force] natural, shape (n_dofs)
     real(rk), intent(in) :: reactions(:)
     integer, intent(in) :: n_dim
+    !> [force] sizes below this count as this
+    real(rk), intent(in) :: smallest_force
     integer :: i_component
 
     worst_imbalance = 0
     do i_component = 1, n_dim
-      worst_imbalance = max(worst_imbalance, relative(abs(sum(reactions(i_component::n_dim))), sum(abs(reactions))))
+      worst_imbalance = max(worst_imbalance, relative(abs(sum(reactions(i_component::n_dim))), &
+        max(smallest_force, sum(abs(reactions)))))
     end do
   end function worst_imbalance
 

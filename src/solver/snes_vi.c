@@ -34,11 +34,14 @@ static PetscErrorCode set_up(SNES snes, quadratic_t *problem, Vec upper, int max
   KSP ksp;
   PC pc;
   SNESLineSearch search;
-  Vec lower;
+  Vec lower, work;
 
   PetscCall(SNESSetOptionsPrefix(snes, "vi_"));
   PetscCall(SNESSetType(snes, SNESVINEWTONRSLS));
-  PetscCall(SNESSetFunction(snes, NULL, residual, problem));
+  // Without a vector of its own SNESVISetVariableBounds asks the (absent) DM for one.
+  PetscCall(VecDuplicate(upper, &work));
+  PetscCall(SNESSetFunction(snes, work, residual, problem));
+  PetscCall(VecDestroy(&work));
   PetscCall(SNESSetJacobian(snes, problem->matrix, problem->matrix, jacobian, problem));
   PetscCall(VecDuplicate(upper, &lower));
   PetscCall(VecSet(lower, PETSC_NINFINITY));

@@ -53,7 +53,9 @@ def test_answers_are_the_full_order_ones(results):
     assert table["e_u"].max() <= TOLERANCE
     for name in ("e_lambda_rid", "e_lambda_all"):
         assert np.nanmax(table[name][has_contact]) <= TOLERANCE
-    assert table["e_energy_relative"].max() <= TOLERANCE
+    # both stamps equally far: a rigid motion, whose energy is rounding in both models
+    assert table["e_energy_relative"][has_contact].max() <= TOLERANCE
+    assert table["e_energy"].max() <= TOLERANCE
     np.testing.assert_array_equal(table["n_active"], table["n_active_full_order"])
 
 
