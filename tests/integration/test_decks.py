@@ -1,0 +1,98 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Decks: the schema, the shipped ones, the effective deck read back, and messages for the invalid ones."""
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import jsonschema
+import pytest
+import yaml
+
+HERE = Path(__file__).resolve().parent
+ROOT = HERE.parents[1]
+EXECUTABLE = Path(os.environ.get("SIGNOROM_EXECUTABLE", ROOT / "build" / "ci" / "signorom")).resolve()
+VALID = sorted([*(ROOT / "input").glob("*.yaml"), *(HERE / "decks").glob("*.yaml")])
+INVALID = sorted((HERE / "decks" / "invalid").glob("*.yaml"))
+EXPECT = "# expect: "
+
+
+def schema():
+    """The validator of input/deck.schema.json."""
+    content = json.loads((ROOT / "input" / "deck.schema.json").read_text(encoding="utf-8"))
+    jsonschema.Draft202012Validator.check_schema(content)
+    return jsonschema.Draft202012Validator(content)
+
+
+def check(deck, folder):
+    """What `signorom check` does with a deck."""
+    return subprocess.run(
+        [EXECUTABLE, "check", deck], cwd=folder, capture_output=True, text=True, timeout=120, check=False
+    )
+
+
+@pytest.mark.parametrize("deck", VALID, ids=lambda path: path.stem)
+def test_valid_deck_meets_the_schema(deck):
+    errors = [error.message for error in schema().iter_errors(yaml.safe_load(deck.read_text()))]
+    assert errors == []
+
+
+@pytest.mark.parametrize("deck", VALID, ids=lambda path: path.stem)
+def test_effective_deck_reads_back_as_itself(deck, tmp_path):
+    first = check(deck, tmp_path)
+    assert first.returncode == 0, first.stderr
+    # paths are relative to the deck: the copy needs a folder from which they mean the same
+    copy = tmp_path / "copies" / deck.name
+    copy.parent.mkdir()
+    (tmp_path / "meshes").symlink_to(deck.parents[1] / "meshes")
+    for table in deck.parent.glob("*.csv"):
+        (copy.parent / table.name).symlink_to(table)
+    copy.write_text(first.stdout)
+    second = check(copy, tmp_path)
+    assert second.returncode == 0, second.stderr
+    assert second.stdout == first.stdout
+    assert list(schema().iter_errors(yaml.safe_load(first.stdout))) == []
+
+
+def test_effective_deck_holds_every_key_of_the_schema(tmp_path):
+    content = json.loads((ROOT / "input" / "deck.schema.json").read_text(encoding="utf-8"))
+    effective = yaml.safe_load(check(ROOT / "input" / "half_disks.yaml", tmp_path).stdout)
+    assert set(effective) == set(content["properties"])
+    for section in ("units", "mesh", "solver", "reduction", "output"):
+        assert set(effective[section]) == set(content["properties"][section]["properties"]), section
+
+
+def test_defaults_of_the_schema_are_those_of_the_program(tmp_path):
+    content = json.loads((ROOT / "input" / "deck.schema.json").read_text(encoding="utf-8"))
+    effective = yaml.safe_load(check(HERE / "decks" / "patch.yaml", tmp_path).stdout)
+    for section in ("units", "solver", "reduction"):
+        for key, node in content["properties"][section]["properties"].items():
+            if key != "enrichment":
+                assert effective[section][key] == node["default"], f"{section}.{key}"
+    assert effective["output"]["fields"] == content["properties"]["output"]["properties"]["fields"]["default"]
+    assert effective["output"]["directory"] == "auto"
+
+
+@pytest.mark.parametrize("deck", INVALID, ids=lambda path: path.stem)
+def test_invalid_deck_gets_its_message(deck, tmp_path):
+    first_line = deck.read_text().splitlines()[0]
+    assert first_line.startswith(EXPECT)
+    expected = first_line.removeprefix(EXPECT)
+    separator = ":" if expected[0].isdigit() else ": "
+    done = check(deck, tmp_path)
+    assert done.stderr.splitlines()[0] == f"{deck}{separator}{expected}"
+    assert done.returncode == 2
+    assert done.stdout == ""
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_key_table_is_up_to_date():
+    done = subprocess.run(
+        [sys.executable, ROOT / "tools" / "deck_keys.py", "--check"],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
