@@ -6,9 +6,9 @@ radius = 1.0; // [m]
 gap = 0.1; // [m] between the arcs at x = 0
 n_arc = 55; // equally spaced nodes on each arc, with its two corners
 n_base = 37; // nodes on each flat edge, with the same two corners
-// Edge length grows linearly with the distance from the boundary. Every rate from 0.2115 to 0.2140 gives the paper's
-// 339 nodes per half disk with gmsh 4.8.4.
-growth = 0.213;
+// Edge length grows linearly with the distance from the boundary; this rate gives the paper's 339 nodes per half disk with
+// gmsh 4.8.4.
+growth = 0.1895;
 
 y_base = -gap / 2 - radius; // flat edge of the lower half disk
 arc_size = Pi * radius / (n_arc - 1);
@@ -44,7 +44,7 @@ Field[3].FieldsList = {1, 2};
 Background Field = 3;
 Mesh.CharacteristicLengthExtendFromBoundary = 0;
 Mesh.CharacteristicLengthFromPoints = 0;
-Mesh.Algorithm = 5; // Delaunay; given here so that no personal setting of gmsh changes the mesh
+Mesh.Algorithm = 6; // frontal Delaunay, gmsh's own choice; given here so that no personal setting changes the mesh
 
 Physical Surface("lower", 1) = {1};
 Physical Surface("upper", 2) = {2};
