@@ -19,7 +19,7 @@ module sig_study
   use sig_sampling, only: sample, sampling_result_t
   use sig_session, only: session_t
   use sig_snapshot_merge, only: snapshots_path
-  use sig_snapshot_store, only: read_snapshot_set, snapshot_set_t
+  use sig_snapshot_store, only: merge_records, read_snapshot_set, records_of_set, snapshot_set_t
   use sig_text, only: to_text
   use sig_training, only: train
   use sig_clock, only: wall_time
@@ -43,10 +43,8 @@ contains
     type(error_t), allocatable :: error
 
     ierr = 0
-    if (.not. session%deck%has_training) then
-      call make_error(error, 'the deck has no training section, which names the points to sample', session%deck%path, &
-        hint='for example: training: {grid: {' // session%deck%parameters(1)%name // ': 31}}')
-    else
+    call need_training(session, error)
+    if (.not. allocated(error)) then
       PetscCall(sample(session%deck, session%folder, outcome, error, ierr))
     end if
     if (allocated(error)) then
@@ -60,6 +58,15 @@ contains
     end if
   end subroutine sample_stage
 
+  subroutine need_training(session, error)
+    type(session_t), intent(in) :: session
+    type(error_t), allocatable, intent(out) :: error
+
+    if (.not. session%deck%has_training) call make_error(error, &
+      'the deck has no training section, which names the points to sample', session%deck%path, &
+      hint='for example: training: {grid: {' // session%deck%parameters(1)%name // ': 31}}')
+  end subroutine need_training
+
   !> model.h5 of snapshots.h5.
   subroutine train_stage(session, report, ierr)
     type(session_t), intent(inout) :: session
@@ -71,7 +78,11 @@ contains
     type(error_t), allocatable :: error
     real(rk) :: start
 
-    PetscCall(load_problem(session%deck, PETSC_COMM_WORLD, problem, error, ierr))
+    call need_training(session, error)
+    ierr = 0
+    if (.not. allocated(error)) then
+      PetscCall(load_problem(session%deck, PETSC_COMM_WORLD, problem, error, ierr))
+    end if
     if (.not. allocated(error)) call read_snapshots(session, problem, snapshots, error)
     start = wall_time()
     if (.not. allocated(error)) then
@@ -95,18 +106,29 @@ contains
     if (any(snapshots%reasons /= reason_converged)) session%exit_code = exit_not_converged
   end subroutine train_stage
 
+  !> The snapshots of the deck's training points; the file may hold more.
   subroutine read_snapshots(session, problem, snapshots, error)
     type(session_t), intent(in) :: session
     type(problem_t), intent(in) :: problem
     type(snapshot_set_t), intent(out) :: snapshots
     type(error_t), allocatable, intent(out) :: error
+    real(rk), allocatable :: points(:, :)
+    logical, allocatable :: is_missing(:)
+    character(:), allocatable :: hint
 
+    hint = 'run first: signorom sample ' // session%deck%path
     if (.not. file_exists(snapshots_path(session%folder))) then
-      call make_error(error, 'there are no snapshots yet', snapshots_path(session%folder), &
-        hint='run first: signorom sample ' // session%deck%path)
+      call make_error(error, 'there are no snapshots yet', snapshots_path(session%folder), hint=hint)
       return
     end if
     call read_snapshot_set(snapshots_path(session%folder), problem%provenance, snapshots, error)
+    if (allocated(error)) return
+    call build_points(session%deck%training, session%deck%parameters, points, error)
+    if (allocated(error)) return
+    allocate (is_missing(size(points, 2)))
+    call merge_records(records_of_set(snapshots), points, snapshots, is_missing)
+    if (any(is_missing)) call make_error(error, 'the file lacks ' // to_text(count(is_missing)) // ' of the ' // &
+      to_text(size(is_missing)) // ' training points of the deck', snapshots_path(session%folder), hint=hint)
   end subroutine read_snapshots
 
   !> validation.csv, and its statistics in model.h5 and in the report.

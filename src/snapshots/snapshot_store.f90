@@ -8,7 +8,7 @@ module sig_snapshot_store
   use sig_text, only: string_t, to_text
   implicit none(type, external)
   private
-  public :: snapshot_set_t, merge_records, find_point, write_snapshot_set, read_snapshot_set
+  public :: snapshot_set_t, all_points, merge_records, records_of_set, write_snapshot_set, read_snapshot_set
 
   character(*), parameter :: format_name = 'signorom snapshots'
   integer, parameter :: format_version = 1
@@ -86,14 +86,40 @@ contains
     set%seconds = records(chosen)%seconds
   end subroutine fill_columns
 
-  !> Column of a parameter point, 0 where the set lacks it.
-  pure integer function find_point(set, point) result(i_column)
+  !> The records that a set was made of.
+  pure function records_of_set(set) result(records)
     type(snapshot_set_t), intent(in) :: set
-    !> shape (n_parameters)
-    real(rk), intent(in) :: point(:)
+    !> shape (m)
+    type(snapshot_record_t), allocatable :: records(:)
+    integer :: i
 
-    i_column = point_index(set%parameters, point)
-  end function find_point
+    allocate (records(size(set%reasons)))
+    do i = 1, size(records)
+      records(i)%parameters = set%parameters(:, i)
+      records(i)%displacement = set%displacement(:, i)
+      records(i)%multipliers = set%multipliers(:, i)
+      records(i)%n_iterations = set%n_iterations(i)
+      records(i)%reason = set%reasons(i)
+      records(i)%residuals = set%residuals(:, i)
+      records(i)%seconds = set%seconds(i)
+    end do
+  end function records_of_set
+
+  !> The given points, then those of the set that are not among them.
+  pure function all_points(points, set) result(all)
+    !> shape (n_parameters, n_points)
+    real(rk), intent(in) :: points(:, :)
+    type(snapshot_set_t), intent(in) :: set
+    real(rk), allocatable :: all(:, :)
+    integer :: i
+    logical :: is_new(size(set%parameters, 2))
+
+    do i = 1, size(is_new)
+      is_new(i) = point_index(points, set%parameters(:, i)) == 0
+    end do
+    all = reshape([points, set%parameters(:, pack([(i, i=1, size(is_new))], is_new))], &
+      [size(points, 1), size(points, 2) + count(is_new)])
+  end function all_points
 
   !> First of the points that equals the given one to rounding, 0 where none does.
   pure integer function point_index(points, point) result(i_point)

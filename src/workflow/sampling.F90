@@ -47,6 +47,7 @@ contains
     real(rk), allocatable :: points(:, :)
     integer, allocatable :: to_do(:)
     logical, allocatable :: is_done(:)
+    logical :: is_merged
     integer :: i
 
     ierr = 0
@@ -57,11 +58,13 @@ contains
     PetscCall(load_problem(deck, groups%comm, problem, error, ierr))
     if (.not. allocated(error)) call check_points(problem, points, error)
     if (.not. allocated(error)) then
-      PetscCall(find_finished_points(problem, folder, points, is_done, error, ierr))
+      PetscCall(find_finished_points(problem, folder, points, is_done, is_merged, error, ierr))
     end if
     if (.not. allocated(error)) then
       outcome%n_found = count(is_done)
       to_do = pack([(i, i=1, size(is_done))], .not. is_done)
+    end if
+    if (.not. (allocated(error) .or. is_merged)) then
       PetscCall(solve_and_merge(problem, groups, folder, points, to_do, outcome, error, ierr))
     end if
     PetscCall(groups%destroy(ierr))
@@ -79,8 +82,6 @@ contains
     type(point_solver_t) :: solver
     real(rk) :: stopped
 
-    ierr = 0
-    if (size(to_do) == 0) return
     PetscCall(solver%create(problem, problem%deck%solver, groups%comm, ierr))
     outcome%setup_seconds = solver%setup_seconds
     PetscCall(solve_points(problem, groups, solver, folder, points, to_do, outcome%is_stopped, error, ierr))

@@ -14,7 +14,8 @@ module sig_snapshot_merge
   use sig_problem, only: force_unit, parameter_names, parameter_units, problem_t
   use sig_rank_groups, only: rank_groups_t
   use sig_snapshot_shard, only: read_shard, snapshot_record_t
-  use sig_snapshot_store, only: read_snapshot_set, snapshot_set_t, write_snapshot_set
+  use sig_snapshot_store, only: all_points, merge_records, read_snapshot_set, records_of_set, snapshot_set_t, &
+    write_snapshot_set
   use sig_text, only: string_t, to_text
   use petsc
   implicit none(type, external)
@@ -41,45 +42,59 @@ contains
     path = folder // '/' // shard_prefix // to_text(i_group)
   end function shard_path
 
-  !> Which points are solved already. Collective on all ranks. Errors: snapshots of another deck or mesh.
-  subroutine find_finished_points(problem, folder, points, is_done, error, ierr)
+  !> Which points are solved already, and whether all of them are merged. Collective on all ranks.
+  !>
+  !> Errors: snapshots of another deck or mesh.
+  subroutine find_finished_points(problem, folder, points, is_done, is_merged, error, ierr)
     type(problem_t), intent(in) :: problem
     character(*), intent(in) :: folder
     real(rk), intent(in) :: points(:, :)
     logical, allocatable, intent(out) :: is_done(:)
+    logical, intent(out) :: is_merged
     type(error_t), allocatable, intent(out) :: error
     PetscErrorCode, intent(out) :: ierr
-    type(snapshot_record_t), allocatable :: records(:)
-    integer :: rank
+    type(snapshot_set_t) :: set
+    logical, allocatable :: is_missing(:)
+    integer :: rank, i, i_column
 
     allocate (is_done(size(points, 2)), source=.false.)
     call MPI_Comm_rank(PETSC_COMM_WORLD, rank, ierr)
-    if (rank == 0) then
-      call collect_records(problem, folder, points, records, error)
-      if (.not. allocated(error)) is_done = records%reason == reason_converged
+    if (rank == 0) call collect_snapshots(problem, folder, points, set, is_missing, error)
+    if (rank == 0 .and. .not. allocated(error)) then
+      i_column = 0
+      do i = 1, size(points, 2)
+        if (is_missing(i)) cycle
+        i_column = i_column + 1
+        is_done(i) = set%reasons(i_column) == reason_converged
+      end do
     end if
+    is_merged = all(is_done) .and. size(list_files(folder, shard_prefix)) == 0
     PetscCall(broadcast_error(error, PETSC_COMM_WORLD, ierr))
     call MPI_Bcast(is_done, size(is_done), MPI_LOGICAL, 0, PETSC_COMM_WORLD, ierr)
+    call MPI_Bcast(is_merged, 1, MPI_LOGICAL, 0, PETSC_COMM_WORLD, ierr)
   end subroutine find_finished_points
 
-  !> The record of each point, with reason 0 where there is none; a converged one wins. Local.
-  subroutine collect_records(problem, folder, points, records, error)
+  !> Everything that stands in the folder: these points first, then others that an earlier deck asked for. Local.
+  subroutine collect_snapshots(problem, folder, points, set, is_missing, error)
     type(problem_t), intent(in) :: problem
     character(*), intent(in) :: folder
     real(rk), intent(in) :: points(:, :)
-    !> shape (n_points)
-    type(snapshot_record_t), allocatable, intent(out) :: records(:)
+    type(snapshot_set_t), intent(out) :: set
+    !> shape (n_points and more)
+    logical, allocatable, intent(out) :: is_missing(:)
     type(error_t), allocatable, intent(out) :: error
-    type(snapshot_record_t), allocatable :: found(:)
-    type(snapshot_set_t) :: set
+    type(snapshot_record_t), allocatable :: records(:), found(:)
     type(string_t), allocatable :: shards(:)
+    real(rk), allocatable :: wanted(:, :)
     integer :: i, n_dropped
 
-    allocate (records(size(points, 2)))
+    allocate (records(0))
+    wanted = points
     if (file_exists(snapshots_path(folder))) then
       call read_snapshot_set(snapshots_path(folder), problem%provenance, set, error)
       if (allocated(error)) return
-      call keep_records(records_of_set(set), points, records)
+      records = records_of_set(set)
+      wanted = all_points(points, set)
     end if
     shards = list_files(folder, shard_prefix)
     do i = 1, size(shards)
@@ -88,40 +103,11 @@ contains
       if (allocated(error)) return
       if (n_dropped > 0) call log_warning(shards(i)%text // ' ends in ' // to_text(n_dropped) // &
         ' damaged record(s), as a killed run leaves them; their points are solved again')
-      call keep_records(found, points, records)
+      records = [records, found]
     end do
-  end subroutine collect_records
-
-  pure function records_of_set(set) result(records)
-    type(snapshot_set_t), intent(in) :: set
-    type(snapshot_record_t) :: records(size(set%reasons))
-    integer :: i
-
-    do i = 1, size(records)
-      records(i)%parameters = set%parameters(:, i)
-      records(i)%displacement = set%displacement(:, i)
-      records(i)%multipliers = set%multipliers(:, i)
-      records(i)%n_iterations = set%n_iterations(i)
-      records(i)%reason = set%reasons(i)
-      records(i)%residuals = set%residuals(:, i)
-      records(i)%seconds = set%seconds(i)
-    end do
-  end function records_of_set
-
-  !> Puts found records at their points; points are equal only if every digit is.
-  pure subroutine keep_records(found, points, records)
-    type(snapshot_record_t), intent(in) :: found(:)
-    real(rk), intent(in) :: points(:, :)
-    type(snapshot_record_t), intent(inout) :: records(:)
-    integer :: i, i_point
-
-    do i = 1, size(found)
-      do i_point = 1, size(points, 2)
-        if (any(abs(found(i)%parameters - points(:, i_point)) > 0)) cycle
-        if (records(i_point)%reason /= reason_converged) records(i_point) = found(i)
-      end do
-    end do
-  end subroutine keep_records
+    allocate (is_missing(size(wanted, 2)))
+    call merge_records(records, wanted, set, is_missing)
+  end subroutine collect_snapshots
 
   !> One snapshots.h5 of everything, then the shards go. Collective on all ranks.
   subroutine merge_snapshots(problem, groups, system, folder, points, error, ierr)
@@ -152,14 +138,19 @@ contains
     real(rk), intent(in) :: points(:, :)
     real(rk), intent(in) :: response(:, :)
     type(error_t), allocatable, intent(out) :: error
-    type(snapshot_record_t), allocatable :: records(:)
+    type(snapshot_set_t) :: set
     type(string_t), allocatable :: shards(:)
+    logical, allocatable :: is_missing(:)
     integer :: i
 
-    call collect_records(problem, folder, points, records, error)
+    call collect_snapshots(problem, folder, points, set, is_missing, error)
     if (allocated(error)) return
-    call write_snapshot_set(snapshots_path(folder), set_of_records(problem, records, response), &
-      problem%deck%units%length, force_unit(problem%deck), parameter_units(problem%deck), error)
+    set%provenance = problem%provenance
+    set%parameter_names = parameter_names(problem%deck)
+    set%term_texts = problem%boundary%term_texts
+    set%free_response = response
+    call write_snapshot_set(snapshots_path(folder), set, problem%deck%units%length, force_unit(problem%deck), &
+      parameter_units(problem%deck), error)
     if (allocated(error)) return
     shards = list_files(folder, shard_prefix)
     do i = 1, size(shards)
@@ -167,29 +158,4 @@ contains
       if (allocated(error)) return
     end do
   end subroutine write_merged
-
-  pure function set_of_records(problem, records, response) result(set)
-    type(problem_t), intent(in) :: problem
-    type(snapshot_record_t), intent(in) :: records(:)
-    real(rk), intent(in) :: response(:, :)
-    type(snapshot_set_t) :: set
-    integer :: i, m
-
-    m = size(records)
-    set%provenance = problem%provenance
-    set%parameter_names = parameter_names(problem%deck)
-    set%term_texts = problem%boundary%term_texts
-    set%free_response = response
-    set%n_iterations = records%n_iterations
-    set%reasons = records%reason
-    set%seconds = records%seconds
-    allocate (set%parameters(size(records(1)%parameters), m), set%displacement(size(records(1)%displacement), m))
-    allocate (set%multipliers(size(records(1)%multipliers), m), set%residuals(size(records(1)%residuals), m))
-    do i = 1, m
-      set%parameters(:, i) = records(i)%parameters
-      set%displacement(:, i) = records(i)%displacement
-      set%multipliers(:, i) = records(i)%multipliers
-      set%residuals(:, i) = records(i)%residuals
-    end do
-  end function set_of_records
 end module sig_snapshot_merge
