@@ -27,7 +27,8 @@ contains
 
     do i_cell = 1, mesh%n_cells
       associate (qualities => corner_qualities(mesh, i_cell))
-        if (minval(abs(qualities)) < min_quality) then
+        ! turned around so that a NaN from huge coordinates is refused too
+        if (.not. all(abs(qualities) >= min_quality)) then
           call refuse_cell(mesh, i_cell, 'is flat', minval(abs(qualities)), path, error)
         else if (all(qualities < 0)) then
           call mirror_cell(mesh, i_cell)
