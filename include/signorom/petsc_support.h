@@ -13,8 +13,8 @@ int sig_petsc_end(void);
 /* Adds "-name value ..." (null-terminated) to the options database; later calls win. */
 int sig_petsc_insert_options(const char *options);
 
-/* The first option that nobody asked for, as "-name"; empty when every option was used. */
-int sig_petsc_unused_option(char *name, int capacity);
+/* The options that nobody asked for, "-name -name ", cut at the capacity; empty when every option was used. */
+int sig_petsc_unused_options(char *names, int capacity);
 
 /* Square AIJ matrix on comm (a Fortran handle) with n_local rows per rank, blocks of block_size rows,
    and room for diagonal[i] + off_diagonal[i] blocks in local block row i (arrays of n_local / block_size). */

@@ -70,7 +70,7 @@ contains
         PetscCall(run_stages(command, session, ierr))
       end if
     end if
-    PetscCall(session%close(ierr))
+    PetscCall(session%close(command, ierr))
     exit_code = session%exit_code
   end subroutine run_on_deck
 

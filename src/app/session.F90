@@ -11,7 +11,8 @@ module sig_session
   use sig_errors, only: error_list_t, error_report, error_t, exit_success, exit_user, make_error
   use sig_file_system, only: directory_lock_t, lock_directory, make_directories, read_text_file, unlock_directory
   use sig_log, only: log_error
-  use sig_petsc_support, only: insert_petsc_options, unused_petsc_option
+  use sig_petsc_support, only: insert_petsc_options, unused_petsc_options
+  use sig_text, only: string_t
   use petsc
   implicit none(type, external)
   private
@@ -94,20 +95,46 @@ contains
     self%exit_code = error%exit_code
   end subroutine fail
 
-  !> Frees the folder; an option of PETSc that nobody asked for is an error. Collective on all ranks.
-  subroutine close(self, ierr)
+  !> Frees the folder; an option of PETSc that should have been used is an error. Collective on all ranks.
+  subroutine close(self, command, ierr)
     class(session_t), intent(inout) :: self
+    type(command_t), intent(in) :: command
     PetscErrorCode, intent(out) :: ierr
     type(error_t), allocatable :: error
-    character(:), allocatable :: option
+    type(string_t), allocatable :: options(:)
+    integer :: i
 
     ierr = 0
     call unlock_directory(self%lock)
     if (self%exit_code == exit_user) return
-    PetscCall(unused_petsc_option(option, ierr))
-    if (option == '') return
-    call make_error(error, 'the PETSc option ' // option // ' was not used by this command', &
-      hint='the prefixes are -fom_, -active_set_, -vi_ and -pod_')
-    call self%fail(error)
+    PetscCall(unused_petsc_options(options, ierr))
+    do i = 1, size(options)
+      if (is_for_another_command(options(i)%text, command%name, self%deck%solver%type)) cycle
+      call make_error(error, 'the PETSc option ' // options(i)%text // ' was not used', &
+        hint='-fom_ goes with condensed and sample, -active_set_ and -vi_ with their solvers, -pod_ with train')
+      call self%fail(error)
+    end do
   end subroutine close
+
+  !> A deck's options serve all commands, so one that this command had no object for is no mistake.
+  pure logical function is_for_another_command(option, command, solver)
+    !> with its hyphen
+    character(*), intent(in) :: option
+    character(*), intent(in) :: command
+    !> type of the deck's solver
+    character(*), intent(in) :: solver
+    logical :: is_solving
+
+    is_solving = command == 'run' .or. command == 'sample' .or. command == 'solve' .or. command == 'validate'
+    is_for_another_command = .false.
+    if (index(option, '-fom_') == 1) then
+      is_for_another_command = .not. (command == 'run' .or. command == 'sample' .or. (is_solving .and. solver == 'condensed'))
+    else if (index(option, '-active_set_') == 1) then
+      is_for_another_command = .not. (command == 'run' .or. command == 'validate' .or. (is_solving .and. solver == 'active_set'))
+    else if (index(option, '-vi_') == 1) then
+      is_for_another_command = .not. (is_solving .and. solver == 'snesvi')
+    else if (index(option, '-pod_') == 1) then
+      is_for_another_command = .not. (command == 'run' .or. command == 'train')
+    end if
+  end function is_for_another_command
 end module sig_session

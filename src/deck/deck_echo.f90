@@ -19,7 +19,15 @@ contains
     type(deck_config_t), intent(in) :: config
     character(:), allocatable :: yaml
 
-    yaml = 'title: ' // yaml_text(config%title) // eol // echo_physics(config) // &
+    integer :: i
+
+    yaml = 'title: ' // yaml_text(config%title) // eol // units_section(config) // &
+      'mesh: {file: ' // yaml_text(config%mesh%file) // ', model: ' // config%mesh%model // ', length_unit: ' // &
+      config%mesh%length_unit // '}' // eol // 'parameters:' // eol
+    do i = 1, size(config%parameters)
+      yaml = yaml // '  ' // parameter_entry(config%parameters(i)) // eol
+    end do
+    yaml = yaml // body_sections(config) // &
       'solver: {type: ' // config%solver%type // ', max_iterations: ' // to_text(config%solver%max_iterations) // '}' // eol
     if (config%has_training) yaml = yaml // 'training: ' // point_set(config%training, config%parameters) // eol
     if (config%has_test) yaml = yaml // 'test: ' // point_set(config%test, config%parameters) // eol
@@ -28,18 +36,34 @@ contains
   end function echo_deck
 
   !> Only what decides about the full-order answer at a parameter point: the text whose hash is a snapshot's provenance.
-  pure function echo_physics(config) result(yaml)
+  !>
+  !> A wider parameter range or a mesh file in another folder changes no answer; the caller adds the content of the mesh.
+  pure function echo_physics(config) result(text)
+    type(deck_config_t), intent(in) :: config
+    character(:), allocatable :: text
+    integer :: i
+
+    text = units_section(config) // config%mesh%model // ' ' // config%mesh%length_unit // eol
+    do i = 1, size(config%parameters)
+      text = text // config%parameters(i)%name // eol
+    end do
+    text = text // body_sections(config)
+  end function echo_physics
+
+  pure function units_section(config) result(yaml)
+    type(deck_config_t), intent(in) :: config
+    character(:), allocatable :: yaml
+
+    yaml = 'units: {length: ' // config%units%length // ', force: ' // config%units%force // '}' // eol
+  end function units_section
+
+  !> Materials, boundary conditions and contact.
+  pure function body_sections(config) result(yaml)
     type(deck_config_t), intent(in) :: config
     character(:), allocatable :: yaml
     integer :: i
 
-    yaml = 'units: {length: ' // config%units%length // ', force: ' // config%units%force // '}' // eol // &
-      'mesh: {file: ' // yaml_text(config%mesh%file) // ', model: ' // config%mesh%model // ', length_unit: ' // &
-      config%mesh%length_unit // '}' // eol // 'parameters:' // eol
-    do i = 1, size(config%parameters)
-      yaml = yaml // '  ' // parameter_entry(config%parameters(i)) // eol
-    end do
-    yaml = yaml // 'materials:' // eol
+    yaml = 'materials:' // eol
     do i = 1, size(config%materials)
       yaml = yaml // '  ' // material_entry(config%materials(i)) // eol
     end do
@@ -51,7 +75,7 @@ contains
     do i = 1, size(config%contact)
       yaml = yaml // '  - ' // contact_entry(config%contact(i)) // eol
     end do
-  end function echo_physics
+  end function body_sections
 
   pure function parameter_entry(parameter) result(yaml)
     type(parameter_config_t), intent(in) :: parameter

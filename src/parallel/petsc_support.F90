@@ -5,10 +5,11 @@ module sig_petsc_support
   use, intrinsic :: iso_c_binding, only: c_char, c_int, c_intptr_t, c_null_char
   use mpi, only: MPI_Allreduce, MPI_Comm_rank, MPI_Comm_size, MPI_DOUBLE_PRECISION, MPI_IN_PLACE, MPI_MAX, MPI_SUM
   use sig_kinds, only: rk
+  use sig_text, only: append_text, split, string_t
   use petsc
   implicit none(type, external)
   private
-  public :: start_petsc, end_petsc, insert_petsc_options, unused_petsc_option
+  public :: start_petsc, end_petsc, insert_petsc_options, unused_petsc_options
   public :: create_matrix, create_vector, rank_and_size, sum_over_ranks, max_over_ranks
   public :: precondition_failed
 
@@ -29,12 +30,12 @@ module sig_petsc_support
       integer(c_int) :: status
     end function sig_petsc_insert_options
 
-    function sig_petsc_unused_option(name, capacity) result(status) bind(c)
+    function sig_petsc_unused_options(names, capacity) result(status) bind(c)
       import :: c_char, c_int
-      character(kind=c_char), intent(out) :: name(*)
+      character(kind=c_char), intent(out) :: names(*)
       integer(c_int), value :: capacity
       integer(c_int) :: status
-    end function sig_petsc_unused_option
+    end function sig_petsc_unused_options
 
     function sig_matrix_create(comm, n_local, block_size, diagonal, off_diagonal, matrix) result(status) bind(c)
       import :: c_int, c_intptr_t
@@ -75,16 +76,22 @@ contains
     ierr = sig_petsc_insert_options(options // c_null_char)
   end subroutine insert_petsc_options
 
-  !> First option that no object asked for, or an empty text.
-  subroutine unused_petsc_option(name, ierr)
-    character(:), allocatable, intent(out) :: name
+  !> Options that no object asked for: `-name`, each.
+  subroutine unused_petsc_options(names, ierr)
+    type(string_t), allocatable, intent(out) :: names(:)
     PetscErrorCode, intent(out) :: ierr
-    integer, parameter :: capacity = 256
+    integer, parameter :: capacity = 4096
     character(kind=c_char, len=capacity) :: buffer
+    type(string_t), allocatable :: words(:)
+    integer :: i
 
-    ierr = sig_petsc_unused_option(buffer, int(capacity, c_int))
-    name = buffer(:index(buffer, c_null_char) - 1)
-  end subroutine unused_petsc_option
+    ierr = sig_petsc_unused_options(buffer, int(capacity, c_int))
+    words = split(buffer(:index(buffer, c_null_char) - 1), ' ')
+    allocate (names(0))
+    do i = 1, size(words)
+      if (words(i)%text /= '') call append_text(names, words(i)%text)
+    end do
+  end subroutine unused_petsc_options
 
   !> Square AIJ matrix with room for the given numbers of blocks per local block row.
   subroutine create_matrix(comm, n_local, block_size, diagonal, off_diagonal, matrix, ierr)

@@ -3,7 +3,6 @@
 
 #include <slepcsys.h>
 #include <petscmat.h>
-#include <string.h>
 
 int sig_petsc_start(void)
 {
@@ -27,16 +26,17 @@ int sig_petsc_insert_options(const char *options)
   return 0;
 }
 
-int sig_petsc_unused_option(char *name, int capacity)
+int sig_petsc_unused_options(char *names_of_unused, int capacity)
 {
   PetscInt n_options = 0;
   char **names = NULL, **values = NULL;
 
-  name[0] = '\0';
+  names_of_unused[0] = '\0';
   PetscCall(PetscOptionsLeftGet(NULL, &n_options, &names, &values));
-  for (PetscInt i = 0; i < n_options && !name[0]; i++) {
-    if (strcmp(names[i], "options_left") == 0) continue;
-    PetscCall(PetscSNPrintf(name, (size_t)capacity, "-%s", names[i]));
+  for (PetscInt i = 0; i < n_options; i++) {
+    PetscCall(PetscStrlcat(names_of_unused, "-", (size_t)capacity));
+    PetscCall(PetscStrlcat(names_of_unused, names[i], (size_t)capacity));
+    PetscCall(PetscStrlcat(names_of_unused, " ", (size_t)capacity));
   }
   PetscCall(PetscOptionsLeftRestore(NULL, &n_options, &names, &values));
   return 0;

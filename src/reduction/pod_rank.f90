@@ -4,9 +4,23 @@ module sig_pod_rank
   use sig_kinds, only: rk
   implicit none(type, external)
   private
-  public :: rank_from_energy_tail
+  public :: pod_rank, rank_from_energy_tail
+
+  !> [-] vectors whose value is this small against the first are rounding of the snapshots, whatever the tolerance asks for
+  real(rk), parameter :: noise = 1.0e-13_rk
 
 contains
+
+  !> Modes of a reduced model: as many as the energy tail asks for, but none that is rounding. Local.
+  pure integer function pod_rank(singular_values, tolerance) result(n_modes)
+    !> [-] descending, >= 0
+    real(rk), intent(in) :: singular_values(:)
+    !> [-] the deck's pod_tolerance
+    real(rk), intent(in) :: tolerance
+
+    n_modes = rank_from_energy_tail(singular_values, tolerance)
+    if (n_modes > 0) n_modes = min(n_modes, count(singular_values > noise * singular_values(1)))
+  end function pod_rank
 
   !> Smallest l with sum_{i > l} s_i**2 / sum_i s_i**2 < tolerance; all of them where no l does, none where all are zero.
   !>

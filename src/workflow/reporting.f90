@@ -7,7 +7,7 @@ module sig_reporting
   use sig_kinds, only: rk
   use sig_model, only: model_t
   use sig_parameter_space, only: format_point
-  use sig_pod_rank, only: rank_from_energy_tail
+  use sig_pod_rank, only: pod_rank
   use sig_run_report, only: run_report_t
   use sig_snapshot_store, only: snapshot_set_t
   use sig_statistics, only: statistics_t, summarize
@@ -76,7 +76,7 @@ contains
     associate (cluster => model%clusters(1))
       call report%add('reduction/dirichlet', model%dirichlet)
       call report%add('reduction/n_snapshots', size(model%training_points, 2))
-      call report%add('reduction/n_modes', rank_from_energy_tail(cluster%singular_values, model%pod_tolerance))
+      call report%add('reduction/n_modes', pod_rank(cluster%singular_values, model%pod_tolerance))
       call report%add('reduction/n_reduced_unknowns', cluster%n_modes)
       call report%add('reduction/n_contact_rows', cluster%n_rows)
       call report%add('reduction/n_cells', size(cluster%cells))

@@ -16,7 +16,7 @@ module sig_training
   use sig_model_header, only: fill_model_header
   use sig_parameter_space, only: format_point
   use sig_pod, only: compute_pod
-  use sig_pod_rank, only: rank_from_energy_tail
+  use sig_pod_rank, only: pod_rank
   use sig_problem, only: parameter_names, problem_t
   use sig_projection, only: expected_stiffness_rank, project, projected_blocks_t, stiffness_rows_rank
   use sig_reduced_domain, only: build_reduced_domain, nodes_of_dofs, reduced_domain_t
@@ -27,9 +27,6 @@ module sig_training
   implicit none(type, external)
   private
   public :: train
-
-  !> [-] modes whose singular value is this small against the first are rounding of the snapshots, whatever the tolerance says
-  real(rk), parameter :: noise = 1.0e-13_rk
 
 contains
 
@@ -91,8 +88,7 @@ contains
     ierr = 0
     call fields_to_compress(problem, snapshots, fields)
     PetscCall(compute_pod(fields, PETSC_COMM_WORLD, cluster%singular_values, vectors, ierr))
-    n_modes = min(rank_from_energy_tail(cluster%singular_values, problem%deck%reduction%pod_tolerance), &
-      count(cluster%singular_values > noise * cluster%singular_values(1)))
+    n_modes = pod_rank(cluster%singular_values, problem%deck%reduction%pod_tolerance)
     if (n_modes == 0) then
       call make_error(error, 'all snapshots are zero: no training point loads the bodies', problem%deck%path)
       return
