@@ -12,6 +12,10 @@ mesh -2 -format msh22 -bin two_blocks.geo -o two_blocks_v22_binary.msh
 mesh -2 -format msh41 quads.geo -o quads.msh
 mesh -2 -format msh22 quads.geo -o quads_v22_ascii.msh
 mesh -3 -format msh41 cube.geo -o cube.msh
+# Case a with few nodes.
+sed 's/n_arc = 55/n_arc = 15/; s/n_base = 37/n_base = 9/' ../../../meshes/half_disks.geo > small_disks.tmp.geo
+mesh -2 -format msh41 small_disks.tmp.geo -o small_disks.msh
+rm small_disks.tmp.geo
 
 mkdir -p invalid
 mesh -2 -order 2 -format msh41 two_blocks.geo -o invalid/quadratic.msh

@@ -1,0 +1,18 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Copies of test decks, changed where a test wants them to be."""
+
+from pathlib import Path
+
+
+def copy_deck(source, folder, **replacements):
+    """Copy a deck into a folder with an absolute mesh path and `old` -> `new` texts replaced.
+
+    The results of a deck in folder go to folder/results/<name> when the program runs there.
+    """
+    text = source.read_text().replace("../meshes", str(source.parents[1] / "meshes"))
+    for old, new in replacements.items():
+        assert old in text, f"{source.name} has no {old}"
+        text = text.replace(old, new)
+    path = Path(folder) / source.name
+    path.write_text(text)
+    return path

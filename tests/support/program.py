@@ -1,0 +1,115 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The program under test (SIGNOROM_EXECUTABLE, or build/ci/signorom), bare or under mpirun, with a time limit."""
+
+import contextlib
+import os
+import signal
+import subprocess
+import time
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+# [s] long enough for a sanitized build on a busy machine; a hanging program is a failure
+TIME_LIMIT = 600
+
+# One BLAS thread per rank; waiting ranks give their core away; Open MPI refuses root unless told twice; a single rank
+# needs no daemon beside it.
+ENVIRONMENT = {
+    "OMP_NUM_THREADS": "1",
+    "OPENBLAS_NUM_THREADS": "1",
+    "OMPI_MCA_mpi_yield_when_idle": "1",
+    "OMPI_MCA_btl_vader_single_copy_mechanism": "none",
+    "OMPI_MCA_ess_singleton_isolated": "1",
+    "OMPI_ALLOW_RUN_AS_ROOT": "1",
+    "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1",
+}
+
+
+def find_program():
+    """The executable; a missing one is a failure, not a reason to skip."""
+    path = Path(os.environ.get("SIGNOROM_EXECUTABLE", ROOT / "build" / "ci" / "signorom")).resolve()
+    if not path.is_file():
+        raise FileNotFoundError(f"{path} is missing: build it or set SIGNOROM_EXECUTABLE")
+    return Program(path)
+
+
+class Program:
+    """Callable: `signorom("check", deck, folder=...)` insists on exit code 0 and returns what was printed."""
+
+    def __init__(self, executable):
+        """Executable as an absolute path."""
+        self.executable = executable
+
+    def __call__(self, *arguments, folder, n_ranks=1):
+        """Run a command in a folder and insist on exit code 0; returns its standard output."""
+        done = self.run(*arguments, folder=folder, n_ranks=n_ranks)
+        shown = " ".join(map(str, done.args))
+        assert done.returncode == 0, f"{shown}\nexit code {done.returncode}\n{done.stdout}\n{done.stderr}"
+        return done.stdout
+
+    def run(self, *arguments, folder, n_ranks=1, time_limit=TIME_LIMIT):
+        """Run a command in a folder, whatever its exit code."""
+        process = self.start(*arguments, folder=folder, n_ranks=n_ranks)
+        return finish(process, time_limit)
+
+    def start(self, *arguments, folder, n_ranks=1, **streams):
+        """Start a command in a folder, in a process group of its own."""
+        piped = {"stdin": subprocess.DEVNULL, "stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
+        return subprocess.Popen(
+            [*launcher(n_ranks), str(self.executable), *map(str, arguments)],
+            cwd=folder,
+            env=os.environ | ENVIRONMENT,
+            text=True,
+            start_new_session=True,
+            **(piped | streams),
+        )
+
+
+def launcher(n_ranks):
+    """What stands before the program's name."""
+    if n_ranks == 1:
+        return []
+    return ["mpirun", "--oversubscribe", "--bind-to", "none", "-n", str(n_ranks)]
+
+
+def finish(process, time_limit=TIME_LIMIT):
+    """Wait for a started command; one that does not end is killed with all its ranks, and the test fails."""
+    try:
+        stdout, stderr = process.communicate(timeout=time_limit)
+    except BaseException:
+        kill(process)
+        raise
+    return subprocess.CompletedProcess(process.args, process.returncode, stdout, stderr)
+
+
+def kill(process):
+    """SIGKILL to mpirun and every rank, as when a machine goes down."""
+    for pid in [process.pid, *descendants(process.pid)]:
+        with contextlib.suppress(ProcessLookupError):
+            os.kill(pid, signal.SIGKILL)
+    process.communicate()
+
+
+def descendants(pid):
+    """Process ids of the children, their children and so on."""
+    children = {}
+    for status in Path("/proc").glob("[0-9]*/stat"):
+        with contextlib.suppress(OSError):
+            # pid (name) state parent ...: the name may hold blanks and parentheses
+            parent = int(status.read_text().rpartition(")")[2].split()[1])
+            children.setdefault(parent, []).append(int(status.parent.name))
+    found = [pid]
+    for known in found:
+        found += children.get(known, [])
+    return found[1:]
+
+
+def wait_until(condition, process, time_limit=60, pause=0.002):
+    """Wait until condition() holds; the process must live on meanwhile."""
+    start = time.monotonic()
+    while not condition():
+        if process.poll() is not None:
+            done = finish(process)
+            raise AssertionError(f"ended too early, exit code {done.returncode}\n{done.stdout}{done.stderr}")
+        assert time.monotonic() - start < time_limit, "nothing happened in time"
+        time.sleep(pause)

@@ -1,0 +1,36 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What the program writes, as arrays and dictionaries."""
+
+import csv
+import io
+from pathlib import Path
+
+import h5py
+import numpy as np
+
+
+def read_snapshots(path):
+    """Datasets of snapshots.h5 by name."""
+    with h5py.File(path) as file:
+        names = ("parameters", "displacement", "multipliers", "reasons", "residuals", "free_response")
+        snapshots = {name: file[name][()] for name in names}
+        snapshots["term_texts"] = [text.decode() for text in file["term_texts"][()]]
+    return snapshots
+
+
+def read_table(path):
+    """Columns of a CSV file: arrays of numbers, lists of words."""
+    return table_of(Path(path).read_text())
+
+
+def table_of(text):
+    """Columns of the text of a CSV file."""
+    rows = list(csv.DictReader(io.StringIO(text)))
+    table = {}
+    for name in rows[0]:
+        values = [row[name] for row in rows]
+        try:
+            table[name] = np.array([float(value) for value in values])
+        except ValueError:
+            table[name] = values
+    return table
