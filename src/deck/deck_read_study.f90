@@ -52,7 +52,7 @@ contains
     type(parameter_config_t), intent(in) :: parameters(:)
     logical, intent(out) :: is_there
     type(point_set_config_t), intent(inout) :: points
-    integer :: i_grid, i_section
+    integer :: i_file, i_grid, i_section
 
     i_section = get_mapping(tree, root_node, key, .false.)
     is_there = i_section > 0
@@ -65,9 +65,11 @@ contains
     if (allocated(points%file)) points%path = path_below(tree%path, points%file)
     call read_groups(tree, i_section, points%n_groups)
     call tree%close_mapping(i_section)
-    if (tree%find(i_section, 'grid') > 0 .and. tree%find(i_section, 'file') > 0) then
+    i_grid = tree%find(i_section, 'grid')
+    i_file = tree%find(i_section, 'file')
+    if (i_grid > 0 .and. i_file > 0) then
       call tree%report_key(i_section, key // ' has both grid and file; it must have one of them')
-    else if (tree%find(i_section, 'grid') == 0 .and. tree%find(i_section, 'file') == 0) then
+    else if (i_grid == 0 .and. i_file == 0) then
       call tree%report_key(i_section, key // ' has neither grid nor file; it must have one of them')
     end if
   end subroutine read_point_set

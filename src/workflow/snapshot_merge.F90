@@ -68,7 +68,8 @@ contains
         is_done(i) = set%reasons(i_column) == reason_converged
       end do
     end if
-    is_merged = all(is_done) .and. size(list_files(folder, shard_prefix)) == 0
+    is_merged = size(list_files(folder, shard_prefix)) == 0
+    is_merged = is_merged .and. all(is_done)
     PetscCall(broadcast_error(error, PETSC_COMM_WORLD, ierr))
     call MPI_Bcast(is_done, size(is_done), MPI_LOGICAL, 0, PETSC_COMM_WORLD, ierr)
     call MPI_Bcast(is_merged, 1, MPI_LOGICAL, 0, PETSC_COMM_WORLD, ierr)

@@ -1,12 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-# The program stands in the root of the build folder; `cmake --install` takes it, the online library and its C header.
-if(NOT TARGET signorom AND EXISTS "${PROJECT_SOURCE_DIR}/src/main.F90")
-  add_executable(signorom src/main.F90)
-  target_link_libraries(signorom PRIVATE sig_app sig_flags)
-  set_target_properties(signorom PROPERTIES
-    RUNTIME_OUTPUT_DIRECTORY "${PROJECT_BINARY_DIR}"
-    Fortran_MODULE_DIRECTORY "${PROJECT_BINARY_DIR}/main_modules")
-endif()
+# What `cmake --install` takes: the program, the online library and its C header.
 if(TARGET signorom)
   install(TARGETS signorom)
 endif()
