@@ -1,0 +1,89 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The command `signorom-post`."""
+
+import argparse
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from signorom_post import __version__
+from signorom_post.errors import InputError
+from signorom_post.figures import BUILDERS, COLORS, FORMATS, FigureOptions, write_figures
+from signorom_post.results import Results
+from signorom_post.summary import format_summary
+
+EXIT_OK = 0
+EXIT_USER_ERROR = 2
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run one command and return the exit code: 0, or 2 where files or arguments are at fault."""
+    parser = _parser()
+    options = parser.parse_args(arguments)
+    try:
+        return int(options.run(options))
+    except InputError as error:
+        print(error, file=sys.stderr)
+        return EXIT_USER_ERROR
+    except BrokenPipeError:  # the reader of a pipe has left, as `| head` does
+        sys.stderr.close()
+        return EXIT_OK
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="signorom-post", description="Figures and tables from the results folder of a Signorom deck."
+    )
+    parser.add_argument("--version", action="version", version=f"signorom-post {__version__}")
+    commands = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
+
+    figures = commands.add_parser("figures", help="draw every figure that the files in the folder allow")
+    figures.add_argument("results", metavar="RESULTS_DIR", type=Path, help="for instance results/half_disks")
+    figures.add_argument("--output", metavar="DIR", type=Path, help="default: RESULTS_DIR/figures")
+    figures.add_argument("--format", choices=FORMATS, default="png", help="default: png")
+    figures.add_argument(
+        "--point", metavar="P", help="number or label of the point to draw; default: the middle one"
+    )
+    figures.add_argument("--color", choices=COLORS, default="displacement", help="of the deformed bodies")
+    figures.add_argument(
+        "--only",
+        metavar="NAME",
+        choices=BUILDERS,
+        nargs="+",
+        help=f"some of: {', '.join(BUILDERS)}; default: all",
+    )
+    figures.set_defaults(run=_run_figures)
+
+    summary = commands.add_parser("summary", help="print a short table from report.yaml")
+    summary.add_argument("results", metavar="RESULTS_DIR", type=Path, help="for instance results/half_disks")
+    summary.set_defaults(run=_run_summary)
+    return parser
+
+
+def _run_figures(options: argparse.Namespace) -> int:
+    results = Results(options.results)
+    output = options.output or options.results / "figures"
+    choice = FigureOptions(options.point, options.color, tuple(options.only) if options.only else None)
+    try:
+        output.mkdir(parents=True, exist_ok=True)
+        outcomes = []
+        for outcome in write_figures(results, output, options.format, choice):
+            outcomes.append(outcome)
+            if outcome.path:
+                print(outcome.path, flush=True)
+    except OSError as error:
+        raise InputError(error.filename or output, f"figures cannot be written ({error.strerror})") from error
+    for outcome in outcomes:
+        if not outcome.path:
+            print(f"left out: {outcome.name} ({outcome.reason})")
+    for reason in dict.fromkeys(outcome.reason for outcome in outcomes if outcome.is_failure):
+        print(reason, file=sys.stderr)
+    has_failed = any(outcome.is_failure for outcome in outcomes)
+    if not has_failed and not any(outcome.path for outcome in outcomes):
+        raise InputError(options.results, "the folder has nothing to draw")
+    return EXIT_USER_ERROR if has_failed else EXIT_OK
+
+
+def _run_summary(options: argparse.Namespace) -> int:
+    print(format_summary(Results(options.results).report))
+    return EXIT_OK

@@ -1,0 +1,140 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Which figures a results folder allows, and writing them."""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from matplotlib.figure import Figure
+
+from signorom_post.errors import InputError, MissingFileError
+from signorom_post.plots.errors import errors
+from signorom_post.plots.initial_and_deformed import initial_and_deformed
+from signorom_post.plots.multipliers import multipliers
+from signorom_post.plots.reduced_domain import reduced_domain
+from signorom_post.plots.singular_values import singular_values
+from signorom_post.readers.fields import FieldFile, FieldPoint
+from signorom_post.results import Results
+from signorom_post.style import save, styled
+
+FORMATS = ("png", "pdf", "svg")
+COLORS = ("displacement", "contact")
+
+
+class NotDrawableError(Exception):
+    """The files are sound but hold nothing for this figure; the text says why."""
+
+
+@dataclass(frozen=True)
+class FigureOptions:
+    """What the user may choose."""
+
+    #: number (1-based) or label of the point of initial_and_deformed; None: the middle one of the file
+    point: str | None = None
+    #: colour of initial_and_deformed
+    color: str = "displacement"
+    #: names of the figures to draw; None: all
+    only: tuple[str, ...] | None = None
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What became of one figure."""
+
+    name: str
+    #: file that was written; None where the figure was left out
+    path: Path | None
+    #: why it was left out
+    reason: str = ""
+    #: a file was damaged or foreign, not just missing
+    is_failure: bool = False
+
+
+def write_figures(
+    results: Results, output: Path, file_format: str, options: FigureOptions
+) -> Iterator[Outcome]:
+    """Draw and write the figures one after the other; one that cannot be drawn does not stop the rest."""
+    for name, build in BUILDERS.items():
+        if options.only is not None and name not in options.only:
+            continue
+        try:
+            with styled():
+                for suffix, figure in build(results, options):
+                    path = output / f"{name}{suffix}.{file_format}"
+                    save(figure, path)
+                    yield Outcome(name, path)
+        except MissingFileError as error:
+            yield Outcome(name, None, f"{error.path}: {error.sentence}")
+        except NotDrawableError as error:
+            yield Outcome(name, None, str(error))
+        except InputError as error:
+            yield Outcome(name, None, str(error), is_failure=True)
+
+
+def choose_point(fields: FieldFile, wanted: str | None) -> FieldPoint:
+    """A point of the field file by its number or label; the middle one where nothing is wanted."""
+    if not fields.points:
+        raise NotDrawableError(f"{fields.path}: there is no parameter point")
+    if wanted is None:
+        return fields.points[len(fields.points) // 2]
+    if wanted.isdigit() and 1 <= int(wanted) <= len(fields.points):
+        return fields.points[int(wanted) - 1]
+    for point in fields.points:
+        if point.label == wanted:
+            return point
+    known = ", ".join(f"{i} ({point.label})" for i, point in enumerate(fields.points, start=1))
+    raise InputError(fields.path, f"there is no point '{wanted}'; the file has {known}")
+
+
+def _require_plane(fields: FieldFile) -> FieldFile:
+    if fields.mesh.n_dim != 2:
+        raise NotDrawableError(f"{fields.path}: the mesh has three dimensions; only plane meshes are drawn")
+    return fields
+
+
+def _initial_and_deformed(results: Results, options: FigureOptions) -> Iterator[tuple[str, Figure]]:
+    fields = _require_plane(results.fields)
+    point = choose_point(fields, options.point)
+    needed = ["displacement", "contact_pressure"] if options.color == "contact" else ["displacement"]
+    for name in needed:
+        if name not in point.fields:
+            raise NotDrawableError(f"{fields.path}: the point '{point.label}' has no field '{name}'")
+    yield "", initial_and_deformed(fields, point, options.color)
+
+
+def _reduced_domain(results: Results, _options: FigureOptions) -> Iterator[tuple[str, Figure]]:
+    fields, model = _require_plane(results.fields), results.model_if_present
+    if model is None:
+        if not any("reduced_domain" in point.fields for point in fields.points):
+            raise NotDrawableError(f"{fields.path}: no point has the field 'reduced_domain'")
+        yield "", reduced_domain(fields, None)
+        return
+    for cluster in model.clusters:
+        yield (f"_{cluster.name}" if len(model.clusters) > 1 else ""), reduced_domain(fields, cluster)
+
+
+def _multipliers(results: Results, _options: FigureOptions) -> Iterator[tuple[str, Figure]]:
+    fields = results.fields
+    if not any("multipliers_full_order" in point.fields for point in fields.points):
+        raise NotDrawableError(f"{fields.path}: no point has the field 'multipliers_full_order'")
+    if fields.first_nodes.size == 0:
+        raise NotDrawableError(f"{fields.path}: there are no contact pairs")
+    yield "", multipliers(fields, results.model_if_present)
+
+
+def _errors(results: Results, _options: FigureOptions) -> Iterator[tuple[str, Figure]]:
+    yield "", errors(results.validation, results.model_if_present)
+
+
+def _singular_values(results: Results, _options: FigureOptions) -> Iterator[tuple[str, Figure]]:
+    yield "", singular_values(results.model)
+
+
+#: name of the file without ending -> what draws it
+BUILDERS: dict[str, Callable[[Results, FigureOptions], Iterator[tuple[str, Figure]]]] = {
+    "initial_and_deformed": _initial_and_deformed,
+    "reduced_domain": _reduced_domain,
+    "multipliers": _multipliers,
+    "errors": _errors,
+    "singular_values": _singular_values,
+}

@@ -1,0 +1,231 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Errors of the reduced model over the parameters (paper, Figure 7)."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import LogNorm
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.ticker import MaxNLocator, NullFormatter
+
+from signorom_post.arrays import BoolArray, FloatArray, with_unit
+from signorom_post.readers.model import Model
+from signorom_post.readers.validation import Validation
+from signorom_post.style import BLUE, GRAY, GREEN, INK, ORANGE, SEQUENTIAL, VERMILLION, add_grid, new_figure
+
+
+@dataclass(frozen=True)
+class Curve:
+    """One column of validation.csv on a panel."""
+
+    column: str
+    color: str
+    marker: str
+    legend: str
+
+
+#: axis text -> curves, the uppermost last
+PANELS = {
+    "displacement error $e_u$": [Curve("e_u", BLUE, "o", "on $\\Omega$")],
+    "multiplier error $e_\\lambda$": [
+        Curve("e_lambda_all", ORANGE, "s", "on $\\Gamma^C$, reconstructed"),
+        Curve("e_lambda_rid", BLUE, "o", "on the RID"),
+    ],
+    "energy error $e_\\mathrm{ener}$": [
+        Curve("e_energy", ORANGE, "s", "on $\\Omega$"),
+        Curve("e_energy_rid", BLUE, "o", "on the RID"),
+    ],
+}
+
+#: column -> text of the maps over two parameters
+MAPS = {
+    "e_u": "displacement error $e_u$",
+    "e_energy": "energy error $e_\\mathrm{ener}$",
+    "e_lambda_rid": "multiplier error $e_\\lambda$, RID",
+    "e_lambda_all": "multiplier error $e_\\lambda$, all of $\\Gamma^C$",
+}
+
+
+def errors(validation: Validation, model: Model | None = None) -> Figure:
+    """Errors at every test point: curves over one parameter, maps over the first two where there are more.
+
+    The model gives the training points and the units; without it the figure has neither.
+    """
+    if len(validation.parameter_names) == 1:
+        return _over_one_parameter(validation, model)
+    return _over_two_parameters(validation, model)
+
+
+def status_changes(parameter: FloatArray, n_active: FloatArray) -> FloatArray:
+    """Midpoints between neighbors, `parameter` ascending, where the number of active pairs changes."""
+    is_change = np.diff(n_active) != 0
+    return 0.5 * (parameter[:-1] + parameter[1:])[is_change]
+
+
+def drawable(values: FloatArray) -> BoolArray:
+    """Values that a logarithmic axis can show."""
+    return np.isfinite(values) & (values > 0.0)
+
+
+def _over_one_parameter(validation: Validation, model: Model | None) -> Figure:
+    order = np.argsort(validation.parameters[:, 0], kind="stable")
+    parameter = validation.parameters[order, 0]
+    columns = {name: values[order] for name, values in validation.columns.items()}
+    training = _training_points(validation, model)[:, 0]
+    changes = status_changes(parameter, columns["n_active_full_order"])
+
+    figure = new_figure(8.6, 6.0)
+    panels = figure.subplots(2, 2, sharex=True)
+    for axes, (label, curves) in zip(panels.ravel(), PANELS.items(), strict=False):
+        for curve in curves:
+            _draw_curve(axes, parameter, columns[curve.column], curve)
+        unit = model.energy_unit if model and "energy" in label else ""
+        axes.set_ylabel(with_unit(label, unit))
+        _finish_log_axis(axes, [columns[curve.column] for curve in curves])
+    _draw_active(panels[1, 1], parameter, columns)
+    for axes in panels.ravel():
+        add_grid(axes)
+        _mark(axes, training, changes)
+    for axes in panels[1]:
+        axes.set_xlabel(_parameter_text(validation.parameter_names[0], model))
+    _add_key(figure, bool(training.size), bool(changes.size))
+    return figure
+
+
+def _draw_curve(axes: Axes, parameter: FloatArray, values: FloatArray, curve: Curve) -> None:
+    shown = np.where(drawable(values), values, np.nan)
+    axes.plot(
+        parameter,
+        shown,
+        marker=curve.marker,
+        markersize=3.0,
+        linewidth=1.0,
+        color=curve.color,
+        label=curve.legend,
+        gid=curve.column,
+    )
+
+
+def _finish_log_axis(axes: Axes, curves: list[FloatArray]) -> None:
+    axes.set_yscale("log")
+    shown = np.concatenate([values[drawable(values)] for values in curves])
+    if shown.size:
+        low, high = np.floor(np.log10(shown.min())), np.ceil(np.log10(shown.max()))
+        axes.set_ylim(10.0**low, 10.0 ** max(high, low + 1))
+    axes.yaxis.set_minor_formatter(NullFormatter())
+    _legend_above(axes)
+    n_hidden = sum(int(np.sum(~drawable(values))) for values in curves)
+    if n_hidden:
+        text = f"{n_hidden} value{'s' if n_hidden > 1 else ''} zero, infinite or undefined: not shown"
+        axes.text(0.5, 0.02, text, transform=axes.transAxes, ha="center", fontsize=8, color=VERMILLION)
+
+
+def _draw_active(axes: Axes, parameter: FloatArray, columns: dict[str, FloatArray]) -> None:
+    full, reduced = columns["n_active_full_order"], columns["n_active"]
+    axes.step(
+        parameter,
+        full,
+        where="mid",
+        color=INK,
+        linewidth=1.1,
+        label="full order, on $\\Gamma^C$",
+        gid="n_active_full_order",
+    )
+    axes.plot(parameter, reduced, "o", color=BLUE, markersize=3.0, label="HHR, on the RID", gid="n_active")
+    axes.set_ylabel("active contact pairs")
+    axes.yaxis.set_major_locator(MaxNLocator(integer=True))
+    axes.set_ylim(bottom=min(0.0, float(np.nanmin([full, reduced]))))
+    _legend_above(axes)
+
+
+def _legend_above(axes: Axes) -> None:
+    """The legend of a panel on one line above it, where no curve can run through it."""
+    style: dict[str, Any] = {"columnspacing": 1.5, "handletextpad": 0.5, "borderaxespad": 0.1}
+    axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2, **style)
+
+
+def _mark(axes: Axes, training: FloatArray, changes: FloatArray) -> None:
+    """Ticks on the axis at training points; dotted lines where the contact status changes."""
+    if training.size:  # an empty artist in these coordinates would spoil the layout
+        axes.plot(
+            training,
+            np.zeros_like(training),
+            "|",
+            transform=axes.get_xaxis_transform(),
+            color=GREEN,
+            markersize=9,
+            markeredgewidth=1.2,
+            clip_on=False,
+            zorder=5,
+            gid="training",
+        )
+    axes.vlines(
+        changes,
+        0.0,
+        1.0,
+        transform=axes.get_xaxis_transform(),
+        color=GRAY,
+        linewidth=0.7,
+        linestyle=(0, (1, 2)),
+        zorder=0.5,
+        gid="status change",
+    )
+
+
+def _add_key(figure: Figure, has_training: bool, has_changes: bool) -> None:
+    """One line above the panels that explains the marks they share."""
+    handles = []
+    if has_training:
+        style: dict[str, Any] = {"linestyle": "none", "markersize": 9, "markeredgewidth": 1.2}
+        handles.append(Line2D([], [], marker="|", color=GREEN, label="training point", **style))
+    if has_changes:
+        handles.append(
+            Line2D([], [], color=GRAY, linewidth=1.0, linestyle=(0, (1, 2)), label="change of contact status")
+        )
+    if handles:
+        figure.legend(handles=handles, loc="outside upper center", ncols=len(handles), columnspacing=1.8)
+
+
+def _over_two_parameters(validation: Validation, model: Model | None) -> Figure:
+    x, y = validation.parameters[:, 0], validation.parameters[:, 1]
+    training = _training_points(validation, model)
+    figure = new_figure(8.6, 6.4)
+    panels = figure.subplots(2, 2, sharex=True, sharey=True)
+    for axes, (column, label) in zip(panels.ravel(), MAPS.items(), strict=True):
+        values = validation.columns[column]
+        shown = drawable(values)
+        if shown.any():
+            low, high = values[shown].min(), values[shown].max()
+            norm = LogNorm(low, high if high > low else 10 * low)
+            dots = axes.scatter(
+                x[shown], y[shown], c=values[shown], s=16, cmap=SEQUENTIAL, norm=norm, gid=column
+            )
+            unit = model.energy_unit if model and column == "e_energy" else ""
+            figure.colorbar(dots, ax=axes, label=with_unit(label, unit))
+        axes.plot(x[~shown], y[~shown], "x", color=VERMILLION, markersize=4, gid="not drawable")
+        axes.plot(
+            training[:, 0], training[:, 1], "+", color=INK, markersize=4, markeredgewidth=0.7, gid="training"
+        )
+    names = validation.parameter_names
+    for axes in panels[1]:
+        axes.set_xlabel(_parameter_text(names[0], model))
+    for axes in panels[:, 0]:
+        axes.set_ylabel(_parameter_text(names[1], model))
+    handles = [Line2D([], [], marker="+", color=INK, linestyle="none", markersize=5, label="training point")]
+    figure.legend(handles=handles if training.size else [], loc="outside upper center")
+    return figure
+
+
+def _training_points(validation: Validation, model: Model | None) -> FloatArray:
+    """Training points, parameters in the table's order, shape (m, n_parameters); none without a model."""
+    names = validation.parameter_names
+    if model is None or not set(names) <= set(model.parameter_names):
+        return np.empty((0, len(names)))
+    return model.training_points[:, [model.parameter_names.index(name) for name in names]]
+
+
+def _parameter_text(name: str, model: Model | None) -> str:
+    return with_unit(name, model.unit_of(name) if model else "")

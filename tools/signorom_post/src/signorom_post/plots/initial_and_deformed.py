@@ -1,0 +1,76 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The bodies before and after loading, side by side (paper, Figure 5)."""
+
+import math
+
+import numpy as np
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import Normalize
+from matplotlib.figure import Figure
+
+from signorom_post.arrays import FloatArray, format_number, with_unit
+from signorom_post.plots.drawing import draw_mesh, draw_shaded, frame
+from signorom_post.readers.fields import FieldFile, FieldPoint
+from signorom_post.style import GRAY, SEQUENTIAL, new_figure
+
+#: displacements below this share of the size of the mesh are drawn larger than they are
+VISIBLE_SHARE = 0.02
+
+
+def initial_and_deformed(fields: FieldFile, point: FieldPoint, color: str = "displacement") -> Figure:
+    """Mesh at rest and mesh displaced, on equal axes.
+
+    `color` is `displacement`, its magnitude everywhere, or `contact`, the pressure on the contact nodes: open
+    ones are white.
+    Small displacements are magnified by a round factor, which the caption then names.
+    """
+    mesh = fields.mesh
+    displacement = fields.field(point, "displacement")
+    scale = magnification(displacement.values, mesh.size)
+    initial = mesh.coordinates[:, :2]
+    deformed = initial + scale * displacement.values[:, :2]
+    both = np.vstack([initial, deformed])
+    width, height = np.ptp(both, axis=0)
+    figure = new_figure(8.2, float(np.clip(3.15 * height / width + 0.8, 2.6, 7.5)), has_equal_axes=True)
+    left, right = figure.subplots(1, 2, sharex=True, sharey=True)
+
+    if color == "contact":
+        shown = fields.field(point, "contact_pressure")
+        label = with_unit("contact pressure", shown.unit)
+        limits = (0.0, float(shown.values.max()) or 1.0)
+        nodes = np.concatenate([fields.first_nodes, fields.second_nodes])
+        is_open = shown.values[nodes] == 0.0
+        for axes, points, is_white in ((left, initial, np.ones_like(is_open)), (right, deformed, is_open)):
+            draw_mesh(axes, mesh, points)
+            axes.scatter(
+                *points[nodes[is_white]].T, s=9, c="white", edgecolors=GRAY, linewidths=0.7, zorder=3
+            )
+        active = nodes[~is_open]
+        style = {"s": 18, "cmap": SEQUENTIAL, "norm": Normalize(*limits), "zorder": 4, "gid": "active"}
+        right.scatter(*deformed[active].T, c=shown.values[active], **style)
+    else:
+        magnitude = np.linalg.norm(displacement.values, axis=1)
+        label = with_unit("displacement magnitude", displacement.unit)
+        limits = (0.0, float(magnitude.max()) or 1.0)
+        draw_mesh(left, mesh, initial)
+        draw_shaded(right, mesh, deformed, magnitude, limits)
+
+    frame(left, both, mesh.unit)
+    frame(right, both, mesh.unit)
+    right.set_ylabel("")
+    left.set_title("initial")
+    right.set_title(point.label + (f"  (displacement x {format_number(scale)})" if scale != 1 else ""))
+    figure.colorbar(
+        ScalarMappable(Normalize(*limits), SEQUENTIAL), ax=[left, right], label=label, shrink=0.85, pad=0.02
+    )
+    return figure
+
+
+def magnification(displacement: FloatArray, size: float) -> float:
+    """1 where displacements, shape (n_nodes, 3), are visible; else 1, 2 or 5 times a power of ten."""
+    largest = float(np.abs(displacement).max(initial=0.0))
+    if largest == 0.0 or largest >= VISIBLE_SHARE * size:
+        return 1.0
+    wanted = 2.0 * VISIBLE_SHARE * size / largest
+    power = 10.0 ** math.floor(math.log10(wanted))
+    return max(step * power for step in (1.0, 2.0, 5.0) if step * power <= wanted * (1 + 1e-12))

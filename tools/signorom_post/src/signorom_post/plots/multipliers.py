@@ -1,0 +1,126 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Multipliers of the full-order and of the reduced model along the contact surface (paper, Figure 6b)."""
+
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from signorom_post.arrays import BoolArray, FloatArray, format_number, with_unit
+from signorom_post.readers.fields import FieldFile, FieldPoint
+from signorom_post.readers.model import Model
+from signorom_post.style import GRAY, INK, add_grid, new_figure, ordered_colors
+
+#: more curves than this cannot be told apart
+MAX_CURVES = 6
+
+
+def multipliers(fields: FieldFile, model: Model | None = None) -> Figure:
+    """Full-order multipliers as lines, reduced ones as markers: full on the RID, pale where reconstructed.
+
+    The nodes of the first surface are drawn at their coordinate along the surface's longest side. With more
+    than six points, six spread over the file are drawn. The model only gives the units of the parameters.
+    """
+    points = [point for point in fields.points if "multipliers_full_order" in point.fields]
+    chosen = points if len(points) <= MAX_CURVES else [points[i] for i in _spread(len(points), MAX_CURVES)]
+    chosen = sorted(chosen, key=lambda point: tuple(point.parameters))
+    axis, position = _positions(fields)
+    order = np.argsort(position, kind="stable")
+    is_reduced = np.zeros(len(position), dtype=bool)
+    is_reduced[fields.reduced_rows] = True
+
+    figure = new_figure(7.2, 4.3)
+    axes = figure.subplots()
+    add_grid(axes)
+    axes.axhline(0.0, color=GRAY, linewidth=0.8, zorder=1)
+    handles = []
+    for point, color in zip(chosen, ordered_colors(len(chosen)), strict=True):
+        full = fields.field(point, "multipliers_full_order")
+        handles += axes.plot(
+            position[order],
+            full.values[order],
+            color=color,
+            linewidth=1.5,
+            label=_value_text(point),
+            zorder=2,
+        )
+        if "multipliers_reduced" not in point.fields:
+            continue
+        reduced = fields.field(point, "multipliers_reduced").values
+        is_other = ~is_reduced & ((reduced != 0.0) | (full.values != 0.0))
+        pale: dict[str, Any] = {
+            "markerfacecolor": "white",
+            "markeredgewidth": 0.8,
+            "alpha": 0.55,
+            "markersize": 4.0,
+        }
+        axes.plot(
+            position[is_other], reduced[is_other], "o", color=color, zorder=3, gid="reconstructed", **pale
+        )
+        axes.plot(
+            position[is_reduced],
+            reduced[is_reduced],
+            "o",
+            color=color,
+            markersize=6.5,
+            markeredgecolor="white",
+            markeredgewidth=0.8,
+            zorder=4,
+            gid="reduced",
+        )
+
+    _limit(
+        axes, position, [fields.field(point, "multipliers_full_order").values for point in chosen], is_reduced
+    )
+    surface_unit = fields.field(chosen[0], "multipliers_full_order").unit
+    axes.set_xlabel(with_unit(f"position on the contact surface, ${axis}$", fields.mesh.unit))
+    axes.set_ylabel(with_unit(r"multiplier $\lambda$", surface_unit))
+    kinds = [
+        Line2D([], [], color=INK, linewidth=1.5, label="full order"),
+        Line2D([], [], color=INK, marker="o", linestyle="none", markersize=6.5, label="HHR, on the RID"),
+        Line2D(
+            [],
+            [],
+            color=INK,
+            marker="o",
+            linestyle="none",
+            markersize=4,
+            markerfacecolor="white",
+            alpha=0.55,
+            label="HHR, reconstructed",
+        ),
+    ]
+    figure.legend(handles=kinds, loc="outside upper center", ncols=3, columnspacing=1.8)
+    axes.legend(
+        handles=handles, title=_parameter_text(chosen[0], model), loc="upper left", bbox_to_anchor=(1.0, 1.0)
+    )
+    return figure
+
+
+def _spread(n_items: int, n_chosen: int) -> list[int]:
+    return sorted({round(i) for i in np.linspace(0, n_items - 1, n_chosen)})
+
+
+def _positions(fields: FieldFile) -> tuple[str, FloatArray]:
+    """Name and values of the coordinate along which the first surface is longest, shape (n_contacts)."""
+    coordinates = fields.mesh.coordinates[fields.first_nodes]
+    i_axis = int(np.argmax(np.ptp(coordinates, axis=0)))
+    return "xyz"[i_axis], coordinates[:, i_axis]
+
+
+def _limit(axes: Axes, position: FloatArray, curves: list[FloatArray], is_reduced: BoolArray) -> None:
+    """Show what is in contact or in the RID, with a margin; the rest of the surface is zero anyway."""
+    is_shown = is_reduced | np.any([curve != 0.0 for curve in curves], axis=0)
+    shown = position[is_shown] if is_shown.any() else position
+    margin = 0.06 * max(float(np.ptp(shown)), 0.05 * float(np.ptp(position)))
+    axes.set_xlim(shown.min() - margin, shown.max() + margin)
+
+
+def _value_text(point: FieldPoint) -> str:
+    return ", ".join(format_number(value) for value in point.parameters)
+
+
+def _parameter_text(point: FieldPoint, model: Model | None) -> str:
+    return ", ".join(with_unit(name, model.unit_of(name) if model else "") for name in point.parameter_names)

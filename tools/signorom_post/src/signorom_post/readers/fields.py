@@ -1,0 +1,143 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""fields.h5: the mesh, and the fields of a few parameter points."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from signorom_post.arrays import FloatArray, IntArray, Quantity, format_number
+from signorom_post.errors import InputError
+from signorom_post.mesh import Mesh
+from signorom_post.readers.hdf5_input import Hdf5Input
+
+#: XDMF number of a cell type -> (number of nodes, dimension)
+XDMF_CELLS = {4: (3, 2), 5: (4, 2), 6: (4, 3), 9: (8, 3)}
+
+
+@dataclass(frozen=True)
+class FieldPoint:
+    """The fields at one parameter point."""
+
+    label: str
+    parameter_names: list[str]
+    #: shape (n_parameters)
+    parameters: FloatArray
+    #: by dataset name; of nodes (n_nodes) or (n_nodes, 3), cells (n_cells[, n]), pairs (n_contacts)
+    fields: dict[str, Quantity]
+
+
+@dataclass(frozen=True)
+class FieldFile:
+    """Everything in fields.h5; indices are 0-based."""
+
+    path: Path
+    mesh: Mesh
+    points: list[FieldPoint]
+    #: nodes of each contact pair on the first and on the second body, shape (n_contacts)
+    first_nodes: IntArray
+    second_nodes: IntArray
+    #: pairs whose multiplier the reduced model computes, shape (n_contact_rows)
+    reduced_rows: IntArray
+
+    def field(self, point: FieldPoint, name: str) -> Quantity:
+        """A field of a point, or an error that names the file."""
+        if name not in point.fields:
+            raise InputError(self.path, f"the point '{point.label}' has no field '{name}'")
+        return point.fields[name]
+
+
+def read_fields(path: Path) -> FieldFile:
+    """Read and check fields.h5."""
+    with Hdf5Input(path) as file:
+        file.check_format("signorom fields", 1)
+        mesh = _read_mesh(file)
+        first_nodes = _optional_indices(file, "/contact/first_nodes", mesh.n_nodes)
+        second_nodes = _optional_indices(file, "/contact/second_nodes", mesh.n_nodes)
+        if first_nodes.size != second_nodes.size:
+            raise file.fail("'/contact/first_nodes' and '/contact/second_nodes' differ in length")
+        reduced_rows = _optional_indices(file, "/contact/rows_in_reduced_domain", first_nodes.size)
+        points = [
+            _read_point(file, f"/points/{name}", mesh, first_nodes.size) for name in file.names("/points")
+        ]
+    return FieldFile(path, mesh, points, first_nodes, second_nodes, reduced_rows)
+
+
+def _optional_indices(file: Hdf5Input, name: str, n_items: int) -> IntArray:
+    return file.indices(name, n_items) if file.has(name) else np.empty(0, dtype=np.int64)
+
+
+def _read_mesh(file: Hdf5Input) -> Mesh:
+    coordinates = file.reals("/mesh/coordinates", 2)
+    if coordinates.shape[1] != 3:
+        raise file.fail(f"'/mesh/coordinates' has {coordinates.shape[1]} columns; 3 are needed")
+    is_plane = bool(np.ptp(coordinates[:, 2]) == 0.0) if len(coordinates) else False
+    if file.quantity("/mesh/topology").values.ndim == 2:
+        topology = file.integers("/mesh/topology", 2)
+        cells = list(topology)
+        n_dim = 2 if is_plane or topology.shape[1] == 3 else 3
+    else:
+        cells, n_dim = _cells_of_mixed(file, file.integers("/mesh/topology"))
+    if not cells:
+        raise file.fail("the mesh has no cells")
+    nodes = np.concatenate(cells)
+    if nodes.min() < 0 or nodes.max() >= len(coordinates):
+        raise file.fail(f"'/mesh/topology' has a node outside 0..{len(coordinates) - 1}")
+    return Mesh(coordinates, cells, n_dim, file.unit("/mesh/coordinates"))
+
+
+def _cells_of_mixed(file: Hdf5Input, flat: IntArray) -> tuple[list[IntArray], int]:
+    """Cells of XDMF's mixed list: the type's number, then the nodes, for each cell."""
+    cells, n_dim, start = [], 2, 0
+    while start < len(flat):
+        n_nodes, dimension = XDMF_CELLS.get(int(flat[start]), (0, 0))
+        if n_nodes == 0:
+            raise file.fail(
+                f"'/mesh/topology' has the cell type {flat[start]}; known are {sorted(XDMF_CELLS)}"
+            )
+        if start + 1 + n_nodes > len(flat):
+            raise file.fail("'/mesh/topology' ends within a cell")
+        cells.append(flat[start + 1 : start + 1 + n_nodes])
+        n_dim = max(n_dim, dimension)
+        start += 1 + n_nodes
+    return cells, n_dim
+
+
+def _read_point(file: Hdf5Input, group: str, mesh: Mesh, n_contacts: int) -> FieldPoint:
+    parameters = file.attribute(group, "parameters")
+    names = file.attribute(group, "parameter_names")
+    if parameters is None or names is None:
+        raise file.fail(f"'{group}' lacks the attribute 'parameters' or 'parameter_names'")
+    values = np.atleast_1d(np.asarray(parameters, dtype=np.float64))
+    names = names.replace(",", " ").split() if isinstance(names, str) else list(names)
+    if len(names) != len(values):
+        raise file.fail(f"'{group}' has {len(values)} parameters and {len(names)} parameter names")
+    label = file.attribute(group, "label") or ", ".join(
+        f"{name} = {format_number(value)}" for name, value in zip(names, values, strict=True)
+    )
+    fields = {
+        name: file.quantity(f"{group}/{name}")
+        for name in file.names(group)
+        if file.is_dataset(f"{group}/{name}")
+    }
+    _check_lengths(file, group, fields, mesh, n_contacts)
+    return FieldPoint(str(label), names, values, fields)
+
+
+def _check_lengths(
+    file: Hdf5Input, group: str, fields: dict[str, Quantity], mesh: Mesh, n_contacts: int
+) -> None:
+    expected = {
+        "displacement": mesh.n_nodes,
+        "displacement_reduced": mesh.n_nodes,
+        "contact_force": mesh.n_nodes,
+        "contact_pressure": mesh.n_nodes,
+        "gap": mesh.n_nodes,
+        "reduced_domain": mesh.n_cells,
+        "multipliers_full_order": n_contacts,
+        "multipliers_reduced": n_contacts,
+    }
+    for name, length in expected.items():
+        if name in fields and len(np.atleast_1d(fields[name].values)) != length:
+            found = len(np.atleast_1d(fields[name].values))
+            raise file.fail(f"'{group}/{name}' has {found} entries; {length} are needed")

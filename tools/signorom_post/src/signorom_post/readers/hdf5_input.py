@@ -1,0 +1,167 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""An HDF5 file opened for reading, whose every fault ends in a sentence with the file's name."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Self
+
+import h5py
+import numpy as np
+
+from signorom_post.arrays import FloatArray, IntArray, Quantity
+from signorom_post.errors import InputError, MissingFileError
+
+
+def require_file(path: Path) -> None:
+    """Refuse what is missing, unfinished, a folder or empty."""
+    if path.is_dir():
+        raise InputError(path, "this is a folder, not a file")
+    if not path.exists():
+        partial = path.with_name(path.name + ".partial")
+        if partial.exists():
+            raise MissingFileError(path, f"there is only '{partial.name}' of a run that has not finished")
+        raise MissingFileError(path, "there is no such file")
+    if path.stat().st_size == 0:
+        raise InputError(path, "the file is empty")
+
+
+class Hdf5Input:
+    """Checked access to datasets and attributes; use it in a `with` block."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        require_file(path)
+        try:
+            self._file = h5py.File(path, "r")
+        except PermissionError as error:
+            raise InputError(path, "the file may not be read by this user") from error
+        except OSError as error:
+            if "truncated" in str(error):
+                raise InputError(path, "the file is truncated: its end is missing") from error
+            if "lock" in str(error):
+                raise InputError(path, "another program is writing the file") from error
+            raise InputError(path, "this is not an HDF5 file, or it is damaged") from error
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._file.close()
+
+    def fail(self, sentence: str) -> InputError:
+        """An error about this file, to be raised by the caller."""
+        return InputError(self.path, sentence)
+
+    def check_format(self, name: str, version: int) -> None:
+        """Refuse a file of another kind, or of a format version that this package does not know."""
+        found = self.attribute("/", "format")
+        if found is None:
+            raise self.fail(f"the file is not a '{name}' file: it has no attribute 'format'")
+        if found != name:
+            raise self.fail(f"the file is a '{found}' file; a '{name}' file is needed")
+        found_version = self.attribute("/", "format_version")
+        if found_version != version:
+            raise self.fail(f"the file has format version {found_version}; this tool reads version {version}")
+
+    @contextmanager
+    def _guarded(self, what: str) -> Iterator[None]:
+        """What h5py raises inside a damaged file is of many types; all become one sentence."""
+        try:
+            yield
+        except InputError:
+            raise
+        except Exception as error:
+            raise self.fail(f"{what} cannot be read: the file is damaged or truncated") from error
+
+    def has(self, name: str) -> bool:
+        """Whether there is a dataset or group of this name."""
+        with self._guarded(f"'{name}'"):
+            return name in self._file
+
+    def names(self, group: str) -> list[str]:
+        """Sorted names in a group; empty where the group is missing."""
+        with self._guarded(f"group '{group}'"):
+            node = self._file.get(group)
+            return sorted(node) if isinstance(node, h5py.Group) else []
+
+    def is_dataset(self, name: str) -> bool:
+        """Whether the name stands for a dataset."""
+        with self._guarded(f"'{name}'"):
+            return name in self._file and isinstance(self._file[name], h5py.Dataset)
+
+    def _raw(self, name: str) -> Any:
+        if not self.has(name):
+            raise self.fail(f"dataset '{name}' is missing")
+        with self._guarded(f"dataset '{name}'"):
+            node = self._file[name]
+            if not isinstance(node, h5py.Dataset):
+                raise self.fail(f"'{name}' is a group; a dataset is needed")
+            return node[()]
+
+    def reals(self, name: str, n_axes: int) -> FloatArray:
+        """A real dataset with so many axes; integers are converted."""
+        values = np.asarray(self._raw(name))
+        if values.dtype.kind not in "fiub":
+            raise self.fail(f"dataset '{name}' is text; numbers are needed")
+        if values.ndim != n_axes:
+            raise self.fail(f"dataset '{name}' has {values.ndim} axes; {n_axes} are needed")
+        return values.astype(np.float64)
+
+    def integers(self, name: str, n_axes: int = 1) -> IntArray:
+        """An integer dataset with so many axes."""
+        values = self.reals(name, n_axes)
+        if not np.all(np.isfinite(values)) or np.any(values != np.round(values)):
+            raise self.fail(f"dataset '{name}' has values that are not integers")
+        return values.astype(np.int64)
+
+    def indices(self, name: str, n_items: int) -> IntArray:
+        """A list of 1-based numbers of items, returned 0-based, shape (n)."""
+        values = self.integers(name)
+        if values.size and (values.min() < 1 or values.max() > n_items):
+            outside = values[(values < 1) | (values > n_items)][0]
+            raise self.fail(f"dataset '{name}' names item {outside}; there are {n_items}")
+        return values - 1
+
+    def quantity(self, name: str) -> Quantity:
+        """A numeric dataset of any shape with its unit and description."""
+        values = np.asarray(self._raw(name))
+        if values.dtype.kind not in "fiub":
+            raise self.fail(f"dataset '{name}' is text; numbers are needed")
+        return Quantity(
+            values.astype(np.float64), self.unit(name), str(self.attribute(name, "description") or "")
+        )
+
+    def text(self, name: str) -> str:
+        """A text dataset."""
+        texts = self.texts(name)
+        return texts[0] if texts else ""
+
+    def texts(self, name: str) -> list[str]:
+        """A list of texts; blanks at the end are padding."""
+        values = np.atleast_1d(np.asarray(self._raw(name), dtype=object)).ravel()
+        return [_to_text(value) for value in values]
+
+    def attribute(self, name: str, attribute: str) -> Any:
+        """An attribute as text, number or array; None where it is missing."""
+        with self._guarded(f"attribute '{attribute}' of '{name}'"):
+            value = self._file[name].attrs.get(attribute)
+        if isinstance(value, bytes | str):
+            return _to_text(value)
+        if isinstance(value, np.ndarray) and value.dtype.kind in "SOU":
+            texts = [_to_text(item) for item in value.ravel()]
+            return texts[0] if value.ndim == 0 else texts
+        if isinstance(value, np.ndarray) and value.size == 1:
+            return value.ravel()[0].item()
+        return value.item() if isinstance(value, np.generic) else value
+
+    def unit(self, name: str) -> str:
+        """The attribute `unit`, empty where the dataset has none."""
+        return str(self.attribute(name, "unit") or "")
+
+
+def _to_text(value: Any) -> str:
+    return (value.decode("utf-8", errors="replace") if isinstance(value, bytes) else str(value)).rstrip(" \0")

@@ -1,0 +1,124 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""model.h5: the reduced model."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import yaml
+
+from signorom_post.arrays import FloatArray, IntArray, as_number
+from signorom_post.readers.hdf5_input import Hdf5Input
+
+
+@dataclass(frozen=True)
+class Cluster:
+    """What the figures need of one local reduced model; indices are 0-based."""
+
+    name: str
+    #: of the snapshots, descending, shape (m)
+    singular_values: FloatArray
+    n_modes: int
+    #: nodes chosen by DEIM and the zones of interest; nodes facing them
+    seed_nodes: IntArray
+    facing_nodes: IntArray
+    #: cells of the reduced integration domain
+    cells: IntArray
+    #: multipliers that the reduced model computes
+    contact_rows: IntArray
+    condition_number: float
+    stiffness_condition: float
+
+
+@dataclass(frozen=True)
+class Model:
+    """What the figures need of the reduced model."""
+
+    path: Path
+    title: str
+    length_unit: str
+    force_unit: str
+    parameter_names: list[str]
+    parameter_units: list[str]
+    #: the trained box, shape (n_parameters)
+    minimum: FloatArray
+    maximum: FloatArray
+    #: shape (m, n_parameters)
+    training_points: FloatArray
+    clusters: list[Cluster]
+    #: energy tail that the basis may lose
+    pod_tolerance: float
+    #: the deck, as read from its YAML text; empty where that is not YAML
+    deck: dict[str, Any]
+
+    @property
+    def energy_unit(self) -> str:
+        """Unit of an elastic energy: per unit of thickness in plane models, empty where not known."""
+        mesh = self.deck.get("mesh")
+        kind = str(mesh.get("model", "")) if isinstance(mesh, dict) else ""
+        if not (self.force_unit and self.length_unit and kind):
+            return ""
+        unit = f"{self.force_unit} {self.length_unit}"
+        return f"{unit}/{self.length_unit}" if kind.startswith("plane") else unit
+
+    def unit_of(self, parameter: str) -> str:
+        """Unit of a parameter, empty where it has none."""
+        units = dict(zip(self.parameter_names, self.parameter_units, strict=True))
+        return units.get(parameter, "")
+
+
+def read_model(path: Path) -> Model:
+    """Read and check model.h5."""
+    with Hdf5Input(path) as file:
+        file.check_format("signorom model", 1)
+        names = file.texts("/parameters/names")
+        units = file.texts("/parameters/units")
+        points = file.reals("/parameters/training_points", 2)
+        if len(units) != len(names) or points.shape[1] != len(names):
+            raise file.fail("'/parameters' holds names, units and training points of different lengths")
+        clusters = [
+            _read_cluster(file, name) for name in sorted(file.names("/clusters"), key=lambda n: (len(n), n))
+        ]
+        if not clusters:
+            raise file.fail("the model has no clusters ('/clusters/1')")
+        return Model(
+            path=path,
+            title=file.text("/title"),
+            length_unit=file.text("/units/length"),
+            force_unit=file.text("/units/force"),
+            parameter_names=names,
+            parameter_units=units,
+            minimum=file.reals("/parameters/minimum", 1),
+            maximum=file.reals("/parameters/maximum", 1),
+            training_points=points,
+            clusters=clusters,
+            pod_tolerance=float(file.reals("/reduction/pod_tolerance", 0)),
+            deck=_parse_deck(file.text("/deck")),
+        )
+
+
+def _read_cluster(file: Hdf5Input, name: str) -> Cluster:
+    group = f"/clusters/{name}"
+    unlimited = np.iinfo(np.int64).max
+    condition_number = as_number(file.attribute(group, "condition_number"))
+    stiffness_condition = as_number(file.attribute(group, "stiffness_condition"))
+    return Cluster(
+        name=name,
+        singular_values=file.reals(f"{group}/singular_values", 1),
+        n_modes=len(file.reals(f"{group}/basis", 2)),
+        seed_nodes=file.indices(f"{group}/seed_nodes", unlimited),
+        facing_nodes=file.indices(f"{group}/facing_nodes", unlimited),
+        cells=file.indices(f"{group}/cells", unlimited),
+        contact_rows=file.indices(f"{group}/contact_rows", unlimited),
+        condition_number=np.nan if condition_number is None else condition_number,
+        stiffness_condition=np.nan if stiffness_condition is None else stiffness_condition,
+    )
+
+
+def _parse_deck(text: str) -> dict[str, Any]:
+    try:
+        deck = yaml.safe_load(text)
+    except yaml.YAMLError:
+        return {}
+    return deck if isinstance(deck, dict) else {}

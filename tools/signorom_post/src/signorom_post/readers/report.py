@@ -1,0 +1,27 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""report.yaml: what a run did, as nested keys."""
+
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from signorom_post.errors import InputError
+from signorom_post.readers.hdf5_input import require_file
+
+
+def read_report(path: Path) -> dict[str, Any]:
+    """Read report.yaml; which sections it has depends on the commands that were run."""
+    require_file(path)
+    try:
+        report = yaml.safe_load(path.read_text(encoding="utf-8"))
+    except yaml.MarkedYAMLError as error:
+        line = f" (line {error.problem_mark.line + 1})" if error.problem_mark else ""
+        raise InputError(path, f"this is not YAML{line}") from error
+    except (yaml.YAMLError, UnicodeDecodeError) as error:
+        raise InputError(path, "this is not YAML") from error
+    except OSError as error:
+        raise InputError(path, f"the file cannot be read ({error.strerror})") from error
+    if not isinstance(report, dict):
+        raise InputError(path, "this is not a report: it has no sections")
+    return report

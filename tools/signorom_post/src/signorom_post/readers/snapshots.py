@@ -1,0 +1,67 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""snapshots.h5: the full-order solutions at the training points."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from signorom_post.arrays import FloatArray, IntArray, Quantity
+from signorom_post.readers.hdf5_input import Hdf5Input
+
+
+@dataclass(frozen=True)
+class SnapshotSet:
+    """Full-order solutions, one row per training point."""
+
+    path: Path
+    provenance: str
+    parameter_names: list[str]
+    #: shape (m, n_parameters)
+    parameters: FloatArray
+    #: [length] shape (m, n_dofs)
+    displacement: Quantity
+    #: [force, or force per length] shape (m, n_multipliers)
+    multipliers: Quantity
+    #: solver steps, shape (m)
+    iterations: IntArray
+    #: > 0 converged, < 0 failed, shape (m)
+    reasons: IntArray
+    #: equilibrium, penetration, negative multiplier, complementarity; shape (m, 4)
+    residuals: FloatArray
+    #: [s] shape (m)
+    seconds: FloatArray
+
+
+def read_snapshots(path: Path) -> SnapshotSet:
+    """Read and check snapshots.h5."""
+    with Hdf5Input(path) as file:
+        file.check_format("signorom snapshots", 1)
+        names = file.texts("/parameter_names")
+        parameters = file.reals("/parameters", 2)
+        if parameters.shape[1] != len(names):
+            raise file.fail(
+                f"'/parameters' has {parameters.shape[1]} columns for {len(names)} parameter names"
+            )
+        result = SnapshotSet(
+            path=path,
+            provenance=str(file.attribute("/", "provenance") or ""),
+            parameter_names=names,
+            parameters=parameters,
+            displacement=Quantity(file.reals("/displacement", 2), file.unit("/displacement")),
+            multipliers=Quantity(file.reals("/multipliers", 2), file.unit("/multipliers")),
+            iterations=file.integers("/iterations"),
+            reasons=file.integers("/reasons"),
+            residuals=file.reals("/residuals", 2),
+            seconds=file.reals("/seconds", 1),
+        )
+        rows = {
+            "displacement": len(result.displacement.values),
+            "multipliers": len(result.multipliers.values),
+            "iterations": len(result.iterations),
+            "reasons": len(result.reasons),
+            "residuals": len(result.residuals),
+            "seconds": len(result.seconds),
+        }
+        for name, n_rows in rows.items():
+            if n_rows != len(parameters):
+                raise file.fail(f"'/{name}' has {n_rows} rows for {len(parameters)} points")
+    return result

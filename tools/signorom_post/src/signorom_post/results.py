@@ -1,0 +1,57 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A results folder: each file is read once, when it is first asked for."""
+
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+from signorom_post.errors import InputError, MissingFileError
+from signorom_post.readers.fields import FieldFile, read_fields
+from signorom_post.readers.model import Model, read_model
+from signorom_post.readers.report import read_report
+from signorom_post.readers.snapshots import SnapshotSet, read_snapshots
+from signorom_post.readers.validation import Validation, read_validation
+
+
+class Results:
+    """The files of one deck's results."""
+
+    def __init__(self, folder: Path) -> None:
+        if not folder.exists():
+            raise InputError(folder, "there is no such folder")
+        if not folder.is_dir():
+            raise InputError(folder, "this is not a folder; give the results folder of a deck")
+        self.folder = folder
+
+    @cached_property
+    def fields(self) -> FieldFile:
+        """fields.h5."""
+        return read_fields(self.folder / "fields.h5")
+
+    @cached_property
+    def snapshots(self) -> SnapshotSet:
+        """snapshots.h5."""
+        return read_snapshots(self.folder / "snapshots.h5")
+
+    @cached_property
+    def model(self) -> Model:
+        """model.h5."""
+        return read_model(self.folder / "model.h5")
+
+    @property
+    def model_if_present(self) -> Model | None:
+        """model.h5, None where it is missing; a damaged one is an error."""
+        try:
+            return self.model
+        except MissingFileError:
+            return None
+
+    @cached_property
+    def validation(self) -> Validation:
+        """validation.csv."""
+        return read_validation(self.folder / "validation.csv")
+
+    @cached_property
+    def report(self) -> dict[str, Any]:
+        """report.yaml."""
+        return read_report(self.folder / "report.yaml")

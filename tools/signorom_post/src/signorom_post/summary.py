@@ -1,0 +1,159 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A short table of a run, from report.yaml."""
+
+import math
+from collections.abc import Callable, Iterator
+from typing import Any
+
+from signorom_post.arrays import as_number, format_number
+
+#: key of the report, or section/key, -> text of the table; other keys are shown with blanks for underscores
+NAMES = {
+    "n_nodes": "nodes",
+    "n_cells": "cells",
+    "n_dofs": "dofs",
+    "n_multipliers": "contact pairs",
+    "n_inert_pairs": "inert pairs",
+    "inert_pairs": "their nodes",
+    "n_snapshots": "snapshots",
+    "n_modes": "modes l",
+    "n_reduced_unknowns": "reduced unknowns",
+    "n_contact_rows": "contact pairs in the RID",
+    "condition_number": "kappa",
+    "stiffness_condition": "cond(K_r)",
+    "reduction/n_cells": "cells of the RID",
+    "reduction/rank": "rank of the contact rows",
+    "full_order_per_point": "full order, per point",
+    "refactored_per_point": "full order refactored, per point",
+    "sample_per_point": "sample, per point",
+}
+STATISTICS = ("min", "median", "p95", "max")
+SECTIONS = {
+    "sizes": "Sizes",
+    "reduction": "Reduction",
+    "errors": "Errors",
+    "times": "Times",
+    "speed_up": "Speed-up of a query",
+}
+ABSENT = "-"
+
+
+def format_summary(report: dict[str, Any]) -> str:
+    """Sizes, reduction, errors, times and speed-up; sections that the report lacks are left out."""
+    blocks = [_heading(report)]
+    for key, heading in SECTIONS.items():
+        section = report.get(key)
+        if section is None or section == {}:
+            continue
+        if key == "errors" and isinstance(section, dict):
+            blocks.append(_error_table(heading, section))
+        else:
+            show = {"times": _duration, "speed_up": _factor}.get(key, _value)
+            blocks.append(_table(heading, list(_entries(section, key, show))))
+    if len(blocks) == 1:
+        blocks.append("The report has none of the sections " + ", ".join(SECTIONS) + ".")
+    return "\n\n".join(block for block in blocks if block)
+
+
+def _heading(report: dict[str, Any]) -> str:
+    deck = report.get("deck")
+    title = deck.get("title") if isinstance(deck, dict) else None
+    version = report.get("version")
+    if isinstance(version, dict):
+        version = version.get("signorom")
+    parts = [str(title) if title else "", f"signorom {version}" if version else ""]
+    return "  |  ".join(part for part in parts if part)
+
+
+def _entries(section: Any, path: str, show: Callable[[Any], str]) -> Iterator[tuple[str, str]]:
+    """Names and texts of the leaves of nested mappings; empty lists say nothing and are left out."""
+    if not isinstance(section, dict):
+        yield "", show(section)
+        return
+    for key, value in section.items():
+        name = NAMES.get(f"{path}/{key}") or NAMES.get(str(key)) or str(key).replace("_", " ")
+        if isinstance(value, dict) and value and set(value) <= set(STATISTICS):
+            yield name, _spread(value, show)
+        elif isinstance(value, dict):
+            yield from ((f"{name}, {below}", text) for below, text in _entries(value, f"{path}/{key}", show))
+        elif value != []:
+            yield name, show(value)
+
+
+def _spread(statistics: dict[str, Any], show: Callable[[Any], str]) -> str:
+    """Statistics of one quantity in one cell: the median and, in parentheses, the largest."""
+    return f"{show(statistics.get('median'))} (max {show(statistics.get('max'))})"
+
+
+def _table(heading: str, entries: list[tuple[str, str]]) -> str:
+    width = max((len(name) for name, _ in entries), default=0)
+    return "\n".join(
+        [heading, *(f"  {name:<{width}}  {text}".rstrip() if name else f"  {text}" for name, text in entries)]
+    )
+
+
+def _error_table(heading: str, section: dict[str, Any]) -> str:
+    """A row per error; what a report says of an error besides its statistics follows below the rows."""
+    rows, remarks = [], []
+    for name, statistics in section.items():
+        if statistics is None:
+            statistics = {}
+        if not isinstance(statistics, dict):
+            continue
+        rows.append([str(name), *(_error(statistics.get(key)) for key in STATISTICS)])
+        for key, value in statistics.items():
+            if key not in STATISTICS and value not in (None, 0, []):
+                remarks.append(f"  {name}, {str(key).replace('_', ' ')}: {_value(value)}")
+    n_points = section.get("n_points")
+    heading += f" at {n_points} points" if n_points is not None else ""
+    name_width = max([len(heading) - 2, *(len(row[0]) for row in rows)])
+    widths = [max(7, *(len(row[i]) for row in rows)) if rows else 7 for i in range(1, 1 + len(STATISTICS))]
+    titles = "  ".join(f"{title:>{width}}" for title, width in zip(STATISTICS, widths, strict=True))
+    lines = [f"{heading:<{name_width + 2}}  {titles}"]
+    for name, *cells in rows:
+        texts = "  ".join(f"{cell:>{width}}" for cell, width in zip(cells, widths, strict=True))
+        lines.append(f"  {name:<{name_width}}  {texts}")
+    return "\n".join([*lines, *remarks])
+
+
+def _value(value: Any) -> str:
+    if value is None:
+        return ABSENT
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, list | tuple):
+        return "; ".join(_value(item) for item in value)
+    number = as_number(value)
+    if number is None or isinstance(value, int):
+        return str(value)
+    return format_number(number)
+
+
+def _error(value: Any) -> str:
+    number = as_number(value)
+    return ABSENT if number is None else f"{number:.1e}" if math.isfinite(number) else str(number)
+
+
+def _duration(value: Any) -> str:
+    """Seconds with a legible unit: 21.3 us, 1.50 ms, 12.3 s, 2 min 5 s."""
+    seconds = as_number(value)
+    if seconds is None or not math.isfinite(seconds) or seconds < 0:
+        return _value(value)
+    if seconds == 0:
+        return "0 s"
+    if seconds >= 120:
+        return f"{int(seconds) // 60} min {int(seconds) % 60} s"
+    for unit, size in (("s", 1.0), ("ms", 1e-3), ("us", 1e-6)):
+        if seconds >= size:
+            return f"{_three_digits(seconds / size)} {unit}"
+    return f"{_three_digits(seconds / 1e-9)} ns"
+
+
+def _three_digits(value: float) -> str:
+    decimals = 2 if value < 10 else 1 if value < 100 else 0
+    return f"{value:.{decimals}f}"
+
+
+def _factor(value: Any) -> str:
+    number = as_number(value)
+    return _value(value) if number is None or not math.isfinite(number) else f"{_three_digits(number)} x"

@@ -1,0 +1,148 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Sound files are read with the right shapes, index bases and units."""
+
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+from half_disk_results import (
+    N_MODES,
+    POINTS,
+    SINGULAR_VALUES,
+    TOLERANCE,
+    TRAINING,
+    HalfDisks,
+    reduced_multipliers,
+    validation_rows,
+    write_model,
+    write_validation,
+)
+
+from signorom_post.readers.fields import FieldFile, read_fields
+from signorom_post.readers.model import read_model
+from signorom_post.readers.validation import read_validation
+from signorom_post.results import Results
+
+FORMAT = {"format": "signorom fields", "format_version": 1}
+
+
+def test_mesh_comes_with_unit_and_dimension(fields: FieldFile, disks: HalfDisks) -> None:
+    np.testing.assert_array_equal(fields.mesh.coordinates, disks.coordinates)
+    np.testing.assert_array_equal(np.array(fields.mesh.cells), disks.cells)
+    assert (fields.mesh.unit, fields.mesh.n_dim) == ("m", 2)
+
+
+def test_mesh_edges_obey_euler(fields: FieldFile) -> None:
+    """Two bodies without holes: nodes - edges + cells = 2; as many outline edges as outline nodes."""
+    mesh = fields.mesh
+    assert mesh.n_nodes - len(mesh.edges) + mesh.n_cells == 2
+    assert len(mesh.boundary_edges) == len(np.unique(mesh.boundary_edges))
+
+
+def test_contact_indices_become_0_based(fields: FieldFile, disks: HalfDisks) -> None:
+    np.testing.assert_array_equal(fields.first_nodes, disks.first_nodes)
+    np.testing.assert_array_equal(fields.second_nodes, disks.second_nodes)
+    np.testing.assert_array_equal(fields.reduced_rows, disks.reduced_rows)
+
+
+def test_each_point_has_its_fields(fields: FieldFile, disks: HalfDisks) -> None:
+    assert [point.parameters.tolist() for point in fields.points] == [[squeeze] for squeeze in POINTS]
+    for point, squeeze in zip(fields.points, POINTS, strict=True):
+        assert point.label == f"squeeze = {squeeze}"
+        assert point.parameter_names == ["squeeze"]
+        displacement = fields.field(point, "displacement")
+        np.testing.assert_array_equal(displacement.values, disks.displacement(squeeze))
+        assert displacement.unit == "m"
+        reduced = fields.field(point, "multipliers_reduced")
+        np.testing.assert_array_equal(reduced.values, reduced_multipliers(disks, squeeze))
+        assert reduced.unit == "N/m"
+
+
+def test_mixed_topology_is_cut_into_cells(tmp_path: Path) -> None:
+    """A quadrilateral 0 1 4 3 and a triangle 1 2 4 in XDMF's mixed list (5 and 4 are their types)."""
+    path = tmp_path / "fields.h5"
+    with h5py.File(path, "w") as file:
+        file.attrs.update(FORMAT)
+        file["mesh/coordinates"] = [[0, 0, 0], [1, 0, 0], [2, 0, 0], [0, 1, 0], [1, 1, 0.0]]
+        file["mesh/topology"] = [5, 0, 1, 4, 3, 4, 1, 2, 4]
+    mesh = read_fields(path).mesh
+    assert [cell.tolist() for cell in mesh.cells] == [[0, 1, 4, 3], [1, 2, 4]]
+    assert len(mesh.triangles) == 3
+    assert len(mesh.edges) == 6
+    assert mesh.n_dim == 2
+
+
+def test_tetrahedra_are_three_dimensional(tmp_path: Path) -> None:
+    path = tmp_path / "fields.h5"
+    with h5py.File(path, "w") as file:
+        file.attrs.update(FORMAT)
+        file["mesh/coordinates"] = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1.0]]
+        file["mesh/topology"] = [[0, 1, 2, 3]]
+    assert read_fields(path).mesh.n_dim == 3
+
+
+def test_snapshots_are_read(results: Results, disks: HalfDisks) -> None:
+    snapshots = results.snapshots
+    np.testing.assert_array_equal(snapshots.parameters[:, 0], TRAINING)
+    assert snapshots.parameter_names == ["squeeze"]
+    assert snapshots.displacement.values.shape == (31, 2 * disks.n_nodes)
+    np.testing.assert_array_equal(snapshots.multipliers.values[7], disks.multipliers(TRAINING[7]))
+    assert (snapshots.multipliers.unit, snapshots.displacement.unit) == ("N/m", "m")
+    assert snapshots.provenance == "0123456789abcdef"
+
+
+def test_model_is_read(results: Results, disks: HalfDisks) -> None:
+    model = results.model
+    assert model.title == "Two half disks pressed together"
+    assert model.unit_of("squeeze") == "m"
+    assert model.pod_tolerance == TOLERANCE
+    np.testing.assert_array_equal(model.training_points[:, 0], TRAINING)
+    (cluster,) = model.clusters
+    assert cluster.n_modes == N_MODES - 1
+    assert cluster.condition_number == 3.217
+    np.testing.assert_array_equal(cluster.singular_values, SINGULAR_VALUES)
+    np.testing.assert_array_equal(cluster.seed_nodes, disks.first_nodes[disks.reduced_rows])
+    np.testing.assert_array_equal(cluster.cells, disks.reduced_cells)
+
+
+def test_clusters_come_in_numeric_order(tmp_path: Path, disks: HalfDisks) -> None:
+    write_model(tmp_path / "model.h5", disks, n_clusters=11)
+    names = [cluster.name for cluster in read_model(tmp_path / "model.h5").clusters]
+    assert names == [str(number) for number in range(1, 12)]
+
+
+@pytest.mark.parametrize(("kind", "unit"), [("plane_strain", "N m/m"), ("axisymmetric", "N m"), ("", "")])
+def test_energy_unit_follows_the_kind_of_model(folder: Path, kind: str, unit: str) -> None:
+    with h5py.File(folder / "model.h5", "r+") as file:
+        del file["deck"]
+        file["deck"] = f"mesh: {{model: '{kind}'}}"
+    assert read_model(folder / "model.h5").energy_unit == unit
+
+
+def test_fixed_length_text_loses_its_padding(folder: Path) -> None:
+    """Fortran writes texts of one length, filled with blanks."""
+    with h5py.File(folder / "model.h5", "r+") as file:
+        del file["parameters/names"], file["title"]
+        file["parameters/names"] = np.array([b"squeeze   "], dtype="S10")
+        file["title"] = np.bytes_("Half disks  ")
+    model = read_model(folder / "model.h5")
+    assert (model.parameter_names, model.title) == (["squeeze"], "Half disks")
+
+
+def test_validation_is_read(results: Results) -> None:
+    validation = results.validation
+    rows = validation_rows()
+    assert validation.parameter_names == ["squeeze"]
+    assert validation.parameters.shape == (101, 1)
+    np.testing.assert_array_equal(validation.columns["e_u"], [row["e_u"] for row in rows])
+    assert set(validation.solvers) == {"active_set"}
+
+
+def test_validation_keeps_infinite_and_undefined_errors(tmp_path: Path) -> None:
+    rows = validation_rows(3)
+    rows[0]["e_lambda_rid"], rows[1]["e_lambda_rid"], rows[2]["e_lambda_rid"] = "Infinity", "NaN", ""
+    write_validation(tmp_path / "validation.csv", rows)
+    values = read_validation(tmp_path / "validation.csv").columns["e_lambda_rid"]
+    assert np.isinf(values[0])
+    assert np.isnan(values[1:]).all()
