@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> Prescribed displacements as a sum of terms: value = sum over t of theta_t(mu) * pattern_t, with theta_1 = 1.
 module sig_boundary_conditions
-  use sig_deck_config, only: boundary_config_t
+  use sig_deck_config, only: boundary_config_t, value_config_t
   use sig_errors, only: error_t, make_error
   use sig_kinds, only: rk
   use sig_mesh, only: mesh_t
@@ -65,7 +65,7 @@ contains
       other = entry_of_dof(i_dof)
       if (other == 0) then
         entry_of_dof(i_dof) = i_entry
-      else if (entries(other)%displacement(i_component)%text /= entries(i_entry)%displacement(i_component)%text) then
+      else if (differ(entries(other)%displacement(i_component), entries(i_entry)%displacement(i_component))) then
         call make_error(error, 'node ' // to_text(mesh%node_tags(nodes(i))) // ' belongs to ''' // &
           entries(other)%boundary%text // ''' and ''' // entries(i_entry)%boundary%text // ''', which prescribe different ' // &
           achar(iachar('x') + i_component - 1) // ' displacements there; they must agree', deck_path, &
@@ -74,6 +74,18 @@ contains
       end if
     end do
   end subroutine claim_dofs
+
+  !> Constants by value: 0 and 0.0 are the same.
+  pure logical function differ(one, other)
+    type(value_config_t), intent(in) :: one
+    type(value_config_t), intent(in) :: other
+
+    if (one%is_constant .and. other%is_constant) then
+      differ = abs(one%constant - other%constant) > 0
+    else
+      differ = one%text /= other%text
+    end if
+  end function differ
 
   !> One term for all constants, then one per entry and component whose value depends on the parameters.
   pure subroutine collect_terms(n_dim, entries, entry_of_dof, conditions)

@@ -159,9 +159,7 @@ contains
 
     call evaluate_terms(problem%boundary%term_texts, parameter_names(problem%deck), points, theta, i_bad_point)
     if (i_bad_point > 0) then
-      call make_error(error, 'a prescribed displacement has no finite value at ' // &
-        format_point(problem%deck%parameters, points(:, i_bad_point)), problem%deck%path, &
-        problem%deck%boundary_conditions(1)%boundary%line)
+      call refuse_point(problem, points(:, i_bad_point), theta(:, i_bad_point), error)
       return
     end if
     do i_point = 1, size(points, 2)
@@ -169,6 +167,29 @@ contains
       if (allocated(error)) return
     end do
   end subroutine check_points
+
+  !> Names the first expression that has no finite value at a point.
+  subroutine refuse_point(problem, point, theta, error)
+    type(problem_t), intent(in) :: problem
+    real(rk), intent(in) :: point(:)
+    !> [-] terms at the point, one of which is not finite
+    real(rk), intent(in) :: theta(:)
+    type(error_t), allocatable, intent(out) :: error
+    integer :: i_entry, i_component, i_term
+
+    i_term = findloc(abs(theta) <= huge(1.0_rk), .false., dim=1)
+    do i_entry = 1, size(problem%deck%boundary_conditions)
+      do i_component = 1, problem%mesh%n_dim
+        if (.not. problem%deck%boundary_conditions(i_entry)%is_prescribed(i_component)) cycle
+        associate (value => problem%deck%boundary_conditions(i_entry)%displacement(i_component))
+          if (value%text /= problem%boundary%term_texts(i_term)%text) cycle
+          call make_error(error, 'the prescribed displacement ''' // value%text // ''' is not finite at ' // &
+            format_point(problem%deck%parameters, point), problem%deck%path, value%line, value%column)
+          return
+        end associate
+      end do
+    end do
+  end subroutine refuse_point
 
   !> The gap of a pair without a multiplier is a matter of prescribed values alone.
   subroutine check_inert_pairs(problem, point, theta, error)
