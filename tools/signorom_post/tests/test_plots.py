@@ -279,6 +279,7 @@ def test_errors_over_two_parameters_are_maps(tmp_path: Path) -> None:
         dots["e_u"].get_offsets(), [(row["pressure"], row["height"]) for row in rows]
     )
     assert len(dots["e_lambda_rid"].get_array()) == 11
+    assert [text.get_text() for text in figure.legends[0].get_texts()] == ["zero, infinite or undefined"]
     assert (figure.axes[2].get_xlabel(), figure.axes[2].get_ylabel()) == ("pressure", "height")
 
 

@@ -214,8 +214,14 @@ def _over_two_parameters(validation: Validation, model: Model | None) -> Figure:
         axes.set_xlabel(_parameter_text(names[0], model))
     for axes in panels[:, 0]:
         axes.set_ylabel(_parameter_text(names[1], model))
-    handles = [Line2D([], [], marker="+", color=INK, linestyle="none", markersize=5, label="training point")]
-    figure.legend(handles=handles if training.size else [], loc="outside upper center")
+    handles = []
+    if training.size:
+        handles.append(Line2D([], [], marker="+", color=INK, linestyle="none", label="training point"))
+    if any(not drawable(validation.columns[column]).all() for column in MAPS):
+        text = "zero, infinite or undefined"
+        handles.append(Line2D([], [], marker="x", color=VERMILLION, linestyle="none", label=text))
+    if handles:
+        figure.legend(handles=handles, loc="outside upper center", ncols=2)
     return figure
 
 
