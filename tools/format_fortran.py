@@ -3,7 +3,8 @@
 """fprettify with the corrections that the house style needs; formats in place or, with --check, complains.
 
 What fprettify gets wrong for us: it aligns continued lines to brackets and runs them over the line limit, and it
-takes blanks away: around // beside a string, before .not. behind a comma, around * beside a bracket.
+takes blanks away: around // beside a string, before .not. behind a comma, around * beside a bracket. And it takes
+a procedure that is named open or close for the statement.
 """
 
 import argparse
@@ -22,7 +23,9 @@ STRING_OR_COMMENT = re.compile(r"""('(?:[^']|'')*'|"(?:[^"]|"")*"|!.*)""")
 def correct_code(code):
     """Blanks that fprettify takes away, in a piece without strings and comments."""
     code = re.sub(r"[ ]*//[ ]*", " // ", code)
-    return re.sub(r",\.(not|true|false)\.", r", .\1.", code)
+    code = re.sub(r",\.(not|true|false)\.", r", .\1.", code)
+    # procedures that are named like a statement: open, close, write
+    return re.sub(r"((?:\bsubroutine|\bfunction|\bcall) +(?:\w+%)*\w+|%\w+) +\(", r"\1(", code)
 
 
 def correct_line(old, new, is_continued):

@@ -18,7 +18,8 @@ int sig_petsc_unused_options(char *names, int capacity);
 
 /* Square AIJ matrix on comm (a Fortran handle) with n_local rows per rank, blocks of block_size rows,
    and room for diagonal[i] + off_diagonal[i] blocks in local block row i (arrays of n_local / block_size). */
-int sig_matrix_create(int comm, int n_local, int block_size, const int *diagonal, const int *off_diagonal, intptr_t *matrix);
+int sig_matrix_create(int comm, int n_local, int block_size, const int *diagonal, const int *off_diagonal,
+                      intptr_t *matrix);
 
 /* Puts a broken precondition on PETSc's error stack with the caller's place; returns the code. */
 int sig_precondition_failed(int code, const char *sentence, const char *file, int line);

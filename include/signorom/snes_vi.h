@@ -7,9 +7,9 @@
 
 enum { SIG_VI_DONE = 1, SIG_VI_MAX_ITERATIONS = -1, SIG_VI_LINEAR_SOLVER = -3, SIG_VI_LINE_SEARCH = -6 };
 
-/* `solution` holds the start and the answer. `length_scale` (> 0) and `force_scale` (> 0) make the unknowns and the residual
-   numbers of order one, because SNESVI's own tolerances are absolute. `upper` is given in units of length_scale, with
-   PETSC_INFINITY where there is no bound. */
+/* `solution` holds the start and the answer. `length_scale` (> 0) and `force_scale` (> 0) make the unknowns and the
+   residual numbers of order one, because SNESVI's own tolerances are absolute. `upper` is given in units of
+   length_scale, with PETSC_INFINITY where there is no bound. */
 int sig_snes_vi_solve(intptr_t matrix, intptr_t rhs, intptr_t upper, double length_scale, double force_scale,
                       int max_iterations, intptr_t solution, int *n_iterations, int *reason);
 #endif

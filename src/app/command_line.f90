@@ -207,7 +207,8 @@ contains
       '  --strict        a point outside the trained box is an error, not a warning (predict)' // nl // &
       '  --quiet         say nothing but warnings and errors' // nl // &
       '  --help, --version' // nl // &
-      '  -fom_..., -active_set_..., -vi_..., -pod_...   options of PETSc, after the file; they beat petsc_options of the deck' // nl // nl // &
+      '  -fom_..., -active_set_..., -vi_..., -pod_...   options of PETSc, after the file; they beat the deck''s petsc_options' // &
+      nl // nl // &
       'Exit codes: 0 done, 1 internal error, 2 error in deck, mesh, file or command line, 3 not converged,' // nl // &
       '            130 stopped by SIGINT or SIGTERM (the same command goes on).'
   end function usage

@@ -256,7 +256,8 @@ contains
     call read_model(model_path(session), model, error)
     if (allocated(error)) return
     if (model%provenance /= problem%provenance) call make_error(error, &
-      'the model was trained for another deck or mesh', model_path(session), hint='train it again, or choose another output.directory')
+      'the model was trained for another deck or mesh', model_path(session), &
+      hint='train it again, or choose another output.directory')
   end subroutine read_own_model
 
   function model_path(session) result(path)

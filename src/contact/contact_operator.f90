@@ -29,7 +29,7 @@ module sig_contact_operator
 
 contains
 
-  !> Builds the rows; a pair whose row meets only prescribed displacements is inert: no multiplier is solved for it, its gap is checked.
+  !> Builds the rows. A pair whose row meets only prescribed displacements is inert: it gets no multiplier, its gap is checked.
   pure subroutine create_contact_operator(pairs, n_dim, n_terms, is_prescribed, operator, inert)
     type(node_pairs_t), intent(in) :: pairs
     integer, intent(in) :: n_dim

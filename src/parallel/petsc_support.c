@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "signorom/petsc_support.h"
 
-#include <slepcsys.h>
 #include <petscmat.h>
+#include <slepcsys.h>
 
-int sig_petsc_start(void)
-{
+int sig_petsc_start(void) {
   PetscCall(SlepcInitializeNoArguments());
   PetscCall(PetscInitializeFortran());
   // PETSc's handlers would turn an interrupt into a stack trace; the program finishes its point instead.
@@ -13,21 +12,18 @@ int sig_petsc_start(void)
   return 0;
 }
 
-int sig_petsc_end(void)
-{
+int sig_petsc_end(void) {
   // Left-over options are an error that the program reports itself.
   PetscCall(PetscOptionsSetValue(NULL, "-options_left", "no"));
   return SlepcFinalize();
 }
 
-int sig_petsc_insert_options(const char *options)
-{
+int sig_petsc_insert_options(const char *options) {
   PetscCall(PetscOptionsInsertString(NULL, options));
   return 0;
 }
 
-int sig_petsc_unused_options(char *names_of_unused, int capacity)
-{
+int sig_petsc_unused_options(char *names_of_unused, int capacity) {
   PetscInt n_options = 0;
   char **names = NULL, **values = NULL;
 
@@ -42,8 +38,8 @@ int sig_petsc_unused_options(char *names_of_unused, int capacity)
   return 0;
 }
 
-int sig_matrix_create(int comm, int n_local, int block_size, const int *diagonal, const int *off_diagonal, intptr_t *matrix)
-{
+int sig_matrix_create(int comm, int n_local, int block_size, const int *diagonal, const int *off_diagonal,
+                      intptr_t *matrix) {
   Mat created;
 
   PetscCall(MatCreate(MPI_Comm_f2c(comm), &created));
@@ -54,7 +50,6 @@ int sig_matrix_create(int comm, int n_local, int block_size, const int *diagonal
   return 0;
 }
 
-int sig_precondition_failed(int code, const char *sentence, const char *file, int line)
-{
+int sig_precondition_failed(int code, const char *sentence, const char *file, int line) {
   return PetscError(PETSC_COMM_SELF, line, "precondition", file, code, PETSC_ERROR_INITIAL, "%s", sentence);
 }

@@ -9,8 +9,7 @@
 // LAPACK wants an extent of at least one even where there is nothing.
 static PetscBLASInt leading(PetscBLASInt n) { return n > 0 ? n : 1; }
 
-int sig_thin_svd(int n_rows, int n_columns, const double *matrix, double *singular_values, double *left)
-{
+int sig_thin_svd(int n_rows, int n_columns, const double *matrix, double *singular_values, double *left) {
   const PetscBLASInt m = n_rows, n = n_columns, k = m < n ? m : n, lda = leading(m), ldvt = leading(k);
   PetscBLASInt info = 0, work_size = -1, *integers;
   double *copy, *right, *work, best_size = 0;
@@ -18,7 +17,8 @@ int sig_thin_svd(int n_rows, int n_columns, const double *matrix, double *singul
   if (k == 0) return 0;
   PetscCall(PetscMalloc3((size_t)m * n, &copy, (size_t)k * n, &right, (size_t)8 * k, &integers));
   PetscCall(PetscArraycpy(copy, matrix, (size_t)m * n));
-  LAPACKgesdd_("S", &m, &n, copy, &lda, singular_values, left, &lda, right, &ldvt, &best_size, &work_size, integers, &info);
+  LAPACKgesdd_("S", &m, &n, copy, &lda, singular_values, left, &lda, right, &ldvt, &best_size, &work_size, integers,
+               &info);
   if (info == 0) {
     work_size = (PetscBLASInt)best_size;
     PetscCall(PetscMalloc1((size_t)work_size, &work));
@@ -30,29 +30,31 @@ int sig_thin_svd(int n_rows, int n_columns, const double *matrix, double *singul
   return 0;
 }
 
-// Fills a basis vectors object with the rows; an empty rank adds one row of zeros, because LAPACK's QR refuses none at all
-// and zero rows change neither singular values nor the other rows of the left vectors.
-static PetscErrorCode create_basis(MPI_Comm comm, PetscInt n_local, PetscInt n_columns, const double *rows, BV *basis)
-{
+// Fills a basis vectors object with the rows; an empty rank adds one row of zeros, because LAPACK's QR refuses none at
+// all and zero rows change neither singular values nor the other rows of the left vectors.
+static PetscErrorCode create_basis(MPI_Comm comm, PetscInt n_local, PetscInt n_columns, const double *rows, BV *basis) {
   const PetscInt n_padded = n_local > 0 ? n_local : 1;
   PetscScalar *values;
 
   PetscFunctionBegin;
   PetscCall(BVCreate(comm, basis));
   PetscCall(BVSetSizes(*basis, n_padded, PETSC_DETERMINE, n_columns));
-  PetscCall(BVSetOrthogonalization(*basis, BV_ORTHOG_CGS, BV_ORTHOG_REFINE_IFNEEDED, PETSC_DEFAULT, BV_ORTHOG_BLOCK_TSQR));
+  PetscCall(
+      BVSetOrthogonalization(*basis, BV_ORTHOG_CGS, BV_ORTHOG_REFINE_IFNEEDED, PETSC_DEFAULT, BV_ORTHOG_BLOCK_TSQR));
   PetscCall(BVSetOptionsPrefix(*basis, "pod_"));
   PetscCall(BVSetFromOptions(*basis));
   PetscCall(BVGetArray(*basis, &values));
-  if (n_local > 0) PetscCall(PetscArraycpy(values, rows, (size_t)n_local * n_columns));
-  else PetscCall(PetscArrayzero(values, (size_t)n_columns));
+  if (n_local > 0)
+    PetscCall(PetscArraycpy(values, rows, (size_t)n_local * n_columns));
+  else
+    PetscCall(PetscArrayzero(values, (size_t)n_columns));
   PetscCall(BVRestoreArray(*basis, &values));
   PetscFunctionReturn(0);
 }
 
-// basis <- left vectors of the matrix that it holds: QR, SVD of the triangle (replicated, so each rank does the same), product.
-static PetscErrorCode replace_by_left_vectors(BV basis, PetscInt n_columns, double *singular_values)
-{
+// basis <- left vectors of the matrix that it holds: QR, SVD of the triangle (replicated, so each rank does the same),
+// product.
+static PetscErrorCode replace_by_left_vectors(BV basis, PetscInt n_columns, double *singular_values) {
   Mat triangle, left_of_triangle;
   const PetscScalar *entries;
   PetscScalar *left;
@@ -72,8 +74,7 @@ static PetscErrorCode replace_by_left_vectors(BV basis, PetscInt n_columns, doub
   PetscFunctionReturn(0);
 }
 
-int sig_tall_svd(int comm, int n_local, int n_columns, const double *rows, double *singular_values, double *left)
-{
+int sig_tall_svd(int comm, int n_local, int n_columns, const double *rows, double *singular_values, double *left) {
   BV basis;
   const PetscScalar *values;
 
@@ -87,8 +88,7 @@ int sig_tall_svd(int comm, int n_local, int n_columns, const double *rows, doubl
   return 0;
 }
 
-int sig_gather_rows(int comm, int n_local, int n_rows, int n_columns, const double *local, double *gathered)
-{
+int sig_gather_rows(int comm, int n_local, int n_rows, int n_columns, const double *local, double *gathered) {
   const MPI_Comm c_comm = MPI_Comm_f2c(comm);
   int n_ranks, *counts, *starts;
 
@@ -99,8 +99,8 @@ int sig_gather_rows(int comm, int n_local, int n_rows, int n_columns, const doub
   for (int rank = 0; rank < n_ranks; rank++) starts[rank + 1] = starts[rank] + counts[rank];
   // Column by column: counts stay below 2**31 and each piece lands in place.
   for (int column = 0; column < n_columns; column++)
-    PetscCallMPI(MPI_Allgatherv(local + (size_t)column * n_local, n_local, MPI_DOUBLE, gathered + (size_t)column * n_rows, counts,
-                                starts, MPI_DOUBLE, c_comm));
+    PetscCallMPI(MPI_Allgatherv(local + (size_t)column * n_local, n_local, MPI_DOUBLE,
+                                gathered + (size_t)column * n_rows, counts, starts, MPI_DOUBLE, c_comm));
   PetscCall(PetscFree2(counts, starts));
   return 0;
 }

@@ -38,8 +38,7 @@ struct sig_shard {
 
 static const double seconds_between_syncs = 1.0;
 
-static int read_at(int descriptor, void *bytes, size_t size, off_t offset, size_t *n_read)
-{
+static int read_at(int descriptor, void *bytes, size_t size, off_t offset, size_t *n_read) {
   *n_read = 0;
   while (*n_read < size) {
     const ssize_t n = pread(descriptor, (char *)bytes + *n_read, size - *n_read, offset + (off_t)*n_read);
@@ -51,8 +50,7 @@ static int read_at(int descriptor, void *bytes, size_t size, off_t offset, size_
   return 0;
 }
 
-static int write_at(int descriptor, const void *bytes, size_t size, off_t offset)
-{
+static int write_at(int descriptor, const void *bytes, size_t size, off_t offset) {
   size_t n_written = 0;
 
   while (n_written < size) {
@@ -64,16 +62,14 @@ static int write_at(int descriptor, const void *bytes, size_t size, off_t offset
   return 0;
 }
 
-static int sync_shard(sig_shard *shard)
-{
+static int sync_shard(sig_shard *shard) {
   if (fsync(shard->descriptor) != 0) return errno;
   shard->is_dirty = 0;
   clock_gettime(CLOCK_MONOTONIC, &shard->last_sync);
   return 0;
 }
 
-static shard_header make_header(const char *provenance, const int64_t *sizes)
-{
+static shard_header make_header(const char *provenance, const int64_t *sizes) {
   shard_header header = {.format_version = FORMAT_VERSION, .byte_order_mark = BYTE_ORDER_MARK};
 
   memcpy(header.magic, "SIGSHARD", sizeof header.magic);
@@ -83,8 +79,7 @@ static shard_header make_header(const char *provenance, const int64_t *sizes)
   return header;
 }
 
-static int compare_headers(const shard_header *found, const shard_header *wanted)
-{
+static int compare_headers(const shard_header *found, const shard_header *wanted) {
   if (memcmp(found->magic, wanted->magic, sizeof wanted->magic) != 0) return SIG_SHARD_FOREIGN;
   if (found->format_version != wanted->format_version || found->byte_order_mark != wanted->byte_order_mark)
     return SIG_SHARD_VERSION;
@@ -95,8 +90,7 @@ static int compare_headers(const shard_header *found, const shard_header *wanted
 }
 
 // Accepts the file's header; a file that ends within it (killed at its birth) gets a new one, or counts as empty.
-static int check_header(sig_shard *shard, const shard_header *wanted, int is_writing)
-{
+static int check_header(sig_shard *shard, const shard_header *wanted, int is_writing) {
   shard_header found;
   size_t n_read;
   int code = read_at(shard->descriptor, &found, sizeof found, 0, &n_read);
@@ -104,7 +98,8 @@ static int check_header(sig_shard *shard, const shard_header *wanted, int is_wri
   if (code) return code;
   shard->end = sizeof found;
   if (n_read == sizeof found) return compare_headers(&found, wanted);
-  if (memcmp(&found, wanted, n_read < sizeof wanted->magic ? n_read : sizeof wanted->magic) != 0) return SIG_SHARD_FOREIGN;
+  if (memcmp(&found, wanted, n_read < sizeof wanted->magic ? n_read : sizeof wanted->magic) != 0)
+    return SIG_SHARD_FOREIGN;
   if (!is_writing) return 0;
   if (ftruncate(shard->descriptor, 0) != 0) return errno;
   code = write_at(shard->descriptor, wanted, sizeof *wanted, 0);
@@ -112,8 +107,7 @@ static int check_header(sig_shard *shard, const shard_header *wanted, int is_wri
 }
 
 // Reads the record at shard->record; SIG_SHARD_SHORT where the file ends before it does or its checksum is wrong.
-static int read_record(sig_shard *shard, off_t offset)
-{
+static int read_record(sig_shard *shard, off_t offset) {
   uint64_t checksum;
   size_t n_read;
   const int code = read_at(shard->descriptor, shard->record, shard->record_bytes, offset, &n_read);
@@ -125,8 +119,7 @@ static int read_record(sig_shard *shard, off_t offset)
 }
 
 // Walks over the good records; whatever stands behind them counts as dropped.
-static int count_records(sig_shard *shard, int64_t *n_records, int64_t *n_dropped)
-{
+static int count_records(sig_shard *shard, int64_t *n_records, int64_t *n_dropped) {
   struct stat status;
   int code;
 
@@ -142,9 +135,8 @@ static int count_records(sig_shard *shard, int64_t *n_records, int64_t *n_droppe
   return 0;
 }
 
-static int fill_shard(sig_shard *shard, const char *provenance, const int64_t *sizes, int is_writing, int64_t *n_records,
-                      int64_t *n_dropped)
-{
+static int fill_shard(sig_shard *shard, const char *provenance, const int64_t *sizes, int is_writing,
+                      int64_t *n_records, int64_t *n_dropped) {
   const shard_header wanted = make_header(provenance, sizes);
   int code;
 
@@ -159,16 +151,14 @@ static int fill_shard(sig_shard *shard, const char *provenance, const int64_t *s
   return code;
 }
 
-static void free_shard(sig_shard *shard)
-{
+static void free_shard(sig_shard *shard) {
   if (shard->descriptor >= 0) close(shard->descriptor);
   free(shard->record);
   free(shard);
 }
 
 int sig_shard_open(const char *path, size_t length, const char *provenance, const int64_t *sizes, int is_writing,
-                   sig_shard **shard, int64_t *n_records, int64_t *n_dropped)
-{
+                   sig_shard **shard, int64_t *n_records, int64_t *n_dropped) {
   char *name = sig_copy_text(path, length);
   sig_shard *opened = calloc(1, sizeof *opened);
   int code = name && opened ? 0 : ENOMEM;
@@ -180,21 +170,21 @@ int sig_shard_open(const char *path, size_t length, const char *provenance, cons
     code = opened->descriptor < 0 ? errno : fill_shard(opened, provenance, sizes, is_writing, n_records, n_dropped);
   }
   free(name);
-  if (!code) *shard = opened;
-  else if (opened) free_shard(opened);
+  if (!code)
+    *shard = opened;
+  else if (opened)
+    free_shard(opened);
   return code;
 }
 
-int sig_shard_read(sig_shard *shard, int64_t i_record, double *values)
-{
+int sig_shard_read(sig_shard *shard, int64_t i_record, double *values) {
   const int code = read_record(shard, (off_t)sizeof(shard_header) + (off_t)i_record * (off_t)shard->record_bytes);
 
   if (!code) memcpy(values, shard->record, shard->payload_bytes);
   return code;
 }
 
-int sig_shard_append(sig_shard *shard, const double *values)
-{
+int sig_shard_append(sig_shard *shard, const double *values) {
   struct timespec now;
   const uint64_t checksum = sig_fnv1a(values, shard->payload_bytes, SIG_FNV1A_SEED);
 
@@ -207,12 +197,11 @@ int sig_shard_append(sig_shard *shard, const double *values)
   shard->is_dirty = 1;
   clock_gettime(CLOCK_MONOTONIC, &now);
   const double elapsed =
-    (double)(now.tv_sec - shard->last_sync.tv_sec) + 1e-9 * (double)(now.tv_nsec - shard->last_sync.tv_nsec);
+      (double)(now.tv_sec - shard->last_sync.tv_sec) + 1e-9 * (double)(now.tv_nsec - shard->last_sync.tv_nsec);
   return elapsed >= seconds_between_syncs ? sync_shard(shard) : 0;
 }
 
-int sig_shard_close(sig_shard *shard)
-{
+int sig_shard_close(sig_shard *shard) {
   int code;
 
   if (!shard) return 0;

@@ -9,8 +9,7 @@ enum { FIRST_WORKSPACE = 60, LARGEST_WORKSPACE = 1000 };
 // Right-hand sides per call of MatMatSolve: more only costs memory.
 enum { CHUNK = 64 };
 
-static PetscErrorCode prepare(KSP ksp, Mat matrix, int workspace)
-{
+static PetscErrorCode prepare(KSP ksp, Mat matrix, int workspace) {
   PC pc;
   Mat factor;
 
@@ -30,8 +29,7 @@ static PetscErrorCode prepare(KSP ksp, Mat matrix, int workspace)
   return 0;
 }
 
-int sig_linear_solver_factor(intptr_t matrix, const char *prefix, intptr_t *handle, int *reason, int *detail)
-{
+int sig_linear_solver_factor(intptr_t matrix, const char *prefix, intptr_t *handle, int *reason, int *detail) {
   KSP ksp;
   PC pc;
   Mat factor;
@@ -39,7 +37,8 @@ int sig_linear_solver_factor(intptr_t matrix, const char *prefix, intptr_t *hand
 
   PetscCall(KSPCreate(PetscObjectComm((PetscObject)(Mat)matrix), &ksp));
   PetscCall(KSPSetOptionsPrefix(ksp, prefix));
-  for (int workspace = FIRST_WORKSPACE; (infog1 == -8 || infog1 == -9) && workspace < LARGEST_WORKSPACE; workspace *= 2) {
+  for (int workspace = FIRST_WORKSPACE; (infog1 == -8 || infog1 == -9) && workspace < LARGEST_WORKSPACE;
+       workspace *= 2) {
     PetscCall(prepare(ksp, (Mat)matrix, workspace));
     PetscCall(KSPSetUp(ksp));
     PetscCall(KSPGetPC(ksp, &pc));
@@ -53,8 +52,7 @@ int sig_linear_solver_factor(intptr_t matrix, const char *prefix, intptr_t *hand
   return 0;
 }
 
-int sig_linear_solver_solve_many(intptr_t ksp, int n_columns, int n_local, const double *rhs, double *solution)
-{
+int sig_linear_solver_solve_many(intptr_t ksp, int n_columns, int n_local, const double *rhs, double *solution) {
   MPI_Comm comm = PetscObjectComm((PetscObject)(KSP)ksp);
   PC pc;
   Mat factor;
@@ -66,7 +64,8 @@ int sig_linear_solver_solve_many(intptr_t ksp, int n_columns, int n_local, const
     size_t offset = (size_t)first * (size_t)n_local;
     Mat b, x;
     // MatCreateDense has no const; the right-hand side is only read.
-    PetscCall(MatCreateDense(comm, n_local, PETSC_DECIDE, PETSC_DETERMINE, n, (PetscScalar *)(uintptr_t)(rhs + offset), &b));
+    PetscCall(
+        MatCreateDense(comm, n_local, PETSC_DECIDE, PETSC_DETERMINE, n, (PetscScalar *)(uintptr_t)(rhs + offset), &b));
     PetscCall(MatCreateDense(comm, n_local, PETSC_DECIDE, PETSC_DETERMINE, n, solution + offset, &x));
     PetscCall(MatMatSolve(factor, b, x));
     PetscCall(MatDestroy(&b));
@@ -75,8 +74,7 @@ int sig_linear_solver_solve_many(intptr_t ksp, int n_columns, int n_local, const
   return 0;
 }
 
-int sig_linear_solver_destroy(intptr_t *handle)
-{
+int sig_linear_solver_destroy(intptr_t *handle) {
   KSP ksp = (KSP)*handle;
 
   PetscCall(KSPDestroy(&ksp));

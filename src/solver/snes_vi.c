@@ -8,8 +8,7 @@ typedef struct {
   Vec rhs;    // scaled
 } quadratic_t;
 
-static PetscErrorCode residual(SNES snes, Vec x, Vec f, void *context)
-{
+static PetscErrorCode residual(SNES snes, Vec x, Vec f, void *context) {
   quadratic_t *problem = context;
 
   (void)snes;
@@ -19,8 +18,7 @@ static PetscErrorCode residual(SNES snes, Vec x, Vec f, void *context)
 }
 
 // The Jacobian is the scaled matrix itself, which never changes.
-static PetscErrorCode jacobian(SNES snes, Vec x, Mat a, Mat p, void *context)
-{
+static PetscErrorCode jacobian(SNES snes, Vec x, Mat a, Mat p, void *context) {
   (void)snes;
   (void)x;
   (void)a;
@@ -29,8 +27,7 @@ static PetscErrorCode jacobian(SNES snes, Vec x, Mat a, Mat p, void *context)
   return 0;
 }
 
-static PetscErrorCode set_up(SNES snes, quadratic_t *problem, Vec upper, int max_iterations)
-{
+static PetscErrorCode set_up(SNES snes, quadratic_t *problem, Vec upper, int max_iterations) {
   KSP ksp;
   PC pc;
   SNESLineSearch search;
@@ -60,8 +57,7 @@ static PetscErrorCode set_up(SNES snes, quadratic_t *problem, Vec upper, int max
   return 0;
 }
 
-static int reason_of(SNESConvergedReason reason)
-{
+static int reason_of(SNESConvergedReason reason) {
   if (reason > 0) return SIG_VI_DONE;
   if (reason == SNES_DIVERGED_MAX_IT) return SIG_VI_MAX_ITERATIONS;
   if (reason == SNES_DIVERGED_LINEAR_SOLVE) return SIG_VI_LINEAR_SOLVER;
@@ -69,8 +65,7 @@ static int reason_of(SNESConvergedReason reason)
 }
 
 int sig_snes_vi_solve(intptr_t matrix, intptr_t rhs, intptr_t upper, double length_scale, double force_scale,
-                      int max_iterations, intptr_t solution, int *n_iterations, int *reason)
-{
+                      int max_iterations, intptr_t solution, int *n_iterations, int *reason) {
   quadratic_t problem;
   SNES snes;
   SNESConvergedReason snes_reason;

@@ -29,8 +29,9 @@ contains
       allocate (snes_vi_t :: solver)
     case ('condensed')
       allocate (condensed_t :: solver)
+    case default
+      SIG_CHECK(.false., PETSC_ERR_ARG_WRONG, 'a solver type that the deck layer should have refused')
     end select
-    SIG_CHECK(allocated(solver), PETSC_ERR_ARG_WRONG, 'a solver type that the deck layer should have refused')
     solver%max_iterations = config%max_iterations
   end subroutine choose_solver
 end module sig_solver_choice
