@@ -139,6 +139,8 @@ contains
     else if (command%name == 'predict' .and. (command%at == '') .eqv. (command%points == '')) then
       call make_error(error, 'predict needs either --at or --points', hint='for example: signorom predict ' // &
         command%file // ' --at squeeze=0.2')
+    else if (command%name == 'predict' .and. command%petsc_options /= '') then
+      call make_error(error, 'predict solves without PETSc and takes no option of it:' // command%petsc_options)
     else if (command%at /= '' .and. .not. (command%name == 'predict' .or. command%name == 'solve')) then
       call make_error(error, '--at goes with predict and solve, not with ' // command%name)
     else if (command%name /= 'predict' .and. (command%points /= '' .or. command%output /= '' .or. command%is_strict)) then

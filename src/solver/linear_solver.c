@@ -29,10 +29,29 @@ static PetscErrorCode prepare(KSP ksp, Mat matrix, int workspace) {
   return 0;
 }
 
+// What the factorization says: MUMPS's own code and null pivots; of other packages, which the options may choose,
+// whether it worked.
+static PetscErrorCode examine(PC pc, PetscInt *infog1, PetscInt *null_pivots) {
+  Mat factor;
+  MatSolverType type;
+
+  PetscCall(PCFactorGetMatrix(pc, &factor));
+  PetscCall(MatFactorGetSolverType(factor, &type));
+  if (strcmp(type, MATSOLVERMUMPS) == 0) {
+    PetscCall(MatMumpsGetInfog(factor, 1, infog1));
+    PetscCall(MatMumpsGetInfog(factor, 28, null_pivots));
+  } else {
+    MatFactorError error;
+    PetscCall(MatFactorGetError(factor, &error));
+    *infog1 = error == MAT_FACTOR_NOERROR ? 0 : -10;
+    *null_pivots = 0;
+  }
+  return 0;
+}
+
 int sig_linear_solver_factor(intptr_t matrix, const char *prefix, intptr_t *handle, int *reason, int *detail) {
   KSP ksp;
   PC pc;
-  Mat factor;
   PetscInt infog1 = -9, null_pivots = 0;
 
   PetscCall(KSPCreate(PetscObjectComm((PetscObject)(Mat)matrix), &ksp));
@@ -42,10 +61,8 @@ int sig_linear_solver_factor(intptr_t matrix, const char *prefix, intptr_t *hand
     PetscCall(prepare(ksp, (Mat)matrix, workspace));
     PetscCall(KSPSetUp(ksp));
     PetscCall(KSPGetPC(ksp, &pc));
-    PetscCall(PCFactorGetMatrix(pc, &factor));
-    PetscCall(MatMumpsGetInfog(factor, 1, &infog1));
+    PetscCall(examine(pc, &infog1, &null_pivots));
   }
-  PetscCall(MatMumpsGetInfog(factor, 28, &null_pivots));
   *reason = infog1 < 0 ? SIG_FACTOR_FAILED : null_pivots > 0 ? SIG_FACTOR_SINGULAR : SIG_FACTOR_DONE;
   *detail = infog1 < 0 ? (int)infog1 : (int)null_pivots;
   *handle = (intptr_t)ksp;
