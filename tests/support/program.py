@@ -59,7 +59,8 @@ class Program:
             [*launcher(n_ranks), str(self.executable), *map(str, arguments)],
             cwd=folder,
             env=os.environ | ENVIRONMENT,
-            text=True,
+            encoding="utf-8",
+            errors="replace",
             start_new_session=True,
             **(piped | streams),
         )

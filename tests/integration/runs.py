@@ -1,0 +1,45 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Decks of this folder, and what must be true of every run that fails."""
+
+from pathlib import Path
+
+from decks import copy_deck
+
+HERE = Path(__file__).resolve().parent
+# What a program prints that dies instead of saying what is wrong.
+CRASH = (
+    "PETSC ERROR",
+    "MPI_ABORT",
+    "Fortran runtime",
+    "backtrace",
+    "SIGSEGV",
+    "Segmentation",
+    "terminate called",
+)
+# [s] an error of the user is found before any work is done
+SOON = 60
+
+
+def write_deck(name, folder, **replacements):
+    """Copy decks/<name>.yaml into a folder with `old` -> `new` texts replaced."""
+    return copy_deck(HERE / "decks" / f"{name}.yaml", folder, **replacements)
+
+
+def files_in(folder):
+    """All files below a folder with their content; locks are not results."""
+    return {
+        path: path.read_bytes()
+        for path in sorted(folder.rglob("*"))
+        if path.is_file() and path.name != ".lock"
+    }
+
+
+def refuse(signorom, *arguments, folder, n_ranks=1):
+    """Run a command that must end with exit code 2 soon, crash nowhere and leave every file as it was: its messages."""
+    before = files_in(folder)
+    done = signorom.run(*arguments, folder=folder, n_ranks=n_ranks, time_limit=SOON)
+    assert done.returncode == 2, f"exit code {done.returncode}\n{done.stdout}\n{done.stderr}"
+    assert not [word for word in CRASH if word in done.stderr + done.stdout], done.stderr
+    assert files_in(folder) == before
+    assert done.stderr.count("error: ") >= 1
+    return done.stderr

@@ -1,0 +1,134 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The command line: help, version, words that are none, options of PETSc, and what is said while the program runs."""
+
+import os
+import pty
+import re
+import select
+import time
+
+import pytest
+from program import ROOT, finish
+
+from runs import SOON, refuse, write_deck
+
+COMMANDS = ("check", "solve", "sample", "train", "validate", "run", "predict")
+
+
+@pytest.mark.parametrize("n_ranks", [1, 3])
+def test_version(signorom, tmp_path, n_ranks):
+    version = re.search(
+        r"VERSION\s+([\d.]+)", (ROOT / "CMakeLists.txt").read_text().partition("project(")[2]
+    ).group(1)
+    assert signorom("--version", folder=tmp_path, n_ranks=n_ranks) == f"signorom {version}\n"
+
+
+def test_help_names_every_command_and_exit_code(signorom, tmp_path):
+    text = signorom("--help", folder=tmp_path)
+    assert all(f"  {command} " in text for command in COMMANDS)
+    assert all(f"{code} " in text for code in (0, 1, 2, 3, 130))
+    assert signorom("-h", folder=tmp_path) == text
+
+
+@pytest.mark.parametrize("n_ranks", [1, 3])
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ([], r"error: no command; one of check, solve, sample, train, validate, run, predict is needed"),
+        (["chekc", "a.yaml"], r"error: unknown command 'chekc'.*\n.*did you mean 'check'"),
+        (["check", "a.yaml", "--fast"], r"error: unknown option '--fast'"),
+        (["check", "a.yaml", "--quite"], r"error: unknown option '--quite'\n.*did you mean '--quiet'"),
+        (["check"], r"error: the command check needs a deck"),
+        (["predict"], r"error: the command predict needs a model"),
+        (["check", "a.yaml", "b.yaml"], r"error: unexpected argument 'b.yaml'"),
+        (["predict", "model.h5"], r"error: predict needs either --at or --points"),
+        (["predict", "model.h5", "--at"], r"error: the option --at needs a value"),
+        (["run", "a.yaml", "--at", "a=1"], r"error: --at goes with predict and solve"),
+        (["run", "a.yaml", "--strict"], r"error: .*--strict go with predict"),
+    ],
+)
+def test_wrong_words(signorom, tmp_path, arguments, message, n_ranks):
+    assert re.match(message, refuse(signorom, *arguments, folder=tmp_path, n_ranks=n_ranks))
+
+
+@pytest.mark.parametrize("n_ranks", [1, 3])
+def test_left_over_option_of_petsc(signorom, tmp_path, n_ranks):
+    deck = write_deck("patch", tmp_path)
+    done = signorom.run("run", deck.name, "-nonsense", 3, folder=tmp_path, n_ranks=n_ranks, time_limit=SOON)
+    assert done.returncode == 2
+    assert re.search(r"error: .*-nonsense", done.stderr)
+
+
+def test_left_over_option_of_petsc_in_the_deck(signorom, tmp_path):
+    deck = write_deck("patch", tmp_path)
+    deck.write_text(deck.read_text() + "petsc_options: -fom_ksp_ttype preonly\n")
+    done = signorom.run("run", deck.name, folder=tmp_path, time_limit=SOON)
+    assert done.returncode == 2
+    assert re.search(r"error: .*-fom_ksp_ttype", done.stderr)
+
+
+def test_option_of_petsc_with_predict(signorom, tmp_path):
+    words = refuse(signorom, "predict", "model.h5", "--at", "push=0.05", "-nonsense", 3, folder=tmp_path)
+    assert re.match(r"error: .* -nonsense 3\n", words)
+
+
+@pytest.mark.parametrize("option", ["-fom_mat_mumps_icntl_7 2", "-fom_pc_factor_mat_solver_type petsc"])
+def test_option_that_the_solver_uses(signorom, tmp_path, option):
+    """It is welcome in the deck, also where a command does not solve, and on the command line."""
+    deck = write_deck("patch", tmp_path)
+    signorom("sample", deck.name, *option.split(), folder=tmp_path)
+    deck.write_text(deck.read_text() + f"petsc_options: {option}\n")
+    for command in ("check", "run"):
+        signorom(command, deck.name, folder=tmp_path)
+
+
+def test_quiet(signorom, tmp_path):
+    deck = write_deck("patch", tmp_path)
+    done = signorom.run("run", deck.name, "--quiet", folder=tmp_path)
+    assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
+    assert (tmp_path / "results" / "patch" / "report.yaml").is_file()
+    words = refuse(signorom, "check", "nothing.yaml", "--quiet", folder=tmp_path)
+    assert words.startswith("nothing.yaml: error: ")
+
+
+def test_log_without_terminal_is_sparse(signorom, tmp_path):
+    """No bar, no control characters, a handful of lines."""
+    deck = write_deck(
+        "patch", tmp_path, **{"grid: {push: 5}": "grid: {push: 3000}", "grid: {push: 7}": "grid: {push: 500}"}
+    )
+    done = signorom.run("run", deck.name, folder=tmp_path)
+    assert done.returncode == 0
+    assert done.stderr == ""
+    assert re.search(r"^sampling: 3000 of 3000 in ", done.stdout, re.MULTILINE)
+    assert len(done.stdout.splitlines()) < 20
+    assert not re.search(r"[\x00-\x09\x0b-\x1f]", done.stdout)
+
+
+def test_bar_on_a_terminal(signorom, tmp_path):
+    """stderr is a terminal: a bar with counts and time left is drawn over itself, and is gone at the end."""
+    deck = write_deck("patch", tmp_path, **{"grid: {push: 5}": "grid: {push: 3000}"})
+    deck.write_text(deck.read_text() + "solver: {type: active_set}\n")
+    master, slave = pty.openpty()
+    process = signorom.start("sample", deck.name, folder=tmp_path, stderr=slave)
+    os.close(slave)
+    drawn = read_terminal(master)
+    done = finish(process)
+    assert done.returncode == 0
+    assert re.search(r"\rsampling \[=+ +\] \d+/3000, [\d.]+ (s|min \d+ s) left", drawn)
+    assert drawn.endswith("\r")
+    assert re.search(r"^sampling: 3000 of 3000 in ", done.stdout, re.MULTILINE)
+
+
+def read_terminal(master):
+    """Everything that the program draws until it closes the terminal."""
+    drawn = b""
+    start = time.monotonic()
+    while time.monotonic() - start < SOON:
+        if not select.select([master], [], [], 1)[0]:
+            continue
+        try:
+            drawn += os.read(master, 65536)
+        except OSError:  # Linux says so when the other side is closed
+            break
+    os.close(master)
+    return drawn.decode()
