@@ -8,6 +8,7 @@ module sig_field_file
   use sig_kinds, only: rk
   use sig_mesh, only: mesh_t, nodes_of_cell
   use sig_text, only: string_t, to_text
+  use sig_version, only: code_version
   use sig_xdmf, only: xdmf_field_t, xdmf_grid_t, xdmf_mesh_t, xdmf_text
   implicit none(type, external)
   private
@@ -64,6 +65,7 @@ contains
     call self%file%create(path, error)
     if (allocated(error)) return
     call self%file%write_attribute('/', 'format', 'signorom fields')
+    call self%file%write_attribute('/', 'code_version', code_version)
     call self%file%write_attribute('/', 'format_version', 1)
     call self%file%write('/mesh/coordinates', three_components(mesh%coordinates), length_unit, 'x, y, z of the nodes')
     call write_topology(self, mesh)

@@ -6,6 +6,7 @@ module sig_snapshot_store
   use sig_kinds, only: rk
   use sig_snapshot_shard, only: n_residuals, snapshot_record_t
   use sig_text, only: string_t, to_text
+  use sig_version, only: code_version
   implicit none(type, external)
   private
   public :: snapshot_set_t, all_points, merge_records, records_of_set, write_snapshot_set, read_snapshot_set
@@ -149,6 +150,7 @@ contains
     if (allocated(error)) return
     call file%write_attribute('/', 'format', format_name)
     call file%write_attribute('/', 'format_version', format_version)
+    call file%write_attribute('/', 'code_version', code_version)
     call file%write_attribute('/', 'provenance', set%provenance)
     call file%write('/parameter_names', set%parameter_names, description='in the order of the columns of parameters')
     call file%write('/parameters', set%parameters, description='parameter points, one per snapshot; units: see attribute')

@@ -92,7 +92,7 @@ contains
       end if
       if (deck%output%has_stress) call file%add_cell_field('stress', &
         cell_stresses(problem%mesh, problem%body, state%displacement), stress_unit(deck), &
-        'mean stress of the cell, full-order model; xx, yy, zz, xy, yz, xz')
+        'mean stress of the cell, full-order model')
     end associate
   end subroutine write_point
 

@@ -3,7 +3,7 @@
 module sig_model_header
   use sig_deck_echo, only: echo_deck
   use sig_model, only: model_t
-  use sig_problem, only: parameter_names, parameter_units, problem_t
+  use sig_problem, only: force_unit, parameter_names, parameter_units, problem_t
   use sig_snapshot_store, only: snapshot_set_t
   use sig_version, only: code_version
   implicit none(type, external)
@@ -26,7 +26,7 @@ contains
       model%provenance = problem%provenance
       model%mesh_hash = problem%mesh%file_hash
       model%length_unit = deck%units%length
-      model%force_unit = deck%units%force
+      model%force_unit = force_unit(deck)
       model%parameter_names = parameter_names(deck)
       model%parameter_units = parameter_units(deck)
       allocate (model%box(2, size(deck%parameters)))
