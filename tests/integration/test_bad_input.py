@@ -175,7 +175,7 @@ def test_prescribed_displacements_that_penetrate(signorom, tmp_path, command, n_
 def test_prescribed_displacements_that_just_touch(signorom, tmp_path, command, n_ranks):
     """A gap that closes exactly is no penetration, whatever the rounding."""
     deck = write_deck("small_disks", tmp_path, **{"max: 0.45": "max: 1.05", "{squeeze: 15}": "{squeeze: 2}"})
-    signorom("check", deck.name, folder=tmp_path, n_ranks=n_ranks)
+    signorom(command, deck.name, folder=tmp_path, n_ranks=n_ranks)
 
 
 def test_all_errors_of_a_deck_at_once(signorom, tmp_path, command, n_ranks):

@@ -8,8 +8,8 @@ import select
 import time
 
 import pytest
-from program import ROOT, finish
 
+from program import ROOT, finish
 from runs import SOON, refuse, write_deck
 
 COMMANDS = ("check", "solve", "sample", "train", "validate", "run", "predict")
