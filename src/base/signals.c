@@ -34,6 +34,8 @@ void sig_install_stop_signals(void) {
   stop_second = 0;
   sigaction(SIGINT, &action, NULL);
   sigaction(SIGTERM, &action, NULL);
+  // A file that may not grow any more is an error of write, which the caller reports, and no reason to die.
+  signal(SIGXFSZ, SIG_IGN);
 }
 
 int sig_is_stop_requested(void) { return stop_second != 0; }
