@@ -1,0 +1,312 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Runs that are killed, stopped, damaged, hindered or started twice."""
+
+import os
+import re
+import resource
+import signal
+
+import h5py
+import numpy as np
+import pytest
+
+from program import finish, kill, wait_until
+from results import read_snapshots
+from runs import HERE, files_in, refuse, write_deck
+
+N_POINTS = 1000
+# Format of a shard: header, then records of 8-byte numbers (1 parameter, 116 dofs, 5 multipliers, 5 residuals, seconds,
+# iterations, reason) with a checksum.
+HEADER = 72
+RECORD = 8 * (1 + 116 + 5 + 8 + 1)
+
+
+@pytest.fixture
+def many_points(tmp_path):
+    """A deck that takes seconds, and its results folder."""
+    changes = {
+        "grid: {push: 5}": f"grid: {{push: {N_POINTS}}}",
+        "title: ": "solver: {type: active_set}\ntitle: ",
+    }
+    return write_deck("patch", tmp_path, **changes), tmp_path / "results" / "patch"
+
+
+@pytest.fixture(scope="module")
+def uninterrupted(signorom, tmp_path_factory):
+    """Snapshots of a run that nothing disturbs."""
+    folder = tmp_path_factory.mktemp("uninterrupted")
+    changes = {
+        "grid: {push: 5}": f"grid: {{push: {N_POINTS}}}",
+        "title: ": "solver: {type: active_set}\ntitle: ",
+    }
+    deck = write_deck("patch", folder, **changes)
+    signorom("sample", deck.name, folder=folder)
+    return read_snapshots(folder / "results" / "patch" / "snapshots.h5")
+
+
+def shards(results):
+    """Shard files in a results folder."""
+    return sorted(results.glob("snapshots.part-*"))
+
+
+def n_records(results):
+    """Whole records in all shards."""
+    return sum(max(0, shard.stat().st_size - HEADER) // RECORD for shard in shards(results))
+
+
+def resume(signorom, deck, results, n_ranks, uninterrupted):
+    """Run the same command again: how many points it found, after comparing the outcome with an undisturbed run."""
+    output = signorom("sample", deck.name, folder=deck.parent, n_ranks=n_ranks)
+    found = int(re.search(rf"sampled {N_POINTS} points \((\d+) were there\)", output).group(1))
+    assert f"sampling: {N_POINTS - found} of {N_POINTS - found} in " in output
+    assert shards(results) == []
+    snapshots = read_snapshots(results / "snapshots.h5")
+    for name in ("parameters", "reasons"):
+        np.testing.assert_array_equal(snapshots[name], uninterrupted[name])
+    for name in ("displacement", "multipliers", "free_response"):
+        scale = np.abs(uninterrupted[name]).max()
+        np.testing.assert_allclose(snapshots[name], uninterrupted[name], rtol=0, atol=1e-13 * scale)
+    return found
+
+
+@pytest.mark.parametrize("n_ranks", [1, 2])
+def test_kill_and_resume(signorom, many_points, uninterrupted, n_ranks):
+    """SIGKILL in the middle, with one rank and with two groups: every finished point is there afterwards."""
+    deck, results = many_points
+    process = signorom.start("sample", deck.name, folder=deck.parent, n_ranks=n_ranks)
+    wait_until(lambda: n_records(results) > N_POINTS / 10, process)
+    kill(process)
+    finished = n_records(results)
+    assert len(shards(results)) == n_ranks
+    assert N_POINTS / 10 < finished < N_POINTS
+    assert not (results / "snapshots.h5").exists()
+    assert resume(signorom, deck, results, n_ranks, uninterrupted) == finished
+
+
+def test_resume_on_another_rank_count(signorom, many_points, uninterrupted):
+    deck, results = many_points
+    process = signorom.start("sample", deck.name, folder=deck.parent, n_ranks=2)
+    wait_until(lambda: n_records(results) > N_POINTS / 10, process)
+    kill(process)
+    finished = n_records(results)
+    assert resume(signorom, deck, results, 1, uninterrupted) == finished
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_signal_ends_after_the_current_point(signorom, many_points, uninterrupted, number):
+    deck, results = many_points
+    process = signorom.start("run", deck.name, folder=deck.parent)
+    wait_until(lambda: n_records(results) > N_POINTS / 10, process)
+    process.send_signal(number)
+    done = finish(process, 30)
+    assert done.returncode == 130
+    assert "same command goes on" in done.stdout
+    assert done.stderr == ""
+    finished = n_records(results)
+    assert (shards(results)[0].stat().st_size - HEADER) % RECORD == 0
+    assert N_POINTS / 10 < finished < N_POINTS
+    assert resume(signorom, deck, results, 1, uninterrupted) == finished
+
+
+def test_signal_to_mpirun(signorom, many_points, uninterrupted):
+    """mpirun ends all ranks in its own way; the finished points stay."""
+    deck, results = many_points
+    process = signorom.start("sample", deck.name, folder=deck.parent, n_ranks=2)
+    wait_until(lambda: n_records(results) > N_POINTS / 10, process)
+    process.send_signal(signal.SIGINT)
+    done = finish(process, 30)
+    assert done.returncode != 0
+    finished = n_records(results)
+    assert N_POINTS / 10 < finished < N_POINTS
+    assert resume(signorom, deck, results, 2, uninterrupted) == finished
+
+
+def test_second_run_does_nothing(signorom, tmp_path):
+    deck = write_deck("patch", tmp_path)
+    signorom("sample", deck.name, folder=tmp_path)
+    before = files_in(tmp_path)
+    assert "sampled 5 points (5 were there)" in signorom("sample", deck.name, folder=tmp_path)
+    assert files_in(tmp_path) == before
+
+
+def test_more_points_of_the_same_study(signorom, tmp_path):
+    """A finer grid uses the points that are there: 5 of 9."""
+    deck = write_deck("patch", tmp_path)
+    signorom("sample", deck.name, folder=tmp_path)
+    deck.write_text(deck.read_text().replace("grid: {push: 5}", "grid: {push: 9}"))
+    assert "sampled 9 points (5 were there)" in signorom("sample", deck.name, folder=tmp_path)
+    snapshots = read_snapshots(tmp_path / "results" / "patch" / "snapshots.h5")
+    np.testing.assert_allclose(snapshots["parameters"][:, 0], np.linspace(0.02, 0.1, 9), rtol=1e-14)
+
+
+@pytest.mark.parametrize("n_ranks", [1, 2])
+def test_truncated_shard(signorom, many_points, uninterrupted, n_ranks):
+    """Half a record at the end, as after a power cut, costs that record and a warning."""
+    deck, results = many_points
+    process = signorom.start("sample", deck.name, folder=deck.parent, n_ranks=n_ranks)
+    wait_until(lambda: n_records(results) > N_POINTS / 10, process)
+    kill(process)
+    shard = shards(results)[-1]
+    n_good = (shard.stat().st_size - HEADER) // RECORD - 3
+    os.truncate(shard, HEADER + n_good * RECORD + RECORD // 2)
+    finished = n_records(results)
+    done = signorom.run("train", deck.name, folder=deck.parent)
+    assert done.returncode == 2
+    assert "no snapshots yet" in done.stderr
+    assert resume(signorom, deck, results, n_ranks, uninterrupted) == finished
+
+
+def test_damaged_record_is_named(signorom, many_points):
+    """A flipped bit is found by the checksum; what stands behind it is solved again."""
+    deck, results = many_points
+    process = signorom.start("sample", deck.name, folder=deck.parent)
+    wait_until(lambda: n_records(results) > N_POINTS / 10, process)
+    kill(process)
+    content = bytearray(shards(results)[0].read_bytes())
+    content[HEADER + 50 * RECORD + 100] ^= 1
+    shards(results)[0].write_bytes(content)
+    done = signorom.run("sample", deck.name, folder=deck.parent)
+    assert done.returncode == 0
+    assert re.search(r"warning: .*snapshots.part-1.* damaged", done.stderr)
+    assert f"sampled {N_POINTS} points (50 were there)" in done.stdout
+
+
+def test_shard_of_another_deck_is_refused(signorom, many_points):
+    deck, results = many_points
+    process = signorom.start("sample", deck.name, folder=deck.parent)
+    wait_until(lambda: n_records(results) > 10, process)
+    kill(process)
+    deck.write_text(deck.read_text().replace("poisson_ratio: 0", "poisson_ratio: 0.1"))
+    words = refuse(signorom, "sample", deck.name, folder=deck.parent)
+    assert re.search(r"results/patch/snapshots.part-1: error: .* another deck or mesh", words)
+
+
+@pytest.mark.parametrize("command", ["sample", "train", "run"])
+@pytest.mark.parametrize("n_ranks", [1, 3])
+def test_snapshots_of_another_deck_are_refused(signorom, tmp_path, command, n_ranks):
+    deck = write_deck("patch", tmp_path)
+    signorom("sample", deck.name, folder=tmp_path)
+    deck.write_text(deck.read_text().replace("young_modulus: 2.0e6", "young_modulus: 2.1e6"))
+    words = refuse(signorom, command, deck.name, folder=tmp_path, n_ranks=n_ranks)
+    assert re.match(r"results/patch/snapshots.h5: error: .* another deck or mesh", words)
+
+
+def test_snapshots_of_another_mesh_are_refused(signorom, tmp_path):
+    """The same deck, the same file name, other content."""
+    (tmp_path / "meshes").mkdir()
+    (tmp_path / "decks").mkdir()
+    deck = tmp_path / "decks" / "patch.yaml"
+    deck.write_text((HERE / "decks" / "patch.yaml").read_text())
+    mesh = tmp_path / "meshes" / "two_blocks.msh"
+    mesh.write_bytes((HERE / "meshes" / "two_blocks.msh").read_bytes())
+    signorom("sample", deck, folder=tmp_path)
+    mesh.write_bytes((HERE / "meshes" / "two_blocks_v22_ascii.msh").read_bytes())
+    words = refuse(signorom, "sample", deck, folder=tmp_path)
+    assert re.match(r"results/patch/snapshots.h5: error: .* another deck or mesh", words)
+
+
+def test_what_does_not_change_the_answers_keeps_the_snapshots(signorom, tmp_path):
+    """Title, points and reduction are no part of the physics."""
+    deck = write_deck("patch", tmp_path)
+    signorom("sample", deck.name, folder=tmp_path)
+    text = (
+        deck.read_text()
+        .replace("Contact patch test", "Another title")
+        .replace("grid: {push: 7}", "grid: {push: 3}")
+    )
+    deck.write_text(text + "reduction: {pod_tolerance: 1.0e-4}\n")
+    assert "(5 were there)" in signorom("run", deck.name, folder=tmp_path)
+
+
+def test_file_that_is_no_snapshots(signorom, tmp_path):
+    deck = write_deck("patch", tmp_path)
+    results = tmp_path / "results" / "patch"
+    results.mkdir(parents=True)
+    for content in (b"", b"some text\n", b"\x89HDF\r\n\x1a\n"):
+        (results / "snapshots.h5").write_bytes(content)
+        words = refuse(signorom, "run", deck.name, folder=tmp_path)
+        assert words.startswith("results/patch/snapshots.h5: error: ")
+    with h5py.File(results / "snapshots.h5", "w") as file:
+        file["something"] = np.arange(3)
+    assert refuse(signorom, "run", deck.name, folder=tmp_path).startswith(
+        "results/patch/snapshots.h5: error: "
+    )
+
+
+@pytest.mark.parametrize(("command", "missing"), [("train", "snapshots"), ("validate", "model")])
+def test_stage_before_is_missing(signorom, tmp_path, command, missing):
+    deck = write_deck("patch", tmp_path)
+    words = refuse(signorom, command, deck.name, folder=tmp_path)
+    assert re.match(
+        rf"results/patch/{missing}.h5: error: there (is|are) no {missing} yet\nhint: run first: signorom",
+        words,
+    )
+
+
+def test_model_of_another_deck_is_not_validated(signorom, tmp_path):
+    deck = write_deck("patch", tmp_path)
+    signorom("run", deck.name, folder=tmp_path)
+    deck.write_text(deck.read_text().replace("young_modulus: 2.0e6", "young_modulus: 2.1e6"))
+    words = refuse(signorom, "validate", deck.name, folder=tmp_path)
+    assert re.match(r"results/patch/model.h5: error: .* another deck or mesh", words)
+
+
+@pytest.mark.parametrize("n_ranks", [1, 3])
+def test_two_runs_in_one_folder(signorom, many_points, uninterrupted, n_ranks):
+    """The second leaves at once and the first does not notice; it sleeps meanwhile, so that it cannot end before."""
+    deck, results = many_points
+    first = signorom.start("sample", deck.name, folder=deck.parent)
+    try:
+        wait_until(lambda: n_records(results) > 10, first)
+        first.send_signal(signal.SIGSTOP)
+        second = signorom.run("run", deck.name, folder=deck.parent, n_ranks=n_ranks, time_limit=30)
+        first.send_signal(signal.SIGCONT)
+    except BaseException:
+        kill(first)
+        raise
+    assert second.returncode == 2
+    assert re.match(r"results/patch.*: error: another run", second.stderr), second.stderr
+    assert finish(first).returncode == 0
+    snapshots = read_snapshots(results / "snapshots.h5")
+    np.testing.assert_array_equal(snapshots["displacement"], uninterrupted["displacement"])
+
+
+def test_check_does_not_need_the_folder(signorom, many_points):
+    deck, results = many_points
+    first = signorom.start("sample", deck.name, folder=deck.parent)
+    wait_until(lambda: n_records(results) > 10, first)
+    done = signorom.run("check", deck.name, folder=deck.parent)
+    kill(first)
+    assert done.returncode == 0
+
+
+@pytest.mark.parametrize("n_ranks", [1, 3])
+@pytest.mark.parametrize("directory", ["/proc/results", "taken", "taken/below"])
+def test_folder_that_cannot_be_made(signorom, tmp_path, directory, n_ranks):
+    (tmp_path / "taken").write_text("a file\n")
+    deck = write_deck("patch", tmp_path, **{"output:\n": f"output:\n  directory: {directory}\n"})
+    words = refuse(signorom, "run", deck.name, folder=tmp_path, n_ranks=n_ranks)
+    assert re.match(rf"\S*{directory}\S*: error: ", words), words
+
+
+@pytest.mark.skipif(os.geteuid() == 0, reason="root may write everywhere")
+def test_folder_without_permission(signorom, tmp_path):
+    deck = write_deck("patch", tmp_path)
+    (tmp_path / "results" / "patch").mkdir(parents=True)
+    (tmp_path / "results" / "patch").chmod(0o500)
+    words = refuse(signorom, "run", deck.name, folder=tmp_path)
+    assert re.match(r"results/patch\S*: error: .*[Pp]ermission", words)
+
+
+def test_full_disk(signorom, many_points):
+    """A shard that may not grow any more stands for it: a sentence, no crash; the finished points stay."""
+    deck, results = many_points
+    limit = HEADER + 100 * RECORD
+    process = signorom.start("sample", deck.name, folder=deck.parent)
+    resource.prlimit(process.pid, resource.RLIMIT_FSIZE, (limit, limit))
+    done = finish(process, 60)
+    assert done.returncode == 2, done.stderr
+    assert re.match(r"results/patch/snapshots.part-1: error: cannot write the snapshot: ", done.stderr)
+    finished = n_records(results)
+    assert finished == 100
+    assert f"({finished} were there)" in signorom("sample", deck.name, folder=deck.parent)
