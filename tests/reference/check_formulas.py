@@ -9,10 +9,14 @@ from pathlib import Path
 import numpy as np
 
 import bar_with_gap
+import hertz
 import patch_test
+import punch
+import shrink_fit
 from contact_reference import build_problem, hooke_plane_strain
 from gmsh_ascii import read_mesh
 from reduction_reference import train
+from thick_cylinder import ThickCylinder
 
 MESHES = Path(__file__).resolve().parents[1] / "verification" / "meshes"
 FACES = ("lower_face", "upper_face", (0.0, 1.0), 1e-8)
@@ -100,7 +104,82 @@ def check_full_basis():
         print("   largest e_u", worst_u, "largest e_lambda", worst_lambda)
 
 
+def insist(text, computed, expected, tolerance=1e-9):
+    """Print a comparison and fail where it fails."""
+    difference = largest_difference(np.asarray(computed), np.asarray(expected))
+    print(text, difference)
+    assert difference <= tolerance, text
+
+
+def second_kind(n=400):
+    """Nodes and weights for the integral of sqrt(1 - s^2) f(s) over [-1, 1] (Gauss-Chebyshev)."""
+    angle = np.pi * np.arange(1, n + 1) / (n + 1)
+    return np.cos(angle), np.pi / (n + 1) * np.sin(angle) ** 2
+
+
+def check_hertz():
+    """Printed figures of D2; force, and the bodies' profile, from the pressure by quadrature."""
+    line = hertz.nafems_cylinder()
+    insist("hertz D2: a", line.half_width, 6.2146, 1e-5)
+    insist("hertz D2: p0", line.peak, 3585.37, 1e-5)
+    s, weights = second_kind()
+    insist("hertz line: force", weights.sum() * line.peak * line.half_width, line.load)
+    # slope of the gap that the pressure closes at x: 2 / (pi E*) PV int p(s) / (x - s) ds = x / R, at points
+    # midway between the nodes, where the rule is exact for the principal value
+    t = np.cos(np.pi * (np.arange(40, 360) + 0.5) / 401)
+    slopes = 2 / (np.pi * line.modulus) * line.peak * (1 / (t[:, None] - s) @ weights)
+    insist("hertz line: profile", slopes, t * line.half_width / line.radius)
+    x = np.linspace(0, line.half_width, 30)
+    insist("hertz line: fit", hertz.fit(x, line.pressure(x)), (line.half_width, line.peak))
+    point = hertz.Point(50e3, 8.0, 300.0)
+    # dA = 2 pi r dr with r = a sqrt(1 - t^2): int p dA = 2 pi a^2 p0 int_0^1 t^2 dt
+    insist("hertz point: force", 2 * np.pi * point.half_width**2 * point.peak / 3, point.load)
+    # middle of the half-space: u = 1 / (pi E*) int p / r dA = 2 / E* int_0^a p dr
+    depth = 2 / point.modulus * point.peak * point.half_width * weights.sum() / 2
+    insist("hertz point: approach", depth, point.approach)
+    insist("hertz point: load", hertz.Point.of_approach(50e3, 8.0, point.approach).load, point.load)
+
+
+def check_rings():
+    """Lamé's field is in equilibrium and compatible; the two rings of D12 close the interference."""
+    for ends, printed in (("free", 5.74), ("held", 6.31)):
+        modulus, ratio = shrink_fit.YOUNG_MODULUS, shrink_fit.POISSON_RATIO
+        p = shrink_fit.pressure(ends)
+        insist(f"shrink fit, {ends} ends: printed pressure", p, printed, 1e-3)
+        radii = np.array([shrink_fit.INNER, shrink_fit.MIDDLE, shrink_fit.OUTER]) / 2
+        inner = ThickCylinder(modulus, ratio, radii[0], radii[1], outer_pressure=p, ends=ends)
+        outer = ThickCylinder(modulus, ratio, radii[1], radii[2], inner_pressure=p, ends=ends)
+        closed = outer.displacement(radii[1]) - inner.displacement(radii[1])
+        insist(f"shrink fit, {ends} ends: interference", closed, shrink_fit.INTERFERENCE / 2)
+        insist(f"thick cylinder, {ends} ends: faces", outer.stress(radii[1:])[0], (-p, 0.0))
+        r, step = np.linspace(21, 29, 9), 1e-3
+        radial, circumferential, axial = outer.stress(r)
+        slope = (outer.stress(r + step)[0] - outer.stress(r - step)[0]) / (2 * step)
+        insist(f"thick cylinder, {ends} ends: equilibrium", slope, (circumferential - radial) / r, 1e-7)
+        strain = (outer.displacement(r + step) - outer.displacement(r - step)) / (2 * step)
+        hooke = (radial - ratio * (circumferential + axial)) / modulus
+        insist(f"thick cylinder, {ends} ends: radial strain", strain, hooke, 1e-7)
+
+
+def check_punch():
+    """Total force; zero slope under the punch; nodal forces by fine quadrature."""
+    a, load, n = 2.0, 7.0, 400
+    s = np.cos(np.pi * (np.arange(n) + 0.5) / n)
+    insist("punch: force", np.pi / n * np.sum(punch.pressure(a * s, a, load) * a * np.sqrt(1 - s**2)), load)
+    t = np.cos(np.pi * np.arange(40, 360) / n)
+    slopes = (1 / (t[:, None] - s)).sum(axis=1) / n
+    print("punch: slope", np.abs(slopes).max())
+    assert np.abs(slopes).max() < 1e-9
+    x = np.linspace(-a, a, 11)
+    angle = (np.arange(20000) + 0.5) * np.pi / 20000
+    forces = [np.interp(a * np.cos(angle), x, hat).sum() * load / 20000 for hat in np.eye(len(x))]
+    insist("punch: nodal forces", punch.nodal_forces(x, a, load), forces, 1e-7)
+
+
 if __name__ == "__main__":
+    check_hertz()
+    check_rings()
+    check_punch()
     check_patch()
     check_bar()
     check_full_basis()
