@@ -31,7 +31,7 @@ contains
     opening = system%gap(theta) - system%operator%apply(state%displacement)
     associate (r => state%residuals)
       r%equilibrium = relative(maxval(abs(internal + contact), mask=.not. system%boundary%is_prescribed), &
-        max(smallest_force, maxval(abs(internal))))
+        max(smallest_force, maxval(abs(internal)), maxval(abs(contact))))
       r%penetration = max(0.0_rk, maxval(-opening))
       r%negative_multiplier = relative(max(0.0_rk, maxval(-state%multipliers)), maxval(abs(state%multipliers)))
       r%complementarity = relative(abs(dot_product(state%multipliers, opening)), maxval(abs(state%multipliers)) * &

@@ -18,7 +18,7 @@ module sig_contact_state
 
   !> How well (3) is met, each relative to the size of what it compares.
   type :: residuals_t
-    !> [-] largest entry of K u + B' lambda - F on the free dofs over the largest internal force
+    !> [-] largest entry of K u + B' lambda - F on the free dofs over the largest internal or contact force
     real(rk) :: equilibrium = 0
     !> [length] largest B u - D, 0 where nothing penetrates
     real(rk) :: penetration = 0
