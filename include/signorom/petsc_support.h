@@ -16,6 +16,10 @@ int sig_petsc_insert_options(const char *options);
 /* The options that nobody asked for, "-name -name ", cut at the capacity; empty when every option was used. */
 int sig_petsc_unused_options(char *names, int capacity);
 
+/* Releases of PETSc and SLEPc and the name of the MPI library that run, separated by semicolons, cut at the capacity.
+ */
+int sig_library_versions(char *versions, int capacity);
+
 /* Square AIJ matrix on comm (a Fortran handle) with n_local rows per rank, blocks of block_size rows,
    and room for diagonal[i] + off_diagonal[i] blocks in local block row i (arrays of n_local / block_size). */
 int sig_matrix_create(int comm, int n_local, int block_size, const int *diagonal, const int *off_diagonal,

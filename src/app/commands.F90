@@ -110,6 +110,6 @@ contains
   pure logical function may_go_on(session)
     type(session_t), intent(in) :: session
 
-    may_go_on = session%exit_code == exit_success .or. session%exit_code == exit_not_converged
+    may_go_on = .not. session%has_failed .and. any(session%exit_code == [exit_success, exit_not_converged])
   end function may_go_on
 end module sig_commands

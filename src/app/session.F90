@@ -26,6 +26,8 @@ module sig_session
     character(:), allocatable :: folder
     integer :: rank = 0
     integer :: exit_code = exit_success
+    !> an error was printed, so no further stage makes sense
+    logical :: has_failed = .false.
     type(directory_lock_t) :: lock
   contains
     procedure :: open
@@ -93,6 +95,7 @@ contains
       call log_error(error_report(error))
     end if
     self%exit_code = error%exit_code
+    self%has_failed = .true.
   end subroutine fail
 
   !> Frees the folder; an option of PETSc that should have been used is an error. Collective on all ranks.

@@ -8,10 +8,11 @@ module sig_study
   use sig_file_system, only: file_exists
   use sig_contact_state, only: contact_state_t, reason_converged
   use sig_kinds, only: rk
-  use sig_log, only: log_info
+  use sig_log, only: log_info, log_warning
   use sig_model, only: model_t
   use sig_model_file, only: read_model, write_model
   use sig_parameter_space, only: build_points
+  use sig_petsc_support, only: library_versions, rank_and_size
   use sig_problem, only: check_points, inert_pair_names, load_problem, problem_t
   use sig_rank_groups, only: create_rank_groups, rank_groups_t
   use sig_reporting, only: report_deck, report_model, report_sizes, report_snapshots, report_states
@@ -20,7 +21,7 @@ module sig_study
   use sig_session, only: session_t
   use sig_snapshot_merge, only: snapshots_path
   use sig_snapshot_store, only: merge_records, read_snapshot_set, records_of_set, snapshot_set_t
-  use sig_text, only: to_text
+  use sig_text, only: string_t, to_text
   use sig_training, only: train
   use sig_clock, only: wall_time
   use sig_validation, only: validate, validation_t
@@ -53,6 +54,11 @@ contains
       call log_info('stopped by a signal; the finished points are kept, and the same command goes on')
       session%exit_code = exit_stopped
     else
+      if (outcome%n_failed > 0) then
+        call log_warning(to_text(outcome%n_failed) // ' of the points did not converge; they are marked, and the same ' // &
+          'command tries them again')
+        session%exit_code = exit_not_converged
+      end if
       call log_info('sampled ' // to_text(outcome%n_points) // ' points (' // to_text(outcome%n_found) // &
         ' were there): ' // snapshots_path(session%folder))
     end if
@@ -89,7 +95,7 @@ contains
       PetscCall(train(problem, snapshots, model, error, ierr))
     end if
     if (.not. allocated(error)) then
-      call describe_problem(problem, report)
+      PetscCall(describe_problem(problem, report, ierr))
       call report_snapshots(session%deck, snapshots, report)
       call report_model(model, report)
       call report%add('times/train', wall_time() - start)
@@ -183,7 +189,7 @@ contains
       session%exit_code = exit_stopped
       return
     end if
-    call describe_problem(problem, report)
+    PetscCall(describe_problem(problem, report, ierr))
     call report_model(model, report)
     call report_validation(session%deck, outcome, report)
     call keep_statistics(outcome, model)
@@ -225,18 +231,28 @@ contains
       call session%fail(error)
       return
     end if
-    call describe_problem(problem, report)
+    PetscCall(describe_problem(problem, report, ierr))
     call report_states(session%deck, points, states, report)
     call write_report(session, report)
     call log_info('fields at ' // to_text(size(points, 2)) // ' points: ' // session%folder // '/fields.xdmf')
     if (any(states%reason /= reason_converged)) session%exit_code = exit_not_converged
   end subroutine fields_stage
 
-  subroutine describe_problem(problem, report)
+  !> What ran on what. Collective on all ranks.
+  subroutine describe_problem(problem, report, ierr)
     type(problem_t), intent(in) :: problem
     type(run_report_t), intent(inout) :: report
+    PetscErrorCode, intent(out) :: ierr
+    type(string_t), allocatable :: versions(:)
+    integer :: rank, n_ranks
 
     call report_deck(problem%deck, report)
+    PetscCall(library_versions(versions, ierr))
+    call report%add('version/petsc', versions(1)%text)
+    call report%add('version/slepc', versions(2)%text)
+    call report%add('version/mpi', versions(3)%text)
+    PetscCall(rank_and_size(PETSC_COMM_WORLD, rank, n_ranks, ierr))
+    call report%add('sizes/n_ranks', n_ranks)
     call report_sizes(problem%mesh%n_nodes, problem%mesh%n_cells, problem%mesh%n_dim * problem%mesh%n_nodes, &
       problem%operator%n_rows, inert_pair_names(problem), report)
   end subroutine describe_problem

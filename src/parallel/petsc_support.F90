@@ -9,7 +9,7 @@ module sig_petsc_support
   use petsc
   implicit none(type, external)
   private
-  public :: start_petsc, end_petsc, insert_petsc_options, unused_petsc_options
+  public :: start_petsc, end_petsc, insert_petsc_options, unused_petsc_options, library_versions
   public :: create_matrix, create_vector, rank_and_size, sum_over_ranks, max_over_ranks
   public :: precondition_failed
 
@@ -36,6 +36,13 @@ module sig_petsc_support
       integer(c_int), value :: capacity
       integer(c_int) :: status
     end function sig_petsc_unused_options
+
+    function sig_library_versions(versions, capacity) result(status) bind(c)
+      import :: c_char, c_int
+      character(kind=c_char), intent(out) :: versions(*)
+      integer(c_int), value :: capacity
+      integer(c_int) :: status
+    end function sig_library_versions
 
     function sig_matrix_create(comm, n_local, block_size, diagonal, off_diagonal, matrix) result(status) bind(c)
       import :: c_int, c_intptr_t
@@ -92,6 +99,17 @@ contains
       if (words(i)%text /= '') call append_text(names, words(i)%text)
     end do
   end subroutine unused_petsc_options
+
+  !> What runs: PETSc, SLEPc, MPI, in this order.
+  subroutine library_versions(versions, ierr)
+    type(string_t), allocatable, intent(out) :: versions(:)
+    PetscErrorCode, intent(out) :: ierr
+    integer, parameter :: capacity = 512
+    character(kind=c_char, len=capacity) :: buffer
+
+    ierr = sig_library_versions(buffer, int(capacity, c_int))
+    versions = split(buffer(:index(buffer, c_null_char) - 1), ';')
+  end subroutine library_versions
 
   !> Square AIJ matrix with room for the given numbers of blocks per local block row.
   subroutine create_matrix(comm, n_local, block_size, diagonal, off_diagonal, matrix, ierr)

@@ -3,6 +3,8 @@
 
 #include <petscmat.h>
 #include <slepcsys.h>
+#include <stdio.h>
+#include <string.h>
 
 int sig_petsc_start(void) {
   PetscCall(SlepcInitializeNoArguments());
@@ -35,6 +37,21 @@ int sig_petsc_unused_options(char *names_of_unused, int capacity) {
     PetscCall(PetscStrlcat(names_of_unused, " ", (size_t)capacity));
   }
   PetscCall(PetscOptionsLeftRestore(NULL, &n_options, &names, &values));
+  return 0;
+}
+
+int sig_library_versions(char *versions, int capacity) {
+  PetscInt petsc[3], slepc[3], release;
+  char mpi[MPI_MAX_LIBRARY_VERSION_STRING];
+  int length;
+
+  PetscCall(PetscGetVersionNumber(&petsc[0], &petsc[1], &petsc[2], &release));
+  PetscCall(SlepcGetVersionNumber(&slepc[0], &slepc[1], &slepc[2], &release));
+  PetscCallMPI(MPI_Get_library_version(mpi, &length));
+  // Behind the first comma stand the packager and the date.
+  mpi[strcspn(mpi, ",\n")] = '\0';
+  snprintf(versions, (size_t)capacity, "%d.%d.%d;%d.%d.%d;%s", petsc[0], petsc[1], petsc[2], slepc[0], slepc[1],
+           slepc[2], mpi);
   return 0;
 }
 

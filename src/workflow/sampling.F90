@@ -3,7 +3,7 @@
 !> Training points -> snapshots: groups of ranks solve different points, every finished point is on disk at once, a killed run
 !> goes on where it was.
 module sig_sampling
-  use sig_contact_state, only: contact_state_t
+  use sig_contact_state, only: contact_state_t, reason_converged
   use sig_deck_config, only: deck_config_t
   use sig_error_broadcast, only: broadcast_error
   use sig_errors, only: error_t
@@ -16,7 +16,7 @@ module sig_sampling
   use sig_signals, only: is_stop_requested
   use sig_snapshot_merge, only: find_finished_points, merge_snapshots, shard_path
   use sig_snapshot_shard, only: shard_writer_t, snapshot_record_t
-  use sig_petsc_support, only: max_over_ranks
+  use sig_petsc_support, only: max_over_ranks, sum_over_ranks
   use petsc
   implicit none(type, external)
   private
@@ -26,6 +26,8 @@ module sig_sampling
     integer :: n_points = 0
     !> points that were on disk already
     integer :: n_found = 0
+    !> points that this run tried and did not solve
+    integer :: n_failed = 0
     !> a signal ended the run before all points were done
     logical :: is_stopped = .false.
     !> [s] longest set-up of a group
@@ -80,14 +82,17 @@ contains
     type(error_t), allocatable, intent(out) :: error
     PetscErrorCode, intent(out) :: ierr
     type(point_solver_t) :: solver
-    real(rk) :: stopped
+    real(rk) :: stopped, n_failed(1)
 
     PetscCall(solver%create(problem, problem%deck%solver, groups%comm, ierr))
     outcome%setup_seconds = solver%setup_seconds
-    PetscCall(solve_points(problem, groups, solver, folder, points, to_do, outcome%is_stopped, error, ierr))
+    PetscCall(solve_points(problem, groups, solver, folder, points, to_do, outcome, error, ierr))
     stopped = merge(1.0_rk, 0.0_rk, outcome%is_stopped)
     PetscCall(max_over_ranks(PETSC_COMM_WORLD, stopped, ierr))
     outcome%is_stopped = stopped > 0
+    n_failed = outcome%n_failed
+    PetscCall(sum_over_ranks(PETSC_COMM_WORLD, n_failed, ierr))
+    outcome%n_failed = nint(n_failed(1))
     if (.not. allocated(error) .and. .not. outcome%is_stopped) then
       PetscCall(merge_snapshots(problem, groups, solver%system, folder, points, error, ierr))
     end if
@@ -95,14 +100,14 @@ contains
   end subroutine solve_and_merge
 
   !> The loop over this group's points. A point that did not converge is kept and marked; a signal ends the loop.
-  subroutine solve_points(problem, groups, solver, folder, points, to_do, is_stopped, error, ierr)
+  subroutine solve_points(problem, groups, solver, folder, points, to_do, outcome, error, ierr)
     type(problem_t), intent(in) :: problem
     type(rank_groups_t), intent(in) :: groups
     type(point_solver_t), intent(inout) :: solver
     character(*), intent(in) :: folder
     real(rk), intent(in) :: points(:, :)
     integer, intent(in) :: to_do(:)
-    logical, intent(out) :: is_stopped
+    type(sampling_result_t), intent(inout) :: outcome
     type(error_t), allocatable, intent(out) :: error
     PetscErrorCode, intent(out) :: ierr
     type(shard_writer_t) :: writer
@@ -111,7 +116,6 @@ contains
     integer :: i
 
     ierr = 0
-    is_stopped = .false.
     if (groups%is_leader()) then
       call writer%create(shard_path(folder, groups%i_group), problem%provenance, size(points, 1), solver%system%map%n_dofs, &
         solver%system%operator%n_rows, error)
@@ -123,9 +127,10 @@ contains
       if (groups%has_point(i)) then
         PetscCall(solver%solve(problem, points(:, to_do(i)), state, ierr))
         if (groups%is_leader()) call writer%append(record_of(points(:, to_do(i)), state), error)
+        if (groups%is_leader() .and. state%reason /= reason_converged) outcome%n_failed = outcome%n_failed + 1
         PetscCall(broadcast_error(error, groups%comm, ierr))
-        PetscCall(agree_to_stop(groups%comm, is_stopped, ierr))
-        if (allocated(error) .or. is_stopped) exit
+        PetscCall(agree_to_stop(groups%comm, outcome%is_stopped, ierr))
+        if (allocated(error) .or. outcome%is_stopped) exit
       end if
       call progress%advance(i)
     end do

@@ -7,7 +7,7 @@ module sig_training
   use sig_contact_state, only: reason_converged
   use sig_deim, only: deim_rows
   use sig_dirichlet_rows, only: impose_dirichlet_rows
-  use sig_errors, only: error_t, make_error
+  use sig_errors, only: error_t, exit_not_converged, make_error
   use sig_kinds, only: rk
   use sig_linear_algebra, only: singular_values
   use sig_log, only: log_warning
@@ -60,7 +60,7 @@ contains
     kept = pack([(i, i=1, size(snapshots%reasons))], snapshots%reasons == reason_converged)
     if (size(kept) == 0) then
       call make_error(error, 'none of the ' // to_text(size(snapshots%reasons)) // ' training points has a full-order solution', &
-        problem%deck%path)
+        problem%deck%path, exit_code=exit_not_converged)
       return
     end if
     do i = 1, size(snapshots%reasons)
