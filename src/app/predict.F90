@@ -6,15 +6,15 @@ module sig_predict
   use mpi, only: MPI_Comm_rank
   use sig_command_line, only: command_t
   use sig_error_broadcast, only: broadcast_error
-  use sig_errors, only: error_report, error_t, exit_success, exit_user, make_error
-  use sig_file_system, only: write_text_file
+  use sig_errors, only: error_report, error_t, exit_success, make_error
+  use sig_file_system, only: rename_file
   use sig_kinds, only: rk
   use sig_log, only: log_error, log_info, log_warning
   use sig_model, only: model_t
   use sig_model_file, only: read_model
   use sig_parameter_space, only: format_point, read_points
   use sig_point_argument, only: parse_point
-  use sig_query, only: answer_t, method_name, query_t, reason_text
+  use sig_query, only: answer_t, is_inside_box, method_name, query_t, reason_text
   use sig_reconstruction, only: reconstruct_multipliers
   use sig_text, only: to_text
   use petsc
@@ -47,7 +47,8 @@ contains
     type(model_t) :: model
     type(query_t) :: query
     real(rk), allocatable :: points(:, :)
-    character(:), allocatable :: message, table
+    character(:), allocatable :: message
+    integer :: unit
 
     call read_model(command%file, model, error)
     if (allocated(error)) return
@@ -62,40 +63,75 @@ contains
       call make_error(error, 'the model cannot answer: ' // message, command%file)
       return
     end if
-    call answer_points(command, model, query, points, table, error)
-    call query%destroy()
+    if (command%is_strict) call check_box(command, model, points, error)
+    if (.not. allocated(error)) call open_table(command, unit, error)
     if (allocated(error)) return
-    if (command%output == '') then
-      write (output_unit, '(a)', advance='no') table
-    else
-      call write_text_file(command%output, table, error)
-      if (.not. allocated(error)) call log_info(to_text(size(points, 2)) // ' answers: ' // command%output)
-    end if
+    call answer_points(model, query, points, unit)
+    call query%destroy()
+    call close_table(command, unit, error)
+    if (command%output /= '' .and. .not. allocated(error)) call log_info(to_text(size(points, 2)) // ' answers: ' // command%output)
   end subroutine predict_points
 
-  !> Errors: with --strict a point outside the trained box.
-  subroutine answer_points(command, model, query, points, table, error)
+  !> What --strict asks for, before anything is written.
+  subroutine check_box(command, model, points, error)
     type(command_t), intent(in) :: command
+    type(model_t), intent(in) :: model
+    real(rk), intent(in) :: points(:, :)
+    type(error_t), allocatable, intent(out) :: error
+    integer :: i
+
+    do i = 1, size(points, 2)
+      if (is_inside_box(model%box, points(:, i))) cycle
+      call make_error(error, outside_text(model, points(:, i)), command%file)
+      return
+    end do
+  end subroutine check_box
+
+  !> The terminal, or a file beside the one that is asked for: it takes its name when it is whole.
+  subroutine open_table(command, unit, error)
+    type(command_t), intent(in) :: command
+    integer, intent(out) :: unit
+    type(error_t), allocatable, intent(out) :: error
+    character(200) :: reason
+    integer :: status
+
+    unit = output_unit
+    if (command%output == '') return
+    open (newunit=unit, file=command%output // '.partial', action='write', status='replace', iostat=status, iomsg=reason)
+    if (status /= 0) call make_error(error, 'cannot write the answers: ' // trim(reason), command%output)
+  end subroutine open_table
+
+  subroutine close_table(command, unit, error)
+    type(command_t), intent(in) :: command
+    integer, intent(in) :: unit
+    type(error_t), allocatable, intent(out) :: error
+
+    if (command%output == '') return
+    close (unit)
+    call rename_file(command%output // '.partial', command%output, error)
+  end subroutine close_table
+
+  !> A line per point as it is answered, so that memory does not grow with their number.
+  subroutine answer_points(model, query, points, unit)
     type(model_t), intent(in) :: model
     type(query_t), intent(in) :: query
     real(rk), intent(in) :: points(:, :)
-    character(:), allocatable, intent(out) :: table
-    type(error_t), allocatable, intent(out) :: error
+    integer, intent(in) :: unit
     type(answer_t) :: answer
-    integer :: i
+    integer :: i, n_outside
 
-    table = header(model)
+    n_outside = 0
+    write (unit, '(a)') header(model)
     do i = 1, size(points, 2)
       call query%evaluate(points(:, i), answer)
       if (.not. answer%is_inside_box) then
-        if (command%is_strict) then
-          call make_error(error, outside_text(model, points(:, i)), command%file, exit_code=exit_user)
-          return
-        end if
-        call log_warning(outside_text(model, points(:, i)) // '; the answer is an extrapolation')
+        if (n_outside == 0) call log_warning(outside_text(model, points(:, i)) // '; the answer is an extrapolation')
+        n_outside = n_outside + 1
       end if
-      table = table // row(model, points(:, i), answer)
+      write (unit, '(a)') row(model, points(:, i), answer)
     end do
+    if (n_outside > 1) call log_warning(to_text(n_outside) // ' of ' // to_text(size(points, 2)) // &
+      ' points lie outside the trained box; the first is named above')
   end subroutine answer_points
 
   function outside_text(model, point) result(text)
@@ -126,7 +162,6 @@ contains
     do i = 1, model%n_multipliers
       text = text // ',lambda_' // to_text(model%first_node_tags(i))
     end do
-    text = text // new_line('a')
   end function header
 
   function row(model, point, answer) result(text)
@@ -147,7 +182,6 @@ contains
     do i = 1, size(multipliers)
       text = text // ',' // to_text(multipliers(i))
     end do
-    text = text // new_line('a')
   end function row
 
   function status(answer) result(text)

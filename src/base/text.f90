@@ -52,7 +52,8 @@ contains
       if (number < 0) text = '-inf'
       return
     end if
-    do n_digits = 1, 17
+    ! 15 digits are enough for every number that was written with no more; their zeros at the end go.
+    do n_digits = 15, 17
       write (form, '(a, i0, a)') '(es32.', n_digits - 1, 'e3)'
       write (buffer, form) number
       read (buffer, *, iostat=status) read_back
@@ -74,6 +75,7 @@ contains
     i_e = index(scientific, 'E')
     read (scientific(i_e + 1:), *) exponent
     digits = scientific(i_start:i_start) // scientific(i_start + 2:i_e - 1)
+    digits = digits(:max(1, verify(digits, '0', back=.true.)))
     if (exponent < -4 .or. exponent > 6) then
       text = digits(1:1) // '.' // or_zero(digits(2:)) // 'e' // to_text(exponent)
     else if (exponent < 0) then

@@ -10,7 +10,7 @@ module sig_query
   use sig_text, only: to_text
   implicit none(type, external)
   private
-  public :: query_t, answer_t, method_name, reason_text
+  public :: query_t, answer_t, is_inside_box, method_name, reason_text
 
   !> reasons of an answer beside those of sig_lcp: > 0 answered, < 0 not
   integer, parameter, public :: query_answered = lcp_solved
@@ -141,7 +141,7 @@ contains
     associate (system => self%systems(answer%cluster))
       call start_answer(size(self%terms), size(system%load_response, 1), size(system%condensed, 1), answer)
       if (size(point) /= size(self%box, 2)) return
-      answer%is_inside_box = is_inside(self%box, point)
+      answer%is_inside_box = is_inside_box(self%box, point)
       call evaluate_terms(self%terms, point, answer)
       if (answer%reason /= query_answered) return
       q = matmul(system%gap_response, answer%theta)
@@ -182,14 +182,16 @@ contains
     answer%reason = query_answered
   end subroutine evaluate_terms
 
-  pure logical function is_inside(box, point)
+  !> The point lies in the box or on its border.
+  pure logical function is_inside_box(box, point)
+    !> minimum and maximum, shape (2, n_parameters)
     real(rk), intent(in) :: box(:, :)
     real(rk), intent(in) :: point(:)
     real(rk) :: margin(size(point))
 
     margin = box_tolerance * (box(2, :) - box(1, :))
-    is_inside = all(point >= box(1, :) - margin .and. point <= box(2, :) + margin)
-  end function is_inside
+    is_inside_box = all(point >= box(1, :) - margin .and. point <= box(2, :) + margin)
+  end function is_inside_box
 
   subroutine destroy(self)
     class(query_t), intent(inout) :: self
