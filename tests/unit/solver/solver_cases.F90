@@ -1,0 +1,195 @@
+! SPDX-License-Identifier: BSD-3-Clause
+#include "signorom/macros.h"
+!> The contact problems that the solvers' tests share, with answers from formulas or from the dense enumeration.
+module solver_cases
+  use dense_contact, only: dense_stiffness, solve_by_enumeration
+  use sig_boundary_conditions, only: boundary_conditions_t
+  use sig_contact_state, only: contact_state_t
+  use sig_contact_system, only: contact_system_t
+  use sig_elastic_body, only: create_elastic_body, elastic_body_t
+  use sig_kinds, only: rk
+  use sig_mesh, only: mesh_t
+  use sig_mesh_partition, only: partition_mesh
+  use sig_node_pairs, only: node_pairs_t
+  use stacked_blocks, only: node_at, prescribe, stack_mesh, stack_pairs, stack_t
+  use petsc
+  implicit none(type, external)
+  private
+  public :: case_t, create_bars, create_oblique, create_sandwich, create_loose, bar_state, pressure_of_bars
+
+  !> A system, and what it was made of.
+  type :: case_t
+    type(stack_t) :: stack
+    type(mesh_t) :: mesh
+    type(elastic_body_t) :: body
+    type(node_pairs_t) :: pairs
+    type(contact_system_t) :: system
+  contains
+    procedure :: reference
+    procedure :: dense
+  end type case_t
+
+  !> [force/length**2] of the blocks, from below
+  real(rk), parameter :: young_moduli(3) = [10.0_rk, 20.0_rk, 40.0_rk]
+
+contains
+
+  !> Column of bars 4 wide and 2 high, 0.1 apart, nu = 0; base held, top driven down by theta_2. Collective on comm.
+  subroutine create_bars(comm, case, ierr)
+    MPI_Comm, intent(in) :: comm
+    type(case_t), intent(out) :: case
+    PetscErrorCode, intent(out) :: ierr
+    type(boundary_conditions_t) :: boundary
+
+    PetscCall(start(stack_t(n_x=4, n_y=2, n_blocks=2, gap=0.1_rk), 0.0_rk, [0.0_rk, 1.0_rk], case, ierr))
+    call hold_ends(case, boundary)
+    PetscCall(finish(comm, boundary, case, ierr))
+  end subroutine create_bars
+
+  !> Three bars; u_x = 0 on their left sides, so that only contact holds the middle one in y. Collective on comm.
+  subroutine create_sandwich(comm, case, ierr)
+    MPI_Comm, intent(in) :: comm
+    type(case_t), intent(out) :: case
+    PetscErrorCode, intent(out) :: ierr
+    type(boundary_conditions_t) :: boundary
+    integer :: j
+
+    PetscCall(start(stack_t(n_x=2, n_y=2, n_blocks=3, gap=0.1_rk), 0.0_rk, [0.0_rk, 1.0_rk], case, ierr))
+    call hold_ends(case, boundary)
+    call prescribe(boundary, case%mesh, [(node_at(case%stack, 2, 0, j), j=0, 2)], 1, 0.0_rk, 0.0_rk)
+    PetscCall(finish(comm, boundary, case, ierr))
+  end subroutine create_sandwich
+
+  !> Two bars of which nothing holds the upper one in x. Collective on comm.
+  subroutine create_loose(comm, case, ierr)
+    MPI_Comm, intent(in) :: comm
+    type(case_t), intent(out) :: case
+    PetscErrorCode, intent(out) :: ierr
+    type(boundary_conditions_t) :: boundary
+    integer :: i
+
+    PetscCall(start(stack_t(n_x=4, n_y=2, n_blocks=2, gap=0.1_rk), 0.3_rk, [0.0_rk, 1.0_rk], case, ierr))
+    call prescribe(boundary, case%mesh, [(node_at(case%stack, 1, i, 0), i=0, 4)], 1, 0.0_rk, 0.0_rk)
+    call prescribe(boundary, case%mesh, [(node_at(case%stack, 1, i, 0), i=0, 4)], 2, 0.0_rk, 0.0_rk)
+    call prescribe(boundary, case%mesh, [(node_at(case%stack, 2, i, 2), i=0, 4)], 2, 0.0_rk, -1.0_rk)
+    PetscCall(finish(comm, boundary, case, ierr))
+  end subroutine create_loose
+
+  !> Blocks with Poisson's effect, nodes off the grid, another gap at each pair, direction (0.28, 0.96); of two pairs one side
+  !> is prescribed, of the first one in x only. Every reflection differs from a swap of unknowns. Collective on comm.
+  subroutine create_oblique(comm, case, ierr)
+    MPI_Comm, intent(in) :: comm
+    type(case_t), intent(out) :: case
+    PetscErrorCode, intent(out) :: ierr
+    type(boundary_conditions_t) :: boundary
+
+    PetscCall(start(stack_t(n_x=4, n_y=2, n_blocks=2, gap=0.1_rk), 0.35_rk, [0.28_rk, 0.96_rk], case, ierr))
+    case%mesh%coordinates(1, :) = case%mesh%coordinates(1, :) + 0.1_rk * sin(3 * case%mesh%coordinates(2, :))
+    case%pairs%initial_gap = [0.05_rk, 0.12_rk, 0.3_rk, 0.02_rk, 0.35_rk]
+    call hold_ends(case, boundary)
+    call prescribe(boundary, case%mesh, [node_at(case%stack, 1, 0, 2)], 1, 0.01_rk, 0.0_rk)
+    call prescribe(boundary, case%mesh, [node_at(case%stack, 2, 3, 0)], 1, 0.0_rk, 0.1_rk)
+    call prescribe(boundary, case%mesh, [node_at(case%stack, 2, 3, 0)], 2, 0.0_rk, -0.9_rk)
+    PetscCall(finish(comm, boundary, case, ierr))
+  end subroutine create_oblique
+
+  !> Mesh, bodies and pairs. Local, but a step of a create procedure.
+  subroutine start(stack, poisson_ratio, direction, case, ierr)
+    type(stack_t), intent(in) :: stack
+    real(rk), intent(in) :: poisson_ratio
+    real(rk), intent(in) :: direction(2)
+    type(case_t), intent(inout) :: case
+    PetscErrorCode, intent(out) :: ierr
+    integer, allocatable :: block_of_cell(:)
+    integer :: i
+
+    ierr = 0
+    case%stack = stack
+    call stack_mesh(stack, case%mesh)
+    block_of_cell = [((case%mesh%cell_nodes(case%mesh%cell_offsets(i) + 1) - 1) / ((stack%n_x + 1) * (stack%n_y + 1)) + 1, &
+      i=1, case%mesh%n_cells)]
+    call create_elastic_body('plane_strain', young_moduli, spread(poisson_ratio, 1, 3), block_of_cell, case%body)
+    call stack_pairs(stack, case%mesh, direction, case%pairs)
+  end subroutine start
+
+  !> Base at rest; top driven by (0, -theta_2).
+  subroutine hold_ends(case, boundary)
+    type(case_t), intent(in) :: case
+    type(boundary_conditions_t), intent(inout) :: boundary
+    integer :: i
+
+    associate (s => case%stack)
+      call prescribe(boundary, case%mesh, [(node_at(s, 1, i, 0), i=0, s%n_x)], 1, 0.0_rk, 0.0_rk)
+      call prescribe(boundary, case%mesh, [(node_at(s, 1, i, 0), i=0, s%n_x)], 2, 0.0_rk, 0.0_rk)
+      call prescribe(boundary, case%mesh, [(node_at(s, s%n_blocks, i, s%n_y), i=0, s%n_x)], 1, 0.0_rk, 0.0_rk)
+      call prescribe(boundary, case%mesh, [(node_at(s, s%n_blocks, i, s%n_y), i=0, s%n_x)], 2, 0.0_rk, -1.0_rk)
+    end associate
+  end subroutine hold_ends
+
+  subroutine finish(comm, boundary, case, ierr)
+    MPI_Comm, intent(in) :: comm
+    type(boundary_conditions_t), intent(in) :: boundary
+    type(case_t), intent(inout) :: case
+    PetscErrorCode, intent(out) :: ierr
+
+    PetscCall(partition_mesh(case%mesh, case%pairs%first_node, case%pairs%second_node, comm, ierr))
+    PetscCall(case%system%create(comm, case%mesh, case%body, boundary, case%pairs, ierr))
+  end subroutine finish
+
+  !> p = (push - all gaps) / (sum of height / E), 0 while a gap is open.
+  pure real(rk) function pressure_of_bars(case, push) result(pressure)
+    type(case_t), intent(in) :: case
+    real(rk), intent(in) :: push
+
+    associate (s => case%stack)
+      pressure = max(0.0_rk, push - (s%n_blocks - 1) * s%gap) / sum(s%n_y / young_moduli(:s%n_blocks))
+    end associate
+  end function pressure_of_bars
+
+  !> Displacement and nodal forces of bars under that pressure; each bar is compressed onto the one below.
+  function bar_state(case, push) result(state)
+    type(case_t), intent(in) :: case
+    real(rk), intent(in) :: push
+    type(contact_state_t) :: state
+    real(rk) :: foot, pressure
+    integer :: i, i_block, j, node
+
+    pressure = pressure_of_bars(case, push)
+    associate (s => case%stack)
+      allocate (state%displacement(2 * case%mesh%n_nodes), source=0.0_rk)
+      foot = 0
+      do i_block = 1, s%n_blocks
+        ! the foot of a bar comes down by the gap and by what is below; without contact the top bar moves as a whole
+        if (i_block > 1) foot = foot - s%gap
+        if (pressure <= 0 .and. i_block == s%n_blocks) foot = -push
+        do j = 0, s%n_y
+          do i = 0, s%n_x
+            node = node_at(s, i_block, i, j)
+            state%displacement(2 * node) = foot - pressure * j / young_moduli(i_block)
+          end do
+        end do
+        foot = foot - pressure * s%n_y / young_moduli(i_block)
+      end do
+      state%multipliers = pressure * [((merge(0.5_rk, 1.0_rk, i == 0 .or. i == s%n_x), i=0, s%n_x), j=2, s%n_blocks)]
+    end associate
+  end function bar_state
+
+  function dense(self) result(stiffness)
+    class(case_t), intent(in) :: self
+    real(rk), allocatable :: stiffness(:, :)
+
+    stiffness = dense_stiffness(self%mesh, self%body)
+  end function dense
+
+  !> Answer of the enumeration; displacement unallocated where no active set fits.
+  function reference(self, theta) result(state)
+    class(case_t), intent(in) :: self
+    real(rk), intent(in) :: theta(:)
+    type(contact_state_t) :: state
+    logical :: is_found
+
+    call solve_by_enumeration(self%dense(), self%system%boundary, self%system%operator, theta, state%displacement, &
+      state%multipliers, is_found)
+    if (.not. is_found) deallocate (state%displacement)
+  end function reference
+end module solver_cases
