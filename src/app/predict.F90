@@ -2,12 +2,12 @@
 #include "signorom/macros.h"
 !> The command predict: answers of a model file at points, as CSV. Needs neither deck nor mesh.
 module sig_predict
-  use, intrinsic :: iso_fortran_env, only: output_unit
+  use, intrinsic :: iso_fortran_env, only: int64, output_unit
   use mpi, only: MPI_Comm_rank
   use sig_command_line, only: command_t
   use sig_error_broadcast, only: broadcast_error
   use sig_errors, only: error_report, error_t, exit_success, make_error
-  use sig_file_system, only: rename_file
+  use sig_file_system, only: remove_file, rename_file
   use sig_kinds, only: rk
   use sig_log, only: log_error, log_info, log_warning
   use sig_model, only: model_t
@@ -48,6 +48,7 @@ contains
     type(query_t) :: query
     real(rk), allocatable :: points(:, :)
     character(:), allocatable :: message
+    integer(int64) :: n_bytes
     integer :: unit
 
     call read_model(command%file, model, error)
@@ -66,9 +67,9 @@ contains
     if (command%is_strict) call check_box(command, model, points, error)
     if (.not. allocated(error)) call open_table(command, unit, error)
     if (allocated(error)) return
-    call answer_points(model, query, points, unit)
+    call answer_points(model, query, points, unit, n_bytes)
     call query%destroy()
-    call close_table(command, unit, error)
+    call close_table(command, unit, n_bytes, error)
     if (command%output /= '' .and. .not. allocated(error)) call log_info(to_text(size(points, 2)) // ' answers: ' // command%output)
   end subroutine predict_points
 
@@ -101,34 +102,55 @@ contains
     if (status /= 0) call make_error(error, 'cannot write the answers: ' // trim(reason), command%output)
   end subroutine open_table
 
-  subroutine close_table(command, unit, error)
+  !> Errors: the disk took less than was written, of which the buffered units of gfortran say nothing; the name is taken.
+  subroutine close_table(command, unit, n_bytes, error)
     type(command_t), intent(in) :: command
     integer, intent(in) :: unit
+    !> what the file must hold
+    integer(int64), intent(in) :: n_bytes
     type(error_t), allocatable, intent(out) :: error
+    type(error_t), allocatable :: ignored
+    integer(int64) :: n_found
+    integer :: status
 
     if (command%output == '') return
-    close (unit)
-    call rename_file(command%output // '.partial', command%output, error)
+    close (unit, iostat=status)
+    inquire (file=command%output // '.partial', size=n_found)
+    if (status /= 0 .or. n_found /= n_bytes) then
+      call make_error(error, 'cannot write the answers: no room for them', command%output)
+    else
+      call rename_file(command%output // '.partial', command%output, error)
+    end if
+    if (.not. allocated(error)) return
+    error%file = command%output
+    call remove_file(command%output // '.partial', ignored)
   end subroutine close_table
 
   !> A line per point as it is answered, so that memory does not grow with their number.
-  subroutine answer_points(model, query, points, unit)
+  subroutine answer_points(model, query, points, unit, n_bytes)
     type(model_t), intent(in) :: model
     type(query_t), intent(in) :: query
     real(rk), intent(in) :: points(:, :)
     integer, intent(in) :: unit
+    !> what was written
+    integer(int64), intent(out) :: n_bytes
     type(answer_t) :: answer
-    integer :: i, n_outside
+    character(:), allocatable :: line
+    integer :: i, n_outside, status
 
     n_outside = 0
-    write (unit, '(a)') header(model)
+    line = header(model)
+    n_bytes = len(line) + 1
+    write (unit, '(a)', iostat=status) line
     do i = 1, size(points, 2)
       call query%evaluate(points(:, i), answer)
       if (.not. answer%is_inside_box) then
         if (n_outside == 0) call log_warning(outside_text(model, points(:, i)) // '; the answer is an extrapolation')
         n_outside = n_outside + 1
       end if
-      write (unit, '(a)') row(model, points(:, i), answer)
+      line = row(model, points(:, i), answer)
+      n_bytes = n_bytes + len(line) + 1
+      write (unit, '(a)', iostat=status) line
     end do
     if (n_outside > 1) call log_warning(to_text(n_outside) // ' of ' // to_text(size(points, 2)) // &
       ' points lie outside the trained box; the first is named above')
