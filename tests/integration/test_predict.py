@@ -2,12 +2,14 @@
 """The command predict: a model file is all it needs, its answers are those of validate, bad input is named."""
 
 import re
+import resource
 import shutil
 
 import h5py
 import numpy as np
 import pytest
 
+from program import finish
 from results import read_table, table_of
 from runs import refuse, write_deck
 
@@ -255,3 +257,24 @@ def test_output_that_cannot_be_written(signorom, model_folder):
         arguments = ("--at", "squeeze=0.2,shift=0", "--output", output)
         words = refuse(signorom, "predict", "model.h5", *arguments, folder=model_folder)
         assert words.startswith(f"{output}: error: ")
+
+
+def test_full_disk(signorom, model_folder):
+    """A file that may not grow stands for it: a sentence, and no half table under the name that was asked for."""
+    points = "".join(f"{0.15 + 0.3 * i / 999},0\n" for i in range(1000))
+    (model_folder / "points.csv").write_text(f"squeeze,shift\n{points}")
+    arguments = ("predict", "model.h5", "--points", "points.csv", "--output", "answers.csv")
+    process = signorom.start(*arguments, folder=model_folder)
+    resource.prlimit(process.pid, resource.RLIMIT_FSIZE, (20000, 20000))
+    done = finish(process, 60)
+    assert done.returncode == 2, done.stderr
+    assert done.stderr.startswith("answers.csv: error: ")
+    assert sorted(path.name for path in model_folder.iterdir()) == ["model.h5", "points.csv"]
+
+
+def test_output_replaces_an_older_file(signorom, model_folder):
+    (model_folder / "answers.csv").write_text("old\n")
+    signorom(
+        "predict", "model.h5", "--at", "squeeze=0.2,shift=0", "--output", "answers.csv", folder=model_folder
+    )
+    assert read_table(model_folder / "answers.csv")["squeeze"] == [0.2]
