@@ -47,8 +47,9 @@ contains
     i = max(i, 1)
     part = position - i
     quantile = sorted(i)
-    ! An infinite neighbor must not turn a part of zero into 0 * infinity.
-    if (part > 0) quantile = sorted(i) + part * (sorted(min(i + 1, size(sorted))) - sorted(i))
+    if (i == size(sorted)) return
+    ! Infinite neighbors must turn neither a part of zero nor their difference into no number.
+    if (part > 0 .and. sorted(i + 1) > sorted(i)) quantile = sorted(i) + part * (sorted(i + 1) - sorted(i))
   end function quantile
 
   elemental logical function is_no_number(value)
