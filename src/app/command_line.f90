@@ -136,7 +136,7 @@ contains
       kind = 'a deck (.yaml)'
       if (command%name == 'predict') kind = 'a model (model.h5)'
       call make_error(error, 'the command ' // command%name // ' needs ' // kind, hint=see_help)
-    else if (command%name == 'predict' .and. (command%at == '') .eqv. (command%points == '')) then
+    else if (command%name == 'predict' .and. ((command%at == '') .eqv. (command%points == ''))) then
       call make_error(error, 'predict needs either --at or --points', hint='for example: signorom predict ' // &
         command%file // ' --at squeeze=0.2')
     else if (command%name == 'predict' .and. command%petsc_options /= '') then
