@@ -90,9 +90,13 @@ static int create_or_open(const char *path, size_t length, int is_new, sig_h5_fi
   return status;
 }
 
+/* On a full disk HDF5 cannot close a file, tries again at exit and crashes in it. Counts before its first use only. */
+static void forbid_work_at_exit(void) { H5dont_atexit(); }
+
 int sig_h5_create(const char *path, size_t length, sig_h5_file **file) {
   int status;
   *file = NULL;
+  forbid_work_at_exit();
   H5E_BEGIN_TRY { status = create_or_open(path, length, 1, file); }
   H5E_END_TRY;
   return status;
@@ -101,6 +105,7 @@ int sig_h5_create(const char *path, size_t length, sig_h5_file **file) {
 int sig_h5_open(const char *path, size_t length, sig_h5_file **file) {
   int status;
   *file = NULL;
+  forbid_work_at_exit();
   H5E_BEGIN_TRY { status = create_or_open(path, length, 0, file); }
   H5E_END_TRY;
   return status;
