@@ -4,6 +4,7 @@
 import os
 import re
 import resource
+import shutil
 import signal
 
 import h5py
@@ -310,3 +311,30 @@ def test_full_disk(signorom, many_points):
     finished = n_records(results)
     assert finished == 100
     assert f"({finished} were there)" in signorom("sample", deck.name, folder=deck.parent)
+
+
+def test_full_disk_at_each_file(signorom, tmp_path):
+    """A file that does not fit is refused with a sentence and leaves nothing behind; the next run ends the work."""
+    deck = write_deck("small_disks", tmp_path)
+    results = tmp_path / "results" / "small_disks"
+    signorom("run", deck.name, folder=tmp_path)
+    names = ("snapshots.h5", "model.h5", "fields.h5")
+    sizes = {name: (results / name).stat().st_size for name in names}
+    assert sorted(sizes, key=sizes.get) == list(names), "the limit would hit another file"
+    for i, name in enumerate(names):
+        shutil.rmtree(results)
+        process = signorom.start("run", deck.name, folder=tmp_path)
+        limit = sizes[name] - 500
+        resource.prlimit(process.pid, resource.RLIMIT_FSIZE, (limit, limit))
+        done = finish(process, 60)
+        assert done.returncode == 2, done.stderr
+        assert done.stderr.startswith(f"results/small_disks/{name}: error: cannot write the file")
+        # validate writes model.h5 once more, larger: then the trained one stays
+        left = {path.name for path in results.iterdir()} - {
+            ".lock",
+            "report.yaml",
+            "validation.csv",
+            "model.h5",
+        }
+        assert left == ({"snapshots.h5"} if i else {"snapshots.part-1"})
+        signorom("run", deck.name, folder=tmp_path)
