@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Small reader of gmsh 4.1 ASCII meshes of triangles, independent of the program's reader."""
+"""Small reader of plane gmsh 4.1 ASCII meshes of one kind of cell, independent of the program's reader."""
 
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -7,9 +7,11 @@ from pathlib import Path
 import numpy as np
 
 TRIANGLE = 2
+QUADRANGLE = 3
+CELLS = (TRIANGLE, QUADRANGLE)
 LINE = 1
 POINT = 15
-N_NODES = {POINT: 1, LINE: 2, TRIANGLE: 3}
+N_NODES = {POINT: 1, LINE: 2, TRIANGLE: 3, QUADRANGLE: 4}
 
 
 @dataclass
@@ -94,7 +96,7 @@ def read_elements(lines):
 
 def build_mesh(tags, coordinates, elements, physical_of, names):
     """Number what cells use, in the file's order, and collect the named groups."""
-    used = {node for _, _, kind, nodes in elements if kind == TRIANGLE for node in nodes}
+    used = {node for _, _, kind, nodes in elements if kind in CELLS for node in nodes}
     kept = np.array([tag in used for tag in tags])
     tags, coordinates = tags[kept], coordinates[kept]
     number_of = {tag: i for i, tag in enumerate(tags.tolist())}
@@ -104,14 +106,14 @@ def build_mesh(tags, coordinates, elements, physical_of, names):
         groups = [names[dimension, tag] for tag in physical_of.get((dimension, entity), [])]
         for name in groups:
             nodes_of.setdefault(name, set()).update(numbers)
-        if kind == TRIANGLE:
+        if kind in CELLS:
             for name in groups:
                 cells_of.setdefault(name, []).append(len(cells))
             cells.append(numbers)
     cells = np.array(cells)
     a, b, c = (coordinates[cells[:, i]] for i in range(3))
     area = (b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) - (c[:, 0] - a[:, 0]) * (b[:, 1] - a[:, 1])
-    cells[area < 0] = cells[area < 0][:, [0, 2, 1]]
+    cells[area < 0, 1:] = cells[area < 0, :0:-1]
     nodes_of = {name: np.array(sorted(nodes)) for name, nodes in nodes_of.items()}
     cells_of = {name: np.array(numbers) for name, numbers in cells_of.items()}
     return Mesh(coordinates, cells, tags, nodes_of, cells_of)
