@@ -5,12 +5,11 @@ module sig_contact_state
   implicit none(type, external)
   private
   public :: contact_state_t, residuals_t, reason_text
-  public :: reason_converged, reason_max_iterations, reason_cycle, reason_linear_solver, reason_floating_body
+  public :: reason_converged, reason_max_iterations, reason_linear_solver, reason_floating_body
   public :: reason_no_complementary_solution, reason_line_search
 
   integer, parameter :: reason_converged = 1
   integer, parameter :: reason_max_iterations = -1
-  integer, parameter :: reason_cycle = -2
   integer, parameter :: reason_linear_solver = -3
   integer, parameter :: reason_floating_body = -4
   integer, parameter :: reason_no_complementary_solution = -5
@@ -57,8 +56,6 @@ contains
       text = 'converged'
     case (reason_max_iterations)
       text = 'the active set still changed after the largest allowed number of iterations'
-    case (reason_cycle)
-      text = 'the active set came back to an earlier one'
     case (reason_linear_solver)
       text = 'the linear solver failed'
     case (reason_floating_body)

@@ -4,7 +4,7 @@
 module sig_active_set
   use sig_bound_form, only: bound_form_t
   use sig_contact_solver, only: contact_solver_t
-  use sig_contact_state, only: contact_state_t, reason_converged, reason_cycle, reason_max_iterations
+  use sig_contact_state, only: contact_state_t, reason_converged, reason_max_iterations
   use sig_contact_system, only: contact_system_t
   use sig_kinds, only: rk
   use sig_linear_solver, only: constrain, linear_solver_t
@@ -35,7 +35,9 @@ contains
     PetscCall(self%form%create(system, ierr))
   end subroutine create
 
-  !> Starts with every pair closed, so that a body held only by contact is held from the first step on.
+  !> Starts with every pair closed, so that a body held only by contact is held from the first step on. When the active set comes
+  !> back to an earlier one ("ping-pong"), only the first wrong pair changes from then on: that cannot cycle, because W = B K^-1 B'
+  !> is positive definite (Murty's least-index rule), but needs more steps.
   subroutine solve(self, system, theta, state, ierr)
     class(active_set_t), intent(inout) :: self
     type(contact_system_t), intent(inout) :: system
@@ -43,9 +45,10 @@ contains
     type(contact_state_t), intent(out) :: state
     PetscErrorCode, intent(out) :: ierr
     logical, allocatable :: history(:, :)
-    logical :: next(system%operator%n_rows)
+    logical :: next(system%operator%n_rows), is_single
     real(rk) :: unknowns(system%map%n_dofs), residual(system%map%n_dofs)
 
+    is_single = .false.
     allocate (state%is_active(system%operator%n_rows), source=.true.)
     allocate (history(system%operator%n_rows, 0))
     state%reason = reason_max_iterations
@@ -62,10 +65,8 @@ contains
         state%reason = reason_converged
         exit
       end if
-      if (has_column(history, next)) then
-        state%reason = reason_cycle
-        exit
-      end if
+      if (.not. is_single) is_single = has_column(history, next)
+      if (is_single) next = change_one(state%is_active, next)
       history = reshape([history, next], [size(next), size(history, 2) + 1])
       state%is_active = next
     end do
@@ -122,6 +123,18 @@ contains
     force_scale = maxval(abs(multipliers), mask=is_closed)
     next = merge(multipliers >= -rounding * force_scale, penetration > rounding * length_scale, is_closed)
   end function next_active_set
+
+  !> The current set with the first of the wanted changes.
+  pure function change_one(current, wanted) result(next)
+    logical, intent(in) :: current(:)
+    logical, intent(in) :: wanted(:)
+    logical :: next(size(current))
+    integer :: first
+
+    next = current
+    first = findloc(current .neqv. wanted, .true., dim=1)
+    if (first > 0) next(first) = wanted(first)
+  end function change_one
 
   !> Back to displacements and nodal forces; a force that is negative by rounding only is zero.
   pure subroutine finish_state(form, system, unknowns, residual, state)

@@ -11,11 +11,12 @@ module solver_cases
   use sig_mesh, only: mesh_t
   use sig_mesh_partition, only: partition_mesh
   use sig_node_pairs, only: node_pairs_t
+  use sig_petsc_support, only: create_matrix
   use stacked_blocks, only: node_at, prescribe, stack_mesh, stack_pairs, stack_t
   use petsc
   implicit none(type, external)
   private
-  public :: case_t, create_bars, create_oblique, create_sandwich, create_loose, bar_state, pressure_of_bars
+  public :: case_t, create_bars, create_oblique, create_sandwich, create_loose, create_small, bar_state, pressure_of_bars
 
   !> A system, and what it was made of.
   type :: case_t
@@ -74,6 +75,38 @@ contains
     call prescribe(boundary, case%mesh, [(node_at(case%stack, 2, i, 2), i=0, 4)], 2, 0.0_rk, -1.0_rk)
     PetscCall(finish(comm, boundary, case, ierr))
   end subroutine create_loose
+
+  !> Three pairs whose first nodes move in y only, coupled by a given matrix: K of these three dofs. Everything else is held.
+  subroutine create_small(stiffness, gaps, case, ierr)
+    real(rk), intent(in) :: stiffness(3, 3)
+    !> [length] of the pairs
+    real(rk), intent(in) :: gaps(3)
+    type(case_t), intent(out) :: case
+    PetscErrorCode, intent(out) :: ierr
+    type(boundary_conditions_t) :: boundary
+    integer, allocatable :: room(:)
+    integer :: i, free_0(3)
+
+    PetscCall(start(stack_t(n_x=2, n_y=1, n_blocks=2, gap=0.1_rk), 0.0_rk, [0.0_rk, 1.0_rk], case, ierr))
+    case%pairs%initial_gap = gaps
+    call hold_ends(case, boundary)
+    call prescribe(boundary, case%mesh, [(node_at(case%stack, 1, i, 1), i=0, 2)], 1, 0.0_rk, 0.0_rk)
+    call prescribe(boundary, case%mesh, [(node_at(case%stack, 2, i, 0), i=0, 2)], 1, 0.0_rk, 0.0_rk)
+    call prescribe(boundary, case%mesh, [(node_at(case%stack, 2, i, 0), i=0, 2)], 2, 0.0_rk, 0.0_rk)
+    PetscCall(finish(PETSC_COMM_SELF, boundary, case, ierr))
+    PetscCall(MatDestroy(case%system%stiffness, ierr))
+    allocate (room(case%mesh%n_nodes), source=case%mesh%n_nodes)
+    PetscCall(create_matrix(PETSC_COMM_SELF, 2 * size(room), 2, room, 0 * room, case%system%stiffness, ierr))
+    do i = 0, 2 * size(room) - 1
+      PetscCall(MatSetValue(case%system%stiffness, i, i, 0.0_rk, ADD_VALUES, ierr))
+    end do
+    free_0 = [(2 * node_at(case%stack, 1, i, 1), i=0, 2)]
+    free_0 = case%system%map%distributed_0(free_0)
+    PetscCall(MatSetValues(case%system%stiffness, 3, free_0, 3, free_0, stiffness, ADD_VALUES, ierr))
+    PetscCall(MatAssemblyBegin(case%system%stiffness, MAT_FINAL_ASSEMBLY, ierr))
+    PetscCall(MatAssemblyEnd(case%system%stiffness, MAT_FINAL_ASSEMBLY, ierr))
+    PetscCall(MatSetOption(case%system%stiffness, MAT_SYMMETRIC, PETSC_TRUE, ierr))
+  end subroutine create_small
 
   !> Blocks with Poisson's effect, nodes off the grid, another gap at each pair, direction (0.28, 0.96); of two pairs one side
   !> is prescribed, of the first one in x only. Every reflection differs from a swap of unknowns. Collective on comm.
