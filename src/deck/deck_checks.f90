@@ -6,12 +6,12 @@ module sig_deck_checks
   use sig_deck_tree, only: deck_tree_t, shown
   use sig_expression, only: expression_t, is_function_name, is_identifier
   use sig_kinds, only: rk
+  use sig_mechanical_models, only: components_text, mechanical_model, mechanical_model_t
   use sig_text, only: string_t, to_text
   implicit none(type, external)
   private
   public :: check_deck
 
-  character(*), parameter :: axes(3) = ['x', 'y', 'z']
   !> coordinates in expressions (now or later), and columns of validation.csv
   character(*), parameter :: reserved_names(17) = [character(22) :: 'x', 'y', 'z', 'r', 'cluster', 'solver', 'e_u', &
     'e_lambda_rid', 'e_lambda_all', 'e_energy', 'e_energy_rid', 'e_energy_relative', 'e_energy_rid_relative', 'n_active', &
@@ -35,7 +35,7 @@ contains
     end do
     call check_displacements(tree, config)
     do i = 1, size(config%contact)
-      call check_contact(tree, config%contact, i, config%mesh%model)
+      call check_contact(tree, config%contact, i, mechanical_model(config%mesh%model))
     end do
     call check_study(tree, config)
   end subroutine check_deck
@@ -115,9 +115,7 @@ contains
     do i = 1, size(config%boundary_conditions)
       do i_axis = 1, 3
         if (.not. config%boundary_conditions(i)%is_prescribed(i_axis)) cycle
-        path = 'boundary_conditions[' // to_text(i) // '].displacement.' // axes(i_axis)
-        if (i_axis == 3 .and. config%mesh%model == 'plane_strain') call tree%report_at(path, &
-          'is prescribed; a plane_strain model has the components x and y')
+        path = 'boundary_conditions[' // to_text(i) // '].displacement.' // config%boundary_conditions(i)%axes(i_axis)
         do j = 1, i - 1
           if (.not. config%boundary_conditions(j)%is_prescribed(i_axis)) cycle
           if (config%boundary_conditions(j)%boundary%text /= config%boundary_conditions(i)%boundary%text) cycle
@@ -192,7 +190,7 @@ contains
     type(deck_tree_t), intent(inout) :: tree
     type(contact_config_t), intent(in) :: contact(:)
     integer, intent(in) :: i_contact
-    character(*), intent(in) :: model
+    type(mechanical_model_t), intent(in) :: model
     character(:), allocatable :: path
     integer :: i
 
@@ -225,11 +223,11 @@ contains
     character(*), intent(in) :: path
     !> empty where it could not be read
     real(rk), intent(in) :: direction(:)
-    character(*), intent(in) :: model
+    type(mechanical_model_t), intent(in) :: model
 
     if (size(direction) == 0) return
-    if (size(direction) /= 2) then
-      call tree%report_at(path, 'has length ' // to_text(size(direction)) // '; a ' // model // ' model needs 2 components [x, y]')
+    if (size(direction) /= model%n_dim) then
+      call tree%report_at(path, 'has length ' // to_text(size(direction)) // '; ' // components_text(model))
     else if (norm2(direction) < tiny(1.0_rk)) then
       call tree%report_at(path, 'is a zero vector; it must point from the first surface to the second')
     end if

@@ -39,7 +39,7 @@ module sig_deck_config
     character(:), allocatable :: file
     !> path that can be opened from the current directory
     character(:), allocatable :: path
-    !> plane_strain (plane_stress, axisymmetric, solid: later)
+    !> plane_strain, plane_stress, axisymmetric or solid: a name of the table in mechanical_models
     character(:), allocatable :: model
     !> unit of the coordinates in the mesh file; default units.length
     character(:), allocatable :: length_unit
@@ -69,7 +69,9 @@ module sig_deck_config
   !> Prescribed displacement of one named boundary (facets or points).
   type :: boundary_config_t
     type(name_config_t) :: boundary
-    !> x, y, z: which components are prescribed
+    !> names of the components
+    character(1) :: axes(3) = ['x', 'y', 'z']
+    !> which components are prescribed
     logical :: is_prescribed(3) = .false.
     !> [length] their values
     type(value_config_t) :: displacement(3)

@@ -9,7 +9,6 @@ module sig_deck_echo
   private
   public :: echo_deck, echo_physics
 
-  character(*), parameter :: axes(3) = ['x', 'y', 'z']
   character(*), parameter :: eol = new_line('a')
 
 contains
@@ -104,9 +103,9 @@ contains
       if (.not. condition%is_prescribed(i_axis)) cycle
       n = n + 1
       if (condition%displacement(i_axis)%is_constant) then
-        components(n)%text = axes(i_axis) // ': ' // to_text(condition%displacement(i_axis)%constant)
+        components(n)%text = condition%axes(i_axis) // ': ' // to_text(condition%displacement(i_axis)%constant)
       else
-        components(n)%text = axes(i_axis) // ': ' // yaml_text(condition%displacement(i_axis)%text)
+        components(n)%text = condition%axes(i_axis) // ': ' // yaml_text(condition%displacement(i_axis)%text)
       end if
     end do
     yaml = '{boundary: ' // yaml_text(condition%boundary%text) // ', displacement: {' // join(components, ', ') // '}}'

@@ -9,6 +9,7 @@ module sig_deck_read_problem
   use sig_expression, only: is_function_name, is_identifier
   use sig_file_system, only: directory_of
   use sig_kinds, only: rk
+  use sig_mechanical_models, only: components_text, mechanical_model, mechanical_model_t, mechanical_models
   use sig_text, only: string_t
   implicit none(type, external)
   private
@@ -16,8 +17,8 @@ module sig_deck_read_problem
 
   character(*), parameter :: length_units(4) = [character(2) :: 'm', 'cm', 'mm', 'um']
   character(*), parameter :: force_units(3) = [character(2) :: 'N', 'kN', 'MN']
-  character(*), parameter :: models(1) = [character(12) :: 'plane_strain']
-  character(*), parameter :: axes(3) = ['x', 'y', 'z']
+  !> of all mechanical models
+  character(*), parameter :: axes(4) = ['x', 'y', 'z', 'r']
 
 contains
 
@@ -32,7 +33,7 @@ contains
     ! said already; every expression and grid would complain again
     if (size(config%parameters) == 0) return
     call read_materials(tree, config%materials)
-    call read_boundary_conditions(tree, config%boundary_conditions)
+    call read_boundary_conditions(tree, mechanical_model(config%mesh%model), config%boundary_conditions)
     call read_contact(tree, config%contact)
   end subroutine read_problem
 
@@ -58,12 +59,12 @@ contains
 
     mesh%file = ''
     mesh%path = ''
-    mesh%model = trim(models(1))
+    mesh%model = trim(mechanical_models(1)%name)
     mesh%length_unit = units%length
     i_mesh = get_mapping(tree, root_node, 'mesh', .true.)
     if (i_mesh == 0) return
     call get_word(tree, i_mesh, 'file', .true., mesh%file)
-    call get_choice(tree, i_mesh, 'model', .true., models, mesh%model)
+    call get_choice(tree, i_mesh, 'model', .true., mechanical_models%name, mesh%model)
     call get_choice(tree, i_mesh, 'length_unit', .false., length_units, mesh%length_unit)
     call tree%close_mapping(i_mesh)
     mesh%path = path_below(tree%path, mesh%file)
@@ -166,8 +167,9 @@ contains
     end do
   end subroutine read_materials
 
-  subroutine read_boundary_conditions(tree, conditions)
+  subroutine read_boundary_conditions(tree, model, conditions)
     type(deck_tree_t), intent(inout) :: tree
+    type(mechanical_model_t), intent(in) :: model
     type(boundary_config_t), allocatable, intent(out) :: conditions(:)
     integer, allocatable :: nodes(:)
     integer :: i, i_list
@@ -180,32 +182,52 @@ contains
       conditions(i)%boundary%text = ''
       if (.not. is_mapping(tree, nodes(i))) cycle
       call get_name(tree, nodes(i), 'boundary', conditions(i)%boundary)
-      call read_displacement(tree, nodes(i), conditions(i))
+      call read_displacement(tree, nodes(i), model, conditions(i))
       call tree%close_mapping(nodes(i))
     end do
   end subroutine read_boundary_conditions
 
-  subroutine read_displacement(tree, i_entry, condition)
+  subroutine read_displacement(tree, i_entry, model, condition)
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_entry
+    type(mechanical_model_t), intent(in) :: model
     type(boundary_config_t), intent(inout) :: condition
-    integer :: i_axis, i_displacement, i_value
+    integer :: i_component, i_displacement, i_value
     logical :: is_valid
 
+    condition%axes = model%axes
     i_displacement = get_mapping(tree, i_entry, 'displacement', .true.)
     if (i_displacement == 0) return
-    do i_axis = 1, 3
-      i_value = tree%find(i_displacement, axes(i_axis))
+    do i_component = 1, model%n_dim
+      i_value = tree%find(i_displacement, model%axes(i_component))
       if (i_value == 0) cycle
-      condition%is_prescribed(i_axis) = .true.
-      call value_of(tree, i_value, 'a number or an expression of the parameters', condition%displacement(i_axis), is_valid)
+      condition%is_prescribed(i_component) = .true.
+      call value_of(tree, i_value, 'a number or an expression of the parameters', condition%displacement(i_component), is_valid)
       ! reported; the checks that follow must not trip over it
-      if (.not. is_valid) condition%displacement(i_axis)%is_constant = .true.
+      if (.not. is_valid) condition%displacement(i_component)%is_constant = .true.
     end do
+    call refuse_other_axes(tree, i_displacement, model)
     call tree%close_mapping(i_displacement)
     if (size(tree%children(i_displacement)) == 0) call tree%report(i_displacement, &
-      'is an empty mapping; it needs at least one of the components x, y')
+      'is an empty mapping; ' // components_text(model))
   end subroutine read_displacement
+
+  !> Components of another model are more than unknown keys: the message says which ones this model has.
+  subroutine refuse_other_axes(tree, i_mapping, model)
+    type(deck_tree_t), intent(inout) :: tree
+    integer, intent(in) :: i_mapping
+    type(mechanical_model_t), intent(in) :: model
+    integer, allocatable :: nodes(:)
+    integer :: i
+
+    nodes = tree%children(i_mapping)
+    do i = 1, size(nodes)
+      associate (key => tree%nodes(nodes(i))%key)
+        if (.not. any(axes == key) .or. any(model%axes == key)) cycle
+        call tree%report(tree%find(i_mapping, key), 'is prescribed; ' // components_text(model))
+      end associate
+    end do
+  end subroutine refuse_other_axes
 
   subroutine read_contact(tree, contact)
     type(deck_tree_t), intent(inout) :: tree

@@ -34,7 +34,7 @@ contains
     integer, intent(in) :: i_cell
     real(rk), allocatable :: stiffness(:, :)
 
-    stiffness = element_stiffness(body%tables(mesh%cell_types(i_cell)), &
+    stiffness = element_stiffness(body%mechanics, body%tables(mesh%cell_types(i_cell)), &
       mesh%coordinates(:, nodes_of_cell(mesh, i_cell)), body%hooke(:, :, body%material_of_cell(i_cell)))
   end function cell_stiffness
 

@@ -2,8 +2,9 @@
 !> What turns a mesh into elastic bodies: the mechanical model, Hooke's matrix of each cell, the tabulated elements.
 module sig_elastic_body
   use sig_element_types, only: element_types, n_element_types
-  use sig_elasticity, only: hooke_matrix, n_strains
+  use sig_elasticity, only: hooke_matrix, n_strains, n_stresses, stress_matrix
   use sig_kinds, only: rk
+  use sig_mechanical_models, only: mechanical_model, mechanical_model_t
   use sig_quadrature, only: quadrature_rule
   use sig_shape_functions, only: create_shape_table, shape_table_t
   implicit none(type, external)
@@ -11,10 +12,13 @@ module sig_elastic_body
   public :: elastic_body_t, create_elastic_body
 
   type :: elastic_body_t
-    !> plane_strain
+    !> plane_strain, plane_stress, axisymmetric or solid, and what that means
     character(:), allocatable :: model
+    type(mechanical_model_t) :: mechanics
     !> [force/length**2] shape (n_strains, n_strains, n_materials)
     real(rk), allocatable :: hooke(:, :, :)
+    !> [force/length**2] all stresses from the strains, shape (n_stresses, n_strains, n_materials)
+    real(rk), allocatable :: stress_matrix(:, :, :)
     !> shape (n_cells), index into the last dimension of hooke
     integer, allocatable :: material_of_cell(:)
     !> one per row of element_types
@@ -35,10 +39,13 @@ contains
     integer :: i_material, i_type
 
     body%model = model
+    body%mechanics = mechanical_model(model)
     body%material_of_cell = material_of_cell
     allocate (body%hooke(n_strains(model), n_strains(model), size(young_moduli)))
+    allocate (body%stress_matrix(n_stresses, n_strains(model), size(young_moduli)))
     do i_material = 1, size(young_moduli)
       body%hooke(:, :, i_material) = hooke_matrix(model, young_moduli(i_material), poisson_ratios(i_material))
+      body%stress_matrix(:, :, i_material) = stress_matrix(model, young_moduli(i_material), poisson_ratios(i_material))
     end do
     do i_type = 1, n_element_types
       if (element_types(i_type)%n_dim == 0) cycle

@@ -2,33 +2,58 @@
 !> Element kernels: strain matrix and stiffness of one element from its nodes and its tabulated shape functions.
 module sig_element_matrices
   use sig_kinds, only: rk
+  use sig_mechanical_models, only: circumference, mechanical_model_t
   use sig_shape_functions, only: shape_table_t
   implicit none(type, external)
   private
-  public :: element_stiffness, strain_matrix, physical_gradients
+  public :: element_stiffness, strain_matrix, strains_at_point, physical_gradients
+
+  !> strain = sum over two terms of d u_component / d direction, for xx, yy, zz, xy, yz, xz; no second term where it is 0
+  integer, parameter :: components(2, 6) = reshape([1, 0, 2, 0, 3, 0, 1, 2, 2, 3, 1, 3], [2, 6])
+  integer, parameter :: directions(2, 6) = reshape([1, 0, 2, 0, 3, 0, 2, 1, 3, 2, 3, 1], [2, 6])
 
 contains
 
-  !> Integral of strain' * hooke * strain over the element (per unit thickness in the plane).
-  pure function element_stiffness(table, coordinates, hooke) result(stiffness)
+  !> Integral of strain' * hooke * strain over the element: per unit thickness in the plane, the full turn in axisymmetry.
+  pure function element_stiffness(model, table, coordinates, hooke) result(stiffness)
+    type(mechanical_model_t), intent(in) :: model
     type(shape_table_t), intent(in) :: table
     !> [length] shape (n_dim, n_nodes)
     real(rk), intent(in) :: coordinates(:, :)
     !> [force/length**2] shape (n_strains, n_strains)
     real(rk), intent(in) :: hooke(:, :)
-    !> [force/length**2 in the plane] symmetric, dofs node by node
+    !> [force/length, force/length**2 in the plane] symmetric, dofs node by node
     real(rk) :: stiffness(size(coordinates), size(coordinates))
-    real(rk) :: gradients(size(coordinates, 1), size(coordinates, 2)), volume
-    real(rk) :: strain(size(hooke, 1), size(coordinates))
+    real(rk) :: strain(size(hooke, 1), size(coordinates)), volume
     integer :: i_point
 
     stiffness = 0
     do i_point = 1, table%n_points
-      call physical_gradients(table, i_point, coordinates, gradients, volume)
-      strain = strain_matrix(gradients, size(hooke, 1))
+      call strains_at_point(model, table, i_point, coordinates, strain, volume)
       stiffness = stiffness + volume * matmul(transpose(strain), matmul(hooke, strain))
     end do
   end function element_stiffness
+
+  !> Strain matrix at an integration point, and the volume that the point stands for.
+  pure subroutine strains_at_point(model, table, i_point, coordinates, strain, volume)
+    type(mechanical_model_t), intent(in) :: model
+    type(shape_table_t), intent(in) :: table
+    integer, intent(in) :: i_point
+    !> [length] shape (n_dim, n_nodes)
+    real(rk), intent(in) :: coordinates(:, :)
+    !> [1/length] shape (n_strains, n_dim * n_nodes)
+    real(rk), intent(out) :: strain(:, :)
+    !> [length**3, length**2 in the plane] weight times Jacobian determinant times circumference
+    real(rk), intent(out) :: volume
+    real(rk) :: gradients(3, size(coordinates, 2)), place(size(coordinates, 1))
+
+    call physical_gradients(table, i_point, coordinates, gradients(:size(place), :), volume)
+    place = matmul(coordinates, table%values(:, i_point))
+    volume = volume * circumference(model, place)
+    ! eps_hoop = u_r / r: points lie inside the elements, so r > 0 also beside the axis
+    if (model%is_round) gradients(3, :) = table%values(:, i_point) / place(1)
+    strain = strain_matrix(model, gradients)
+  end subroutine strains_at_point
 
   !> Gradients of the shape functions in space and the volume that an integration point stands for.
   pure subroutine physical_gradients(table, i_point, coordinates, gradients, volume)
@@ -71,22 +96,25 @@ contains
     matrix = cofactors / determinant
   end subroutine invert_transposed
 
-  !> Strains (xx, yy, 2 xy) = strain_matrix * nodal displacements.
-  pure function strain_matrix(gradients, n_strains) result(strain)
-    !> [1/length] shape (n_dim, n_nodes)
+  !> Strains = strain_matrix * nodal displacements, shear strains as angles.
+  pure function strain_matrix(model, gradients) result(strain)
+    type(mechanical_model_t), intent(in) :: model
+    !> [1/length] shape (at least n_dim, n_nodes); in axisymmetry the third row is N / r
     real(rk), intent(in) :: gradients(:, :)
-    integer, intent(in) :: n_strains
     !> [1/length] shape (n_strains, n_dim * n_nodes)
-    real(rk) :: strain(n_strains, size(gradients))
-    integer :: i_node, first
+    real(rk) :: strain(model%n_strains, model%n_dim * size(gradients, 2))
+    integer :: component, i_strain, i_term, tensor
 
     strain = 0
-    do i_node = 1, size(gradients, 2)
-      first = 2 * (i_node - 1)
-      strain(1, first + 1) = gradients(1, i_node)
-      strain(2, first + 2) = gradients(2, i_node)
-      strain(3, first + 1) = gradients(2, i_node)
-      strain(3, first + 2) = gradients(1, i_node)
+    do i_strain = 1, model%n_strains
+      tensor = model%strains(i_strain)
+      do i_term = 1, 2
+        component = components(i_term, tensor)
+        if (component == 0) cycle
+        ! a plane model has a third normal strain only around the axis, and that comes from u_r
+        if (component > model%n_dim) component = 1
+        strain(i_strain, component::model%n_dim) = gradients(directions(i_term, tensor), :)
+      end do
     end do
   end function strain_matrix
 end module sig_element_matrices

@@ -3,15 +3,13 @@
 module sig_stress
   use sig_cell_stiffness, only: cell_dofs
   use sig_elastic_body, only: elastic_body_t
-  use sig_element_matrices, only: physical_gradients, strain_matrix
+  use sig_elasticity, only: n_stresses
+  use sig_element_matrices, only: strains_at_point
   use sig_kinds, only: rk
   use sig_mesh, only: mesh_t, nodes_of_cell
   implicit none(type, external)
   private
   public :: cell_stresses, n_stresses
-
-  !> xx, yy, zz, xy, yz, xz: the order of symmetric tensors in VTK
-  integer, parameter :: n_stresses = 6
 
 contains
 
@@ -26,7 +24,7 @@ contains
     integer :: i_cell
 
     do i_cell = 1, mesh%n_cells
-      stresses(:, i_cell) = full_stress(body%hooke(:, :, body%material_of_cell(i_cell)), &
+      stresses(:, i_cell) = matmul(body%stress_matrix(:, :, body%material_of_cell(i_cell)), &
         mean_strain(mesh, body, i_cell, displacement))
     end do
   end function cell_stresses
@@ -38,32 +36,23 @@ contains
     real(rk), intent(in) :: displacement(:)
     !> [-] shape (n_strains)
     real(rk) :: strain(size(body%hooke, 1))
-    real(rk), allocatable :: coordinates(:, :), gradients(:, :)
+    real(rk), allocatable :: coordinates(:, :), local(:)
+    real(rk), allocatable :: matrix(:, :)
     real(rk) :: volume, total
     integer :: i_point
 
     coordinates = mesh%coordinates(:, nodes_of_cell(mesh, i_cell))
-    allocate (gradients(size(coordinates, 1), size(coordinates, 2)))
+    local = displacement(cell_dofs(mesh, i_cell))
+    allocate (matrix(size(strain), size(local)))
     strain = 0
     total = 0
     associate (table => body%tables(mesh%cell_types(i_cell)))
       do i_point = 1, table%n_points
-        call physical_gradients(table, i_point, coordinates, gradients, volume)
-        strain = strain + volume * matmul(strain_matrix(gradients, size(strain)), displacement(cell_dofs(mesh, i_cell)))
+        call strains_at_point(body%mechanics, table, i_point, coordinates, matrix, volume)
+        strain = strain + volume * matmul(matrix, local)
         total = total + volume
       end do
     end associate
     strain = strain / total
   end function mean_strain
-
-  !> Plane strain: sigma_zz = lambda (eps_xx + eps_yy) with lambda = hooke_12.
-  pure function full_stress(hooke, strain) result(stress)
-    real(rk), intent(in) :: hooke(:, :)
-    real(rk), intent(in) :: strain(:)
-    real(rk) :: stress(n_stresses)
-    real(rk) :: in_plane(size(strain))
-
-    in_plane = matmul(hooke, strain)
-    stress = [in_plane(1), in_plane(2), hooke(1, 2) * (strain(1) + strain(2)), in_plane(3), 0.0_rk, 0.0_rk]
-  end function full_stress
 end module sig_stress

@@ -3,6 +3,7 @@
 module sig_surface_measure
   use sig_elastic_body, only: elastic_body_t
   use sig_kinds, only: rk
+  use sig_mechanical_models, only: circumference
   use sig_mesh, only: mesh_t
   implicit none(type, external)
   private
@@ -10,12 +11,12 @@ module sig_surface_measure
 
 contains
 
-  !> Integral of N_k over the facets, per unit thickness in the plane; zero on all other nodes. Local.
+  !> Integral of N_k over the facets, per unit thickness in the plane, with 2 pi r in axisymmetry; zero on all other nodes. Local.
   pure function nodal_areas(mesh, body, facets) result(areas)
     type(mesh_t), intent(in) :: mesh
     type(elastic_body_t), intent(in) :: body
     integer, intent(in) :: facets(:)
-    !> [length**(n_dim - 1)] shape (n_nodes)
+    !> [length**2, length in the plane] shape (n_nodes)
     real(rk) :: areas(mesh%n_nodes)
     integer :: i, i_point
     integer, allocatable :: nodes(:)
@@ -26,7 +27,8 @@ contains
       associate (table => body%tables(mesh%facet_types(facets(i))))
         do i_point = 1, table%n_points
           areas(nodes) = areas(nodes) + table%values(:, i_point) * table%weights(i_point) * &
-            stretch(matmul(mesh%coordinates(:, nodes), transpose(table%gradients(:, :, i_point))))
+            stretch(matmul(mesh%coordinates(:, nodes), transpose(table%gradients(:, :, i_point)))) * &
+            circumference(body%mechanics, matmul(mesh%coordinates(:, nodes), table%values(:, i_point)))
         end do
       end associate
     end do

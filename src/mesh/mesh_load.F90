@@ -7,7 +7,9 @@ module sig_mesh_load
   use sig_error_broadcast, only: broadcast_error
   use sig_errors, only: error_t
   use sig_kinds, only: rk
+  use sig_mechanical_models, only: mechanical_model, mechanical_model_t
   use sig_mesh, only: mesh_t
+  use sig_mesh_axis, only: check_radii
   use sig_mesh_broadcast, only: broadcast_mesh
   use sig_mesh_partition, only: partition_mesh
   use sig_mesh_read, only: read_mesh
@@ -27,10 +29,15 @@ contains
     type(mesh_t), intent(out) :: mesh
     type(error_t), allocatable, intent(out) :: error
     PetscErrorCode, intent(out) :: ierr
+    type(mechanical_model_t) :: model
     integer :: rank
 
+    model = mechanical_model(config%model)
     PetscCallMPI(MPI_Comm_rank(comm, rank, ierr))
-    if (rank == 0) call read_mesh(config%path, merge(3, 2, config%model == 'solid'), length_factor, mesh, error)
+    if (rank == 0) then
+      call read_mesh(config%path, model%n_dim, length_factor, mesh, error)
+      if (model%is_round .and. .not. allocated(error)) call check_radii(mesh, config%path, error)
+    end if
     PetscCall(broadcast_error(error, comm, ierr))
     if (allocated(error)) return
     PetscCall(broadcast_mesh(mesh, comm, ierr))

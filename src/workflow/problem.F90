@@ -10,6 +10,7 @@ module sig_problem
   use sig_elastic_body, only: create_elastic_body, elastic_body_t
   use sig_errors, only: error_t, make_error
   use sig_kinds, only: rk
+  use sig_mechanical_models, only: is_plane, mechanical_model
   use sig_mesh, only: mesh_t
   use sig_mesh_checks, only: material_of_cells
   use sig_mesh_load, only: load_mesh, partition_mesh
@@ -98,13 +99,13 @@ contains
     end do
   end function inert_pair_names
 
-  !> Unit of multipliers and reactions: a plane model's forces are per unit thickness.
+  !> Unit of multipliers and reactions: a plane model's forces are per unit thickness, an axisymmetric one's for the full turn.
   pure function force_unit(deck) result(unit)
     type(deck_config_t), intent(in) :: deck
     character(:), allocatable :: unit
 
     unit = deck%units%force
-    if (deck%mesh%model == 'plane_strain') unit = unit // '/' // deck%units%length
+    if (is_plane(mechanical_model(deck%mesh%model))) unit = unit // '/' // deck%units%length
   end function force_unit
 
   !> Name of force / length**2.

@@ -87,6 +87,20 @@ CHANGES = {
         {"two_blocks.msh": "cube.msh"},
         ["cube.msh: error: the model needs a mesh of dimension 2", "dimension 3"],
     ),
+    "plane_mesh_in_a_solid_model": (
+        {"plane_strain": "solid", "direction: [0, 1]": "direction: [0, 0, 1]"},
+        ["two_blocks.msh: error: the model needs a mesh of dimension 3", "dimension 2"],
+    ),
+    "mesh_behind_the_axis": (
+        {
+            "two_blocks.msh": "small_disks.msh",
+            "plane_strain": "axisymmetric",
+            "displacement: {y: 0}": "displacement: {z: 0}",
+            "displacement: {y: -push}": "displacement: {z: -push}",
+            "displacement: {x: 0}": "displacement: {r: 0}",
+        },
+        ["small_disks.msh: error: node ", "has x = -1", "must not be negative"],
+    ),
     "mesh_that_is_missing": (
         {"two_blocks.msh": "nothing.msh"},
         ["nothing.msh", "o such file"],

@@ -1,41 +1,43 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Thick cylinder under pressure inside and outside: Lamé's solution; Timoshenko and Goodier, Theory of Elasticity, 28.
-
-sigma_r = A - B / r^2, sigma_t = A + B / r^2. Axial: free ends (`free`, sigma_z = 0) or held (`held`, e_z = 0).
-"""
-
-from dataclasses import dataclass
+"""Two concentric tubes that touch, the inner surface pushed outwards, the outer one held (Lame; no axial strain)."""
 
 import numpy as np
 
+RADII = (1.0, 1.5, 2.5)
+YOUNG_MODULI = (200.0, 90.0)
+POISSON_RATIOS = (0.3, 0.2)
+PUSH = 0.01
 
-@dataclass
-class ThickCylinder:
-    """Radii in any length unit; pressures push."""
 
-    young_modulus: float
-    poisson_ratio: float
-    inner_radius: float
-    outer_radius: float
-    inner_pressure: float = 0.0
-    outer_pressure: float = 0.0
-    ends: str = "held"
+def stress_factors(young_modulus, poisson_ratio):
+    """sigma_rr of u = A r + B / r with eps_zz = 0 is a A - b B / r^2: (a, b) = (2 (lambda + mu), 2 mu)."""
+    mu = young_modulus / (2 * (1 + poisson_ratio))
+    lame = young_modulus * poisson_ratio / ((1 + poisson_ratio) * (1 - 2 * poisson_ratio))
+    return 2 * (lame + mu), 2 * mu
 
-    @property
-    def constants(self):
-        """A, B of the stresses from sigma_r = -p on both faces."""
-        inner, outer = self.inner_radius**2, self.outer_radius**2
-        b = inner * outer * (self.inner_pressure - self.outer_pressure) / (outer - inner)
-        return (self.inner_pressure * inner - self.outer_pressure * outer) / (outer - inner), b
 
-    def stress(self, r):
-        """Radial, circumferential and axial stress."""
-        a, b = self.constants
-        axial = 2 * self.poisson_ratio * a if self.ends == "held" else 0.0
-        r = np.asarray(r, dtype=float)
-        return a - b / r**2, a + b / r**2, axial + 0 * r
+def constants():
+    """(A, B) of both tubes: u = push inside, 0 outside, u and sigma_rr continuous where they touch."""
+    inner, middle, outer = RADII
+    factors = [stress_factors(*pair) for pair in zip(YOUNG_MODULI, POISSON_RATIOS, strict=True)]
+    (a1, b1), (a2, b2) = factors
+    rows = [
+        [inner, 1 / inner, 0, 0],
+        [0, 0, outer, 1 / outer],
+        [middle, 1 / middle, -middle, -1 / middle],
+        [a1, -b1 / middle**2, -a2, b2 / middle**2],
+    ]
+    return np.linalg.solve(rows, [PUSH, 0, 0, 0]).reshape(2, 2)
 
-    def displacement(self, r):
-        """u_r = r e_t = r (sigma_t - nu (sigma_r + sigma_z)) / E."""
-        radial, circumferential, axial = self.stress(r)
-        return np.asarray(r) * (circumferential - self.poisson_ratio * (radial + axial)) / self.young_modulus
+
+def radial_displacement(r, is_inner):
+    """u at the radii r, of the inner or of the outer tube."""
+    coefficients = constants()[np.where(is_inner, 0, 1)]
+    return coefficients[..., 0] * r + coefficients[..., 1] / r
+
+
+def contact_pressure():
+    """p = -sigma_rr where the tubes touch."""
+    a, b = stress_factors(YOUNG_MODULI[0], POISSON_RATIOS[0])
+    first = constants()[0]
+    return -(a * first[0] - b * first[1] / RADII[1] ** 2)

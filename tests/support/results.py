@@ -34,3 +34,9 @@ def table_of(text):
         except ValueError:
             table[name] = values
     return table
+
+
+def read_fields(path, point=1):
+    """Datasets of one point of fields.h5 by name."""
+    with h5py.File(path) as file:
+        return {name: dataset[()] for name, dataset in file[f"points/{point:04d}"].items()}

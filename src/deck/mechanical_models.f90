@@ -1,0 +1,77 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> Mechanical models as data: a new model is a new row of this table, not a new branch.
+module sig_mechanical_models
+  use sig_kinds, only: rk
+  implicit none(type, external)
+  private
+  public :: mechanical_model_t, mechanical_models, mechanical_model
+  public :: circumference, components_text, is_plane
+
+  !> Tensor components are numbered as in VTK: xx, yy, zz, xy, yz, xz. In axisymmetry x = r, y = z, and zz is the hoop direction.
+  type :: mechanical_model_t
+    character(12) :: name = ''
+    !> dimension of the mesh
+    integer :: n_dim = 0
+    !> names of the coordinates and of the displacement components in the deck
+    character(1) :: axes(3) = ' '
+    !> the mesh turns around the axis x = 0
+    logical :: is_round = .false.
+    !> no stress across the plane; otherwise no strain where a component is not in `strains`
+    logical :: is_thin = .false.
+    !> strains that do work, by their number in the tensor
+    integer :: n_strains = 0
+    integer :: strains(6) = 0
+  end type mechanical_model_t
+
+  type(mechanical_model_t), parameter :: mechanical_models(4) = [ &
+    mechanical_model_t('plane_strain', 2, ['x', 'y', ' '], .false., .false., 3, [1, 2, 4, 0, 0, 0]), &
+    mechanical_model_t('plane_stress', 2, ['x', 'y', ' '], .false., .true., 3, [1, 2, 4, 0, 0, 0]), &
+    mechanical_model_t('axisymmetric', 2, ['r', 'z', ' '], .true., .false., 4, [1, 2, 3, 4, 0, 0]), &
+    mechanical_model_t('solid', 3, ['x', 'y', 'z'], .false., .false., 6, [1, 2, 3, 4, 5, 6])]
+
+  real(rk), parameter :: pi = 3.14159265358979323846264338327950288_rk
+
+contains
+
+  !> Row of the table with this name; an empty row where there is none.
+  pure type(mechanical_model_t) function mechanical_model(name) result(model)
+    character(*), intent(in) :: name
+    integer :: i
+
+    do i = 1, size(mechanical_models)
+      if (mechanical_models(i)%name == name) model = mechanical_models(i)
+    end do
+  end function mechanical_model
+
+  !> What an integral over the mesh carries at a place: 2 pi r in axisymmetry, 1 elsewhere (in the plane per unit thickness).
+  pure real(rk) function circumference(model, place)
+    type(mechanical_model_t), intent(in) :: model
+    !> [length] shape (n_dim)
+    real(rk), intent(in) :: place(:)
+
+    circumference = 1
+    if (model%is_round) circumference = 2 * pi * place(1)
+  end function circumference
+
+  !> Forces are per unit thickness.
+  pure logical function is_plane(model)
+    type(mechanical_model_t), intent(in) :: model
+
+    is_plane = model%n_dim == 2 .and. .not. model%is_round
+  end function is_plane
+
+  !> `a plane_strain model has the components x and y`
+  pure function components_text(model) result(text)
+    type(mechanical_model_t), intent(in) :: model
+    character(:), allocatable :: text
+    integer :: i
+
+    text = 'a ' // trim(model%name)
+    if (model%name(1:1) == 'a') text = 'an ' // trim(model%name)
+    text = text // ' model has the components ' // model%axes(1)
+    do i = 2, model%n_dim - 1
+      text = text // ', ' // model%axes(i)
+    end do
+    text = text // ' and ' // model%axes(model%n_dim)
+  end function components_text
+end module sig_mechanical_models

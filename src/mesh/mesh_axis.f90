@@ -1,0 +1,34 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> Meshes of axisymmetric bodies lie on one side of the axis x = 0.
+module sig_mesh_axis
+  use sig_errors, only: error_t, make_error
+  use sig_kinds, only: rk
+  use sig_mesh, only: mesh_t
+  use sig_text, only: to_text
+  implicit none(type, external)
+  private
+  public :: check_radii
+
+  !> [-] of the largest coordinate: a node that far behind the axis is on it but for rounding
+  real(rk), parameter :: rounding = 1.0e-12_rk
+
+contains
+
+  !> Puts nodes on the axis that are behind it by rounding. Errors: a node behind the axis.
+  pure subroutine check_radii(mesh, path, error)
+    type(mesh_t), intent(inout) :: mesh
+    !> mesh file, for messages
+    character(*), intent(in) :: path
+    type(error_t), allocatable, intent(out) :: error
+    integer :: i_node
+
+    i_node = minloc(mesh%coordinates(1, :), dim=1)
+    if (mesh%coordinates(1, i_node) < -rounding * maxval(abs(mesh%coordinates))) then
+      call make_error(error, 'node ' // to_text(mesh%node_tags(i_node)) // ' has x = ' // &
+        to_text(mesh%coordinates(1, i_node)) // '; in an axisymmetric model x is the radius, which must not be negative', &
+        file=path, hint='the axis is x = 0: mesh one half of the section, with x >= 0')
+    else
+      mesh%coordinates(1, :) = max(0.0_rk, mesh%coordinates(1, :))
+    end if
+  end subroutine check_radii
+end module sig_mesh_axis

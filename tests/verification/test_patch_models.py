@@ -1,0 +1,96 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Contact patch test (verification.md D1) for every element and mechanical model, on distorted meshes.
+
+Uniaxial stress p = E' U / H with E' = E / (1 - nu^2) in plane strain and E elsewhere; the sides move by eps_side times
+the distance from the support. Linear displacements, constant stress: in the span of every element.
+"""
+
+import numpy as np
+import pytest
+
+from block_meshes import consistent_areas, stacked_blocks
+from runs import read_fields, write_deck_with
+
+TOLERANCE = 1e-10
+YOUNG_MODULUS = 2.0e6
+HEIGHT = 2.0
+STROKE = 0.1
+CASES = [
+    (model, element)
+    for model in ("plane_strain", "plane_stress", "axisymmetric")
+    for element in ("T3", "Q4", "mixed")
+] + [("solid", "T4"), ("solid", "H8")]
+# Order of XDMF's symmetric tensors; zz is the hoop stress in axisymmetry.
+STRESS = ["xx", "xy", "xz", "yy", "yz", "zz"]
+AXES = {"axisymmetric": "rz", "solid": "xyz"}
+
+
+def supports(model, poisson_ratio):
+    """Bottom held, top moved down; with nu = 0 fully clamped, else on planes of symmetry."""
+    axes = AXES.get(model, "xy")
+    up, across = axes[-1], axes[:-1]
+    if poisson_ratio == 0:
+        clamped = "".join(f"{axis}: 0, " for axis in across)
+        return [("bottom", f"{clamped}{up}: 0"), ("top", f"{clamped}{up}: -stroke")]
+    sides = [(name, f"{axis}: 0") for name, axis in zip(("left", "front"), across, strict=False)]
+    return [("bottom", f"{up}: 0"), ("top", f"{up}: -stroke"), *sides]
+
+
+def patch_deck(folder, model, poisson_ratio):
+    """The deck of a model."""
+    entries = "".join(
+        f"\n  - {{boundary: {name}, displacement: {{{values}}}}}"
+        for name, values in supports(model, poisson_ratio)
+    )
+    direction = "[0, 0, 1]" if model == "solid" else "[0, 1]"
+    return write_deck_with(
+        "patch_models",
+        folder,
+        {
+            "model: plane_strain": f"model: {model}",
+            "poisson_ratio: 0.0": f"poisson_ratio: {poisson_ratio}",
+            "boundary_conditions: []": f"boundary_conditions:{entries}",
+            "direction: [0, 1]": f"direction: {direction}",
+        },
+    )
+
+
+def uniaxial(model, poisson_ratio):
+    """Pressure, strain of the sides, stress across the plane of plane strain."""
+    strain = STROKE / HEIGHT
+    if model == "plane_strain":
+        pressure = YOUNG_MODULUS / (1 - poisson_ratio**2) * strain
+        return pressure, poisson_ratio / (1 - poisson_ratio) * strain, -poisson_ratio * pressure
+    return YOUNG_MODULUS * strain, poisson_ratio * strain, 0.0
+
+
+@pytest.mark.parametrize("poisson_ratio", [0.0, 0.3])
+@pytest.mark.parametrize(("model", "element"), CASES)
+def test_uniaxial_stress(signorom, tmp_path, model, element, poisson_ratio):
+    """Displacement, multipliers, contact pressure and stress everywhere."""
+    n_dim = 3 if model == "solid" else 2
+    mesh = stacked_blocks(element, n_dim)
+    mesh.write(tmp_path / "blocks.msh")
+    deck = patch_deck(tmp_path, model, poisson_ratio)
+    signorom("solve", deck, folder=tmp_path)
+    fields = read_fields(tmp_path / "results" / "patch_models" / "fields.h5")
+    pressure, side_strain, across = uniaxial(model, poisson_ratio)
+
+    expected = side_strain * mesh.coordinates
+    expected[:, n_dim - 1] = -STROKE * (mesh.coordinates[:, n_dim - 1] + HEIGHT / 2) / HEIGHT
+    expected[:, n_dim:] = 0
+    np.testing.assert_allclose(fields["displacement"], expected, rtol=0, atol=TOLERANCE * STROKE)
+
+    areas = consistent_areas(mesh, "lower_face", model == "axisymmetric")
+    faces = mesh.nodes_of("lower_face")
+    forces = pressure * areas[faces]
+    np.testing.assert_allclose(
+        fields["multipliers_full_order"], forces, rtol=0, atol=TOLERANCE * forces.max()
+    )
+    touching = np.union1d(faces, mesh.nodes_of("upper_face"))
+    np.testing.assert_allclose(fields["contact_pressure"][touching], pressure, rtol=TOLERANCE)
+
+    stress = np.zeros(len(STRESS))
+    stress[STRESS.index("zz")] = across
+    stress[STRESS.index("zz" if n_dim == 3 else "yy")] = -pressure
+    np.testing.assert_allclose(fields["stress"] - stress, 0, atol=TOLERANCE * pressure)

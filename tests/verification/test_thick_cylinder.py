@@ -1,0 +1,101 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Axisymmetric thick cylinder of two tubes in contact against Lame: values and observed order under refinement."""
+
+import numpy as np
+import pytest
+
+import thick_cylinder
+from block_meshes import Mesh
+from runs import read_fields, write_deck
+
+STRESS = ["xx", "xy", "xz", "yy", "yz", "zz"]
+LEVELS = (8, 16, 32)
+HEIGHT = 0.5
+# Linear elements: 2 in the displacement and in the resultant of the contact forces; single T3 corners are less regular.
+SMALLEST_ORDER = 1.8
+
+
+def tubes(element, n):
+    """Inner and outer tube, n cells across each."""
+    inner, middle, outer = thick_cylinder.RADII
+    heights = np.linspace(0, HEIGHT, n // 2 + 1)
+    ends = {(1, 0): "ends", (1, 1): "ends"}
+    mesh = Mesh()
+    mesh.add_block(
+        "inner",
+        [np.linspace(inner, middle, n + 1), heights],
+        element,
+        {(0, 0): "bore", (0, 1): "inner_face"} | ends,
+    )
+    mesh.add_block(
+        "outer",
+        [np.linspace(middle, outer, n + 1), heights],
+        element,
+        {(0, 0): "outer_face", (0, 1): "rim"} | ends,
+    )
+    return mesh
+
+
+def solve(signorom, folder, element, n):
+    """Mesh and fields of one level."""
+    folder.mkdir()
+    mesh = tubes(element, n)
+    mesh.write(folder / "tubes.msh")
+    signorom("solve", write_deck("thick_cylinder", folder), folder=folder)
+    return mesh, read_fields(folder / "results" / "thick_cylinder" / "fields.h5")
+
+
+@pytest.mark.parametrize("element", ["T3", "Q4", "mixed"])
+def test_second_order(signorom, tmp_path, element):
+    """Largest nodal error of u_r and error of the mean contact pressure fall as h^2."""
+    errors = []
+    for n in LEVELS:
+        mesh, fields = solve(signorom, tmp_path / str(n), element, n)
+        first_outer = mesh.nodes_of("outer").min()
+        is_inner = np.arange(len(mesh.coordinates)) < first_outer
+        exact = thick_cylinder.radial_displacement(mesh.coordinates[:, 0], is_inner)
+        faces = mesh.nodes_of("inner_face")
+        pressure = thick_cylinder.contact_pressure()
+        force = fields["multipliers_full_order"].sum() / (2 * np.pi * thick_cylinder.RADII[1] * HEIGHT)
+        errors.append(
+            [
+                np.abs(fields["displacement"][:, 0] - exact).max() / thick_cylinder.PUSH,
+                abs(force / pressure - 1),
+                np.abs(fields["contact_pressure"][faces] / pressure - 1).max(),
+            ]
+        )
+    errors = np.array(errors)
+    orders = np.log2(errors[:-1] / errors[1:])
+    assert (orders[:, :2] > SMALLEST_ORDER).all(), (errors, orders)
+    assert errors[-1, 0] < 1e-3
+    assert errors[-1, 2] < 1e-2
+
+
+def test_stress_of_the_cylinder(signorom, tmp_path):
+    """sigma_rr, hoop and axial stress at the cells' middles, to 1 % of the contact pressure at 16 cells."""
+    mesh, fields = solve(signorom, tmp_path / "run", "Q4", 16)
+    cells = [
+        (name, np.mean(mesh.coordinates[nodes, 0])) for kind, name, nodes in mesh.elements if kind == "Q4"
+    ]
+    coefficients = thick_cylinder.constants()
+    for (name, r), stress in zip(cells, fields["stress"], strict=True):
+        i = ("inner", "outer").index(name)
+        a, b = thick_cylinder.stress_factors(thick_cylinder.YOUNG_MODULI[i], thick_cylinder.POISSON_RATIOS[i])
+        radial = a * coefficients[i, 0] - b * coefficients[i, 1] / r**2
+        hoop = a * coefficients[i, 0] + b * coefficients[i, 1] / r**2
+        axial = thick_cylinder.POISSON_RATIOS[i] * (radial + hoop)
+        found = [stress[STRESS.index(key)] for key in ("xx", "zz", "yy")]
+        limit = 0.01 * thick_cylinder.contact_pressure()
+        np.testing.assert_allclose(found, [radial, hoop, axial], rtol=0, atol=limit)
+
+
+def test_formula_meets_the_equations():
+    """The reference itself: u at both ends, continuity, and a positive pressure."""
+    inner, middle, outer = thick_cylinder.RADII
+    u = thick_cylinder.radial_displacement(
+        np.array([inner, middle, middle, outer]), np.array([True, True, False, False])
+    )
+    assert u[0] == pytest.approx(thick_cylinder.PUSH, rel=1e-12)
+    assert u[1] == pytest.approx(u[2], rel=1e-12)
+    assert abs(u[3]) < 1e-15
+    assert thick_cylinder.contact_pressure() > 0
