@@ -15,8 +15,8 @@ import punch
 import shrink_fit
 from contact_reference import build_problem, hooke_plane_strain
 from gmsh_ascii import read_mesh
+from lame import ThickCylinder
 from reduction_reference import train
-from thick_cylinder import ThickCylinder
 
 MESHES = Path(__file__).resolve().parents[1] / "verification" / "meshes"
 FACES = ("lower_face", "upper_face", (0.0, 1.0), 1e-8)
@@ -150,6 +150,8 @@ def check_rings():
         inner = ThickCylinder(modulus, ratio, radii[0], radii[1], outer_pressure=p, ends=ends)
         outer = ThickCylinder(modulus, ratio, radii[1], radii[2], inner_pressure=p, ends=ends)
         closed = outer.displacement(radii[1]) - inner.displacement(radii[1])
+        force = 2 * np.pi * shrink_fit.MIDDLE / 2 * p
+        insist(f"shrink fit, {ends} ends: faces of the meshes", shrink_fit.force_of_meshes(ends), force, 2e-4)
         insist(f"shrink fit, {ends} ends: interference", closed, shrink_fit.INTERFERENCE / 2)
         insist(f"thick cylinder, {ends} ends: faces", outer.stress(radii[1:])[0], (-p, 0.0))
         r, step = np.linspace(21, 29, 9), 1e-3

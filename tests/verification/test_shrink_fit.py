@@ -1,0 +1,92 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Two rings shrunk onto each other (verification.md D12), free and held ends, against Lamé."""
+
+import numpy as np
+import pytest
+
+import shrink_fit
+from gmsh_ascii import read_mesh
+from gmsh_mesh import make_mesh
+from lame import ThickCylinder
+from runs import HERE, read_snapshots, write_deck
+
+# Includes 0.0125 %: the formula takes both rings to meet at 20 mm, the inner one is 20.0025 mm.
+LAME = 1e-3
+SAME_SOLUTION = 1e-8
+SOLVERS = ("condensed", "active_set", "snesvi")
+HELD = "  - {boundary: top, displacement: {z: lift}}\n"
+
+
+def sample(signorom, folder, ends, solver="condensed", changes=None):
+    """Snapshots at rest and lifted along the axis."""
+    changes = (
+        (changes or {}) | {"type: condensed": f"type: {solver}"} | ({HELD: ""} if ends == "free" else {})
+    )
+    signorom("sample", write_deck("shrink_fit", folder, **changes), folder=folder)
+    return read_snapshots(folder / "results" / "shrink_fit" / "snapshots.h5")
+
+
+@pytest.fixture(scope="module", params=["free", "held"])
+def shrunk(request, signorom, tmp_path_factory):
+    """Kind of ends and the snapshots."""
+    return request.param, sample(signorom, tmp_path_factory.mktemp(request.param), request.param)
+
+
+@pytest.fixture(scope="module")
+def mesh():
+    """The mesh by the reference's reader."""
+    return read_mesh(HERE / "meshes" / "shrink_fit.msh")
+
+
+def test_pressure_is_lame(shrunk, mesh):
+    """5.74 and 6.31 MPa: force of each node over 2 pi r times its length; the same wherever the rings are."""
+    ends, snapshots = shrunk
+    z = mesh.coordinates[mesh.nodes_of["inner_face"], 1]
+    edge = 2 / 3
+    lengths = np.where((z < edge / 2) | (z > 2 - edge / 2), edge / 2, edge)
+    pressures = snapshots["multipliers"] / (2 * np.pi * (shrink_fit.MIDDLE / 2) * lengths)
+    print(f"{ends} ends: {pressures} MPa, Lamé {shrink_fit.pressure(ends):.5f} MPa")
+    np.testing.assert_allclose(pressures, shrink_fit.pressure(ends), rtol=LAME)
+    np.testing.assert_allclose(pressures[1], pressures[0], rtol=1e-8)
+
+
+def test_rings_are_thick_cylinders(shrunk, mesh):
+    """Radial displacement of both rings everywhere, by Lamé's thick cylinder under the contact pressure."""
+    ends, snapshots = shrunk
+    material = (shrink_fit.YOUNG_MODULUS, shrink_fit.POISSON_RATIO)
+    pressure = shrink_fit.pressure(ends)
+    inner = ThickCylinder(*material, 10.0, 20.0, outer_pressure=pressure, ends=ends)
+    outer = ThickCylinder(*material, 20.0, 30.0, inner_pressure=pressure, ends=ends)
+    u = snapshots["displacement"][0].reshape(-1, 2)[:, 0]
+    for region, ring in (("inner_ring", inner), ("outer_ring", outer)):
+        nodes = mesh.nodes_of[region]
+        expected = ring.displacement(mesh.coordinates[nodes, 0])
+        np.testing.assert_allclose(u[nodes], expected, rtol=0, atol=LAME * np.abs(expected).max())
+
+
+def test_force_converges_with_order_two(signorom, tmp_path):
+    """Linear elements: half the cell size, a quarter of the error of the contact force (held ends)."""
+    exact, errors = 2 * shrink_fit.force_of_meshes("held"), []
+    for n_radial in (5, 10, 20):
+        folder = tmp_path / str(n_radial)
+        folder.mkdir()
+        make_mesh(HERE / "meshes" / "shrink_fit.geo", folder / "rings.msh", n_radial=n_radial)
+        meshed = str(HERE / "meshes" / "shrink_fit.msh")
+        snapshots = sample(signorom, folder, "held", changes={meshed: "rings.msh"})
+        errors.append(abs(snapshots["multipliers"][0].sum() / exact - 1))
+    orders = np.log2(np.array(errors[:-1]) / errors[1:])
+    print("errors", np.array(errors), "orders", orders)
+    np.testing.assert_allclose(orders, 2, atol=0.1)
+
+
+@pytest.mark.parametrize("solver", SOLVERS[1:])
+def test_solvers_agree(signorom, tmp_path, solver):
+    """The same forces and displacements by each solver."""
+    first = sample(signorom, tmp_path, "held")
+    other_folder = tmp_path / solver
+    other_folder.mkdir()
+    other = sample(signorom, other_folder, "held", solver)
+    assert (other["reasons"] > 0).all()
+    for name in ("multipliers", "displacement"):
+        limit = SAME_SOLUTION * np.abs(first[name]).max()
+        np.testing.assert_allclose(other[name], first[name], rtol=0, atol=limit)
