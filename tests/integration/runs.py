@@ -20,6 +20,11 @@ CRASH = (
 SOON = 60
 
 
+def on_ranks(cases):
+    """Cases with a number of ranks: all on one, the first also on three, where every rank must leave alike."""
+    return [(*case, 1) for case in cases] + [(*cases[0], 3)]
+
+
 def write_deck(name, folder, **replacements):
     """Copy decks/<name>.yaml into a folder with `old` -> `new` texts replaced."""
     return copy_deck(HERE / "decks" / f"{name}.yaml", folder, **replacements)

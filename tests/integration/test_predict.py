@@ -11,7 +11,7 @@ import pytest
 
 from program import finish
 from results import read_table, table_of
-from runs import refuse, write_deck
+from runs import on_ranks, refuse, write_deck
 
 # [-] the program computes both from the same blocks
 SAME = 1e-12
@@ -136,22 +136,23 @@ def test_corner_of_the_box_is_inside(signorom, model_folder, at):
     assert (done.returncode, done.stderr) == (0, "")
 
 
-@pytest.mark.parametrize("n_ranks", [1, 3])
 @pytest.mark.parametrize(
-    ("at", "message"),
-    [
-        ("squeeze=0.2", "error: --at squeeze=0.2 gives no value for shift"),
-        (
-            "squeez=0.2,shift=0",
-            "error: unknown parameter 'squeez' in --at; the parameters are squeeze, shift",
-        ),
-        ("squeeze=0.2,shift=a", "error: --at: 'a' is not a number"),
-        ("squeeze=0.2,shift=nan", "error: --at: 'nan' is not a number"),
-        ("squeeze=0.2,shift=1e999", "error: --at: '1e999' is not a number"),
-        ("squeeze=0.2,shift=", "error: --at: '' is not a number"),
-        ("squeeze=0.2,squeeze=0.3", "error: --at gives squeeze twice"),
-        ("0.2,0.3", "error: --at needs name=value, not '0.2'"),
-    ],
+    ("at", "message", "n_ranks"),
+    on_ranks(
+        [
+            ("squeeze=0.2", "error: --at squeeze=0.2 gives no value for shift"),
+            (
+                "squeez=0.2,shift=0",
+                "error: unknown parameter 'squeez' in --at; the parameters are squeeze, shift",
+            ),
+            ("squeeze=0.2,shift=a", "error: --at: 'a' is not a number"),
+            ("squeeze=0.2,shift=nan", "error: --at: 'nan' is not a number"),
+            ("squeeze=0.2,shift=1e999", "error: --at: '1e999' is not a number"),
+            ("squeeze=0.2,shift=", "error: --at: '' is not a number"),
+            ("squeeze=0.2,squeeze=0.3", "error: --at gives squeeze twice"),
+            ("0.2,0.3", "error: --at needs name=value, not '0.2'"),
+        ]
+    ),
 )
 def test_wrong_point(signorom, model_folder, at, message, n_ranks):
     assert refuse(
@@ -206,16 +207,17 @@ def lose(file):
     del file["clusters/1/contact_matrix"]
 
 
-@pytest.mark.parametrize("n_ranks", [1, 3])
 @pytest.mark.parametrize(
-    ("how", "message"),
-    [
-        (put_version(2), "version"),
-        (put_version(0), "version"),
-        (flip, "checksum|damaged|changed"),
-        (lose, "contact_matrix"),
-    ],
-    ids=["newer_version", "older_version", "changed_number", "lost_dataset"],
+    ("how", "message", "n_ranks"),
+    on_ranks(
+        [
+            (put_version(2), "version"),
+            (put_version(0), "version"),
+            (flip, "checksum|damaged|changed"),
+            (lose, "contact_matrix"),
+        ]
+    ),
+    ids=["newer_version", "older_version", "changed_number", "lost_dataset", "newer_version_on_three_ranks"],
 )
 def test_model_that_cannot_be_read(signorom, model_folder, how, message, n_ranks):
     change(model_folder / "model.h5", how)

@@ -13,7 +13,7 @@ import pytest
 
 from program import finish, kill, wait_until
 from results import read_snapshots
-from runs import HERE, files_in, refuse, write_deck
+from runs import HERE, files_in, on_ranks, refuse, write_deck
 
 N_POINTS = 1000
 # Format of a shard: header, then records of 8-byte numbers (1 parameter, 116 dofs, 5 multipliers, 5 residuals, seconds,
@@ -182,8 +182,7 @@ def test_shard_of_another_deck_is_refused(signorom, many_points):
     assert re.search(r"results/patch/snapshots.part-1: error: .* another deck or mesh", words)
 
 
-@pytest.mark.parametrize("command", ["sample", "train", "run"])
-@pytest.mark.parametrize("n_ranks", [1, 3])
+@pytest.mark.parametrize(("command", "n_ranks"), on_ranks([("sample",), ("train",), ("run",)]))
 def test_snapshots_of_another_deck_are_refused(signorom, tmp_path, command, n_ranks):
     deck = write_deck("patch", tmp_path)
     signorom("sample", deck.name, folder=tmp_path)
@@ -281,8 +280,9 @@ def test_check_does_not_need_the_folder(signorom, many_points):
     assert done.returncode == 0
 
 
-@pytest.mark.parametrize("n_ranks", [1, 3])
-@pytest.mark.parametrize("directory", ["/proc/results", "taken", "taken/below"])
+@pytest.mark.parametrize(
+    ("directory", "n_ranks"), on_ranks([("/proc/results",), ("taken",), ("taken/below",)])
+)
 def test_folder_that_cannot_be_made(signorom, tmp_path, directory, n_ranks):
     (tmp_path / "taken").write_text("a file\n")
     deck = write_deck("patch", tmp_path, **{"output:\n": f"output:\n  directory: {directory}\n"})

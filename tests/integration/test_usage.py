@@ -10,7 +10,7 @@ import time
 import pytest
 
 from program import ROOT, finish
-from runs import SOON, refuse, write_deck
+from runs import SOON, on_ranks, refuse, write_deck
 
 COMMANDS = ("check", "solve", "sample", "train", "validate", "run", "predict")
 
@@ -30,22 +30,23 @@ def test_help_names_every_command_and_exit_code(signorom, tmp_path):
     assert signorom("-h", folder=tmp_path) == text
 
 
-@pytest.mark.parametrize("n_ranks", [1, 3])
 @pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        ([], r"error: no command; one of check, solve, sample, train, validate, run, predict is needed"),
-        (["chekc", "a.yaml"], r"error: unknown command 'chekc'.*\n.*did you mean 'check'"),
-        (["check", "a.yaml", "--fast"], r"error: unknown option '--fast'"),
-        (["check", "a.yaml", "--quite"], r"error: unknown option '--quite'\n.*did you mean '--quiet'"),
-        (["check"], r"error: the command check needs a deck"),
-        (["predict"], r"error: the command predict needs a model"),
-        (["check", "a.yaml", "b.yaml"], r"error: unexpected argument 'b.yaml'"),
-        (["predict", "model.h5"], r"error: predict needs either --at or --points"),
-        (["predict", "model.h5", "--at"], r"error: the option --at needs a value"),
-        (["run", "a.yaml", "--at", "a=1"], r"error: --at goes with predict and solve"),
-        (["run", "a.yaml", "--strict"], r"error: .*--strict go with predict"),
-    ],
+    ("arguments", "message", "n_ranks"),
+    on_ranks(
+        [
+            ([], r"error: no command; one of check, solve, sample, train, validate, run, predict is needed"),
+            (["chekc", "a.yaml"], r"error: unknown command 'chekc'.*\n.*did you mean 'check'"),
+            (["check", "a.yaml", "--fast"], r"error: unknown option '--fast'"),
+            (["check", "a.yaml", "--quite"], r"error: unknown option '--quite'\n.*did you mean '--quiet'"),
+            (["check"], r"error: the command check needs a deck"),
+            (["predict"], r"error: the command predict needs a model"),
+            (["check", "a.yaml", "b.yaml"], r"error: unexpected argument 'b.yaml'"),
+            (["predict", "model.h5"], r"error: predict needs either --at or --points"),
+            (["predict", "model.h5", "--at"], r"error: the option --at needs a value"),
+            (["run", "a.yaml", "--at", "a=1"], r"error: --at goes with predict and solve"),
+            (["run", "a.yaml", "--strict"], r"error: .*--strict go with predict"),
+        ]
+    ),
 )
 def test_wrong_words(signorom, tmp_path, arguments, message, n_ranks):
     assert re.match(message, refuse(signorom, *arguments, folder=tmp_path, n_ranks=n_ranks))
@@ -106,7 +107,7 @@ def test_log_without_terminal_is_sparse(signorom, tmp_path):
 
 def test_bar_on_a_terminal(signorom, tmp_path):
     """stderr is a terminal: a bar with counts and time left is drawn over itself, and is gone at the end."""
-    deck = write_deck("patch", tmp_path, **{"grid: {push: 5}": "grid: {push: 3000}"})
+    deck = write_deck("patch", tmp_path, **{"grid: {push: 5}": "grid: {push: 1000}"})
     deck.write_text(deck.read_text() + "solver: {type: active_set}\n")
     master, slave = pty.openpty()
     process = signorom.start("sample", deck.name, folder=tmp_path, stderr=slave)
@@ -114,9 +115,9 @@ def test_bar_on_a_terminal(signorom, tmp_path):
     drawn = read_terminal(master)
     done = finish(process)
     assert done.returncode == 0
-    assert re.search(r"\rsampling \[=+ +\] \d+/3000, [\d.]+ (s|min \d+ s) left", drawn)
+    assert re.search(r"\rsampling \[=+ +\] \d+/1000, [\d.]+ (s|min \d+ s) left", drawn)
     assert drawn.endswith("\r")
-    assert re.search(r"^sampling: 3000 of 3000 in ", done.stdout, re.MULTILINE)
+    assert re.search(r"^sampling: 1000 of 1000 in ", done.stdout, re.MULTILINE)
 
 
 def read_terminal(master):
