@@ -6,16 +6,18 @@ module sig_study
   use sig_errors, only: error_t, exit_not_converged, make_error
   use sig_field_output, only: write_fields
   use sig_file_system, only: file_exists
-  use sig_contact_state, only: contact_state_t, reason_converged
+  use sig_contact_state, only: contact_state_t, reason_converged, reason_text
   use sig_kinds, only: rk
   use sig_log, only: log_info, log_warning
   use sig_model, only: model_t
   use sig_model_file, only: read_model, write_model
-  use sig_parameter_space, only: build_points
+  use sig_parameter_space, only: build_points, format_point
   use sig_petsc_support, only: library_versions, rank_and_size
-  use sig_problem, only: check_points, inert_pair_names, load_problem, problem_t
+  use sig_problem, only: check_points, force_unit, inert_pair_names, load_problem, problem_t, stress_unit
   use sig_rank_groups, only: create_rank_groups, rank_groups_t
-  use sig_reporting, only: report_deck, report_model, report_sizes, report_snapshots, report_states
+  use sig_reactions, only: boundary_reactions, reaction_t
+  use sig_reporting, only: accuracy_text, report_deck, report_model, report_reactions, report_sizes, report_snapshots, &
+    report_states
   use sig_run_report, only: run_report_t
   use sig_sampling, only: sample, sampling_result_t
   use sig_session, only: session_t
@@ -215,7 +217,9 @@ contains
     type(problem_t) :: problem
     type(model_t) :: model
     type(contact_state_t), allocatable :: states(:)
+    type(reaction_t), allocatable :: reactions(:)
     type(error_t), allocatable :: error
+    integer :: i
 
     PetscCall(load_problem(session%deck, PETSC_COMM_WORLD, problem, error, ierr))
     if (.not. allocated(error)) call check_points(problem, points, error)
@@ -232,9 +236,18 @@ contains
       return
     end if
     PetscCall(describe_problem(problem, report, ierr))
+    call report%add('units/force', force_unit(session%deck))
+    call report%add('units/stress', stress_unit(session%deck))
     call report_states(session%deck, points, states, report)
+    do i = 1, size(states)
+      if (states(i)%reason /= reason_converged) call log_warning('not converged at ' // &
+        format_point(session%deck%parameters, points(:, i)) // ': ' // reason_text(states(i)%reason))
+      call boundary_reactions(problem%mesh, session%deck%boundary_conditions, states(i)%reactions, reactions)
+      call report_reactions(i, reactions, report)
+    end do
     call write_report(session, report)
-    call log_info('fields at ' // to_text(size(points, 2)) // ' points: ' // session%folder // '/fields.xdmf')
+    call log_info('fields at ' // to_text(size(points, 2)) // ' points: ' // session%folder // '/fields.xdmf' // &
+      accuracy_text(session%deck, pack(states%residuals, states%reason == reason_converged)))
     if (any(states%reason /= reason_converged)) session%exit_code = exit_not_converged
   end subroutine fields_stage
 

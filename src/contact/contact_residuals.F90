@@ -15,7 +15,7 @@ module sig_contact_residuals
 
 contains
 
-  !> Fills state%residuals. Collective on the system's communicator.
+  !> Fills state%residuals and state%reactions. Collective on the system's communicator.
   subroutine measure_residuals(system, theta, state, ierr)
     type(contact_system_t), intent(inout) :: system
     real(rk), intent(in) :: theta(:)
@@ -29,6 +29,7 @@ contains
     PetscCall(system%apply_stiffness(state%displacement, internal, ierr))
     contact = system%operator%apply_transpose(state%multipliers, system%map%n_dofs)
     opening = system%gap(theta) - system%operator%apply(state%displacement)
+    state%reactions = merge(internal + contact, 0.0_rk, system%boundary%is_prescribed)
     associate (r => state%residuals)
       r%equilibrium = relative(maxval(abs(internal + contact), mask=.not. system%boundary%is_prescribed), &
         max(smallest_force, maxval(abs(internal)), maxval(abs(contact))))

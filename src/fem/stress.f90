@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Stress of each cell: the mean over its integration points.
+!> Stress of each cell (the mean over it), smoothed at the nodes, and von Mises' equivalent.
 module sig_stress
   use sig_cell_stiffness, only: cell_dofs
   use sig_elastic_body, only: elastic_body_t
@@ -9,7 +9,10 @@ module sig_stress
   use sig_mesh, only: mesh_t, nodes_of_cell
   implicit none(type, external)
   private
-  public :: cell_stresses, n_stresses
+  public :: cell_stresses, nodal_stresses, von_mises, n_stresses
+
+  !> [-] relative difference of volumes that counts as none
+  real(rk), parameter :: tie = 1.0e-8_rk
 
 contains
 
@@ -21,24 +24,76 @@ contains
     real(rk), intent(in) :: displacement(:)
     !> [force/length**2] shape (n_stresses, n_cells)
     real(rk) :: stresses(n_stresses, mesh%n_cells)
+    real(rk) :: strain(size(body%hooke, 1)), volume
     integer :: i_cell
 
     do i_cell = 1, mesh%n_cells
-      stresses(:, i_cell) = matmul(body%stress_matrix(:, :, body%material_of_cell(i_cell)), &
-        mean_strain(mesh, body, i_cell, displacement))
+      call measure_cell(mesh, body, i_cell, displacement, strain, volume)
+      stresses(:, i_cell) = matmul(body%stress_matrix(:, :, body%material_of_cell(i_cell)), strain)
     end do
   end function cell_stresses
 
-  pure function mean_strain(mesh, body, i_cell, displacement) result(strain)
+  !> Stress at each node: the mean of the cells around it, weighted by their volumes.
+  !>
+  !> Where materials share a node, stresses jump: there only the material with most volume around the node counts (of equal
+  !> ones the first of the deck), so that one material's stress does not smear into the other's. Local.
+  pure function nodal_stresses(mesh, body, displacement, stresses) result(smoothed)
+    type(mesh_t), intent(in) :: mesh
+    type(elastic_body_t), intent(in) :: body
+    !> [length] shape (n_dofs)
+    real(rk), intent(in) :: displacement(:)
+    !> [force/length**2] of the cells, shape (n_stresses, n_cells)
+    real(rk), intent(in) :: stresses(:, :)
+    !> [force/length**2] shape (n_stresses, n_nodes)
+    real(rk) :: smoothed(n_stresses, mesh%n_nodes)
+    real(rk) :: volumes(size(body%hooke, 3), mesh%n_nodes), volume(mesh%n_cells), strain(size(body%hooke, 1))
+    integer :: i_cell, i_node, material(mesh%n_nodes), n
+    integer, allocatable :: nodes(:)
+
+    volumes = 0
+    do i_cell = 1, mesh%n_cells
+      call measure_cell(mesh, body, i_cell, displacement, strain, volume(i_cell))
+      nodes = nodes_of_cell(mesh, i_cell)
+      associate (i => body%material_of_cell(i_cell))
+        volumes(i, nodes) = volumes(i, nodes) + volume(i_cell)
+      end associate
+    end do
+    ! rounding must not decide between equal volumes
+    material = [(findloc(volumes(:, i_node) >= (1 - tie) * maxval(volumes(:, i_node)), .true., dim=1), i_node=1, mesh%n_nodes)]
+    smoothed = 0
+    do i_cell = 1, mesh%n_cells
+      do n = mesh%cell_offsets(i_cell) + 1, mesh%cell_offsets(i_cell + 1)
+        i_node = mesh%cell_nodes(n)
+        if (body%material_of_cell(i_cell) /= material(i_node)) cycle
+        smoothed(:, i_node) = smoothed(:, i_node) + stresses(:, i_cell) * (volume(i_cell) / volumes(material(i_node), i_node))
+      end do
+    end do
+  end function nodal_stresses
+
+  !> sqrt(((xx - yy)**2 + (yy - zz)**2 + (zz - xx)**2) / 2 + 3 (xy**2 + yz**2 + xz**2)) of each column.
+  pure function von_mises(stresses) result(equivalent)
+    !> [force/length**2] shape (n_stresses, n)
+    real(rk), intent(in) :: stresses(:, :)
+    !> [force/length**2] shape (n)
+    real(rk) :: equivalent(size(stresses, 2))
+
+    equivalent = sqrt(((stresses(1, :) - stresses(2, :))**2 + (stresses(2, :) - stresses(3, :))**2 + &
+      (stresses(3, :) - stresses(1, :))**2) / 2 + 3 * sum(stresses(4:6, :)**2, dim=1))
+  end function von_mises
+
+  !> Mean strain of a cell and its volume.
+  pure subroutine measure_cell(mesh, body, i_cell, displacement, strain, total)
     type(mesh_t), intent(in) :: mesh
     type(elastic_body_t), intent(in) :: body
     integer, intent(in) :: i_cell
     real(rk), intent(in) :: displacement(:)
     !> [-] shape (n_strains)
-    real(rk) :: strain(size(body%hooke, 1))
+    real(rk), intent(out) :: strain(:)
+    !> [length**3, length**2 in the plane]
+    real(rk), intent(out) :: total
     real(rk), allocatable :: coordinates(:, :), local(:)
     real(rk), allocatable :: matrix(:, :)
-    real(rk) :: volume, total
+    real(rk) :: volume
     integer :: i_point
 
     coordinates = mesh%coordinates(:, nodes_of_cell(mesh, i_cell))
@@ -54,5 +109,5 @@ contains
       end do
     end associate
     strain = strain / total
-  end function mean_strain
+  end subroutine measure_cell
 end module sig_stress

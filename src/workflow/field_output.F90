@@ -15,7 +15,7 @@ module sig_field_output
   use sig_problem, only: force_unit, parameter_names, problem_t, stress_unit
   use sig_query, only: answer_t, query_t
   use sig_reconstruction, only: reconstruct_displacement, reconstruct_multipliers
-  use sig_stress, only: cell_stresses
+  use sig_stress, only: cell_stresses, nodal_stresses, von_mises
   use sig_surface_measure, only: nodal_areas
   use petsc
   implicit none(type, external)
@@ -90,11 +90,27 @@ contains
       if (deck%output%has_contact) then
         call write_contact_fields(problem, state, areas, file)
       end if
-      if (deck%output%has_stress) call file%add_cell_field('stress', &
-        cell_stresses(problem%mesh, problem%body, state%displacement), stress_unit(deck), &
-        'mean stress of the cell, full-order model')
+      if (deck%output%has_stress) call write_stress_fields(problem, state%displacement, file)
     end associate
   end subroutine write_point
+
+  !> In axisymmetry zz is the hoop direction.
+  subroutine write_stress_fields(problem, displacement, file)
+    type(problem_t), intent(in) :: problem
+    real(rk), intent(in) :: displacement(:)
+    type(field_file_t), intent(inout) :: file
+    real(rk), allocatable :: stresses(:, :), smoothed(:, :)
+    character(:), allocatable :: unit
+
+    unit = stress_unit(problem%deck)
+    stresses = cell_stresses(problem%mesh, problem%body, displacement)
+    smoothed = nodal_stresses(problem%mesh, problem%body, displacement, stresses)
+    call file%add_cell_field('stress', stresses, unit, 'mean stress of the cell, full-order model')
+    call file%add_cell_field('von_mises', von_mises(stresses), unit, 'von Mises stress of the mean stress of the cell')
+    call file%add_node_field('stress_smoothed', smoothed, unit, &
+      'mean stress of the cells around the node, weighted by volume, of one material')
+    call file%add_node_field('von_mises_smoothed', von_mises(smoothed), unit, 'von Mises stress of the smoothed stress')
+  end subroutine write_stress_fields
 
   subroutine write_contact_fields(problem, state, areas, file)
     type(problem_t), intent(in) :: problem

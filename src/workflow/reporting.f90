@@ -1,13 +1,14 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> What the stages of a study found, as sections of report.yaml. Each stage's section can be made from its file alone.
 module sig_reporting
-  use sig_contact_state, only: contact_state_t, reason_converged, reason_text
+  use sig_contact_state, only: contact_state_t, reason_converged, reason_text, residuals_t
   use sig_deck_config, only: deck_config_t
   use sig_deck_echo, only: echo_deck
   use sig_kinds, only: rk
   use sig_model, only: model_t
   use sig_parameter_space, only: format_point
   use sig_pod_rank, only: pod_rank
+  use sig_reactions, only: reaction_t
   use sig_run_report, only: run_report_t
   use sig_snapshot_store, only: snapshot_set_t
   use sig_statistics, only: statistics_t, summarize
@@ -15,7 +16,8 @@ module sig_reporting
   use sig_version, only: code_version
   implicit none(type, external)
   private
-  public :: report_deck, report_sizes, report_snapshots, report_model, report_states, report_statistics
+  public :: report_deck, report_sizes, report_snapshots, report_model, report_states, report_reactions, report_statistics
+  public :: accuracy_text
 
   !> rows of residuals in the snapshots, and what they are called
   character(*), parameter :: residual_names(5) = [character(19) :: 'equilibrium', 'penetration', 'negative_multiplier', &
@@ -112,6 +114,45 @@ contains
       call report%add(key // 'residuals/force_balance', states(i)%residuals%force_balance)
     end do
   end subroutine report_states
+
+  !> Resultants of one point, a numbered entry per boundary: names may hold what a key may not.
+  subroutine report_reactions(i_point, reactions, report)
+    integer, intent(in) :: i_point
+    type(reaction_t), intent(in) :: reactions(:)
+    type(run_report_t), intent(inout) :: report
+    character(:), allocatable :: key
+    integer :: i, i_component
+
+    do i = 1, size(reactions)
+      key = 'points/' // to_text(i_point) // '/reactions/' // to_text(i) // '/'
+      call report%add(key // 'boundary', reactions(i)%boundary)
+      do i_component = 1, 3
+        if (.not. reactions(i)%is_prescribed(i_component)) cycle
+        call report%add(key // reactions(i)%axes(i_component), reactions(i)%force(i_component))
+      end do
+    end do
+  end subroutine report_reactions
+
+  !> `; largest penetration 0.0E+00 m, force balance 1.0E-16`, the worst of several answers; empty without any.
+  pure function accuracy_text(deck, residuals) result(text)
+    type(deck_config_t), intent(in) :: deck
+    type(residuals_t), intent(in) :: residuals(:)
+    character(:), allocatable :: text
+
+    text = ''
+    if (size(residuals) > 0) text = '; largest penetration ' // short(maxval(residuals%penetration)) // ' ' // &
+      deck%units%length // ', force balance ' // short(maxval(residuals%force_balance))
+  end function accuracy_text
+
+  !> Two digits are enough for a residual.
+  pure function short(value) result(text)
+    real(rk), intent(in) :: value
+    character(:), allocatable :: text
+    character(16) :: buffer
+
+    write (buffer, '(es9.1)') value
+    text = trim(adjustl(buffer))
+  end function short
 
   subroutine report_statistics(report, key, values)
     type(run_report_t), intent(inout) :: report

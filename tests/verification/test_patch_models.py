@@ -7,6 +7,7 @@ the distance from the support. Linear displacements, constant stress: in the spa
 
 import numpy as np
 import pytest
+import yaml
 
 from block_meshes import consistent_areas, stacked_blocks
 from runs import read_fields, write_deck_with
@@ -94,3 +95,18 @@ def test_uniaxial_stress(signorom, tmp_path, model, element, poisson_ratio):
     stress[STRESS.index("zz")] = across
     stress[STRESS.index("zz" if n_dim == 3 else "yy")] = -pressure
     np.testing.assert_allclose(fields["stress"] - stress, 0, atol=TOLERANCE * pressure)
+    np.testing.assert_allclose(fields["stress_smoothed"] - stress, 0, atol=TOLERANCE * pressure)
+    equivalent = np.sqrt((pressure**2 + across**2 + (pressure + across) ** 2) / 2)
+    np.testing.assert_allclose(fields["von_mises"], equivalent, rtol=TOLERANCE)
+    np.testing.assert_allclose(fields["von_mises_smoothed"], equivalent, rtol=TOLERANCE)
+
+    report = yaml.safe_load((tmp_path / "results" / "patch_models" / "report.yaml").read_text())
+    assert report["units"]["force"] == ("N/m" if model.startswith("plane") else "N")
+    reactions = {entry["boundary"]: entry for entry in report["points"]["1"]["reactions"].values()}
+    up = AXES.get(model, "xy")[-1]
+    assert reactions["bottom"][up] == pytest.approx(forces.sum(), rel=TOLERANCE)
+    assert reactions["top"][up] == pytest.approx(-forces.sum(), rel=TOLERANCE)
+    for name in ("left", "front"):
+        if name in reactions:
+            (value,) = (reactions[name][axis] for axis in AXES.get(model, "xy") if axis in reactions[name])
+            assert abs(value) <= TOLERANCE * forces.sum()
