@@ -110,3 +110,21 @@ def test_uniaxial_stress(signorom, tmp_path, model, element, poisson_ratio):
         if name in reactions:
             (value,) = (reactions[name][axis] for axis in AXES.get(model, "xy") if axis in reactions[name])
             assert abs(value) <= TOLERANCE * forces.sum()
+
+
+@pytest.mark.parametrize("n_ranks", [1, 3])
+@pytest.mark.parametrize("solver", ["active_set", "snesvi"])
+@pytest.mark.parametrize(("model", "element"), [("axisymmetric", "mixed"), ("solid", "T4"), ("solid", "H8")])
+def test_other_solvers_and_ranks(signorom, tmp_path, model, element, solver, n_ranks):
+    """The multipliers by the solvers that need no dense matrix, on one and three ranks."""
+    mesh = stacked_blocks(element, 3 if model == "solid" else 2)
+    mesh.write(tmp_path / "blocks.msh")
+    deck = patch_deck(tmp_path, model, 0.3)
+    deck.write_text(deck.read_text().replace("type: condensed", f"type: {solver}"))
+    signorom("solve", deck, folder=tmp_path, n_ranks=n_ranks)
+    fields = read_fields(tmp_path / "results" / "patch_models" / "fields.h5")
+    faces = mesh.nodes_of("lower_face")
+    forces = uniaxial(model, 0.3)[0] * consistent_areas(mesh, "lower_face", model == "axisymmetric")[faces]
+    np.testing.assert_allclose(
+        fields["multipliers_full_order"], forces, rtol=0, atol=TOLERANCE * forces.max()
+    )
