@@ -27,7 +27,7 @@ make_mesh() {
 }
 
 run_program() {
-  if [ "$(nproc)" -ge 2 ]; then
+  if [ "$n_cores" -ge 2 ]; then
     mpirun --oversubscribe --bind-to none -n 2 $program run $deck
   else
     $program run $deck

@@ -92,7 +92,7 @@ static bool scan_bytes(sig_scanner *scanner, void *value, size_t n) {
 
 bool sig_scan_int(sig_scanner *scanner, int64_t *value) {
   if (!scanner->is_binary) return sig_scan_word_int(scanner, value);
-  int32_t number;
+  int32_t number = 0;
   if (!scan_bytes(scanner, &number, sizeof number)) return false;
   *value = number;
   return true;
