@@ -142,6 +142,8 @@ contains
     line = header(model)
     n_bytes = len(line) + 1
     write (unit, '(a)', iostat=status) line
+    ! A full disk: n_bytes is then more than the file has, which the caller finds.
+    if (status /= 0) return
     do i = 1, size(points, 2)
       call query%evaluate(points(:, i), answer)
       if (.not. answer%is_inside_box) then
@@ -151,6 +153,7 @@ contains
       line = row(model, points(:, i), answer)
       n_bytes = n_bytes + len(line) + 1
       write (unit, '(a)', iostat=status) line
+      if (status /= 0) return
     end do
     if (n_outside > 1) call log_warning(to_text(n_outside) // ' of ' // to_text(size(points, 2)) // &
       ' points lie outside the trained box; the first is named above')

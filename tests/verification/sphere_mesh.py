@@ -2,6 +2,7 @@
 """Sphere on a block in the round (Q4) or a quarter in space (H8): the sphere is a block with a spherical lower face."""
 
 import numpy as np
+
 from block_meshes import Mesh
 
 # [mm]

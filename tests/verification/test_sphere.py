@@ -5,9 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
-from block_meshes import consistent_areas
 
 import hertz
+from block_meshes import consistent_areas
 from runs import read_snapshots, write_deck
 from sphere_mesh import RADIUS, sphere_on_block
 
