@@ -37,21 +37,23 @@ contains
       r%negative_multiplier = relative(max(0.0_rk, maxval(-state%multipliers)), maxval(abs(state%multipliers)))
       r%complementarity = relative(abs(dot_product(state%multipliers, opening)), maxval(abs(state%multipliers)) * &
         max(maxval(abs(system%gap(theta))), maxval(abs(state%displacement))))
-      r%force_balance = worst_imbalance(internal + contact, system%map%n_dim, smallest_force)
+      r%force_balance = worst_imbalance(internal + contact, system%map%n_dim, system%first_balanced, smallest_force)
     end associate
   end subroutine measure_residuals
 
   !> Resultant of the reactions over the sum of their sizes, worst component (contact forces cancel pair by pair).
-  pure real(rk) function worst_imbalance(reactions, n_dim, smallest_force)
+  pure real(rk) function worst_imbalance(reactions, n_dim, first, smallest_force)
     !> [force] natural, shape (n_dofs)
     real(rk), intent(in) :: reactions(:)
     integer, intent(in) :: n_dim
+    !> first component that is a direction in space: radial forces of a turned body balance by the hoop stress
+    integer, intent(in) :: first
     !> [force] sizes below this count as this
     real(rk), intent(in) :: smallest_force
     integer :: i_component
 
     worst_imbalance = 0
-    do i_component = 1, n_dim
+    do i_component = first, n_dim
       worst_imbalance = max(worst_imbalance, relative(abs(sum(reactions(i_component::n_dim))), &
         max(smallest_force, sum(abs(reactions)))))
     end do

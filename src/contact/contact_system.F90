@@ -23,6 +23,8 @@ module sig_contact_system
     !> rows with a multiplier, and rows whose displacements are all prescribed
     type(contact_operator_t) :: operator
     type(contact_operator_t) :: inert
+    !> forces balance along the components from this one on: not along r in axisymmetry
+    integer :: first_balanced = 1
     !> K on all dofs, Dirichlet rows included
     Mat :: stiffness
     !> two work vectors of its layout
@@ -53,6 +55,7 @@ contains
 
     self%comm = comm
     self%boundary = boundary
+    if (body%mechanics%is_round) self%first_balanced = 2
     PetscCall(rank_and_size(comm, rank, n_ranks, ierr))
     call create_dof_map(mesh, rank, n_ranks, self%map)
     call create_contact_operator(pairs, mesh%n_dim, boundary%n_terms, boundary%is_prescribed, self%operator, self%inert)

@@ -3,6 +3,7 @@
 
 import numpy as np
 import pytest
+import yaml
 
 import thick_cylinder
 from block_meshes import Mesh
@@ -87,6 +88,18 @@ def test_stress_of_the_cylinder(signorom, tmp_path):
         found = [stress[STRESS.index(key)] for key in ("xx", "zz", "yy")]
         limit = 0.01 * thick_cylinder.contact_pressure()
         np.testing.assert_allclose(found, [radial, hoop, axial], rtol=0, atol=limit)
+
+
+def test_balance_is_along_the_axis(signorom, tmp_path):
+    """Radial forces do not add up to zero around an axis; what the report calls balance must not count them."""
+    solve(signorom, tmp_path / "run", "mixed", 8)
+    report = yaml.safe_load((tmp_path / "run" / "results" / "thick_cylinder" / "report.yaml").read_text())
+    point = report["points"]["1"]
+    assert point["residuals"]["force_balance"] < 1e-12
+    reactions = {entry["boundary"]: entry for entry in point["reactions"].values()}
+    # both are pushed together: outwards by the bore, inwards by the rim
+    assert reactions["bore"]["r"] > 0 > reactions["rim"]["r"]
+    assert abs(reactions["ends"]["z"]) < 1e-9 * reactions["bore"]["r"]
 
 
 def test_formula_meets_the_equations():
