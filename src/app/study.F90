@@ -31,7 +31,7 @@ module sig_study
   use petsc
   implicit none(type, external)
   private
-  public :: sample_stage, train_stage, validate_stage, fields_stage, exit_stopped
+  public :: sample_stage, train_stage, validate_stage, fields_stage
 
   !> a signal ended the command; the same command goes on
   integer, parameter :: exit_stopped = 130
