@@ -35,7 +35,7 @@ def kind(node, schema):
     """What may stand there, in a few words."""
     if "enum" in node:
         return ", ".join(f"`{word}`" for word in node["enum"])
-    if "anyOf" in node:
+    if "anyOf" in node and "type" not in node:
         return " or ".join(kind(resolve(choice, schema), schema) for choice in node["anyOf"])
     if "const" in node:
         return f"`{node['const']}`"
@@ -74,7 +74,9 @@ def rows(node, schema, path=""):
         keys.append(("<name>", node["additionalProperties"]))
     for key, raw in keys:
         value = resolve(raw, schema)
-        own_kind = "expression" if raw.get("$ref", "").endswith("/expression") else kind(value, schema)
+        own_kind = (
+            "expression" if raw.get("$ref", "").endswith(("/expression", "/field")) else kind(value, schema)
+        )
         name = f"{path}.{key}" if path else key
         if key != "<name>":
             needed = default(value, key in node.get("required", []))

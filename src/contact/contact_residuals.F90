@@ -21,30 +21,32 @@ contains
     real(rk), intent(in) :: theta(:)
     type(contact_state_t), intent(inout) :: state
     PetscErrorCode, intent(out) :: ierr
-    real(rk) :: internal(system%map%n_dofs), contact(system%map%n_dofs), opening(system%operator%n_rows)
+    real(rk) :: internal(system%map%n_dofs), contact(system%map%n_dofs), load(system%map%n_dofs), opening(system%operator%n_rows)
     real(rk) :: smallest_force
 
     PetscCall(MatNorm(system%stiffness, NORM_INFINITY, smallest_force, ierr))
     smallest_force = smallest_share * smallest_force * maxval(abs(state%displacement))
     PetscCall(system%apply_stiffness(state%displacement, internal, ierr))
     contact = system%operator%apply_transpose(state%multipliers, system%map%n_dofs)
+    load = system%load(theta)
     opening = system%gap(theta) - system%operator%apply(state%displacement)
-    state%reactions = merge(internal + contact, 0.0_rk, system%boundary%is_prescribed)
+    state%reactions = merge(internal + contact - load, 0.0_rk, system%boundary%is_prescribed)
     associate (r => state%residuals)
-      r%equilibrium = relative(maxval(abs(internal + contact), mask=.not. system%boundary%is_prescribed), &
+      r%equilibrium = relative(maxval(abs(internal + contact - load), mask=.not. system%boundary%is_prescribed), &
         max(smallest_force, maxval(abs(internal)), maxval(abs(contact))))
       r%penetration = max(0.0_rk, maxval(-opening))
       r%negative_multiplier = relative(max(0.0_rk, maxval(-state%multipliers)), maxval(abs(state%multipliers)))
       r%complementarity = relative(abs(dot_product(state%multipliers, opening)), maxval(abs(state%multipliers)) * &
         max(maxval(abs(system%gap(theta))), maxval(abs(state%displacement))))
-      r%force_balance = worst_imbalance(internal + contact, system%map%n_dim, system%first_balanced, smallest_force)
+      r%force_balance = worst_imbalance(internal + contact - load, load, system%map%n_dim, system%first_balanced, smallest_force)
     end associate
   end subroutine measure_residuals
 
-  !> Resultant of the reactions over the sum of their sizes, worst component (contact forces cancel pair by pair).
-  pure real(rk) function worst_imbalance(reactions, n_dim, first, smallest_force)
+  !> Resultant of reactions and loads over the sum of their sizes, worst component (contact forces cancel pair by pair).
+  pure real(rk) function worst_imbalance(reactions, loads, n_dim, first, smallest_force)
     !> [force] natural, shape (n_dofs)
     real(rk), intent(in) :: reactions(:)
+    real(rk), intent(in) :: loads(:)
     integer, intent(in) :: n_dim
     !> first component that is a direction in space: radial forces of a turned body balance by the hoop stress
     integer, intent(in) :: first
@@ -54,8 +56,8 @@ contains
 
     worst_imbalance = 0
     do i_component = first, n_dim
-      worst_imbalance = max(worst_imbalance, relative(abs(sum(reactions(i_component::n_dim))), &
-        max(smallest_force, sum(abs(reactions)))))
+      worst_imbalance = max(worst_imbalance, relative(abs(sum(reactions(i_component::n_dim) + loads(i_component::n_dim))), &
+        max(smallest_force, sum(abs(reactions)) + sum(abs(loads)))))
     end do
   end function worst_imbalance
 

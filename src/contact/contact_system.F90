@@ -34,6 +34,7 @@ module sig_contact_system
     procedure :: create
     procedure :: prescribed_displacement
     procedure :: gap
+    procedure :: load
     procedure :: apply_stiffness
     procedure :: put
     procedure :: get
@@ -72,8 +73,7 @@ contains
     !> [length] shape (n_dofs)
     real(rk) :: displacement(self%map%n_dofs)
 
-    displacement = 0
-    displacement(self%boundary%prescribed_dofs) = matmul(self%boundary%prescribed_values, theta)
+    displacement = self%boundary%prescribed_displacement(theta)
   end function prescribed_displacement
 
   !> D(mu). Local.
@@ -85,6 +85,16 @@ contains
 
     gap = matmul(self%operator%gap, theta)
   end function gap
+
+  !> F(mu). Local.
+  pure function load(self, theta)
+    class(contact_system_t), intent(in) :: self
+    real(rk), intent(in) :: theta(:)
+    !> [force] natural, shape (n_dofs)
+    real(rk) :: load(self%map%n_dofs)
+
+    load = self%boundary%loads%forces(theta, self%map%n_dofs)
+  end function load
 
   !> K u with replicated arrays. Collective.
   subroutine apply_stiffness(self, displacement, forces, ierr)

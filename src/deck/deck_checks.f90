@@ -34,6 +34,9 @@ contains
       call check_material(tree, config%materials, i, stress_unit(config))
     end do
     call check_displacements(tree, config)
+    do i = 1, size(config%loads)
+      call check_load(tree, config, i)
+    end do
     do i = 1, size(config%contact)
       call check_contact(tree, config%contact, i, mechanical_model(config%mesh%model))
     end do
@@ -122,11 +125,53 @@ contains
           call tree%report_at(path, 'is prescribed twice for ' // shown(config%boundary_conditions(i)%boundary%text) // &
             '; boundary_conditions[' // to_text(j) // '] has it already')
         end do
-        if (has_box(config%parameters)) call check_finite(tree, path, config%parameters, &
-          config%boundary_conditions(i)%displacement(i_axis))
+        call check_field(tree, path, config%parameters, config%boundary_conditions(i)%displacement(i_axis))
       end do
     end do
   end subroutine check_displacements
+
+  subroutine check_load(tree, config, i_load)
+    type(deck_tree_t), intent(inout) :: tree
+    type(deck_config_t), intent(in) :: config
+    integer, intent(in) :: i_load
+    type(mechanical_model_t) :: model
+    character(:), allocatable :: path, key
+    integer :: i_axis
+
+    model = mechanical_model(config%mesh%model)
+    path = 'loads[' // to_text(i_load) // ']'
+    associate (load => config%loads(i_load))
+      key = '.traction.'
+      if (load%is_body_force) key = '.body_force.'
+      if (load%has_pressure) call check_field(tree, path // '.pressure', config%parameters, load%pressure)
+      do i_axis = 1, 3
+        if (.not. load%has_component(i_axis)) cycle
+        associate (value => load%components(i_axis))
+          call check_field(tree, path // key // model%axes(i_axis), config%parameters, value)
+          if (load%is_body_force .and. value%uses_parameters .and. value%uses_coordinates) call tree%report_at( &
+            path // key // model%axes(i_axis), 'is ' // shown(value%text) // '; a body force may depend on ' // &
+            'the parameters or on the coordinates, not on both', 'split it into several entries')
+        end associate
+      end do
+      if (load%has_minimum) call check_field(tree, path // '.window.min', config%parameters, load%minimum)
+      if (load%has_maximum) call check_field(tree, path // '.window.max', config%parameters, load%maximum)
+      if (.not. (load%has_minimum .and. load%has_maximum)) return
+      if (.not. (load%minimum%is_constant .and. load%maximum%is_constant)) return
+      if (load%minimum%constant >= load%maximum%constant) call tree%report_at(path // '.window.max', 'is ' // &
+        to_text(load%maximum%constant) // ' ' // config%units%length // '; it must be greater than min, which is ' // &
+        to_text(load%minimum%constant) // ' ' // config%units%length)
+    end associate
+  end subroutine check_load
+
+  !> What depends on coordinates is looked at on the mesh.
+  subroutine check_field(tree, path, parameters, value)
+    type(deck_tree_t), intent(inout) :: tree
+    character(*), intent(in) :: path
+    type(parameter_config_t), intent(in) :: parameters(:)
+    type(value_config_t), intent(in) :: value
+
+    if (has_box(parameters) .and. .not. value%uses_coordinates) call check_finite(tree, path, parameters, value)
+  end subroutine check_field
 
   !> Whether the ranges of all parameters are known and not empty.
   pure logical function has_box(parameters)

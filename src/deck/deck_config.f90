@@ -6,6 +6,7 @@ module sig_deck_config
   implicit none(type, external)
   private
   public :: deck_config_t, units_config_t, mesh_config_t, parameter_config_t, material_config_t, value_config_t, name_config_t
+  public :: load_config_t
   public :: boundary_config_t, contact_config_t, solver_config_t, point_set_config_t, reduction_config_t, output_config_t
 
   !> A name that only the mesh knows, with its place in the deck for the message.
@@ -15,12 +16,14 @@ module sig_deck_config
     integer :: column = 0
   end type name_config_t
 
-  !> A number or an expression of the parameters.
+  !> A number or an expression of the parameters and, where allowed, the coordinates.
   type :: value_config_t
     !> what muParser reads; a number is written so that it reads back the same
     character(:), allocatable :: text
-    !> no parameter occurs in it
+    !> neither parameter nor coordinate occurs in it
     logical :: is_constant = .true.
+    logical :: uses_parameters = .false.
+    logical :: uses_coordinates = .false.
     !> its value where is_constant
     real(rk) :: constant = 0
     integer :: line = 0
@@ -76,6 +79,31 @@ module sig_deck_config
     !> [length] their values
     type(value_config_t) :: displacement(3)
   end type boundary_config_t
+
+  !> Pressure or traction on a named surface, or body force in a named region.
+  type :: load_config_t
+    !> boundary, or region of a body force
+    type(name_config_t) :: target
+    logical :: is_body_force = .false.
+    logical :: has_pressure = .false.
+    !> [force/length**2] > 0 pushes into the body
+    type(value_config_t) :: pressure
+    !> names of the components in the deck
+    character(1) :: axes(3) = ['x', 'y', 'z']
+    !> components of the traction or the body force that are given
+    logical :: has_component(3) = .false.
+    !> [force/length**2 or force/length**3]
+    type(value_config_t) :: components(3)
+    !> window: bounded coordinate, 0 = none
+    integer :: axis = 0
+    logical :: has_minimum = .false.
+    logical :: has_maximum = .false.
+    !> [length] expressions of the parameters
+    type(value_config_t) :: minimum
+    type(value_config_t) :: maximum
+    !> cut the facets at the window (default), or take those that lie in it
+    logical :: is_cut = .true.
+  end type load_config_t
 
   type :: contact_config_t
     type(name_config_t) :: first
@@ -148,6 +176,8 @@ module sig_deck_config
     type(parameter_config_t), allocatable :: parameters(:)
     type(material_config_t), allocatable :: materials(:)
     type(boundary_config_t), allocatable :: boundary_conditions(:)
+    !> none by default
+    type(load_config_t), allocatable :: loads(:)
     type(contact_config_t), allocatable :: contact(:)
     type(solver_config_t) :: solver
     !> the deck has the section; commands that need a section which is not there say so

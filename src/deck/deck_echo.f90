@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> Configuration -> YAML with every default: what `check` prints, what reports and models keep. Reading it back gives the same.
 module sig_deck_echo
-  use sig_deck_config, only: boundary_config_t, contact_config_t, deck_config_t, material_config_t, name_config_t, &
-    output_config_t, parameter_config_t, point_set_config_t, reduction_config_t
+  use sig_deck_config, only: boundary_config_t, contact_config_t, deck_config_t, load_config_t, material_config_t, &
+    name_config_t, output_config_t, parameter_config_t, point_set_config_t, reduction_config_t, value_config_t
   use sig_kinds, only: rk
   use sig_text, only: join, lower, read_real, string_t, to_text
   implicit none(type, external)
@@ -26,7 +26,9 @@ contains
     do i = 1, size(config%parameters)
       yaml = yaml // '  ' // parameter_entry(config%parameters(i)) // eol
     end do
-    yaml = yaml // body_sections(config) // &
+    yaml = yaml // body_sections(config)
+    if (size(config%loads) == 0) yaml = yaml // 'loads: []' // eol
+    yaml = yaml // &
       'solver: {type: ' // config%solver%type // ', max_iterations: ' // to_text(config%solver%max_iterations) // '}' // eol
     if (config%has_training) yaml = yaml // 'training: ' // point_set(config%training, config%parameters) // eol
     if (config%has_test) yaml = yaml // 'test: ' // point_set(config%test, config%parameters) // eol
@@ -56,7 +58,7 @@ contains
     yaml = 'units: {length: ' // config%units%length // ', force: ' // config%units%force // '}' // eol
   end function units_section
 
-  !> Materials, boundary conditions and contact.
+  !> Materials, boundary conditions, loads if there are any, and contact.
   pure function body_sections(config) result(yaml)
     type(deck_config_t), intent(in) :: config
     character(:), allocatable :: yaml
@@ -69,6 +71,10 @@ contains
     yaml = yaml // 'boundary_conditions:' // eol
     do i = 1, size(config%boundary_conditions)
       yaml = yaml // '  - ' // boundary_entry(config%boundary_conditions(i)) // eol
+    end do
+    if (size(config%loads) > 0) yaml = yaml // 'loads:' // eol
+    do i = 1, size(config%loads)
+      yaml = yaml // '  - ' // load_entry(config%loads(i)) // eol
     end do
     yaml = yaml // 'contact:' // eol
     do i = 1, size(config%contact)
@@ -95,21 +101,60 @@ contains
   pure function boundary_entry(condition) result(yaml)
     type(boundary_config_t), intent(in) :: condition
     character(:), allocatable :: yaml
-    type(string_t) :: components(count(condition%is_prescribed))
+
+    yaml = '{boundary: ' // yaml_text(condition%boundary%text) // ', displacement: ' // &
+      component_mapping(condition%axes, condition%is_prescribed, condition%displacement) // '}'
+  end function boundary_entry
+
+  !> {x: 0.0, y: push}
+  pure function component_mapping(axes, is_given, values) result(yaml)
+    character(1), intent(in) :: axes(:)
+    logical, intent(in) :: is_given(:)
+    type(value_config_t), intent(in) :: values(:)
+    character(:), allocatable :: yaml
+    type(string_t) :: components(count(is_given))
     integer :: i_axis, n
 
     n = 0
-    do i_axis = 1, 3
-      if (.not. condition%is_prescribed(i_axis)) cycle
+    do i_axis = 1, size(is_given)
+      if (.not. is_given(i_axis)) cycle
       n = n + 1
-      if (condition%displacement(i_axis)%is_constant) then
-        components(n)%text = condition%axes(i_axis) // ': ' // to_text(condition%displacement(i_axis)%constant)
-      else
-        components(n)%text = condition%axes(i_axis) // ': ' // yaml_text(condition%displacement(i_axis)%text)
-      end if
+      components(n)%text = axes(i_axis) // ': ' // value_text(values(i_axis))
     end do
-    yaml = '{boundary: ' // yaml_text(condition%boundary%text) // ', displacement: {' // join(components, ', ') // '}}'
-  end function boundary_entry
+    yaml = '{' // join(components, ', ') // '}'
+  end function component_mapping
+
+  pure function value_text(value) result(yaml)
+    type(value_config_t), intent(in) :: value
+    character(:), allocatable :: yaml
+
+    if (value%is_constant) then
+      yaml = to_text(value%constant)
+    else
+      yaml = yaml_text(value%text)
+    end if
+  end function value_text
+
+  pure function load_entry(load) result(yaml)
+    type(load_config_t), intent(in) :: load
+    character(:), allocatable :: yaml
+
+    if (load%is_body_force) then
+      yaml = '{region: ' // yaml_text(load%target%text) // ', body_force: ' // &
+        component_mapping(load%axes, load%has_component, load%components) // '}'
+      return
+    end if
+    yaml = '{boundary: ' // yaml_text(load%target%text)
+    if (load%has_pressure) yaml = yaml // ', pressure: ' // value_text(load%pressure)
+    if (any(load%has_component)) yaml = yaml // ', traction: ' // component_mapping(load%axes, load%has_component, load%components)
+    if (load%axis > 0) then
+      yaml = yaml // ', window: {axis: ' // load%axes(load%axis)
+      if (load%has_minimum) yaml = yaml // ', min: ' // value_text(load%minimum)
+      if (load%has_maximum) yaml = yaml // ', max: ' // value_text(load%maximum)
+      yaml = yaml // '}'
+    end if
+    yaml = yaml // ', load: ' // trim(merge('cut        ', 'whole_edges', load%is_cut)) // '}'
+  end function load_entry
 
   pure function contact_entry(contact) result(yaml)
     type(contact_config_t), intent(in) :: contact

@@ -3,13 +3,14 @@
 module sig_deck_read_problem
   use sig_deck_config, only: boundary_config_t, contact_config_t, deck_config_t, material_config_t, mesh_config_t, &
     parameter_config_t, units_config_t
+  use sig_deck_read_loads, only: read_loads
   use sig_deck_tree, only: append_text, deck_tree_t, kind_mapping, root_node
   use sig_deck_values, only: get_choice, get_list, get_mapping, get_name, get_names, get_number, get_text, get_word, &
     number_of, value_of
   use sig_expression, only: is_function_name, is_identifier
   use sig_file_system, only: directory_of
   use sig_kinds, only: rk
-  use sig_mechanical_models, only: components_text, mechanical_model, mechanical_model_t, mechanical_models
+  use sig_mechanical_models, only: components_text, coordinate_names, mechanical_model, mechanical_model_t, mechanical_models
   use sig_text, only: string_t
   implicit none(type, external)
   private
@@ -33,7 +34,9 @@ contains
     ! said already; every expression and grid would complain again
     if (size(config%parameters) == 0) return
     call read_materials(tree, config%materials)
+    tree%coordinate_names = coordinate_names(mechanical_model(config%mesh%model))
     call read_boundary_conditions(tree, mechanical_model(config%mesh%model), config%boundary_conditions)
+    call read_loads(tree, mechanical_model(config%mesh%model), config%loads)
     call read_contact(tree, config%contact)
   end subroutine read_problem
 
@@ -202,7 +205,8 @@ contains
       i_value = tree%find(i_displacement, model%axes(i_component))
       if (i_value == 0) cycle
       condition%is_prescribed(i_component) = .true.
-      call value_of(tree, i_value, 'a number or an expression of the parameters', condition%displacement(i_component), is_valid)
+      call value_of(tree, i_value, 'a number or an expression of the parameters and the coordinates', &
+        condition%displacement(i_component), is_valid, may_use_coordinates=.true.)
       ! reported; the checks that follow must not trip over it
       if (.not. is_valid) condition%displacement(i_component)%is_constant = .true.
     end do

@@ -44,6 +44,8 @@ module sig_deck_tree
     type(deck_node_t), allocatable :: nodes(:)
     !> what expressions may name; none until the parameters are read
     type(string_t), allocatable :: parameter_names(:)
+    !> what some of them may name besides: the coordinates of the model
+    type(string_t), allocatable :: coordinate_names(:)
     type(error_list_t) :: errors
   contains
     procedure :: find
@@ -68,7 +70,7 @@ contains
     integer :: i
 
     i_node = 0
-    call append_text(this%nodes(i_mapping)%asked_keys, key)
+    if (.not. was_asked(this%nodes(i_mapping), key)) call append_text(this%nodes(i_mapping)%asked_keys, key)
     do i = i_mapping + 1, this%nodes(i_mapping)%last
       if (this%nodes(i)%parent /= i_mapping .or. this%nodes(i)%key /= key) cycle
       ! Fortran takes trailing blanks for nothing
@@ -78,6 +80,18 @@ contains
       return
     end do
   end function find
+
+  pure logical function was_asked(node, key)
+    type(deck_node_t), intent(in) :: node
+    character(*), intent(in) :: key
+    integer :: i
+
+    was_asked = .false.
+    if (.not. allocated(node%asked_keys)) return
+    do i = 1, size(node%asked_keys)
+      if (node%asked_keys(i)%text == key) was_asked = .true.
+    end do
+  end function was_asked
 
   !> Values of a mapping or entries of a list, in order.
   pure function children(this, i_parent) result(nodes)

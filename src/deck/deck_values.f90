@@ -267,14 +267,21 @@ contains
   end subroutine name_of
 
   !> A number or an expression of the parameters. Quotes do not matter: they only keep YAML from reading the text.
-  subroutine value_of(tree, i_node, wanted, value, is_valid)
+  subroutine value_of(tree, i_node, wanted, value, is_valid, may_use_coordinates)
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_node
     !> what the message asks for: `a number`, `a number or an expression of the parameters`
     character(*), intent(in) :: wanted
     type(value_config_t), intent(inout) :: value
     logical, intent(out) :: is_valid
+    !> default no
+    logical, intent(in), optional :: may_use_coordinates
+    type(string_t), allocatable :: coordinates(:)
 
+    allocate (coordinates(0))
+    if (present(may_use_coordinates)) then
+      if (may_use_coordinates) coordinates = tree%coordinate_names
+    end if
     is_valid = .false.
     value%line = tree%nodes(i_node)%line
     value%column = tree%nodes(i_node)%column
@@ -284,14 +291,16 @@ contains
     end if
     call read_real(tree%nodes(i_node)%text, value%constant, is_valid)
     value%is_constant = .true.
-    if (.not. is_valid) call read_expression(tree, i_node, wanted, value, is_valid)
+    if (.not. is_valid) call read_expression(tree, i_node, wanted, coordinates, value, is_valid)
     if (is_valid .and. value%is_constant) value%text = to_text(value%constant)
   end subroutine value_of
 
-  subroutine read_expression(tree, i_node, wanted, value, is_valid)
+  subroutine read_expression(tree, i_node, wanted, coordinates, value, is_valid)
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_node
     character(*), intent(in) :: wanted
+    !> names of the coordinates where they may occur
+    type(string_t), intent(in) :: coordinates(:)
     type(value_config_t), intent(inout) :: value
     logical, intent(out) :: is_valid
     type(expression_t) :: expression
@@ -299,19 +308,22 @@ contains
     integer :: i_name
 
     value%text = on_one_line(tree%nodes(i_node)%text)
-    call expression%create(value%text, tree%parameter_names, message)
+    call expression%create(value%text, [tree%parameter_names, coordinates], message)
     is_valid = .not. allocated(message)
     if (.not. is_valid) then
       call tree%report(i_node, 'is ' // tree%kind_name(i_node) // '; it must be ' // wanted // ': ' // message, &
         hint_of(tree, i_node))
       return
     end if
-    value%is_constant = .true.
     do i_name = 1, size(tree%parameter_names)
-      if (expression%uses(tree%parameter_names(i_name)%text)) value%is_constant = .false.
+      if (expression%uses(tree%parameter_names(i_name)%text)) value%uses_parameters = .true.
     end do
+    do i_name = 1, size(coordinates)
+      if (expression%uses(coordinates(i_name)%text)) value%uses_coordinates = .true.
+    end do
+    value%is_constant = .not. (value%uses_parameters .or. value%uses_coordinates)
     if (value%is_constant) then
-      call expression%evaluate(spread(0.0_rk, 1, size(tree%parameter_names)), value%constant, is_valid)
+      call expression%evaluate(spread(0.0_rk, 1, size(tree%parameter_names) + size(coordinates)), value%constant, is_valid)
       if (.not. is_valid) call tree%report(i_node, 'is ' // tree%kind_name(i_node) // ', which is not finite')
     end if
     call expression%destroy()

@@ -2,10 +2,11 @@
 !> Mechanical models as data: a new model is a new row of this table, not a new branch.
 module sig_mechanical_models
   use sig_kinds, only: rk
+  use sig_text, only: append_text, string_t
   implicit none(type, external)
   private
   public :: mechanical_model_t, mechanical_models, mechanical_model
-  public :: circumference, components_text, is_plane
+  public :: circumference, components_text, coordinate_names, is_plane
 
   !> Tensor components are numbered as in VTK: xx, yy, zz, xy, yz, xz. In axisymmetry x = r, y = z, and zz is the hoop direction.
   type :: mechanical_model_t
@@ -42,6 +43,18 @@ contains
       if (mechanical_models(i)%name == name) model = mechanical_models(i)
     end do
   end function mechanical_model
+
+  !> What expressions may call the coordinates.
+  pure function coordinate_names(model) result(names)
+    type(mechanical_model_t), intent(in) :: model
+    type(string_t), allocatable :: names(:)
+    integer :: i
+
+    allocate (names(0))
+    do i = 1, model%n_dim
+      call append_text(names, model%axes(i))
+    end do
+  end function coordinate_names
 
   !> What an integral over the mesh carries at a place: 2 pi r in axisymmetry, 1 elsewhere (in the plane per unit thickness).
   pure real(rk) function circumference(model, place)

@@ -1,35 +1,43 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Prescribed displacements as a sum of terms: value = sum over t of theta_t(mu) * pattern_t, with theta_1 = 1.
+!> Prescribed displacements and loads as sums of terms: value = sum over t of theta_t(mu) * pattern_t, with theta_1 = 1.
 module sig_boundary_conditions
   use sig_deck_config, only: boundary_config_t, value_config_t
   use sig_errors, only: error_t, make_error
+  use sig_expression, only: expression_t
   use sig_kinds, only: rk
+  use sig_load_pattern, only: load_pattern_t
   use sig_mesh, only: mesh_t
   use sig_mesh_checks, only: nodes_of_boundary
-  use sig_text, only: append_text, string_t, to_text
+  use sig_term_set, only: source_places, term_set_t, term_source_t
+  use sig_text, only: to_text
   implicit none(type, external)
   private
   public :: boundary_conditions_t, create_boundary_conditions
 
   type :: boundary_conditions_t
+    !> all terms of the problem; those of the prescribed displacements come first
     integer :: n_terms = 1
-    !> theta_t as expressions of the parameters; the first is 1
-    type(string_t), allocatable :: term_texts(:)
     !> natural, ascending
     integer, allocatable :: prescribed_dofs(:)
-    !> [length] shape (n_prescribed, n_terms)
+    !> [length] of the leading terms, shape (n_prescribed, n_prescribed_terms)
     real(rk), allocatable :: prescribed_values(:, :)
     !> shape (n_dofs)
     logical, allocatable :: is_prescribed(:)
+    !> external forces
+    type(load_pattern_t) :: loads
+  contains
+    procedure :: prescribed_displacement
   end type boundary_conditions_t
 
 contains
 
-  !> Errors: unknown boundary name; a dof prescribed by two entries with different values.
-  subroutine create_boundary_conditions(mesh, entries, deck_path, conditions, error)
+  !> Errors: unknown boundary name; a dof prescribed by two entries with different values; a value that is not finite.
+  subroutine create_boundary_conditions(mesh, entries, deck_path, terms, conditions, error)
     type(mesh_t), intent(in) :: mesh
     type(boundary_config_t), intent(in) :: entries(:)
     character(*), intent(in) :: deck_path
+    !> grows by the terms of these conditions
+    type(term_set_t), intent(inout) :: terms
     type(boundary_conditions_t), intent(out) :: conditions
     type(error_t), allocatable, intent(out) :: error
     integer, allocatable :: nodes(:), entry_of_dof(:)
@@ -41,21 +49,34 @@ contains
       if (allocated(error)) return
       do i_component = 1, mesh%n_dim
         if (.not. entries(i_entry)%is_prescribed(i_component)) cycle
-        call claim_dofs(entries, i_entry, i_component, mesh, nodes, deck_path, entry_of_dof, error)
+        call claim_dofs(entries, i_entry, i_component, mesh, nodes, deck_path, terms, entry_of_dof, error)
         if (allocated(error)) return
       end do
     end do
-    call collect_terms(mesh%n_dim, entries, entry_of_dof, conditions)
+    call collect_terms(mesh, entries, entry_of_dof, deck_path, terms, conditions, error)
   end subroutine create_boundary_conditions
 
+  !> u_D(mu) on the prescribed dofs, 0 elsewhere.
+  pure function prescribed_displacement(self, theta) result(displacement)
+    class(boundary_conditions_t), intent(in) :: self
+    !> [-] values of the terms, shape (n_terms)
+    real(rk), intent(in) :: theta(:)
+    !> [length] shape (n_dofs)
+    real(rk) :: displacement(size(self%is_prescribed))
+
+    displacement = 0
+    displacement(self%prescribed_dofs) = matmul(self%prescribed_values, theta(:size(self%prescribed_values, 2)))
+  end function prescribed_displacement
+
   !> Notes which entry prescribes the dofs; two entries may meet at a corner if they say the same.
-  subroutine claim_dofs(entries, i_entry, i_component, mesh, nodes, deck_path, entry_of_dof, error)
+  subroutine claim_dofs(entries, i_entry, i_component, mesh, nodes, deck_path, terms, entry_of_dof, error)
     type(boundary_config_t), intent(in) :: entries(:)
     integer, intent(in) :: i_entry
     integer, intent(in) :: i_component
     type(mesh_t), intent(in) :: mesh
     integer, intent(in) :: nodes(:)
     character(*), intent(in) :: deck_path
+    type(term_set_t), intent(in) :: terms
     integer, intent(inout) :: entry_of_dof(:)
     type(error_t), allocatable, intent(out) :: error
     integer :: i, i_dof, other
@@ -87,35 +108,114 @@ contains
     end if
   end function differ
 
-  !> One term for all constants, then one per entry and component whose value depends on the parameters.
-  pure subroutine collect_terms(n_dim, entries, entry_of_dof, conditions)
-    integer, intent(in) :: n_dim
+  !> Terms of each entry and component, then their values.
+  subroutine collect_terms(mesh, entries, entry_of_dof, deck_path, terms, conditions, error)
+    type(mesh_t), intent(in) :: mesh
     type(boundary_config_t), intent(in) :: entries(:)
     integer, intent(in) :: entry_of_dof(:)
+    character(*), intent(in) :: deck_path
+    type(term_set_t), intent(inout) :: terms
     type(boundary_conditions_t), intent(inout) :: conditions
-    integer :: term_of(n_dim, size(entries)), i, i_component, i_dof, i_entry
+    type(error_t), allocatable, intent(out) :: error
+    integer :: term_of_dof(size(entry_of_dof)), i, i_component, i_dof, i_entry
+    real(rk) :: value_of_dof(size(entry_of_dof))
 
-    call append_text(conditions%term_texts, '1')
+    term_of_dof = 1
+    value_of_dof = 0
     do i_entry = 1, size(entries)
-      do i_component = 1, n_dim
-        term_of(i_component, i_entry) = 1
+      do i_component = 1, mesh%n_dim
         if (.not. entries(i_entry)%is_prescribed(i_component)) cycle
-        if (entries(i_entry)%displacement(i_component)%is_constant) cycle
-        call append_text(conditions%term_texts, entries(i_entry)%displacement(i_component)%text)
-        term_of(i_component, i_entry) = size(conditions%term_texts)
+        associate (dofs => pack([(i, i=1, size(entry_of_dof))], entry_of_dof == i_entry .and. &
+          [(modulo(i - 1, mesh%n_dim) + 1 == i_component, i=1, size(entry_of_dof))]))
+          call split_value(mesh, entries(i_entry)%displacement(i_component), dofs, deck_path, terms, term_of_dof, value_of_dof, &
+            error)
+        end associate
+        if (allocated(error)) return
       end do
     end do
-    conditions%n_terms = size(conditions%term_texts)
     conditions%is_prescribed = entry_of_dof > 0
     conditions%prescribed_dofs = pack([(i_dof, i_dof=1, size(entry_of_dof))], conditions%is_prescribed)
+    conditions%n_terms = terms%n_terms()
     allocate (conditions%prescribed_values(size(conditions%prescribed_dofs), conditions%n_terms), source=0.0_rk)
     do i = 1, size(conditions%prescribed_dofs)
       i_dof = conditions%prescribed_dofs(i)
-      i_entry = entry_of_dof(i_dof)
-      i_component = modulo(i_dof - 1, n_dim) + 1
-      associate (value => entries(i_entry)%displacement(i_component))
-        conditions%prescribed_values(i, term_of(i_component, i_entry)) = merge(value%constant, 1.0_rk, value%is_constant)
-      end associate
+      conditions%prescribed_values(i, term_of_dof(i_dof)) = value_of_dof(i_dof)
     end do
   end subroutine collect_terms
+
+  !> A value without parameters belongs to term 1; one without coordinates is a term; with both, every dof is a term.
+  subroutine split_value(mesh, value, dofs, deck_path, terms, term_of_dof, value_of_dof, error)
+    type(mesh_t), intent(in) :: mesh
+    type(value_config_t), intent(in) :: value
+    !> those that this value drives
+    integer, intent(in) :: dofs(:)
+    character(*), intent(in) :: deck_path
+    type(term_set_t), intent(inout) :: terms
+    integer, intent(inout) :: term_of_dof(:)
+    real(rk), intent(inout) :: value_of_dof(:)
+    type(error_t), allocatable, intent(out) :: error
+    integer :: i_term
+
+    if (value%is_constant) then
+      value_of_dof(dofs) = value%constant
+    else if (.not. value%uses_coordinates) then
+      call terms%add_expression(value%text, value%line, value%column, i_term)
+      term_of_dof(dofs) = i_term
+      value_of_dof(dofs) = 1
+    else if (.not. value%uses_parameters) then
+      call evaluate_on_nodes(mesh, value, dofs, deck_path, terms, value_of_dof, error)
+    else
+      call add_dof_terms(mesh, value, dofs, terms, term_of_dof)
+      value_of_dof(dofs) = 1
+    end if
+  end subroutine split_value
+
+  !> Values of an expression of the coordinates.
+  subroutine evaluate_on_nodes(mesh, value, dofs, deck_path, terms, value_of_dof, error)
+    type(mesh_t), intent(in) :: mesh
+    type(value_config_t), intent(in) :: value
+    integer, intent(in) :: dofs(:)
+    character(*), intent(in) :: deck_path
+    type(term_set_t), intent(in) :: terms
+    real(rk), intent(inout) :: value_of_dof(:)
+    type(error_t), allocatable, intent(out) :: error
+    type(expression_t) :: expression
+    character(:), allocatable :: message
+    integer :: i, i_node
+    logical :: is_valid
+
+    call expression%create(value%text, terms%coordinate_names, message)
+    do i = 1, size(dofs)
+      i_node = (dofs(i) - 1) / mesh%n_dim + 1
+      call expression%evaluate(mesh%coordinates(:, i_node), value_of_dof(dofs(i)), is_valid)
+      if (is_valid) cycle
+      call make_error(error, 'the prescribed displacement ''' // value%text // ''' is not finite at node ' // &
+        to_text(mesh%node_tags(i_node)), deck_path, value%line, value%column)
+      exit
+    end do
+    call expression%destroy()
+  end subroutine evaluate_on_nodes
+
+  !> One term per dof: the value of the expression at its node.
+  subroutine add_dof_terms(mesh, value, dofs, terms, term_of_dof)
+    type(mesh_t), intent(in) :: mesh
+    type(value_config_t), intent(in) :: value
+    integer, intent(in) :: dofs(:)
+    type(term_set_t), intent(inout) :: terms
+    integer, intent(inout) :: term_of_dof(:)
+    type(term_source_t) :: source
+    integer :: i
+
+    do i = 1, size(dofs)
+      call terms%add_term(value%text // ' at node ' // to_text(mesh%node_tags((dofs(i) - 1) / mesh%n_dim + 1)), &
+        term_of_dof(dofs(i)))
+    end do
+    source%kind = source_places
+    source%text = value%text
+    source%terms = term_of_dof(dofs)
+    source%places = mesh%coordinates(:, (dofs - 1) / mesh%n_dim + 1)
+    source%line = value%line
+    source%column = value%column
+    call terms%add_source(source)
+  end subroutine add_dof_terms
 end module sig_boundary_conditions

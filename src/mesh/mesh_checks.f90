@@ -7,7 +7,7 @@ module sig_mesh_checks
   use sig_text, only: did_you_mean, join, string_t, to_text
   implicit none(type, external)
   private
-  public :: material_of_cells, nodes_of_boundary, group_of_surface
+  public :: material_of_cells, nodes_of_boundary, group_of_region, group_of_surface
 
 contains
 
@@ -107,6 +107,17 @@ contains
 
     call find_name(mesh, surface, mesh%n_dim - 1, mesh%n_dim - 1, 'surface', deck_path, i_group, error)
   end subroutine group_of_surface
+
+  !> Index of a named region: a group of cells. Errors: as nodes_of_boundary.
+  pure subroutine group_of_region(mesh, region, deck_path, i_group, error)
+    type(mesh_t), intent(in) :: mesh
+    type(name_config_t), intent(in) :: region
+    character(*), intent(in) :: deck_path
+    integer, intent(out) :: i_group
+    type(error_t), allocatable, intent(out) :: error
+
+    call find_name(mesh, region, mesh%n_dim, mesh%n_dim, 'region', deck_path, i_group, error)
+  end subroutine group_of_region
 
   !> The group of that name whose dimension lies between the two.
   pure subroutine find_name(mesh, name, min_dim, max_dim, noun, deck_path, i_group, error)

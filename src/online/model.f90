@@ -2,20 +2,22 @@
 !> A trained model as data: all that a query needs, and what describes it. Nothing here depends on a mesh file or a deck.
 module sig_model
   use sig_kinds, only: rk
+  use sig_term_set, only: start_terms, term_set_t
   use sig_text, only: string_t
   implicit none(type, external)
   private
   public :: model_t, reduced_model_t, validation_statistics_t, complete_model
 
   !> layout of the file; a change that an older reader would misread raises it
-  integer, parameter, public :: model_format_version = 1
+  integer, parameter, public :: model_format_version = 2
   !> the two values of model_t%reconstruction
   character(*), parameter, public :: reconstruct_with_displacements = 'multipliers_and_displacements'
   character(*), parameter, public :: reconstruct_from_multipliers = 'multipliers'
 
   !> Reduced model of one cluster.
   !>
-  !> u = lifting theta + basis gamma; K_r gamma + M' lambda = load theta, M gamma <= gap theta, lambda >= 0 and complementary.
+  !> u = lifting theta' + basis gamma with the leading terms theta', those that prescribe displacements;
+  !> K_r gamma + M' lambda = load theta, M gamma <= gap theta, lambda >= 0 and complementary.
   !> Source: (10). theta(n_terms) are the values of the model's terms. Numbers of nodes, cells and dofs are natural, 1-based.
   type :: reduced_model_t
     integer :: n_modes = 0
@@ -23,7 +25,7 @@ module sig_model
     integer :: n_rows = 0
     !> [-] V, shape (n_dofs, n_modes)
     real(rk), allocatable :: basis(:, :)
-    !> [length per unit of theta] shape (n_dofs, n_terms)
+    !> [length per unit of theta] of the leading terms; the others prescribe nothing; shape (n_dofs, n_lifted_terms)
     real(rk), allocatable :: lifting(:, :)
     !> [force / length] K_r, neither symmetric nor definite, shape (n_modes, n_modes)
     real(rk), allocatable :: reduced_stiffness(:, :)
@@ -48,7 +50,7 @@ module sig_model
     !> [length] normal displacements of the snapshots, first sides, then second sides, shape (n_contact_values, n_snapshots);
     !> no rows: the reconstruction uses multipliers only
     real(rk), allocatable :: contact_displacement_snapshots(:, :)
-    !> [-] the same displacements of basis and lifting, shapes (n_contact_values, n_modes) and (n_contact_values, n_terms)
+    !> [-] the same displacements of basis and lifting, (n_contact_values, n_modes or n_lifted_terms)
     real(rk), allocatable :: contact_value_basis(:, :)
     real(rk), allocatable :: contact_value_lifting(:, :)
     !> [length] of the snapshots, descending
@@ -92,8 +94,8 @@ module sig_model
     real(rk), allocatable :: box(:, :)
     !> shape (n_parameters, n_points)
     real(rk), allocatable :: training_points(:, :)
-    !> expressions of the parameters; the first is `1`
-    type(string_t), allocatable :: term_texts(:)
+    !> theta as a function of the parameters
+    type(term_set_t) :: terms
     integer :: n_nodes = 0
     integer :: n_dofs = 0
     integer :: n_dim = 0
@@ -140,7 +142,7 @@ contains
     call fill_missing(model%parameter_units)
     call fill_missing(model%box, 2)
     call fill_missing(model%training_points, size(model%parameter_names))
-    call fill_missing(model%term_texts)
+    if (model%terms%n_terms() == 0) call start_terms(model%parameter_names, [string_t ::], .false., model%terms)
     call fill_missing(model%first_node_tags)
     call fill_missing(model%second_node_tags)
     call fill_missing(model%first_coordinates, model%n_dim)

@@ -4,6 +4,7 @@ module sig_model_check
   use sig_checksum, only: fnv1a, fnv1a_seed, hash_digits
   use sig_kinds, only: lk, rk
   use sig_model, only: model_t, reduced_model_t, validation_statistics_t
+  use sig_term_set, only: source_expression, source_places, source_surface, term_set_t, term_source_t
   use sig_text, only: string_t, to_text
   implicit none(type, external)
   private
@@ -26,12 +27,12 @@ contains
 
     name = ''
     n_parameters = size(model%parameter_names)
-    if (size(model%term_texts) < 1) name = 'term_texts'
+    if (.not. are_consistent(model%terms, model%n_dim)) name = 'terms'
     if (size(model%clusters) < 1) name = 'clusters'
     if (size(model%parameter_units) /= n_parameters) name = 'parameter_units'
     if (any(shape(model%box) /= [2, n_parameters])) name = 'box'
     if (size(model%training_points, 1) /= n_parameters) name = 'training_points'
-    if (any(shape(model%gap) /= [model%n_multipliers, size(model%term_texts)])) name = 'gap'
+    if (any(shape(model%gap) /= [model%n_multipliers, model%terms%n_terms()])) name = 'gap'
     if (size(model%first_node_tags) /= model%n_multipliers) name = 'first_node_tags'
     if (size(model%second_node_tags) /= model%n_multipliers) name = 'second_node_tags'
     if (any(shape(model%first_coordinates) /= [model%n_dim, model%n_multipliers])) name = 'first_coordinates'
@@ -39,7 +40,7 @@ contains
     if (.not. is_consistent(model%validation)) name = 'validation'
     do i_cluster = 1, size(model%clusters)
       if (len(name) > 0) return
-      name = find_cluster_mismatch(model%clusters(i_cluster), model%n_dofs, size(model%term_texts), model%n_multipliers)
+      name = find_cluster_mismatch(model%clusters(i_cluster), model%n_dofs, model%terms%n_terms(), model%n_multipliers)
       if (len(name) > 0) name = 'clusters/' // to_text(i_cluster) // '/' // name
     end do
   end function find_mismatch
@@ -56,7 +57,7 @@ contains
     n_values = size(cluster%contact_displacement_snapshots, 1)
     associate (n_modes => cluster%n_modes, n_rows => cluster%n_rows)
       if (any(shape(cluster%basis) /= [n_dofs, n_modes])) name = 'basis'
-      if (any(shape(cluster%lifting) /= [n_dofs, n_terms])) name = 'lifting'
+      if (size(cluster%lifting, 1) /= n_dofs .or. size(cluster%lifting, 2) > n_terms) name = 'lifting'
       if (any(shape(cluster%reduced_stiffness) /= [n_modes, n_modes])) name = 'reduced_stiffness'
       if (any(shape(cluster%contact_matrix) /= [n_rows, n_modes])) name = 'contact_matrix'
       if (any(shape(cluster%load) /= [n_modes, n_terms])) name = 'load'
@@ -68,9 +69,30 @@ contains
       if (size(cluster%contact_displacement_snapshots, 2) /= size(cluster%dual_snapshots, 2)) &
         name = 'contact_displacement_snapshots'
       if (any(shape(cluster%contact_value_basis) /= [n_values, n_modes])) name = 'contact_value_basis'
-      if (any(shape(cluster%contact_value_lifting) /= [n_values, n_terms])) name = 'contact_value_lifting'
+      if (any(shape(cluster%contact_value_lifting) /= [n_values, size(cluster%lifting, 2)])) &
+        name = 'contact_value_lifting'
     end associate
   end function find_cluster_mismatch
+
+  !> Indices of the sources point at terms and places that there are.
+  pure logical function are_consistent(terms, n_dim)
+    type(term_set_t), intent(in) :: terms
+    integer, intent(in) :: n_dim
+    integer :: i
+
+    are_consistent = terms%n_terms() >= 1
+    do i = 1, size(terms%sources)
+      associate (source => terms%sources(i))
+        are_consistent = are_consistent .and. all(source%terms >= 1 .and. source%terms <= terms%n_terms()) .and. &
+          all(source%facets <= size(source%places, 2)) .and. size(source%orientations) == size(source%facets, 2) .and. &
+          all(source%dof_terms <= terms%n_terms()) .and. source%component <= n_dim .and. source%axis <= n_dim
+        if (source%kind == source_expression) are_consistent = are_consistent .and. size(source%terms) == 1
+        if (source%kind == source_places) are_consistent = are_consistent .and. size(source%terms) == size(source%places, 2)
+        if (source%kind == source_surface) &
+          are_consistent = are_consistent .and. all(shape(source%dof_terms) == shape(source%places))
+      end associate
+    end do
+  end function are_consistent
 
   pure logical function is_consistent(validation)
     type(validation_statistics_t), intent(in) :: validation
@@ -100,7 +122,7 @@ contains
     call add(hash, model%parameter_units)
     call add(hash, model%box)
     call add(hash, model%training_points)
-    call add(hash, model%term_texts)
+    call add_terms(hash, model%terms)
     call add(hash, [model%n_nodes, model%n_dofs, model%n_dim, model%n_multipliers])
     call add(hash, model%first_node_tags)
     call add(hash, model%second_node_tags)
@@ -120,6 +142,34 @@ contains
     call add(hash, model%validation%maximum)
     digits = hash_digits(hash)
   end function hash_of_model
+
+  pure subroutine add_terms(hash, terms)
+    integer(lk), intent(inout) :: hash
+    type(term_set_t), intent(in) :: terms
+    integer :: i
+
+    call add(hash, terms%names)
+    call add(hash, terms%coordinate_names)
+    call add(hash, [merge(1, 0, terms%is_round)])
+    do i = 1, size(terms%sources)
+      call add_source(hash, terms%sources(i))
+    end do
+  end subroutine add_terms
+
+  pure subroutine add_source(hash, source)
+    integer(lk), intent(inout) :: hash
+    type(term_source_t), intent(in) :: source
+
+    call add(hash, [source%kind, source%component, source%axis, merge(1, 0, source%is_cut)])
+    call add(hash, source%text)
+    call add(hash, source%minimum)
+    call add(hash, source%maximum)
+    call add(hash, source%terms)
+    call add(hash, source%places)
+    call add(hash, reshape(source%facets, [size(source%facets)]))
+    call add(hash, source%orientations)
+    call add(hash, reshape(source%dof_terms, [size(source%dof_terms)]))
+  end subroutine add_source
 
   pure subroutine add_cluster(hash, cluster)
     integer(lk), intent(inout) :: hash

@@ -6,6 +6,7 @@ module sig_model_file
   use sig_kinds, only: rk
   use sig_model, only: complete_model, model_format_version, model_t, reduced_model_t, validation_statistics_t
   use sig_model_check, only: find_mismatch, hash_of_model
+  use sig_term_file, only: read_terms, write_terms
   use sig_text, only: to_text
   implicit none(type, external)
   private
@@ -77,7 +78,7 @@ contains
     call file%write('/parameters/minimum', model%box(1, :), description='of the trained box')
     call file%write('/parameters/maximum', model%box(2, :), description='of the trained box')
     call file%write('/parameters/training_points', model%training_points, description='a point per row')
-    call file%write('/terms', model%term_texts, description='expressions of the parameters; their values are theta')
+    call write_terms(file, model%terms, length)
     call file%write('/contact/first_node_tags', model%first_node_tags, description='tags of the mesh file, a pair per entry')
     call file%write('/contact/second_node_tags', model%second_node_tags, description='tags of the mesh file, a pair per entry')
     call file%write('/contact/first_coordinates', model%first_coordinates, length, 'a node per row')
@@ -96,7 +97,7 @@ contains
     character(*), intent(in) :: force
 
     call file%write(group // '/basis', cluster%basis, '1', 'a mode per row')
-    call file%write(group // '/lifting', cluster%lifting, length, 'displacement of each term, a term per row')
+    call file%write(group // '/lifting', cluster%lifting, length, 'displacement of the leading terms, a term per row')
     call file%write(group // '/reduced_stiffness', cluster%reduced_stiffness, force // '/' // length, 'transposed')
     call file%write(group // '/contact_matrix', cluster%contact_matrix, '1', 'a mode per row')
     call file%write(group // '/load', cluster%load, force, 'a term per row')
@@ -221,8 +222,8 @@ contains
     call file%read('/title', model%title, error)
     call file%read('/units/length', model%length_unit, error)
     call file%read('/units/force', model%force_unit, error)
-    call file%read('/terms', model%term_texts, error)
     call read_parameters(file, model, error)
+    call read_terms(file, model%parameter_names, model%terms, error)
     call file%read('/contact/first_node_tags', model%first_node_tags, error)
     call file%read('/contact/second_node_tags', model%second_node_tags, error)
     call file%read('/contact/first_coordinates', model%first_coordinates, error)

@@ -2,11 +2,11 @@
 !> Answers of a reduced model at parameter points. Everything that does not depend on the point is factored once, so that a query
 !> costs a complementarity problem of the domain's multipliers and two small products.
 module sig_query
-  use sig_expression, only: expression_t
   use sig_kinds, only: rk
   use sig_lcp, only: lcp_method_name, lcp_reason_text, lcp_solution_t, lcp_solved, solve_lcp
   use sig_linear_algebra, only: lu_t
   use sig_model, only: model_t, reduced_model_t
+  use sig_term_values, only: term_values_t
   use sig_text, only: to_text
   implicit none(type, external)
   private
@@ -59,7 +59,8 @@ module sig_query
   !> A model made ready for queries. A copy shares the expressions, so only its owner destroys it; one per thread.
   type :: query_t
     private
-    type(expression_t), allocatable :: terms(:)
+    type(term_values_t) :: terms
+    integer :: n_terms = 0
     type(cluster_system_t), allocatable :: systems(:)
     !> shape (2, n_parameters)
     real(rk), allocatable :: box(:, :)
@@ -82,7 +83,8 @@ contains
 
     call self%destroy()
     self%box = model%box
-    call compile_terms(self, model, message)
+    self%n_terms = model%terms%n_terms()
+    call self%terms%create(model%terms, message)
     allocate (self%systems(size(model%clusters)))
     do i_cluster = 1, size(model%clusters)
       if (allocated(message)) exit
@@ -91,21 +93,6 @@ contains
     end do
     if (allocated(message)) call self%destroy()
   end subroutine create
-
-  subroutine compile_terms(self, model, message)
-    class(query_t), intent(inout) :: self
-    type(model_t), intent(in) :: model
-    character(:), allocatable, intent(out) :: message
-    integer :: i_term
-
-    allocate (self%terms(size(model%term_texts)))
-    do i_term = 1, size(self%terms)
-      call self%terms(i_term)%create(model%term_texts(i_term)%text, model%parameter_names, message)
-      if (.not. allocated(message)) cycle
-      message = 'the term ''' // model%term_texts(i_term)%text // ''' of the model: ' // message
-      return
-    end do
-  end subroutine compile_terms
 
   subroutine condense(cluster, system, message)
     type(reduced_model_t), intent(in) :: cluster
@@ -136,14 +123,17 @@ contains
     type(answer_t), intent(out) :: answer
     type(lcp_solution_t) :: solution
     real(rk), allocatable :: q(:)
+    integer :: i_source
+    logical :: is_valid
     logical, parameter :: cold_start(0) = .true.
 
     associate (system => self%systems(answer%cluster))
-      call start_answer(size(self%terms), size(system%load_response, 1), size(system%condensed, 1), answer)
+      call start_answer(self%n_terms, size(system%load_response, 1), size(system%condensed, 1), answer)
       if (size(point) /= size(self%box, 2)) return
       answer%is_inside_box = is_inside_box(self%box, point)
-      call evaluate_terms(self%terms, point, answer)
-      if (answer%reason /= query_answered) return
+      call self%terms%evaluate(point, answer%theta, is_valid, i_source)
+      answer%reason = merge(query_answered, query_failed_term, is_valid)
+      if (.not. is_valid) return
       q = matmul(system%gap_response, answer%theta)
       call solve_lcp(system%condensed, q, cold_start, solution)
       answer%method = solution%method
@@ -167,21 +157,6 @@ contains
     allocate (answer%is_active(n_rows), source=.false.)
   end subroutine start_answer
 
-  subroutine evaluate_terms(terms, point, answer)
-    type(expression_t), intent(in) :: terms(:)
-    real(rk), intent(in) :: point(:)
-    type(answer_t), intent(inout) :: answer
-    integer :: i_term
-    logical :: is_valid
-
-    answer%reason = query_failed_term
-    do i_term = 1, size(terms)
-      call terms(i_term)%evaluate(point, answer%theta(i_term), is_valid)
-      if (.not. is_valid) return
-    end do
-    answer%reason = query_answered
-  end subroutine evaluate_terms
-
   !> The point lies in the box or on its border.
   pure logical function is_inside_box(box, point)
     !> minimum and maximum, shape (2, n_parameters)
@@ -195,14 +170,8 @@ contains
 
   subroutine destroy(self)
     class(query_t), intent(inout) :: self
-    integer :: i_term
 
-    if (allocated(self%terms)) then
-      do i_term = 1, size(self%terms)
-        call self%terms(i_term)%destroy()
-      end do
-      deallocate (self%terms)
-    end if
+    call self%terms%destroy()
     if (allocated(self%systems)) deallocate (self%systems)
     if (allocated(self%box)) deallocate (self%box)
   end subroutine destroy

@@ -11,7 +11,7 @@ module sig_reconstruction
 
 contains
 
-  !> u = lifting theta + basis gamma.
+  !> u = lifting theta + basis gamma, with the terms that prescribe displacements.
   subroutine reconstruct_displacement(model, answer, displacement)
     type(model_t), intent(in) :: model
     type(answer_t), intent(in) :: answer
@@ -19,7 +19,8 @@ contains
     real(rk), allocatable, intent(out) :: displacement(:)
 
     associate (cluster => model%clusters(answer%cluster))
-      displacement = matmul(cluster%lifting, answer%theta) + matmul(cluster%basis, answer%coordinates)
+      displacement = matmul(cluster%lifting, answer%theta(:size(cluster%lifting, 2))) &
+        + matmul(cluster%basis, answer%coordinates)
     end associate
   end subroutine reconstruct_displacement
 
@@ -69,7 +70,7 @@ contains
     known(:cluster%n_rows) = scale * answer%multipliers_rid
     if (n_values == 0) return
     displacements = matmul(cluster%contact_value_basis, answer%coordinates) &
-      + matmul(cluster%contact_value_lifting, answer%theta)
+      + matmul(cluster%contact_value_lifting, answer%theta(:size(cluster%contact_value_lifting, 2)))
     scale = inverse_size(cluster%contact_displacement_snapshots)
     snapshots(cluster%n_rows + 1:, :) = scale * cluster%contact_displacement_snapshots
     known(cluster%n_rows + 1:) = scale * displacements

@@ -5,6 +5,7 @@ module sig_projection
   use sig_contact_operator, only: contact_operator_t
   use sig_elastic_body, only: elastic_body_t
   use sig_kinds, only: rk
+  use sig_load_pattern, only: load_pattern_t
   use sig_linear_algebra, only: singular_values
   use sig_mesh, only: mesh_t
   use sig_reduced_domain, only: reduced_domain_t
@@ -28,23 +29,30 @@ contains
 
   !> Projects the full-order model with displacement = lifting * theta + basis * gamma.
   !>
-  !> V[A]' K[A, A+I] V[A+I] and the like, A and I of the domain; no external load acts, so the load is that of the lifting.
+  !> V[A]' K[A, A+I] V[A+I] and the like, A and I of the domain; the load is V[A]' (F[A] - K[A, A+I] lifting).
   !> Source: (10). Local. Cost: size of the domain times (n_modes + n_terms) * n_modes.
-  pure subroutine project(mesh, body, operator, domain, basis, lifting, blocks)
+  pure subroutine project(mesh, body, operator, loads, domain, basis, lifting, blocks)
     type(mesh_t), intent(in) :: mesh
     type(elastic_body_t), intent(in) :: body
     type(contact_operator_t), intent(in) :: operator
+    type(load_pattern_t), intent(in) :: loads
     type(reduced_domain_t), intent(in) :: domain
     !> V, shape (n_dofs, n_modes)
     real(rk), intent(in) :: basis(:, :)
-    !> [length] shape (n_dofs, n_terms)
+    !> [length] of the leading terms, shape (n_dofs, n_lifted_terms)
     real(rk), intent(in) :: lifting(:, :)
     type(projected_blocks_t), intent(out) :: blocks
     real(rk), allocatable :: tests(:, :)
+    integer :: i
 
     tests = transpose(basis(domain%interior_dofs, :))
     blocks%reduced_stiffness = matmul(tests, stiffness_rows(mesh, body, domain, basis))
-    blocks%load = -matmul(tests, stiffness_rows(mesh, body, domain, lifting))
+    allocate (blocks%load(size(basis, 2), size(operator%gap, 2)), source=0.0_rk)
+    blocks%load(:, :size(lifting, 2)) = -matmul(tests, stiffness_rows(mesh, body, domain, lifting))
+    do i = 1, loads%n_entries()
+      if (position_in(domain%interior_dofs, loads%dofs(i)) == 0) cycle
+      blocks%load(:, loads%terms(i)) = blocks%load(:, loads%terms(i)) + basis(loads%dofs(i), :) * loads%values(i)
+    end do
     call project_contact(operator, domain, basis, lifting, blocks)
   end subroutine project
 
@@ -90,7 +98,7 @@ contains
       do i_entry = 1, size(operator%dofs, 1)
         associate (dof => operator%dofs(i_entry, domain%contact_rows(i_row)))
           coefficient = operator%coefficients(i_entry, domain%contact_rows(i_row))
-          blocks%gap(i_row, :) = blocks%gap(i_row, :) - coefficient * lifting(dof, :)
+          blocks%gap(i_row, :size(lifting, 2)) = blocks%gap(i_row, :size(lifting, 2)) - coefficient * lifting(dof, :)
           if (position_in(domain%contact_dofs, dof) == 0) cycle
           blocks%contact_matrix(i_row, :) = blocks%contact_matrix(i_row, :) + coefficient * basis(dof, :)
         end associate

@@ -81,7 +81,7 @@ contains
     logical, intent(in) :: is_closed(:)
     !> [length] reflected unknowns, natural
     real(rk), intent(out) :: unknowns(:)
-    !> [force] R K R x, natural
+    !> [force] R (K R x - F), natural
     real(rk), intent(out) :: residual(:)
     PetscErrorCode, intent(out) :: ierr
     real(rk) :: values(system%map%n_dofs), forces(system%map%n_dofs)
@@ -90,7 +90,8 @@ contains
 
     values = system%prescribed_displacement(theta)
     values(self%form%bounded_dofs) = self%form%bounds(system, theta)
-    forces = 0
+    forces = system%load(theta)
+    call self%form%reflect(system, forces)
     associate (dofs => [system%boundary%prescribed_dofs, pack(self%form%bounded_dofs, is_closed)])
       PetscCall(constrain(system, self%form%matrix, dofs, values, forces, constrained, rhs, ierr))
     end associate
@@ -103,6 +104,7 @@ contains
       PetscCall(system%get(solution, unknowns, ierr))
       PetscCall(MatMult(self%form%matrix, solution, rhs, ierr))
       PetscCall(system%get(rhs, residual, ierr))
+      residual = residual - forces
       PetscCall(VecDestroy(solution, ierr))
     end if
     PetscCall(MatDestroy(constrained, ierr))

@@ -123,7 +123,7 @@ contains
     bounds = (system%gap(theta) - system%operator%apply(system%prescribed_displacement(theta))) / self%norms
   end function bounds
 
-  !> lambda_k from the residual R K R x - R F. Local.
+  !> lambda_k from the residual R (K R x - F). Local.
   pure function multipliers(self, residual)
     class(bound_form_t), intent(in) :: self
     !> [force] natural, shape (n_dofs)

@@ -47,7 +47,7 @@ contains
     PetscCall(factor_without_contact(system, linear_solver, ierr))
     self%reason = linear_solver%reason
     if (self%reason == reason_converged) then
-      PetscCall(solve_free_response(system, linear_solver, self%free_response, ierr))
+      PetscCall(solve_free_response(system, linear_solver, system%boundary%n_terms, .true., self%free_response, ierr))
       PetscCall(solve_contact(self, system, linear_solver, ierr))
       PetscCall(close_pairs(system, self%free_response, self%free_closing, ierr))
       PetscCall(close_pairs(system, self%contact_response, self%compliance, ierr))

@@ -1,6 +1,7 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 #include "signorom/macros.h"
-!> Elastic responses without contact: what lifts the prescribed displacements into the bodies, one field per term.
+!> Elastic responses without contact, one field per term: to prescribed displacements and loads, or to the former alone,
+!> which lifts them into the bodies.
 module sig_free_response
   use sig_contact_state, only: reason_converged
   use sig_contact_system, only: contact_system_t
@@ -10,7 +11,7 @@ module sig_free_response
   use petsc
   implicit none(type, external)
   private
-  public :: factor_without_contact, solve_free_response, compute_free_response
+  public :: factor_without_contact, solve_free_response, compute_lifting
 
 contains
 
@@ -30,11 +31,13 @@ contains
     PetscCall(VecDestroy(unused, ierr))
   end subroutine factor_without_contact
 
-  !> Displacement for each term alone, prescribed values included. Collective.
-  subroutine solve_free_response(system, linear_solver, response, ierr)
+  !> Displacement for each of the leading terms alone, prescribed values included. Collective.
+  subroutine solve_free_response(system, linear_solver, n_terms, has_loads, response, ierr)
     type(contact_system_t), intent(inout) :: system
     !> from factor_without_contact
     type(linear_solver_t), intent(inout) :: linear_solver
+    integer, intent(in) :: n_terms
+    logical, intent(in) :: has_loads
     !> [length] rows of this rank, shape (n_local_dofs, n_terms)
     real(rk), allocatable, intent(out) :: response(:, :)
     PetscErrorCode, intent(out) :: ierr
@@ -42,45 +45,49 @@ contains
     real(rk), allocatable :: rhs(:, :)
     integer :: i_term
 
-    associate (n_terms => system%boundary%n_terms, local => system%map%local_dofs)
+    associate (local => system%map%local_dofs, n_all => system%boundary%n_terms)
       allocate (rhs(size(local), n_terms), response(size(local), n_terms))
       do i_term = 1, n_terms
-        prescribed = system%prescribed_displacement(unit(n_terms, i_term))
+        prescribed = system%prescribed_displacement(unit(n_all, i_term))
         PetscCall(system%apply_stiffness(prescribed, forces, ierr))
-        rhs(:, i_term) = merge(0.0_rk, -forces(local), system%boundary%is_prescribed(local))
+        forces = -forces
+        if (has_loads) forces = forces + system%load(unit(n_all, i_term))
+        rhs(:, i_term) = merge(0.0_rk, forces(local), system%boundary%is_prescribed(local))
       end do
       PetscCall(linear_solver%solve_many(rhs, response, ierr))
       do i_term = 1, n_terms
-        prescribed = system%prescribed_displacement(unit(n_terms, i_term))
+        prescribed = system%prescribed_displacement(unit(n_all, i_term))
         response(:, i_term) = response(:, i_term) + prescribed(local)
       end do
     end associate
   end subroutine solve_free_response
 
-  !> The same field on every rank and in natural order, with a factorization of its own. Collective.
-  subroutine compute_free_response(system, response, reason, ierr)
+  !> Responses to the terms of the prescribed displacements, on every rank and in natural order, with a factorization of their
+  !> own. Collective.
+  subroutine compute_lifting(system, response, reason, ierr)
     type(contact_system_t), intent(inout) :: system
-    !> [length] shape (n_dofs, n_terms)
+    !> [length] shape (n_dofs, n_prescribed_terms)
     real(rk), allocatable, intent(out) :: response(:, :)
     !> reason_converged, or why K could not be factored
     integer, intent(out) :: reason
     PetscErrorCode, intent(out) :: ierr
     type(linear_solver_t) :: linear_solver
     real(rk), allocatable :: local(:, :)
-    integer :: i_term
+    integer :: i_term, n_terms
 
-    allocate (response(system%map%n_dofs, system%boundary%n_terms), source=0.0_rk)
+    n_terms = size(system%boundary%prescribed_values, 2)
+    allocate (response(system%map%n_dofs, n_terms), source=0.0_rk)
     PetscCall(factor_without_contact(system, linear_solver, ierr))
     reason = linear_solver%reason
     if (reason == reason_converged) then
-      PetscCall(solve_free_response(system, linear_solver, local, ierr))
+      PetscCall(solve_free_response(system, linear_solver, n_terms, .false., local, ierr))
       response(system%map%local_dofs, :) = local
-      do i_term = 1, system%boundary%n_terms
+      do i_term = 1, n_terms
         PetscCall(sum_over_ranks(system%comm, response(:, i_term), ierr))
       end do
     end if
     PetscCall(linear_solver%destroy(ierr))
-  end subroutine compute_free_response
+  end subroutine compute_lifting
 
   pure function unit(n, i) result(vector)
     integer, intent(in) :: n

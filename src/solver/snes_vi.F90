@@ -44,16 +44,17 @@ contains
     real(rk), intent(in) :: theta(:)
     type(contact_state_t), intent(out) :: state
     PetscErrorCode, intent(out) :: ierr
-    real(rk) :: unknowns(system%map%n_dofs), residual(system%map%n_dofs), values(system%map%n_dofs)
+    real(rk) :: unknowns(system%map%n_dofs), residual(system%map%n_dofs), values(system%map%n_dofs), forces(system%map%n_dofs)
     real(rk) :: length_scale, force_scale
     integer(c_int) :: n_iterations, reason
     Mat :: constrained
     Vec :: rhs, upper, solution
 
     values = system%prescribed_displacement(theta)
-    unknowns = 0
-    PetscCall(constrain(system, self%form%matrix, system%boundary%prescribed_dofs, values, unknowns, constrained, rhs, ierr))
-    PetscCall(scales(self, system, theta, values, length_scale, force_scale, ierr))
+    forces = system%load(theta)
+    call self%form%reflect(system, forces)
+    PetscCall(constrain(system, self%form%matrix, system%boundary%prescribed_dofs, values, forces, constrained, rhs, ierr))
+    PetscCall(scales(self, system, theta, values, forces, length_scale, force_scale, ierr))
     PetscCall(fill_bounds(self, system, theta, length_scale, upper, ierr))
     PetscCall(create_vector(system%comm, system%map%n_local_dofs, solution, ierr))
     PetscCall(system%put(values, solution, ierr))
@@ -65,6 +66,7 @@ contains
     PetscCall(system%get(solution, unknowns, ierr))
     PetscCall(MatMult(self%form%matrix, solution, rhs, ierr))
     PetscCall(system%get(rhs, residual, ierr))
+    residual = residual - forces
     state%is_active = unknowns(self%form%bounded_dofs) >= self%form%bounds(system, theta) - on_bound * length_scale
     call finish_state(self%form, system, unknowns, residual, state)
     PetscCall(MatDestroy(constrained, ierr))
@@ -74,25 +76,25 @@ contains
   end subroutine solve
 
   !> Size of the displacements and of the forces that the point can bring.
-  subroutine scales(self, system, theta, values, length_scale, force_scale, ierr)
+  subroutine scales(self, system, theta, values, loads, length_scale, force_scale, ierr)
     class(snes_vi_t), intent(in) :: self
     type(contact_system_t), intent(inout) :: system
     real(rk), intent(in) :: theta(:)
     !> [length] prescribed displacements, natural
     real(rk), intent(in) :: values(:)
+    !> [force] reflected loads, natural
+    real(rk), intent(in) :: loads(:)
     real(rk), intent(out) :: length_scale
     real(rk), intent(out) :: force_scale
     PetscErrorCode, intent(out) :: ierr
-    real(rk) :: forces(system%map%n_dofs)
+    real(rk) :: forces(system%map%n_dofs), largest_stiffness
 
-    length_scale = max(maxval(abs(values)), maxval(abs(self%form%bounds(system, theta))))
+    PetscCall(MatNorm(self%form%matrix, NORM_INFINITY, largest_stiffness, ierr))
+    length_scale = max(maxval(abs(values)), maxval(abs(self%form%bounds(system, theta))), maxval(abs(loads)) / largest_stiffness)
     if (length_scale <= 0) length_scale = 1
     PetscCall(system%apply_stiffness(values, forces, ierr))
-    force_scale = maxval(abs(forces))
-    if (force_scale <= 0) then
-      PetscCall(MatNorm(self%form%matrix, NORM_INFINITY, force_scale, ierr))
-      force_scale = force_scale * length_scale
-    end if
+    force_scale = max(maxval(abs(forces)), maxval(abs(loads)))
+    if (force_scale <= 0) force_scale = largest_stiffness * length_scale
   end subroutine scales
 
   !> Bounds in units of length_scale; infinite but on the bounded unknowns.

@@ -38,7 +38,7 @@ contains
       model%reconstruction = deck%reduction%reconstruction
     end associate
     model%training_points = snapshots%parameters
-    model%term_texts = snapshots%term_texts
+    model%terms = problem%terms
     call fill_contact(problem, model)
   end subroutine fill_model_header
 

@@ -9,9 +9,9 @@ module sig_point_solver
   use sig_contact_system, only: contact_system_t
   use sig_deck_config, only: solver_config_t
   use sig_kinds, only: rk
-  use sig_problem, only: parameter_names, problem_t
+  use sig_problem, only: problem_t
   use sig_solver_choice, only: choose_solver
-  use sig_terms, only: evaluate_terms
+  use sig_term_values, only: term_values_t
   use petsc
   implicit none(type, external)
   private
@@ -20,6 +20,7 @@ module sig_point_solver
   type :: point_solver_t
     type(contact_system_t) :: system
     class(contact_solver_t), allocatable :: solver
+    type(term_values_t) :: terms
     !> [s] wall time of assembly and of what the solver does once
     real(rk) :: setup_seconds = 0
   contains
@@ -37,10 +38,12 @@ contains
     type(solver_config_t), intent(in) :: config
     MPI_Comm, intent(in) :: comm
     PetscErrorCode, intent(out) :: ierr
+    character(:), allocatable :: message
     real(rk) :: start
 
     start = wall_time()
     PetscCall(self%system%create(comm, problem%mesh, problem%body, problem%boundary, problem%pairs, ierr))
+    call self%terms%create(problem%terms, message)
     PetscCall(choose_solver(config, self%solver, ierr))
     PetscCall(self%solver%create(self%system, ierr))
     self%setup_seconds = wall_time() - start
@@ -54,22 +57,22 @@ contains
     real(rk), intent(in) :: point(:)
     type(contact_state_t), intent(out) :: state
     PetscErrorCode, intent(out) :: ierr
-    real(rk), allocatable :: theta(:, :)
-    real(rk) :: start
-    integer :: i_bad_point
+    real(rk) :: start, theta(problem%boundary%n_terms)
+    integer :: i_source
+    logical :: is_valid
 
-    call evaluate_terms(problem%boundary%term_texts, parameter_names(problem%deck), reshape(point, [size(point), 1]), &
-      theta, i_bad_point)
     start = wall_time()
-    PetscCall(self%solver%solve(self%system, theta(:, 1), state, ierr))
+    call self%terms%evaluate(point, theta, is_valid, i_source)
+    PetscCall(self%solver%solve(self%system, theta, state, ierr))
     state%seconds = wall_time() - start
-    PetscCall(measure_residuals(self%system, theta(:, 1), state, ierr))
+    PetscCall(measure_residuals(self%system, theta, state, ierr))
   end subroutine solve
 
   subroutine destroy(self, ierr)
     class(point_solver_t), intent(inout) :: self
     PetscErrorCode, intent(out) :: ierr
 
+    call self%terms%destroy()
     PetscCall(self%solver%destroy(ierr))
     PetscCall(self%system%destroy(ierr))
   end subroutine destroy

@@ -10,13 +10,15 @@ module sig_problem
   use sig_elastic_body, only: create_elastic_body, elastic_body_t
   use sig_errors, only: error_t, make_error
   use sig_kinds, only: rk
-  use sig_mechanical_models, only: is_plane, mechanical_model
+  use sig_loads, only: create_loads
+  use sig_mechanical_models, only: coordinate_names, is_plane, mechanical_model, mechanical_model_t
   use sig_mesh, only: mesh_t
   use sig_mesh_checks, only: material_of_cells
   use sig_mesh_load, only: load_mesh, partition_mesh
   use sig_node_pairs, only: find_node_pairs, node_pairs_t
   use sig_parameter_space, only: format_point
-  use sig_terms, only: evaluate_terms
+  use sig_term_set, only: start_terms, term_set_t
+  use sig_term_values, only: evaluate_points
   use sig_text, only: string_t, to_text
   use petsc
   implicit none(type, external)
@@ -27,7 +29,9 @@ module sig_problem
     type(deck_config_t) :: deck
     type(mesh_t) :: mesh
     type(elastic_body_t) :: body
+    !> prescribed displacements and loads, and the terms that they are made of
     type(boundary_conditions_t) :: boundary
+    type(term_set_t) :: terms
     type(node_pairs_t) :: pairs
     !> rows with a multiplier, and rows whose displacements are all prescribed
     type(contact_operator_t) :: operator
@@ -54,7 +58,7 @@ contains
     if (allocated(error)) return
     call create_elastic_body(deck%mesh%model, deck%materials%young_modulus, deck%materials%poisson_ratio, &
       material_of_cell, problem%body)
-    call create_boundary_conditions(problem%mesh, deck%boundary_conditions, deck%path, problem%boundary, error)
+    call create_driving(deck, problem, error)
     if (allocated(error)) return
     call find_node_pairs(problem%mesh, deck%contact, deck%path, problem%pairs, error)
     if (allocated(error)) return
@@ -63,6 +67,21 @@ contains
       problem%boundary%is_prescribed, problem%operator, problem%inert)
     problem%provenance = hash_of_text(echo_physics(deck) // problem%mesh%file_hash)
   end subroutine load_problem
+
+  !> Prescribed displacements and loads, and all terms.
+  subroutine create_driving(deck, problem, error)
+    type(deck_config_t), intent(in) :: deck
+    type(problem_t), intent(inout) :: problem
+    type(error_t), allocatable, intent(out) :: error
+    type(mechanical_model_t) :: model
+
+    model = mechanical_model(deck%mesh%model)
+    call start_terms(parameter_names(deck), coordinate_names(model), model%is_round, problem%terms)
+    call create_boundary_conditions(problem%mesh, deck%boundary_conditions, deck%path, problem%terms, problem%boundary, error)
+    if (allocated(error)) return
+    call create_loads(problem%mesh, problem%body, deck%loads, deck%path, problem%terms, problem%boundary%loads, error)
+    problem%boundary%n_terms = problem%terms%n_terms()
+  end subroutine create_driving
 
   !> From the mesh file's unit of length to the deck's.
   pure real(rk) function length_factor(deck)
@@ -149,18 +168,18 @@ contains
     end do
   end function parameter_units
 
-  !> Refuses points where a prescribed value is not finite, or where a pair whose two sides are prescribed penetrates.
+  !> Refuses points where a prescribed value or a load is not finite, or where a pair whose two sides are prescribed penetrates.
   subroutine check_points(problem, points, error)
     type(problem_t), intent(in) :: problem
     !> shape (n_parameters, n_points)
     real(rk), intent(in) :: points(:, :)
     type(error_t), allocatable, intent(out) :: error
     real(rk), allocatable :: theta(:, :)
-    integer :: i_bad_point, i_point
+    integer :: i_bad_point, i_bad_source, i_point
 
-    call evaluate_terms(problem%boundary%term_texts, parameter_names(problem%deck), points, theta, i_bad_point)
+    call evaluate_points(problem%terms, points, theta, i_bad_point, i_bad_source)
     if (i_bad_point > 0) then
-      call refuse_point(problem, points(:, i_bad_point), theta(:, i_bad_point), error)
+      call refuse_point(problem, points(:, i_bad_point), i_bad_source, error)
       return
     end if
     do i_point = 1, size(points, 2)
@@ -170,26 +189,17 @@ contains
   end subroutine check_points
 
   !> Names the first expression that has no finite value at a point.
-  subroutine refuse_point(problem, point, theta, error)
+  subroutine refuse_point(problem, point, i_source, error)
     type(problem_t), intent(in) :: problem
     real(rk), intent(in) :: point(:)
-    !> [-] terms at the point, one of which is not finite
-    real(rk), intent(in) :: theta(:)
+    !> of the terms
+    integer, intent(in) :: i_source
     type(error_t), allocatable, intent(out) :: error
-    integer :: i_entry, i_component, i_term
 
-    i_term = findloc(abs(theta) <= huge(1.0_rk), .false., dim=1)
-    do i_entry = 1, size(problem%deck%boundary_conditions)
-      do i_component = 1, problem%mesh%n_dim
-        if (.not. problem%deck%boundary_conditions(i_entry)%is_prescribed(i_component)) cycle
-        associate (value => problem%deck%boundary_conditions(i_entry)%displacement(i_component))
-          if (value%text /= problem%boundary%term_texts(i_term)%text) cycle
-          call make_error(error, 'the prescribed displacement ''' // value%text // ''' is not finite at ' // &
-            format_point(problem%deck%parameters, point), problem%deck%path, value%line, value%column)
-          return
-        end associate
-      end do
-    end do
+    associate (source => problem%terms%sources(i_source))
+      call make_error(error, 'the expression ''' // source%text // ''' is not finite at ' // &
+        format_point(problem%deck%parameters, point), problem%deck%path, source%line, source%column)
+    end associate
   end subroutine refuse_point
 
   !> The gap of a pair without a multiplier is a matter of prescribed values alone.
@@ -203,8 +213,7 @@ contains
     real(rk) :: displacement(problem%mesh%n_dim * problem%mesh%n_nodes), opening(problem%inert%n_rows), gap(problem%inert%n_rows)
     integer :: k
 
-    displacement = 0
-    displacement(problem%boundary%prescribed_dofs) = matmul(problem%boundary%prescribed_values, theta)
+    displacement = problem%boundary%prescribed_displacement(theta)
     gap = matmul(problem%inert%gap, theta)
     opening = gap - problem%inert%apply(displacement)
     do k = 1, problem%inert%n_rows

@@ -8,7 +8,7 @@ module sig_snapshot_merge
   use sig_error_broadcast, only: broadcast_error
   use sig_errors, only: error_t, exit_not_converged, make_error
   use sig_file_system, only: file_exists, list_files, remove_file
-  use sig_free_response, only: compute_free_response
+  use sig_free_response, only: compute_lifting
   use sig_kinds, only: rk
   use sig_log, only: log_warning
   use sig_problem, only: force_unit, parameter_names, parameter_units, problem_t
@@ -123,7 +123,7 @@ contains
     integer :: reason
 
     if (groups%i_group == 1) then
-      PetscCall(compute_free_response(system, response, reason, ierr))
+      PetscCall(compute_lifting(system, response, reason, ierr))
       if (reason /= reason_converged) call make_error(error, 'the stiffness without contact is singular: ' // &
         'a body is held by nothing but contact, which this version cannot reduce', problem%deck%path, &
         exit_code=exit_not_converged)
@@ -148,7 +148,7 @@ contains
     if (allocated(error)) return
     set%provenance = problem%provenance
     set%parameter_names = parameter_names(problem%deck)
-    set%term_texts = problem%boundary%term_texts
+    set%term_texts = problem%terms%names(:size(response, 2))
     set%free_response = response
     call write_snapshot_set(snapshots_path(folder), set, problem%deck%units%length, force_unit(problem%deck), &
       parameter_units(problem%deck), error)

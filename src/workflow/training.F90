@@ -17,11 +17,11 @@ module sig_training
   use sig_parameter_space, only: format_point
   use sig_pod, only: compute_pod
   use sig_pod_rank, only: pod_rank
-  use sig_problem, only: parameter_names, problem_t
+  use sig_problem, only: problem_t
   use sig_projection, only: expected_stiffness_rank, project, projected_blocks_t, stiffness_rows_rank
   use sig_reduced_domain, only: build_reduced_domain, nodes_of_dofs, reduced_domain_t
   use sig_snapshot_store, only: snapshot_set_t
-  use sig_terms, only: evaluate_terms
+  use sig_term_values, only: evaluate_points
   use sig_text, only: append_text, to_text
   use petsc
   implicit none(type, external)
@@ -111,12 +111,12 @@ contains
     type(snapshot_set_t), intent(in) :: snapshots
     real(rk), allocatable, intent(out) :: fields(:, :)
     real(rk), allocatable :: theta(:, :)
-    integer :: i_bad_point
+    integer :: i_bad_point, i_bad_source
 
     fields = snapshots%displacement
     if (problem%deck%reduction%dirichlet == 'multiplier') return
-    call evaluate_terms(snapshots%term_texts, parameter_names(problem%deck), snapshots%parameters, theta, i_bad_point)
-    fields = fields - matmul(snapshots%free_response, theta)
+    call evaluate_points(problem%terms, snapshots%parameters, theta, i_bad_point, i_bad_source)
+    fields = fields - matmul(snapshots%free_response, theta(:size(snapshots%free_response, 2), :))
   end subroutine fields_to_compress
 
   subroutine zone_nodes(problem, nodes, error)
@@ -209,17 +209,20 @@ contains
     type(error_t), allocatable, intent(out) :: error
     type(projected_blocks_t) :: blocks
 
-    call project(problem%mesh, problem%body, problem%operator, domain, basis, snapshots%free_response, blocks)
+    call project(problem%mesh, problem%body, problem%operator, problem%boundary%loads, domain, basis, &
+      snapshots%free_response, blocks)
     call condition_number(blocks%contact_matrix, problem%deck%reduction%rank_tolerance, cluster%condition_number, cluster%rank)
     call split_prescribed(problem, snapshots, anchors, basis, cluster, error)
     if (allocated(error)) return
-    call project(problem%mesh, problem%body, problem%operator, domain, cluster%basis, cluster%lifting, blocks)
+    call project(problem%mesh, problem%body, problem%operator, problem%boundary%loads, domain, cluster%basis, &
+      cluster%lifting, blocks)
     cluster%n_modes = size(cluster%basis, 2)
     cluster%reduced_stiffness = blocks%reduced_stiffness
     cluster%contact_matrix = blocks%contact_matrix
     cluster%load = blocks%load
     cluster%gap = blocks%gap
-    cluster%primal_rank_expected = expected_stiffness_rank(domain, [integer ::], cluster%n_modes)
+    cluster%primal_rank_expected = expected_stiffness_rank(domain, &
+      problem%boundary%loads%loaded_dofs(size(basis, 1)), cluster%n_modes)
     cluster%stiffness_condition = condition_of(blocks%reduced_stiffness)
     call check_solvable(problem, cluster, stiffness_rows_rank(blocks, problem%deck%reduction%rank_tolerance), error)
   end subroutine reduce
@@ -264,11 +267,11 @@ contains
     integer, intent(in) :: rows(:)
     real(rk), intent(in) :: lifting(:, :)
     real(rk), allocatable :: theta(:, :), wanted(:, :), found(:, :)
-    integer :: i_bad_point
+    integer :: i_bad_point, i_bad_source
 
-    call evaluate_terms(snapshots%term_texts, parameter_names(problem%deck), snapshots%parameters, theta, i_bad_point)
-    wanted = matmul(problem%boundary%prescribed_values(rows, :), theta)
-    found = matmul(lifting(problem%boundary%prescribed_dofs(rows), :), theta)
+    call evaluate_points(problem%terms, snapshots%parameters, theta, i_bad_point, i_bad_source)
+    wanted = matmul(problem%boundary%prescribed_values(rows, :), theta(:size(lifting, 2), :))
+    found = matmul(lifting(problem%boundary%prescribed_dofs(rows), :), theta(:size(lifting, 2), :))
     misfit = maxval([0.0_rk, abs(found - wanted)])
     if (misfit > 0) misfit = misfit / max(tiny(misfit), maxval(abs(wanted)))
   end function prescribed_misfit
@@ -301,8 +304,9 @@ contains
     end if
     if (stiffness_rank == cluster%n_modes) return
     call make_error(error, 'the equations of the reduced integration domain determine ' // to_text(stiffness_rank) // &
-      ' of ' // to_text(cluster%n_modes) // ' modes (its contact rows allow ' // to_text(cluster%primal_rank_expected) // ')', &
-      problem%deck%path, hint='add the contact surfaces to reduction.zones_of_interest, or raise reduction.pod_tolerance')
+      ' of ' // to_text(cluster%n_modes) // ' modes (its contact rows and loaded dofs allow ' // &
+      to_text(cluster%primal_rank_expected) // ')', problem%deck%path, &
+      hint='add the contact surfaces and the loaded surfaces to reduction.zones_of_interest, or raise reduction.pod_tolerance')
   end subroutine check_solvable
 
   !> What the reconstruction outside the domain is made of.

@@ -3,6 +3,7 @@
 module tiny_model
   use sig_kinds, only: rk
   use sig_model, only: model_t, reconstruct_with_displacements, reduced_model_t
+  use sig_term_set, only: start_terms
   use sig_text, only: string_t
   implicit none(type, external)
   private
@@ -18,6 +19,7 @@ contains
   !> - squeeze = 2: both close: gamma = (1, 2), lambda = F - K_r gamma = (12, 6) - (0, 3) = (12, 3).
   subroutine build_tiny_model(model)
     type(model_t), intent(out) :: model
+    integer :: i_term
 
     model%code_version = '0.1.0'
     model%deck_text = 'title: tiny' // new_line('a') // 'mesh: {}' // new_line('a')
@@ -30,7 +32,8 @@ contains
     model%parameter_units = [string_t('mm')]
     model%box = reshape([0.0_rk, 4.0_rk], [2, 1])
     model%training_points = reshape([0.0_rk, 2.0_rk, 4.0_rk], [1, 3])
-    model%term_texts = [string_t('1'), string_t('squeeze')]
+    call start_terms(model%parameter_names, [string_t('x'), string_t('y')], .false., model%terms)
+    call model%terms%add_expression('squeeze', 0, 0, i_term)
     model%n_nodes = 2
     model%n_dofs = 4
     model%n_dim = 2

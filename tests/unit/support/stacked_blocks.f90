@@ -6,7 +6,6 @@ module stacked_blocks
   use sig_kinds, only: rk
   use sig_mesh, only: mesh_t
   use sig_node_pairs, only: node_pairs_t
-  use sig_text, only: append_text
   implicit none(type, external)
   private
   public :: stack_t, stack_mesh, stack_pairs, prescribe, node_at
@@ -132,8 +131,6 @@ contains
     type(mesh_t), intent(in) :: mesh
 
     boundary%n_terms = 2
-    call append_text(boundary%term_texts, '1')
-    call append_text(boundary%term_texts, 'push')
     allocate (boundary%is_prescribed(mesh%n_dim * mesh%n_nodes), source=.false.)
     allocate (boundary%prescribed_dofs(0), boundary%prescribed_values(0, 2))
   end subroutine start

@@ -100,7 +100,7 @@ contains
       set%displacement(:, i) = state%displacement
       set%multipliers(:, i) = state%multipliers
     end do
-    set%term_texts = problem%boundary%term_texts
+    set%term_texts = problem%terms%names
     ! without contact the upper block follows the push (term 2) as a whole
     allocate (set%free_response(n_dofs, 2), source=0.0_rk)
     set%free_response(2::2, 2) = merge(0.0_rk, 1.0_rk, problem%mesh%coordinates(2, :) < 1 + patch_gap / 2)

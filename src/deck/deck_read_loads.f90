@@ -1,0 +1,146 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> The section `loads` of a deck: pressures and tractions on boundaries, body forces in regions.
+module sig_deck_read_loads
+  use sig_deck_config, only: load_config_t, value_config_t
+  use sig_deck_tree, only: deck_tree_t, kind_mapping, root_node
+  use sig_deck_values, only: get_choice, get_list, get_mapping, get_name, value_of
+  use sig_mechanical_models, only: components_text, mechanical_model_t
+  implicit none(type, external)
+  private
+  public :: read_loads
+
+  character(*), parameter :: load_modes(2) = [character(11) :: 'cut', 'whole_edges']
+  !> of all mechanical models
+  character(*), parameter :: axes(4) = ['x', 'y', 'z', 'r']
+  character(*), parameter :: field = 'a number or an expression of the parameters and the coordinates'
+
+contains
+
+  !> No section: no loads.
+  subroutine read_loads(tree, model, loads)
+    type(deck_tree_t), intent(inout) :: tree
+    type(mechanical_model_t), intent(in) :: model
+    type(load_config_t), allocatable, intent(out) :: loads(:)
+    integer, allocatable :: nodes(:)
+    integer :: i, i_list
+
+    nodes = [integer ::]
+    i_list = get_list(tree, root_node, 'loads', .false., .true.)
+    if (i_list > 0) nodes = tree%children(i_list)
+    allocate (loads(size(nodes)))
+    do i = 1, size(nodes)
+      loads(i)%target%text = ''
+      loads(i)%axes = model%axes
+      if (tree%nodes(nodes(i))%kind /= kind_mapping) then
+        call tree%report(nodes(i), 'is ' // tree%kind_name(nodes(i)) // '; it must be a mapping {key: value, ...}')
+        cycle
+      end if
+      loads(i)%is_body_force = tree%find(nodes(i), 'body_force') > 0
+      if (loads(i)%is_body_force) then
+        call get_name(tree, nodes(i), 'region', loads(i)%target)
+        call read_components(tree, nodes(i), 'body_force', model, loads(i))
+      else
+        call read_surface_load(tree, nodes(i), model, loads(i))
+      end if
+      call tree%close_mapping(nodes(i))
+    end do
+  end subroutine read_loads
+
+  subroutine read_surface_load(tree, i_entry, model, load)
+    type(deck_tree_t), intent(inout) :: tree
+    integer, intent(in) :: i_entry
+    type(mechanical_model_t), intent(in) :: model
+    type(load_config_t), intent(inout) :: load
+    character(:), allocatable :: mode
+    integer :: i_pressure
+
+    call get_name(tree, i_entry, 'boundary', load%target)
+    i_pressure = tree%find(i_entry, 'pressure')
+    load%has_pressure = i_pressure > 0
+    if (load%has_pressure) call read_field(tree, i_pressure, load%pressure)
+    if (tree%find(i_entry, 'traction') > 0) then
+      call read_components(tree, i_entry, 'traction', model, load)
+    else if (.not. load%has_pressure) then
+      call tree%report(i_entry, 'has no load; it needs pressure, traction or body_force')
+    end if
+    call read_window(tree, i_entry, model, load)
+    mode = trim(load_modes(1))
+    call get_choice(tree, i_entry, 'load', .false., load_modes, mode)
+    load%is_cut = mode == load_modes(1)
+  end subroutine read_surface_load
+
+  subroutine read_components(tree, i_entry, key, model, load)
+    type(deck_tree_t), intent(inout) :: tree
+    integer, intent(in) :: i_entry
+    character(*), intent(in) :: key
+    type(mechanical_model_t), intent(in) :: model
+    type(load_config_t), intent(inout) :: load
+    integer :: i_axis, i_component, i_mapping, i_value
+
+    i_mapping = get_mapping(tree, i_entry, key, .true.)
+    if (i_mapping == 0) return
+    do i_axis = 1, size(axes)
+      i_component = findloc(model%axes, axes(i_axis), dim=1)
+      i_value = tree%find(i_mapping, axes(i_axis))
+      if (i_value == 0) cycle
+      if (i_component == 0) then
+        call tree%report(i_value, 'is given; ' // components_text(model))
+        cycle
+      end if
+      load%has_component(i_component) = .true.
+      call read_field(tree, i_value, load%components(i_component))
+    end do
+    call tree%close_mapping(i_mapping)
+    if (size(tree%children(i_mapping)) == 0) call tree%report(i_mapping, 'is an empty mapping; ' // components_text(model))
+  end subroutine read_components
+
+  !> An expression with coordinates; a harmless number in place of a faulty one.
+  subroutine read_field(tree, i_node, value)
+    type(deck_tree_t), intent(inout) :: tree
+    integer, intent(in) :: i_node
+    type(value_config_t), intent(inout) :: value
+    logical :: is_valid
+
+    call value_of(tree, i_node, field, value, is_valid, may_use_coordinates=.true.)
+    if (.not. is_valid) value = value_config_t(text='0', line=value%line, column=value%column)
+  end subroutine read_field
+
+  subroutine read_window(tree, i_entry, model, load)
+    type(deck_tree_t), intent(inout) :: tree
+    integer, intent(in) :: i_entry
+    type(mechanical_model_t), intent(in) :: model
+    type(load_config_t), intent(inout) :: load
+    character(:), allocatable :: axis
+    integer :: i_axis, i_window
+
+    if (tree%find(i_entry, 'window') == 0) return
+    i_window = get_mapping(tree, i_entry, 'window', .true.)
+    if (i_window == 0) return
+    axis = model%axes(1)
+    call get_choice(tree, i_window, 'axis', .true., model%axes(:model%n_dim), axis)
+    do i_axis = 1, model%n_dim
+      if (model%axes(i_axis) == axis) load%axis = i_axis
+    end do
+    call read_bound(tree, i_window, 'min', load%has_minimum, load%minimum)
+    call read_bound(tree, i_window, 'max', load%has_maximum, load%maximum)
+    call tree%close_mapping(i_window)
+    if (.not. (load%has_minimum .or. load%has_maximum)) &
+      call tree%report(i_window, 'has no bound; it needs min, max or both')
+  end subroutine read_window
+
+  subroutine read_bound(tree, i_window, key, has_bound, bound)
+    type(deck_tree_t), intent(inout) :: tree
+    integer, intent(in) :: i_window
+    character(*), intent(in) :: key
+    logical, intent(out) :: has_bound
+    type(value_config_t), intent(inout) :: bound
+    integer :: i_node
+    logical :: is_valid
+
+    i_node = tree%find(i_window, key)
+    has_bound = i_node > 0
+    if (.not. has_bound) return
+    call value_of(tree, i_node, 'a number or an expression of the parameters', bound, is_valid)
+    if (.not. is_valid) bound = value_config_t(text='0', line=bound%line, column=bound%column)
+  end subroutine read_bound
+end module sig_deck_read_loads

@@ -1,0 +1,97 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> Body forces on named regions -> terms and patterns of forces.
+module sig_body_load
+  use sig_deck_config, only: load_config_t, value_config_t
+  use sig_elastic_body, only: elastic_body_t
+  use sig_element_matrices, only: physical_gradients
+  use sig_errors, only: error_t, make_error
+  use sig_expression, only: expression_t
+  use sig_kinds, only: rk
+  use sig_load_pattern, only: load_pattern_t
+  use sig_mesh, only: mesh_t, nodes_of_cell
+  use sig_mesh_checks, only: group_of_region
+  use sig_term_set, only: term_set_t
+  use sig_text, only: to_text
+  implicit none(type, external)
+  private
+  public :: add_body_load
+
+  real(rk), parameter :: pi = 3.14159265358979323846264338327950288_rk
+
+contains
+
+  !> A component without parameters joins term 1; one without coordinates is a term. The deck layer refuses both at once.
+  !>
+  !> Errors: unknown region, a value that is not finite.
+  subroutine add_body_load(mesh, body, load, deck_path, terms, pattern, error)
+    type(mesh_t), intent(in) :: mesh
+    type(elastic_body_t), intent(in) :: body
+    type(load_config_t), intent(in) :: load
+    character(*), intent(in) :: deck_path
+    type(term_set_t), intent(inout) :: terms
+    type(load_pattern_t), intent(inout) :: pattern
+    type(error_t), allocatable, intent(out) :: error
+    type(value_config_t) :: value
+    real(rk) :: forces(mesh%n_dim * mesh%n_nodes)
+    integer :: i_component, i_group, i_term
+
+    call group_of_region(mesh, load%target, deck_path, i_group, error)
+    do i_component = 1, mesh%n_dim
+      if (allocated(error)) return
+      if (.not. load%has_component(i_component)) cycle
+      value = load%components(i_component)
+      i_term = 1
+      if (value%uses_parameters) then
+        call terms%add_expression(value%text, value%line, value%column, i_term)
+        value%text = '1'
+      end if
+      call integrate(mesh, body, mesh%groups(i_group)%entities, i_component, value, terms, deck_path, forces, error)
+      if (.not. allocated(error)) call pattern%add_forces(i_term, forces)
+    end do
+  end subroutine add_body_load
+
+  !> Nodal forces along one component.
+  subroutine integrate(mesh, body, cells, component, value, terms, deck_path, forces, error)
+    type(mesh_t), intent(in) :: mesh
+    type(elastic_body_t), intent(in) :: body
+    integer, intent(in) :: cells(:)
+    integer, intent(in) :: component
+    type(value_config_t), intent(in) :: value
+    type(term_set_t), intent(in) :: terms
+    character(*), intent(in) :: deck_path
+    !> [force] shape (n_dofs)
+    real(rk), intent(out) :: forces(:)
+    type(error_t), allocatable, intent(out) :: error
+    type(expression_t) :: expression
+    character(:), allocatable :: message
+    real(rk) :: density, place(mesh%n_dim), volume
+    real(rk), allocatable :: gradients(:, :)
+    integer :: i, i_point
+    logical :: is_valid
+
+    forces = 0
+    is_valid = .true.
+    call expression%create(value%text, terms%coordinate_names, message)
+    do i = 1, size(cells)
+      associate (table => body%tables(mesh%cell_types(cells(i))), nodes => nodes_of_cell(mesh, cells(i)))
+        if (allocated(gradients)) deallocate (gradients)
+        allocate (gradients(mesh%n_dim, size(nodes)))
+        do i_point = 1, table%n_points
+          call physical_gradients(table, i_point, mesh%coordinates(:, nodes), gradients, volume)
+          place = matmul(mesh%coordinates(:, nodes), table%values(:, i_point))
+          if (terms%is_round) volume = volume * 2 * pi * place(1)
+          call expression%evaluate(place, density, is_valid)
+          if (.not. is_valid) exit
+          associate (dofs => mesh%n_dim * (nodes - 1) + component)
+            forces(dofs) = forces(dofs) + table%values(:, i_point) * volume * density
+          end associate
+        end do
+      end associate
+      if (is_valid) cycle
+      call make_error(error, 'the load ''' // value%text // ''' is not finite in the element ' // &
+        to_text(mesh%cell_tags(cells(i))), deck_path, value%line, value%column)
+      exit
+    end do
+    call expression%destroy()
+  end subroutine integrate
+end module sig_body_load

@@ -1,0 +1,95 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> External forces as a sum of terms, F(mu) = sum over t of theta_t(mu) F_t, with only the entries that are not zero.
+module sig_load_pattern
+  use sig_kinds, only: rk
+  implicit none(type, external)
+  private
+  public :: load_pattern_t
+
+  !> Entry i adds values(i) * theta(terms(i)) to the force on dofs(i). Not allocated: no loads.
+  type :: load_pattern_t
+    !> natural
+    integer, allocatable :: dofs(:)
+    integer, allocatable :: terms(:)
+    !> [force]
+    real(rk), allocatable :: values(:)
+  contains
+    procedure :: n_entries
+    procedure :: add_forces
+    procedure :: add_unit
+    procedure :: forces
+    procedure :: loaded_dofs
+  end type load_pattern_t
+
+contains
+
+  pure integer function n_entries(self)
+    class(load_pattern_t), intent(in) :: self
+
+    n_entries = 0
+    if (allocated(self%dofs)) n_entries = size(self%dofs)
+  end function n_entries
+
+  !> Adds a whole vector of forces to one term.
+  pure subroutine add_forces(self, i_term, forces)
+    class(load_pattern_t), intent(inout) :: self
+    integer, intent(in) :: i_term
+    !> [force] shape (n_dofs)
+    real(rk), intent(in) :: forces(:)
+    integer :: i
+
+    associate (dofs => pack([(i, i=1, size(forces))], abs(forces) > 0))
+      call append(self, dofs, spread(i_term, 1, size(dofs)), forces(dofs))
+    end associate
+  end subroutine add_forces
+
+  !> A term that is the force on one dof.
+  pure subroutine add_unit(self, i_term, dof)
+    class(load_pattern_t), intent(inout) :: self
+    integer, intent(in) :: i_term
+    integer, intent(in) :: dof
+
+    call append(self, [dof], [i_term], [1.0_rk])
+  end subroutine add_unit
+
+  pure subroutine append(self, dofs, terms, values)
+    class(load_pattern_t), intent(inout) :: self
+    integer, intent(in) :: dofs(:)
+    integer, intent(in) :: terms(:)
+    real(rk), intent(in) :: values(:)
+
+    if (.not. allocated(self%dofs)) allocate (self%dofs(0), self%terms(0), self%values(0))
+    self%dofs = [self%dofs, dofs]
+    self%terms = [self%terms, terms]
+    self%values = [self%values, values]
+  end subroutine append
+
+  !> F at a point of the parameters.
+  pure function forces(self, theta, n_dofs)
+    class(load_pattern_t), intent(in) :: self
+    !> [-] shape (n_terms)
+    real(rk), intent(in) :: theta(:)
+    integer, intent(in) :: n_dofs
+    !> [force] natural, shape (n_dofs)
+    real(rk) :: forces(n_dofs)
+    integer :: i
+
+    forces = 0
+    do i = 1, self%n_entries()
+      forces(self%dofs(i)) = forces(self%dofs(i)) + self%values(i) * theta(self%terms(i))
+    end do
+  end function forces
+
+  !> Dofs that can carry a load, ascending.
+  pure function loaded_dofs(self, n_dofs) result(dofs)
+    class(load_pattern_t), intent(in) :: self
+    integer, intent(in) :: n_dofs
+    integer, allocatable :: dofs(:)
+    logical :: is_loaded(n_dofs)
+    integer :: i
+
+    is_loaded = .false.
+    if (self%n_entries() > 0) is_loaded(self%dofs) = .true.
+    dofs = pack([(i, i=1, n_dofs)], is_loaded)
+  end function loaded_dofs
+end module sig_load_pattern

@@ -1,0 +1,39 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> All loads of a deck -> terms and patterns of forces.
+module sig_loads
+  use sig_body_load, only: add_body_load
+  use sig_deck_config, only: load_config_t
+  use sig_elastic_body, only: elastic_body_t
+  use sig_errors, only: error_t
+  use sig_load_pattern, only: load_pattern_t
+  use sig_mesh, only: mesh_t
+  use sig_surface_load, only: add_surface_load
+  use sig_term_set, only: term_set_t
+  implicit none(type, external)
+  private
+  public :: create_loads
+
+contains
+
+  !> Adds the terms of the loads behind those of the prescribed displacements. Errors: as add_surface_load and add_body_load.
+  subroutine create_loads(mesh, body, loads, deck_path, terms, pattern, error)
+    type(mesh_t), intent(in) :: mesh
+    type(elastic_body_t), intent(in) :: body
+    type(load_config_t), intent(in) :: loads(:)
+    character(*), intent(in) :: deck_path
+    type(term_set_t), intent(inout) :: terms
+    type(load_pattern_t), intent(out) :: pattern
+    type(error_t), allocatable, intent(out) :: error
+    integer :: i, term_of_dof(mesh%n_dim * mesh%n_nodes)
+
+    term_of_dof = 0
+    do i = 1, size(loads)
+      if (loads(i)%is_body_force) then
+        call add_body_load(mesh, body, loads(i), deck_path, terms, pattern, error)
+      else
+        call add_surface_load(mesh, loads(i), deck_path, terms, term_of_dof, pattern, error)
+      end if
+      if (allocated(error)) return
+    end do
+  end subroutine create_loads
+end module sig_loads

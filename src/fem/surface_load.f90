@@ -1,0 +1,249 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> Pressure and traction on named surfaces -> terms and patterns of forces.
+!>
+!> Value and window without parameters: part of term 1. A value without coordinates on a window without parameters: one term.
+!> Otherwise every loaded dof is a term of its own, whose value is the nodal force.
+module sig_surface_load
+  use sig_deck_config, only: load_config_t, value_config_t
+  use sig_errors, only: error_t, make_error
+  use sig_expression, only: expression_t
+  use sig_kinds, only: rk
+  use sig_load_pattern, only: load_pattern_t
+  use sig_mesh, only: mesh_t, nodes_of_facet
+  use sig_mesh_checks, only: group_of_surface
+  use sig_surface_geometry, only: measure_surface, surface_geometry_t
+  use sig_term_set, only: source_surface, term_set_t, term_source_t
+  use sig_term_values, only: facet_forces
+  use sig_text, only: to_text
+  use sig_window_rule, only: facet_rule, facet_rule_t, window_t
+  implicit none(type, external)
+  private
+  public :: add_surface_load
+
+  !> [-] a component of a normal below this is rounding: no term for it
+  real(rk), parameter :: smallest_component = 1.0e-12_rk
+
+contains
+
+  !> Errors: unknown surface, a facet inside the body, a value that is not finite.
+  subroutine add_surface_load(mesh, load, deck_path, terms, term_of_dof, pattern, error)
+    type(mesh_t), intent(in) :: mesh
+    type(load_config_t), intent(in) :: load
+    character(*), intent(in) :: deck_path
+    type(term_set_t), intent(inout) :: terms
+    !> terms that are the force on one dof, 0 = none yet, shape (n_dofs)
+    integer, intent(inout) :: term_of_dof(:)
+    type(load_pattern_t), intent(inout) :: pattern
+    type(error_t), allocatable, intent(out) :: error
+    integer :: i_group, i_component
+    integer, allocatable :: orientations(:)
+
+    call group_of_surface(mesh, load%target, deck_path, i_group, error)
+    if (allocated(error)) return
+    call orient_facets(mesh, i_group, load, deck_path, orientations, error)
+    if (allocated(error)) return
+    if (load%has_pressure) call add_part(mesh, load, i_group, 0, load%pressure, orientations, deck_path, terms, term_of_dof, &
+      pattern, error)
+    do i_component = 1, mesh%n_dim
+      if (allocated(error)) return
+      if (load%has_component(i_component)) call add_part(mesh, load, i_group, i_component, load%components(i_component), &
+        orientations, deck_path, terms, term_of_dof, pattern, error)
+    end do
+  end subroutine add_surface_load
+
+  !> +1 where the order of the nodes gives the outward normal, else -1.
+  subroutine orient_facets(mesh, i_group, load, deck_path, orientations, error)
+    type(mesh_t), intent(in) :: mesh
+    integer, intent(in) :: i_group
+    type(load_config_t), intent(in) :: load
+    character(*), intent(in) :: deck_path
+    integer, allocatable, intent(out) :: orientations(:)
+    type(error_t), allocatable, intent(out) :: error
+    type(surface_geometry_t) :: geometry
+    type(facet_rule_t) :: rule
+    integer :: i
+
+    call measure_surface(mesh, i_group, geometry)
+    if (geometry%inner_facet > 0) then
+      call make_error(error, 'the surface ''' // load%target%text // ''' has a facet, at node ' // &
+        to_text(mesh%node_tags(mesh%facet_nodes(mesh%facet_offsets(geometry%inner_facet) + 1))) // &
+        ', that is not the side of exactly one cell; a load needs an outer surface', deck_path, load%target%line, &
+        load%target%column)
+      return
+    end if
+    associate (facets => mesh%groups(i_group)%entities)
+      allocate (orientations(size(facets)))
+      do i = 1, size(facets)
+        rule = facet_rule(mesh%coordinates(:, nodes_of_facet(mesh, facets(i))), window_t())
+        orientations(i) = merge(1, -1, dot_product(sum(rule%area_vectors, dim=2), geometry%area_vectors(:, i)) > 0)
+      end do
+    end associate
+  end subroutine orient_facets
+
+  !> The pressure (component 0) or one component of the traction.
+  subroutine add_part(mesh, load, i_group, component, value, orientations, deck_path, terms, term_of_dof, pattern, error)
+    type(mesh_t), intent(in) :: mesh
+    type(load_config_t), intent(in) :: load
+    integer, intent(in) :: i_group
+    integer, intent(in) :: component
+    type(value_config_t), intent(in) :: value
+    integer, intent(in) :: orientations(:)
+    character(*), intent(in) :: deck_path
+    type(term_set_t), intent(inout) :: terms
+    integer, intent(inout) :: term_of_dof(:)
+    type(load_pattern_t), intent(inout) :: pattern
+    type(error_t), allocatable, intent(out) :: error
+    type(value_config_t) :: unit
+    real(rk) :: forces(mesh%n_dim * mesh%n_nodes)
+    integer :: i_term
+
+    if (.not. (load%minimum%is_constant .and. load%maximum%is_constant) .or. &
+        (value%uses_coordinates .and. value%uses_parameters)) then
+      call add_dof_terms(mesh, load, i_group, component, value, orientations, terms, term_of_dof, pattern)
+      return
+    end if
+    i_term = 1
+    unit = value
+    if (value%uses_parameters) then
+      unit%text = '1'
+      call terms%add_expression(value%text, value%line, value%column, i_term)
+    end if
+    call integrate(mesh, load, i_group, component, unit, orientations, terms, deck_path, forces, error)
+    if (.not. allocated(error)) call pattern%add_forces(i_term, forces)
+  end subroutine add_part
+
+  !> Nodal forces of a load without parameters.
+  subroutine integrate(mesh, load, i_group, component, value, orientations, terms, deck_path, forces, error)
+    type(mesh_t), intent(in) :: mesh
+    type(load_config_t), intent(in) :: load
+    integer, intent(in) :: i_group
+    integer, intent(in) :: component
+    type(value_config_t), intent(in) :: value
+    integer, intent(in) :: orientations(:)
+    type(term_set_t), intent(in) :: terms
+    character(*), intent(in) :: deck_path
+    !> [force] shape (n_dofs)
+    real(rk), intent(out) :: forces(:)
+    type(error_t), allocatable, intent(out) :: error
+    type(expression_t) :: expression
+    character(:), allocatable :: message
+    real(rk), allocatable :: local(:, :)
+    integer :: i, k
+    logical :: is_valid
+
+    forces = 0
+    call expression%create(value%text, terms%coordinate_names, message)
+    do i = 1, size(mesh%groups(i_group)%entities)
+      associate (nodes => nodes_of_facet(mesh, mesh%groups(i_group)%entities(i)))
+        call facet_forces(facet_rule(mesh%coordinates(:, nodes), fixed_window(load)), component, orientations(i), &
+          terms%is_round, expression, [real(rk) ::], local, is_valid)
+        if (.not. is_valid) then
+          call make_error(error, 'the load ''' // value%text // ''' is not finite on the facet at node ' // &
+            to_text(mesh%node_tags(nodes(1))), deck_path, value%line, value%column)
+          exit
+        end if
+        do k = 1, mesh%n_dim
+          associate (dofs => mesh%n_dim * (nodes - 1) + k)
+            forces(dofs) = forces(dofs) + local(k, :)
+          end associate
+        end do
+      end associate
+    end do
+    call expression%destroy()
+  end subroutine integrate
+
+  pure type(window_t) function fixed_window(load) result(window)
+    type(load_config_t), intent(in) :: load
+
+    window%axis = load%axis
+    window%is_cut = load%is_cut
+    if (load%has_minimum) window%minimum = load%minimum%constant
+    if (load%has_maximum) window%maximum = load%maximum%constant
+  end function fixed_window
+
+  !> A term per dof that the load can reach; several such loads share them.
+  subroutine add_dof_terms(mesh, load, i_group, component, value, orientations, terms, term_of_dof, pattern)
+    type(mesh_t), intent(in) :: mesh
+    type(load_config_t), intent(in) :: load
+    integer, intent(in) :: i_group
+    integer, intent(in) :: component
+    type(value_config_t), intent(in) :: value
+    integer, intent(in) :: orientations(:)
+    type(term_set_t), intent(inout) :: terms
+    integer, intent(inout) :: term_of_dof(:)
+    type(load_pattern_t), intent(inout) :: pattern
+    type(term_source_t) :: source
+    integer :: i, k, n, place_of_node(mesh%n_nodes)
+
+    associate (facets => mesh%groups(i_group)%entities, nodes => mesh%groups(i_group)%nodes)
+      place_of_node = 0
+      place_of_node(nodes) = [(i, i=1, size(nodes))]
+      source%places = mesh%coordinates(:, nodes)
+      allocate (source%facets(4, size(facets)), source%dof_terms(mesh%n_dim, size(nodes)), source=0)
+      do i = 1, size(facets)
+        n = mesh%facet_offsets(facets(i) + 1) - mesh%facet_offsets(facets(i))
+        source%facets(:n, i) = place_of_node(nodes_of_facet(mesh, facets(i)))
+        call mark_components(source, i, n, component)
+      end do
+      do i = 1, size(nodes)
+        do k = 1, mesh%n_dim
+          if (source%dof_terms(k, i) > 0) call name_dof_term(mesh, nodes(i), k, terms, term_of_dof, pattern, source%dof_terms(k, i))
+        end do
+      end do
+    end associate
+    source%kind = source_surface
+    source%text = value%text
+    source%component = component
+    source%axis = load%axis
+    source%is_cut = load%is_cut
+    source%minimum = ''
+    source%maximum = ''
+    if (load%has_minimum) source%minimum = load%minimum%text
+    if (load%has_maximum) source%maximum = load%maximum%text
+    source%orientations = orientations
+    source%line = value%line
+    source%column = value%column
+    call terms%add_source(source)
+  end subroutine add_dof_terms
+
+  !> Marks the components of a facet's nodes along which its load has a part.
+  pure subroutine mark_components(source, i_facet, n_nodes, component)
+    type(term_source_t), intent(inout) :: source
+    integer, intent(in) :: i_facet
+    integer, intent(in) :: n_nodes
+    integer, intent(in) :: component
+    type(facet_rule_t) :: rule
+    integer :: k
+
+    associate (nodes => source%facets(:n_nodes, i_facet))
+      if (component > 0) then
+        source%dof_terms(component, nodes) = 1
+        return
+      end if
+      rule = facet_rule(source%places(:, nodes), window_t())
+      do k = 1, size(source%places, 1)
+        if (maxval(abs(rule%area_vectors(k, :))) > smallest_component * maxval(abs(rule%area_vectors))) &
+          source%dof_terms(k, nodes) = 1
+      end do
+    end associate
+  end subroutine mark_components
+
+  subroutine name_dof_term(mesh, i_node, component, terms, term_of_dof, pattern, i_term)
+    type(mesh_t), intent(in) :: mesh
+    integer, intent(in) :: i_node
+    integer, intent(in) :: component
+    type(term_set_t), intent(inout) :: terms
+    integer, intent(inout) :: term_of_dof(:)
+    type(load_pattern_t), intent(inout) :: pattern
+    integer, intent(out) :: i_term
+    integer :: dof
+
+    dof = mesh%n_dim * (i_node - 1) + component
+    if (term_of_dof(dof) == 0) then
+      call terms%add_term('force along ' // terms%coordinate_names(component)%text // ' on node ' // &
+        to_text(mesh%node_tags(i_node)), term_of_dof(dof))
+      call pattern%add_unit(term_of_dof(dof), dof)
+    end if
+    i_term = term_of_dof(dof)
+  end subroutine name_dof_term
+end module sig_surface_load

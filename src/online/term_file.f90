@@ -1,0 +1,95 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> The terms of a model in model.h5: /terms/names, and a group per source below /terms/sources.
+module sig_term_file
+  use sig_errors, only: error_t
+  use sig_hdf5_file, only: h5_file_t
+  use sig_term_set, only: start_terms, term_set_t, term_source_t
+  use sig_text, only: string_t, to_text
+  implicit none(type, external)
+  private
+  public :: read_terms, write_terms
+
+contains
+
+  subroutine write_terms(file, terms, length)
+    type(h5_file_t), intent(inout) :: file
+    type(term_set_t), intent(in) :: terms
+    !> unit of lengths
+    character(*), intent(in) :: length
+    integer :: i
+
+    call file%write('/terms/names', terms%names, description='what each term is; the values of the terms are theta')
+    call file%write('/terms/coordinate_names', terms%coordinate_names)
+    call file%write_attribute('/terms', 'is_round', merge(1, 0, terms%is_round))
+    call file%write_attribute('/terms', 'n_sources', size(terms%sources))
+    do i = 1, size(terms%sources)
+      call write_source(file, '/terms/sources/' // to_text(i), terms%sources(i), length)
+    end do
+  end subroutine write_terms
+
+  subroutine write_source(file, group, source, length)
+    type(h5_file_t), intent(inout) :: file
+    character(*), intent(in) :: group
+    type(term_source_t), intent(in) :: source
+    character(*), intent(in) :: length
+
+    call file%write(group // '/text', source%text, description='expression of the parameters and the coordinates')
+    call file%write(group // '/terms', source%terms, description='1-based, a place per entry')
+    call file%write(group // '/places', source%places, length, 'a place per row')
+    call file%write(group // '/minimum', source%minimum, description='lower bound of the window, empty = none')
+    call file%write(group // '/maximum', source%maximum, description='upper bound of the window, empty = none')
+    call file%write(group // '/facets', source%facets, description='places of each facet, 1-based, filled up with 0')
+    call file%write(group // '/orientations', source%orientations, description='+1 or -1, a facet per entry')
+    call file%write(group // '/dof_terms', source%dof_terms, description='terms of the nodal forces, 0 = none, a place per row')
+    call file%write_attribute(group, 'kind', source%kind)
+    call file%write_attribute(group, 'component', source%component)
+    call file%write_attribute(group, 'axis', source%axis)
+    call file%write_attribute(group, 'is_cut', merge(1, 0, source%is_cut))
+  end subroutine write_source
+
+  !> Errors: a part is missing.
+  subroutine read_terms(file, parameter_names, terms, error)
+    type(h5_file_t), intent(in) :: file
+    type(string_t), intent(in) :: parameter_names(:)
+    type(term_set_t), intent(out) :: terms
+    type(error_t), allocatable, intent(inout) :: error
+    type(string_t), allocatable :: coordinate_names(:), names(:)
+    type(term_source_t) :: source
+    integer :: i, is_round, n_sources
+
+    call file%read('/terms/names', names, error)
+    call file%read('/terms/coordinate_names', coordinate_names, error)
+    call file%read_attribute('/terms', 'is_round', is_round, error)
+    call file%read_attribute('/terms', 'n_sources', n_sources, error)
+    call start_terms(parameter_names, coordinate_names, is_round == 1, terms)
+    if (allocated(error)) return
+    terms%names = names
+    do i = 1, n_sources
+      call read_source(file, '/terms/sources/' // to_text(i), source, error)
+      if (allocated(error)) return
+      call terms%add_source(source)
+    end do
+  end subroutine read_terms
+
+  subroutine read_source(file, group, source, error)
+    type(h5_file_t), intent(in) :: file
+    character(*), intent(in) :: group
+    type(term_source_t), intent(out) :: source
+    type(error_t), allocatable, intent(inout) :: error
+    integer :: is_cut
+
+    call file%read(group // '/text', source%text, error)
+    call file%read(group // '/terms', source%terms, error)
+    call file%read(group // '/places', source%places, error)
+    call file%read(group // '/minimum', source%minimum, error)
+    call file%read(group // '/maximum', source%maximum, error)
+    call file%read(group // '/facets', source%facets, error)
+    call file%read(group // '/orientations', source%orientations, error)
+    call file%read(group // '/dof_terms', source%dof_terms, error)
+    call file%read_attribute(group, 'kind', source%kind, error)
+    call file%read_attribute(group, 'component', source%component, error)
+    call file%read_attribute(group, 'axis', source%axis, error)
+    call file%read_attribute(group, 'is_cut', is_cut, error)
+    source%is_cut = is_cut == 1
+  end subroutine read_source
+end module sig_term_file

@@ -1,0 +1,241 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> Values of the terms at parameter points: the expressions of a term set, ready for use.
+module sig_term_values
+  use sig_expression, only: expression_t
+  use sig_kinds, only: rk
+  use sig_term_set, only: source_expression, source_places, term_set_t, term_source_t
+  use sig_text, only: string_t
+  use sig_window_rule, only: facet_rule, facet_rule_t, window_t
+  implicit none(type, external)
+  private
+  public :: term_values_t, evaluate_points, facet_forces
+
+  real(rk), parameter :: pi = 3.14159265358979323846264338327950288_rk
+
+  !> Expressions of one source.
+  type :: handles_t
+    type(expression_t) :: value
+    type(expression_t) :: minimum
+    type(expression_t) :: maximum
+    logical :: has_minimum = .false.
+    logical :: has_maximum = .false.
+  end type handles_t
+
+  !> A term set ready for use. A copy shares the expressions, so only its owner destroys it; one per thread.
+  type :: term_values_t
+    private
+    type(term_set_t) :: terms
+    type(handles_t), allocatable :: handles(:)
+  contains
+    procedure :: create
+    procedure :: evaluate
+    procedure :: destroy
+  end type term_values_t
+
+contains
+
+  !> Errors: message is allocated when a text is no expression.
+  subroutine create(self, terms, message)
+    class(term_values_t), intent(inout) :: self
+    type(term_set_t), intent(in) :: terms
+    character(:), allocatable, intent(out) :: message
+    integer :: i
+
+    call self%destroy()
+    self%terms = terms
+    allocate (self%handles(size(terms%sources)))
+    do i = 1, size(self%handles)
+      call create_handles(terms, terms%sources(i), self%handles(i), message)
+      if (allocated(message)) exit
+    end do
+    if (allocated(message)) call self%destroy()
+  end subroutine create
+
+  subroutine create_handles(terms, source, handles, message)
+    type(term_set_t), intent(in) :: terms
+    type(term_source_t), intent(in) :: source
+    type(handles_t), intent(inout) :: handles
+    character(:), allocatable, intent(out) :: message
+    type(string_t), allocatable :: names(:)
+
+    names = terms%parameter_names
+    if (source%kind /= source_expression) names = [terms%parameter_names, terms%coordinate_names]
+    call handles%value%create(source%text, names, message)
+    if (allocated(message)) then
+      message = 'the term ''' // source%text // ''' of the model: ' // message
+      return
+    end if
+    handles%has_minimum = len(source%minimum) > 0
+    handles%has_maximum = len(source%maximum) > 0
+    if (handles%has_minimum) call handles%minimum%create(source%minimum, terms%parameter_names, message)
+    if (handles%has_maximum .and. .not. allocated(message)) &
+      call handles%maximum%create(source%maximum, terms%parameter_names, message)
+    if (allocated(message)) message = 'a window of the model: ' // message
+  end subroutine create_handles
+
+  !> theta at one point; is_valid is false, and i_source says where, when a value is infinite or not a number.
+  subroutine evaluate(self, point, theta, is_valid, i_source)
+    class(term_values_t), intent(in) :: self
+    real(rk), intent(in) :: point(:)
+    !> [-] shape (n_terms)
+    real(rk), intent(out) :: theta(:)
+    logical, intent(out) :: is_valid
+    !> first source without a finite value, 0 = none
+    integer, intent(out) :: i_source
+    integer :: i
+
+    theta = 0
+    theta(1) = 1
+    is_valid = .true.
+    i_source = 0
+    do i = 1, size(self%handles)
+      select case (self%terms%sources(i)%kind)
+      case (source_expression)
+        call add_value(self%terms%sources(i)%terms(1), self%handles(i)%value, point, theta, is_valid)
+      case (source_places)
+        call add_places(self%terms%sources(i), self%handles(i)%value, point, theta, is_valid)
+      case default
+        call add_surface(self%terms, self%terms%sources(i), self%handles(i), point, theta, is_valid)
+      end select
+      if (is_valid) cycle
+      i_source = i
+      return
+    end do
+  end subroutine evaluate
+
+  subroutine add_value(i_term, expression, values, theta, is_valid)
+    integer, intent(in) :: i_term
+    type(expression_t), intent(in) :: expression
+    real(rk), intent(in) :: values(:)
+    real(rk), intent(inout) :: theta(:)
+    logical, intent(out) :: is_valid
+    real(rk) :: value
+
+    call expression%evaluate(values, value, is_valid)
+    theta(i_term) = theta(i_term) + value
+  end subroutine add_value
+
+  subroutine add_places(source, expression, point, theta, is_valid)
+    type(term_source_t), intent(in) :: source
+    type(expression_t), intent(in) :: expression
+    real(rk), intent(in) :: point(:)
+    real(rk), intent(inout) :: theta(:)
+    logical, intent(out) :: is_valid
+    integer :: i
+
+    is_valid = .true.
+    do i = 1, size(source%terms)
+      call add_value(source%terms(i), expression, [point, source%places(:, i)], theta, is_valid)
+      if (.not. is_valid) return
+    end do
+  end subroutine add_places
+
+  !> Nodal forces of a surface load.
+  subroutine add_surface(terms, source, handles, point, theta, is_valid)
+    type(term_set_t), intent(in) :: terms
+    type(term_source_t), intent(in) :: source
+    type(handles_t), intent(in) :: handles
+    real(rk), intent(in) :: point(:)
+    real(rk), intent(inout) :: theta(:)
+    logical, intent(out) :: is_valid
+    type(window_t) :: window
+    real(rk), allocatable :: forces(:, :)
+    integer :: i, j, k, n_nodes
+
+    window%axis = source%axis
+    window%is_cut = source%is_cut
+    is_valid = .true.
+    if (handles%has_minimum) call handles%minimum%evaluate(point, window%minimum, is_valid)
+    if (handles%has_maximum .and. is_valid) call handles%maximum%evaluate(point, window%maximum, is_valid)
+    do i = 1, size(source%facets, 2)
+      if (.not. is_valid) return
+      n_nodes = count(source%facets(:, i) > 0)
+      associate (nodes => source%facets(:n_nodes, i))
+        call facet_forces(facet_rule(source%places(:, nodes), window), source%component, source%orientations(i), &
+          terms%is_round, handles%value, point, forces, is_valid)
+        do j = 1, n_nodes
+          do k = 1, size(forces, 1)
+            if (source%dof_terms(k, nodes(j)) == 0) cycle
+            theta(source%dof_terms(k, nodes(j))) = theta(source%dof_terms(k, nodes(j))) + forces(k, j)
+          end do
+        end do
+      end associate
+    end do
+  end subroutine add_surface
+
+  !> Nodal forces of a pressure (against the outward normal) or of one traction component on a facet.
+  subroutine facet_forces(rule, component, orientation, is_round, expression, point, forces, is_valid)
+    type(facet_rule_t), intent(in) :: rule
+    !> 0 = pressure
+    integer, intent(in) :: component
+    !> +1 where the rule's normal points outward
+    integer, intent(in) :: orientation
+    !> integrals carry 2 pi times the first coordinate
+    logical, intent(in) :: is_round
+    !> of the parameters and the coordinates
+    type(expression_t), intent(in) :: expression
+    !> values of the parameters
+    real(rk), intent(in) :: point(:)
+    !> [force] shape (n_dim, n_nodes)
+    real(rk), allocatable, intent(out) :: forces(:, :)
+    logical, intent(out) :: is_valid
+    real(rk) :: direction(size(rule%places, 1)), value
+    integer :: i
+
+    is_valid = .true.
+    allocate (forces(size(rule%places, 1), size(rule%values, 1)), source=0.0_rk)
+    do i = 1, rule%n_points
+      call expression%evaluate([point, rule%places(:, i)], value, is_valid)
+      if (.not. is_valid) return
+      if (is_round) value = value * 2 * pi * rule%places(1, i)
+      direction = -orientation * rule%area_vectors(:, i)
+      if (component > 0) then
+        direction = 0
+        direction(component) = norm2(rule%area_vectors(:, i))
+      end if
+      forces = forces + value * spread(direction, 2, size(forces, 2)) * spread(rule%values(:, i), 1, size(forces, 1))
+    end do
+  end subroutine facet_forces
+
+  subroutine destroy(self)
+    class(term_values_t), intent(inout) :: self
+    integer :: i
+
+    if (.not. allocated(self%handles)) return
+    do i = 1, size(self%handles)
+      call self%handles(i)%value%destroy()
+      call self%handles(i)%minimum%destroy()
+      call self%handles(i)%maximum%destroy()
+    end do
+    deallocate (self%handles)
+  end subroutine destroy
+
+  !> theta(n_terms, n_points). The deck layer checked the texts; a value that is not finite at a point is left to the caller.
+  subroutine evaluate_points(terms, points, theta, i_bad_point, i_bad_source)
+    type(term_set_t), intent(in) :: terms
+    !> shape (n_parameters, n_points)
+    real(rk), intent(in) :: points(:, :)
+    !> [-] shape (n_terms, n_points)
+    real(rk), allocatable, intent(out) :: theta(:, :)
+    !> first point and source where a term has no finite value; 0 = none
+    integer, intent(out) :: i_bad_point
+    integer, intent(out) :: i_bad_source
+    type(term_values_t) :: values
+    character(:), allocatable :: message
+    logical :: is_valid
+
+    integer :: i
+
+    i_bad_point = 0
+    i_bad_source = 0
+    allocate (theta(terms%n_terms(), size(points, 2)), source=0.0_rk)
+    call values%create(terms, message)
+    do i = 1, size(points, 2)
+      call values%evaluate(points(:, i), theta(:, i), is_valid, i_bad_source)
+      if (is_valid) cycle
+      i_bad_point = i
+      exit
+    end do
+    call values%destroy()
+  end subroutine evaluate_points
+end module sig_term_values
