@@ -66,6 +66,56 @@ contains
       scaled(i_value, :) = scaled(i_value, :) / sigma(i_value)
     end do
     particular = matmul(transpose(right(:rank, :)), scaled)
-    null_space = transpose(right(rank + 1:, :))
+    null_space = complement(right(:rank, :))
   end subroutine solve_rows
+
+  !> Orthonormal basis of what is orthogonal to some orthonormal rows. It depends on their span alone, not on rounding: unit
+  !> vectors far from the span, projected and orthonormalized in ascending order.
+  pure function complement(rows) result(basis)
+    !> shape (rank, n)
+    real(rk), intent(in) :: rows(:, :)
+    !> shape (n, n - rank)
+    real(rk) :: basis(size(rows, 2), size(rows, 2) - size(rows, 1))
+    logical :: is_near(size(rows, 2))
+    integer :: i, n_found, repetition
+
+    is_near = nearest_unit_vectors(rows)
+    n_found = 0
+    do i = 1, size(rows, 2)
+      if (is_near(i)) cycle
+      n_found = n_found + 1
+      associate (column => basis(:, n_found), before => basis(:, :n_found - 1))
+        column = 0
+        column(i) = 1
+        ! twice, because the first pass leaves rounding relative to what it takes away
+        do repetition = 1, 2
+          column = column - matmul(matmul(rows, column), rows)
+          column = column - matmul(before, matmul(column, before))
+          column = column / norm2(column)
+        end do
+      end associate
+    end do
+  end function complement
+
+  !> As many unit vectors as there are rows, those with the largest parts in their span: a Cholesky decomposition of the
+  !> projector with pivots; ties go to the lowest number.
+  pure function nearest_unit_vectors(rows) result(is_near)
+    !> orthonormal, shape (rank, n)
+    real(rk), intent(in) :: rows(:, :)
+    logical :: is_near(size(rows, 2))
+    !> [-]
+    real(rk), parameter :: tie = 1.0e-8_rk
+    real(rk) :: projector(size(rows, 2), size(rows, 2)), diagonal(size(rows, 2)), column(size(rows, 2))
+    integer :: i, k
+
+    projector = matmul(transpose(rows), rows)
+    is_near = .false.
+    do k = 1, size(rows, 1)
+      diagonal = [(projector(i, i), i=1, size(diagonal))]
+      i = findloc(diagonal >= (1 - tie) * maxval(diagonal, mask=.not. is_near) .and. .not. is_near, .true., dim=1)
+      is_near(i) = .true.
+      column = projector(:, i) / sqrt(projector(i, i))
+      projector = projector - matmul(reshape(column, [size(column), 1]), reshape(column, [1, size(column)]))
+    end do
+  end function nearest_unit_vectors
 end module sig_dirichlet_rows

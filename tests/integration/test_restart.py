@@ -15,7 +15,7 @@ from program import finish, kill, wait_until
 from results import read_snapshots
 from runs import HERE, files_in, on_ranks, refuse, write_deck
 
-N_POINTS = 1000
+N_POINTS = 3000
 # Format of a shard: header, then records of 8-byte numbers (1 parameter, 116 dofs, 5 multipliers, 5 residuals, seconds,
 # iterations, reason) with a checksum.
 HEADER = 72
