@@ -14,6 +14,11 @@ from runs import HERE, read_snapshots, write_deck
 LAME = 1e-3
 SAME_SOLUTION = 1e-8
 SOLVERS = ("condensed", "active_set", "snesvi")
+LOADED = {
+    "parameters: {lift:": "parameters: {bore_pressure: {min: 0.0, max: 60.0, unit: MPa}, lift:",
+    "contact:": "loads:\n  - {boundary: bore, pressure: bore_pressure}\ncontact:",
+    "training: {grid: {lift: 2}}": "training: {grid: {bore_pressure: 4, lift: 2}}",
+}
 HELD = "  - {boundary: top, displacement: {z: lift}}\n"
 
 
@@ -62,6 +67,27 @@ def test_rings_are_thick_cylinders(shrunk, mesh):
         nodes = mesh.nodes_of[region]
         expected = ring.displacement(mesh.coordinates[nodes, 0])
         np.testing.assert_allclose(u[nodes], expected, rtol=0, atol=LAME * np.abs(expected).max())
+
+
+@pytest.mark.parametrize("ends", ["free", "held"])
+def test_pressure_in_the_bore(signorom, tmp_path, mesh, ends):
+    """Closed rings are one thick cylinder: its radial stress adds to the contact pressure."""
+    snapshots = sample(signorom, tmp_path, ends, changes=LOADED)
+    material = (shrink_fit.YOUNG_MODULUS, shrink_fit.POISSON_RATIO)
+    rim = mesh.nodes_of["rim"]
+    first = snapshots["displacement"][0].reshape(-1, 2)[rim, 0]
+    for (pressure, _), u, multipliers in zip(
+        snapshots["parameters"], snapshots["displacement"], snapshots["multipliers"], strict=True
+    ):
+        both = ThickCylinder(*material, 10.0, 30.0, inner_pressure=pressure, ends=ends)
+        expected = shrink_fit.pressure(ends) - both.stress(20.0)[0]
+        found = multipliers.sum() / (2 * np.pi * 20.0 * 2.0)
+        print(
+            f"{ends} ends, {pressure} MPa: {found:.5f} MPa, Lamé {expected:.5f} MPa ({found / expected - 1:+.3%})"
+        )
+        assert found == pytest.approx(expected, rel=LAME)
+        moved = u.reshape(-1, 2)[rim, 0] - first
+        np.testing.assert_allclose(moved, both.displacement(30.0), rtol=LAME, atol=LAME * first.max())
 
 
 def test_force_converges_with_order_two(signorom, tmp_path):

@@ -30,5 +30,7 @@ Physical Surface("inner_ring", 1) = {1};
 Physical Surface("outer_ring", 2) = {2};
 Physical Curve("bottom", 3) = {1, 11};
 Physical Curve("top", 4) = {3, 13};
+Physical Curve("bore", 7) = {4};
+Physical Curve("rim", 8) = {12};
 Physical Curve("inner_face", 5) = {2};
 Physical Curve("outer_face", 6) = {14};

@@ -1,0 +1,85 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Case b over its ranges: other solvers against an independent code, the modes of 500 snapshots (section 5.2)."""
+
+import json
+
+import h5py
+import numpy as np
+import pytest
+
+from decks import copy_deck
+from gmsh_ascii import read_mesh
+from runs import ROOT, read_snapshots
+
+# made by tests/reference/pellet_cladding.py, which needs SciPy
+EXPECTED = json.loads((ROOT / "tests" / "reference" / "pellet_cladding_expected.json").read_text())
+# Both codes solve to rounding: what is left is the conditioning of the stiffness.
+SAME_SOLUTION = 1e-8
+# [-] what a solution leaves, relative; [mm] for the penetration
+SMALL_RESIDUAL = 1e-9
+SEED = 20220429
+TRAINING = "training: {grid: {P1: 10, h1: 50}}"
+
+
+def sample(signorom, folder, solver, points):
+    """Snapshots of a list of points (P1, h1), load `cut`."""
+    folder.mkdir(exist_ok=True)
+    changes = {"type: condensed": f"type: {solver}", TRAINING: "training: {file: points.csv}"}
+    deck = copy_deck(ROOT / "input" / "pellet_cladding.yaml", folder, **changes)
+    lines = [f"{pressure!r},{height!r}" for pressure, height in points]
+    (folder / "points.csv").write_text("\n".join(["P1,h1", *lines, ""]))
+    signorom("sample", deck, folder=folder)
+    snapshots = read_snapshots(folder / "results" / "pellet_cladding" / "snapshots.h5")
+    assert (snapshots["reasons"] > 0).all()
+    assert len(snapshots["reasons"]) == len(points)
+    return snapshots
+
+
+@pytest.mark.parametrize("solver", ["active_set", "snesvi"])
+def test_iterative_solvers_agree_with_the_reference(signorom, tmp_path, solver):
+    """Multipliers by height, norm of u and number of closed pairs at five points, `cut`."""
+    points = EXPECTED["cut"]
+    snapshots = sample(signorom, tmp_path, solver, [(point["pressure"], point["length"]) for point in points])
+    mesh = read_mesh(ROOT / "meshes" / "pellet_cladding.msh")
+    # the rows' order is that of the first surface's nodes
+    by_height = np.argsort(mesh.coordinates[mesh.nodes_of["fuel_surface"], 1])
+    for u, multipliers, point in zip(
+        snapshots["displacement"], snapshots["multipliers"], points, strict=True
+    ):
+        forces = np.array(point["multipliers"])
+        # without contact there is no force at all
+        limit = SAME_SOLUTION * forces.max()
+        np.testing.assert_allclose(multipliers[by_height], forces, rtol=0, atol=limit)
+        assert np.linalg.norm(u) == pytest.approx(point["displacement_norm"], rel=SAME_SOLUTION)
+        assert (multipliers > 0).sum() == point["n_active"]
+
+
+def test_modes_of_the_paper(signorom, tmp_path):
+    """500 snapshots with whole_edges: 36 modes leave less than 1e-6 of the energy, (20); 12 contact rows, +- 6."""
+    deck = copy_deck(ROOT / "input" / "pellet_cladding_whole_edges.yaml", tmp_path)
+    signorom("sample", deck, folder=tmp_path)
+    results = tmp_path / "results" / "pellet_cladding_whole_edges"
+    displacement = read_snapshots(results / "snapshots.h5")["displacement"]
+    assert len(displacement) == 500
+    values = np.linalg.svd(displacement, compute_uv=False)
+    tails = np.append(np.cumsum((values**2)[::-1])[::-1], 0.0) / np.sum(values**2)
+    n_modes = np.flatnonzero(tails < 1e-6)[0]
+    assert n_modes == EXPECTED["n_modes"]["whole_edges"] == 36
+    signorom("train", deck, folder=tmp_path)
+    with h5py.File(results / "model.h5") as file:
+        assert len(file["clusters/1/basis"]) == 36
+        assert abs(len(file["clusters/1/contact_rows"]) - 12) <= 6
+
+
+def test_random_points_converge(signorom, tmp_path):
+    """1000 seeded points by the condensed solver, and some of them by the active set: small residuals, same answers."""
+    draw = np.random.default_rng(SEED)
+    points = np.stack([draw.uniform(5.0, 200.0, 1000), draw.uniform(0.6, 6.0, 1000)], axis=1).tolist()
+    print("seed", SEED)
+    condensed = sample(signorom, tmp_path / "condensed", "condensed", points)
+    assert condensed["multipliers"].min() >= 0
+    assert np.abs(condensed["residuals"]).max() <= SMALL_RESIDUAL
+    other = sample(signorom, tmp_path / "active_set", "active_set", points[:5])
+    for name in ("displacement", "multipliers"):
+        for values, expected in zip(other[name], condensed[name], strict=False):
+            np.testing.assert_allclose(values, expected, rtol=0, atol=SAME_SOLUTION * np.abs(expected).max())
