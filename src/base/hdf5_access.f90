@@ -2,7 +2,7 @@
 !> One HDF5 array, text or attribute at a time; what goes wrong comes back as a sentence with the file's name.
 !>
 !> An address names a dataset (`/clusters/1/basis`) or, with an @, an attribute (`/clusters/1@rank`).
-!> sig_hdf5_file is its only caller and gives it types and generic names.
+!> Only sig_hdf5_reader and sig_hdf5_writer call it; they give it types and generic names.
 module sig_hdf5_access
   use, intrinsic :: iso_c_binding, only: c_f_pointer, c_int, c_int64_t, c_null_ptr, c_ptr, c_size_t
   use sig_base_c_interfaces, only: sig_free, sig_h5_create, sig_h5_describe, sig_h5_open, sig_h5_read, &

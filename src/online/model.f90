@@ -10,6 +10,8 @@ module sig_model
 
   !> layout of the file; a change that an older reader would misread raises it
   integer, parameter, public :: model_format_version = 2
+  !> oldest layout that is still read
+  integer, parameter, public :: oldest_model_format = 2
   !> the two values of model_t%reconstruction
   character(*), parameter, public :: reconstruct_with_displacements = 'multipliers_and_displacements'
   character(*), parameter, public :: reconstruct_from_multipliers = 'multipliers'

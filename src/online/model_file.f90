@@ -2,9 +2,11 @@
 !> model.h5: writes a model, reads one, refuses what is none, of another format or changed.
 module sig_model_file
   use sig_errors, only: error_t, exit_internal, make_error
-  use sig_hdf5_file, only: h5_file_t
+  use sig_hdf5_format, only: check_format, write_format
+  use sig_hdf5_reader, only: h5_reader_t
+  use sig_hdf5_writer, only: h5_writer_t
   use sig_kinds, only: rk
-  use sig_model, only: complete_model, model_format_version, model_t, reduced_model_t, validation_statistics_t
+  use sig_model, only: complete_model, model_format_version, oldest_model_format, model_t, reduced_model_t, validation_statistics_t
   use sig_model_check, only: find_mismatch, hash_of_model
   use sig_term_file, only: read_terms, write_terms
   use sig_text, only: to_text
@@ -24,7 +26,7 @@ contains
     character(*), intent(in) :: path
     type(model_t), intent(in) :: model
     type(error_t), allocatable, intent(out) :: error
-    type(h5_file_t) :: file
+    type(h5_writer_t) :: file
     type(model_t) :: whole
     integer :: i_cluster
 
@@ -47,12 +49,10 @@ contains
   end subroutine write_model
 
   subroutine write_header(file, model)
-    type(h5_file_t), intent(inout) :: file
+    type(h5_writer_t), intent(inout) :: file
     type(model_t), intent(in) :: model
 
-    call file%write_attribute('/', 'format', format_name)
-    call file%write_attribute('/', 'format_version', model_format_version)
-    call file%write_attribute('/', 'code_version', model%code_version)
+    call write_format(file, format_name, model_format_version, model%code_version)
     call file%write_attribute('/', 'provenance', model%provenance)
     call file%write_attribute('/', 'mesh_hash', model%mesh_hash)
     call file%write_attribute('/', 'content_hash', hash_of_model(model))
@@ -64,7 +64,7 @@ contains
   end subroutine write_header
 
   subroutine write_problem(file, model)
-    type(h5_file_t), intent(inout) :: file
+    type(h5_writer_t), intent(inout) :: file
     type(model_t), intent(in) :: model
     character(:), allocatable :: length
 
@@ -90,7 +90,7 @@ contains
   end subroutine write_problem
 
   subroutine write_cluster(file, group, cluster, length, force)
-    type(h5_file_t), intent(inout) :: file
+    type(h5_writer_t), intent(inout) :: file
     character(*), intent(in) :: group
     type(reduced_model_t), intent(in) :: cluster
     character(*), intent(in) :: length
@@ -117,7 +117,7 @@ contains
   end subroutine write_cluster
 
   subroutine write_snapshots(file, group, cluster, length, force)
-    type(h5_file_t), intent(inout) :: file
+    type(h5_writer_t), intent(inout) :: file
     character(*), intent(in) :: group
     type(reduced_model_t), intent(in) :: cluster
     character(*), intent(in) :: length
@@ -134,7 +134,7 @@ contains
   end subroutine write_snapshots
 
   subroutine write_validation(file, validation)
-    type(h5_file_t), intent(inout) :: file
+    type(h5_writer_t), intent(inout) :: file
     type(validation_statistics_t), intent(in) :: validation
 
     call file%write('/validation/names', validation%names, description='empty until validated')
@@ -151,55 +151,31 @@ contains
     character(*), intent(in) :: path
     type(model_t), intent(out) :: model
     type(error_t), allocatable, intent(out) :: error
-    type(h5_file_t) :: file
-    type(error_t), allocatable :: ignored
+    type(h5_reader_t) :: file
     character(:), allocatable :: content_hash
 
     call file%open(path, error)
     if (allocated(error)) return
-    call check_format(file, path, error)
+    call check_format(file, path, format_name, [oldest_model_format, model_format_version], train_hint, &
+      model%format_version, error)
     call read_header(file, model, content_hash, error)
     if (.not. allocated(error)) call read_problem(file, model, error)
     if (.not. allocated(error)) call read_clusters(file, model%clusters, error)
     call read_validation(file, model%validation, error)
-    call file%close(ignored)
+    call file%close()
     if (allocated(error)) return
     if (find_mismatch(model) /= '' .or. hash_of_model(model) /= content_hash) &
       call make_error(error, 'the model was changed after it was written: its content and its content_hash differ', file=path, &
         hint='train again, or fetch the file once more')
   end subroutine read_model
 
-  !> Is it a model, and one that this program reads?
-  subroutine check_format(file, path, error)
-    type(h5_file_t), intent(in) :: file
-    character(*), intent(in) :: path
-    type(error_t), allocatable, intent(inout) :: error
-    character(:), allocatable :: name
-    integer :: version
-
-    if (.not. file%has_attribute('/', 'format')) then
-      call make_error(error, 'this HDF5 file is no Signorom model', file=path, hint=train_hint)
-      return
-    end if
-    call file%read_attribute('/', 'format', name, error)
-    call file%read_attribute('/', 'format_version', version, error)
-    if (allocated(error)) return
-    if (name /= format_name) then
-      call make_error(error, 'this file is no Signorom model; it says that it is ''' // name // '''', file=path, hint=train_hint)
-    else if (version /= model_format_version) then
-      call make_error(error, 'the model has format version ' // to_text(version) // '; this program reads version ' &
-        // to_text(model_format_version), file=path, hint='train again with this program, or use the one that wrote the file')
-    end if
-  end subroutine check_format
-
   subroutine read_header(file, model, content_hash, error)
-    type(h5_file_t), intent(in) :: file
+    type(h5_reader_t), intent(in) :: file
     type(model_t), intent(inout) :: model
     character(:), allocatable, intent(out) :: content_hash
     type(error_t), allocatable, intent(inout) :: error
     integer :: n_clusters
 
-    call file%read_attribute('/', 'format_version', model%format_version, error)
     call file%read_attribute('/', 'code_version', model%code_version, error)
     call file%read_attribute('/', 'provenance', model%provenance, error)
     call file%read_attribute('/', 'mesh_hash', model%mesh_hash, error)
@@ -214,7 +190,7 @@ contains
   end subroutine read_header
 
   subroutine read_problem(file, model, error)
-    type(h5_file_t), intent(in) :: file
+    type(h5_reader_t), intent(in) :: file
     type(model_t), intent(inout) :: model
     type(error_t), allocatable, intent(inout) :: error
 
@@ -235,7 +211,7 @@ contains
   end subroutine read_problem
 
   subroutine read_parameters(file, model, error)
-    type(h5_file_t), intent(in) :: file
+    type(h5_reader_t), intent(in) :: file
     type(model_t), intent(inout) :: model
     type(error_t), allocatable, intent(inout) :: error
     real(rk), allocatable :: maximum(:), minimum(:)
@@ -251,7 +227,7 @@ contains
   end subroutine read_parameters
 
   subroutine read_clusters(file, clusters, error)
-    type(h5_file_t), intent(in) :: file
+    type(h5_reader_t), intent(in) :: file
     type(reduced_model_t), intent(inout) :: clusters(:)
     type(error_t), allocatable, intent(inout) :: error
     integer :: i_cluster
@@ -262,7 +238,7 @@ contains
   end subroutine read_clusters
 
   subroutine read_cluster(file, group, cluster, error)
-    type(h5_file_t), intent(in) :: file
+    type(h5_reader_t), intent(in) :: file
     character(*), intent(in) :: group
     type(reduced_model_t), intent(inout) :: cluster
     type(error_t), allocatable, intent(inout) :: error
@@ -290,7 +266,7 @@ contains
   end subroutine read_cluster
 
   subroutine read_snapshots(file, group, cluster, error)
-    type(h5_file_t), intent(in) :: file
+    type(h5_reader_t), intent(in) :: file
     character(*), intent(in) :: group
     type(reduced_model_t), intent(inout) :: cluster
     type(error_t), allocatable, intent(inout) :: error
@@ -304,7 +280,7 @@ contains
   end subroutine read_snapshots
 
   subroutine read_validation(file, validation, error)
-    type(h5_file_t), intent(in) :: file
+    type(h5_reader_t), intent(in) :: file
     type(validation_statistics_t), intent(inout) :: validation
     type(error_t), allocatable, intent(inout) :: error
 

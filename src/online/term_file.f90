@@ -2,7 +2,8 @@
 !> The terms of a model in model.h5: /terms/names, and a group per source below /terms/sources.
 module sig_term_file
   use sig_errors, only: error_t
-  use sig_hdf5_file, only: h5_file_t
+  use sig_hdf5_reader, only: h5_reader_t
+  use sig_hdf5_writer, only: h5_writer_t
   use sig_term_set, only: start_terms, term_set_t, term_source_t
   use sig_text, only: string_t, to_text
   implicit none(type, external)
@@ -12,7 +13,7 @@ module sig_term_file
 contains
 
   subroutine write_terms(file, terms, length)
-    type(h5_file_t), intent(inout) :: file
+    type(h5_writer_t), intent(inout) :: file
     type(term_set_t), intent(in) :: terms
     !> unit of lengths
     character(*), intent(in) :: length
@@ -28,7 +29,7 @@ contains
   end subroutine write_terms
 
   subroutine write_source(file, group, source, length)
-    type(h5_file_t), intent(inout) :: file
+    type(h5_writer_t), intent(inout) :: file
     character(*), intent(in) :: group
     type(term_source_t), intent(in) :: source
     character(*), intent(in) :: length
@@ -49,7 +50,7 @@ contains
 
   !> Errors: a part is missing.
   subroutine read_terms(file, parameter_names, terms, error)
-    type(h5_file_t), intent(in) :: file
+    type(h5_reader_t), intent(in) :: file
     type(string_t), intent(in) :: parameter_names(:)
     type(term_set_t), intent(out) :: terms
     type(error_t), allocatable, intent(inout) :: error
@@ -72,7 +73,7 @@ contains
   end subroutine read_terms
 
   subroutine read_source(file, group, source, error)
-    type(h5_file_t), intent(in) :: file
+    type(h5_reader_t), intent(in) :: file
     character(*), intent(in) :: group
     type(term_source_t), intent(out) :: source
     type(error_t), allocatable, intent(inout) :: error

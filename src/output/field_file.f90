@@ -4,7 +4,7 @@ module sig_field_file
   use sig_element_types, only: element_types
   use sig_errors, only: error_t, exit_internal, make_error
   use sig_file_system, only: base_name, write_text_file
-  use sig_hdf5_file, only: h5_file_t
+  use sig_hdf5_writer, only: h5_writer_t
   use sig_kinds, only: rk
   use sig_mesh, only: mesh_t, nodes_of_cell
   use sig_text, only: string_t, to_text
@@ -20,10 +20,10 @@ module sig_field_file
   !> one can warp by them. 4 or 6 components are a symmetric tensor, given as xx, yy, zz, xy, yz, xz; in the file they stand
   !> in XDMF's order xx, xy, xz, yy, yz, zz (attribute `components`), a plane tensor with zeros.
   !> Arrays that are no fields of the mesh (`add_array`, `add_shared_array`) stand in the HDF5 file only.
-  !> The first failure is kept and handed back by close. Shapes are h5py's reversed, see sig_hdf5_file. Local: one rank writes.
+  !> The first failure is kept and handed back by close. Shapes are h5py's reversed, see sig_hdf5_writer. Local: one rank writes.
   type :: field_file_t
     private
-    type(h5_file_t) :: file
+    type(h5_writer_t) :: file
     character(:), allocatable :: path
     type(xdmf_mesh_t) :: mesh
     type(xdmf_grid_t), allocatable :: grids(:)

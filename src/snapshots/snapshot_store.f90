@@ -2,10 +2,12 @@
 !> The snapshots of a study as one set: merged from shards, kept in snapshots.h5, found again by their point.
 module sig_snapshot_store
   use sig_errors, only: error_t, make_error
-  use sig_hdf5_file, only: h5_file_t
+  use sig_hdf5_format, only: check_format, write_format
+  use sig_hdf5_reader, only: h5_reader_t
+  use sig_hdf5_writer, only: h5_writer_t
   use sig_kinds, only: rk
   use sig_snapshot_shard, only: n_residuals, snapshot_record_t
-  use sig_text, only: string_t, to_text
+  use sig_text, only: string_t
   use sig_version, only: code_version
   implicit none(type, external)
   private
@@ -59,8 +61,8 @@ contains
       if (record_of_point(i_point) == 0 .or. records(i_record)%reason > 0) record_of_point(i_point) = i_record
     end do
     is_missing = record_of_point == 0
-    set%parameters = points(:, pack([(i_point, i_point=1, size(points, 2))], .not. is_missing))
-    call fill_columns(records, pack(record_of_point, .not. is_missing), set)
+    set%parameters = points(:, pack([(i_point, i_point=1, size(points, 2))],.not. is_missing))
+    call fill_columns(records, pack(record_of_point,.not. is_missing), set)
   end subroutine merge_records
 
   pure subroutine fill_columns(records, chosen, set)
@@ -119,7 +121,7 @@ contains
       is_new(i) = point_index(points, set%parameters(:, i)) == 0
     end do
     all = reshape([points, set%parameters(:, pack([(i, i=1, size(is_new))], is_new))], &
-      [size(points, 1), size(points, 2) + count(is_new)])
+                  [size(points, 1), size(points, 2) + count(is_new)])
   end function all_points
 
   !> First of the points that equals the given one to rounding, 0 where none does.
@@ -144,13 +146,11 @@ contains
     character(*), intent(in) :: multiplier_unit
     type(string_t), intent(in) :: parameter_units(:)
     type(error_t), allocatable, intent(out) :: error
-    type(h5_file_t) :: file
+    type(h5_writer_t) :: file
 
     call file%create(path, error)
     if (allocated(error)) return
-    call file%write_attribute('/', 'format', format_name)
-    call file%write_attribute('/', 'format_version', format_version)
-    call file%write_attribute('/', 'code_version', code_version)
+    call write_format(file, format_name, format_version, code_version)
     call file%write_attribute('/', 'provenance', set%provenance)
     call file%write('/parameter_names', set%parameter_names, description='in the order of the columns of parameters')
     call file%write('/parameters', set%parameters, description='parameter points, one per snapshot; units: see attribute')
@@ -160,8 +160,8 @@ contains
     call file%write('/iterations', set%n_iterations, description='iterations of the contact solver')
     call file%write('/reasons', set%reasons, description='> 0 solved, < 0 failed')
     call file%write('/residuals', set%residuals, description= &
-      'equilibrium (relative), penetration (' // length_unit // '), negative multiplier (relative), ' // &
-      'complementarity (relative), force balance (relative)')
+                    'equilibrium (relative), penetration ('//length_unit//'), negative multiplier (relative), '// &
+                    'complementarity (relative), force balance (relative)')
     call file%write('/seconds', set%seconds, 's', 'wall time of the solution')
     call file%write('/term_texts', set%term_texts, description='factors of the free responses, expressions of the parameters')
     call file%write('/free_response', set%free_response, length_unit, 'displacement under each term without contact')
@@ -177,7 +177,7 @@ contains
     character(*), intent(in) :: provenance
     type(snapshot_set_t), intent(out) :: set
     type(error_t), allocatable, intent(out) :: error
-    type(h5_file_t) :: file
+    type(h5_reader_t) :: file
 
     call file%open(path, error)
     if (allocated(error)) return
@@ -192,15 +192,15 @@ contains
     call file%read('/seconds', set%seconds, error)
     call file%read('/term_texts', set%term_texts, error)
     call file%read('/free_response', set%free_response, error)
-    call file%discard()
+    call file%close()
     if (allocated(error)) return
     if (.not. has_matching_shapes(set)) call make_error(error, 'the snapshots are damaged: the datasets do not fit together', &
-      file=path)
+                                                        file=path)
   end subroutine read_snapshot_set
 
   !> Checks what the file says about itself.
   subroutine read_head(file, path, provenance, set, error)
-    type(h5_file_t), intent(inout) :: file
+    type(h5_reader_t), intent(in) :: file
     character(*), intent(in) :: path
     character(*), intent(in) :: provenance
     type(snapshot_set_t), intent(inout) :: set
@@ -208,22 +208,14 @@ contains
     character(:), allocatable :: text
     integer :: version
 
-    if (file%has_attribute('/', 'format')) call file%read_attribute('/', 'format', text, error)
-    if (.not. allocated(text)) text = ''
-    if (text /= format_name) then
-      call make_error(error, 'this is not a file of snapshots (its attribute format is not ''' // format_name // ''')', file=path)
-      return
-    end if
-    call file%read_attribute('/', 'format_version', version, error)
+    call check_format(file, path, format_name, [format_version, format_version], 'signorom sample DECK writes one', version, &
+                      error)
     call file%read_attribute('/', 'provenance', text, error)
     if (allocated(error)) return
     set%provenance = text
-    if (version /= format_version) then
-      call make_error(error, 'the snapshots have format version ' // to_text(version) // '; this program reads version ' // &
-        to_text(format_version), file=path, hint='sample again with this program')
-    else if (provenance /= '' .and. set%provenance /= provenance) then
-      call make_error(error, 'these snapshots belong to another deck or mesh (provenance ' // set%provenance // ', not ' // &
-        provenance // ')', file=path, hint='sample again, or choose another results folder (output.directory)')
+    if (provenance /= '' .and. set%provenance /= provenance) then
+      call make_error(error, 'these snapshots belong to another deck or mesh (provenance '//set%provenance//', not '// &
+                      provenance//')', file=path, hint='sample again, or choose another results folder (output.directory)')
     end if
   end subroutine read_head
 

@@ -1,0 +1,59 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> What our HDF5 files say about themselves: attributes of '/' with the format's name and version and the program that wrote.
+module sig_hdf5_format
+  use sig_errors, only: error_t, make_error
+  use sig_hdf5_reader, only: h5_reader_t
+  use sig_hdf5_writer, only: h5_writer_t
+  use sig_text, only: to_text
+  implicit none(type, external)
+  private
+  public :: write_format, check_format
+
+contains
+
+  subroutine write_format(file, name, version, code_version)
+    type(h5_writer_t), intent(inout) :: file
+    !> as in `signorom model`
+    character(*), intent(in) :: name
+    integer, intent(in) :: version
+    !> of the program to which the content is due
+    character(*), intent(in) :: code_version
+
+    call file%write_attribute('/', 'format', name)
+    call file%write_attribute('/', 'format_version', version)
+    call file%write_attribute('/', 'code_version', code_version)
+  end subroutine write_format
+
+  !> Errors: the file is of another format, or of a version that this program does not read.
+  subroutine check_format(file, path, name, versions, hint, version, error)
+    type(h5_reader_t), intent(in) :: file
+    character(*), intent(in) :: path
+    character(*), intent(in) :: name
+    !> the oldest and the newest that can be read
+    integer, intent(in) :: versions(2)
+    !> how to get a file that can be read
+    character(*), intent(in) :: hint
+    !> of the file
+    integer, intent(out) :: version
+    type(error_t), allocatable, intent(inout) :: error
+    character(:), allocatable :: found
+
+    version = 0
+    found = ''
+    if (allocated(error)) return
+    if (file%has_attribute('/', 'format')) call file%read_attribute('/', 'format', found, error)
+    if (.not. allocated(error) .and. found == name) call file%read_attribute('/', 'format_version', version, error)
+    if (allocated(error)) return
+    if (found == '') then
+      call make_error(error, 'this HDF5 file is no ' // name, path, hint=hint)
+    else if (found /= name) then
+      call make_error(error, 'this file is no ' // name // '; it says that it is ''' // found // '''', path, hint=hint)
+    else if (version > versions(2)) then
+      call make_error(error, 'the file has format version ' // to_text(version) // '; this program reads up to version ' // &
+        to_text(versions(2)), path, hint='use the program that wrote it, or a newer one')
+    else if (version < versions(1)) then
+      call make_error(error, 'the file has format version ' // to_text(version) // '; this program reads none before ' // &
+        to_text(versions(1)), path, hint=hint)
+    end if
+  end subroutine check_format
+end module sig_hdf5_format

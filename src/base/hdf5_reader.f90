@@ -1,0 +1,313 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> An HDF5 file of arrays, texts and attributes that is read: open, read ..., close.
+!>
+!> HDF5 counts indices the other way round: what h5py calls (n_modes, n_dofs) has the Fortran shape (n_dofs, n_modes), with the
+!> same bytes. Local: one rank owns the file.
+module sig_hdf5_reader
+  use, intrinsic :: iso_c_binding, only: c_associated, c_int, c_null_ptr, c_ptr, c_size_t
+  use sig_base_c_interfaces, only: sig_h5_close, sig_h5_has
+  use sig_errors, only: error_t, make_error
+  use sig_hdf5_access, only: find_shape, integer_type, open_hdf5, read_array, read_texts, real_type, text_type
+  use sig_kinds, only: rk
+  use sig_text, only: string_t
+  implicit none(type, external)
+  private
+  public :: h5_reader_t
+
+  !> `read(name, value, error)`: value is real of rank 0 to 3, integer of rank 0 to 2, a text or a list of texts (string_t), arrays
+  !> and texts allocatable; `read_attribute(object, name, value, error)`: a text, integer, real, list of reals or of texts.
+  !> A read does nothing where error is allocated already, so that a row of them needs one question at its end; after
+  !> a failure value is zero or empty. Errors: missing, other type, other rank; integers may be read as reals.
+  type :: h5_reader_t
+    private
+    type(c_ptr) :: handle = c_null_ptr
+    character(:), allocatable :: path
+  contains
+    procedure :: open => open_file
+    procedure :: close => close_file
+    procedure :: has
+    procedure :: has_attribute
+    procedure :: get_shape
+    generic :: read => read_real, read_real_1, read_real_2, read_real_3, read_integer, read_integer_1, read_integer_2, &
+      read_text, read_text_1
+    generic :: read_attribute => read_real_attribute, read_real_1_attribute, read_integer_attribute, &
+      read_text_attribute, read_text_1_attribute
+    procedure, private :: read_real, read_real_1, read_real_2, read_real_3, read_integer, read_integer_1, read_integer_2
+    procedure, private :: read_text, read_text_1
+    procedure, private :: read_real_attribute, read_real_1_attribute, read_integer_attribute
+    procedure, private :: read_text_attribute, read_text_1_attribute
+    final :: finalize
+  end type h5_reader_t
+
+contains
+
+  !> Opens a file for reading. Errors: no such file, not HDF5, cut off or damaged.
+  subroutine open_file(self, path, error)
+    class(h5_reader_t), intent(inout) :: self
+    character(*), intent(in) :: path
+    type(error_t), allocatable, intent(out) :: error
+
+    call close_file(self)
+    self%path = path
+    call open_hdf5(path, self%handle, error)
+  end subroutine open_file
+
+  !> Ends the work on the file; that none is open is fine.
+  subroutine close_file(self)
+    class(h5_reader_t), intent(inout) :: self
+    integer(c_int) :: ignored
+
+    if (.not. c_associated(self%handle)) return
+    ignored = sig_h5_close(self%handle)
+    self%handle = c_null_ptr
+  end subroutine close_file
+
+  subroutine finalize(self)
+    type(h5_reader_t), intent(inout) :: self
+
+    call close_file(self)
+  end subroutine finalize
+
+  !> True where the file has a group or dataset of this name.
+  logical function has(self, name)
+    class(h5_reader_t), intent(in) :: self
+    character(*), intent(in) :: name
+
+    has = .false.
+    if (c_associated(self%handle)) has = sig_h5_has(self%handle, name, len(name, c_size_t)) == 1
+  end function has
+
+  logical function has_attribute(self, object, name)
+    class(h5_reader_t), intent(in) :: self
+    character(*), intent(in) :: object
+    character(*), intent(in) :: name
+
+    has_attribute = self%has(object // '@' // name)
+  end function has_attribute
+
+  !> Fortran shape of a dataset, empty for a scalar.
+  subroutine get_shape(self, name, shape, error)
+    class(h5_reader_t), intent(in) :: self
+    character(*), intent(in) :: name
+    integer, allocatable, intent(out) :: shape(:)
+    type(error_t), allocatable, intent(inout) :: error
+
+    call shape_for(self, name, 0_c_int, -1, shape, error)
+  end subroutine get_shape
+
+  subroutine read_real(self, name, value, error)
+    class(h5_reader_t), intent(in) :: self
+    character(*), intent(in) :: name
+    real(rk), intent(out) :: value
+    type(error_t), allocatable, intent(inout) :: error
+    real(rk) :: values(1)
+    integer, allocatable :: n(:)
+
+    values = 0
+    call shape_for(self, name, real_type, 0, n, error)
+    call get(self, name, real_type, values, error)
+    value = values(1)
+  end subroutine read_real
+
+  subroutine read_real_1(self, name, value, error)
+    class(h5_reader_t), intent(in) :: self
+    character(*), intent(in) :: name
+    real(rk), allocatable, intent(out) :: value(:)
+    type(error_t), allocatable, intent(inout) :: error
+    integer, allocatable :: n(:)
+
+    call shape_for(self, name, real_type, 1, n, error)
+    allocate (value(n(1)))
+    call get(self, name, real_type, value, error)
+  end subroutine read_real_1
+
+  subroutine read_real_2(self, name, value, error)
+    class(h5_reader_t), intent(in) :: self
+    character(*), intent(in) :: name
+    real(rk), allocatable, intent(out) :: value(:, :)
+    type(error_t), allocatable, intent(inout) :: error
+    integer, allocatable :: n(:)
+
+    call shape_for(self, name, real_type, 2, n, error)
+    allocate (value(n(1), n(2)))
+    call get(self, name, real_type, value, error)
+  end subroutine read_real_2
+
+  subroutine read_real_3(self, name, value, error)
+    class(h5_reader_t), intent(in) :: self
+    character(*), intent(in) :: name
+    real(rk), allocatable, intent(out) :: value(:, :, :)
+    type(error_t), allocatable, intent(inout) :: error
+    integer, allocatable :: n(:)
+
+    call shape_for(self, name, real_type, 3, n, error)
+    allocate (value(n(1), n(2), n(3)))
+    call get(self, name, real_type, value, error)
+  end subroutine read_real_3
+
+  subroutine read_integer(self, name, value, error)
+    class(h5_reader_t), intent(in) :: self
+    character(*), intent(in) :: name
+    integer, intent(out) :: value
+    type(error_t), allocatable, intent(inout) :: error
+    integer :: values(1)
+    integer, allocatable :: n(:)
+
+    values = 0
+    call shape_for(self, name, integer_type, 0, n, error)
+    call get(self, name, integer_type, values, error)
+    value = values(1)
+  end subroutine read_integer
+
+  subroutine read_integer_1(self, name, value, error)
+    class(h5_reader_t), intent(in) :: self
+    character(*), intent(in) :: name
+    integer, allocatable, intent(out) :: value(:)
+    type(error_t), allocatable, intent(inout) :: error
+    integer, allocatable :: n(:)
+
+    call shape_for(self, name, integer_type, 1, n, error)
+    allocate (value(n(1)))
+    call get(self, name, integer_type, value, error)
+  end subroutine read_integer_1
+
+  subroutine read_integer_2(self, name, value, error)
+    class(h5_reader_t), intent(in) :: self
+    character(*), intent(in) :: name
+    integer, allocatable, intent(out) :: value(:, :)
+    type(error_t), allocatable, intent(inout) :: error
+    integer, allocatable :: n(:)
+
+    call shape_for(self, name, integer_type, 2, n, error)
+    allocate (value(n(1), n(2)))
+    call get(self, name, integer_type, value, error)
+  end subroutine read_integer_2
+
+  subroutine read_text(self, name, value, error)
+    class(h5_reader_t), intent(in) :: self
+    character(*), intent(in) :: name
+    character(:), allocatable, intent(out) :: value
+    type(error_t), allocatable, intent(inout) :: error
+    type(string_t), allocatable :: texts(:)
+
+    call get_texts(self, name, 0, texts, error)
+    value = ''
+    if (size(texts) == 1) value = texts(1)%text
+  end subroutine read_text
+
+  subroutine read_text_1(self, name, value, error)
+    class(h5_reader_t), intent(in) :: self
+    character(*), intent(in) :: name
+    type(string_t), allocatable, intent(out) :: value(:)
+    type(error_t), allocatable, intent(inout) :: error
+
+    call get_texts(self, name, 1, value, error)
+  end subroutine read_text_1
+
+  subroutine read_real_attribute(self, object, name, value, error)
+    class(h5_reader_t), intent(in) :: self
+    character(*), intent(in) :: object
+    character(*), intent(in) :: name
+    real(rk), intent(out) :: value
+    type(error_t), allocatable, intent(inout) :: error
+    real(rk) :: values(1)
+    integer, allocatable :: n(:)
+
+    values = 0
+    call shape_for(self, object // '@' // name, real_type, 0, n, error)
+    call get(self, object // '@' // name, real_type, values, error)
+    value = values(1)
+  end subroutine read_real_attribute
+
+  subroutine read_real_1_attribute(self, object, name, value, error)
+    class(h5_reader_t), intent(in) :: self
+    character(*), intent(in) :: object
+    character(*), intent(in) :: name
+    real(rk), allocatable, intent(out) :: value(:)
+    type(error_t), allocatable, intent(inout) :: error
+    integer, allocatable :: n(:)
+
+    call shape_for(self, object // '@' // name, real_type, 1, n, error)
+    allocate (value(n(1)))
+    call get(self, object // '@' // name, real_type, value, error)
+  end subroutine read_real_1_attribute
+
+  subroutine read_integer_attribute(self, object, name, value, error)
+    class(h5_reader_t), intent(in) :: self
+    character(*), intent(in) :: object
+    character(*), intent(in) :: name
+    integer, intent(out) :: value
+    type(error_t), allocatable, intent(inout) :: error
+    integer :: values(1)
+    integer, allocatable :: n(:)
+
+    values = 0
+    call shape_for(self, object // '@' // name, integer_type, 0, n, error)
+    call get(self, object // '@' // name, integer_type, values, error)
+    value = values(1)
+  end subroutine read_integer_attribute
+
+  subroutine read_text_attribute(self, object, name, value, error)
+    class(h5_reader_t), intent(in) :: self
+    character(*), intent(in) :: object
+    character(*), intent(in) :: name
+    character(:), allocatable, intent(out) :: value
+    type(error_t), allocatable, intent(inout) :: error
+    type(string_t), allocatable :: texts(:)
+
+    call get_texts(self, object // '@' // name, 0, texts, error)
+    value = ''
+    if (size(texts) == 1) value = texts(1)%text
+  end subroutine read_text_attribute
+
+  subroutine read_text_1_attribute(self, object, name, value, error)
+    class(h5_reader_t), intent(in) :: self
+    character(*), intent(in) :: object
+    character(*), intent(in) :: name
+    type(string_t), allocatable, intent(out) :: value(:)
+    type(error_t), allocatable, intent(inout) :: error
+
+    call get_texts(self, object // '@' // name, 1, value, error)
+  end subroutine read_text_1_attribute
+
+  !> Shape of an array that is to be read; zeros where it cannot be, or where a read before it failed.
+  subroutine shape_for(self, address, type, rank, shape, error)
+    class(h5_reader_t), intent(in) :: self
+    character(*), intent(in) :: address
+    integer(c_int), intent(in) :: type
+    integer, intent(in) :: rank
+    integer, allocatable, intent(out) :: shape(:)
+    type(error_t), allocatable, intent(inout) :: error
+
+    allocate (shape(max(rank, 0)), source=0)
+    if (allocated(error)) return
+    if (c_associated(self%handle)) then
+      call find_shape(self%handle, self%path, address, type, rank, shape, error)
+    else
+      call make_error(error, 'the HDF5 file is not open')
+    end if
+  end subroutine shape_for
+
+  subroutine get(self, address, type, values, error)
+    class(h5_reader_t), intent(in) :: self
+    character(*), intent(in) :: address
+    integer(c_int), intent(in) :: type
+    type(*), intent(inout) :: values(*)
+    type(error_t), allocatable, intent(inout) :: error
+
+    if (.not. allocated(error)) call read_array(self%handle, self%path, address, type, values, error)
+  end subroutine get
+
+  subroutine get_texts(self, address, rank, texts, error)
+    class(h5_reader_t), intent(in) :: self
+    character(*), intent(in) :: address
+    integer, intent(in) :: rank
+    type(string_t), allocatable, intent(out) :: texts(:)
+    type(error_t), allocatable, intent(inout) :: error
+    integer, allocatable :: shape(:)
+
+    call shape_for(self, address, text_type, rank, shape, error)
+    if (.not. allocated(error)) call read_texts(self%handle, self%path, address, texts, error)
+    if (.not. allocated(texts)) allocate (texts(0))
+  end subroutine get_texts
+end module sig_hdf5_reader

@@ -1,0 +1,109 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "hdf5_address.h"
+#include "signorom/file_system.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+static hid_t open_or_make_group(hid_t file, const char *path, hid_t links) {
+  if (sig_h5_is_root(path)) return H5Oopen(file, "/", H5P_DEFAULT);
+  if (sig_h5_object_exists(file, path)) return H5Oopen(file, path, H5P_DEFAULT);
+  return H5Gcreate2(file, path, links, H5P_DEFAULT, H5P_DEFAULT);
+}
+
+static int write_attribute(hid_t object, const char *name, const hid_t types[2], hid_t space, const void *values) {
+  const hid_t attribute = H5Acreate2(object, name, types[0], space, H5P_DEFAULT, H5P_DEFAULT);
+  const int failed = attribute < 0 || H5Awrite(attribute, types[1], values) < 0;
+  if (attribute >= 0) H5Aclose(attribute);
+  return failed ? SIG_H5_NO_WRITE : SIG_H5_OK;
+}
+
+static int write_dataset(hid_t file, const char *path, hid_t links, const hid_t types[2], hid_t space,
+                         const void *values) {
+  const hid_t dataset = H5Dcreate2(file, path, types[0], space, links, H5P_DEFAULT, H5P_DEFAULT);
+  const int failed = dataset < 0 || H5Dwrite(dataset, types[1], H5S_ALL, H5S_ALL, H5P_DEFAULT, values) < 0;
+  if (dataset >= 0) H5Dclose(dataset);
+  return failed ? SIG_H5_NO_WRITE : SIG_H5_OK;
+}
+
+/* types: in the file, in memory. */
+static int write_item(hid_t file, const struct sig_h5_address *address, const hid_t types[2], hid_t space,
+                      const void *values) {
+  int status = SIG_H5_NO_WRITE;
+  const hid_t links = H5Pcreate(H5P_LINK_CREATE);
+  H5Pset_create_intermediate_group(links, 1);
+  if (!address->attribute) {
+    status = write_dataset(file, address->object, links, types, space, values);
+  } else {
+    const hid_t object = open_or_make_group(file, address->object, links);
+    if (object >= 0) {
+      status = write_attribute(object, address->attribute, types, space, values);
+      H5Oclose(object);
+    }
+  }
+  H5Pclose(links);
+  return status;
+}
+
+static hid_t make_space(int rank, const int64_t *shape) {
+  if (rank == 0) return H5Screate(H5S_SCALAR);
+  hsize_t sizes[SIG_H5_MAX_RANK];
+  for (int i = 0; i < rank; i++) sizes[i] = (hsize_t)shape[i];
+  return H5Screate_simple(rank, sizes, NULL);
+}
+
+static int write_at(hid_t file, const char *text, size_t length, const hid_t types[2], int rank, const int64_t *shape,
+                    const void *values) {
+  struct sig_h5_address address;
+  if (!sig_h5_cut_address(text, length, &address)) return SIG_H5_NO_WRITE;
+  const hid_t space = make_space(rank, shape);
+  const int status = write_item(file, &address, types, space, values);
+  H5Sclose(space);
+  sig_free(address.object);
+  return status;
+}
+
+int sig_h5_write(sig_h5_file *file, const char *address, size_t length, int type, int rank, const int64_t *shape,
+                 const void *values) {
+  int status = SIG_H5_NO_WRITE;
+  if (rank > SIG_H5_MAX_RANK) return status;
+  H5E_BEGIN_TRY {
+    const hid_t reals[2] = {H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE};
+    const hid_t integers[2] = {H5T_STD_I32LE, H5T_NATIVE_INT};
+    status = write_at(file->id, address, length, type == SIG_H5_REAL ? reals : integers, rank, shape, values);
+  }
+  H5E_END_TRY;
+  return status;
+}
+
+/* Pointers to null-terminated copies, in one block behind them. */
+static char **terminated_texts(int64_t n, const char *characters, const int64_t *ends) {
+  const size_t n_bytes = n > 0 ? (size_t)(ends[n - 1] + n) : 0;
+  char **texts = malloc((size_t)(n + 1) * sizeof *texts + n_bytes);
+  if (!texts) return NULL;
+  char *next = (char *)(texts + n + 1);
+  for (int64_t i = 0, start = 0; i < n; start = ends[i++]) {
+    const size_t size = (size_t)(ends[i] - start);
+    texts[i] = next;
+    memcpy(next, characters + start, size);
+    next[size] = '\0';
+    next += size + 1;
+  }
+  return texts;
+}
+
+int sig_h5_write_texts(sig_h5_file *file, const char *address, size_t length, int rank, int64_t n,
+                       const char *characters, const int64_t *ends) {
+  int status;
+  char **texts = terminated_texts(n, characters, ends);
+  if (!texts) return SIG_H5_NO_WRITE;
+  H5E_BEGIN_TRY {
+    const hid_t type = sig_h5_text_type(H5T_CSET_UTF8);
+    const hid_t types[2] = {type, type};
+    status = write_at(file->id, address, length, types, rank, &n, texts);
+    H5Tclose(type);
+  }
+  H5E_END_TRY;
+  free(texts);
+  return status;
+}

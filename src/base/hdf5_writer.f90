@@ -1,0 +1,297 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> An HDF5 file of arrays, texts and attributes that is written: create, write ..., close.
+!>
+!> HDF5 counts indices the other way round: a Fortran array of shape (n_dofs, n_modes) is one of shape (n_modes, n_dofs)
+!> for h5py, with the same bytes. Local: one rank owns the file.
+module sig_hdf5_writer
+  use, intrinsic :: iso_c_binding, only: c_associated, c_int, c_null_ptr, c_ptr, c_size_t
+  use sig_base_c_interfaces, only: sig_commit_file, sig_h5_close
+  use sig_errors, only: error_t, make_error
+  use sig_file_system, only: remove_file, system_reason
+  use sig_hdf5_access, only: create_hdf5, integer_type, real_type, write_array, write_texts
+  use sig_kinds, only: rk
+  use sig_text, only: string_t
+  implicit none(type, external)
+  private
+  public :: h5_writer_t
+
+  !> The file appears under its name only with a close that succeeds; before, it is `<path>.partial`.
+  !> The first failure of a write is kept, later writes do nothing, and close hands it back. One that is never closed is removed.
+  !>
+  !> `write(name, value [, unit, description])`: value is real of rank 0 to 3, integer of rank 0 to 2, a text or a list
+  !> of texts (string_t); groups in the name are made. `write_attribute(object, name, value)`: a text, integer, real, list of
+  !> reals or of texts; an object that is missing is made as a group, '/' is the file itself.
+  type :: h5_writer_t
+    private
+    type(c_ptr) :: handle = c_null_ptr
+    character(:), allocatable :: path
+    type(error_t), allocatable :: error
+  contains
+    procedure :: create
+    procedure :: close => close_file
+    procedure :: discard => discard_file
+    generic :: write => write_real, write_real_1, write_real_2, write_real_3, write_integer, write_integer_1, &
+      write_integer_2, write_text, write_text_1
+    generic :: write_attribute => write_real_attribute, write_real_1_attribute, write_integer_attribute, &
+      write_text_attribute, write_text_1_attribute
+    procedure, private :: write_real, write_real_1, write_real_2, write_real_3, write_integer, write_integer_1
+    procedure, private :: write_integer_2, write_text, write_text_1
+    procedure, private :: write_real_attribute, write_real_1_attribute, write_integer_attribute
+    procedure, private :: write_text_attribute, write_text_1_attribute
+    final :: finalize
+  end type h5_writer_t
+
+contains
+
+  !> Starts a new file. Errors: no such folder, no right to write there.
+  subroutine create(self, path, error)
+    class(h5_writer_t), intent(inout) :: self
+    character(*), intent(in) :: path
+    type(error_t), allocatable, intent(out) :: error
+
+    call discard_file(self)
+    self%path = path
+    call create_hdf5(path, path // '.partial', self%handle, error)
+  end subroutine create
+
+  !> Ends the work on the file: it is flushed to the disk and gets its name, unless a write failed.
+  subroutine close_file(self, error)
+    class(h5_writer_t), intent(inout) :: self
+    !> the first failure since create
+    type(error_t), allocatable, intent(out) :: error
+    integer(c_int) :: code
+
+    if (.not. c_associated(self%handle)) return
+    if (allocated(self%error)) call move_alloc(self%error, error)
+    code = sig_h5_close(self%handle)
+    self%handle = c_null_ptr
+    if (code /= 0 .and. .not. allocated(error)) call make_error(error, 'cannot write the file; is the disk full?', file=self%path)
+    if (.not. allocated(error)) call commit(self%path, error)
+    if (allocated(error)) call remove_partial(self%path)
+  end subroutine close_file
+
+  subroutine commit(path, error)
+    character(*), intent(in) :: path
+    type(error_t), allocatable, intent(out) :: error
+    character(:), allocatable :: partial
+    integer(c_int) :: code
+
+    partial = path // '.partial'
+    code = sig_commit_file(partial, len(partial, c_size_t), path, len(path, c_size_t))
+    if (code /= 0) call make_error(error, 'cannot write the file: ' // system_reason(code), file=path)
+  end subroutine commit
+
+  subroutine remove_partial(path)
+    character(*), intent(in) :: path
+    type(error_t), allocatable :: ignored
+
+    call remove_file(path // '.partial', ignored)
+  end subroutine remove_partial
+
+  !> Gives up the file and removes it; that none is open is fine.
+  subroutine discard_file(self)
+    class(h5_writer_t), intent(inout) :: self
+    integer(c_int) :: ignored
+
+    if (allocated(self%error)) deallocate (self%error)
+    if (.not. c_associated(self%handle)) return
+    ignored = sig_h5_close(self%handle)
+    self%handle = c_null_ptr
+    call remove_partial(self%path)
+  end subroutine discard_file
+
+  subroutine finalize(self)
+    type(h5_writer_t), intent(inout) :: self
+
+    call discard_file(self)
+  end subroutine finalize
+
+  subroutine write_real(self, name, value, unit, description)
+    class(h5_writer_t), intent(inout) :: self
+    character(*), intent(in) :: name
+    real(rk), intent(in) :: value
+    character(*), intent(in), optional :: unit
+    character(*), intent(in), optional :: description
+
+    call put(self, name, real_type, [integer ::], [value], unit, description)
+  end subroutine write_real
+
+  subroutine write_real_1(self, name, value, unit, description)
+    class(h5_writer_t), intent(inout) :: self
+    character(*), intent(in) :: name
+    real(rk), intent(in) :: value(:)
+    character(*), intent(in), optional :: unit
+    character(*), intent(in), optional :: description
+
+    call put(self, name, real_type, shape(value), value, unit, description)
+  end subroutine write_real_1
+
+  subroutine write_real_2(self, name, value, unit, description)
+    class(h5_writer_t), intent(inout) :: self
+    character(*), intent(in) :: name
+    real(rk), intent(in) :: value(:, :)
+    character(*), intent(in), optional :: unit
+    character(*), intent(in), optional :: description
+
+    call put(self, name, real_type, shape(value), value, unit, description)
+  end subroutine write_real_2
+
+  subroutine write_real_3(self, name, value, unit, description)
+    class(h5_writer_t), intent(inout) :: self
+    character(*), intent(in) :: name
+    real(rk), intent(in) :: value(:, :, :)
+    character(*), intent(in), optional :: unit
+    character(*), intent(in), optional :: description
+
+    call put(self, name, real_type, shape(value), value, unit, description)
+  end subroutine write_real_3
+
+  subroutine write_integer(self, name, value, unit, description)
+    class(h5_writer_t), intent(inout) :: self
+    character(*), intent(in) :: name
+    integer, intent(in) :: value
+    character(*), intent(in), optional :: unit
+    character(*), intent(in), optional :: description
+
+    call put(self, name, integer_type, [integer ::], [value], unit, description)
+  end subroutine write_integer
+
+  subroutine write_integer_1(self, name, value, unit, description)
+    class(h5_writer_t), intent(inout) :: self
+    character(*), intent(in) :: name
+    integer, intent(in) :: value(:)
+    character(*), intent(in), optional :: unit
+    character(*), intent(in), optional :: description
+
+    call put(self, name, integer_type, shape(value), value, unit, description)
+  end subroutine write_integer_1
+
+  subroutine write_integer_2(self, name, value, unit, description)
+    class(h5_writer_t), intent(inout) :: self
+    character(*), intent(in) :: name
+    integer, intent(in) :: value(:, :)
+    character(*), intent(in), optional :: unit
+    character(*), intent(in), optional :: description
+
+    call put(self, name, integer_type, shape(value), value, unit, description)
+  end subroutine write_integer_2
+
+  subroutine write_text(self, name, value, unit, description)
+    class(h5_writer_t), intent(inout) :: self
+    character(*), intent(in) :: name
+    character(*), intent(in) :: value
+    character(*), intent(in), optional :: unit
+    character(*), intent(in), optional :: description
+
+    call put_texts(self, name, list_of(value), .true., unit, description)
+  end subroutine write_text
+
+  subroutine write_text_1(self, name, value, unit, description)
+    class(h5_writer_t), intent(inout) :: self
+    character(*), intent(in) :: name
+    type(string_t), intent(in) :: value(:)
+    character(*), intent(in), optional :: unit
+    character(*), intent(in), optional :: description
+
+    call put_texts(self, name, value, .false., unit, description)
+  end subroutine write_text_1
+
+  subroutine write_real_attribute(self, object, name, value)
+    class(h5_writer_t), intent(inout) :: self
+    character(*), intent(in) :: object
+    character(*), intent(in) :: name
+    real(rk), intent(in) :: value
+
+    call put(self, object // '@' // name, real_type, [integer ::], [value])
+  end subroutine write_real_attribute
+
+  subroutine write_real_1_attribute(self, object, name, value)
+    class(h5_writer_t), intent(inout) :: self
+    character(*), intent(in) :: object
+    character(*), intent(in) :: name
+    real(rk), intent(in) :: value(:)
+
+    call put(self, object // '@' // name, real_type, shape(value), value)
+  end subroutine write_real_1_attribute
+
+  subroutine write_integer_attribute(self, object, name, value)
+    class(h5_writer_t), intent(inout) :: self
+    character(*), intent(in) :: object
+    character(*), intent(in) :: name
+    integer, intent(in) :: value
+
+    call put(self, object // '@' // name, integer_type, [integer ::], [value])
+  end subroutine write_integer_attribute
+
+  subroutine write_text_attribute(self, object, name, value)
+    class(h5_writer_t), intent(inout) :: self
+    character(*), intent(in) :: object
+    character(*), intent(in) :: name
+    character(*), intent(in) :: value
+
+    call put_texts(self, object // '@' // name, list_of(value), .true.)
+  end subroutine write_text_attribute
+
+  subroutine write_text_1_attribute(self, object, name, value)
+    class(h5_writer_t), intent(inout) :: self
+    character(*), intent(in) :: object
+    character(*), intent(in) :: name
+    type(string_t), intent(in) :: value(:)
+
+    call put_texts(self, object // '@' // name, value, .false.)
+  end subroutine write_text_1_attribute
+
+  !> Numbers, with unit and description where given; keeps the first failure.
+  subroutine put(self, address, type, shape, values, unit, description)
+    class(h5_writer_t), intent(inout) :: self
+    character(*), intent(in) :: address
+    integer(c_int), intent(in) :: type
+    integer, intent(in) :: shape(:)
+    type(*), intent(in) :: values(*)
+    character(*), intent(in), optional :: unit
+    character(*), intent(in), optional :: description
+
+    if (.not. may_write(self)) return
+    call write_array(self%handle, self%path, address, type, shape, values, self%error)
+    call describe(self, address, 'unit', unit)
+    call describe(self, address, 'description', description)
+  end subroutine put
+
+  subroutine put_texts(self, address, texts, is_scalar, unit, description)
+    class(h5_writer_t), intent(inout) :: self
+    character(*), intent(in) :: address
+    type(string_t), intent(in) :: texts(:)
+    logical, intent(in) :: is_scalar
+    character(*), intent(in), optional :: unit
+    character(*), intent(in), optional :: description
+
+    if (.not. may_write(self)) return
+    call write_texts(self%handle, self%path, address, texts, is_scalar, self%error)
+    call describe(self, address, 'unit', unit)
+    call describe(self, address, 'description', description)
+  end subroutine put_texts
+
+  subroutine describe(self, address, name, text)
+    class(h5_writer_t), intent(inout) :: self
+    character(*), intent(in) :: address
+    character(*), intent(in) :: name
+    character(*), intent(in), optional :: text
+
+    if (present(text) .and. may_write(self)) &
+      call write_texts(self%handle, self%path, address // '@' // name, list_of(text), .true., self%error)
+  end subroutine describe
+
+  ! gfortran 12 never frees the text in a constructor that is an actual argument
+  pure function list_of(text) result(texts)
+    character(*), intent(in) :: text
+    type(string_t) :: texts(1)
+
+    texts(1)%text = text
+  end function list_of
+
+  pure logical function may_write(self)
+    class(h5_writer_t), intent(in) :: self
+
+    may_write = c_associated(self%handle) .and. .not. allocated(self%error)
+  end function may_write
+end module sig_hdf5_writer
