@@ -7,7 +7,7 @@ module sig_cell_stiffness
   use sig_mesh, only: mesh_t, nodes_of_cell
   implicit none(type, external)
   private
-  public :: cell_stiffness, cell_dofs, strain_energy
+  public :: cell_stiffness, cell_dofs
 
 contains
 
@@ -37,21 +37,4 @@ contains
     stiffness = element_stiffness(body%mechanics, body%tables(mesh%cell_types(i_cell)), &
       mesh%coordinates(:, nodes_of_cell(mesh, i_cell)), body%hooke(:, :, body%material_of_cell(i_cell)))
   end function cell_stiffness
-
-  !> 1/2 u' K u over the given cells: the energy of (19) where no load acts.
-  pure real(rk) function strain_energy(mesh, body, displacement, cells) result(energy)
-    type(mesh_t), intent(in) :: mesh
-    type(elastic_body_t), intent(in) :: body
-    !> [length] shape (n_dofs)
-    real(rk), intent(in) :: displacement(:)
-    integer, intent(in) :: cells(:)
-    real(rk), allocatable :: local(:)
-    integer :: i
-
-    energy = 0
-    do i = 1, size(cells)
-      local = displacement(cell_dofs(mesh, cells(i)))
-      energy = energy + dot_product(local, matmul(cell_stiffness(mesh, body, cells(i)), local)) / 2
-    end do
-  end function strain_energy
 end module sig_cell_stiffness

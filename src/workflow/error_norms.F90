@@ -3,12 +3,11 @@
 !> Errors (17)-(19) of a reduced answer against the full-order one.
 module sig_error_norms
   use, intrinsic :: ieee_arithmetic, only: ieee_positive_inf, ieee_quiet_nan, ieee_value
-  use sig_cell_stiffness, only: strain_energy
   use sig_contact_state, only: contact_state_t
+  use sig_contact_system, only: contact_system_t
+  use sig_domain_energy, only: domain_energy_t
   use sig_kinds, only: rk
   use sig_model, only: model_t
-  use sig_petsc_support, only: sum_over_ranks
-  use sig_problem, only: problem_t
   use sig_query, only: answer_t
   use sig_reconstruction, only: reconstruct_displacement, reconstruct_multipliers
   use petsc
@@ -32,45 +31,53 @@ module sig_error_norms
 
 contains
 
-  !> Collective on comm, for which the problem was loaded.
-  subroutine measure_errors(problem, comm, rank, model, answer, state, errors, ierr)
-    type(problem_t), intent(in) :: problem
-    MPI_Comm, intent(in) :: comm
-    !> of this process in comm, 0-based
-    integer, intent(in) :: rank
+  !> Collective on the system's communicator.
+  subroutine measure_errors(system, domain, model, answer, state, errors, ierr)
+    type(contact_system_t), intent(inout) :: system
+    !> cells of the answer's cluster
+    type(domain_energy_t), intent(in) :: domain
     type(model_t), intent(in) :: model
     type(answer_t), intent(in) :: answer
     type(contact_state_t), intent(in) :: state
     type(point_errors_t), intent(out) :: errors
     PetscErrorCode, intent(out) :: ierr
     real(rk), allocatable :: displacement(:), multipliers(:)
-    real(rk) :: energies(2), energies_rid(2), load(size(state%displacement))
-    logical :: is_inside(size(state%displacement))
-    integer, allocatable :: own_cells(:)
-    integer :: i
+    real(rk) :: energies(2), energies_full(2)
 
     call reconstruct_displacement(model, answer, displacement)
     call reconstruct_multipliers(model, answer, multipliers)
-    load = problem%boundary%loads%forces(answer%theta, size(load))
     errors%displacement = relative(norm2(displacement - state%displacement), norm2(state%displacement))
     errors%multipliers_all = relative(norm2(multipliers - state%multipliers), norm2(state%multipliers))
-    associate (rows => model%clusters(answer%cluster)%contact_rows, cells => model%clusters(answer%cluster)%cells)
-      errors%multipliers_rid = relative(norm2(answer%multipliers_rid - state%multipliers(rows)), norm2(state%multipliers(rows)))
-      is_inside = .false.
-      is_inside(model%clusters(answer%cluster)%interior_dofs) = .true.
-      energies_rid = [strain_energy(problem%mesh, problem%body, displacement, cells) - sum(load * displacement, is_inside), &
-        strain_energy(problem%mesh, problem%body, state%displacement, cells) - sum(load * state%displacement, is_inside)]
+    associate (cluster => model%clusters(answer%cluster))
+      associate (rows => cluster%contact_rows)
+        errors%multipliers_rid = relative(norm2(answer%multipliers_rid - state%multipliers(rows)), norm2(state%multipliers(rows)))
+      end associate
+      PetscCall(measure_energies(system, domain, cluster%interior_dofs, answer%theta, displacement, energies, ierr))
+      PetscCall(measure_energies(system, domain, cluster%interior_dofs, answer%theta, state%displacement, energies_full, ierr))
     end associate
-    own_cells = pack([(i, i=1, problem%mesh%n_cells)], problem%mesh%cell_owner == rank)
-    energies = [strain_energy(problem%mesh, problem%body, displacement, own_cells), &
-      strain_energy(problem%mesh, problem%body, state%displacement, own_cells)]
-    PetscCall(sum_over_ranks(comm, energies, ierr))
-    energies = energies - [dot_product(load, displacement), dot_product(load, state%displacement)]
-    errors%energy = abs(energies(1) - energies(2))
-    errors%energy_rid = abs(energies_rid(1) - energies_rid(2))
-    errors%energy_relative = relative(errors%energy, abs(energies(2)))
-    errors%energy_rid_relative = relative(errors%energy_rid, abs(energies_rid(2)))
+    errors%energy = abs(energies(1) - energies_full(1))
+    errors%energy_rid = abs(energies(2) - energies_full(2))
+    errors%energy_relative = relative(errors%energy, abs(energies_full(1)))
+    errors%energy_rid_relative = relative(errors%energy_rid, abs(energies_full(2)))
   end subroutine measure_errors
+
+  !> 1/2 u' K u - F' u on the bodies and on the reduced domain. Collective.
+  subroutine measure_energies(system, domain, interior_dofs, theta, displacement, energies, ierr)
+    type(contact_system_t), intent(inout) :: system
+    type(domain_energy_t), intent(in) :: domain
+    !> A
+    integer, intent(in) :: interior_dofs(:)
+    real(rk), intent(in) :: theta(:)
+    real(rk), intent(in) :: displacement(:)
+    real(rk), intent(out) :: energies(2)
+    PetscErrorCode, intent(out) :: ierr
+    real(rk) :: forces(size(displacement)), load(size(displacement))
+
+    load = system%load(theta)
+    PetscCall(system%apply_stiffness(displacement, forces, ierr))
+    energies(1) = dot_product(displacement, forces) / 2 - dot_product(load, displacement)
+    energies(2) = domain%strain_energy(displacement) - dot_product(load(interior_dofs), displacement(interior_dofs))
+  end subroutine measure_energies
 
   !> part / whole; 0/0 is no number (there is nothing to compare), x/0 is infinite.
   real(rk) function relative(part, whole)

@@ -5,6 +5,7 @@ module sig_validation
   use sig_clock, only: wall_time
   use sig_contact_state, only: contact_state_t, reason_converged
   use sig_deck_config, only: solver_config_t
+  use sig_domain_energy, only: domain_energy_t
   use sig_error_norms, only: measure_errors, point_errors_t
   use sig_errors, only: error_t, exit_internal, make_error
   use sig_kinds, only: rk
@@ -98,19 +99,23 @@ contains
     real(rk), intent(out) :: table(:, :)
     PetscErrorCode, intent(out) :: ierr
     type(progress_t) :: progress
+    type(domain_energy_t) :: domains(size(model%clusters))
     real(rk) :: flag, column(size(table, 1))
     integer :: i
 
     ierr = 0
     table = 0
     flag = 0
+    do i = 1, size(domains)
+      call domains(i)%create(problem%mesh, problem%body, model%clusters(i)%cells)
+    end do
     call progress%start('validating', size(points, 2))
     do i = 1, size(points, 2)
       if (groups%has_point(i)) then
         flag = merge(1.0_rk, 0.0_rk, is_stop_requested())
         PetscCall(max_over_ranks(groups%comm, flag, ierr))
         if (flag > 0) exit
-        PetscCall(compare_point(problem, groups, model, query, solver, points(:, i), column, ierr))
+        PetscCall(compare_point(problem, domains, model, query, solver, points(:, i), column, ierr))
         if (groups%is_leader()) table(:, i) = column
       end if
       call progress%advance(i)
@@ -123,9 +128,10 @@ contains
     end do
   end subroutine compare_points
 
-  subroutine compare_point(problem, groups, model, query, solver, point, column, ierr)
+  subroutine compare_point(problem, domains, model, query, solver, point, column, ierr)
     type(problem_t), intent(in) :: problem
-    type(rank_groups_t), intent(in) :: groups
+    !> cells of each cluster's domain
+    type(domain_energy_t), intent(in) :: domains(:)
     type(model_t), intent(in) :: model
     type(query_t), intent(inout) :: query
     type(point_solver_t), intent(inout) :: solver
@@ -138,7 +144,7 @@ contains
 
     PetscCall(solver%solve(problem, point, state, ierr))
     call query%evaluate(point, answer)
-    PetscCall(measure_errors(problem, groups%comm, groups%group_rank, model, answer, state, errors, ierr))
+    PetscCall(measure_errors(solver%system, domains(answer%cluster), model, answer, state, errors, ierr))
     column = [errors%displacement, errors%multipliers_rid, errors%multipliers_all, errors%energy, errors%energy_rid, &
       errors%energy_relative, errors%energy_rid_relative, real(answer%cluster, rk), real(count(answer%is_active), rk), &
       real(count(state%multipliers > 0), rk), real(answer%method, rk), real(state%reason, rk), state%seconds]
