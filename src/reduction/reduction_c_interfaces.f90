@@ -1,9 +1,32 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> The C side of the reduction, as Fortran sees it; what each function does stands in include/signorom/snapshot_svd.h.
+!> The C side of the reduction, as Fortran sees it; what each function does stands in include/signorom/snapshot_svd.h and
+!> include/signorom/k_medoids.h.
 module sig_reduction_c_interfaces
+  use, intrinsic :: iso_c_binding, only: c_int
   implicit none(type, external)
   private
-  public :: sig_tall_svd, sig_thin_svd, sig_gather_rows
+  public :: k_medoids_options_t, sig_find_medoids, sig_gather_rows, sig_silhouette, sig_tall_svd, sig_thin_svd
+
+  integer(c_int), parameter, public :: k_medoids_ok = 0
+  integer(c_int), parameter, public :: k_medoids_bad_count = 2
+  integer(c_int), parameter, public :: k_medoids_bad_dissimilarity = 3
+
+  !> the values of method and start
+  integer(c_int), parameter, public :: method_faster_pam = 0
+  integer(c_int), parameter, public :: method_alternating = 1
+  integer(c_int), parameter, public :: start_build = 0
+  integer(c_int), parameter, public :: start_random = 1
+  integer(c_int), parameter, public :: start_lab = 2
+  integer(c_int), parameter, public :: start_central = 3
+
+  !> How to look for medoids: sig_k_medoids_options of the header.
+  type, bind(c) :: k_medoids_options_t
+    integer(c_int) :: method = method_faster_pam
+    integer(c_int) :: start = start_build
+    !> the best of so many counts
+    integer(c_int) :: n_starts = 10
+    integer(c_int) :: seed = 1
+  end type k_medoids_options_t
 
   interface
     function sig_tall_svd(comm, n_local, n_columns, rows, singular_values, left) result(status) bind(c)
@@ -31,5 +54,28 @@ module sig_reduction_c_interfaces
       real(c_double), intent(out) :: gathered(*)
       integer(c_int) :: status
     end function sig_gather_rows
+
+    function sig_find_medoids(n_items, dissimilarity, n_clusters, options, medoids, labels, loss) result(status) bind(c)
+      use, intrinsic :: iso_c_binding, only: c_double, c_int
+      import :: k_medoids_options_t
+      integer(c_int), value :: n_items
+      real(c_double), intent(in) :: dissimilarity(*)
+      integer(c_int), value :: n_clusters
+      type(k_medoids_options_t), intent(in) :: options
+      integer(c_int), intent(out) :: medoids(*)
+      integer(c_int), intent(out) :: labels(*)
+      real(c_double), intent(out) :: loss
+      integer(c_int) :: status
+    end function sig_find_medoids
+
+    function sig_silhouette(n_items, dissimilarity, n_clusters, labels, silhouette) result(status) bind(c)
+      use, intrinsic :: iso_c_binding, only: c_double, c_int
+      integer(c_int), value :: n_items
+      real(c_double), intent(in) :: dissimilarity(*)
+      integer(c_int), value :: n_clusters
+      integer(c_int), intent(in) :: labels(*)
+      real(c_double), intent(out) :: silhouette
+      integer(c_int) :: status
+    end function sig_silhouette
   end interface
 end module sig_reduction_c_interfaces

@@ -1,0 +1,399 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "signorom/k_medoids.h"
+
+#include <float.h>
+#include <math.h>
+#include <stdbool.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+static const double tie_tolerance = 1e-8;
+
+/* What the methods know of each item and each medoid. Medoids are named by their place in `medoids`. */
+typedef struct {
+  int n, k;
+  const double *dissimilarity;
+  int *medoids;
+  int *nearest, *second;          /* of each item */
+  double *to_nearest, *to_second; /* of each item; to_second is infinite where k = 1 */
+  double *removal_loss;           /* of each medoid: what the loss gains when it goes */
+  double *change;                 /* of each medoid: work space */
+  double *bound;                  /* of each item: work space */
+  int *pool;                      /* of each item: work space */
+  double loss;
+} search_t;
+
+static const double *row_of(const search_t *search, int i) { return search->dissimilarity + (size_t)i * search->n; }
+
+static uint64_t next_bits(uint64_t *state) {
+  uint64_t z = (*state += 0x9e3779b97f4a7c15u);
+  z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
+  z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
+  return z ^ (z >> 31);
+}
+
+/* In 0 .. n - 1. */
+static int next_below(uint64_t *state, int n) { return (int)((double)(next_bits(state) >> 11) * 0x1p-53 * n); }
+
+/* Moves `count` entries drawn from the first `n` of the pool to its front. */
+static void draw_to_front(int *pool, int n, int count, uint64_t *state) {
+  for (int i = 0; i < count; i++) {
+    const int j = i + next_below(state, n - i), drawn = pool[j];
+    pool[j] = pool[i];
+    pool[i] = drawn;
+  }
+}
+
+static bool is_medoid(const search_t *search, int n_medoids, int item) {
+  for (int i = 0; i < n_medoids; i++)
+    if (search->medoids[i] == item) return true;
+  return false;
+}
+
+static void add_medoid(search_t *search, int i_medoid, int item) {
+  const double *row = row_of(search, item);
+  search->medoids[i_medoid] = item;
+  for (int o = 0; o < search->n; o++)
+    if (i_medoid == 0 || row[o] < search->to_nearest[o]) search->to_nearest[o] = row[o];
+}
+
+/* The item with the smallest sum of dissimilarities to all. */
+static int most_central(const search_t *search) {
+  int best = 0;
+  double least = INFINITY;
+  for (int c = 0; c < search->n; c++) {
+    const double *row = row_of(search, c);
+    double sum = 0;
+    for (int o = 0; o < search->n; o++) sum += row[o];
+    if (sum < least * (1 - tie_tolerance)) {
+      best = c;
+      least = sum;
+    }
+  }
+  return best;
+}
+
+/* How much the loss falls with one more medoid. */
+static double gain_of(const search_t *search, int candidate) {
+  const double *row = row_of(search, candidate);
+  double gain = 0;
+  for (int o = 0; o < search->n; o++) gain += fmax(search->to_nearest[o] - row[o], 0);
+  return gain;
+}
+
+static void start_with_build(search_t *search) {
+  for (int c = 0; c < search->n; c++) search->bound[c] = INFINITY;
+  add_medoid(search, 0, most_central(search));
+  for (int i = 1; i < search->k; i++) {
+    int best = -1;
+    double most = -1;
+    for (int c = 0; c < search->n; c++) {
+      /* A gain never grows when medoids are added: an earlier one bounds it. */
+      if (search->bound[c] <= most * (1 + tie_tolerance) || is_medoid(search, i, c)) continue;
+      const double gain = search->bound[c] = gain_of(search, c);
+      if (gain <= most * (1 + tie_tolerance)) continue;
+      best = c;
+      most = gain;
+    }
+    add_medoid(search, i, best);
+  }
+}
+
+static void fill_pool(search_t *search) {
+  for (int o = 0; o < search->n; o++) search->pool[o] = o;
+}
+
+static void start_at_random(search_t *search, uint64_t *state) {
+  fill_pool(search);
+  draw_to_front(search->pool, search->n, search->k, state);
+  memcpy(search->medoids, search->pool, (size_t)search->k * sizeof *search->medoids);
+}
+
+/* Place in the pool of the drawn item that, as a medoid, lowers the loss of the drawn items most. */
+static int best_of_drawn(const search_t *search, int n_drawn, bool is_first) {
+  int best = 0;
+  double least = INFINITY;
+  for (int i = 0; i < n_drawn; i++) {
+    const double *row = row_of(search, search->pool[i]);
+    double loss = 0;
+    for (int j = 0; j < n_drawn; j++) {
+      const int o = search->pool[j];
+      loss += is_first ? row[o] : fmin(row[o], search->to_nearest[o]);
+    }
+    if (loss < least * (1 - tie_tolerance)) {
+      best = i;
+      least = loss;
+    }
+  }
+  return best;
+}
+
+static void start_with_lab(search_t *search, uint64_t *state) {
+  const int wanted = 10 + (int)ceil(sqrt(search->n));
+  fill_pool(search);
+  for (int i = 0; i < search->k; i++) {
+    const int n_left = search->n - i; /* the pool's first n_left entries are no medoids */
+    const int n_drawn = wanted < n_left ? wanted : n_left;
+    draw_to_front(search->pool, n_left, n_drawn, state);
+    const int place = best_of_drawn(search, n_drawn, i == 0), item = search->pool[place];
+    add_medoid(search, i, item);
+    search->pool[place] = search->pool[n_left - 1];
+    search->pool[n_left - 1] = item;
+  }
+}
+
+static void start_in_the_center(search_t *search) {
+  double *value = search->bound;
+  memset(value, 0, (size_t)search->n * sizeof *value);
+  for (int i = 0; i < search->n; i++) {
+    const double *row = row_of(search, i);
+    double sum = 0;
+    for (int o = 0; o < search->n; o++) sum += row[o];
+    if (sum > 0)
+      for (int o = 0; o < search->n; o++) value[o] += row[o] / sum;
+  }
+  for (int i = 0; i < search->k; i++) {
+    int best = -1;
+    for (int c = 0; c < search->n; c++)
+      if (!is_medoid(search, i, c) && (best < 0 || value[c] < value[best] * (1 - tie_tolerance))) best = c;
+    search->medoids[i] = best;
+  }
+}
+
+static void start_search(search_t *search, int start, uint64_t *state) {
+  if (start == SIG_K_MEDOIDS_BUILD)
+    start_with_build(search);
+  else if (start == SIG_K_MEDOIDS_LAB)
+    start_with_lab(search, state);
+  else if (start == SIG_K_MEDOIDS_CENTRAL)
+    start_in_the_center(search);
+  else
+    start_at_random(search, state);
+}
+
+/* Second nearest medoid of an item whose nearest one is known. */
+static void find_second(search_t *search, int item) {
+  const double *row = row_of(search, item);
+  int best = -1;
+  double least = INFINITY;
+  for (int i = 0; i < search->k; i++) {
+    if (i == search->nearest[item]) continue;
+    if (best >= 0 && row[search->medoids[i]] >= least) continue;
+    best = i;
+    least = row[search->medoids[i]];
+  }
+  search->second[item] = best;
+  search->to_second[item] = least;
+}
+
+static void find_nearest(search_t *search, int item) {
+  const double *row = row_of(search, item);
+  int best = 0;
+  for (int i = 1; i < search->k; i++)
+    if (row[search->medoids[i]] < row[search->medoids[best]]) best = i;
+  search->nearest[item] = best;
+  search->to_nearest[item] = row[search->medoids[best]];
+}
+
+static void sum_up(search_t *search) {
+  search->loss = 0;
+  for (int i = 0; i < search->k; i++) search->removal_loss[i] = 0;
+  for (int o = 0; o < search->n; o++) {
+    search->loss += search->to_nearest[o];
+    search->removal_loss[search->nearest[o]] += search->to_second[o] - search->to_nearest[o];
+  }
+}
+
+/* The candidate takes the place of a medoid: each item looks only at what that changes for it. */
+static void exchange(search_t *search, int i_medoid, int candidate) {
+  const double *row = row_of(search, candidate);
+  search->medoids[i_medoid] = candidate;
+  for (int o = 0; o < search->n; o++) {
+    const double d = row[o];
+    if (search->nearest[o] == i_medoid) {
+      if (d < search->to_second[o]) {
+        search->to_nearest[o] = d;
+      } else {
+        search->nearest[o] = search->second[o];
+        search->to_nearest[o] = search->to_second[o];
+        find_second(search, o);
+      }
+    } else if (d < search->to_nearest[o]) {
+      search->second[o] = search->nearest[o];
+      search->to_second[o] = search->to_nearest[o];
+      search->nearest[o] = i_medoid;
+      search->to_nearest[o] = d;
+    } else if (search->second[o] == i_medoid) {
+      find_second(search, o);
+    } else if (d < search->to_second[o]) {
+      search->second[o] = i_medoid;
+      search->to_second[o] = d;
+    }
+  }
+  sum_up(search);
+}
+
+/* Best medoid to give way to the candidate, and the change of the loss. What the candidate takes from all is counted
+   once; what depends on who gives way is counted for the nearest medoid of each item: all k exchanges cost one pass. */
+static int best_exchange(search_t *search, int candidate, double *total) {
+  const double *row = row_of(search, candidate), *to_nearest = search->to_nearest, *to_second = search->to_second;
+  double *change = search->change, shared = 0;
+  memcpy(change, search->removal_loss, (size_t)search->k * sizeof *change);
+  for (int o = 0; o < search->n; o++) {
+    const double d = row[o];
+    if (d >= to_second[o]) continue;
+    if (d < to_nearest[o]) {
+      shared += d - to_nearest[o];
+      change[search->nearest[o]] += to_nearest[o] - to_second[o];
+    } else {
+      change[search->nearest[o]] += d - to_second[o];
+    }
+  }
+  int best = 0;
+  const double margin = tie_tolerance * search->loss;
+  for (int i = 1; i < search->k; i++) {
+    const bool is_lower = search->medoids[i] < search->medoids[best];
+    if (change[i] < change[best] - margin || (is_lower && change[i] <= change[best] + margin)) best = i;
+  }
+  *total = change[best] + shared;
+  return best;
+}
+
+/* Candidates in the order of the pool. */
+static void run_faster_pam(search_t *search) {
+  if (search->k == 1) { /* nobody is second nearest; all exchanges are known from the sums */
+    search->medoids[0] = most_central(search);
+    return;
+  }
+  for (int o = 0; o < search->n; o++) {
+    find_nearest(search, o);
+    find_second(search, o);
+  }
+  sum_up(search);
+  for (int i = 0, n_in_vain = 0; n_in_vain < search->n; i = (i + 1) % search->n, n_in_vain++) {
+    const int c = search->pool[i];
+    if (search->to_nearest[c] <= 0 && is_medoid(search, search->k, c)) continue;
+    double total;
+    const int i_medoid = best_exchange(search, c, &total);
+    /* Not for rounding either: it could go round in circles. */
+    const double rounding = DBL_EPSILON * search->n * (search->loss + search->removal_loss[i_medoid]);
+    if (total >= -(tie_tolerance * search->loss + rounding)) continue;
+    exchange(search, i_medoid, c);
+    n_in_vain = 0;
+  }
+}
+
+static int compare_numbers(const void *a, const void *b) {
+  const int x = *(const int *)a, y = *(const int *)b;
+  return (x > y) - (x < y);
+}
+
+/* Sorts the medoids and gives each item its cluster; returns the loss. */
+static double assign(search_t *search) {
+  double loss = 0;
+  qsort(search->medoids, (size_t)search->k, sizeof *search->medoids, compare_numbers);
+  for (int o = 0; o < search->n; o++) {
+    const double *row = row_of(search, o);
+    int best = 0;
+    for (int i = 1; i < search->k; i++)
+      if (row[search->medoids[i]] < row[search->medoids[best]] * (1 - tie_tolerance)) best = i;
+    search->nearest[o] = best;
+    loss += row[search->medoids[best]];
+  }
+  for (int i = 0; i < search->k; i++) search->nearest[search->medoids[i]] = i; /* equal items: each its own cluster */
+  return loss;
+}
+
+/* Each cluster's item with the smallest sum to the others of the cluster. */
+static void move_to_centers(search_t *search) {
+  for (int i = 0; i < search->k; i++) search->change[i] = INFINITY;
+  for (int c = 0; c < search->n; c++) {
+    const double *row = row_of(search, c);
+    const int i = search->nearest[c];
+    double sum = 0;
+    for (int o = 0; o < search->n; o++) sum += search->nearest[o] == i ? row[o] : 0;
+    if (sum >= search->change[i] * (1 - tie_tolerance)) continue;
+    search->change[i] = sum;
+    search->medoids[i] = c;
+  }
+}
+
+static void run_alternating(search_t *search) {
+  double before, loss = assign(search);
+  do {
+    before = loss;
+    move_to_centers(search);
+    loss = assign(search);
+  } while (loss < before * (1 - tie_tolerance));
+}
+
+static bool is_dissimilarity(int n, const double *entries) {
+  for (int i = 0; i < n; i++) {
+    const double *row = entries + (size_t)i * n;
+    int n_bad = 0;
+    for (int j = 0; j < n; j++) n_bad += !(row[j] >= 0 && row[j] <= DBL_MAX);
+    if (n_bad > 0) return false;
+  }
+  return true;
+}
+
+static int check(int n, const double *dissimilarity, int k, const sig_k_medoids_options *options) {
+  if (k < 1 || k > n || options->n_starts < 1) return SIG_K_MEDOIDS_BAD_COUNT;
+  if (options->method < SIG_K_MEDOIDS_FASTER_PAM || options->method > SIG_K_MEDOIDS_ALTERNATING ||
+      options->start < SIG_K_MEDOIDS_BUILD || options->start > SIG_K_MEDOIDS_CENTRAL)
+    return SIG_K_MEDOIDS_BAD_OPTION;
+  return is_dissimilarity(n, dissimilarity) ? SIG_K_MEDOIDS_OK : SIG_K_MEDOIDS_BAD_DISSIMILARITY;
+}
+
+/* Points the members into two blocks; NULL blocks where there is no memory. */
+static void create_search(search_t *search, double **reals, int **integers) {
+  const size_t n = (size_t)search->n, k = (size_t)search->k;
+  *reals = malloc((3 * n + 2 * k) * sizeof **reals);
+  *integers = malloc((3 * n + k) * sizeof **integers);
+  if (!*reals || !*integers) return;
+  search->to_nearest = *reals;
+  search->to_second = search->to_nearest + n;
+  search->bound = search->to_second + n;
+  search->removal_loss = search->bound + n;
+  search->change = search->removal_loss + k;
+  search->nearest = *integers;
+  search->second = search->nearest + n;
+  search->pool = search->second + n;
+  search->medoids = search->pool + n;
+}
+
+static double run_start(search_t *search, const sig_k_medoids_options *options, int i_start) {
+  uint64_t state = ((uint64_t)(uint32_t)options->seed << 32) + (uint64_t)i_start;
+  const bool is_fixed = options->start == SIG_K_MEDOIDS_BUILD || options->start == SIG_K_MEDOIDS_CENTRAL;
+  start_search(search, is_fixed && i_start > 0 ? SIG_K_MEDOIDS_RANDOM : options->start, &state);
+  /* Starts that look at the candidates in one order would often end at one place. */
+  fill_pool(search);
+  if (i_start > 0) draw_to_front(search->pool, search->n, search->n, &state);
+  if (options->method == SIG_K_MEDOIDS_FASTER_PAM)
+    run_faster_pam(search);
+  else
+    run_alternating(search);
+  return assign(search);
+}
+
+int sig_find_medoids(int n_items, const double *dissimilarity, int n_clusters, const sig_k_medoids_options *options,
+                     int *medoids, int *labels, double *loss) {
+  search_t search = {.n = n_items, .k = n_clusters, .dissimilarity = dissimilarity};
+  double *reals;
+  int *integers;
+  int status = check(n_items, dissimilarity, n_clusters, options);
+  if (status != SIG_K_MEDOIDS_OK) return status;
+  create_search(&search, &reals, &integers);
+  if (!reals || !integers) status = SIG_K_MEDOIDS_NO_MEMORY;
+  for (int i_start = 0; i_start < options->n_starts && status == SIG_K_MEDOIDS_OK; i_start++) {
+    const double found = run_start(&search, options, i_start);
+    if (i_start > 0 && found >= *loss * (1 - tie_tolerance)) continue;
+    *loss = found;
+    memcpy(medoids, search.medoids, (size_t)n_clusters * sizeof *medoids);
+    memcpy(labels, search.nearest, (size_t)n_items * sizeof *labels);
+  }
+  free(reals);
+  free(integers);
+  return status;
+}

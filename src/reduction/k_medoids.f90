@@ -1,0 +1,90 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> Clusters around medoids: the items are known by their mutual dissimilarities only. The work is done by k_medoids.c.
+module sig_k_medoids
+  use sig_errors, only: error_t, make_error
+  use sig_kinds, only: rk
+  use sig_reduction_c_interfaces, only: k_medoids_bad_count, k_medoids_bad_dissimilarity, k_medoids_ok, k_medoids_options_t, &
+    method_alternating, method_faster_pam, sig_find_medoids, sig_silhouette, start_build, start_central, start_lab, start_random
+  use sig_text, only: to_text
+  implicit none(type, external)
+  private
+  public :: medoids_t, k_medoids_options_t, find_medoids, choose_n_clusters
+  public :: method_alternating, method_faster_pam, start_build, start_central, start_lab, start_random
+
+  !> Clusters of items, all numbers 1-based.
+  type :: medoids_t
+    !> ascending, shape (n_clusters)
+    integer, allocatable :: medoids(:)
+    !> cluster of each item, shape (n_items)
+    integer, allocatable :: labels(:)
+    !> [as the dissimilarity] sum over the items to the medoids of their clusters
+    real(rk) :: loss = 0
+    !> [-] mean silhouette, in [-1, 1], large = well separated; 0 for one cluster
+    real(rk) :: silhouette = 0
+  end type medoids_t
+
+contains
+
+  !> Best clusters that the asked number of starts finds.
+  !>
+  !> Local; the same options give the same clusters. Cost: a few n_items**2 per start.
+  !> Errors, without a place in a file: fewer than one cluster, more than items; a dissimilarity that is no number or negative.
+  subroutine find_medoids(dissimilarity, n_clusters, options, found, error)
+    !> symmetric, zero diagonal, shape (n_items, n_items)
+    real(rk), intent(in), contiguous :: dissimilarity(:, :)
+    integer, intent(in) :: n_clusters
+    type(k_medoids_options_t), intent(in) :: options
+    type(medoids_t), intent(out) :: found
+    type(error_t), allocatable, intent(out) :: error
+    integer :: n_items, status
+
+    n_items = size(dissimilarity, 1)
+    allocate (found%medoids(max(0, n_clusters)), found%labels(n_items), source=0)
+    status = sig_find_medoids(n_items, dissimilarity, n_clusters, options, found%medoids, found%labels, found%loss)
+    if (status == k_medoids_ok) &
+      status = sig_silhouette(n_items, dissimilarity, n_clusters, found%labels, found%silhouette)
+    found%medoids = found%medoids + 1
+    found%labels = found%labels + 1
+    if (status /= k_medoids_ok) call explain(status, n_clusters, n_items, error)
+  end subroutine find_medoids
+
+  pure subroutine explain(status, n_clusters, n_items, error)
+    integer, intent(in) :: status
+    integer, intent(in) :: n_clusters
+    integer, intent(in) :: n_items
+    type(error_t), allocatable, intent(out) :: error
+
+    select case (status)
+    case (k_medoids_bad_count)
+      call make_error(error, 'there are ' // to_text(n_items) // ' items to cluster; ' // to_text(n_clusters) // &
+        ' clusters cannot be made of them')
+    case (k_medoids_bad_dissimilarity)
+      call make_error(error, 'a dissimilarity of two items is negative, infinite or not a number')
+    case default
+      call make_error(error, 'k-medoids failed with status ' // to_text(status))
+    end select
+  end subroutine explain
+
+  !> The number of clusters from 2 to max_clusters with the largest silhouette; of nearly equal ones the smallest.
+  !>
+  !> One cluster where there are not two items or max_clusters is 1: it has no silhouette to compare.
+  subroutine choose_n_clusters(dissimilarity, max_clusters, options, best, error)
+    real(rk), intent(in), contiguous :: dissimilarity(:, :)
+    !> cut to the number of items
+    integer, intent(in) :: max_clusters
+    type(k_medoids_options_t), intent(in) :: options
+    type(medoids_t), intent(out) :: best
+    type(error_t), allocatable, intent(out) :: error
+    real(rk), parameter :: tie_tolerance = 1.0e-8_rk
+    type(medoids_t) :: found
+    integer :: n_clusters
+
+    call find_medoids(dissimilarity, 1, options, best, error)
+    if (allocated(error)) return
+    do n_clusters = 2, min(max_clusters, size(dissimilarity, 1))
+      call find_medoids(dissimilarity, n_clusters, options, found, error)
+      if (allocated(error)) return
+      if (n_clusters == 2 .or. found%silhouette > best%silhouette + tie_tolerance) best = found
+    end do
+  end subroutine choose_n_clusters
+end module sig_k_medoids
