@@ -9,6 +9,9 @@ module sig_deck_config
   public :: load_config_t
   public :: boundary_config_t, contact_config_t, solver_config_t, point_set_config_t, reduction_config_t, output_config_t
 
+  !> [-] default of contact%pairing_tolerance for averaged normals, which on uneven facets point a little aside
+  real(rk), parameter, public :: averaged_tolerance = 0.1_rk
+
   !> A name that only the mesh knows, with its place in the deck for the message.
   type :: name_config_t
     character(:), allocatable :: text
@@ -108,11 +111,14 @@ module sig_deck_config
   type :: contact_config_t
     type(name_config_t) :: first
     type(name_config_t) :: second
+    !> otherwise (default) the averaged outward normals of the first surface count
+    logical :: has_direction = .false.
     !> [-] from the first body to the second, not yet of unit length, as many components as the mesh has dimensions
     real(rk), allocatable :: direction(:)
     integer :: direction_line = 0
     integer :: direction_column = 0
-    !> [-] largest lateral offset of a pair relative to the mesh size of the first surface; default 1.0e-6
+    !> [-] largest lateral offset of a pair relative to the mesh size of the first surface; default 1.0e-6 along a direction,
+    !> averaged_tolerance along averaged normals
     real(rk) :: pairing_tolerance = 1.0e-6_rk
   end type contact_config_t
 

@@ -165,8 +165,9 @@ contains
     do i = 1, size(contact%direction)
       components(i)%text = to_text(contact%direction(i))
     end do
-    yaml = '{first: ' // yaml_text(contact%first%text) // ', second: ' // yaml_text(contact%second%text) // &
-      ', direction: [' // join(components, ', ') // '], pairing_tolerance: ' // to_text(contact%pairing_tolerance) // '}'
+    yaml = '{first: ' // yaml_text(contact%first%text) // ', second: ' // yaml_text(contact%second%text)
+    if (contact%has_direction) yaml = yaml // ', direction: [' // join(components, ', ') // ']'
+    yaml = yaml // ', pairing_tolerance: ' // to_text(contact%pairing_tolerance) // '}'
   end function contact_entry
 
   pure function point_set(points, parameters) result(yaml)

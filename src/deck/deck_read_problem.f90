@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> The sections of a deck that say what is solved: units, mesh, parameters, materials, boundary conditions, contact.
 module sig_deck_read_problem
-  use sig_deck_config, only: boundary_config_t, contact_config_t, deck_config_t, material_config_t, mesh_config_t, &
-    parameter_config_t, units_config_t
+  use sig_deck_config, only: averaged_tolerance, boundary_config_t, contact_config_t, deck_config_t, material_config_t, &
+    mesh_config_t, parameter_config_t, units_config_t
   use sig_deck_read_loads, only: read_loads
   use sig_deck_tree, only: append_text, deck_tree_t, kind_mapping, root_node
   use sig_deck_values, only: get_choice, get_list, get_mapping, get_name, get_names, get_number, get_text, get_word, &
@@ -265,7 +265,9 @@ contains
     integer :: i, i_list
     logical :: is_valid, are_all_valid
 
-    i_list = get_list(tree, i_entry, 'direction', .true., .false.)
+    contact%has_direction = tree%find(i_entry, 'direction') > 0
+    if (.not. contact%has_direction) contact%pairing_tolerance = averaged_tolerance
+    i_list = get_list(tree, i_entry, 'direction', .false., .false.)
     if (i_list == 0) return
     contact%direction_line = tree%nodes(i_list)%line
     contact%direction_column = tree%nodes(i_list)%column

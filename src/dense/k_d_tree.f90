@@ -1,12 +1,16 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> A k-d tree: which of many points lie near a place, without looking at them all.
+!> A k-d tree: which of many points lie near a place or a line, without looking at them all.
 module sig_k_d_tree
+  use, intrinsic :: ieee_arithmetic, only: ieee_positive_inf, ieee_value
   use sig_kinds, only: rk
   implicit none(type, external)
   private
   public :: k_d_tree_t
 
   !> A balanced tree without pointers: the root of the points lo..hi is the one in the middle, in the order of the tree.
+  !>
+  !> A ball around all points of each subtree tells which of them need not be looked at, for distances from a place as well as
+  !> from a line.
   type :: k_d_tree_t
     private
     integer :: n_points = 0
@@ -14,13 +18,17 @@ module sig_k_d_tree
     real(rk), allocatable :: points(:, :)
     !> the caller's number of each
     integer, allocatable :: numbers(:)
-    !> coordinate by which the points beside each root are told apart
-    integer, allocatable :: axes(:)
+    !> ball of the subtree below each root, shape (n_dim, n_points) and (n_points)
+    real(rk), allocatable :: centers(:, :)
+    real(rk), allocatable :: radii(:)
   contains
     procedure :: create
     procedure :: nearest
     procedure :: within
   end type k_d_tree_t
+
+  !> [-] of the coordinates: a ball that much too large loses no point by rounding
+  real(rk), parameter :: slack = 8 * epsilon(1.0_rk)
 
 contains
 
@@ -31,11 +39,11 @@ contains
     real(rk), intent(in) :: points(:, :)
     integer :: i
 
-    if (allocated(self%axes)) deallocate (self%axes)
+    if (allocated(self%radii)) deallocate (self%radii, self%centers)
     self%n_points = size(points, 2)
     self%points = points
     self%numbers = [(i, i=1, self%n_points)]
-    allocate (self%axes(self%n_points), source=1)
+    allocate (self%radii(self%n_points), self%centers(size(points, 1), self%n_points), source=0.0_rk)
     call arrange(self, 1, self%n_points)
   end subroutine create
 
@@ -43,21 +51,22 @@ contains
   pure recursive subroutine arrange(self, lo, hi)
     class(k_d_tree_t), intent(inout) :: self
     integer, intent(in) :: lo, hi
-    integer :: middle
+    real(rk) :: lowest(size(self%points, 1)), highest(size(self%points, 1))
+    integer :: i, middle
 
-    if (hi <= lo) return
+    if (hi < lo) return
     middle = (lo + hi) / 2
-    self%axes(middle) = widest_axis(self%points(:, lo:hi))
-    call select_middle(self, self%axes(middle), lo, middle, hi)
+    lowest = minval(self%points(:, lo:hi), dim=2)
+    highest = maxval(self%points(:, lo:hi), dim=2)
+    self%centers(:, middle) = lowest + (highest - lowest) / 2
+    do i = lo, hi
+      self%radii(middle) = max(self%radii(middle), norm2(self%points(:, i) - self%centers(:, middle)))
+    end do
+    self%radii(middle) = self%radii(middle) + slack * maxval(abs([lowest, highest]))
+    call select_middle(self, maxloc(highest - lowest, dim=1), lo, middle, hi)
     call arrange(self, lo, middle - 1)
     call arrange(self, middle + 1, hi)
   end subroutine arrange
-
-  pure integer function widest_axis(points) result(axis)
-    real(rk), intent(in) :: points(:, :)
-
-    axis = maxloc(maxval(points, dim=2) - minval(points, dim=2), dim=1)
-  end function widest_axis
 
   !> Quickselect: afterwards no point of lo..middle-1 lies above that in the middle, none of middle+1..hi below it.
   pure subroutine select_middle(self, axis, lo, middle, hi)
@@ -97,75 +106,108 @@ contains
     self%numbers([i, j]) = self%numbers([j, i])
   end subroutine swap
 
-  !> The point nearest to a place; of equally near ones that with the lowest number. Cost: O(log n) as a rule.
-  pure subroutine nearest(self, place, number, distance)
+  !> The point nearest to a place, or to a line through it; of equally near ones that with the lowest number.
+  !>
+  !> Cost: O(log n) as a rule.
+  pure subroutine nearest(self, place, number, distance, direction)
     class(k_d_tree_t), intent(in) :: self
     real(rk), intent(in) :: place(:)
     !> 1-based; 0 in an empty tree
     integer, intent(out) :: number
     !> huge in an empty tree
     real(rk), intent(out) :: distance
+    !> [-] of the line, unit vector
+    real(rk), intent(in), optional :: direction(:)
+    real(rk) :: along(size(place))
 
+    along = 0
+    if (present(direction)) along = direction
     number = 0
     distance = huge(distance)
-    call search_nearest(self, place, 1, self%n_points, number, distance)
+    call search_nearest(self, place, along, 1, self%n_points, number, distance)
   end subroutine nearest
 
-  pure recursive subroutine search_nearest(self, place, lo, hi, number, distance)
+  pure recursive subroutine search_nearest(self, place, along, lo, hi, number, distance)
     class(k_d_tree_t), intent(in) :: self
     real(rk), intent(in) :: place(:)
+    real(rk), intent(in) :: along(:)
     integer, intent(in) :: lo, hi
     integer, intent(inout) :: number
     real(rk), intent(inout) :: distance
     integer :: middle
-    real(rk) :: offset, candidate
+    real(rk) :: candidate
 
-    if (hi < lo) return
+    if (least_distance(self, place, along, lo, hi) > distance) return
     middle = (lo + hi) / 2
-    candidate = norm2(self%points(:, middle) - place)
+    candidate = offset(self%points(:, middle) - place, along)
     if (candidate < distance .or. (candidate <= distance .and. self%numbers(middle) < number)) then
       distance = candidate
       number = self%numbers(middle)
     end if
-    offset = place(self%axes(middle)) - self%points(self%axes(middle), middle)
-    ! the side of the place first, so that the other one can mostly be left out
-    if (offset <= 0) then
-      call search_nearest(self, place, lo, middle - 1, number, distance)
-      if (-offset <= distance) call search_nearest(self, place, middle + 1, hi, number, distance)
+    ! the nearer side first, so that the other one can mostly be left out
+    if (least_distance(self, place, along, lo, middle - 1) <= least_distance(self, place, along, middle + 1, hi)) then
+      call search_nearest(self, place, along, lo, middle - 1, number, distance)
+      call search_nearest(self, place, along, middle + 1, hi, number, distance)
     else
-      call search_nearest(self, place, middle + 1, hi, number, distance)
-      if (offset <= distance) call search_nearest(self, place, lo, middle - 1, number, distance)
+      call search_nearest(self, place, along, middle + 1, hi, number, distance)
+      call search_nearest(self, place, along, lo, middle - 1, number, distance)
     end if
   end subroutine search_nearest
 
-  !> All points at most `radius` from a place, ascending.
-  pure subroutine within(self, place, radius, numbers)
+  !> No point of lo..hi is nearer than this; infinite where there is none.
+  pure real(rk) function least_distance(self, place, along, lo, hi) result(distance)
+    class(k_d_tree_t), intent(in) :: self
+    real(rk), intent(in) :: place(:)
+    real(rk), intent(in) :: along(:)
+    integer, intent(in) :: lo, hi
+
+    distance = ieee_value(distance, ieee_positive_inf)
+    if (hi < lo) return
+    associate (root => (lo + hi) / 2)
+      distance = offset(self%centers(:, root) - place, along) - self%radii(root) - slack * maxval(abs(place))
+    end associate
+  end function least_distance
+
+  !> Length of a vector without its part along a unit vector, or of the whole where that is zero.
+  pure real(rk) function offset(vector, along)
+    real(rk), intent(in) :: vector(:)
+    real(rk), intent(in) :: along(:)
+
+    offset = norm2(vector - dot_product(vector, along) * along)
+  end function offset
+
+  !> All points at most `radius` from a place, or from a line through it, ascending.
+  pure subroutine within(self, place, radius, numbers, direction)
     class(k_d_tree_t), intent(in) :: self
     real(rk), intent(in) :: place(:)
     real(rk), intent(in) :: radius
     !> 1-based
     integer, allocatable, intent(out) :: numbers(:)
+    !> [-] of the line, unit vector
+    real(rk), intent(in), optional :: direction(:)
+    real(rk) :: along(size(place))
 
+    along = 0
+    if (present(direction)) along = direction
     allocate (numbers(0))
-    call search_within(self, place, radius, 1, self%n_points, numbers)
+    call search_within(self, place, along, radius, 1, self%n_points, numbers)
     call sort_ascending(numbers)
   end subroutine within
 
-  pure recursive subroutine search_within(self, place, radius, lo, hi, numbers)
+  pure recursive subroutine search_within(self, place, along, radius, lo, hi, numbers)
     class(k_d_tree_t), intent(in) :: self
     real(rk), intent(in) :: place(:)
+    real(rk), intent(in) :: along(:)
     real(rk), intent(in) :: radius
     integer, intent(in) :: lo, hi
     integer, allocatable, intent(inout) :: numbers(:)
     integer :: middle
-    real(rk) :: offset
 
-    if (hi < lo) return
+    if (least_distance(self, place, along, lo, hi) > radius) return
     middle = (lo + hi) / 2
-    if (norm2(self%points(:, middle) - place) <= radius) numbers = [numbers, self%numbers(middle)]
-    offset = place(self%axes(middle)) - self%points(self%axes(middle), middle)
-    if (offset <= radius) call search_within(self, place, radius, lo, middle - 1, numbers)
-    if (offset >= -radius) call search_within(self, place, radius, middle + 1, hi, numbers)
+    if (offset(self%points(:, middle) - place, along) <= radius) numbers = [numbers, self%numbers(middle)]
+    call search_within(self, place, along, radius, lo, middle - 1, numbers)
+    call search_within(self, place, along, radius, middle + 1, hi, numbers)
   end subroutine search_within
 
   !> By insertion: a query finds few points.

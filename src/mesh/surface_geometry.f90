@@ -5,7 +5,7 @@ module sig_surface_geometry
   use sig_mesh, only: cells_around_nodes, mesh_t, nodes_of_cell, nodes_of_facet
   implicit none(type, external)
   private
-  public :: surface_geometry_t, measure_surface
+  public :: surface_geometry_t, measure_surface, averaged_normals
 
   type :: surface_geometry_t
     !> [length or length**2] outward normal of each facet times its size, shape (n_dim, n_facets of the group)
@@ -85,6 +85,42 @@ contains
       vector = 0.5_rk * [a(2) * b(3) - a(3) * b(2), a(3) * b(1) - a(1) * b(3), a(1) * b(2) - a(2) * b(1)]
     end if
   end function area_vector
+
+  !> Outward unit normal at each node of a group: the mean of its facets' area vectors, zero where they cancel.
+  !>
+  !> A facet counts by its area, in axisymmetry by the length of its meridian: so on a circle in equal parts the normals are
+  !> exactly radial there too. At the rim of the surface only one side counts.
+  pure function averaged_normals(mesh, i_group, area_vectors) result(normals)
+    type(mesh_t), intent(in) :: mesh
+    integer, intent(in) :: i_group
+    !> from measure_surface
+    real(rk), intent(in) :: area_vectors(:, :)
+    !> [-] in the order of the group's nodes, shape (n_dim, n_nodes of the group)
+    real(rk), allocatable :: normals(:, :)
+    !> [-] share of the facets' area below which the rest of a sum is rounding
+    real(rk), parameter :: cancelled = 1.0e-9_rk
+    real(rk), allocatable :: vectors(:, :), areas(:)
+    integer :: i, j
+
+    allocate (vectors(mesh%n_dim, mesh%n_nodes), source=0.0_rk)
+    allocate (areas(mesh%n_nodes), source=0.0_rk)
+    associate (facets => mesh%groups(i_group)%entities, group_nodes => mesh%groups(i_group)%nodes)
+      do i = 1, size(facets)
+        associate (nodes => nodes_of_facet(mesh, facets(i)))
+          do j = 1, size(nodes)
+            vectors(:, nodes(j)) = vectors(:, nodes(j)) + area_vectors(:, i) / size(nodes)
+            areas(nodes(j)) = areas(nodes(j)) + norm2(area_vectors(:, i)) / size(nodes)
+          end do
+        end associate
+      end do
+      allocate (normals(mesh%n_dim, size(group_nodes)), source=0.0_rk)
+      do i = 1, size(group_nodes)
+        associate (vector => vectors(:, group_nodes(i)))
+          if (norm2(vector) > cancelled * areas(group_nodes(i))) normals(:, i) = vector / norm2(vector)
+        end associate
+      end do
+    end associate
+  end function averaged_normals
 
   pure function center(mesh, nodes) result(place)
     type(mesh_t), intent(in) :: mesh

@@ -1,0 +1,178 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> Two surfaces while their nodes are paired, and what is said when they cannot be.
+module sig_surface_pair
+  use sig_deck_config, only: contact_config_t, name_config_t
+  use sig_errors, only: error_t, make_error
+  use sig_k_d_tree, only: k_d_tree_t
+  use sig_kinds, only: rk
+  use sig_mesh, only: mesh_t
+  use sig_text, only: join, string_t, to_text
+  implicit none(type, external)
+  private
+  public :: surface_pair_t, pairing_t
+  public :: refuse, refuse_facing, refuse_unpaired, refuse_second_pair, offset_text, node_text, place_text, direction_text
+
+  !> One entry of the deck's contact section on the mesh. All indices 1-based.
+  type :: surface_pair_t
+    integer :: i_entry = 0
+    type(contact_config_t) :: entry
+    character(:), allocatable :: deck_path
+    integer, allocatable :: first_nodes(:)
+    integer, allocatable :: second_nodes(:)
+    !> [-] from the first body to the second at each first node, shape (n_dim, n_first_nodes)
+    real(rk), allocatable :: normals(:, :)
+    !> [-] averaged outward normals of the second surface, shape (n_dim, n_second_nodes); only without a fixed direction
+    real(rk), allocatable :: second_normals(:, :)
+    !> places of the second nodes
+    type(k_d_tree_t) :: tree
+    !> [length] of the first surface
+    real(rk) :: mesh_size = 0
+    !> [length] largest lateral offset of a pair
+    real(rk) :: tolerance = 0
+  end type surface_pair_t
+
+  !> What all entries have paired so far.
+  type :: pairing_t
+    !> node on the other side, 0 = none; shape (n_nodes)
+    integer, allocatable :: partner(:)
+    !> entry that holds the node, 0 = none; shape (n_nodes)
+    integer, allocatable :: entry(:)
+    !> the node is on the first side; shape (n_nodes)
+    logical, allocatable :: is_first(:)
+    !> [-] at first nodes, shape (n_dim, n_nodes)
+    real(rk), allocatable :: normals(:, :)
+  end type pairing_t
+
+contains
+
+  !> An error of this entry at the place of one of its names.
+  pure subroutine refuse(surfaces, name, message, error, hint)
+    type(surface_pair_t), intent(in) :: surfaces
+    type(name_config_t), intent(in) :: name
+    character(*), intent(in) :: message
+    type(error_t), allocatable, intent(out) :: error
+    character(*), intent(in), optional :: hint
+
+    call make_error(error, entry_text(surfaces%i_entry) // ': ' // message, file=surfaces%deck_path, line=name%line, &
+                    column=name%column, hint=hint)
+  end subroutine refuse
+
+  pure subroutine refuse_facing(surfaces, error, reason)
+    type(surface_pair_t), intent(in) :: surfaces
+    type(error_t), allocatable, intent(out) :: error
+    character(*), intent(in) :: reason
+    character(:), allocatable :: line
+
+    line = 'the averaged normals of the first'
+    if (surfaces%entry%has_direction) line = place_text(surfaces%entry%direction)
+    call refuse(surfaces, surfaces%entry%first, "the surfaces '" // surfaces%entry%first%text // "' and '" // &
+                surfaces%entry%second%text // "' do not face each other along " // line // ': ' // reason, error)
+  end subroutine refuse_facing
+
+  !> Some nodes of a surface have no partner.
+  pure subroutine refuse_unpaired(surfaces, is_second, lonely_nodes, reason, error)
+    type(surface_pair_t), intent(in) :: surfaces
+    !> the nodes lie on the second surface
+    logical, intent(in) :: is_second
+    integer, intent(in) :: lonely_nodes(:)
+    !> about the first of them
+    character(*), intent(in) :: reason
+    type(error_t), allocatable, intent(out) :: error
+    type(name_config_t) :: surface, other
+    integer :: n_nodes
+
+    surface = surfaces%entry%first
+    other = surfaces%entry%second
+    n_nodes = size(surfaces%first_nodes)
+    if (is_second) then
+      surface = surfaces%entry%second
+      other = surfaces%entry%first
+      n_nodes = size(surfaces%second_nodes)
+    end if
+    call refuse(surfaces, surface, to_text(size(lonely_nodes)) // ' of ' // to_text(n_nodes) // " nodes of '" // surface%text // &
+                "' have no partner on '" // other%text // "'; " // reason, error, &
+                'node-to-node contact needs facing nodes one to one: mesh both surfaces alike, or name only what faces')
+  end subroutine refuse_unpaired
+
+  !> A node that has a partner would get another one.
+  pure subroutine refuse_second_pair(mesh, surfaces, pairing, node, other, error)
+    type(mesh_t), intent(in) :: mesh
+    type(surface_pair_t), intent(in) :: surfaces
+    type(pairing_t), intent(in) :: pairing
+    integer, intent(in) :: node
+    !> its partner by this entry
+    integer, intent(in) :: other
+    type(error_t), allocatable, intent(out) :: error
+
+    call refuse(surfaces, surfaces%entry%first, node_text(mesh, node) // ' would be in two contact pairs, with ' // &
+                node_text(mesh, pairing%partner(node)) // ' by ' // entry_text(pairing%entry(node)) // ' and with ' // &
+                node_text(mesh, other) // ' by ' // entry_text(surfaces%i_entry), error)
+  end subroutine refuse_second_pair
+
+  !> How far aside the nearest node of the second surface lies, and how far it may.
+  pure function offset_text(mesh, surfaces, i_first) result(text)
+    type(mesh_t), intent(in) :: mesh
+    type(surface_pair_t), intent(in) :: surfaces
+    !> of the first nodes
+    integer, intent(in) :: i_first
+    character(:), allocatable :: text
+    integer :: nearest
+    real(rk) :: offset
+
+    call surfaces%tree%nearest(mesh%coordinates(:, surfaces%first_nodes(i_first)), nearest, offset, surfaces%normals(:, i_first))
+    text = node_text(mesh, surfaces%first_nodes(i_first)) // ' has its nearest one ' // short_text(offset) // &
+      ' aside; allowed are ' // short_text(surfaces%tolerance) // ' (pairing_tolerance ' // &
+      to_text(surfaces%entry%pairing_tolerance) // ' times the mesh size ' // short_text(surfaces%mesh_size) // ')'
+  end function offset_text
+
+  !> As the deck's messages count.
+  pure function entry_text(i_entry) result(text)
+    integer, intent(in) :: i_entry
+    character(:), allocatable :: text
+
+    text = 'contact[' // to_text(i_entry) // ']'
+  end function entry_text
+
+  !> `node 17 (0.25, 1.0)` by its number in gmsh.
+  pure function node_text(mesh, i_node) result(text)
+    type(mesh_t), intent(in) :: mesh
+    integer, intent(in) :: i_node
+    character(:), allocatable :: text
+
+    text = 'node ' // to_text(mesh%node_tags(i_node)) // ' ' // place_text(mesh%coordinates(:, i_node))
+  end function node_text
+
+  pure function place_text(place) result(text)
+    real(rk), intent(in) :: place(:)
+    character(:), allocatable :: text
+    type(string_t) :: numbers(size(place))
+    integer :: i
+
+    do i = 1, size(place)
+      numbers(i)%text = short_text(place(i))
+    end do
+    text = '(' // join(numbers, ', ') // ')'
+  end function place_text
+
+  !> As the deck has it.
+  pure function direction_text(direction) result(text)
+    real(rk), intent(in) :: direction(:)
+    character(:), allocatable :: text
+
+    text = place_text(direction)
+    text = '[' // text(2:len(text) - 1) // ']'
+  end function direction_text
+
+  !> Six digits are enough to find a place.
+  pure function short_text(number) result(text)
+    real(rk), intent(in) :: number
+    character(:), allocatable :: text
+    character(16) :: buffer
+    real(rk) :: rounded
+
+    write (buffer, '(es13.5)') number
+    read (buffer, *) rounded
+    ! adding zero turns -0 into 0
+    text = to_text(rounded + 0.0_rk)
+  end function short_text
+end module sig_surface_pair

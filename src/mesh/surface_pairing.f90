@@ -1,0 +1,279 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> Gives every node of one surface its partner on another: the nearest node along the normal.
+module sig_surface_pairing
+  use sig_deck_config, only: contact_config_t, name_config_t
+  use sig_errors, only: error_t, make_error
+  use sig_kinds, only: rk
+  use sig_mesh, only: mesh_t
+  use sig_mesh_checks, only: group_of_surface
+  use sig_surface_geometry, only: averaged_normals, measure_surface, surface_geometry_t
+  use sig_surface_pair, only: direction_text, node_text, offset_text, pairing_t, place_text, refuse, refuse_facing, &
+    refuse_second_pair, refuse_unpaired, surface_pair_t
+  use sig_text, only: to_text
+  implicit none(type, external)
+  private
+  public :: open_surfaces, pair_surfaces, gap_of_pair
+
+  !> [-] a surface counts as turned away from the direction beyond this share of its area
+  real(rk), parameter :: turned_tolerance = 1.0e-9_rk
+
+contains
+
+  !> Finds the two surfaces and the normals at the nodes of the first: the given direction, or its averaged outward normals.
+  !>
+  !> Errors: unknown surface, a surface inside a body, a direction of no use or that does not lead from first to second.
+  pure subroutine open_surfaces(mesh, contact, i_entry, deck_path, surfaces, error)
+    type(mesh_t), intent(in) :: mesh
+    type(contact_config_t), intent(in) :: contact(:)
+    integer, intent(in) :: i_entry
+    character(*), intent(in) :: deck_path
+    type(surface_pair_t), intent(out) :: surfaces
+    type(error_t), allocatable, intent(out) :: error
+    type(surface_geometry_t) :: first, second
+    integer :: first_group, second_group
+
+    surfaces%i_entry = i_entry
+    surfaces%entry = contact(i_entry)
+    surfaces%deck_path = deck_path
+    call group_of_surface(mesh, surfaces%entry%first, deck_path, first_group, error)
+    if (allocated(error)) return
+    call group_of_surface(mesh, surfaces%entry%second, deck_path, second_group, error)
+    if (allocated(error)) return
+    surfaces%first_nodes = mesh%groups(first_group)%nodes
+    surfaces%second_nodes = mesh%groups(second_group)%nodes
+    call measure(mesh, surfaces, surfaces%entry%second, second_group, second, error)
+    if (allocated(error)) return
+    call measure(mesh, surfaces, surfaces%entry%first, first_group, first, error)
+    if (allocated(error)) return
+    surfaces%mesh_size = first%mesh_size
+    surfaces%tolerance = surfaces%entry%pairing_tolerance * surfaces%mesh_size
+    call surfaces%tree%create(mesh%coordinates(:, surfaces%second_nodes))
+    if (surfaces%entry%has_direction) then
+      call fix_direction(mesh%n_dim, first, second, surfaces, error)
+    else
+      surfaces%normals = averaged_normals(mesh, first_group, first%area_vectors)
+      surfaces%second_normals = averaged_normals(mesh, second_group, second%area_vectors)
+      call check_normals(mesh, surfaces, error)
+    end if
+  end subroutine open_surfaces
+
+  !> Mesh size and facets of a surface. Errors: a facet inside a body.
+  pure subroutine measure(mesh, surfaces, surface, i_group, geometry, error)
+    type(mesh_t), intent(in) :: mesh
+    type(surface_pair_t), intent(in) :: surfaces
+    type(name_config_t), intent(in) :: surface
+    integer, intent(in) :: i_group
+    type(surface_geometry_t), intent(out) :: geometry
+    type(error_t), allocatable, intent(out) :: error
+    integer :: i_node
+
+    call measure_surface(mesh, i_group, geometry)
+    if (geometry%inner_facet == 0) return
+    i_node = mesh%facet_nodes(mesh%facet_offsets(geometry%inner_facet) + 1)
+    call refuse(surfaces, surface, "the surface '" // surface%text // "' lies inside a body at " // node_text(mesh, i_node) // &
+                '; contact needs two bodies with nodes of their own', error, &
+                'draw the surface once for each body, so that gmsh does not join their nodes')
+  end subroutine measure
+
+  !> One direction for all nodes. Errors: it does not lead out of the first surface and into the second one.
+  pure subroutine fix_direction(n_dim, first, second, surfaces, error)
+    integer, intent(in) :: n_dim
+    type(surface_geometry_t), intent(in) :: first, second
+    type(surface_pair_t), intent(inout) :: surfaces
+    type(error_t), allocatable, intent(out) :: error
+    real(rk) :: first_lean, second_lean
+
+    associate (entry => surfaces%entry)
+      if (size(entry%direction) /= n_dim) then
+        call refuse_direction(surfaces, 'the contact direction has ' // to_text(size(entry%direction)) // &
+                              ' components; the mesh has dimension ' // to_text(n_dim), error)
+      else if (.not. norm2(entry%direction) > 0) then
+        call refuse_direction(surfaces, 'the contact direction is zero; it must point from the first surface to the second', error)
+      end if
+      if (allocated(error)) return
+      surfaces%normals = spread(entry%direction / norm2(entry%direction), 2, size(surfaces%first_nodes))
+      first_lean = lean(first, surfaces%normals(:, 1))
+      second_lean = lean(second, surfaces%normals(:, 1))
+      if (first_lean < -turned_tolerance .and. second_lean > turned_tolerance) then
+        call refuse_direction(surfaces, 'the contact direction ' // place_text(entry%direction) // " points from '" // &
+                              entry%second%text // "' to '" // entry%first%text // "'; it must point from first to second", &
+                              error, 'write direction: ' // direction_text(-entry%direction) // ', or swap first and second')
+      else if (first_lean < -turned_tolerance .or. second_lean > turned_tolerance) then
+        call refuse_facing(surfaces, error, 'the outer sides of both look the same way')
+      end if
+    end associate
+  end subroutine fix_direction
+
+  pure subroutine refuse_direction(surfaces, message, error, hint)
+    type(surface_pair_t), intent(in) :: surfaces
+    character(*), intent(in) :: message
+    type(error_t), allocatable, intent(out) :: error
+    character(*), intent(in), optional :: hint
+    type(name_config_t) :: place
+
+    place%line = surfaces%entry%direction_line
+    place%column = surfaces%entry%direction_column
+    call refuse(surfaces, place, message, error, hint)
+  end subroutine refuse_direction
+
+  !> How far the outer side of a surface looks along a direction: 1 = fully, -1 = the other way.
+  pure real(rk) function lean(geometry, direction)
+    type(surface_geometry_t), intent(in) :: geometry
+    real(rk), intent(in) :: direction(:)
+
+    lean = dot_product(sum(geometry%area_vectors, dim=2), direction) / sum(norm2(geometry%area_vectors, dim=1))
+  end function lean
+
+  !> Errors: facets around a node that look in opposite ways have no normal.
+  pure subroutine check_normals(mesh, surfaces, error)
+    type(mesh_t), intent(in) :: mesh
+    type(surface_pair_t), intent(in) :: surfaces
+    type(error_t), allocatable, intent(out) :: error
+    integer :: i_lost
+
+    i_lost = findloc(norm2(surfaces%normals, dim=1) > 0, .false., dim=1)
+    if (i_lost == 0) return
+    call refuse(surfaces, surfaces%entry%first, node_text(mesh, surfaces%first_nodes(i_lost)) // " of '" // &
+                surfaces%entry%first%text // "' has no normal: the facets around it look in opposite ways", error, &
+                'give the contact a direction, or name only one side')
+  end subroutine check_normals
+
+  !> Gives every node of the first surface its partner on the second.
+  !>
+  !> Errors: surfaces that do not face each other, nodes without partner, a node in two pairs.
+  pure subroutine pair_surfaces(mesh, surfaces, pairing, error)
+    type(mesh_t), intent(in) :: mesh
+    type(surface_pair_t), intent(in) :: surfaces
+    type(pairing_t), intent(inout) :: pairing
+    type(error_t), allocatable, intent(out) :: error
+    integer, allocatable :: candidates(:)
+    integer :: i, i_second, i_unpaired, n_unpaired
+    real(rk) :: largest_gap
+
+    n_unpaired = 0
+    largest_gap = -huge(largest_gap)
+    do i = 1, size(surfaces%first_nodes)
+      associate (first => surfaces%first_nodes(i), normal => surfaces%normals(:, i))
+        call surfaces%tree%within(mesh%coordinates(:, first), surfaces%tolerance, candidates, normal)
+        if (size(candidates) == 0) then
+          if (n_unpaired == 0) i_unpaired = i
+          n_unpaired = n_unpaired + 1
+          cycle
+        end if
+        i_second = nearest_along(mesh, first, surfaces%second_nodes, candidates, normal)
+        call check_facing(mesh, surfaces, i, i_second, error)
+        if (.not. allocated(error)) call claim_nodes(mesh, surfaces, i, surfaces%second_nodes(i_second), pairing, error)
+        if (allocated(error)) return
+        largest_gap = max(largest_gap, gap_of_pair(mesh, first, surfaces%second_nodes(i_second), normal))
+      end associate
+    end do
+    if (n_unpaired > 0) then
+      call refuse_lonely_first(mesh, surfaces, pairing, i_unpaired, n_unpaired, error)
+    else if (any(pairing%partner(surfaces%second_nodes) == 0)) then
+      call refuse_lonely_second(mesh, surfaces, pairing, error)
+    else if (largest_gap < -surfaces%mesh_size) then
+      call refuse_facing(surfaces, error, 'at the start every pair overlaps by ' // to_text(-largest_gap) // &
+                         ' or more, which is more than an element; is the direction or the position of a body wrong?')
+    end if
+  end subroutine pair_surfaces
+
+  pure real(rk) function gap_of_pair(mesh, first, second, normal) result(gap)
+    type(mesh_t), intent(in) :: mesh
+    integer, intent(in) :: first, second
+    real(rk), intent(in) :: normal(:)
+
+    gap = dot_product(mesh%coordinates(:, second) - mesh%coordinates(:, first), normal)
+  end function gap_of_pair
+
+  !> A line along the normal may meet a surface several times: the place with the smallest gap counts.
+  pure integer function nearest_along(mesh, first, second_nodes, candidates, normal) result(i_second)
+    type(mesh_t), intent(in) :: mesh
+    integer, intent(in) :: first
+    integer, intent(in) :: second_nodes(:)
+    !> indices in second_nodes
+    integer, intent(in) :: candidates(:)
+    real(rk), intent(in) :: normal(:)
+    real(rk) :: gaps(size(candidates))
+    integer :: i
+
+    do i = 1, size(candidates)
+      gaps(i) = abs(gap_of_pair(mesh, first, second_nodes(candidates(i)), normal))
+    end do
+    i_second = candidates(minloc(gaps, dim=1))
+  end function nearest_along
+
+  !> Errors: the averaged normals of the two nodes of a pair look the same way.
+  pure subroutine check_facing(mesh, surfaces, i_first, i_second, error)
+    type(mesh_t), intent(in) :: mesh
+    type(surface_pair_t), intent(in) :: surfaces
+    integer, intent(in) :: i_first, i_second
+    type(error_t), allocatable, intent(out) :: error
+
+    if (surfaces%entry%has_direction) return
+    associate (normal => surfaces%normals(:, i_first), other => surfaces%second_normals(:, i_second))
+      if (dot_product(normal, other) < 0) return
+      call refuse_facing(surfaces, error, 'the outer normals of ' // node_text(mesh, surfaces%first_nodes(i_first)) // ' and ' // &
+                         node_text(mesh, surfaces%second_nodes(i_second)) // ', ' // place_text(normal) // ' and ' // &
+                         place_text(other) // ', are not opposite')
+    end associate
+  end subroutine check_facing
+
+  !> Notes a pair. Errors: one of its nodes is in a pair already, or both are the same node.
+  pure subroutine claim_nodes(mesh, surfaces, i_first, second, pairing, error)
+    type(mesh_t), intent(in) :: mesh
+    type(surface_pair_t), intent(in) :: surfaces
+    integer, intent(in) :: i_first, second
+    type(pairing_t), intent(inout) :: pairing
+    type(error_t), allocatable, intent(out) :: error
+
+    associate (first => surfaces%first_nodes(i_first))
+      if (first == second) then
+        call refuse(surfaces, surfaces%entry%first, node_text(mesh, first) // " is on both surfaces, '" // &
+                    surfaces%entry%first%text // "' and '" // surfaces%entry%second%text // "'", error, &
+                    'contact needs two bodies with nodes of their own')
+      else if (pairing%entry(first) /= 0) then
+        call refuse_second_pair(mesh, surfaces, pairing, first, second, error)
+      else if (pairing%entry(second) /= 0) then
+        call refuse_second_pair(mesh, surfaces, pairing, second, first, error)
+      end if
+      if (allocated(error)) return
+      pairing%partner([first, second]) = [second, first]
+      pairing%entry([first, second]) = surfaces%i_entry
+      pairing%is_first(first) = .true.
+      pairing%normals(:, first) = surfaces%normals(:, i_first)
+    end associate
+  end subroutine claim_nodes
+
+  pure subroutine refuse_lonely_first(mesh, surfaces, pairing, i_unpaired, n_unpaired, error)
+    type(mesh_t), intent(in) :: mesh
+    type(surface_pair_t), intent(in) :: surfaces
+    type(pairing_t), intent(in) :: pairing
+    !> first of them
+    integer, intent(in) :: i_unpaired
+    integer, intent(in) :: n_unpaired
+    type(error_t), allocatable, intent(out) :: error
+
+    if (n_unpaired == size(surfaces%first_nodes)) then
+      call refuse_facing(surfaces, error, 'no node of the first has a partner on the second; ' // &
+                         offset_text(mesh, surfaces, i_unpaired))
+    else
+      associate (nodes => surfaces%first_nodes)
+        call refuse_unpaired(surfaces, .false., pack(nodes, pairing%partner(nodes) == 0), &
+                             offset_text(mesh, surfaces, i_unpaired), error)
+      end associate
+    end if
+  end subroutine refuse_lonely_first
+
+  !> The first surface is paired as a whole.
+  pure subroutine refuse_lonely_second(mesh, surfaces, pairing, error)
+    type(mesh_t), intent(in) :: mesh
+    type(surface_pair_t), intent(in) :: surfaces
+    type(pairing_t), intent(in) :: pairing
+    type(error_t), allocatable, intent(out) :: error
+
+    associate (lonely => pack(surfaces%second_nodes, pairing%partner(surfaces%second_nodes) == 0))
+      call refuse_unpaired(surfaces, .true., lonely, 'no node of the first surface lies opposite ' // &
+                           node_text(mesh, lonely(1)), error)
+    end associate
+  end subroutine refuse_lonely_second
+end module sig_surface_pairing
