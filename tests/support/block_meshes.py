@@ -5,7 +5,7 @@ import itertools
 
 import numpy as np
 
-GMSH_TYPES = {"L2": 1, "T3": 2, "Q4": 3, "T4": 4, "H8": 5}
+GMSH_TYPES = {"P1": 15, "L2": 1, "T3": 2, "Q4": 3, "T4": 4, "H8": 5}
 # Corners of a box by their 0/1 steps, in gmsh's order.
 BOX = {1: [(0,), (1,)], 2: [(0, 0), (1, 0), (1, 1), (0, 1)]}
 BOX[3] = [(*corner, 0) for corner in BOX[2]] + [(*corner, 1) for corner in BOX[2]]
@@ -83,7 +83,7 @@ class Mesh:
 
     def write(self, path):
         """As gmsh 2.2 ASCII, every number as it is."""
-        dimensions = {"L2": 1, "T3": 2, "Q4": 2, "T4": 3, "H8": 3}
+        dimensions = {"P1": 0, "L2": 1, "T3": 2, "Q4": 2, "T4": 3, "H8": 3}
         groups = sorted({(dimensions[kind], name) for kind, name, _ in self.elements})
         lines = ["$MeshFormat", "2.2 0 8", "$EndMeshFormat", "$PhysicalNames", str(len(groups))]
         lines += [f'{n_dim} {i} "{name}"' for i, (n_dim, name) in enumerate(groups, 1)]

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Copies of test decks, changed where a test wants them to be."""
 
+import re
 from pathlib import Path
 
 
@@ -9,7 +10,9 @@ def copy_deck(source, folder, **replacements):
 
     The results of a deck in folder go to folder/results/<name> when the program runs there.
     """
-    text = source.read_text().replace("../meshes", str(source.parents[1] / "meshes"))
+    text = re.sub(
+        r"\.\./\S+\.msh", lambda path: str((source.parent / path.group()).resolve()), source.read_text()
+    )
     for old, new in replacements.items():
         assert old in text, f"{source.name} has no {old}"
         text = text.replace(old, new)

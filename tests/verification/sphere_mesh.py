@@ -6,7 +6,7 @@ import numpy as np
 from block_meshes import Mesh
 
 # [mm]
-RADIUS = 100.0
+RADIUS = 50.0
 SIZE = 60.0
 
 
@@ -23,19 +23,16 @@ def graded(step, n_fine, size, growth):
 
 
 def sphere_on_block(n_dim, step, n_fine, growth):
-    """Contact faces: the first n_fine steps along each axis; names as in the decks."""
+    """Contact faces: the first n_fine steps along each axis; names as in the deck."""
     across = [graded(step, n_fine, SIZE, growth)] * (n_dim - 1)
     up = graded(step, n_fine // 2, SIZE, growth)
-    sides = dict(zip([(0, 0), (1, 0)], ["left", "front"], strict=True)) if n_dim == 3 else {(0, 0): "left"}
+    sides = dict(zip([(0, 0), (1, 0)], ["left", "front"], strict=True)) if n_dim == 3 else {(0, 0): "axis"}
     kind = "H8" if n_dim == 3 else "Q4"
+    below, above = (n_dim - 1, 0), (n_dim - 1, 1)
     mesh = Mesh()
-    mesh.add_block(
-        "block", [*across, -up[::-1]], kind, {(n_dim - 1, 0): "base", (n_dim - 1, 1): "block_face"} | sides
-    )
+    mesh.add_block("block", [*across, -up[::-1]], kind, {below: "block_base", above: "block_face"} | sides)
     n_block = len(mesh.coordinates)
-    mesh.add_block(
-        "sphere", [*across, up], kind, {(n_dim - 1, 0): "sphere_face", (n_dim - 1, 1): "top"} | sides
-    )
+    mesh.add_block("sphere", [*across, up], kind, {below: "sphere_face", above: "sphere_top"} | sides)
     nodes = mesh.coordinates[n_block:]
     squared = np.sum(nodes[:, : n_dim - 1] ** 2, axis=1)
     # beyond the contact any shape does that keeps the cells upright

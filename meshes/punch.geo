@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Flat rigid punch (one layer of cells, all of whose nodes are prescribed) on a block, right of the plane of symmetry x = 0.
-// Made by the test: gmsh -2 -format msh41 -setnumber n_face 16 punch.geo -o punch.msh
+// Rebuild: gmsh -2 -format msh41 punch.geo -o punch.msh
 
 DefineConstant[n_face = 16]; // edges under the half punch
 half_width = 1; // [m]

@@ -1,0 +1,67 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Every shipped deck with loads: the reactions of the supports add up to minus the resultant of the loads."""
+
+import re
+
+import numpy as np
+import pytest
+import yaml
+
+from runs import INPUT, solve_input
+
+BALANCE = 1e-9
+
+
+def blocks(point):
+    """Pressure P on the top, 10 mm deep, from x = edge to 10 mm."""
+    return {"z": -point["P"] * (10 - point["edge"]) * 10}, 1.0
+
+
+def hertz_cylinder(point):
+    """Half the load of the whole cylinder."""
+    return {"y": -point["load"] / 2}, 1.0
+
+
+def sphere(point):
+    """All of the load; radial forces around an axis do not add up to a resultant."""
+    return {"z": -point["load"]}, 1.0
+
+
+def pellet_cladding(point):
+    """The pressure acts along the radius: no resultant along the axis, where its own size is the measure."""
+    return {"z": 0.0}, point["P1"] * 2 * np.pi * 4.672 * point["h1"]
+
+
+def shrink_fit(point):
+    """As in pellet_cladding; at rest the contact force of the shrink fit is the measure."""
+    return {"z": 0.0}, 2 * np.pi * (10 * point["bore_pressure"] + 20 * 6.31) * 2
+
+
+# deck -> resultant of its loads at a point [force], and the size of what cancels where it is 0
+RESULTANTS = {
+    "blocks": blocks,
+    "hertz_cylinder": hertz_cylinder,
+    "pellet_cladding": pellet_cladding,
+    "pellet_cladding_whole_edges": pellet_cladding,
+    "shrink_fit": shrink_fit,
+    "sphere": sphere,
+}
+DECKS = sorted(deck.stem for deck in INPUT.glob("*.yaml") if "loads" in yaml.safe_load(deck.read_text()))
+
+
+@pytest.mark.parametrize("name", DECKS)
+def test_reactions_balance_the_loads(signorom, tmp_path, figures, name):
+    """At each output point of the deck, each component."""
+    assert name in RESULTANTS, "a new deck with loads: add its resultant"
+    _, report = solve_input(signorom, name, tmp_path)
+    errors = []
+    for point in report["points"].values():
+        parameters = {
+            key: float(value) for key, value in re.findall(r"(\w+) = (\S+)", point["point"].replace(",", ""))
+        }
+        resultant, scale = RESULTANTS[name](parameters)
+        for axis, load in resultant.items():
+            reaction = sum(entry.get(axis, 0.0) for entry in point["reactions"].values())
+            errors.append(abs(reaction + load) / (abs(load) or scale))
+        assert point["residuals"]["force_balance"] <= BALANCE
+    figures.at_most(f"deck {name}", "reactions + loads, relative", max(errors), BALANCE, "equilibrium")
