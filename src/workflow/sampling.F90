@@ -53,6 +53,7 @@ contains
     integer :: i
 
     ierr = 0
+    is_merged = .false.
     call build_points(deck%training, deck%parameters, points, error)
     if (allocated(error)) return
     outcome%n_points = size(points, 2)
