@@ -42,7 +42,9 @@ if(SIG_WARNINGS_AS_ERRORS)
 endif()
 if(SIG_SANITIZE)
   target_compile_options(sig_flags INTERFACE
-    -fsanitize=address,undefined -fno-sanitize-recover=undefined -fno-omit-frame-pointer)
+    -fsanitize=address,undefined -fno-sanitize-recover=undefined -fno-omit-frame-pointer
+    # before it looks whether the left-hand side is allocated, gfortran 12 computes a size from its uninitialized bounds
+    $<$<COMPILE_LANGUAGE:Fortran>:-fno-sanitize=signed-integer-overflow>)
   target_link_options(sig_flags INTERFACE -fsanitize=address,undefined)
 endif()
 
