@@ -15,6 +15,10 @@ int sig_tall_svd(int comm, int n_local, int n_columns, const double *rows, doubl
    singular_values (k), left (n_rows, k). */
 int sig_thin_svd(int n_rows, int n_columns, const double *matrix, double *singular_values, double *left);
 
+/* A = Q triangle with orthonormal columns of Q, for the rows of all ranks below each other, as in sig_tall_svd.
+   triangle (n_columns, n_columns), zero below its diagonal, the same on all ranks. */
+int sig_tall_triangle(int comm, int n_local, int n_columns, const double *rows, double *triangle);
+
 /* Rows of all ranks below each other, in rank order: local (n_local, n_columns) -> gathered (n_rows, n_columns)
    everywhere, n_rows = sum of n_local. */
 int sig_gather_rows(int comm, int n_local, int n_rows, int n_columns, const double *local, double *gathered);

@@ -5,7 +5,8 @@ module sig_reduction_c_interfaces
   use, intrinsic :: iso_c_binding, only: c_int
   implicit none(type, external)
   private
-  public :: k_medoids_options_t, sig_find_medoids, sig_gather_rows, sig_silhouette, sig_tall_svd, sig_thin_svd
+  public :: k_medoids_options_t, sig_find_medoids, sig_gather_rows, sig_silhouette, sig_tall_svd, &
+    sig_tall_triangle, sig_thin_svd
 
   integer(c_int), parameter, public :: k_medoids_ok = 0
   integer(c_int), parameter, public :: k_medoids_bad_count = 2
@@ -46,6 +47,14 @@ module sig_reduction_c_interfaces
       real(c_double), intent(out) :: left(*)
       integer(c_int) :: status
     end function sig_thin_svd
+
+    function sig_tall_triangle(comm, n_local, n_columns, rows, triangle) result(status) bind(c)
+      use, intrinsic :: iso_c_binding, only: c_double, c_int
+      integer(c_int), value :: comm, n_local, n_columns
+      real(c_double), intent(in) :: rows(*)
+      real(c_double), intent(out) :: triangle(*)
+      integer(c_int) :: status
+    end function sig_tall_triangle
 
     function sig_gather_rows(comm, n_local, n_rows, n_columns, local, gathered) result(status) bind(c)
       use, intrinsic :: iso_c_binding, only: c_double, c_int

@@ -88,6 +88,23 @@ int sig_tall_svd(int comm, int n_local, int n_columns, const double *rows, doubl
   return 0;
 }
 
+int sig_tall_triangle(int comm, int n_local, int n_columns, const double *rows, double *triangle) {
+  BV basis;
+  Mat factor;
+  const PetscScalar *entries;
+
+  if (n_columns == 0) return 0;
+  PetscCall(create_basis(MPI_Comm_f2c(comm), n_local, n_columns, rows, &basis));
+  PetscCall(MatCreateSeqDense(PETSC_COMM_SELF, n_columns, n_columns, NULL, &factor));
+  PetscCall(BVOrthogonalize(basis, factor));
+  PetscCall(MatDenseGetArrayRead(factor, &entries));
+  PetscCall(PetscArraycpy(triangle, entries, (size_t)n_columns * n_columns));
+  PetscCall(MatDenseRestoreArrayRead(factor, &entries));
+  PetscCall(MatDestroy(&factor));
+  PetscCall(BVDestroy(&basis));
+  return 0;
+}
+
 int sig_gather_rows(int comm, int n_local, int n_rows, int n_columns, const double *local, double *gathered) {
   const MPI_Comm c_comm = MPI_Comm_f2c(comm);
   int n_ranks, *counts, *starts;

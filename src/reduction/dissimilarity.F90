@@ -1,0 +1,105 @@
+! SPDX-License-Identifier: BSD-3-Clause
+#include "signorom/macros.h"
+!> Dissimilarities of all pairs of subspaces or snapshots, the pairs shared by the ranks, in coordinates of few dimensions.
+module sig_dissimilarity
+  use sig_grassmann, only: snapshot_angle, subspace_distance, subspace_t
+  use sig_kinds, only: rk
+  use sig_petsc_support, only: rank_and_size, sum_over_ranks
+  use sig_reduction_c_interfaces, only: sig_tall_triangle
+  use petsc
+  implicit none(type, external)
+  private
+  public :: snapshot_coordinates, dissimilarity_of_subspaces, dissimilarity_of_snapshots
+
+contains
+
+  !> The snapshots in an orthonormal basis of what they span: angles and lengths are kept, the number of dofs is gone.
+  !>
+  !> Triangle of one thin QR. Collective on comm.
+  subroutine snapshot_coordinates(snapshots, comm, coordinates, ierr)
+    !> shape (n_dofs, n_snapshots), the same on all ranks
+    real(rk), intent(in) :: snapshots(:, :)
+    MPI_Comm, intent(in) :: comm
+    !> [as snapshots] shape (min(n_dofs, n_snapshots), n_snapshots), the same on all ranks
+    real(rk), allocatable, intent(out) :: coordinates(:, :)
+    PetscErrorCode, intent(out) :: ierr
+    real(rk), allocatable :: rows(:, :)
+    integer :: first, last, n, n_ranks, rank
+
+    ierr = 0
+    n = size(snapshots, 2)
+    if (size(snapshots, 1) <= n) then
+      coordinates = snapshots
+      return
+    end if
+    PetscCall(rank_and_size(comm, rank, n_ranks, ierr))
+    first = int(size(snapshots, 1, kind=selected_int_kind(18)) * rank / n_ranks) + 1
+    last = int(size(snapshots, 1, kind=selected_int_kind(18)) * (rank + 1) / n_ranks)
+    rows = snapshots(first:last, :)
+    allocate (coordinates(n, n))
+    ierr = sig_tall_triangle(comm, size(rows, 1), n, rows, coordinates)
+    CHKERRQ(ierr)
+  end subroutine snapshot_coordinates
+
+  !> Distances (13) of all pairs, symmetric with a zero diagonal. Collective on comm.
+  subroutine dissimilarity_of_subspaces(subspaces, comm, dissimilarity, ierr)
+    !> the same on all ranks
+    type(subspace_t), intent(in) :: subspaces(:)
+    MPI_Comm, intent(in) :: comm
+    !> [rad] shape (n, n), the same on all ranks
+    real(rk), allocatable, intent(out) :: dissimilarity(:, :)
+    PetscErrorCode, intent(out) :: ierr
+    integer :: i, j, n_ranks, rank
+
+    allocate (dissimilarity(size(subspaces), size(subspaces)), source=0.0_rk)
+    PetscCall(rank_and_size(comm, rank, n_ranks, ierr))
+    do j = rank + 1, size(subspaces), n_ranks
+      do i = j + 1, size(subspaces)
+        dissimilarity(i, j) = subspace_distance(subspaces(i), subspaces(j))
+      end do
+    end do
+    PetscCall(complete_columns(comm, dissimilarity, ierr))
+  end subroutine dissimilarity_of_subspaces
+
+  !> Angles (16) of all pairs of snapshots, symmetric with a zero diagonal. Collective on comm.
+  subroutine dissimilarity_of_snapshots(coordinates, is_signed, comm, dissimilarity, ierr)
+    !> of any length but zero, shape (n_coordinates, n_snapshots), the same on all ranks
+    real(rk), intent(in) :: coordinates(:, :)
+    !> opposite snapshots differ: the printed form of (16)
+    logical, intent(in) :: is_signed
+    MPI_Comm, intent(in) :: comm
+    !> [rad] shape (n_snapshots, n_snapshots), the same on all ranks
+    real(rk), allocatable, intent(out) :: dissimilarity(:, :)
+    PetscErrorCode, intent(out) :: ierr
+    real(rk), allocatable :: directions(:, :)
+    integer :: i, j, n, n_ranks, rank
+
+    n = size(coordinates, 2)
+    directions = coordinates
+    do j = 1, n
+      directions(:, j) = coordinates(:, j) / norm2(coordinates(:, j))
+    end do
+    allocate (dissimilarity(n, n), source=0.0_rk)
+    PetscCall(rank_and_size(comm, rank, n_ranks, ierr))
+    do j = rank + 1, n, n_ranks
+      do i = j + 1, n
+        dissimilarity(i, j) = snapshot_angle(directions(:, i), directions(:, j), is_signed)
+      end do
+    end do
+    PetscCall(complete_columns(comm, dissimilarity, ierr))
+  end subroutine dissimilarity_of_snapshots
+
+  !> The lower triangle, of which each rank has columns, everywhere and mirrored.
+  subroutine complete_columns(comm, matrix, ierr)
+    MPI_Comm, intent(in) :: comm
+    real(rk), intent(inout) :: matrix(:, :)
+    PetscErrorCode, intent(out) :: ierr
+    integer :: j
+
+    ierr = 0
+    do j = 1, size(matrix, 2)
+      PetscCall(sum_over_ranks(comm, matrix(j + 1:, j), ierr))
+      matrix(j, j + 1:) = matrix(j + 1:, j)
+    end do
+  end subroutine complete_columns
+end module sig_dissimilarity
