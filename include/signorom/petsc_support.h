@@ -25,6 +25,9 @@ int sig_library_versions(char *versions, int capacity);
 int sig_matrix_create(int comm, int n_local, int block_size, const int *diagonal, const int *off_diagonal,
                       intptr_t *matrix);
 
+/* matrix times n_columns columns, which hold this rank's n_local rows each; product is an array of the same shape. */
+int sig_matrix_multiply(intptr_t matrix, int n_local, int n_columns, const double *columns, double *product);
+
 /* Puts a broken precondition on PETSc's error stack with the caller's place; returns the code. */
 int sig_precondition_failed(int code, const char *sentence, const char *file, int line);
 #endif

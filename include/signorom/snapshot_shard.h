@@ -2,8 +2,9 @@
 /* Append-only file of snapshots that outlives a kill: a header, then records of one size, each with its checksum.
 
    Header, 72 bytes: "SIGSHARD", format version and byte-order mark (uint32), provenance (16 characters), four sizes
-   (int64), FNV-1a of what stands before (uint64). Record: as many doubles as the sizes add up to, then their FNV-1a
-   (uint64). Numbers are in the machine's byte order; a shard lives beside the run that wrote it, never travels.
+   (int64), FNV-1a of what stands before (uint64). Record: as many doubles as the sizes add up to, then their hash
+   (sig_hash_of_doubles, uint64). Numbers are in the machine's byte order; a shard lives beside the run that wrote it,
+   never travels.
 
    Functions return 0, an errno (> 0), or one of the negative codes below. */
 #ifndef SIG_SNAPSHOT_SHARD_H
@@ -17,24 +18,27 @@ enum {
   SIG_SHARD_VERSION = -2,    /* of another format version or byte order */
   SIG_SHARD_PROVENANCE = -3, /* of another deck or mesh */
   SIG_SHARD_SIZES = -4,      /* of other sizes */
-  SIG_SHARD_SHORT = -5       /* a record is gone since the file was opened */
+  SIG_SHARD_SHORT = -5       /* a record that the file's end or damage cuts short */
 };
 
 typedef struct sig_shard sig_shard;
 
-/* Opens the file at path (length characters, no terminator) and checks every record up to the first bad one.
-   provenance: 16 characters; sizes: numbers of doubles of the four parts of a record. is_writing: makes the file where
-   it is missing, cuts what stands behind the good records and appends there. *n_records: good records; *n_dropped:
-   records, the last one perhaps a piece, that were cut or ignored. *shard is for sig_shard_close, null on failure. */
+/* Opens the file at path (length characters, no terminator). provenance: 16 characters; sizes: numbers of doubles of
+   the four parts of a record. is_writing: makes the file where it is missing, checks every record up to the first bad
+   one, cuts what stands behind the good ones and appends there. *n_records: good records, or (reading) those that the
+   file has room for, unchecked; *n_dropped: records, the last one perhaps a piece, that were cut (0 when reading).
+   *shard is for sig_shard_close, null on failure. */
 int sig_shard_open(const char *path, size_t length, const char *provenance, const int64_t *sizes, int is_writing,
                    sig_shard **shard, int64_t *n_records, int64_t *n_dropped);
 
-/* Record i_record (0-based) into values, as many as the sizes add up to. */
-int sig_shard_read(sig_shard *shard, int64_t i_record, double *values);
+/* Record i_record (0-based) and its hash into values: one double more than the sizes add up to. SIG_SHARD_SHORT for a
+   bad one. */
+int sig_shard_read(const sig_shard *shard, int64_t i_record, double *values);
 
-/* Hands a record to the system at once, so that a killed process loses nothing, and to the disk unless the last time is
-   less than a second ago. A failure leaves the records before it as they were. */
-int sig_shard_append(sig_shard *shard, const double *values);
+/* Hands n_records records to the system at once, so that a killed process loses nothing, and to the disk unless the
+   last time is less than a second ago. values: the records one behind the other, each with room for one double more,
+   where the hash is put. A failure leaves the records before them as they were. */
+int sig_shard_append(sig_shard *shard, int64_t n_records, double *values);
 
 /* Brings what was appended to the disk and frees the handle; null is allowed. */
 int sig_shard_close(sig_shard *shard);

@@ -2,16 +2,19 @@
 #include "signorom/macros.h"
 !> How well an answer meets (3): equilibrium, penetration, sign of the multipliers, complementarity, balance of forces.
 module sig_contact_residuals
-  use sig_contact_state, only: contact_state_t, residuals_t
+  use sig_contact_state, only: contact_state_t
   use sig_contact_system, only: contact_system_t
   use sig_kinds, only: rk
+  use sig_petsc_support, only: max_over_ranks, multiply_block, sum_over_ranks
   use petsc
   implicit none(type, external)
   private
-  public :: measure_residuals
+  public :: measure_residuals, measure_points
 
   !> [-] forces are compared with at least this share of |K| |u|: all that a rigid motion leaves of K u is rounding
   real(rk), parameter :: smallest_share = 1.0e-6_rk
+  !> what is compared, over all dofs: |K u + B' lambda - F| on the free ones, |K u|, |B' lambda|
+  integer, parameter :: n_largest = 3
 
 contains
 
@@ -21,45 +24,122 @@ contains
     real(rk), intent(in) :: theta(:)
     type(contact_state_t), intent(inout) :: state
     PetscErrorCode, intent(out) :: ierr
-    real(rk) :: internal(system%map%n_dofs), contact(system%map%n_dofs), load(system%map%n_dofs), opening(system%operator%n_rows)
-    real(rk) :: smallest_force
+    type(contact_state_t) :: states(1)
+    real(rk), allocatable :: unbalanced(:, :)
 
-    PetscCall(MatNorm(system%stiffness, NORM_INFINITY, smallest_force, ierr))
-    smallest_force = smallest_share * smallest_force * maxval(abs(state%displacement))
-    PetscCall(system%apply_stiffness(state%displacement, internal, ierr))
-    contact = system%operator%apply_transpose(state%multipliers, system%map%n_dofs)
+    states(1) = state
+    PetscCall(measure_block(system, reshape(theta, [size(theta), 1]), states, unbalanced, ierr))
+    state%residuals = states(1)%residuals
+    if (.not. allocated(state%reactions)) allocate (state%reactions(system%map%n_dofs))
+    state%reactions = 0
+    associate (local => system%map%local_dofs)
+      state%reactions(local) = merge(unbalanced(:, 1), 0.0_rk, system%boundary%is_prescribed(local))
+    end associate
+    PetscCall(sum_over_ranks(system%comm, state%reactions, ierr))
+  end subroutine measure_residuals
+
+  !> Fills the residuals of several points, with one pass over K and two sums over the ranks for all of them; no reactions.
+  !> Collective on the system's communicator.
+  subroutine measure_points(system, theta, states, ierr)
+    type(contact_system_t), intent(inout) :: system
+    !> [-] shape (n_terms, n_points)
+    real(rk), intent(in) :: theta(:, :)
+    !> shape (n_points)
+    type(contact_state_t), intent(inout) :: states(:)
+    PetscErrorCode, intent(out) :: ierr
+    real(rk), allocatable :: unbalanced(:, :)
+
+    PetscCall(measure_block(system, theta, states, unbalanced, ierr))
+  end subroutine measure_points
+
+  subroutine measure_block(system, theta, states, unbalanced, ierr)
+    type(contact_system_t), intent(inout) :: system
+    real(rk), intent(in) :: theta(:, :)
+    type(contact_state_t), intent(inout) :: states(:)
+    !> [force] K u + B' lambda - F, rows of this rank, shape (n_local_dofs, n_points)
+    real(rk), allocatable, intent(out) :: unbalanced(:, :)
+    PetscErrorCode, intent(out) :: ierr
+    real(rk) :: stiffness_size, largest(n_largest, size(states)), sums(system%map%n_dim + 2, size(states))
+    real(rk), allocatable :: columns(:, :)
+    integer :: i
+
+    allocate (columns(system%map%n_local_dofs, size(states)), unbalanced(system%map%n_local_dofs, size(states)))
+    do i = 1, size(states)
+      columns(:, i) = states(i)%displacement(system%map%local_dofs)
+    end do
+    PetscCall(MatNorm(system%stiffness, NORM_INFINITY, stiffness_size, ierr))
+    PetscCall(multiply_block(system%stiffness, columns, unbalanced, ierr))
+    do i = 1, size(states)
+      call add_forces(system, theta(:, i), states(i)%multipliers, unbalanced(:, i), largest(:, i), sums(:, i))
+    end do
+    PetscCall(max_over_ranks(system%comm, largest, ierr))
+    PetscCall(sum_over_ranks(system%comm, sums, ierr))
+    do i = 1, size(states)
+      call compare(system, theta(:, i), largest(:, i), sums(:, i), smallest_share * stiffness_size, states(i))
+    end do
+  end subroutine measure_block
+
+  !> Adds contact forces and loads to K u, and measures what there is on this rank. Local.
+  pure subroutine add_forces(system, theta, multipliers, forces, largest, sums)
+    type(contact_system_t), intent(in) :: system
+    real(rk), intent(in) :: theta(:)
+    real(rk), intent(in) :: multipliers(:)
+    !> [force] K u, then K u + B' lambda - F; shape (n_local_dofs)
+    real(rk), intent(inout) :: forces(:)
+    !> [force]
+    real(rk), intent(out) :: largest(n_largest)
+    !> [force] resultant of reactions and loads along each component, then the sums of their sizes
+    real(rk), intent(out) :: sums(:)
+    real(rk) :: contact(system%map%n_dofs), load(system%map%n_dofs)
+    integer :: dof, i, i_component, n
+
+    n = system%map%n_dim
+    contact = system%operator%apply_transpose(multipliers, system%map%n_dofs)
     load = system%load(theta)
-    opening = system%gap(theta) - system%operator%apply(state%displacement)
-    state%reactions = merge(internal + contact - load, 0.0_rk, system%boundary%is_prescribed)
+    largest = 0
+    sums = 0
+    ! one pass over arrays of the size of the problem: this is done for every point of a sweep
+    do i = 1, size(forces)
+      dof = system%map%local_dofs(i)
+      i_component = modulo(i - 1, n) + 1
+      largest(2) = max(largest(2), abs(forces(i)))
+      largest(3) = max(largest(3), abs(contact(dof)))
+      forces(i) = forces(i) + contact(dof) - load(dof)
+      if (.not. system%boundary%is_prescribed(dof)) largest(1) = max(largest(1), abs(forces(i)))
+      sums(i_component) = sums(i_component) + forces(i) + load(dof)
+      sums(n + 1) = sums(n + 1) + abs(forces(i))
+      sums(n + 2) = sums(n + 2) + abs(load(dof))
+    end do
+  end subroutine add_forces
+
+  !> The relative measures of one point. Local.
+  pure subroutine compare(system, theta, largest, sums, smallest_per_length, state)
+    type(contact_system_t), intent(in) :: system
+    real(rk), intent(in) :: theta(:)
+    real(rk), intent(in) :: largest(n_largest)
+    real(rk), intent(in) :: sums(:)
+    !> [force/length] forces below this times the largest displacement count as this
+    real(rk), intent(in) :: smallest_per_length
+    type(contact_state_t), intent(inout) :: state
+    real(rk) :: gap(system%operator%n_rows), opening(system%operator%n_rows), smallest_force, displacement_size
+    integer :: i_component, n
+
+    n = system%map%n_dim
+    gap = system%gap(theta)
+    opening = gap - system%operator%apply(state%displacement)
+    displacement_size = maxval(abs(state%displacement))
+    smallest_force = smallest_per_length * displacement_size
     associate (r => state%residuals)
-      r%equilibrium = relative(maxval(abs(internal + contact - load), mask=.not. system%boundary%is_prescribed), &
-        max(smallest_force, maxval(abs(internal)), maxval(abs(contact))))
+      r%equilibrium = relative(largest(1), maxval([smallest_force, largest(2:)]))
       r%penetration = max(0.0_rk, maxval(-opening))
       r%negative_multiplier = relative(max(0.0_rk, maxval(-state%multipliers)), maxval(abs(state%multipliers)))
       r%complementarity = relative(abs(dot_product(state%multipliers, opening)), maxval(abs(state%multipliers)) * &
-        max(maxval(abs(system%gap(theta))), maxval(abs(state%displacement))))
-      r%force_balance = worst_imbalance(internal + contact - load, load, system%map%n_dim, system%first_balanced, smallest_force)
+        max(maxval(abs(gap)), displacement_size))
+      ! contact forces cancel pair by pair; radial forces of a turned body balance by the hoop stress
+      r%force_balance = maxval([(relative(abs(sums(i_component)), max(smallest_force, sums(n + 1) + sums(n + 2))), &
+        i_component=system%first_balanced, n)])
     end associate
-  end subroutine measure_residuals
-
-  !> Resultant of reactions and loads over the sum of their sizes, worst component (contact forces cancel pair by pair).
-  pure real(rk) function worst_imbalance(reactions, loads, n_dim, first, smallest_force)
-    !> [force] natural, shape (n_dofs)
-    real(rk), intent(in) :: reactions(:)
-    real(rk), intent(in) :: loads(:)
-    integer, intent(in) :: n_dim
-    !> first component that is a direction in space: radial forces of a turned body balance by the hoop stress
-    integer, intent(in) :: first
-    !> [force] sizes below this count as this
-    real(rk), intent(in) :: smallest_force
-    integer :: i_component
-
-    worst_imbalance = 0
-    do i_component = first, n_dim
-      worst_imbalance = max(worst_imbalance, relative(abs(sum(reactions(i_component::n_dim) + loads(i_component::n_dim))), &
-        max(smallest_force, sum(abs(reactions)) + sum(abs(loads)))))
-    end do
-  end function worst_imbalance
+  end subroutine compare
 
   !> part / whole, and 0 where there is nothing to compare with.
   pure real(rk) function relative(part, whole)

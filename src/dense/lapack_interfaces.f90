@@ -1,10 +1,10 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Explicit interfaces of the LAPACK routines in use. Nobody calls LAPACK without one.
+!> Explicit interfaces of the BLAS and LAPACK routines in use. Nobody calls them without one.
 module sig_lapack_interfaces
   use sig_kinds, only: rk
   implicit none(type, external)
   private
-  public :: dgecon, dgels, dgesdd, dgetrf, dgetrs, dlange
+  public :: dgecon, dgels, dgemm, dgesdd, dgetrf, dgetrs, dlange
 
   interface
     !> Reciprocal condition number of a matrix that dgetrf factored; norm '1' or 'I'; anorm is the norm of the matrix itself.
@@ -38,6 +38,25 @@ module sig_lapack_interfaces
       integer, intent(in) :: lwork
       integer, intent(out) :: info
     end subroutine dgels
+
+    !> c = alpha * op(a) * op(b) + beta * c, op(a) of shape (m, k).
+    subroutine dgemm(transa, transb, m, n, k, alpha, a, lda, b, ldb, beta, c, ldc)
+      import :: rk
+      implicit none(type, external)
+      character(1), intent(in) :: transa
+      character(1), intent(in) :: transb
+      integer, intent(in) :: m
+      integer, intent(in) :: n
+      integer, intent(in) :: k
+      real(rk), intent(in) :: alpha
+      integer, intent(in) :: lda
+      real(rk), intent(in) :: a(lda, *)
+      integer, intent(in) :: ldb
+      real(rk), intent(in) :: b(ldb, *)
+      real(rk), intent(in) :: beta
+      integer, intent(in) :: ldc
+      real(rk), intent(inout) :: c(ldc, *)
+    end subroutine dgemm
 
     !> Singular value decomposition by divide and conquer; jobz 'N' (values only) or 'S' (thin).
     subroutine dgesdd(jobz, m, n, a, lda, s, u, ldu, vt, ldvt, work, lwork, iwork, info)

@@ -3,10 +3,10 @@
 module sig_linear_algebra
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite, ieee_quiet_nan, ieee_value
   use sig_kinds, only: rk
-  use sig_lapack_interfaces, only: dgecon, dgesdd, dgetrf, dgetrs, dlange
+  use sig_lapack_interfaces, only: dgecon, dgemm, dgesdd, dgetrf, dgetrs, dlange
   implicit none(type, external)
   private
-  public :: lu_t, solve_dense, invert, reciprocal_condition, singular_values, svd
+  public :: lu_t, add_product, solve_dense, invert, reciprocal_condition, singular_values, svd
 
   !> below this reciprocal condition number (1-norm) the solution has no correct digit left
   real(rk), parameter, public :: singular_reciprocal = 4.0_rk * epsilon(1.0_rk)
@@ -159,6 +159,20 @@ contains
     call lu%factor(a)
     reciprocal = lu%reciprocal_condition
   end function reciprocal_condition
+
+  !> c = c + factor * a b.
+  subroutine add_product(factor, a, b, c)
+    real(rk), intent(in) :: factor
+    !> shape (m, k)
+    real(rk), contiguous, intent(in) :: a(:, :)
+    !> shape (k, n)
+    real(rk), contiguous, intent(in) :: b(:, :)
+    !> shape (m, n)
+    real(rk), contiguous, intent(inout) :: c(:, :)
+
+    if (size(c) == 0 .or. size(b) == 0) return
+    call dgemm('N', 'N', size(a, 1), size(b, 2), size(a, 2), factor, a, size(a, 1), b, size(b, 1), 1.0_rk, c, size(c, 1))
+  end subroutine add_product
 
   !> Singular values in descending order; all NaN when the matrix is not finite.
   function singular_values(a) result(values)

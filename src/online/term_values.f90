@@ -3,22 +3,37 @@
 module sig_term_values
   use sig_expression, only: expression_t
   use sig_kinds, only: rk
-  use sig_term_set, only: source_expression, source_places, term_set_t, term_source_t
+  use sig_term_set, only: source_expression, source_places, source_surface, term_set_t, term_source_t
   use sig_text, only: string_t
-  use sig_window_rule, only: facet_rule, facet_rule_t, window_t
+  use sig_window_rule, only: facet_cut, facet_inside, facet_position, facet_rule, facet_rule_t, window_t
   implicit none(type, external)
   private
   public :: term_values_t, evaluate_points, facet_forces
 
   real(rk), parameter :: pi = 3.14159265358979323846264338327950288_rk
 
-  !> Expressions of one source.
+  !> What one facet needs at every point.
+  type :: facet_table_t
+    integer :: n_nodes = 0
+    !> [length] box of its nodes, shape (n_dim)
+    real(rk), allocatable :: lower(:)
+    real(rk), allocatable :: upper(:)
+    !> of the whole facet
+    type(facet_rule_t) :: rule
+    !> [length**(n_dim - 1), times length in the round] nodal forces of the whole facet under the value 1, shape (n_dim, n_nodes)
+    real(rk), allocatable :: unit_forces(:, :)
+  end type facet_table_t
+
+  !> Expressions of one source, and the facets of a surface load.
   type :: handles_t
     type(expression_t) :: value
     type(expression_t) :: minimum
     type(expression_t) :: maximum
     logical :: has_minimum = .false.
     logical :: has_maximum = .false.
+    !> the value is the same all over the surface
+    logical :: is_uniform = .false.
+    type(facet_table_t), allocatable :: facets(:)
   end type handles_t
 
   !> A term set ready for use. A copy shares the expressions, so only its owner destroys it; one per thread.
@@ -70,8 +85,40 @@ contains
     if (handles%has_minimum) call handles%minimum%create(source%minimum, terms%parameter_names, message)
     if (handles%has_maximum .and. .not. allocated(message)) &
       call handles%maximum%create(source%maximum, terms%parameter_names, message)
-    if (allocated(message)) message = 'a window of the model: ' // message
+    if (allocated(message)) then
+      message = 'a window of the model: ' // message
+    else if (source%kind == source_surface) then
+      call tabulate_facets(terms, source, handles)
+    end if
   end subroutine create_handles
+
+  !> Most facets lie wholly inside or outside the window at every point: only those that it cuts are integrated again.
+  subroutine tabulate_facets(terms, source, handles)
+    type(term_set_t), intent(in) :: terms
+    type(term_source_t), intent(in) :: source
+    type(handles_t), intent(inout) :: handles
+    type(expression_t) :: one
+    character(:), allocatable :: message
+    logical :: is_valid
+    integer :: i
+
+    call one%create('1', terms%coordinate_names, message)
+    handles%is_uniform = .not. any([(handles%value%uses(terms%coordinate_names(i)%text), i=1, size(terms%coordinate_names))])
+    allocate (handles%facets(size(source%facets, 2)))
+    do i = 1, size(handles%facets)
+      associate (facet => handles%facets(i))
+        facet%n_nodes = count(source%facets(:, i) > 0)
+        associate (vertices => source%places(:, source%facets(:facet%n_nodes, i)))
+          facet%lower = minval(vertices, dim=2)
+          facet%upper = maxval(vertices, dim=2)
+          facet%rule = facet_rule(vertices, window_t())
+        end associate
+        call facet_forces(facet%rule, source%component, source%orientations(i), terms%is_round, one, [real(rk) ::], &
+          facet%unit_forces, is_valid)
+      end associate
+    end do
+    call one%destroy()
+  end subroutine tabulate_facets
 
   !> theta at one point; is_valid is false, and i_source says where, when a value is infinite or not a number.
   subroutine evaluate(self, point, theta, is_valid, i_source)
@@ -140,28 +187,50 @@ contains
     logical, intent(out) :: is_valid
     type(window_t) :: window
     real(rk), allocatable :: forces(:, :)
-    integer :: i, j, k, n_nodes
+    real(rk) :: value
+    integer :: i, position
 
     window%axis = source%axis
     window%is_cut = source%is_cut
+    value = 0
     is_valid = .true.
     if (handles%has_minimum) call handles%minimum%evaluate(point, window%minimum, is_valid)
     if (handles%has_maximum .and. is_valid) call handles%maximum%evaluate(point, window%maximum, is_valid)
-    do i = 1, size(source%facets, 2)
+    if (handles%is_uniform .and. is_valid) call handles%value%evaluate([point, spread(0.0_rk, 1, size(source%places, 1))], &
+      value, is_valid)
+    do i = 1, size(handles%facets)
       if (.not. is_valid) return
-      n_nodes = count(source%facets(:, i) > 0)
-      associate (nodes => source%facets(:n_nodes, i))
-        call facet_forces(facet_rule(source%places(:, nodes), window), source%component, source%orientations(i), &
-          terms%is_round, handles%value, point, forces, is_valid)
-        do j = 1, n_nodes
-          do k = 1, size(forces, 1)
-            if (source%dof_terms(k, nodes(j)) == 0) cycle
-            theta(source%dof_terms(k, nodes(j))) = theta(source%dof_terms(k, nodes(j))) + forces(k, j)
-          end do
-        end do
+      associate (facet => handles%facets(i), nodes => source%facets(:handles%facets(i)%n_nodes, i))
+        position = facet_position(facet%lower, facet%upper, window)
+        if (position == facet_inside .and. handles%is_uniform) then
+          call add_nodal_forces(source%dof_terms(:, nodes), value, facet%unit_forces, theta)
+        else if (position == facet_inside) then
+          call facet_forces(facet%rule, source%component, source%orientations(i), terms%is_round, handles%value, point, forces, &
+            is_valid)
+          call add_nodal_forces(source%dof_terms(:, nodes), 1.0_rk, forces, theta)
+        else if (position == facet_cut) then
+          call facet_forces(facet_rule(source%places(:, nodes), window), source%component, source%orientations(i), &
+            terms%is_round, handles%value, point, forces, is_valid)
+          call add_nodal_forces(source%dof_terms(:, nodes), 1.0_rk, forces, theta)
+        end if
       end associate
     end do
   end subroutine add_surface
+
+  pure subroutine add_nodal_forces(dof_terms, factor, forces, theta)
+    !> term of each component of each node of the facet, 0 = none
+    integer, intent(in) :: dof_terms(:, :)
+    real(rk), intent(in) :: factor
+    real(rk), intent(in) :: forces(:, :)
+    real(rk), intent(inout) :: theta(:)
+    integer :: j, k
+
+    do j = 1, size(forces, 2)
+      do k = 1, size(forces, 1)
+        if (dof_terms(k, j) > 0) theta(dof_terms(k, j)) = theta(dof_terms(k, j)) + factor * forces(k, j)
+      end do
+    end do
+  end subroutine add_nodal_forces
 
   !> Nodal forces of a pressure (against the outward normal) or of one traction component on a facet.
   subroutine facet_forces(rule, component, orientation, is_round, expression, point, forces, is_valid)

@@ -8,7 +8,8 @@ module sig_window_rule
   use sig_kinds, only: rk
   implicit none(type, external)
   private
-  public :: window_t, facet_rule_t, facet_rule
+  public :: window_t, facet_rule_t, facet_rule, facet_position
+  public :: facet_outside, facet_cut, facet_inside
 
   type :: window_t
     !> coordinate that it bounds, 0 = no window
@@ -19,6 +20,9 @@ module sig_window_rule
     !> cut facets at the bounds; otherwise a facet counts wholly, and only where all of it is inside
     logical :: is_cut = .true.
   end type window_t
+
+  !> where a facet lies relative to a window
+  integer, parameter :: facet_outside = 0, facet_cut = 1, facet_inside = 2
 
   !> Integration points of one facet, none where it is outside.
   type :: facet_rule_t
@@ -52,14 +56,13 @@ contains
     type(window_t), intent(in) :: window
     type(facet_rule_t) :: rule
     type(window_t) :: bounds
+    integer :: position
 
     bounds = window
-    if (.not. window%is_cut .and. window%axis > 0) then
-      bounds%axis = 0
-      if (.not. is_inside(vertices, window)) bounds%axis = -1
-    end if
+    position = facet_position(minval(vertices, dim=2), maxval(vertices, dim=2), window)
+    if (position == facet_inside) bounds%axis = 0
     allocate (rule%places(size(vertices, 1), 0), rule%values(size(vertices, 2), 0), rule%area_vectors(size(vertices, 1), 0))
-    if (bounds%axis < 0) return
+    if (position == facet_outside) return
     if (size(vertices, 1) == 2) then
       call cut_edge(vertices, bounds, rule)
     else
@@ -67,15 +70,27 @@ contains
     end if
   end function facet_rule
 
-  !> All nodes in the window.
-  pure logical function is_inside(vertices, window)
-    real(rk), intent(in) :: vertices(:, :)
+  !> From the facet's box alone: outside (its part in the window has no area), inside, or to be cut.
+  !>
+  !> Without cutting a facet is inside where all its nodes are, up to rounding, and else outside.
+  pure integer function facet_position(lower, upper, window) result(position)
+    !> [length] smallest and largest coordinates of its nodes, shape (n_dim)
+    real(rk), intent(in) :: lower(:)
+    real(rk), intent(in) :: upper(:)
     type(window_t), intent(in) :: window
     real(rk) :: margin
 
-    margin = node_tolerance * maxval(maxval(vertices, dim=2) - minval(vertices, dim=2))
-    is_inside = all(vertices(window%axis, :) >= window%minimum - margin .and. vertices(window%axis, :) <= window%maximum + margin)
-  end function is_inside
+    position = facet_inside
+    if (window%axis == 0) return
+    margin = 0
+    if (.not. window%is_cut) margin = node_tolerance * maxval(upper - lower)
+    associate (low => lower(window%axis), high => upper(window%axis))
+      if (low >= window%minimum - margin .and. high <= window%maximum + margin) return
+      position = facet_cut
+      if (.not. window%is_cut .or. high <= window%minimum .or. low >= window%maximum .or. window%minimum > window%maximum) &
+        position = facet_outside
+    end associate
+  end function facet_position
 
   pure subroutine cut_edge(vertices, window, rule)
     real(rk), intent(in) :: vertices(:, :)
@@ -87,16 +102,11 @@ contains
     piece = [0, 1]
     tangent = vertices(:, 2) - vertices(:, 1)
     if (window%axis > 0) then
-      associate (start => vertices(window%axis, 1), slope => tangent(window%axis))
-        if (abs(slope) > 0) then
-          cuts = ([window%minimum, window%maximum] - start) / slope
-          piece = [max(0.0_rk, minval(cuts)), min(1.0_rk, maxval(cuts))]
-        else if (start < window%minimum .or. start > window%maximum) then
-          return
-        end if
-      end associate
+      cuts = ([window%minimum, window%maximum] - vertices(window%axis, 1)) / tangent(window%axis)
+      piece = [max(0.0_rk, minval(cuts)), min(1.0_rk, maxval(cuts))]
     end if
     if (piece(2) <= piece(1)) return
+    call make_room(vertices, n_gauss, rule)
     do i = 1, n_gauss
       s = piece(1) + (piece(2) - piece(1)) * gauss_points(i)
       call add_point(vertices, [1 - s, s], (piece(2) - piece(1)) * gauss_weights(i) * [tangent(2), -tangent(1)], rule)
@@ -119,6 +129,7 @@ contains
       call clip(polygon, vertices(window%axis, :), window%minimum, 1.0_rk)
       call clip(polygon, vertices(window%axis, :), window%maximum, -1.0_rk)
     end if
+    if (size(polygon, 2) > 2) call make_room(vertices, (size(polygon, 2) - 2) * n_gauss**2, rule)
     do i = 2, size(polygon, 2) - 1
       call add_triangle(vertices, polygon(:, [1, i, i + 1]), rule)
     end do
@@ -174,6 +185,16 @@ contains
     end do
   end subroutine add_triangle
 
+  pure subroutine make_room(vertices, n_points, rule)
+    real(rk), intent(in) :: vertices(:, :)
+    integer, intent(in) :: n_points
+    type(facet_rule_t), intent(inout) :: rule
+
+    deallocate (rule%places, rule%values, rule%area_vectors)
+    allocate (rule%places(size(vertices, 1), n_points), rule%values(size(vertices, 2), n_points))
+    allocate (rule%area_vectors(size(vertices, 1), n_points))
+  end subroutine make_room
+
   pure subroutine add_point(vertices, values, area_vector, rule)
     real(rk), intent(in) :: vertices(:, :)
     real(rk), intent(in) :: values(:)
@@ -181,9 +202,9 @@ contains
     type(facet_rule_t), intent(inout) :: rule
 
     rule%n_points = rule%n_points + 1
-    rule%values = reshape([rule%values, values], [size(values), rule%n_points])
-    rule%places = reshape([rule%places, matmul(vertices, values)], [size(vertices, 1), rule%n_points])
-    rule%area_vectors = reshape([rule%area_vectors, area_vector], [size(vertices, 1), rule%n_points])
+    rule%values(:, rule%n_points) = values
+    rule%places(:, rule%n_points) = matmul(vertices, values)
+    rule%area_vectors(:, rule%n_points) = area_vector
   end subroutine add_point
 
   !> Linear on the triangle, bilinear on the square.

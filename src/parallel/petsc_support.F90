@@ -2,7 +2,7 @@
 #include "signorom/macros.h"
 !> Fortran face of the PETSc corners that live in C, and the exchange between replicated arrays and distributed vectors.
 module sig_petsc_support
-  use, intrinsic :: iso_c_binding, only: c_char, c_int, c_intptr_t, c_null_char
+  use, intrinsic :: iso_c_binding, only: c_char, c_double, c_int, c_intptr_t, c_null_char
   use mpi, only: MPI_Allreduce, MPI_Comm_rank, MPI_Comm_size, MPI_DOUBLE_PRECISION, MPI_IN_PLACE, MPI_MAX, MPI_SUM
   use sig_kinds, only: rk
   use sig_text, only: append_text, split, string_t
@@ -10,8 +10,16 @@ module sig_petsc_support
   implicit none(type, external)
   private
   public :: start_petsc, end_petsc, insert_petsc_options, unused_petsc_options, library_versions
-  public :: create_matrix, create_vector, rank_and_size, sum_over_ranks, max_over_ranks
+  public :: create_matrix, multiply_block, create_vector, rank_and_size, sum_over_ranks, max_over_ranks
   public :: precondition_failed
+
+  interface sum_over_ranks
+    procedure sum_vector, sum_block
+  end interface sum_over_ranks
+
+  interface max_over_ranks
+    procedure max_scalar, max_block
+  end interface max_over_ranks
 
   interface
     function sig_petsc_start() result(status) bind(c)
@@ -51,6 +59,15 @@ module sig_petsc_support
       integer(c_intptr_t), intent(out) :: matrix
       integer(c_int) :: status
     end function sig_matrix_create
+
+    function sig_matrix_multiply(matrix, n_local, n_columns, columns, product) result(status) bind(c)
+      import :: c_double, c_int, c_intptr_t
+      integer(c_intptr_t), value :: matrix
+      integer(c_int), value :: n_local, n_columns
+      real(c_double), intent(in) :: columns(*)
+      real(c_double), intent(out) :: product(*)
+      integer(c_int) :: status
+    end function sig_matrix_multiply
 
     function sig_precondition_failed(code, sentence, file, line) result(status) bind(c)
       import :: c_char, c_int
@@ -124,6 +141,18 @@ contains
     ierr = sig_matrix_create(int(comm, c_int), n_local, block_size, diagonal, off_diagonal, matrix%v)
   end subroutine create_matrix
 
+  !> Matrix times many columns: one pass over the matrix for all. Collective.
+  subroutine multiply_block(matrix, columns, product, ierr)
+    Mat, intent(in) :: matrix
+    !> rows of this rank, shape (n_local, n_columns)
+    real(rk), contiguous, intent(in) :: columns(:, :)
+    !> same shape
+    real(rk), contiguous, intent(out) :: product(:, :)
+    PetscErrorCode, intent(out) :: ierr
+
+    ierr = sig_matrix_multiply(matrix%v, size(columns, 1), size(columns, 2), columns, product)
+  end subroutine multiply_block
+
   !> Distributed vector of zeros.
   subroutine create_vector(comm, n_local, vector, ierr)
     MPI_Comm, intent(in) :: comm
@@ -146,22 +175,39 @@ contains
   end subroutine rank_and_size
 
   !> Sums an array over the ranks, in place. Collective on comm.
-  subroutine sum_over_ranks(comm, values, ierr)
+  subroutine sum_vector(comm, values, ierr)
     MPI_Comm, intent(in) :: comm
     real(rk), intent(inout) :: values(:)
     PetscErrorCode, intent(out) :: ierr
 
     call MPI_Allreduce(MPI_IN_PLACE, values, size(values), MPI_DOUBLE_PRECISION, MPI_SUM, comm, ierr)
-  end subroutine sum_over_ranks
+  end subroutine sum_vector
+
+  subroutine sum_block(comm, values, ierr)
+    MPI_Comm, intent(in) :: comm
+    real(rk), contiguous, intent(inout) :: values(:, :)
+    PetscErrorCode, intent(out) :: ierr
+
+    call MPI_Allreduce(MPI_IN_PLACE, values, size(values), MPI_DOUBLE_PRECISION, MPI_SUM, comm, ierr)
+  end subroutine sum_block
 
   !> Largest value over the ranks, in place. Collective on comm.
-  subroutine max_over_ranks(comm, value, ierr)
+  subroutine max_scalar(comm, value, ierr)
     MPI_Comm, intent(in) :: comm
     real(rk), intent(inout) :: value
     PetscErrorCode, intent(out) :: ierr
 
     call MPI_Allreduce(MPI_IN_PLACE, value, 1, MPI_DOUBLE_PRECISION, MPI_MAX, comm, ierr)
-  end subroutine max_over_ranks
+  end subroutine max_scalar
+
+  !> Largest value of each entry over the ranks, in place. Collective on comm.
+  subroutine max_block(comm, values, ierr)
+    MPI_Comm, intent(in) :: comm
+    real(rk), contiguous, intent(inout) :: values(:, :)
+    PetscErrorCode, intent(out) :: ierr
+
+    call MPI_Allreduce(MPI_IN_PLACE, values, size(values), MPI_DOUBLE_PRECISION, MPI_MAX, comm, ierr)
+  end subroutine max_block
 
   !> What SIG_CHECK calls: records the place on PETSc's error stack.
   subroutine precondition_failed(code, sentence, file, line, ierr)

@@ -67,6 +67,20 @@ int sig_matrix_create(int comm, int n_local, int block_size, const int *diagonal
   return 0;
 }
 
+int sig_matrix_multiply(intptr_t matrix, int n_local, int n_columns, const double *columns, double *product) {
+  MPI_Comm comm = PetscObjectComm((PetscObject)(Mat)matrix);
+  Mat from, to;
+
+  // MatCreateDense has no const; the columns are only read.
+  PetscCall(MatCreateDense(comm, n_local, PETSC_DECIDE, PETSC_DETERMINE, n_columns, (PetscScalar *)(uintptr_t)columns,
+                           &from));
+  PetscCall(MatCreateDense(comm, n_local, PETSC_DECIDE, PETSC_DETERMINE, n_columns, product, &to));
+  PetscCall(MatMatMult((Mat)matrix, from, MAT_REUSE_MATRIX, PETSC_DEFAULT, &to));
+  PetscCall(MatDestroy(&from));
+  PetscCall(MatDestroy(&to));
+  return 0;
+}
+
 int sig_precondition_failed(int code, const char *sentence, const char *file, int line) {
   return PetscError(PETSC_COMM_SELF, line, "precondition", file, code, PETSC_ERROR_INITIAL, "%s", sentence);
 }

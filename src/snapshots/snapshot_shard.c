@@ -12,7 +12,7 @@
 #include "signorom/checksum.h"
 #include "signorom/file_system.h"
 
-enum { N_SIZES = 4, FORMAT_VERSION = 1, BYTE_ORDER_MARK = 0x01020304 };
+enum { N_SIZES = 4, FORMAT_VERSION = 2, BYTE_ORDER_MARK = 0x01020304 };
 
 typedef struct {
   char magic[8];
@@ -28,13 +28,15 @@ _Static_assert(sizeof(shard_header) == 72, "the header has no padding");
 struct sig_shard {
   int descriptor;
   int is_dirty;
-  size_t payload_bytes;
+  // doubles of a record, without its hash
+  size_t n_values;
   size_t record_bytes;
   // end of the last good record
   off_t end;
   struct timespec last_sync;
-  unsigned char *record;
 };
+
+_Static_assert(sizeof(double) == sizeof(uint64_t), "the hash of a record takes the place of a double");
 
 static const double seconds_between_syncs = 1.0;
 
@@ -106,54 +108,68 @@ static int check_header(sig_shard *shard, const shard_header *wanted, int is_wri
   return code ? code : sync_shard(shard);
 }
 
-// Reads the record at shard->record; SIG_SHARD_SHORT where the file ends before it does or its checksum is wrong.
-static int read_record(sig_shard *shard, off_t offset) {
-  uint64_t checksum;
+// Reads a record and its hash; SIG_SHARD_SHORT where the file ends before it does or the hash is wrong.
+static int read_record(const sig_shard *shard, off_t offset, double *values) {
+  uint64_t hash;
   size_t n_read;
-  const int code = read_at(shard->descriptor, shard->record, shard->record_bytes, offset, &n_read);
+  const int code = read_at(shard->descriptor, values, shard->record_bytes, offset, &n_read);
 
   if (code) return code;
   if (n_read < shard->record_bytes) return SIG_SHARD_SHORT;
-  memcpy(&checksum, shard->record + shard->payload_bytes, sizeof checksum);
-  return checksum == sig_fnv1a(shard->record, shard->payload_bytes, SIG_FNV1A_SEED) ? 0 : SIG_SHARD_SHORT;
+  memcpy(&hash, values + shard->n_values, sizeof hash);
+  return hash == sig_hash_of_doubles(values, shard->n_values) ? 0 : SIG_SHARD_SHORT;
 }
 
-// Walks over the good records; whatever stands behind them counts as dropped.
-static int count_records(sig_shard *shard, int64_t *n_records, int64_t *n_dropped) {
+// Bytes behind the last good record.
+static int count_left(const sig_shard *shard, int64_t *n_left) {
   struct stat status;
+
+  if (fstat(shard->descriptor, &status) != 0) return errno;
+  *n_left = status.st_size > shard->end ? (int64_t)(status.st_size - shard->end) : 0;
+  return 0;
+}
+
+// Walks over the good records and cuts whatever stands behind them.
+static int find_end(sig_shard *shard, int64_t *n_records, int64_t *n_dropped) {
+  double *values = malloc(shard->record_bytes);
+  int64_t n_left = 0;
   int code;
 
+  if (!values) return ENOMEM;
   *n_records = 0;
-  while ((code = read_record(shard, shard->end)) == 0) {
+  while ((code = read_record(shard, shard->end, values)) == 0) {
     shard->end += (off_t)shard->record_bytes;
     ++*n_records;
   }
+  free(values);
   if (code != SIG_SHARD_SHORT) return code;
-  if (fstat(shard->descriptor, &status) != 0) return errno;
-  const int64_t n_left = status.st_size > shard->end ? (int64_t)(status.st_size - shard->end) : 0;
+  code = count_left(shard, &n_left);
   *n_dropped = (n_left + (int64_t)shard->record_bytes - 1) / (int64_t)shard->record_bytes;
-  return 0;
+  if (!code && n_left > 0 && ftruncate(shard->descriptor, shard->end) != 0) code = errno;
+  return code;
 }
 
 static int fill_shard(sig_shard *shard, const char *provenance, const int64_t *sizes, int is_writing,
                       int64_t *n_records, int64_t *n_dropped) {
   const shard_header wanted = make_header(provenance, sizes);
+  int64_t n_left = 0;
   int code;
 
-  for (int i = 0; i < N_SIZES; i++) shard->payload_bytes += (size_t)sizes[i] * sizeof(double);
-  shard->record_bytes = shard->payload_bytes + sizeof(uint64_t);
-  shard->record = malloc(shard->record_bytes);
-  if (!shard->record) return ENOMEM;
+  for (int i = 0; i < N_SIZES; i++) shard->n_values += (size_t)sizes[i];
+  shard->record_bytes = (shard->n_values + 1) * sizeof(double);
   code = check_header(shard, &wanted, is_writing);
-  if (!code) code = count_records(shard, n_records, n_dropped);
-  if (!code && is_writing && *n_dropped > 0 && ftruncate(shard->descriptor, shard->end) != 0) code = errno;
-  if (!code && is_writing) code = sync_shard(shard);
+  if (code) return code;
+  if (is_writing) {
+    code = find_end(shard, n_records, n_dropped);
+    return code ? code : sync_shard(shard);
+  }
+  code = count_left(shard, &n_left);
+  *n_records = (n_left + (int64_t)shard->record_bytes - 1) / (int64_t)shard->record_bytes;
   return code;
 }
 
 static void free_shard(sig_shard *shard) {
   if (shard->descriptor >= 0) close(shard->descriptor);
-  free(shard->record);
   free(shard);
 }
 
@@ -177,23 +193,23 @@ int sig_shard_open(const char *path, size_t length, const char *provenance, cons
   return code;
 }
 
-int sig_shard_read(sig_shard *shard, int64_t i_record, double *values) {
-  const int code = read_record(shard, (off_t)sizeof(shard_header) + (off_t)i_record * (off_t)shard->record_bytes);
-
-  if (!code) memcpy(values, shard->record, shard->payload_bytes);
-  return code;
+int sig_shard_read(const sig_shard *shard, int64_t i_record, double *values) {
+  return read_record(shard, (off_t)sizeof(shard_header) + (off_t)i_record * (off_t)shard->record_bytes, values);
 }
 
-int sig_shard_append(sig_shard *shard, const double *values) {
+int sig_shard_append(sig_shard *shard, int64_t n_records, double *values) {
+  const size_t size = (size_t)n_records * shard->record_bytes;
   struct timespec now;
-  const uint64_t checksum = sig_fnv1a(values, shard->payload_bytes, SIG_FNV1A_SEED);
 
-  memcpy(shard->record, values, shard->payload_bytes);
-  memcpy(shard->record + shard->payload_bytes, &checksum, sizeof checksum);
-  const int code = write_at(shard->descriptor, shard->record, shard->record_bytes, shard->end);
-  // What part of a record got there is overwritten by the next one or dropped by the next reader.
+  for (int64_t i = 0; i < n_records; i++) {
+    double *record = values + (size_t)i * (shard->n_values + 1);
+    const uint64_t hash = sig_hash_of_doubles(record, shard->n_values);
+    memcpy(record + shard->n_values, &hash, sizeof hash);
+  }
+  const int code = write_at(shard->descriptor, values, size, shard->end);
+  // What part of the records got there is overwritten by the next ones or dropped by the next reader.
   if (code) return code;
-  shard->end += (off_t)shard->record_bytes;
+  shard->end += (off_t)size;
   shard->is_dirty = 1;
   clock_gettime(CLOCK_MONOTONIC, &now);
   const double elapsed =

@@ -16,7 +16,7 @@ module sig_snapshot_shard
   !> residuals, seconds, n_iterations, reason
   integer, parameter :: n_extra = n_residuals + 3
   !> as in snapshot_shard.h
-  integer(c_int), parameter :: foreign = -1, other_version = -2, other_provenance = -3, other_sizes = -4
+  integer(c_int), parameter :: foreign = -1, other_version = -2, other_provenance = -3, other_sizes = -4, short = -5
 
   !> One solved parameter point.
   type :: snapshot_record_t
@@ -69,17 +69,23 @@ contains
     call open_shard(path, provenance, self%sizes, .true., self%handle, self%n_records, self%n_dropped, error)
   end subroutine create
 
-  !> Appends a record; when this returns, a kill of the process does not lose it any more.
+  !> Appends records; when this returns, a kill of the process does not lose them any more.
   !>
   !> Errors: the disk is full or failed; the records before stay good.
-  subroutine append(self, record, error)
+  subroutine append(self, records, error)
     class(shard_writer_t), intent(inout) :: self
     !> sizes as given to create
-    type(snapshot_record_t), intent(in) :: record
+    type(snapshot_record_t), intent(in) :: records(:)
     type(error_t), allocatable, intent(out) :: error
+    !> a row more, for the hash
+    real(rk) :: values(sum(self%sizes) + 1, size(records))
     integer(c_int) :: code
+    integer :: i
 
-    code = sig_shard_append(self%handle, packed(record))
+    do i = 1, size(records)
+      call pack_record(records(i), self%sizes, values(:, i))
+    end do
+    code = sig_shard_append(self%handle, size(records, kind=c_int64_t), values)
     if (code == 0) return
     call make_error(error, 'cannot write the snapshot: ' // system_reason(code), file=self%path, &
       hint='the snapshots before it are safe; make room and run the same command again')
@@ -118,13 +124,15 @@ contains
     call open_shard(path, provenance, sizes, .false., handle, n_records, n_dropped, error)
     allocate (records(n_records))
     if (allocated(error)) return
-    allocate (values(sum(sizes)))
+    allocate (values(sum(sizes) + 1))
     do i_record = 1, n_records
       code = sig_shard_read(handle, int(i_record - 1, c_int64_t), values)
       if (code /= 0) exit
-      records(i_record) = unpacked(values, sizes)
+      call unpack_record(values, sizes, records(i_record))
     end do
-    if (code /= 0 .and. n_records > 0) call make_error(error, 'the file changed while it was read', file=path)
+    n_dropped = n_records - i_record + 1
+    if (n_dropped > 0 .and. code /= short) call make_error(error, 'cannot read the snapshots: ' // system_reason(code), file=path)
+    if (n_dropped > 0) records = records(:i_record - 1)
     code = sig_shard_close(handle)
   end subroutine read_shard
 
@@ -166,18 +174,25 @@ contains
   end subroutine open_shard
 
   !> A record as the doubles of the file; counts below 2**53 survive that.
-  pure function packed(record) result(values)
+  pure subroutine pack_record(record, sizes, values)
     type(snapshot_record_t), intent(in) :: record
-    real(rk), allocatable :: values(:)
+    integer, intent(in) :: sizes(4)
+    !> the last one is left alone
+    real(rk), intent(inout) :: values(:)
+    integer :: ends(4)
 
-    values = [record%parameters, record%displacement, record%multipliers, record%residuals, record%seconds, &
-      real(record%n_iterations, rk), real(record%reason, rk)]
-  end function packed
+    ends = [sizes(1), sum(sizes(:2)), sum(sizes(:3)), sum(sizes)]
+    values(:ends(1)) = record%parameters
+    values(ends(1) + 1:ends(2)) = record%displacement
+    values(ends(2) + 1:ends(3)) = record%multipliers
+    values(ends(3) + 1:ends(3) + n_residuals) = record%residuals
+    values(ends(4) - 2:ends(4)) = [record%seconds, real(record%n_iterations, rk), real(record%reason, rk)]
+  end subroutine pack_record
 
-  pure function unpacked(values, sizes) result(record)
+  pure subroutine unpack_record(values, sizes, record)
     real(rk), intent(in) :: values(:)
     integer, intent(in) :: sizes(4)
-    type(snapshot_record_t) :: record
+    type(snapshot_record_t), intent(out) :: record
     integer :: ends(4)
 
     ends = [sizes(1), sum(sizes(:2)), sum(sizes(:3)), sum(sizes)]
@@ -188,5 +203,5 @@ contains
     record%seconds = values(ends(4) - 2)
     record%n_iterations = nint(values(ends(4) - 1))
     record%reason = nint(values(ends(4)))
-  end function unpacked
+  end subroutine unpack_record
 end module sig_snapshot_shard

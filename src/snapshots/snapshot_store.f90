@@ -55,14 +55,15 @@ contains
     integer :: record_of_point(size(points, 2)), i_point, i_record
 
     record_of_point = 0
+    i_point = 0
     do i_record = 1, size(records)
-      i_point = point_index(points, records(i_record)%parameters)
+      i_point = point_index(points, records(i_record)%parameters, i_point)
       if (i_point == 0) cycle
       if (record_of_point(i_point) == 0 .or. records(i_record)%reason > 0) record_of_point(i_point) = i_record
     end do
     is_missing = record_of_point == 0
-    set%parameters = points(:, pack([(i_point, i_point=1, size(points, 2))],.not. is_missing))
-    call fill_columns(records, pack(record_of_point,.not. is_missing), set)
+    set%parameters = points(:, pack([(i_point, i_point=1, size(points, 2))], .not. is_missing))
+    call fill_columns(records, pack(record_of_point, .not. is_missing), set)
   end subroutine merge_records
 
   pure subroutine fill_columns(records, chosen, set)
@@ -118,20 +119,24 @@ contains
     logical :: is_new(size(set%parameters, 2))
 
     do i = 1, size(is_new)
-      is_new(i) = point_index(points, set%parameters(:, i)) == 0
+      is_new(i) = point_index(points, set%parameters(:, i), i - 1) == 0
     end do
     all = reshape([points, set%parameters(:, pack([(i, i=1, size(is_new))], is_new))], &
                   [size(points, 1), size(points, 2) + count(is_new)])
   end function all_points
 
-  !> First of the points that equals the given one to rounding, 0 where none does.
-  pure integer function point_index(points, point) result(i_point)
+  !> One of the points that equals the given one to rounding, 0 where none does.
+  pure integer function point_index(points, point, i_before) result(i_point)
     real(rk), intent(in) :: points(:, :)
     real(rk), intent(in) :: point(:)
+    !> the search starts behind this one and wraps around: records come nearly in the order of the points
+    integer, intent(in) :: i_before
     !> a point that went through a text file loses a few of its last bits
     real(rk), parameter :: relative_tolerance = 1.0e-12_rk
+    integer :: i
 
-    do i_point = 1, size(points, 2)
+    do i = 0, size(points, 2) - 1
+      i_point = modulo(i_before + i, size(points, 2)) + 1
       if (all(abs(points(:, i_point) - point) <= relative_tolerance * max(abs(points(:, i_point)), abs(point)))) return
     end do
     i_point = 0
@@ -160,7 +165,7 @@ contains
     call file%write('/iterations', set%n_iterations, description='iterations of the contact solver')
     call file%write('/reasons', set%reasons, description='> 0 solved, < 0 failed')
     call file%write('/residuals', set%residuals, description= &
-                    'equilibrium (relative), penetration ('//length_unit//'), negative multiplier (relative), '// &
+                    'equilibrium (relative), penetration (' // length_unit // '), negative multiplier (relative), ' // &
                     'complementarity (relative), force balance (relative)')
     call file%write('/seconds', set%seconds, 's', 'wall time of the solution')
     call file%write('/term_texts', set%term_texts, description='factors of the free responses, expressions of the parameters')
@@ -214,8 +219,8 @@ contains
     if (allocated(error)) return
     set%provenance = text
     if (provenance /= '' .and. set%provenance /= provenance) then
-      call make_error(error, 'these snapshots belong to another deck or mesh (provenance '//set%provenance//', not '// &
-                      provenance//')', file=path, hint='sample again, or choose another results folder (output.directory)')
+      call make_error(error, 'these snapshots belong to another deck or mesh (provenance ' // set%provenance // ', not ' // &
+                      provenance // ')', file=path, hint='sample again, or choose another results folder (output.directory)')
     end if
   end subroutine read_head
 

@@ -26,10 +26,11 @@ module sig_snapshots_c_interfaces
       real(c_double), intent(out) :: values(*)
     end function sig_shard_read
 
-    integer(c_int) function sig_shard_append(shard, values) bind(c)
-      import :: c_double, c_int, c_ptr
+    integer(c_int) function sig_shard_append(shard, n_records, values) bind(c)
+      import :: c_double, c_int, c_int64_t, c_ptr
       type(c_ptr), value :: shard
-      real(c_double), intent(in) :: values(*)
+      integer(c_int64_t), value :: n_records
+      real(c_double), intent(inout) :: values(*)
     end function sig_shard_append
 
     integer(c_int) function sig_shard_close(shard) bind(c)

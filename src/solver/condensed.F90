@@ -11,6 +11,7 @@ module sig_condensed
   use sig_free_response, only: factor_without_contact, solve_free_response
   use sig_kinds, only: rk
   use sig_lcp, only: lcp_solution_t, solve_lcp
+  use sig_linear_algebra, only: add_product
   use sig_linear_solver, only: linear_solver_t
   use sig_petsc_support, only: sum_over_ranks
   use petsc
@@ -32,8 +33,14 @@ module sig_condensed
   contains
     procedure :: create
     procedure :: solve
+    procedure :: n_points_at_once
+    procedure :: solve_points
     procedure :: destroy
   end type condensed_t
+
+  !> [flop] about half a second
+  real(rk), parameter :: work_at_once = 1.0e10_rk
+  integer, parameter :: most_points_at_once = 64
 
 contains
 
@@ -107,26 +114,98 @@ contains
     real(rk), intent(in) :: theta(:)
     type(contact_state_t), intent(out) :: state
     PetscErrorCode, intent(out) :: ierr
-    type(lcp_solution_t) :: solution
-    real(rk) :: opening(system%operator%n_rows)
+    type(contact_state_t) :: states(1)
 
-    allocate (state%displacement(system%map%n_dofs), source=0.0_rk)
-    state%reason = self%reason
-    if (self%reason /= reason_converged) then
-      allocate (state%multipliers(system%operator%n_rows), source=0.0_rk)
-      allocate (state%is_active(system%operator%n_rows), source=.false.)
-    else
-      opening = system%gap(theta) - matmul(self%free_closing, theta)
-      call solve_lcp(self%compliance, opening, opening < 0, solution)
-      if (solution%reason < 0) state%reason = reason_no_complementary_solution
-      state%n_iterations = solution%n_iterations
-      state%multipliers = solution%lambda
-      state%is_active = solution%is_active
-      state%displacement(system%map%local_dofs) = matmul(self%free_response, theta) &
-        - matmul(self%contact_response, state%multipliers)
-    end if
-    PetscCall(sum_over_ranks(system%comm, state%displacement, ierr))
+    PetscCall(self%solve_points(system, reshape(theta, [size(theta), 1]), states, ierr))
+    state = states(1)
   end subroutine solve
+
+  !> As many as share the products well, while the dense problems of the contact rows do not dominate.
+  pure integer function n_points_at_once(self, system) result(n_points)
+    class(condensed_t), intent(in) :: self
+    type(contact_system_t), intent(in) :: system
+    real(rk) :: work
+
+    associate (n_rows => real(system%operator%n_rows, rk))
+      work = 2 * system%map%n_dofs * (n_rows + system%boundary%n_terms) + n_rows**3
+    end associate
+    n_points = nint(max(1.0_rk, min(real(most_points_at_once, rk), work_at_once / work)))
+  end function n_points_at_once
+
+  !> A dense problem per point, then all displacements as one product and one sum over the ranks.
+  subroutine solve_points(self, system, theta, states, ierr)
+    class(condensed_t), intent(inout) :: self
+    type(contact_system_t), intent(inout) :: system
+    real(rk), intent(in) :: theta(:, :)
+    type(contact_state_t), intent(out) :: states(:)
+    PetscErrorCode, intent(out) :: ierr
+    real(rk), allocatable :: multipliers(:, :), local(:, :)
+    integer :: i
+
+    allocate (multipliers(system%operator%n_rows, size(states)), local(system%map%n_local_dofs, size(states)), source=0.0_rk)
+    if (self%reason == reason_converged) then
+      call solve_multipliers(self, system, theta, states, multipliers)
+      call add_product(1.0_rk, self%free_response, theta, local)
+      call add_product(-1.0_rk, self%contact_response, multipliers, local)
+    end if
+    do i = 1, size(states)
+      states(i)%multipliers = multipliers(:, i)
+      if (self%reason /= reason_converged) states(i)%reason = self%reason
+      if (.not. allocated(states(i)%is_active)) allocate (states(i)%is_active(system%operator%n_rows), source=.false.)
+    end do
+    PetscCall(share_displacements(system, local, states, ierr))
+  end subroutine solve_points
+
+  !> 0 <= lambda, W lambda + D - B G theta >= 0, complementary, for each point. Local.
+  subroutine solve_multipliers(self, system, theta, states, multipliers)
+    type(condensed_t), intent(in) :: self
+    type(contact_system_t), intent(in) :: system
+    real(rk), intent(in) :: theta(:, :)
+    type(contact_state_t), intent(inout) :: states(:)
+    !> [force] shape (n_rows, n_points)
+    real(rk), intent(out) :: multipliers(:, :)
+    type(lcp_solution_t) :: solution
+    real(rk) :: openings(system%operator%n_rows, size(states))
+    logical :: start(system%operator%n_rows)
+    integer :: i
+
+    do i = 1, size(states)
+      openings(:, i) = system%gap(theta(:, i))
+    end do
+    call add_product(-1.0_rk, self%free_closing, theta, openings)
+    start = openings(:, 1) < 0
+    do i = 1, size(states)
+      call solve_lcp(self%compliance, openings(:, i), start, solution)
+      states(i)%reason = merge(reason_converged, reason_no_complementary_solution, solution%reason > 0)
+      states(i)%n_iterations = solution%n_iterations
+      states(i)%is_active = solution%is_active
+      multipliers(:, i) = solution%lambda
+      ! neighbors in a sweep have nearly the same contact
+      start = solution%is_active
+    end do
+  end subroutine solve_multipliers
+
+  !> Rows of each rank -> whole fields on every rank, in one sum. Collective.
+  subroutine share_displacements(system, local, states, ierr)
+    type(contact_system_t), intent(in) :: system
+    !> [length] shape (n_local_dofs, n_points)
+    real(rk), intent(in) :: local(:, :)
+    type(contact_state_t), intent(inout) :: states(:)
+    PetscErrorCode, intent(out) :: ierr
+    real(rk), allocatable :: whole(:, :)
+    integer :: i, i_local
+
+    allocate (whole(system%map%n_dofs, size(states)), source=0.0_rk)
+    do i = 1, size(states)
+      do i_local = 1, size(local, 1)
+        whole(system%map%local_dofs(i_local), i) = local(i_local, i)
+      end do
+    end do
+    PetscCall(sum_over_ranks(system%comm, whole, ierr))
+    do i = 1, size(states)
+      states(i)%displacement = whole(:, i)
+    end do
+  end subroutine share_displacements
 
   subroutine destroy(self, ierr)
     class(condensed_t), intent(inout) :: self

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 #include "signorom/macros.h"
-!> What every full-order contact solver offers: create for one system, solve for one parameter point, destroy.
+!> What every full-order contact solver offers: create for one system, solve for one parameter point or many, destroy.
 module sig_contact_solver
   use sig_contact_state, only: contact_state_t
   use sig_contact_system, only: contact_system_t
@@ -15,6 +15,8 @@ module sig_contact_solver
   contains
     procedure(create_solver), deferred :: create
     procedure(solve_point), deferred :: solve
+    procedure :: n_points_at_once
+    procedure :: solve_points
     procedure(destroy_solver), deferred :: destroy
   end type contact_solver_t
 
@@ -44,4 +46,32 @@ module sig_contact_solver
       PetscErrorCode, intent(out) :: ierr
     end subroutine destroy_solver
   end interface
+
+contains
+
+  !> How many points a call of solve_points takes best: more than one where they cost less together. Never more than about a
+  !> second of work, which is what a kill may lose.
+  pure integer function n_points_at_once(self, system) result(n_points)
+    class(contact_solver_t), intent(in) :: self
+    type(contact_system_t), intent(in) :: system
+
+    n_points = 1
+  end function n_points_at_once
+
+  !> Several points, one after the other unless a solver knows better. Collective.
+  subroutine solve_points(self, system, theta, states, ierr)
+    class(contact_solver_t), intent(inout) :: self
+    type(contact_system_t), intent(inout) :: system
+    !> [-] shape (n_terms, n_points)
+    real(rk), intent(in) :: theta(:, :)
+    !> shape (n_points)
+    type(contact_state_t), intent(out) :: states(:)
+    PetscErrorCode, intent(out) :: ierr
+    integer :: i
+
+    ierr = 0
+    do i = 1, size(states)
+      PetscCall(self%solve(system, theta(:, i), states(i), ierr))
+    end do
+  end subroutine solve_points
 end module sig_contact_solver

@@ -48,19 +48,33 @@ contains
     associate (local => system%map%local_dofs, n_all => system%boundary%n_terms)
       allocate (rhs(size(local), n_terms), response(size(local), n_terms))
       do i_term = 1, n_terms
-        prescribed = system%prescribed_displacement(unit(n_all, i_term))
-        PetscCall(system%apply_stiffness(prescribed, forces, ierr))
+        forces = 0
+        if (has_prescribed_values(system, i_term)) then
+          prescribed = system%prescribed_displacement(unit(n_all, i_term))
+          PetscCall(system%apply_stiffness(prescribed, forces, ierr))
+        end if
         forces = -forces
         if (has_loads) forces = forces + system%load(unit(n_all, i_term))
         rhs(:, i_term) = merge(0.0_rk, forces(local), system%boundary%is_prescribed(local))
       end do
       PetscCall(linear_solver%solve_many(rhs, response, ierr))
       do i_term = 1, n_terms
+        if (.not. has_prescribed_values(system, i_term)) cycle
         prescribed = system%prescribed_displacement(unit(n_all, i_term))
         response(:, i_term) = response(:, i_term) + prescribed(local)
       end do
     end associate
   end subroutine solve_free_response
+
+  !> Most terms of a load that moves are forces alone.
+  pure logical function has_prescribed_values(system, i_term)
+    type(contact_system_t), intent(in) :: system
+    integer, intent(in) :: i_term
+
+    has_prescribed_values = .false.
+    if (i_term <= size(system%boundary%prescribed_values, 2)) &
+      has_prescribed_values = any(abs(system%boundary%prescribed_values(:, i_term)) > 0)
+  end function has_prescribed_values
 
   !> Responses to the terms of the prescribed displacements, on every rank and in natural order, with a factorization of their
   !> own. Collective.
@@ -77,6 +91,9 @@ contains
 
     n_terms = size(system%boundary%prescribed_values, 2)
     allocate (response(system%map%n_dofs, n_terms), source=0.0_rk)
+    reason = reason_converged
+    ierr = 0
+    if (.not. any([(has_prescribed_values(system, i_term), i_term=1, n_terms)])) return
     PetscCall(factor_without_contact(system, linear_solver, ierr))
     reason = linear_solver%reason
     if (reason == reason_converged) then

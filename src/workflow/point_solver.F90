@@ -3,7 +3,7 @@
 !> A full-order problem ready to be solved at parameter points: system, solver and terms of one group of ranks.
 module sig_point_solver
   use sig_clock, only: wall_time
-  use sig_contact_residuals, only: measure_residuals
+  use sig_contact_residuals, only: measure_points, measure_residuals
   use sig_contact_solver, only: contact_solver_t
   use sig_contact_state, only: contact_state_t
   use sig_contact_system, only: contact_system_t
@@ -26,6 +26,8 @@ module sig_point_solver
   contains
     procedure :: create
     procedure :: solve
+    procedure :: solve_points
+    procedure :: n_points_at_once
     procedure :: destroy
   end type point_solver_t
 
@@ -49,7 +51,7 @@ contains
     self%setup_seconds = wall_time() - start
   end subroutine create
 
-  !> Solves one point and measures its residuals. Collective. The points were checked before.
+  !> Solves one point and measures its residuals and reactions. Collective. The points were checked before.
   subroutine solve(self, problem, point, state, ierr)
     class(point_solver_t), intent(inout) :: self
     type(problem_t), intent(in) :: problem
@@ -67,6 +69,35 @@ contains
     state%seconds = wall_time() - start
     PetscCall(measure_residuals(self%system, theta, state, ierr))
   end subroutine solve
+
+  !> Solves several points at once and measures their residuals. Collective.
+  subroutine solve_points(self, problem, points, states, ierr)
+    class(point_solver_t), intent(inout) :: self
+    type(problem_t), intent(in) :: problem
+    !> shape (n_parameters, n_points)
+    real(rk), intent(in) :: points(:, :)
+    !> shape (n_points)
+    type(contact_state_t), intent(out) :: states(:)
+    PetscErrorCode, intent(out) :: ierr
+    real(rk) :: start, theta(problem%boundary%n_terms, size(points, 2))
+    integer :: i, i_source
+    logical :: is_valid
+
+    start = wall_time()
+    do i = 1, size(points, 2)
+      call self%terms%evaluate(points(:, i), theta(:, i), is_valid, i_source)
+    end do
+    PetscCall(self%solver%solve_points(self%system, theta, states, ierr))
+    states%seconds = (wall_time() - start) / size(states)
+    PetscCall(measure_points(self%system, theta, states, ierr))
+  end subroutine solve_points
+
+  !> How many points solve_points takes best.
+  pure integer function n_points_at_once(self) result(n_points)
+    class(point_solver_t), intent(in) :: self
+
+    n_points = self%solver%n_points_at_once(self%system)
+  end function n_points_at_once
 
   subroutine destroy(self, ierr)
     class(point_solver_t), intent(inout) :: self

@@ -182,6 +182,7 @@ contains
       call refuse_point(problem, points(:, i_bad_point), i_bad_source, error)
       return
     end if
+    if (problem%inert%n_rows == 0) return
     do i_point = 1, size(points, 2)
       call check_inert_pairs(problem, points(:, i_point), theta(:, i_point), error)
       if (allocated(error)) return

@@ -87,7 +87,7 @@ contains
 
     PetscCall(solver%create(problem, problem%deck%solver, groups%comm, ierr))
     outcome%setup_seconds = solver%setup_seconds
-    PetscCall(solve_points(problem, groups, solver, folder, points, to_do, outcome, error, ierr))
+    PetscCall(solve_points(problem, groups, solver, folder, points(:, to_do), outcome, error, ierr))
     stopped = merge(1.0_rk, 0.0_rk, outcome%is_stopped)
     PetscCall(max_over_ranks(PETSC_COMM_WORLD, stopped, ierr))
     outcome%is_stopped = stopped > 0
@@ -100,21 +100,22 @@ contains
     PetscCall(solver%destroy(ierr))
   end subroutine solve_and_merge
 
-  !> The loop over this group's points. A point that did not converge is kept and marked; a signal ends the loop.
-  subroutine solve_points(problem, groups, solver, folder, points, to_do, outcome, error, ierr)
+  !> The loop over this group's points, as many at once as the solver likes. A point that did not converge is kept and marked;
+  !> a signal ends the loop.
+  subroutine solve_points(problem, groups, solver, folder, points, outcome, error, ierr)
     type(problem_t), intent(in) :: problem
     type(rank_groups_t), intent(in) :: groups
     type(point_solver_t), intent(inout) :: solver
     character(*), intent(in) :: folder
+    !> those that are left to do, shape (n_parameters, n_points)
     real(rk), intent(in) :: points(:, :)
-    integer, intent(in) :: to_do(:)
     type(sampling_result_t), intent(inout) :: outcome
     type(error_t), allocatable, intent(out) :: error
     PetscErrorCode, intent(out) :: ierr
     type(shard_writer_t) :: writer
-    type(contact_state_t) :: state
     type(progress_t) :: progress
-    integer :: i
+    integer, allocatable :: own(:)
+    integer :: first, i, last
 
     ierr = 0
     if (groups%is_leader()) then
@@ -123,22 +124,44 @@ contains
     end if
     PetscCall(broadcast_error(error, PETSC_COMM_WORLD, ierr))
     if (allocated(error)) return
-    call progress%start('sampling', size(to_do))
-    do i = 1, size(to_do)
-      if (groups%has_point(i)) then
-        PetscCall(solver%solve(problem, points(:, to_do(i)), state, ierr))
-        if (groups%is_leader()) call writer%append(record_of(points(:, to_do(i)), state), error)
-        if (groups%is_leader() .and. state%reason /= reason_converged) outcome%n_failed = outcome%n_failed + 1
-        PetscCall(broadcast_error(error, groups%comm, ierr))
-        PetscCall(agree_to_stop(groups%comm, outcome%is_stopped, ierr))
-        if (allocated(error) .or. outcome%is_stopped) exit
-      end if
-      call progress%advance(i)
+    own = pack([(i, i=1, size(points, 2))], [(groups%has_point(i), i=1, size(points, 2))])
+    call progress%start('sampling', size(points, 2))
+    do first = 1, size(own), solver%n_points_at_once()
+      last = min(first + solver%n_points_at_once() - 1, size(own))
+      PetscCall(solve_batch(problem, groups, solver, points(:, own(first:last)), writer, outcome, error, ierr))
+      PetscCall(agree_to_stop(groups%comm, outcome%is_stopped, ierr))
+      call progress%advance(min(last * groups%n_groups, size(points, 2)))
+      if (allocated(error) .or. outcome%is_stopped) exit
     end do
     call progress%finish()
     if (groups%is_leader() .and. .not. allocated(error)) call writer%close(error)
     PetscCall(broadcast_error(error, PETSC_COMM_WORLD, ierr))
   end subroutine solve_points
+
+  !> Solves points and appends them to the group's shard. Collective on the group.
+  subroutine solve_batch(problem, groups, solver, points, writer, outcome, error, ierr)
+    type(problem_t), intent(in) :: problem
+    type(rank_groups_t), intent(in) :: groups
+    type(point_solver_t), intent(inout) :: solver
+    real(rk), intent(in) :: points(:, :)
+    type(shard_writer_t), intent(inout) :: writer
+    type(sampling_result_t), intent(inout) :: outcome
+    type(error_t), allocatable, intent(out) :: error
+    PetscErrorCode, intent(out) :: ierr
+    type(contact_state_t) :: states(size(points, 2))
+    type(snapshot_record_t) :: records(size(points, 2))
+    integer :: i
+
+    PetscCall(solver%solve_points(problem, points, states, ierr))
+    if (groups%is_leader()) then
+      outcome%n_failed = outcome%n_failed + count(states%reason /= reason_converged)
+      do i = 1, size(states)
+        call make_record(points(:, i), states(i), records(i))
+      end do
+      call writer%append(records, error)
+    end if
+    PetscCall(broadcast_error(error, groups%comm, ierr))
+  end subroutine solve_batch
 
   !> One rank's signal stops its whole group after the same point.
   subroutine agree_to_stop(comm, is_stopped, ierr)
@@ -152,18 +175,19 @@ contains
     is_stopped = flag > 0
   end subroutine agree_to_stop
 
-  pure function record_of(point, state) result(record)
+  !> The fields move from the state to the record.
+  pure subroutine make_record(point, state, record)
     real(rk), intent(in) :: point(:)
-    type(contact_state_t), intent(in) :: state
-    type(snapshot_record_t) :: record
+    type(contact_state_t), intent(inout) :: state
+    type(snapshot_record_t), intent(out) :: record
 
     record%parameters = point
-    record%displacement = state%displacement
-    record%multipliers = state%multipliers
+    call move_alloc(state%displacement, record%displacement)
+    call move_alloc(state%multipliers, record%multipliers)
     record%n_iterations = state%n_iterations
     record%reason = state%reason
     record%residuals = [state%residuals%equilibrium, state%residuals%penetration, state%residuals%negative_multiplier, &
       state%residuals%complementarity, state%residuals%force_balance]
     record%seconds = state%seconds
-  end function record_of
+  end subroutine make_record
 end module sig_sampling
