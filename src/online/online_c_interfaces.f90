@@ -5,6 +5,20 @@ module sig_online_c_interfaces
   implicit none(type, external)
   private
   public :: sig_expression_create, sig_expression_evaluate, sig_expression_uses, sig_expression_free
+  public :: forest_arrays_t, sig_forest_check, sig_forest_votes
+
+  !> sig_forest of forest.h: pointers to arrays that somebody else holds.
+  type, bind(c) :: forest_arrays_t
+    integer(c_int) :: n_features
+    integer(c_int) :: n_classes
+    integer(c_int) :: n_trees
+    type(c_ptr) :: tree_starts
+    type(c_ptr) :: feature
+    type(c_ptr) :: threshold
+    type(c_ptr) :: left
+    type(c_ptr) :: right
+    type(c_ptr) :: values
+  end type forest_arrays_t
 
   interface
     integer(c_int) function sig_expression_create(text, text_length, names, name_width, n_names, expression, position, &
@@ -43,5 +57,19 @@ module sig_online_c_interfaces
       implicit none(type, external)
       type(c_ptr), value, intent(in) :: expression
     end subroutine sig_expression_free
+
+    integer(c_int) function sig_forest_check(forest) bind(c)
+      import :: c_int, forest_arrays_t
+      implicit none(type, external)
+      type(forest_arrays_t), intent(in) :: forest
+    end function sig_forest_check
+
+    subroutine sig_forest_votes(forest, point, votes) bind(c)
+      import :: c_double, forest_arrays_t
+      implicit none(type, external)
+      type(forest_arrays_t), intent(in) :: forest
+      real(c_double), intent(in) :: point(*)
+      real(c_double), intent(out) :: votes(*)
+    end subroutine sig_forest_votes
   end interface
 end module sig_online_c_interfaces

@@ -9,6 +9,7 @@ from pathlib import Path
 from signorom_post import __version__
 from signorom_post.errors import InputError
 from signorom_post.figures import BUILDERS, COLORS, FORMATS, FigureOptions, write_figures
+from signorom_post.forest import train_forest
 from signorom_post.results import Results
 from signorom_post.summary import format_summary
 
@@ -57,7 +58,32 @@ def _parser() -> argparse.ArgumentParser:
     summary = commands.add_parser("summary", help="print a short table from report.yaml")
     summary.add_argument("results", metavar="RESULTS_DIR", type=Path, help="for instance results/half_disks")
     summary.set_defaults(run=_run_summary)
+
+    forest = commands.add_parser("forest", help="train the random forest that chooses the cluster of a point")
+    forest.add_argument(
+        "labels", metavar="LABELS.csv", type=Path, help="columns: the parameters, then 'cluster' (from 1)"
+    )
+    forest.add_argument("--output", metavar="FILE", type=Path, help="default: forest.h5 beside LABELS.csv")
+    forest.add_argument("--trees", metavar="N", type=_positive, default=100, help="default: 100")
+    forest.add_argument("--seed", metavar="N", type=int, default=1, help="default: 1")
+    forest.set_defaults(run=_run_forest)
     return parser
+
+
+def _positive(text: str) -> int:
+    number = int(text)
+    if number < 1:
+        raise argparse.ArgumentTypeError(f"{number} is less than 1")
+    return number
+
+
+def _run_forest(options: argparse.Namespace) -> int:
+    output = options.output or options.labels.with_name("forest.h5")
+    accuracy = train_forest(options.labels, output, options.trees, options.seed)
+    print(output)
+    if accuracy is not None:
+        print(f"out-of-bag accuracy: {100 * accuracy:.1f} %")
+    return EXIT_OK
 
 
 def _run_figures(options: argparse.Namespace) -> int:

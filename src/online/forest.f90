@@ -1,0 +1,155 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> A random forest that scikit-learn trained (signorom-post forest): from a point to its cluster. forest.c walks the trees.
+module sig_forest
+  use, intrinsic :: iso_c_binding, only: c_loc
+  use sig_errors, only: error_t, make_error
+  use sig_hdf5_format, only: check_format
+  use sig_hdf5_reader, only: h5_reader_t
+  use sig_hdf5_writer, only: h5_writer_t
+  use sig_kinds, only: rk
+  use sig_online_c_interfaces, only: forest_arrays_t, sig_forest_check, sig_forest_votes
+  use sig_text, only: join, string_t, to_text
+  implicit none(type, external)
+  private
+  public :: forest_t, read_forest
+
+  !> Nodes of all trees one after the other; numbers are 0-based as in forest.h.
+  type :: forest_t
+    !> parameters in the order of the features
+    type(string_t), allocatable :: parameter_names(:)
+    !> shape (n_trees + 1)
+    integer, allocatable :: tree_starts(:)
+    !> -1 in a leaf, shape (n_nodes)
+    integer, allocatable :: feature(:)
+    real(rk), allocatable :: threshold(:)
+    !> counted from the first node of the tree
+    integer, allocatable :: left(:)
+    integer, allocatable :: right(:)
+    !> [-] share of each cluster, shape (n_clusters, n_nodes)
+    real(rk), allocatable :: shares(:, :)
+  contains
+    procedure :: n_clusters
+    procedure :: votes
+    procedure :: choose
+    procedure :: read => read_arrays
+    procedure :: write => write_arrays
+    procedure, private :: arrays
+  end type forest_t
+
+contains
+
+  pure integer function n_clusters(self)
+    class(forest_t), intent(in) :: self
+
+    n_clusters = size(self%shares, 1)
+  end function n_clusters
+
+  !> What C sees of the forest: pointers into self, which therefore is a target in the caller too.
+  type(forest_arrays_t) function arrays(self)
+    class(forest_t), intent(in), target :: self
+
+    arrays = forest_arrays_t(size(self%parameter_names), size(self%shares, 1), size(self%tree_starts) - 1, &
+      c_loc(self%tree_starts), c_loc(self%feature), c_loc(self%threshold), c_loc(self%left), c_loc(self%right), &
+      c_loc(self%shares))
+  end function arrays
+
+  !> Mean share of each cluster over the trees; they add up to 1.
+  function votes(self, point) result(shares)
+    class(forest_t), intent(in), target :: self
+    !> [unit of each parameter] shape (n_parameters)
+    real(rk), intent(in) :: point(:)
+    !> [-] shape (n_clusters)
+    real(rk), allocatable :: shares(:)
+
+    allocate (shares(self%n_clusters()))
+    call sig_forest_votes(self%arrays(), point, shares)
+  end function votes
+
+  !> The cluster with most votes, and the one with most of the others; of equal ones the lower number.
+  subroutine choose(self, point, best, second)
+    class(forest_t), intent(in) :: self
+    real(rk), intent(in) :: point(:)
+    !> 1-based
+    integer, intent(out) :: best
+    !> 1-based; 0 where there is one cluster only
+    integer, intent(out) :: second
+    real(rk), allocatable :: shares(:)
+
+    shares = self%votes(point)
+    best = maxloc(shares, dim=1)
+    shares(best) = -1
+    second = 0
+    if (size(shares) > 1) second = maxloc(shares, dim=1)
+  end subroutine choose
+
+  !> The file that signorom-post writes.
+  !>
+  !> Errors: the file's own, another format, parts that do not fit, other parameters than those of the model.
+  subroutine read_forest(path, parameter_names, forest, error)
+    character(*), intent(in) :: path
+    !> of the model, in its order
+    type(string_t), intent(in) :: parameter_names(:)
+    type(forest_t), intent(out) :: forest
+    type(error_t), allocatable, intent(out) :: error
+    type(h5_reader_t) :: file
+    integer :: version
+
+    call file%open(path, error)
+    if (allocated(error)) return
+    call check_format(file, path, 'signorom forest', [1, 1], 'signorom-post forest LABELS.csv writes one', version, error)
+    call forest%read(file, '', path, error)
+    call file%close()
+    if (allocated(error)) return
+    if (join(forest%parameter_names, ', ') /= join(parameter_names, ', ')) call make_error(error, &
+      'the forest was trained for the parameters ' // join(forest%parameter_names, ', ') // '; the model has ' // &
+      join(parameter_names, ', '), path)
+  end subroutine read_forest
+
+  !> The forest in a group of an open file. Errors: a part is missing or does not fit the others.
+  subroutine read_arrays(self, file, group, path, error)
+    class(forest_t), intent(inout) :: self
+    type(h5_reader_t), intent(in) :: file
+    !> without its last slash; empty = the root
+    character(*), intent(in) :: group
+    !> for the message
+    character(*), intent(in) :: path
+    type(error_t), allocatable, intent(inout) :: error
+
+    call file%read(group // '/parameter_names', self%parameter_names, error)
+    call file%read(group // '/tree_starts', self%tree_starts, error)
+    call file%read(group // '/feature', self%feature, error)
+    call file%read(group // '/threshold', self%threshold, error)
+    call file%read(group // '/left', self%left, error)
+    call file%read(group // '/right', self%right, error)
+    call file%read(group // '/shares', self%shares, error)
+    if (allocated(error)) return
+    if (.not. is_sound(self)) call make_error(error, 'the random forest in the file is damaged: its trees do not hang together', &
+      path, hint='train it again')
+  end subroutine read_arrays
+
+  logical function is_sound(forest)
+    class(forest_t), intent(in), target :: forest
+    integer :: n_nodes
+
+    n_nodes = size(forest%feature)
+    is_sound = size(forest%tree_starts) > 1 .and. all([size(forest%threshold), size(forest%left), size(forest%right), &
+      size(forest%shares, 2)] == n_nodes)
+    if (is_sound) is_sound = forest%tree_starts(size(forest%tree_starts)) == n_nodes
+    if (is_sound) is_sound = sig_forest_check(forest%arrays()) == 0
+  end function is_sound
+
+  subroutine write_arrays(self, file, group)
+    class(forest_t), intent(in) :: self
+    type(h5_writer_t), intent(inout) :: file
+    !> without its last slash; empty = the root
+    character(*), intent(in) :: group
+
+    call file%write(group // '/parameter_names', self%parameter_names)
+    call file%write(group // '/tree_starts', self%tree_starts, description='first node of each tree, 0-based, and the end')
+    call file%write(group // '/feature', self%feature, description='parameter that a node looks at, 0-based, -1 in a leaf')
+    call file%write(group // '/threshold', self%threshold, description='a value up to it goes left')
+    call file%write(group // '/left', self%left, description='child, counted from the first node of the tree')
+    call file%write(group // '/right', self%right)
+    call file%write(group // '/shares', self%shares, description='of each cluster, a node per row')
+  end subroutine write_arrays
+end module sig_forest

@@ -1,0 +1,108 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The random forest that chooses the cluster of a parameter point: trained by scikit-learn, walked by the program."""
+
+import csv
+import warnings
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+
+from signorom_post import __version__
+from signorom_post.arrays import FloatArray, IntArray
+from signorom_post.errors import InputError, MissingFileError
+
+LABEL_COLUMN = "cluster"
+FORMAT_VERSION = 1
+
+
+def train_forest(labels_path: Path, output: Path, n_trees: int, seed: int) -> float | None:
+    """Train on a table of labels and write the trees.
+
+    Returns the out-of-bag accuracy (each point judged by the trees that did not draw it); None where nobody can judge.
+    """
+    names, points, labels = read_labels(labels_path)
+    classifier = fit(points, labels, n_trees, seed)
+    write_forest(output, names, flat_arrays(classifier, int(labels.max())))
+    votes = classifier.oob_decision_function_
+    is_judged = votes.sum(axis=1) > 0
+    if not is_judged.any():
+        return None
+    return float(np.mean(classifier.classes_[votes.argmax(axis=1)][is_judged] == labels[is_judged]))
+
+
+def read_labels(path: Path) -> tuple[list[str], FloatArray, IntArray]:
+    """Names of the parameters, points (n_points, n_parameters) and clusters, from 1."""
+    try:
+        with path.open(newline="", encoding="utf-8") as file:
+            rows = [row for row in csv.reader(file) if row and not row[0].lstrip().startswith("#")]
+    except FileNotFoundError as error:
+        raise MissingFileError(path, "there is no such file") from error
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        raise InputError(path, f"the table cannot be read ({error})") from error
+    header = [name.strip() for name in rows[0]] if rows else []
+    if header.count(LABEL_COLUMN) != 1 or len(header) < 2:
+        raise InputError(path, f"the first line must name the parameters and one column '{LABEL_COLUMN}'")
+    if len(rows) < 2:
+        raise InputError(path, "the table has no points")
+    try:
+        table = np.array([[float(value) for value in row] for row in rows[1:]])
+    except ValueError as error:
+        raise InputError(
+            path, f"the table is not made of numbers in lines of equal length ({error})"
+        ) from error
+    if table.ndim != 2 or table.shape[1] != len(header) or not np.isfinite(table).all():
+        raise InputError(path, f"each line needs {len(header)} finite numbers")
+    column = header.index(LABEL_COLUMN)
+    labels = table[:, column].astype(int)
+    if (labels != table[:, column]).any() or labels.min() < 1:
+        raise InputError(path, "clusters are whole numbers from 1")
+    return header[:column] + header[column + 1 :], np.delete(table, column, axis=1), labels
+
+
+def fit(points: FloatArray, labels: IntArray, n_trees: int, seed: int) -> Any:
+    """A trained RandomForestClassifier; the same seed gives the same trees."""
+    try:
+        from sklearn.ensemble import RandomForestClassifier
+    except ImportError as error:
+        raise InputError(
+            "signorom-post forest", "scikit-learn is not installed; hint: pip install 'signorom-post[forest]'"
+        ) from error
+    classifier = RandomForestClassifier(n_estimators=n_trees, random_state=seed, oob_score=True)
+    with warnings.catch_warnings():  # about points that every tree has drawn
+        warnings.simplefilter("ignore", UserWarning)
+        classifier.fit(points, labels)
+    return classifier
+
+
+def flat_arrays(classifier: Any, n_clusters: int) -> dict[str, np.ndarray]:
+    """Nodes of all trees, one tree after the other, as include/signorom/forest.h has them."""
+    trees = [estimator.tree_ for estimator in classifier.estimators_]
+    features = np.concatenate([tree.feature for tree in trees])
+    shares = np.zeros((len(features), n_clusters))
+    shares[:, classifier.classes_ - 1] = np.concatenate([tree.value[:, 0, :] for tree in trees])
+    return {
+        "tree_starts": np.cumsum([0, *(tree.node_count for tree in trees)], dtype=np.int32),
+        "feature": np.maximum(features, -1).astype(np.int32),
+        "threshold": np.concatenate([tree.threshold for tree in trees]),
+        "left": np.concatenate([tree.children_left for tree in trees]).astype(np.int32),
+        "right": np.concatenate([tree.children_right for tree in trees]).astype(np.int32),
+        "shares": shares,
+    }
+
+
+def write_forest(path: Path, names: list[str], arrays: dict[str, np.ndarray]) -> None:
+    """The file that the program reads; it gets its name when it is whole."""
+    partial = path.with_name(path.name + ".partial")
+    try:
+        with h5py.File(partial, "w") as file:
+            file.attrs["format"] = "signorom forest"
+            file.attrs["format_version"] = np.int32(FORMAT_VERSION)
+            file.attrs["code_version"] = __version__
+            file.create_dataset("parameter_names", data=names, dtype=h5py.string_dtype())
+            for name, values in arrays.items():
+                file[name] = values
+        partial.replace(path)
+    except OSError as error:
+        raise InputError(path, f"the forest cannot be written ({error})") from error
