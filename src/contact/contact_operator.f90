@@ -73,6 +73,11 @@ contains
     end do
     allocate (operator%gap(operator%n_rows, n_terms), source=0.0_rk)
     operator%gap(:, 1) = pairs%initial_gap(pair_of_row)
+    do i_row = 1, operator%n_rows
+      associate (i_term => pairs%gap_term(pair_of_row(i_row)))
+        if (i_term > 0) operator%gap(i_row, i_term) = operator%gap(i_row, i_term) + 1
+      end associate
+    end do
   end subroutine fill_rows
 
   !> No free displacement has a part in the pair's row.

@@ -1,13 +1,15 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> Ranges of single values and what several values must satisfy together, for the sections that say what is solved.
 module sig_deck_checks
+  use sig_deck_check_contact, only: check_contact
   use sig_deck_check_study, only: check_study
-  use sig_deck_config, only: contact_config_t, deck_config_t, material_config_t, parameter_config_t, value_config_t
+  use sig_deck_check_values, only: check_field
+  use sig_deck_config, only: deck_config_t, material_config_t, parameter_config_t
   use sig_deck_tree, only: deck_tree_t, shown
-  use sig_expression, only: expression_t, is_function_name, is_identifier
+  use sig_expression, only: is_function_name, is_identifier
   use sig_kinds, only: rk
-  use sig_mechanical_models, only: components_text, mechanical_model, mechanical_model_t
-  use sig_text, only: string_t, to_text
+  use sig_mechanical_models, only: mechanical_model, mechanical_model_t
+  use sig_text, only: to_text
   implicit none(type, external)
   private
   public :: check_deck
@@ -16,8 +18,6 @@ module sig_deck_checks
   character(*), parameter :: reserved_names(17) = [character(22) :: 'x', 'y', 'z', 'r', 'cluster', 'solver', 'e_u', &
     'e_lambda_rid', 'e_lambda_all', 'e_energy', 'e_energy_rid', 'e_energy_relative', 'e_energy_rid_relative', 'n_active', &
     'n_active_full_order', 'true', 'false']
-  !> corners of the box are tried for so many parameters; the others stay at their minimum
-  integer, parameter :: max_corner_parameters = 10
 
 contains
 
@@ -38,7 +38,7 @@ contains
       call check_load(tree, config, i)
     end do
     do i = 1, size(config%contact)
-      call check_contact(tree, config%contact, i, mechanical_model(config%mesh%model))
+      call check_contact(tree, config, i)
     end do
     call check_study(tree, config)
   end subroutine check_deck
@@ -162,119 +162,4 @@ contains
         to_text(load%minimum%constant) // ' ' // config%units%length)
     end associate
   end subroutine check_load
-
-  !> What depends on coordinates is looked at on the mesh.
-  subroutine check_field(tree, path, parameters, value)
-    type(deck_tree_t), intent(inout) :: tree
-    character(*), intent(in) :: path
-    type(parameter_config_t), intent(in) :: parameters(:)
-    type(value_config_t), intent(in) :: value
-
-    if (has_box(parameters) .and. .not. value%uses_coordinates) call check_finite(tree, path, parameters, value)
-  end subroutine check_field
-
-  !> Whether the ranges of all parameters are known and not empty.
-  pure logical function has_box(parameters)
-    type(parameter_config_t), intent(in) :: parameters(:)
-
-    has_box = all(parameters%minimum < parameters%maximum .and. parameters%minimum > -huge(1.0_rk) .and. &
-      parameters%maximum < huge(1.0_rk))
-  end function has_box
-
-  !> An expression must have a value at the middle and at the corners of the box: where divisions by zero are likely.
-  subroutine check_finite(tree, path, parameters, value)
-    type(deck_tree_t), intent(inout) :: tree
-    character(*), intent(in) :: path
-    type(parameter_config_t), intent(in) :: parameters(:)
-    type(value_config_t), intent(in) :: value
-    type(expression_t) :: expression
-    character(:), allocatable :: message
-    type(string_t) :: names(size(parameters))
-    real(rk) :: point(size(parameters)), result
-    integer :: i_corner, i
-    logical :: is_valid
-
-    if (value%is_constant) return
-    do i = 1, size(parameters)
-      names(i)%text = parameters(i)%name
-    end do
-    call expression%create(value%text, names, message)
-    ! a parameter with an impossible name, reported already
-    if (allocated(message)) return
-    point = parameters%minimum / 2 + parameters%maximum / 2
-    do i_corner = 0, 2**min(size(parameters), max_corner_parameters)
-      call expression%evaluate(point, result, is_valid)
-      if (.not. is_valid) then
-        call tree%report_at(path, 'is ' // shown(value%text) // ', which is not finite at ' // point_text(parameters, point))
-        exit
-      end if
-      do i = 1, size(parameters)
-        point(i) = parameters(i)%minimum
-        if (i <= max_corner_parameters .and. btest(i_corner, mod(i - 1, max_corner_parameters))) point(i) = parameters(i)%maximum
-      end do
-    end do
-    call expression%destroy()
-  end subroutine check_finite
-
-  !> `squeeze = 0.15 m, angle = 2.0`
-  pure function point_text(parameters, point) result(text)
-    type(parameter_config_t), intent(in) :: parameters(:)
-    real(rk), intent(in) :: point(:)
-    character(:), allocatable :: text
-    integer :: i
-
-    text = ''
-    do i = 1, size(parameters)
-      if (i > 1) text = text // ', '
-      text = text // parameters(i)%name // ' = ' // to_text(point(i))
-      if (len(parameters(i)%unit) > 0) text = text // ' ' // parameters(i)%unit
-    end do
-  end function point_text
-
-  subroutine check_contact(tree, contact, i_contact, model)
-    type(deck_tree_t), intent(inout) :: tree
-    type(contact_config_t), intent(in) :: contact(:)
-    integer, intent(in) :: i_contact
-    type(mechanical_model_t), intent(in) :: model
-    character(:), allocatable :: path
-    integer :: i
-
-    path = 'contact[' // to_text(i_contact) // ']'
-    associate (entry => contact(i_contact))
-      if (len(entry%first%text) > 0 .and. entry%first%text == entry%second%text) call tree%report_at(path // '.second', &
-        'is ' // shown(entry%second%text) // ' like first; it must be another surface')
-      do i = 1, i_contact - 1
-        if (are_same_surfaces(contact(i), entry)) call tree%report_at(path // '.first', &
-          'and second are the surfaces of contact[' // to_text(i) // '] already')
-      end do
-      call check_direction(tree, path // '.direction', entry%direction, model)
-      if (entry%pairing_tolerance <= 0 .or. entry%pairing_tolerance > 0.5_rk) call tree%report_at(path // '.pairing_tolerance', &
-        'is ' // to_text(entry%pairing_tolerance) // '; it must be greater than 0 and at most 0.5 (times the mesh size)')
-    end associate
-  end subroutine check_contact
-
-  pure logical function are_same_surfaces(one, other)
-    type(contact_config_t), intent(in) :: one
-    type(contact_config_t), intent(in) :: other
-
-    are_same_surfaces = .false.
-    if (len(one%first%text) == 0 .or. len(one%second%text) == 0) return
-    are_same_surfaces = (one%first%text == other%first%text .and. one%second%text == other%second%text) .or. &
-      (one%first%text == other%second%text .and. one%second%text == other%first%text)
-  end function are_same_surfaces
-
-  subroutine check_direction(tree, path, direction, model)
-    type(deck_tree_t), intent(inout) :: tree
-    character(*), intent(in) :: path
-    !> empty where it could not be read
-    real(rk), intent(in) :: direction(:)
-    type(mechanical_model_t), intent(in) :: model
-
-    if (size(direction) == 0) return
-    if (size(direction) /= model%n_dim) then
-      call tree%report_at(path, 'has length ' // to_text(size(direction)) // '; ' // components_text(model))
-    else if (norm2(direction) < tiny(1.0_rk)) then
-      call tree%report_at(path, 'is a zero vector; it must point from the first surface to the second')
-    end if
-  end subroutine check_direction
 end module sig_deck_checks

@@ -120,6 +120,10 @@ module sig_deck_config
     !> [-] largest lateral offset of a pair relative to the mesh size of the first surface; default 1.0e-6 along a direction,
     !> averaged_tolerance along averaged normals
     real(rk) :: pairing_tolerance = 1.0e-6_rk
+    !> otherwise (default) the distance of the two nodes along the direction is the gap
+    logical :: has_initial_gap = .false.
+    !> [length] at the first node's coordinates; negative = interference
+    type(value_config_t) :: initial_gap
   end type contact_config_t
 
   type :: solver_config_t

@@ -167,7 +167,9 @@ contains
     end do
     yaml = '{first: ' // yaml_text(contact%first%text) // ', second: ' // yaml_text(contact%second%text)
     if (contact%has_direction) yaml = yaml // ', direction: [' // join(components, ', ') // ']'
-    yaml = yaml // ', pairing_tolerance: ' // to_text(contact%pairing_tolerance) // '}'
+    yaml = yaml // ', pairing_tolerance: ' // to_text(contact%pairing_tolerance)
+    if (contact%has_initial_gap) yaml = yaml // ', initial_gap: ' // value_text(contact%initial_gap)
+    yaml = yaml // '}'
   end function contact_entry
 
   pure function point_set(points, parameters) result(yaml)

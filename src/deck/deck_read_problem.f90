@@ -1,12 +1,13 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> The sections of a deck that say what is solved: units, mesh, parameters, materials, boundary conditions, contact.
 module sig_deck_read_problem
-  use sig_deck_config, only: averaged_tolerance, boundary_config_t, contact_config_t, deck_config_t, material_config_t, &
+  use sig_deck_config, only: boundary_config_t, deck_config_t, material_config_t, &
     mesh_config_t, parameter_config_t, units_config_t
+  use sig_deck_read_contact, only: read_contact
   use sig_deck_read_loads, only: read_loads
   use sig_deck_tree, only: append_text, deck_tree_t, kind_mapping, root_node
   use sig_deck_values, only: get_choice, get_list, get_mapping, get_name, get_names, get_number, get_text, get_word, &
-    number_of, value_of
+    value_of
   use sig_expression, only: is_function_name, is_identifier
   use sig_file_system, only: directory_of
   use sig_kinds, only: rk
@@ -232,53 +233,4 @@ contains
       end associate
     end do
   end subroutine refuse_other_axes
-
-  subroutine read_contact(tree, contact)
-    type(deck_tree_t), intent(inout) :: tree
-    type(contact_config_t), allocatable, intent(out) :: contact(:)
-    integer, allocatable :: nodes(:)
-    integer :: i, i_list
-
-    nodes = [integer ::]
-    i_list = get_list(tree, root_node, 'contact', .true., .false.)
-    if (i_list > 0) nodes = tree%children(i_list)
-    allocate (contact(size(nodes)))
-    do i = 1, size(nodes)
-      contact(i)%first%text = ''
-      contact(i)%second%text = ''
-      allocate (contact(i)%direction(0))
-      if (.not. is_mapping(tree, nodes(i))) cycle
-      call get_name(tree, nodes(i), 'first', contact(i)%first)
-      call get_name(tree, nodes(i), 'second', contact(i)%second)
-      call read_direction(tree, nodes(i), contact(i))
-      call get_number(tree, nodes(i), 'pairing_tolerance', .false., contact(i)%pairing_tolerance)
-      call tree%close_mapping(nodes(i))
-    end do
-  end subroutine read_contact
-
-  subroutine read_direction(tree, i_entry, contact)
-    type(deck_tree_t), intent(inout) :: tree
-    integer, intent(in) :: i_entry
-    type(contact_config_t), intent(inout) :: contact
-    integer, allocatable :: nodes(:)
-    real(rk), allocatable :: direction(:)
-    integer :: i, i_list
-    logical :: is_valid, are_all_valid
-
-    contact%has_direction = tree%find(i_entry, 'direction') > 0
-    if (.not. contact%has_direction) contact%pairing_tolerance = averaged_tolerance
-    i_list = get_list(tree, i_entry, 'direction', .false., .false.)
-    if (i_list == 0) return
-    contact%direction_line = tree%nodes(i_list)%line
-    contact%direction_column = tree%nodes(i_list)%column
-    nodes = tree%children(i_list)
-    allocate (direction(size(nodes)), source=0.0_rk)
-    are_all_valid = .true.
-    do i = 1, size(nodes)
-      call number_of(tree, nodes(i), direction(i), is_valid)
-      are_all_valid = are_all_valid .and. is_valid
-    end do
-    ! left empty otherwise, so that its length is not checked
-    if (are_all_valid) contact%direction = direction
-  end subroutine read_direction
 end module sig_deck_read_problem

@@ -3,20 +3,22 @@
 module sig_boundary_conditions
   use sig_deck_config, only: boundary_config_t, value_config_t
   use sig_errors, only: error_t, make_error
-  use sig_expression, only: expression_t
   use sig_kinds, only: rk
   use sig_load_pattern, only: load_pattern_t
   use sig_mesh, only: mesh_t
   use sig_mesh_checks, only: nodes_of_boundary
-  use sig_term_set, only: source_places, term_set_t, term_source_t
+  use sig_term_set, only: term_set_t
   use sig_text, only: to_text
+  use sig_value_terms, only: split_value, value_terms_t
   implicit none(type, external)
   private
   public :: boundary_conditions_t, create_boundary_conditions
 
   type :: boundary_conditions_t
-    !> all terms of the problem; those of the prescribed displacements come first
+    !> all terms of the problem; those of the prescribed displacements come first, then those of the loads
     integer :: n_terms = 1
+    !> terms of displacements and loads; those that follow only move gaps
+    integer :: n_driving_terms = 1
     !> natural, ascending
     integer, allocatable :: prescribed_dofs(:)
     !> [length] of the leading terms, shape (n_prescribed, n_prescribed_terms)
@@ -119,6 +121,7 @@ contains
     type(error_t), allocatable, intent(out) :: error
     integer :: term_of_dof(size(entry_of_dof)), i, i_component, i_dof, i_entry
     real(rk) :: value_of_dof(size(entry_of_dof))
+    type(value_terms_t) :: parts
 
     term_of_dof = 1
     value_of_dof = 0
@@ -127,10 +130,12 @@ contains
         if (.not. entries(i_entry)%is_prescribed(i_component)) cycle
         associate (dofs => pack([(i, i=1, size(entry_of_dof))], entry_of_dof == i_entry .and. &
           [(modulo(i - 1, mesh%n_dim) + 1 == i_component, i=1, size(entry_of_dof))]))
-          call split_value(mesh, entries(i_entry)%displacement(i_component), dofs, deck_path, terms, term_of_dof, value_of_dof, &
-            error)
+          call split_value(mesh, (dofs - 1) / mesh%n_dim + 1, entries(i_entry)%displacement(i_component), deck_path, terms, &
+            parts, error)
+          if (allocated(error)) return
+          term_of_dof(dofs) = parts%terms
+          value_of_dof(dofs) = parts%factors
         end associate
-        if (allocated(error)) return
       end do
     end do
     conditions%is_prescribed = entry_of_dof > 0
@@ -142,80 +147,4 @@ contains
       conditions%prescribed_values(i, term_of_dof(i_dof)) = value_of_dof(i_dof)
     end do
   end subroutine collect_terms
-
-  !> A value without parameters belongs to term 1; one without coordinates is a term; with both, every dof is a term.
-  subroutine split_value(mesh, value, dofs, deck_path, terms, term_of_dof, value_of_dof, error)
-    type(mesh_t), intent(in) :: mesh
-    type(value_config_t), intent(in) :: value
-    !> those that this value drives
-    integer, intent(in) :: dofs(:)
-    character(*), intent(in) :: deck_path
-    type(term_set_t), intent(inout) :: terms
-    integer, intent(inout) :: term_of_dof(:)
-    real(rk), intent(inout) :: value_of_dof(:)
-    type(error_t), allocatable, intent(out) :: error
-    integer :: i_term
-
-    if (value%is_constant) then
-      value_of_dof(dofs) = value%constant
-    else if (.not. value%uses_coordinates) then
-      call terms%add_expression(value%text, value%line, value%column, i_term)
-      term_of_dof(dofs) = i_term
-      value_of_dof(dofs) = 1
-    else if (.not. value%uses_parameters) then
-      call evaluate_on_nodes(mesh, value, dofs, deck_path, terms, value_of_dof, error)
-    else
-      call add_dof_terms(mesh, value, dofs, terms, term_of_dof)
-      value_of_dof(dofs) = 1
-    end if
-  end subroutine split_value
-
-  !> Values of an expression of the coordinates.
-  subroutine evaluate_on_nodes(mesh, value, dofs, deck_path, terms, value_of_dof, error)
-    type(mesh_t), intent(in) :: mesh
-    type(value_config_t), intent(in) :: value
-    integer, intent(in) :: dofs(:)
-    character(*), intent(in) :: deck_path
-    type(term_set_t), intent(in) :: terms
-    real(rk), intent(inout) :: value_of_dof(:)
-    type(error_t), allocatable, intent(out) :: error
-    type(expression_t) :: expression
-    character(:), allocatable :: message
-    integer :: i, i_node
-    logical :: is_valid
-
-    call expression%create(value%text, terms%coordinate_names, message)
-    do i = 1, size(dofs)
-      i_node = (dofs(i) - 1) / mesh%n_dim + 1
-      call expression%evaluate(mesh%coordinates(:, i_node), value_of_dof(dofs(i)), is_valid)
-      if (is_valid) cycle
-      call make_error(error, 'the prescribed displacement ''' // value%text // ''' is not finite at node ' // &
-        to_text(mesh%node_tags(i_node)), deck_path, value%line, value%column)
-      exit
-    end do
-    call expression%destroy()
-  end subroutine evaluate_on_nodes
-
-  !> One term per dof: the value of the expression at its node.
-  subroutine add_dof_terms(mesh, value, dofs, terms, term_of_dof)
-    type(mesh_t), intent(in) :: mesh
-    type(value_config_t), intent(in) :: value
-    integer, intent(in) :: dofs(:)
-    type(term_set_t), intent(inout) :: terms
-    integer, intent(inout) :: term_of_dof(:)
-    type(term_source_t) :: source
-    integer :: i
-
-    do i = 1, size(dofs)
-      call terms%add_term(value%text // ' at node ' // to_text(mesh%node_tags((dofs(i) - 1) / mesh%n_dim + 1)), &
-        term_of_dof(dofs(i)))
-    end do
-    source%kind = source_places
-    source%text = value%text
-    source%terms = term_of_dof(dofs)
-    source%places = mesh%coordinates(:, (dofs - 1) / mesh%n_dim + 1)
-    source%line = value%line
-    source%column = value%column
-    call terms%add_source(source)
-  end subroutine add_dof_terms
 end module sig_boundary_conditions

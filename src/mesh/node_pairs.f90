@@ -20,6 +20,8 @@ module sig_node_pairs
     real(rk), allocatable :: normal(:, :)
     !> [length] (x_second - x_first) . normal; negative where the bodies overlap at the start
     real(rk), allocatable :: initial_gap(:)
+    !> term that adds to the initial gap, 0 = none
+    integer, allocatable :: gap_term(:)
     !> entry of the deck's contact section that made the pair
     integer, allocatable :: contact_entry(:)
   end type node_pairs_t
@@ -63,6 +65,7 @@ contains
     pairs%second_node = pairing%partner(pairs%first_node)
     pairs%contact_entry = pairing%entry(pairs%first_node)
     pairs%normal = pairing%normals(:, pairs%first_node)
+    allocate (pairs%gap_term(pairs%n_pairs), source=0)
     allocate (pairs%initial_gap(pairs%n_pairs))
     do i_pair = 1, pairs%n_pairs
       pairs%initial_gap(i_pair) = gap_of_pair(mesh, pairs%first_node(i_pair), pairs%second_node(i_pair), pairs%normal(:, i_pair))

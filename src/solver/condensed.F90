@@ -22,13 +22,13 @@ module sig_condensed
   type, extends(contact_solver_t) :: condensed_t
     !> reason_converged, or why the stiffness could not be factored
     integer :: reason = 0
-    !> [length] rows of this rank, shape (n_local_dofs, n_terms)
+    !> [length] rows of this rank, shape (n_local_dofs, n_driving_terms)
     real(rk), allocatable :: free_response(:, :)
     !> [length/force] rows of this rank, shape (n_local_dofs, n_rows)
     real(rk), allocatable :: contact_response(:, :)
     !> [length/force] W, replicated, shape (n_rows, n_rows)
     real(rk), allocatable :: compliance(:, :)
-    !> [length] B G, replicated, shape (n_rows, n_terms)
+    !> [length] B G, replicated, shape (n_rows, n_driving_terms)
     real(rk), allocatable :: free_closing(:, :)
   contains
     procedure :: create
@@ -44,7 +44,7 @@ module sig_condensed
 
 contains
 
-  !> One factorization, n_terms + n_rows solves.
+  !> One factorization, n_driving_terms + n_rows solves.
   subroutine create(self, system, ierr)
     class(condensed_t), intent(inout) :: self
     type(contact_system_t), intent(inout) :: system
@@ -54,7 +54,7 @@ contains
     PetscCall(factor_without_contact(system, linear_solver, ierr))
     self%reason = linear_solver%reason
     if (self%reason == reason_converged) then
-      PetscCall(solve_free_response(system, linear_solver, system%boundary%n_terms, .true., self%free_response, ierr))
+      PetscCall(solve_free_response(system, linear_solver, system%boundary%n_driving_terms, .true., self%free_response, ierr))
       PetscCall(solve_contact(self, system, linear_solver, ierr))
       PetscCall(close_pairs(system, self%free_response, self%free_closing, ierr))
       PetscCall(close_pairs(system, self%contact_response, self%compliance, ierr))
@@ -127,7 +127,7 @@ contains
     real(rk) :: work
 
     associate (n_rows => real(system%operator%n_rows, rk))
-      work = 2 * system%map%n_dofs * (n_rows + system%boundary%n_terms) + n_rows**3
+      work = 2 * system%map%n_dofs * (n_rows + system%boundary%n_driving_terms) + n_rows**3
     end associate
     n_points = nint(max(1.0_rk, min(real(most_points_at_once, rk), work_at_once / work)))
   end function n_points_at_once
@@ -145,7 +145,7 @@ contains
     allocate (multipliers(system%operator%n_rows, size(states)), local(system%map%n_local_dofs, size(states)), source=0.0_rk)
     if (self%reason == reason_converged) then
       call solve_multipliers(self, system, theta, states, multipliers)
-      call add_product(1.0_rk, self%free_response, theta, local)
+      call add_product(1.0_rk, self%free_response, theta(:system%boundary%n_driving_terms, :), local)
       call add_product(-1.0_rk, self%contact_response, multipliers, local)
     end if
     do i = 1, size(states)
@@ -172,7 +172,7 @@ contains
     do i = 1, size(states)
       openings(:, i) = system%gap(theta(:, i))
     end do
-    call add_product(-1.0_rk, self%free_closing, theta, openings)
+    call add_product(-1.0_rk, self%free_closing, theta(:system%boundary%n_driving_terms, :), openings)
     start = openings(:, 1) < 0
     do i = 1, size(states)
       call solve_lcp(self%compliance, openings(:, i), start, solution)

@@ -17,6 +17,7 @@ module sig_field_output
   use sig_reconstruction, only: reconstruct_displacement, reconstruct_multipliers
   use sig_stress, only: cell_stresses, nodal_stresses, von_mises
   use sig_surface_measure, only: nodal_areas
+  use sig_term_values, only: evaluate_points
   use petsc
   implicit none(type, external)
   private
@@ -37,8 +38,8 @@ contains
     type(model_t), intent(in), optional :: model
     type(point_solver_t) :: solver
     type(field_file_t) :: file
-    real(rk), allocatable :: areas(:)
-    integer :: i, rank
+    real(rk), allocatable :: areas(:), theta(:, :)
+    integer :: i, i_bad_point, i_bad_source, rank
 
     allocate (states(size(points, 2)))
     PetscCall(solver%create(problem, problem%deck%solver, PETSC_COMM_WORLD, ierr))
@@ -49,11 +50,12 @@ contains
     call MPI_Comm_rank(PETSC_COMM_WORLD, rank, ierr)
     if (rank == 0) then
       areas = contact_areas(problem)
+      call evaluate_points(problem%terms, points, theta, i_bad_point, i_bad_source)
       call file%create(folder // '/fields.h5', problem%mesh, problem%deck%units%length, parameter_names(problem%deck), error)
       if (.not. allocated(error)) then
         call write_contact(problem, file, model)
         do i = 1, size(points, 2)
-          call write_point(problem, points(:, i), states(i), areas, file)
+          call write_point(problem, points(:, i), theta(:, i), states(i), areas, file)
           if (present(model)) call write_reduced(problem, points(:, i), model, file)
         end do
         call file%close(error)
@@ -76,9 +78,10 @@ contains
       'contact rows of the reduced integration domain, 1-based')
   end subroutine write_contact
 
-  subroutine write_point(problem, point, state, areas, file)
+  subroutine write_point(problem, point, theta, state, areas, file)
     type(problem_t), intent(in) :: problem
     real(rk), intent(in) :: point(:)
+    real(rk), intent(in) :: theta(:)
     type(contact_state_t), intent(in) :: state
     real(rk), intent(in) :: areas(:)
     type(field_file_t), intent(inout) :: file
@@ -88,7 +91,7 @@ contains
       if (deck%output%has_displacement) call file%add_node_field('displacement', &
         reshape(state%displacement, [n_dim, n_nodes]), deck%units%length, 'displacement, full-order model')
       if (deck%output%has_contact) then
-        call write_contact_fields(problem, state, areas, file)
+        call write_contact_fields(problem, theta, state, areas, file)
       end if
       if (deck%output%has_stress) call write_stress_fields(problem, state%displacement, file)
     end associate
@@ -112,8 +115,9 @@ contains
     call file%add_node_field('von_mises_smoothed', von_mises(smoothed), unit, 'von Mises stress of the smoothed stress')
   end subroutine write_stress_fields
 
-  subroutine write_contact_fields(problem, state, areas, file)
+  subroutine write_contact_fields(problem, theta, state, areas, file)
     type(problem_t), intent(in) :: problem
+    real(rk), intent(in) :: theta(:)
     type(contact_state_t), intent(in) :: state
     !> [length**(n_dim - 1)] shape (n_nodes)
     real(rk), intent(in) :: areas(:)
@@ -123,7 +127,7 @@ contains
     associate (operator => problem%operator, deck => problem%deck)
       ! What the other body does to each node: the opposite of B' lambda, which the stiffness balances.
       force = -reshape(operator%apply_transpose(state%multipliers, size(force)), shape(force))
-      opening = operator%gap(:, 1) - operator%apply(state%displacement)
+      opening = matmul(operator%gap, theta) - operator%apply(state%displacement)
       gap = ieee_value(gap, ieee_quiet_nan)
       gap(operator%first_node) = opening
       gap(operator%second_node) = opening

@@ -9,6 +9,7 @@ module sig_problem
   use sig_deck_echo, only: echo_physics
   use sig_elastic_body, only: create_elastic_body, elastic_body_t
   use sig_errors, only: error_t, make_error
+  use sig_initial_gap, only: set_initial_gaps
   use sig_kinds, only: rk
   use sig_loads, only: create_loads
   use sig_mechanical_models, only: coordinate_names, is_plane, mechanical_model, mechanical_model_t
@@ -60,15 +61,13 @@ contains
       material_of_cell, problem%body)
     call create_driving(deck, problem, error)
     if (allocated(error)) return
-    call find_node_pairs(problem%mesh, deck%contact, deck%path, problem%pairs, error)
+    call create_contact(deck, problem, error)
     if (allocated(error)) return
     PetscCall(partition_mesh(problem%mesh, problem%pairs%first_node, problem%pairs%second_node, comm, ierr))
-    call create_contact_operator(problem%pairs, problem%mesh%n_dim, problem%boundary%n_terms, &
-      problem%boundary%is_prescribed, problem%operator, problem%inert)
     problem%provenance = hash_of_text(echo_physics(deck) // problem%mesh%file_hash)
   end subroutine load_problem
 
-  !> Prescribed displacements and loads, and all terms.
+  !> Prescribed displacements and loads, and their terms.
   subroutine create_driving(deck, problem, error)
     type(deck_config_t), intent(in) :: deck
     type(problem_t), intent(inout) :: problem
@@ -80,8 +79,23 @@ contains
     call create_boundary_conditions(problem%mesh, deck%boundary_conditions, deck%path, problem%terms, problem%boundary, error)
     if (allocated(error)) return
     call create_loads(problem%mesh, problem%body, deck%loads, deck%path, problem%terms, problem%boundary%loads, error)
-    problem%boundary%n_terms = problem%terms%n_terms()
+    problem%boundary%n_driving_terms = problem%terms%n_terms()
   end subroutine create_driving
+
+  !> Contact rows, with the terms of their gaps behind all others.
+  subroutine create_contact(deck, problem, error)
+    type(deck_config_t), intent(in) :: deck
+    type(problem_t), intent(inout) :: problem
+    type(error_t), allocatable, intent(out) :: error
+
+    call find_node_pairs(problem%mesh, deck%contact, deck%path, problem%pairs, error)
+    if (allocated(error)) return
+    call set_initial_gaps(problem%mesh, deck%contact, deck%path, problem%terms, problem%pairs, error)
+    if (allocated(error)) return
+    problem%boundary%n_terms = problem%terms%n_terms()
+    call create_contact_operator(problem%pairs, problem%mesh%n_dim, problem%boundary%n_terms, &
+      problem%boundary%is_prescribed, problem%operator, problem%inert)
+  end subroutine create_contact
 
   !> From the mesh file's unit of length to the deck's.
   pure real(rk) function length_factor(deck)

@@ -91,6 +91,7 @@ contains
     pairs%n_pairs = (stack%n_blocks - 1) * (stack%n_x + 1)
     allocate (pairs%first_node(pairs%n_pairs), pairs%second_node(pairs%n_pairs), pairs%initial_gap(pairs%n_pairs))
     allocate (pairs%contact_entry(pairs%n_pairs), source=1)
+    allocate (pairs%gap_term(pairs%n_pairs), source=0)
     pairs%normal = spread(direction / norm2(direction), 2, pairs%n_pairs)
     k = 0
     do i_block = 1, stack%n_blocks - 1
@@ -131,6 +132,7 @@ contains
     type(mesh_t), intent(in) :: mesh
 
     boundary%n_terms = 2
+    boundary%n_driving_terms = 2
     allocate (boundary%is_prescribed(mesh%n_dim * mesh%n_nodes), source=.false.)
     allocate (boundary%prescribed_dofs(0), boundary%prescribed_values(0, 2))
   end subroutine start

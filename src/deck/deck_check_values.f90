@@ -1,0 +1,85 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> Values that are expressions: finite over the box of the parameters.
+module sig_deck_check_values
+  use sig_deck_config, only: parameter_config_t, value_config_t
+  use sig_deck_tree, only: deck_tree_t, shown
+  use sig_expression, only: expression_t
+  use sig_kinds, only: rk
+  use sig_text, only: string_t, to_text
+  implicit none(type, external)
+  private
+  public :: check_field
+
+  !> corners of the box are tried for so many parameters; the others stay at their minimum
+  integer, parameter :: max_corner_parameters = 10
+
+contains
+
+  !> What depends on coordinates is looked at on the mesh.
+  subroutine check_field(tree, path, parameters, value)
+    type(deck_tree_t), intent(inout) :: tree
+    character(*), intent(in) :: path
+    type(parameter_config_t), intent(in) :: parameters(:)
+    type(value_config_t), intent(in) :: value
+
+    if (has_box(parameters) .and. .not. value%uses_coordinates) call check_finite(tree, path, parameters, value)
+  end subroutine check_field
+
+  !> Whether the ranges of all parameters are known and not empty.
+  pure logical function has_box(parameters)
+    type(parameter_config_t), intent(in) :: parameters(:)
+
+    has_box = all(parameters%minimum < parameters%maximum .and. parameters%minimum > -huge(1.0_rk) .and. &
+      parameters%maximum < huge(1.0_rk))
+  end function has_box
+
+  !> An expression must have a value at the middle and at the corners of the box: where divisions by zero are likely.
+  subroutine check_finite(tree, path, parameters, value)
+    type(deck_tree_t), intent(inout) :: tree
+    character(*), intent(in) :: path
+    type(parameter_config_t), intent(in) :: parameters(:)
+    type(value_config_t), intent(in) :: value
+    type(expression_t) :: expression
+    character(:), allocatable :: message
+    type(string_t) :: names(size(parameters))
+    real(rk) :: point(size(parameters)), result
+    integer :: i_corner, i
+    logical :: is_valid
+
+    if (value%is_constant) return
+    do i = 1, size(parameters)
+      names(i)%text = parameters(i)%name
+    end do
+    call expression%create(value%text, names, message)
+    ! a parameter with an impossible name, reported already
+    if (allocated(message)) return
+    point = parameters%minimum / 2 + parameters%maximum / 2
+    do i_corner = 0, 2**min(size(parameters), max_corner_parameters)
+      call expression%evaluate(point, result, is_valid)
+      if (.not. is_valid) then
+        call tree%report_at(path, 'is ' // shown(value%text) // ', which is not finite at ' // point_text(parameters, point))
+        exit
+      end if
+      do i = 1, size(parameters)
+        point(i) = parameters(i)%minimum
+        if (i <= max_corner_parameters .and. btest(i_corner, mod(i - 1, max_corner_parameters))) point(i) = parameters(i)%maximum
+      end do
+    end do
+    call expression%destroy()
+  end subroutine check_finite
+
+  !> `squeeze = 0.15 m, angle = 2.0`
+  pure function point_text(parameters, point) result(text)
+    type(parameter_config_t), intent(in) :: parameters(:)
+    real(rk), intent(in) :: point(:)
+    character(:), allocatable :: text
+    integer :: i
+
+    text = ''
+    do i = 1, size(parameters)
+      if (i > 1) text = text // ', '
+      text = text // parameters(i)%name // ' = ' // to_text(point(i))
+      if (len(parameters(i)%unit) > 0) text = text // ' ' // parameters(i)%unit
+    end do
+  end function point_text
+end module sig_deck_check_values

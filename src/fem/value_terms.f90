@@ -1,0 +1,96 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> A value of the deck at nodes, as terms of the parameters.
+module sig_value_terms
+  use sig_deck_config, only: value_config_t
+  use sig_errors, only: error_t, make_error
+  use sig_expression, only: expression_t
+  use sig_kinds, only: rk
+  use sig_mesh, only: mesh_t
+  use sig_term_set, only: source_places, term_set_t, term_source_t
+  use sig_text, only: to_text
+  implicit none(type, external)
+  private
+  public :: value_terms_t, split_value
+
+  !> Value at node k: factors(k) * theta(terms(k)).
+  type :: value_terms_t
+    integer, allocatable :: terms(:)
+    real(rk), allocatable :: factors(:)
+  end type value_terms_t
+
+contains
+
+  !> A value without parameters belongs to term 1; one without coordinates is a term; with both, every node is a term.
+  !>
+  !> Errors: not finite at a node, for a value without parameters.
+  subroutine split_value(mesh, nodes, value, deck_path, terms, parts, error)
+    type(mesh_t), intent(in) :: mesh
+    integer, intent(in) :: nodes(:)
+    type(value_config_t), intent(in) :: value
+    character(*), intent(in) :: deck_path
+    type(term_set_t), intent(inout) :: terms
+    type(value_terms_t), intent(out) :: parts
+    type(error_t), allocatable, intent(out) :: error
+    integer :: i_term
+
+    parts%terms = spread(1, 1, size(nodes))
+    parts%factors = spread(1.0_rk, 1, size(nodes))
+    if (value%is_constant) then
+      parts%factors = value%constant
+    else if (.not. value%uses_coordinates) then
+      call terms%add_expression(value%text, value%line, value%column, i_term)
+      parts%terms = i_term
+    else if (.not. value%uses_parameters) then
+      call evaluate_on_nodes(mesh, nodes, value, deck_path, terms, parts%factors, error)
+    else
+      call add_place_terms(mesh, nodes, value, terms, parts%terms)
+    end if
+  end subroutine split_value
+
+  !> Values of an expression of the coordinates.
+  subroutine evaluate_on_nodes(mesh, nodes, value, deck_path, terms, values, error)
+    type(mesh_t), intent(in) :: mesh
+    integer, intent(in) :: nodes(:)
+    type(value_config_t), intent(in) :: value
+    character(*), intent(in) :: deck_path
+    type(term_set_t), intent(in) :: terms
+    real(rk), intent(inout) :: values(:)
+    type(error_t), allocatable, intent(out) :: error
+    type(expression_t) :: expression
+    character(:), allocatable :: message
+    integer :: i
+    logical :: is_valid
+
+    call expression%create(value%text, terms%coordinate_names, message)
+    do i = 1, size(nodes)
+      call expression%evaluate(mesh%coordinates(:, nodes(i)), values(i), is_valid)
+      if (is_valid) cycle
+      call make_error(error, 'the expression ''' // value%text // ''' is not finite at node ' // &
+        to_text(mesh%node_tags(nodes(i))), deck_path, value%line, value%column)
+      exit
+    end do
+    call expression%destroy()
+  end subroutine evaluate_on_nodes
+
+  !> One term per node: the value of the expression at its place.
+  subroutine add_place_terms(mesh, nodes, value, terms, term_of_node)
+    type(mesh_t), intent(in) :: mesh
+    integer, intent(in) :: nodes(:)
+    type(value_config_t), intent(in) :: value
+    type(term_set_t), intent(inout) :: terms
+    integer, intent(inout) :: term_of_node(:)
+    type(term_source_t) :: source
+    integer :: i
+
+    do i = 1, size(nodes)
+      call terms%add_term(value%text // ' at node ' // to_text(mesh%node_tags(nodes(i))), term_of_node(i))
+    end do
+    source%kind = source_places
+    source%text = value%text
+    source%terms = term_of_node
+    source%places = mesh%coordinates(:, nodes)
+    source%line = value%line
+    source%column = value%column
+    call terms%add_source(source)
+  end subroutine add_place_terms
+end module sig_value_terms

@@ -1,0 +1,116 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Gaps by expressions: the distances of the nodes as a formula, and a gap that moves in place of the bodies."""
+
+import numpy as np
+import pytest
+
+from results import read_fields, read_snapshots, read_table, table_of
+from runs import write_deck
+
+# Two arcs of radius 1 m, 0.1 m apart at x = 0; the mesh has them to rounding.
+DISTANCE = "2*(1.05 - sqrt(max(1 - x^2, 0)))"
+SAME = 1e-9
+DIRECTION = "direction: [0, 1]}"
+# u_y = squeeze below and -squeeze above, or the gaps of bodies at rest are smaller by as much
+MOVING_GAP = {
+    "y: squeeze}": "y: 0}",
+    "y: -squeeze}": "y: 0}",
+    DIRECTION: f'direction: [0, 1], initial_gap: "{DISTANCE} - 2*squeeze"}}',
+}
+
+
+def results_of(signorom, folder, command, changes, n_ranks=1):
+    """Results folder of a command on decks/small_disks.yaml with changes."""
+    folder.mkdir(exist_ok=True)
+    signorom(command, write_deck("small_disks", folder, **changes), folder=folder, n_ranks=n_ranks)
+    return folder / "results" / "small_disks"
+
+
+@pytest.fixture(scope="module")
+def pressed(signorom, tmp_path_factory):
+    """Results of the deck as it is."""
+    return results_of(signorom, tmp_path_factory.mktemp("pressed"), "run", {})
+
+
+@pytest.fixture(scope="module")
+def moving(signorom, tmp_path_factory):
+    """Results with a moving gap."""
+    return results_of(signorom, tmp_path_factory.mktemp("moving"), "run", MOVING_GAP)
+
+
+def test_formula_of_the_distance_changes_nothing(signorom, tmp_path, pressed):
+    """Coordinates without parameters: the gaps of the mesh."""
+    found = read_snapshots(
+        results_of(
+            signorom,
+            tmp_path,
+            "sample",
+            {DIRECTION: f'direction: [0, 1], initial_gap: "{DISTANCE}"}}'},
+        )
+        / "snapshots.h5"
+    )
+    expected = read_snapshots(pressed / "snapshots.h5")
+    for name in ("multipliers", "displacement"):
+        limit = SAME * np.abs(expected[name]).max()
+        np.testing.assert_allclose(found[name], expected[name], rtol=0, atol=limit)
+
+
+@pytest.mark.parametrize("solver", ["active_set", "snesvi"])
+def test_moving_gap_by_every_solver(signorom, tmp_path, moving, solver):
+    """As by the condensed solver."""
+    changes = {**MOVING_GAP, "type: condensed": f"type: {solver}"}
+    found = read_snapshots(results_of(signorom, tmp_path, "sample", changes) / "snapshots.h5")
+    expected = read_snapshots(moving / "snapshots.h5")
+    limit = 1e-8 * expected["multipliers"].max()
+    np.testing.assert_allclose(found["multipliers"], expected["multipliers"], rtol=0, atol=limit)
+
+
+def test_moving_gap_presses_as_moving_bodies(pressed, moving):
+    """Each body moved as a whole by its base: the same forces."""
+    found, expected = (read_snapshots(folder / "snapshots.h5") for folder in (moving, pressed))
+    assert (expected["multipliers"] > 0).any()
+    limit = SAME * expected["multipliers"].max()
+    np.testing.assert_allclose(found["multipliers"], expected["multipliers"], rtol=0, atol=limit)
+
+
+def test_gap_field_is_the_open_distance(pressed, moving):
+    """Zero where the nodes touch, the same in both ways of moving: the gap at the point, not that at rest."""
+    for point in (1, 2):
+        found, expected = (read_fields(folder / "fields.h5", point) for folder in (moving, pressed))
+        np.testing.assert_allclose(found["gap"], expected["gap"], rtol=0, atol=1e-9)
+        touches = np.linalg.norm(found["contact_force"], axis=1) > 0
+        assert touches.any()
+        assert np.abs(found["gap"][touches]).max() < 1e-12
+        assert np.nanmin(found["gap"]) > -1e-12
+
+
+def test_reduced_model_answers_with_the_moving_gap(signorom, moving, tmp_path):
+    """The model holds the terms of the gap: small errors at the test points, by predict too."""
+    table = read_table(moving / "validation.csv")
+    assert max(table["e_lambda_rid"]) < 0.05
+    assert max(table["e_u"]) < 0.01
+    answer = table_of(signorom("predict", moving / "model.h5", "--at", "squeeze=0.4", folder=tmp_path))
+    full = read_fields(moving / "fields.h5", 2)["multipliers_full_order"].sum()
+    assert answer["contact_force"][0] == pytest.approx(full, rel=0.02)
+
+
+def test_moving_gap_on_three_ranks(signorom, tmp_path, moving):
+    """The same snapshots."""
+    found = read_snapshots(results_of(signorom, tmp_path, "sample", MOVING_GAP, n_ranks=3) / "snapshots.h5")
+    expected = read_snapshots(moving / "snapshots.h5")
+    for name in ("multipliers", "displacement"):
+        limit = 1e-10 * np.abs(expected[name]).max()
+        np.testing.assert_allclose(found[name], expected[name], rtol=0, atol=limit)
+
+
+def test_inert_pairs_are_checked_at_every_point(signorom, tmp_path):
+    """The corners of the disks are prescribed on both sides: a gap below zero there cannot be."""
+    changes = {
+        "y: squeeze}": "y: 0}",
+        "y: -squeeze}": "y: 0}",
+        DIRECTION: "direction: [0, 1], initial_gap: 0.3 - squeeze}",
+    }
+    done = signorom.run("sample", write_deck("small_disks", tmp_path, **changes), folder=tmp_path)
+    assert done.returncode == 2
+    assert "the prescribed displacements press nodes" in done.stderr
+    assert "narrow the parameter range" in done.stderr
