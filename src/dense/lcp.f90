@@ -6,12 +6,12 @@ module sig_lcp
   use sig_lcp_active_set, only: run_active_set
   use sig_lcp_block_pivoting, only: run_block_pivoting
   use sig_lcp_lemke, only: run_lemke
-  use sig_lcp_types, only: evaluate_set, lcp_active_set, lcp_block_pivoting, lcp_candidate_t, lcp_failed_accuracy, &
-    lcp_failed_cycle, lcp_failed_input, lcp_failed_iterations, lcp_failed_ray, lcp_lemke, lcp_method_name, lcp_reason_text, &
-    lcp_solution_t, lcp_solved, sign_tolerance
+  use sig_lcp_types, only: evaluate_set, lcp_active_set, lcp_block_pivoting, lcp_failed_accuracy, lcp_failed_cycle, &
+    lcp_failed_input, lcp_failed_iterations, lcp_failed_ray, lcp_lemke, lcp_method_name, lcp_reason_text, lcp_solution_t, &
+    lcp_solved, lcp_workspace_t, sign_tolerance
   implicit none(type, external)
   private
-  public :: solve_lcp, lcp_solution_t, lcp_method_name, lcp_reason_text
+  public :: solve_lcp, lcp_solution_t, lcp_workspace_t, lcp_method_name, lcp_reason_text
   public :: lcp_active_set, lcp_block_pivoting, lcp_lemke
   public :: lcp_solved, lcp_failed_accuracy, lcp_failed_input, lcp_failed_iterations, lcp_failed_ray
 
@@ -26,122 +26,193 @@ contains
   !>
   !> Active set, then block pivoting, then Lemke with a few covering vectors; each is bounded, so the call ends. An answer that
   !> is not unique (W no P-matrix) may depend on the start. q >= 0 is answered by zero. Tolerances are relative to what is summed:
-  !> a change of units changes nothing.
-  subroutine solve_lcp(matrix, q, is_active_start, solution)
+  !> a change of units changes nothing. With a workspace and a solution that were used before nothing is allocated.
+  subroutine solve_lcp(matrix, q, is_active_start, solution, workspace)
     !> W, shape (n, n)
     real(rk), intent(in) :: matrix(:, :)
     !> shape (n)
     real(rk), intent(in) :: q(:)
     !> guess of the active set, shape (n); of size 0: q < 0 is the guess
     logical, intent(in) :: is_active_start(:)
-    type(lcp_solution_t), intent(out) :: solution
+    type(lcp_solution_t), intent(inout) :: solution
+    type(lcp_workspace_t), intent(inout), optional :: workspace
+    type(lcp_workspace_t) :: own
+
+    if (present(workspace)) then
+      call solve_in(matrix, q, is_active_start, solution, workspace)
+    else
+      call solve_in(matrix, q, is_active_start, solution, own)
+    end if
+  end subroutine solve_lcp
+
+  subroutine solve_in(matrix, q, is_active_start, solution, workspace)
+    real(rk), intent(in) :: matrix(:, :)
+    real(rk), intent(in) :: q(:)
+    logical, intent(in) :: is_active_start(:)
+    type(lcp_solution_t), intent(inout) :: solution
+    type(lcp_workspace_t), intent(inout) :: workspace
     integer :: i_path
     logical :: is_done
 
-    allocate (solution%lambda(size(q)), source=0.0_rk)
-    allocate (solution%is_active(size(q)), source=.false.)
-    if (.not. (all(ieee_is_finite(matrix)) .and. all(ieee_is_finite(q)))) return
+    call start_solution(size(q), solution)
+    if (.not. (is_finite(matrix) .and. all(ieee_is_finite(q)))) return
     solution%reason = lcp_solved
+    solution%residual = 0
     if (all(q >= 0)) return
-    solution%is_active = q < 0
-    if (size(is_active_start) == size(q)) solution%is_active = is_active_start
-    call try_active_set(matrix, q, solution, is_done)
+    call workspace%reserve(size(q))
+    if (size(is_active_start) == size(q)) then
+      solution%is_active = is_active_start
+    else
+      solution%is_active = q < 0
+    end if
+    call try_active_set(matrix, q, solution, workspace, is_done)
     if (is_done) return
-    call try_block_pivoting(matrix, q, solution, is_done)
+    call try_block_pivoting(matrix, q, solution, workspace, is_done)
     if (is_done) return
+    call workspace%reserve_tableau()
     do i_path = 1, n_paths
-      call try_lemke(matrix, q, i_path, solution, is_done)
+      call try_lemke(matrix, q, i_path, solution, workspace, is_done)
       if (is_done) return
     end do
-  end subroutine solve_lcp
+  end subroutine solve_in
 
-  subroutine try_active_set(matrix, q, solution, is_done)
+  !> No answer yet.
+  pure subroutine start_solution(n, solution)
+    integer, intent(in) :: n
+    type(lcp_solution_t), intent(inout) :: solution
+
+    if (allocated(solution%lambda)) then
+      if (size(solution%lambda) /= n) deallocate (solution%lambda, solution%is_active)
+    end if
+    if (.not. allocated(solution%lambda)) allocate (solution%lambda(n), solution%is_active(n))
+    solution%lambda = 0
+    solution%is_active = .false.
+    solution%method = lcp_active_set
+    solution%reason = lcp_failed_input
+    solution%n_iterations = 0
+    solution%residual = huge(solution%residual)
+  end subroutine start_solution
+
+  !> Zero times a number is zero, and else no number.
+  pure logical function is_finite(matrix)
+    real(rk), intent(in) :: matrix(:, :)
+
+    is_finite = abs(sum(0 * matrix)) <= 0
+  end function is_finite
+
+  subroutine try_active_set(matrix, q, solution, workspace, is_done)
     real(rk), intent(in) :: matrix(:, :)
     real(rk), intent(in) :: q(:)
     type(lcp_solution_t), intent(inout) :: solution
+    type(lcp_workspace_t), intent(inout) :: workspace
     logical, intent(out) :: is_done
 
     solution%method = lcp_active_set
-    call run_active_set(matrix, q, solution%is_active, solution%lambda, solution%reason, solution%n_iterations)
-    call finish(matrix, q, solution, is_done)
+    call run_active_set(matrix, q, solution%is_active, workspace, solution%reason, solution%n_iterations)
+    call finish(matrix, q, workspace%lambda(:size(q)), solution, is_done)
   end subroutine try_active_set
 
-  subroutine try_block_pivoting(matrix, q, solution, is_done)
+  subroutine try_block_pivoting(matrix, q, solution, workspace, is_done)
     real(rk), intent(in) :: matrix(:, :)
     real(rk), intent(in) :: q(:)
     type(lcp_solution_t), intent(inout) :: solution
+    type(lcp_workspace_t), intent(inout) :: workspace
     logical, intent(out) :: is_done
     integer :: n_solves
 
     solution%method = lcp_block_pivoting
     solution%is_active = .false.
-    call run_block_pivoting(matrix, q, solution%is_active, solution%lambda, solution%reason, n_solves)
+    call run_block_pivoting(matrix, q, solution%is_active, workspace, solution%reason, n_solves)
     solution%n_iterations = solution%n_iterations + n_solves
-    call finish(matrix, q, solution, is_done)
+    call finish(matrix, q, workspace%lambda(:size(q)), solution, is_done)
   end subroutine try_block_pivoting
 
   !> Lemke, then one solve on the set that it ends with: its tableau has gathered the round-off of all the pivots.
-  subroutine try_lemke(matrix, q, i_path, solution, is_done)
+  subroutine try_lemke(matrix, q, i_path, solution, workspace, is_done)
     real(rk), intent(in) :: matrix(:, :)
     real(rk), intent(in) :: q(:)
     !> 1 to n_paths
     integer, intent(in) :: i_path
     type(lcp_solution_t), intent(inout) :: solution
+    type(lcp_workspace_t), intent(inout) :: workspace
     logical, intent(out) :: is_done
-    type(lcp_candidate_t) :: candidate
     integer :: n_pivots
 
     solution%method = lcp_lemke
-    call run_lemke(matrix, q, covering_vector(matrix, i_path), solution%lambda, solution%is_active, solution%reason, n_pivots)
+    call set_covering(matrix, i_path, workspace%covering(:size(q)))
+    call run_lemke(matrix, q, workspace, solution%is_active, solution%reason, n_pivots)
     solution%n_iterations = solution%n_iterations + n_pivots
     if (solution%reason == lcp_solved) then
-      call evaluate_set(matrix, q, solution%is_active, candidate)
-      if (.not. candidate%is_singular) solution%lambda = candidate%lambda
+      solution%lambda = workspace%lambda(:size(q))
+      call evaluate_set(matrix, q, solution%is_active, workspace)
+      if (workspace%is_singular) workspace%lambda(:size(q)) = solution%lambda
     end if
-    call finish(matrix, q, solution, is_done)
+    call finish(matrix, q, workspace%lambda(:size(q)), solution, is_done)
   end subroutine try_lemke
 
   !> Positive vectors without a unit: the size of each row, ones, then ones spread by multiples of the golden ratio.
-  pure function covering_vector(matrix, i_path) result(covering)
+  pure subroutine set_covering(matrix, i_path, covering)
     real(rk), intent(in) :: matrix(:, :)
     integer, intent(in) :: i_path
-    real(rk) :: covering(size(matrix, 1))
+    real(rk), intent(out) :: covering(:)
     real(rk), parameter :: golden_ratio = 0.5_rk * (1 + sqrt(5.0_rk))
+    real(rk) :: largest
     integer :: i_row
 
-    covering = 1
-    if (i_path == 1) covering = sum(abs(matrix), dim=2)
-    if (i_path > 2) covering = [(0.1_rk + modulo(i_path * i_row * golden_ratio, 1.0_rk), i_row=1, size(covering))]
-    where (covering <= sign_tolerance * maxval(covering)) covering = max(maxval(covering), tiny(covering))
-    covering = covering / maxval(covering)
-  end function covering_vector
+    do i_row = 1, size(covering)
+      covering(i_row) = 1
+      if (i_path == 1) covering(i_row) = sum(abs(matrix(i_row, :)))
+      if (i_path > 2) covering(i_row) = 0.1_rk + modulo(i_path * i_row * golden_ratio, 1.0_rk)
+    end do
+    largest = maxval(covering)
+    where (covering <= sign_tolerance * largest) covering = max(largest, tiny(covering))
+    covering = covering / max(largest, tiny(covering))
+  end subroutine set_covering
 
-  !> Cuts round-off below zero and checks the answer; no answer leaves zeros behind.
-  subroutine finish(matrix, q, solution, is_done)
+  !> Takes over an answer without the round-off below zero, and checks it; no answer leaves zeros behind.
+  pure subroutine finish(matrix, q, lambda, solution, is_done)
     real(rk), intent(in) :: matrix(:, :)
     real(rk), intent(in) :: q(:)
+    !> defined when solution%reason is lcp_solved
+    real(rk), intent(in) :: lambda(:)
     type(lcp_solution_t), intent(inout) :: solution
     logical, intent(out) :: is_done
+    real(rk) :: smallest
 
+    solution%lambda = 0
     if (solution%reason == lcp_solved) then
-      where (solution%lambda <= sign_tolerance * maxval(solution%lambda)) solution%lambda = 0
-      if (.not. is_complementary(matrix, q, solution%lambda)) solution%reason = lcp_failed_accuracy
+      smallest = sign_tolerance * maxval(lambda)
+      where (lambda > smallest) solution%lambda = lambda
+      solution%residual = complementarity(matrix, q, solution%lambda)
+      if (.not. solution%residual <= accepted_residual) solution%reason = lcp_failed_accuracy
     end if
     is_done = solution%reason == lcp_solved
-    if (.not. is_done) solution%lambda = 0
+    if (.not. is_done) then
+      solution%lambda = 0
+      solution%residual = huge(solution%residual)
+    end if
     solution%is_active = solution%lambda > 0
   end subroutine finish
 
-  !> Whether w = W lambda + q vanishes where lambda > 0 and is not negative elsewhere, against the terms of each row.
-  pure function is_complementary(matrix, q, lambda) result(is_answer)
+  !> Largest of |w| where lambda > 0 and of -w elsewhere, w = W lambda + q, each over the terms of its row.
+  pure real(rk) function complementarity(matrix, q, lambda) result(largest)
     real(rk), intent(in) :: matrix(:, :)
     real(rk), intent(in) :: q(:)
     real(rk), intent(in) :: lambda(:)
-    logical :: is_answer
-    real(rk) :: row_size(size(q)), w(size(q))
+    real(rk) :: row_size, violation, w
+    integer :: i, j
 
-    w = q + matmul(matrix, lambda)
-    row_size = abs(q) + matmul(abs(matrix), lambda)
-    is_answer = all(merge(abs(w), -w, lambda > 0) <= accepted_residual * row_size)
-  end function is_complementary
+    largest = 0
+    do i = 1, size(q)
+      w = q(i)
+      row_size = abs(q(i))
+      do j = 1, size(q)
+        w = w + matrix(i, j) * lambda(j)
+        row_size = row_size + abs(matrix(i, j) * lambda(j))
+      end do
+      violation = merge(abs(w), -w, lambda(i) > 0)
+      if (violation > 0) largest = max(largest, violation / row_size)
+      if (.not. row_size <= huge(row_size)) largest = huge(largest)
+    end do
+  end function complementarity
 end module sig_lcp

@@ -2,7 +2,7 @@
 !> Block principal pivoting: all the wrong signs change sides while their number falls, otherwise one at a time (Murty).
 module sig_lcp_block_pivoting
   use sig_kinds, only: rk
-  use sig_lcp_types, only: evaluate_set, lcp_candidate_t, lcp_failed_cycle, lcp_solved
+  use sig_lcp_types, only: evaluate_set, lcp_failed_cycle, lcp_solved, lcp_workspace_t
   implicit none(type, external)
   private
   public :: run_block_pivoting
@@ -17,37 +17,37 @@ contains
   !> Source: Judice and Pires, Comput. Oper. Res. 21 (1994) 587; Murty's least-index rule. Finite for P-matrices in exact
   !> arithmetic, but Murty's rule may need 2**n steps there and may cycle elsewhere: the number of solves is bounded, and Lemke's
   !> method takes over.
-  subroutine run_block_pivoting(matrix, q, is_active, lambda, reason, n_iterations)
+  subroutine run_block_pivoting(matrix, q, is_active, workspace, reason, n_iterations)
     !> shape (n, n)
     real(rk), intent(in) :: matrix(:, :)
     !> shape (n)
     real(rk), intent(in) :: q(:)
     !> start; on exit the last set, shape (n)
     logical, intent(inout) :: is_active(:)
-    !> defined when solved, shape (n)
-    real(rk), intent(inout) :: lambda(:)
+    !> its lambda is the answer when solved
+    type(lcp_workspace_t), intent(inout) :: workspace
     !> lcp_solved or lcp_failed_cycle
     integer, intent(out) :: reason
     !> linear solves
     integer, intent(out) :: n_iterations
-    type(lcp_candidate_t) :: candidate
-    integer :: fewest, max_solves, n_trials, n_violated
+    integer :: fewest, i, max_solves, n_trials, n_violated
 
     reason = lcp_failed_cycle
     fewest = size(q) + 1
     n_trials = max_trials
     max_solves = 5 * size(q) + 50
     do n_iterations = 1, max_solves
-      call evaluate_set(matrix, q, is_active, candidate)
-      if (candidate%is_singular) return
-      n_violated = count(candidate%is_violated)
+      call evaluate_set(matrix, q, is_active, workspace)
+      if (workspace%is_singular) return
+      n_violated = count(workspace%is_violated(:size(q)))
       if (n_violated == 0) then
-        lambda = candidate%lambda
         reason = lcp_solved
         return
       end if
-      call choose_exchange(n_violated, candidate%is_violated, fewest, n_trials)
-      is_active = is_active .neqv. candidate%is_violated
+      call choose_exchange(n_violated, workspace%is_violated(:size(q)), fewest, n_trials)
+      do i = 1, size(q)
+        is_active(i) = is_active(i) .neqv. workspace%is_violated(i)
+      end do
     end do
     n_iterations = max_solves
   end subroutine run_block_pivoting

@@ -1,8 +1,10 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> Lemke's complementary pivoting with the lexicographic rule, which cannot cycle.
+!>
+!> The tableau of w - W lambda - d z0 = q is kept in the workspace. Variables: 1..n w, n+1..2n lambda, 2n+1 z0; last column: values.
 module sig_lcp_lemke
   use sig_kinds, only: rk
-  use sig_lcp_types, only: lcp_failed_iterations, lcp_failed_ray, lcp_solved
+  use sig_lcp_types, only: lcp_failed_iterations, lcp_failed_ray, lcp_solved, lcp_workspace_t
   implicit none(type, external)
   private
   public :: run_lemke
@@ -12,60 +14,45 @@ module sig_lcp_lemke
   !> ratios this close (relative) are a tie
   real(rk), parameter :: tie_tolerance = 1.0e-12_rk
 
-  !> Tableau of w - W lambda - d z0 = q. Variables: 1..n w, n+1..2n lambda, 2n+1 z0; last column: values.
-  type :: tableau_t
-    integer :: n = 0
-    !> shape (n, 2n+2)
-    real(rk), allocatable :: entries(:, :)
-    !> variable of each row, shape (n)
-    integer, allocatable :: basis(:)
-  end type tableau_t
-
 contains
 
   !> Follows the path from w = q + d z0 to z0 = 0, or to a ray.
   !>
   !> Source: Lemke, Management Science 11 (1965) 681; Cottle, Pang, Stone, The linear complementarity problem, section 4.4.
-  !> Requires: at least one q < 0. The data are scaled inside, so units do not matter.
-  subroutine run_lemke(matrix, q, covering, lambda, is_active, reason, n_iterations)
+  !> Requires: at least one q < 0; the covering vector d > 0 in workspace%covering. The data are scaled inside, so units do not matter.
+  subroutine run_lemke(matrix, q, workspace, is_active, reason, n_iterations)
     !> shape (n, n)
     real(rk), intent(in) :: matrix(:, :)
     !> shape (n)
     real(rk), intent(in) :: q(:)
-    !> [-] covering vector d > 0, shape (n)
-    real(rk), intent(in) :: covering(:)
-    !> zero unless solved, shape (n)
-    real(rk), intent(out) :: lambda(:)
+    !> its lambda is the answer when solved, else zero
+    type(lcp_workspace_t), intent(inout) :: workspace
     !> indices whose lambda is in the last basis, shape (n)
     logical, intent(out) :: is_active(:)
     !> lcp_solved, lcp_failed_ray or lcp_failed_iterations
     integer, intent(out) :: reason
     !> pivots
     integer, intent(out) :: n_iterations
-    type(tableau_t) :: tableau
-    real(rk) :: matrix_size, q_size
-    integer :: entering, i_row, leaving, max_pivots
+    integer :: entering, i_row, leaving, max_pivots, n
 
-    lambda = 0
+    n = size(q)
+    workspace%lambda(:n) = 0
     is_active = .false.
-    q_size = maxval(abs(q))
-    matrix_size = max(maxval(abs(matrix)), tiny(matrix_size))
-    call fill_tableau(matrix / matrix_size, q / q_size, covering, tableau)
-    max_pivots = 20 * size(q) + 100
-    entering = 2 * tableau%n + 1
-    i_row = first_row(tableau)
+    call fill_tableau(matrix, q, workspace)
+    max_pivots = 20 * n + 100
+    entering = 2 * n + 1
+    i_row = first_row(workspace, n)
     reason = lcp_failed_iterations
     do n_iterations = 1, max_pivots
-      leaving = tableau%basis(i_row)
-      call pivot(tableau, i_row, entering)
-      if (leaving == 2 * tableau%n + 1) then
-        call read_solution(tableau, lambda, is_active)
-        lambda = lambda * (q_size / matrix_size)
+      leaving = workspace%basis(i_row)
+      call pivot(workspace, n, i_row, entering)
+      if (leaving == 2 * n + 1) then
+        call read_solution(matrix, q, workspace, is_active)
         reason = lcp_solved
         return
       end if
-      entering = complement(leaving, tableau%n)
-      call find_leaving_row(tableau, entering, i_row)
+      entering = complement(leaving, n)
+      call find_leaving_row(workspace, n, entering, i_row)
       reason = lcp_failed_ray
       if (i_row == 0) return
       reason = lcp_failed_iterations
@@ -73,35 +60,52 @@ contains
     n_iterations = max_pivots
   end subroutine run_lemke
 
-  !> Columns I, -W, -d and q; the basis is w.
-  subroutine fill_tableau(matrix, q, covering, tableau)
+  !> Largest entry of W: the unit in which the tableau is written.
+  pure real(rk) function matrix_size(matrix)
+    real(rk), intent(in) :: matrix(:, :)
+
+    matrix_size = max(maxval(abs(matrix)), tiny(matrix_size))
+  end function matrix_size
+
+  !> Columns I, -W, -d and q, scaled; the basis is w.
+  pure subroutine fill_tableau(matrix, q, workspace)
     real(rk), intent(in) :: matrix(:, :)
     real(rk), intent(in) :: q(:)
-    real(rk), intent(in) :: covering(:)
-    type(tableau_t), intent(out) :: tableau
-    integer :: i_row, n
+    type(lcp_workspace_t), intent(inout) :: workspace
+    real(rk) :: scale
+    integer :: i, n
 
     n = size(q)
-    tableau%n = n
-    allocate (tableau%entries(n, 2 * n + 2), source=0.0_rk)
-    do i_row = 1, n
-      tableau%entries(i_row, i_row) = 1
+    scale = 1 / matrix_size(matrix)
+    do i = 1, n
+      workspace%tableau(:n, i) = 0
+      workspace%tableau(i, i) = 1
+      workspace%tableau(:n, n + i) = -scale * matrix(:, i)
+      workspace%basis(i) = i
     end do
-    tableau%entries(:, n + 1:2 * n) = -matrix
-    tableau%entries(:, 2 * n + 1) = -covering
-    tableau%entries(:, 2 * n + 2) = q
-    tableau%basis = [(i_row, i_row=1, n)]
+    workspace%tableau(:n, 2 * n + 1) = -workspace%covering(:n)
+    workspace%tableau(:n, 2 * n + 2) = q / maxval(abs(q))
   end subroutine fill_tableau
 
   !> The row that z0 takes first: the lexicographic minimum of (q_i, e_i) / d_i; every row is lexicographically positive then.
-  pure function first_row(tableau) result(i_row)
-    type(tableau_t), intent(in) :: tableau
+  pure function first_row(workspace, n) result(i_row)
+    type(lcp_workspace_t), intent(in) :: workspace
+    integer, intent(in) :: n
     integer :: i_row
-    real(rk) :: ratio(tableau%n)
+    real(rk) :: smallest
+    integer :: i
 
-    ! Of equal ratios the last row is the lexicographic minimum: its unit vector starts with more zeros.
-    ratio = -tableau%entries(:, 2 * tableau%n + 2) / tableau%entries(:, 2 * tableau%n + 1)
-    i_row = findloc(ratio <= minval(ratio) + tie_tolerance * abs(minval(ratio)), .true., dim=1, back=.true.)
+    associate (values => workspace%tableau(:n, 2 * n + 2), covering => workspace%covering)
+      smallest = huge(smallest)
+      do i = 1, n
+        smallest = min(smallest, values(i) / covering(i))
+      end do
+      ! Of equal ratios the last row is the lexicographic minimum: its unit vector starts with more zeros.
+      do i_row = n, 1, -1
+        if (values(i_row) / covering(i_row) <= smallest + tie_tolerance * abs(smallest)) return
+      end do
+    end associate
+    i_row = 1
   end function first_row
 
   !> lambda of a w, w of a lambda.
@@ -115,19 +119,19 @@ contains
 
   !> Row of the lexicographically smallest ratio among the positive entries of the entering column; 0 = a ray.
   !> z0 leaves as soon as it may: that ends the path.
-  pure subroutine find_leaving_row(tableau, entering, i_leaving)
-    type(tableau_t), intent(in) :: tableau
+  pure subroutine find_leaving_row(workspace, n, entering, i_leaving)
+    type(lcp_workspace_t), intent(inout) :: workspace
+    integer, intent(in) :: n
     integer, intent(in) :: entering
     integer, intent(out) :: i_leaving
-    logical :: is_candidate(tableau%n)
-    integer :: column, i_column, z0_row
+    integer :: i_column, z0_row
 
     i_leaving = 0
-    associate (entries => tableau%entries, n => tableau%n)
-      is_candidate = entries(:, entering) > pivot_tolerance * maxval(abs(entries(:, entering)))
+    associate (is_candidate => workspace%is_candidate(:n), column => workspace%tableau(:n, entering))
+      is_candidate = column > pivot_tolerance * maxval(abs(column))
       if (.not. any(is_candidate)) return
-      call keep_smallest(entries(:, 2 * n + 2), entries(:, entering), is_candidate)
-      z0_row = findloc(tableau%basis, 2 * n + 1, dim=1)
+      call keep_smallest(workspace%tableau(:n, 2 * n + 2), column, is_candidate, workspace%ratio(:n))
+      z0_row = findloc(workspace%basis(:n), 2 * n + 1, dim=1)
       if (is_candidate(z0_row)) then
         i_leaving = z0_row
         return
@@ -135,60 +139,65 @@ contains
       ! The columns of w hold the inverse of the basis, whose rows differ: the tie ends.
       do i_column = 1, n
         if (count(is_candidate) == 1) exit
-        column = i_column
-        call keep_smallest(entries(:, column), entries(:, entering), is_candidate)
+        call keep_smallest(workspace%tableau(:n, i_column), column, is_candidate, workspace%ratio(:n))
       end do
+      i_leaving = findloc(is_candidate, .true., dim=1)
     end associate
-    i_leaving = findloc(is_candidate, .true., dim=1)
   end subroutine find_leaving_row
 
   !> Leaves only the rows whose ratio is the smallest, within the tie tolerance.
-  pure subroutine keep_smallest(numerator, denominator, is_candidate)
+  pure subroutine keep_smallest(numerator, denominator, is_candidate, ratio)
     real(rk), intent(in) :: numerator(:)
     real(rk), intent(in) :: denominator(:)
     logical, intent(inout) :: is_candidate(:)
-    real(rk) :: ratio(size(numerator)), smallest
+    !> room
+    real(rk), intent(inout) :: ratio(:)
+    real(rk) :: smallest
 
-    ratio = 0
     where (is_candidate) ratio = numerator / denominator
     smallest = minval(ratio, mask=is_candidate)
-    is_candidate = is_candidate .and. ratio <= smallest + tie_tolerance * max(1.0_rk, abs(smallest))
+    where (is_candidate) is_candidate = ratio <= smallest + tie_tolerance * max(1.0_rk, abs(smallest))
   end subroutine keep_smallest
 
   !> Gauss-Jordan step on one entry; the entering variable takes the row.
-  pure subroutine pivot(tableau, i_row, entering)
-    type(tableau_t), intent(inout) :: tableau
+  pure subroutine pivot(workspace, n, i_row, entering)
+    type(lcp_workspace_t), intent(inout) :: workspace
+    integer, intent(in) :: n
     integer, intent(in) :: i_row
     integer, intent(in) :: entering
-    real(rk) :: column(tableau%n), factor
+    real(rk) :: factor
     integer :: i_column
 
-    column = tableau%entries(:, entering)
-    column(i_row) = 0
-    do i_column = 1, size(tableau%entries, 2)
-      factor = tableau%entries(i_row, i_column) / tableau%entries(i_row, entering)
-      if (i_column == entering) cycle
-      tableau%entries(i_row, i_column) = factor
-      tableau%entries(:, i_column) = tableau%entries(:, i_column) - column * factor
-    end do
-    tableau%entries(:, entering) = 0
-    tableau%entries(i_row, entering) = 1
-    tableau%basis(i_row) = entering
+    associate (tableau => workspace%tableau, column => workspace%column)
+      column(:n) = tableau(:n, entering)
+      column(i_row) = 0
+      do i_column = 1, 2 * n + 2
+        factor = tableau(i_row, i_column) / tableau(i_row, entering)
+        if (i_column == entering .or. abs(factor) <= 0) cycle
+        tableau(i_row, i_column) = factor
+        tableau(:n, i_column) = tableau(:n, i_column) - column(:n) * factor
+      end do
+      tableau(:n, entering) = 0
+      tableau(i_row, entering) = 1
+    end associate
+    workspace%basis(i_row) = entering
   end subroutine pivot
 
-  !> Multipliers of the basis.
-  pure subroutine read_solution(tableau, lambda, is_active)
-    type(tableau_t), intent(in) :: tableau
-    real(rk), intent(out) :: lambda(:)
-    logical, intent(out) :: is_active(:)
-    integer :: i_row, k
+  !> Multipliers of the basis, in their own unit.
+  pure subroutine read_solution(matrix, q, workspace, is_active)
+    real(rk), intent(in) :: matrix(:, :)
+    real(rk), intent(in) :: q(:)
+    type(lcp_workspace_t), intent(inout) :: workspace
+    logical, intent(inout) :: is_active(:)
+    real(rk) :: unit
+    integer :: i_row, k, n
 
-    lambda = 0
-    is_active = .false.
-    do i_row = 1, tableau%n
-      k = tableau%basis(i_row) - tableau%n
-      if (k < 1 .or. k > tableau%n) cycle
-      lambda(k) = tableau%entries(i_row, 2 * tableau%n + 2)
+    n = size(q)
+    unit = maxval(abs(q)) / matrix_size(matrix)
+    do i_row = 1, n
+      k = workspace%basis(i_row) - n
+      if (k < 1 .or. k > n) cycle
+      workspace%lambda(k) = workspace%tableau(i_row, 2 * n + 2) * unit
       is_active(k) = .true.
     end do
   end subroutine read_solution

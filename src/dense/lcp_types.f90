@@ -1,11 +1,13 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> What the methods for the linear complementarity problem share: the answer, its reasons, the candidate of one index set.
+!> What the methods for the linear complementarity problem share: the answer, its reasons, their room, one index set.
 module sig_lcp_types
+  use sig_bits, only: n_words
   use sig_kinds, only: rk
-  use sig_linear_algebra, only: lu_t
+  use sig_lapack_interfaces, only: dgecon, dgetrf, dgetrs
+  use sig_linear_algebra, only: singular_reciprocal
   implicit none(type, external)
   private
-  public :: lcp_solution_t, lcp_candidate_t, lcp_method_name, lcp_reason_text, evaluate_set
+  public :: lcp_solution_t, lcp_workspace_t, lcp_method_name, lcp_reason_text, evaluate_set
 
   !> method that gave the answer (or tried last)
   integer, parameter, public :: lcp_active_set = 1
@@ -29,6 +31,10 @@ module sig_lcp_types
   real(rk), parameter, public :: sign_tolerance = 1.0e-12_rk
   !> an ill-conditioned set widens the tolerance up to here
   real(rk), parameter :: widest_tolerance = 1.0e-8_rk
+  !> smallest over largest pivot above which the condition number is asked for only where it decides
+  real(rk), parameter :: trusted_pivots = 1.0e-6_rk
+  !> an active set that needs more sets than this, and than unknowns, is left to block pivoting
+  integer, parameter, public :: usual_sets = 50
 
   !> Answer of 0 <= lambda _|_ W lambda + q >= 0.
   type :: lcp_solution_t
@@ -42,75 +48,265 @@ module sig_lcp_types
     integer :: reason = lcp_failed_input
     !> linear solves and pivots of all the methods tried
     integer :: n_iterations = 0
+    !> [-] largest violation of the conditions, relative to what is summed in its row; huge without an answer
+    real(rk) :: residual = huge(1.0_rk)
   end type lcp_solution_t
 
-  !> lambda and w of one index set, and which of their signs are wrong.
-  type :: lcp_candidate_t
-    !> zero outside the set, shape (n)
+  !> Room for one problem after the other: it grows with the largest, and then nothing is allocated any more. One per thread.
+  type :: lcp_workspace_t
+    !> unknowns for which there is room
+    integer :: capacity = 0
+    !> lambda and w of the index set looked at last, shape (capacity); zero outside and inside the set
     real(rk), allocatable :: lambda(:)
-    !> zero on the set, shape (n)
     real(rk), allocatable :: w(:)
-    !> lambda < 0 on the set or w < 0 outside it, beyond the tolerance, shape (n)
+    !> signs that are wrong beyond the tolerance, shape (capacity)
     logical, allocatable :: is_violated(:)
-    !> the set's matrix has no inverse; nothing else is defined then
+    !> the set's matrix has no inverse; lambda, w and is_violated are not defined then
     logical :: is_singular = .false.
-    !> sign tolerance that its condition allows
-    real(rk) :: tolerance = sign_tolerance
-  end type lcp_candidate_t
+    !> sets already seen, as bits, shape (n_words, n_sets)
+    integer, allocatable :: history(:, :)
+    !> factors of the set's matrix, its indices, LAPACK's room
+    real(rk), allocatable :: factors(:, :)
+    integer, allocatable :: active(:)
+    integer, allocatable :: pivots(:)
+    real(rk), allocatable :: work(:)
+    integer, allocatable :: iwork(:)
+    !> Lemke: columns of w, lambda, z0 and the values; variable of each row; room for one column and the ratios
+    real(rk), allocatable :: tableau(:, :)
+    integer, allocatable :: basis(:)
+    real(rk), allocatable :: column(:)
+    real(rk), allocatable :: ratio(:)
+    real(rk), allocatable :: covering(:)
+    logical, allocatable :: is_candidate(:)
+  contains
+    procedure :: reserve
+    procedure :: reserve_tableau
+  end type lcp_workspace_t
 
 contains
 
-  !> lambda_A = -W_AA^-1 q_A, w = W lambda + q outside A.
-  subroutine evaluate_set(matrix, q, is_active, candidate)
+  !> Makes room for n unknowns.
+  pure subroutine reserve(self, n)
+    class(lcp_workspace_t), intent(inout) :: self
+    integer, intent(in) :: n
+
+    if (n <= self%capacity) return
+    if (allocated(self%lambda)) deallocate (self%lambda, self%w, self%is_violated, self%history, self%factors, self%active, &
+      self%pivots, self%work, self%iwork)
+    if (allocated(self%tableau)) deallocate (self%tableau, self%basis, self%column, self%ratio, self%covering, self%is_candidate)
+    self%capacity = n
+    allocate (self%lambda(n), self%w(n), self%is_violated(n), self%history(n_words(n), max(usual_sets, n + 1) + 1))
+    allocate (self%factors(n, n), self%active(n), self%pivots(n), self%work(4 * n), self%iwork(n))
+  end subroutine reserve
+
+  !> Makes room for Lemke's method, which few problems need.
+  pure subroutine reserve_tableau(self)
+    class(lcp_workspace_t), intent(inout) :: self
+
+    if (allocated(self%tableau)) return
+    associate (n => self%capacity)
+      allocate (self%tableau(n, 2 * n + 2), self%basis(n), self%column(n), self%ratio(n), self%covering(n), self%is_candidate(n))
+    end associate
+  end subroutine reserve_tableau
+
+  !> lambda_A = -W_AA^-1 q_A, w = W lambda + q outside A, and the signs that are wrong.
+  !>
+  !> Requires: workspace%reserve.
+  subroutine evaluate_set(matrix, q, is_active, workspace)
     !> shape (n, n)
     real(rk), intent(in) :: matrix(:, :)
     !> shape (n)
     real(rk), intent(in) :: q(:)
     !> the set A, shape (n)
     logical, intent(in) :: is_active(:)
-    type(lcp_candidate_t), intent(out) :: candidate
-    type(lu_t) :: lu
-    integer, allocatable :: active(:)
-    integer :: i_row, n
+    type(lcp_workspace_t), intent(inout) :: workspace
+    real(rk) :: doubtful, reciprocal
+    integer :: info, n
 
-    n = size(q)
-    active = pack([(i_row, i_row=1, n)], is_active)
-    call lu%factor(matrix(active, active))
-    candidate%is_singular = lu%is_singular
-    if (lu%is_singular) return
-    candidate%tolerance = condition_tolerance(lu%reciprocal_condition)
-    allocate (candidate%lambda(n), candidate%w(n), source=0.0_rk)
-    allocate (candidate%is_violated(n))
-    if (size(active) > 0) candidate%lambda(active) = -lu%solve(q(active))
-    call find_violations(matrix, q, is_active, active, candidate)
+    call gather(matrix, is_active, workspace, n)
+    workspace%is_singular = .false.
+    reciprocal = 1
+    doubtful = 1
+    workspace%lambda(:size(q)) = 0
+    if (n > 0) then
+      call dgetrf(n, n, workspace%factors, workspace%capacity, workspace%pivots, info)
+      call measure_pivots(workspace%factors, n, doubtful)
+      workspace%is_singular = info /= 0 .or. .not. doubtful > 0
+      if (workspace%is_singular) return
+      if (doubtful < trusted_pivots) then
+        call measure_condition(matrix, workspace, n, reciprocal)
+        workspace%is_singular = .not. reciprocal > singular_reciprocal
+        if (workspace%is_singular) return
+      end if
+      call solve_set(q, n, workspace)
+    end if
+    call evaluate_rows(matrix, q, is_active, n, workspace)
+    call find_violations(matrix, q, is_active, n, condition_tolerance(reciprocal), workspace)
+    if (doubtful < trusted_pivots .or. n == 0) return
+    ! The exact condition number costs as much as the solve: it is asked for only where it decides.
+    if (is_decided(matrix, q, n, workspace)) return
+    call measure_condition(matrix, workspace, n, reciprocal)
+    workspace%is_singular = .not. reciprocal > singular_reciprocal
+    call find_violations(matrix, q, is_active, n, condition_tolerance(reciprocal), workspace)
   end subroutine evaluate_set
 
-  !> Signs against what was summed: each w against the terms of its row, each multiplier against the largest one.
-  subroutine find_violations(matrix, q, is_active, active, candidate)
+  !> The set's indices and its matrix.
+  pure subroutine gather(matrix, is_active, workspace, n)
+    real(rk), intent(in) :: matrix(:, :)
+    logical, intent(in) :: is_active(:)
+    type(lcp_workspace_t), intent(inout) :: workspace
+    !> size of the set
+    integer, intent(out) :: n
+    integer :: i, j
+
+    n = 0
+    do i = 1, size(is_active)
+      if (.not. is_active(i)) cycle
+      n = n + 1
+      workspace%active(n) = i
+    end do
+    do j = 1, n
+      do i = 1, n
+        workspace%factors(i, j) = matrix(workspace%active(i), workspace%active(j))
+      end do
+    end do
+  end subroutine gather
+
+  !> Smallest over largest pivot; no number where one is none.
+  pure subroutine measure_pivots(factors, n, ratio)
+    real(rk), intent(in) :: factors(:, :)
+    integer, intent(in) :: n
+    real(rk), intent(out) :: ratio
+    real(rk) :: largest, smallest
+    integer :: i
+
+    largest = 0
+    smallest = huge(smallest)
+    ratio = 0
+    do i = 1, n
+      if (.not. abs(factors(i, i)) <= huge(largest)) return
+      largest = max(largest, abs(factors(i, i)))
+      smallest = min(smallest, abs(factors(i, i)))
+    end do
+    if (largest > 0) ratio = smallest / largest
+  end subroutine measure_pivots
+
+  !> 1-norm reciprocal condition number of the set's matrix.
+  subroutine measure_condition(matrix, workspace, n, reciprocal)
+    real(rk), intent(in) :: matrix(:, :)
+    type(lcp_workspace_t), intent(inout) :: workspace
+    integer, intent(in) :: n
+    real(rk), intent(out) :: reciprocal
+    real(rk) :: column_sum, norm
+    integer :: i, info, j
+
+    norm = 0
+    do j = 1, n
+      column_sum = 0
+      do i = 1, n
+        column_sum = column_sum + abs(matrix(workspace%active(i), workspace%active(j)))
+      end do
+      norm = max(norm, column_sum)
+    end do
+    call dgecon('1', n, workspace%factors, workspace%capacity, norm, reciprocal, workspace%work, workspace%iwork, info)
+    if (info /= 0) reciprocal = 0
+  end subroutine measure_condition
+
+  subroutine solve_set(q, n, workspace)
+    real(rk), intent(in) :: q(:)
+    integer, intent(in) :: n
+    type(lcp_workspace_t), intent(inout) :: workspace
+    integer :: i, info
+
+    do i = 1, n
+      workspace%work(i) = -q(workspace%active(i))
+    end do
+    call dgetrs('N', n, 1, workspace%factors, workspace%capacity, workspace%pivots, workspace%work, workspace%capacity, info)
+    do i = 1, n
+      workspace%lambda(workspace%active(i)) = workspace%work(i)
+    end do
+  end subroutine solve_set
+
+  !> w = W lambda + q outside the set.
+  pure subroutine evaluate_rows(matrix, q, is_active, n, workspace)
     real(rk), intent(in) :: matrix(:, :)
     real(rk), intent(in) :: q(:)
     logical, intent(in) :: is_active(:)
-    integer, intent(in) :: active(:)
-    type(lcp_candidate_t), intent(inout) :: candidate
-    real(rk), allocatable :: row_size(:)
-    real(rk) :: largest
-    integer :: i_active, k
+    integer, intent(in) :: n
+    type(lcp_workspace_t), intent(inout) :: workspace
+    integer :: i, j
+    real(rk) :: lambda
 
-    candidate%w = q
-    row_size = abs(q)
-    do i_active = 1, size(active)
-      k = active(i_active)
-      candidate%w = candidate%w + matrix(:, k) * candidate%lambda(k)
-      row_size = row_size + abs(matrix(:, k) * candidate%lambda(k))
+    workspace%w(:size(q)) = q
+    do j = 1, n
+      lambda = workspace%lambda(workspace%active(j))
+      do i = 1, size(q)
+        workspace%w(i) = workspace%w(i) + matrix(i, workspace%active(j)) * lambda
+      end do
     end do
-    largest = maxval(abs(candidate%lambda), mask=is_active)
-    where (is_active)
-      candidate%w = 0
-      candidate%is_violated = candidate%lambda < -candidate%tolerance * largest
-    else where
-      candidate%is_violated = candidate%w < -candidate%tolerance * row_size
-    end where
+    do i = 1, size(q)
+      if (is_active(i)) workspace%w(i) = 0
+    end do
+  end subroutine evaluate_rows
+
+  !> Signs against what was summed: each w against the terms of its row, each multiplier against the largest one.
+  pure subroutine find_violations(matrix, q, is_active, n, tolerance, workspace)
+    real(rk), intent(in) :: matrix(:, :)
+    real(rk), intent(in) :: q(:)
+    logical, intent(in) :: is_active(:)
+    integer, intent(in) :: n
+    real(rk), intent(in) :: tolerance
+    type(lcp_workspace_t), intent(inout) :: workspace
+    real(rk) :: largest
+    integer :: i
+
+    largest = maxval(abs(workspace%lambda(:size(q))))
+    do i = 1, size(q)
+      workspace%is_violated(i) = .false.
+      if (is_active(i)) then
+        workspace%is_violated(i) = workspace%lambda(i) < -tolerance * largest
+      else if (workspace%w(i) < 0) then
+        workspace%is_violated(i) = workspace%w(i) < -tolerance * row_size(matrix, q, i, n, workspace)
+      end if
+    end do
   end subroutine find_violations
+
+  !> No sign is wrong by so little that the widest tolerance would allow it.
+  pure logical function is_decided(matrix, q, n, workspace)
+    real(rk), intent(in) :: matrix(:, :)
+    real(rk), intent(in) :: q(:)
+    integer, intent(in) :: n
+    type(lcp_workspace_t), intent(in) :: workspace
+    real(rk) :: largest
+    integer :: i
+
+    is_decided = .false.
+    largest = maxval(abs(workspace%lambda(:size(q))))
+    do i = 1, size(q)
+      if (.not. workspace%is_violated(i)) cycle
+      if (workspace%lambda(i) < 0) then
+        if (workspace%lambda(i) >= -widest_tolerance * largest) return
+      else if (workspace%w(i) >= -widest_tolerance * row_size(matrix, q, i, n, workspace)) then
+        return
+      end if
+    end do
+    is_decided = .true.
+  end function is_decided
+
+  !> |q_i| + sum |W_ij lambda_j|
+  pure real(rk) function row_size(matrix, q, i, n, workspace)
+    real(rk), intent(in) :: matrix(:, :)
+    real(rk), intent(in) :: q(:)
+    integer, intent(in) :: i
+    integer, intent(in) :: n
+    type(lcp_workspace_t), intent(in) :: workspace
+    integer :: j
+
+    row_size = abs(q(i))
+    do j = 1, n
+      row_size = row_size + abs(matrix(i, workspace%active(j)) * workspace%lambda(workspace%active(j)))
+    end do
+  end function row_size
 
   !> Round-off of a solve grows with the condition number, and the sign tolerance with it.
   pure function condition_tolerance(reciprocal_condition) result(tolerance)
