@@ -27,7 +27,8 @@ enum sig_h5_status {
   SIG_H5_MISSING = 7 /* no such dataset or attribute */
 };
 
-int sig_h5_create(const char *path, size_t length, sig_h5_file **file);
+/* `n_free` bytes at the head are left to the caller: 0 or a power of 2 from 512. */
+int sig_h5_create(const char *path, size_t length, size_t n_free, sig_h5_file **file);
 
 /* Reading only. */
 int sig_h5_open(const char *path, size_t length, sig_h5_file **file);

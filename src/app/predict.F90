@@ -12,9 +12,10 @@ module sig_predict
   use sig_log, only: log_error, log_info, log_warning
   use sig_model, only: model_t
   use sig_model_file, only: read_model
+  use sig_online_model, only: online_model_t
   use sig_parameter_space, only: format_point, read_points
   use sig_point_argument, only: parse_point
-  use sig_query, only: answer_t, is_inside_box, method_name, query_t, reason_text
+  use sig_query, only: answer_t, method_name, query_t, reason_text
   use sig_reconstruction, only: reconstruct_multipliers
   use sig_text, only: to_text
   use petsc
@@ -44,46 +45,47 @@ contains
   subroutine predict_points(command, error)
     type(command_t), intent(in) :: command
     type(error_t), allocatable, intent(out) :: error
-    type(model_t) :: model
+    type(online_model_t) :: online
     type(query_t) :: query
     real(rk), allocatable :: points(:, :)
     character(:), allocatable :: message
     integer(int64) :: n_bytes
     integer :: unit
 
-    call read_model(command%file, model, error)
+    call read_model(command%file, online%model, error)
     if (allocated(error)) return
     if (command%at /= '') then
-      call parse_point(command%at, model%parameter_names, points, error)
+      call parse_point(command%at, online%model%parameter_names, points, error)
     else
-      call read_points(command%points, model%parameter_names, points, error)
+      call read_points(command%points, online%model%parameter_names, points, error)
     end if
     if (allocated(error)) return
-    call query%create(model, message)
+    call online%prepare(message)
+    if (.not. allocated(message)) call query%create(online, message)
     if (allocated(message)) then
       call make_error(error, 'the model cannot answer: ' // message, command%file)
       return
     end if
-    if (command%is_strict) call check_box(command, model, points, error)
+    if (command%is_strict) call check_box(command, online, points, error)
     if (.not. allocated(error)) call open_table(command, unit, error)
     if (allocated(error)) return
-    call answer_points(model, query, points, unit, n_bytes)
+    call answer_points(online, query, points, unit, n_bytes)
     call query%destroy()
     call close_table(command, unit, n_bytes, error)
     if (command%output /= '' .and. .not. allocated(error)) call log_info(to_text(size(points, 2)) // ' answers: ' // command%output)
   end subroutine predict_points
 
   !> What --strict asks for, before anything is written.
-  subroutine check_box(command, model, points, error)
+  subroutine check_box(command, online, points, error)
     type(command_t), intent(in) :: command
-    type(model_t), intent(in) :: model
+    type(online_model_t), intent(in) :: online
     real(rk), intent(in) :: points(:, :)
     type(error_t), allocatable, intent(out) :: error
     integer :: i
 
     do i = 1, size(points, 2)
-      if (is_inside_box(model%box, points(:, i))) cycle
-      call make_error(error, outside_text(model, points(:, i)), command%file)
+      if (online%is_inside_box(points(:, i))) cycle
+      call make_error(error, outside_text(online%model, points(:, i)), command%file)
       return
     end do
   end subroutine check_box
@@ -127,9 +129,9 @@ contains
   end subroutine close_table
 
   !> A line per point as it is answered, so that memory does not grow with their number.
-  subroutine answer_points(model, query, points, unit, n_bytes)
-    type(model_t), intent(in) :: model
-    type(query_t), intent(in) :: query
+  subroutine answer_points(online, query, points, unit, n_bytes)
+    type(online_model_t), intent(in) :: online
+    type(query_t), intent(inout) :: query
     real(rk), intent(in) :: points(:, :)
     integer, intent(in) :: unit
     !> what was written
@@ -139,18 +141,18 @@ contains
     integer :: i, n_outside, status
 
     n_outside = 0
-    line = header(model)
+    line = header(online%model)
     n_bytes = len(line) + 1
     write (unit, '(a)', iostat=status) line
     ! A full disk: n_bytes is then more than the file has, which the caller finds.
     if (status /= 0) return
     do i = 1, size(points, 2)
-      call query%evaluate(points(:, i), answer)
+      call query%evaluate(online, points(:, i), answer)
       if (.not. answer%is_inside_box) then
-        if (n_outside == 0) call log_warning(outside_text(model, points(:, i)) // '; the answer is an extrapolation')
+        if (n_outside == 0) call log_warning(outside_text(online%model, points(:, i)) // '; the answer is an extrapolation')
         n_outside = n_outside + 1
       end if
-      line = row(model, points(:, i), answer)
+      line = row(online%model, points(:, i), answer)
       n_bytes = n_bytes + len(line) + 1
       write (unit, '(a)', iostat=status) line
       if (status /= 0) return
@@ -202,7 +204,7 @@ contains
     do i = 1, size(point)
       text = text // to_text(point(i)) // ','
     end do
-    text = text // to_text(answer%cluster) // ',' // status(answer) // ',' // method_name(answer) // ',' // &
+    text = text // to_text(answer%cluster) // ',' // status(answer) // ',' // method_name(answer%method) // ',' // &
       to_text(count(multipliers > 0)) // ',' // to_text(sum(multipliers))
     do i = 1, size(multipliers)
       text = text // ',' // to_text(multipliers(i))
@@ -214,6 +216,6 @@ contains
     character(:), allocatable :: text
 
     text = 'answered'
-    if (answer%reason < 0) text = '"' // reason_text(answer) // '"'
+    if (answer%reason < 0) text = '"' // reason_text(answer%reason) // '"'
   end function status
 end module sig_predict

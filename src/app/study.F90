@@ -6,6 +6,7 @@ module sig_study
   use sig_errors, only: error_t, exit_not_converged, make_error
   use sig_field_output, only: write_fields
   use sig_file_system, only: file_exists
+  use sig_full_order_operator, only: condense_full_order
   use sig_contact_state, only: contact_state_t, reason_converged, reason_text
   use sig_kinds, only: rk
   use sig_log, only: log_info, log_warning
@@ -22,6 +23,7 @@ module sig_study
   use sig_sampling, only: sample, sampling_result_t
   use sig_session, only: session_t
   use sig_snapshot_merge, only: snapshots_path
+  use sig_start_sets, only: fill_start_sets
   use sig_snapshot_store, only: merge_records, read_snapshot_set, records_of_set, snapshot_set_t
   use sig_text, only: string_t, to_text
   use sig_training, only: train
@@ -95,6 +97,10 @@ contains
     start = wall_time()
     if (.not. allocated(error)) then
       PetscCall(train(problem, snapshots, model, error, ierr))
+    end if
+    if (.not. allocated(error)) then
+      PetscCall(condense_full_order(problem, model%full_order, ierr))
+      call fill_start_sets(model)
     end if
     if (.not. allocated(error)) then
       PetscCall(describe_problem(problem, report, ierr))

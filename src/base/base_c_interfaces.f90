@@ -9,6 +9,7 @@ module sig_base_c_interfaces
   public :: sig_install_stop_signals, sig_is_stop_requested, sig_is_terminal
   public :: sig_file_kind, sig_make_directories, sig_read_file, sig_write_file, sig_commit_file, sig_rename_file
   public :: sig_remove_file, sig_lock_directory, sig_unlock_directory, sig_list_files, sig_error_text, sig_free
+  public :: sig_seal_file, sig_check_seal
   public :: sig_h5_create, sig_h5_open, sig_h5_close, sig_h5_write, sig_h5_write_texts
   public :: sig_h5_has, sig_h5_describe, sig_h5_read, sig_h5_read_texts
 
@@ -130,10 +131,25 @@ module sig_base_c_interfaces
       type(c_ptr), value :: block
     end subroutine sig_free
 
-    integer(c_int) function sig_h5_create(path, length, file) bind(c)
+    integer(c_int) function sig_seal_file(path, length) bind(c)
+      import :: c_char, c_int, c_size_t
+      character(kind=c_char), intent(in) :: path(*)
+      integer(c_size_t), value :: length
+    end function sig_seal_file
+
+    integer(c_int) function sig_check_seal(path, length, n_found, n_sealed) bind(c)
+      import :: c_char, c_int, c_int64_t, c_size_t
+      character(kind=c_char), intent(in) :: path(*)
+      integer(c_size_t), value :: length
+      integer(c_int64_t), intent(out) :: n_found
+      integer(c_int64_t), intent(out) :: n_sealed
+    end function sig_check_seal
+
+    integer(c_int) function sig_h5_create(path, length, n_free, file) bind(c)
       import :: c_char, c_int, c_ptr, c_size_t
       character(kind=c_char), intent(in) :: path(*)
       integer(c_size_t), value :: length
+      integer(c_size_t), value :: n_free
       type(c_ptr), intent(out) :: file
     end function sig_h5_create
 

@@ -25,15 +25,17 @@ module sig_hdf5_access
 contains
 
   !> Errors: no right to write there, no such folder.
-  subroutine create_hdf5(path, partial, handle, error)
+  subroutine create_hdf5(path, partial, n_free, handle, error)
     !> for the sentence
     character(*), intent(in) :: path
     !> name under which the file grows
     character(*), intent(in) :: partial
+    !> bytes at the head that are left to the caller
+    integer, intent(in) :: n_free
     type(c_ptr), intent(out) :: handle
     type(error_t), allocatable, intent(out) :: error
 
-    if (sig_h5_create(partial, len(partial, c_size_t), handle) /= 0) &
+    if (sig_h5_create(partial, len(partial, c_size_t), int(n_free, c_size_t), handle) /= 0) &
       call make_error(error, 'cannot create the HDF5 file; is there such a folder, and may you write there?', file=path)
   end subroutine create_hdf5
 

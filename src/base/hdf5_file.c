@@ -30,38 +30,44 @@ static int wrap_file(hid_t id, sig_h5_file **file) {
   return SIG_H5_OK;
 }
 
-static int create_or_open(const char *path, size_t length, int is_new, sig_h5_file **file) {
-  char *name = sig_copy_text(path, length);
-  if (!name) return SIG_H5_NO_READ;
-  const hid_t id =
-      is_new ? H5Fcreate(name, H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT) : H5Fopen(name, H5F_ACC_RDONLY, H5P_DEFAULT);
-  int status;
-  if (id >= 0)
-    status = wrap_file(id, file);
-  else
-    status = is_new ? SIG_H5_NO_CREATE : open_failure(name);
-  sig_free(name);
-  return status;
+static hid_t create(const char *name, size_t n_free) {
+  const hid_t properties = H5Pcreate(H5P_FILE_CREATE);
+  hid_t id = H5I_INVALID_HID;
+  if (H5Pset_userblock(properties, n_free) >= 0) id = H5Fcreate(name, H5F_ACC_TRUNC, properties, H5P_DEFAULT);
+  H5Pclose(properties);
+  return id;
 }
 
 /* On a full disk HDF5 cannot close a file, tries again at exit and crashes in it. Counts before its first use only. */
 static void forbid_work_at_exit(void) { H5dont_atexit(); }
 
-int sig_h5_create(const char *path, size_t length, sig_h5_file **file) {
-  int status;
+int sig_h5_create(const char *path, size_t length, size_t n_free, sig_h5_file **file) {
+  int status = SIG_H5_NO_CREATE;
   *file = NULL;
+  char *name = sig_copy_text(path, length);
+  if (!name) return SIG_H5_NO_READ;
   forbid_work_at_exit();
-  H5E_BEGIN_TRY { status = create_or_open(path, length, 1, file); }
+  H5E_BEGIN_TRY {
+    const hid_t id = create(name, n_free);
+    if (id >= 0) status = wrap_file(id, file);
+  }
   H5E_END_TRY;
+  sig_free(name);
   return status;
 }
 
 int sig_h5_open(const char *path, size_t length, sig_h5_file **file) {
   int status;
   *file = NULL;
+  char *name = sig_copy_text(path, length);
+  if (!name) return SIG_H5_NO_READ;
   forbid_work_at_exit();
-  H5E_BEGIN_TRY { status = create_or_open(path, length, 0, file); }
+  H5E_BEGIN_TRY {
+    const hid_t id = H5Fopen(name, H5F_ACC_RDONLY, H5P_DEFAULT);
+    status = id >= 0 ? wrap_file(id, file) : open_failure(name);
+  }
   H5E_END_TRY;
+  sig_free(name);
   return status;
 }
 

@@ -7,6 +7,7 @@ module sig_hdf5_writer
   use, intrinsic :: iso_c_binding, only: c_associated, c_int, c_null_ptr, c_ptr, c_size_t
   use sig_base_c_interfaces, only: sig_commit_file, sig_h5_close
   use sig_errors, only: error_t, make_error
+  use sig_file_seal, only: seal_file, seal_size
   use sig_file_system, only: remove_file, system_reason
   use sig_hdf5_access, only: create_hdf5, integer_type, real_type, write_array, write_texts
   use sig_kinds, only: rk
@@ -25,6 +26,7 @@ module sig_hdf5_writer
     private
     type(c_ptr) :: handle = c_null_ptr
     character(:), allocatable :: path
+    logical :: is_sealed = .false.
     type(error_t), allocatable :: error
   contains
     procedure :: create
@@ -44,14 +46,18 @@ module sig_hdf5_writer
 contains
 
   !> Starts a new file. Errors: no such folder, no right to write there.
-  subroutine create(self, path, error)
+  subroutine create(self, path, error, is_sealed)
     class(h5_writer_t), intent(inout) :: self
     character(*), intent(in) :: path
     type(error_t), allocatable, intent(out) :: error
+    !> put a seal at the head of the file, see sig_file_seal
+    logical, intent(in), optional :: is_sealed
 
     call discard_file(self)
     self%path = path
-    call create_hdf5(path, path // '.partial', self%handle, error)
+    self%is_sealed = .false.
+    if (present(is_sealed)) self%is_sealed = is_sealed
+    call create_hdf5(path, path // '.partial', merge(seal_size, 0, self%is_sealed), self%handle, error)
   end subroutine create
 
   !> Ends the work on the file: it is flushed to the disk and gets its name, unless a write failed.
@@ -66,6 +72,7 @@ contains
     code = sig_h5_close(self%handle)
     self%handle = c_null_ptr
     if (code /= 0 .and. .not. allocated(error)) call make_error(error, 'cannot write the file; is the disk full?', file=self%path)
+    if (self%is_sealed .and. .not. allocated(error)) call seal_file(self%path // '.partial', error)
     if (.not. allocated(error)) call commit(self%path, error)
     if (allocated(error)) call remove_partial(self%path)
   end subroutine close_file

@@ -25,6 +25,8 @@ contains
     call check_grid(tree, 'test', config%parameters, config%test)
     call check_tolerance(tree, 'reduction.pod_tolerance', config%reduction%pod_tolerance)
     call check_tolerance(tree, 'reduction.rank_tolerance', config%reduction%rank_tolerance)
+    if (config%reduction%max_full_order_size < 0) call tree%report_at('reduction.max_full_order_size', &
+      'is ' // to_text(config%reduction%max_full_order_size) // ' MB; it must not be negative (0 = keep none)')
     call check_output_points(tree, config%parameters, config%output%points)
     call check_petsc_options(tree, config%petsc_options)
   end subroutine check_study

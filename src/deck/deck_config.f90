@@ -161,6 +161,9 @@ module sig_deck_config
     real(rk) :: rank_tolerance = 1.0e-10_rk
     !> multipliers_and_displacements (default) or multipliers: what the non-negative least squares fit
     character(:), allocatable :: reconstruction
+    !> [MB] >= 0 that the model may spend on the condensed full-order operator, which answers where the reduced model has no
+    !> answer: for the multipliers, and if there is room for the displacement too; 0 = none; default 64
+    real(rk) :: max_full_order_size = 64
   end type reduction_config_t
 
   type :: output_config_t

@@ -205,7 +205,8 @@ contains
       '  zones_of_interest: ' // name_list(reduction%zones_of_interest) // eol // &
       '  enrichment: {type: ' // reduction%enrichment // '}' // eol // &
       '  rank_tolerance: ' // to_text(reduction%rank_tolerance) // eol // &
-      '  reconstruction: ' // reduction%reconstruction // eol
+      '  reconstruction: ' // reduction%reconstruction // eol // &
+      '  max_full_order_size: ' // to_text(reduction%max_full_order_size) // eol
   end function reduction_section
 
   pure function output_section(output, parameters) result(yaml)

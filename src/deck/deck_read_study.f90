@@ -129,6 +129,7 @@ contains
     end if
     call get_number(tree, i_reduction, 'rank_tolerance', .false., reduction%rank_tolerance)
     call get_choice(tree, i_reduction, 'reconstruction', .false., reconstructions, reduction%reconstruction)
+    call get_number(tree, i_reduction, 'max_full_order_size', .false., reduction%max_full_order_size)
     call tree%close_mapping(i_reduction)
   end subroutine read_reduction
 

@@ -4,7 +4,7 @@ module sig_lapack_interfaces
   use sig_kinds, only: rk
   implicit none(type, external)
   private
-  public :: dgecon, dgels, dgemm, dgesdd, dgetrf, dgetrs, dlange
+  public :: dgecon, dgels, dgemm, dgemv, dgesdd, dgetrf, dgetrs, dlange
 
   interface
     !> Reciprocal condition number of a matrix that dgetrf factored; norm '1' or 'I'; anorm is the norm of the matrix itself.
@@ -57,6 +57,23 @@ module sig_lapack_interfaces
       integer, intent(in) :: ldc
       real(rk), intent(inout) :: c(ldc, *)
     end subroutine dgemm
+
+    !> y = alpha op(a) x + beta y; trans 'N' or 'T'.
+    subroutine dgemv(trans, m, n, alpha, a, lda, x, incx, beta, y, incy)
+      import :: rk
+      implicit none(type, external)
+      character(1), intent(in) :: trans
+      integer, intent(in) :: m
+      integer, intent(in) :: n
+      real(rk), intent(in) :: alpha
+      integer, intent(in) :: lda
+      real(rk), intent(in) :: a(lda, *)
+      real(rk), intent(in) :: x(*)
+      integer, intent(in) :: incx
+      real(rk), intent(in) :: beta
+      real(rk), intent(inout) :: y(*)
+      integer, intent(in) :: incy
+    end subroutine dgemv
 
     !> Singular value decomposition by divide and conquer; jobz 'N' (values only) or 'S' (thin).
     subroutine dgesdd(jobz, m, n, a, lda, s, u, ldu, vt, ldvt, work, lwork, iwork, info)

@@ -19,7 +19,8 @@ contains
   !> Follows the path from w = q + d z0 to z0 = 0, or to a ray.
   !>
   !> Source: Lemke, Management Science 11 (1965) 681; Cottle, Pang, Stone, The linear complementarity problem, section 4.4.
-  !> Requires: at least one q < 0; the covering vector d > 0 in workspace%covering. The data are scaled inside, so units do not matter.
+  !> Requires: at least one q < 0; the covering vector d > 0 in workspace%covering. The data are scaled inside, so units do not
+  !> matter.
   subroutine run_lemke(matrix, q, workspace, is_active, reason, n_iterations)
     !> shape (n, n)
     real(rk), intent(in) :: matrix(:, :)

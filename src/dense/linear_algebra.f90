@@ -3,10 +3,10 @@
 module sig_linear_algebra
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite, ieee_quiet_nan, ieee_value
   use sig_kinds, only: rk
-  use sig_lapack_interfaces, only: dgecon, dgemm, dgesdd, dgetrf, dgetrs, dlange
+  use sig_lapack_interfaces, only: dgecon, dgemm, dgemv, dgesdd, dgetrf, dgetrs, dlange
   implicit none(type, external)
   private
-  public :: lu_t, add_product, solve_dense, invert, reciprocal_condition, singular_values, svd
+  public :: lu_t, add_product, multiply, solve_dense, invert, reciprocal_condition, singular_values, svd
 
   !> below this reciprocal condition number (1-norm) the solution has no correct digit left
   real(rk), parameter, public :: singular_reciprocal = 4.0_rk * epsilon(1.0_rk)
@@ -31,6 +31,25 @@ module sig_linear_algebra
   end interface solve_dense
 
 contains
+
+  !> y = alpha a x + beta y, without a temporary array.
+  subroutine multiply(alpha, a, x, beta, y)
+    real(rk), intent(in) :: alpha
+    !> shape (m, n)
+    real(rk), contiguous, intent(in) :: a(:, :)
+    !> shape (n)
+    real(rk), contiguous, intent(in) :: x(:)
+    real(rk), intent(in) :: beta
+    !> shape (m); with beta = 0 what it holds does not matter
+    real(rk), contiguous, intent(inout) :: y(:)
+
+    if (size(y) == 0) return
+    if (size(x) == 0) then
+      if (abs(beta) <= 0) y = 0
+      return
+    end if
+    call dgemv('N', size(a, 1), size(a, 2), alpha, a, size(a, 1), x, 1, beta, y, 1)
+  end subroutine multiply
 
   !> Factors a square matrix; look at is_singular before a solve.
   subroutine lu_factor(self, a)

@@ -1,17 +1,18 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> A trained model as data: all that a query needs, and what describes it. Nothing here depends on a mesh file or a deck.
 module sig_model
+  use sig_bits, only: n_words
   use sig_kinds, only: rk
   use sig_term_set, only: start_terms, term_set_t
   use sig_text, only: string_t
   implicit none(type, external)
   private
-  public :: model_t, reduced_model_t, validation_statistics_t, complete_model
+  public :: model_t, reduced_model_t, full_order_t, validation_statistics_t, complete_model
 
-  !> layout of the file; a change that an older reader would misread raises it
-  integer, parameter, public :: model_format_version = 2
+  !> layout of the file; a change that an older reader would misread raises it (3 is the first of a release)
+  integer, parameter, public :: model_format_version = 3
   !> oldest layout that is still read
-  integer, parameter, public :: oldest_model_format = 2
+  integer, parameter, public :: oldest_model_format = 3
   !> the two values of model_t%reconstruction
   character(*), parameter, public :: reconstruct_with_displacements = 'multipliers_and_displacements'
   character(*), parameter, public :: reconstruct_from_multipliers = 'multipliers'
@@ -55,6 +56,9 @@ module sig_model
     !> [-] the same displacements of basis and lifting, (n_contact_values, n_modes or n_lifted_terms)
     real(rk), allocatable :: contact_value_basis(:, :)
     real(rk), allocatable :: contact_value_lifting(:, :)
+    !> active sets of the reduced answers at the training points, as bits: where a query starts, shape (n_words(n_rows), n_points);
+    !> no columns: a query starts with what penetrates
+    integer, allocatable :: start_sets(:, :)
     !> [length] of the snapshots, descending
     real(rk), allocatable :: singular_values(:)
     !> [-] kappa of M, (11); huge when rank < n_rows
@@ -67,6 +71,23 @@ module sig_model
     !> sentences of the training
     type(string_t), allocatable :: warnings(:)
   end type reduced_model_t
+
+  !> The full-order model condensed to its multipliers, as far as there was room: what answers where the reduced model has none.
+  !>
+  !> 0 <= lambda, W lambda + gap theta - free_closing theta >= 0, complementary; u = G theta - H lambda.
+  type :: full_order_t
+    !> [length/force] W, shape (n_multipliers, n_multipliers); without it the rest is empty too
+    real(rk), allocatable :: compliance(:, :)
+    !> [length per unit of theta] B G, shape (n_multipliers, n_terms)
+    real(rk), allocatable :: free_closing(:, :)
+    !> [length per unit of theta] G, shape (n_dofs, n_terms), or no columns
+    real(rk), allocatable :: free_response(:, :)
+    !> [length/force] H, shape (n_dofs, n_multipliers), or no columns
+    real(rk), allocatable :: contact_response(:, :)
+  contains
+    procedure :: has_multipliers
+    procedure :: has_displacement
+  end type full_order_t
 
   !> Errors against the full-order model over a test set; no entries until validated.
   type :: validation_statistics_t
@@ -117,11 +138,12 @@ module sig_model
     !> reconstruct_with_displacements or reconstruct_from_multipliers
     character(:), allocatable :: reconstruction
     type(reduced_model_t), allocatable :: clusters(:)
+    type(full_order_t) :: full_order
     type(validation_statistics_t) :: validation
   end type model_t
 
   interface fill_missing
-    procedure fill_text, fill_texts, fill_integers, fill_reals, fill_matrix
+    procedure fill_text, fill_texts, fill_integers, fill_integer_matrix, fill_reals, fill_matrix
   end interface fill_missing
 
 contains
@@ -155,6 +177,10 @@ contains
     call fill_missing(model%validation%median)
     call fill_missing(model%validation%p95)
     call fill_missing(model%validation%maximum)
+    call fill_missing(model%full_order%compliance, 0)
+    call fill_missing(model%full_order%free_closing, size(model%full_order%compliance, 1))
+    call fill_missing(model%full_order%free_response, model%n_dofs)
+    call fill_missing(model%full_order%contact_response, model%n_dofs)
     if (.not. allocated(model%clusters)) allocate (model%clusters(0))
     do i_cluster = 1, size(model%clusters)
       call complete_cluster(model%clusters(i_cluster), model%n_dofs, model%n_multipliers)
@@ -183,9 +209,26 @@ contains
     call fill_missing(cluster%contact_displacement_snapshots, 0)
     call fill_missing(cluster%contact_value_basis, 0)
     call fill_missing(cluster%contact_value_lifting, 0)
+    call fill_missing(cluster%start_sets, n_words(cluster%n_rows))
     call fill_missing(cluster%singular_values)
     call fill_missing(cluster%warnings)
   end subroutine complete_cluster
+
+  !> The multipliers of all contacts can be answered.
+  pure logical function has_multipliers(self)
+    class(full_order_t), intent(in) :: self
+
+    has_multipliers = .false.
+    if (allocated(self%compliance)) has_multipliers = size(self%compliance) > 0
+  end function has_multipliers
+
+  !> The displacement can.
+  pure logical function has_displacement(self)
+    class(full_order_t), intent(in) :: self
+
+    has_displacement = .false.
+    if (allocated(self%contact_response)) has_displacement = size(self%contact_response) > 0
+  end function has_displacement
 
   pure subroutine fill_text(text)
     character(:), allocatable, intent(inout) :: text
@@ -204,6 +247,13 @@ contains
 
     if (.not. allocated(values)) allocate (values(0))
   end subroutine fill_integers
+
+  pure subroutine fill_integer_matrix(values, n_rows)
+    integer, allocatable, intent(inout) :: values(:, :)
+    integer, intent(in) :: n_rows
+
+    if (.not. allocated(values)) allocate (values(n_rows, 0))
+  end subroutine fill_integer_matrix
 
   pure subroutine fill_reals(values)
     real(rk), allocatable, intent(inout) :: values(:)

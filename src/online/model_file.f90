@@ -2,12 +2,14 @@
 !> model.h5: writes a model, reads one, refuses what is none, of another format or changed.
 module sig_model_file
   use sig_errors, only: error_t, exit_internal, make_error
+  use sig_file_seal, only: check_seal
   use sig_hdf5_format, only: check_format, write_format
   use sig_hdf5_reader, only: h5_reader_t
   use sig_hdf5_writer, only: h5_writer_t
   use sig_kinds, only: rk
-  use sig_model, only: complete_model, model_format_version, oldest_model_format, model_t, reduced_model_t, validation_statistics_t
-  use sig_model_check, only: find_mismatch, hash_of_model
+  use sig_model, only: complete_model, full_order_t, model_format_version, model_t, oldest_model_format, reduced_model_t, &
+    validation_statistics_t
+  use sig_model_check, only: find_mismatch
   use sig_term_file, only: read_terms, write_terms
   use sig_text, only: to_text
   implicit none(type, external)
@@ -37,13 +39,14 @@ contains
         exit_code=exit_internal)
       return
     end if
-    call file%create(path, error)
+    call file%create(path, error, is_sealed=.true.)
     if (allocated(error)) return
     call write_header(file, whole)
     call write_problem(file, whole)
     do i_cluster = 1, size(whole%clusters)
       call write_cluster(file, '/clusters/' // to_text(i_cluster), whole%clusters(i_cluster), whole%length_unit, whole%force_unit)
     end do
+    call write_full_order(file, whole%full_order, whole%length_unit, whole%force_unit)
     call write_validation(file, whole%validation)
     call file%close(error)
   end subroutine write_model
@@ -55,7 +58,6 @@ contains
     call write_format(file, format_name, model_format_version, model%code_version)
     call file%write_attribute('/', 'provenance', model%provenance)
     call file%write_attribute('/', 'mesh_hash', model%mesh_hash)
-    call file%write_attribute('/', 'content_hash', hash_of_model(model))
     call file%write_attribute('/', 'n_clusters', size(model%clusters))
     call file%write_attribute('/', 'n_nodes', model%n_nodes)
     call file%write_attribute('/', 'n_dofs', model%n_dofs)
@@ -129,9 +131,25 @@ contains
     call file%write(group // '/contact_value_basis', cluster%contact_value_basis, '1', 'normal displacements, a mode per row')
     call file%write(group // '/contact_value_lifting', cluster%contact_value_lifting, length, &
       'normal displacements, a term per row')
+    call file%write(group // '/start_sets', cluster%start_sets, description= &
+      'active contact rows of the reduced answer at each training point, a bit per row, 32 to an integer, a point per row')
     call file%write(group // '/singular_values', cluster%singular_values, length)
     call file%write(group // '/warnings', cluster%warnings)
   end subroutine write_snapshots
+
+  subroutine write_full_order(file, full_order, length, force)
+    type(h5_writer_t), intent(inout) :: file
+    type(full_order_t), intent(in) :: full_order
+    character(*), intent(in) :: length
+    character(*), intent(in) :: force
+
+    call file%write('/full_order/compliance', full_order%compliance, length // '/(' // force // ')', &
+      'closing of each pair under the contact force of each pair; empty where there was no room')
+    call file%write('/full_order/free_closing', full_order%free_closing, length, 'closing without contact, a term per row')
+    call file%write('/full_order/free_response', full_order%free_response, length, 'displacement without contact, a term per row')
+    call file%write('/full_order/contact_response', full_order%contact_response, length // '/(' // force // ')', &
+      'displacement against the contact force of each pair, a pair per row')
+  end subroutine write_full_order
 
   subroutine write_validation(file, validation)
     type(h5_writer_t), intent(inout) :: file
@@ -146,40 +164,44 @@ contains
 
   !> Reads a model.
   !>
-  !> Errors: no such file, not HDF5, no model, another format version, a part is missing or was changed.
+  !> Errors: no such file, not HDF5, no model, another format version, cut off or changed, a part is missing.
   subroutine read_model(path, model, error)
     character(*), intent(in) :: path
     type(model_t), intent(out) :: model
     type(error_t), allocatable, intent(out) :: error
     type(h5_reader_t) :: file
-    character(:), allocatable :: content_hash
+    logical :: is_sealed
 
-    call file%open(path, error)
+    ! HDF5 does not survive every damaged file: it gets to see none.
+    call check_seal(path, is_sealed, error)
+    if (.not. allocated(error)) call file%open(path, error)
     if (allocated(error)) return
     call check_format(file, path, format_name, [oldest_model_format, model_format_version], train_hint, &
       model%format_version, error)
-    call read_header(file, model, content_hash, error)
+    call read_header(file, model, error)
     if (.not. allocated(error)) call read_problem(file, model, error)
     if (.not. allocated(error)) call read_clusters(file, model%clusters, error)
+    call read_full_order(file, model%full_order, error)
     call read_validation(file, model%validation, error)
     call file%close()
     if (allocated(error)) return
-    if (find_mismatch(model) /= '' .or. hash_of_model(model) /= content_hash) &
-      call make_error(error, 'the model was changed after it was written: its content and its content_hash differ', file=path, &
-        hint='train again, or fetch the file once more')
+    if (.not. is_sealed) then
+      call make_error(error, 'the model has no checksum, or its first bytes were changed', file=path, hint=train_hint)
+    else if (find_mismatch(model) /= '') then
+      call make_error(error, 'the part ''' // find_mismatch(model) // ''' of the model does not fit the others', file=path, &
+        hint=train_hint)
+    end if
   end subroutine read_model
 
-  subroutine read_header(file, model, content_hash, error)
+  subroutine read_header(file, model, error)
     type(h5_reader_t), intent(in) :: file
     type(model_t), intent(inout) :: model
-    character(:), allocatable, intent(out) :: content_hash
     type(error_t), allocatable, intent(inout) :: error
     integer :: n_clusters
 
     call file%read_attribute('/', 'code_version', model%code_version, error)
     call file%read_attribute('/', 'provenance', model%provenance, error)
     call file%read_attribute('/', 'mesh_hash', model%mesh_hash, error)
-    call file%read_attribute('/', 'content_hash', content_hash, error)
     call file%read_attribute('/', 'n_clusters', n_clusters, error)
     call file%read_attribute('/', 'n_nodes', model%n_nodes, error)
     call file%read_attribute('/', 'n_dofs', model%n_dofs, error)
@@ -275,9 +297,21 @@ contains
     call file%read(group // '/contact_displacement_snapshots', cluster%contact_displacement_snapshots, error)
     call file%read(group // '/contact_value_basis', cluster%contact_value_basis, error)
     call file%read(group // '/contact_value_lifting', cluster%contact_value_lifting, error)
+    call file%read(group // '/start_sets', cluster%start_sets, error)
     call file%read(group // '/singular_values', cluster%singular_values, error)
     call file%read(group // '/warnings', cluster%warnings, error)
   end subroutine read_snapshots
+
+  subroutine read_full_order(file, full_order, error)
+    type(h5_reader_t), intent(in) :: file
+    type(full_order_t), intent(inout) :: full_order
+    type(error_t), allocatable, intent(inout) :: error
+
+    call file%read('/full_order/compliance', full_order%compliance, error)
+    call file%read('/full_order/free_closing', full_order%free_closing, error)
+    call file%read('/full_order/free_response', full_order%free_response, error)
+    call file%read('/full_order/contact_response', full_order%contact_response, error)
+  end subroutine read_full_order
 
   subroutine read_validation(file, validation, error)
     type(h5_reader_t), intent(in) :: file

@@ -1,16 +1,20 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Answers of a reduced model at parameter points. Everything that does not depend on the point is factored once, so that a query
-!> costs a complementarity problem of the domain's multipliers and two small products.
+!> Answers of a reduced model at parameter points: a complementarity problem of the domain's multipliers and two small products.
 module sig_query
+  use sig_bits, only: unpack_bits
   use sig_kinds, only: rk
-  use sig_lcp, only: lcp_method_name, lcp_reason_text, lcp_solution_t, lcp_solved, solve_lcp
-  use sig_linear_algebra, only: lu_t
-  use sig_model, only: model_t, reduced_model_t
+  use sig_lcp, only: lcp_active_set, lcp_lemke, lcp_method_name, lcp_reason_text, lcp_solution_t, lcp_solved, lcp_workspace_t, &
+    solve_lcp
+  use sig_linear_algebra, only: multiply
+  use sig_online_model, only: online_model_t
   use sig_term_values, only: term_values_t
-  use sig_text, only: to_text
   implicit none(type, external)
   private
-  public :: query_t, answer_t, is_inside_box, method_name, reason_text
+  public :: query_t, answer_t, method_name, reason_text
+
+  !> methods of an answer: those of sig_lcp, and
+  integer, parameter, public :: query_condensed = lcp_lemke + 1
+  integer, parameter, public :: n_query_methods = query_condensed
 
   !> reasons of an answer beside those of sig_lcp: > 0 answered, < 0 not
   integer, parameter, public :: query_answered = lcp_solved
@@ -19,22 +23,7 @@ module sig_query
   !> a term of the model is infinite or not a number there
   integer, parameter, public :: query_failed_term = -12
 
-  !> a point counts as inside when it is beyond a side by less than this part of the side's length (rounded grid points)
-  real(rk), parameter :: box_tolerance = 1.0e-9_rk
-
-  !> What does not depend on the point, for one cluster.
-  type :: cluster_system_t
-    private
-    !> W = M K_r^-1 M', shape (n_rows, n_rows)
-    real(rk), allocatable :: condensed(:, :)
-    !> q = gap_response theta: D - M K_r^-1 F, shape (n_rows, n_terms)
-    real(rk), allocatable :: gap_response(:, :)
-    !> gamma = load_response theta - multiplier_response lambda: K_r^-1 F and K_r^-1 M'
-    real(rk), allocatable :: load_response(:, :)
-    real(rk), allocatable :: multiplier_response(:, :)
-  end type cluster_system_t
-
-  !> Answer at one point.
+  !> Answer at one point; where there is none the arrays are zero.
   type :: answer_t
     !> cluster that answered, 1-based
     integer :: cluster = 1
@@ -44,7 +33,10 @@ module sig_query
     real(rk), allocatable :: multipliers_rid(:)
     !> lambda > 0, shape (n_rows)
     logical, allocatable :: is_active(:)
-    !> one of sig_lcp's methods; method_name says it in words
+    !> [force] lambda on all contacts where the method is query_condensed, shape (n_multipliers)
+    real(rk), allocatable :: multipliers(:)
+    !> one of sig_lcp's methods, or query_condensed: the reduced problem has no solution, the full-order operator of the model
+    !> answered; method_name says it in words
     integer :: method = 0
     !> query_answered, one of query_failed_* or one of sig_lcp's; reason_text says it in words
     integer :: reason = query_failed_size
@@ -52,18 +44,24 @@ module sig_query
     integer :: n_iterations = 0
     !> the point lies in the trained box; an answer is given outside too
     logical :: is_inside_box = .false.
+    !> [-] to the nearest training point, the box taken as of side 1
+    real(rk) :: distance = huge(1.0_rk)
+    !> [-] largest violation of the contact conditions of the problem that was solved, relative to the terms of its row
+    real(rk) :: residual = huge(1.0_rk)
     !> values of the model's terms, shape (n_terms)
     real(rk), allocatable :: theta(:)
   end type answer_t
 
-  !> A model made ready for queries. A copy shares the expressions, so only its owner destroys it; one per thread.
+  !> Room and expressions of one thread. After the first answers a query allocates nothing.
   type :: query_t
     private
     type(term_values_t) :: terms
-    integer :: n_terms = 0
-    type(cluster_system_t), allocatable :: systems(:)
-    !> shape (2, n_parameters)
-    real(rk), allocatable :: box(:, :)
+    type(lcp_workspace_t) :: workspace
+    type(lcp_solution_t) :: solution
+    type(lcp_solution_t) :: full_order_solution
+    !> (q, free coordinates), shape (n_rows + n_modes of the largest cluster, at least n_multipliers)
+    real(rk), allocatable :: response(:)
+    logical, allocatable :: start(:)
   contains
     procedure :: create
     procedure :: evaluate
@@ -72,130 +70,171 @@ module sig_query
 
 contains
 
-  !> Compiles the terms and condenses each cluster on its multipliers.
-  !>
-  !> Errors: message is allocated when a term is no expression or a reduced stiffness is numerically singular.
-  subroutine create(self, model, message)
+  !> Errors: message is allocated when a term is no expression.
+  subroutine create(self, online, message)
     class(query_t), intent(inout) :: self
-    type(model_t), intent(in) :: model
+    !> prepared
+    type(online_model_t), intent(in) :: online
     character(:), allocatable, intent(out) :: message
-    integer :: i_cluster
+    integer :: n, n_multipliers
 
     call self%destroy()
-    self%box = model%box
-    self%n_terms = model%terms%n_terms()
-    call self%terms%create(model%terms, message)
-    allocate (self%systems(size(model%clusters)))
-    do i_cluster = 1, size(model%clusters)
-      if (allocated(message)) exit
-      call condense(model%clusters(i_cluster), self%systems(i_cluster), message)
-      if (allocated(message)) message = 'cluster ' // to_text(i_cluster) // ': ' // message
-    end do
-    if (allocated(message)) call self%destroy()
+    call self%terms%create(online%model%terms, message)
+    if (allocated(message)) return
+    n_multipliers = online%model%n_multipliers
+    n = max(n_multipliers, maxval(online%systems%n_rows + online%systems%n_modes))
+    allocate (self%response(n), self%start(max(n_multipliers, maxval(online%systems%n_rows))))
   end subroutine create
 
-  subroutine condense(cluster, system, message)
-    type(reduced_model_t), intent(in) :: cluster
-    type(cluster_system_t), intent(out) :: system
-    character(:), allocatable, intent(out) :: message
-    type(lu_t) :: lu
-
-    call lu%factor(cluster%reduced_stiffness)
-    if (lu%is_singular) then
-      message = 'the reduced stiffness (' // to_text(cluster%n_modes) // ' modes) is numerically singular: its reciprocal ' &
-        // 'condition number is ' // to_text(lu%reciprocal_condition) // '; the equations of the reduced integration domain ' &
-        // 'do not determine every mode (a larger pod_tolerance or a zone of interest mends that)'
-      return
-    end if
-    system%multiplier_response = lu%solve(transpose(cluster%contact_matrix))
-    system%load_response = lu%solve(cluster%load)
-    system%condensed = matmul(cluster%contact_matrix, system%multiplier_response)
-    system%gap_response = cluster%gap - matmul(cluster%contact_matrix, system%load_response)
-  end subroutine condense
-
-  !> Answers at one point; every array of the answer has its size even when there is no answer (zeros then).
-  !>
-  !> No warm start: where an answer is not unique it must not depend on the point before.
-  subroutine evaluate(self, point, answer)
-    class(query_t), intent(in) :: self
+  !> Answers at one point. The start depends on the point alone: where an answer is not unique it must not depend on the one before.
+  subroutine evaluate(self, online, point, answer)
+    class(query_t), intent(inout) :: self
+    !> the model of create
+    type(online_model_t), intent(in) :: online
     !> values of the parameters in the model's order
     real(rk), intent(in) :: point(:)
-    type(answer_t), intent(out) :: answer
-    type(lcp_solution_t) :: solution
-    real(rk), allocatable :: q(:)
-    integer :: i_source
+    type(answer_t), intent(inout) :: answer
+    integer :: i_nearest, i_source
     logical :: is_valid
-    logical, parameter :: cold_start(0) = .true.
 
-    associate (system => self%systems(answer%cluster))
-      call start_answer(self%n_terms, size(system%load_response, 1), size(system%condensed, 1), answer)
-      if (size(point) /= size(self%box, 2)) return
-      answer%is_inside_box = is_inside_box(self%box, point)
-      call self%terms%evaluate(point, answer%theta, is_valid, i_source)
-      answer%reason = merge(query_answered, query_failed_term, is_valid)
-      if (.not. is_valid) return
-      q = matmul(system%gap_response, answer%theta)
-      call solve_lcp(system%condensed, q, cold_start, solution)
-      answer%method = solution%method
-      answer%reason = solution%reason
-      answer%n_iterations = solution%n_iterations
-      if (solution%reason < 0) return
-      answer%multipliers_rid = solution%lambda
-      answer%is_active = solution%is_active
-      answer%coordinates = matmul(system%load_response, answer%theta) &
-        - matmul(system%multiplier_response, solution%lambda)
+    answer%cluster = 1
+    call start_answer(online, answer)
+    if (size(point) /= size(online%model%box, 2)) return
+    answer%is_inside_box = online%is_inside_box(point)
+    call online%nearest_point(point, i_nearest, answer%distance)
+    call self%terms%evaluate(point, answer%theta, is_valid, i_source)
+    answer%reason = merge(query_answered, query_failed_term, is_valid)
+    if (.not. is_valid) return
+    call solve_reduced(self, online, i_nearest, answer)
+    if (answer%reason < 0 .and. online%model%full_order%has_multipliers()) call solve_full_order(self, online, answer)
+    if (answer%reason < 0) return
+    associate (system => online%systems(answer%cluster))
+      answer%coordinates = self%response(system%n_rows + 1:system%n_rows + system%n_modes)
+      call multiply(-1.0_rk, system%multiplier_response, answer%multipliers_rid, 1.0_rk, answer%coordinates)
     end associate
   end subroutine evaluate
 
-  pure subroutine start_answer(n_terms, n_modes, n_rows, answer)
-    integer, intent(in) :: n_terms
-    integer, intent(in) :: n_modes
-    integer, intent(in) :: n_rows
+  !> Zeros in arrays of the right size.
+  pure subroutine start_answer(online, answer)
+    type(online_model_t), intent(in) :: online
     type(answer_t), intent(inout) :: answer
 
-    allocate (answer%theta(n_terms), answer%coordinates(n_modes), answer%multipliers_rid(n_rows), source=0.0_rk)
-    allocate (answer%is_active(n_rows), source=.false.)
+    associate (system => online%systems(answer%cluster))
+      call resize(answer%theta, online%model%terms%n_terms())
+      call resize(answer%coordinates, system%n_modes)
+      call resize(answer%multipliers_rid, system%n_rows)
+      call resize(answer%multipliers, online%model%n_multipliers)
+      if (allocated(answer%is_active)) then
+        if (size(answer%is_active) /= system%n_rows) deallocate (answer%is_active)
+      end if
+      if (.not. allocated(answer%is_active)) allocate (answer%is_active(system%n_rows))
+    end associate
+    answer%is_active = .false.
+    answer%method = 0
+    answer%reason = query_failed_size
+    answer%n_iterations = 0
+    answer%is_inside_box = .false.
+    answer%distance = huge(answer%distance)
+    answer%residual = huge(answer%residual)
   end subroutine start_answer
 
-  !> The point lies in the box or on its border.
-  pure logical function is_inside_box(box, point)
-    !> minimum and maximum, shape (2, n_parameters)
-    real(rk), intent(in) :: box(:, :)
-    real(rk), intent(in) :: point(:)
-    real(rk) :: margin(size(point))
+  !> Zeros.
+  pure subroutine resize(values, n)
+    real(rk), allocatable, intent(inout) :: values(:)
+    integer, intent(in) :: n
 
-    margin = box_tolerance * (box(2, :) - box(1, :))
-    is_inside_box = all(point >= box(1, :) - margin .and. point <= box(2, :) + margin)
-  end function is_inside_box
+    if (allocated(values)) then
+      if (size(values) /= n) deallocate (values)
+    end if
+    if (.not. allocated(values)) allocate (values(n))
+    values = 0
+  end subroutine resize
+
+  !> The complementarity problem of the domain, from the active set of the nearest training point.
+  subroutine solve_reduced(self, online, i_nearest, answer)
+    class(query_t), intent(inout) :: self
+    type(online_model_t), intent(in) :: online
+    integer, intent(in) :: i_nearest
+    type(answer_t), intent(inout) :: answer
+
+    associate (system => online%systems(answer%cluster), sets => online%model%clusters(answer%cluster)%start_sets)
+      call multiply(1.0_rk, system%response, answer%theta, 0.0_rk, self%response(:size(system%response, 1)))
+      associate (q => self%response(:system%n_rows), start => self%start(:system%n_rows))
+        if (i_nearest >= 1 .and. i_nearest <= size(sets, 2)) then
+          call unpack_bits(sets(:, i_nearest), start)
+        else
+          start = q < 0
+        end if
+        call solve_lcp(system%condensed, q, start, self%solution, self%workspace)
+      end associate
+    end associate
+    call take_solution(self%solution, self%solution%method, answer)
+    answer%multipliers_rid = self%solution%lambda
+    answer%is_active = self%solution%is_active
+  end subroutine solve_reduced
+
+  !> The complementarity problem of all contacts: W is positive semidefinite, so that it has a solution.
+  !>
+  !> The free coordinates in self%response stay: the displacement is then that of the reduced model under the true multipliers
+  !> unless the model holds more.
+  subroutine solve_full_order(self, online, answer)
+    class(query_t), intent(inout) :: self
+    type(online_model_t), intent(in) :: online
+    type(answer_t), intent(inout) :: answer
+    integer :: n_before
+
+    n_before = answer%n_iterations
+    associate (q => answer%multipliers, start => self%start(:online%model%n_multipliers))
+      call multiply(1.0_rk, online%full_order_gap, answer%theta, 0.0_rk, q)
+      start = q < 0
+      call solve_lcp(online%model%full_order%compliance, q, start, self%full_order_solution, self%workspace)
+      q = self%full_order_solution%lambda
+    end associate
+    call take_solution(self%full_order_solution, query_condensed, answer)
+    answer%n_iterations = n_before + answer%n_iterations
+    answer%multipliers_rid = answer%multipliers(online%model%clusters(answer%cluster)%contact_rows)
+    answer%is_active = answer%multipliers_rid > 0
+  end subroutine solve_full_order
+
+  pure subroutine take_solution(solution, method, answer)
+    type(lcp_solution_t), intent(in) :: solution
+    integer, intent(in) :: method
+    type(answer_t), intent(inout) :: answer
+
+    answer%method = method
+    answer%reason = solution%reason
+    answer%n_iterations = solution%n_iterations
+    answer%residual = solution%residual
+  end subroutine take_solution
 
   subroutine destroy(self)
     class(query_t), intent(inout) :: self
 
     call self%terms%destroy()
-    if (allocated(self%systems)) deallocate (self%systems)
-    if (allocated(self%box)) deallocate (self%box)
+    if (allocated(self%response)) deallocate (self%response, self%start)
   end subroutine destroy
 
-  !> Method of an answer as in reports and in validation.csv.
-  pure function method_name(answer) result(name)
-    type(answer_t), intent(in) :: answer
+  !> A method as in reports and tables.
+  pure function method_name(method) result(name)
+    integer, intent(in) :: method
     character(:), allocatable :: name
 
-    name = lcp_method_name(answer%method)
+    name = 'condensed'
+    if (method < query_condensed) name = lcp_method_name(method)
   end function method_name
 
   !> Reason of an answer as a sentence without its full stop.
-  pure function reason_text(answer) result(text)
-    type(answer_t), intent(in) :: answer
+  pure function reason_text(reason) result(text)
+    integer, intent(in) :: reason
     character(:), allocatable :: text
 
-    select case (answer%reason)
+    select case (reason)
     case (query_failed_size)
       text = 'the point has not one value per parameter'
     case (query_failed_term)
       text = 'a term of the model is infinite or not a number at this point'
     case default
-      text = 'the complementarity problem ' // lcp_reason_text(answer%reason)
+      text = 'the complementarity problem ' // lcp_reason_text(reason)
     end select
   end function reason_text
 end module sig_query

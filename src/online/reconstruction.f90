@@ -4,20 +4,26 @@ module sig_reconstruction
   use sig_kinds, only: rk
   use sig_model, only: model_t, reconstruct_with_displacements, reduced_model_t
   use sig_nnls, only: solve_nnls
-  use sig_query, only: answer_t
+  use sig_query, only: answer_t, query_condensed
   implicit none(type, external)
   private
   public :: reconstruct_displacement, reconstruct_multipliers
 
 contains
 
-  !> u = lifting theta + basis gamma, with the terms that prescribe displacements.
+  !> u = lifting theta + basis gamma, with the terms that prescribe displacements; u = G theta - H lambda where the full-order
+  !> operator answered and the model holds G and H.
   subroutine reconstruct_displacement(model, answer, displacement)
     type(model_t), intent(in) :: model
     type(answer_t), intent(in) :: answer
     !> [length] shape (n_dofs)
     real(rk), allocatable, intent(out) :: displacement(:)
 
+    if (answer%method == query_condensed .and. model%full_order%has_displacement()) then
+      displacement = matmul(model%full_order%free_response, answer%theta) &
+        - matmul(model%full_order%contact_response, answer%multipliers)
+      return
+    end if
     associate (cluster => model%clusters(answer%cluster))
       displacement = matmul(cluster%lifting, answer%theta(:size(cluster%lifting, 2))) &
         + matmul(cluster%basis, answer%coordinates)
@@ -37,6 +43,10 @@ contains
     real(rk), allocatable :: coefficients(:), known(:), snapshots(:, :)
     real(rk) :: residual_norm
 
+    if (answer%method == query_condensed) then
+      multipliers = answer%multipliers
+      return
+    end if
     allocate (multipliers(model%n_multipliers), source=0.0_rk)
     associate (cluster => model%clusters(answer%cluster))
       if (any(answer%multipliers_rid > 0) .and. cluster%n_rows < model%n_multipliers) then

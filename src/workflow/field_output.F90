@@ -10,6 +10,7 @@ module sig_field_output
   use sig_kinds, only: rk
   use sig_mesh, only: find_group
   use sig_model, only: model_t
+  use sig_online_model, only: online_model_t
   use sig_parameter_space, only: format_point
   use sig_point_solver, only: point_solver_t
   use sig_problem, only: force_unit, parameter_names, problem_t, stress_unit
@@ -36,7 +37,10 @@ contains
     type(error_t), allocatable, intent(out) :: error
     PetscErrorCode, intent(out) :: ierr
     type(model_t), intent(in), optional :: model
+    type(online_model_t) :: online
+    type(query_t) :: query
     type(point_solver_t) :: solver
+    character(:), allocatable :: message
     type(field_file_t) :: file
     real(rk), allocatable :: areas(:), theta(:, :)
     integer :: i, i_bad_point, i_bad_source, rank
@@ -54,10 +58,16 @@ contains
       call file%create(folder // '/fields.h5', problem%mesh, problem%deck%units%length, parameter_names(problem%deck), error)
       if (.not. allocated(error)) then
         call write_contact(problem, file, model)
+        if (present(model)) then
+          online%model = model
+          call online%prepare(message)
+          if (.not. allocated(message)) call query%create(online, message)
+        end if
         do i = 1, size(points, 2)
           call write_point(problem, points(:, i), theta(:, i), states(i), areas, file)
-          if (present(model)) call write_reduced(problem, points(:, i), model, file)
+          if (present(model) .and. .not. allocated(message)) call write_reduced(problem, points(:, i), online, query, file)
         end do
+        call query%destroy()
         call file%close(error)
       end if
     end if
@@ -140,30 +150,26 @@ contains
     end associate
   end subroutine write_contact_fields
 
-  subroutine write_reduced(problem, point, model, file)
+  subroutine write_reduced(problem, point, online, query, file)
     type(problem_t), intent(in) :: problem
     real(rk), intent(in) :: point(:)
-    type(model_t), intent(in) :: model
+    type(online_model_t), intent(in) :: online
+    type(query_t), intent(inout) :: query
     type(field_file_t), intent(inout) :: file
-    type(query_t) :: query
     type(answer_t) :: answer
-    character(:), allocatable :: message
     real(rk), allocatable :: displacement(:), multipliers(:)
     integer :: is_inside(problem%mesh%n_cells)
 
-    call query%create(model, message)
-    if (allocated(message)) return
-    call query%evaluate(point, answer)
-    call reconstruct_displacement(model, answer, displacement)
-    call reconstruct_multipliers(model, answer, multipliers)
+    call query%evaluate(online, point, answer)
+    call reconstruct_displacement(online%model, answer, displacement)
+    call reconstruct_multipliers(online%model, answer, multipliers)
     is_inside = 0
-    is_inside(model%clusters(answer%cluster)%cells) = 1
+    is_inside(online%model%clusters(answer%cluster)%cells) = 1
     call file%add_cell_field('reduced_domain', is_inside, '-', 'cell of the reduced integration domain')
     call file%add_node_field('displacement_reduced', reshape(displacement, [problem%mesh%n_dim, problem%mesh%n_nodes]), &
       problem%deck%units%length, 'displacement, reduced model')
     call file%add_array('multipliers_reduced', multipliers, force_unit(problem%deck), &
       'contact force of each row, reduced model; outside the reduced domain reconstructed')
-    call query%destroy()
   end subroutine write_reduced
 
   !> Area of each contact node, on whichever surface it lies.

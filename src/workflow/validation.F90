@@ -10,6 +10,7 @@ module sig_validation
   use sig_errors, only: error_t, exit_internal, make_error
   use sig_kinds, only: rk
   use sig_model, only: model_t
+  use sig_online_model, only: online_model_t
   use sig_point_solver, only: point_solver_t
   use sig_problem, only: problem_t
   use sig_progress, only: progress_t
@@ -41,7 +42,7 @@ module sig_validation
     integer, allocatable :: cluster(:)
     integer, allocatable :: n_active(:)
     integer, allocatable :: n_active_full_order(:)
-    !> method of the answer, and reason of the full-order solve
+    !> method of the answer (0 = there is none), and reason of the full-order solve
     integer, allocatable :: method(:)
     integer, allocatable :: reason_full_order(:)
     logical :: is_stopped = .false.
@@ -64,6 +65,7 @@ contains
     type(validation_t), intent(out) :: outcome
     type(error_t), allocatable, intent(out) :: error
     PetscErrorCode, intent(out) :: ierr
+    type(online_model_t) :: online
     type(query_t) :: query
     type(point_solver_t) :: solver
     character(:), allocatable :: message
@@ -71,27 +73,29 @@ contains
 
     ierr = 0
     outcome%points = points
-    call query%create(model, message)
+    online%model = model
+    call online%prepare(message)
+    if (.not. allocated(message)) call query%create(online, message)
     if (allocated(message)) then
       call make_error(error, 'the model cannot answer: ' // message, problem%deck%path, exit_code=exit_internal)
       return
     end if
     PetscCall(solver%create(problem, problem%deck%solver, groups%comm, ierr))
     outcome%setup_seconds = solver%setup_seconds
-    PetscCall(compare_points(problem, groups, model, query, solver, points, outcome%is_stopped, table, ierr))
+    PetscCall(compare_points(problem, groups, online, query, solver, points, outcome%is_stopped, table, ierr))
     PetscCall(solver%destroy(ierr))
     call unpack_table(table, outcome)
     PetscCall(time_refactored(problem, groups, points, outcome%refactored_seconds, ierr))
-    call time_queries(query, points, outcome%query_seconds)
+    call time_queries(online, query, points, outcome%query_seconds)
     PetscCall(max_over_ranks(PETSC_COMM_WORLD, outcome%query_seconds, ierr))
     call query%destroy()
   end subroutine validate
 
   !> One column of the table per point, filled by the leader of the group that solved it.
-  subroutine compare_points(problem, groups, model, query, solver, points, is_stopped, table, ierr)
+  subroutine compare_points(problem, groups, online, query, solver, points, is_stopped, table, ierr)
     type(problem_t), intent(in) :: problem
     type(rank_groups_t), intent(in) :: groups
-    type(model_t), intent(in) :: model
+    type(online_model_t), intent(in) :: online
     type(query_t), intent(inout) :: query
     type(point_solver_t), intent(inout) :: solver
     real(rk), intent(in) :: points(:, :)
@@ -99,7 +103,7 @@ contains
     real(rk), intent(out) :: table(:, :)
     PetscErrorCode, intent(out) :: ierr
     type(progress_t) :: progress
-    type(domain_energy_t) :: domains(size(model%clusters))
+    type(domain_energy_t) :: domains(size(online%model%clusters))
     real(rk) :: flag, column(size(table, 1))
     integer :: i
 
@@ -107,7 +111,7 @@ contains
     table = 0
     flag = 0
     do i = 1, size(domains)
-      call domains(i)%create(problem%mesh, problem%body, model%clusters(i)%cells)
+      call domains(i)%create(problem%mesh, problem%body, online%model%clusters(i)%cells)
     end do
     call progress%start('validating', size(points, 2))
     do i = 1, size(points, 2)
@@ -115,7 +119,7 @@ contains
         flag = merge(1.0_rk, 0.0_rk, is_stop_requested())
         PetscCall(max_over_ranks(groups%comm, flag, ierr))
         if (flag > 0) exit
-        PetscCall(compare_point(problem, domains, model, query, solver, points(:, i), column, ierr))
+        PetscCall(compare_point(problem, domains, online, query, solver, points(:, i), column, ierr))
         if (groups%is_leader()) table(:, i) = column
       end if
       call progress%advance(i)
@@ -128,11 +132,11 @@ contains
     end do
   end subroutine compare_points
 
-  subroutine compare_point(problem, domains, model, query, solver, point, column, ierr)
+  subroutine compare_point(problem, domains, online, query, solver, point, column, ierr)
     type(problem_t), intent(in) :: problem
     !> cells of each cluster's domain
     type(domain_energy_t), intent(in) :: domains(:)
-    type(model_t), intent(in) :: model
+    type(online_model_t), intent(in) :: online
     type(query_t), intent(inout) :: query
     type(point_solver_t), intent(inout) :: solver
     real(rk), intent(in) :: point(:)
@@ -143,11 +147,12 @@ contains
     type(point_errors_t) :: errors
 
     PetscCall(solver%solve(problem, point, state, ierr))
-    call query%evaluate(point, answer)
-    PetscCall(measure_errors(solver%system, domains(answer%cluster), model, answer, state, errors, ierr))
+    call query%evaluate(online, point, answer)
+    PetscCall(measure_errors(solver%system, domains(answer%cluster), online%model, answer, state, errors, ierr))
     column = [errors%displacement, errors%multipliers_rid, errors%multipliers_all, errors%energy, errors%energy_rid, &
       errors%energy_relative, errors%energy_rid_relative, real(answer%cluster, rk), real(count(answer%is_active), rk), &
-      real(count(state%multipliers > 0), rk), real(answer%method, rk), real(state%reason, rk), state%seconds]
+      real(count(state%multipliers > 0), rk), &
+      real(merge(answer%method, 0, answer%reason > 0), rk), real(state%reason, rk), state%seconds]
   end subroutine compare_point
 
   subroutine unpack_table(table, outcome)
@@ -197,7 +202,8 @@ contains
   end subroutine time_refactored
 
   !> Mean time of a query over all points, repeated until the clock can be trusted. Local.
-  subroutine time_queries(query, points, seconds)
+  subroutine time_queries(online, query, points, seconds)
+    type(online_model_t), intent(in) :: online
     type(query_t), intent(inout) :: query
     real(rk), intent(in) :: points(:, :)
     real(rk), intent(out) :: seconds
@@ -209,7 +215,7 @@ contains
     start = wall_time()
     do while (wall_time() - start < query_time)
       do i = 1, size(points, 2)
-        call query%evaluate(points(:, i), answer)
+        call query%evaluate(online, points(:, i), answer)
       end do
       n_queries = n_queries + size(points, 2)
     end do

@@ -8,7 +8,7 @@ module sig_validation_output
   use sig_kinds, only: rk
   use sig_model, only: model_t
   use sig_parameter_space, only: format_point
-  use sig_lcp, only: lcp_method_name
+  use sig_query, only: method_name, n_query_methods
   use sig_reporting, only: report_statistics
   use sig_run_report, only: run_report_t
   use sig_statistics, only: statistics_t, summarize
@@ -59,7 +59,7 @@ contains
       row = row // ',' // number(outcome%errors(k, i))
     end do
     row = row // ',' // to_text(outcome%n_active(i)) // ',' // to_text(outcome%n_active_full_order(i)) // ',' // &
-      lcp_method_name(outcome%method(i)) // ',' // status(outcome%reason_full_order(i))
+      method_name(outcome%method(i)) // ',' // status(outcome%reason_full_order(i))
   end function table_row
 
   pure function status(reason) result(text)
@@ -91,13 +91,17 @@ contains
     type(deck_config_t), intent(in) :: deck
     type(validation_t), intent(in) :: outcome
     type(run_report_t), intent(inout) :: report
-    integer :: i_error
+    integer :: i_error, i_method
 
     call report%add('errors/n_points', size(outcome%points, 2))
     do i_error = 1, n_errors
       call report_statistics(report, 'errors/' // trim(error_names(i_error)), outcome%errors(i_error, :))
     end do
     call report%add('errors/e_lambda_rid/above_8e-3', points_above(deck, outcome, 2, 8.0e-3_rk))
+    do i_method = 1, n_query_methods
+      call report%add('answers/' // method_name(i_method), count(outcome%method == i_method))
+    end do
+    call report%add('answers/none', count(outcome%method == 0))
     call report%add('errors/e_lambda_rid/no_contact', count(is_no_number(outcome%errors(2, :))))
     call report%add('errors/e_lambda_rid/infinite', count(outcome%errors(2, :) > huge(1.0_rk)))
     call report%add('times/full_order_setup', outcome%setup_seconds)

@@ -1,0 +1,56 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> Seals at the head of files: a file that was cut off or changed is refused before a library stumbles over it.
+module sig_file_seal
+  use, intrinsic :: iso_c_binding, only: c_int, c_int64_t, c_size_t
+  use sig_base_c_interfaces, only: sig_check_seal, sig_seal_file
+  use sig_errors, only: error_t, make_error
+  use sig_file_system, only: system_reason
+  use sig_text, only: to_text
+  implicit none(type, external)
+  private
+  public :: seal_file, check_seal, seal_size
+
+  ! as in file_seal.h
+  integer, parameter :: seal_size = 512
+  integer(c_int), parameter :: no_seal = 1, newer = 2, other_length = 3, changed = 4
+  character(*), parameter :: again = 'fetch or make the file once more'
+
+contains
+
+  !> Seals a whole file whose first seal_size bytes are free. Errors: it cannot be read or written.
+  subroutine seal_file(path, error)
+    character(*), intent(in) :: path
+    type(error_t), allocatable, intent(out) :: error
+    integer(c_int) :: code
+
+    code = sig_seal_file(path, len(path, c_size_t))
+    if (code /= 0) call make_error(error, 'cannot write the file: ' // system_reason(code), file=path)
+  end subroutine seal_file
+
+  !> Errors: the file is not what was sealed. One without a seal, or that cannot be read, is none.
+  subroutine check_seal(path, is_sealed, error)
+    character(*), intent(in) :: path
+    logical, intent(out) :: is_sealed
+    type(error_t), allocatable, intent(out) :: error
+    integer(c_int64_t) :: n_found, n_sealed
+    integer(c_int) :: status
+
+    status = sig_check_seal(path, len(path, c_size_t), n_found, n_sealed)
+    is_sealed = status == 0
+    select case (status)
+    case (newer)
+      call make_error(error, 'a newer program wrote the file; this one cannot read it', file=path, &
+        hint='use the program that wrote it, or a newer one')
+    case (other_length)
+      if (n_found < n_sealed) then
+        call make_error(error, 'the file is cut off: ' // to_text(n_found) // ' of ' // to_text(n_sealed) // ' bytes are there', &
+          file=path, hint=again)
+      else
+        call make_error(error, 'the file is cut off or longer than it was written', file=path, hint=again)
+      end if
+    case (changed)
+      call make_error(error, 'the file was changed or damaged after it was written: its checksum differs', file=path, hint=again)
+    case default ! whole, without a seal, or for others to say why it cannot be read
+    end select
+  end subroutine check_seal
+end module sig_file_seal

@@ -1,0 +1,127 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> A model made ready for queries: what does not depend on the point is computed once. Any number of threads may share it.
+module sig_online_model
+  use sig_kinds, only: rk
+  use sig_linear_algebra, only: lu_t
+  use sig_model, only: complete_model, model_t, reduced_model_t
+  use sig_text, only: to_text
+  implicit none(type, external)
+  private
+  public :: online_model_t, cluster_system_t
+
+  !> One cluster condensed on its multipliers.
+  type :: cluster_system_t
+    integer :: n_rows = 0
+    integer :: n_modes = 0
+    !> W = M K_r^-1 M', shape (n_rows, n_rows)
+    real(rk), allocatable :: condensed(:, :)
+    !> (q, K_r^-1 F) = response theta with q = D - M K_r^-1 F, shape (n_rows + n_modes, n_terms)
+    real(rk), allocatable :: response(:, :)
+    !> gamma = K_r^-1 F - multiplier_response lambda, shape (n_modes, n_rows)
+    real(rk), allocatable :: multiplier_response(:, :)
+  end type cluster_system_t
+
+  type :: online_model_t
+    !> set by the caller before prepare
+    type(model_t) :: model
+    type(cluster_system_t), allocatable :: systems(:)
+    !> D - B G of the full-order model, shape (n_multipliers, n_terms); empty without it
+    real(rk), allocatable :: full_order_gap(:, :)
+    !> [-] 1 / length of each side of the box, 0 for a side without length; shape (n_parameters)
+    real(rk), allocatable :: box_scale(:)
+  contains
+    procedure :: prepare
+    procedure :: nearest_point
+    procedure :: is_inside_box
+  end type online_model_t
+
+  !> a point counts as inside when it is beyond a side by less than this part of the side's length (rounded grid points)
+  real(rk), parameter :: box_tolerance = 1.0e-9_rk
+
+contains
+
+  !> Condenses each cluster on its multipliers.
+  !>
+  !> Errors: message is allocated when a reduced stiffness is numerically singular.
+  subroutine prepare(self, message)
+    class(online_model_t), intent(inout) :: self
+    character(:), allocatable, intent(out) :: message
+    integer :: i
+
+    call complete_model(self%model)
+    if (allocated(self%systems)) deallocate (self%systems)
+    allocate (self%systems(size(self%model%clusters)))
+    associate (sides => self%model%box(2, :) - self%model%box(1, :))
+      self%box_scale = merge(1 / max(sides, tiny(1.0_rk)), 0.0_rk, sides > 0)
+    end associate
+    self%full_order_gap = reshape([real(rk) ::], [0, 0])
+    if (self%model%full_order%has_multipliers()) self%full_order_gap = self%model%gap - self%model%full_order%free_closing
+    do i = 1, size(self%systems)
+      call condense(self%model%clusters(i), self%systems(i), message)
+      if (.not. allocated(message)) cycle
+      message = 'cluster ' // to_text(i) // ': ' // message
+      return
+    end do
+  end subroutine prepare
+
+  subroutine condense(cluster, system, message)
+    type(reduced_model_t), intent(in) :: cluster
+    type(cluster_system_t), intent(out) :: system
+    character(:), allocatable, intent(out) :: message
+    type(lu_t) :: lu
+
+    call lu%factor(cluster%reduced_stiffness)
+    if (lu%is_singular) then
+      message = 'the reduced stiffness (' // to_text(cluster%n_modes) // ' modes) is numerically singular: its reciprocal ' &
+        // 'condition number is ' // to_text(lu%reciprocal_condition) // '; the equations of the reduced integration domain ' &
+        // 'do not determine every mode (a larger pod_tolerance or a zone of interest mends that)'
+      return
+    end if
+    system%n_rows = cluster%n_rows
+    system%n_modes = cluster%n_modes
+    system%multiplier_response = lu%solve(transpose(cluster%contact_matrix))
+    system%condensed = matmul(cluster%contact_matrix, system%multiplier_response)
+    allocate (system%response(cluster%n_rows + cluster%n_modes, size(cluster%load, 2)))
+    system%response(cluster%n_rows + 1:, :) = lu%solve(cluster%load)
+    system%response(:cluster%n_rows, :) = cluster%gap - matmul(cluster%contact_matrix, system%response(cluster%n_rows + 1:, :))
+  end subroutine condense
+
+  !> Training point nearest to a point, sides of the box taken as of length 1; the first of several. 0 without training points.
+  pure subroutine nearest_point(self, point, i_nearest, distance)
+    class(online_model_t), intent(in) :: self
+    real(rk), intent(in) :: point(:)
+    integer, intent(out) :: i_nearest
+    !> [-] huge without training points
+    real(rk), intent(out) :: distance
+    real(rk) :: square
+    integer :: i, k
+
+    i_nearest = 0
+    distance = huge(distance)
+    do i = 1, size(self%model%training_points, 2)
+      square = 0
+      do k = 1, size(point)
+        square = square + ((point(k) - self%model%training_points(k, i)) * self%box_scale(k))**2
+      end do
+      if (square >= distance) cycle
+      distance = square
+      i_nearest = i
+    end do
+    if (i_nearest > 0) distance = sqrt(distance)
+  end subroutine nearest_point
+
+  !> The point lies in the box or on its border.
+  pure logical function is_inside_box(self, point)
+    class(online_model_t), intent(in) :: self
+    real(rk), intent(in) :: point(:)
+    real(rk) :: margin
+    integer :: k
+
+    is_inside_box = .true.
+    do k = 1, size(point)
+      margin = box_tolerance * (self%model%box(2, k) - self%model%box(1, k))
+      is_inside_box = is_inside_box .and. point(k) >= self%model%box(1, k) - margin .and. &
+        point(k) <= self%model%box(2, k) + margin
+    end do
+  end function is_inside_box
+end module sig_online_model
