@@ -2,7 +2,7 @@
 !> The command line as data: which command, on which file, with which options.
 module sig_command_line
   use sig_errors, only: error_t, make_error
-  use sig_text, only: did_you_mean, join, string_t
+  use sig_text, only: did_you_mean, join, split, string_t
   implicit none(type, external)
   private
   public :: command_t, parse_command_line, usage
@@ -149,17 +149,15 @@ contains
   end subroutine check_command
 
   function command_words() result(words)
-    type(string_t) :: words(7)
+    type(string_t), allocatable :: words(:)
 
-    words = [string_t('check'), string_t('solve'), string_t('sample'), string_t('train'), string_t('validate'), &
-      string_t('run'), string_t('predict')]
+    words = split('check,solve,sample,train,validate,run,predict', ',')
   end function command_words
 
   function option_words() result(words)
-    type(string_t) :: words(7)
+    type(string_t), allocatable :: words(:)
 
-    words = [string_t('--help'), string_t('--version'), string_t('--quiet'), string_t('--strict'), string_t('--at'), &
-      string_t('--points'), string_t('--output')]
+    words = split('--help,--version,--quiet,--strict,--at,--points,--output', ',')
   end function option_words
 
   logical function is_in(word, words)

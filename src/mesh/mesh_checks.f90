@@ -4,7 +4,7 @@ module sig_mesh_checks
   use sig_deck_config, only: material_config_t, name_config_t
   use sig_errors, only: error_t, make_error
   use sig_mesh, only: mesh_t
-  use sig_text, only: did_you_mean, join, string_t, to_text
+  use sig_text, only: append_text, did_you_mean, join, string_t, to_text
   implicit none(type, external)
   private
   public :: material_of_cells, nodes_of_boundary, group_of_region, group_of_surface
@@ -69,7 +69,7 @@ contains
     allocate (names(0))
     do i_group = 1, size(mesh%groups)
       if (mesh%groups(i_group)%n_dim /= mesh%n_dim) cycle
-      if (any(mesh%groups(i_group)%entities == i_cell)) names = [names, as_string("'" // mesh%groups(i_group)%name // "'")]
+      if (any(mesh%groups(i_group)%entities == i_cell)) call append_text(names, "'" // mesh%groups(i_group)%name // "'")
     end do
     line = 0
     column = 0
@@ -168,7 +168,7 @@ contains
     allocate (candidates(0))
     do i = 1, size(mesh%groups)
       if (mesh%groups(i)%n_dim >= min_dim .and. mesh%groups(i)%n_dim <= max_dim) then
-        candidates = [candidates, as_string(mesh%groups(i)%name)]
+        call append_text(candidates, mesh%groups(i)%name)
       else if (mesh%groups(i)%name == name%text) then
         message = "'" // name%text // "' of the mesh is no " // noun // ' but ' // kind_of_group(mesh, i)
       end if
@@ -193,12 +193,4 @@ contains
       text = 'a group of dimension ' // to_text(mesh%groups(i_group)%n_dim)
     end if
   end function kind_of_group
-
-  !> The constructor string_t(...) inside an array constructor loses its text in gfortran 12.
-  pure function as_string(text) result(string)
-    character(*), intent(in) :: text
-    type(string_t) :: string
-
-    string%text = text
-  end function as_string
 end module sig_mesh_checks

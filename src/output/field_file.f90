@@ -151,7 +151,7 @@ contains
 
     if (.not. is_size_right(self, name, size(values), self%mesh%n_nodes)) return
     call self%add_array(name, values, unit, description)
-    call note_field(self, xdmf_field_t(name, self%group // '/' // name))
+    call note_field(self, name, n_components=1)
   end subroutine add_node_scalar
 
   !> Several numbers per node.
@@ -178,7 +178,7 @@ contains
 
     if (.not. is_size_right(self, name, size(values), self%mesh%n_cells)) return
     call self%add_array(name, values, unit, description)
-    call note_field(self, xdmf_field_t(name, self%group // '/' // name, is_cell_field=.true.))
+    call note_field(self, name, n_components=1, is_cell_field=.true.)
   end subroutine add_cell_scalar
 
   !> One whole number per cell, e.g. 1 inside a set of cells and 0 outside.
@@ -192,7 +192,7 @@ contains
 
     if (.not. is_size_right(self, name, size(values), self%mesh%n_cells)) return
     call self%add_array(name, values, unit, description)
-    call note_field(self, xdmf_field_t(name, self%group // '/' // name, is_cell_field=.true., is_integer=.true.))
+    call note_field(self, name, n_components=1, is_cell_field=.true., is_integer=.true.)
   end subroutine add_cell_integer
 
   !> Several numbers per cell.
@@ -215,24 +215,21 @@ contains
     character(*), intent(in) :: unit
     character(*), intent(in) :: description
     logical, intent(in) :: is_cell_field
-    type(xdmf_field_t) :: field
+    integer :: n_components
 
     select case (size(values, 1))
     case (1:3)
-      field%n_components = 3
+      n_components = 3
       call self%add_array(name, three_components(values), unit, description)
     case (4, 6)
-      field%n_components = 6
+      n_components = 6
       call self%add_array(name, xdmf_tensor(values), unit, description)
       call self%file%write_attribute(self%group // '/' // name, 'components', 'xx, xy, xz, yy, yz, zz')
     case default
-      field%n_components = size(values, 1)
+      n_components = size(values, 1)
       call self%add_array(name, values, unit, description)
     end select
-    field%name = name
-    field%address = self%group // '/' // name
-    field%is_cell_field = is_cell_field
-    call note_field(self, field)
+    call note_field(self, name, n_components, is_cell_field)
   end subroutine add_components
 
   !> Symmetric tensors in XDMF's order; a plane one has no yz and xz.
@@ -272,9 +269,13 @@ contains
       to_text(n_expected), file=self%path, exit_code=exit_internal)
   end function is_size_right
 
-  subroutine note_field(self, field)
+  !> Lists a field of the point for the XDMF file. (gfortran 12 never frees what a constructor of xdmf_field_t allocates.)
+  subroutine note_field(self, name, n_components, is_cell_field, is_integer)
     class(field_file_t), intent(inout) :: self
-    type(xdmf_field_t), intent(in) :: field
+    character(*), intent(in) :: name
+    integer, intent(in) :: n_components
+    !> false by default
+    logical, intent(in), optional :: is_cell_field, is_integer
     type(xdmf_field_t), allocatable :: fields(:)
     integer :: n_fields
 
@@ -282,7 +283,13 @@ contains
       n_fields = size(grid%fields)
       allocate (fields(n_fields + 1))
       fields(:n_fields) = grid%fields
-      fields(n_fields + 1) = field
+      associate (field => fields(n_fields + 1))
+        field%name = name
+        field%address = self%group // '/' // name
+        field%n_components = n_components
+        if (present(is_cell_field)) field%is_cell_field = is_cell_field
+        if (present(is_integer)) field%is_integer = is_integer
+      end associate
       call move_alloc(fields, grid%fields)
     end associate
   end subroutine note_field
