@@ -42,7 +42,7 @@ def test_domain_is_the_whole_mesh(results):
     assert (values > 1e-10 * values[0]).sum() == n_modes
 
 
-def test_answers_are_the_full_order_ones(results):
+def test_answers_are_the_full_order_ones(results, figures):
     """Displacement, multipliers and energy at 81 points, 36 of which or fewer were trained."""
     folder, _ = results
     table = read_table(folder / "validation.csv")
@@ -50,9 +50,10 @@ def test_answers_are_the_full_order_ones(results):
     has_contact = table["n_active_full_order"] > 0
     assert has_contact.sum() > 70
     assert not has_contact.all()
-    assert table["e_u"].max() <= TOLERANCE
-    for name in ("e_lambda_rid", "e_lambda_all"):
-        assert np.nanmax(table[name][has_contact]) <= TOLERANCE
+    problem, source = "all modes, whole mesh as RID", "full-order model"
+    worst = {name: np.nanmax(table[name][has_contact]) for name in ("e_lambda_rid", "e_lambda_all")}
+    for name, value in {"e_u": table["e_u"].max(), **worst}.items():
+        figures.at_most(problem, f"{name}, largest of 81 points, {results[1]}", value, TOLERANCE, source)
     # both stamps equally far: a rigid motion, whose energy is rounding in both models
     assert table["e_energy_relative"][has_contact].max() <= TOLERANCE
     assert table["e_energy"].max() <= TOLERANCE

@@ -6,6 +6,7 @@ import json
 import h5py
 import numpy as np
 import pytest
+import yaml
 
 from contact_reference import checksum
 from runs import ROOT, read_snapshots, read_table
@@ -13,6 +14,9 @@ from runs import ROOT, read_snapshots, read_table
 DECKS = {"elastic_lifting": "half_disks", "multiplier": "half_disks_multiplier"}
 # Two codes that factor K differently agree to rounding times cond(K), about 1e4.
 SAME_SOLUTION = 1e-8
+# Solvers that factor the same K.
+SAME_SOLVER = 1e-9
+PROBLEM, SOURCE = "case a, half disks", "independent NumPy code"
 # Reduced multipliers differ by rounding times cond(K_r), and errors of 1e-5 show that magnified.
 SAME_ERROR = 1e-4
 # Non-negative least squares on nearly dependent snapshots: coefficients are less sharply defined.
@@ -41,18 +45,20 @@ def results(request, signorom, tmp_path_factory, expected):
     return found, request.param, expected[request.param]
 
 
-def test_full_order_solutions(results, expected):
+def test_full_order_solutions(results, expected, figures):
     """Displacement and multipliers at five training points."""
     snapshots = read_snapshots(results[0] / "snapshots.h5")
     assert snapshots["displacement"].shape == (31, 2 * expected["n_nodes"])
     assert snapshots["multipliers"].shape == (31, expected["n_multipliers"])
-    compare_solutions(snapshots, expected, SAME_SOLUTION)
+    worst = compare_solutions(snapshots, expected)
+    name = f"u and lambda at 5 points, deck with {results[1]}"
+    figures.at_most(PROBLEM, name, worst, SAME_SOLUTION, SOURCE)
 
 
 @pytest.mark.parametrize(
     ("solver", "n_ranks"), [("active_set", 1), ("active_set", 3), ("snesvi", 1), ("snesvi", 2)]
 )
-def test_solvers_agree(signorom, tmp_path, expected, solver, n_ranks):
+def test_solvers_agree(signorom, tmp_path, expected, figures, solver, n_ranks):
     """The other two full-order solvers give the same multipliers and displacements as the reference."""
     text = (ROOT / "input" / "half_disks.yaml").read_text()
     assert "type: condensed" in text
@@ -61,22 +67,24 @@ def test_solvers_agree(signorom, tmp_path, expected, solver, n_ranks):
     deck.write_text(text)
     signorom("sample", deck, folder=tmp_path, n_ranks=n_ranks)
     snapshots = read_snapshots(tmp_path / "results" / "half_disks" / "snapshots.h5")
-    compare_solutions(snapshots, expected, 1e-9)
+    name = f"u and lambda, {solver}, {n_ranks} rank{'s' if n_ranks > 1 else ''}"
+    figures.at_most(PROBLEM, name, compare_solutions(snapshots, expected), SAME_SOLVER, SOURCE)
 
 
-def compare_solutions(snapshots, expected, tolerance):
-    """Displacement and multipliers at the training points that the reference kept."""
+def compare_solutions(snapshots, expected):
+    """Largest relative difference of displacement and multipliers at the training points that the reference kept."""
     assert (snapshots["reasons"] > 0).all()
+    worst = 0.0
     for point in expected["training_points"]:
         i_point = int(np.abs(snapshots["parameters"][:, 0] - point["squeeze"]).argmin())
         assert snapshots["parameters"][i_point, 0] == pytest.approx(point["squeeze"], rel=1e-14)
         u, multipliers = snapshots["displacement"][i_point], snapshots["multipliers"][i_point]
         norm = point["displacement_norm"]
-        assert np.linalg.norm(u) == pytest.approx(norm, rel=tolerance)
-        assert checksum(u) == pytest.approx(point["displacement_checksum"], abs=tolerance * norm)
-        limit = tolerance * point["multipliers_norm"]
-        np.testing.assert_allclose(multipliers, point["multipliers"], rtol=0, atol=limit)
+        difference = np.abs(multipliers - point["multipliers"]).max() / point["multipliers_norm"]
+        sums = abs(checksum(u) - point["displacement_checksum"]) / norm
+        worst = max(worst, difference, sums, abs(np.linalg.norm(u) / norm - 1))
         assert (multipliers > 0).sum() == point["n_active"]
+    return worst
 
 
 def test_contact_conditions_hold(results):
@@ -143,12 +151,16 @@ def statistics(values):
     }
 
 
-def test_errors_stay_within_the_paper(results, expected):
+def test_errors_stay_within_the_paper(results, expected, figures):
     """Section 5.1: e_u < 5e-4, e_ener < 1e-4; e_lambda above 8e-3 only beside a change of status."""
     folder, _, reference = results
     table = read_table(folder / "validation.csv")
-    assert table["e_u"].max() <= 5e-4
-    assert table["e_energy"].max() <= 1e-4
+    treatment = results[1]
+    figures.at_most(
+        PROBLEM, f"e_u, largest of 101 points, {treatment}", table["e_u"].max(), 5e-4, "the paper, 5.1"
+    )
+    name = f"e_ener, largest of 101 points, {treatment}"
+    figures.at_most(PROBLEM, name, table["e_energy"].max(), 1e-4, "the paper, 5.1")
     assert table["e_energy_rid"].max() <= 1e-4
     assert np.median(table["e_lambda_rid"]) <= 2e-3
     rows = set(reference["contact_rows"])
@@ -158,14 +170,19 @@ def test_errors_stay_within_the_paper(results, expected):
         assert distance <= TRAINING_STEP, f"squeeze = {squeeze} is {distance} away from a change of status"
 
 
-def test_sizes_of_the_paper(results):
+def test_sizes_of_the_paper(results, figures):
     """Section 5.1, prescribed values as in the paper: l = 9, 8 multipliers, kappa = 3.4 (3.2 here)."""
     folder, treatment, reference = results
     if treatment == "multiplier":
-        assert reference["n_modes"] == 9
         with h5py.File(folder / "model.h5") as file:
-            assert file["clusters/1/contact_rows"].shape == (8,)
-            assert file["clusters/1"].attrs["condition_number"] == pytest.approx(3.2, abs=0.3)
+            n_rows = len(file["clusters/1/contact_rows"])
+            kappa = file["clusters/1"].attrs["condition_number"]
+        source = "the paper, 5.1"
+        n_modes = yaml.safe_load((folder / "report.yaml").read_text())["reduction"]["n_modes"]
+        figures.compare(PROBLEM, "modes at 1e-8", n_modes, 9, 0, source, kind="absolute")
+        figures.compare(PROBLEM, "contact pairs in the RID", n_rows, 8, 0, source, kind="absolute")
+        # half a unit of the paper's last digit, and what another mesh of the interior makes (meshes/README.md)
+        figures.compare(PROBLEM, "kappa of the contact rows", kappa, 3.4, 0.35, source, kind="absolute")
     report = (folder / "report.yaml").read_text()
     assert f"n_modes: {reference['n_modes']}\n" in report
     assert f"n_contact_rows: {reference['n_contact_rows']}\n" in report

@@ -10,15 +10,20 @@ from signorom_post import __version__
 from signorom_post.errors import InputError
 from signorom_post.figures import BUILDERS, COLORS, FORMATS, FigureOptions, write_figures
 from signorom_post.forest import train_forest
+from signorom_post.plots.verification_table import verification_table
+from signorom_post.readers.verification import read_verification
 from signorom_post.results import Results
+from signorom_post.style import save, styled
 from signorom_post.summary import format_summary
+from signorom_post.verification import format_markdown, write_csv
 
 EXIT_OK = 0
+EXIT_NOT_PASSED = 1
 EXIT_USER_ERROR = 2
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run one command and return the exit code: 0, or 2 where files or arguments are at fault."""
+    """Run one command and return the exit code: 0, 2 where files or arguments are at fault, 1 where a figure fails."""
     parser = _parser()
     options = parser.parse_args(arguments)
     try:
@@ -67,6 +72,20 @@ def _parser() -> argparse.ArgumentParser:
     forest.add_argument("--trees", metavar="N", type=_positive, default=100, help="default: 100")
     forest.add_argument("--seed", metavar="N", type=int, default=1, help="default: 1")
     forest.set_defaults(run=_run_forest)
+
+    verification = commands.add_parser(
+        "verification", help="draw and print the table of what the verification tests found"
+    )
+    verification.add_argument(
+        "results",
+        metavar="RESULTS_DIR",
+        type=Path,
+        nargs="?",
+        default=Path("build/ci/verification"),
+        help="folder beside the tested program; default: build/ci/verification",
+    )
+    verification.add_argument("--output", metavar="DIR", type=Path, help="default: RESULTS_DIR/table")
+    verification.set_defaults(run=_run_verification)
     return parser
 
 
@@ -113,3 +132,19 @@ def _run_figures(options: argparse.Namespace) -> int:
 def _run_summary(options: argparse.Namespace) -> int:
     print(format_summary(Results(options.results).report))
     return EXIT_OK
+
+
+def _run_verification(options: argparse.Namespace) -> int:
+    figures = read_verification(options.results)
+    output = options.output or options.results / "table"
+    try:
+        output.mkdir(parents=True, exist_ok=True)
+        write_csv(figures, output / "verification.csv")
+        with styled():
+            save(verification_table(figures), output / "verification.png")
+    except OSError as error:
+        raise InputError(
+            error.filename or output, f"the table cannot be written ({error.strerror})"
+        ) from error
+    print(format_markdown(figures))
+    return EXIT_OK if all(figure.is_passed for figure in figures) else EXIT_NOT_PASSED

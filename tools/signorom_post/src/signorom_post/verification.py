@@ -1,0 +1,89 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The table of the verification: the cells as texts, and as Markdown."""
+
+import csv
+import math
+from collections.abc import Sequence
+from pathlib import Path
+
+from signorom_post.readers.verification import VerifiedFigure
+
+HEADINGS = ("problem", "quantity", "reference", "source", "Signorom", "difference", "allowed", "")
+PASSED, FAILED = "pass", "FAIL"
+
+
+def table_of(figures: Sequence[VerifiedFigure]) -> list[list[str]]:
+    """A row of texts per figure, in the columns of HEADINGS."""
+    return [
+        [
+            figure.problem,
+            figure.quantity,
+            _value(figure.reference, figure.unit),
+            figure.source,
+            _value(figure.found, figure.unit),
+            _difference(figure),
+            _allowed(figure),
+            PASSED if figure.is_passed else FAILED,
+        ]
+        for figure in figures
+    ]
+
+
+def verdict(figures: Sequence[VerifiedFigure]) -> str:
+    """How many figures there are and how many pass."""
+    n_failed = sum(not figure.is_passed for figure in figures)
+    return f"{len(figures)} figures, " + (f"{n_failed} FAILED" if n_failed else "all within what is allowed")
+
+
+def format_markdown(figures: Sequence[VerifiedFigure]) -> str:
+    """An aligned table that is legible as text too."""
+    rows = [list(HEADINGS), *table_of(figures)]
+    widths = [max(3, *(len(row[i]) for row in rows)) for i in range(len(HEADINGS))]
+    lines = [
+        "| " + " | ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)) + " |"
+        for row in rows
+    ]
+    lines.insert(1, "|" + "|".join("-" * (width + 2) for width in widths) + "|")
+    return "\n".join([*lines, "", verdict(figures) + "."])
+
+
+def write_csv(figures: Sequence[VerifiedFigure], path: Path) -> None:
+    """The texts of the table."""
+    with path.open("w", newline="", encoding="utf-8") as file:
+        csv.writer(file).writerows([HEADINGS[:-1] + ("result",), *table_of(figures)])
+
+
+def _value(value: float, unit: str) -> str:
+    if math.isnan(value):
+        return ""
+    # small numbers without a unit are differences, of which two digits say enough
+    n_digits = 2 if abs(value) < 1e-3 and not unit else 6
+    return f"{_number(value, n_digits)} {unit}".rstrip()
+
+
+def _difference(figure: VerifiedFigure) -> str:
+    if math.isnan(figure.difference):
+        return ""
+    if figure.kind == "relative":
+        return _share(figure.difference, "+")
+    return _number(figure.difference, 2, "+")
+
+
+def _allowed(figure: VerifiedFigure) -> str:
+    if math.isnan(figure.allowed):
+        return ""
+    if figure.kind == "relative":
+        return "± " + _share(figure.allowed)
+    sign = {"absolute": "±", "at_least": "≥", "at_most": "≤"}[figure.kind]
+    return f"{sign} {_number(figure.allowed, 3)}"
+
+
+def _share(value: float, sign: str = "") -> str:
+    """In percent where that is legible: 2 %, +0.013 %, -3e-11."""
+    is_legible = value == 0 or abs(value) >= 1e-5
+    return f"{_number(100 * value, 2, sign)} %" if is_legible else _number(value, 1, sign)
+
+
+def _number(value: float, n_digits: int, sign: str = "") -> str:
+    """Digits that count; 1e-9, not 1e-09."""
+    return f"{value:{sign}.{n_digits}g}".replace("e-0", "e-").replace("e+0", "e+")
