@@ -1,11 +1,12 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> The C side of this layer, as declared in include/signorom/{checksum,file_system,hdf5_file,signals}.h.
+!> The C side of this layer, as declared in include/signorom/{checksum,file_system,hdf5_file,random_numbers,signals}.h.
 module sig_base_c_interfaces
-  use, intrinsic :: iso_c_binding, only: c_char, c_int, c_int64_t, c_long, c_ptr, c_size_t
+  use, intrinsic :: iso_c_binding, only: c_char, c_double, c_int, c_int64_t, c_long, c_ptr, c_size_t
   implicit none(type, external)
   private
   public :: strlen
   public :: sig_fnv1a, sig_fnv1a_of_file
+  public :: sig_random_below, sig_random_fraction
   public :: sig_install_stop_signals, sig_is_stop_requested, sig_is_terminal
   public :: sig_file_kind, sig_make_directories, sig_read_file, sig_write_file, sig_commit_file, sig_rename_file
   public :: sig_remove_file, sig_lock_directory, sig_unlock_directory, sig_list_files, sig_error_text, sig_free
@@ -14,6 +15,19 @@ module sig_base_c_interfaces
   public :: sig_h5_has, sig_h5_describe, sig_h5_read, sig_h5_read_texts
 
   interface
+    function sig_random_fraction(state) result(value) bind(c)
+      import :: c_double, c_int64_t
+      integer(c_int64_t), intent(inout) :: state
+      real(c_double) :: value
+    end function sig_random_fraction
+
+    function sig_random_below(state, n) result(value) bind(c)
+      import :: c_int, c_int64_t
+      integer(c_int64_t), intent(inout) :: state
+      integer(c_int), value :: n
+      integer(c_int) :: value
+    end function sig_random_below
+
     pure integer(c_size_t) function strlen(text) bind(c)
       import :: c_ptr, c_size_t
       type(c_ptr), value :: text

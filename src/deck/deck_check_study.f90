@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> Ranges and cross-checks of the sections that say how the problem is solved, reduced and written.
 module sig_deck_check_study
-  use sig_deck_config, only: deck_config_t, parameter_config_t, point_set_config_t
+  use sig_deck_config, only: deck_config_t, max_sobol_parameters, parameter_config_t, point_set_config_t
   use sig_deck_tree, only: deck_tree_t, shown
   use sig_kinds, only: rk
   use sig_text, only: split, string_t, to_text
@@ -11,6 +11,7 @@ module sig_deck_check_study
 
   !> a larger grid is a slip: it could be neither solved nor stored
   integer, parameter :: max_points = 1000000
+  character(*), parameter :: too_many = 'has more than 1000000 points'
   character(*), parameter :: option_prefixes(4) = [character(12) :: '-fom_', '-active_set_', '-vi_', '-pod_']
 
 contains
@@ -21,8 +22,8 @@ contains
 
     if (config%solver%max_iterations < 1) call tree%report_at('solver.max_iterations', 'is ' // &
       to_text(config%solver%max_iterations) // '; it must be at least 1')
-    call check_grid(tree, 'training', config%parameters, config%training)
-    call check_grid(tree, 'test', config%parameters, config%test)
+    call check_points(tree, 'training', config%parameters, config%training)
+    call check_points(tree, 'test', config%parameters, config%test)
     call check_tolerance(tree, 'reduction.pod_tolerance', config%reduction%pod_tolerance)
     call check_tolerance(tree, 'reduction.rank_tolerance', config%reduction%rank_tolerance)
     if (config%reduction%max_full_order_size < 0) call tree%report_at('reduction.max_full_order_size', &
@@ -30,6 +31,21 @@ contains
     call check_output_points(tree, config%parameters, config%output%points)
     call check_petsc_options(tree, config%petsc_options)
   end subroutine check_study
+
+  subroutine check_points(tree, section, parameters, points)
+    type(deck_tree_t), intent(inout) :: tree
+    character(*), intent(in) :: section
+    type(parameter_config_t), intent(in) :: parameters(:)
+    type(point_set_config_t), intent(in) :: points
+
+    call check_grid(tree, section, parameters, points)
+    if (points%n_sobol > max_points) call tree%report_at(section // '.sobol', too_many)
+    if (points%n_latin_hypercube > max_points) call tree%report_at(section // '.latin_hypercube', too_many)
+    if (points%n_sobol > 0 .and. size(parameters) > max_sobol_parameters) call tree%report_at(section // '.sobol', &
+      'serves up to ' // to_text(max_sobol_parameters) // ' parameters; the deck has ' // to_text(size(parameters)) // &
+      ' (latin_hypercube has no limit)')
+    if (points%seed < 0) call tree%report_at(section // '.seed', 'is ' // to_text(points%seed) // '; it must be at least 0')
+  end subroutine check_points
 
   subroutine check_grid(tree, section, parameters, points)
     type(deck_tree_t), intent(inout) :: tree
@@ -45,7 +61,7 @@ contains
         '; it must be at least 2, as both ends of the range belong to the grid')
     end do
     n_points = product(real(points%grid, rk))
-    if (n_points > max_points) call tree%report_at(section // '.grid', 'has more than ' // to_text(max_points) // ' points')
+    if (n_points > max_points) call tree%report_at(section // '.grid', too_many)
   end subroutine check_grid
 
   subroutine check_tolerance(tree, path, tolerance)

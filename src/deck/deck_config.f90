@@ -12,6 +12,9 @@ module sig_deck_config
   !> [-] default of contact%pairing_tolerance for averaged normals, which on uneven facets point a little aside
   real(rk), parameter, public :: averaged_tolerance = 0.1_rk
 
+  !> those whose direction numbers stand in sobol.f90
+  integer, parameter, public :: max_sobol_parameters = 10
+
   !> A name that only the mesh knows, with its place in the deck for the message.
   type :: name_config_t
     character(:), allocatable :: text
@@ -133,13 +136,18 @@ module sig_deck_config
     integer :: max_iterations = 50
   end type solver_config_t
 
-  !> A grid over the box, or a list from a CSV file whose header names the parameters.
+  !> A grid over the box, a list from a CSV file whose header names the parameters, or a sequence that fills the box.
   type :: point_set_config_t
-    !> points per parameter, in the order of the deck's parameters; unallocated with a file
+    !> points per parameter, in the order of the deck's parameters; unallocated where it is none
     integer, allocatable :: grid(:)
-    !> as written, and openable from the current directory; unallocated with a grid
+    !> as written, and openable from the current directory; unallocated where it is none
     character(:), allocatable :: file
     character(:), allocatable :: path
+    !> points of Sobol's sequence, or of a Latin hypercube; 0 = another kind of set
+    integer :: n_sobol = 0
+    integer :: n_latin_hypercube = 0
+    !> of either; with 0 (default) Sobol's sequence as it is
+    integer :: seed = 0
     !> groups of ranks that work on different points; 0 = `auto` in the deck (default)
     integer :: n_groups = 0
     integer :: line = 0

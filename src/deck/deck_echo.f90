@@ -184,8 +184,12 @@ contains
         counts(i)%text = parameters(i)%name // ': ' // to_text(points%grid(i))
       end do
       yaml = '{grid: {' // join(counts, ', ') // '}, groups: '
-    else
+    else if (allocated(points%file)) then
       yaml = '{file: ' // yaml_text(points%file) // ', groups: '
+    else
+      yaml = '{sobol: ' // to_text(points%n_sobol)
+      if (points%n_sobol == 0) yaml = '{latin_hypercube: ' // to_text(points%n_latin_hypercube)
+      yaml = yaml // ', seed: ' // to_text(points%seed) // ', groups: '
     end if
     if (points%n_groups == 0) then
       yaml = yaml // 'auto}'

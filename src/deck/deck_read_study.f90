@@ -8,10 +8,13 @@ module sig_deck_read_study
   use sig_deck_values, only: choice_of, get_choice, get_integer, get_list, get_mapping, get_names, get_number, get_word, &
     integer_of
   use sig_kinds, only: rk
+  use sig_text, only: append_text, join, string_t, to_text
   implicit none(type, external)
   private
   public :: read_study
 
+  !> the first two have no seed
+  character(*), parameter :: point_sets(4) = [character(15) :: 'grid', 'file', 'sobol', 'latin_hypercube']
   character(*), parameter :: solver_types(3) = [character(10) :: 'condensed', 'active_set', 'snesvi']
   character(*), parameter :: methods(1) = [character(3) :: 'hhr']
   character(*), parameter :: dirichlet_treatments(2) = [character(15) :: 'elastic_lifting', 'multiplier']
@@ -52,7 +55,7 @@ contains
     type(parameter_config_t), intent(in) :: parameters(:)
     logical, intent(out) :: is_there
     type(point_set_config_t), intent(inout) :: points
-    integer :: i_file, i_grid, i_section
+    integer :: i_grid, i_section
 
     i_section = get_mapping(tree, root_node, key, .false.)
     is_there = i_section > 0
@@ -63,16 +66,50 @@ contains
     if (i_grid > 0) call read_grid(tree, i_grid, parameters, points)
     call get_word(tree, i_section, 'file', .false., points%file)
     if (allocated(points%file)) points%path = path_below(tree%path, points%file)
+    call read_count(tree, i_section, 'sobol', points%n_sobol)
+    call read_count(tree, i_section, 'latin_hypercube', points%n_latin_hypercube)
+    call get_integer(tree, i_section, 'seed', .false., points%seed)
     call read_groups(tree, i_section, points%n_groups)
     call tree%close_mapping(i_section)
-    i_grid = tree%find(i_section, 'grid')
-    i_file = tree%find(i_section, 'file')
-    if (i_grid > 0 .and. i_file > 0) then
-      call tree%report_key(i_section, key // ' has both grid and file; it must have one of them')
-    else if (i_grid == 0 .and. i_file == 0) then
-      call tree%report_key(i_section, key // ' has neither grid nor file; it must have one of them')
-    end if
+    call check_kind(tree, i_section, key)
   end subroutine read_point_set
+
+  !> Exactly one kind of point set, and a seed only where it means something.
+  subroutine check_kind(tree, i_section, key)
+    type(deck_tree_t), intent(inout) :: tree
+    integer, intent(in) :: i_section
+    character(*), intent(in) :: key
+    character(*), parameter :: allowed = '; it must have one of grid, file, sobol, latin_hypercube'
+    type(string_t), allocatable :: found(:)
+    integer :: i
+
+    allocate (found(0))
+    do i = 1, size(point_sets)
+      if (tree%find(i_section, trim(point_sets(i))) > 0) call append_text(found, trim(point_sets(i)))
+    end do
+    if (size(found) > 1) then
+      call tree%report_key(i_section, key // ' has ' // join(found, ' and ') // allowed)
+    else if (size(found) == 0) then
+      call tree%report_key(i_section, key // ' has no points' // allowed)
+    else if (tree%find(i_section, 'seed') > 0 .and. any(found(1)%text == point_sets(:2))) then
+      call tree%report(tree%find(i_section, 'seed'), 'is not for ' // found(1)%text // '; it belongs to sobol and latin_hypercube')
+    end if
+  end subroutine check_kind
+
+  !> A number of points: at least one.
+  subroutine read_count(tree, i_section, key, n_points)
+    type(deck_tree_t), intent(inout) :: tree
+    integer, intent(in) :: i_section
+    character(*), intent(in) :: key
+    integer, intent(inout) :: n_points
+    integer :: i_node
+
+    i_node = tree%find(i_section, key)
+    if (i_node == 0) return
+    n_points = 1
+    call get_integer(tree, i_section, key, .false., n_points)
+    if (n_points < 1) call tree%report(i_node, 'is ' // to_text(n_points) // '; it must be at least 1')
+  end subroutine read_count
 
   !> Points per parameter; each parameter needs its count.
   subroutine read_grid(tree, i_grid, parameters, points)

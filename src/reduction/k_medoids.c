@@ -1,10 +1,11 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "signorom/k_medoids.h"
 
+#include "signorom/random_numbers.h"
+
 #include <float.h>
 #include <math.h>
 #include <stdbool.h>
-#include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -26,20 +27,10 @@ typedef struct {
 
 static const double *row_of(const search_t *search, int i) { return search->dissimilarity + (size_t)i * search->n; }
 
-static uint64_t next_bits(uint64_t *state) {
-  uint64_t z = (*state += 0x9e3779b97f4a7c15u);
-  z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
-  z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
-  return z ^ (z >> 31);
-}
-
-/* In 0 .. n - 1. */
-static int next_below(uint64_t *state, int n) { return (int)((double)(next_bits(state) >> 11) * 0x1p-53 * n); }
-
 /* Moves `count` entries drawn from the first `n` of the pool to its front. */
 static void draw_to_front(int *pool, int n, int count, uint64_t *state) {
   for (int i = 0; i < count; i++) {
-    const int j = i + next_below(state, n - i), drawn = pool[j];
+    const int j = i + sig_random_below(state, n - i), drawn = pool[j];
     pool[j] = pool[i];
     pool[i] = drawn;
   }

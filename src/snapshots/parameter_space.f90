@@ -1,10 +1,12 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Points of the parameter box: tensor grids, lists from CSV files, and how a point is written for people.
+!> Points of the parameter box: tensor grids, sequences, lists from CSV files, and how a point is written for people.
 module sig_parameter_space
   use sig_deck_config, only: parameter_config_t, point_set_config_t
   use sig_errors, only: error_t, make_error
   use sig_file_system, only: read_text_file
   use sig_kinds, only: rk
+  use sig_latin_hypercube, only: latin_hypercube_points
+  use sig_sobol, only: sobol_points
   use sig_text, only: did_you_mean, join, read_real, split, string_t, to_text
   implicit none(type, external)
   private
@@ -29,16 +31,33 @@ contains
     type(string_t) :: names(size(parameters))
     integer :: i_parameter
 
-    if (.not. allocated(point_set%path)) then
+    if (allocated(point_set%grid)) then
       points = grid_points(point_set%grid, parameters%minimum, parameters%maximum)
-      return
+    else if (point_set%n_sobol > 0) then
+      points = in_box(sobol_points(size(parameters), point_set%n_sobol, point_set%seed), parameters)
+    else if (point_set%n_latin_hypercube > 0) then
+      points = in_box(latin_hypercube_points(size(parameters), point_set%n_latin_hypercube, point_set%seed), parameters)
     end if
+    if (.not. allocated(point_set%path)) return
     do i_parameter = 1, size(parameters)
       names(i_parameter)%text = parameters(i_parameter)%name
     end do
     call read_points(point_set%path, names, points, error, transpose(reshape([parameters%minimum, parameters%maximum], &
       [size(parameters), 2])))
   end subroutine build_points
+
+  !> From the unit cube into the box of the parameters.
+  pure function in_box(fractions, parameters) result(points)
+    !> [-] in [0, 1), shape (n_parameters, n_points)
+    real(rk), intent(in) :: fractions(:, :)
+    type(parameter_config_t), intent(in) :: parameters(:)
+    real(rk) :: points(size(fractions, 1), size(fractions, 2))
+    integer :: i
+
+    do i = 1, size(fractions, 2)
+      points(:, i) = parameters%minimum + fractions(:, i) * (parameters%maximum - parameters%minimum)
+    end do
+  end function in_box
 
   pure function grid_points(n_values, minima, maxima) result(points)
     !> shape (n_parameters)

@@ -35,9 +35,9 @@ class Options(ctypes.Structure):
 def build_library(folder):
     """k_medoids.c with the flags of a release build, as a library of its own."""
     library = Path(folder) / "k_medoids.so"
-    source = ROOT / "src/reduction/k_medoids.c"
+    sources = [str(ROOT / "src" / name) for name in ("reduction/k_medoids.c", "base/random_numbers.c")]
     flags = ["-std=c11", "-O2", "-shared", "-fPIC", f"-I{ROOT / 'include'}", "-D_POSIX_C_SOURCE=200809L"]
-    subprocess.run(["cc", *flags, str(source), "-o", str(library), "-lm"], check=True)
+    subprocess.run(["cc", *flags, *sources, "-o", str(library), "-lm"], check=True)
     return ctypes.CDLL(str(library))
 
 

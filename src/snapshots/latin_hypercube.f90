@@ -1,0 +1,34 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> Latin hypercubes: random points of which each parameter has one in each of as many slices as there are points.
+module sig_latin_hypercube
+  use sig_kinds, only: rk
+  use sig_random_numbers, only: random_t
+  implicit none(type, external)
+  private
+  public :: latin_hypercube_points
+
+contains
+
+  !> Points at random places of their slices; the slices of each parameter in an order of its own.
+  !>
+  !> Source: McKay, Beckman and Conover, Technometrics 21 (1979) 239. The same seed gives the same points.
+  function latin_hypercube_points(n_parameters, n_points, seed) result(points)
+    integer, intent(in) :: n_parameters
+    integer, intent(in) :: n_points
+    integer, intent(in) :: seed
+    !> [-] in [0, 1), shape (n_parameters, n_points)
+    real(rk) :: points(n_parameters, n_points)
+    integer :: i_parameter, i_point, slices(n_points)
+    real(rk) :: fraction
+    type(random_t) :: random
+
+    random%state = seed
+    do i_parameter = 1, n_parameters
+      call random%permutation(slices)
+      do i_point = 1, n_points
+        call random%fraction(fraction)
+        points(i_parameter, i_point) = (slices(i_point) - 1 + fraction) / n_points
+      end do
+    end do
+  end function latin_hypercube_points
+end module sig_latin_hypercube
