@@ -17,8 +17,8 @@ module sig_study
   use sig_problem, only: check_points, force_unit, inert_pair_names, load_problem, problem_t, stress_unit
   use sig_rank_groups, only: create_rank_groups, rank_groups_t
   use sig_reactions, only: boundary_reactions, reaction_t
-  use sig_reporting, only: accuracy_text, report_deck, report_model, report_reactions, report_sizes, report_snapshots, &
-    report_states
+  use sig_reporting, only: accuracy_text, model_text, report_deck, report_model, report_reactions, report_sizes, &
+    report_snapshots, report_states
   use sig_run_report, only: run_report_t
   use sig_sampling, only: sample, sampling_result_t
   use sig_session, only: session_t
@@ -115,8 +115,7 @@ contains
       return
     end if
     call write_report(session, report)
-    call log_info('trained ' // to_text(model%clusters(1)%n_modes) // ' modes and ' // to_text(model%clusters(1)%n_rows) // &
-      ' contact rows: ' // model_path(session))
+    call log_info('trained ' // model_text(model) // ': ' // model_path(session))
     if (any(snapshots%reasons /= reason_converged)) session%exit_code = exit_not_converged
   end subroutine train_stage
 

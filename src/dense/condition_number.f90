@@ -1,6 +1,7 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> Condition number of the projected contact matrix: the indicator of how well multipliers are determined.
 module sig_condition_number
+  use, intrinsic :: ieee_arithmetic, only: ieee_positive_inf, ieee_value
   use sig_kinds, only: rk
   use sig_linear_algebra, only: singular_values
   implicit none(type, external)
@@ -12,8 +13,8 @@ contains
   !> kappa = sigma_max / sigma_n_rows.
   !>
   !> Source: (11).
-  !> Paper: it needs a convention when rank < n_rows: kappa is huge(kappa) then, which stands for infinity. An empty matrix has
-  !> kappa 1 and rank 0: no row is badly determined.
+  !> Paper: it needs a convention when rank < n_rows: kappa is infinite then. An empty matrix has kappa 1 and rank 0: no row is
+  !> badly determined.
   subroutine condition_number(matrix, rank_tolerance, kappa, rank)
     !> shape (n_rows, n_columns): multipliers by modes
     real(rk), intent(in) :: matrix(:, :)
@@ -29,7 +30,7 @@ contains
     if (size(matrix, 1) == 0) return
     sigma = singular_values(matrix)
     if (size(sigma) > 0) rank = count(sigma > 0 .and. sigma >= rank_tolerance * sigma(1))
-    kappa = huge(kappa)
+    kappa = ieee_value(kappa, ieee_positive_inf)
     if (rank == size(matrix, 1)) kappa = sigma(1) / sigma(rank)
   end subroutine condition_number
 end module sig_condition_number

@@ -61,7 +61,7 @@ module sig_model
     integer, allocatable :: start_sets(:, :)
     !> [length] of the snapshots, descending
     real(rk), allocatable :: singular_values(:)
-    !> [-] kappa of M, (11); huge when rank < n_rows
+    !> [-] kappa of M, (11); infinite when rank < n_rows
     real(rk) :: condition_number = 1
     integer :: rank = 0
     !> [-] of K_r

@@ -6,12 +6,11 @@ module sig_projection
   use sig_elastic_body, only: elastic_body_t
   use sig_kinds, only: rk
   use sig_load_pattern, only: load_pattern_t
-  use sig_linear_algebra, only: singular_values
   use sig_mesh, only: mesh_t
   use sig_reduced_domain, only: reduced_domain_t
   implicit none(type, external)
   private
-  public :: projected_blocks_t, project, stiffness_rows_rank, expected_stiffness_rank
+  public :: projected_blocks_t, project, project_contact_rows, expected_stiffness_rank
 
   !> reduced_stiffness * gamma + contact_matrix' * lambda = load * theta, contact_matrix * gamma <= gap * theta, lambda >= 0.
   type :: projected_blocks_t
@@ -53,7 +52,8 @@ contains
       if (position_in(domain%interior_dofs, loads%dofs(i)) == 0) cycle
       blocks%load(:, loads%terms(i)) = blocks%load(:, loads%terms(i)) + basis(loads%dofs(i), :) * loads%values(i)
     end do
-    call project_contact(operator, domain, basis, lifting, blocks)
+    blocks%contact_matrix = project_contact_rows(operator, domain, basis)
+    blocks%gap = project_gap(operator, domain, lifting)
   end subroutine project
 
   !> K[A, A+I] * fields[A+I, :], shape (size of A, n_fields).
@@ -82,29 +82,45 @@ contains
     end do
   end function stiffness_rows
 
-  !> Contact rows of the domain through the basis: B[A_lambda, A_c] V[A_c] and D[A_lambda] - B[A_lambda] lifting.
-  pure subroutine project_contact(operator, domain, basis, lifting, blocks)
+  !> Contact rows of the domain through the basis: B[A_lambda, A_c] V[A_c], shape (size of A_lambda, n_modes). Source: (10), (11).
+  pure function project_contact_rows(operator, domain, basis) result(contact_matrix)
     type(contact_operator_t), intent(in) :: operator
     type(reduced_domain_t), intent(in) :: domain
+    !> V, shape (n_dofs, n_modes)
     real(rk), intent(in) :: basis(:, :)
-    real(rk), intent(in) :: lifting(:, :)
-    type(projected_blocks_t), intent(inout) :: blocks
-    real(rk) :: coefficient
+    !> [-]
+    real(rk) :: contact_matrix(size(domain%contact_rows), size(basis, 2))
     integer :: i_entry, i_row
 
-    allocate (blocks%contact_matrix(size(domain%contact_rows), size(basis, 2)), source=0.0_rk)
-    blocks%gap = operator%gap(domain%contact_rows, :)
+    contact_matrix = 0
     do i_row = 1, size(domain%contact_rows)
-      do i_entry = 1, size(operator%dofs, 1)
-        associate (dof => operator%dofs(i_entry, domain%contact_rows(i_row)))
-          coefficient = operator%coefficients(i_entry, domain%contact_rows(i_row))
-          blocks%gap(i_row, :size(lifting, 2)) = blocks%gap(i_row, :size(lifting, 2)) - coefficient * lifting(dof, :)
-          if (position_in(domain%contact_dofs, dof) == 0) cycle
-          blocks%contact_matrix(i_row, :) = blocks%contact_matrix(i_row, :) + coefficient * basis(dof, :)
-        end associate
-      end do
+      associate (row => domain%contact_rows(i_row))
+        do i_entry = 1, size(operator%dofs, 1)
+          if (position_in(domain%contact_dofs, operator%dofs(i_entry, row)) == 0) cycle
+          contact_matrix(i_row, :) = contact_matrix(i_row, :) + operator%coefficients(i_entry, row) &
+            * basis(operator%dofs(i_entry, row), :)
+        end do
+      end associate
     end do
-  end subroutine project_contact
+  end function project_contact_rows
+
+  !> What the lifting leaves of the gaps: D[A_lambda] - B[A_lambda, :] lifting, shape (size of A_lambda, n_terms).
+  pure function project_gap(operator, domain, lifting) result(gap)
+    type(contact_operator_t), intent(in) :: operator
+    type(reduced_domain_t), intent(in) :: domain
+    !> [length] of the leading terms, shape (n_dofs, n_lifted_terms)
+    real(rk), intent(in) :: lifting(:, :)
+    !> [length]
+    real(rk) :: gap(size(domain%contact_rows), size(operator%gap, 2))
+    integer :: i_row
+
+    gap = operator%gap(domain%contact_rows, :)
+    do i_row = 1, size(domain%contact_rows)
+      associate (row => domain%contact_rows(i_row), n_lifted => size(lifting, 2))
+        gap(i_row, :n_lifted) = gap(i_row, :n_lifted) - matmul(operator%coefficients(:, row), lifting(operator%dofs(:, row), :))
+      end associate
+    end do
+  end function project_gap
 
   !> Index of a value in an ascending list, 0 where it is not there.
   pure integer function position_in(sorted, value) result(position)
@@ -125,18 +141,6 @@ contains
     end do
     position = 0
   end function position_in
-
-  !> Rank of V[A]' K[A, A+I] V[A+I]: how many modes the equations of the domain determine.
-  integer function stiffness_rows_rank(blocks, rank_tolerance) result(rank)
-    type(projected_blocks_t), intent(in) :: blocks
-    !> [-] a singular value below this times the largest counts as zero
-    real(rk), intent(in) :: rank_tolerance
-    real(rk), allocatable :: sigma(:)
-
-    rank = 0
-    sigma = singular_values(blocks%reduced_stiffness)
-    if (size(sigma) > 0) rank = count(sigma > 0 .and. sigma >= rank_tolerance * sigma(1))
-  end function stiffness_rows_rank
 
   !> Rank that snapshots in equilibrium can give at most: K V vanishes but where a force drives the body (method.md trap 1).
   !>

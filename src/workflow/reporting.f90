@@ -17,7 +17,7 @@ module sig_reporting
   implicit none(type, external)
   private
   public :: report_deck, report_sizes, report_snapshots, report_model, report_states, report_reactions, report_statistics
-  public :: accuracy_text
+  public :: accuracy_text, model_text
 
   !> rows of residuals in the snapshots, and what they are called
   character(*), parameter :: residual_names(5) = [character(19) :: 'equilibrium', 'penetration', 'negative_multiplier', &
@@ -89,6 +89,17 @@ contains
       call report%add('reduction/warnings', cluster%warnings)
     end associate
   end subroutine report_model
+
+  !> `9 modes (8 reduced unknowns) and 8 contact rows`.
+  pure function model_text(model) result(text)
+    type(model_t), intent(in) :: model
+    character(:), allocatable :: text
+
+    associate (cluster => model%clusters(1))
+      text = to_text(pod_rank(cluster%singular_values, model%pod_tolerance)) // ' modes (' // to_text(cluster%n_modes) // &
+        ' reduced unknowns) and ' // to_text(cluster%n_rows) // ' contact rows'
+    end associate
+  end function model_text
 
   !> Answers of solve, one line each.
   subroutine report_states(deck, points, states, report)

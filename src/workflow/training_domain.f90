@@ -1,0 +1,98 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> Where a reduced model writes its equations: interpolation points of its modes, zones of the deck, nodes of prescribed values.
+module sig_training_domain
+  use sig_deim, only: deim_rows
+  use sig_errors, only: error_t
+  use sig_kinds, only: rk
+  use sig_mesh_checks, only: nodes_of_boundary
+  use sig_problem, only: problem_t
+  use sig_reduced_domain, only: build_reduced_domain, nodes_of_dofs, reduced_domain_t
+  implicit none(type, external)
+  private
+  public :: choose_domain
+
+contains
+
+  !> The reduced integration domain. Errors: a surface that the mesh lacks.
+  subroutine choose_domain(problem, modes, domain, anchors, error)
+    type(problem_t), intent(in) :: problem
+    !> V, shape (n_dofs, n_modes)
+    real(rk), intent(in) :: modes(:, :)
+    type(reduced_domain_t), intent(out) :: domain
+    !> nodes where the prescribed rows are imposed
+    integer, allocatable, intent(out) :: anchors(:)
+    type(error_t), allocatable, intent(out) :: error
+    integer, allocatable :: zone(:)
+
+    call zone_nodes(problem, zone, error)
+    if (allocated(error)) return
+    call anchor_nodes(problem, anchors, error)
+    if (allocated(error)) return
+    call build_reduced_domain(problem%mesh, problem%operator, &
+      [nodes_of_dofs(deim_rows(modes), problem%mesh%n_dim), anchors, zone], domain)
+  end subroutine choose_domain
+
+  subroutine zone_nodes(problem, nodes, error)
+    type(problem_t), intent(in) :: problem
+    integer, allocatable, intent(out) :: nodes(:)
+    type(error_t), allocatable, intent(out) :: error
+    integer, allocatable :: more(:)
+    integer :: i
+
+    nodes = [integer ::]
+    do i = 1, size(problem%deck%reduction%zones_of_interest)
+      call nodes_of_boundary(problem%mesh, problem%deck%reduction%zones_of_interest(i), problem%deck%path, more, error)
+      if (allocated(error)) return
+      nodes = [nodes, more]
+    end do
+  end subroutine zone_nodes
+
+  !> Where the prescribed rows are imposed: the middle node of each boundary that the parameters move.
+  !>
+  !> Paper: section 5.1 adds "two nodes on the top and bottom surfaces". A lifting needs none.
+  subroutine anchor_nodes(problem, nodes, error)
+    type(problem_t), intent(in) :: problem
+    integer, allocatable, intent(out) :: nodes(:)
+    type(error_t), allocatable, intent(out) :: error
+    integer, allocatable :: candidates(:)
+    integer :: i
+
+    nodes = [integer ::]
+    if (problem%deck%reduction%dirichlet /= 'multiplier') return
+    do i = 1, size(problem%deck%boundary_conditions)
+      call nodes_of_boundary(problem%mesh, problem%deck%boundary_conditions(i)%boundary, problem%deck%path, candidates, error)
+      if (allocated(error)) return
+      if (is_moved(problem, candidates)) nodes = [nodes, middle_node(problem%mesh%coordinates(:, candidates), candidates)]
+    end do
+  end subroutine anchor_nodes
+
+  !> Some prescribed value on the nodes is not zero for all parameters.
+  pure logical function is_moved(problem, nodes)
+    type(problem_t), intent(in) :: problem
+    integer, intent(in) :: nodes(:)
+    logical :: is_here(problem%mesh%n_nodes)
+    integer :: i
+
+    is_here = .false.
+    is_here(nodes) = .true.
+    is_moved = .false.
+    do i = 1, size(problem%boundary%prescribed_dofs)
+      if (.not. is_here((problem%boundary%prescribed_dofs(i) - 1) / problem%mesh%n_dim + 1)) cycle
+      is_moved = is_moved .or. any(abs(problem%boundary%prescribed_values(i, :)) > 0)
+    end do
+  end function is_moved
+
+  !> Node nearest to the mean of all; the lowest number where two are equally near.
+  pure integer function middle_node(coordinates, nodes)
+    !> shape (n_dim, size(nodes))
+    real(rk), intent(in) :: coordinates(:, :)
+    !> ascending
+    integer, intent(in) :: nodes(:)
+    !> [-] distances this close are equal (symmetric meshes, any BLAS or unit)
+    real(rk), parameter :: tie = 1.0e-8_rk
+    real(rk) :: distances(size(nodes))
+
+    distances = norm2(coordinates - spread(sum(coordinates, dim=2) / size(nodes), 2, size(nodes)), dim=1)
+    middle_node = nodes(findloc(distances <= minval(distances) + tie * maxval(distances), .true., dim=1))
+  end function middle_node
+end module sig_training_domain
