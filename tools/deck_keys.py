@@ -42,10 +42,18 @@ def kind(node, schema):
     if node.get("type") == "array":
         items = resolve(node["items"], schema)
         plural = "mappings" if items.get("type") == "object" else kind(items, schema)
-        return f"list of {plural}" + ("s" if plural in ("name", "number") else "")
+        if plural == "name or mapping":
+            plural = "names or mapping"
+        return f"list of {plural}" + ("s" if plural in ("name", "number", "names or mapping") else "")
     if "expression of the parameters" in node.get("description", "") or node.get("type") == "object":
         return "mapping" if node["type"] == "object" else "expression"
-    names = {"string": "text", "integer": "whole number", "number": "number"}
+    names = {
+        "string": "text",
+        "integer": "whole number",
+        "number": "number",
+        "boolean": "`true`, `false`",
+        "object": "mapping",
+    }
     types = node["type"] if isinstance(node["type"], list) else [node["type"]]
     word = "name" if types == ["string", "number"] else names[types[0]]
     return " ".join(filter(None, [word, limits(node)]))
@@ -60,6 +68,8 @@ def default(node, is_required):
     value = node["default"]
     if value == "":
         return "empty"
+    if isinstance(value, bool):
+        return f"`{json.dumps(value)}`"
     if isinstance(value, float):
         return f"`{value:.1e}`".replace("e-0", "e-")
     if isinstance(value, str) and (" " in value):

@@ -2,6 +2,7 @@
 #include "signorom/macros.h"
 !> The stages of a study on one results folder: each reads the file of the stage before and writes its own.
 module sig_study
+  use sig_enrichment_table, only: write_enrichment_table
   use sig_error_broadcast, only: broadcast_error
   use sig_errors, only: error_t, exit_not_converged, make_error
   use sig_field_output, only: write_fields
@@ -77,7 +78,7 @@ contains
       hint='for example: training: {grid: {' // session%deck%parameters(1)%name // ': 31}}')
   end subroutine need_training
 
-  !> model.h5 of snapshots.h5.
+  !> model.h5 and enrichment.csv of snapshots.h5.
   subroutine train_stage(session, report, ierr)
     type(session_t), intent(inout) :: session
     type(run_report_t), intent(inout) :: report
@@ -107,7 +108,10 @@ contains
       call report_snapshots(session%deck, snapshots, report)
       call report_model(model, report)
       call report%add('times/train', wall_time() - start)
-      if (session%rank == 0) call write_model(model_path(session), model, error)
+      if (session%rank == 0) then
+        call write_model(model_path(session), model, error)
+        if (.not. allocated(error)) call write_enrichment_table(model, session%folder // '/enrichment.csv', error)
+      end if
       PetscCall(broadcast_error(error, PETSC_COMM_WORLD, ierr))
     end if
     if (allocated(error)) then

@@ -5,7 +5,7 @@ module sig_text
   use sig_kinds, only: lk, rk
   implicit none(type, external)
   private
-  public :: string_t, to_text, join, append_text
+  public :: string_t, to_text, csv_number, join, append_text
   public :: lower, split, read_real, read_integer, did_you_mean
 
   !> A text of its own length, so that texts can stand in arrays.
@@ -94,6 +94,22 @@ contains
     text = digits
     if (len(digits) == 0) text = '0'
   end function or_zero
+
+  !> Seven digits, and words that every CSV reader takes for what is no finite number. Requires: value >= 0.
+  pure function csv_number(value) result(text)
+    real(rk), intent(in) :: value
+    character(:), allocatable :: text
+    character(24) :: buffer
+
+    if (value > huge(value)) then
+      text = 'inf'
+    else if (value >= 0) then
+      write (buffer, '(es14.6)') value
+      text = trim(adjustl(buffer))
+    else
+      text = 'nan'
+    end if
+  end function csv_number
 
   !> Puts a text at the end of a list; an unallocated list counts as empty.
   !>

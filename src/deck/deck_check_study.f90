@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> Ranges and cross-checks of the sections that say how the problem is solved, reduced and written.
 module sig_deck_check_study
-  use sig_deck_config, only: deck_config_t, max_sobol_parameters, parameter_config_t, point_set_config_t
+  use sig_deck_config, only: deck_config_t, max_sobol_parameters, parameter_config_t, point_set_config_t, reduction_config_t
   use sig_deck_tree, only: deck_tree_t, shown
   use sig_kinds, only: rk
   use sig_text, only: split, string_t, to_text
@@ -24,10 +24,9 @@ contains
       to_text(config%solver%max_iterations) // '; it must be at least 1')
     call check_points(tree, 'training', config%parameters, config%training)
     call check_points(tree, 'test', config%parameters, config%test)
-    call check_tolerance(tree, 'reduction.pod_tolerance', config%reduction%pod_tolerance)
-    call check_tolerance(tree, 'reduction.rank_tolerance', config%reduction%rank_tolerance)
     if (config%reduction%max_full_order_size < 0) call tree%report_at('reduction.max_full_order_size', &
       'is ' // to_text(config%reduction%max_full_order_size) // ' MB; it must not be negative (0 = keep none)')
+    call check_reduction(tree, config%reduction)
     call check_output_points(tree, config%parameters, config%output%points)
     call check_petsc_options(tree, config%petsc_options)
   end subroutine check_study
@@ -63,6 +62,25 @@ contains
     n_points = product(real(points%grid, rk))
     if (n_points > max_points) call tree%report_at(section // '.grid', too_many)
   end subroutine check_grid
+
+  subroutine check_reduction(tree, reduction)
+    type(deck_tree_t), intent(inout) :: tree
+    type(reduction_config_t), intent(in) :: reduction
+
+    call check_tolerance(tree, 'reduction.pod_tolerance', reduction%pod_tolerance)
+    call check_tolerance(tree, 'reduction.rank_tolerance', reduction%rank_tolerance)
+    if (reduction%extra_modes < 0) call tree%report_at('reduction.extra_modes', 'is ' // to_text(reduction%extra_modes) // &
+      '; it must be at least 0')
+    if (reduction%extra_modes > 0 .and. reduction%extended_pod_tolerance > 0) call tree%report_at('reduction.extra_modes', &
+      'is given beside extended_pod_tolerance; only one of them may say how many modes there are more')
+    if (reduction%extended_pod_tolerance > 0 .and. reduction%n_modes == 0 .and. &
+        reduction%extended_pod_tolerance >= reduction%pod_tolerance) call tree%report_at( &
+      'reduction.extended_pod_tolerance', 'is ' // to_text(reduction%extended_pod_tolerance) // &
+      '; it must be less than pod_tolerance, ' // to_text(reduction%pod_tolerance))
+    if (reduction%enrichment%max_condition_number < 1) call tree%report_at('reduction.enrichment.max_condition_number', 'is ' // &
+      to_text(reduction%enrichment%max_condition_number) // '; it must be at least 1', &
+      'at 1 every contact pair of the domain gets a hat function')
+  end subroutine check_reduction
 
   subroutine check_tolerance(tree, path, tolerance)
     type(deck_tree_t), intent(inout) :: tree

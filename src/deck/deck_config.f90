@@ -8,6 +8,7 @@ module sig_deck_config
   public :: deck_config_t, units_config_t, mesh_config_t, parameter_config_t, material_config_t, value_config_t, name_config_t
   public :: load_config_t
   public :: boundary_config_t, contact_config_t, solver_config_t, point_set_config_t, reduction_config_t, output_config_t
+  public :: enrichment_config_t, zone_config_t
 
   !> [-] default of contact%pairing_tolerance for averaged normals, which on uneven facets point a little aside
   real(rk), parameter, public :: averaged_tolerance = 0.1_rk
@@ -154,17 +155,55 @@ module sig_deck_config
     integer :: column = 0
   end type point_set_config_t
 
+  !> A named boundary whose nodes join the reduced integration domain: all of them, or those in a window.
+  type :: zone_config_t
+    type(name_config_t) :: boundary
+    !> names of the coordinates in the deck
+    character(1) :: axes(3) = ['x', 'y', 'z']
+    !> bounded coordinate, 0 = none
+    integer :: axis = 0
+    logical :: has_minimum = .false.
+    logical :: has_maximum = .false.
+    !> [length]
+    real(rk) :: minimum = 0
+    real(rk) :: maximum = 0
+  end type zone_config_t
+
+  type :: enrichment_config_t
+    !> none (default), greedy (Algorithm 1) or all (both hats of every pair)
+    character(:), allocatable :: type
+    !> [-] greedy ends at this kappa with full rank; at 1 every pair gets a hat; default 10
+    real(rk) :: max_condition_number = 10
+    !> first (default) or second: the node of a pair that carries its hat, unless its displacement is prescribed
+    character(:), allocatable :: side
+    !> greedy takes no more; default none (huge)
+    integer :: max_hats = huge(1)
+  end type enrichment_config_t
+
   type :: reduction_config_t
     !> hhr
     character(:), allocatable :: method
     !> [-] energy tail of the POD, (20); default 1.0e-8
     real(rk) :: pod_tolerance = 1.0e-8_rk
+    !> modes in place of the tolerance; default auto (0)
+    integer :: n_modes = 0
+    !> [-] energy tail of the basis where that has more modes than choose the domain; default none (0)
+    real(rk) :: extended_pod_tolerance = 0
+    !> modes of the basis beyond those that choose the domain; default 0
+    integer :: extra_modes = 0
+    !> each snapshot is divided by its size before the POD; default no
+    logical :: is_normalized = .false.
+    !> [-] energy tail of the POD of the multipliers, whose interpolation points join the domain; default none (0)
+    real(rk) :: dual_pod_tolerance = 0
     !> elastic_lifting (default) or multiplier; method: prescribed values in the reduced model
     character(:), allocatable :: dirichlet
-    !> surfaces whose nodes all join the reduced integration domain; default none
-    type(name_config_t), allocatable :: zones_of_interest(:)
-    !> none
-    character(:), allocatable :: enrichment
+    !> zones_of_interest: auto (default), every loaded surface where a point of the parameters can load it
+    logical :: has_loaded_zones = .true.
+    !> or boundaries whose nodes all join the reduced integration domain
+    type(zone_config_t), allocatable :: zones_of_interest(:)
+    !> join (default): the cells of a contact node's partner are added; remove: a contact node without partner has no equation
+    character(:), allocatable :: unpaired_nodes
+    type(enrichment_config_t) :: enrichment
     !> [-] singular values below this times the largest count as zero in rank checks; default 1.0e-10
     real(rk) :: rank_tolerance = 1.0e-10_rk
     !> multipliers_and_displacements (default) or multipliers: what the non-negative least squares fit

@@ -205,13 +205,60 @@ contains
     yaml = 'reduction:' // eol // &
       '  method: ' // reduction%method // eol // &
       '  pod_tolerance: ' // to_text(reduction%pod_tolerance) // eol // &
+      '  n_modes: ' // count_or_word(reduction%n_modes, 0, 'auto') // eol // &
+      '  extended_pod_tolerance: ' // tolerance_or_none(reduction%extended_pod_tolerance) // eol // &
+      '  extra_modes: ' // to_text(reduction%extra_modes) // eol // &
+      '  normalize: ' // trim(merge('true ', 'false', reduction%is_normalized)) // eol // &
+      '  dual_pod_tolerance: ' // tolerance_or_none(reduction%dual_pod_tolerance) // eol // &
       '  dirichlet: ' // reduction%dirichlet // eol // &
-      '  zones_of_interest: ' // name_list(reduction%zones_of_interest) // eol // &
-      '  enrichment: {type: ' // reduction%enrichment // '}' // eol // &
+      '  zones_of_interest: ' // zone_list(reduction) // eol // &
+      '  unpaired_nodes: ' // reduction%unpaired_nodes // eol // &
+      '  enrichment: {type: ' // reduction%enrichment%type // ', max_condition_number: ' // &
+      to_text(reduction%enrichment%max_condition_number) // ', side: ' // reduction%enrichment%side // ', max_hats: ' // &
+      count_or_word(reduction%enrichment%max_hats, huge(1), 'none') // '}' // eol // &
       '  rank_tolerance: ' // to_text(reduction%rank_tolerance) // eol // &
       '  reconstruction: ' // reduction%reconstruction // eol // &
       '  max_full_order_size: ' // to_text(reduction%max_full_order_size) // eol
   end function reduction_section
+
+  pure function count_or_word(count, special, word) result(yaml)
+    integer, intent(in) :: count
+    !> the count that the word stands for
+    integer, intent(in) :: special
+    character(*), intent(in) :: word
+    character(:), allocatable :: yaml
+
+    yaml = to_text(count)
+    if (count == special) yaml = word
+  end function count_or_word
+
+  pure function tolerance_or_none(tolerance) result(yaml)
+    real(rk), intent(in) :: tolerance
+    character(:), allocatable :: yaml
+
+    yaml = 'none'
+    if (tolerance > 0) yaml = to_text(tolerance)
+  end function tolerance_or_none
+
+  pure function zone_list(reduction) result(yaml)
+    type(reduction_config_t), intent(in) :: reduction
+    character(:), allocatable :: yaml
+    type(string_t) :: entries(size(reduction%zones_of_interest))
+    integer :: i
+
+    do i = 1, size(entries)
+      associate (zone => reduction%zones_of_interest(i))
+        entries(i)%text = yaml_text(zone%boundary%text)
+        if (zone%axis == 0) cycle
+        entries(i)%text = '{boundary: ' // entries(i)%text // ', window: {axis: ' // zone%axes(zone%axis)
+        if (zone%has_minimum) entries(i)%text = entries(i)%text // ', min: ' // to_text(zone%minimum)
+        if (zone%has_maximum) entries(i)%text = entries(i)%text // ', max: ' // to_text(zone%maximum)
+        entries(i)%text = entries(i)%text // '}}'
+      end associate
+    end do
+    yaml = '[' // join(entries, ', ') // ']'
+    if (reduction%has_loaded_zones) yaml = 'auto'
+  end function zone_list
 
   pure function output_section(output, parameters) result(yaml)
     type(output_config_t), intent(in) :: output

@@ -1,13 +1,13 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> The sections of a deck that say how it is solved, reduced and written: solver, training, test, reduction, output.
+!> The sections of a deck that say how it is solved and written: solver, training, test, output; and, by its own reader, reduction.
 module sig_deck_read_study
-  use sig_deck_config, only: deck_config_t, output_config_t, parameter_config_t, point_set_config_t, reduction_config_t, &
-    solver_config_t
+  use sig_deck_config, only: deck_config_t, output_config_t, parameter_config_t, point_set_config_t, solver_config_t
   use sig_deck_read_problem, only: path_below
+  use sig_deck_read_reduction, only: read_reduction
   use sig_deck_tree, only: deck_tree_t, kind_mapping, kind_scalar, root_node
-  use sig_deck_values, only: choice_of, get_choice, get_integer, get_list, get_mapping, get_names, get_number, get_word, &
-    integer_of
+  use sig_deck_values, only: choice_of, get_choice, get_integer, get_list, get_mapping, get_number, get_word, integer_of
   use sig_kinds, only: rk
+  use sig_mechanical_models, only: mechanical_model
   use sig_text, only: append_text, join, string_t, to_text
   implicit none(type, external)
   private
@@ -16,10 +16,6 @@ module sig_deck_read_study
   !> the first two have no seed
   character(*), parameter :: point_sets(4) = [character(15) :: 'grid', 'file', 'sobol', 'latin_hypercube']
   character(*), parameter :: solver_types(3) = [character(10) :: 'condensed', 'active_set', 'snesvi']
-  character(*), parameter :: methods(1) = [character(3) :: 'hhr']
-  character(*), parameter :: dirichlet_treatments(2) = [character(15) :: 'elastic_lifting', 'multiplier']
-  character(*), parameter :: enrichments(1) = [character(4) :: 'none']
-  character(*), parameter :: reconstructions(2) = [character(29) :: 'multipliers_and_displacements', 'multipliers']
   character(*), parameter :: field_names(3) = [character(12) :: 'displacement', 'stress', 'contact']
 
 contains
@@ -32,7 +28,7 @@ contains
     call read_solver(tree, config%solver)
     call read_point_set(tree, 'training', config%parameters, config%has_training, config%training)
     call read_point_set(tree, 'test', config%parameters, config%has_test, config%test)
-    call read_reduction(tree, config%reduction)
+    call read_reduction(tree, mechanical_model(config%mesh%model), config%reduction)
     call read_output(tree, config)
   end subroutine read_study
 
@@ -142,33 +138,6 @@ contains
     call integer_of(tree, i_node, n_groups)
     if (n_groups < 1) call tree%report(i_node, 'is ' // tree%nodes(i_node)%text // '; it must be auto or at least 1')
   end subroutine read_groups
-
-  subroutine read_reduction(tree, reduction)
-    type(deck_tree_t), intent(inout) :: tree
-    type(reduction_config_t), intent(inout) :: reduction
-    integer :: i_enrichment, i_reduction
-
-    reduction%method = trim(methods(1))
-    reduction%dirichlet = trim(dirichlet_treatments(1))
-    reduction%enrichment = trim(enrichments(1))
-    reduction%reconstruction = trim(reconstructions(1))
-    allocate (reduction%zones_of_interest(0))
-    i_reduction = get_mapping(tree, root_node, 'reduction', .false.)
-    if (i_reduction == 0) return
-    call get_choice(tree, i_reduction, 'method', .false., methods, reduction%method)
-    call get_number(tree, i_reduction, 'pod_tolerance', .false., reduction%pod_tolerance)
-    call get_choice(tree, i_reduction, 'dirichlet', .false., dirichlet_treatments, reduction%dirichlet)
-    call get_names(tree, i_reduction, 'zones_of_interest', .false., reduction%zones_of_interest)
-    i_enrichment = get_mapping(tree, i_reduction, 'enrichment', .false.)
-    if (i_enrichment > 0) then
-      call get_choice(tree, i_enrichment, 'type', .true., enrichments, reduction%enrichment)
-      call tree%close_mapping(i_enrichment)
-    end if
-    call get_number(tree, i_reduction, 'rank_tolerance', .false., reduction%rank_tolerance)
-    call get_choice(tree, i_reduction, 'reconstruction', .false., reconstructions, reduction%reconstruction)
-    call get_number(tree, i_reduction, 'max_full_order_size', .false., reduction%max_full_order_size)
-    call tree%close_mapping(i_reduction)
-  end subroutine read_reduction
 
   subroutine read_output(tree, config)
     type(deck_tree_t), intent(inout) :: tree

@@ -9,7 +9,7 @@ module sig_deck_values
   implicit none(type, external)
   private
   public :: get_mapping, get_list, get_text, get_word, get_choice, get_number, get_integer, get_name, get_names
-  public :: choice_of, number_of, integer_of, value_of
+  public :: choice_of, number_of, integer_of, name_of, value_of
 
 contains
 

@@ -6,7 +6,7 @@ module sig_condition_number
   use sig_linear_algebra, only: singular_values
   implicit none(type, external)
   private
-  public :: condition_number
+  public :: condition_number, condition_of_values
 
 contains
 
@@ -23,14 +23,24 @@ contains
     !> [-] at least 1
     real(rk), intent(out) :: kappa
     integer, intent(out) :: rank
-    real(rk), allocatable :: sigma(:)
+
+    call condition_of_values(singular_values(matrix), size(matrix, 1), rank_tolerance, kappa, rank)
+  end subroutine condition_number
+
+  !> The same from the singular values of a matrix with so many rows.
+  pure subroutine condition_of_values(sigma, n_rows, rank_tolerance, kappa, rank)
+    !> descending
+    real(rk), intent(in) :: sigma(:)
+    integer, intent(in) :: n_rows
+    real(rk), intent(in) :: rank_tolerance
+    real(rk), intent(out) :: kappa
+    integer, intent(out) :: rank
 
     kappa = 1
     rank = 0
-    if (size(matrix, 1) == 0) return
-    sigma = singular_values(matrix)
+    if (n_rows == 0) return
     if (size(sigma) > 0) rank = count(sigma > 0 .and. sigma >= rank_tolerance * sigma(1))
     kappa = ieee_value(kappa, ieee_positive_inf)
-    if (rank == size(matrix, 1)) kappa = sigma(1) / sigma(rank)
-  end subroutine condition_number
+    if (rank == n_rows) kappa = sigma(1) / sigma(rank)
+  end subroutine condition_of_values
 end module sig_condition_number

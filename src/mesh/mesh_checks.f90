@@ -1,13 +1,14 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> Names of the deck that only the mesh knows: regions, boundaries, surfaces.
 module sig_mesh_checks
-  use sig_deck_config, only: material_config_t, name_config_t
+  use sig_deck_config, only: material_config_t, name_config_t, zone_config_t
   use sig_errors, only: error_t, make_error
+  use sig_kinds, only: rk
   use sig_mesh, only: mesh_t
   use sig_text, only: append_text, did_you_mean, join, string_t, to_text
   implicit none(type, external)
   private
-  public :: material_of_cells, nodes_of_boundary, group_of_region, group_of_surface
+  public :: material_of_cells, nodes_of_boundary, nodes_of_zone, group_of_region, group_of_surface
 
 contains
 
@@ -96,6 +97,34 @@ contains
     call find_name(mesh, boundary, 0, mesh%n_dim - 1, 'boundary', deck_path, i_group, error)
     if (.not. allocated(error)) nodes = mesh%groups(i_group)%nodes
   end subroutine nodes_of_boundary
+
+  !> Nodes of a zone of interest, ascending. Errors: as nodes_of_boundary, and a window without nodes.
+  pure subroutine nodes_of_zone(mesh, zone, deck_path, nodes, error)
+    type(mesh_t), intent(in) :: mesh
+    type(zone_config_t), intent(in) :: zone
+    character(*), intent(in) :: deck_path
+    integer, allocatable, intent(out) :: nodes(:)
+    type(error_t), allocatable, intent(out) :: error
+    !> [-] of the extent of the boundary: a node this little outside is inside (rounding of coordinates, in any unit)
+    real(rk), parameter :: node_tolerance = 1.0e-9_rk
+    integer, allocatable :: all_nodes(:)
+    logical, allocatable :: is_inside(:)
+    real(rk) :: margin
+
+    call nodes_of_boundary(mesh, zone%boundary, deck_path, all_nodes, error)
+    if (allocated(error)) return
+    nodes = all_nodes
+    if (zone%axis == 0) return
+    associate (place => mesh%coordinates(zone%axis, all_nodes))
+      margin = node_tolerance * (maxval(place) - minval(place))
+      allocate (is_inside(size(place)), source=.true.)
+      if (zone%has_minimum) is_inside = place >= zone%minimum - margin
+      if (zone%has_maximum) is_inside = is_inside .and. place <= zone%maximum + margin
+    end associate
+    nodes = pack(all_nodes, is_inside)
+    if (size(nodes) == 0) call make_error(error, 'no node of ''' // zone%boundary%text // ''' lies in the window of this zone', &
+      deck_path, zone%boundary%line, zone%boundary%column)
+  end subroutine nodes_of_zone
 
   !> Index of a named surface: a group of facets. Errors: as nodes_of_boundary.
   pure subroutine group_of_surface(mesh, surface, deck_path, i_group, error)

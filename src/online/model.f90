@@ -7,7 +7,7 @@ module sig_model
   use sig_text, only: string_t
   implicit none(type, external)
   private
-  public :: model_t, reduced_model_t, full_order_t, validation_statistics_t, complete_model
+  public :: model_t, reduced_model_t, enrichment_history_t, full_order_t, validation_statistics_t, complete_model
 
   !> layout of the file; a change that an older reader would misread raises it (3 is the first of a release)
   integer, parameter, public :: model_format_version = 3
@@ -17,13 +17,38 @@ module sig_model
   character(*), parameter, public :: reconstruct_with_displacements = 'multipliers_and_displacements'
   character(*), parameter, public :: reconstruct_from_multipliers = 'multipliers'
 
+  !> What Algorithm 1 found: first the modes without hat functions, then an entry per hat, in the order in which they joined.
+  !>
+  !> The leading n_columns columns of the basis make the reduced model of an entry.
+  type :: enrichment_history_t
+    !> multiplier whose pair carries the hat, 1-based among all multipliers; 0 for the first entry
+    integer, allocatable :: rows(:)
+    !> node of the hat, natural, 1-based; 0 for the first entry
+    integer, allocatable :: nodes(:)
+    !> POD modes and hats; with prescribed rows the basis has fewer columns
+    integer, allocatable :: n_columns(:)
+    !> of (11)
+    integer, allocatable :: ranks(:)
+    !> [-] kappa of (11), infinite below full rank
+    real(rk), allocatable :: condition_numbers(:)
+    !> [-] largest singular value of the contact rows over the smallest of the min(rows, columns) ones: what the algorithm lowers
+    real(rk), allocatable :: singular_ratios(:)
+    !> [-] of K_r
+    real(rk), allocatable :: stiffness_conditions(:)
+  end type enrichment_history_t
+
   !> Reduced model of one cluster.
   !>
   !> u = lifting theta' + basis gamma with the leading terms theta', those that prescribe displacements;
   !> K_r gamma + M' lambda = load theta, M gamma <= gap theta, lambda >= 0 and complementary.
   !> Source: (10). theta(n_terms) are the values of the model's terms. Numbers of nodes, cells and dofs are natural, 1-based.
   type :: reduced_model_t
+    !> columns of the basis: what prescribed rows leave of the POD modes, then the hats
     integer :: n_modes = 0
+    !> POD modes that choose the domain (l of the paper), further ones in the basis, hat functions
+    integer :: n_pod_modes = 0
+    integer :: n_extra_modes = 0
+    integer :: n_hats = 0
     !> multipliers of the reduced integration domain
     integer :: n_rows = 0
     !> [-] V, shape (n_dofs, n_modes)
@@ -66,8 +91,13 @@ module sig_model
     integer :: rank = 0
     !> [-] of K_r
     real(rk) :: stiffness_condition = 1
-    !> loaded, prescribed and contact dofs in the domain: as many modes as these the equations can determine
+    !> of K_r: modes that the equations determine
+    integer :: stiffness_rank = 0
+    !> of the basis on the domain: n_modes, unless columns depend on each other there
+    integer :: basis_rank = 0
+    !> loaded, prescribed and contact dofs in the domain, and hats: as many modes as these the equations can determine
     integer :: primal_rank_expected = 0
+    type(enrichment_history_t) :: history
     !> sentences of the training
     type(string_t), allocatable :: warnings(:)
   end type reduced_model_t
@@ -211,6 +241,13 @@ contains
     call fill_missing(cluster%contact_value_lifting, 0)
     call fill_missing(cluster%start_sets, n_words(cluster%n_rows))
     call fill_missing(cluster%singular_values)
+    call fill_missing(cluster%history%rows)
+    call fill_missing(cluster%history%nodes)
+    call fill_missing(cluster%history%n_columns)
+    call fill_missing(cluster%history%ranks)
+    call fill_missing(cluster%history%condition_numbers)
+    call fill_missing(cluster%history%singular_ratios)
+    call fill_missing(cluster%history%stiffness_conditions)
     call fill_missing(cluster%warnings)
   end subroutine complete_cluster
 

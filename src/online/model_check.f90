@@ -2,7 +2,7 @@
 !> Whether the parts of a model fit together.
 module sig_model_check
   use sig_bits, only: n_words
-  use sig_model, only: full_order_t, model_t, reduced_model_t, validation_statistics_t
+  use sig_model, only: enrichment_history_t, full_order_t, model_t, reduced_model_t, validation_statistics_t
   use sig_term_set, only: source_expression, source_places, source_surface, term_set_t
   use sig_text, only: to_text
   implicit none(type, external)
@@ -61,6 +61,7 @@ contains
       if (any(cluster%contact_rows < 1) .or. any(cluster%contact_rows > n_multipliers)) name = 'contact_rows'
       if (size(cluster%start_sets, 1) /= n_words(n_rows)) name = 'start_sets'
       if (size(cluster%dual_snapshots, 1) /= n_multipliers) name = 'dual_snapshots'
+      if (.not. is_whole(cluster%history)) name = 'enrichment'
       if (n_values == 0) return
       if (size(cluster%contact_displacement_snapshots, 2) /= size(cluster%dual_snapshots, 2)) &
         name = 'contact_displacement_snapshots'
@@ -84,6 +85,13 @@ contains
     fits = fits .and. all(shape(full_order%free_response) == [n_dofs, n_terms]) .and. &
       all(shape(full_order%contact_response) == [n_dofs, n_multipliers])
   end function fits
+
+  pure logical function is_whole(history)
+    type(enrichment_history_t), intent(in) :: history
+
+    is_whole = all([size(history%nodes), size(history%n_columns), size(history%ranks), size(history%condition_numbers), &
+      size(history%singular_ratios), size(history%stiffness_conditions)] == size(history%rows))
+  end function is_whole
 
   !> Indices of the sources point at terms and places that there are.
   pure logical function are_consistent(terms, n_dim)

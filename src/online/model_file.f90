@@ -7,8 +7,8 @@ module sig_model_file
   use sig_hdf5_reader, only: h5_reader_t
   use sig_hdf5_writer, only: h5_writer_t
   use sig_kinds, only: rk
-  use sig_model, only: complete_model, full_order_t, model_format_version, model_t, oldest_model_format, reduced_model_t, &
-    validation_statistics_t
+  use sig_model, only: complete_model, enrichment_history_t, full_order_t, model_format_version, model_t, oldest_model_format, &
+    reduced_model_t, validation_statistics_t
   use sig_model_check, only: find_mismatch
   use sig_term_file, only: read_terms, write_terms
   use sig_text, only: to_text
@@ -116,7 +116,28 @@ contains
     call file%write_attribute(group, 'rank', cluster%rank)
     call file%write_attribute(group, 'stiffness_condition', cluster%stiffness_condition)
     call file%write_attribute(group, 'primal_rank_expected', cluster%primal_rank_expected)
+    call file%write_attribute(group, 'stiffness_rank', cluster%stiffness_rank)
+    call file%write_attribute(group, 'basis_rank', cluster%basis_rank)
+    call file%write_attribute(group, 'n_pod_modes', cluster%n_pod_modes)
+    call file%write_attribute(group, 'n_extra_modes', cluster%n_extra_modes)
+    call file%write_attribute(group, 'n_hats', cluster%n_hats)
+    call write_history(file, group // '/enrichment', cluster%history)
   end subroutine write_cluster
+
+  subroutine write_history(file, group, history)
+    type(h5_writer_t), intent(inout) :: file
+    character(*), intent(in) :: group
+    type(enrichment_history_t), intent(in) :: history
+
+    call file%write(group // '/rows', history%rows, description='pair of each hat, 1-based; 0: before the first hat')
+    call file%write(group // '/nodes', history%nodes, description='node of each hat, 1-based')
+    call file%write(group // '/n_columns', history%n_columns, description='POD modes and hats')
+    call file%write(group // '/ranks', history%ranks, description='rank of the contact rows')
+    call file%write(group // '/condition_numbers', history%condition_numbers, '1', 'of the contact rows')
+    call file%write(group // '/singular_ratios', history%singular_ratios, '1', &
+      'largest singular value of the contact rows over the smallest of the min(rows, columns) ones')
+    call file%write(group // '/stiffness_conditions', history%stiffness_conditions, '1', 'of the reduced stiffness')
+  end subroutine write_history
 
   subroutine write_snapshots(file, group, cluster, length, force)
     type(h5_writer_t), intent(inout) :: file
@@ -133,7 +154,7 @@ contains
       'normal displacements, a term per row')
     call file%write(group // '/start_sets', cluster%start_sets, description= &
       'active contact rows of the reduced answer at each training point, a bit per row, 32 to an integer, a point per row')
-    call file%write(group // '/singular_values', cluster%singular_values, length)
+    call file%write(group // '/singular_values', cluster%singular_values, length, 'without unit where the deck normalizes')
     call file%write(group // '/warnings', cluster%warnings)
   end subroutine write_snapshots
 
@@ -283,9 +304,30 @@ contains
     call file%read_attribute(group, 'rank', cluster%rank, error)
     call file%read_attribute(group, 'stiffness_condition', cluster%stiffness_condition, error)
     call file%read_attribute(group, 'primal_rank_expected', cluster%primal_rank_expected, error)
+    call file%read_attribute(group, 'stiffness_rank', cluster%stiffness_rank, error)
+    call file%read_attribute(group, 'basis_rank', cluster%basis_rank, error)
+    call file%read_attribute(group, 'n_pod_modes', cluster%n_pod_modes, error)
+    call file%read_attribute(group, 'n_extra_modes', cluster%n_extra_modes, error)
+    call file%read_attribute(group, 'n_hats', cluster%n_hats, error)
+    call read_history(file, group // '/enrichment', cluster%history, error)
     cluster%n_modes = size(cluster%basis, 2)
     cluster%n_rows = size(cluster%contact_rows)
   end subroutine read_cluster
+
+  subroutine read_history(file, group, history, error)
+    type(h5_reader_t), intent(in) :: file
+    character(*), intent(in) :: group
+    type(enrichment_history_t), intent(inout) :: history
+    type(error_t), allocatable, intent(inout) :: error
+
+    call file%read(group // '/rows', history%rows, error)
+    call file%read(group // '/nodes', history%nodes, error)
+    call file%read(group // '/n_columns', history%n_columns, error)
+    call file%read(group // '/ranks', history%ranks, error)
+    call file%read(group // '/condition_numbers', history%condition_numbers, error)
+    call file%read(group // '/singular_ratios', history%singular_ratios, error)
+    call file%read(group // '/stiffness_conditions', history%stiffness_conditions, error)
+  end subroutine read_history
 
   subroutine read_snapshots(file, group, cluster, error)
     type(h5_reader_t), intent(in) :: file

@@ -40,17 +40,19 @@ module sig_reduced_domain
 
 contains
 
-  !> Domain around the seed nodes, closed over contact pairs: an interior node's partner is interior too.
+  !> Domain around the seed nodes, with whole contact pairs only: an interior node's partner is interior too.
   !>
   !> Source: (4)-(9). Paper: (4) adds the partners of L only; a node of A outside L could still face a node outside A, so the
   !> partner's cells are added until no such pair is left (method.md section 2.3).
   !> Local. Cost: one pass over the mesh's connectivity, then the size of the domain.
-  pure subroutine build_reduced_domain(mesh, operator, seed_nodes, domain)
+  pure subroutine build_reduced_domain(mesh, operator, seed_nodes, has_partners, domain)
     type(mesh_t), intent(in) :: mesh
     !> its pairs are the ones that count; an inert pair has no row
     type(contact_operator_t), intent(in) :: operator
     !> natural, in any order, repetitions allowed
     integer, intent(in) :: seed_nodes(:)
+    !> partners join (Fig. 2b); otherwise contact nodes without partner have no equations (Fig. 2a, the way of [9])
+    logical, intent(in) :: has_partners
     type(reduced_domain_t), intent(out) :: domain
     type(growth_t) :: growth
     logical, allocatable :: is_seed(:), is_facing(:)
@@ -65,12 +67,16 @@ contains
     do i_seed = 1, size(domain%seed_nodes)
       associate (node => domain%seed_nodes(i_seed))
         call take_cells_around(mesh, node, growth)
-        if (partner(node) == 0) cycle
+        if (partner(node) == 0 .or. .not. has_partners) cycle
         if (.not. is_seed(partner(node))) is_facing(partner(node)) = .true.
         call take_cells_around(mesh, partner(node), growth)
       end associate
     end do
-    call close_pairs(mesh, partner, growth, is_facing)
+    if (has_partners) then
+      call close_pairs(mesh, partner, growth, is_facing)
+    else
+      call remove_unpaired(partner, growth)
+    end if
     domain%facing_nodes = true_indices(is_facing)
     call collect_sets(mesh, operator, growth, domain)
   end subroutine build_reduced_domain
@@ -137,9 +143,25 @@ contains
     end do
   end subroutine close_pairs
 
+  !> Takes contact nodes whose partner is not interior from the interior nodes; their cells stay.
+  pure subroutine remove_unpaired(partner, growth)
+    integer, intent(in) :: partner(:)
+    type(growth_t), intent(inout) :: growth
+    integer, allocatable :: nodes(:)
+    logical :: is_complete(0:size(partner))
+
+    nodes = growth%interior_nodes(:growth%n_interior)
+    is_complete = .false.
+    is_complete(nodes) = .true.
+    is_complete(0) = .true.
+    nodes = pack(nodes, is_complete(partner(nodes)))
+    growth%n_interior = size(nodes)
+    growth%interior_nodes(:size(nodes)) = nodes
+  end subroutine remove_unpaired
+
   !> Reads the sets off a finished domain.
   !>
-  !> (7) asks for K_ij /= 0: every cell of the domain touches an interior node, so I is all that is left on its cells.
+  !> (7) asks for K_ij /= 0: I is all that is left on the cells that touch an interior node.
   pure subroutine collect_sets(mesh, operator, growth, domain)
     type(mesh_t), intent(in) :: mesh
     type(contact_operator_t), intent(in) :: operator
@@ -154,7 +176,9 @@ contains
     is_interior(growth%interior_nodes(:growth%n_interior)) = .true.
     is_interface = .false.
     do i_cell = 1, size(domain%cells)
-      is_interface(nodes_of_cell(mesh, domain%cells(i_cell))) = .true.
+      associate (nodes => nodes_of_cell(mesh, domain%cells(i_cell)))
+        if (any(is_interior(nodes))) is_interface(nodes) = .true.
+      end associate
     end do
     is_interface = is_interface .and. .not. is_interior
     domain%interior_dofs = dofs_of_nodes(true_indices(is_interior), mesh%n_dim)

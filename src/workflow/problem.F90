@@ -14,7 +14,7 @@ module sig_problem
   use sig_loads, only: create_loads
   use sig_mechanical_models, only: coordinate_names, is_plane, mechanical_model, mechanical_model_t
   use sig_mesh, only: mesh_t
-  use sig_mesh_checks, only: material_of_cells
+  use sig_mesh_checks, only: material_of_cells, nodes_of_zone
   use sig_mesh_load, only: load_mesh, partition_mesh
   use sig_node_pairs, only: find_node_pairs, node_pairs_t
   use sig_parameter_space, only: format_point
@@ -64,8 +64,23 @@ contains
     call create_contact(deck, problem, error)
     if (allocated(error)) return
     PetscCall(partition_mesh(problem%mesh, problem%pairs%first_node, problem%pairs%second_node, comm, ierr))
+    call check_zones(deck, problem%mesh, error)
     problem%provenance = hash_of_text(echo_physics(deck) // problem%mesh%file_hash)
   end subroutine load_problem
+
+  !> The zones of interest are there: better known now than after the sampling.
+  subroutine check_zones(deck, mesh, error)
+    type(deck_config_t), intent(in) :: deck
+    type(mesh_t), intent(in) :: mesh
+    type(error_t), allocatable, intent(out) :: error
+    integer, allocatable :: nodes(:)
+    integer :: i
+
+    do i = 1, size(deck%reduction%zones_of_interest)
+      call nodes_of_zone(mesh, deck%reduction%zones_of_interest(i), deck%path, nodes, error)
+      if (allocated(error)) return
+    end do
+  end subroutine check_zones
 
   !> Prescribed displacements and loads, and their terms.
   subroutine create_driving(deck, problem, error)

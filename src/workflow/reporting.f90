@@ -7,7 +7,6 @@ module sig_reporting
   use sig_kinds, only: rk
   use sig_model, only: model_t
   use sig_parameter_space, only: format_point
-  use sig_pod_rank, only: pod_rank
   use sig_reactions, only: reaction_t
   use sig_run_report, only: run_report_t
   use sig_snapshot_store, only: snapshot_set_t
@@ -78,26 +77,34 @@ contains
     associate (cluster => model%clusters(1))
       call report%add('reduction/dirichlet', model%dirichlet)
       call report%add('reduction/n_snapshots', size(model%training_points, 2))
-      call report%add('reduction/n_modes', pod_rank(cluster%singular_values, model%pod_tolerance))
+      call report%add('reduction/n_modes', cluster%n_pod_modes)
+      call report%add('reduction/n_extra_modes', cluster%n_extra_modes)
+      call report%add('reduction/n_hats', cluster%n_hats)
       call report%add('reduction/n_reduced_unknowns', cluster%n_modes)
       call report%add('reduction/n_contact_rows', cluster%n_rows)
       call report%add('reduction/n_cells', size(cluster%cells))
       call report%add('reduction/condition_number', cluster%condition_number)
       call report%add('reduction/rank', cluster%rank)
+      call report%add('reduction/basis_rank', cluster%basis_rank)
       call report%add('reduction/stiffness_condition', cluster%stiffness_condition)
+      call report%add('reduction/stiffness_rank', cluster%stiffness_rank)
       call report%add('reduction/primal_rank_expected', cluster%primal_rank_expected)
       call report%add('reduction/warnings', cluster%warnings)
     end associate
   end subroutine report_model
 
-  !> `9 modes (8 reduced unknowns) and 8 contact rows`.
+  !> `36 + 9 modes and 18 hats (63 reduced unknowns), 33 contact rows with a condition number of 7.5`.
   pure function model_text(model) result(text)
     type(model_t), intent(in) :: model
     character(:), allocatable :: text
 
     associate (cluster => model%clusters(1))
-      text = to_text(pod_rank(cluster%singular_values, model%pod_tolerance)) // ' modes (' // to_text(cluster%n_modes) // &
-        ' reduced unknowns) and ' // to_text(cluster%n_rows) // ' contact rows'
+      text = to_text(cluster%n_pod_modes)
+      if (cluster%n_extra_modes > 0) text = text // ' + ' // to_text(cluster%n_extra_modes)
+      text = text // ' modes'
+      if (cluster%n_hats > 0) text = text // ' and ' // to_text(cluster%n_hats) // ' hats'
+      text = text // ' (' // to_text(cluster%n_modes) // ' reduced unknowns), ' // to_text(cluster%n_rows) // &
+        ' contact rows with a condition number of ' // short(cluster%condition_number)
     end associate
   end function model_text
 
@@ -162,6 +169,7 @@ contains
     character(16) :: buffer
 
     write (buffer, '(es9.1)') value
+    if (value > huge(value)) buffer = 'infinity'
     text = trim(adjustl(buffer))
   end function short
 

@@ -9,15 +9,13 @@ module sig_training
   use sig_model, only: model_t, reduced_model_t
   use sig_model_header, only: fill_model_header
   use sig_parameter_space, only: format_point
-  use sig_pod, only: compute_pod
-  use sig_pod_rank, only: pod_rank
   use sig_problem, only: problem_t
   use sig_reduced_domain, only: reduced_domain_t
   use sig_snapshot_store, only: snapshot_set_t
-  use sig_term_values, only: evaluate_points
   use sig_text, only: to_text
   use sig_training_domain, only: choose_domain
   use sig_training_duals, only: keep_dual_snapshots
+  use sig_training_modes, only: compute_dual_modes, compute_modes, pod_modes_t
   use sig_training_system, only: build_system
   use petsc
   implicit none(type, external)
@@ -76,37 +74,21 @@ contains
     type(reduced_model_t), intent(out) :: cluster
     type(error_t), allocatable, intent(out) :: error
     PetscErrorCode, intent(out) :: ierr
-    real(rk), allocatable :: fields(:, :), vectors(:, :)
-    integer, allocatable :: anchors(:)
+    type(pod_modes_t) :: modes
+    real(rk), allocatable :: dual_modes(:, :)
     type(reduced_domain_t) :: domain
-    integer :: n_modes
+    integer, allocatable :: anchors(:)
 
-    ierr = 0
-    call fields_to_compress(problem, snapshots, fields)
-    PetscCall(compute_pod(fields, PETSC_COMM_WORLD, cluster%singular_values, vectors, ierr))
-    n_modes = pod_rank(cluster%singular_values, problem%deck%reduction%pod_tolerance)
-    if (n_modes == 0) then
-      call make_error(error, 'all snapshots are zero: no training point loads the bodies', problem%deck%path)
-      return
-    end if
-    call choose_domain(problem, vectors(:, :n_modes), domain, anchors, error)
+    PetscCall(compute_modes(problem, snapshots, modes, error, ierr))
     if (allocated(error)) return
-    call build_system(problem, snapshots, domain, anchors, vectors(:, :n_modes), cluster, error)
+    PetscCall(compute_dual_modes(problem, snapshots, dual_modes, ierr))
+    call choose_domain(problem, snapshots%parameters, modes%vectors(:, :modes%n_domain), dual_modes, domain, anchors, error)
+    if (allocated(error)) return
+    cluster%singular_values = modes%singular_values
+    cluster%n_pod_modes = modes%n_domain
+    cluster%n_extra_modes = modes%n_extra
+    call build_system(problem, snapshots, domain, anchors, modes%vectors, cluster, error)
     if (allocated(error)) return
     call keep_dual_snapshots(problem%operator, snapshots, cluster)
   end subroutine train_cluster
-
-  !> Whole fields, or what contact adds to the elastic response.
-  subroutine fields_to_compress(problem, snapshots, fields)
-    type(problem_t), intent(in) :: problem
-    type(snapshot_set_t), intent(in) :: snapshots
-    real(rk), allocatable, intent(out) :: fields(:, :)
-    real(rk), allocatable :: theta(:, :)
-    integer :: i_bad_point, i_bad_source
-
-    fields = snapshots%displacement
-    if (problem%deck%reduction%dirichlet == 'multiplier') return
-    call evaluate_points(problem%terms, snapshots%parameters, theta, i_bad_point, i_bad_source)
-    fields = fields - matmul(snapshots%free_response, theta(:size(snapshots%free_response, 2), :))
-  end subroutine fields_to_compress
 end module sig_training

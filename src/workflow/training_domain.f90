@@ -7,45 +7,37 @@ module sig_training_domain
   use sig_mesh_checks, only: nodes_of_boundary
   use sig_problem, only: problem_t
   use sig_reduced_domain, only: build_reduced_domain, nodes_of_dofs, reduced_domain_t
+  use sig_zone_nodes, only: find_zone_nodes
   implicit none(type, external)
   private
   public :: choose_domain
 
 contains
 
-  !> The reduced integration domain. Errors: a surface that the mesh lacks.
-  subroutine choose_domain(problem, modes, domain, anchors, error)
+  !> The reduced integration domain. Errors: a boundary that the mesh lacks, a window without nodes.
+  subroutine choose_domain(problem, training_points, modes, dual_modes, domain, anchors, error)
     type(problem_t), intent(in) :: problem
+    !> shape (n_parameters, n_points)
+    real(rk), intent(in) :: training_points(:, :)
     !> V, shape (n_dofs, n_modes)
     real(rk), intent(in) :: modes(:, :)
+    !> shape (n_multipliers, n_dual_modes)
+    real(rk), intent(in) :: dual_modes(:, :)
     type(reduced_domain_t), intent(out) :: domain
     !> nodes where the prescribed rows are imposed
     integer, allocatable, intent(out) :: anchors(:)
     type(error_t), allocatable, intent(out) :: error
-    integer, allocatable :: zone(:)
+    integer, allocatable :: pairs(:), zone(:)
 
-    call zone_nodes(problem, zone, error)
+    call find_zone_nodes(problem, training_points, zone, error)
     if (allocated(error)) return
     call anchor_nodes(problem, anchors, error)
     if (allocated(error)) return
-    call build_reduced_domain(problem%mesh, problem%operator, &
-      [nodes_of_dofs(deim_rows(modes), problem%mesh%n_dim), anchors, zone], domain)
+    pairs = deim_rows(dual_modes)
+    call build_reduced_domain(problem%mesh, problem%operator, [nodes_of_dofs(deim_rows(modes), problem%mesh%n_dim), &
+      problem%operator%first_node(pairs), problem%operator%second_node(pairs), anchors, zone], &
+      problem%deck%reduction%unpaired_nodes == 'join', domain)
   end subroutine choose_domain
-
-  subroutine zone_nodes(problem, nodes, error)
-    type(problem_t), intent(in) :: problem
-    integer, allocatable, intent(out) :: nodes(:)
-    type(error_t), allocatable, intent(out) :: error
-    integer, allocatable :: more(:)
-    integer :: i
-
-    nodes = [integer ::]
-    do i = 1, size(problem%deck%reduction%zones_of_interest)
-      call nodes_of_boundary(problem%mesh, problem%deck%reduction%zones_of_interest(i), problem%deck%path, more, error)
-      if (allocated(error)) return
-      nodes = [nodes, more]
-    end do
-  end subroutine zone_nodes
 
   !> Where the prescribed rows are imposed: the middle node of each boundary that the parameters move.
   !>

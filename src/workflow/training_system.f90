@@ -1,9 +1,10 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> The reduced system of a domain and its modes: prescribed values split off, everything projected, solvability measured.
+!> The reduced system of a domain and its modes: prescribed values split off, hats added, everything projected and measured.
 module sig_training_system
-  use sig_condition_number, only: condition_number
   use sig_dirichlet_rows, only: impose_dirichlet_rows
+  use sig_enrichment, only: choose_hats, enrichment_path_t, enrichment_rule_t
   use sig_errors, only: error_t, make_error
+  use sig_hat_functions, only: hat_columns, hat_set_t, hats_of_all_nodes, hats_of_pairs, select_hats
   use sig_kinds, only: rk
   use sig_log, only: log_warning
   use sig_model, only: reduced_model_t
@@ -11,15 +12,18 @@ module sig_training_system
   use sig_projection, only: expected_stiffness_rank, project, project_contact_rows, projected_blocks_t
   use sig_reduced_domain, only: reduced_domain_t
   use sig_snapshot_store, only: snapshot_set_t
+  use sig_solvability, only: is_undetermined, measure_stiffness, rank_on_domain, solvability_warnings, undetermined_text
   use sig_term_values, only: evaluate_points
-  use sig_text, only: append_text, to_text
+  use sig_text, only: to_text
   implicit none(type, external)
   private
   public :: build_system
 
 contains
 
-  !> Projects, and measures what makes the reduced problem solvable: kappa, the rank of (11), cond(K_r), the rank of trap 1.
+  !> Enriches, projects, and measures what makes the reduced problem solvable: kappa, the rank of (11), cond(K_r), trap 1.
+  !>
+  !> Errors: modes that miss the prescribed values, or that the equations of the domain do not determine.
   subroutine build_system(problem, snapshots, domain, anchors, modes, cluster, error)
     type(problem_t), intent(in) :: problem
     type(snapshot_set_t), intent(in) :: snapshots
@@ -30,19 +34,79 @@ contains
     type(reduced_model_t), intent(inout) :: cluster
     type(error_t), allocatable, intent(out) :: error
     type(projected_blocks_t) :: blocks
+    type(hat_set_t) :: hats
 
-    call condition_number(project_contact_rows(problem%operator, domain, modes), problem%deck%reduction%rank_tolerance, &
-      cluster%condition_number, cluster%rank)
+    call keep_domain(domain, cluster)
     call split_prescribed(problem, snapshots, anchors, modes, cluster, error)
     if (allocated(error)) return
+    call enrich(problem, domain, modes, hats, cluster)
     call project(problem%mesh, problem%body, problem%operator, problem%boundary%loads, domain, cluster%basis, &
       cluster%lifting, blocks)
-    call keep_domain(domain, cluster)
     call keep_blocks(blocks, cluster)
     cluster%primal_rank_expected = expected_stiffness_rank(domain, &
-      problem%boundary%loads%loaded_dofs(size(modes, 1)), cluster%n_modes)
-    call check_solvable(problem, cluster, error)
+      problem%boundary%loads%loaded_dofs(size(modes, 1)), cluster%n_hats, cluster%n_modes)
+    call check_solvable(problem, domain, cluster, error)
   end subroutine build_system
+
+  !> Hat functions by the deck's rule join the basis; their choice looks at the POD modes as they are, prescribed rows or not.
+  subroutine enrich(problem, domain, modes, hats, cluster)
+    type(problem_t), intent(in) :: problem
+    type(reduced_domain_t), intent(in) :: domain
+    real(rk), intent(in) :: modes(:, :)
+    type(hat_set_t), intent(out) :: hats
+    type(reduced_model_t), intent(inout) :: cluster
+    type(enrichment_rule_t) :: rule
+    type(enrichment_path_t) :: path
+
+    associate (config => problem%deck%reduction%enrichment)
+      rule%is_greedy = config%type /= 'all'
+      rule%max_condition_number = config%max_condition_number
+      rule%max_hats = merge(0, config%max_hats, config%type == 'none')
+      rule%rank_tolerance = problem%deck%reduction%rank_tolerance
+      if (rule%is_greedy) then
+        hats = hats_of_pairs(problem%operator, domain, problem%boundary%is_prescribed, config%side == 'second')
+      else
+        hats = hats_of_all_nodes(problem%operator, domain, problem%boundary%is_prescribed, config%side == 'second')
+      end if
+    end associate
+    call choose_hats(project_contact_rows(problem%operator, domain, modes), hats%rows, hats%entries, rule, path)
+    hats = select_hats(hats, path%chosen)
+    call append_columns(cluster%basis, hat_columns(hats, size(modes, 1)))
+    call keep_path(path, hats, domain, size(modes, 2), cluster)
+  end subroutine enrich
+
+  pure subroutine append_columns(matrix, columns)
+    real(rk), allocatable, intent(inout) :: matrix(:, :)
+    real(rk), intent(in) :: columns(:, :)
+    real(rk), allocatable :: wider(:, :)
+    integer :: n
+
+    n = size(matrix, 2)
+    allocate (wider(size(matrix, 1), n + size(columns, 2)))
+    wider(:, :n) = matrix
+    wider(:, n + 1:) = columns
+    call move_alloc(wider, matrix)
+  end subroutine append_columns
+
+  pure subroutine keep_path(path, hats, domain, n_pod_columns, cluster)
+    type(enrichment_path_t), intent(in) :: path
+    !> the chosen ones
+    type(hat_set_t), intent(in) :: hats
+    type(reduced_domain_t), intent(in) :: domain
+    integer, intent(in) :: n_pod_columns
+    type(reduced_model_t), intent(inout) :: cluster
+    integer :: i
+
+    cluster%n_hats = size(hats%rows)
+    cluster%history%rows = [0, domain%contact_rows(hats%rows)]
+    cluster%history%nodes = [0, hats%nodes]
+    cluster%history%n_columns = [(n_pod_columns + i, i=0, cluster%n_hats)]
+    cluster%history%ranks = path%ranks
+    cluster%history%condition_numbers = path%condition_numbers
+    cluster%history%singular_ratios = path%ratios
+    cluster%rank = path%ranks(cluster%n_hats + 1)
+    cluster%condition_number = path%condition_numbers(cluster%n_hats + 1)
+  end subroutine keep_path
 
   subroutine keep_domain(domain, cluster)
     type(reduced_domain_t), intent(in) :: domain
@@ -118,26 +182,22 @@ contains
     if (misfit > 0) misfit = misfit / max(tiny(misfit), maxval(abs(wanted)))
   end function prescribed_misfit
 
-  !> Trap 1 of the method: modes that no force inside the domain drives cannot be determined.
-  subroutine check_solvable(problem, cluster, error)
+  subroutine check_solvable(problem, domain, cluster, error)
     type(problem_t), intent(in) :: problem
+    type(reduced_domain_t), intent(in) :: domain
     type(reduced_model_t), intent(inout) :: cluster
     type(error_t), allocatable, intent(out) :: error
-    real(rk) :: condition
-    integer :: stiffness_rank, rank
+    integer :: i
 
-    allocate (cluster%warnings(0))
-    if (cluster%rank < cluster%n_rows) then
-      call append_text(cluster%warnings, 'the solvability condition (11) fails: rank ' // to_text(cluster%rank) // ' of ' // &
-        to_text(cluster%n_rows) // ' contact rows; multipliers may not be unique')
-      call log_warning(cluster%warnings(1)%text)
-    end if
-    call condition_number(cluster%reduced_stiffness, 0.0_rk, cluster%stiffness_condition, rank)
-    call condition_number(cluster%reduced_stiffness, problem%deck%reduction%rank_tolerance, condition, stiffness_rank)
-    if (stiffness_rank == cluster%n_modes) return
-    call make_error(error, 'the equations of the reduced integration domain determine ' // to_text(stiffness_rank) // &
-      ' of ' // to_text(cluster%n_modes) // ' modes (its contact rows and loaded dofs allow ' // &
-      to_text(cluster%primal_rank_expected) // ')', problem%deck%path, &
+    associate (rank_tolerance => problem%deck%reduction%rank_tolerance)
+      call measure_stiffness(rank_tolerance, cluster)
+      cluster%basis_rank = rank_on_domain(cluster%basis, [domain%interior_dofs, domain%interface_dofs], rank_tolerance)
+    end associate
+    cluster%warnings = solvability_warnings(cluster, problem%deck%reduction%enrichment%type == 'all')
+    do i = 1, size(cluster%warnings)
+      call log_warning(cluster%warnings(i)%text)
+    end do
+    if (is_undetermined(cluster)) call make_error(error, undetermined_text(cluster), problem%deck%path, &
       hint='add the contact surfaces and the loaded surfaces to reduction.zones_of_interest, or raise reduction.pod_tolerance')
   end subroutine check_solvable
 end module sig_training_system

@@ -12,7 +12,7 @@ module sig_validation_output
   use sig_reporting, only: report_statistics
   use sig_run_report, only: run_report_t
   use sig_statistics, only: statistics_t, summarize
-  use sig_text, only: append_text, string_t, to_text
+  use sig_text, only: append_text, csv_number, string_t, to_text
   use sig_validation, only: error_names, n_errors, validation_t
   implicit none(type, external)
   private
@@ -56,7 +56,7 @@ contains
     end do
     row = row // to_text(outcome%cluster(i))
     do k = 1, n_errors
-      row = row // ',' // number(outcome%errors(k, i))
+      row = row // ',' // csv_number(outcome%errors(k, i))
     end do
     row = row // ',' // to_text(outcome%n_active(i)) // ',' // to_text(outcome%n_active_full_order(i)) // ',' // &
       method_name(outcome%method(i)) // ',' // status(outcome%reason_full_order(i))
@@ -69,22 +69,6 @@ contains
     text = 'not_converged'
     if (reason == reason_converged) text = 'converged'
   end function status
-
-  !> Words that every CSV reader takes for what is no finite number.
-  pure function number(value) result(text)
-    real(rk), intent(in) :: value
-    character(:), allocatable :: text
-    character(24) :: buffer
-
-    if (value > huge(value)) then
-      text = 'inf'
-    else if (value >= 0) then
-      write (buffer, '(es14.6)') value
-      text = trim(adjustl(buffer))
-    else
-      text = 'nan'
-    end if
-  end function number
 
   !> Errors with their quartiles, where they are largest, and what the answers cost.
   subroutine report_validation(deck, outcome, report)
@@ -131,7 +115,7 @@ contains
     do i = 1, size(outcome%points, 2)
       if (.not. outcome%errors(i_error, i) > limit) cycle
       call append_text(points, format_point(deck%parameters, outcome%points(:, i)) // ': ' // &
-        number(outcome%errors(i_error, i)) // ', ' // to_text(outcome%n_active_full_order(i)) // ' active pairs')
+        csv_number(outcome%errors(i_error, i)) // ', ' // to_text(outcome%n_active_full_order(i)) // ' active pairs')
     end do
   end function points_above
 

@@ -50,7 +50,15 @@ def report(results):
 def test_files(results):
     """Exactly these files; what is hidden is a lock."""
     names = sorted(path.name for path in results.iterdir() if not path.name.startswith("."))
-    assert names == ["fields.h5", "fields.xdmf", "model.h5", "report.yaml", "snapshots.h5", "validation.csv"]
+    assert names == [
+        "enrichment.csv",
+        "fields.h5",
+        "fields.xdmf",
+        "model.h5",
+        "report.yaml",
+        "snapshots.h5",
+        "validation.csv",
+    ]
 
 
 def test_report_echoes_the_deck(signorom, study, report):
@@ -80,6 +88,26 @@ def test_report_sizes_and_reduction(results, report):
     assert reduction["rank"] == np.linalg.matrix_rank(matrix)
     assert reduction["stiffness_condition"] == pytest.approx(np.linalg.cond(stiffness), rel=1e-10)
     assert reduction["warnings"] == []
+
+
+def test_history_of_the_enrichment_is_in_model_and_table(results):
+    with h5py.File(results / "model.h5") as file:
+        cluster = file["clusters/1"]
+        history = cluster["enrichment"]
+        # no enrichment: the state before the first hat is that of the model
+        assert list(history["rows"]) == list(history["nodes"]) == [0]
+        assert history["condition_numbers"][0] == cluster.attrs["condition_number"]
+        assert history["stiffness_conditions"][0] == cluster.attrs["stiffness_condition"]
+        assert history["n_columns"][0] == cluster.attrs["n_pod_modes"] == cluster["basis"].shape[0]
+        assert cluster.attrs["stiffness_rank"] == cluster.attrs["basis_rank"] == cluster["basis"].shape[0]
+        table = read_table(results / "enrichment.csv")
+        assert list(table) == [
+            *("cluster", "hat", "pair", "node", "n_columns", "rank", "condition_number", "singular_ratio"),
+            "stiffness_condition",
+        ]
+        assert table["rank"] == cluster.attrs["rank"]
+        # the table has seven digits
+        assert table["condition_number"] == pytest.approx(cluster.attrs["condition_number"], rel=1e-6)
 
 
 def test_report_iterations_residuals_and_times(report):

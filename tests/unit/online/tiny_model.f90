@@ -1,6 +1,7 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> A model small enough to be answered by hand.
 module tiny_model
+  use, intrinsic :: ieee_arithmetic, only: ieee_positive_inf, ieee_value
   use sig_kinds, only: rk
   use sig_model, only: model_t, reconstruct_with_displacements, reduced_model_t
   use sig_term_set, only: start_terms
@@ -92,6 +93,18 @@ contains
     cluster%rank = 2
     cluster%stiffness_condition = 2.5_rk
     cluster%primal_rank_expected = 2
+    cluster%stiffness_rank = 2
+    cluster%basis_rank = 2
+    ! the second mode is a hat on node 2, which makes the rank full
+    cluster%n_pod_modes = 1
+    cluster%n_hats = 1
+    cluster%history%rows = [0, 3]
+    cluster%history%nodes = [0, 2]
+    cluster%history%n_columns = [1, 2]
+    cluster%history%ranks = [1, 2]
+    cluster%history%condition_numbers = [ieee_value(1.0_rk, ieee_positive_inf), 1.0_rk]
+    cluster%history%singular_ratios = [1.0_rk, 1.0_rk]
+    cluster%history%stiffness_conditions = [1.0_rk, 2.5_rk]
     cluster%warnings = [string_t('first sentence'), string_t('')]
   end subroutine build_cluster
 end module tiny_model

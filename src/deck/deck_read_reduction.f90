@@ -1,0 +1,206 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> The section `reduction` of a deck.
+module sig_deck_read_reduction
+  use sig_deck_config, only: enrichment_config_t, reduction_config_t, zone_config_t
+  use sig_deck_tree, only: deck_tree_t, kind_list, kind_mapping, kind_scalar, root_node, shown
+  use sig_deck_values, only: get_choice, get_mapping, get_name, get_number, get_integer, integer_of, name_of, number_of
+  use sig_kinds, only: rk
+  use sig_mechanical_models, only: mechanical_model_t
+  implicit none(type, external)
+  private
+  public :: read_reduction
+
+  character(*), parameter :: methods(1) = [character(3) :: 'hhr']
+  character(*), parameter :: dirichlet_treatments(2) = [character(15) :: 'elastic_lifting', 'multiplier']
+  character(*), parameter :: unpaired_treatments(2) = [character(6) :: 'join', 'remove']
+  character(*), parameter :: enrichments(3) = [character(6) :: 'none', 'greedy', 'all']
+  character(*), parameter :: sides(2) = [character(6) :: 'first', 'second']
+  character(*), parameter :: reconstructions(2) = [character(29) :: 'multipliers_and_displacements', 'multipliers']
+  character(*), parameter :: switches(2) = [character(5) :: 'false', 'true']
+
+contains
+
+  subroutine read_reduction(tree, model, reduction)
+    type(deck_tree_t), intent(inout) :: tree
+    type(mechanical_model_t), intent(in) :: model
+    type(reduction_config_t), intent(inout) :: reduction
+    integer :: i_reduction
+
+    reduction%method = trim(methods(1))
+    reduction%dirichlet = trim(dirichlet_treatments(1))
+    reduction%unpaired_nodes = trim(unpaired_treatments(1))
+    reduction%reconstruction = trim(reconstructions(1))
+    reduction%enrichment%type = trim(enrichments(1))
+    reduction%enrichment%side = trim(sides(1))
+    allocate (reduction%zones_of_interest(0))
+    i_reduction = get_mapping(tree, root_node, 'reduction', .false.)
+    if (i_reduction == 0) return
+    call get_choice(tree, i_reduction, 'method', .false., methods, reduction%method)
+    call read_modes(tree, i_reduction, reduction)
+    call get_choice(tree, i_reduction, 'dirichlet', .false., dirichlet_treatments, reduction%dirichlet)
+    call read_zones(tree, i_reduction, model, reduction)
+    call get_choice(tree, i_reduction, 'unpaired_nodes', .false., unpaired_treatments, reduction%unpaired_nodes)
+    call read_enrichment(tree, i_reduction, reduction%enrichment)
+    call get_number(tree, i_reduction, 'rank_tolerance', .false., reduction%rank_tolerance)
+    call get_choice(tree, i_reduction, 'reconstruction', .false., reconstructions, reduction%reconstruction)
+    call get_number(tree, i_reduction, 'max_full_order_size', .false., reduction%max_full_order_size)
+    call tree%close_mapping(i_reduction)
+  end subroutine read_reduction
+
+  !> How many modes the domain, the basis and the multipliers get.
+  subroutine read_modes(tree, i_reduction, reduction)
+    type(deck_tree_t), intent(inout) :: tree
+    integer, intent(in) :: i_reduction
+    type(reduction_config_t), intent(inout) :: reduction
+    character(:), allocatable :: switch
+
+    call get_number(tree, i_reduction, 'pod_tolerance', .false., reduction%pod_tolerance)
+    call read_count_or_word(tree, i_reduction, 'n_modes', 'auto', 1, reduction%n_modes)
+    call read_tolerance_or_none(tree, i_reduction, 'extended_pod_tolerance', reduction%extended_pod_tolerance)
+    call get_integer(tree, i_reduction, 'extra_modes', .false., reduction%extra_modes)
+    call read_tolerance_or_none(tree, i_reduction, 'dual_pod_tolerance', reduction%dual_pod_tolerance)
+    switch = trim(switches(1))
+    call get_choice(tree, i_reduction, 'normalize', .false., switches, switch)
+    reduction%is_normalized = switch == switches(2)
+  end subroutine read_modes
+
+  !> A number below a key, or `none`.
+  subroutine read_tolerance_or_none(tree, i_reduction, key, tolerance)
+    type(deck_tree_t), intent(inout) :: tree
+    integer, intent(in) :: i_reduction
+    character(*), intent(in) :: key
+    !> stays as it is for `none`
+    real(rk), intent(inout) :: tolerance
+    integer :: i_node
+    logical :: is_valid
+
+    i_node = tree%find(i_reduction, key)
+    if (i_node == 0) return
+    if (is_word(tree, i_node, 'none')) return
+    call number_of(tree, i_node, tolerance, is_valid)
+    if (is_valid .and. (tolerance <= 0 .or. tolerance >= 1)) call tree%report(i_node, 'is ' // tree%nodes(i_node)%text // &
+      '; it must be none, or greater than 0 and less than 1')
+  end subroutine read_tolerance_or_none
+
+  !> A whole number below a key, or a word.
+  subroutine read_count_or_word(tree, i_parent, key, word, minimum, count)
+    type(deck_tree_t), intent(inout) :: tree
+    integer, intent(in) :: i_parent
+    character(*), intent(in) :: key
+    character(*), intent(in) :: word
+    character(1) :: digit
+    integer, intent(in) :: minimum
+    !> stays as it is for the word
+    integer, intent(inout) :: count
+    integer :: i_node
+
+    i_node = tree%find(i_parent, key)
+    if (i_node == 0) return
+    if (is_word(tree, i_node, word)) return
+    count = minimum
+    call integer_of(tree, i_node, count)
+    write (digit, '(i1)') minimum
+    if (count < minimum) call tree%report(i_node, 'is ' // tree%nodes(i_node)%text // '; it must be ' // word // &
+      ' or at least ' // digit)
+  end subroutine read_count_or_word
+
+  pure logical function is_word(tree, i_node, word)
+    type(deck_tree_t), intent(in) :: tree
+    integer, intent(in) :: i_node
+    character(*), intent(in) :: word
+
+    is_word = tree%nodes(i_node)%kind == kind_scalar
+    if (is_word) is_word = tree%nodes(i_node)%text == word
+  end function is_word
+
+  subroutine read_enrichment(tree, i_reduction, enrichment)
+    type(deck_tree_t), intent(inout) :: tree
+    integer, intent(in) :: i_reduction
+    type(enrichment_config_t), intent(inout) :: enrichment
+    integer :: i_enrichment
+
+    i_enrichment = get_mapping(tree, i_reduction, 'enrichment', .false.)
+    if (i_enrichment == 0) return
+    call get_choice(tree, i_enrichment, 'type', .true., enrichments, enrichment%type)
+    call get_number(tree, i_enrichment, 'max_condition_number', .false., enrichment%max_condition_number)
+    call get_choice(tree, i_enrichment, 'side', .false., sides, enrichment%side)
+    call read_count_or_word(tree, i_enrichment, 'max_hats', 'none', 0, enrichment%max_hats)
+    call tree%close_mapping(i_enrichment)
+  end subroutine read_enrichment
+
+  !> `auto`, or a list of names and of mappings {boundary: name, window: {...}}.
+  subroutine read_zones(tree, i_reduction, model, reduction)
+    type(deck_tree_t), intent(inout) :: tree
+    integer, intent(in) :: i_reduction
+    type(mechanical_model_t), intent(in) :: model
+    type(reduction_config_t), intent(inout) :: reduction
+    integer, allocatable :: nodes(:)
+    integer :: i, i_list
+
+    i_list = tree%find(i_reduction, 'zones_of_interest')
+    if (i_list == 0) return
+    if (is_word(tree, i_list, 'auto')) return
+    reduction%has_loaded_zones = .false.
+    if (tree%nodes(i_list)%kind /= kind_list) then
+      call tree%report(i_list, 'is ' // tree%kind_name(i_list) // '; it must be auto or a list of boundaries [...]')
+      return
+    end if
+    nodes = tree%children(i_list)
+    deallocate (reduction%zones_of_interest)
+    allocate (reduction%zones_of_interest(size(nodes)))
+    do i = 1, size(nodes)
+      reduction%zones_of_interest(i)%boundary%text = ''
+      reduction%zones_of_interest(i)%axes = model%axes
+      if (tree%nodes(nodes(i))%kind == kind_mapping) then
+        call get_name(tree, nodes(i), 'boundary', reduction%zones_of_interest(i)%boundary)
+        call read_window(tree, nodes(i), model, reduction%zones_of_interest(i))
+        call tree%close_mapping(nodes(i))
+      else
+        call name_of(tree, nodes(i), reduction%zones_of_interest(i)%boundary)
+      end if
+      if (is_there(reduction%zones_of_interest(:i - 1), reduction%zones_of_interest(i))) call tree%report(nodes(i), &
+        'is ' // shown(reduction%zones_of_interest(i)%boundary%text) // ', which the list holds already')
+    end do
+  end subroutine read_zones
+
+  !> The same boundary as a whole twice.
+  pure logical function is_there(zones, zone)
+    type(zone_config_t), intent(in) :: zones(:)
+    type(zone_config_t), intent(in) :: zone
+    integer :: i
+
+    is_there = .false.
+    if (zone%axis > 0 .or. len(zone%boundary%text) == 0) return
+    do i = 1, size(zones)
+      is_there = is_there .or. (zones(i)%axis == 0 .and. zones(i)%boundary%text == zone%boundary%text)
+    end do
+  end function is_there
+
+  subroutine read_window(tree, i_zone, model, zone)
+    type(deck_tree_t), intent(inout) :: tree
+    integer, intent(in) :: i_zone
+    type(mechanical_model_t), intent(in) :: model
+    type(zone_config_t), intent(inout) :: zone
+    character(:), allocatable :: axis
+    integer :: i_axis, i_window
+
+    if (tree%find(i_zone, 'window') == 0) return
+    i_window = get_mapping(tree, i_zone, 'window', .true.)
+    if (i_window == 0) return
+    axis = model%axes(1)
+    call get_choice(tree, i_window, 'axis', .true., model%axes(:model%n_dim), axis)
+    do i_axis = 1, model%n_dim
+      if (model%axes(i_axis) == axis) zone%axis = i_axis
+    end do
+    zone%has_minimum = tree%find(i_window, 'min') > 0
+    zone%has_maximum = tree%find(i_window, 'max') > 0
+    call get_number(tree, i_window, 'min', .false., zone%minimum)
+    call get_number(tree, i_window, 'max', .false., zone%maximum)
+    call tree%close_mapping(i_window)
+    if (.not. (zone%has_minimum .or. zone%has_maximum)) then
+      call tree%report(i_window, 'has no bound; it needs min, max or both')
+    else if (zone%has_minimum .and. zone%has_maximum .and. zone%minimum >= zone%maximum) then
+      call tree%report(i_window, 'has a min that is not below its max')
+    end if
+  end subroutine read_window
+end module sig_deck_read_reduction

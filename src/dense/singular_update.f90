@@ -1,0 +1,132 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> Extreme singular values of a matrix that gets one more column, from the decomposition of the matrix without it.
+module sig_singular_update
+  use, intrinsic :: ieee_arithmetic, only: ieee_positive_inf, ieee_value
+  use sig_kinds, only: rk
+  use sig_linear_algebra, only: svd
+  implicit none(type, external)
+  private
+  public :: column_space_t, decompose_columns, ratio_with_column
+
+  !> halvings of an interval until no number lies between its ends; roots near zero need more than the 53 of a mantissa
+  integer, parameter :: n_halvings = 200
+
+  !> What is needed of A = U diag(s) V'.
+  type :: column_space_t
+    !> orthonormal columns, shape (n_rows, min(n_rows, n_columns))
+    real(rk), allocatable :: left(:, :)
+    !> descending, shape (min(n_rows, n_columns))
+    real(rk), allocatable :: values(:)
+  end type column_space_t
+
+contains
+
+  subroutine decompose_columns(matrix, space)
+    !> shape (n_rows, n_columns)
+    real(rk), intent(in) :: matrix(:, :)
+    type(column_space_t), intent(out) :: space
+    real(rk), allocatable :: right(:, :)
+
+    call svd(matrix, space%left, space%values, right)
+  end subroutine decompose_columns
+
+  !> Largest over smallest of the min(n_rows, n_columns + 1) singular values of [A, c]; infinite where the smallest is zero.
+  !>
+  !> The squares of the values are the roots of 1 + sum_i z_i**2 / (d_i**2 - x), d the values of A (and one zero while A has fewer
+  !> columns than rows), z = U' c (and the part of c outside the columns of A). Solved for x**(1/2) with differences of the d_i,
+  !> so nothing is squared and small values keep the digits that the decomposition of A gave them.
+  !> Source: Golub, SIAM Review 15 (1973), section 5. Local. Cost: n_rows * size of d.
+  pure real(rk) function ratio_with_column(space, column) result(ratio)
+    type(column_space_t), intent(in) :: space
+    !> c, shape (n_rows)
+    real(rk), intent(in) :: column(:)
+    real(rk), allocatable :: poles(:), weights(:)
+    real(rk) :: smallest
+    integer :: n
+
+    n = size(space%values)
+    if (n < size(column)) then
+      allocate (poles(n + 1), weights(n + 1))
+      weights(1) = outside_part(space%left, column)
+      poles(1) = 0
+    else
+      allocate (poles(n), weights(n))
+    end if
+    associate (first => size(poles) - n)
+      poles(first + 1:) = space%values(n:1:-1)
+      weights(first + 1:) = matmul(column, space%left(:, n:1:-1))
+    end associate
+    smallest = smallest_root(poles, weights)
+    ratio = ieee_value(ratio, ieee_positive_inf)
+    if (smallest > 0) ratio = largest_root(poles, weights) / smallest
+  end function ratio_with_column
+
+  !> Length of what is left of a column without its part in the span of orthonormal ones.
+  pure real(rk) function outside_part(basis, column) result(length)
+    real(rk), intent(in) :: basis(:, :)
+    real(rk), intent(in) :: column(:)
+    real(rk) :: rest(size(column))
+    integer :: repetition
+
+    rest = column
+    ! twice, because the first pass leaves rounding relative to what it takes away
+    do repetition = 1, 2
+      rest = rest - matmul(basis, matmul(rest, basis))
+    end do
+    length = norm2(rest)
+    if (length <= epsilon(length) * norm2(column)) length = 0
+  end function outside_part
+
+  !> The root between the two lowest poles; a pole itself where its weight is zero.
+  pure real(rk) function smallest_root(poles, weights) result(root)
+    !> ascending, >= 0
+    real(rk), intent(in) :: poles(:)
+    real(rk), intent(in) :: weights(:)
+    real(rk) :: upper
+
+    root = poles(1)
+    if (abs(weights(1)) <= 0) return
+    if (size(poles) == 1) then
+      root = hypot(poles(1), weights(1))
+      return
+    end if
+    upper = poles(2)
+    root = poles(1) + offset_of_root(poles, weights, 1, upper - poles(1))
+  end function smallest_root
+
+  !> The root above the highest pole; that pole where no other root lies there.
+  pure real(rk) function largest_root(poles, weights) result(root)
+    real(rk), intent(in) :: poles(:)
+    real(rk), intent(in) :: weights(:)
+
+    associate (top => poles(size(poles)))
+      root = top + offset_of_root(poles, weights, size(poles), hypot(top, norm2(weights)) - top)
+    end associate
+  end function largest_root
+
+  !> Where 1 + sum_i z_i**2 / ((d_i - x) (d_i + x)) changes its sign for x = d_k + offset, 0 < offset < widest, by halving.
+  pure real(rk) function offset_of_root(poles, weights, i_pole, widest) result(offset)
+    real(rk), intent(in) :: poles(:)
+    real(rk), intent(in) :: weights(:)
+    !> k
+    integer, intent(in) :: i_pole
+    real(rk), intent(in) :: widest
+    real(rk) :: differences(size(poles)), sums(size(poles)), lower, upper
+    integer :: i
+
+    differences = poles - poles(i_pole)
+    sums = poles + poles(i_pole)
+    lower = 0
+    upper = widest
+    do i = 1, n_halvings
+      offset = lower + (upper - lower) / 2
+      if (offset <= lower .or. offset >= upper) exit
+      if (1 + sum(weights**2 / ((differences - offset) * (sums + offset))) > 0) then
+        upper = offset
+      else
+        lower = offset
+      end if
+    end do
+    offset = upper
+  end function offset_of_root
+end module sig_singular_update

@@ -1,0 +1,99 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> Whether a reduced model has one answer: ranks and condition numbers of its blocks, and what to say about them.
+module sig_solvability
+  use sig_condition_number, only: condition_number
+  use sig_kinds, only: rk
+  use sig_linear_algebra, only: lu_t, singular_values
+  use sig_model, only: reduced_model_t
+  use sig_text, only: append_text, string_t, to_text
+  implicit none(type, external)
+  private
+  public :: measure_stiffness, rank_on_domain, is_undetermined, solvability_warnings, undetermined_text
+
+  !> [-] from here on half of the digits of an answer may be lost
+  real(rk), parameter :: large_condition = 1.0e8_rk
+
+contains
+
+  !> Rank and condition of K_r, and the condition before the first hat and after each: those of its leading blocks.
+  subroutine measure_stiffness(rank_tolerance, cluster)
+    !> [-] a singular value below this times the largest counts as zero
+    real(rk), intent(in) :: rank_tolerance
+    type(reduced_model_t), intent(inout) :: cluster
+    real(rk) :: condition
+    integer :: i, n, rank
+
+    if (allocated(cluster%history%stiffness_conditions)) deallocate (cluster%history%stiffness_conditions)
+    allocate (cluster%history%stiffness_conditions(cluster%n_hats + 1))
+    do i = 1, cluster%n_hats + 1
+      n = cluster%n_modes - cluster%n_hats + i - 1
+      ! without tolerance: a finite number for all but exact zeros
+      call condition_number(cluster%reduced_stiffness(:n, :n), 0.0_rk, cluster%history%stiffness_conditions(i), rank)
+    end do
+    cluster%stiffness_condition = cluster%history%stiffness_conditions(cluster%n_hats + 1)
+    call condition_number(cluster%reduced_stiffness, rank_tolerance, condition, cluster%stiffness_rank)
+  end subroutine measure_stiffness
+
+  !> Rank of the basis on the dofs of the domain; each column counts by its direction, not by its size there.
+  !>
+  !> Source: remark at the end of section 3.4: the enriched basis has to be a basis on the domain.
+  integer function rank_on_domain(basis, dofs, rank_tolerance) result(rank)
+    !> shape (n_dofs, n_modes)
+    real(rk), intent(in) :: basis(:, :)
+    !> of the domain, natural
+    integer, intent(in) :: dofs(:)
+    real(rk), intent(in) :: rank_tolerance
+    real(rk), allocatable :: columns(:, :), sigma(:)
+    integer :: i
+
+    columns = basis(dofs, :)
+    do i = 1, size(columns, 2)
+      if (norm2(columns(:, i)) > 0) columns(:, i) = columns(:, i) / norm2(columns(:, i))
+    end do
+    rank = 0
+    sigma = singular_values(columns)
+    if (size(sigma) > 0) rank = count(sigma > 0 .and. sigma >= rank_tolerance * sigma(1))
+  end function rank_on_domain
+
+  !> The model would have no answer that means anything (trap 1 of the method).
+  !>
+  !> Hats make K_r badly conditioned on purpose, so a rank that falls short of the tolerance is an error without hats only;
+  !> a K_r that is numerically singular always is. Requires: measure_stiffness.
+  logical function is_undetermined(cluster)
+    type(reduced_model_t), intent(in) :: cluster
+    type(lu_t) :: lu
+
+    call lu%factor(cluster%reduced_stiffness)
+    is_undetermined = lu%is_singular .or. (cluster%n_hats == 0 .and. cluster%stiffness_rank < cluster%n_modes)
+  end function is_undetermined
+
+  function undetermined_text(cluster) result(text)
+    type(reduced_model_t), intent(in) :: cluster
+    character(:), allocatable :: text
+
+    text = 'the equations of the reduced integration domain determine ' // to_text(cluster%stiffness_rank) // ' of ' // &
+      to_text(cluster%n_modes) // ' modes (its contact rows, loaded dofs and hats allow ' // &
+      to_text(cluster%primal_rank_expected) // ')'
+  end function undetermined_text
+
+  !> A sentence per doubt, without full stop. Requires: a measured model.
+  function solvability_warnings(cluster, has_all_hats) result(warnings)
+    type(reduced_model_t), intent(in) :: cluster
+    !> both hats of every pair are in the basis
+    logical, intent(in) :: has_all_hats
+    type(string_t), allocatable :: warnings(:)
+
+    allocate (warnings(0))
+    if (cluster%rank < cluster%n_rows) call append_text(warnings, 'the solvability condition (11) fails: rank ' // &
+      to_text(cluster%rank) // ' of ' // to_text(cluster%n_rows) // ' contact rows; multipliers may not be unique ' // &
+      '(reduction.enrichment: {type: greedy} mends that)')
+    if (cluster%basis_rank < cluster%n_modes) call append_text(warnings, 'on the reduced integration domain ' // &
+      to_text(cluster%n_modes - cluster%basis_rank) // ' of ' // to_text(cluster%n_modes) // ' modes depend on the others')
+    if (cluster%stiffness_rank < cluster%n_modes) call append_text(warnings, undetermined_text(cluster))
+    if (cluster%stiffness_condition > large_condition) call append_text(warnings, &
+      'the condition number of the reduced stiffness is ' // to_text(cluster%stiffness_condition) // &
+      ': answers lose as many digits')
+    if (has_all_hats) call append_text(warnings, 'both hats of every pair are in the basis: that determines the multipliers ' // &
+      'best and the displacements worst; reduction.enrichment: {type: greedy} takes one hat per pair')
+  end function solvability_warnings
+end module sig_solvability

@@ -1,0 +1,40 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> The history of the enrichment as enrichment.csv.
+module sig_enrichment_table
+  use sig_errors, only: error_t
+  use sig_file_system, only: write_text_file
+  use sig_model, only: enrichment_history_t, model_t
+  use sig_text, only: csv_number, to_text
+  implicit none(type, external)
+  private
+  public :: write_enrichment_table
+
+contains
+
+  !> A line before the first hat of each cluster and one per hat. Local. Errors: the file cannot be written.
+  subroutine write_enrichment_table(model, path, error)
+    type(model_t), intent(in) :: model
+    character(*), intent(in) :: path
+    type(error_t), allocatable, intent(out) :: error
+    character(:), allocatable :: text
+    integer :: i, i_cluster
+
+    text = 'cluster,hat,pair,node,n_columns,rank,condition_number,singular_ratio,stiffness_condition' // new_line('a')
+    do i_cluster = 1, size(model%clusters)
+      do i = 1, size(model%clusters(i_cluster)%history%rows)
+        text = text // to_text(i_cluster) // ',' // table_row(model%clusters(i_cluster)%history, i) // new_line('a')
+      end do
+    end do
+    call write_text_file(path, text, error)
+  end subroutine write_enrichment_table
+
+  pure function table_row(history, i) result(row)
+    type(enrichment_history_t), intent(in) :: history
+    integer, intent(in) :: i
+    character(:), allocatable :: row
+
+    row = to_text(i - 1) // ',' // to_text(history%rows(i)) // ',' // to_text(history%nodes(i)) // ',' // &
+      to_text(history%n_columns(i)) // ',' // to_text(history%ranks(i)) // ',' // csv_number(history%condition_numbers(i)) // &
+      ',' // csv_number(history%singular_ratios(i)) // ',' // csv_number(history%stiffness_conditions(i))
+  end function table_row
+end module sig_enrichment_table

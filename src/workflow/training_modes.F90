@@ -1,0 +1,106 @@
+! SPDX-License-Identifier: BSD-3-Clause
+#include "signorom/macros.h"
+!> The modes of a reduced model: POD of its displacement snapshots and, for the domain alone, of its multipliers.
+module sig_training_modes
+  use sig_deck_config, only: reduction_config_t
+  use sig_errors, only: error_t, make_error
+  use sig_kinds, only: rk
+  use sig_pod, only: compute_pod
+  use sig_pod_rank, only: available_modes, normalize_snapshots, pod_rank
+  use sig_problem, only: problem_t
+  use sig_snapshot_store, only: snapshot_set_t
+  use sig_term_values, only: evaluate_points
+  use sig_text, only: to_text
+  use petsc
+  implicit none(type, external)
+  private
+  public :: pod_modes_t, compute_modes, compute_dual_modes
+
+  type :: pod_modes_t
+    !> descending, of all snapshots
+    real(rk), allocatable :: singular_values(:)
+    !> orthonormal columns: those that choose the domain, then the further ones of the basis; shape (n_dofs, n_domain + n_extra)
+    real(rk), allocatable :: vectors(:, :)
+    integer :: n_domain = 0
+    integer :: n_extra = 0
+  end type pod_modes_t
+
+contains
+
+  !> Collective on all ranks. Errors: no snapshot differs from zero; the deck wants more modes than there are.
+  subroutine compute_modes(problem, snapshots, modes, error, ierr)
+    type(problem_t), intent(in) :: problem
+    type(snapshot_set_t), intent(in) :: snapshots
+    type(pod_modes_t), intent(out) :: modes
+    type(error_t), allocatable, intent(out) :: error
+    PetscErrorCode, intent(out) :: ierr
+    real(rk), allocatable :: fields(:, :), vectors(:, :)
+
+    ierr = 0
+    call fields_to_compress(problem, snapshots, fields)
+    if (problem%deck%reduction%is_normalized) call normalize_snapshots(fields)
+    PetscCall(compute_pod(fields, PETSC_COMM_WORLD, modes%singular_values, vectors, ierr))
+    call count_modes(problem%deck%reduction, problem%deck%path, modes, error)
+    if (allocated(error)) return
+    modes%vectors = vectors(:, :modes%n_domain + modes%n_extra)
+  end subroutine compute_modes
+
+  !> Whole fields, or what contact adds to the elastic response.
+  subroutine fields_to_compress(problem, snapshots, fields)
+    type(problem_t), intent(in) :: problem
+    type(snapshot_set_t), intent(in) :: snapshots
+    real(rk), allocatable, intent(out) :: fields(:, :)
+    real(rk), allocatable :: theta(:, :)
+    integer :: i_bad_point, i_bad_source
+
+    fields = snapshots%displacement
+    if (problem%deck%reduction%dirichlet == 'multiplier') return
+    call evaluate_points(problem%terms, snapshots%parameters, theta, i_bad_point, i_bad_source)
+    fields = fields - matmul(snapshots%free_response, theta(:size(snapshots%free_response, 2), :))
+  end subroutine fields_to_compress
+
+  !> Source: section 3.4: the domain by the first tolerance, the basis by the second.
+  subroutine count_modes(reduction, path, modes, error)
+    type(reduction_config_t), intent(in) :: reduction
+    character(*), intent(in) :: path
+    type(pod_modes_t), intent(inout) :: modes
+    type(error_t), allocatable, intent(out) :: error
+    integer :: n_available
+
+    n_available = available_modes(modes%singular_values)
+    modes%n_domain = pod_rank(modes%singular_values, reduction%pod_tolerance)
+    if (reduction%n_modes > 0) modes%n_domain = reduction%n_modes
+    modes%n_extra = reduction%extra_modes
+    if (reduction%extended_pod_tolerance > 0) &
+      modes%n_extra = max(0, pod_rank(modes%singular_values, reduction%extended_pod_tolerance) - modes%n_domain)
+    if (n_available == 0) then
+      call make_error(error, 'all snapshots are zero: no training point loads the bodies', path)
+    else if (modes%n_domain + modes%n_extra > n_available) then
+      call make_error(error, 'reduction.n_modes and extra_modes ask for ' // to_text(modes%n_domain + modes%n_extra) // &
+        ' modes; the snapshots have ' // to_text(n_available) // ' above rounding', path, &
+        hint='take fewer modes, or more training points')
+    end if
+  end subroutine count_modes
+
+  !> Modes of the multipliers, shape (n_multipliers, n_modes); none without a tolerance or without contact. Collective.
+  !>
+  !> Source: section 5.2: "this dual POD RB is only used for the RID expansion".
+  subroutine compute_dual_modes(problem, snapshots, vectors, ierr)
+    type(problem_t), intent(in) :: problem
+    type(snapshot_set_t), intent(in) :: snapshots
+    real(rk), allocatable, intent(out) :: vectors(:, :)
+    PetscErrorCode, intent(out) :: ierr
+    real(rk), allocatable :: singular_values(:), all_vectors(:, :)
+    integer :: n_modes
+
+    ierr = 0
+    n_modes = 0
+    if (problem%deck%reduction%dual_pod_tolerance > 0) then
+      PetscCall(compute_pod(snapshots%multipliers, PETSC_COMM_WORLD, singular_values, all_vectors, ierr))
+      n_modes = pod_rank(singular_values, problem%deck%reduction%dual_pod_tolerance)
+    else
+      allocate (all_vectors(size(snapshots%multipliers, 1), 0))
+    end if
+    vectors = all_vectors(:, :n_modes)
+  end subroutine compute_dual_modes
+end module sig_training_modes

@@ -1,0 +1,99 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> Zones of interest: the nodes that join the reduced integration domain because the deck names them or a load drives them.
+module sig_zone_nodes
+  use sig_deck_config, only: parameter_config_t, point_set_config_t
+  use sig_errors, only: error_t
+  use sig_kinds, only: rk
+  use sig_mesh_checks, only: nodes_of_boundary, nodes_of_zone
+  use sig_parameter_space, only: build_points
+  use sig_problem, only: problem_t
+  use sig_term_values, only: evaluate_points
+  implicit none(type, external)
+  private
+  public :: find_zone_nodes
+
+  !> corners of the box are tried for so many parameters; with more, the training points have to do
+  integer, parameter :: max_corner_parameters = 10
+
+contains
+
+  !> Nodes of the deck's zones or, where it names none, of the loaded surfaces; repetitions are possible.
+  !>
+  !> Errors: a boundary that the mesh lacks; a window without nodes.
+  subroutine find_zone_nodes(problem, training_points, nodes, error)
+    type(problem_t), intent(in) :: problem
+    !> shape (n_parameters, n_points)
+    real(rk), intent(in) :: training_points(:, :)
+    !> natural
+    integer, allocatable, intent(out) :: nodes(:)
+    type(error_t), allocatable, intent(out) :: error
+    integer, allocatable :: more(:)
+    integer :: i
+
+    nodes = [integer ::]
+    if (problem%deck%reduction%has_loaded_zones) then
+      call find_loaded_nodes(problem, training_points, nodes, error)
+      return
+    end if
+    do i = 1, size(problem%deck%reduction%zones_of_interest)
+      call nodes_of_zone(problem%mesh, problem%deck%reduction%zones_of_interest(i), problem%deck%path, more, error)
+      if (allocated(error)) return
+      nodes = [nodes, more]
+    end do
+  end subroutine find_zone_nodes
+
+  !> Nodes of loaded surfaces on which the load differs from zero at a training point or in a corner of the box.
+  !>
+  !> Source: method.md section 2.4. A body force is no surface: its equations are everywhere.
+  subroutine find_loaded_nodes(problem, training_points, nodes, error)
+    type(problem_t), intent(in) :: problem
+    real(rk), intent(in) :: training_points(:, :)
+    integer, allocatable, intent(out) :: nodes(:)
+    type(error_t), allocatable, intent(out) :: error
+    integer, allocatable :: of_surface(:)
+    logical :: is_loaded(problem%mesh%n_nodes), is_zone(problem%mesh%n_nodes)
+    integer :: i
+
+    nodes = [integer ::]
+    is_zone = .false.
+    is_loaded = has_load(problem, training_points)
+    if (size(problem%deck%parameters) <= max_corner_parameters) &
+      is_loaded = is_loaded .or. has_load(problem, corners(problem%deck%parameters))
+    do i = 1, size(problem%deck%loads)
+      if (problem%deck%loads(i)%is_body_force) cycle
+      call nodes_of_boundary(problem%mesh, problem%deck%loads(i)%target, problem%deck%path, of_surface, error)
+      if (allocated(error)) return
+      is_zone(of_surface) = is_loaded(of_surface)
+    end do
+    nodes = pack([(i, i=1, size(is_zone))], is_zone)
+  end subroutine find_loaded_nodes
+
+  !> The corners of the parameters' box, shape (n_parameters, 2**n_parameters).
+  function corners(parameters) result(points)
+    type(parameter_config_t), intent(in) :: parameters(:)
+    real(rk), allocatable :: points(:, :)
+    type(point_set_config_t) :: both_ends
+    type(error_t), allocatable :: error
+
+    both_ends%grid = spread(2, 1, size(parameters))
+    call build_points(both_ends, parameters, points, error)
+  end function corners
+
+  !> Which nodes carry a force at one of the points.
+  function has_load(problem, points) result(is_loaded)
+    type(problem_t), intent(in) :: problem
+    real(rk), intent(in) :: points(:, :)
+    logical :: is_loaded(problem%mesh%n_nodes)
+    real(rk), allocatable :: theta(:, :)
+    integer :: i, i_bad_point, i_bad_source
+
+    is_loaded = .false.
+    call evaluate_points(problem%terms, points, theta, i_bad_point, i_bad_source)
+    associate (loads => problem%boundary%loads)
+      do i = 1, loads%n_entries()
+        if (abs(loads%values(i)) > 0 .and. any(abs(theta(loads%terms(i), :)) > 0)) &
+          is_loaded((loads%dofs(i) - 1) / problem%mesh%n_dim + 1) = .true.
+      end do
+    end associate
+  end function has_load
+end module sig_zone_nodes
