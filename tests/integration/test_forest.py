@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The program's walk through a random forest against scikit-learn, by the shared library of the online layer."""
+"""The program's walk through a random forest against scikit-learn, by a library of forest.c alone."""
 
 import ctypes
 from pathlib import Path
@@ -23,8 +23,8 @@ class Forest(ctypes.Structure):
 
 @pytest.fixture(scope="module")
 def library():
-    """libsignorom_online of the build under test."""
-    path = Path(find_program().executable).parent / "src/online/libsignorom_online.so"
+    """forest.c of the build under test."""
+    path = Path(find_program().executable).parent / "tests/libsig_forest_walk.so"
     try:
         return ctypes.CDLL(str(path))
     except OSError as error:  # a sanitizer's library wants to be loaded first
