@@ -4,7 +4,7 @@ module sig_expression
   use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_double, c_int, c_null_char, c_null_ptr, c_ptr, c_size_t
   use sig_kinds, only: rk
   use sig_online_c_interfaces, only: sig_expression_create, sig_expression_evaluate, sig_expression_free, sig_expression_uses
-  use sig_text, only: did_you_mean, join, string_t, to_text
+  use sig_text, only: append_text, did_you_mean, join, string_t, to_text
   implicit none(type, external)
   private
   public :: expression_t, function_names, is_function_name, is_identifier
@@ -215,7 +215,9 @@ contains
     character(*), intent(in) :: token
     character(*), intent(in) :: place
     character(:), allocatable :: message
+    type(string_t), allocatable :: known(:), functions(:)
     character(:), allocatable :: guess
+    integer :: i
 
     if (is_function_name(token)) then
       message = 'the function ''' // token // ''' needs its arguments in parentheses' // place
@@ -223,7 +225,13 @@ contains
     end if
     message = 'unknown name ''' // token // '''' // place
     if (size(names) > 0) message = message // '; known: ' // join(names, ', ')
-    guess = did_you_mean(token, [names, function_names()])
+    ! not [names, function_names()]: gfortran 12 never frees such a piece of a constructor
+    known = names
+    functions = function_names()
+    do i = 1, size(functions)
+      call append_text(known, functions(i)%text)
+    end do
+    guess = did_you_mean(token, known)
     if (len(guess) > 0) message = message // '; did you mean ''' // guess // '''?'
   end function explain_unknown
 end module sig_expression

@@ -128,3 +128,43 @@ def test_other_solvers_and_ranks(signorom, tmp_path, model, element, solver, n_r
     np.testing.assert_allclose(
         fields["multipliers_full_order"], forces, rtol=0, atol=TOLERANCE * forces.max()
     )
+
+
+# Node orders that turn an element inside out.
+INSIDE_OUT = {"T3": [0, 2, 1], "Q4": [0, 3, 2, 1], "T4": [0, 2, 1, 3], "H8": [0, 3, 2, 1, 4, 7, 6, 5]}
+
+
+@pytest.mark.parametrize("element", INSIDE_OUT)
+def test_inverted_cells_are_turned(signorom, tmp_path, figures, element):
+    """Every other cell written inside out: the same uniaxial stress."""
+    model = "solid" if element in ("T4", "H8") else "plane_strain"
+    mesh = stacked_blocks(element, 3 if model == "solid" else 2)
+    regions = ("lower", "upper")
+    mesh.elements = [
+        (kind, name, [nodes[i] for i in INSIDE_OUT[kind]] if name in regions and i_element % 2 else nodes)
+        for i_element, (kind, name, nodes) in enumerate(mesh.elements)
+    ]
+    mesh.write(tmp_path / "blocks.msh")
+    signorom("solve", patch_deck(tmp_path, model, 0.3), folder=tmp_path)
+    fields = read_fields(tmp_path / "results" / "patch_models" / "fields.h5")
+    pressure = uniaxial(model, 0.3)[0]
+    axis = STRESS.index("zz" if model == "solid" else "yy")
+    worst = np.abs(fields["stress"][:, axis] / -pressure - 1).max()
+    name = f"half of the {element} inside out: stress"
+    figures.at_most("patch test, distorted meshes", name, worst, TOLERANCE, "uniaxial stress")
+
+
+@pytest.mark.parametrize("element", INSIDE_OUT)
+def test_flat_cell_is_named(signorom, tmp_path, element):
+    """A cell whose nodes lie in one line or plane: its region, its number in gmsh and its quality."""
+    n_dim = 3 if element in ("T4", "H8") else 2
+    mesh = stacked_blocks(element, n_dim, moved=0.0)
+    i_cell = next(i for i, (_, name, _) in enumerate(mesh.elements) if name == "upper")
+    nodes = mesh.elements[i_cell][2]
+    mesh.coordinates[nodes, n_dim - 1] = mesh.coordinates[nodes[0], n_dim - 1]
+    mesh.write(tmp_path / "blocks.msh")
+    deck = patch_deck(tmp_path, "solid" if n_dim == 3 else "plane_strain", 0.3)
+    done = signorom.run("check", deck, folder=tmp_path)
+    assert done.returncode == 2
+    said = f"cell {i_cell + 1} (number in gmsh) of region 'upper' is flat: its quality is 0.00E+00"
+    assert f"blocks.msh: error: {said}" in done.stderr
