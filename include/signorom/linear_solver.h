@@ -1,20 +1,34 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* A factored symmetric matrix: MUMPS Cholesky (L D L') behind a KSP with its own option prefix.
-   PETSc objects cross as intptr_t (component %v of the Fortran handle). Every function returns a PETSc error code. */
+/* A symmetric matrix made ready for solves behind a KSP with its own option prefix: factored by MUMPS Cholesky (L D
+   L'), or conjugate gradients with algebraic multigrid (PETSc's GAMG). PETSc objects cross as intptr_t (component %v of
+   the Fortran handle). Every function returns a PETSc error code. */
 #ifndef SIGNOROM_LINEAR_SOLVER_H
 #define SIGNOROM_LINEAR_SOLVER_H
 #include <stdint.h>
 
-enum { SIG_FACTOR_DONE = 1, SIG_FACTOR_FAILED = -1, SIG_FACTOR_SINGULAR = -2 };
+enum { SIG_LINEAR_CHOLESKY = 1, SIG_LINEAR_GAMG = 2 };
+enum { SIG_LINEAR_DONE = 1, SIG_LINEAR_FAILED = -1, SIG_LINEAR_SINGULAR = -2 };
 
-/* Factors `matrix` (symmetric AIJ, not changed). `reason` is one of the above; `detail` is MUMPS's INFOG(1) when it
-   failed and the number of null pivots when the matrix is singular. Workspace failures (INFOG(1) = -8, -9) are retried
-   with twice the room. The KSP of the caller is created here and destroyed by sig_linear_solver_destroy. */
-int sig_linear_solver_factor(intptr_t matrix, const char *prefix, intptr_t *ksp, int *reason, int *detail);
+/* Makes `matrix` (symmetric AIJ, not changed, kept alive) ready. `kind` and `reason` are of the above; `message`
+   (SIG_MESSAGE_SIZE bytes of petsc_support.h) says what failed, and is empty otherwise. Workspace failures of MUMPS
+   (INFOG(1) = -8, -9) are retried with twice the room. Errors inside PETSc, which wrong options cause, are failures
+   too, without a trace. The KSP is created here and destroyed by sig_linear_solver_destroy. */
+int sig_linear_solver_create(intptr_t matrix, const char *prefix, int kind, intptr_t *ksp, int *reason, char *message);
+
+/* Gives a matrix the fields that cost it next to no energy, which GAMG must reproduce on its coarse levels; arrays hold
+   the local rows, shape [n_modes][n_local], and become orthonormal here. */
+int sig_set_near_null_space(intptr_t matrix, int n_modes, int n_local, const double *modes);
 
 /* Solves for n_columns right-hand sides; arrays hold the local rows, shape [n_columns][n_local], solution apart from
- * rhs. */
-int sig_linear_solver_solve_many(intptr_t ksp, int n_columns, int n_local, const double *rhs, double *solution);
+   rhs. `reason` tells whether an iteration failed. */
+int sig_linear_solver_solve_many(intptr_t ksp, int n_columns, int n_local, const double *rhs, double *solution,
+                                 int *reason);
+
+/* Solves for one right-hand side from the solution given, to `tolerance` (relative, in the energy norm) or to the
+   tightest one, that of the options, whichever is larger. A factored matrix is always solved exactly, in 0 iterations.
+ */
+int sig_linear_solver_solve(intptr_t ksp, intptr_t rhs, double tolerance, intptr_t solution, int *n_iterations,
+                            int *reason);
 
 int sig_linear_solver_destroy(intptr_t *ksp);
 #endif

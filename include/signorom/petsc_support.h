@@ -20,6 +20,9 @@ int sig_petsc_unused_options(char *names, int capacity);
  */
 int sig_library_versions(char *versions, int capacity);
 
+/* 1 where SNESVI can use GAMG: PETSc before 3.19 stops when the inactive set changes its size. */
+int sig_has_multigrid_vi(void);
+
 /* Square AIJ matrix on comm (a Fortran handle) with n_local rows per rank, blocks of block_size rows,
    and room for diagonal[i] + off_diagonal[i] blocks in local block row i (arrays of n_local / block_size). */
 int sig_matrix_create(int comm, int n_local, int block_size, const int *diagonal, const int *off_diagonal,
@@ -27,6 +30,12 @@ int sig_matrix_create(int comm, int n_local, int block_size, const int *diagonal
 
 /* matrix times n_columns columns, which hold this rank's n_local rows each; product is an array of the same shape. */
 int sig_matrix_multiply(intptr_t matrix, int n_local, int n_columns, const double *columns, double *product);
+
+/* Between the two calls errors of PETSc are returned without a trace; the first one's sentence goes to `message`, which
+   must live as long and holds SIG_MESSAGE_SIZE bytes. For what wrong options may do: a failure with a reason. */
+enum { SIG_MESSAGE_SIZE = 256 };
+void sig_quiet_errors(char *message);
+void sig_loud_errors(void);
 
 /* Puts a broken precondition on PETSc's error stack with the caller's place; returns the code. */
 int sig_precondition_failed(int code, const char *sentence, const char *file, int line);

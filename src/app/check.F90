@@ -9,6 +9,7 @@ module sig_check
   use sig_parameter_space, only: build_points
   use sig_problem, only: check_points, inert_pair_names, load_problem, problem_t
   use sig_session, only: session_t
+  use sig_solver_plan, only: plan_text
   use sig_text, only: join, string_t, to_text
   use petsc
   implicit none(type, external)
@@ -49,12 +50,17 @@ contains
     integer, intent(in) :: n_test
     character(:), allocatable :: text
     type(string_t), allocatable :: inert(:)
+    integer :: i
 
     inert = inert_pair_names(problem)
     text = '# sizes: ' // to_text(problem%mesh%n_nodes) // ' nodes, ' // to_text(problem%mesh%n_cells) // ' cells, ' // &
       to_text(problem%mesh%n_dim * problem%mesh%n_nodes) // ' dofs (' // to_text(size(problem%boundary%prescribed_dofs)) // &
       ' prescribed), ' // to_text(problem%pairs%n_pairs) // ' contact pairs, ' // to_text(problem%operator%n_rows) // &
       ' multipliers' // new_line('a') // '# points: ' // to_text(n_training) // ' training, ' // to_text(n_test) // ' test'
+    text = text // new_line('a') // '# ' // plan_text(problem%plan)
+    do i = 1, size(problem%notes)
+      text = text // new_line('a') // '# note: ' // problem%notes(i)%text
+    end do
     if (size(inert) > 0) text = text // new_line('a') // '# inert pairs (both sides prescribed, no multiplier): nodes ' // &
       join(inert, ', ')
   end function sizes_text

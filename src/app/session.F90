@@ -5,6 +5,7 @@
 module sig_session
   use mpi, only: MPI_Comm_rank
   use sig_command_line, only: command_t
+  use sig_deck_check_study, only: complaint_about_options
   use sig_deck_config, only: deck_config_t
   use sig_deck_read, only: read_deck
   use sig_error_broadcast, only: broadcast_error, broadcast_text
@@ -28,6 +29,8 @@ module sig_session
     integer :: exit_code = exit_success
     !> an error was printed, so no further stage makes sense
     logical :: has_failed = .false.
+    !> the terminal shows which solver works
+    logical :: has_plan = .false.
     type(directory_lock_t) :: lock
   contains
     procedure :: open
@@ -45,6 +48,7 @@ contains
     PetscErrorCode, intent(out) :: ierr
     type(error_t), allocatable :: error
     type(error_list_t) :: errors
+    character(:), allocatable :: complaint
     integer :: i
 
     call MPI_Comm_rank(PETSC_COMM_WORLD, self%rank, ierr)
@@ -61,6 +65,12 @@ contains
       call self%fail(errors%errors(i))
     end do
     if (self%exit_code /= exit_success) return
+    complaint = complaint_about_options(command%petsc_options, self%deck%solver%linear)
+    if (len(complaint) > 0) then
+      call make_error(error, 'the command line has ' // complaint)
+      call self%fail(error)
+      return
+    end if
     ! The later one wins, so the command line comes after the deck.
     PetscCall(insert_petsc_options(self%deck%petsc_options, ierr))
     PetscCall(insert_petsc_options(command%petsc_options, ierr))
@@ -129,7 +139,10 @@ contains
     logical :: is_solving
 
     is_solving = command == 'run' .or. command == 'sample' .or. command == 'solve' .or. command == 'validate'
-    is_for_another_command = .false.
+    ! run has work for both
+    is_for_another_command = solver == 'auto' .and. command /= 'run' .and. &
+      (index(option, '-fom_') == 1 .or. index(option, '-active_set_') == 1)
+    if (is_for_another_command) return
     if (index(option, '-fom_') == 1) then
       is_for_another_command = .not. (command == 'run' .or. command == 'sample' .or. (is_solving .and. solver == 'condensed'))
     else if (index(option, '-active_set_') == 1) then

@@ -15,7 +15,7 @@ module sig_study
   use sig_model_file, only: read_model, write_model
   use sig_parameter_space, only: build_points, format_point
   use sig_petsc_support, only: library_versions, rank_and_size
-  use sig_problem, only: check_points, force_unit, inert_pair_names, load_problem, problem_t, stress_unit
+  use sig_problem, only: announce_plan, check_points, force_unit, inert_pair_names, load_problem, problem_t, stress_unit
   use sig_rank_groups, only: create_rank_groups, rank_groups_t
   use sig_reactions, only: boundary_reactions, reaction_t
   use sig_reporting, only: accuracy_text, model_text, report_deck, report_model, report_reactions, report_sizes, &
@@ -49,6 +49,7 @@ contains
     type(error_t), allocatable :: error
 
     ierr = 0
+    session%has_plan = .true.
     call need_training(session, error)
     if (.not. allocated(error)) then
       PetscCall(sample(session%deck, session%folder, outcome, error, ierr))
@@ -174,6 +175,8 @@ contains
     PetscCall(create_rank_groups(session%deck%test%n_groups, size(points, 2), groups, ierr))
     PetscCall(load_problem(session%deck, groups%comm, problem, error, ierr))
     if (.not. allocated(error)) call check_points(problem, points, error)
+    if (.not. (allocated(error) .or. session%has_plan)) call announce_plan(problem)
+    session%has_plan = .true.
     if (.not. allocated(error)) call read_own_model(session, problem, model, error)
     if (.not. allocated(error)) then
       PetscCall(validate(problem, groups, model, points, outcome, error, ierr))
@@ -202,7 +205,7 @@ contains
     end if
     PetscCall(describe_problem(problem, report, ierr))
     call report_model(model, report)
-    call report_validation(session%deck, outcome, report)
+    call report_validation(session%deck, problem%plan%type, outcome, report)
     call keep_statistics(outcome, model)
     if (session%rank == 0) then
       call write_validation_table(session%deck, outcome, session%folder // '/validation.csv', error)
@@ -232,6 +235,8 @@ contains
 
     PetscCall(load_problem(session%deck, PETSC_COMM_WORLD, problem, error, ierr))
     if (.not. allocated(error)) call check_points(problem, points, error)
+    if (.not. (allocated(error) .or. session%has_plan)) call announce_plan(problem)
+    session%has_plan = .true.
     if (has_model .and. .not. allocated(error)) call read_own_model(session, problem, model, error)
     if (.not. allocated(error)) then
       if (has_model) then
@@ -269,6 +274,10 @@ contains
     integer :: rank, n_ranks
 
     call report_deck(problem%deck, report)
+    call report%add('solver/type', problem%plan%type)
+    call report%add('solver/linear', problem%plan%linear)
+    call report%add('solver/reason', problem%plan%reason)
+    call report%add('solver/notes', problem%notes)
     PetscCall(library_versions(versions, ierr))
     call report%add('version/petsc', versions(1)%text)
     call report%add('version/slepc', versions(2)%text)

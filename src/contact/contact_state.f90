@@ -6,7 +6,7 @@ module sig_contact_state
   private
   public :: contact_state_t, residuals_t, reason_text
   public :: reason_converged, reason_max_iterations, reason_linear_solver, reason_floating_body
-  public :: reason_no_complementary_solution, reason_line_search
+  public :: reason_no_complementary_solution, reason_line_search, reason_pulled_off
 
   integer, parameter :: reason_converged = 1
   integer, parameter :: reason_max_iterations = -1
@@ -14,6 +14,7 @@ module sig_contact_state
   integer, parameter :: reason_floating_body = -4
   integer, parameter :: reason_no_complementary_solution = -5
   integer, parameter :: reason_line_search = -6
+  integer, parameter :: reason_pulled_off = -7
 
   !> How well (3) is met, each relative to the size of what it compares.
   type :: residuals_t
@@ -39,6 +40,8 @@ module sig_contact_state
     !> contact is closed, shape (n_rows)
     logical, allocatable :: is_active(:)
     integer :: n_iterations = 0
+    !> of conjugate gradients, in all these together
+    integer :: n_linear_iterations = 0
     !> > 0 solved, < 0 failed: one of the named constants
     integer :: reason = 0
     type(residuals_t) :: residuals
@@ -66,6 +69,8 @@ contains
       text = 'the linear complementarity problem has no solution that the pivoting methods find'
     case (reason_line_search)
       text = 'the line search found no descent'
+    case (reason_pulled_off)
+      text = 'there is no equilibrium: the loads pull a body off the contacts that hold it'
     case default
       text = 'unknown reason'
     end select

@@ -11,6 +11,7 @@ module sig_contact_system
   use sig_mesh, only: mesh_t
   use sig_node_pairs, only: node_pairs_t
   use sig_petsc_support, only: create_vector, rank_and_size, sum_over_ranks
+  use sig_rigid_motions, only: create_rigid_motions, rigid_motions_t
   use petsc
   implicit none(type, external)
   private
@@ -23,6 +24,8 @@ module sig_contact_system
     !> rows with a multiplier, and rows whose displacements are all prescribed
     type(contact_operator_t) :: operator
     type(contact_operator_t) :: inert
+    !> bodies, and the rigid motions that nothing prescribed holds
+    type(rigid_motions_t) :: motions
     !> forces balance along the components from this one on: not along r in axisymmetry
     integer :: first_balanced = 1
     !> K on all dofs, Dirichlet rows included
@@ -37,6 +40,7 @@ module sig_contact_system
     procedure :: load
     procedure :: apply_stiffness
     procedure :: put
+    procedure :: put_some
     procedure :: get
     procedure :: destroy
   end type contact_system_t
@@ -60,6 +64,7 @@ contains
     PetscCall(rank_and_size(comm, rank, n_ranks, ierr))
     call create_dof_map(mesh, rank, n_ranks, self%map)
     call create_contact_operator(pairs, mesh%n_dim, boundary%n_terms, boundary%is_prescribed, self%operator, self%inert)
+    call create_rigid_motions(mesh, body%mechanics%is_round, boundary%is_prescribed, self%operator, self%motions)
     PetscCall(assemble_stiffness(comm, mesh, body, self%map, rank, self%stiffness, ierr))
     PetscCall(create_vector(comm, self%map%n_local_dofs, self%work_in, ierr))
     PetscCall(create_vector(comm, self%map%n_local_dofs, self%work_out, ierr))
@@ -122,6 +127,25 @@ contains
     local = values(self%map%local_dofs)
     PetscCall(VecRestoreArrayF90(vector, local, ierr))
   end subroutine put
+
+  !> The same for some dofs; the others keep their values. Local.
+  subroutine put_some(self, dofs, values, vector, ierr)
+    class(contact_system_t), intent(in) :: self
+    !> natural
+    integer, intent(in) :: dofs(:)
+    real(rk), intent(in) :: values(:)
+    Vec, intent(inout) :: vector
+    PetscErrorCode, intent(out) :: ierr
+    PetscScalar, pointer :: local(:)
+    integer :: i, i_local
+
+    PetscCall(VecGetArrayF90(vector, local, ierr))
+    do i = 1, size(dofs)
+      i_local = self%map%distributed_0(dofs(i)) - self%map%first_dof_0 + 1
+      if (i_local >= 1 .and. i_local <= self%map%n_local_dofs) local(i_local) = values(dofs(i))
+    end do
+    PetscCall(VecRestoreArrayF90(vector, local, ierr))
+  end subroutine put_some
 
   !> Distributed vector -> replicated array. Collective.
   subroutine get(self, vector, values, ierr)

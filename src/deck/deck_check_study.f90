@@ -7,7 +7,7 @@ module sig_deck_check_study
   use sig_text, only: split, string_t, to_text
   implicit none(type, external)
   private
-  public :: check_study
+  public :: check_study, complaint_about_options
 
   !> a larger grid is a slip: it could be neither solved nor stored
   integer, parameter :: max_points = 1000000
@@ -19,9 +19,12 @@ contains
   subroutine check_study(tree, config)
     type(deck_tree_t), intent(inout) :: tree
     type(deck_config_t), intent(in) :: config
+    character(:), allocatable :: complaint
 
     if (config%solver%max_iterations < 1) call tree%report_at('solver.max_iterations', 'is ' // &
       to_text(config%solver%max_iterations) // '; it must be at least 1')
+    if (config%solver%type == 'condensed' .and. config%solver%linear == 'gamg') call tree%report_at('solver.linear', &
+      'is ''gamg''; with type condensed it must be cholesky or auto', 'gamg goes with type: active_set')
     call check_points(tree, 'training', config%parameters, config%training)
     call check_points(tree, 'test', config%parameters, config%test)
     if (config%reduction%max_full_order_size < 0) call tree%report_at('reduction.max_full_order_size', &
@@ -29,6 +32,8 @@ contains
     call check_reduction(tree, config%reduction)
     call check_output_points(tree, config%parameters, config%output%points)
     call check_petsc_options(tree, config%petsc_options)
+    complaint = complaint_about_options(config%petsc_options, config%solver%linear)
+    if (len(complaint) > 0) call tree%report_at('petsc_options', 'has ' // complaint)
   end subroutine check_study
 
   subroutine check_points(tree, section, parameters, points)
@@ -142,6 +147,27 @@ contains
       end if
     end do
   end subroutine check_petsc_options
+
+  !> A preconditioner that is no factorization would be an answer without accuracy where a factorization is meant. Empty text:
+  !> no complaint.
+  pure function complaint_about_options(options, linear) result(complaint)
+    character(*), intent(in) :: options
+    !> solver.linear of the deck
+    character(*), intent(in) :: linear
+    character(:), allocatable :: complaint
+    type(string_t), allocatable :: words(:)
+    integer :: i
+
+    complaint = ''
+    if (linear == 'gamg') return
+    words = split(options, ' ')
+    do i = 1, size(words) - 1
+      if (index(words(i)%text, '_pc_type') == 0) cycle
+      if (words(i + 1)%text == 'cholesky' .or. words(i + 1)%text == 'lu') cycle
+      complaint = words(i)%text // ' ' // words(i + 1)%text // '; it must be cholesky or lu unless solver.linear is gamg'
+      return
+    end do
+  end function complaint_about_options
 
   !> A minus sign and then a letter; so `-1e-3` is a value.
   pure logical function is_option(word)

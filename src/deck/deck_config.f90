@@ -131,10 +131,15 @@ module sig_deck_config
   end type contact_config_t
 
   type :: solver_config_t
-    !> condensed (default), active_set or snesvi
+    !> auto (default), condensed, active_set or snesvi
     character(:), allocatable :: type
+    !> auto (default), cholesky or gamg
+    character(:), allocatable :: linear
     !> active-set or Newton steps per parameter point; default 50
     integer :: max_iterations = 50
+    !> of the section
+    integer :: line = 0
+    integer :: column = 0
   end type solver_config_t
 
   !> A grid over the box, a list from a CSV file whose header names the parameters, or a sequence that fills the box.

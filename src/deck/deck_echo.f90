@@ -29,7 +29,8 @@ contains
     yaml = yaml // body_sections(config)
     if (size(config%loads) == 0) yaml = yaml // 'loads: []' // eol
     yaml = yaml // &
-      'solver: {type: ' // config%solver%type // ', max_iterations: ' // to_text(config%solver%max_iterations) // '}' // eol
+      'solver: {type: ' // config%solver%type // ', linear: ' // config%solver%linear // &
+      ', max_iterations: ' // to_text(config%solver%max_iterations) // '}' // eol
     if (config%has_training) yaml = yaml // 'training: ' // point_set(config%training, config%parameters) // eol
     if (config%has_test) yaml = yaml // 'test: ' // point_set(config%test, config%parameters) // eol
     yaml = yaml // reduction_section(config%reduction) // output_section(config%output, config%parameters) // &

@@ -15,7 +15,8 @@ module sig_deck_read_study
 
   !> the first two have no seed
   character(*), parameter :: point_sets(4) = [character(15) :: 'grid', 'file', 'sobol', 'latin_hypercube']
-  character(*), parameter :: solver_types(3) = [character(10) :: 'condensed', 'active_set', 'snesvi']
+  character(*), parameter :: solver_types(4) = [character(10) :: 'auto', 'condensed', 'active_set', 'snesvi']
+  character(*), parameter :: linear_solvers(3) = [character(8) :: 'auto', 'cholesky', 'gamg']
   character(*), parameter :: field_names(3) = [character(12) :: 'displacement', 'stress', 'contact']
 
 contains
@@ -38,9 +39,13 @@ contains
     integer :: i_solver
 
     solver%type = trim(solver_types(1))
+    solver%linear = trim(linear_solvers(1))
     i_solver = get_mapping(tree, root_node, 'solver', .false.)
     if (i_solver == 0) return
+    solver%line = tree%nodes(i_solver)%line
+    solver%column = tree%nodes(i_solver)%column
     call get_choice(tree, i_solver, 'type', .false., solver_types, solver%type)
+    call get_choice(tree, i_solver, 'linear', .false., linear_solvers, solver%linear)
     call get_integer(tree, i_solver, 'max_iterations', .false., solver%max_iterations)
     call tree%close_mapping(i_solver)
   end subroutine read_solver

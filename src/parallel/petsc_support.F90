@@ -11,7 +11,11 @@ module sig_petsc_support
   private
   public :: start_petsc, end_petsc, insert_petsc_options, unused_petsc_options, library_versions
   public :: create_matrix, multiply_block, create_vector, rank_and_size, sum_over_ranks, max_over_ranks
-  public :: precondition_failed
+  public :: precondition_failed, has_multigrid_vi
+  public :: message_size
+
+  !> bytes of a message of PETSc: SIG_MESSAGE_SIZE of petsc_support.h
+  integer, parameter :: message_size = 256
 
   interface sum_over_ranks
     procedure sum_vector, sum_block
@@ -44,6 +48,11 @@ module sig_petsc_support
       integer(c_int), value :: capacity
       integer(c_int) :: status
     end function sig_petsc_unused_options
+
+    pure function sig_has_multigrid_vi() result(answer) bind(c)
+      import :: c_int
+      integer(c_int) :: answer
+    end function sig_has_multigrid_vi
 
     function sig_library_versions(versions, capacity) result(status) bind(c)
       import :: c_char, c_int
@@ -91,6 +100,11 @@ contains
 
     ierr = sig_petsc_end()
   end subroutine end_petsc
+
+  !> Whether SNESVI may use GAMG: before 3.19 PETSc stops when the inactive set changes its size.
+  logical function has_multigrid_vi()
+    has_multigrid_vi = sig_has_multigrid_vi() /= 0
+  end function has_multigrid_vi
 
   !> Adds `-name value` pairs; what is added later wins.
   subroutine insert_petsc_options(options, ierr)

@@ -55,6 +55,8 @@ int sig_library_versions(char *versions, int capacity) {
   return 0;
 }
 
+int sig_has_multigrid_vi(void) { return PETSC_VERSION_GE(3, 19, 0); }
+
 int sig_matrix_create(int comm, int n_local, int block_size, const int *diagonal, const int *off_diagonal,
                       intptr_t *matrix) {
   Mat created;
@@ -80,6 +82,17 @@ int sig_matrix_multiply(intptr_t matrix, int n_local, int n_columns, const doubl
   PetscCall(MatDestroy(&to));
   return 0;
 }
+
+static PetscErrorCode keep_first_message(MPI_Comm comm, int line, const char *function, const char *file,
+                                         PetscErrorCode code, PetscErrorType type, const char *message, void *context) {
+  (void)comm, (void)line, (void)function, (void)file;
+  if (type == PETSC_ERROR_INITIAL && message != NULL) snprintf(context, SIG_MESSAGE_SIZE, "%s", message);
+  return code;
+}
+
+void sig_quiet_errors(char *message) { (void)PetscPushErrorHandler(keep_first_message, message); }
+
+void sig_loud_errors(void) { (void)PetscPopErrorHandler(); }
 
 int sig_precondition_failed(int code, const char *sentence, const char *file, int line) {
   return PetscError(PETSC_COMM_SELF, line, "precondition", file, code, PETSC_ERROR_INITIAL, "%s", sentence);

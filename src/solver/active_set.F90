@@ -1,13 +1,15 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 #include "signorom/macros.h"
-!> Primal-dual active set on the bound form: closed pairs are prescribed unknowns, each step is one Cholesky factorization.
+!> Primal-dual active set on the bound form: closed pairs are prescribed unknowns, each step solves one linear system.
 module sig_active_set
   use sig_bound_form, only: bound_form_t
   use sig_contact_solver, only: contact_solver_t
-  use sig_contact_state, only: contact_state_t, reason_converged, reason_max_iterations
+  use sig_contact_state, only: contact_state_t, reason_converged, reason_max_iterations, reason_pulled_off
   use sig_contact_system, only: contact_system_t
+  use sig_holding, only: first_to_block, is_last_hold, keep_hold, letting_go
   use sig_kinds, only: rk
-  use sig_linear_solver, only: constrain, linear_solver_t
+  use sig_linear_solver, only: constrain, linear_solver_t, set_near_null_space
+  use sig_petsc_support, only: create_vector
   use petsc
   implicit none(type, external)
   private
@@ -16,14 +18,45 @@ module sig_active_set
   type, extends(contact_solver_t) :: active_set_t
     type(bound_form_t) :: form
     type(linear_solver_t) :: linear_solver
+    !> reflected unknowns of the last step: where conjugate gradients start
+    Vec :: solution
+    !> [-] reflected rigid motions, rows of this rank, shape (n_local_dofs, n_modes)
+    real(rk), allocatable :: near_null(:, :)
   contains
     procedure :: create
     procedure :: solve
     procedure :: destroy
   end type active_set_t
 
+  !> One step: what it solves, and what it finds.
+  type :: step_t
+    !> [-] values of the terms
+    real(rk), allocatable :: theta(:)
+    !> [force] reflected loads, natural
+    real(rk), allocatable :: forces(:)
+    !> [force] work of the loads on the free motions, and the sum of the sizes of its parts, shape (n_free)
+    real(rk), allocatable :: work(:)
+    real(rk), allocatable :: work_size(:)
+    Mat :: matrix
+    Vec :: rhs
+    !> [length] reflected unknowns, natural
+    real(rk), allocatable :: unknowns(:)
+    !> [force] R (K R x - F), natural
+    real(rk), allocatable :: residual(:)
+    !> [force] shape (n_rows)
+    real(rk), allocatable :: multipliers(:)
+    !> [length] shape (n_rows)
+    real(rk), allocatable :: opening(:)
+    !> set that these ask for
+    logical, allocatable :: wanted(:)
+  end type step_t
+
   !> [-] a multiplier or a penetration this far below the largest of its kind is rounding, and changes no status
   real(rk), parameter :: rounding = 1.0e-12_rk
+  !> the same, and the tolerance, of conjugate gradients until the set stands, and then
+  real(rk), parameter :: coarse_rounding = 1.0e-5_rk
+  real(rk), parameter :: coarse_tolerance = 1.0e-6_rk
+  real(rk), parameter :: fine_rounding = 1.0e-9_rk
 
 contains
 
@@ -31,22 +64,33 @@ contains
     class(active_set_t), intent(inout) :: self
     type(contact_system_t), intent(inout) :: system
     PetscErrorCode, intent(out) :: ierr
+    real(rk) :: mode(system%map%n_dofs)
+    integer :: i
 
     PetscCall(self%form%create(system, ierr))
+    PetscCall(create_vector(system%comm, system%map%n_local_dofs, self%solution, ierr))
+    self%linear_solver%is_multigrid = self%is_multigrid
+    if (.not. self%is_multigrid) return
+    allocate (self%near_null(system%map%n_local_dofs, system%motions%n_common()))
+    do i = 1, size(self%near_null, 2)
+      mode = system%motions%common_field(i)
+      call self%form%reflect(system, mode)
+      self%near_null(:, i) = mode(system%map%local_dofs)
+    end do
   end subroutine create
 
   !> Starts with every pair closed, so that a body held only by contact is held from the first step on. When the active set comes
-  !> back to an earlier one ("ping-pong"), only the first wrong pair changes from then on: that cannot cycle, because W = B K^-1 B'
-  !> is positive definite (Murty's least-index rule), but needs more steps.
+  !> back to an earlier one ("ping-pong"), only the first wrong pair changes from then on: that cannot cycle where every body is
+  !> held without contact, because W = B K^-1 B' is positive definite (Murty's least-index rule), but needs more steps.
   subroutine solve(self, system, theta, state, ierr)
     class(active_set_t), intent(inout) :: self
     type(contact_system_t), intent(inout) :: system
     real(rk), intent(in) :: theta(:)
     type(contact_state_t), intent(out) :: state
     PetscErrorCode, intent(out) :: ierr
+    type(step_t) :: step
     logical, allocatable :: history(:, :)
     logical :: next(system%operator%n_rows), is_single
-    real(rk) :: unknowns(system%map%n_dofs), residual(system%map%n_dofs)
 
     is_single = .false.
     allocate (state%is_active(system%operator%n_rows), source=.true.)
@@ -54,76 +98,163 @@ contains
     state%reason = reason_max_iterations
     do while (state%n_iterations < self%max_iterations)
       state%n_iterations = state%n_iterations + 1
-      PetscCall(solve_with_closed(self, system, theta, state%is_active, unknowns, residual, ierr))
+      PetscCall(solve_with_closed(self, system, theta, state, step, ierr))
       if (self%linear_solver%reason /= reason_converged) then
         state%reason = self%linear_solver%reason
         exit
       end if
-      next = next_active_set(state%is_active, self%form%multipliers(residual), &
-        unknowns(self%form%bounded_dofs) - self%form%bounds(system, theta), maxval(abs(unknowns)))
+      next = step%wanted
       if (all(next .eqv. state%is_active)) then
         state%reason = reason_converged
         exit
       end if
+      call keep_hold(system%motions, state%is_active, step%multipliers, next)
       if (.not. is_single) is_single = has_column(history, next)
-      if (is_single) next = change_one(state%is_active, next)
+      if (is_single) then
+        next = change_one(state%is_active, step%wanted)
+        call keep_hold(system%motions, state%is_active, step%multipliers, next)
+      end if
+      if (all(next .eqv. state%is_active)) call exchange_hold(system, step, next)
+      if (all(next .eqv. state%is_active)) then
+        state%reason = reason_pulled_off
+        exit
+      end if
       history = reshape([history, next], [size(next), size(history, 2) + 1])
       state%is_active = next
     end do
-    call finish_state(self%form, system, unknowns, residual, state)
+    call finish_state(self%form, system, step%unknowns, step%residual, state)
   end subroutine solve
 
-  !> One step: unknowns of closed pairs sit on their bounds. Collective.
-  subroutine solve_with_closed(self, system, theta, is_closed, unknowns, residual, ierr)
+  !> One step: unknowns of closed pairs sit on their bounds. Conjugate gradients are coarse until the set stands. Collective.
+  subroutine solve_with_closed(self, system, theta, state, step, ierr)
+    class(active_set_t), intent(inout) :: self
+    type(contact_system_t), intent(inout) :: system
+    real(rk), intent(in) :: theta(:)
+    !> its set is read, its linear iterations are counted
+    type(contact_state_t), intent(inout) :: state
+    type(step_t), intent(out) :: step
+    PetscErrorCode, intent(out) :: ierr
+
+    PetscCall(prepare_step(self, system, theta, state%is_active, step, ierr))
+    if (self%linear_solver%reason == reason_converged) then
+      if (.not. self%is_multigrid) then
+        PetscCall(improve(self, system, 0.0_rk, rounding, state, step, ierr))
+      else
+        PetscCall(improve(self, system, coarse_tolerance, coarse_rounding, state, step, ierr))
+        if (self%linear_solver%reason == reason_converged .and. all(step%wanted .eqv. state%is_active)) then
+          PetscCall(improve(self, system, 0.0_rk, fine_rounding, state, step, ierr))
+        end if
+      end if
+    end if
+    PetscCall(self%linear_solver%destroy(ierr))
+    PetscCall(MatDestroy(step%matrix, ierr))
+    PetscCall(VecDestroy(step%rhs, ierr))
+  end subroutine solve_with_closed
+
+  !> Loads and matrix of a step, and the linear solver for it.
+  subroutine prepare_step(self, system, theta, is_closed, step, ierr)
     class(active_set_t), intent(inout) :: self
     type(contact_system_t), intent(inout) :: system
     real(rk), intent(in) :: theta(:)
     logical, intent(in) :: is_closed(:)
-    !> [length] reflected unknowns, natural
-    real(rk), intent(out) :: unknowns(:)
-    !> [force] R (K R x - F), natural
-    real(rk), intent(out) :: residual(:)
+    type(step_t), intent(inout) :: step
     PetscErrorCode, intent(out) :: ierr
-    real(rk) :: values(system%map%n_dofs), forces(system%map%n_dofs)
-    Mat :: constrained
-    Vec :: rhs, solution
+    real(rk) :: values(system%map%n_dofs)
 
+    step%theta = theta
+    step%forces = system%load(theta)
+    step%work = system%motions%work(step%forces)
+    step%work_size = system%motions%work_size(step%forces)
+    call self%form%reflect(system, step%forces)
+    allocate (step%unknowns(size(values)), step%residual(size(values)), source=0.0_rk)
     values = system%prescribed_displacement(theta)
     values(self%form%bounded_dofs) = self%form%bounds(system, theta)
-    forces = system%load(theta)
-    call self%form%reflect(system, forces)
     associate (dofs => [system%boundary%prescribed_dofs, pack(self%form%bounded_dofs, is_closed)])
-      PetscCall(constrain(system, self%form%matrix, dofs, values, forces, constrained, rhs, ierr))
+      PetscCall(constrain(system, self%form%matrix, dofs, values, step%forces, step%matrix, step%rhs, ierr))
+      PetscCall(system%put_some(dofs, values, self%solution, ierr))
     end associate
-    PetscCall(self%linear_solver%factor(constrained, 'active_set_', ierr))
-    unknowns = 0
-    residual = 0
-    if (self%linear_solver%reason == reason_converged) then
-      PetscCall(VecDuplicate(rhs, solution, ierr))
-      PetscCall(self%linear_solver%solve_vector(rhs, solution, ierr))
-      PetscCall(system%get(solution, unknowns, ierr))
-      PetscCall(MatMult(self%form%matrix, solution, rhs, ierr))
-      PetscCall(system%get(rhs, residual, ierr))
-      residual = residual - forces
-      PetscCall(VecDestroy(solution, ierr))
+    if (self%is_multigrid) then
+      PetscCall(set_near_null_space(step%matrix, self%near_null, ierr))
     end if
-    PetscCall(MatDestroy(constrained, ierr))
-    PetscCall(VecDestroy(rhs, ierr))
-  end subroutine solve_with_closed
+    PetscCall(self%linear_solver%factor(step%matrix, 'active_set_', ierr))
+  end subroutine prepare_step
+
+  !> Solves to a tolerance, from the solution at hand, and finds the set that the answer asks for.
+  subroutine improve(self, system, tolerance, noise, state, step, ierr)
+    class(active_set_t), intent(inout) :: self
+    type(contact_system_t), intent(inout) :: system
+    !> [-] of conjugate gradients
+    real(rk), intent(in) :: tolerance
+    !> [-] what changes no status
+    real(rk), intent(in) :: noise
+    type(contact_state_t), intent(inout) :: state
+    type(step_t), intent(inout) :: step
+    PetscErrorCode, intent(out) :: ierr
+    Vec :: forces
+
+    PetscCall(self%linear_solver%solve_vector(step%rhs, tolerance, self%solution, ierr))
+    state%n_linear_iterations = state%n_linear_iterations + self%linear_solver%n_iterations
+    PetscCall(system%get(self%solution, step%unknowns, ierr))
+    PetscCall(VecDuplicate(step%rhs, forces, ierr))
+    PetscCall(MatMult(self%form%matrix, self%solution, forces, ierr))
+    PetscCall(system%get(forces, step%residual, ierr))
+    PetscCall(VecDestroy(forces, ierr))
+    step%residual = step%residual - step%forces
+    step%multipliers = self%form%multipliers(step%residual)
+    step%opening = self%form%bounds(system, step%theta) - step%unknowns(self%form%bounded_dofs)
+    step%wanted = next_active_set(state%is_active, step%multipliers, -step%opening, maxval(abs(step%unknowns)), noise)
+    call keep_idle_holds(system, state%is_active, step)
+  end subroutine improve
+
+  !> The force of a last hold follows from the loads alone: where they do not pull, it is zero but for rounding and stays closed.
+  subroutine keep_idle_holds(system, is_closed, step)
+    type(contact_system_t), intent(in) :: system
+    logical, intent(in) :: is_closed(:)
+    type(step_t), intent(inout) :: step
+    real(rk) :: amplitudes(system%motions%n_free)
+    logical :: is_last(size(is_closed))
+    integer :: k
+
+    if (system%motions%n_free == 0 .or. all(step%wanted .or. .not. is_closed)) return
+    is_last = is_last_hold(system%motions, is_closed)
+    do k = 1, size(is_closed)
+      if (step%wanted(k) .or. .not. (is_closed(k) .and. is_last(k))) cycle
+      amplitudes = letting_go(system%motions, is_closed, k)
+      step%wanted(k) = dot_product(amplitudes, step%work) <= rounding * dot_product(abs(amplitudes), step%work_size)
+    end do
+  end subroutine keep_idle_holds
+
+  !> Where the last hold of a body pulls: lets go and closes the first pair that the body then meets. Without such a pair the
+  !> set stays: there is no equilibrium.
+  subroutine exchange_hold(system, step, set)
+    type(contact_system_t), intent(in) :: system
+    type(step_t), intent(in) :: step
+    !> closed pairs; all that they want to open are last holds
+    logical, intent(inout) :: set(:)
+    integer :: first, k
+
+    k = minloc(step%multipliers, dim=1, mask=set .and. .not. step%wanted)
+    first = first_to_block(system%motions, set, letting_go(system%motions, set, k), step%opening)
+    if (first == 0) return
+    set(k) = .false.
+    set(first) = .true.
+  end subroutine exchange_hold
 
   !> A closed pair stays closed while it pushes; an open one closes when it penetrates.
-  pure function next_active_set(is_closed, multipliers, penetration, length_scale) result(next)
+  pure function next_active_set(is_closed, multipliers, penetration, length_scale, noise) result(next)
     logical, intent(in) :: is_closed(:)
     !> [force] shape (n_rows)
     real(rk), intent(in) :: multipliers(:)
     !> [length] > 0 beyond the bound, shape (n_rows)
     real(rk), intent(in) :: penetration(:)
     real(rk), intent(in) :: length_scale
+    !> [-] share of the largest of its kind below which a number is rounding
+    real(rk), intent(in) :: noise
     logical :: next(size(is_closed))
     real(rk) :: force_scale
 
     force_scale = maxval(abs(multipliers), mask=is_closed)
-    next = merge(multipliers >= -rounding * force_scale, penetration > rounding * length_scale, is_closed)
+    next = merge(multipliers >= -noise * force_scale, penetration > noise * length_scale, is_closed)
   end function next_active_set
 
   !> The current set with the first of the wanted changes.
@@ -167,6 +298,7 @@ contains
     PetscErrorCode, intent(out) :: ierr
 
     PetscCall(self%linear_solver%destroy(ierr))
+    PetscCall(VecDestroy(self%solution, ierr))
     PetscCall(self%form%destroy(ierr))
   end subroutine destroy
 end module sig_active_set

@@ -4,13 +4,20 @@
 !>
 !> With G = responses to the terms without contact, H = K^-1 B' and W = B H:
 !> 0 <= lambda, W lambda + D - B G theta >= 0, complementary; u = G theta - H lambda.
+!>
+!> Bodies that only contact holds hang on anchors T, as many pairs as there are free motions Z. G and H are then responses with
+!> closed anchors, which carry what the other forces need (Z' (F - B' lambda) = 0); in the place of lambda_T stands the opening
+!> w_T of the anchors, which moves the bodies by -Z_T w_T with B_T Z_T = 1. With N = B Z_T the problem keeps its form:
+!> W has the blocks [C, N; -N', 0], a last opening is the force of an anchor, Z_T' F - N' lambda. Openings of anchors and their
+!> forces are scaled by a compliance, so that all unknowns are forces.
 module sig_condensed
   use sig_contact_solver, only: contact_solver_t
-  use sig_contact_state, only: contact_state_t, reason_converged, reason_no_complementary_solution
+  use sig_contact_state, only: contact_state_t, reason_converged, reason_no_complementary_solution, reason_pulled_off
   use sig_contact_system, only: contact_system_t
-  use sig_free_response, only: factor_without_contact, solve_free_response
+  use sig_free_response, only: factor_without_contact, held_dofs, solve_free_response
+  use sig_holding, only: anchors_t, find_anchors
   use sig_kinds, only: rk
-  use sig_lcp, only: lcp_solution_t, solve_lcp
+  use sig_lcp, only: lcp_failed_ray, lcp_solution_t, solve_lcp
   use sig_linear_algebra, only: add_product
   use sig_linear_solver, only: linear_solver_t
   use sig_petsc_support, only: sum_over_ranks
@@ -22,14 +29,17 @@ module sig_condensed
   type, extends(contact_solver_t) :: condensed_t
     !> reason_converged, or why the stiffness could not be factored
     integer :: reason = 0
-    !> [length] rows of this rank, shape (n_local_dofs, n_driving_terms)
+    !> [length] G, rows of this rank, shape (n_local_dofs, n_driving_terms); with anchors (n_local_dofs, n_terms)
     real(rk), allocatable :: free_response(:, :)
-    !> [length/force] rows of this rank, shape (n_local_dofs, n_rows)
+    !> [length/force] H, rows of this rank, shape (n_local_dofs, n_rows)
     real(rk), allocatable :: contact_response(:, :)
     !> [length/force] W, replicated, shape (n_rows, n_rows)
     real(rk), allocatable :: compliance(:, :)
-    !> [length] B G, replicated, shape (n_rows, n_driving_terms)
-    real(rk), allocatable :: free_closing(:, :)
+    !> [length] D - B G, replicated, shape (n_rows, n_terms)
+    real(rk), allocatable :: free_opening(:, :)
+    type(anchors_t) :: anchors
+    !> [length/force] the scale of the anchors
+    real(rk) :: scale = 1
   contains
     procedure :: create
     procedure :: solve
@@ -41,6 +51,10 @@ module sig_condensed
   !> [flop] about half a second
   real(rk), parameter :: work_at_once = 1.0e10_rk
   integer, parameter :: most_points_at_once = 64
+  !> right-hand sides made at a time
+  integer, parameter :: chunk = 64
+  !> [-] a load that works less than this share of its parts on a free motion is in equilibrium
+  real(rk), parameter :: rounding = 1.0e-12_rk
 
 contains
 
@@ -50,39 +64,71 @@ contains
     type(contact_system_t), intent(inout) :: system
     PetscErrorCode, intent(out) :: ierr
     type(linear_solver_t) :: linear_solver
+    real(rk), allocatable :: free_closing(:, :)
 
     PetscCall(factor_without_contact(system, linear_solver, ierr))
     self%reason = linear_solver%reason
     if (self%reason == reason_converged) then
-      PetscCall(solve_free_response(system, linear_solver, system%boundary%n_driving_terms, .true., self%free_response, ierr))
+      call find_anchors(system%motions, self%anchors)
+      PetscCall(solve_free_response(system, linear_solver, system%boundary%n_driving_terms, self%free_response, ierr, self%anchors))
       PetscCall(solve_contact(self, system, linear_solver, ierr))
-      PetscCall(close_pairs(system, self%free_response, self%free_closing, ierr))
+      PetscCall(close_pairs(system, self%free_response, free_closing, ierr))
       PetscCall(close_pairs(system, self%contact_response, self%compliance, ierr))
+      self%free_opening = system%operator%gap
+      associate (driven => self%free_opening(:, :size(free_closing, 2)))
+        driven = driven - free_closing
+      end associate
+      call close_anchors(self, system)
+      ! W is symmetric but for rounding
+      if (system%motions%n_free == 0) self%compliance = (self%compliance + transpose(self%compliance)) / 2
     end if
     PetscCall(linear_solver%destroy(ierr))
   end subroutine create
 
-  !> H = K^-1 B'.
+  !> H = K^-1 (B' - B_T' N').
   subroutine solve_contact(self, system, linear_solver, ierr)
     class(condensed_t), intent(inout) :: self
     type(contact_system_t), intent(in) :: system
     type(linear_solver_t), intent(inout) :: linear_solver
     PetscErrorCode, intent(out) :: ierr
     real(rk), allocatable :: rhs(:, :)
-    integer :: i, k, i_local
+    logical, allocatable :: is_held(:)
+    integer :: first, k, last, t
 
-    allocate (rhs(system%map%n_local_dofs, system%operator%n_rows), source=0.0_rk)
+    is_held = held_dofs(system)
     allocate (self%contact_response(system%map%n_local_dofs, system%operator%n_rows))
-    do k = 1, system%operator%n_rows
-      do i = 1, size(system%operator%dofs, 1)
-        if (system%boundary%is_prescribed(system%operator%dofs(i, k))) cycle
-        i_local = system%map%distributed_0(system%operator%dofs(i, k)) - system%map%first_dof_0 + 1
-        if (i_local < 1 .or. i_local > system%map%n_local_dofs) cycle
-        rhs(i_local, k) = system%operator%coefficients(i, k)
+    do first = 1, system%operator%n_rows, chunk
+      last = min(first + chunk - 1, system%operator%n_rows)
+      allocate (rhs(system%map%n_local_dofs, last - first + 1), source=0.0_rk)
+      do k = first, last
+        call add_row(system, is_held, k, 1.0_rk, rhs(:, k - first + 1))
+        do t = 1, size(self%anchors%rows)
+          call add_row(system, is_held, self%anchors%rows(t), -self%anchors%closing(k, t), rhs(:, k - first + 1))
+        end do
       end do
+      PetscCall(linear_solver%solve_many(rhs, self%contact_response(:, first:last), ierr))
+      deallocate (rhs)
     end do
-    PetscCall(linear_solver%solve_many(rhs, self%contact_response, ierr))
   end subroutine solve_contact
+
+  !> Adds B_k' times a factor, where it does not meet a held dof. Local.
+  pure subroutine add_row(system, is_held, k, factor, column)
+    type(contact_system_t), intent(in) :: system
+    !> natural, shape (n_dofs)
+    logical, intent(in) :: is_held(:)
+    integer, intent(in) :: k
+    real(rk), intent(in) :: factor
+    !> rows of this rank
+    real(rk), intent(inout) :: column(:)
+    integer :: i, i_local
+
+    do i = 1, size(system%operator%dofs, 1)
+      if (is_held(system%operator%dofs(i, k))) cycle
+      i_local = system%map%distributed_0(system%operator%dofs(i, k)) - system%map%first_dof_0 + 1
+      if (i_local < 1 .or. i_local > system%map%n_local_dofs) cycle
+      column(i_local) = column(i_local) + factor * system%operator%coefficients(i, k)
+    end do
+  end subroutine add_row
 
   !> B times distributed columns; replicated.
   subroutine close_pairs(system, columns, closing, ierr)
@@ -92,21 +138,86 @@ contains
     !> shape (n_rows, n_columns)
     real(rk), allocatable, intent(out) :: closing(:, :)
     PetscErrorCode, intent(out) :: ierr
-    real(rk) :: flat(system%operator%n_rows * size(columns, 2))
-    integer :: i, k, i_local
+    integer :: i, i_column, i_local, k
 
+    ierr = 0
     allocate (closing(system%operator%n_rows, size(columns, 2)), source=0.0_rk)
-    do k = 1, system%operator%n_rows
-      do i = 1, size(system%operator%dofs, 1)
-        i_local = system%map%distributed_0(system%operator%dofs(i, k)) - system%map%first_dof_0 + 1
-        if (i_local < 1 .or. i_local > system%map%n_local_dofs) cycle
-        closing(k, :) = closing(k, :) + system%operator%coefficients(i, k) * columns(i_local, :)
+    do i_column = 1, size(columns, 2)
+      do k = 1, system%operator%n_rows
+        do i = 1, size(system%operator%dofs, 1)
+          i_local = system%map%distributed_0(system%operator%dofs(i, k)) - system%map%first_dof_0 + 1
+          if (i_local < 1 .or. i_local > system%map%n_local_dofs) cycle
+          closing(k, i_column) = closing(k, i_column) + system%operator%coefficients(i, k) * columns(i_local, i_column)
+        end do
       end do
+      PetscCall(sum_over_ranks(system%comm, closing(:, i_column), ierr))
     end do
-    flat = reshape(closing, shape(flat))
-    PetscCall(sum_over_ranks(system%comm, flat, ierr))
-    closing = reshape(flat, shape(closing))
   end subroutine close_pairs
+
+  !> Moves G and H until the anchors are closed, and puts openings of the anchors in the place of their forces. Local.
+  subroutine close_anchors(self, system)
+    class(condensed_t), intent(inout) :: self
+    type(contact_system_t), intent(in) :: system
+    real(rk) :: motion(system%map%n_dofs), work(system%motions%n_free), work_size(system%motions%n_free)
+    real(rk) :: open(size(self%anchors%rows), size(self%free_opening, 2)), closed(size(self%anchors%rows), size(self%compliance, 2))
+    real(rk), allocatable :: local(:)
+    integer :: i, k, t
+
+    associate (rows => self%anchors%rows, reach => self%anchors%closing)
+      if (size(rows) == 0) return
+      call add_columns(self%free_response, size(self%free_opening, 2))
+      open = self%free_opening(rows, :)
+      closed = self%compliance(rows, :)
+      self%free_opening = self%free_opening - matmul(reach, open)
+      self%compliance = self%compliance - matmul(reach, closed)
+      self%scale = sum([(abs(self%compliance(i, i)), i=1, size(self%compliance, 1))]) / size(self%compliance, 1)
+      if (self%scale <= 0) self%scale = 1
+      do i = 1, size(rows)
+        motion = system%motions%field(self%anchors%amplitudes(:, i))
+        local = motion(system%map%local_dofs)
+        do k = 1, size(open, 2)
+          self%free_response(:, k) = self%free_response(:, k) + open(i, k) * local
+        end do
+        do k = 1, size(closed, 2)
+          self%contact_response(:, k) = self%contact_response(:, k) - closed(i, k) * local
+        end do
+      end do
+      do i = 1, size(rows)
+        motion = system%motions%field(self%anchors%amplitudes(:, i))
+        self%contact_response(:, rows(i)) = self%scale * motion(system%map%local_dofs)
+      end do
+      self%compliance(:, rows) = self%scale * reach
+      self%compliance(rows, :) = -self%scale * transpose(reach)
+      self%compliance(rows, rows) = 0
+      do t = 1, size(self%free_opening, 2)
+        associate (forces => system%load(unit(size(self%free_opening, 2), t)))
+          work = matmul(system%motions%work(forces), self%anchors%amplitudes)
+          work_size = matmul(system%motions%work_size(forces), abs(self%anchors%amplitudes))
+        end associate
+        self%free_opening(rows, t) = self%scale * merge(work, 0.0_rk, abs(work) > rounding * work_size)
+      end do
+    end associate
+  end subroutine close_anchors
+
+  !> Gaps that have terms of their own move the bodies that hang on anchors.
+  pure subroutine add_columns(matrix, n_columns)
+    real(rk), allocatable, intent(inout) :: matrix(:, :)
+    integer, intent(in) :: n_columns
+    real(rk), allocatable :: wider(:, :)
+
+    allocate (wider(size(matrix, 1), n_columns), source=0.0_rk)
+    wider(:, :size(matrix, 2)) = matrix
+    call move_alloc(wider, matrix)
+  end subroutine add_columns
+
+  pure function unit(n, i) result(vector)
+    integer, intent(in) :: n
+    integer, intent(in) :: i
+    real(rk) :: vector(n)
+
+    vector = 0
+    vector(i) = 1
+  end function unit
 
   subroutine solve(self, system, theta, state, ierr)
     class(condensed_t), intent(inout) :: self
@@ -139,51 +250,82 @@ contains
     real(rk), intent(in) :: theta(:, :)
     type(contact_state_t), intent(out) :: states(:)
     PetscErrorCode, intent(out) :: ierr
-    real(rk), allocatable :: multipliers(:, :), local(:, :)
+    real(rk), allocatable :: unknowns(:, :), local(:, :)
     integer :: i
 
-    allocate (multipliers(system%operator%n_rows, size(states)), local(system%map%n_local_dofs, size(states)), source=0.0_rk)
+    allocate (unknowns(system%operator%n_rows, size(states)), local(system%map%n_local_dofs, size(states)), source=0.0_rk)
     if (self%reason == reason_converged) then
-      call solve_multipliers(self, system, theta, states, multipliers)
-      call add_product(1.0_rk, self%free_response, theta(:system%boundary%n_driving_terms, :), local)
-      call add_product(-1.0_rk, self%contact_response, multipliers, local)
+      call solve_multipliers(self, theta, states, unknowns)
+      call add_product(1.0_rk, self%free_response, theta(:size(self%free_response, 2), :), local)
+      call add_product(-1.0_rk, self%contact_response, unknowns, local)
+    else
+      do i = 1, size(states)
+        states(i)%multipliers = unknowns(:, i)
+        states(i)%reason = self%reason
+        allocate (states(i)%is_active(system%operator%n_rows), source=.false.)
+      end do
     end if
-    do i = 1, size(states)
-      states(i)%multipliers = multipliers(:, i)
-      if (self%reason /= reason_converged) states(i)%reason = self%reason
-      if (.not. allocated(states(i)%is_active)) allocate (states(i)%is_active(system%operator%n_rows), source=.false.)
-    end do
     PetscCall(share_displacements(system, local, states, ierr))
   end subroutine solve_points
 
-  !> 0 <= lambda, W lambda + D - B G theta >= 0, complementary, for each point. Local.
-  subroutine solve_multipliers(self, system, theta, states, multipliers)
+  !> The dense problem of each point. Local.
+  subroutine solve_multipliers(self, theta, states, unknowns)
     type(condensed_t), intent(in) :: self
-    type(contact_system_t), intent(in) :: system
     real(rk), intent(in) :: theta(:, :)
     type(contact_state_t), intent(inout) :: states(:)
-    !> [force] shape (n_rows, n_points)
-    real(rk), intent(out) :: multipliers(:, :)
+    !> [force] multipliers, but for the anchors; shape (n_rows, n_points)
+    real(rk), intent(out) :: unknowns(:, :)
     type(lcp_solution_t) :: solution
-    real(rk) :: openings(system%operator%n_rows, size(states))
-    logical :: start(system%operator%n_rows)
+    real(rk) :: openings(size(unknowns, 1), size(states))
+    logical :: start(size(unknowns, 1))
     integer :: i
 
-    do i = 1, size(states)
-      openings(:, i) = system%gap(theta(:, i))
-    end do
-    call add_product(-1.0_rk, self%free_closing, theta(:system%boundary%n_driving_terms, :), openings)
+    openings = 0
+    call add_product(1.0_rk, self%free_opening, theta, openings)
     start = openings(:, 1) < 0
+    if (size(self%anchors%rows) > 0) then
+      ! all pairs closed: that holds the bodies
+      start = .true.
+      start(self%anchors%rows) = .false.
+      call balance_anchors(self, theta, openings)
+    end if
     do i = 1, size(states)
       call solve_lcp(self%compliance, openings(:, i), start, solution)
       states(i)%reason = merge(reason_converged, reason_no_complementary_solution, solution%reason > 0)
       states(i)%n_iterations = solution%n_iterations
+      states(i)%multipliers = solution%lambda
       states(i)%is_active = solution%is_active
-      multipliers(:, i) = solution%lambda
+      unknowns(:, i) = solution%lambda
+      if (size(self%anchors%rows) > 0) call load_anchors(self, openings(:, i), solution, states(i))
       ! neighbors in a sweep have nearly the same contact
-      start = solution%is_active
+      if (solution%reason > 0) start = solution%is_active
     end do
   end subroutine solve_multipliers
+
+  !> Loads that are in equilibrium but for rounding are so.
+  subroutine balance_anchors(self, theta, openings)
+    type(condensed_t), intent(in) :: self
+    real(rk), intent(in) :: theta(:, :)
+    real(rk), intent(inout) :: openings(:, :)
+
+    associate (rows => self%anchors%rows)
+      where (abs(openings(rows, :)) <= rounding * matmul(abs(self%free_opening(rows, :)), abs(theta))) openings(rows, :) = 0
+    end associate
+  end subroutine balance_anchors
+
+  !> From the openings of the anchors, which the dense problem has found, to their forces.
+  subroutine load_anchors(self, opening, solution, state)
+    type(condensed_t), intent(in) :: self
+    real(rk), intent(in) :: opening(:)
+    type(lcp_solution_t), intent(in) :: solution
+    type(contact_state_t), intent(inout) :: state
+
+    associate (rows => self%anchors%rows)
+      state%multipliers(rows) = max(0.0_rk, opening(rows) + matmul(self%compliance(rows, :), solution%lambda)) / self%scale
+      state%is_active(rows) = .not. solution%is_active(rows)
+    end associate
+    if (solution%reason == lcp_failed_ray) state%reason = reason_pulled_off
+  end subroutine load_anchors
 
   !> Rows of each rank -> whole fields on every rank, in one sum. Collective.
   subroutine share_displacements(system, local, states, ierr)
@@ -213,6 +355,6 @@ contains
 
     ierr = 0
     if (allocated(self%free_response)) deallocate (self%free_response, self%contact_response)
-    if (allocated(self%compliance)) deallocate (self%compliance, self%free_closing)
+    if (allocated(self%compliance)) deallocate (self%compliance, self%free_opening)
   end subroutine destroy
 end module sig_condensed

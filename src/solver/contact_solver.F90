@@ -12,6 +12,8 @@ module sig_contact_solver
 
   type, abstract :: contact_solver_t
     integer :: max_iterations = 50
+    !> linear systems by conjugate gradients with multigrid instead of factorizations
+    logical :: is_multigrid = .false.
   contains
     procedure(create_solver), deferred :: create
     procedure(solve_point), deferred :: solve

@@ -3,48 +3,91 @@
 !> Elastic responses without contact, one field per term: to prescribed displacements and loads, or to the former alone,
 !> which lifts them into the bodies.
 module sig_free_response
-  use sig_contact_state, only: reason_converged
+  use sig_contact_state, only: reason_converged, reason_floating_body
   use sig_contact_system, only: contact_system_t
+  use sig_holding, only: anchors_t
   use sig_kinds, only: rk
-  use sig_linear_solver, only: constrain, linear_solver_t
+  use sig_linear_solver, only: constrain, linear_solver_t, set_near_null_space
   use sig_petsc_support, only: sum_over_ranks
   use petsc
   implicit none(type, external)
   private
-  public :: factor_without_contact, solve_free_response, compute_lifting
+  public :: factor_without_contact, held_dofs, solve_free_response, compute_lifting
 
 contains
 
-  !> K with the prescribed dofs held, factored. Collective.
+  !> K with the prescribed dofs held, made ready for solves. Bodies that only contact holds get statically determinate supports,
+  !> which forces in equilibrium do not feel; a body that nothing can hold is a reason. Collective.
   subroutine factor_without_contact(system, linear_solver, ierr)
     type(contact_system_t), intent(in) :: system
     type(linear_solver_t), intent(inout) :: linear_solver
     PetscErrorCode, intent(out) :: ierr
     real(rk) :: nothing(system%map%n_dofs)
+    logical, allocatable :: all_closed(:)
+    integer, allocatable :: dofs(:)
+    integer :: i
     Mat :: constrained
     Vec :: unused
 
+    ierr = 0
+    linear_solver%reason = reason_floating_body
+    allocate (all_closed(system%operator%n_rows), source=.true.)
+    if (.not. system%motions%are_held_by(all_closed)) return
     nothing = 0
-    PetscCall(constrain(system, system%stiffness, system%boundary%prescribed_dofs, nothing, nothing, constrained, unused, ierr))
+    dofs = pack([(i, i=1, system%map%n_dofs)], held_dofs(system))
+    PetscCall(constrain(system, system%stiffness, dofs, nothing, nothing, constrained, unused, ierr))
+    if (linear_solver%is_multigrid) then
+      PetscCall(set_near_null_space(constrained, common_motions(system), ierr))
+    end if
     PetscCall(linear_solver%factor(constrained, 'fom_', ierr))
     PetscCall(MatDestroy(constrained, ierr))
     PetscCall(VecDestroy(unused, ierr))
   end subroutine factor_without_contact
 
-  !> Displacement for each of the leading terms alone, prescribed values included. Collective.
-  subroutine solve_free_response(system, linear_solver, n_terms, has_loads, response, ierr)
+  !> Prescribed ones and supports: right-hand sides must be 0 there.
+  function held_dofs(system) result(is_held)
+    type(contact_system_t), intent(in) :: system
+    !> natural, shape (n_dofs)
+    logical, allocatable :: is_held(:)
+
+    is_held = system%boundary%is_prescribed
+    associate (supports => system%motions%pick_supports())
+      is_held(supports) = .true.
+    end associate
+  end function held_dofs
+
+  !> Rows of this rank.
+  function common_motions(system) result(modes)
+    type(contact_system_t), intent(in) :: system
+    real(rk), allocatable :: modes(:, :)
+    real(rk) :: mode(system%map%n_dofs)
+    integer :: i
+
+    allocate (modes(system%map%n_local_dofs, system%motions%n_common()))
+    do i = 1, size(modes, 2)
+      mode = system%motions%common_field(i)
+      modes(:, i) = mode(system%map%local_dofs)
+    end do
+  end function common_motions
+
+  !> Displacement for each of the leading terms alone, prescribed values included. Loads of bodies that only contact holds are
+  !> balanced by forces of the anchors. Sets the reason of the linear solver. Collective.
+  subroutine solve_free_response(system, linear_solver, n_terms, response, ierr, anchors)
     type(contact_system_t), intent(inout) :: system
     !> from factor_without_contact
     type(linear_solver_t), intent(inout) :: linear_solver
     integer, intent(in) :: n_terms
-    logical, intent(in) :: has_loads
     !> [length] rows of this rank, shape (n_local_dofs, n_terms)
     real(rk), allocatable, intent(out) :: response(:, :)
     PetscErrorCode, intent(out) :: ierr
+    !> without them the loads are left out
+    type(anchors_t), intent(in), optional :: anchors
     real(rk) :: prescribed(system%map%n_dofs), forces(system%map%n_dofs)
     real(rk), allocatable :: rhs(:, :)
+    logical, allocatable :: is_held(:)
     integer :: i_term
 
+    is_held = held_dofs(system)
     associate (local => system%map%local_dofs, n_all => system%boundary%n_terms)
       allocate (rhs(size(local), n_terms), response(size(local), n_terms))
       do i_term = 1, n_terms
@@ -54,8 +97,8 @@ contains
           PetscCall(system%apply_stiffness(prescribed, forces, ierr))
         end if
         forces = -forces
-        if (has_loads) forces = forces + system%load(unit(n_all, i_term))
-        rhs(:, i_term) = merge(0.0_rk, forces(local), system%boundary%is_prescribed(local))
+        if (present(anchors)) forces = forces + balanced_load(system, anchors, unit(n_all, i_term))
+        rhs(:, i_term) = merge(0.0_rk, forces(local), is_held(local))
       end do
       PetscCall(linear_solver%solve_many(rhs, response, ierr))
       do i_term = 1, n_terms
@@ -76,10 +119,27 @@ contains
       has_prescribed_values = any(abs(system%boundary%prescribed_values(:, i_term)) > 0)
   end function has_prescribed_values
 
+  !> F - B_T' (work of F on the anchors' motions): no work on any free motion.
+  function balanced_load(system, anchors, theta) result(forces)
+    type(contact_system_t), intent(in) :: system
+    type(anchors_t), intent(in) :: anchors
+    real(rk), intent(in) :: theta(:)
+    !> [force] natural, shape (n_dofs)
+    real(rk) :: forces(system%map%n_dofs)
+    real(rk) :: multipliers(system%operator%n_rows)
+
+    forces = system%load(theta)
+    if (size(anchors%rows) == 0) return
+    multipliers = 0
+    multipliers(anchors%rows) = matmul(system%motions%work(forces), anchors%amplitudes)
+    forces = forces - system%operator%apply_transpose(multipliers, size(forces))
+  end function balanced_load
+
   !> Responses to the terms of the prescribed displacements, on every rank and in natural order, with a factorization of their
   !> own. Collective.
-  subroutine compute_lifting(system, response, reason, ierr)
+  subroutine compute_lifting(system, is_multigrid, response, reason, ierr)
     type(contact_system_t), intent(inout) :: system
+    logical, intent(in) :: is_multigrid
     !> [length] shape (n_dofs, n_prescribed_terms)
     real(rk), allocatable, intent(out) :: response(:, :)
     !> reason_converged, or why K could not be factored
@@ -94,15 +154,17 @@ contains
     reason = reason_converged
     ierr = 0
     if (.not. any([(has_prescribed_values(system, i_term), i_term=1, n_terms)])) return
+    linear_solver%is_multigrid = is_multigrid
     PetscCall(factor_without_contact(system, linear_solver, ierr))
-    reason = linear_solver%reason
-    if (reason == reason_converged) then
-      PetscCall(solve_free_response(system, linear_solver, n_terms, .false., local, ierr))
+    if (linear_solver%reason == reason_converged) then
+      PetscCall(solve_free_response(system, linear_solver, n_terms, local, ierr))
       response(system%map%local_dofs, :) = local
       do i_term = 1, n_terms
         PetscCall(sum_over_ranks(system%comm, response(:, i_term), ierr))
       end do
     end if
+    reason = linear_solver%reason
+    if (reason /= reason_converged) response = 0
     PetscCall(linear_solver%destroy(ierr))
   end subroutine compute_lifting
 

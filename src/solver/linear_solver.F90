@@ -1,28 +1,41 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 #include "signorom/macros.h"
-!> A stiffness matrix with some dofs prescribed, factored once by MUMPS and used for many right-hand sides.
+!> A stiffness matrix with some dofs prescribed, made ready once for many right-hand sides: factored by MUMPS, or conjugate
+!> gradients with algebraic multigrid, which needs far less memory in three dimensions.
 module sig_linear_solver
-  use, intrinsic :: iso_c_binding, only: c_int, c_intptr_t, c_null_char
+  use, intrinsic :: iso_c_binding, only: c_char, c_int, c_intptr_t, c_null_char
+  use sig_c_strings, only: from_c
   use sig_contact_state, only: reason_converged, reason_floating_body, reason_linear_solver
   use sig_contact_system, only: contact_system_t
   use sig_kinds, only: rk
-  use sig_petsc_support, only: create_vector
-  use sig_solver_c_interfaces, only: sig_linear_solver_destroy, sig_linear_solver_factor, sig_linear_solver_solve_many
+  use sig_log, only: log_warning
+  use sig_petsc_support, only: create_vector, message_size
+  use sig_solver_c_interfaces, only: sig_linear_solver_create, sig_linear_solver_destroy, sig_linear_solver_solve, &
+    sig_linear_solver_solve_many, sig_set_near_null_space
   use petsc
   implicit none(type, external)
   private
-  public :: linear_solver_t, constrain
+  public :: linear_solver_t, constrain, set_near_null_space
 
   type :: linear_solver_t
+    !> conjugate gradients with multigrid instead of a factorization
+    logical :: is_multigrid = .false.
     integer(c_intptr_t) :: ksp = 0
-    !> reason_converged, or why the factorization is of no use
+    !> reason_converged, or why there is no solution
     integer :: reason = 0
+    !> of conjugate gradients, in the last solve_vector
+    integer :: n_iterations = 0
   contains
     procedure :: factor
     procedure :: solve_many
     procedure :: solve_vector
     procedure :: destroy
   end type linear_solver_t
+
+  !> values of the C side
+  integer(c_int), parameter :: kind_cholesky = 1
+  integer(c_int), parameter :: kind_multigrid = 2
+  integer(c_int), parameter :: is_singular = -2
 
 contains
 
@@ -61,23 +74,45 @@ contains
     PetscCall(VecDestroy(prescribed, ierr))
   end subroutine constrain
 
-  !> Collective. A singular matrix is a reason, not an error.
+  !> Makes ready for solves: factors the matrix, or builds the multigrid levels. Collective. The matrix must live as long.
+  !> A singular matrix, or whatever else MUMPS or PETSc cannot do with it, is a reason, not an error.
   subroutine factor(self, matrix, prefix, ierr)
     class(linear_solver_t), intent(inout) :: self
     Mat, intent(in) :: matrix
     !> of the PETSc options, with its underscore
     character(*), intent(in) :: prefix
     PetscErrorCode, intent(out) :: ierr
-    integer(c_int) :: reason, detail
+    character(kind=c_char) :: message(message_size)
+    integer(c_int) :: reason
 
     PetscCall(self%destroy(ierr))
-    ierr = sig_linear_solver_factor(matrix%v, prefix // c_null_char, self%ksp, reason, detail)
-    self%reason = reason_linear_solver
-    if (reason > 0) self%reason = reason_converged
-    if (reason == -2) self%reason = reason_floating_body
+    ierr = sig_linear_solver_create(matrix%v, prefix // c_null_char, merge(kind_multigrid, kind_cholesky, self%is_multigrid), &
+      self%ksp, reason, message)
+    call set_reason(self, reason)
+    if (self%reason == reason_linear_solver) call log_warning('the linear solver (' // prefix // '): ' // from_c(message))
   end subroutine factor
 
-  !> Collective. Arrays hold the rows of this rank.
+  subroutine set_reason(self, reason)
+    class(linear_solver_t), intent(inout) :: self
+    !> of the C side
+    integer(c_int), intent(in) :: reason
+
+    self%reason = reason_linear_solver
+    if (reason > 0) self%reason = reason_converged
+    if (reason == is_singular) self%reason = reason_floating_body
+  end subroutine set_reason
+
+  !> Tells a matrix, which multigrid will be built for, the fields that cost it next to no energy. Collective.
+  subroutine set_near_null_space(matrix, modes, ierr)
+    Mat, intent(inout) :: matrix
+    !> rows of this rank, shape (n_local_dofs, n_modes)
+    real(rk), contiguous, intent(in) :: modes(:, :)
+    PetscErrorCode, intent(out) :: ierr
+
+    ierr = sig_set_near_null_space(matrix%v, size(modes, 2), size(modes, 1), modes)
+  end subroutine set_near_null_space
+
+  !> Collective. Arrays hold the rows of this rank. Sets the reason.
   subroutine solve_many(self, rhs, solution, ierr)
     class(linear_solver_t), intent(inout) :: self
     !> [force] shape (n_local_dofs, n_columns)
@@ -85,26 +120,26 @@ contains
     !> [length] same shape
     real(rk), contiguous, intent(out) :: solution(:, :)
     PetscErrorCode, intent(out) :: ierr
+    integer(c_int) :: reason
 
-    ierr = sig_linear_solver_solve_many(self%ksp, size(rhs, 2), size(rhs, 1), rhs, solution)
+    ierr = sig_linear_solver_solve_many(self%ksp, size(rhs, 2), size(rhs, 1), rhs, solution, reason)
+    call set_reason(self, reason)
   end subroutine solve_many
 
-  !> Collective.
-  subroutine solve_vector(self, rhs, solution, ierr)
+  !> Collective. Sets the reason.
+  subroutine solve_vector(self, rhs, tolerance, solution, ierr)
     class(linear_solver_t), intent(inout) :: self
     Vec, intent(in) :: rhs
+    !> [-] relative, of conjugate gradients; 0 is as tight as the options say
+    real(rk), intent(in) :: tolerance
+    !> where conjugate gradients start, and the answer
     Vec, intent(inout) :: solution
     PetscErrorCode, intent(out) :: ierr
-    PetscScalar, pointer :: from(:), to(:)
-    real(rk), allocatable :: answer(:, :)
+    integer(c_int) :: n_iterations, reason
 
-    PetscCall(VecGetArrayReadF90(rhs, from, ierr))
-    PetscCall(VecGetArrayF90(solution, to, ierr))
-    allocate (answer(size(to), 1))
-    PetscCall(self%solve_many(reshape(from, [size(from), 1]), answer, ierr))
-    to = answer(:, 1)
-    PetscCall(VecRestoreArrayF90(solution, to, ierr))
-    PetscCall(VecRestoreArrayReadF90(rhs, from, ierr))
+    ierr = sig_linear_solver_solve(self%ksp, rhs%v, tolerance, solution%v, n_iterations, reason)
+    self%n_iterations = n_iterations
+    call set_reason(self, reason)
   end subroutine solve_vector
 
   subroutine destroy(self, ierr)

@@ -2,14 +2,21 @@
 #include "signorom/linear_solver.h"
 
 #include <petscksp.h>
+#include <stdio.h>
 #include <string.h>
+
+#include "signorom/petsc_support.h"
 
 // Room that MUMPS gets over its own estimate, in percent; doubled on each workspace failure.
 enum { FIRST_WORKSPACE = 60, LARGEST_WORKSPACE = 1000 };
 // Right-hand sides per call of MatMatSolve: more only costs memory.
 enum { CHUNK = 64 };
+// Far more iterations than a working preconditioner needs.
+enum { MAX_CG_ITERATIONS = 1000 };
+// Relative, energy norm: multipliers then agree with those of Cholesky to 1e-8.
+static const double TIGHTEST = 1e-12;
 
-static PetscErrorCode prepare(KSP ksp, Mat matrix, int workspace) {
+static PetscErrorCode prepare_cholesky(KSP ksp, Mat matrix, int workspace) {
   PC pc;
   Mat factor;
 
@@ -29,52 +36,160 @@ static PetscErrorCode prepare(KSP ksp, Mat matrix, int workspace) {
   return 0;
 }
 
-// What the factorization says: MUMPS's own code and null pivots; of other packages, which the options may choose,
+// What the factorization says: MUMPS's own codes and null pivots; of other packages, which the options may choose,
 // whether it worked.
-static PetscErrorCode examine(PC pc, PetscInt *infog1, PetscInt *null_pivots) {
+static PetscErrorCode examine(PC pc, PetscInt infog[2], PetscInt *null_pivots) {
   Mat factor;
   MatSolverType type;
 
   PetscCall(PCFactorGetMatrix(pc, &factor));
   PetscCall(MatFactorGetSolverType(factor, &type));
   if (strcmp(type, MATSOLVERMUMPS) == 0) {
-    PetscCall(MatMumpsGetInfog(factor, 1, infog1));
+    PetscCall(MatMumpsGetInfog(factor, 1, &infog[0]));
+    PetscCall(MatMumpsGetInfog(factor, 2, &infog[1]));
     PetscCall(MatMumpsGetInfog(factor, 28, null_pivots));
   } else {
     MatFactorError error;
     PetscCall(MatFactorGetError(factor, &error));
-    *infog1 = error == MAT_FACTOR_NOERROR ? 0 : -10;
+    infog[0] = error == MAT_FACTOR_NOERROR ? 0 : -10;
     *null_pivots = 0;
   }
   return 0;
 }
 
-int sig_linear_solver_factor(intptr_t matrix, const char *prefix, intptr_t *handle, int *reason, int *detail) {
-  KSP ksp;
+static PetscErrorCode factor(KSP ksp, Mat matrix, int *reason, char *message) {
   PC pc;
-  PetscInt infog1 = -9, null_pivots = 0;
+  PetscInt infog[2] = {-9, 0}, null_pivots = 0;
 
-  PetscCall(KSPCreate(PetscObjectComm((PetscObject)(Mat)matrix), &ksp));
-  PetscCall(KSPSetOptionsPrefix(ksp, prefix));
-  for (int workspace = FIRST_WORKSPACE; (infog1 == -8 || infog1 == -9) && workspace < LARGEST_WORKSPACE;
+  for (int workspace = FIRST_WORKSPACE; (infog[0] == -8 || infog[0] == -9) && workspace < LARGEST_WORKSPACE;
        workspace *= 2) {
-    PetscCall(prepare(ksp, (Mat)matrix, workspace));
+    PetscCall(prepare_cholesky(ksp, matrix, workspace));
     PetscCall(KSPSetUp(ksp));
     PetscCall(KSPGetPC(ksp, &pc));
-    PetscCall(examine(pc, &infog1, &null_pivots));
+    PetscCall(examine(pc, infog, &null_pivots));
   }
-  *reason = infog1 < 0 ? SIG_FACTOR_FAILED : null_pivots > 0 ? SIG_FACTOR_SINGULAR : SIG_FACTOR_DONE;
-  *detail = infog1 < 0 ? (int)infog1 : (int)null_pivots;
-  *handle = (intptr_t)ksp;
+  *reason = infog[0] < 0 ? SIG_LINEAR_FAILED : null_pivots > 0 ? SIG_LINEAR_SINGULAR : SIG_LINEAR_DONE;
+  if (infog[0] < 0)
+    snprintf(message, SIG_MESSAGE_SIZE, "the factorization failed: INFOG(1) = %d, INFOG(2) = %d of MUMPS",
+             (int)infog[0], (int)infog[1]);
   return 0;
 }
 
-int sig_linear_solver_solve_many(intptr_t ksp, int n_columns, int n_local, const double *rhs, double *solution) {
-  MPI_Comm comm = PetscObjectComm((PetscObject)(KSP)ksp);
+static PetscErrorCode prepare_gamg(KSP ksp, Mat matrix) {
+  PC pc;
+
+  PetscCall(KSPSetOperators(ksp, matrix, matrix));
+  PetscCall(KSPSetType(ksp, KSPCG));
+  PetscCall(KSPSetNormType(ksp, KSP_NORM_NATURAL));
+  PetscCall(KSPSetTolerances(ksp, TIGHTEST, 0.0, 1e15, MAX_CG_ITERATIONS));
+  PetscCall(KSPSetInitialGuessNonzero(ksp, PETSC_TRUE));
+  PetscCall(KSPGetPC(ksp, &pc));
+  PetscCall(PCSetType(pc, PCGAMG));
+  PetscCall(KSPSetFromOptions(ksp));
+  PetscCall(KSPSetUp(ksp));
+  PetscCall(KSPSetUpOnBlocks(ksp));
+  return 0;
+}
+
+static PetscErrorCode make_ready(KSP ksp, Mat matrix, int kind, int *reason, char *message) {
+  if (kind == SIG_LINEAR_GAMG) {
+    PetscCall(prepare_gamg(ksp, matrix));
+    *reason = SIG_LINEAR_DONE;
+  } else {
+    PetscCall(factor(ksp, matrix, reason, message));
+  }
+  return 0;
+}
+
+int sig_linear_solver_create(intptr_t matrix, const char *prefix, int kind, intptr_t *handle, int *reason,
+                             char *message) {
+  KSP ksp;
+
+  message[0] = '\0';
+  PetscCall(KSPCreate(PetscObjectComm((PetscObject)(Mat)matrix), &ksp));
+  *handle = (intptr_t)ksp;
+  PetscCall(KSPSetOptionsPrefix(ksp, prefix));
+  sig_quiet_errors(message);
+  PetscErrorCode status = make_ready(ksp, (Mat)matrix, kind, reason, message);
+  sig_loud_errors();
+  if (status != 0) *reason = SIG_LINEAR_FAILED;
+  return 0;
+}
+
+int sig_set_near_null_space(intptr_t matrix, int n_modes, int n_local, const double *modes) {
+  MPI_Comm comm = PetscObjectComm((PetscObject)(Mat)matrix);
+  MatNullSpace space;
+  Vec fields[6];
+
+  for (int i = 0; i < n_modes; i++) {
+    PetscScalar *values;
+    PetscCall(VecCreateMPI(comm, n_local, PETSC_DETERMINE, &fields[i]));
+    PetscCall(VecGetArrayWrite(fields[i], &values));
+    memcpy(values, modes + (size_t)i * (size_t)n_local, (size_t)n_local * sizeof *values);
+    PetscCall(VecRestoreArrayWrite(fields[i], &values));
+    for (int sweep = 0; sweep < 2; sweep++) {
+      PetscScalar products[6];
+      PetscCall(VecMDot(fields[i], i, fields, products));
+      for (int j = 0; j < i; j++) products[j] = -products[j];
+      PetscCall(VecMAXPY(fields[i], i, products, fields));
+      PetscCall(VecNormalize(fields[i], NULL));
+    }
+  }
+  PetscCall(MatNullSpaceCreate(comm, PETSC_FALSE, n_modes, fields, &space));
+  PetscCall(MatSetNearNullSpace((Mat)matrix, space));
+  PetscCall(MatNullSpaceDestroy(&space));
+  for (int i = 0; i < n_modes; i++) PetscCall(VecDestroy(&fields[i]));
+  return 0;
+}
+
+static PetscErrorCode is_factored(KSP ksp, PetscBool *answer) {
+  PC pc;
+
+  PetscCall(KSPGetPC(ksp, &pc));
+  PetscCall(PetscObjectTypeCompareAny((PetscObject)pc, answer, PCCHOLESKY, PCLU, ""));
+  return 0;
+}
+
+static PetscErrorCode iterate(KSP ksp, Vec rhs, double tolerance, Vec solution, int *n_iterations, int *reason) {
+  KSPConvergedReason ksp_reason;
+  PetscReal tightest, absolute, divergence;
+  PetscInt limit, count;
+
+  PetscCall(KSPGetTolerances(ksp, &tightest, &absolute, &divergence, &limit));
+  PetscCall(KSPSetTolerances(ksp, PetscMax(tightest, tolerance), absolute, divergence, limit));
+  PetscCall(KSPSolve(ksp, rhs, solution));
+  PetscCall(KSPSetTolerances(ksp, tightest, absolute, divergence, limit));
+  PetscCall(KSPGetConvergedReason(ksp, &ksp_reason));
+  PetscCall(KSPGetIterationNumber(ksp, &count));
+  *n_iterations = (int)count;
+  *reason = ksp_reason > 0 ? SIG_LINEAR_DONE : SIG_LINEAR_FAILED;
+  return 0;
+}
+
+int sig_linear_solver_solve(intptr_t handle, intptr_t rhs, double tolerance, intptr_t solution, int *n_iterations,
+                            int *reason) {
+  KSP ksp = (KSP)handle;
+  PetscBool has_factor;
+
+  *n_iterations = 0;
+  *reason = SIG_LINEAR_DONE;
+  PetscCall(is_factored(ksp, &has_factor));
+  if (has_factor) {
+    PC pc;
+    PetscCall(KSPGetPC(ksp, &pc));
+    PetscCall(PCApply(pc, (Vec)rhs, (Vec)solution));
+  } else {
+    PetscCall(iterate(ksp, (Vec)rhs, tolerance, (Vec)solution, n_iterations, reason));
+  }
+  return 0;
+}
+
+static PetscErrorCode solve_chunks(KSP ksp, int n_columns, int n_local, const double *rhs, double *solution) {
+  MPI_Comm comm = PetscObjectComm((PetscObject)ksp);
   PC pc;
   Mat factor;
 
-  PetscCall(KSPGetPC((KSP)ksp, &pc));
+  PetscCall(KSPGetPC(ksp, &pc));
   PetscCall(PCFactorGetMatrix(pc, &factor));
   for (int first = 0; first < n_columns; first += CHUNK) {
     int n = n_columns - first < CHUNK ? n_columns - first : CHUNK;
@@ -87,6 +202,29 @@ int sig_linear_solver_solve_many(intptr_t ksp, int n_columns, int n_local, const
     PetscCall(MatMatSolve(factor, b, x));
     PetscCall(MatDestroy(&b));
     PetscCall(MatDestroy(&x));
+  }
+  return 0;
+}
+
+int sig_linear_solver_solve_many(intptr_t handle, int n_columns, int n_local, const double *rhs, double *solution,
+                                 int *reason) {
+  KSP ksp = (KSP)handle;
+  MPI_Comm comm = PetscObjectComm((PetscObject)ksp);
+  PetscBool has_factor;
+
+  *reason = SIG_LINEAR_DONE;
+  PetscCall(is_factored(ksp, &has_factor));
+  if (has_factor) return solve_chunks(ksp, n_columns, n_local, rhs, solution);
+  for (int i = 0; i < n_columns && *reason == SIG_LINEAR_DONE; i++) {
+    size_t offset = (size_t)i * (size_t)n_local;
+    Vec b, x;
+    int n_iterations;
+    PetscCall(VecCreateMPIWithArray(comm, 1, n_local, PETSC_DECIDE, rhs + offset, &b));
+    PetscCall(VecCreateMPIWithArray(comm, 1, n_local, PETSC_DECIDE, solution + offset, &x));
+    PetscCall(VecSet(x, 0.0));
+    PetscCall(iterate(ksp, b, 0.0, x, &n_iterations, reason));
+    PetscCall(VecDestroy(&b));
+    PetscCall(VecDestroy(&x));
   }
   return 0;
 }

@@ -58,8 +58,8 @@ contains
     PetscCall(fill_bounds(self, system, theta, length_scale, upper, ierr))
     PetscCall(create_vector(system%comm, system%map%n_local_dofs, solution, ierr))
     PetscCall(system%put(values, solution, ierr))
-    ierr = sig_snes_vi_solve(constrained%v, rhs%v, upper%v, length_scale, force_scale, self%max_iterations, solution%v, &
-      n_iterations, reason)
+    ierr = sig_snes_vi_solve(constrained%v, rhs%v, upper%v, length_scale, force_scale, merge(1_c_int, 0_c_int, self%is_multigrid), &
+      self%max_iterations, solution%v, n_iterations, reason)
     CHKERRQ(ierr)
     state%n_iterations = n_iterations
     state%reason = reason

@@ -3,6 +3,8 @@
 
 #include <petscsnes.h>
 
+#include "signorom/petsc_support.h"
+
 typedef struct {
   Mat matrix; // scaled
   Vec rhs;    // scaled
@@ -27,7 +29,7 @@ static PetscErrorCode jacobian(SNES snes, Vec x, Mat a, Mat p, void *context) {
   return 0;
 }
 
-static PetscErrorCode set_up(SNES snes, quadratic_t *problem, Vec upper, int max_iterations) {
+static PetscErrorCode set_up(SNES snes, quadratic_t *problem, Vec upper, int is_multigrid, int max_iterations) {
   KSP ksp;
   PC pc;
   SNESLineSearch search;
@@ -47,13 +49,22 @@ static PetscErrorCode set_up(SNES snes, quadratic_t *problem, Vec upper, int max
   // The problem is quadratic on a fixed active set: the residual drops to rounding in the step that finds the set.
   PetscCall(SNESSetTolerances(snes, 1e-11, 0.0, 0.0, max_iterations, PETSC_DEFAULT));
   PetscCall(SNESGetKSP(snes, &ksp));
-  PetscCall(KSPSetType(ksp, KSPPREONLY));
+  PetscCall(KSPSetType(ksp, is_multigrid ? KSPCG : KSPPREONLY));
   PetscCall(KSPGetPC(ksp, &pc));
-  PetscCall(PCSetType(pc, PCCHOLESKY));
-  PetscCall(PCFactorSetMatSolverType(pc, MATSOLVERMUMPS));
+  PetscCall(PCSetType(pc, is_multigrid ? PCGAMG : PCCHOLESKY));
+  if (is_multigrid)
+    PetscCall(KSPSetTolerances(ksp, 1e-10, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT));
+  else
+    PetscCall(PCFactorSetMatSolverType(pc, MATSOLVERMUMPS));
   PetscCall(SNESGetLineSearch(snes, &search));
   PetscCall(SNESLineSearchSetType(search, SNESLINESEARCHBT));
   PetscCall(SNESSetFromOptions(snes));
+  return 0;
+}
+
+static PetscErrorCode run(SNES snes, quadratic_t *problem, Vec upper, int is_multigrid, int max_iterations, Vec x) {
+  PetscCall(set_up(snes, problem, upper, is_multigrid, max_iterations));
+  PetscCall(SNESSolve(snes, NULL, x));
   return 0;
 }
 
@@ -65,7 +76,7 @@ static int reason_of(SNESConvergedReason reason) {
 }
 
 int sig_snes_vi_solve(intptr_t matrix, intptr_t rhs, intptr_t upper, double length_scale, double force_scale,
-                      int max_iterations, intptr_t solution, int *n_iterations, int *reason) {
+                      int is_multigrid, int max_iterations, intptr_t solution, int *n_iterations, int *reason) {
   quadratic_t problem;
   SNES snes;
   SNESConvergedReason snes_reason;
@@ -80,13 +91,15 @@ int sig_snes_vi_solve(intptr_t matrix, intptr_t rhs, intptr_t upper, double leng
   PetscCall(VecScale(x, 1.0 / length_scale));
 
   PetscCall(SNESCreate(PetscObjectComm((PetscObject)x), &snes));
-  PetscCall(set_up(snes, &problem, (Vec)upper, max_iterations));
-  PetscCall(SNESSolve(snes, NULL, x));
+  char message[SIG_MESSAGE_SIZE];
+  sig_quiet_errors(message);
+  PetscErrorCode status = run(snes, &problem, (Vec)upper, is_multigrid, max_iterations, x);
+  sig_loud_errors();
   PetscCall(SNESGetConvergedReason(snes, &snes_reason));
   PetscCall(SNESGetIterationNumber(snes, &iterations));
   PetscCall(VecScale(x, length_scale));
   *n_iterations = (int)iterations;
-  *reason = reason_of(snes_reason);
+  *reason = status != 0 ? SIG_VI_LINEAR_SOLVER : reason_of(snes_reason);
 
   PetscCall(SNESDestroy(&snes));
   PetscCall(MatDestroy(&problem.matrix));

@@ -1,13 +1,13 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 #include "signorom/macros.h"
-!> The contact solver that the deck names.
+!> The contact solver of a plan.
 module sig_solver_choice
   use sig_active_set, only: active_set_t
   use sig_condensed, only: condensed_t
   use sig_contact_solver, only: contact_solver_t
-  use sig_deck_config, only: solver_config_t
   use sig_petsc_support, only: precondition_failed
   use sig_snes_vi, only: snes_vi_t
+  use sig_solver_plan, only: solver_plan_t
   use petsc
   implicit none(type, external)
   private
@@ -16,13 +16,15 @@ module sig_solver_choice
 contains
 
   !> Allocates the solver; the caller creates it for a system. Local.
-  subroutine choose_solver(config, solver, ierr)
-    type(solver_config_t), intent(in) :: config
+  subroutine choose_solver(plan, max_iterations, solver, ierr)
+    type(solver_plan_t), intent(in) :: plan
+    !> per parameter point
+    integer, intent(in) :: max_iterations
     class(contact_solver_t), allocatable, intent(out) :: solver
     PetscErrorCode, intent(out) :: ierr
 
     ierr = 0
-    select case (config%type)
+    select case (plan%type)
     case ('active_set')
       allocate (active_set_t :: solver)
     case ('snesvi')
@@ -30,8 +32,9 @@ contains
     case ('condensed')
       allocate (condensed_t :: solver)
     case default
-      SIG_CHECK(.false., PETSC_ERR_ARG_WRONG, 'a solver type that the deck layer should have refused')
+      SIG_CHECK(.false., PETSC_ERR_ARG_WRONG, 'a solver type that the plan should not have')
     end select
-    solver%max_iterations = config%max_iterations
+    solver%max_iterations = max_iterations
+    solver%is_multigrid = plan%linear == 'gamg'
   end subroutine choose_solver
 end module sig_solver_choice

@@ -46,7 +46,7 @@ contains
     integer :: i, i_bad_point, i_bad_source, rank
 
     allocate (states(size(points, 2)))
-    PetscCall(solver%create(problem, problem%deck%solver, PETSC_COMM_WORLD, ierr))
+    PetscCall(solver%create(problem, problem%plan, PETSC_COMM_WORLD, ierr))
     do i = 1, size(points, 2)
       PetscCall(solver%solve(problem, points(:, i), states(i), ierr))
     end do

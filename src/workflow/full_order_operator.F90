@@ -42,11 +42,15 @@ contains
           ' MB; where the reduced problem has no solution there will be no answer (reduction.max_full_order_size)')
         return
       end if
+      if (problem%plan%linear == 'gamg') return
       PetscCall(system%create(PETSC_COMM_WORLD, problem%mesh, problem%body, problem%boundary, problem%pairs, ierr))
       PetscCall(condensed%create(system, ierr))
-      if (condensed%reason == reason_converged) then
+      ! with anchors the unknowns of W are not the multipliers alone
+      if (condensed%reason == reason_converged .and. system%motions%n_free == 0) then
         full_order%compliance = condensed%compliance
-        full_order%free_closing = condensed%free_closing
+        associate (n_driving => problem%boundary%n_driving_terms)
+          full_order%free_closing = system%operator%gap(:, :n_driving) - condensed%free_opening(:, :n_driving)
+        end associate
         if (multiplier_size + displacement_size <= room) then
           PetscCall(gather_columns(system, condensed%free_response, full_order%free_response, ierr))
           PetscCall(gather_columns(system, condensed%contact_response, full_order%contact_response, ierr))

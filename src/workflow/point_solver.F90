@@ -7,10 +7,10 @@ module sig_point_solver
   use sig_contact_solver, only: contact_solver_t
   use sig_contact_state, only: contact_state_t
   use sig_contact_system, only: contact_system_t
-  use sig_deck_config, only: solver_config_t
   use sig_kinds, only: rk
   use sig_problem, only: problem_t
   use sig_solver_choice, only: choose_solver
+  use sig_solver_plan, only: solver_plan_t
   use sig_term_values, only: term_values_t
   use petsc
   implicit none(type, external)
@@ -34,10 +34,10 @@ module sig_point_solver
 contains
 
   !> Collective on comm, for which the problem was loaded.
-  subroutine create(self, problem, config, comm, ierr)
+  subroutine create(self, problem, plan, comm, ierr)
     class(point_solver_t), intent(inout) :: self
     type(problem_t), intent(in) :: problem
-    type(solver_config_t), intent(in) :: config
+    type(solver_plan_t), intent(in) :: plan
     MPI_Comm, intent(in) :: comm
     PetscErrorCode, intent(out) :: ierr
     character(:), allocatable :: message
@@ -46,7 +46,7 @@ contains
     start = wall_time()
     PetscCall(self%system%create(comm, problem%mesh, problem%body, problem%boundary, problem%pairs, ierr))
     call self%terms%create(problem%terms, message)
-    PetscCall(choose_solver(config, self%solver, ierr))
+    PetscCall(choose_solver(plan, problem%deck%solver%max_iterations, self%solver, ierr))
     PetscCall(self%solver%create(self%system, ierr))
     self%setup_seconds = wall_time() - start
   end subroutine create

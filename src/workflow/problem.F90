@@ -2,6 +2,7 @@
 #include "signorom/macros.h"
 !> Everything that deck and mesh say together, before any solving: bodies, prescribed displacements, contact pairs.
 module sig_problem
+  use sig_body_checks, only: check_bodies
   use sig_boundary_conditions, only: boundary_conditions_t, create_boundary_conditions
   use sig_checksum, only: hash_of_text
   use sig_contact_operator, only: contact_operator_t, create_contact_operator
@@ -12,19 +13,24 @@ module sig_problem
   use sig_initial_gap, only: set_initial_gaps
   use sig_kinds, only: rk
   use sig_loads, only: create_loads
+  use sig_log, only: log_info
   use sig_mechanical_models, only: coordinate_names, is_plane, mechanical_model, mechanical_model_t
   use sig_mesh, only: mesh_t
   use sig_mesh_checks, only: material_of_cells, nodes_of_zone
   use sig_mesh_load, only: load_mesh, partition_mesh
   use sig_node_pairs, only: find_node_pairs, node_pairs_t
-  use sig_parameter_space, only: format_point
+  use sig_parameter_space, only: build_points, format_point
+  use sig_petsc_support, only: has_multigrid_vi
+  use sig_rigid_motions, only: create_rigid_motions, rigid_motions_t
+  use sig_solver_plan, only: make_solver_plan, plan_text, problem_size_t, solver_plan_t
   use sig_term_set, only: start_terms, term_set_t
   use sig_term_values, only: evaluate_points
   use sig_text, only: string_t, to_text
   use petsc
   implicit none(type, external)
   private
-  public :: problem_t, load_problem, parameter_names, parameter_units, check_points, force_unit, stress_unit, inert_pair_names
+  public :: problem_t, load_problem, announce_plan, parameter_names, parameter_units
+  public :: check_points, force_unit, stress_unit, inert_pair_names
 
   type :: problem_t
     type(deck_config_t) :: deck
@@ -37,6 +43,10 @@ module sig_problem
     !> rows with a multiplier, and rows whose displacements are all prescribed
     type(contact_operator_t) :: operator
     type(contact_operator_t) :: inert
+    !> which solver, and why
+    type(solver_plan_t) :: plan
+    !> sentences about bodies that only contact holds
+    type(string_t), allocatable :: notes(:)
     !> hash of the physical part of the deck and of the mesh file: what makes two snapshots comparable
     character(16) :: provenance = ''
   end type problem_t
@@ -65,8 +75,63 @@ contains
     if (allocated(error)) return
     PetscCall(partition_mesh(problem%mesh, problem%pairs%first_node, problem%pairs%second_node, comm, ierr))
     call check_zones(deck, problem%mesh, error)
+    if (allocated(error)) return
+    call plan_solving(problem, error)
+    if (allocated(error)) return
     problem%provenance = hash_of_text(echo_physics(deck) // problem%mesh%file_hash)
   end subroutine load_problem
+
+  !> Errors: a body that nothing can hold; a solver that cannot do this problem.
+  subroutine plan_solving(problem, error)
+    type(problem_t), intent(inout) :: problem
+    type(error_t), allocatable, intent(out) :: error
+    type(rigid_motions_t) :: motions
+    type(problem_size_t) :: sizes
+    character(:), allocatable :: message
+
+    call create_rigid_motions(problem%mesh, problem%body%mechanics%is_round, problem%boundary%is_prescribed, problem%operator, &
+      motions)
+    call check_bodies(problem%deck, problem%mesh, motions, problem%notes, error)
+    if (allocated(error)) return
+    sizes%n_dim = problem%mesh%n_dim
+    sizes%n_dofs = problem%mesh%n_dim * problem%mesh%n_nodes
+    sizes%n_multipliers = problem%operator%n_rows
+    sizes%n_points = most_points(problem%deck)
+    sizes%is_floating = motions%n_free > 0
+    sizes%has_multigrid_vi = has_multigrid_vi()
+    associate (solver => problem%deck%solver)
+      call make_solver_plan(solver, sizes, problem%plan, message)
+      if (allocated(message)) call make_error(error, message, problem%deck%path, solver%line, solver%column)
+    end associate
+  end subroutine plan_solving
+
+  !> To the terminal: which solver and why, and which bodies it must hold by contact.
+  subroutine announce_plan(problem)
+    type(problem_t), intent(in) :: problem
+    integer :: i
+
+    call log_info(plan_text(problem%plan))
+    do i = 1, size(problem%notes)
+      call log_info('note: ' // problem%notes(i)%text)
+    end do
+  end subroutine announce_plan
+
+  !> Points of the largest set of the deck.
+  integer function most_points(deck)
+    type(deck_config_t), intent(in) :: deck
+    real(rk), allocatable :: points(:, :)
+    type(error_t), allocatable :: error
+
+    most_points = size(deck%output%points, 2)
+    if (deck%has_training) then
+      call build_points(deck%training, deck%parameters, points, error)
+      if (.not. allocated(error)) most_points = max(most_points, size(points, 2))
+    end if
+    if (deck%has_test) then
+      call build_points(deck%test, deck%parameters, points, error)
+      if (.not. allocated(error)) most_points = max(most_points, size(points, 2))
+    end if
+  end function most_points
 
   !> The zones of interest are there: better known now than after the sampling.
   subroutine check_zones(deck, mesh, error)

@@ -10,7 +10,7 @@ module sig_sampling
   use sig_kinds, only: rk
   use sig_parameter_space, only: build_points
   use sig_point_solver, only: point_solver_t
-  use sig_problem, only: check_points, load_problem, problem_t
+  use sig_problem, only: announce_plan, check_points, load_problem, problem_t
   use sig_progress, only: progress_t
   use sig_rank_groups, only: create_rank_groups, rank_groups_t
   use sig_signals, only: is_stop_requested
@@ -85,7 +85,8 @@ contains
     type(point_solver_t) :: solver
     real(rk) :: stopped, n_failed(1)
 
-    PetscCall(solver%create(problem, problem%deck%solver, groups%comm, ierr))
+    if (size(to_do) > 0) call announce_plan(problem)
+    PetscCall(solver%create(problem, problem%plan, groups%comm, ierr))
     outcome%setup_seconds = solver%setup_seconds
     PetscCall(solve_points(problem, groups, solver, folder, points(:, to_do), outcome, error, ierr))
     stopped = merge(1.0_rk, 0.0_rk, outcome%is_stopped)

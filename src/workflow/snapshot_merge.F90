@@ -123,7 +123,7 @@ contains
     integer :: reason
 
     if (groups%i_group == 1) then
-      PetscCall(compute_lifting(system, response, reason, ierr))
+      PetscCall(compute_lifting(system, problem%plan%linear == 'gamg', response, reason, ierr))
       if (reason /= reason_converged) call make_error(error, 'the stiffness without contact is singular: ' // &
         'a body is held by nothing but contact, which this version cannot reduce', problem%deck%path, &
         exit_code=exit_not_converged)

@@ -4,7 +4,6 @@
 module sig_validation
   use sig_clock, only: wall_time
   use sig_contact_state, only: contact_state_t, reason_converged
-  use sig_deck_config, only: solver_config_t
   use sig_domain_energy, only: domain_energy_t
   use sig_error_norms, only: measure_errors, point_errors_t
   use sig_errors, only: error_t, exit_internal, make_error
@@ -17,6 +16,7 @@ module sig_validation
   use sig_query, only: answer_t, query_t
   use sig_rank_groups, only: rank_groups_t
   use sig_signals, only: is_stop_requested
+  use sig_solver_plan, only: solver_plan_t
   use sig_statistics, only: summarize, statistics_t
   use sig_petsc_support, only: max_over_ranks, sum_over_ranks
   use petsc
@@ -80,7 +80,7 @@ contains
       call make_error(error, 'the model cannot answer: ' // message, problem%deck%path, exit_code=exit_internal)
       return
     end if
-    PetscCall(solver%create(problem, problem%deck%solver, groups%comm, ierr))
+    PetscCall(solver%create(problem, problem%plan, groups%comm, ierr))
     outcome%setup_seconds = solver%setup_seconds
     PetscCall(compare_points(problem, groups, online, query, solver, points, outcome%is_stopped, table, ierr))
     PetscCall(solver%destroy(ierr))
@@ -178,7 +178,7 @@ contains
     real(rk), intent(out) :: median
     PetscErrorCode, intent(out) :: ierr
     type(point_solver_t) :: solver
-    type(solver_config_t) :: config
+    type(solver_plan_t) :: plan
     type(contact_state_t) :: state
     type(statistics_t) :: seconds
     real(rk) :: times(min(n_timed_points, size(points, 2)))
@@ -187,9 +187,9 @@ contains
     median = 0
     ierr = 0
     if (groups%i_group == 1) then
-      config = problem%deck%solver
-      config%type = 'active_set'
-      PetscCall(solver%create(problem, config, groups%comm, ierr))
+      plan = problem%plan
+      plan%type = 'active_set'
+      PetscCall(solver%create(problem, plan, groups%comm, ierr))
       do i = 1, size(times)
         PetscCall(solver%solve(problem, points(:, 1 + (i - 1) * (size(points, 2) - 1) / max(1, size(times) - 1)), state, ierr))
         times(i) = state%seconds

@@ -16,7 +16,8 @@ module solver_cases
   use petsc
   implicit none(type, external)
   private
-  public :: case_t, create_bars, create_oblique, create_sandwich, create_loose, create_small, bar_state, pressure_of_bars
+  public :: case_t, create_bars, create_oblique, create_sandwich, create_loose, create_rider, create_small
+  public :: bar_state, pressure_of_bars
 
   !> A system, and what it was made of.
   type :: case_t
@@ -75,6 +76,29 @@ contains
     call prescribe(boundary, case%mesh, [(node_at(case%stack, 2, i, 2), i=0, 4)], 2, 0.0_rk, -1.0_rk)
     PetscCall(finish(comm, boundary, case, ierr))
   end subroutine create_loose
+
+  !> A block on another one, which is clamped at its base. Of the upper one a single dof is held, u_x in the middle of its foot:
+  !> contact must hold its height and its tilt. Forces on the corners of its top: 1 downward on the left, theta_2 on the right.
+  !> Uneven gaps. Collective on comm.
+  subroutine create_rider(comm, case, ierr)
+    MPI_Comm, intent(in) :: comm
+    type(case_t), intent(out) :: case
+    PetscErrorCode, intent(out) :: ierr
+    type(boundary_conditions_t) :: boundary
+    integer :: i
+
+    PetscCall(start(stack_t(n_x=4, n_y=2, n_blocks=2, gap=0.1_rk), 0.3_rk, [0.0_rk, 1.0_rk], case, ierr))
+    case%pairs%initial_gap = [0.02_rk, 0.05_rk, 0.0_rk, 0.03_rk, 0.1_rk]
+    associate (s => case%stack)
+      call prescribe(boundary, case%mesh, [(node_at(s, 1, i, 0), i=0, s%n_x)], 1, 0.0_rk, 0.0_rk)
+      call prescribe(boundary, case%mesh, [(node_at(s, 1, i, 0), i=0, s%n_x)], 2, 0.0_rk, 0.0_rk)
+      call prescribe(boundary, case%mesh, [node_at(s, 2, 2, 0)], 1, 0.0_rk, 0.0_rk)
+      boundary%loads%dofs = 2 * [node_at(s, 2, 0, s%n_y), node_at(s, 2, s%n_x, s%n_y)]
+    end associate
+    boundary%loads%terms = [1, 2]
+    boundary%loads%values = [-1.0_rk, -1.0_rk]
+    PetscCall(finish(comm, boundary, case, ierr))
+  end subroutine create_rider
 
   !> Three pairs whose first nodes move in y only, coupled by a given matrix: K of these three dofs. Everything else is held.
   subroutine create_small(stiffness, gaps, case, ierr)

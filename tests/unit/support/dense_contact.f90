@@ -58,7 +58,7 @@ contains
     end do
   end subroutine solve_by_enumeration
 
-  !> K u + B' lambda = 0 on the free dofs, u = u_D on the others, B u = D on closed rows, lambda = 0 on open ones.
+  !> K u + B' lambda = F on the free dofs, u = u_D on the others, B u = D on closed rows, lambda = 0 on open ones.
   subroutine solve_closed(stiffness, boundary, operator, theta, is_closed, displacement, multipliers)
     real(rk), intent(in) :: stiffness(:, :)
     type(boundary_conditions_t), intent(in) :: boundary
@@ -75,6 +75,7 @@ contains
     allocate (matrix(n + operator%n_rows, n + operator%n_rows), rhs(n + operator%n_rows), source=0.0_rk)
     allocate (solution(n + operator%n_rows))
     matrix(:n, :n) = stiffness
+    rhs(:n) = boundary%loads%forces(theta, n)
     do k = 1, operator%n_rows
       matrix(operator%dofs(:, k), n + k) = operator%coefficients(:, k)
       matrix(n + k, operator%dofs(:, k)) = operator%coefficients(:, k)

@@ -1,0 +1,115 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> Rigid motions in words, for messages: `translation in x, rotation about z`.
+module sig_motion_words
+  use sig_kinds, only: rk
+  use sig_linear_algebra, only: svd
+  use sig_rigid_motions, only: null_space, rigid_motions_t
+  use sig_text, only: append_text, join, string_t, to_text
+  implicit none(type, external)
+  private
+  public :: motion_text, bodies_of_motions, unheld_motions
+
+  !> [-] a direction this close to an axis is called after it
+  real(rk), parameter :: aligned = 1.0e-6_rk
+
+contains
+
+  !> Combinations of the free motions that no contact row feels: nothing holds them. Shape (n_free, 0 and more).
+  function unheld_motions(motions) result(combinations)
+    type(rigid_motions_t), intent(in) :: motions
+    real(rk), allocatable :: combinations(:, :)
+
+    combinations = null_space(matmul(transpose(motions%closing), motions%closing))
+  end function unheld_motions
+
+  !> Bodies that take part in combinations of the free motions, ascending.
+  pure function bodies_of_motions(motions, combinations) result(bodies)
+    type(rigid_motions_t), intent(in) :: motions
+    !> shape (n_free, n)
+    real(rk), intent(in) :: combinations(:, :)
+    integer, allocatable :: bodies(:)
+    integer :: i, i_body
+
+    allocate (bodies(0))
+    do i_body = 1, motions%n_bodies
+      if (any([(motions%body_of_motion(i) == i_body .and. any(abs(combinations(i, :)) > aligned), i=1, motions%n_free)])) &
+        bodies = [bodies, i_body]
+    end do
+  end function bodies_of_motions
+
+  !> What one body does in combinations of the free motions.
+  function motion_text(motions, combinations, i_body, axes) result(text)
+    type(rigid_motions_t), intent(in) :: motions
+    !> shape (n_free, n)
+    real(rk), intent(in) :: combinations(:, :)
+    integer, intent(in) :: i_body
+    !> names of the coordinates
+    character(1), intent(in) :: axes(:)
+    character(:), allocatable :: text
+    type(string_t), allocatable :: words(:)
+    real(rk), allocatable :: modes(:, :), u(:, :), s(:), vt(:, :)
+    integer :: i, n_dim
+
+    if (motions%is_round) then
+      text = 'translation in ' // axes(2)
+      return
+    end if
+    n_dim = size(motions%coordinates, 1)
+    associate (own => pack([(i, i=1, motions%n_free)], motions%body_of_motion == i_body))
+      modes = matmul(motions%amplitudes(:, own), combinations(own, :))
+    end associate
+    call svd(modes, u, s, vt)
+    modes = u(:, :count(s > aligned))
+    allocate (words(0))
+    associate (rotations => modes(n_dim + 1:, :))
+      call add_translations(matmul(modes(:n_dim, :), null_space(matmul(transpose(rotations), rotations))), axes, words)
+      call add_rotations(rotations, axes, words)
+    end associate
+    text = join(words, ', ')
+  end function motion_text
+
+  subroutine add_translations(directions, axes, words)
+    !> orthonormal, shape (n_dim, n)
+    real(rk), intent(in) :: directions(:, :)
+    character(1), intent(in) :: axes(:)
+    type(string_t), allocatable, intent(inout) :: words(:)
+    type(string_t) :: numbers(size(directions, 1))
+    integer :: i, n_named
+
+    n_named = 0
+    do i = 1, size(directions, 1)
+      if (norm2(directions(i, :)) < 1 - aligned) cycle
+      call append_text(words, 'translation in ' // axes(i))
+      n_named = n_named + 1
+    end do
+    if (size(directions, 2) == n_named) return
+    if (size(directions, 2) > n_named + 1) then
+      call append_text(words, 'translation in a plane')
+      return
+    end if
+    do i = 1, size(numbers)
+      numbers(i)%text = to_text(nint(1000 * directions(i, size(directions, 2))) / 1000.0_rk)
+    end do
+    call append_text(words, 'translation along (' // join(numbers, ', ') // ')')
+  end subroutine add_translations
+
+  subroutine add_rotations(rotations, axes, words)
+    !> angles, shape (1 or 3, n)
+    real(rk), intent(in) :: rotations(:, :)
+    character(1), intent(in) :: axes(:)
+    type(string_t), allocatable, intent(inout) :: words(:)
+    real(rk), allocatable :: u(:, :), s(:), vt(:, :)
+    integer :: i, n, n_named
+
+    call svd(rotations, u, s, vt)
+    n = count(s > aligned)
+    n_named = 0
+    do i = 1, size(rotations, 1)
+      if (norm2(u(i, :n)) < 1 - aligned) cycle
+      if (size(rotations, 1) == 1) call append_text(words, 'rotation')
+      if (size(rotations, 1) == 3) call append_text(words, 'rotation about ' // axes(i))
+      n_named = n_named + 1
+    end do
+    if (n > n_named) call append_text(words, 'rotation about an oblique axis')
+  end subroutine add_rotations
+end module sig_motion_words

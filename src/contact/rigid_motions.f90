@@ -1,0 +1,325 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> The rigid motions that no prescribed displacement holds, Z: contact must hold them, or nothing does.
+!>
+!> Modes are scaled by the size of their body, so every decision about their rank is free of units.
+module sig_rigid_motions
+  use sig_bodies, only: find_bodies
+  use sig_contact_operator, only: contact_operator_t
+  use sig_kinds, only: rk
+  use sig_linear_algebra, only: svd
+  use sig_mesh, only: mesh_t
+  implicit none(type, external)
+  private
+  public :: rigid_motions_t, create_rigid_motions, rigid_modes, n_rigid_modes, null_space
+
+  type :: rigid_motions_t
+    !> rigid motions of one body
+    integer :: n_rigid = 0
+    logical :: is_round = .false.
+    !> [length] shape (n_dim, n_nodes)
+    real(rk), allocatable :: coordinates(:, :)
+    integer :: n_bodies = 0
+    !> shape (n_nodes)
+    integer, allocatable :: body_of_node(:)
+    !> [length] shape (n_dim, n_bodies) and (n_bodies)
+    real(rk), allocatable :: centers(:, :)
+    real(rk), allocatable :: sizes(:)
+    !> free motions of all bodies together: columns of Z
+    integer :: n_free = 0
+    !> shape (n_free)
+    integer, allocatable :: body_of_motion(:)
+    !> [-] of the rigid modes of the body, shape (n_rigid, n_free)
+    real(rk), allocatable :: amplitudes(:, :)
+    !> [-] B Z, shape (n_rows, n_free)
+    real(rk), allocatable :: closing(:, :)
+  contains
+    procedure :: at_node
+    procedure :: field
+    procedure :: work
+    procedure :: work_size
+    procedure :: are_held_by
+    procedure :: pick_supports
+    procedure :: n_common
+    procedure :: common_field
+  end type rigid_motions_t
+
+  !> [-] eigenvalues of a Gram matrix below this share of the largest count as zero: a share of 1e-6 in the motions
+  real(rk), parameter :: negligible = 1.0e-12_rk
+
+contains
+
+  subroutine create_rigid_motions(mesh, is_round, is_prescribed, operator, motions)
+    type(mesh_t), intent(in) :: mesh
+    !> axisymmetric
+    logical, intent(in) :: is_round
+    !> natural dofs, shape (n_dofs)
+    logical, intent(in) :: is_prescribed(:)
+    type(contact_operator_t), intent(in) :: operator
+    type(rigid_motions_t), intent(out) :: motions
+    integer :: i_node, k
+
+    motions%is_round = is_round
+    motions%n_rigid = n_rigid_modes(mesh%n_dim, is_round)
+    motions%coordinates = mesh%coordinates
+    call find_bodies(mesh, motions%body_of_node, motions%n_bodies)
+    call measure_bodies(motions)
+    call find_free_motions(is_prescribed, motions)
+    allocate (motions%closing(operator%n_rows, motions%n_free), source=0.0_rk)
+    do k = 1, operator%n_rows
+      do i_node = 1, 2
+        associate (node => merge(operator%first_node(k), operator%second_node(k), i_node == 1), n => mesh%n_dim)
+          motions%closing(k, :) = motions%closing(k, :) + &
+            matmul(operator%coefficients((i_node - 1) * n + 1:i_node * n, k), motions%at_node(node))
+        end associate
+      end do
+    end do
+  end subroutine create_rigid_motions
+
+  !> Modes of a body: translations, then rotations; in axisymmetry only along the axis.
+  pure integer function n_rigid_modes(n_dim, is_round)
+    integer, intent(in) :: n_dim
+    logical, intent(in) :: is_round
+
+    n_rigid_modes = n_dim * (n_dim + 1) / 2
+    if (is_round) n_rigid_modes = 1
+  end function n_rigid_modes
+
+  !> Their displacements at a place that is given from the center and in sizes of the body.
+  pure function rigid_modes(place, is_round) result(modes)
+    real(rk), intent(in) :: place(:)
+    logical, intent(in) :: is_round
+    real(rk) :: modes(size(place), n_rigid_modes(size(place), is_round))
+    integer :: i
+
+    modes = 0
+    if (is_round) then
+      modes(2, 1) = 1
+      return
+    end if
+    do i = 1, size(place)
+      modes(i, i) = 1
+    end do
+    if (size(place) == 2) then
+      modes(:, 3) = [-place(2), place(1)]
+    else
+      modes(:, 4) = [0.0_rk, -place(3), place(2)]
+      modes(:, 5) = [place(3), 0.0_rk, -place(1)]
+      modes(:, 6) = [-place(2), place(1), 0.0_rk]
+    end if
+  end function rigid_modes
+
+  !> Center: mean of the nodes; size: distance of the farthest one.
+  pure subroutine measure_bodies(motions)
+    type(rigid_motions_t), intent(inout) :: motions
+    integer :: i_node, n_nodes(motions%n_bodies)
+
+    associate (places => motions%coordinates, body => motions%body_of_node)
+      allocate (motions%centers(size(places, 1), motions%n_bodies), motions%sizes(motions%n_bodies), source=0.0_rk)
+      n_nodes = 0
+      do i_node = 1, size(body)
+        n_nodes(body(i_node)) = n_nodes(body(i_node)) + 1
+        motions%centers(:, body(i_node)) = motions%centers(:, body(i_node)) + places(:, i_node)
+      end do
+      motions%centers = motions%centers / spread(real(n_nodes, rk), 1, size(places, 1))
+      do i_node = 1, size(body)
+        motions%sizes(body(i_node)) = max(motions%sizes(body(i_node)), &
+          norm2(places(:, i_node) - motions%centers(:, body(i_node))))
+      end do
+    end associate
+  end subroutine measure_bodies
+
+  !> Per body, what the rigid modes leave at rest on the prescribed dofs.
+  subroutine find_free_motions(is_prescribed, motions)
+    logical, intent(in) :: is_prescribed(:)
+    type(rigid_motions_t), intent(inout) :: motions
+    real(rk), allocatable :: gram(:, :, :), free(:, :)
+    real(rk) :: modes(size(motions%coordinates, 1), motions%n_rigid)
+    integer :: i_body, i_component, i_node, n_dim
+
+    n_dim = size(motions%coordinates, 1)
+    allocate (gram(motions%n_rigid, motions%n_rigid, motions%n_bodies), source=0.0_rk)
+    do i_node = 1, size(motions%body_of_node)
+      if (.not. any(is_prescribed(n_dim * (i_node - 1) + 1:n_dim * i_node))) cycle
+      i_body = motions%body_of_node(i_node)
+      modes = modes_at(motions, i_node)
+      do i_component = 1, n_dim
+        if (.not. is_prescribed(n_dim * (i_node - 1) + i_component)) cycle
+        gram(:, :, i_body) = gram(:, :, i_body) + outer(modes(i_component, :))
+      end do
+    end do
+    allocate (motions%body_of_motion(0), motions%amplitudes(motions%n_rigid, 0))
+    do i_body = 1, motions%n_bodies
+      free = null_space(gram(:, :, i_body))
+      motions%amplitudes = reshape([motions%amplitudes, free], [motions%n_rigid, motions%n_free + size(free, 2)])
+      motions%body_of_motion = [motions%body_of_motion, spread(i_body, 1, size(free, 2))]
+      motions%n_free = size(motions%body_of_motion)
+    end do
+  end subroutine find_free_motions
+
+  !> Orthonormal columns that a Gram matrix takes to zero.
+  function null_space(gram) result(columns)
+    !> symmetric, no negative eigenvalue, shape (n, n)
+    real(rk), intent(in) :: gram(:, :)
+    real(rk), allocatable :: columns(:, :)
+    real(rk), allocatable :: u(:, :), s(:), vt(:, :)
+    integer :: rank
+
+    call svd(gram, u, s, vt)
+    rank = 0
+    if (size(s) > 0) rank = count(s > negligible * s(1) .and. s > 0)
+    columns = transpose(vt(rank + 1:, :))
+  end function null_space
+
+  !> All rigid modes of the node's body, there.
+  pure function modes_at(motions, i_node) result(modes)
+    type(rigid_motions_t), intent(in) :: motions
+    integer, intent(in) :: i_node
+    real(rk) :: modes(size(motions%coordinates, 1), motions%n_rigid)
+
+    associate (i_body => motions%body_of_node(i_node))
+      modes = rigid_modes((motions%coordinates(:, i_node) - motions%centers(:, i_body)) / motions%sizes(i_body), motions%is_round)
+    end associate
+  end function modes_at
+
+  !> Rows of Z of a node, shape (n_dim, n_free).
+  pure function at_node(self, i_node) result(rows)
+    class(rigid_motions_t), intent(in) :: self
+    integer, intent(in) :: i_node
+    real(rk) :: rows(size(self%coordinates, 1), self%n_free)
+    real(rk) :: modes(size(self%coordinates, 1), self%n_rigid)
+    integer :: i
+
+    rows = 0
+    if (.not. any(self%body_of_motion == self%body_of_node(i_node))) return
+    modes = modes_at(self, i_node)
+    do i = 1, self%n_free
+      if (self%body_of_motion(i) == self%body_of_node(i_node)) rows(:, i) = matmul(modes, self%amplitudes(:, i))
+    end do
+  end function at_node
+
+  !> Z times amplitudes, as a field.
+  pure function field(self, amplitudes) result(displacement)
+    class(rigid_motions_t), intent(in) :: self
+    !> shape (n_free)
+    real(rk), intent(in) :: amplitudes(:)
+    !> natural, shape (n_dofs)
+    real(rk) :: displacement(size(self%coordinates))
+    integer :: i_node, n_dim
+
+    n_dim = size(self%coordinates, 1)
+    do i_node = 1, size(self%body_of_node)
+      displacement(n_dim * (i_node - 1) + 1:n_dim * i_node) = matmul(self%at_node(i_node), amplitudes)
+    end do
+  end function field
+
+  !> Z' F: work of forces on each motion.
+  pure function work(self, forces)
+    class(rigid_motions_t), intent(in) :: self
+    !> [force] natural, shape (n_dofs)
+    real(rk), intent(in) :: forces(:)
+    !> [force] shape (n_free)
+    real(rk) :: work(self%n_free)
+    integer :: i_node, n_dim
+
+    work = 0
+    if (self%n_free == 0) return
+    n_dim = size(self%coordinates, 1)
+    do i_node = 1, size(self%body_of_node)
+      associate (force => forces(n_dim * (i_node - 1) + 1:n_dim * i_node))
+        if (any(abs(force) > 0)) work = work + matmul(force, self%at_node(i_node))
+      end associate
+    end do
+  end function work
+
+  !> |Z|' |F|: what is summed in work, by which its rounding is measured.
+  pure function work_size(self, forces)
+    class(rigid_motions_t), intent(in) :: self
+    real(rk), intent(in) :: forces(:)
+    real(rk) :: work_size(self%n_free)
+    integer :: i_node, n_dim
+
+    work_size = 0
+    if (self%n_free == 0) return
+    n_dim = size(self%coordinates, 1)
+    do i_node = 1, size(self%body_of_node)
+      associate (force => forces(n_dim * (i_node - 1) + 1:n_dim * i_node))
+        if (any(abs(force) > 0)) work_size = work_size + matmul(abs(force), abs(self%at_node(i_node)))
+      end associate
+    end do
+  end function work_size
+
+  !> Whether closed pairs hold all the free motions.
+  logical function are_held_by(self, is_closed)
+    class(rigid_motions_t), intent(in) :: self
+    !> shape (n_rows)
+    logical, intent(in) :: is_closed(:)
+    integer :: k
+
+    are_held_by = self%n_free == 0
+    if (are_held_by) return
+    associate (rows => self%closing(pack([(k, k=1, size(is_closed))], is_closed), :))
+      are_held_by = size(null_space(matmul(transpose(rows), rows)), 2) == 0
+    end associate
+  end function are_held_by
+
+  !> As many dofs as there are free motions; fixing them holds the bodies and, under forces in equilibrium, takes no force.
+  !>
+  !> Per body, each time the dof that the motions not yet held move most. Cost: linear in the nodes per motion.
+  function pick_supports(self) result(dofs)
+    class(rigid_motions_t), intent(in) :: self
+    !> natural, shape (n_free)
+    integer :: dofs(self%n_free)
+    real(rk) :: held(self%n_free, self%n_free), rows(size(self%coordinates, 1), self%n_free), best, size_now
+    integer :: i, i_component, i_node, n_dim
+
+    n_dim = size(self%coordinates, 1)
+    held = 0
+    do i = 1, self%n_free
+      best = 0
+      do i_node = 1, size(self%body_of_node)
+        if (self%body_of_node(i_node) /= self%body_of_motion(i)) cycle
+        rows = self%at_node(i_node)
+        rows = rows - matmul(matmul(rows, held(:, :i - 1)), transpose(held(:, :i - 1)))
+        do i_component = 1, n_dim
+          size_now = norm2(rows(i_component, :))
+          ! nodes alike within rounding: the first one, so that the choice is the same everywhere
+          if (size_now <= best * (1 + 1.0e-8_rk)) cycle
+          best = size_now
+          dofs(i) = n_dim * (i_node - 1) + i_component
+          held(:, i) = rows(i_component, :) / size_now
+        end do
+      end do
+    end do
+  end function pick_supports
+
+  !> Rigid motions of all bodies as one; round bodies count as plane ones, which they resemble away from the axis.
+  pure integer function n_common(self)
+    class(rigid_motions_t), intent(in) :: self
+
+    n_common = n_rigid_modes(size(self%coordinates, 1), .false.)
+  end function n_common
+
+  !> One of them as a field, natural: what costs next to no energy in a part of the mesh.
+  pure function common_field(self, i_mode) result(displacement)
+    class(rigid_motions_t), intent(in) :: self
+    integer, intent(in) :: i_mode
+    real(rk) :: displacement(size(self%coordinates))
+    real(rk) :: center(size(self%coordinates, 1)), modes(size(self%coordinates, 1), self%n_common()), length
+    integer :: i_node, n_dim
+
+    n_dim = size(center)
+    center = sum(self%coordinates, dim=2) / size(self%coordinates, 2)
+    length = maxval(maxval(self%coordinates, dim=2) - minval(self%coordinates, dim=2))
+    do i_node = 1, size(self%coordinates, 2)
+      modes = rigid_modes((self%coordinates(:, i_node) - center) / length, .false.)
+      displacement(n_dim * (i_node - 1) + 1:n_dim * i_node) = modes(:, i_mode)
+    end do
+  end function common_field
+
+  pure function outer(vector) result(matrix)
+    real(rk), intent(in) :: vector(:)
+    real(rk) :: matrix(size(vector), size(vector))
+
+    matrix = spread(vector, 2, size(vector)) * spread(vector, 1, size(vector))
+  end function outer
+end module sig_rigid_motions

@@ -1,0 +1,195 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> Which closed pairs hold the bodies that nothing else holds: the active set must never let go of the last of them, and the
+!> condensed problem hangs the bodies on some of them, the anchors.
+module sig_holding
+  use sig_kinds, only: rk
+  use sig_linear_algebra, only: invert, solve_dense
+  use sig_rigid_motions, only: rigid_motions_t
+  implicit none(type, external)
+  private
+  public :: keep_hold, is_last_hold, letting_go, first_to_block
+  public :: anchors_t, find_anchors
+
+  !> As many pairs T as there are free motions, which alone would hold the bodies.
+  type :: anchors_t
+    !> shape (n_free)
+    integer, allocatable :: rows(:)
+    !> motion j opens anchor j by -1 and no other anchor: B_T Z amplitudes = 1; shape (n_free, n_free)
+    real(rk), allocatable :: amplitudes(:, :)
+    !> what these motions close on all pairs, shape (n_rows, n_free)
+    real(rk), allocatable :: closing(:, :)
+  end type anchors_t
+
+  !> [-] what is left of a row of B Z below this share of the row is rounding
+  real(rk), parameter :: dependent = 1.0e-6_rk
+
+contains
+
+  !> Adds to the wanted set what it lacks to hold the bodies: closed pairs, those first that pull least.
+  pure subroutine keep_hold(motions, is_closed, multipliers, wanted)
+    type(rigid_motions_t), intent(in) :: motions
+    !> a set that holds them
+    logical, intent(in) :: is_closed(:)
+    !> [force] shape (n_rows)
+    real(rk), intent(in) :: multipliers(:)
+    logical, intent(inout) :: wanted(:)
+    real(rk) :: held(motions%n_free, motions%n_free)
+    integer :: n_held, next
+
+    if (motions%n_free == 0) return
+    call span_of(motions, wanted, held, n_held)
+    do while (n_held < motions%n_free)
+      next = least_pulling(motions, is_closed .and. .not. wanted, multipliers, held(:, :n_held))
+      if (next == 0) return
+      wanted(next) = .true.
+      n_held = n_held + 1
+      held(:, n_held) = remainder_of(motions%closing(next, :), held(:, :n_held - 1))
+      held(:, n_held) = held(:, n_held) / norm2(held(:, n_held))
+    end do
+  end subroutine keep_hold
+
+  !> Orthonormal basis of the motions that a set of pairs holds.
+  pure subroutine span_of(motions, is_closed, held, n_held)
+    type(rigid_motions_t), intent(in) :: motions
+    logical, intent(in) :: is_closed(:)
+    real(rk), intent(out) :: held(:, :)
+    integer, intent(out) :: n_held
+    integer :: i
+    integer, allocatable :: rows(:)
+
+    rows = independent_rows(motions, is_closed)
+    n_held = size(rows)
+    do i = 1, n_held
+      held(:, i) = remainder_of(motions%closing(rows(i), :), held(:, :i - 1))
+      held(:, i) = held(:, i) / norm2(held(:, i))
+    end do
+  end subroutine span_of
+
+  !> Pairs of a set that hold as much as the whole set, each time the one that adds most; ties go to the first.
+  pure function independent_rows(motions, is_closed) result(rows)
+    type(rigid_motions_t), intent(in) :: motions
+    logical, intent(in) :: is_closed(:)
+    integer, allocatable :: rows(:)
+    real(rk) :: rest(size(is_closed), motions%n_free), sizes(size(is_closed)), direction(motions%n_free)
+    integer :: i
+
+    allocate (rows(0))
+    rest = motions%closing
+    do i = 1, motions%n_free
+      sizes = merge(norm2(rest, dim=2), 0.0_rk, is_closed)
+      if (size(sizes) == 0) return
+      associate (largest => maxval(sizes))
+        if (largest <= dependent * maxval(abs(motions%closing))) return
+        rows = [rows, findloc(sizes >= largest * (1 - 1.0e-8_rk), .true., dim=1)]
+      end associate
+      direction = rest(rows(i), :) / norm2(rest(rows(i), :))
+      rest = rest - spread(matmul(rest, direction), 2, motions%n_free) * spread(direction, 1, size(is_closed))
+    end do
+  end function independent_rows
+
+  !> What of a row the held motions do not span.
+  pure function remainder_of(row, held) result(rest)
+    real(rk), intent(in) :: row(:)
+    !> orthonormal columns
+    real(rk), intent(in) :: held(:, :)
+    real(rk) :: rest(size(row))
+
+    rest = row - matmul(held, matmul(row, held))
+    rest = rest - matmul(held, matmul(rest, held))
+  end function remainder_of
+
+  !> Candidate with the largest multiplier among those that hold more; 0 where none does.
+  pure integer function least_pulling(motions, is_candidate, multipliers, held) result(best)
+    type(rigid_motions_t), intent(in) :: motions
+    logical, intent(in) :: is_candidate(:)
+    real(rk), intent(in) :: multipliers(:)
+    real(rk), intent(in) :: held(:, :)
+    integer :: k
+
+    best = 0
+    do k = 1, size(is_candidate)
+      if (.not. is_candidate(k)) cycle
+      if (best > 0) then
+        if (multipliers(k) <= multipliers(best)) cycle
+      end if
+      if (norm2(remainder_of(motions%closing(k, :), held)) > dependent * maxval(abs(motions%closing))) best = k
+    end do
+  end function least_pulling
+
+  !> The pairs must be able to hold the bodies.
+  subroutine find_anchors(motions, anchors)
+    type(rigid_motions_t), intent(in) :: motions
+    type(anchors_t), intent(out) :: anchors
+    logical :: is_singular
+
+    anchors%rows = independent_rows(motions, spread(.true., 1, size(motions%closing, 1)))
+    allocate (anchors%amplitudes(motions%n_free, motions%n_free))
+    call invert(motions%closing(anchors%rows, :), anchors%amplitudes, is_singular)
+    anchors%closing = matmul(motions%closing, anchors%amplitudes)
+  end subroutine find_anchors
+
+  !> Whether a body comes loose when a closed pair opens: its share in holding the motions is then one.
+  function is_last_hold(motions, is_closed) result(is_last)
+    type(rigid_motions_t), intent(in) :: motions
+    !> a set that holds the bodies
+    logical, intent(in) :: is_closed(:)
+    logical :: is_last(size(is_closed))
+    real(rk) :: solved(motions%n_free, size(is_closed))
+    logical :: is_singular
+    integer :: k
+
+    is_last = .false.
+    if (motions%n_free == 0) return
+    call solve_dense(gram_of(motions, is_closed), transpose(motions%closing), solved, is_singular)
+    if (is_singular) return
+    do k = 1, size(is_closed)
+      if (is_closed(k)) is_last(k) = dot_product(motions%closing(k, :), solved(:, k)) > 1 - dependent
+    end do
+  end function is_last_hold
+
+  !> The free motion that opens one last pair by 1 and leaves all other closed ones alone: amplitudes.
+  function letting_go(motions, is_closed, k) result(amplitudes)
+    type(rigid_motions_t), intent(in) :: motions
+    logical, intent(in) :: is_closed(:)
+    integer, intent(in) :: k
+    real(rk) :: amplitudes(motions%n_free)
+    logical :: is_singular
+
+    ! least squares of B Z a = -e_k on the closed rows, which have a solution
+    call solve_dense(gram_of(motions, is_closed), -motions%closing(k, :), amplitudes, is_singular)
+  end function letting_go
+
+  function gram_of(motions, is_closed) result(gram)
+    type(rigid_motions_t), intent(in) :: motions
+    logical, intent(in) :: is_closed(:)
+    real(rk) :: gram(motions%n_free, motions%n_free)
+    integer :: k
+
+    associate (rows => motions%closing(pack([(k, k=1, size(is_closed))], is_closed), :))
+      gram = matmul(transpose(rows), rows)
+    end associate
+  end function gram_of
+
+  !> The open pair that ends a motion; 0 where none does, so that forces along it find no equilibrium.
+  pure integer function first_to_block(motions, is_closed, amplitudes, opening) result(first)
+    type(rigid_motions_t), intent(in) :: motions
+    logical, intent(in) :: is_closed(:)
+    !> of the motion
+    real(rk), intent(in) :: amplitudes(:)
+    !> [length] shape (n_rows)
+    real(rk), intent(in) :: opening(:)
+    real(rk) :: closing(size(is_closed)), reach, shortest
+    integer :: k
+
+    closing = matmul(motions%closing, amplitudes)
+    first = 0
+    shortest = huge(shortest)
+    do k = 1, size(is_closed)
+      if (is_closed(k) .or. closing(k) <= dependent * maxval(abs(closing))) cycle
+      reach = max(0.0_rk, opening(k)) / closing(k)
+      if (reach >= shortest) cycle
+      shortest = reach
+      first = k
+    end do
+  end function first_to_block
+end module sig_holding

@@ -1,0 +1,115 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> Which solver does the work: the deck's, or for `auto` the one that fits the size of the problem and the number of points.
+module sig_solver_plan
+  use sig_deck_config, only: solver_config_t
+  use sig_kinds, only: rk
+  use sig_text, only: to_text
+  implicit none(type, external)
+  private
+  public :: solver_plan_t, problem_size_t, make_solver_plan, plan_text
+
+  type :: solver_plan_t
+    !> condensed, active_set or snesvi
+    character(:), allocatable :: type
+    !> cholesky or gamg
+    character(:), allocatable :: linear
+    !> why, to stand behind a colon
+    character(:), allocatable :: reason
+  end type solver_plan_t
+
+  !> What the choice depends on.
+  type :: problem_size_t
+    integer :: n_dim = 0
+    integer :: n_dofs = 0
+    integer :: n_multipliers = 0
+    !> parameter points of the deck's largest set
+    integer :: n_points = 0
+    !> K depends on the parameters
+    logical :: has_variable_stiffness = .false.
+    !> a body is held by contact alone
+    logical :: is_floating = .false.
+    !> PETSc's SNESVI works with multigrid
+    logical :: has_multigrid_vi = .false.
+  end type problem_size_t
+
+  !> W is a dense matrix on every rank
+  integer, parameter :: max_condensed = 5000
+  !> [bytes] of K^-1 B' on all ranks
+  real(rk), parameter :: max_response = 4.0e9_rk
+  !> a factorization of more dofs takes more time and memory than multigrid: in the plane, in space
+  integer, parameter :: max_factored(2:3) = [500000, 100000]
+  !> from this number of points on K^-1 B' is cheaper than factorizations in each step
+  integer, parameter :: min_sweep = 4
+
+contains
+
+  !> Errors: a message, for what the deck asks for and cannot have.
+  subroutine make_solver_plan(config, sizes, plan, message)
+    type(solver_config_t), intent(in) :: config
+    type(problem_size_t), intent(in) :: sizes
+    type(solver_plan_t), intent(out) :: plan
+    character(:), allocatable, intent(out) :: message
+
+    plan%type = config%type
+    plan%linear = config%linear
+    plan%reason = 'as the deck says'
+    if (plan%type == 'auto') call choose_type(config%linear, sizes, plan)
+    if (plan%linear == 'auto') call choose_linear(sizes, plan)
+    if (plan%type == 'condensed' .and. sizes%n_multipliers > max_condensed) then
+      message = 'condensed takes at most ' // to_text(max_condensed) // &
+        ' multipliers, for its matrix is dense; the problem has ' // to_text(sizes%n_multipliers) // &
+        '; type must be active_set, snesvi or auto'
+    else if (plan%type == 'snesvi' .and. sizes%is_floating) then
+      message = 'snesvi cannot solve a problem in which contact alone holds a body; type must be active_set, condensed or auto'
+    else if (plan%type == 'snesvi' .and. plan%linear == 'gamg' .and. .not. sizes%has_multigrid_vi) then
+      message = 'snesvi needs PETSc 3.19 or later for gamg; linear must be cholesky, or type active_set'
+    end if
+  end subroutine make_solver_plan
+
+  pure subroutine choose_type(linear, sizes, plan)
+    !> of the deck
+    character(*), intent(in) :: linear
+    type(problem_size_t), intent(in) :: sizes
+    type(solver_plan_t), intent(inout) :: plan
+
+    plan%type = 'active_set'
+    if (linear == 'gamg') then
+      plan%reason = 'gamg goes with active_set'
+    else if (sizes%has_variable_stiffness) then
+      plan%reason = 'the stiffness depends on the parameters'
+    else if (sizes%n_multipliers > max_condensed) then
+      plan%reason = to_text(sizes%n_multipliers) // ' multipliers are too many for a dense matrix'
+    else if (8.0_rk * sizes%n_dofs * sizes%n_multipliers > max_response .or. is_large(sizes)) then
+      plan%reason = to_text(sizes%n_dofs) // ' dofs are too many to keep the response to each multiplier'
+    else if (sizes%n_points < min_sweep) then
+      plan%reason = 'fewer than ' // to_text(min_sweep) // ' points do not pay for the response to each multiplier'
+    else
+      plan%type = 'condensed'
+      plan%reason = to_text(sizes%n_points) // ' points share one factorization'
+    end if
+  end subroutine choose_type
+
+  pure subroutine choose_linear(sizes, plan)
+    type(problem_size_t), intent(in) :: sizes
+    type(solver_plan_t), intent(inout) :: plan
+
+    plan%linear = 'cholesky'
+    if (plan%type /= 'active_set' .or. .not. is_large(sizes)) return
+    plan%linear = 'gamg'
+    plan%reason = plan%reason // ', or to factor'
+  end subroutine choose_linear
+
+  pure logical function is_large(sizes)
+    type(problem_size_t), intent(in) :: sizes
+
+    is_large = sizes%n_dofs > max_factored(sizes%n_dim)
+  end function is_large
+
+  !> `solver: active_set, gamg: why`
+  pure function plan_text(plan) result(text)
+    type(solver_plan_t), intent(in) :: plan
+    character(:), allocatable :: text
+
+    text = 'solver: ' // plan%type // ', ' // plan%linear // ': ' // plan%reason
+  end function plan_text
+end module sig_solver_plan
