@@ -8,13 +8,14 @@ module sig_commands
   use sig_errors, only: error_report, error_t, exit_not_converged, exit_success, exit_user
   use sig_kinds, only: rk
   use sig_log, only: log_error, log_info, start_log
+  use sig_materials, only: need_fixed_stiffness
   use sig_point_argument, only: parse_point
   use sig_predict, only: predict
   use sig_problem, only: parameter_names
   use sig_run_report, only: run_report_t
   use sig_session, only: session_t
   use sig_signals, only: install_stop_signals
-  use sig_study, only: fields_stage, sample_stage, train_stage, validate_stage
+  use sig_study, only: fields_stage, sample_stage, stop_if_asked, train_stage, validate_stage
   use sig_text, only: string_t
   use sig_version, only: code_version
   use petsc
@@ -88,6 +89,7 @@ contains
     is_run = command%name == 'run'
     points = session%deck%output%points
     if (command%at /= '') call parse_point(command%at, parameter_names(session%deck), points, error)
+    if (is_run .and. .not. allocated(error)) call need_fixed_stiffness(session%deck, error)
     if (allocated(error)) then
       call session%fail(error)
       return
@@ -97,6 +99,7 @@ contains
     end if
     if (may_go_on(session) .and. (is_run .or. command%name == 'train')) then
       PetscCall(train_stage(session, report, ierr))
+      PetscCall(stop_if_asked(session, ierr))
     end if
     if (may_go_on(session) .and. ((is_run .and. session%deck%has_test) .or. command%name == 'validate')) then
       PetscCall(validate_stage(session, report, ierr))

@@ -124,7 +124,7 @@ contains
     do i = 1, size(options)
       if (is_for_another_command(options(i)%text, command%name, self%deck%solver%type)) cycle
       call make_error(error, 'the PETSc option ' // options(i)%text // ' was not used', &
-        hint='-fom_ goes with condensed and sample, -active_set_ and -vi_ with their solvers, -pod_ with train')
+        hint='-fom_ goes with condensed, -active_set_ and -vi_ with their solvers, -pod_ with train')
       call self%fail(error)
     end do
   end subroutine close
@@ -144,7 +144,7 @@ contains
       (index(option, '-fom_') == 1 .or. index(option, '-active_set_') == 1)
     if (is_for_another_command) return
     if (index(option, '-fom_') == 1) then
-      is_for_another_command = .not. (command == 'run' .or. command == 'sample' .or. (is_solving .and. solver == 'condensed'))
+      is_for_another_command = .not. (is_solving .and. solver == 'condensed')
     else if (index(option, '-active_set_') == 1) then
       is_for_another_command = .not. (command == 'run' .or. command == 'validate' .or. (is_solving .and. solver == 'active_set'))
     else if (index(option, '-vi_') == 1) then

@@ -11,6 +11,7 @@ module sig_study
   use sig_contact_state, only: contact_state_t, reason_converged, reason_text
   use sig_kinds, only: rk
   use sig_log, only: log_info, log_warning
+  use sig_materials, only: has_fixed_stiffness, need_fixed_stiffness
   use sig_model, only: model_t
   use sig_model_file, only: read_model, write_model
   use sig_parameter_space, only: build_points, format_point
@@ -26,6 +27,7 @@ module sig_study
   use sig_snapshot_merge, only: snapshots_path
   use sig_start_sets, only: fill_start_sets
   use sig_snapshot_store, only: merge_records, read_snapshot_set, records_of_set, snapshot_set_t
+  use sig_stop_request, only: agree_to_stop
   use sig_text, only: string_t, to_text
   use sig_training, only: train
   use sig_clock, only: wall_time
@@ -34,7 +36,7 @@ module sig_study
   use petsc
   implicit none(type, external)
   private
-  public :: sample_stage, train_stage, validate_stage, fields_stage
+  public :: sample_stage, train_stage, validate_stage, fields_stage, stop_if_asked
 
   !> a signal ended the command; the same command goes on
   integer, parameter :: exit_stopped = 130
@@ -52,6 +54,7 @@ contains
     session%has_plan = .true.
     call need_training(session, error)
     if (.not. allocated(error)) then
+      call announce_stiffness(session)
       PetscCall(sample(session%deck, session%folder, outcome, error, ierr))
     end if
     if (allocated(error)) then
@@ -66,9 +69,37 @@ contains
         session%exit_code = exit_not_converged
       end if
       call log_info('sampled ' // to_text(outcome%n_points) // ' points (' // to_text(outcome%n_found) // &
-        ' were there): ' // snapshots_path(session%folder))
+        ' were there' // stiffness_text(session, outcome%n_stiffnesses) // '): ' // snapshots_path(session%folder))
     end if
   end subroutine sample_stage
+
+  subroutine announce_stiffness(session)
+    type(session_t), intent(in) :: session
+
+    if (.not. has_fixed_stiffness(session%deck)) call log_info('the stiffness depends on the parameters: it is assembled and ' // &
+      'factored again wherever the elastic constants change')
+  end subroutine announce_stiffness
+
+  pure function stiffness_text(session, n_stiffnesses) result(text)
+    type(session_t), intent(in) :: session
+    integer, intent(in) :: n_stiffnesses
+    character(:), allocatable :: text
+
+    text = ''
+    if (.not. has_fixed_stiffness(session%deck)) text = ', ' // to_text(n_stiffnesses) // ' stiffnesses'
+  end function stiffness_text
+
+  !> Between two stages: a signal ends the command; what the stages before wrote stays.
+  subroutine stop_if_asked(session, ierr)
+    type(session_t), intent(inout) :: session
+    PetscErrorCode, intent(out) :: ierr
+    logical :: is_stopped
+
+    PetscCall(agree_to_stop(PETSC_COMM_WORLD, is_stopped, ierr))
+    if (.not. is_stopped .or. session%exit_code == exit_stopped .or. session%has_failed) return
+    call log_info('stopped by a signal; the finished stages are kept, and the same command goes on')
+    session%exit_code = exit_stopped
+  end subroutine stop_if_asked
 
   subroutine need_training(session, error)
     type(session_t), intent(in) :: session
@@ -92,10 +123,15 @@ contains
 
     call need_training(session, error)
     ierr = 0
+    if (.not. allocated(error)) call need_fixed_stiffness(session%deck, error)
     if (.not. allocated(error)) then
       PetscCall(load_problem(session%deck, PETSC_COMM_WORLD, problem, error, ierr))
     end if
     if (.not. allocated(error)) call read_snapshots(session, problem, snapshots, error)
+    if (.not. allocated(error)) then
+      PetscCall(stop_if_asked(session, ierr))
+      if (session%exit_code == exit_stopped) return
+    end if
     start = wall_time()
     if (.not. allocated(error)) then
       PetscCall(train(problem, snapshots, model, error, ierr))
@@ -162,7 +198,10 @@ contains
     real(rk), allocatable :: points(:, :)
 
     ierr = 0
-    if (.not. session%deck%has_test) then
+    call need_fixed_stiffness(session%deck, error)
+    if (allocated(error)) then
+      continue
+    else if (.not. session%deck%has_test) then
       call make_error(error, 'the deck has no test section, which names the points to validate at', session%deck%path, &
         hint='for example: test: {grid: {' // session%deck%parameters(1)%name // ': 101}}')
     else
@@ -232,7 +271,9 @@ contains
     type(reaction_t), allocatable :: reactions(:)
     type(error_t), allocatable :: error
     integer :: i
+    logical :: is_stopped
 
+    call announce_stiffness(session)
     PetscCall(load_problem(session%deck, PETSC_COMM_WORLD, problem, error, ierr))
     if (.not. allocated(error)) call check_points(problem, points, error)
     if (.not. (allocated(error) .or. session%has_plan)) call announce_plan(problem)
@@ -240,13 +281,17 @@ contains
     if (has_model .and. .not. allocated(error)) call read_own_model(session, problem, model, error)
     if (.not. allocated(error)) then
       if (has_model) then
-        PetscCall(write_fields(problem, points, session%folder, states, error, ierr, model))
+        PetscCall(write_fields(problem, points, session%folder, states, is_stopped, error, ierr, model))
       else
-        PetscCall(write_fields(problem, points, session%folder, states, error, ierr))
+        PetscCall(write_fields(problem, points, session%folder, states, is_stopped, error, ierr))
       end if
     end if
     if (allocated(error)) then
       call session%fail(error)
+      return
+    else if (is_stopped) then
+      call log_info('stopped by a signal; no fields were written')
+      session%exit_code = exit_stopped
       return
     end if
     PetscCall(describe_problem(problem, report, ierr))
@@ -278,6 +323,7 @@ contains
     call report%add('solver/linear', problem%plan%linear)
     call report%add('solver/reason', problem%plan%reason)
     call report%add('solver/notes', problem%notes)
+    call report%add('stiffness/depends_on_parameters', .not. problem%has_fixed_stiffness)
     PetscCall(library_versions(versions, ierr))
     call report%add('version/petsc', versions(1)%text)
     call report%add('version/slepc', versions(2)%text)

@@ -2,7 +2,7 @@
 #include "signorom/macros.h"
 !> The discrete problem (3): K u + B' lambda = F, B u <= D, lambda >= 0, lambda' (D - B u) = 0, with prescribed displacements.
 module sig_contact_system
-  use sig_assembly, only: assemble_stiffness
+  use sig_assembly, only: assemble_stiffness, fill_stiffness
   use sig_boundary_conditions, only: boundary_conditions_t
   use sig_contact_operator, only: contact_operator_t, create_contact_operator
   use sig_dof_map, only: create_dof_map, dof_map_t
@@ -35,6 +35,7 @@ module sig_contact_system
     Vec :: work_out
   contains
     procedure :: create
+    procedure :: update_stiffness
     procedure :: prescribed_displacement
     procedure :: gap
     procedure :: load
@@ -69,6 +70,19 @@ contains
     PetscCall(create_vector(comm, self%map%n_local_dofs, self%work_in, ierr))
     PetscCall(create_vector(comm, self%map%n_local_dofs, self%work_out, ierr))
   end subroutine create
+
+  !> K of the same mesh with other materials. What a solver made of the old one is out of date then. Collective.
+  subroutine update_stiffness(self, mesh, body, ierr)
+    class(contact_system_t), intent(inout) :: self
+    type(mesh_t), intent(in) :: mesh
+    type(elastic_body_t), intent(in) :: body
+    PetscErrorCode, intent(out) :: ierr
+    integer :: rank, n_ranks
+
+    PetscCall(rank_and_size(self%comm, rank, n_ranks, ierr))
+    PetscCall(MatZeroEntries(self%stiffness, ierr))
+    PetscCall(fill_stiffness(mesh, body, self%map, rank, self%stiffness, ierr))
+  end subroutine update_stiffness
 
   !> u_D(mu) on the prescribed dofs, 0 elsewhere. Local.
   pure function prescribed_displacement(self, theta) result(displacement)

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Values that are expressions: finite over the box of the parameters.
+!> Values that are expressions: finite over the box of the parameters, or within bounds too.
 module sig_deck_check_values
   use sig_deck_config, only: parameter_config_t, value_config_t
   use sig_deck_tree, only: deck_tree_t, shown
@@ -8,7 +8,7 @@ module sig_deck_check_values
   use sig_text, only: string_t, to_text
   implicit none(type, external)
   private
-  public :: check_field
+  public :: check_field, check_range
 
   !> corners of the box are tried for so many parameters; the others stay at their minimum
   integer, parameter :: max_corner_parameters = 10
@@ -33,12 +33,48 @@ contains
       parameters%maximum < huge(1.0_rk))
   end function has_box
 
-  !> An expression must have a value at the middle and at the corners of the box: where divisions by zero are likely.
-  subroutine check_finite(tree, path, parameters, value)
+  !> A number, or an expression at the middle and at the corners of the box, must lie between two bounds.
+  subroutine check_range(tree, path, parameters, value, above, below, unit)
     type(deck_tree_t), intent(inout) :: tree
     character(*), intent(in) :: path
     type(parameter_config_t), intent(in) :: parameters(:)
     type(value_config_t), intent(in) :: value
+    !> the value must be greater than this
+    real(rk), intent(in) :: above
+    !> and less than this; huge: no bound
+    real(rk), intent(in) :: below
+    !> with a blank before it
+    character(*), intent(in) :: unit
+
+    if (value%is_constant) then
+      if (value%constant <= above .or. value%constant >= below) &
+        call tree%report_at(path, 'is ' // to_text(value%constant) // unit // range_text(value%constant, above, below))
+    else if (has_box(parameters)) then
+      call check_finite(tree, path, parameters, value, above, below, unit)
+    end if
+  end subroutine check_range
+
+  !> The bound that a value breaks.
+  pure function range_text(value, above, below) result(text)
+    real(rk), intent(in) :: value
+    real(rk), intent(in) :: above
+    real(rk), intent(in) :: below
+    character(:), allocatable :: text
+
+    text = '; it must be less than ' // to_text(below)
+    if (value <= above) text = '; it must be greater than ' // to_text(nint(above))
+  end function range_text
+
+  !> An expression must have a value at the middle and at the corners of the box: where divisions by zero are likely.
+  subroutine check_finite(tree, path, parameters, value, above, below, unit)
+    type(deck_tree_t), intent(inout) :: tree
+    character(*), intent(in) :: path
+    type(parameter_config_t), intent(in) :: parameters(:)
+    type(value_config_t), intent(in) :: value
+    !> as for check_range; default: any finite value will do
+    real(rk), intent(in), optional :: above
+    real(rk), intent(in), optional :: below
+    character(*), intent(in), optional :: unit
     type(expression_t) :: expression
     character(:), allocatable :: message
     type(string_t) :: names(size(parameters))
@@ -59,6 +95,11 @@ contains
       if (.not. is_valid) then
         call tree%report_at(path, 'is ' // shown(value%text) // ', which is not finite at ' // point_text(parameters, point))
         exit
+      else if (present(above)) then
+        is_valid = result > above .and. result < below
+        if (.not. is_valid) call tree%report_at(path, 'is ' // shown(value%text) // ', which is ' // to_text(result) // unit // &
+          ' at ' // point_text(parameters, point) // range_text(result, above, below))
+        if (.not. is_valid) exit
       end if
       do i = 1, size(parameters)
         point(i) = parameters(i)%minimum

@@ -3,8 +3,8 @@
 module sig_deck_checks
   use sig_deck_check_contact, only: check_contact
   use sig_deck_check_study, only: check_study
-  use sig_deck_check_values, only: check_field
-  use sig_deck_config, only: deck_config_t, material_config_t, parameter_config_t
+  use sig_deck_check_values, only: check_field, check_range
+  use sig_deck_config, only: deck_config_t, parameter_config_t
   use sig_deck_tree, only: deck_tree_t, shown
   use sig_expression, only: is_function_name, is_identifier
   use sig_kinds, only: rk
@@ -31,7 +31,7 @@ contains
       call check_parameter(tree, config%parameters(i))
     end do
     do i = 1, size(config%materials)
-      call check_material(tree, config%materials, i, stress_unit(config))
+      call check_material(tree, config, i, stress_unit(config))
     end do
     call check_displacements(tree, config)
     do i = 1, size(config%loads)
@@ -80,23 +80,19 @@ contains
     call tree%report_key(i_node, tree%key_path(i_node) // ' ' // message)
   end subroutine report_name
 
-  subroutine check_material(tree, materials, i_material, unit)
+  subroutine check_material(tree, config, i_material, unit)
     type(deck_tree_t), intent(inout) :: tree
-    type(material_config_t), intent(in) :: materials(:)
+    type(deck_config_t), intent(in) :: config
     integer, intent(in) :: i_material
     !> of a stress
     character(*), intent(in) :: unit
     character(:), allocatable :: path
     integer :: i, j, k
 
-    associate (material => materials(i_material))
+    associate (material => config%materials(i_material), materials => config%materials)
       path = 'materials.' // material%name
-      if (material%young_modulus <= 0) call tree%report_at(path // '.young_modulus', 'is ' // to_text(material%young_modulus) // &
-        ' ' // unit // '; it must be greater than 0')
-      if (material%poisson_ratio >= 0.5_rk) call tree%report_at(path // '.poisson_ratio', 'is ' // &
-        to_text(material%poisson_ratio) // '; it must be less than 0.5')
-      if (material%poisson_ratio <= -1) call tree%report_at(path // '.poisson_ratio', 'is ' // &
-        to_text(material%poisson_ratio) // '; it must be greater than -1')
+      call check_range(tree, path // '.young_modulus', config%parameters, material%young_modulus, 0.0_rk, huge(1.0_rk), ' ' // unit)
+      call check_range(tree, path // '.poisson_ratio', config%parameters, material%poisson_ratio, -1.0_rk, 0.5_rk, '')
       do i = 1, size(material%regions)
         do j = 1, i_material - 1
           do k = 1, size(materials(j)%regions)

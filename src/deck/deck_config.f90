@@ -70,10 +70,10 @@ module sig_deck_config
     character(:), allocatable :: name
     !> physical names of cells
     type(name_config_t), allocatable :: regions(:)
-    !> [force/length**2] > 0
-    real(rk) :: young_modulus = 0
-    !> [-] in (-1, 0.5)
-    real(rk) :: poisson_ratio = 0
+    !> [force/length**2] > 0; a number or an expression of the parameters
+    type(value_config_t) :: young_modulus
+    !> [-] in (-1, 0.5); likewise
+    type(value_config_t) :: poisson_ratio
   end type material_config_t
 
   !> Prescribed displacement of one named boundary (facets or points).

@@ -96,7 +96,7 @@ contains
     character(:), allocatable :: yaml
 
     yaml = yaml_text(material%name) // ': {regions: ' // name_list(material%regions) // ', young_modulus: ' // &
-      to_text(material%young_modulus) // ', poisson_ratio: ' // to_text(material%poisson_ratio) // '}'
+      value_text(material%young_modulus) // ', poisson_ratio: ' // value_text(material%poisson_ratio) // '}'
   end function material_entry
 
   pure function boundary_entry(condition) result(yaml)

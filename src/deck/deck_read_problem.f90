@@ -6,7 +6,7 @@ module sig_deck_read_problem
   use sig_deck_read_contact, only: read_contact
   use sig_deck_read_loads, only: read_loads
   use sig_deck_tree, only: append_text, deck_tree_t, kind_mapping, root_node
-  use sig_deck_values, only: get_choice, get_list, get_mapping, get_name, get_names, get_number, get_text, get_word, &
+  use sig_deck_values, only: get_choice, get_list, get_mapping, get_name, get_names, get_number, get_text, get_value, get_word, &
     value_of
   use sig_expression, only: is_function_name, is_identifier
   use sig_file_system, only: directory_of
@@ -161,12 +161,12 @@ contains
     allocate (materials(size(nodes)))
     do i = 1, size(nodes)
       materials(i)%name = tree%nodes(nodes(i))%key
-      materials(i)%young_modulus = 1
+      materials(i)%young_modulus%constant = 1
       allocate (materials(i)%regions(0))
       if (.not. is_mapping(tree, nodes(i))) cycle
       call get_names(tree, nodes(i), 'regions', .true., materials(i)%regions)
-      call get_number(tree, nodes(i), 'young_modulus', .true., materials(i)%young_modulus)
-      call get_number(tree, nodes(i), 'poisson_ratio', .true., materials(i)%poisson_ratio)
+      call get_value(tree, nodes(i), 'young_modulus', materials(i)%young_modulus)
+      call get_value(tree, nodes(i), 'poisson_ratio', materials(i)%poisson_ratio)
       call tree%close_mapping(nodes(i))
     end do
   end subroutine read_materials

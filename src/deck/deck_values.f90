@@ -8,7 +8,7 @@ module sig_deck_values
   use sig_text, only: did_you_mean, join, read_real, string_t, to_text
   implicit none(type, external)
   private
-  public :: get_mapping, get_list, get_text, get_word, get_choice, get_number, get_integer, get_name, get_names
+  public :: get_mapping, get_list, get_text, get_word, get_choice, get_number, get_value, get_integer, get_name, get_names
   public :: choice_of, number_of, integer_of, name_of, value_of
 
 contains
@@ -100,6 +100,23 @@ contains
     i_node = get_node(tree, i_parent, key, is_required)
     if (i_node > 0) call number_of(tree, i_node, value)
   end subroutine get_number
+
+  !> A number or an expression of the parameters below a key. Always required; where it is faulty the constant stays as it was.
+  subroutine get_value(tree, i_parent, key, value)
+    type(deck_tree_t), intent(inout) :: tree
+    integer, intent(in) :: i_parent
+    character(*), intent(in) :: key
+    type(value_config_t), intent(inout) :: value
+    type(value_config_t) :: found
+    integer :: i_node
+    logical :: is_valid
+
+    value%text = to_text(value%constant)
+    i_node = get_node(tree, i_parent, key, .true.)
+    if (i_node == 0) return
+    call value_of(tree, i_node, 'a number or an expression of the parameters', found, is_valid)
+    if (is_valid) value = found
+  end subroutine get_value
 
   !> The whole number below a key.
   subroutine get_integer(tree, i_parent, key, is_required, value)

@@ -11,7 +11,7 @@ module sig_assembly
   use petsc
   implicit none(type, external)
   private
-  public :: assemble_stiffness
+  public :: assemble_stiffness, fill_stiffness
 
 contains
 
@@ -25,12 +25,26 @@ contains
     !> symmetric, block size n_dim; the caller destroys it
     Mat, intent(out) :: stiffness
     PetscErrorCode, intent(out) :: ierr
-    integer, allocatable :: dofs_0(:), inside(:), outside(:)
-    real(rk), allocatable :: local(:, :)
-    integer :: i_cell
+    integer, allocatable :: inside(:), outside(:)
 
     call count_neighbors(mesh, map, rank, inside, outside)
     PetscCall(create_matrix(comm, map%n_local_dofs, map%n_dim, inside, outside, stiffness, ierr))
+    PetscCall(fill_stiffness(mesh, body, map, rank, stiffness, ierr))
+  end subroutine assemble_stiffness
+
+  !> Adds the stiffness of all cells to a matrix of the pattern of assemble_stiffness. Collective.
+  subroutine fill_stiffness(mesh, body, map, rank, stiffness, ierr)
+    type(mesh_t), intent(in) :: mesh
+    type(elastic_body_t), intent(in) :: body
+    type(dof_map_t), intent(in) :: map
+    integer, intent(in) :: rank
+    Mat, intent(inout) :: stiffness
+    PetscErrorCode, intent(out) :: ierr
+    integer, allocatable :: dofs_0(:)
+    real(rk), allocatable :: local(:, :)
+    integer :: i_cell
+
+    ierr = 0
     do i_cell = 1, mesh%n_cells
       if (mesh%cell_owner(i_cell) /= rank) cycle
       dofs_0 = map%distributed_0(cell_dofs(mesh, i_cell))
@@ -40,7 +54,7 @@ contains
     PetscCall(MatAssemblyBegin(stiffness, MAT_FINAL_ASSEMBLY, ierr))
     PetscCall(MatAssemblyEnd(stiffness, MAT_FINAL_ASSEMBLY, ierr))
     PetscCall(MatSetOption(stiffness, MAT_SYMMETRIC, PETSC_TRUE, ierr))
-  end subroutine assemble_stiffness
+  end subroutine fill_stiffness
 
   !> Nodes that share a cell with each owned node, on this rank and on others: the exact preallocation.
   subroutine count_neighbors(mesh, map, rank, inside, outside)

@@ -23,6 +23,8 @@ module sig_elastic_body
     integer, allocatable :: material_of_cell(:)
     !> one per row of element_types
     type(shape_table_t) :: tables(n_element_types)
+  contains
+    procedure :: set_moduli
   end type elastic_body_t
 
 contains
@@ -36,21 +38,33 @@ contains
     integer, intent(in) :: material_of_cell(:)
     type(elastic_body_t), intent(out) :: body
     real(rk), allocatable :: points(:, :), weights(:)
-    integer :: i_material, i_type
+    integer :: i_type
 
     body%model = model
     body%mechanics = mechanical_model(model)
     body%material_of_cell = material_of_cell
     allocate (body%hooke(n_strains(model), n_strains(model), size(young_moduli)))
     allocate (body%stress_matrix(n_stresses, n_strains(model), size(young_moduli)))
-    do i_material = 1, size(young_moduli)
-      body%hooke(:, :, i_material) = hooke_matrix(model, young_moduli(i_material), poisson_ratios(i_material))
-      body%stress_matrix(:, :, i_material) = stress_matrix(model, young_moduli(i_material), poisson_ratios(i_material))
-    end do
+    call body%set_moduli(young_moduli, poisson_ratios)
     do i_type = 1, n_element_types
       if (element_types(i_type)%n_dim == 0) cycle
       call quadrature_rule(i_type, points, weights)
       call create_shape_table(i_type, points, weights, body%tables(i_type))
     end do
   end subroutine create_elastic_body
+
+  !> Other values for the same materials.
+  subroutine set_moduli(self, young_moduli, poisson_ratios)
+    class(elastic_body_t), intent(inout) :: self
+    !> [force/length**2] shape (n_materials)
+    real(rk), intent(in) :: young_moduli(:)
+    !> [-] shape (n_materials)
+    real(rk), intent(in) :: poisson_ratios(:)
+    integer :: i
+
+    do i = 1, size(young_moduli)
+      self%hooke(:, :, i) = hooke_matrix(self%model, young_moduli(i), poisson_ratios(i))
+      self%stress_matrix(:, :, i) = stress_matrix(self%model, young_moduli(i), poisson_ratios(i))
+    end do
+  end subroutine set_moduli
 end module sig_elastic_body

@@ -4,6 +4,7 @@
 module sig_field_output
   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   use sig_contact_state, only: contact_state_t
+  use sig_elastic_body, only: elastic_body_t
   use sig_error_broadcast, only: broadcast_error
   use sig_errors, only: error_t
   use sig_field_file, only: field_file_t
@@ -13,9 +14,11 @@ module sig_field_output
   use sig_online_model, only: online_model_t
   use sig_parameter_space, only: format_point
   use sig_point_solver, only: point_solver_t
-  use sig_problem, only: force_unit, parameter_names, problem_t, stress_unit
+  use sig_problem, only: body_at, force_unit, parameter_names, problem_t, stress_unit
   use sig_query, only: answer_t, query_t
   use sig_reconstruction, only: reconstruct_displacement, reconstruct_multipliers
+  use sig_solver_options, only: refuse_unused_options
+  use sig_stop_request, only: agree_to_stop
   use sig_stress, only: cell_stresses, nodal_stresses, von_mises
   use sig_surface_measure, only: nodal_areas
   use sig_term_values, only: evaluate_points
@@ -27,13 +30,16 @@ module sig_field_output
 contains
 
   !> Solves the points and writes fields.h5 and fields.xdmf. Collective on all ranks, for which the problem was loaded.
-  subroutine write_fields(problem, points, folder, states, error, ierr, model)
+  !>
+  !> A signal ends it after the current point, and then nothing is written.
+  subroutine write_fields(problem, points, folder, states, is_stopped, error, ierr, model)
     type(problem_t), intent(in) :: problem
     !> shape (n_parameters, n_points), checked
     real(rk), intent(in) :: points(:, :)
     character(*), intent(in) :: folder
     !> the full-order answers, shape (n_points)
     type(contact_state_t), allocatable, intent(out) :: states(:)
+    logical, intent(out) :: is_stopped
     type(error_t), allocatable, intent(out) :: error
     PetscErrorCode, intent(out) :: ierr
     type(model_t), intent(in), optional :: model
@@ -49,8 +55,14 @@ contains
     PetscCall(solver%create(problem, problem%plan, PETSC_COMM_WORLD, ierr))
     do i = 1, size(points, 2)
       PetscCall(solver%solve(problem, points(:, i), states(i), ierr))
+      PetscCall(agree_to_stop(PETSC_COMM_WORLD, is_stopped, ierr))
+      if (i == 1) then
+        PetscCall(refuse_unused_options(problem%plan%type, error, ierr))
+      end if
+      if (is_stopped .or. allocated(error)) exit
     end do
     PetscCall(solver%destroy(ierr))
+    if (is_stopped .or. allocated(error)) return
     call MPI_Comm_rank(PETSC_COMM_WORLD, rank, ierr)
     if (rank == 0) then
       areas = contact_areas(problem)
@@ -103,21 +115,24 @@ contains
       if (deck%output%has_contact) then
         call write_contact_fields(problem, theta, state, areas, file)
       end if
-      if (deck%output%has_stress) call write_stress_fields(problem, state%displacement, file)
+      if (deck%output%has_stress) call write_stress_fields(problem, point, state%displacement, file)
     end associate
   end subroutine write_point
 
   !> In axisymmetry zz is the hoop direction.
-  subroutine write_stress_fields(problem, displacement, file)
+  subroutine write_stress_fields(problem, point, displacement, file)
     type(problem_t), intent(in) :: problem
+    real(rk), intent(in) :: point(:)
     real(rk), intent(in) :: displacement(:)
     type(field_file_t), intent(inout) :: file
     real(rk), allocatable :: stresses(:, :), smoothed(:, :)
     character(:), allocatable :: unit
+    type(elastic_body_t) :: body
 
     unit = stress_unit(problem%deck)
-    stresses = cell_stresses(problem%mesh, problem%body, displacement)
-    smoothed = nodal_stresses(problem%mesh, problem%body, displacement, stresses)
+    call body_at(problem, point, body)
+    stresses = cell_stresses(problem%mesh, body, displacement)
+    smoothed = nodal_stresses(problem%mesh, body, displacement, stresses)
     call file%add_cell_field('stress', stresses, unit, 'mean stress of the cell, full-order model')
     call file%add_cell_field('von_mises', von_mises(stresses), unit, 'von Mises stress of the mean stress of the cell')
     call file%add_node_field('stress_smoothed', smoothed, unit, &

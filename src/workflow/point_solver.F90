@@ -7,8 +7,9 @@ module sig_point_solver
   use sig_contact_solver, only: contact_solver_t
   use sig_contact_state, only: contact_state_t
   use sig_contact_system, only: contact_system_t
+  use sig_elastic_body, only: elastic_body_t
   use sig_kinds, only: rk
-  use sig_problem, only: problem_t
+  use sig_problem, only: body_at, problem_t
   use sig_solver_choice, only: choose_solver
   use sig_solver_plan, only: solver_plan_t
   use sig_term_values, only: term_values_t
@@ -21,8 +22,12 @@ module sig_point_solver
     type(contact_system_t) :: system
     class(contact_solver_t), allocatable :: solver
     type(term_values_t) :: terms
+    !> the bodies at the point that the stiffness was assembled for
+    type(elastic_body_t) :: body
     !> [s] wall time of assembly and of what the solver does once
     real(rk) :: setup_seconds = 0
+    !> how often the stiffness was assembled and the solver made ready for it
+    integer :: n_stiffnesses = 0
   contains
     procedure :: create
     procedure :: solve
@@ -33,7 +38,7 @@ module sig_point_solver
 
 contains
 
-  !> Collective on comm, for which the problem was loaded.
+  !> Collective on comm, for which the problem was loaded. A stiffness that depends on the parameters waits for the first point.
   subroutine create(self, problem, plan, comm, ierr)
     class(point_solver_t), intent(inout) :: self
     type(problem_t), intent(in) :: problem
@@ -44,12 +49,37 @@ contains
     real(rk) :: start
 
     start = wall_time()
+    self%n_stiffnesses = 0
     PetscCall(self%system%create(comm, problem%mesh, problem%body, problem%boundary, problem%pairs, ierr))
     call self%terms%create(problem%terms, message)
     PetscCall(choose_solver(plan, problem%deck%solver%max_iterations, self%solver, ierr))
-    PetscCall(self%solver%create(self%system, ierr))
+    if (problem%has_fixed_stiffness) then
+      PetscCall(self%solver%create(self%system, ierr))
+      self%n_stiffnesses = 1
+    end if
     self%setup_seconds = wall_time() - start
   end subroutine create
+
+  !> Assembles and factors anew where the elastic constants are others than at the point before. Collective.
+  subroutine update_stiffness(self, problem, point, ierr)
+    class(point_solver_t), intent(inout) :: self
+    type(problem_t), intent(in) :: problem
+    real(rk), intent(in) :: point(:)
+    PetscErrorCode, intent(out) :: ierr
+    type(elastic_body_t) :: body
+
+    ierr = 0
+    if (problem%has_fixed_stiffness) return
+    call body_at(problem, point, body)
+    if (self%n_stiffnesses > 0) then
+      if (.not. any(abs(body%stress_matrix - self%body%stress_matrix) > 0)) return
+      PetscCall(self%solver%destroy(ierr))
+    end if
+    self%body = body
+    self%n_stiffnesses = self%n_stiffnesses + 1
+    PetscCall(self%system%update_stiffness(problem%mesh, self%body, ierr))
+    PetscCall(self%solver%create(self%system, ierr))
+  end subroutine update_stiffness
 
   !> Solves one point and measures its residuals and reactions. Collective. The points were checked before.
   subroutine solve(self, problem, point, state, ierr)
@@ -65,12 +95,13 @@ contains
 
     start = wall_time()
     call self%terms%evaluate(point, theta, is_valid, i_source)
+    PetscCall(update_stiffness(self, problem, point, ierr))
     PetscCall(self%solver%solve(self%system, theta, state, ierr))
     state%seconds = wall_time() - start
     PetscCall(measure_residuals(self%system, theta, state, ierr))
   end subroutine solve
 
-  !> Solves several points at once and measures their residuals. Collective.
+  !> Solves several points at once and measures their residuals. Collective. Requires: no more than n_points_at_once.
   subroutine solve_points(self, problem, points, states, ierr)
     class(point_solver_t), intent(inout) :: self
     type(problem_t), intent(in) :: problem
@@ -87,24 +118,30 @@ contains
     do i = 1, size(points, 2)
       call self%terms%evaluate(points(:, i), theta(:, i), is_valid, i_source)
     end do
+    PetscCall(update_stiffness(self, problem, points(:, 1), ierr))
     PetscCall(self%solver%solve_points(self%system, theta, states, ierr))
     states%seconds = (wall_time() - start) / size(states)
     PetscCall(measure_points(self%system, theta, states, ierr))
   end subroutine solve_points
 
-  !> How many points solve_points takes best.
-  pure integer function n_points_at_once(self) result(n_points)
+  !> How many points solve_points takes best: those that share a stiffness.
+  pure integer function n_points_at_once(self, problem) result(n_points)
     class(point_solver_t), intent(in) :: self
+    type(problem_t), intent(in) :: problem
 
-    n_points = self%solver%n_points_at_once(self%system)
+    n_points = 1
+    if (problem%has_fixed_stiffness) n_points = self%solver%n_points_at_once(self%system)
   end function n_points_at_once
 
   subroutine destroy(self, ierr)
     class(point_solver_t), intent(inout) :: self
     PetscErrorCode, intent(out) :: ierr
 
+    ierr = 0
     call self%terms%destroy()
-    PetscCall(self%solver%destroy(ierr))
+    if (self%n_stiffnesses > 0) then
+      PetscCall(self%solver%destroy(ierr))
+    end if
     PetscCall(self%system%destroy(ierr))
   end subroutine destroy
 end module sig_point_solver

@@ -14,6 +14,7 @@ module sig_problem
   use sig_kinds, only: rk
   use sig_loads, only: create_loads
   use sig_log, only: log_info
+  use sig_materials, only: check_materials, create_material_terms, has_fixed_stiffness, set_materials
   use sig_mechanical_models, only: coordinate_names, is_plane, mechanical_model, mechanical_model_t
   use sig_mesh, only: mesh_t
   use sig_mesh_checks, only: material_of_cells, nodes_of_zone
@@ -29,13 +30,17 @@ module sig_problem
   use petsc
   implicit none(type, external)
   private
-  public :: problem_t, load_problem, announce_plan, parameter_names, parameter_units
-  public :: check_points, force_unit, stress_unit, inert_pair_names
+  public :: problem_t, load_problem, announce_plan, body_at, check_points
+  public :: parameter_names, parameter_units, force_unit, stress_unit, inert_pair_names
 
   type :: problem_t
     type(deck_config_t) :: deck
     type(mesh_t) :: mesh
+    !> where its stiffness depends on the parameters: of the middle of their box; body_at has that of a point
     type(elastic_body_t) :: body
+    logical :: has_fixed_stiffness = .true.
+    !> elastic constants, as functions of the parameters
+    type(term_set_t) :: material_terms
     !> prescribed displacements and loads, and the terms that they are made of
     type(boundary_conditions_t) :: boundary
     type(term_set_t) :: terms
@@ -67,8 +72,7 @@ contains
     if (allocated(error)) return
     call material_of_cells(problem%mesh, deck%materials, deck%path, material_of_cell, error)
     if (allocated(error)) return
-    call create_elastic_body(deck%mesh%model, deck%materials%young_modulus, deck%materials%poisson_ratio, &
-      material_of_cell, problem%body)
+    call create_body(deck, material_of_cell, problem)
     call create_driving(deck, problem, error)
     if (allocated(error)) return
     call create_contact(deck, problem, error)
@@ -97,6 +101,7 @@ contains
     sizes%n_dofs = problem%mesh%n_dim * problem%mesh%n_nodes
     sizes%n_multipliers = problem%operator%n_rows
     sizes%n_points = most_points(problem%deck)
+    sizes%has_variable_stiffness = .not. problem%has_fixed_stiffness
     sizes%is_floating = motions%n_free > 0
     sizes%has_multigrid_vi = has_multigrid_vi()
     associate (solver => problem%deck%solver)
@@ -147,7 +152,31 @@ contains
     end do
   end subroutine check_zones
 
-  !> Prescribed displacements and loads, and their terms.
+  subroutine create_body(deck, material_of_cell, problem)
+    type(deck_config_t), intent(in) :: deck
+    integer, intent(in) :: material_of_cell(:)
+    type(problem_t), intent(inout) :: problem
+    real(rk) :: ones(size(deck%materials))
+
+    ones = 1
+    problem%has_fixed_stiffness = has_fixed_stiffness(deck)
+    call create_material_terms(deck, parameter_names(deck), problem%material_terms)
+    call create_elastic_body(deck%mesh%model, ones, 0 * ones, material_of_cell, problem%body)
+    call set_materials(problem%material_terms, deck%parameters%minimum / 2 + deck%parameters%maximum / 2, problem%body)
+  end subroutine create_body
+
+  !> The bodies with their elastic constants at a point, which was checked.
+  subroutine body_at(problem, point, body)
+    type(problem_t), intent(in) :: problem
+    !> shape (n_parameters)
+    real(rk), intent(in) :: point(:)
+    type(elastic_body_t), intent(out) :: body
+
+    body = problem%body
+    if (.not. problem%has_fixed_stiffness) call set_materials(problem%material_terms, point, body)
+  end subroutine body_at
+
+  !> Prescribed displacements and loads, and all terms.
   subroutine create_driving(deck, problem, error)
     type(deck_config_t), intent(in) :: deck
     type(problem_t), intent(inout) :: problem
@@ -262,7 +291,8 @@ contains
     end do
   end function parameter_units
 
-  !> Refuses points where a prescribed value or a load is not finite, or where a pair whose two sides are prescribed penetrates.
+  !> Refuses points where an elastic constant is out of its range, where a prescribed value or a load is not finite, or where a
+  !> pair whose two sides are prescribed penetrates.
   subroutine check_points(problem, points, error)
     type(problem_t), intent(in) :: problem
     !> shape (n_parameters, n_points)
@@ -271,6 +301,8 @@ contains
     real(rk), allocatable :: theta(:, :)
     integer :: i_bad_point, i_bad_source, i_point
 
+    if (.not. problem%has_fixed_stiffness) call check_materials(problem%deck, problem%material_terms, points, error)
+    if (allocated(error)) return
     call evaluate_points(problem%terms, points, theta, i_bad_point, i_bad_source)
     if (i_bad_point > 0) then
       call refuse_point(problem, points(:, i_bad_point), i_bad_source, error)

@@ -13,10 +13,11 @@ module sig_sampling
   use sig_problem, only: announce_plan, check_points, load_problem, problem_t
   use sig_progress, only: progress_t
   use sig_rank_groups, only: create_rank_groups, rank_groups_t
-  use sig_signals, only: is_stop_requested
   use sig_snapshot_merge, only: find_finished_points, merge_snapshots, shard_path
   use sig_snapshot_shard, only: shard_writer_t, snapshot_record_t
   use sig_petsc_support, only: max_over_ranks, sum_over_ranks
+  use sig_solver_options, only: refuse_unused_options
+  use sig_stop_request, only: agree_to_stop
   use petsc
   implicit none(type, external)
   private
@@ -30,8 +31,8 @@ module sig_sampling
     integer :: n_failed = 0
     !> a signal ended the run before all points were done
     logical :: is_stopped = .false.
-    !> [s] longest set-up of a group
-    real(rk) :: setup_seconds = 0
+    !> how often all groups together assembled and factored a stiffness
+    integer :: n_stiffnesses = 0
   end type sampling_result_t
 
 contains
@@ -83,18 +84,18 @@ contains
     type(error_t), allocatable, intent(out) :: error
     PetscErrorCode, intent(out) :: ierr
     type(point_solver_t) :: solver
-    real(rk) :: stopped, n_failed(1)
+    real(rk) :: stopped, counts(2)
 
     if (size(to_do) > 0) call announce_plan(problem)
     PetscCall(solver%create(problem, problem%plan, groups%comm, ierr))
-    outcome%setup_seconds = solver%setup_seconds
     PetscCall(solve_points(problem, groups, solver, folder, points(:, to_do), outcome, error, ierr))
     stopped = merge(1.0_rk, 0.0_rk, outcome%is_stopped)
     PetscCall(max_over_ranks(PETSC_COMM_WORLD, stopped, ierr))
     outcome%is_stopped = stopped > 0
-    n_failed = outcome%n_failed
-    PetscCall(sum_over_ranks(PETSC_COMM_WORLD, n_failed, ierr))
-    outcome%n_failed = nint(n_failed(1))
+    counts = [outcome%n_failed, merge(solver%n_stiffnesses, 0, groups%is_leader())]
+    PetscCall(sum_over_ranks(PETSC_COMM_WORLD, counts, ierr))
+    outcome%n_failed = nint(counts(1))
+    outcome%n_stiffnesses = nint(counts(2))
     if (.not. allocated(error) .and. .not. outcome%is_stopped) then
       PetscCall(merge_snapshots(problem, groups, solver%system, folder, points, error, ierr))
     end if
@@ -127,9 +128,12 @@ contains
     if (allocated(error)) return
     own = pack([(i, i=1, size(points, 2))], [(groups%has_point(i), i=1, size(points, 2))])
     call progress%start('sampling', size(points, 2))
-    do first = 1, size(own), solver%n_points_at_once()
-      last = min(first + solver%n_points_at_once() - 1, size(own))
+    do first = 1, size(own), solver%n_points_at_once(problem)
+      last = min(first + solver%n_points_at_once(problem) - 1, size(own))
       PetscCall(solve_batch(problem, groups, solver, points(:, own(first:last)), writer, outcome, error, ierr))
+      if (first == 1 .and. .not. allocated(error)) then
+        PetscCall(refuse_unused_options(problem%plan%type, error, ierr))
+      end if
       PetscCall(agree_to_stop(groups%comm, outcome%is_stopped, ierr))
       call progress%advance(min(last * groups%n_groups, size(points, 2)))
       if (allocated(error) .or. outcome%is_stopped) exit
@@ -163,18 +167,6 @@ contains
     end if
     PetscCall(broadcast_error(error, groups%comm, ierr))
   end subroutine solve_batch
-
-  !> One rank's signal stops its whole group after the same point.
-  subroutine agree_to_stop(comm, is_stopped, ierr)
-    MPI_Comm, intent(in) :: comm
-    logical, intent(out) :: is_stopped
-    PetscErrorCode, intent(out) :: ierr
-    real(rk) :: flag
-
-    flag = merge(1.0_rk, 0.0_rk, is_stop_requested())
-    PetscCall(max_over_ranks(comm, flag, ierr))
-    is_stopped = flag > 0
-  end subroutine agree_to_stop
 
   !> The fields move from the state to the record.
   pure subroutine make_record(point, state, record)

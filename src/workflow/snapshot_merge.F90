@@ -122,7 +122,10 @@ contains
     real(rk), allocatable :: response(:, :)
     integer :: reason
 
-    if (groups%i_group == 1) then
+    if (.not. problem%has_fixed_stiffness) then
+      ! nothing can be lifted once and for all
+      allocate (response(system%map%n_dofs, 0))
+    else if (groups%i_group == 1) then
       PetscCall(compute_lifting(system, problem%plan%linear == 'gamg', response, reason, ierr))
       if (reason /= reason_converged) call make_error(error, 'the stiffness without contact is singular: ' // &
         'a body is held by nothing but contact, which this version cannot reduce', problem%deck%path, &

@@ -1,0 +1,47 @@
+! SPDX-License-Identifier: BSD-3-Clause
+#include "signorom/macros.h"
+!> PETSc options of the contact solver in use that nothing asked for: to be found after the first point, not after the last one.
+module sig_solver_options
+  use sig_errors, only: error_t, make_error
+  use sig_petsc_support, only: unused_petsc_options
+  use sig_text, only: string_t
+  use petsc
+  implicit none(type, external)
+  private
+  public :: refuse_unused_options
+
+contains
+
+  !> Requires: a point was solved, so that every object of the solver has read its options. The same on every rank.
+  subroutine refuse_unused_options(solver_type, error, ierr)
+    !> as in the deck
+    character(*), intent(in) :: solver_type
+    type(error_t), allocatable, intent(out) :: error
+    PetscErrorCode, intent(out) :: ierr
+    type(string_t), allocatable :: options(:)
+    integer :: i
+
+    PetscCall(unused_petsc_options(options, ierr))
+    do i = 1, size(options)
+      if (index(options(i)%text, prefix_of(solver_type)) /= 1) cycle
+      call make_error(error, 'the PETSc option ' // options(i)%text // ' was not used', &
+        hint='no object of the solver ' // solver_type // ' knows it; nothing was computed but the first points')
+      return
+    end do
+  end subroutine refuse_unused_options
+
+  !> What the options of a solver start with.
+  pure function prefix_of(solver_type) result(prefix)
+    character(*), intent(in) :: solver_type
+    character(:), allocatable :: prefix
+
+    select case (solver_type)
+    case ('active_set')
+      prefix = '-active_set_'
+    case ('snesvi')
+      prefix = '-vi_'
+    case default
+      prefix = '-fom_'
+    end select
+  end function prefix_of
+end module sig_solver_options

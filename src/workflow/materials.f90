@@ -1,0 +1,127 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> Elastic constants that may be expressions of the parameters: their values at a point, and what these must satisfy.
+module sig_materials
+  use sig_deck_config, only: deck_config_t, value_config_t
+  use sig_elastic_body, only: elastic_body_t
+  use sig_errors, only: error_t, make_error
+  use sig_kinds, only: rk
+  use sig_parameter_space, only: format_point
+  use sig_term_set, only: start_terms, term_set_t
+  use sig_term_values, only: evaluate_points
+  use sig_text, only: string_t, to_text
+  implicit none(type, external)
+  private
+  public :: create_material_terms, set_materials, check_materials, has_fixed_stiffness, need_fixed_stiffness
+
+contains
+
+  !> Terms 2, 4, ... are the Young's moduli in the order of the materials, terms 3, 5, ... the Poisson's ratios.
+  pure subroutine create_material_terms(deck, parameter_names, terms)
+    type(deck_config_t), intent(in) :: deck
+    type(string_t), intent(in) :: parameter_names(:)
+    type(term_set_t), intent(out) :: terms
+    integer :: i, i_term
+
+    call start_terms(parameter_names, [string_t ::], .false., terms)
+    do i = 1, size(deck%materials)
+      associate (e => deck%materials(i)%young_modulus, nu => deck%materials(i)%poisson_ratio)
+        call terms%add_expression(e%text, e%line, e%column, i_term)
+        call terms%add_expression(nu%text, nu%line, nu%column, i_term)
+      end associate
+    end do
+  end subroutine create_material_terms
+
+  !> Gives a body the materials of a point, which was checked. Local.
+  subroutine set_materials(terms, point, body)
+    !> of create_material_terms
+    type(term_set_t), intent(in) :: terms
+    !> shape (n_parameters)
+    real(rk), intent(in) :: point(:)
+    type(elastic_body_t), intent(inout) :: body
+    real(rk), allocatable :: values(:, :)
+    integer :: i_bad_point, i_bad_source
+
+    call evaluate_points(terms, reshape(point, [size(point), 1]), values, i_bad_point, i_bad_source)
+    call body%set_moduli(values(2::2, 1), values(3::2, 1))
+  end subroutine set_materials
+
+  !> No elastic constant depends on the parameters.
+  pure logical function has_fixed_stiffness(deck)
+    type(deck_config_t), intent(in) :: deck
+    integer :: i
+
+    has_fixed_stiffness = all([(deck%materials(i)%young_modulus%is_constant .and. deck%materials(i)%poisson_ratio%is_constant, &
+      i=1, size(deck%materials))])
+  end function has_fixed_stiffness
+
+  !> Refuses a deck whose stiffness depends on the parameters: a reduced model projects the stiffness once and for all.
+  subroutine need_fixed_stiffness(deck, error)
+    type(deck_config_t), intent(in) :: deck
+    type(error_t), allocatable, intent(out) :: error
+    integer :: i
+
+    do i = 1, size(deck%materials)
+      call refuse_expression(deck, 'materials.' // deck%materials(i)%name // '.young_modulus', deck%materials(i)%young_modulus, &
+        error)
+      if (allocated(error)) return
+      call refuse_expression(deck, 'materials.' // deck%materials(i)%name // '.poisson_ratio', deck%materials(i)%poisson_ratio, &
+        error)
+      if (allocated(error)) return
+    end do
+  end subroutine need_fixed_stiffness
+
+  subroutine refuse_expression(deck, path, value, error)
+    type(deck_config_t), intent(in) :: deck
+    character(*), intent(in) :: path
+    type(value_config_t), intent(in) :: value
+    type(error_t), allocatable, intent(out) :: error
+
+    if (.not. value%is_constant) call make_error(error, path // ' is ''' // value%text // &
+      ''', so the stiffness depends on the parameters; a reduced model needs one that does not', deck%path, value%line, &
+      value%column, 'the commands check, solve and sample take this deck; for train, validate and run make it a number')
+  end subroutine refuse_expression
+
+  !> Refuses points where an elastic constant is not finite or out of its range.
+  subroutine check_materials(deck, terms, points, error)
+    type(deck_config_t), intent(in) :: deck
+    !> of create_material_terms
+    type(term_set_t), intent(in) :: terms
+    !> shape (n_parameters, n_points)
+    real(rk), intent(in) :: points(:, :)
+    type(error_t), allocatable, intent(out) :: error
+    real(rk), allocatable :: values(:, :)
+    integer :: i, i_bad_point, i_bad_source, i_point
+    character(:), allocatable :: unit
+
+    unit = ' ' // deck%units%force // '/' // deck%units%length // '^2'
+    call evaluate_points(terms, points, values, i_bad_point, i_bad_source)
+    do i_point = 1, size(points, 2)
+      do i = 1, size(deck%materials)
+        associate (material => deck%materials(i), e => values(2 * i, i_point), nu => values(2 * i + 1, i_point))
+          if (i_point == i_bad_point .and. i_bad_source == 2 * i - 1) then
+            call refuse('young_modulus', material%young_modulus, 'not finite', 'it must be greater than 0')
+          else if (i_point == i_bad_point .and. i_bad_source == 2 * i) then
+            call refuse('poisson_ratio', material%poisson_ratio, 'not finite', 'it must lie between -1 and 0.5')
+          else if (e <= 0) then
+            call refuse('young_modulus', material%young_modulus, to_text(e) // unit, 'it must be greater than 0')
+          else if (nu <= -1 .or. nu >= 0.5_rk) then
+            call refuse('poisson_ratio', material%poisson_ratio, to_text(nu), 'it must lie between -1 and 0.5')
+          end if
+        end associate
+        if (allocated(error)) return
+      end do
+    end do
+
+  contains
+
+    subroutine refuse(key, value, found, wanted)
+      character(*), intent(in) :: key
+      type(value_config_t), intent(in) :: value
+      character(*), intent(in) :: found
+      character(*), intent(in) :: wanted
+
+      call make_error(error, 'materials.' // deck%materials(i)%name // '.' // key // ' is ''' // value%text // ''', which is ' // &
+        found // ' at ' // format_point(deck%parameters, points(:, i_point)) // '; ' // wanted, deck%path, value%line, value%column)
+    end subroutine refuse
+  end subroutine check_materials
+end module sig_materials

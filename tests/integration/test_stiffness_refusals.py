@@ -1,0 +1,36 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Decks whose stiffness depends on the parameters: what cannot be done with them is said before any work."""
+
+import pytest
+
+from runs import refuse, write_deck
+
+# the modulus is negative inside the range only, at a training point and at no corner
+HOLE = '"push > 0.03 && push < 0.05 ? -5 : 2e6"'
+
+
+@pytest.mark.parametrize(("command", "n_ranks"), [("train", 1), ("validate", 1), ("run", 1), ("run", 3)])
+def test_reduced_models_are_refused(signorom, tmp_path, command, n_ranks):
+    deck = write_deck("patch", tmp_path, **{"young_modulus: 2.0e6": "young_modulus: 2e7 * push"})
+    words = refuse(signorom, command, deck.name, folder=tmp_path, n_ranks=n_ranks)
+    assert words.startswith(
+        "patch.yaml:6:51: error: materials.block.young_modulus is '2e7 * push', so the stiffness depends "
+        "on the parameters; a reduced model needs one that does not"
+    )
+
+
+@pytest.mark.parametrize(("command", "n_ranks"), [("check", 1), ("sample", 1), ("sample", 3)])
+def test_point_out_of_range_is_named(signorom, tmp_path, command, n_ranks):
+    deck = write_deck("patch", tmp_path, **{"young_modulus: 2.0e6": f"young_modulus: {HOLE}"})
+    words = refuse(signorom, command, deck.name, folder=tmp_path, n_ranks=n_ranks)
+    assert "patch.yaml:6:51: error: materials.block.young_modulus is 'push > 0.03" in words
+    assert "which is -5.0 N/m^2 at push = 0.04 m; it must be greater than 0" in words
+
+
+def test_other_modulus_is_another_study(signorom, tmp_path):
+    """The provenance of snapshots holds the expressions."""
+    deck = write_deck("patch", tmp_path, **{"young_modulus: 2.0e6": "young_modulus: 2e7 * push"})
+    signorom("sample", deck.name, folder=tmp_path)
+    deck.write_text(deck.read_text().replace("2e7 * push", "3e7 * push"))
+    words = refuse(signorom, "sample", deck.name, folder=tmp_path)
+    assert "these snapshots belong to another deck or mesh" in words
