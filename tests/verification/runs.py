@@ -10,7 +10,7 @@ from program import ROOT
 from results import read_fields, read_snapshots, read_table
 
 __all__ = ["HERE", "INPUT", "MESHES", "ROOT", "read_fields", "read_report", "read_snapshots", "read_table"]
-__all__ += ["solve_input", "write_deck", "write_deck_with", "write_input"]
+__all__ += ["solve_deck", "solve_input", "write_deck", "write_deck_with", "write_input"]
 
 HERE = Path(__file__).resolve().parent
 INPUT = ROOT / "input"
@@ -29,9 +29,14 @@ def write_input(name, folder, replacements=None):
 
 def solve_input(signorom, name, folder, replacements=None, n_ranks=1):
     """Fields at each output point of a deck that users have, and the report."""
-    signorom("solve", write_input(name, folder, replacements), folder=folder, n_ranks=n_ranks)
-    report = read_report(folder, name)
-    path = Path(folder) / "results" / name / "fields.h5"
+    return solve_deck(signorom, write_input(name, folder, replacements), n_ranks)
+
+
+def solve_deck(signorom, deck, n_ranks=1):
+    """Fields at each output point of a deck, and the report; results go beside the deck."""
+    signorom("solve", deck, folder=deck.parent, n_ranks=n_ranks)
+    report = read_report(deck.parent, deck.stem)
+    path = deck.parent / "results" / deck.stem / "fields.h5"
     fields = [read_fields(path, i_point) for i_point in range(1, len(report["points"]) + 1)]
     assert all(point["status"] == "converged" for point in report["points"].values())
     return fields, report
