@@ -127,6 +127,29 @@ def test_paper_treatment_on_three_ranks(signorom, tmp_path):
     same_validation(results[1], results[0])
 
 
+def test_enrichment_on_three_ranks(signorom, tmp_path):
+    """Domain, hats and their order are choices: rounding must not make them."""
+    change = {
+        "pod_tolerance: 1.0e-5": "pod_tolerance: 1.0e-5, extra_modes: 1, dual_pod_tolerance: 1.0e-3, "
+        "enrichment: {type: greedy, side: second, max_condition_number: 1}"
+    }
+    results, histories = [], []
+    for n_ranks in (1, 3):
+        folder = tmp_path / str(n_ranks)
+        folder.mkdir()
+        results.append(run(signorom, folder, n_ranks, **change))
+        with h5py.File(results[-1] / "model.h5") as file:
+            cluster = file["clusters/1"]
+            histories.append({name: values[()] for name, values in cluster["enrichment"].items()})
+            assert cluster.attrs["n_hats"] == len(cluster["contact_rows"]) > 3
+            assert cluster.attrs["basis_rank"] == len(cluster["basis"])
+    same_models(results[1], results[0])
+    for name in ("rows", "nodes", "ranks", "n_columns"):
+        np.testing.assert_array_equal(histories[1][name], histories[0][name], err_msg=name)
+    # the smallest singular values are 1e-4 of the largest
+    np.testing.assert_allclose(histories[1]["singular_ratios"], histories[0]["singular_ratios"], rtol=1e-9)
+
+
 @pytest.mark.parametrize("n_ranks", [1, 3])
 @pytest.mark.parametrize("solver", ["active_set", "snesvi"])
 def test_solvers(signorom, tmp_path, one_rank, solver, n_ranks):

@@ -181,14 +181,13 @@ def train(problem, snapshots, thetas, tolerance, treatment, zones=()):
 
 
 def reconstruct(
-    model, multipliers, displacement, dual_snapshots, normal_snapshots, normal_dofs, with_displacement
+    rows, multipliers, displacement, dual_snapshots, normal_snapshots, normal_dofs, with_displacement
 ):
     """Multipliers everywhere: kept on the reduced domain, elsewhere non-negative least squares.
 
     Source: [9] as cited in section 2.3.2 of the paper. Each block is divided by the Frobenius norm of its own
-    snapshots, so that the result does not depend on the units.
+    snapshots, so that the result does not depend on the units. Rows: those of the reduced domain.
     """
-    rows = model.domain.contact_rows
     block = dual_snapshots[rows]
     size = np.linalg.norm(block)
     matrix, target = block / size, multipliers / size

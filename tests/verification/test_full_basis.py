@@ -18,12 +18,20 @@ N_MOVED_ENDS = 2
 TOLERANCE = 1e-9
 
 
-@pytest.fixture(scope="module", params=["elastic_lifting", "multiplier"])
+CASES = {
+    "elastic_lifting": "elastic_lifting",
+    "multiplier": "multiplier",
+    # hats that a complete basis does not need
+    "elastic_lifting, enriched": "elastic_lifting\n  enrichment: {type: greedy, max_condition_number: 1}",
+}
+
+
+@pytest.fixture(scope="module", params=list(CASES))
 def results(request, signorom, tmp_path_factory):
-    """Folder with the results of both treatments of the prescribed values, and the treatment."""
+    """Folder with the results of both treatments of the prescribed values and of an enriched basis, and which."""
     folder = tmp_path_factory.mktemp("full_basis")
-    deck = write_deck("full_basis", folder, **{"dirichlet: elastic_lifting": f"dirichlet: {request.param}"})
-    signorom("run", deck, folder=folder)
+    change = {"dirichlet: elastic_lifting": f"dirichlet: {CASES[request.param]}"}
+    signorom("run", write_deck("full_basis", folder, **change), folder=folder)
     return folder / "results" / "full_basis", request.param
 
 
@@ -36,7 +44,9 @@ def test_domain_is_the_whole_mesh(results):
         assert cluster["contact_rows"][()].tolist() == list(range(1, N_PAIRS + 1))
         assert cluster["interface_dofs"].shape == (0,)
         # the two prescribed rows take their two modes away again
-        assert cluster["basis"].shape[0] == N_PAIRS
+        n_hats = N_PAIRS if "enriched" in treatment else 0
+        assert cluster.attrs["n_hats"] == n_hats
+        assert cluster["basis"].shape[0] == N_PAIRS + n_hats
         values = cluster["singular_values"][()]
     n_modes = N_PAIRS + (N_MOVED_ENDS if treatment == "multiplier" else 0)
     assert (values > 1e-10 * values[0]).sum() == n_modes
