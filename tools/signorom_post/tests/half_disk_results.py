@@ -221,6 +221,25 @@ def write_validation(path: Path, rows: list[dict[str, object]]) -> None:
     path.write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
+#: per hat: pair, node, columns, rank, kappa, ratio of the singular values, condition of the stiffness
+HISTORY = (
+    (0, 0, 9, 2, "inf", 900.0, 410.0),
+    (5, 61, 10, 3, 40.0, 40.0, 420.0),
+    (2, 58, 11, 3, 8.0, 8.0, 430.0),
+    (9, 65, 12, 3, 1.2, 1.2, 440.0),
+)
+HISTORY_HEADER = "cluster,hat,pair,node,n_columns,rank,condition_number,singular_ratio,stiffness_condition"
+
+
+def write_enrichment(
+    path: Path, history: tuple[tuple[object, ...], ...] = HISTORY, n_clusters: int = 1
+) -> None:
+    lines = [HISTORY_HEADER]
+    for cluster in range(1, n_clusters + 1):
+        lines += [",".join(map(str, (cluster, hat, *entry))) for hat, entry in enumerate(history)]
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+
+
 REPORT = """version:
   signorom: "0.1.0"
 deck: {title: Two half disks pressed together}
@@ -249,6 +268,7 @@ def write_results(folder: Path, n_rings: int = 4, n_sectors: int = 12) -> HalfDi
     write_snapshots(folder / "snapshots.h5", disks)
     write_model(folder / "model.h5", disks)
     write_validation(folder / "validation.csv", validation_rows())
+    write_enrichment(folder / "enrichment.csv")
     (folder / "report.yaml").write_text(REPORT, encoding="utf-8")
     return disks
 

@@ -9,6 +9,7 @@ import h5py
 import pytest
 
 from signorom_post.errors import InputError, MissingFileError
+from signorom_post.readers.enrichment import read_enrichment
 from signorom_post.readers.fields import read_fields
 from signorom_post.readers.model import read_model
 from signorom_post.readers.report import read_report
@@ -21,6 +22,7 @@ READERS: dict[str, Callable[[Path], object]] = {
     "snapshots.h5": read_snapshots,
     "model.h5": read_model,
     "validation.csv": read_validation,
+    "enrichment.csv": read_enrichment,
     "report.yaml": read_report,
 }
 HDF5_FILES = [name for name in READERS if name.endswith(".h5")]
@@ -176,6 +178,22 @@ def test_csv_with_a_word_names_line_and_column(folder: Path) -> None:
     lines[3] = lines[3].replace(lines[3].split(",")[2], "oops", 1)
     path.write_text("\n".join(lines))
     assert message_of(path) == "line 4, column 'e_u': 'oops' is not a number"
+
+
+@pytest.mark.parametrize(
+    ("column", "value", "sentence"),
+    [
+        ("hat", "7", "the hats of cluster 1 are not numbered 0, 1, 2, ..."),
+        ("n_columns", "9.5", "column 'n_columns' has values that are not integers"),
+    ],
+)
+def test_inconsistent_enrichment(folder: Path, column: str, value: str, sentence: str) -> None:
+    path = folder / "enrichment.csv"
+    header, *lines = path.read_text().splitlines()
+    cells = lines[1].split(",")
+    cells[header.split(",").index(column)] = value
+    path.write_text("\n".join([header, lines[0], ",".join(cells), *lines[2:]]))
+    assert message_of(path) == sentence
 
 
 def test_csv_without_points(folder: Path) -> None:

@@ -8,12 +8,12 @@ from pathlib import Path
 
 import h5py
 import pytest
-from half_disk_results import POINTS, HalfDisks, write_model
+from half_disk_results import HISTORY, POINTS, HalfDisks, write_enrichment, write_model
 
 from signorom_post import __version__
 from signorom_post.cli import main
 
-NAMES = ["initial_and_deformed", "reduced_domain", "multipliers", "errors", "singular_values"]
+NAMES = ["initial_and_deformed", "reduced_domain", "multipliers", "errors", "singular_values", "enrichment"]
 ONLY_BODIES = ["--only", "initial_and_deformed"]
 SIGNATURES = {"png": b"\x89PNG\r\n", "pdf": b"%PDF-", "svg": b"<?xml"}
 
@@ -57,6 +57,7 @@ def test_two_runs_write_the_same_bytes(folder: Path, tmp_path: Path) -> None:
         ("fields.h5", ["initial_and_deformed", "reduced_domain", "multipliers"]),
         ("model.h5", ["singular_values"]),
         ("validation.csv", ["errors"]),
+        ("enrichment.csv", ["enrichment"]),
     ],
 )
 def test_missing_file_leaves_figures_out_and_says_why(
@@ -79,7 +80,11 @@ def test_damaged_file_is_an_error_but_the_other_figures_are_drawn(
     path = folder / "fields.h5"
     path.write_bytes(path.read_bytes()[:5000])
     assert main(["figures", str(folder)]) == 2
-    assert written(folder / "figures") == ["errors.png", "singular_values.png"]
+    assert written(folder / "figures") == [
+        "enrichment.png",
+        "errors.png",
+        "singular_values.png",
+    ]
     assert capsys.readouterr().err == f"{path}: error: the file is truncated: its end is missing\n"
 
 
@@ -154,6 +159,13 @@ def test_three_dimensional_mesh_is_left_out(folder: Path, capsys: pytest.Capture
         file["mesh/topology"] = [[0, 1, 2, 3]]
     assert main(["figures", str(folder)]) == 0
     assert "the mesh has three dimensions; only plane meshes are drawn" in capsys.readouterr().out
+
+
+def test_model_without_hats_has_no_figure_of_them(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    write_enrichment(folder / "enrichment.csv", HISTORY[:1])
+    assert main(["figures", str(folder), "--only", "enrichment", "errors"]) == 0
+    assert "left out: enrichment" in capsys.readouterr().out
+    assert written(folder / "figures") == ["errors.png"]
 
 
 def test_each_cluster_has_its_domain(folder: Path, disks: HalfDisks) -> None:

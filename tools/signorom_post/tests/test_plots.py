@@ -4,7 +4,7 @@
 from dataclasses import replace
 from pathlib import Path
 
-import matplotlib.image
+import matplotlib
 import numpy as np
 import pytest
 from half_disk_results import (
@@ -24,9 +24,10 @@ from matplotlib.axes import Axes
 from matplotlib.collections import PathCollection, PolyCollection, TriMesh
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
+from pictures import check_picture, lines_of
 
 from signorom_post.errors import InputError
+from signorom_post.plots.enrichment import enrichment
 from signorom_post.plots.errors import errors, status_changes
 from signorom_post.plots.initial_and_deformed import initial_and_deformed, magnification
 from signorom_post.plots.multipliers import multipliers
@@ -36,11 +37,7 @@ from signorom_post.readers.fields import FieldFile, read_fields
 from signorom_post.readers.model import read_model
 from signorom_post.readers.validation import read_validation
 from signorom_post.results import Results
-from signorom_post.style import PARAMETERS, RESOLUTION, save, styled
-
-
-def lines_of(axes: Axes, gid: str) -> list[Line2D]:
-    return [line for line in axes.lines if line.get_gid() == gid]
+from signorom_post.style import PARAMETERS, styled
 
 
 def panel(figure: Figure, text: str) -> Axes:
@@ -53,20 +50,6 @@ def rid_polygons(figure: Figure) -> PolyCollection:
     found = [c for c in polygons if to_hex(c.get_facecolor()[0]) == RID_COLOR.lower()]
     assert len(found) == 1
     return found[0]
-
-
-def check_picture(figure: Figure, path: Path) -> None:
-    """The picture has the figure's size and enough ink on white."""
-    save(figure, path)
-    pixels = matplotlib.image.imread(path)
-    width, height = (figure.get_size_inches() * RESOLUTION).astype(int)
-    assert abs(pixels.shape[0] - height) <= 1
-    assert abs(pixels.shape[1] - width) <= 1
-    is_ink = pixels[..., :3].min(axis=2) < 0.9
-    assert 0.01 < is_ink.mean() < 0.9
-    assert not is_ink[0].any(), "something touches the upper edge"
-    assert not is_ink[:, 0].any(), "something touches the left edge"
-    assert not is_ink[:, -1].any(), "something touches the right edge"
 
 
 def test_initial_and_deformed(fields: FieldFile, disks: HalfDisks, tmp_path: Path) -> None:
@@ -319,6 +302,18 @@ def test_each_cluster_has_its_curve(tmp_path: Path, disks: HalfDisks) -> None:
         figure = singular_values(read_model(tmp_path / "model.h5"))
     texts = [text.get_text() for text in figure.axes[1].get_legend().get_texts()]
     assert texts == [r"cluster 1: $\ell = 9$", r"cluster 2: $\ell = 9$"]
+
+
+def test_enrichment(results: Results, tmp_path: Path) -> None:
+    with styled():
+        figure = enrichment(results.enrichment)
+        check_picture(figure, tmp_path / "figure.png")
+    left, right = figure.axes
+    assert left.get_yscale() == right.get_yscale() == "log"
+    assert lines_of(left, "full rank")[0].get_xydata().tolist() == [[10, 40.0], [11, 8.0], [12, 1.2]]
+    assert lines_of(left, "rank too low")[0].get_xydata().tolist() == [[9, 900.0]]
+    assert lines_of(left, "solvable")[0].get_xdata()[0] == 10
+    assert right.lines[0].get_ydata().tolist() == [410.0, 420.0, 430.0, 440.0]
 
 
 def test_style_does_not_leak() -> None:

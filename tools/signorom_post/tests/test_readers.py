@@ -15,10 +15,12 @@ from half_disk_results import (
     HalfDisks,
     reduced_multipliers,
     validation_rows,
+    write_enrichment,
     write_model,
     write_validation,
 )
 
+from signorom_post.readers.enrichment import read_enrichment
 from signorom_post.readers.fields import FieldFile, read_fields
 from signorom_post.readers.model import read_model
 from signorom_post.readers.validation import read_validation
@@ -137,6 +139,23 @@ def test_validation_is_read(results: Results) -> None:
     assert validation.parameters.shape == (101, 1)
     np.testing.assert_array_equal(validation.columns["e_u"], [row["e_u"] for row in rows])
     assert set(validation.solvers) == {"active_set"}
+
+
+def test_enrichment_is_read(results: Results) -> None:
+    (history,) = results.enrichment
+    assert (history.cluster, history.n_hats) == (1, 3)
+    np.testing.assert_array_equal(history.pairs, [0, 5, 2, 9])
+    np.testing.assert_array_equal(history.n_columns, [9, 10, 11, 12])
+    np.testing.assert_array_equal(history.condition_numbers, [np.inf, 40.0, 8.0, 1.2])
+    np.testing.assert_array_equal(history.stiffness_conditions, [410.0, 420.0, 430.0, 440.0])
+    assert history.first_solvable() == 1
+    assert [history.first_below(kappa) for kappa in (100.0, 10.0, 8.0, 1.0)] == [1, 2, 2, None]
+
+
+def test_each_cluster_has_its_enrichment(tmp_path: Path) -> None:
+    write_enrichment(tmp_path / "enrichment.csv", n_clusters=2)
+    histories = read_enrichment(tmp_path / "enrichment.csv")
+    assert [(history.cluster, history.n_hats) for history in histories] == [(1, 3), (2, 3)]
 
 
 def test_validation_keeps_infinite_and_undefined_errors(tmp_path: Path) -> None:

@@ -8,6 +8,7 @@ from pathlib import Path
 from matplotlib.figure import Figure
 
 from signorom_post.errors import InputError, MissingFileError
+from signorom_post.plots.enrichment import enrichment
 from signorom_post.plots.errors import errors
 from signorom_post.plots.initial_and_deformed import initial_and_deformed
 from signorom_post.plots.multipliers import multipliers
@@ -130,6 +131,13 @@ def _singular_values(results: Results, _options: FigureOptions) -> Iterator[tupl
     yield "", singular_values(results.model)
 
 
+def _enrichment(results: Results, _options: FigureOptions) -> Iterator[tuple[str, Figure]]:
+    histories = results.enrichment
+    if not any(history.n_hats for history in histories):
+        raise NotDrawableError(f"{results.folder / 'enrichment.csv'}: the model has no hat functions")
+    yield "", enrichment(histories)
+
+
 #: name of the file without ending -> what draws it
 BUILDERS: dict[str, Callable[[Results, FigureOptions], Iterator[tuple[str, Figure]]]] = {
     "initial_and_deformed": _initial_and_deformed,
@@ -137,4 +145,5 @@ BUILDERS: dict[str, Callable[[Results, FigureOptions], Iterator[tuple[str, Figur
     "multipliers": _multipliers,
     "errors": _errors,
     "singular_values": _singular_values,
+    "enrichment": _enrichment,
 }

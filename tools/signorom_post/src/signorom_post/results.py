@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from signorom_post.errors import InputError, MissingFileError
+from signorom_post.readers.enrichment import History, read_enrichment
 from signorom_post.readers.fields import FieldFile, read_fields
 from signorom_post.readers.model import Model, read_model
 from signorom_post.readers.report import read_report
@@ -45,6 +46,11 @@ class Results:
             return self.model
         except MissingFileError:
             return None
+
+    @cached_property
+    def enrichment(self) -> list[History]:
+        """enrichment.csv, a history per cluster."""
+        return read_enrichment(self.folder / "enrichment.csv")
 
     @cached_property
     def validation(self) -> Validation:

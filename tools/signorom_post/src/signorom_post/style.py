@@ -11,6 +11,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator, NullFormatter
 
 # Okabe and Ito's palette, told apart by every common kind of colour vision
 BLACK = "#000000"
@@ -21,6 +22,8 @@ YELLOW = "#F0E442"
 BLUE = "#0072B2"
 VERMILLION = "#D55E00"
 PURPLE = "#CC79A7"
+
+CLUSTER_COLORS = (BLUE, VERMILLION, GREEN, PURPLE, ORANGE, SKY_BLUE)
 
 INK = "#262626"
 GRAY = "#8C8C8C"
@@ -89,6 +92,15 @@ def ordered_colors(n: int) -> list[tuple[float, float, float, float]]:
     """Colours of n curves in the order of a parameter; the palest end of the map is left out."""
     positions = np.linspace(0.0, 0.76, n) if n > 1 else np.array([0.25])
     return [tuple(color) for color in mpl.colormaps[SEQUENTIAL](positions)]
+
+
+def finish_percent_axis(axes: Axes) -> None:
+    """A logarithmic y axis with plain numbers at 1, 2, 5, 10, ... and a grid."""
+    axes.set_yscale("log")
+    axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    axes.yaxis.set_major_formatter("{x:g}")
+    axes.yaxis.set_minor_formatter(NullFormatter())
+    add_grid(axes)
 
 
 def add_grid(axes: Axes) -> None:

@@ -10,23 +10,10 @@ from matplotlib.ticker import MaxNLocator
 
 from signorom_post.arrays import FloatArray, power_of_ten
 from signorom_post.readers.model import Cluster, Model
-from signorom_post.style import (
-    BLUE,
-    GRAY,
-    GREEN,
-    INK,
-    ORANGE,
-    PURPLE,
-    SKY_BLUE,
-    VERMILLION,
-    add_grid,
-    new_figure,
-)
+from signorom_post.style import CLUSTER_COLORS, GRAY, INK, add_grid, new_figure
 
 #: tails further below the tolerance are not shown: in the end they are round-off, squared
 SHOWN_BELOW_TOLERANCE = 1e-8
-
-CLUSTER_COLORS = (BLUE, VERMILLION, GREEN, PURPLE, ORANGE, SKY_BLUE)
 
 
 def energy_tail(singular_values: FloatArray) -> FloatArray:

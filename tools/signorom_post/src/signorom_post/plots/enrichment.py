@@ -1,0 +1,67 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Condition numbers while hat functions join the basis (paper, Algorithm 1)."""
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
+
+from signorom_post.readers.enrichment import History
+from signorom_post.style import CLUSTER_COLORS, VERMILLION, add_grid, new_figure
+
+
+def enrichment(histories: list[History]) -> Figure:
+    """Left: kappa over the size of the basis. Right: the condition number of the reduced stiffness.
+
+    Before the contact rows have full rank kappa is infinite; the ratio of the largest to the smallest of the
+    singular values that there can be stands in for it, as open circles, and a dashed line marks full rank.
+    """
+    figure = new_figure(8.2, 3.6)
+    left, right = figure.subplots(1, 2)
+    for i, history in enumerate(histories):
+        color = CLUSTER_COLORS[i % len(CLUSTER_COLORS)]
+        label = f"cluster {history.cluster}" if len(histories) > 1 else r"$\kappa$, full rank"
+        _draw_kappa(left, history, color, label)
+        right.plot(
+            history.n_columns, history.stiffness_conditions, "o-", color=color, markersize=3.5, linewidth=0.9
+        )
+    left.set_ylabel(r"condition number $\kappa$ of the contact rows")
+    right.set_ylabel("condition number of $K_r$")
+    for axes in (left, right):
+        axes.set_yscale("log")
+        axes.set_xlabel(r"size of the basis, $\bar{\ell}$")
+        axes.xaxis.set_major_locator(MaxNLocator(integer=True))
+        add_grid(axes)
+    figure.legend(*left.get_legend_handles_labels(), loc="outside upper center", ncols=4, columnspacing=1.8)
+    return figure
+
+
+def _draw_kappa(axes: Axes, history: History, color: str, label: str) -> None:
+    is_full = np.isfinite(history.condition_numbers)
+    axes.plot(history.n_columns, history.singular_ratios, "-", color=color, linewidth=0.9, alpha=0.6)
+    if is_full.any():
+        axes.plot(
+            history.n_columns[is_full],
+            history.condition_numbers[is_full],
+            "o",
+            color=color,
+            markersize=4.0,
+            label=label,
+            gid="full rank",
+        )
+    if not is_full.all():
+        axes.plot(
+            history.n_columns[~is_full],
+            history.singular_ratios[~is_full],
+            "o",
+            color=color,
+            markerfacecolor="white",
+            markersize=4.0,
+            label=r"$\sigma_1/\sigma_{\min(n,\bar{\ell})}$, rank too low",
+            gid="rank too low",
+        )
+    first = history.first_solvable()
+    if first is not None and first > 0:
+        axes.axvline(
+            float(history.n_columns[first]), color=VERMILLION, linewidth=1.0, linestyle="--", gid="solvable"
+        )

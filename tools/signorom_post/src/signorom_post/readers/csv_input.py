@@ -1,0 +1,56 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A CSV file with a header line, whose every fault ends in a sentence with the file's name."""
+
+import csv
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from signorom_post.arrays import FloatArray
+from signorom_post.errors import InputError
+from signorom_post.readers.hdf5_input import require_file
+
+
+class CsvInput:
+    """The whole table as text; columns are converted when they are asked for."""
+
+    def __init__(self, path: Path, columns: Sequence[str]) -> None:
+        """Read a table that has at least these columns and a row."""
+        self.path = path
+        require_file(path)
+        try:
+            with path.open(newline="", encoding="utf-8") as file:
+                rows = [row for row in csv.reader(file) if row]
+        except (UnicodeDecodeError, csv.Error) as error:
+            raise InputError(path, "this is not a CSV file") from error
+        except OSError as error:
+            raise InputError(path, f"the file cannot be read ({error.strerror})") from error
+        self.header = [name.strip() for name in rows[0]] if rows else []
+        missing = [name for name in columns if name not in self.header]
+        if missing:
+            raise InputError(path, f"the header lacks the columns {', '.join(missing)}")
+        if len(rows) < 2:
+            raise InputError(path, "there is a header but no point")
+        self._rows = rows[1:]
+
+    def texts(self, name: str) -> list[str]:
+        """A column as text, shape (n_rows)."""
+        i_column = self.header.index(name)
+        for i_row, row in enumerate(self._rows):
+            if len(row) != len(self.header):
+                sentence = f"has {len(row)} values for {len(self.header)} columns; is the file truncated?"
+                raise InputError(self.path, f"line {i_row + 2} {sentence}")
+        return [row[i_column].strip() for row in self._rows]
+
+    def numbers(self, name: str) -> FloatArray:
+        """A column as numbers, nan where it is empty; shape (n_rows)."""
+        texts = self.texts(name)
+        values = np.empty(len(texts))
+        for i_row, text in enumerate(texts):
+            try:
+                values[i_row] = float(text or "nan")
+            except ValueError as error:
+                sentence = f"line {i_row + 2}, column '{name}': '{text}' is not a number"
+                raise InputError(self.path, sentence) from error
+        return values

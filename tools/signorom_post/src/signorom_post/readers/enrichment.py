@@ -1,0 +1,79 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""enrichment.csv: how hat functions joined the basis of each reduced model."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from signorom_post.arrays import FloatArray, IntArray
+from signorom_post.errors import InputError
+from signorom_post.readers.csv_input import CsvInput
+
+COUNTS = ("cluster", "hat", "pair", "node", "n_columns", "rank")
+NUMBERS = ("condition_number", "singular_ratio", "stiffness_condition")
+
+
+@dataclass(frozen=True)
+class History:
+    """The enrichment of one cluster; all arrays have an entry before the first hat and one per hat."""
+
+    cluster: int
+    #: number of the pair that carries the hat, and of the node: 1-based; 0 before the first hat
+    pairs: IntArray
+    nodes: IntArray
+    #: POD modes and hats: l-bar of the paper
+    n_columns: IntArray
+    #: of the contact rows, (11)
+    ranks: IntArray
+    #: kappa of the contact rows, infinite below full rank
+    condition_numbers: FloatArray
+    #: largest singular value of the contact rows over the smallest of the min(rows, columns) ones
+    singular_ratios: FloatArray
+    #: of the reduced stiffness
+    stiffness_conditions: FloatArray
+
+    @property
+    def n_hats(self) -> int:
+        """Number of hat functions."""
+        return len(self.pairs) - 1
+
+    def first_solvable(self) -> int | None:
+        """Hats after which the contact rows have full rank (11) for the first time; None: never."""
+        return self.first_below(np.inf)
+
+    def first_below(self, condition_number: float) -> int | None:
+        """Hats after which kappa is at most so large for the first time; None: never."""
+        is_below = np.isfinite(self.condition_numbers) & (self.condition_numbers <= condition_number)
+        return int(np.argmax(is_below)) if is_below.any() else None
+
+
+def read_enrichment(path: Path) -> list[History]:
+    """Read and check enrichment.csv; a history per cluster, in the order of the file."""
+    file = CsvInput(path, (*COUNTS, *NUMBERS))
+    counts = {name: _integers(path, name, file.numbers(name)) for name in COUNTS}
+    numbers = {name: file.numbers(name) for name in NUMBERS}
+    histories = []
+    for cluster in dict.fromkeys(counts["cluster"].tolist()):
+        rows = np.flatnonzero(counts["cluster"] == cluster)
+        if not np.array_equal(counts["hat"][rows], np.arange(len(rows))):
+            raise InputError(path, f"the hats of cluster {cluster} are not numbered 0, 1, 2, ...")
+        histories.append(
+            History(
+                cluster=cluster,
+                pairs=counts["pair"][rows],
+                nodes=counts["node"][rows],
+                n_columns=counts["n_columns"][rows],
+                ranks=counts["rank"][rows],
+                condition_numbers=numbers["condition_number"][rows],
+                singular_ratios=numbers["singular_ratio"][rows],
+                stiffness_conditions=numbers["stiffness_condition"][rows],
+            )
+        )
+    return histories
+
+
+def _integers(path: Path, name: str, values: FloatArray) -> IntArray:
+    if not np.all(np.isfinite(values)) or np.any(values != np.round(values)):
+        raise InputError(path, f"column '{name}' has values that are not integers")
+    return values.astype(np.int64)
