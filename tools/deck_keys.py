@@ -44,7 +44,9 @@ def kind(node, schema):
         plural = "mappings" if items.get("type") == "object" else kind(items, schema)
         if plural == "name or mapping":
             plural = "names or mapping"
-        return f"list of {plural}" + ("s" if plural in ("name", "number", "names or mapping") else "")
+        return f"list of {plural}" + (
+            "s" if plural in ("name", "number", "expression", "names or mapping") else ""
+        )
     if "expression of the parameters" in node.get("description", "") or node.get("type") == "object":
         return "mapping" if node["type"] == "object" else "expression"
     names = {

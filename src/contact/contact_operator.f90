@@ -1,5 +1,6 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> The contact matrix B and the gap D of (3) from node pairs. Its rows are few and short, so every rank holds all of them.
+!> The contact matrix B and the gap D of (3) from node pairs and nodes that face an obstacle. Its rows are few and short, so every
+!> rank holds all of them.
 module sig_contact_operator
   use sig_kinds, only: rk
   use sig_node_pairs, only: node_pairs_t
@@ -7,7 +8,10 @@ module sig_contact_operator
   private
   public :: contact_operator_t, create_contact_operator
 
-  !> Row k says: coefficients(:, k) . u(dofs(:, k)) <= gap(k, :) . theta.
+  !> Row k says: coefficients(:n, k) . u(dofs(:n, k)) <= gap(k, :) . theta with n = n_entries(k).
+  !>
+  !> A row of a rigid obstacle has the entries of its first node only, and second_node 0: the rest of its columns is 0, and no
+  !> dof.
   type :: contact_operator_t
     integer :: n_rows = 0
     integer :: n_dim = 0
@@ -15,10 +19,13 @@ module sig_contact_operator
     integer, allocatable :: pair_of_row(:)
     !> shape (n_rows), natural
     integer, allocatable :: first_node(:)
+    !> 0 = a rigid obstacle
     integer, allocatable :: second_node(:)
+    !> 2 * n_dim, with an obstacle n_dim; shape (n_rows)
+    integer, allocatable :: n_entries(:)
     !> natural dofs of the first node, then of the second, shape (2 * n_dim, n_rows)
     integer, allocatable :: dofs(:, :)
-    !> [-] +n on the first node and -n on the second, shape (2 * n_dim, n_rows); B B' = 2 I
+    !> [-] +n on the first node and -n on the second, shape (2 * n_dim, n_rows); B B' is 2 for pairs, 1 for obstacles
     real(rk), allocatable :: coefficients(:, :)
     !> [length] D = gap * theta, shape (n_rows, n_terms)
     real(rk), allocatable :: gap(:, :)
@@ -55,20 +62,21 @@ contains
     integer, intent(in) :: n_dim
     integer, intent(in) :: n_terms
     type(contact_operator_t), intent(out) :: operator
-    integer :: i_row, i_component
+    integer :: i_row
 
     operator%n_dim = n_dim
     operator%n_rows = size(pair_of_row)
     operator%pair_of_row = pair_of_row
     operator%first_node = pairs%first_node(pair_of_row)
     operator%second_node = pairs%second_node(pair_of_row)
-    allocate (operator%dofs(2 * n_dim, operator%n_rows), operator%coefficients(2 * n_dim, operator%n_rows))
+    operator%n_entries = n_dim * merge(2, 1, operator%second_node > 0)
+    allocate (operator%dofs(2 * n_dim, operator%n_rows), source=0)
+    allocate (operator%coefficients(2 * n_dim, operator%n_rows), source=0.0_rk)
     do i_row = 1, operator%n_rows
-      do i_component = 1, n_dim
-        operator%dofs(i_component, i_row) = n_dim * (operator%first_node(i_row) - 1) + i_component
-        operator%dofs(n_dim + i_component, i_row) = n_dim * (operator%second_node(i_row) - 1) + i_component
-      end do
+      operator%dofs(:n_dim, i_row) = node_dofs(operator%first_node(i_row), n_dim)
       operator%coefficients(:n_dim, i_row) = pairs%normal(:, pair_of_row(i_row))
+      if (operator%second_node(i_row) == 0) cycle
+      operator%dofs(n_dim + 1:, i_row) = node_dofs(operator%second_node(i_row), n_dim)
       operator%coefficients(n_dim + 1:, i_row) = -pairs%normal(:, pair_of_row(i_row))
     end do
     allocate (operator%gap(operator%n_rows, n_terms), source=0.0_rk)
@@ -80,6 +88,14 @@ contains
     end do
   end subroutine fill_rows
 
+  pure function node_dofs(i_node, n_dim) result(dofs)
+    integer, intent(in) :: i_node
+    integer, intent(in) :: n_dim
+    integer :: dofs(n_dim), i
+
+    dofs = n_dim * (i_node - 1) + [(i, i=1, n_dim)]
+  end function node_dofs
+
   !> No free displacement has a part in the pair's row.
   pure logical function row_is_prescribed(pairs, i_pair, n_dim, is_prescribed)
     type(node_pairs_t), intent(in) :: pairs
@@ -90,9 +106,9 @@ contains
     real(rk), parameter :: negligible = 1.0e-12_rk
     logical :: is_free(n_dim)
 
-    associate (a => n_dim * (pairs%first_node(i_pair) - 1), b => n_dim * (pairs%second_node(i_pair) - 1))
-      is_free = .not. (is_prescribed(a + 1:a + n_dim) .and. is_prescribed(b + 1:b + n_dim))
-    end associate
+    is_free = .not. is_prescribed(node_dofs(pairs%first_node(i_pair), n_dim))
+    if (pairs%second_node(i_pair) > 0) is_free = is_free .or. &
+      .not. is_prescribed(node_dofs(pairs%second_node(i_pair), n_dim))
     row_is_prescribed = .not. any(is_free .and. abs(pairs%normal(:, i_pair)) > negligible)
   end function row_is_prescribed
 
@@ -106,7 +122,9 @@ contains
     integer :: i_row
 
     do i_row = 1, self%n_rows
-      closing(i_row) = dot_product(self%coefficients(:, i_row), displacement(self%dofs(:, i_row)))
+      associate (n => self%n_entries(i_row))
+        closing(i_row) = dot_product(self%coefficients(:n, i_row), displacement(self%dofs(:n, i_row)))
+      end associate
     end do
   end function apply
 
@@ -122,7 +140,9 @@ contains
 
     forces = 0
     do i_row = 1, self%n_rows
-      forces(self%dofs(:, i_row)) = forces(self%dofs(:, i_row)) + self%coefficients(:, i_row) * multipliers(i_row)
+      associate (n => self%n_entries(i_row))
+        forces(self%dofs(:n, i_row)) = forces(self%dofs(:n, i_row)) + self%coefficients(:n, i_row) * multipliers(i_row)
+      end associate
     end do
   end function apply_transpose
 end module sig_contact_operator

@@ -88,7 +88,7 @@ contains
     real(rk), intent(inout) :: forces(:)
     !> [force]
     real(rk), intent(out) :: largest(n_largest)
-    !> [force] resultant of reactions and loads along each component, then the sums of their sizes
+    !> [force] resultant of reactions, loads and obstacles along each component, then the sums of their sizes
     real(rk), intent(out) :: sums(:)
     real(rk) :: contact(system%map%n_dofs), load(system%map%n_dofs)
     integer :: dof, i, i_component, n
@@ -106,7 +106,8 @@ contains
       largest(3) = max(largest(3), abs(contact(dof)))
       forces(i) = forces(i) + contact(dof) - load(dof)
       if (.not. system%boundary%is_prescribed(dof)) largest(1) = max(largest(1), abs(forces(i)))
-      sums(i_component) = sums(i_component) + forces(i) + load(dof)
+      ! contact forces cancel pair by pair; what is left of them is what obstacles do
+      sums(i_component) = sums(i_component) + forces(i) + load(dof) - contact(dof)
       sums(n + 1) = sums(n + 1) + abs(forces(i))
       sums(n + 2) = sums(n + 2) + abs(load(dof))
     end do

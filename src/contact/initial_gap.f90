@@ -1,11 +1,12 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Gaps that the deck gives, in place of the distances between the nodes.
+!> Gaps that the deck gives, by an expression or by a rigid obstacle, in place of the distances between the nodes.
 module sig_initial_gap
-  use sig_deck_config, only: contact_config_t
+  use sig_deck_config, only: contact_config_t, value_config_t
   use sig_errors, only: error_t
   use sig_kinds, only: rk
   use sig_mesh, only: mesh_t
   use sig_node_pairs, only: node_pairs_t
+  use sig_obstacle_gap, only: obstacle_gap
   use sig_term_set, only: term_set_t
   use sig_value_terms, only: split_value, value_terms_t
   implicit none(type, external)
@@ -14,7 +15,7 @@ module sig_initial_gap
 
 contains
 
-  !> Sets the gaps of the entries that have an expression for them, at the coordinates of the first nodes.
+  !> Sets the gaps of the entries that do not take them from the mesh, at the coordinates of the first nodes.
   !>
   !> Errors: a gap that is not finite at a node.
   subroutine set_initial_gaps(mesh, contact, deck_path, terms, pairs, error)
@@ -25,17 +26,42 @@ contains
     type(term_set_t), intent(inout) :: terms
     type(node_pairs_t), intent(inout) :: pairs
     type(error_t), allocatable, intent(out) :: error
-    type(value_terms_t) :: parts
+    type(value_config_t) :: shape, shift
     integer :: i, i_entry
 
     do i_entry = 1, size(contact)
-      if (.not. contact(i_entry)%has_initial_gap) cycle
+      if (.not. (contact(i_entry)%has_initial_gap .or. contact(i_entry)%has_obstacle)) cycle
       associate (members => pack([(i, i=1, pairs%n_pairs)], pairs%contact_entry == i_entry))
-        call split_value(mesh, pairs%first_node(members), contact(i_entry)%initial_gap, deck_path, terms, parts, error)
-        if (allocated(error)) return
-        pairs%initial_gap(members) = merge(parts%factors, 0.0_rk, parts%terms == 1)
-        pairs%gap_term(members) = merge(0, parts%terms, parts%terms == 1)
+        pairs%initial_gap(members) = 0
+        if (contact(i_entry)%has_obstacle) then
+          call obstacle_gap(contact(i_entry), terms%coordinate_names, shape, shift)
+          call add_gap(mesh, members, shift, deck_path, terms, pairs, error)
+          if (.not. allocated(error)) call add_gap(mesh, members, shape, deck_path, terms, pairs, error)
+        else
+          call add_gap(mesh, members, contact(i_entry)%initial_gap, deck_path, terms, pairs, error)
+        end if
       end associate
+      if (allocated(error)) return
     end do
   end subroutine set_initial_gaps
+
+  !> Adds a value to the gaps of some pairs; one value of a pair at most depends on the parameters.
+  subroutine add_gap(mesh, members, value, deck_path, terms, pairs, error)
+    type(mesh_t), intent(in) :: mesh
+    integer, intent(in) :: members(:)
+    type(value_config_t), intent(in) :: value
+    character(*), intent(in) :: deck_path
+    type(term_set_t), intent(inout) :: terms
+    type(node_pairs_t), intent(inout) :: pairs
+    type(error_t), allocatable, intent(out) :: error
+    type(value_terms_t) :: parts
+
+    call split_value(mesh, pairs%first_node(members), value, deck_path, terms, parts, error)
+    if (allocated(error)) return
+    if (value%uses_parameters) then
+      pairs%gap_term(members) = parts%terms
+    else
+      pairs%initial_gap(members) = pairs%initial_gap(members) + parts%factors
+    end if
+  end subroutine add_gap
 end module sig_initial_gap

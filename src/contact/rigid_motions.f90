@@ -66,7 +66,7 @@ contains
     call find_free_motions(is_prescribed, motions)
     allocate (motions%closing(operator%n_rows, motions%n_free), source=0.0_rk)
     do k = 1, operator%n_rows
-      do i_node = 1, 2
+      do i_node = 1, operator%n_entries(k) / mesh%n_dim
         associate (node => merge(operator%first_node(k), operator%second_node(k), i_node == 1), n => mesh%n_dim)
           motions%closing(k, :) = motions%closing(k, :) + &
             matmul(operator%coefficients((i_node - 1) * n + 1:i_node * n, k), motions%at_node(node))

@@ -2,7 +2,7 @@
 !> What the entries of the section `contact` must satisfy.
 module sig_deck_check_contact
   use sig_deck_check_values, only: check_field
-  use sig_deck_config, only: contact_config_t, deck_config_t
+  use sig_deck_config, only: contact_config_t, deck_config_t, value_config_t
   use sig_deck_tree, only: deck_tree_t, shown
   use sig_kinds, only: rk
   use sig_mechanical_models, only: components_text, mechanical_model, mechanical_model_t
@@ -29,6 +29,10 @@ contains
         if (are_same_surfaces(config%contact(i), entry)) call tree%report_at(path // '.first', &
           'and second are the surfaces of contact[' // to_text(i) // '] already')
       end do
+      if (entry%has_obstacle) then
+        call check_obstacle(tree, path, config, entry)
+        return
+      end if
       call check_direction(tree, path // '.direction', entry%direction, mechanical_model(config%mesh%model))
       if (entry%pairing_tolerance <= 0 .or. entry%pairing_tolerance > 0.5_rk) call tree%report_at(path // '.pairing_tolerance', &
         'is ' // to_text(entry%pairing_tolerance) // '; it must be greater than 0 and at most 0.5 (times the mesh size)')
@@ -57,7 +61,68 @@ contains
     if (size(direction) /= model%n_dim) then
       call tree%report_at(path, 'has length ' // to_text(size(direction)) // '; ' // components_text(model))
     else if (norm2(direction) < tiny(1.0_rk)) then
-      call tree%report_at(path, 'is a zero vector; it must point from the first surface to the second')
+      call tree%report_at(path, 'is a zero vector; it must have a direction')
     end if
   end subroutine check_direction
+
+  !> Place, size and direction; what is not known before the mesh is read is left to it.
+  subroutine check_obstacle(tree, path, config, entry)
+    type(deck_tree_t), intent(inout) :: tree
+    character(*), intent(in) :: path
+    type(deck_config_t), intent(in) :: config
+    type(contact_config_t), intent(in) :: entry
+    type(mechanical_model_t) :: model
+    character(:), allocatable :: key
+    integer :: i
+
+    model = mechanical_model(config%mesh%model)
+    key = path // '.obstacle.center'
+    if (entry%obstacle%type == 'half_space') key = path // '.obstacle.point'
+    associate (obstacle => entry%obstacle)
+      if (size(obstacle%place) > 0 .and. size(obstacle%place) /= model%n_dim) then
+        call tree%report_at(key, 'has length ' // to_text(size(obstacle%place)) // '; ' // components_text(model))
+        return
+      end if
+      do i = 1, size(obstacle%place)
+        call check_field(tree, key // '[' // to_text(i) // ']', config%parameters, obstacle%place(i))
+      end do
+      if (obstacle%type == 'half_space') then
+        call check_direction(tree, path // '.obstacle.normal', obstacle%normal, model)
+        if (model%is_round) call check_level(tree, path // '.obstacle.normal', obstacle%normal)
+      else
+        call check_direction(tree, path // '.direction', entry%direction, model)
+        call check_field(tree, path // '.obstacle.radius', config%parameters, obstacle%radius)
+        if (obstacle%radius%is_constant .and. obstacle%radius%constant <= 0) call tree%report_at(path // '.obstacle.radius', &
+          'is ' // to_text(obstacle%radius%constant) // ' ' // config%units%length // '; it must be greater than 0')
+        if (model%is_round .and. size(obstacle%place) > 0) call check_on_axis(tree, key // '[1]', obstacle%place(1), &
+          config%units%length)
+      end if
+    end associate
+  end subroutine check_obstacle
+
+  !> A plane that is turned about the axis must be normal to it.
+  subroutine check_level(tree, path, normal)
+    type(deck_tree_t), intent(inout) :: tree
+    character(*), intent(in) :: path
+    real(rk), intent(in) :: normal(:)
+
+    if (size(normal) /= 2) return
+    if (abs(normal(1)) > 0) call tree%report_at(path, 'has the radial component ' // to_text(normal(1)) // &
+      '; in an axisymmetric model a half space must be normal to the axis', 'write normal: [0, 1] or [0, -1]')
+  end subroutine check_level
+
+  !> A sphere that is turned about the axis must have its center there.
+  subroutine check_on_axis(tree, path, radius, unit)
+    type(deck_tree_t), intent(inout) :: tree
+    character(*), intent(in) :: path
+    type(value_config_t), intent(in) :: radius
+    character(*), intent(in) :: unit
+    character(*), parameter :: rule = '; in an axisymmetric model the center must lie on the axis r = 0'
+
+    if (.not. radius%is_constant) then
+      call tree%report_at(path, 'is ' // shown(radius%text) // rule)
+    else if (abs(radius%constant) > 0) then
+      call tree%report_at(path, 'is ' // to_text(radius%constant) // ' ' // unit // rule)
+    end if
+  end subroutine check_on_axis
 end module sig_deck_check_contact

@@ -7,6 +7,7 @@ module sig_deck_config
   private
   public :: deck_config_t, units_config_t, mesh_config_t, parameter_config_t, material_config_t, value_config_t, name_config_t
   public :: load_config_t
+  public :: obstacle_config_t
   public :: boundary_config_t, contact_config_t, solver_config_t, point_set_config_t, reduction_config_t, output_config_t
   public :: enrichment_config_t, zone_config_t
 
@@ -112,12 +113,30 @@ module sig_deck_config
     logical :: is_cut = .true.
   end type load_config_t
 
+  !> A rigid body that the first surface may touch.
+  type :: obstacle_config_t
+    !> half_space or sphere (a cylinder in the plane)
+    character(:), allocatable :: type
+    !> [length] a point of the half space's face or the sphere's center, expressions of the parameters
+    type(value_config_t), allocatable :: place(:)
+    !> [-] half space: out of the obstacle, not yet of unit length
+    real(rk), allocatable :: normal(:)
+    !> [length] sphere: expression of the parameters, > 0
+    type(value_config_t) :: radius
+    integer :: line = 0
+    integer :: column = 0
+  end type obstacle_config_t
+
   type :: contact_config_t
     type(name_config_t) :: first
+    !> empty with an obstacle
     type(name_config_t) :: second
+    logical :: has_obstacle = .false.
+    type(obstacle_config_t) :: obstacle
     !> otherwise (default) the averaged outward normals of the first surface count
     logical :: has_direction = .false.
-    !> [-] from the first body to the second, not yet of unit length, as many components as the mesh has dimensions
+    !> [-] from the first body to the second or to the obstacle (a half space: against its normal), not yet of unit length, as many
+    !> components as the mesh has dimensions
     real(rk), allocatable :: direction(:)
     integer :: direction_line = 0
     integer :: direction_column = 0

@@ -2,7 +2,7 @@
 !> Configuration -> YAML with every default: what `check` prints, what reports and models keep. Reading it back gives the same.
 module sig_deck_echo
   use sig_deck_config, only: boundary_config_t, contact_config_t, deck_config_t, load_config_t, material_config_t, &
-    name_config_t, output_config_t, parameter_config_t, point_set_config_t, reduction_config_t, value_config_t
+    name_config_t, obstacle_config_t, output_config_t, parameter_config_t, point_set_config_t, reduction_config_t, value_config_t
   use sig_kinds, only: rk
   use sig_text, only: join, lower, read_real, string_t, to_text
   implicit none(type, external)
@@ -160,18 +160,48 @@ contains
   pure function contact_entry(contact) result(yaml)
     type(contact_config_t), intent(in) :: contact
     character(:), allocatable :: yaml
-    type(string_t) :: components(size(contact%direction))
-    integer :: i
 
-    do i = 1, size(contact%direction)
-      components(i)%text = to_text(contact%direction(i))
-    end do
-    yaml = '{first: ' // yaml_text(contact%first%text) // ', second: ' // yaml_text(contact%second%text)
-    if (contact%has_direction) yaml = yaml // ', direction: [' // join(components, ', ') // ']'
+    yaml = '{first: ' // yaml_text(contact%first%text)
+    if (contact%has_obstacle) then
+      yaml = yaml // ', obstacle: ' // obstacle_mapping(contact%obstacle)
+      if (contact%obstacle%type == 'sphere') yaml = yaml // ', direction: ' // number_list(contact%direction)
+      yaml = yaml // '}'
+      return
+    end if
+    yaml = yaml // ', second: ' // yaml_text(contact%second%text)
+    if (contact%has_direction) yaml = yaml // ', direction: ' // number_list(contact%direction)
     yaml = yaml // ', pairing_tolerance: ' // to_text(contact%pairing_tolerance)
     if (contact%has_initial_gap) yaml = yaml // ', initial_gap: ' // value_text(contact%initial_gap)
     yaml = yaml // '}'
   end function contact_entry
+
+  pure function obstacle_mapping(obstacle) result(yaml)
+    type(obstacle_config_t), intent(in) :: obstacle
+    character(:), allocatable :: yaml
+    type(string_t) :: place(size(obstacle%place))
+    integer :: i
+
+    do i = 1, size(place)
+      place(i)%text = value_text(obstacle%place(i))
+    end do
+    if (obstacle%type == 'sphere') then
+      yaml = '{type: sphere, center: [' // join(place, ', ') // '], radius: ' // value_text(obstacle%radius) // '}'
+    else
+      yaml = '{type: half_space, point: [' // join(place, ', ') // '], normal: ' // number_list(obstacle%normal) // '}'
+    end if
+  end function obstacle_mapping
+
+  pure function number_list(numbers) result(yaml)
+    real(rk), intent(in) :: numbers(:)
+    character(:), allocatable :: yaml
+    type(string_t) :: texts(size(numbers))
+    integer :: i
+
+    do i = 1, size(numbers)
+      texts(i)%text = to_text(numbers(i))
+    end do
+    yaml = '[' // join(texts, ', ') // ']'
+  end function number_list
 
   pure function point_set(points, parameters) result(yaml)
     type(point_set_config_t), intent(in) :: points

@@ -1,17 +1,20 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> The section `contact` of a deck: surfaces that may touch.
+!> The section `contact` of a deck: surfaces that may touch each other or a rigid obstacle.
 module sig_deck_read_contact
-  use sig_deck_config, only: averaged_tolerance, contact_config_t
+  use sig_deck_config, only: averaged_tolerance, contact_config_t, obstacle_config_t, value_config_t
   use sig_deck_tree, only: deck_tree_t, kind_mapping, root_node
-  use sig_deck_values, only: get_list, get_name, get_number, number_of, value_of
+  use sig_deck_values, only: get_choice, get_list, get_mapping, get_name, get_number, number_of, value_of
   use sig_kinds, only: rk
   implicit none(type, external)
   private
   public :: read_contact
 
+  character(*), parameter :: obstacle_types(2) = [character(10) :: 'half_space', 'sphere']
+  character(*), parameter :: of_parameters = 'a number or an expression of the parameters'
+
 contains
 
-  !> Surfaces that may touch.
+  !> At least one entry.
   subroutine read_contact(tree, contact)
     type(deck_tree_t), intent(inout) :: tree
     type(contact_config_t), allocatable, intent(out) :: contact(:)
@@ -31,39 +34,54 @@ contains
         cycle
       end if
       call get_name(tree, nodes(i), 'first', contact(i)%first)
-      call get_name(tree, nodes(i), 'second', contact(i)%second)
-      call read_direction(tree, nodes(i), contact(i))
-      call get_number(tree, nodes(i), 'pairing_tolerance', .false., contact(i)%pairing_tolerance)
-      call read_initial_gap(tree, nodes(i), contact(i))
+      contact(i)%has_obstacle = tree%find(nodes(i), 'obstacle') > 0
+      if (contact(i)%has_obstacle) then
+        call read_obstacle(tree, nodes(i), contact(i))
+      else
+        call get_name(tree, nodes(i), 'second', contact(i)%second)
+        contact(i)%has_direction = tree%find(nodes(i), 'direction') > 0
+        if (.not. contact(i)%has_direction) contact(i)%pairing_tolerance = averaged_tolerance
+        call read_direction(tree, nodes(i), .false., contact(i))
+        call get_number(tree, nodes(i), 'pairing_tolerance', .false., contact(i)%pairing_tolerance)
+        call read_initial_gap(tree, nodes(i), contact(i))
+      end if
       call tree%close_mapping(nodes(i))
     end do
   end subroutine read_contact
 
-  subroutine read_direction(tree, i_entry, contact)
+  subroutine read_direction(tree, i_entry, is_required, contact)
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_entry
+    logical, intent(in) :: is_required
     type(contact_config_t), intent(inout) :: contact
-    integer, allocatable :: nodes(:)
-    real(rk), allocatable :: direction(:)
-    integer :: i, i_list
-    logical :: is_valid, are_all_valid
+    integer :: i_list
 
-    contact%has_direction = tree%find(i_entry, 'direction') > 0
-    if (.not. contact%has_direction) contact%pairing_tolerance = averaged_tolerance
-    i_list = get_list(tree, i_entry, 'direction', .false., .false.)
+    i_list = get_list(tree, i_entry, 'direction', is_required, .false.)
     if (i_list == 0) return
     contact%direction_line = tree%nodes(i_list)%line
     contact%direction_column = tree%nodes(i_list)%column
+    call read_vector(tree, i_list, contact%direction)
+  end subroutine read_direction
+
+  !> Numbers of a list; left empty where one is none, so that the length is not checked.
+  subroutine read_vector(tree, i_list, vector)
+    type(deck_tree_t), intent(inout) :: tree
+    integer, intent(in) :: i_list
+    real(rk), allocatable, intent(inout) :: vector(:)
+    integer, allocatable :: nodes(:)
+    real(rk), allocatable :: numbers(:)
+    integer :: i
+    logical :: is_valid, are_all_valid
+
     nodes = tree%children(i_list)
-    allocate (direction(size(nodes)), source=0.0_rk)
+    allocate (numbers(size(nodes)), source=0.0_rk)
     are_all_valid = .true.
     do i = 1, size(nodes)
-      call number_of(tree, nodes(i), direction(i), is_valid)
+      call number_of(tree, nodes(i), numbers(i), is_valid)
       are_all_valid = are_all_valid .and. is_valid
     end do
-    ! left empty otherwise, so that its length is not checked
-    if (are_all_valid) contact%direction = direction
-  end subroutine read_direction
+    if (are_all_valid) vector = numbers
+  end subroutine read_vector
 
   subroutine read_initial_gap(tree, i_entry, contact)
     type(deck_tree_t), intent(inout) :: tree
@@ -80,4 +98,68 @@ contains
     ! reported; the checks that follow must not trip over it
     if (.not. is_valid) contact%initial_gap%is_constant = .true.
   end subroutine read_initial_gap
+
+  !> A half space has its direction from its normal, a sphere has one of its own.
+  subroutine read_obstacle(tree, i_entry, contact)
+    type(deck_tree_t), intent(inout) :: tree
+    integer, intent(in) :: i_entry
+    type(contact_config_t), intent(inout) :: contact
+    integer :: i_list, i_obstacle
+
+    contact%has_direction = .true.
+    associate (obstacle => contact%obstacle)
+      obstacle%type = trim(obstacle_types(1))
+      allocate (obstacle%place(0), obstacle%normal(0))
+      i_obstacle = get_mapping(tree, i_entry, 'obstacle', .true.)
+      if (i_obstacle == 0) return
+      obstacle%line = tree%nodes(i_obstacle)%line
+      obstacle%column = tree%nodes(i_obstacle)%column
+      call get_choice(tree, i_obstacle, 'type', .true., obstacle_types, obstacle%type)
+      if (obstacle%type == 'sphere') then
+        call read_place(tree, i_obstacle, 'center', obstacle)
+        if (tree%find(i_obstacle, 'radius') > 0) then
+          call read_value(tree, tree%find(i_obstacle, 'radius'), obstacle%radius)
+        else
+          obstacle%radius%constant = 1
+          call tree%report_key(i_obstacle, tree%key_path(i_obstacle) // '.radius is missing')
+        end if
+        call read_direction(tree, i_entry, .true., contact)
+      else
+        call read_place(tree, i_obstacle, 'point', obstacle)
+        i_list = get_list(tree, i_obstacle, 'normal', .true., .false.)
+        if (i_list > 0) call read_vector(tree, i_list, obstacle%normal)
+        contact%direction = -obstacle%normal
+      end if
+      call tree%close_mapping(i_obstacle)
+    end associate
+  end subroutine read_obstacle
+
+  subroutine read_place(tree, i_obstacle, key, obstacle)
+    type(deck_tree_t), intent(inout) :: tree
+    integer, intent(in) :: i_obstacle
+    character(*), intent(in) :: key
+    type(obstacle_config_t), intent(inout) :: obstacle
+    integer, allocatable :: nodes(:)
+    integer :: i, i_list
+
+    i_list = get_list(tree, i_obstacle, key, .true., .false.)
+    if (i_list == 0) return
+    nodes = tree%children(i_list)
+    deallocate (obstacle%place)
+    allocate (obstacle%place(size(nodes)))
+    do i = 1, size(nodes)
+      call read_value(tree, nodes(i), obstacle%place(i))
+    end do
+  end subroutine read_place
+
+  !> An expression of the parameters; a harmless number in place of a faulty one.
+  subroutine read_value(tree, i_node, value)
+    type(deck_tree_t), intent(inout) :: tree
+    integer, intent(in) :: i_node
+    type(value_config_t), intent(inout) :: value
+    logical :: is_valid
+
+    call value_of(tree, i_node, of_parameters, value, is_valid)
+    if (.not. is_valid) value = value_config_t(text='1', constant=1.0_rk, line=value%line, column=value%column)
+  end subroutine read_value
 end module sig_deck_read_contact

@@ -11,14 +11,15 @@ module sig_node_pairs
   private
   public :: node_pairs_t, find_node_pairs
 
-  !> Pairs in ascending order of their first node. All indices 1-based.
+  !> Pairs in ascending order of their first node, and nodes that face an obstacle. All indices 1-based.
   type :: node_pairs_t
     integer :: n_pairs = 0
     integer, allocatable :: first_node(:)
+    !> 0 = a rigid obstacle
     integer, allocatable :: second_node(:)
-    !> [-] unit vector from the first body to the second, shape (n_dim, n_pairs)
+    !> [-] unit vector from the first body to the second or to the obstacle, shape (n_dim, n_pairs)
     real(rk), allocatable :: normal(:, :)
-    !> [length] (x_second - x_first) . normal; negative where the bodies overlap at the start
+    !> [length] (x_second - x_first) . normal; negative where the bodies overlap at the start; 0 for an obstacle
     real(rk), allocatable :: initial_gap(:)
     !> term that adds to the initial gap, 0 = none
     integer, allocatable :: gap_term(:)
@@ -66,8 +67,9 @@ contains
     pairs%contact_entry = pairing%entry(pairs%first_node)
     pairs%normal = pairing%normals(:, pairs%first_node)
     allocate (pairs%gap_term(pairs%n_pairs), source=0)
-    allocate (pairs%initial_gap(pairs%n_pairs))
+    allocate (pairs%initial_gap(pairs%n_pairs), source=0.0_rk)
     do i_pair = 1, pairs%n_pairs
+      if (pairs%second_node(i_pair) == 0) cycle
       pairs%initial_gap(i_pair) = gap_of_pair(mesh, pairs%first_node(i_pair), pairs%second_node(i_pair), pairs%normal(:, i_pair))
     end do
   end subroutine collect_pairs

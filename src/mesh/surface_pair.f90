@@ -18,6 +18,7 @@ module sig_surface_pair
     type(contact_config_t) :: entry
     character(:), allocatable :: deck_path
     integer, allocatable :: first_nodes(:)
+    !> none of an obstacle
     integer, allocatable :: second_nodes(:)
     !> [-] from the first body to the second at each first node, shape (n_dim, n_first_nodes)
     real(rk), allocatable :: normals(:, :)
@@ -33,7 +34,7 @@ module sig_surface_pair
 
   !> What all entries have paired so far.
   type :: pairing_t
-    !> node on the other side, 0 = none; shape (n_nodes)
+    !> node on the other side, 0 = none or an obstacle; shape (n_nodes)
     integer, allocatable :: partner(:)
     !> entry that holds the node, 0 = none; shape (n_nodes)
     integer, allocatable :: entry(:)
@@ -100,14 +101,24 @@ contains
     type(surface_pair_t), intent(in) :: surfaces
     type(pairing_t), intent(in) :: pairing
     integer, intent(in) :: node
-    !> its partner by this entry
+    !> its partner by this entry, 0 = an obstacle
     integer, intent(in) :: other
     type(error_t), allocatable, intent(out) :: error
 
     call refuse(surfaces, surfaces%entry%first, node_text(mesh, node) // ' would be in two contact pairs, with ' // &
-                node_text(mesh, pairing%partner(node)) // ' by ' // entry_text(pairing%entry(node)) // ' and with ' // &
-                node_text(mesh, other) // ' by ' // entry_text(surfaces%i_entry), error)
+                partner_text(mesh, pairing%partner(node)) // ' by ' // entry_text(pairing%entry(node)) // ' and with ' // &
+                partner_text(mesh, other) // ' by ' // entry_text(surfaces%i_entry), error)
   end subroutine refuse_second_pair
+
+  pure function partner_text(mesh, i_node) result(text)
+    type(mesh_t), intent(in) :: mesh
+    !> 0 = none
+    integer, intent(in) :: i_node
+    character(:), allocatable :: text
+
+    text = 'the obstacle'
+    if (i_node > 0) text = node_text(mesh, i_node)
+  end function partner_text
 
   !> How far aside the nearest node of the second surface lies, and how far it may.
   pure function offset_text(mesh, surfaces, i_first) result(text)

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Gives every node of one surface its partner on another: the nearest node along the normal.
+!> Gives every node of one surface its partner on another, the nearest node along the normal, or an obstacle.
 module sig_surface_pairing
   use sig_deck_config, only: contact_config_t, name_config_t
   use sig_errors, only: error_t, make_error
@@ -35,20 +35,25 @@ contains
     surfaces%i_entry = i_entry
     surfaces%entry = contact(i_entry)
     surfaces%deck_path = deck_path
+    surfaces%second_nodes = [integer ::]
     call group_of_surface(mesh, surfaces%entry%first, deck_path, first_group, error)
     if (allocated(error)) return
-    call group_of_surface(mesh, surfaces%entry%second, deck_path, second_group, error)
-    if (allocated(error)) return
     surfaces%first_nodes = mesh%groups(first_group)%nodes
-    surfaces%second_nodes = mesh%groups(second_group)%nodes
-    call measure(mesh, surfaces, surfaces%entry%second, second_group, second, error)
-    if (allocated(error)) return
+    if (.not. surfaces%entry%has_obstacle) then
+      call group_of_surface(mesh, surfaces%entry%second, deck_path, second_group, error)
+      if (allocated(error)) return
+      surfaces%second_nodes = mesh%groups(second_group)%nodes
+      call measure(mesh, surfaces, surfaces%entry%second, second_group, second, error)
+      if (allocated(error)) return
+    end if
     call measure(mesh, surfaces, surfaces%entry%first, first_group, first, error)
     if (allocated(error)) return
     surfaces%mesh_size = first%mesh_size
     surfaces%tolerance = surfaces%entry%pairing_tolerance * surfaces%mesh_size
     call surfaces%tree%create(mesh%coordinates(:, surfaces%second_nodes))
-    if (surfaces%entry%has_direction) then
+    if (surfaces%entry%has_obstacle) then
+      call face_obstacle(first, surfaces, error)
+    else if (surfaces%entry%has_direction) then
       call fix_direction(mesh%n_dim, first, second, surfaces, error)
     else
       surfaces%normals = averaged_normals(mesh, first_group, first%area_vectors)
@@ -104,6 +109,21 @@ contains
     end associate
   end subroutine fix_direction
 
+  !> The direction to an obstacle. Errors: the surface looks away from it.
+  pure subroutine face_obstacle(first, surfaces, error)
+    type(surface_geometry_t), intent(in) :: first
+    type(surface_pair_t), intent(inout) :: surfaces
+    type(error_t), allocatable, intent(out) :: error
+
+    associate (entry => surfaces%entry)
+      surfaces%normals = spread(entry%direction / norm2(entry%direction), 2, size(surfaces%first_nodes))
+      if (lean(first, surfaces%normals(:, 1)) >= -turned_tolerance) return
+      call refuse(surfaces, entry%first, "the outer side of '" // entry%first%text // "' looks away from the obstacle, which " // &
+                  'lies in the direction ' // place_text(entry%direction), error, &
+                  'the normal of a half space points out of it, the direction of a sphere leads from the surface to it')
+    end associate
+  end subroutine face_obstacle
+
   pure subroutine refuse_direction(surfaces, message, error, hint)
     type(surface_pair_t), intent(in) :: surfaces
     character(*), intent(in) :: message
@@ -150,6 +170,10 @@ contains
     integer :: i, i_second, i_unpaired, n_unpaired
     real(rk) :: largest_gap
 
+    if (surfaces%entry%has_obstacle) then
+      call pair_with_obstacle(mesh, surfaces, pairing, error)
+      return
+    end if
     n_unpaired = 0
     largest_gap = -huge(largest_gap)
     do i = 1, size(surfaces%first_nodes)
@@ -176,6 +200,25 @@ contains
                          ' or more, which is more than an element; is the direction or the position of a body wrong?')
     end if
   end subroutine pair_surfaces
+
+  !> All nodes of the first surface. Errors: a node is in a pair already.
+  pure subroutine pair_with_obstacle(mesh, surfaces, pairing, error)
+    type(mesh_t), intent(in) :: mesh
+    type(surface_pair_t), intent(in) :: surfaces
+    type(pairing_t), intent(inout) :: pairing
+    type(error_t), allocatable, intent(out) :: error
+    integer :: i
+
+    do i = 1, size(surfaces%first_nodes)
+      associate (first => surfaces%first_nodes(i))
+        if (pairing%entry(first) /= 0) call refuse_second_pair(mesh, surfaces, pairing, first, 0, error)
+        if (allocated(error)) return
+        pairing%entry(first) = surfaces%i_entry
+        pairing%is_first(first) = .true.
+        pairing%normals(:, first) = surfaces%normals(:, i)
+      end associate
+    end do
+  end subroutine pair_with_obstacle
 
   pure real(rk) function gap_of_pair(mesh, first, second, normal) result(gap)
     type(mesh_t), intent(in) :: mesh

@@ -153,7 +153,7 @@ module sig_model
     integer :: n_dofs = 0
     integer :: n_dim = 0
     integer :: n_multipliers = 0
-    !> tags of the mesh file, shape (n_multipliers)
+    !> tags of the mesh file, the second one 0 for a rigid obstacle, shape (n_multipliers)
     integer, allocatable :: first_node_tags(:)
     integer, allocatable :: second_node_tags(:)
     !> [length] shape (n_dim, n_multipliers)

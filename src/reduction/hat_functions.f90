@@ -91,8 +91,11 @@ contains
       hats%nodes = operator%first_node(domain%contact_rows)
     end if
     start = merge(operator%n_dim, 0, is_second)
-    allocate (hats%values(operator%n_dim, size(hats%rows)), hats%entries(size(hats%rows)))
+    allocate (hats%values(operator%n_dim, size(hats%rows)), source=0.0_rk)
+    allocate (hats%entries(size(hats%rows)), source=0.0_rk)
     do i = 1, size(hats%rows)
+      ! an obstacle cannot move
+      if (hats%nodes(i) == 0) cycle
       associate (row => domain%contact_rows(i), normal => operator%coefficients(:operator%n_dim, domain%contact_rows(i)))
         hats%values(:, i) = merge(0.0_rk, normal, is_prescribed(operator%dofs(start + 1:start + operator%n_dim, row)) .or. &
           abs(normal) <= negligible)

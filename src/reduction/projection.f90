@@ -95,7 +95,7 @@ contains
     contact_matrix = 0
     do i_row = 1, size(domain%contact_rows)
       associate (row => domain%contact_rows(i_row))
-        do i_entry = 1, size(operator%dofs, 1)
+        do i_entry = 1, operator%n_entries(row)
           if (position_in(domain%contact_dofs, operator%dofs(i_entry, row)) == 0) cycle
           contact_matrix(i_row, :) = contact_matrix(i_row, :) + operator%coefficients(i_entry, row) &
             * basis(operator%dofs(i_entry, row), :)
@@ -112,12 +112,13 @@ contains
     real(rk), intent(in) :: lifting(:, :)
     !> [length]
     real(rk) :: gap(size(domain%contact_rows), size(operator%gap, 2))
-    integer :: i_row
+    integer :: i_row, row
 
     gap = operator%gap(domain%contact_rows, :)
     do i_row = 1, size(domain%contact_rows)
-      associate (row => domain%contact_rows(i_row), n_lifted => size(lifting, 2))
-        gap(i_row, :n_lifted) = gap(i_row, :n_lifted) - matmul(operator%coefficients(:, row), lifting(operator%dofs(:, row), :))
+      row = domain%contact_rows(i_row)
+      associate (n => operator%n_entries(row), n_lifted => size(lifting, 2))
+        gap(i_row, :n_lifted) = gap(i_row, :n_lifted) - matmul(operator%coefficients(:n, row), lifting(operator%dofs(:n, row), :))
       end associate
     end do
   end function project_gap

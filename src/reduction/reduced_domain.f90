@@ -89,7 +89,7 @@ contains
 
     allocate (partner(n_nodes), source=0)
     partner(operator%first_node) = operator%second_node
-    partner(operator%second_node) = operator%first_node
+    partner(pack(operator%second_node, operator%second_node > 0)) = pack(operator%first_node, operator%second_node > 0)
   end function partner_of_nodes
 
   pure subroutine start_growth(mesh, growth)
@@ -187,7 +187,7 @@ contains
     is_contact = .false.
     is_row = .false.
     do i_row = 1, operator%n_rows
-      do i_entry = 1, size(operator%dofs, 1)
+      do i_entry = 1, operator%n_entries(i_row)
         dof = operator%dofs(i_entry, i_row)
         if (operator%coefficients(i_entry, i_row) == 0 .or. .not. is_interior((dof - 1) / mesh%n_dim + 1)) cycle
         is_contact(dof) = .true.

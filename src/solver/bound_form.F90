@@ -21,7 +21,7 @@ module sig_bound_form
     real(rk), allocatable :: norms(:)
     !> natural dof whose place the bounded unknown of row k takes, shape (n_rows)
     integer, allocatable :: bounded_dofs(:)
-    !> [-] v of row k on operator%dofs(:, k), unit length or zero, shape (2 * n_dim, n_rows)
+    !> [-] v of row k on operator%dofs(:, k), unit length or zero, 0 beyond its entries, shape (2 * n_dim, n_rows)
     real(rk), allocatable :: reflectors(:, :)
   contains
     procedure :: create
@@ -51,13 +51,15 @@ contains
     class(bound_form_t), intent(inout) :: self
     type(contact_system_t), intent(in) :: system
     real(rk) :: direction(2 * system%map%n_dim), length
-    integer :: k, place
+    integer :: k, n, place
 
     associate (operator => system%operator)
       allocate (self%norms(operator%n_rows), self%bounded_dofs(operator%n_rows))
       allocate (self%reflectors(2 * operator%n_dim, operator%n_rows))
       do k = 1, operator%n_rows
-        direction = merge(0.0_rk, operator%coefficients(:, k), system%boundary%is_prescribed(operator%dofs(:, k)))
+        n = operator%n_entries(k)
+        direction = 0
+        direction(:n) = merge(0.0_rk, operator%coefficients(:n, k), system%boundary%is_prescribed(operator%dofs(:n, k)))
         self%norms(k) = norm2(direction)
         direction = direction / self%norms(k)
         place = maxloc(abs(direction), dim=1)
@@ -70,15 +72,15 @@ contains
     end associate
   end subroutine set_reflectors
 
-  !> R as a matrix: the identity and one full block pair per contact row. Both nodes of a pair have one owner.
+  !> R as a matrix: the identity and one full block per contact row. Both nodes of a pair have one owner.
   subroutine assemble_reflection(self, system, reflection, ierr)
     class(bound_form_t), intent(in) :: self
     type(contact_system_t), intent(in) :: system
     Mat, intent(out) :: reflection
     PetscErrorCode, intent(out) :: ierr
-    integer :: i, k, n, n_blocks, dofs_0(2 * system%map%n_dim)
-    integer, allocatable :: two(:)
-    real(rk) :: block(2 * system%map%n_dim, 2 * system%map%n_dim)
+    integer :: i, k, n, n_blocks
+    integer, allocatable :: dofs_0(:), two(:)
+    real(rk), allocatable :: block(:, :)
 
     n_blocks = system%map%n_local_dofs / system%map%n_dim
     allocate (two(n_blocks), source=2)
@@ -86,11 +88,11 @@ contains
     do i = system%map%first_dof_0, system%map%first_dof_0 + system%map%n_local_dofs - 1
       PetscCall(MatSetValue(reflection, i, i, 1.0_rk, ADD_VALUES, ierr))
     end do
-    n = 2 * system%map%n_dim
     do k = 1, system%operator%n_rows
-      dofs_0 = system%map%distributed_0(system%operator%dofs(:, k))
+      n = system%operator%n_entries(k)
+      dofs_0 = system%map%distributed_0(system%operator%dofs(:n, k))
       if (dofs_0(1) < system%map%first_dof_0 .or. dofs_0(1) >= system%map%first_dof_0 + system%map%n_local_dofs) cycle
-      block = -2 * spread(self%reflectors(:, k), 2, n) * spread(self%reflectors(:, k), 1, n)
+      block = -2 * spread(self%reflectors(:n, k), 2, n) * spread(self%reflectors(:n, k), 1, n)
       PetscCall(MatSetValues(reflection, n, dofs_0, n, dofs_0, block, ADD_VALUES, ierr))
     end do
     PetscCall(MatAssemblyBegin(reflection, MAT_FINAL_ASSEMBLY, ierr))
@@ -106,8 +108,10 @@ contains
     integer :: k
 
     do k = 1, system%operator%n_rows
-      associate (dofs => system%operator%dofs(:, k), v => self%reflectors(:, k))
-        values(dofs) = values(dofs) - 2 * v * dot_product(v, values(dofs))
+      associate (n => system%operator%n_entries(k))
+        associate (dofs => system%operator%dofs(:n, k), v => self%reflectors(:n, k))
+          values(dofs) = values(dofs) - 2 * v * dot_product(v, values(dofs))
+        end associate
       end associate
     end do
   end subroutine reflect

@@ -122,7 +122,7 @@ contains
     real(rk), intent(inout) :: column(:)
     integer :: i, i_local
 
-    do i = 1, size(system%operator%dofs, 1)
+    do i = 1, system%operator%n_entries(k)
       if (is_held(system%operator%dofs(i, k))) cycle
       i_local = system%map%distributed_0(system%operator%dofs(i, k)) - system%map%first_dof_0 + 1
       if (i_local < 1 .or. i_local > system%map%n_local_dofs) cycle
@@ -144,7 +144,7 @@ contains
     allocate (closing(system%operator%n_rows, size(columns, 2)), source=0.0_rk)
     do i_column = 1, size(columns, 2)
       do k = 1, system%operator%n_rows
-        do i = 1, size(system%operator%dofs, 1)
+        do i = 1, system%operator%n_entries(k)
           i_local = system%map%distributed_0(system%operator%dofs(i, k)) - system%map%first_dof_0 + 1
           if (i_local < 1 .or. i_local > system%map%n_local_dofs) cycle
           closing(k, i_column) = closing(k, i_column) + system%operator%coefficients(i, k) * columns(i_local, i_column)

@@ -95,7 +95,7 @@ contains
     call file%add_shared_array('contact/first_nodes', problem%operator%first_node, '-', &
       'node of each contact row on the first surface, 1-based, order of the mesh file')
     call file%add_shared_array('contact/second_nodes', problem%operator%second_node, '-', &
-      'node of each contact row on the second surface')
+      'node of each contact row on the second surface, 0 = a rigid obstacle')
     if (present(model)) call file%add_shared_array('contact/rows_in_reduced_domain', model%clusters(1)%contact_rows, '-', &
       'contact rows of the reduced integration domain, 1-based')
   end subroutine write_contact
@@ -155,7 +155,7 @@ contains
       opening = matmul(operator%gap, theta) - operator%apply(state%displacement)
       gap = ieee_value(gap, ieee_quiet_nan)
       gap(operator%first_node) = opening
-      gap(operator%second_node) = opening
+      gap(pack(operator%second_node, operator%second_node > 0)) = pack(opening, operator%second_node > 0)
       call file%add_node_field('contact_force', force, force_unit(problem%deck), 'contact force on the node, full-order model')
       call file%add_node_field('contact_pressure', pressures(norm2(force, dim=1), areas), stress_unit(deck), &
         'contact force over the area that the node stands for')
@@ -195,13 +195,20 @@ contains
 
     areas = 0
     do i = 1, size(problem%deck%contact)
-      associate (first => problem%mesh%groups(find_group(problem%mesh, problem%deck%contact(i)%first%text)), &
-        second => problem%mesh%groups(find_group(problem%mesh, problem%deck%contact(i)%second%text)))
-        areas = areas + nodal_areas(problem%mesh, problem%body, first%entities) &
-          + nodal_areas(problem%mesh, problem%body, second%entities)
+      associate (contact => problem%deck%contact(i))
+        areas = areas + surface_areas(problem, contact%first%text)
+        if (.not. contact%has_obstacle) areas = areas + surface_areas(problem, contact%second%text)
       end associate
     end do
   end function contact_areas
+
+  pure function surface_areas(problem, name) result(areas)
+    type(problem_t), intent(in) :: problem
+    character(*), intent(in) :: name
+    real(rk) :: areas(problem%mesh%n_nodes)
+
+    areas = nodal_areas(problem%mesh, problem%body, problem%mesh%groups(find_group(problem%mesh, name))%entities)
+  end function surface_areas
 
   !> force / area, zero where no contact surface is.
   elemental real(rk) function pressures(force, area)

@@ -48,12 +48,14 @@ contains
       ! with anchors the unknowns of W are not the multipliers alone
       if (condensed%reason == reason_converged .and. system%motions%n_free == 0) then
         full_order%compliance = condensed%compliance
+        ! terms that only move gaps close nothing
+        allocate (full_order%free_closing(n_rows, n_terms), source=0.0_rk)
         associate (n_driving => problem%boundary%n_driving_terms)
-          full_order%free_closing = system%operator%gap(:, :n_driving) - condensed%free_opening(:, :n_driving)
+          full_order%free_closing(:, :n_driving) = system%operator%gap(:, :n_driving) - condensed%free_opening(:, :n_driving)
         end associate
         if (multiplier_size + displacement_size <= room) then
-          PetscCall(gather_columns(system, condensed%free_response, full_order%free_response, ierr))
-          PetscCall(gather_columns(system, condensed%contact_response, full_order%contact_response, ierr))
+          PetscCall(gather_columns(system, condensed%free_response, n_terms, full_order%free_response, ierr))
+          PetscCall(gather_columns(system, condensed%contact_response, n_rows, full_order%contact_response, ierr))
         end if
       end if
       PetscCall(condensed%destroy(ierr))
@@ -61,19 +63,20 @@ contains
     end associate
   end subroutine condense_full_order
 
-  !> Distributed columns in natural order on every rank.
-  subroutine gather_columns(system, local, columns, ierr)
+  !> Distributed columns in natural order on every rank, filled up with zeros.
+  subroutine gather_columns(system, local, n_columns, columns, ierr)
     type(contact_system_t), intent(in) :: system
-    !> rows of this rank, shape (n_local_dofs, n_columns)
+    !> rows of this rank, shape (n_local_dofs, at most n_columns)
     real(rk), intent(in) :: local(:, :)
+    integer, intent(in) :: n_columns
     !> shape (n_dofs, n_columns)
     real(rk), allocatable, intent(out) :: columns(:, :)
     PetscErrorCode, intent(out) :: ierr
     integer :: i
 
     ierr = 0
-    allocate (columns(system%map%n_dofs, size(local, 2)), source=0.0_rk)
-    do i = 1, size(columns, 2)
+    allocate (columns(system%map%n_dofs, n_columns), source=0.0_rk)
+    do i = 1, size(local, 2)
       columns(system%map%local_dofs, i) = local(:, i)
       PetscCall(sum_over_ranks(system%comm, columns(:, i), ierr))
     end do

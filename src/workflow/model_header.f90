@@ -52,9 +52,12 @@ contains
     associate (operator => problem%operator)
       model%n_multipliers = operator%n_rows
       model%first_node_tags = problem%mesh%node_tags(operator%first_node)
-      model%second_node_tags = problem%mesh%node_tags(operator%second_node)
+      ! an obstacle has no node: tag 0, and the place of the node that faces it
+      associate (other_node => merge(operator%second_node, operator%first_node, operator%second_node > 0))
+        model%second_node_tags = merge(problem%mesh%node_tags(other_node), 0, operator%second_node > 0)
+        model%second_coordinates = problem%mesh%coordinates(:, other_node)
+      end associate
       model%first_coordinates = problem%mesh%coordinates(:, operator%first_node)
-      model%second_coordinates = problem%mesh%coordinates(:, operator%second_node)
       model%gap = operator%gap
     end associate
   end subroutine fill_contact

@@ -77,7 +77,9 @@ contains
     if (allocated(error)) return
     call create_contact(deck, problem, error)
     if (allocated(error)) return
-    PetscCall(partition_mesh(problem%mesh, problem%pairs%first_node, problem%pairs%second_node, comm, ierr))
+    associate (pairs => problem%pairs, is_pair => problem%pairs%second_node > 0)
+      PetscCall(partition_mesh(problem%mesh, pack(pairs%first_node, is_pair), pack(pairs%second_node, is_pair), comm, ierr))
+    end associate
     call check_zones(deck, problem%mesh, error)
     if (allocated(error)) return
     call plan_solving(problem, error)
@@ -236,8 +238,12 @@ contains
 
     allocate (names(problem%inert%n_rows))
     do k = 1, size(names)
-      names(k)%text = to_text(problem%mesh%node_tags(problem%inert%first_node(k))) // ' - ' // &
-        to_text(problem%mesh%node_tags(problem%inert%second_node(k)))
+      names(k)%text = to_text(problem%mesh%node_tags(problem%inert%first_node(k))) // ' - '
+      if (problem%inert%second_node(k) > 0) then
+        names(k)%text = names(k)%text // to_text(problem%mesh%node_tags(problem%inert%second_node(k)))
+      else
+        names(k)%text = names(k)%text // 'obstacle'
+      end if
     end do
   end function inert_pair_names
 
@@ -346,10 +352,8 @@ contains
     do k = 1, problem%inert%n_rows
       if (opening(k) >= -rounding * max(abs(gap(k)), maxval(abs(displacement)))) cycle
       associate (contact => problem%deck%contact(problem%pairs%contact_entry(problem%inert%pair_of_row(k))))
-        call make_error(error, 'the prescribed displacements press nodes ' // &
-          to_text(problem%mesh%node_tags(problem%inert%first_node(k))) // ' and ' // &
-          to_text(problem%mesh%node_tags(problem%inert%second_node(k))) // ' of the contact surfaces ' // &
-          to_text(-opening(k)) // ' ' // problem%deck%units%length // ' into each other at ' // &
+        call make_error(error, 'the prescribed displacements press ' // pressed_text(problem, k, &
+          to_text(-opening(k)) // ' ' // problem%deck%units%length) // ' at ' // &
           format_point(problem%deck%parameters, point) // '; both are prescribed, so no contact force can part them', &
           problem%deck%path, contact%first%line, contact%first%column, &
           'the gap of this pair is ' // to_text(gap(k)) // ' ' // problem%deck%units%length // ': narrow the parameter range')
@@ -357,4 +361,19 @@ contains
       return
     end do
   end subroutine check_inert_pairs
+
+  !> `nodes 3 and 8 of the contact surfaces 0.1 m into each other`, `node 3 0.1 m into the obstacle`
+  pure function pressed_text(problem, k, depth) result(text)
+    type(problem_t), intent(in) :: problem
+    !> inert row
+    integer, intent(in) :: k
+    character(*), intent(in) :: depth
+    character(:), allocatable :: text
+
+    associate (inert => problem%inert, tags => problem%mesh%node_tags)
+      text = 'node ' // to_text(tags(inert%first_node(k))) // ' ' // depth // ' into the obstacle'
+      if (inert%second_node(k) > 0) text = 'nodes ' // to_text(tags(inert%first_node(k))) // ' and ' // &
+        to_text(tags(inert%second_node(k))) // ' of the contact surfaces ' // depth // ' into each other'
+    end associate
+  end function pressed_text
 end module sig_problem

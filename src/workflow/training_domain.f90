@@ -27,16 +27,18 @@ contains
     !> nodes where the prescribed rows are imposed
     integer, allocatable, intent(out) :: anchors(:)
     type(error_t), allocatable, intent(out) :: error
-    integer, allocatable :: pairs(:), zone(:)
+    integer, allocatable :: rows(:), zone(:)
 
     call find_zone_nodes(problem, training_points, zone, error)
     if (allocated(error)) return
     call anchor_nodes(problem, anchors, error)
     if (allocated(error)) return
-    pairs = deim_rows(dual_modes)
-    call build_reduced_domain(problem%mesh, problem%operator, [nodes_of_dofs(deim_rows(modes), problem%mesh%n_dim), &
-      problem%operator%first_node(pairs), problem%operator%second_node(pairs), anchors, zone], &
-      problem%deck%reduction%unpaired_nodes == 'join', domain)
+    rows = deim_rows(dual_modes)
+    associate (second_nodes => problem%operator%second_node(rows))
+      call build_reduced_domain(problem%mesh, problem%operator, [nodes_of_dofs(deim_rows(modes), problem%mesh%n_dim), &
+        problem%operator%first_node(rows), pack(second_nodes, second_nodes > 0), anchors, zone], &
+        problem%deck%reduction%unpaired_nodes == 'join', domain)
+    end associate
   end subroutine choose_domain
 
   !> Where the prescribed rows are imposed: the middle node of each boundary that the parameters move.

@@ -23,7 +23,7 @@ contains
     cluster%contact_value_lifting = normal_displacements(operator, cluster%lifting)
   end subroutine keep_dual_snapshots
 
-  !> Displacement along n of the first nodes, then of the second nodes.
+  !> Displacement along n of the first nodes, then of the second nodes; 0 for obstacles.
   pure function normal_displacements(operator, fields) result(values)
     type(contact_operator_t), intent(in) :: operator
     !> [length] shape (n_dofs, n_fields)
@@ -33,10 +33,11 @@ contains
     integer :: k, n
 
     n = operator%n_dim
+    values = 0
     do k = 1, operator%n_rows
       associate (dofs => operator%dofs(:, k), normal => operator%coefficients(:n, k))
         values(k, :) = matmul(normal, fields(dofs(:n), :))
-        values(operator%n_rows + k, :) = matmul(normal, fields(dofs(n + 1:), :))
+        if (operator%second_node(k) > 0) values(operator%n_rows + k, :) = matmul(normal, fields(dofs(n + 1:), :))
       end associate
     end do
   end function normal_displacements

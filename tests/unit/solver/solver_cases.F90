@@ -133,7 +133,8 @@ contains
   end subroutine create_small
 
   !> Blocks with Poisson's effect, nodes off the grid, another gap at each pair, direction (0.28, 0.96); of two pairs one side
-  !> is prescribed, of the first one in x only. Every reflection differs from a swap of unknowns. Collective on comm.
+  !> is prescribed, of the first one in x only; the third first node faces an obstacle. Every reflection differs from a swap of
+  !> unknowns. Collective on comm.
   subroutine create_oblique(comm, case, ierr)
     MPI_Comm, intent(in) :: comm
     type(case_t), intent(out) :: case
@@ -142,7 +143,8 @@ contains
 
     PetscCall(start(stack_t(n_x=4, n_y=2, n_blocks=2, gap=0.1_rk), 0.35_rk, [0.28_rk, 0.96_rk], case, ierr))
     case%mesh%coordinates(1, :) = case%mesh%coordinates(1, :) + 0.1_rk * sin(3 * case%mesh%coordinates(2, :))
-    case%pairs%initial_gap = [0.05_rk, 0.12_rk, 0.3_rk, 0.02_rk, 0.35_rk]
+    case%pairs%initial_gap = [0.05_rk, 0.12_rk, 0.01_rk, 0.02_rk, 0.35_rk]
+    case%pairs%second_node(3) = 0
     call hold_ends(case, boundary)
     call prescribe(boundary, case%mesh, [node_at(case%stack, 1, 0, 2)], 1, 0.01_rk, 0.0_rk)
     call prescribe(boundary, case%mesh, [node_at(case%stack, 2, 3, 0)], 1, 0.0_rk, 0.1_rk)
@@ -189,7 +191,9 @@ contains
     type(case_t), intent(inout) :: case
     PetscErrorCode, intent(out) :: ierr
 
-    PetscCall(partition_mesh(case%mesh, case%pairs%first_node, case%pairs%second_node, comm, ierr))
+    associate (pairs => case%pairs, is_pair => case%pairs%second_node > 0)
+      PetscCall(partition_mesh(case%mesh, pack(pairs%first_node, is_pair), pack(pairs%second_node, is_pair), comm, ierr))
+    end associate
     PetscCall(case%system%create(comm, case%mesh, case%body, boundary, case%pairs, ierr))
   end subroutine finish
 

@@ -77,8 +77,10 @@ contains
     matrix(:n, :n) = stiffness
     rhs(:n) = boundary%loads%forces(theta, n)
     do k = 1, operator%n_rows
-      matrix(operator%dofs(:, k), n + k) = operator%coefficients(:, k)
-      matrix(n + k, operator%dofs(:, k)) = operator%coefficients(:, k)
+      associate (dofs => operator%dofs(:operator%n_entries(k), k))
+        matrix(dofs, n + k) = operator%coefficients(:size(dofs), k)
+        matrix(n + k, dofs) = operator%coefficients(:size(dofs), k)
+      end associate
       rhs(n + k) = dot_product(operator%gap(k, :), theta)
       if (is_closed(k)) cycle
       matrix(n + k, :) = 0

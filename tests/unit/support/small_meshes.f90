@@ -59,6 +59,7 @@ contains
     operator%pair_of_row = [(i, i=1, n_x + 1)]
     operator%first_node = [(n_y * (n_x + 1) + i, i=1, n_x + 1)]
     operator%second_node = operator%first_node + n_x + 1
+    allocate (operator%n_entries(n_x + 1), source=4)
     allocate (operator%dofs(4, n_x + 1), operator%coefficients(4, n_x + 1))
     do i = 1, n_x + 1
       operator%dofs(:, i) = [2 * operator%first_node(i) - 1, 2 * operator%first_node(i), &

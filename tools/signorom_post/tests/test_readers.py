@@ -48,6 +48,20 @@ def test_contact_indices_become_0_based(fields: FieldFile, disks: HalfDisks) -> 
     np.testing.assert_array_equal(fields.reduced_rows, disks.reduced_rows)
 
 
+def test_obstacles_have_no_node(fields: FieldFile, disks: HalfDisks) -> None:
+    with_obstacle = FieldFile(
+        fields.path,
+        fields.mesh,
+        fields.points,
+        fields.first_nodes[:2],
+        np.array([-1, fields.second_nodes[1]]),
+        fields.reduced_rows,
+    )
+    expected = [*disks.first_nodes[:2], disks.second_nodes[1]]
+    np.testing.assert_array_equal(with_obstacle.contact_nodes(), expected)
+    np.testing.assert_array_equal(with_obstacle.contact_nodes(np.array([0])), expected[:1])
+
+
 def test_each_point_has_its_fields(fields: FieldFile, disks: HalfDisks) -> None:
     assert [point.parameters.tolist() for point in fields.points] == [[squeeze] for squeeze in POINTS]
     for point, squeeze in zip(fields.points, POINTS, strict=True):

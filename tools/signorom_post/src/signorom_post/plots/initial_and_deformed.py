@@ -38,7 +38,7 @@ def initial_and_deformed(fields: FieldFile, point: FieldPoint, color: str = "dis
         shown = fields.field(point, "contact_pressure")
         label = with_unit("contact pressure", shown.unit)
         limits = (0.0, float(shown.values.max()) or 1.0)
-        nodes = np.concatenate([fields.first_nodes, fields.second_nodes])
+        nodes = fields.contact_nodes()
         is_open = shown.values[nodes] == 0.0
         for axes, points, is_white in ((left, initial, np.ones_like(is_open)), (right, deformed, is_open)):
             draw_mesh(axes, mesh, points)

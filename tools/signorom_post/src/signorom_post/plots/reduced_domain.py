@@ -35,7 +35,7 @@ def reduced_domain(fields: FieldFile, cluster: Cluster | None) -> Figure:
     rows = fields.reduced_rows
     if cluster is not None and fields.first_nodes.size:
         rows = _checked(fields, cluster.contact_rows, fields.first_nodes.size)
-    nodes = {"contact": np.concatenate([fields.first_nodes[rows], fields.second_nodes[rows]])}
+    nodes = {"contact": fields.contact_nodes(rows)}
     if cluster is not None:
         nodes["facing"] = np.setdiff1d(
             _checked(fields, cluster.facing_nodes, mesh.n_nodes), cluster.seed_nodes

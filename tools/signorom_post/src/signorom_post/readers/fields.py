@@ -34,11 +34,16 @@ class FieldFile:
     path: Path
     mesh: Mesh
     points: list[FieldPoint]
-    #: nodes of each contact pair on the first and on the second body, shape (n_contacts)
+    #: nodes of each contact pair on the first and on the second body, -1 for a rigid obstacle, shape (n_contacts)
     first_nodes: IntArray
     second_nodes: IntArray
     #: pairs whose multiplier the reduced model computes, shape (n_contact_rows)
     reduced_rows: IntArray
+
+    def contact_nodes(self, rows: IntArray | slice = slice(None)) -> IntArray:
+        """Nodes of some pairs: the first ones, then the second ones that there are."""
+        second_nodes = self.second_nodes[rows]
+        return np.concatenate([self.first_nodes[rows], second_nodes[second_nodes >= 0]])
 
     def field(self, point: FieldPoint, name: str) -> Quantity:
         """A field of a point, or an error that names the file."""
@@ -53,7 +58,7 @@ def read_fields(path: Path) -> FieldFile:
         file.check_format("signorom fields", 1)
         mesh = _read_mesh(file)
         first_nodes = _optional_indices(file, "/contact/first_nodes", mesh.n_nodes)
-        second_nodes = _optional_indices(file, "/contact/second_nodes", mesh.n_nodes)
+        second_nodes = _optional_indices(file, "/contact/second_nodes", mesh.n_nodes, lowest=0)
         if first_nodes.size != second_nodes.size:
             raise file.fail("'/contact/first_nodes' and '/contact/second_nodes' differ in length")
         reduced_rows = _optional_indices(file, "/contact/rows_in_reduced_domain", first_nodes.size)
@@ -63,8 +68,8 @@ def read_fields(path: Path) -> FieldFile:
     return FieldFile(path, mesh, points, first_nodes, second_nodes, reduced_rows)
 
 
-def _optional_indices(file: Hdf5Input, name: str, n_items: int) -> IntArray:
-    return file.indices(name, n_items) if file.has(name) else np.empty(0, dtype=np.int64)
+def _optional_indices(file: Hdf5Input, name: str, n_items: int, lowest: int = 1) -> IntArray:
+    return file.indices(name, n_items, lowest) if file.has(name) else np.empty(0, dtype=np.int64)
 
 
 def _read_mesh(file: Hdf5Input) -> Mesh:

@@ -118,11 +118,11 @@ class Hdf5Input:
             raise self.fail(f"dataset '{name}' has values that are not integers")
         return values.astype(np.int64)
 
-    def indices(self, name: str, n_items: int) -> IntArray:
-        """A list of 1-based numbers of items, returned 0-based, shape (n)."""
+    def indices(self, name: str, n_items: int, lowest: int = 1) -> IntArray:
+        """A list of 1-based numbers of items, returned 0-based, shape (n); with lowest = 0 none is -1."""
         values = self.integers(name)
-        if values.size and (values.min() < 1 or values.max() > n_items):
-            outside = values[(values < 1) | (values > n_items)][0]
+        if values.size and (values.min() < lowest or values.max() > n_items):
+            outside = values[(values < lowest) | (values > n_items)][0]
             raise self.fail(f"dataset '{name}' names item {outside}; there are {n_items}")
         return values - 1
 

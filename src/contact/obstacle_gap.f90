@@ -1,0 +1,106 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> The gap between a place and a rigid obstacle along the contact direction, written as an expression.
+!>
+!> With d the unit direction, c a point of the half space's face or the sphere's center, and s the distance of the place x from the
+!> line through c along d: gap = (c - x) . d, for a sphere less sqrt(max(R^2 - s^2, 0)). Beyond its equator, s > R, a sphere so
+!> continues as the plane through its equator: it acts as a hemispherical punch.
+module sig_obstacle_gap
+  use sig_deck_config, only: contact_config_t, value_config_t
+  use sig_kinds, only: rk
+  use sig_text, only: string_t, to_text
+  implicit none(type, external)
+  private
+  public :: obstacle_gap
+
+  !> [-] a component of the direction below this is rounding
+  real(rk), parameter :: smallest_component = 1.0e-12_rk
+
+contains
+
+  !> gap = shape + shift; at most one of them depends on the parameters, so that a plane or a punch that moves is one term and not
+  !> one per node.
+  pure subroutine obstacle_gap(contact, coordinate_names, shape, shift)
+    !> with an obstacle
+    type(contact_config_t), intent(in) :: contact
+    type(string_t), intent(in) :: coordinate_names(:)
+    !> [length] of the coordinates, and of the parameters where they move the obstacle sideways or change its size
+    type(value_config_t), intent(out) :: shape
+    !> [length] c . d, without coordinates
+    type(value_config_t), intent(out) :: shift
+    real(rk) :: direction(size(contact%direction))
+    integer :: i
+
+    direction = contact%direction / norm2(contact%direction)
+    where (abs(direction) < smallest_component) direction = 0
+    shift%text = '0'
+    shape%text = '0'
+    do i = 1, size(direction)
+      if (.not. abs(direction(i)) > 0) cycle
+      call add_product(direction(i), contact%obstacle%place(i), shift)
+      shape%text = shape%text // ' - ' // factor(direction(i)) // coordinate_names(i)%text
+    end do
+    shape%uses_coordinates = .true.
+    if (contact%obstacle%type == 'sphere') call take_off_cap(contact, direction, coordinate_names, shape)
+    if (shape%uses_parameters .and. shift%uses_parameters) then
+      shape%text = shape%text // ' + (' // shift%text // ')'
+      shift = value_config_t(text='0')
+    end if
+    shape%is_constant = .false.
+    shape%line = contact%obstacle%line
+    shape%column = contact%obstacle%column
+    shift%line = contact%obstacle%line
+    shift%column = contact%obstacle%column
+  end subroutine obstacle_gap
+
+  !> sum = sum + number * value.
+  pure subroutine add_product(number, value, sum)
+    real(rk), intent(in) :: number
+    type(value_config_t), intent(in) :: value
+    type(value_config_t), intent(inout) :: sum
+
+    sum%text = sum%text // ' + ' // factor(number) // '(' // value%text // ')'
+    sum%constant = sum%constant + number * value%constant
+    sum%is_constant = sum%is_constant .and. value%is_constant
+    sum%uses_parameters = sum%uses_parameters .or. value%uses_parameters
+  end subroutine add_product
+
+  !> shape = shape - sqrt(max(R^2 - s^2, 0)), where s^2 sums the squares of q - (q . d) d, q = x - c.
+  pure subroutine take_off_cap(contact, direction, coordinate_names, shape)
+    type(contact_config_t), intent(in) :: contact
+    real(rk), intent(in) :: direction(:)
+    type(string_t), intent(in) :: coordinate_names(:)
+    type(value_config_t), intent(inout) :: shape
+    type(string_t) :: q(size(direction))
+    character(:), allocatable :: along, squared
+    integer :: i
+
+    associate (sphere => contact%obstacle)
+      along = '0'
+      do i = 1, size(direction)
+        q(i)%text = '(' // coordinate_names(i)%text // ' - (' // sphere%place(i)%text // '))'
+        if (abs(direction(i)) > 0) along = along // ' + ' // factor(direction(i)) // q(i)%text
+      end do
+      squared = '(' // sphere%radius%text // ')^2'
+      shape%uses_parameters = sphere%radius%uses_parameters
+      do i = 1, size(direction)
+        ! along an axis the other components alone are sideways
+        if (.not. abs(direction(i)) < 1) cycle
+        if (abs(direction(i)) > 0) then
+          squared = squared // ' - (' // q(i)%text // ' - ' // factor(direction(i)) // '(' // along // '))^2'
+        else
+          squared = squared // ' - ' // q(i)%text // '^2'
+        end if
+        shape%uses_parameters = shape%uses_parameters .or. sphere%place(i)%uses_parameters
+      end do
+      shape%text = shape%text // ' - sqrt(max(' // squared // ', 0))'
+    end associate
+  end subroutine take_off_cap
+
+  !> `(0.6)*`
+  pure function factor(number) result(text)
+    real(rk), intent(in) :: number
+    character(:), allocatable :: text
+
+    text = '(' // to_text(number) // ')*'
+  end function factor
+end module sig_obstacle_gap

@@ -1,0 +1,118 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Rigid obstacles: two mirror half disks touch as each of them touches the plane between them."""
+
+import h5py
+import numpy as np
+import pytest
+import yaml
+
+from results import read_fields, read_snapshots, read_table, table_of
+from runs import write_deck
+
+PAIRS = "  - {first: lower_arc, second: upper_arc, direction: [0, 1]}"
+# The mirror plane of the disks is y = 0; planes that come closer in place of disks that do.
+PLANES = "\n".join(
+    f"  - {{first: {name}, obstacle: {{type: half_space, point: [0, {place}], normal: [0, {normal}]}}}}"
+    for name, place, normal in (("lower_arc", "-squeeze", -1), ("upper_arc", "squeeze", 1))
+)
+MOVING_PLANES = {"y: squeeze}": "y: 0}", "y: -squeeze}": "y: 0}", PAIRS: PLANES}
+# Mirror images to rounding, which the stiffness magnifies.
+MIRROR = 1e-9
+
+
+def results_of(signorom, folder, command, changes, n_ranks=1):
+    """Results folder of a command on decks/small_disks.yaml with changes."""
+    folder.mkdir(exist_ok=True)
+    signorom(command, write_deck("small_disks", folder, **changes), folder=folder, n_ranks=n_ranks)
+    return folder / "results" / "small_disks"
+
+
+@pytest.fixture(scope="module")
+def pressed(signorom, tmp_path_factory):
+    """Snapshots of the two disks."""
+    folder = results_of(signorom, tmp_path_factory.mktemp("pressed"), "sample", {})
+    return read_snapshots(folder / "snapshots.h5")
+
+
+@pytest.fixture(scope="module")
+def planes(signorom, tmp_path_factory):
+    """Results of the disks between the two planes."""
+    return results_of(signorom, tmp_path_factory.mktemp("planes"), "run", MOVING_PLANES)
+
+
+def test_plane_between_mirror_images(pressed, planes):
+    """The forces of the pairs, on each disk."""
+    found = read_snapshots(planes / "snapshots.h5")["multipliers"]
+    with h5py.File(planes / "fields.h5") as file:
+        first_nodes, second_nodes = file["contact/first_nodes"][()], file["contact/second_nodes"][()]
+        y = file["mesh/coordinates"][()][first_nodes - 1, 1]
+    assert (second_nodes == 0).all()
+    n_pairs = pressed["multipliers"].shape[1]
+    limit = MIRROR * pressed["multipliers"].max()
+    for is_side in (y < 0, y > 0):
+        assert is_side.sum() == n_pairs
+        forces = np.sort(found[:, is_side], axis=1)
+        np.testing.assert_allclose(forces, np.sort(pressed["multipliers"], axis=1), rtol=0, atol=limit)
+
+
+def test_obstacles_add_to_the_balance(planes):
+    """Supports and obstacles balance each other; the planes move by one term each."""
+    report = yaml.safe_load((planes / "report.yaml").read_text())
+    assert report["residuals"]["force_balance"] < 1e-10
+    assert report["sizes"]["inert_pairs"]
+    assert all(name.endswith(" - obstacle") for name in report["sizes"]["inert_pairs"])
+    with h5py.File(planes / "model.h5") as file:
+        assert file["contact/gap"].shape[0] == 3
+        assert (file["contact/second_node_tags"][()] == 0).all()
+
+
+def test_gap_field_is_the_distance_to_the_plane(planes):
+    """Of the deformed arcs, NaN elsewhere."""
+    with h5py.File(planes / "fields.h5") as file:
+        y = file["mesh/coordinates"][()][:, 1]
+    for point, squeeze in ((1, 0.2), (2, 0.4)):
+        fields = read_fields(planes / "fields.h5", point)
+        is_there = np.isfinite(fields["gap"])
+        distance = np.abs(y + fields["displacement"][:, 1]) - squeeze
+        np.testing.assert_allclose(fields["gap"][is_there], distance[is_there], rtol=0, atol=1e-12)
+        assert (fields["contact_pressure"] > 0).any()
+        assert not (fields["contact_pressure"][~is_there] > 0).any()
+
+
+def test_reduced_model_follows_the_planes(signorom, planes, tmp_path):
+    """Sampled, trained, validated and asked without mesh and deck."""
+    table = read_table(planes / "validation.csv")
+    assert max(table["e_lambda_rid"]) < 0.05
+    assert max(table["e_u"]) < 0.01
+    answer = table_of(signorom("predict", planes / "model.h5", "--at", "squeeze=0.4", folder=tmp_path))
+    full = read_fields(planes / "fields.h5", 2)["multipliers_full_order"].sum()
+    assert answer["contact_force"][0] == pytest.approx(full, rel=0.02)
+
+
+@pytest.mark.parametrize(
+    ("n_ranks", "solver", "tolerance"),
+    [(2, "condensed", 1e-10), (4, "condensed", 1e-10), (3, "active_set", 1e-8), (1, "snesvi", 1e-8)],
+)
+def test_same_on_ranks_and_by_solvers(signorom, tmp_path, planes, n_ranks, solver, tolerance):
+    """Rows of one node are as good as rows of two."""
+    changes = {
+        **MOVING_PLANES,
+        "type: condensed": f"type: {solver}",
+        "squeeze: 15}}": "squeeze: 15}, groups: 1}",
+    }
+    found = read_snapshots(
+        results_of(signorom, tmp_path, "sample", changes, n_ranks=n_ranks) / "snapshots.h5"
+    )
+    expected = read_snapshots(planes / "snapshots.h5")
+    for name in ("multipliers", "displacement"):
+        limit = tolerance * np.abs(expected[name]).max()
+        np.testing.assert_allclose(found[name], expected[name], rtol=0, atol=limit)
+
+
+def test_plane_into_prescribed_nodes_is_refused(signorom, tmp_path):
+    """The corners of the disks cannot give way."""
+    changes = {**MOVING_PLANES, PAIRS: PLANES.replace("-squeeze", "-3*squeeze")}
+    done = signorom.run("sample", write_deck("small_disks", tmp_path, **changes), folder=tmp_path)
+    assert done.returncode == 2
+    assert "the prescribed displacements press node" in done.stderr
+    assert "into the obstacle" in done.stderr

@@ -1,0 +1,94 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Rigid obstacles: a plane on a block (patch test) and a sphere pressed into one (Hertz)."""
+
+import numpy as np
+import pytest
+
+import hertz
+from block_meshes import Mesh, consistent_areas
+from runs import read_snapshots, write_deck
+from sphere_mesh import RADIUS, sphere_on_block
+
+PATCH = 1e-10
+HERTZ = 0.01
+MODULUS, POISSON_RATIO = 2.0e6, 0.3
+AXES = {"axisymmetric": "rz", "solid": "xyz"}
+
+
+def block(element, n_dim):
+    """1 wide and 1 high, off the grid inside; names of tests/support/block_meshes.py."""
+    across = (
+        [np.array([0.0, 0.3, 0.55, 1.0])]
+        if n_dim == 2
+        else [np.array([0.0, 0.3, 1.0]), np.array([0.0, 0.4, 1.0])]
+    )
+    sides = dict(list({(0, 0): "left", (1, 0): "front"}.items())[: n_dim - 1])
+    mesh = Mesh()
+    faces = {(n_dim - 1, 0): "bottom", (n_dim - 1, 1): "lower_face"} | sides
+    mesh.add_block("lower", [*across, np.array([-1.0, -0.6, -0.2, 0.0])], element, faces, 0.25, seed=1)
+    return mesh
+
+
+@pytest.mark.parametrize("solver", ["condensed", "active_set", "snesvi"])
+@pytest.mark.parametrize(
+    ("model", "element"),
+    [("plane_strain", "mixed"), ("plane_stress", "T3"), ("axisymmetric", "Q4"), ("solid", "H8")],
+)
+def test_plane_presses_evenly(signorom, tmp_path, model, element, solver):
+    """P = E' stroke / 1, E' = E / (1 - nu^2) in plane strain; no force before the plane is there."""
+    axes = AXES.get(model, "xy")
+    mesh = block(element, len(axes))
+    supports = [("bottom", axes[-1]), *zip(("left", "front"), axes[:-1], strict=False)]
+    entries = "".join(f"\n  - {{boundary: {name}, displacement: {{{axis}: 0}}}}" for name, axis in supports)
+    changes = {
+        "model: plane_strain": f"model: {model}",
+        "boundary_conditions: []": f"boundary_conditions:{entries}",
+        "type: condensed": f"type: {solver}",
+    }
+    if model == "solid":
+        changes |= {"point: [0, -stroke]": "point: [5, 7, -stroke]", "normal: [0, -1]": "normal: [0, 0, -3]"}
+    deck = write_deck("rigid_plane", tmp_path, **changes)
+    mesh.write(tmp_path / "block.msh")
+    signorom("sample", deck, folder=tmp_path)
+    snapshots = read_snapshots(tmp_path / "results" / "rigid_plane" / "snapshots.h5")
+    assert (snapshots["reasons"] > 0).all()
+    areas = consistent_areas(mesh, "lower_face", is_round=model == "axisymmetric")[
+        mesh.nodes_of("lower_face")
+    ]
+    modulus = MODULUS / (1 - POISSON_RATIO**2) if model == "plane_strain" else MODULUS
+    strokes = snapshots["parameters"][:, 0]
+    expected = modulus * np.outer(np.maximum(strokes, 0), areas)
+    np.testing.assert_allclose(snapshots["multipliers"], expected, rtol=0, atol=PATCH * expected.max())
+    for stroke, displacement in zip(strokes, snapshots["displacement"], strict=True):
+        up = len(axes) - 1
+        z = mesh.coordinates[:, up]
+        found = displacement.reshape(-1, len(axes))[:, up]
+        np.testing.assert_allclose(
+            found, -max(stroke, 0) * (z + 1), rtol=0, atol=PATCH * np.abs(strokes).max()
+        )
+
+
+def test_rigid_sphere_is_hertz(signorom, tmp_path, figures):
+    """Half-width and peak for the load found at each approach, 1 / E* of the block alone; Q4 of a / 15 to a / 26."""
+    mesh = sphere_on_block(2, 0.15, 40, 1.15)
+    mesh.elements = [
+        element for element in mesh.elements if element[1] not in ("sphere", "sphere_face", "top")
+    ]
+    n_nodes = 1 + max(max(nodes) for _, name, nodes in mesh.elements if name == "block")
+    mesh.coordinates = mesh.coordinates[:n_nodes]
+    mesh.elements = [element for element in mesh.elements if max(element[2]) < n_nodes]
+    deck = write_deck("rigid_sphere", tmp_path)
+    mesh.write(tmp_path / "block.msh")
+    signorom("sample", deck, folder=tmp_path)
+    snapshots = read_snapshots(tmp_path / "results" / "rigid_sphere" / "snapshots.h5")
+    assert (snapshots["reasons"] > 0).all()
+    nodes = mesh.nodes_of("block_face")
+    radius = mesh.coordinates[nodes, 0]
+    areas = consistent_areas(mesh, "block_face", is_round=True)[nodes]
+    for approach, multipliers in zip(snapshots["parameters"][:, 0], snapshots["multipliers"], strict=True):
+        half_width, peak = hertz.fit(radius, multipliers / areas)
+        modulus = hertz.contact_modulus(hertz.NAFEMS_MATERIALS[1], None)
+        exact = hertz.Point(modulus, RADIUS, multipliers.sum())
+        problem = f"rigid sphere on a block, approach {approach:g} mm"
+        figures.compare(problem, "half-width a", half_width, exact.half_width, HERTZ, "Hertz", "mm")
+        figures.compare(problem, "peak pressure p0", peak, exact.peak, HERTZ, "Hertz", "MPa")
