@@ -1,10 +1,13 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The program under test (SIGNOROM_EXECUTABLE, or build/ci/signorom), bare or under mpirun, with a time limit."""
 
+import atexit
 import contextlib
 import os
+import shutil
 import signal
 import subprocess
+import tempfile
 import time
 from pathlib import Path
 
@@ -23,6 +26,11 @@ ENVIRONMENT = {
     "OMPI_ALLOW_RUN_AS_ROOT": "1",
     "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1",
 }
+
+# Programs that start at the same moment in two test processes must not make the same session folder.
+SESSIONS = tempfile.mkdtemp(prefix="ompi")
+atexit.register(shutil.rmtree, SESSIONS, ignore_errors=True)
+ENVIRONMENT["OMPI_MCA_orte_tmpdir_base"] = SESSIONS
 
 
 def find_program():
