@@ -16,6 +16,8 @@ module sig_mesh
     integer, allocatable :: entities(:)
     !> all its nodes, ascending
     integer, allocatable :: nodes(:)
+    !> elements of the file that touch no named cell, and are left out
+    integer :: n_left_out = 0
   end type group_t
 
   !> Nodes keep the order of the file ("natural"), so results do not depend on the rank count. All indices 1-based.

@@ -75,6 +75,7 @@ contains
     do i_group = 1, n_groups
       PetscCall(broadcast_text(mesh%groups(i_group)%name, comm, ierr))
       PetscCallMPI(MPI_Bcast(mesh%groups(i_group)%n_dim, 1, MPI_INTEGER, 0, comm, ierr))
+      PetscCallMPI(MPI_Bcast(mesh%groups(i_group)%n_left_out, 1, MPI_INTEGER, 0, comm, ierr))
       PetscCall(broadcast_integers(mesh%groups(i_group)%entities, comm, ierr))
       PetscCall(broadcast_integers(mesh%groups(i_group)%nodes, comm, ierr))
     end do

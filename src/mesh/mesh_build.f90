@@ -272,7 +272,7 @@ contains
       mesh%groups(i)%name = raw%group_names(i_group)%text
       mesh%groups(i)%n_dim = raw%group_dims(i_group)
       associate (own => elements(members_before(i_group) + 1:members_before(i_group + 1)))
-        mesh%groups(i)%nodes = nodes_of_elements(raw, own, node_of_raw_node)
+        call collect_nodes(raw, own, node_of_raw_node, mesh%groups(i)%nodes, mesh%groups(i)%n_left_out)
         if (raw%group_dims(i_group) == mesh%n_dim) then
           mesh%groups(i)%entities = ascending(cell_of_element(own), mesh%n_cells)
         else if (raw%group_dims(i_group) == mesh%n_dim - 1) then
@@ -308,21 +308,29 @@ contains
   end subroutine sort_members
 
   !> Each once, ascending; elements that touch a dropped node do not count.
-  pure function nodes_of_elements(raw, elements, node_of_raw_node) result(nodes)
+  pure subroutine collect_nodes(raw, elements, node_of_raw_node, nodes, n_left_out)
     type(raw_mesh_t), intent(in) :: raw
     integer, intent(in) :: elements(:)
     integer, intent(in) :: node_of_raw_node(:)
-    integer, allocatable :: nodes(:)
+    integer, allocatable, intent(out) :: nodes(:)
+    !> elements that do not count
+    integer, intent(out) :: n_left_out
     logical :: is_used(maxval(node_of_raw_node))
     integer :: i, i_node
 
     is_used = .false.
+    n_left_out = 0
     do i = 1, size(elements)
-      if (any(node_of_raw_node(raw_nodes(raw, elements(i))) == 0)) cycle
-      is_used(node_of_raw_node(raw_nodes(raw, elements(i)))) = .true.
+      associate (own => node_of_raw_node(raw_nodes(raw, elements(i))))
+        if (any(own == 0)) then
+          n_left_out = n_left_out + 1
+        else
+          is_used(own) = .true.
+        end if
+      end associate
     end do
     nodes = pack([(i_node, i_node=1, size(is_used))], is_used)
-  end function nodes_of_elements
+  end subroutine collect_nodes
 
   !> The positive numbers of a list, each once, ascending.
   pure function ascending(numbers, n) result(sorted)

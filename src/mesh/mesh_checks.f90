@@ -179,6 +179,10 @@ contains
       call make_error(error, "the " // noun // " '" // name%text // "' of the mesh touches no cell of a named region", &
                       file=deck_path, line=name%line, column=name%column, &
                       hint='give the region beside it a name in the .geo file')
+    else if (mesh%groups(i_group)%n_left_out > 0) then
+      call make_error(error, 'elements of the ' // noun // " '" // name%text // "' that touch no cell of a named region: " // &
+                      to_text(mesh%groups(i_group)%n_left_out), file=deck_path, line=name%line, column=name%column, &
+                      hint='give the region beside them a name, and the two one mesh (Coherence), in the .geo file')
     end if
     if (allocated(error)) i_group = 0
   end subroutine find_name
