@@ -15,8 +15,9 @@ if(user_number STREQUAL "0") # Open MPI refuses to run as root unless told twice
 endif()
 set(SIG_TEST_TIMEOUT 120)
 if(SIG_SANITIZE)
-  # the leaks that it finds are Open MPI's and hwloc's
-  list(APPEND SIG_TEST_ENVIRONMENT ASAN_OPTIONS=detect_leaks=0 UBSAN_OPTIONS=print_stacktrace=1:halt_on_error=1)
+  # The slow unwinder sees the callers in libraries without frame pointers, by which tools/lsan.supp tells what others leak.
+  list(APPEND SIG_TEST_ENVIRONMENT ASAN_OPTIONS=fast_unwind_on_malloc=0 UBSAN_OPTIONS=print_stacktrace=1:halt_on_error=1
+    LSAN_OPTIONS=suppressions=${PROJECT_SOURCE_DIR}/tools/lsan.supp:print_suppressions=0)
   set(SIG_TEST_TIMEOUT 600)
 endif()
 # Rank counts above the number of cores are meant; without --bind-to two tests at once share one core.
