@@ -29,6 +29,7 @@ contains
     call check_points(tree, 'test', config%parameters, config%test)
     if (config%reduction%max_full_order_size < 0) call tree%report_at('reduction.max_full_order_size', &
       'is ' // to_text(config%reduction%max_full_order_size) // ' MB; it must not be negative (0 = keep none)')
+    call check_clusters(tree, config)
     call check_reduction(tree, config%reduction)
     call check_output_points(tree, config%parameters, config%output%points)
     call check_petsc_options(tree, config%petsc_options)
@@ -67,6 +68,41 @@ contains
     n_points = product(real(points%grid, rk))
     if (n_points > max_points) call tree%report_at(section // '.grid', too_many)
   end subroutine check_grid
+
+  subroutine check_clusters(tree, config)
+    type(deck_tree_t), intent(inout) :: tree
+    type(deck_config_t), intent(in) :: config
+    integer :: n_items
+
+    associate (clusters => config%clusters, training => config%training)
+      call check_tolerance(tree, 'clusters.cell_pod_tolerance', clusters%cell_pod_tolerance)
+      if (clusters%seed < 0) call tree%report_at('clusters.seed', 'is ' // to_text(clusters%seed) // '; it must be at least 0')
+      if (clusters%number < 1) call tree%report_at('clusters.number', 'is ' // to_text(clusters%number) // &
+        '; it must be at least 1')
+      if (clusters%number <= 1 .or. .not. config%has_training) return
+      if (clusters%method == 'irregular') then
+        n_items = n_points_of(training)
+        if (clusters%number > n_items) call tree%report_at('clusters.number', 'is ' // to_text(clusters%number) // &
+          '; there are only ' // to_text(n_items) // ' training points')
+      else if (.not. allocated(training%grid)) then
+        call tree%report_at('clusters', 'is regular, for the cells of training.grid, and there is no grid', &
+          'use method: irregular, or training: {grid: ...}')
+      else if (real(clusters%number, rk) > product(real(training%grid - 1, rk))) then
+        call tree%report_at('clusters.number', 'is ' // to_text(clusters%number) // '; the training grid has only ' // &
+          to_text(product(training%grid - 1)) // ' cells')
+      end if
+    end associate
+  end subroutine check_clusters
+
+  !> Huge where a file has them, or where they are too many.
+  pure integer function n_points_of(points) result(n_points)
+    type(point_set_config_t), intent(in) :: points
+
+    n_points = huge(n_points)
+    if (points%n_sobol > 0) n_points = points%n_sobol
+    if (points%n_latin_hypercube > 0) n_points = points%n_latin_hypercube
+    if (allocated(points%grid)) n_points = nint(min(product(real(points%grid, rk)), real(max_points, rk)))
+  end function n_points_of
 
   subroutine check_reduction(tree, reduction)
     type(deck_tree_t), intent(inout) :: tree

@@ -9,7 +9,7 @@ module sig_deck_config
   public :: load_config_t
   public :: obstacle_config_t
   public :: boundary_config_t, contact_config_t, solver_config_t, point_set_config_t, reduction_config_t, output_config_t
-  public :: enrichment_config_t, zone_config_t
+  public :: clusters_config_t, enrichment_config_t, zone_config_t
 
   !> [-] default of contact%pairing_tolerance for averaged normals, which on uneven facets point a little aside
   real(rk), parameter, public :: averaged_tolerance = 0.1_rk
@@ -204,6 +204,20 @@ module sig_deck_config
     integer :: max_hats = huge(1)
   end type enrichment_config_t
 
+  !> Local reduced models, each of a part of the training points.
+  type :: clusters_config_t
+    !> default 1: one model of all points
+    integer :: number = 1
+    !> regular (default): of the cells of training.grid; irregular: of the training points themselves
+    character(:), allocatable :: method
+    !> [-] energy tail of the bases of the cells that are compared; default 1.0e-6
+    real(rk) :: cell_pod_tolerance = 1.0e-6_rk
+    !> faster_pam (default) or alternating: how the medoids are found
+    character(:), allocatable :: algorithm
+    !> of what is drawn at random; default 1
+    integer :: seed = 1
+  end type clusters_config_t
+
   type :: reduction_config_t
     !> hhr
     character(:), allocatable :: method
@@ -269,6 +283,7 @@ module sig_deck_config
     type(point_set_config_t) :: training
     logical :: has_test = .false.
     type(point_set_config_t) :: test
+    type(clusters_config_t) :: clusters
     type(reduction_config_t) :: reduction
     type(output_config_t) :: output
     !> PETSc options with the prefixes fom_, active_set_, vi_, pod_; may be empty

@@ -1,8 +1,9 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> Configuration -> YAML with every default: what `check` prints, what reports and models keep. Reading it back gives the same.
 module sig_deck_echo
-  use sig_deck_config, only: boundary_config_t, contact_config_t, deck_config_t, load_config_t, material_config_t, &
-    name_config_t, obstacle_config_t, output_config_t, parameter_config_t, point_set_config_t, reduction_config_t, value_config_t
+  use sig_deck_config, only: boundary_config_t, clusters_config_t, contact_config_t, deck_config_t, load_config_t, &
+    material_config_t, name_config_t, obstacle_config_t, output_config_t, parameter_config_t, point_set_config_t, &
+    reduction_config_t, value_config_t
   use sig_kinds, only: rk
   use sig_text, only: join, lower, read_real, string_t, to_text
   implicit none(type, external)
@@ -33,7 +34,8 @@ contains
       ', max_iterations: ' // to_text(config%solver%max_iterations) // '}' // eol
     if (config%has_training) yaml = yaml // 'training: ' // point_set(config%training, config%parameters) // eol
     if (config%has_test) yaml = yaml // 'test: ' // point_set(config%test, config%parameters) // eol
-    yaml = yaml // reduction_section(config%reduction) // output_section(config%output, config%parameters) // &
+    yaml = yaml // clusters_section(config%clusters) // reduction_section(config%reduction)
+    yaml = yaml // output_section(config%output, config%parameters) // &
       'petsc_options: ' // yaml_text(config%petsc_options) // eol
   end function echo_deck
 
@@ -228,6 +230,15 @@ contains
       yaml = yaml // to_text(points%n_groups) // '}'
     end if
   end function point_set
+
+  pure function clusters_section(clusters) result(yaml)
+    type(clusters_config_t), intent(in) :: clusters
+    character(:), allocatable :: yaml
+
+    yaml = 'clusters: {number: ' // to_text(clusters%number) // ', method: ' // clusters%method // ', cell_pod_tolerance: ' // &
+      to_text(clusters%cell_pod_tolerance) // ', algorithm: ' // clusters%algorithm // ', seed: ' // to_text(clusters%seed) // &
+      '}' // eol
+  end function clusters_section
 
   pure function reduction_section(reduction) result(yaml)
     type(reduction_config_t), intent(in) :: reduction

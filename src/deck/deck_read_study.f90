@@ -3,7 +3,7 @@
 module sig_deck_read_study
   use sig_deck_config, only: deck_config_t, output_config_t, parameter_config_t, point_set_config_t, solver_config_t
   use sig_deck_read_problem, only: path_below
-  use sig_deck_read_reduction, only: read_reduction
+  use sig_deck_read_reduction, only: read_clusters, read_reduction
   use sig_deck_tree, only: deck_tree_t, kind_mapping, kind_scalar, root_node
   use sig_deck_values, only: choice_of, get_choice, get_integer, get_list, get_mapping, get_number, get_word, integer_of
   use sig_kinds, only: rk
@@ -29,6 +29,7 @@ contains
     call read_solver(tree, config%solver)
     call read_point_set(tree, 'training', config%parameters, config%has_training, config%training)
     call read_point_set(tree, 'test', config%parameters, config%has_test, config%test)
+    call read_clusters(tree, config%clusters)
     call read_reduction(tree, mechanical_model(config%mesh%model), config%reduction)
     call read_output(tree, config)
   end subroutine read_study

@@ -20,6 +20,7 @@ module sig_grid_cells
     procedure :: n_cells
     procedure :: corners
     procedure :: find
+    procedure :: squared_distance
     procedure, private :: n_layers
   end type grid_cells_t
 
@@ -69,11 +70,31 @@ contains
     do i_parameter = 1, size(counts)
       associate (minimum => self%box(1, i_parameter), maximum => self%box(2, i_parameter), n => counts(i_parameter))
         position = min(max((point(i_parameter) - minimum) / (maximum - minimum), 0.0_rk), 1.0_rk) * n
-        layer_0 = max(0, ceiling(position - border_tolerance) - 1)
+        layer_0 = min(n - 1, max(0, ceiling(position - border_tolerance) - 1))
         i_cell = 1 + (i_cell - 1) * n + layer_0
       end associate
     end do
   end function find
+
+  !> From a point to the nearest point of a cell, the sides of the box taken as of length 1.
+  pure real(rk) function squared_distance(self, i_cell, point) result(distance)
+    class(grid_cells_t), intent(in) :: self
+    integer, intent(in) :: i_cell
+    !> [unit of each parameter] shape (n_parameters)
+    real(rk), intent(in) :: point(:)
+    integer :: i_parameter, layers_0(size(self%n_values))
+    real(rk) :: position
+
+    layers_0 = digits_of(i_cell - 1, self%n_layers())
+    distance = 0
+    do i_parameter = 1, size(layers_0)
+      associate (minimum => self%box(1, i_parameter), maximum => self%box(2, i_parameter), &
+        n => max(1, self%n_values(i_parameter) - 1))
+        position = (point(i_parameter) - minimum) / (maximum - minimum) * n - layers_0(i_parameter)
+        distance = distance + (max(0.0_rk, -position, position - 1) / n)**2
+      end associate
+    end do
+  end function squared_distance
 
   !> Digits of a number, each to a base of its own, the last one fastest.
   pure function digits_of(number, bases) result(digits)

@@ -3,6 +3,7 @@
 module sig_model
   use sig_bits, only: n_words
   use sig_kinds, only: rk
+  use sig_model_choice, only: model_choice_t
   use sig_term_set, only: start_terms, term_set_t
   use sig_text, only: string_t
   implicit none(type, external)
@@ -73,6 +74,8 @@ module sig_model
     integer, allocatable :: interior_dofs(:)
     integer, allocatable :: interface_dofs(:)
     integer, allocatable :: contact_dofs(:)
+    !> its snapshots among the training points, 1-based, ascending
+    integer, allocatable :: training_points(:)
     !> [force] multipliers of the snapshots, shape (n_multipliers, n_snapshots)
     real(rk), allocatable :: dual_snapshots(:, :)
     !> [length] normal displacements of the snapshots, first sides, then second sides, shape (n_contact_values, n_snapshots);
@@ -168,6 +171,8 @@ module sig_model
     !> reconstruct_with_displacements or reconstruct_from_multipliers
     character(:), allocatable :: reconstruction
     type(reduced_model_t), allocatable :: clusters(:)
+    !> which cluster answers where; empty with one cluster
+    type(model_choice_t) :: choice
     type(full_order_t) :: full_order
     type(validation_statistics_t) :: validation
   end type model_t
@@ -235,6 +240,7 @@ contains
     call fill_missing(cluster%interior_dofs)
     call fill_missing(cluster%interface_dofs)
     call fill_missing(cluster%contact_dofs)
+    call fill_missing(cluster%training_points)
     call fill_missing(cluster%dual_snapshots, n_multipliers)
     call fill_missing(cluster%contact_displacement_snapshots, 0)
     call fill_missing(cluster%contact_value_basis, 0)

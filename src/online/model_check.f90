@@ -33,6 +33,7 @@ contains
     if (any(shape(model%second_coordinates) /= [model%n_dim, model%n_multipliers])) name = 'second_coordinates'
     if (.not. fits(model%full_order, model%n_multipliers, model%terms%n_terms(), model%n_dofs)) name = 'full_order'
     if (.not. is_consistent(model%validation)) name = 'validation'
+    if (.not. model%choice%fits(size(model%clusters), n_parameters)) name = 'choice'
     do i_cluster = 1, size(model%clusters)
       if (len(name) > 0) return
       name = find_cluster_mismatch(model%clusters(i_cluster), model%n_dofs, model%terms%n_terms(), model%n_multipliers)

@@ -25,8 +25,9 @@ module sig_query
 
   !> Answer at one point; where there is none the arrays are zero.
   type :: answer_t
-    !> cluster that answered, 1-based
+    !> cluster that answered, 1-based, and the one that would be next; 0 where there is one only
     integer :: cluster = 1
+    integer :: second_cluster = 0
     !> [length] gamma, shape (n_modes)
     real(rk), allocatable :: coordinates(:)
     !> [force] lambda on the reduced integration domain, shape (n_rows)
@@ -87,17 +88,23 @@ contains
   end subroutine create
 
   !> Answers at one point. The start depends on the point alone: where an answer is not unique it must not depend on the one before.
-  subroutine evaluate(self, online, point, answer)
+  subroutine evaluate(self, online, point, answer, cluster)
     class(query_t), intent(inout) :: self
     !> the model of create
     type(online_model_t), intent(in) :: online
     !> values of the parameters in the model's order
     real(rk), intent(in) :: point(:)
     type(answer_t), intent(inout) :: answer
+    !> to be asked whatever the point; default: the model's choice
+    integer, intent(in), optional :: cluster
     integer :: i_nearest, i_source
     logical :: is_valid
 
     answer%cluster = 1
+    answer%second_cluster = 0
+    if (size(point) == size(online%model%box, 2)) &
+      call online%model%choice%choose(point, answer%cluster, answer%second_cluster)
+    if (present(cluster)) answer%cluster = cluster
     call start_answer(online, answer)
     if (size(point) /= size(online%model%box, 2)) return
     answer%is_inside_box = online%is_inside_box(point)

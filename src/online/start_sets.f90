@@ -11,7 +11,8 @@ module sig_start_sets
 
 contains
 
-  !> Answers at every training point from a cold start. A model that cannot answer gets no sets: its user will be told why.
+  !> Answers of each cluster at every training point from a cold start. A model that cannot answer gets no sets: its user will be
+  !> told why.
   subroutine fill_start_sets(model)
     type(model_t), intent(inout) :: model
     type(online_model_t) :: online
@@ -19,22 +20,26 @@ contains
     type(answer_t) :: answer
     character(:), allocatable :: message
     integer, allocatable :: sets(:, :)
-    integer :: i
+    integer :: i, k
 
     call complete_model(model)
+    do k = 1, size(model%clusters)
+      model%clusters(k)%start_sets = model%clusters(k)%start_sets(:, :0)
+    end do
     online%model = model
-    online%model%clusters(1)%start_sets = online%model%clusters(1)%start_sets(:, :0)
     call online%prepare(message)
     if (.not. allocated(message)) call query%create(online, message)
     if (allocated(message)) return
-    associate (cluster => model%clusters(1), points => model%training_points)
-      allocate (sets(n_words(cluster%n_rows), size(points, 2)))
-      do i = 1, size(points, 2)
-        call query%evaluate(online, points(:, i), answer)
-        call pack_bits(answer%is_active, sets(:, i))
-      end do
-      call move_alloc(sets, cluster%start_sets)
-    end associate
+    do k = 1, size(model%clusters)
+      associate (cluster => model%clusters(k), points => model%training_points)
+        allocate (sets(n_words(cluster%n_rows), size(points, 2)))
+        do i = 1, size(points, 2)
+          call query%evaluate(online, points(:, i), answer, k)
+          call pack_bits(answer%is_active, sets(:, i))
+        end do
+        call move_alloc(sets, cluster%start_sets)
+      end associate
+    end do
     call query%destroy()
   end subroutine fill_start_sets
 end module sig_start_sets

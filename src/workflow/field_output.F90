@@ -91,13 +91,20 @@ contains
     type(problem_t), intent(in) :: problem
     type(field_file_t), intent(inout) :: file
     type(model_t), intent(in), optional :: model
+    logical :: is_inside(problem%operator%n_rows)
+    integer :: i
 
     call file%add_shared_array('contact/first_nodes', problem%operator%first_node, '-', &
       'node of each contact row on the first surface, 1-based, order of the mesh file')
     call file%add_shared_array('contact/second_nodes', problem%operator%second_node, '-', &
       'node of each contact row on the second surface, 0 = a rigid obstacle')
-    if (present(model)) call file%add_shared_array('contact/rows_in_reduced_domain', model%clusters(1)%contact_rows, '-', &
-      'contact rows of the reduced integration domain, 1-based')
+    if (.not. present(model)) return
+    is_inside = .false.
+    do i = 1, size(model%clusters)
+      is_inside(model%clusters(i)%contact_rows) = .true.
+    end do
+    call file%add_shared_array('contact/rows_in_reduced_domain', pack([(i, i=1, size(is_inside))], is_inside), '-', &
+      'contact rows of the reduced integration domain (of any cluster), 1-based')
   end subroutine write_contact
 
   subroutine write_point(problem, point, theta, state, areas, file)

@@ -5,7 +5,7 @@ module sig_reporting
   use sig_deck_config, only: deck_config_t
   use sig_deck_echo, only: echo_deck
   use sig_kinds, only: rk
-  use sig_model, only: model_t
+  use sig_model, only: model_t, reduced_model_t
   use sig_parameter_space, only: format_point
   use sig_reactions, only: reaction_t
   use sig_run_report, only: run_report_t
@@ -73,40 +73,68 @@ contains
   subroutine report_model(model, report)
     type(model_t), intent(in) :: model
     type(run_report_t), intent(inout) :: report
+    integer :: k
 
-    associate (cluster => model%clusters(1))
-      call report%add('reduction/dirichlet', model%dirichlet)
-      call report%add('reduction/n_snapshots', size(model%training_points, 2))
-      call report%add('reduction/n_modes', cluster%n_pod_modes)
-      call report%add('reduction/n_extra_modes', cluster%n_extra_modes)
-      call report%add('reduction/n_hats', cluster%n_hats)
-      call report%add('reduction/n_reduced_unknowns', cluster%n_modes)
-      call report%add('reduction/n_contact_rows', cluster%n_rows)
-      call report%add('reduction/n_cells', size(cluster%cells))
-      call report%add('reduction/condition_number', cluster%condition_number)
-      call report%add('reduction/rank', cluster%rank)
-      call report%add('reduction/basis_rank', cluster%basis_rank)
-      call report%add('reduction/stiffness_condition', cluster%stiffness_condition)
-      call report%add('reduction/stiffness_rank', cluster%stiffness_rank)
-      call report%add('reduction/primal_rank_expected', cluster%primal_rank_expected)
-      call report%add('reduction/warnings', cluster%warnings)
-    end associate
+    call report%add('reduction/dirichlet', model%dirichlet)
+    if (size(model%clusters) == 1) then
+      call report_cluster(model%clusters(1), 'reduction/', report)
+      return
+    end if
+    call report%add('reduction/n_clusters', size(model%clusters))
+    do k = 1, size(model%clusters)
+      call report_cluster(model%clusters(k), 'reduction/clusters/' // to_text(k) // '/', report)
+    end do
   end subroutine report_model
 
-  !> `36 + 9 modes and 18 hats (63 reduced unknowns), 33 contact rows with a condition number of 7.5`.
+  subroutine report_cluster(cluster, group, report)
+    type(reduced_model_t), intent(in) :: cluster
+    !> with its last slash
+    character(*), intent(in) :: group
+    type(run_report_t), intent(inout) :: report
+
+    call report%add(group // 'n_snapshots', size(cluster%training_points))
+    call report%add(group // 'n_modes', cluster%n_pod_modes)
+    call report%add(group // 'n_extra_modes', cluster%n_extra_modes)
+    call report%add(group // 'n_hats', cluster%n_hats)
+    call report%add(group // 'n_reduced_unknowns', cluster%n_modes)
+    call report%add(group // 'n_contact_rows', cluster%n_rows)
+    call report%add(group // 'n_cells', size(cluster%cells))
+    call report%add(group // 'condition_number', cluster%condition_number)
+    call report%add(group // 'rank', cluster%rank)
+    call report%add(group // 'basis_rank', cluster%basis_rank)
+    call report%add(group // 'stiffness_condition', cluster%stiffness_condition)
+    call report%add(group // 'stiffness_rank', cluster%stiffness_rank)
+    call report%add(group // 'primal_rank_expected', cluster%primal_rank_expected)
+    call report%add(group // 'warnings', cluster%warnings)
+  end subroutine report_cluster
+
+  !> What each cluster became, one after the other.
   pure function model_text(model) result(text)
     type(model_t), intent(in) :: model
     character(:), allocatable :: text
+    integer :: k
 
-    associate (cluster => model%clusters(1))
-      text = to_text(cluster%n_pod_modes)
-      if (cluster%n_extra_modes > 0) text = text // ' + ' // to_text(cluster%n_extra_modes)
-      text = text // ' modes'
-      if (cluster%n_hats > 0) text = text // ' and ' // to_text(cluster%n_hats) // ' hats'
-      text = text // ' (' // to_text(cluster%n_modes) // ' reduced unknowns), ' // to_text(cluster%n_rows) // &
-        ' contact rows with a condition number of ' // short(cluster%condition_number)
-    end associate
+    text = cluster_text(model%clusters(1))
+    if (size(model%clusters) == 1) return
+    text = to_text(size(model%clusters)) // ' clusters'
+    do k = 1, size(model%clusters)
+      text = text // merge(': ', '; ', k == 1) // to_text(size(model%clusters(k)%training_points)) // ' snapshots, ' // &
+        cluster_text(model%clusters(k))
+    end do
   end function model_text
+
+  !> `36 + 9 modes and 18 hats (63 reduced unknowns), 33 contact rows with a condition number of 7.5`.
+  pure function cluster_text(cluster) result(text)
+    type(reduced_model_t), intent(in) :: cluster
+    character(:), allocatable :: text
+
+    text = to_text(cluster%n_pod_modes)
+    if (cluster%n_extra_modes > 0) text = text // ' + ' // to_text(cluster%n_extra_modes)
+    text = text // ' modes'
+    if (cluster%n_hats > 0) text = text // ' and ' // to_text(cluster%n_hats) // ' hats'
+    text = text // ' (' // to_text(cluster%n_modes) // ' reduced unknowns), ' // to_text(cluster%n_rows) // &
+      ' contact rows with a condition number of ' // short(cluster%condition_number)
+  end function cluster_text
 
   !> Answers of solve, one line each.
   subroutine report_states(deck, points, states, report)

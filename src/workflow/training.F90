@@ -1,7 +1,9 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 #include "signorom/macros.h"
-!> Snapshots -> POD -> reduced integration domain -> reduced system -> model.
+!> Snapshots -> clusters -> POD -> reduced integration domain -> reduced system -> model.
 module sig_training
+  use sig_cluster_division, only: divide_snapshots
+  use sig_clustering, only: cluster_t
   use sig_contact_state, only: reason_converged
   use sig_errors, only: error_t, exit_not_converged, make_error
   use sig_kinds, only: rk
@@ -24,21 +26,31 @@ module sig_training
 
 contains
 
-  !> Builds the reduced model of all snapshots. Collective on all ranks; the model is the same on each.
+  !> Builds the reduced model of each cluster of snapshots. Collective on all ranks; the model is the same on each.
   subroutine train(problem, snapshots, model, error, ierr)
     type(problem_t), intent(in) :: problem
     type(snapshot_set_t), intent(in) :: snapshots
     type(model_t), intent(out) :: model
     type(error_t), allocatable, intent(out) :: error
     PetscErrorCode, intent(out) :: ierr
+    type(cluster_t), allocatable :: clusters(:)
     type(snapshot_set_t) :: converged
+    integer :: k
 
     ierr = 0
     call select_converged(problem, snapshots, converged, error)
     if (allocated(error)) return
     call fill_model_header(problem, converged, model)
-    allocate (model%clusters(1))
-    PetscCall(train_cluster(problem, converged, model%clusters(1), error, ierr))
+    PetscCall(divide_snapshots(problem%deck, converged, model, clusters, error, ierr))
+    if (allocated(error)) return
+    allocate (model%clusters(size(clusters)))
+    do k = 1, size(clusters)
+      model%clusters(k)%training_points = clusters(k)%snapshots
+      PetscCall(train_cluster(problem, columns_of(converged, clusters(k)%snapshots), model%clusters(k), error, ierr))
+      if (.not. allocated(error)) cycle
+      if (size(clusters) > 1) error%message = 'cluster ' // to_text(k) // ': ' // error%message
+      return
+    end do
   end subroutine train
 
   !> Leaves out the points that the full-order model did not solve.
@@ -50,7 +62,6 @@ contains
     integer, allocatable :: kept(:)
     integer :: i
 
-    converged = snapshots
     kept = pack([(i, i=1, size(snapshots%reasons))], snapshots%reasons == reason_converged)
     if (size(kept) == 0) then
       call make_error(error, 'none of the ' // to_text(size(snapshots%reasons)) // ' training points has a full-order solution', &
@@ -62,16 +73,28 @@ contains
       call log_warning('training without ' // format_point(problem%deck%parameters, snapshots%parameters(:, i)) // &
         ', which the full-order model did not solve')
     end do
-    converged%parameters = snapshots%parameters(:, kept)
-    converged%displacement = snapshots%displacement(:, kept)
-    converged%multipliers = snapshots%multipliers(:, kept)
+    converged = columns_of(snapshots, kept)
   end subroutine select_converged
+
+  !> The snapshots with these numbers, as far as a training looks at them.
+  pure function columns_of(snapshots, numbers) result(chosen)
+    type(snapshot_set_t), intent(in) :: snapshots
+    !> 1-based
+    integer, intent(in) :: numbers(:)
+    type(snapshot_set_t) :: chosen
+
+    chosen%parameters = snapshots%parameters(:, numbers)
+    chosen%displacement = snapshots%displacement(:, numbers)
+    chosen%multipliers = snapshots%multipliers(:, numbers)
+    chosen%free_response = snapshots%free_response
+  end function columns_of
 
   !> One local model. Collective on all ranks.
   subroutine train_cluster(problem, snapshots, cluster, error, ierr)
     type(problem_t), intent(in) :: problem
     type(snapshot_set_t), intent(in) :: snapshots
-    type(reduced_model_t), intent(out) :: cluster
+    !> training_points is set
+    type(reduced_model_t), intent(inout) :: cluster
     type(error_t), allocatable, intent(out) :: error
     PetscErrorCode, intent(out) :: ierr
     type(pod_modes_t) :: modes

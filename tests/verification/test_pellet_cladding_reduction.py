@@ -164,3 +164,49 @@ def test_a_hat_for_every_pair_goes_on_where_ten_ends(signorom, folder, figures):
         PAPER,
         kind="absolute",
     )
+
+
+# Paper, section 5.2.2: snapshots of the clusters, sizes of the bases (kappa_max = 10), dual errors of table 2.
+PAPER_CLUSTERS = [170, 194, 170]
+PAPER_CLUSTER_COLUMNS = [54, 67, 57]
+PAPER_TABLE_2 = [0.020, 0.024]
+
+
+def train_clusters(signorom, folder, maximum):
+    """Deck and model of three clusters of the training grid, with hats on the cladding until kappa is low enough."""
+    section = (
+        "clusters: {number: 3}\n"
+        "reduction: {pod_tolerance: 1.0e-8, dual_pod_tolerance: 1.0e-6, "
+        f"enrichment: {{type: greedy, side: second, max_condition_number: {maximum}}}, max_full_order_size: 0}}\n"
+    )
+    changes = {SECTION: section, "test: {grid: {P1: 80, h1: 80}}": "test: {file: points.csv}"}
+    deck = write_input(NAME, folder, changes)
+    signorom("train", deck, folder=folder)
+    return deck, folder / "results" / NAME
+
+
+def test_three_clusters_are_those_of_the_paper(signorom, folder, figures):
+    """Sizes of clusters and bases; full enrichment gives the errors of table 2. Clusters have no order: that of h1."""
+    with h5py.File(train_clusters(signorom, folder, 10)[1] / "model.h5") as file:
+        clusters = [file[f"clusters/{k}"] for k in (1, 2, 3)]
+        heights = [
+            file["parameters/training_points"][:, 1][c["training_points"][()] - 1].mean() for c in clusters
+        ]
+        order = np.argsort(heights)
+        sizes = [len(clusters[k]["training_points"]) for k in order]
+        columns = [len(clusters[k]["basis"]) for k in order]
+    for i, (size, paper) in enumerate(zip(sizes, PAPER_CLUSTERS, strict=True)):
+        figures.compare(f"case b, cluster {i + 1}", "snapshots", size, paper, 20, PAPER, kind="absolute")
+    for size, paper in zip(sorted(columns), sorted(PAPER_CLUSTER_COLUMNS), strict=True):
+        figures.compare("case b, clusters", "size of the basis", size, paper, 8, PAPER, kind="absolute")
+    deck, results = train_clusters(signorom, folder, 1)
+    signorom("validate", deck, folder=folder)
+    table = read_table(results / "validation.csv")
+    for (pressure, height), error, paper in zip(POINTS, table["e_lambda_rid"], PAPER_TABLE_2, strict=True):
+        figures.at_most(
+            "case b, table 2",
+            f"e_lambda_rid at {pressure:g} MPa, {height:g} mm",
+            error,
+            1.3 * paper,
+            f"1.3 x {PAPER}",
+        )

@@ -1,0 +1,117 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> Which of a model's clusters answers at a point: that of the grid cell, or that of a random forest.
+module sig_model_choice
+  use sig_errors, only: error_t
+  use sig_forest, only: forest_t
+  use sig_grid_cells, only: grid_cells_t
+  use sig_hdf5_reader, only: h5_reader_t
+  use sig_hdf5_writer, only: h5_writer_t
+  use sig_kinds, only: rk
+  implicit none(type, external)
+  private
+  public :: model_choice_t
+
+  !> By cell where there are labels, by forest where there is one; else there is one cluster.
+  type :: model_choice_t
+    !> of the training grid
+    type(grid_cells_t) :: cells
+    !> cluster of each cell, 1-based; unallocated without cells
+    integer, allocatable :: labels(:)
+    !> its shares are unallocated without a forest
+    type(forest_t) :: forest
+  contains
+    procedure :: choose
+    procedure :: fits
+    procedure :: read => read_choice
+    procedure :: write => write_choice
+  end type model_choice_t
+
+contains
+
+  !> Cluster of a point, and the one that is next: that of the nearest other cell, or the one with the second most votes.
+  subroutine choose(self, point, best, second)
+    class(model_choice_t), intent(in) :: self
+    !> [unit of each parameter]
+    real(rk), intent(in) :: point(:)
+    !> 1-based
+    integer, intent(out) :: best
+    !> 1-based; 0 where there is one cluster only
+    integer, intent(out) :: second
+
+    best = 1
+    second = 0
+    if (allocated(self%labels)) then
+      best = self%labels(self%cells%find(point))
+      second = next_cluster(self, point, best)
+    else if (allocated(self%forest%shares)) then
+      call self%forest%choose(point, best, second)
+    end if
+  end subroutine choose
+
+  !> Cluster of the nearest cell that belongs to another one; the first of several.
+  pure integer function next_cluster(self, point, best)
+    class(model_choice_t), intent(in) :: self
+    real(rk), intent(in) :: point(:)
+    integer, intent(in) :: best
+    real(rk) :: distance, least
+    integer :: i
+
+    next_cluster = 0
+    least = huge(least)
+    do i = 1, size(self%labels)
+      if (self%labels(i) == best) cycle
+      distance = self%cells%squared_distance(i, point)
+      if (distance >= least) cycle
+      least = distance
+      next_cluster = self%labels(i)
+    end do
+  end function next_cluster
+
+  !> The choice names clusters that there are, for as many parameters.
+  pure logical function fits(self, n_clusters, n_parameters)
+    class(model_choice_t), intent(in) :: self
+    integer, intent(in) :: n_clusters
+    integer, intent(in) :: n_parameters
+
+    if (allocated(self%labels)) then
+      fits = size(self%cells%n_values) == n_parameters .and. all(self%cells%n_values >= 1)
+      if (fits) fits = size(self%labels) == self%cells%n_cells()
+      if (fits) fits = all(self%labels >= 1 .and. self%labels <= n_clusters)
+    else if (allocated(self%forest%shares)) then
+      fits = self%forest%n_clusters() == n_clusters .and. size(self%forest%parameter_names) == n_parameters
+    else
+      fits = n_clusters == 1
+    end if
+  end function fits
+
+  !> Errors: a part is missing, or a forest does not hang together.
+  subroutine read_choice(self, file, path, box, error)
+    class(model_choice_t), intent(inout) :: self
+    type(h5_reader_t), intent(in) :: file
+    !> for messages
+    character(*), intent(in) :: path
+    !> of the model, shape (2, n_parameters)
+    real(rk), intent(in) :: box(:, :)
+    type(error_t), allocatable, intent(inout) :: error
+
+    if (file%has('/choice/cells')) then
+      call file%read('/choice/cells/n_values', self%cells%n_values, error)
+      call file%read('/choice/cells/clusters', self%labels, error)
+      self%cells%box = box
+    else if (file%has('/choice/forest')) then
+      call self%forest%read(file, '/choice/forest', path, error)
+    end if
+  end subroutine read_choice
+
+  subroutine write_choice(self, file)
+    class(model_choice_t), intent(in) :: self
+    type(h5_writer_t), intent(inout) :: file
+
+    if (allocated(self%labels)) then
+      call file%write('/choice/cells/n_values', self%cells%n_values, description='points of the grid along each parameter')
+      call file%write('/choice/cells/clusters', self%labels, description='cluster of each cell, 1-based, last parameter fastest')
+    else if (allocated(self%forest%shares)) then
+      call self%forest%write(file, '/choice/forest')
+    end if
+  end subroutine write_choice
+end module sig_model_choice

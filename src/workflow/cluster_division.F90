@@ -1,0 +1,131 @@
+! SPDX-License-Identifier: BSD-3-Clause
+#include "signorom/macros.h"
+!> Divides the training points into the clusters that the deck asks for, and prepares the choice of a cluster at any point.
+module sig_cluster_division
+  use sig_clustering, only: cell_subspaces, check_clusters, check_snapshots, cluster_t, clusters_of_cells, clusters_of_snapshots, &
+    find_identical
+  use sig_deck_config, only: deck_config_t
+  use sig_dissimilarity, only: dissimilarity_of_snapshots, dissimilarity_of_subspaces, snapshot_coordinates
+  use sig_errors, only: error_t, make_error
+  use sig_forest_training, only: train_forest
+  use sig_grassmann, only: subspace_t
+  use sig_k_medoids, only: find_medoids, k_medoids_options_t, medoids_t, method_alternating, method_faster_pam
+  use sig_kinds, only: rk
+  use sig_log, only: log_warning
+  use sig_model, only: model_t
+  use sig_parameter_space, only: format_point
+  use sig_snapshot_store, only: snapshot_set_t
+  use sig_text, only: to_text
+  use petsc
+  implicit none(type, external)
+  private
+  public :: divide_snapshots
+
+  !> a cluster of fewer snapshots has no basis worth its name
+  integer, parameter :: min_snapshots = 2
+
+contains
+
+  !> Clusters of the snapshots, and model%choice. Collective on all ranks; the same on each.
+  !>
+  !> Source: section 4. Errors: a snapshot without direction, a grid with holes, more clusters than items, a cluster that is too
+  !> small, a forest that cannot be trained.
+  subroutine divide_snapshots(deck, snapshots, model, clusters, error, ierr)
+    type(deck_config_t), intent(in) :: deck
+    !> those with a full-order solution, in the order of the deck's training points
+    type(snapshot_set_t), intent(in) :: snapshots
+    !> its header is filled
+    type(model_t), intent(inout) :: model
+    type(cluster_t), allocatable, intent(out) :: clusters(:)
+    type(error_t), allocatable, intent(out) :: error
+    PetscErrorCode, intent(out) :: ierr
+    real(rk), allocatable :: coordinates(:, :)
+    integer :: i
+
+    ierr = 0
+    if (deck%clusters%number == 1) then
+      allocate (clusters(1))
+      clusters(1)%snapshots = [(i, i=1, size(snapshots%parameters, 2))]
+      return
+    end if
+    call check_snapshots(snapshots%displacement, model%parameter_names, snapshots%parameters, error)
+    if (.not. allocated(error)) then
+      call warn_of_identical(deck, snapshots)
+      PetscCall(snapshot_coordinates(snapshots%displacement, PETSC_COMM_WORLD, coordinates, ierr))
+      if (deck%clusters%method == 'regular') then
+        PetscCall(divide_cells(deck, coordinates, model, clusters, error, ierr))
+      else
+        PetscCall(divide_points(deck, coordinates, model, clusters, error, ierr))
+      end if
+    end if
+    if (.not. allocated(error)) call check_clusters(clusters, min_snapshots, error)
+    if (.not. allocated(error)) return
+    if (len(error%file) == 0) error%file = deck%path
+  end subroutine divide_snapshots
+
+  subroutine warn_of_identical(deck, snapshots)
+    type(deck_config_t), intent(in) :: deck
+    type(snapshot_set_t), intent(in) :: snapshots
+    integer :: i_earlier, i_snapshot
+
+    call find_identical(snapshots%displacement, i_snapshot, i_earlier)
+    if (i_snapshot == 0) return
+    call log_warning('the snapshots at ' // format_point(deck%parameters, snapshots%parameters(:, i_earlier)) // ' and at ' // &
+      format_point(deck%parameters, snapshots%parameters(:, i_snapshot)) // ' are equal; one of them says nothing')
+  end subroutine warn_of_identical
+
+  !> Source: section 4.1: cells of the grid by the angles of their bases.
+  subroutine divide_cells(deck, coordinates, model, clusters, error, ierr)
+    type(deck_config_t), intent(in) :: deck
+    real(rk), intent(in) :: coordinates(:, :)
+    type(model_t), intent(inout) :: model
+    type(cluster_t), allocatable, intent(out) :: clusters(:)
+    type(error_t), allocatable, intent(out) :: error
+    PetscErrorCode, intent(out) :: ierr
+    type(medoids_t) :: found
+    type(subspace_t), allocatable :: subspaces(:)
+    real(rk), allocatable :: dissimilarity(:, :)
+
+    ierr = 0
+    associate (cells => model%choice%cells, n_points => size(coordinates, 2))
+      cells%n_values = deck%training%grid
+      cells%box = model%box
+      if (n_points < product(cells%n_values)) then
+        call make_error(error, 'clusters of grid cells need a solution at each of the ' // to_text(product(cells%n_values)) // &
+          ' training points; there are ' // to_text(n_points), hint='use clusters: {method: irregular, ...}')
+        return
+      end if
+      subspaces = cell_subspaces(coordinates, cells, deck%clusters%cell_pod_tolerance)
+      PetscCall(dissimilarity_of_subspaces(subspaces, PETSC_COMM_WORLD, dissimilarity, ierr))
+      call find_medoids(dissimilarity, deck%clusters%number, search_options(deck), found, error)
+      if (allocated(error)) return
+      model%choice%labels = found%labels
+      clusters = clusters_of_cells(found%labels, deck%clusters%number, cells)
+    end associate
+  end subroutine divide_cells
+
+  !> Source: section 4.2: snapshots by their angles; the forest learns their labels.
+  subroutine divide_points(deck, coordinates, model, clusters, error, ierr)
+    type(deck_config_t), intent(in) :: deck
+    real(rk), intent(in) :: coordinates(:, :)
+    type(model_t), intent(inout) :: model
+    type(cluster_t), allocatable, intent(out) :: clusters(:)
+    type(error_t), allocatable, intent(out) :: error
+    PetscErrorCode, intent(out) :: ierr
+    type(medoids_t) :: found
+    real(rk), allocatable :: dissimilarity(:, :)
+
+    PetscCall(dissimilarity_of_snapshots(coordinates, .false., PETSC_COMM_WORLD, dissimilarity, ierr))
+    call find_medoids(dissimilarity, deck%clusters%number, search_options(deck), found, error)
+    if (allocated(error)) return
+    clusters = clusters_of_snapshots(found%labels, deck%clusters%number)
+    PetscCall(train_forest(deck, model%training_points, found%labels, model%choice%forest, error, ierr))
+  end subroutine divide_points
+
+  pure type(k_medoids_options_t) function search_options(deck) result(options)
+    type(deck_config_t), intent(in) :: deck
+
+    options%method = merge(method_alternating, method_faster_pam, deck%clusters%algorithm == 'alternating')
+    options%seed = deck%clusters%seed
+  end function search_options
+end module sig_cluster_division

@@ -1,0 +1,103 @@
+! SPDX-License-Identifier: BSD-3-Clause
+#include "signorom/macros.h"
+!> Has the Python tool train the random forest that chooses the cluster of a point, and reads it.
+module sig_forest_training
+  use mpi, only: MPI_Comm_rank
+  use sig_deck_config, only: deck_config_t
+  use sig_error_broadcast, only: broadcast_error
+  use sig_errors, only: error_t, make_error
+  use sig_file_system, only: write_text_file
+  use sig_forest, only: forest_t, read_forest
+  use sig_kinds, only: rk
+  use sig_problem, only: parameter_names
+  use sig_text, only: join, string_t, to_text
+  use petsc
+  implicit none(type, external)
+  private
+  public :: train_forest
+
+  !> exit code of a shell that does not find a command
+  integer, parameter :: exit_not_found = 127
+
+contains
+
+  !> Writes labels.csv into the results folder, runs signorom-post on it, reads its forest.h5. Collective on all ranks.
+  !>
+  !> Errors: the tool is not installed, or it failed (it has said why), or its forest does not fit.
+  subroutine train_forest(deck, points, labels, forest, error, ierr)
+    type(deck_config_t), intent(in) :: deck
+    !> shape (n_parameters, n_points)
+    real(rk), intent(in) :: points(:, :)
+    !> cluster of each point, 1-based
+    integer, intent(in) :: labels(:)
+    type(forest_t), intent(out) :: forest
+    type(error_t), allocatable, intent(out) :: error
+    PetscErrorCode, intent(out) :: ierr
+    character(:), allocatable :: forest_path, labels_path
+    integer :: rank
+
+    labels_path = deck%output%path // '/labels.csv'
+    forest_path = deck%output%path // '/forest.h5'
+    call MPI_Comm_rank(PETSC_COMM_WORLD, rank, ierr)
+    if (rank == 0) then
+      call write_text_file(labels_path, label_table(parameter_names(deck), points, labels), error)
+      if (.not. allocated(error)) call run_tool(labels_path, forest_path, deck%clusters%seed, error)
+    end if
+    PetscCall(broadcast_error(error, PETSC_COMM_WORLD, ierr))
+    if (allocated(error)) return
+    call read_forest(forest_path, parameter_names(deck), forest, error)
+    PetscCall(broadcast_error(error, PETSC_COMM_WORLD, ierr))
+  end subroutine train_forest
+
+  pure function label_table(names, points, labels) result(text)
+    type(string_t), intent(in) :: names(:)
+    real(rk), intent(in) :: points(:, :)
+    integer, intent(in) :: labels(:)
+    character(:), allocatable :: text
+    integer :: i, k
+
+    text = join(names, ',') // ',cluster' // new_line('a')
+    do i = 1, size(labels)
+      do k = 1, size(points, 1)
+        text = text // to_text(points(k, i)) // ','
+      end do
+      text = text // to_text(labels(i)) // new_line('a')
+    end do
+  end function label_table
+
+  subroutine run_tool(labels_path, forest_path, seed, error)
+    character(*), intent(in) :: labels_path
+    character(*), intent(in) :: forest_path
+    integer, intent(in) :: seed
+    type(error_t), allocatable, intent(out) :: error
+    integer :: exit_code, status
+
+    exit_code = 0
+    call execute_command_line('signorom-post forest ' // shell_text(labels_path) // ' --output ' // shell_text(forest_path) // &
+      ' --seed ' // to_text(seed), exitstat=exit_code, cmdstat=status)
+    if (status == 0 .and. exit_code == 0) return
+    if (status /= 0 .or. exit_code == exit_not_found) then
+      call make_error(error, 'signorom-post, which trains the random forest of irregular clusters, is not found', &
+        hint='install it: pip install ''tools/signorom_post[forest]'', and see that PATH has it')
+    else
+      call make_error(error, 'signorom-post could not train the random forest of irregular clusters; its message stands above')
+    end if
+  end subroutine run_tool
+
+  !> One word for the shell, whatever is in it.
+  pure function shell_text(text) result(word)
+    character(*), intent(in) :: text
+    character(:), allocatable :: word
+    integer :: i
+
+    word = ''''
+    do i = 1, len(text)
+      if (text(i:i) == '''') then
+        word = word // '''\'''''
+      else
+        word = word // text(i:i)
+      end if
+    end do
+    word = word // ''''
+  end function shell_text
+end module sig_forest_training

@@ -1,0 +1,184 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Local models: clusters of grid cells against all pairs of medoids, of scattered points with a forest, answers."""
+
+import itertools
+import os
+import shutil
+import sys
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+import yaml
+from signorom_post.forest import fit, read_labels
+
+from results import read_snapshots, read_table, table_of
+from runs import refuse, write_deck
+
+GRID = (7, 3)
+BOX = np.array([[0.15, 0.45], [-0.05, 0.1]])
+CELL_POD_TOLERANCE = 1e-6
+REGULAR = {"reduction: {": "clusters: {number: 2}\nreduction: {"}
+IRREGULAR = {
+    "grid: {squeeze: 7, shift: 3}": "sobol: 24, seed: 5",
+    "reduction: {": "clusters: {number: 3, method: irregular, seed: 2}\nreduction: {",
+}
+
+
+def train(signorom, folder, n_ranks=1, **replacements):
+    """Results folder of `run` on decks/shifted_disks.yaml with changes."""
+    deck = write_deck("shifted_disks", folder, **replacements)
+    signorom("run", deck.name, folder=folder, n_ranks=n_ranks)
+    return folder / "results" / "shifted_disks"
+
+
+@pytest.fixture(scope="module")
+def regular(signorom, tmp_path_factory):
+    """Results with clusters of grid cells."""
+    return train(signorom, tmp_path_factory.mktemp("regular"), **REGULAR)
+
+
+@pytest.fixture(scope="module")
+def irregular(signorom, tmp_path_factory):
+    """Results with clusters of scattered points; the program finds signorom-post of the Python that runs the tests."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("PATH", f"{Path(sys.executable).parent}:{os.environ['PATH']}")
+        return train(signorom, tmp_path_factory.mktemp("irregular"), **IRREGULAR)
+
+
+def corners_of_cells():
+    """Point numbers at the corners of each cell, from 0; the first parameter is the slowest."""
+    n = GRID[1]
+    return [
+        [i * n + j, i * n + j + 1, (i + 1) * n + j, (i + 1) * n + j + 1]
+        for i in range(GRID[0] - 1)
+        for j in range(n - 1)
+    ]
+
+
+def basis_of(columns):
+    """POD basis by the energy tail."""
+    vectors, values, _ = np.linalg.svd(columns, full_matrices=False)
+    tails = np.append(np.cumsum((values**2)[::-1])[::-1], 0) / (values**2).sum()
+    return vectors[:, : int(np.flatnonzero(tails < CELL_POD_TOLERANCE)[0])]
+
+
+def distance(a, b):
+    """(14), in full space; small angles by their sines."""
+    if a.shape[1] < b.shape[1]:
+        a, b = b, a
+    cosines = np.linalg.svd(a.T @ b, compute_uv=False)
+    sines = np.linalg.svd(b - a @ (a.T @ b), compute_uv=False)[::-1]
+    angles = np.where(cosines > 0.7, np.arcsin(np.minimum(sines, 1)), np.arccos(np.minimum(cosines, 1)))
+    return np.sqrt(np.pi**2 / 4 * (a.shape[1] - b.shape[1]) + (angles**2).sum())
+
+
+def test_cells_have_the_best_medoids(regular):
+    """The labels have the smallest loss of all pairs of medoids."""
+    snapshots = read_snapshots(regular / "snapshots.h5")["displacement"].T
+    bases = [basis_of(snapshots[:, corners]) for corners in corners_of_cells()]
+    dissimilarity = np.array([[distance(a, b) for b in bases] for a in bases])
+    pairs = list(itertools.combinations(range(len(bases)), 2))
+    best = min(pairs, key=lambda pair: dissimilarity[:, pair].min(axis=1).sum())
+    with h5py.File(regular / "model.h5") as model:
+        labels = model["choice/cells/clusters"][()]
+    np.testing.assert_array_equal(labels, 1 + dissimilarity[:, best].argmin(axis=1))
+
+
+def test_clusters_share_the_points_on_their_border(regular):
+    """A cluster has the corners of its cells, and the report says how many."""
+    with h5py.File(regular / "model.h5") as model:
+        labels = model["choice/cells/clusters"][()]
+        points = [model[f"clusters/{k}/training_points"][()] for k in (1, 2)]
+        modes = [model[f"clusters/{k}"].attrs["n_pod_modes"] for k in (1, 2)]
+    for k in (1, 2):
+        corners = {
+            1 + point
+            for cell, label in zip(corners_of_cells(), labels, strict=True)
+            for point in cell
+            if label == k
+        }
+        assert sorted(corners) == points[k - 1].tolist()
+    assert sum(map(len, points)) > GRID[0] * GRID[1]
+    report = yaml.safe_load((regular / "report.yaml").read_text())["reduction"]
+    assert report["n_clusters"] == 2
+    assert [report["clusters"][k]["n_snapshots"] for k in ("1", "2")] == [len(numbers) for numbers in points]
+    assert [report["clusters"][k]["n_modes"] for k in ("1", "2")] == modes
+
+
+def test_cluster_of_the_cell_answers(signorom, regular, tmp_path):
+    """validate and predict ask the cluster of the cell; both give the same errors or answers."""
+    with h5py.File(regular / "model.h5") as model:
+        labels = model["choice/cells/clusters"][()].reshape(GRID[0] - 1, GRID[1] - 1)
+    table = read_table(regular / "validation.csv")
+    points = np.array([table["squeeze"], table["shift"]]).T
+    parts = (points - BOX[:, 0]) / (BOX[:, 1] - BOX[:, 0]) * (np.array(GRID) - 1)
+    # on a border the lower cell
+    cells = np.clip(np.ceil(parts - 1e-8).astype(int) - 1, 0, np.array(GRID) - 2)
+    np.testing.assert_array_equal(table["cluster"], labels[cells[:, 0], cells[:, 1]])
+    assert set(table["cluster"]) == {1, 2}
+    assert np.median(table["e_u"]) < 1e-2
+    shutil.copy(regular / "model.h5", tmp_path)
+    (tmp_path / "points.csv").write_text("squeeze,shift\n0.2,0.03\n0.44,0.09\n")
+    answers = table_of(
+        signorom("predict", "model.h5", "--points", "points.csv", folder=tmp_path).split("\n\n")[-1]
+    )
+    assert answers["cluster"].tolist() == [labels[1, 1], labels[5, 1]]
+
+
+def test_ranks_give_the_same_clusters(signorom, regular, tmp_path):
+    """Labels and reduced systems on two ranks."""
+    other = train(signorom, tmp_path, n_ranks=2, **REGULAR)
+    with h5py.File(regular / "model.h5") as a, h5py.File(other / "model.h5") as b:
+        np.testing.assert_array_equal(a["choice/cells/clusters"][()], b["choice/cells/clusters"][()])
+        for k in ("1", "2"):
+            np.testing.assert_array_equal(a[f"clusters/{k}/contact_rows"], b[f"clusters/{k}/contact_rows"])
+            expected = a[f"clusters/{k}/reduced_stiffness"][()]
+            found = b[f"clusters/{k}/reduced_stiffness"][()]
+            np.testing.assert_allclose(found, expected, rtol=0, atol=1e-10 * np.abs(expected).max())
+
+
+def test_forest_chooses_among_scattered_points(irregular):
+    """Every point has one cluster, labels.csv says which, and validate asks the one that scikit-learn predicts."""
+    names, points, labels = read_labels(irregular / "labels.csv")
+    assert names == ["squeeze", "shift"]
+    assert set(labels) == {1, 2, 3}
+    np.testing.assert_allclose(points, read_snapshots(irregular / "snapshots.h5")["parameters"], rtol=1e-15)
+    with h5py.File(irregular / "model.h5") as model:
+        for k in (1, 2, 3):
+            found = model[f"clusters/{k}/training_points"][()]
+            np.testing.assert_array_equal(found, 1 + np.flatnonzero(labels == k))
+    table = read_table(irregular / "validation.csv")
+    classifier = fit(points, labels, 100, 2)
+    np.testing.assert_array_equal(
+        table["cluster"], classifier.predict(np.array([table["squeeze"], table["shift"]]).T)
+    )
+    assert len(set(table["cluster"])) > 1
+
+
+def test_missing_tool_is_named(signorom, tmp_path, monkeypatch):
+    """Without signorom-post in PATH irregular clusters end with a hint."""
+    deck = write_deck("shifted_disks", tmp_path, **IRREGULAR)
+    signorom("sample", deck.name, folder=tmp_path)
+    folders = os.environ["PATH"].split(":")
+    monkeypatch.setenv(
+        "PATH", ":".join(path for path in folders if not (Path(path) / "signorom-post").exists())
+    )
+    done = signorom.run("train", deck.name, folder=tmp_path)
+    assert done.returncode == 2
+    assert "signorom-post, which trains the random forest of irregular clusters, is not found" in done.stderr
+    assert "hint: install it" in done.stderr
+
+
+def test_snapshot_without_load_is_named(signorom, tmp_path):
+    """A point where nothing moves has no direction."""
+    changes = REGULAR | {
+        "min: 0.15, max: 0.45": "min: 0.0, max: 0.45",
+        "min: -0.05, max: 0.1": "min: 0.0, max: 0.1",
+    }
+    deck = write_deck("shifted_disks", tmp_path, **changes)
+    signorom("sample", deck.name, folder=tmp_path)
+    assert "error: snapshot 1 (squeeze = 0.0, shift = 0.0) is zero" in refuse(
+        signorom, "train", deck.name, folder=tmp_path
+    )
