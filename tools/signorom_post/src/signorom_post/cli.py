@@ -10,6 +10,7 @@ from signorom_post import __version__
 from signorom_post.errors import InputError
 from signorom_post.figures import BUILDERS, COLORS, FORMATS, FigureOptions, write_figures
 from signorom_post.forest import train_forest
+from signorom_post.paper.command import add_paper_command
 from signorom_post.plots.verification_table import verification_table
 from signorom_post.readers.verification import read_verification
 from signorom_post.results import Results
@@ -20,10 +21,14 @@ from signorom_post.verification import format_markdown, write_csv
 EXIT_OK = 0
 EXIT_NOT_PASSED = 1
 EXIT_USER_ERROR = 2
+EXIT_STOPPED = 130
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run one command and return the exit code: 0, 2 where files or arguments are at fault, 1 where a figure fails."""
+    """Run one command and return the exit code.
+
+    0, 2 where files or arguments are at fault, 1 where a figure fails, 130 when stopped.
+    """
     parser = _parser()
     options = parser.parse_args(arguments)
     try:
@@ -31,6 +36,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except InputError as error:
         print(error, file=sys.stderr)
         return EXIT_USER_ERROR
+    except KeyboardInterrupt:
+        print("stopped; the same command goes on", file=sys.stderr)
+        return EXIT_STOPPED
     except BrokenPipeError:  # the reader of a pipe has left, as `| head` does
         sys.stderr.close()
         return EXIT_OK
@@ -86,6 +94,7 @@ def _parser() -> argparse.ArgumentParser:
     )
     verification.add_argument("--output", metavar="DIR", type=Path, help="default: RESULTS_DIR/table")
     verification.set_defaults(run=_run_verification)
+    add_paper_command(commands)
     return parser
 
 

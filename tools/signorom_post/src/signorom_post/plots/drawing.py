@@ -46,12 +46,12 @@ def draw_shaded(
     return shading
 
 
-def frame(axes: Axes, points: FloatArray, unit: str) -> None:
+def frame(axes: Axes, points: FloatArray, unit: str, names: tuple[str, str] = ("x", "y")) -> None:
     """Equal scales, a margin around the points, and axes named with the unit."""
     low, high = points.min(axis=0), points.max(axis=0)
     margin = 0.03 * float(np.max(high - low))
     axes.set_xlim(low[0] - margin, high[0] + margin)
     axes.set_ylim(low[1] - margin, high[1] + margin)
     axes.set_aspect("equal")
-    axes.set_xlabel(with_unit("$x$", unit))
-    axes.set_ylabel(with_unit("$y$", unit))
+    axes.set_xlabel(with_unit(f"${names[0]}$", unit))
+    axes.set_ylabel(with_unit(f"${names[1]}$", unit))

@@ -8,8 +8,9 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from signorom_post.arrays import IntArray
+from signorom_post.arrays import FloatArray, IntArray
 from signorom_post.errors import InputError
+from signorom_post.mesh import Mesh
 from signorom_post.plots.drawing import draw_cells, draw_edges, draw_mesh, frame
 from signorom_post.readers.fields import FieldFile
 from signorom_post.readers.model import Cluster
@@ -24,11 +25,12 @@ NODES = {
 RID_COLOR = SKY_BLUE
 
 
-def reduced_domain(fields: FieldFile, cluster: Cluster | None) -> Figure:
+def reduced_domain(fields: FieldFile, cluster: Cluster | None, names: tuple[str, str] = ("x", "y")) -> Figure:
     """Cells of the reduced integration domain on the mesh at rest, with seed, facing and contact nodes.
 
     Without a model (`cluster` is None) the cells are those of the first point of the field file and
     neither seeds nor facing nodes are drawn. Contact nodes are both nodes of the pairs in the domain.
+    `names` are those of the axes.
     """
     mesh = fields.mesh
     cells = _cells(fields, cluster)
@@ -44,7 +46,8 @@ def reduced_domain(fields: FieldFile, cluster: Cluster | None) -> Figure:
 
     points = mesh.coordinates[:, :2]
     width, height = np.ptp(points, axis=0)
-    figure = new_figure(6.4, float(np.clip(4.3 * height / width + 0.6, 2.8, 8.0)), has_equal_axes=True)
+    figure_height = float(np.clip(4.3 * height / width + 0.6, 2.8, 8.0))
+    figure = new_figure(6.4, figure_height, has_equal_axes=True)
     axes = figure.subplots()
     draw_mesh(axes, mesh, points)
     rid = draw_cells(axes, points, [mesh.cells[i] for i in cells], RID_COLOR)
@@ -53,6 +56,7 @@ def reduced_domain(fields: FieldFile, cluster: Cluster | None) -> Figure:
     draw_edges(axes, points, reduced_mesh.edges, "#2F6F93", 0.6)
     draw_edges(axes, points, mesh.boundary_edges, INK, 0.9)
 
+    scale = _marker_scale(mesh, points, 72.0 * figure_height / max(width, height))
     handles: list[Patch | Line2D] = [
         Patch(facecolor=RID_COLOR, edgecolor="#2F6F93", label=f"RID, {len(cells)} cells")
     ]
@@ -63,13 +67,19 @@ def reduced_domain(fields: FieldFile, cluster: Cluster | None) -> Figure:
             "marker": marker,
             "markerfacecolor": fill,
             "markeredgecolor": edge,
-            "markersize": size,
+            "markersize": size * scale,
         }
         style |= {"linestyle": "none", "markeredgewidth": 1.1, "label": f"{len(nodes[name])} {text}"}
         handles += axes.plot(*points[nodes[name]].T, zorder=4, clip_on=False, **style)
-    frame(axes, points, mesh.unit)
+    frame(axes, points, mesh.unit, names)
     axes.legend(handles=handles, loc="center left", bbox_to_anchor=(1.02, 0.5), labelspacing=0.8)
     return figure
+
+
+def _marker_scale(mesh: Mesh, points: FloatArray, points_per_unit: float) -> float:
+    """Smaller markers on fine meshes, so that neighbors stay apart; edges of 8 points or more get full size."""
+    lengths = np.linalg.norm(np.diff(points[mesh.edges], axis=1)[:, 0], axis=1)
+    return float(np.clip(np.median(lengths) * points_per_unit / 8.0, 0.4, 1.0))
 
 
 def _cells(fields: FieldFile, cluster: Cluster | None) -> IntArray:

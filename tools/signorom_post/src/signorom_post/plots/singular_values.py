@@ -36,10 +36,13 @@ def singular_values(model: Model) -> Figure:
     figure = new_figure(8.2, 3.5)
     left, right = figure.subplots(1, 2)
     tolerance = model.pod_tolerance
+    floor = tolerance * SHOWN_BELOW_TOLERANCE
+    n_shown = max(int(np.sum(energy_tail(cluster.singular_values) >= floor)) for cluster in model.clusters)
+    size = float(np.clip(300.0 / n_shown, 2.0, 4.5))
     for i_cluster, cluster in enumerate(model.clusters):
         color = CLUSTER_COLORS[i_cluster % len(CLUSTER_COLORS)]
         prefix = f"cluster {cluster.name}: " if len(model.clusters) > 1 else ""
-        _draw(left, right, cluster, kept_modes(cluster, tolerance), color, prefix)
+        _draw(left, right, cluster, kept_modes(cluster, tolerance), color, prefix, size)
     right.axhline(tolerance, color=GRAY, linewidth=1.0, linestyle="--", zorder=1, gid="tolerance")
     right.annotate(
         f"tolerance {power_of_ten(tolerance)}",
@@ -58,14 +61,18 @@ def singular_values(model: Model) -> Figure:
     for axes in (left, right):
         axes.set_yscale("log")
         axes.xaxis.set_major_locator(MaxNLocator(integer=True))
+        axes.set_xlim(-0.03 * n_shown, 1.03 * n_shown)
         add_grid(axes)
-    lowest = right.get_ylim()[0]
-    right.set_ylim(bottom=max(lowest, tolerance * SHOWN_BELOW_TOLERANCE))
+    shown = [cluster.singular_values[: n_shown + 1] for cluster in model.clusters]
+    left.set_ylim(0.3 * min(values[values > 0.0].min() / values.max() for values in shown), 3.0)
+    right.set_ylim(bottom=max(right.get_ylim()[0], floor))
     right.legend(loc="upper right")
     return figure
 
 
-def _draw(left: Axes, right: Axes, cluster: Cluster, n_kept: int, color: str, prefix: str) -> None:
+def _draw(
+    left: Axes, right: Axes, cluster: Cluster, n_kept: int, color: str, prefix: str, size: float
+) -> None:
     values = cluster.singular_values
     relative = np.where(values > 0.0, values, np.nan) / values.max(initial=np.finfo(float).tiny)
     modes = np.arange(1, len(values) + 1)
@@ -75,7 +82,7 @@ def _draw(left: Axes, right: Axes, cluster: Cluster, n_kept: int, color: str, pr
         (left, modes, relative, n_kept),
         (right, np.arange(len(tail)), tail, n_kept + 1),
     ):
-        style: dict[str, Any] = {"color": color, "markersize": 4.5, "markeredgewidth": 1.0}
+        style: dict[str, Any] = {"color": color, "markersize": size, "markeredgewidth": 0.22 * size}
         axes.plot(x, y, "-", color=color, linewidth=0.9, alpha=0.6)
         axes.plot(x[:first_open], y[:first_open], "o", gid="kept", **style)
         axes.plot(x[first_open:], y[first_open:], "o", markerfacecolor="white", gid="dropped", **style)

@@ -1,0 +1,164 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""`signorom-post paper`: every entry's tables and figures, and one table of all numbers."""
+
+import argparse
+import csv
+import os
+import signal
+import sys
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from types import FrameType
+
+from signorom_post.errors import InputError
+from signorom_post.figures import FORMATS
+from signorom_post.paper.case import figure_8
+from signorom_post.paper.comparison import Comparison, markdown_table, rows_for_csv, text_table
+from signorom_post.paper.convergence import figure_3, figure_10
+from signorom_post.paper.decay import figure_16
+from signorom_post.paper.domains import figure_9, figure_12
+from signorom_post.paper.forces import figure_14
+from signorom_post.paper.maps import figure_11, figure_13
+from signorom_post.paper.outcome import Entry, Outcome, Row, Study
+from signorom_post.paper.program import find_base_deck, find_program
+from signorom_post.paper.runs import Runs
+from signorom_post.paper.table_1 import table_1
+from signorom_post.style import save, styled
+
+#: what can be made, in the order of the paper's figures
+ENTRIES: dict[str, Entry] = {
+    "fig03": figure_3,
+    "fig08": figure_8,
+    "fig09": figure_9,
+    "fig10": figure_10,
+    "table1": table_1,
+    "fig11": figure_11,
+    "fig12": figure_12,
+    "fig13": figure_13,
+    "fig14": figure_14,
+    "fig16": figure_16,
+}
+TITLE = "Case b of the paper"
+INTRODUCTION = (
+    "Paper: S. Le Berre, I. Ramière, J. Fauque, D. Ryckelynck, Mathematics 10 (2022) 1495, section 5.2 (CC BY 4.0). "
+    "Ours: pressure on whole edges below the height, as in the paper; the last column: edges cut at the height."
+)
+
+
+@dataclass(frozen=True)
+class PaperOptions:
+    """What the user may choose."""
+
+    output: Path
+    #: keys of ENTRIES
+    only: Sequence[str]
+    file_format: str
+    #: points per parameter of the error maps
+    n_map: int
+    #: runs at a time
+    n_jobs: int
+
+
+def add_paper_command(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
+    """The command and its options."""
+    paper = commands.add_parser("paper", help="run case b of the paper and compare its figures and numbers")
+    paper.add_argument(
+        "--output", metavar="DIR", type=Path, default=Path("results/paper"), help="default: results/paper"
+    )
+    paper.add_argument(
+        "--only",
+        metavar="NAME",
+        choices=ENTRIES,
+        nargs="+",
+        default=list(ENTRIES),
+        help=f"some of: {', '.join(ENTRIES)}; default: all",
+    )
+    paper.add_argument("--format", choices=FORMATS, default="png", help="default: png")
+    paper.add_argument(
+        "--map", metavar="N", type=_at_least(2), default=80, help="error maps of N x N points; default: 80"
+    )
+    paper.add_argument(
+        "--jobs",
+        metavar="N",
+        type=_at_least(1),
+        default=os.cpu_count() or 1,
+        help="runs at a time; default: cores",
+    )
+    paper.set_defaults(run=_run)
+
+
+def _at_least(least: int) -> Callable[[str], int]:
+    def convert(text: str) -> int:
+        if not text.isdecimal() or int(text) < least:
+            raise argparse.ArgumentTypeError(f"'{text}' is not a whole number of at least {least}")
+        return int(text)
+
+    return convert
+
+
+def _run(options: argparse.Namespace) -> int:
+    try:
+        make_paper(PaperOptions(options.output, options.only, options.format, options.map, options.jobs))
+    except OSError as error:
+        raise InputError(error.filename or options.output, f"cannot be written ({error.strerror})") from error
+    return 0
+
+
+def make_paper(options: PaperOptions) -> list[Comparison]:
+    """Run what is missing, write all files, print the table; returns its numbers."""
+    runs = Runs(options.output / "runs", find_program(), find_base_deck(), options.n_jobs, _say)
+    study = Study(runs, options.n_map)
+    comparisons: list[Comparison] = []
+    with _terminable():
+        for name, entry in ENTRIES.items():
+            if name not in options.only:
+                continue
+            _say(f"{name} ...")
+            with styled():
+                outcome = entry(study)
+                _write(outcome, options)
+            comparisons += outcome.comparisons
+    _write_csv(options.output / "summary.csv", rows_for_csv(comparisons))
+    text = f"# {TITLE}\n\n{INTRODUCTION}\n\nMade: {', '.join(options.only)}.\n\n{markdown_table(comparisons)}"
+    (options.output / "summary.md").write_text(text, encoding="utf-8")
+    print(options.output / "summary.md")
+    print(f"\n{text_table(comparisons)}")
+    return comparisons
+
+
+def _write(outcome: Outcome, options: PaperOptions) -> None:
+    for name, rows in outcome.tables.items():
+        path = options.output / f"{name}.csv"
+        _write_csv(path, rows)
+        print(path, flush=True)
+    for name, figure in outcome.figures.items():
+        path = options.output / f"{name}.{options.file_format}"
+        save(figure, path)
+        print(path, flush=True)
+
+
+def _write_csv(path: Path, rows: Sequence[Row]) -> None:
+    with path.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.DictWriter(file, fieldnames=list(rows[0]) if rows else [], lineterminator="\n")
+        writer.writeheader()
+        writer.writerows(rows)
+
+
+def _say(text: str) -> None:
+    print(text, file=sys.stderr, flush=True)
+
+
+@contextmanager
+def _terminable() -> Iterator[None]:
+    """SIGTERM ends the runs as Ctrl-C does."""
+
+    def interrupt(_number: int, _frame: FrameType | None) -> None:
+        raise KeyboardInterrupt
+
+    before = signal.signal(signal.SIGTERM, interrupt)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)

@@ -1,0 +1,50 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Figure 16: approximation error of the snapshots, without clusters."""
+
+from signorom_post.paper import published
+from signorom_post.paper.comparison import Comparison, count, exactly, number
+from signorom_post.paper.outcome import Outcome, Row, Study
+from signorom_post.paper.variants import Variant
+from signorom_post.plots.singular_values import energy_tail, kept_modes, singular_values
+
+
+def figure_16(study: Study) -> Outcome:
+    """Singular values and energy tail; the tails behind Table 1's extra modes."""
+    (results,), (results_cut,) = study.both_loads([Variant(34, 1.0, has_fields=True)])
+    model, model_cut = results.model, results_cut.model
+    cluster, cluster_cut = model.clusters[0], model_cut.clusters[0]
+    tail, tail_cut = energy_tail(cluster.singular_values), energy_tail(cluster_cut.singular_values)
+    table: list[Row] = [
+        {"modes": i, "singular_value": cluster.singular_values[i - 1] if i else "", "energy_tail": tail[i]}
+        for i in range(len(tail))
+    ]
+    n_modes = kept_modes(cluster, model.pod_tolerance)
+    n_points = len(model.training_points)
+    comparisons = [
+        Comparison(
+            "Fig. 16", "snapshots", published.N_SNAPSHOTS, n_points, count, exactly(published.N_SNAPSHOTS)
+        ),
+        Comparison(
+            "Fig. 16",
+            "modes l at 1e-6",
+            published.N_MODES,
+            n_modes,
+            count,
+            exactly(published.N_MODES),
+            cut=kept_modes(cluster_cut, model_cut.pod_tolerance),
+        ),
+    ]
+    comparisons += [
+        Comparison(
+            "Table 1",
+            f"energy tail behind l + {row.extra_modes} modes",
+            row.tolerance,
+            tail[published.N_MODES + row.extra_modes],
+            number,
+            cut=tail_cut[published.N_MODES + row.extra_modes],
+            remark="the paper gives a tolerance, which lies above the tail",
+        )
+        for row in published.TABLE_1
+        if row.tolerance is not None
+    ]
+    return Outcome({"fig16": table}, {"fig16": singular_values(model)}, comparisons)

@@ -1,0 +1,83 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Figures 9 and 12: the reduced integration domains."""
+
+from signorom_post.paper import published
+from signorom_post.paper.comparison import Comparison, about, count, exactly
+from signorom_post.paper.outcome import Outcome, Row, Study, n_contact_rows
+from signorom_post.paper.variants import Variant
+from signorom_post.plots.reduced_domain import reduced_domain
+from signorom_post.plots.singular_values import kept_modes
+from signorom_post.results import Results
+
+#: contact pairs in a domain depend on ties in DEIM and on the mesh's exact dimensions
+MARGIN = 6
+
+
+def figure_9(study: Study) -> Outcome:
+    """One DEIM, and two."""
+    return _domains(study, {"fig09a": 12, "fig09b": 34})
+
+
+def figure_12(study: Study) -> Outcome:
+    """Two DEIM, the dual one with a smaller tolerance."""
+    return _domains(study, {"fig12": 60})
+
+
+def _domains(study: Study, domains: dict[str, int]) -> Outcome:
+    outcome = Outcome({}, {})
+    # hats change nothing of the domain; those of Figure 14 are run anyway
+    ours, cut = study.both_loads(
+        [Variant(domain, None if domain == 12 else 1.0, has_fields=True) for domain in domains.values()]
+    )
+    for (name, domain), results, results_cut in zip(domains.items(), ours, cut, strict=True):
+        where = f"Fig. {name[3:].lstrip('0')}"
+        cluster = results.model.clusters[0]
+        outcome.tables[name] = _table(results)
+        outcome.figures[name] = reduced_domain(results.fields, cluster, ("r", "z"))
+        n_modes, n_modes_cut = (
+            kept_modes(r.model.clusters[0], r.model.pod_tolerance) for r in (results, results_cut)
+        )
+        n, n_cut = n_contact_rows(results), n_contact_rows(results_cut)
+        if domain == min(domains.values()):
+            outcome.comparisons.append(
+                Comparison(
+                    where,
+                    "modes l",
+                    published.N_MODES,
+                    n_modes,
+                    count,
+                    exactly(published.N_MODES),
+                    cut=n_modes_cut,
+                )
+            )
+        outcome.comparisons.append(
+            Comparison(
+                where,
+                "contact pairs in the RID",
+                domain,
+                n,
+                count,
+                about(domain, MARGIN),
+                is_robust=False,
+                cut=n_cut,
+            )
+        )
+    return outcome
+
+
+def _table(results: Results) -> list[Row]:
+    """Nodes, pairs and cells of the domain with their places; numbers are 1-based."""
+    fields, cluster = results.fields, results.model.clusters[0]
+    places = fields.mesh.coordinates
+    centers = [places[cell].mean(axis=0) for cell in fields.mesh.cells]
+    kinds = {
+        "seed node": (cluster.seed_nodes, places),
+        "facing node": (cluster.facing_nodes, places),
+        "contact pair": (cluster.contact_rows, places[fields.first_nodes]),
+        "cell": (cluster.cells, centers),
+    }
+    return [
+        {"what": kind, "number": int(i) + 1, "r_mm": f"{where[i][0]:.6g}", "z_mm": f"{where[i][1]:.6g}"}
+        for kind, (items, where) in kinds.items()
+        for i in items
+    ]

@@ -1,0 +1,73 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What the entries of the paper have in common: what they get, what they give, and numbers that many of them need."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from signorom_post.errors import InputError
+from signorom_post.paper.comparison import Comparison
+from signorom_post.paper.runs import Runs
+from signorom_post.paper.variants import LOADS, Variant
+from signorom_post.readers.enrichment import History
+from signorom_post.results import Results
+
+Row = dict[str, object]
+
+
+@dataclass(frozen=True)
+class Study:
+    """What an entry may ask for."""
+
+    runs: Runs
+    #: points per parameter of the error maps
+    n_map: int
+
+    def both_loads(self, variants: Sequence[Variant]) -> tuple[list[Results], list[Results]]:
+        """Results of these variants, and of the same with edges cut by the height."""
+        both = [replace(variant, load=load) for load in LOADS for variant in variants]
+        results = self.runs.results(both)
+        return results[: len(variants)], results[len(variants) :]
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """Tables and figures by the names of their files without ending, and numbers next to the paper's."""
+
+    tables: dict[str, list[Row]]
+    figures: dict[str, Figure]
+    comparisons: list[Comparison] = field(default_factory=list)
+
+
+Entry = Callable[[Study], Outcome]
+
+
+def errors_at(results: Results, point: tuple[float, float]) -> tuple[float, float]:
+    """Primal and dual error on the reduced domain at a test point (pressure [MPa], height [mm])."""
+    validation = results.validation
+    rows = np.flatnonzero(np.all(np.isclose(validation.parameters, point), axis=1))
+    if rows.size == 0:
+        raise InputError(validation.path, f"there is no test point {point}")
+    return float(validation.columns["e_u"][rows[0]]), float(validation.columns["e_lambda_rid"][rows[0]])
+
+
+def history_of(results: Results) -> History:
+    """The enrichment of a model without clusters."""
+    return results.enrichment[0]
+
+
+def n_contact_rows(results: Results) -> int:
+    """Contact pairs in the reduced domain of a model without clusters."""
+    return int(results.report["reduction"]["n_contact_rows"])
+
+
+def point_text(point: tuple[float, float]) -> str:
+    """(170 MPa, 3.2 mm)."""
+    return f"({point[0]:g} MPa, {point[1]:g} mm)"
+
+
+def strategy_text(extra_modes: int) -> str:
+    """Name of an enrichment strategy as in the paper's legends."""
+    return f"POD + {extra_modes} and FE" if extra_modes else "FE"

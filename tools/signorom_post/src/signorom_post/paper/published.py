@@ -1,0 +1,82 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Numbers of section 5.2 of Le Berre, Ramière, Fauque, Ryckelynck, Mathematics 10 (2022) 1495 (CC BY 4.0)."""
+
+from dataclasses import dataclass
+
+N_NODES, N_FUEL_NODES, N_CLADDING_NODES, N_PAIRS = 7070, 6161, 909, 101
+N_SNAPSHOTS = 500
+#: l at a POD tolerance of 1e-6
+N_MODES = 36
+#: kappa at which Algorithm 1 stops for the error maps
+MAX_CONDITION_NUMBER = 10.0
+#: POD modes that the second strategy of Figures 10, 11 and 13 adds
+EXTRA_MODES = 9
+
+
+@dataclass(frozen=True)
+class Enrichment:
+    """What Algorithm 1 does with one reduced domain, hat functions only."""
+
+    #: size of the basis at which (11) holds for the first time
+    n_columns_solvable: int
+    #: sizes of the basis at kappa_max = 10: hats only, and with EXTRA_MODES
+    n_columns: tuple[int, int]
+    #: dual error with all hats at (170 MPa, 3.2 mm), Figure 14
+    dual_error: float
+
+
+#: key: contact pairs in the reduced domain
+ENRICHMENT = {
+    34: Enrichment(40, (55, 62), 0.025),
+    60: Enrichment(61, (83, 91), 0.026),
+}
+#: Figure 10: dual error at (170 MPa, 3.2 mm) at kappa_max = 10, hats only, 34 pairs
+DUAL_ERROR_AT_10 = 0.063
+
+
+@dataclass(frozen=True)
+class Table1Row:
+    """A row of Table 1; errors are shares."""
+
+    extra_modes: int
+    #: epsilon_POD2; None in the row without extra modes
+    tolerance: float | None
+    #: kappa before the hats
+    condition_number: float
+    n_columns: int
+    #: primal and dual error at (170 MPa, 3.2 mm), and at (30 MPa, 5.25 mm)
+    strong: tuple[float, float]
+    weak: tuple[float, float]
+
+
+TABLE_1 = (
+    Table1Row(0, None, 1.5e6, 70, (0.010, 0.025), (0.029, 0.21)),
+    Table1Row(3, 7.5e-7, 2.3e4, 73, (0.025, 0.018), (0.005, 0.26)),
+    Table1Row(6, 5.0e-7, 4.5e3, 76, (0.005, 0.016), (0.016, 0.16)),
+    Table1Row(9, 3.5e-7, 4.1e3, 79, (0.001, 0.013), (0.035, 0.056)),
+    Table1Row(12, 2.7e-7, 3.4e3, 82, (0.014, 0.017), (0.025, 0.067)),
+    Table1Row(15, 2.2e-7, 878.0, 85, (0.019, 0.017), (0.013, 0.058)),
+    Table1Row(18, 1.7e-7, 386.0, 88, (0.011, 0.014), (0.002, 0.053)),
+    Table1Row(21, 1.3e-7, 383.0, 91, (0.078, 0.018), (0.134, 0.093)),
+    Table1Row(23, 1.1e-7, 330.0, 93, (0.008, 0.013), (0.16, 0.099)),
+    Table1Row(26, 0.9e-7, 328.0, 96, (0.12, 0.013), (0.015, 0.095)),
+)
+
+
+@dataclass(frozen=True)
+class MapStatistics:
+    """Dual errors on the reduced domain over a map, shares: median, 95th percentile, points above 10 %."""
+
+    median: float
+    p95: float
+    above_10: float
+
+
+#: The paper prints its maps as pictures. These are from an independent NumPy code on 40 x 40 points, kappa_max = 10,
+#: cladding hats; key: contact pairs in the reduced domain, extra modes.
+REFERENCE_MAPS = {
+    (34, 0): MapStatistics(0.063, 0.39, 0.35),
+    (34, 9): MapStatistics(0.044, 0.24, 0.24),
+    (60, 0): MapStatistics(0.064, 0.40, 0.36),
+    (60, 9): MapStatistics(0.042, 0.24, 0.26),
+}

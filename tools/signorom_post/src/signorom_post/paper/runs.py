@@ -1,0 +1,169 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Runs of the program, kept in a folder: what was run before with the same program, mesh and deck is not run again."""
+
+import hashlib
+import os
+import shutil
+import subprocess
+import time
+from collections.abc import Callable, Iterable, Sequence
+from concurrent.futures import ThreadPoolExecutor, as_completed
+from dataclasses import dataclass
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from threading import Lock
+from typing import Any
+
+import yaml
+
+from signorom_post.errors import InputError
+from signorom_post.paper.variants import POINTS, Variant, with_load
+from signorom_post.results import Results
+
+#: what was run: written first into the folder of a run; and the empty file that is written last
+FINGERPRINT, FINISHED = "fingerprint", "finished"
+#: exit codes of a run whose results can be used: all done; done, but some points did not converge
+USABLE = (0, 3)
+#: one core per run; a single rank needs no daemon beside it
+ENVIRONMENT = {
+    "OMP_NUM_THREADS": "1",
+    "OPENBLAS_NUM_THREADS": "1",
+    "OMPI_MCA_ess_singleton_isolated": "1",
+    "OMPI_MCA_btl_vader_single_copy_mechanism": "none",
+    "HWLOC_HIDE_ERRORS": "2",
+}
+
+
+@dataclass(frozen=True)
+class Job:
+    """One start of the program."""
+
+    folder: Path
+    command: str
+    deck: dict[str, Any]
+    #: file to be read from another run's folder, beside the deck
+    link: Path | None = None
+    #: results that are large and not wanted
+    dropped: tuple[str, ...] = ()
+
+
+class Runs:
+    """Starts the program for the variants that a figure needs, several at a time."""
+
+    def __init__(
+        self, folder: Path, program: Path, base_deck: Path, n_jobs: int, say: Callable[[str], None]
+    ) -> None:
+        self.folder = folder
+        self._program = program
+        self._base = yaml.safe_load(base_deck.read_text(encoding="utf-8"))
+        self._base["mesh"]["file"] = str((base_deck.parent / self._base["mesh"]["file"]).resolve())
+        self._n_jobs = n_jobs
+        self._say = say
+        self._inputs = _digest(program.read_bytes(), Path(self._base["mesh"]["file"]).read_bytes())
+        self._processes: list[subprocess.Popen[bytes]] = []
+        self._lock = Lock()
+        self._is_stopped = False
+
+    def results(self, variants: Sequence[Variant]) -> list[Results]:
+        """Results of these variants, in their order; runs what is missing."""
+        self.folder.mkdir(parents=True, exist_ok=True)
+        lines = ["P1,h1", *(f"{pressure},{height}" for pressure, height in POINTS)]
+        (self.folder / "points.csv").write_text("\n".join(lines) + "\n", encoding="utf-8")
+        self._run_all(self._sampling(load) for load in dict.fromkeys(v.load for v in variants))
+        self._run_all(self._validation(variant) for variant in dict.fromkeys(variants))
+        return [Results(self.folder / variant.name) for variant in variants]
+
+    def _sampling(self, load: str) -> Job:
+        return Job(self.folder / load / "snapshots", "sample", with_load(self._base, load))
+
+    def _validation(self, variant: Variant) -> Job:
+        deck = variant.deck(self._base, "../../points.csv")
+        dropped = () if variant.has_fields else ("model.h5", "fields.h5", "fields.xdmf")
+        link = self.folder / variant.load / "snapshots" / "snapshots.h5"
+        return Job(self.folder / variant.name, "run", deck, link, dropped)
+
+    def _run_all(self, jobs: Iterable[Job]) -> None:
+        waiting = [job for job in jobs if not self._is_finished(job)]
+        if not waiting:
+            return
+        with ThreadPoolExecutor(self._n_jobs) as pool:
+            futures = {pool.submit(self._run, job): job for job in waiting}
+            try:
+                for i, future in enumerate(as_completed(futures), start=1):
+                    name = futures[future].folder.relative_to(self.folder)
+                    self._say(f"run {i} of {len(waiting)}: {name}, {future.result():.1f} s")
+            except BaseException:
+                self._stop(pool)
+                raise
+
+    def _run(self, job: Job) -> float:
+        """Run the program in the job's folder; [s] that it took."""
+        start = time.monotonic()
+        self._prepare(job)
+        log = job.folder / "log.txt"
+        # Open MPI's single ranks share a session folder, and one that ends takes it from one that starts
+        with log.open("wb") as output, TemporaryDirectory(prefix="signorom-") as own:
+            with self._lock:
+                if self._is_stopped:
+                    return 0.0
+                process = subprocess.Popen(
+                    [self._program, job.command, "deck.yaml"],
+                    cwd=job.folder,
+                    env=os.environ | ENVIRONMENT | {"OMPI_MCA_orte_tmpdir_base": own},
+                    stdin=subprocess.DEVNULL,
+                    stdout=output,
+                    stderr=subprocess.STDOUT,
+                )
+                self._processes.append(process)
+            code = process.wait()
+        if self._is_stopped:
+            return 0.0
+        if code not in USABLE:
+            said = log.read_text(encoding="utf-8", errors="replace").strip() or "it said nothing"
+            raise InputError(log, f"{self._program.name} {job.command} ended with exit code {code}:\n{said}")
+        for name in job.dropped:
+            (job.folder / name).unlink(missing_ok=True)
+        (job.folder / FINISHED).touch()
+        return time.monotonic() - start
+
+    def _prepare(self, job: Job) -> None:
+        """A folder with the deck; what an interrupted run of the same left there is kept, so that it goes on."""
+        if not self._is_same(job):
+            shutil.rmtree(job.folder, ignore_errors=True)
+        job.folder.mkdir(parents=True, exist_ok=True)
+        (job.folder / "deck.yaml").write_text(_deck_text(job), encoding="utf-8")
+        if job.link is not None:
+            link = job.folder / job.link.name
+            link.unlink(missing_ok=True)
+            link.symlink_to(os.path.relpath(job.link, job.folder))
+        (job.folder / FINGERPRINT).write_text(self._fingerprint(job), encoding="utf-8")
+
+    def _is_same(self, job: Job) -> bool:
+        path = job.folder / FINGERPRINT
+        return path.is_file() and path.read_text(encoding="utf-8") == self._fingerprint(job)
+
+    def _is_finished(self, job: Job) -> bool:
+        return self._is_same(job) and (job.folder / FINISHED).is_file()
+
+    def _fingerprint(self, job: Job) -> str:
+        return _digest(self._inputs.encode(), job.command.encode(), _deck_text(job).encode())
+
+    def _stop(self, pool: ThreadPoolExecutor) -> None:
+        """Cancel what waits and end what runs; the program ends after its current point."""
+        with self._lock:
+            self._is_stopped = True
+            for process in self._processes:
+                if process.poll() is None:
+                    process.terminate()
+        pool.shutdown(wait=True, cancel_futures=True)
+
+
+def _deck_text(job: Job) -> str:
+    return yaml.safe_dump(job.deck, sort_keys=False)
+
+
+def _digest(*parts: bytes) -> str:
+    digest = hashlib.sha256()
+    for part in parts:
+        digest.update(hashlib.sha256(part).digest())
+    return digest.hexdigest()

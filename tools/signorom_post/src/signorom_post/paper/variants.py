@@ -1,0 +1,90 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The reduced models of case b that the paper shows, as decks."""
+
+import copy
+from dataclasses import dataclass
+from typing import Any
+
+#: the paper's number of contact pairs in a reduced domain -> energy tail of the dual POD whose DEIM nodes join it
+DOMAINS: dict[int, float | None] = {12: None, 34: 4.0e-4, 60: 1.0e-4}
+#: body whose nodes carry the hat functions -> its side of the pairs in the deck
+SIDES = {"cladding": "second", "fuel": "first"}
+#: strong and weak contact: pressure [MPa] and height [mm]
+STRONG, WEAK = (170.0, 3.2), (30.0, 5.25)
+POINTS = (STRONG, WEAK)
+POD_TOLERANCE = 1.0e-6
+ZONE = "cladding_outside"
+#: [MB] room for the full-order operator on the multipliers, which answers where the reduced problem has no solution
+FULL_ORDER_SIZE = 1.0
+#: which edges below the height carry the pressure: whole ones only, as in the paper, or cut ones too
+LOADS = ("whole_edges", "cut")
+
+
+@dataclass(frozen=True)
+class Variant:
+    """One reduced model, and where it is compared with the full order."""
+
+    #: key of DOMAINS
+    domain: int
+    #: Algorithm 1 ends there; None: no hat functions
+    max_condition_number: float | None = 10.0
+    #: or after so many hats; None: no limit
+    max_hats: int | None = None
+    #: POD modes beyond those that choose the domain
+    extra_modes: int = 0
+    #: key of SIDES
+    side: str = "cladding"
+    load: str = LOADS[0]
+    #: compared on a grid of so many points per parameter; None: at the two POINTS
+    n_map: int | None = None
+    #: model and fields are wanted, not just the tables
+    has_fields: bool = False
+
+    @property
+    def name(self) -> str:
+        """A name for its folder, different for each variant."""
+        parts = [f"rid{self.domain}", f"plus{self.extra_modes}"]
+        if self.max_condition_number is not None:
+            parts += [self.side, f"kappa{self.max_condition_number:g}"]
+        if self.max_hats is not None:
+            parts.append(f"hats{self.max_hats}")
+        if self.n_map is not None:
+            parts.append(f"map{self.n_map}")
+        if self.has_fields:
+            parts.append("fields")
+        return f"{self.load}/{'_'.join(parts)}"
+
+    def deck(self, base: dict[str, Any], points_file: str) -> dict[str, Any]:
+        """The deck of this variant from the one of case b; the results lie beside it."""
+        deck = with_load(base, self.load)
+        n = self.n_map
+        deck["test"] = {"grid": {"P1": n, "h1": n}} if n else {"file": points_file}
+        deck["reduction"] = self._reduction()
+        deck["output"]["fields"] = ["displacement", "contact"]
+        deck["output"]["points"] = [dict(zip(("P1", "h1"), point, strict=True)) for point in POINTS]
+        return deck
+
+    def _reduction(self) -> dict[str, Any]:
+        reduction: dict[str, Any] = {
+            "method": "hhr",
+            "pod_tolerance": POD_TOLERANCE,
+            "extra_modes": self.extra_modes,
+            "zones_of_interest": [ZONE],
+            "max_full_order_size": FULL_ORDER_SIZE,
+        }
+        if DOMAINS[self.domain] is not None:
+            reduction["dual_pod_tolerance"] = DOMAINS[self.domain]
+        if self.max_condition_number is not None:
+            greedy = {"max_condition_number": self.max_condition_number, "side": SIDES[self.side]}
+            reduction["enrichment"] = {"type": "greedy", **greedy}
+            if self.max_hats is not None:
+                reduction["enrichment"]["max_hats"] = self.max_hats
+        return reduction
+
+
+def with_load(base: dict[str, Any], load: str) -> dict[str, Any]:
+    """A copy of the deck of case b under this load, with results beside it."""
+    deck = copy.deepcopy(base)
+    deck["loads"][0]["load"] = load
+    deck["output"] = {"directory": "."}
+    return deck

@@ -1,0 +1,71 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Maps of an error over two parameters on a grid, on one colour scale (paper, Figures 11 and 13)."""
+
+from dataclasses import dataclass
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import QuadMesh
+from matplotlib.colors import LogNorm
+from matplotlib.figure import Figure
+from matplotlib.patches import Patch
+
+from signorom_post.arrays import FloatArray
+from signorom_post.style import LIGHT_GRAY, SEQUENTIAL, VERMILLION, new_figure
+
+#: [%] ends of the colour scale; errors beyond have the colour of the end
+LOWEST, HIGHEST = 0.3, 100.0
+
+
+@dataclass(frozen=True)
+class ErrorMap:
+    """Errors, shares, at points of a full grid in any order; all arrays have one length."""
+
+    title: str
+    x: FloatArray
+    y: FloatArray
+    #: nan: no contact in either model; infinite: contact in the reduced model only
+    errors: FloatArray
+
+
+def error_maps(maps: list[ErrorMap], x_label: str = "$P_1$ [MPa]", y_label: str = "$h_1$ [mm]") -> Figure:
+    """One panel per map, a cell per point."""
+    figure = new_figure(8.6, 4.3)
+    panels = figure.subplots(1, len(maps), sharex=True, sharey=True, squeeze=False)[0]
+    for axes, item in zip(panels, maps, strict=True):
+        cells = _draw(axes, item)
+        axes.set_title(item.title)
+        axes.set_xlabel(x_label)
+    panels[0].set_ylabel(y_label)
+    bar = figure.colorbar(
+        cells, ax=list(panels), label=r"dual error $e_\lambda$ on the RID [%]", extend="both"
+    )
+    bar.ax.yaxis.set_major_formatter("{x:g}")
+    kinds = {
+        "no contact in either": (LIGHT_GRAY, np.isnan),
+        "contact in the reduced model only": (VERMILLION, np.isinf),
+    }
+    handles = [
+        Patch(facecolor=color, label=text)
+        for text, (color, is_kind) in kinds.items()
+        if any(is_kind(item.errors).any() for item in maps)
+    ]
+    if handles:
+        figure.legend(handles=handles, loc="outside lower center", ncols=2)
+    return figure
+
+
+def _draw(axes: Axes, item: ErrorMap) -> QuadMesh:
+    x, i_x = np.unique(item.x, return_inverse=True)
+    y, i_y = np.unique(item.y, return_inverse=True)
+    percent = np.full((len(y), len(x)), np.nan)
+    percent[i_y, i_x] = 100.0 * item.errors
+    axes.set_facecolor(LIGHT_GRAY)
+    infinite = np.ma.masked_where(~np.isinf(percent), np.ones_like(percent))
+    axes.pcolormesh(
+        x, y, infinite, cmap=mpl.colors.ListedColormap([VERMILLION]), gid="infinite", rasterized=True
+    )
+    finite = np.ma.masked_invalid(np.where(np.isfinite(percent), np.maximum(percent, 1e-9), np.nan))
+    norm = LogNorm(LOWEST, HIGHEST)
+    return axes.pcolormesh(x, y, finite, cmap=SEQUENTIAL, norm=norm, gid="errors", rasterized=True)

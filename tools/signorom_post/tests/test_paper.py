@@ -1,0 +1,346 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""`signorom-post paper` with a program that writes results by formulas."""
+
+import csv
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+from half_disk_results import HalfDisks, reduced_multipliers, write_fields, write_model
+
+from signorom_post.cli import main
+from signorom_post.errors import InputError
+from signorom_post.paper import published
+from signorom_post.paper.command import ENTRIES
+from signorom_post.paper.comparison import Comparison, about, at_most, count, exactly, markdown_table, percent
+from signorom_post.paper.maps import statistics
+from signorom_post.paper.program import find_base_deck, find_program
+from signorom_post.paper.variants import Variant
+from signorom_post.readers.validation import read_validation
+
+SIGNATURE = b"\x89PNG\r\n"
+#: the energy tail after l modes is 10**(-2 l / 11.9): below 1e-6 at l = 36 and not before
+SINGULAR_VALUES = 10.0 ** (-np.arange(120) / 11.9)
+POINTS = ((170.0, 3.2), (30.0, 5.25))
+
+
+def make_program(folder: Path) -> Path:
+    """An executable that runs fake_signorom.py, with the model and the fields that it copies: half disks."""
+    folder.mkdir(exist_ok=True)
+    path = folder / "signorom"
+    path.write_text((Path(__file__).parent / "fake_signorom.py").read_text())
+    path.write_text(f"#!{sys.executable}\n{path.read_text()}")
+    path.chmod(0o755)
+    disks = HalfDisks()
+    write_model(folder / "model.h5", disks)
+    with h5py.File(folder / "model.h5", "r+") as file:
+        del file["clusters/1/singular_values"], file["reduction/pod_tolerance"]
+        file["clusters/1/singular_values"] = SINGULAR_VALUES
+        file["reduction/pod_tolerance"] = 1e-6
+    write_fields(folder / "fields.h5", disks, (0.3, 0.2))
+    with h5py.File(folder / "fields.h5", "r+") as file:
+        for name, point in zip(("0001", "0002"), POINTS, strict=True):
+            file[f"points/{name}"].attrs["parameter_names"] = "P1,h1"
+            file[f"points/{name}"].attrs["parameters"] = point
+    return path
+
+
+@pytest.fixture
+def fake(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The stand-in, named by the variable; its folder gets a line per start."""
+    path = make_program(tmp_path / "bin")
+    monkeypatch.setenv("SIGNOROM_EXECUTABLE", str(path))
+    return path
+
+
+@pytest.fixture(scope="module")
+def everything(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Path, list[str]]]:
+    """All entries, made once: the output folder and the starts of the program."""
+    folder = tmp_path_factory.mktemp("everything")
+    program = make_program(folder)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("SIGNOROM_EXECUTABLE", str(program))
+        assert main(["paper", "--output", str(folder / "out"), "--map", "4", "--jobs", "4"]) == 0
+        yield folder / "out", calls(program)
+
+
+def calls(program: Path) -> list[str]:
+    path = program.parent / "calls.txt"
+    return path.read_text().splitlines() if path.exists() else []
+
+
+def read_table(path: Path) -> list[dict[str, str]]:
+    with path.open(newline="") as file:
+        return list(csv.DictReader(file))
+
+
+def test_every_entry_has_a_table_and_a_figure(everything: tuple[Path, list[str]]) -> None:
+    names = {name for name in ENTRIES if name != "fig09"} | {"fig09a", "fig09b"}
+    output = everything[0]
+    for name in names:
+        assert (output / f"{name}.png").read_bytes().startswith(SIGNATURE)
+        assert read_table(output / f"{name}.csv")
+    written = {path.name for path in output.iterdir()}
+    assert written == {f"{n}.{e}" for n in names for e in ("png", "csv")} | {
+        "runs",
+        "summary.md",
+        "summary.csv",
+    }
+
+
+def test_snapshots_are_made_once_per_load_and_no_run_is_repeated(everything: tuple[Path, list[str]]) -> None:
+    starts = everything[1]
+    assert len(starts) == len(set(starts))
+    assert [start for start in starts if start.startswith("sample")] == [
+        "sample whole_edges/snapshots",
+        "sample cut/snapshots",
+    ]
+
+
+def test_large_files_are_kept_only_where_figures_need_them(everything: tuple[Path, list[str]]) -> None:
+    runs = everything[0] / "runs"
+    assert (runs / "whole_edges" / "rid34_plus0_cladding_kappa1_fields" / "model.h5").is_file()
+    assert not (runs / "whole_edges" / "rid34_plus0_cladding_kappa1_hats3" / "model.h5").exists()
+    assert (runs / "whole_edges" / "rid34_plus0_cladding_kappa1_hats3" / "validation.csv").is_file()
+
+
+def test_errors_after_each_hat(everything: tuple[Path, list[str]]) -> None:
+    """The stand-in's dual error is 40 % / (hats + 1), its kappa 10^(4 - 4 hats / 34)."""
+    table = read_table(everything[0] / "fig10.csv")
+    assert [int(row["hats"]) for row in table] == [*range(35), *range(35)]
+    assert [int(row["extra_modes"]) for row in table] == [0] * 35 + [9] * 35
+    np.testing.assert_allclose(
+        [float(row["e_lambda_170_3.2"]) for row in table[:35]], 0.4 / np.arange(1, 36), rtol=1e-12
+    )
+    kappa = [float(row["condition_number"]) for row in table[:35]]
+    assert np.isinf(kappa[:4]).all()
+    np.testing.assert_allclose(kappa[4:], 10.0 ** (4.0 - 4.0 * np.arange(4, 35) / 34))
+    assert read_table(everything[0] / "fig03.csv") == table[:35]
+
+
+def summary(folder: Path) -> dict[tuple[str, str], dict[str, str]]:
+    return {(row["where"], row["quantity"]): row for row in read_table(folder / "summary.csv")}
+
+
+def test_numbers_stand_next_to_the_papers(everything: tuple[Path, list[str]]) -> None:
+    """kappa <= 10 needs hats >= 3 / 4 of the rows: 26 of 34, 45 of 60; 36 and 45 modes before."""
+    numbers = summary(everything[0])
+    expected = {
+        ("Fig. 9a", "modes l"): (36, 36, 36, "within"),
+        ("Fig. 9b", "contact pairs in the RID"): (34, 34, 34, "within"),
+        ("Fig. 12", "contact pairs in the RID"): (60, 60, 60, "within"),
+        ("Fig. 10", "l-bar where (11) holds first, FE"): (40, 40, "", "-"),
+        ("Fig. 10", "dual error at kappa_max = 10, FE"): (0.063, 0.4 / 27, "", "-"),
+        ("Fig. 11", "l-bar at kappa_max = 10, FE"): (55, 62, 62, "within"),
+        ("Fig. 11", "l-bar at kappa_max = 10, POD + 9 and FE"): (62, 71, 71, "OUTSIDE"),
+        ("Fig. 13", "l-bar at kappa_max = 10, FE"): (83, 81, 81, "within"),
+        ("Fig. 14", "dual error at (170 MPa, 3.2 mm), 34 pairs, all hats"): (
+            0.025,
+            0.4 / 35,
+            0.2 / 35,
+            "within",
+        ),
+        ("Fig. 16", "snapshots"): (500, 31, "", "OUTSIDE"),
+        ("Table 1", "final l-bar, + 26"): (96, 96, 96, "within"),
+        ("Table 1", "energy tail behind l + 3 modes"): (7.5e-7, 10.0 ** (-2 * 39 / 11.9), None, "-"),
+    }
+    for key, (paper, ours, cut, verdict) in expected.items():
+        row = numbers[key]
+        assert float(row["paper"]) == pytest.approx(paper)
+        assert float(row["ours"]) == pytest.approx(ours, rel=1e-2)
+        assert row["verdict"] == verdict
+        if cut is not None:
+            assert (
+                row["ours_cut"] == "" if cut == "" else float(row["ours_cut"]) == pytest.approx(cut, rel=1e-9)
+            )
+
+
+@pytest.mark.parametrize(
+    ("quantity", "limit", "is_robust"),
+    [
+        ("dual error at (170 MPa, 3.2 mm), + 0, cladding hats", 1.3 * 0.025, True),
+        ("dual error at (170 MPa, 3.2 mm), + 15, cladding hats", 1.3 * 0.017, True),
+        ("dual error at (170 MPa, 3.2 mm), + 18, cladding hats", 2 * 0.014, True),
+        ("dual error at (170 MPa, 3.2 mm), + 0, fuel hats", 2 * 0.025, True),
+        ("dual error at (30 MPa, 5.25 mm), + 9, cladding hats", 2 * 0.056, False),
+        ("primal error at (170 MPa, 3.2 mm), + 12, cladding hats", 2 * 0.014, True),
+        ("primal error at (170 MPa, 3.2 mm), + 15, cladding hats", 2 * 0.019, False),
+    ],
+)
+def test_what_table_1_allows(
+    everything: tuple[Path, list[str]], quantity: str, limit: float, is_robust: bool
+) -> None:
+    row = summary(everything[0])["Table 1", quantity]
+    assert float(row["allowed_max"]) == pytest.approx(limit)
+    assert row["is_robust"] == str(is_robust)
+
+
+def test_statistics_of_a_map(everything: tuple[Path, list[str]]) -> None:
+    """4 x 4 points: 2 without contact, 2 infinite, 4 of 20 % (70 MPa), 8 of 5 % (135 and 200 MPa)."""
+    path = everything[0] / "runs" / "whole_edges" / "rid34_plus0_cladding_kappa10_map4" / "validation.csv"
+    found = statistics(read_validation(path))
+    assert (found.median, found.p95) == (0.05, np.inf)
+    assert found.above_10 == pytest.approx(6 / 14)
+    row = summary(everything[0])["Fig. 11", "map, FE: points above 10 %"]
+    assert float(row["ours"]) == pytest.approx(6 / 14)
+    assert float(row["allowed_max"]) == pytest.approx(1.3 * 0.35)
+
+
+def test_contact_forces_are_those_of_the_fields(everything: tuple[Path, list[str]]) -> None:
+    disks = HalfDisks()
+    table = [row for row in read_table(everything[0] / "fig14.csv") if row["pairs_paper"] == "34"]
+    assert len(table) == disks.n_pairs
+    full = sorted(float(row["full_order_N"]) for row in table)
+    np.testing.assert_allclose(full, sorted(disks.multipliers(0.3)))
+    reduced = sorted(float(row["reduced_N"]) for row in table if row["reduced_N"])
+    np.testing.assert_allclose(reduced, sorted(reduced_multipliers(disks, 0.3)[disks.reduced_rows]))
+
+
+def test_energy_tail(everything: tuple[Path, list[str]]) -> None:
+    table = read_table(everything[0] / "fig16.csv")
+    squares = SINGULAR_VALUES**2
+    assert float(table[36]["energy_tail"]) == pytest.approx(squares[36:].sum() / squares.sum())
+
+
+def test_second_call_only_draws(fake: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    arguments = ["paper", "--output", str(tmp_path / "out"), "--only", "fig14"]
+    assert main(arguments) == 0
+    first = calls(fake)
+    assert len(first) == 6  # snapshots and two models for each load
+    assert "run 1 of 2" in capsys.readouterr().err
+    (tmp_path / "out" / "fig14.png").unlink()
+    assert main(arguments) == 0
+    assert calls(fake) == first
+    assert "run" not in capsys.readouterr().err
+    assert (tmp_path / "out" / "fig14.png").exists()
+
+
+def test_another_program_runs_again_from_new_snapshots(fake: Path, tmp_path: Path) -> None:
+    arguments = ["paper", "--output", str(tmp_path / "out"), "--only", "fig08"]
+    assert main(arguments) == 0
+    snapshots = tmp_path / "out" / "runs" / "whole_edges" / "snapshots" / "snapshots.h5"
+    snapshots.write_text("of the old program")
+    fake.write_text(fake.read_text() + "# changed\n")
+    assert main(arguments) == 0
+    assert len(calls(fake)) == 4
+    assert snapshots.read_text() == ""
+
+
+def test_program_that_fails_is_quoted(
+    fake: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setenv("BROKEN", "1")
+    assert main(["paper", "--output", str(tmp_path / "out"), "--only", "fig08"]) == 2
+    said = capsys.readouterr().err
+    assert "signorom sample ended with exit code 2:\ndeck.yaml:1:1: error: nothing is right" in said
+    monkeypatch.delenv("BROKEN")
+    assert main(["paper", "--output", str(tmp_path / "out"), "--only", "fig08"]) == 0
+    assert len(calls(fake)) == 3
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_stopped_run_goes_on(fake: Path, tmp_path: Path, number: signal.Signals) -> None:
+    command = [sys.executable, "-m", "signorom_post", "paper", "--only", "fig08"]
+    command += ["--output", str(tmp_path / "out")]
+    environment = os.environ | {"SLOW": "1", "PYTHONPATH": os.pathsep.join(sys.path)}
+    process = subprocess.Popen(command, env=environment, stderr=subprocess.PIPE, text=True)
+    deadline = time.monotonic() + 60
+    while len(calls(fake)) < 2 and time.monotonic() < deadline:
+        time.sleep(0.02)
+    process.send_signal(number)
+    _, said = process.communicate(timeout=30)
+    assert process.returncode == 130
+    assert said.endswith("stopped; the same command goes on\n")
+    assert main(command[3:]) == 0
+    assert [call.split()[0] for call in calls(fake)] == ["sample", "run", "run"]
+
+
+def test_comparison_shows_what_is_allowed() -> None:
+    def cells(**options: object) -> list[str]:
+        return Comparison("x", "y", 0.025, 0.05, percent, **options).cells()  # type: ignore[arg-type]
+
+    assert cells() == ["x", "y", "2.5 %", "5 %", "-", "-", "-"]
+    assert cells(allowed=at_most(0.025, 2))[3:6] == ["5 %", "<= 5 %", "within"]
+    assert cells(allowed=at_most(0.025, 1.3))[5] == "OUTSIDE"
+    assert cells(allowed=at_most(0.025, 1.2), is_robust=False)[2:6] == [
+        "2.5 % *",
+        "5 %",
+        "<= 3 %",
+        "outside, not robust",
+    ]
+    assert Comparison("x", "y", 36, 37, count, exactly(36)).cells()[4:6] == ["36", "OUTSIDE"]
+    assert Comparison("x", "y", 34, 28, count, about(34, 6)).cells()[4:6] == ["28 to 40", "within"]
+    assert Comparison("x", "y", 34, np.nan, percent, about(34, 6)).verdict == "OUTSIDE"
+
+
+def test_markdown_keeps_stars_and_counts_verdicts() -> None:
+    items = [
+        Comparison("Fig. 9", "pairs", 34, 33, count, about(34, 6), is_robust=False, cut=30),
+        Comparison("Fig. 9", "modes", 36, 37, count, exactly(36), remark="a reason"),
+    ]
+    lines = markdown_table(items).splitlines()
+    assert lines[2] == "| Fig. 9 | pairs | 34 \\* | 33 | 28 to 40 | within | 30 |"
+    assert lines[5].startswith("- 2 numbers: 1 within what is allowed, 1 outside, 0 outside but not robust")
+    assert lines[-1] == "- Fig. 9, modes: a reason."
+
+
+def test_table_1_is_the_papers() -> None:
+    """Each row has all hats, one per pair of the 34: l-bar = 36 + extra + 34."""
+    for row in published.TABLE_1:
+        assert row.n_columns == published.N_MODES + row.extra_modes + 34
+
+
+def test_each_variant_has_its_folder() -> None:
+    variants = [
+        Variant(34),
+        Variant(60),
+        Variant(34, None),
+        Variant(34, 1.0),
+        Variant(34, 1.0, max_hats=0),
+        Variant(34, extra_modes=9),
+        Variant(34, side="fuel"),
+        Variant(34, load="cut"),
+        Variant(34, n_map=10),
+        Variant(34, has_fields=True),
+    ]
+    assert len({variant.name for variant in variants}) == len(variants)
+
+
+def test_program_is_found_by_variable_path_and_build(
+    fake: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert find_program() == fake
+    monkeypatch.setenv("SIGNOROM_EXECUTABLE", str(tmp_path / "missing"))
+    with pytest.raises(InputError, match="the variable SIGNOROM_EXECUTABLE names it"):
+        find_program()
+    monkeypatch.delenv("SIGNOROM_EXECUTABLE")
+    monkeypatch.setenv("PATH", str(fake.parent))
+    assert find_program() == fake
+    monkeypatch.setenv("PATH", str(tmp_path))
+    (tmp_path / "build" / "release").mkdir(parents=True)
+    built = Path(shutil.copy(fake, tmp_path / "build" / "release" / "signorom"))
+    monkeypatch.chdir(tmp_path / "build")
+    assert find_program() == built
+
+
+def test_base_deck_is_that_of_the_clone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert (
+        find_base_deck() == Path(__file__).resolve().parents[3] / "input" / "pellet_cladding_whole_edges.yaml"
+    )
+
+
+@pytest.mark.parametrize("option", [["--map", "1"], ["--jobs", "0"], ["--jobs", "x"], ["--only", "fig99"]])
+def test_wrong_options(option: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as caught:
+        main(["paper", *option])
+    assert caught.value.code == 2
+    assert "usage: signorom-post paper" in capsys.readouterr().err
