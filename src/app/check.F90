@@ -2,6 +2,7 @@
 #include "signorom/macros.h"
 !> The command check: deck and mesh read, every name found, every point looked at; nothing solved, nothing written.
 module sig_check
+  use sig_contact_summary, only: contact_lines
   use sig_deck_echo, only: echo_deck
   use sig_errors, only: error_t
   use sig_kinds, only: rk
@@ -41,22 +42,30 @@ contains
       call session%fail(error)
       return
     end if
-    call log_info(echo_deck(session%deck) // sizes_text(problem, size(training, 2), size(test, 2)))
+    call log_info(echo_deck(session%deck) // sizes_text(problem, training, test))
   end subroutine check_deck
 
-  function sizes_text(problem, n_training, n_test) result(text)
+  function sizes_text(problem, training, test) result(text)
     type(problem_t), intent(in) :: problem
-    integer, intent(in) :: n_training
-    integer, intent(in) :: n_test
+    !> shape (n_parameters, n_points)
+    real(rk), intent(in) :: training(:, :)
+    real(rk), intent(in) :: test(:, :)
     character(:), allocatable :: text
-    type(string_t), allocatable :: inert(:)
+    type(string_t), allocatable :: inert(:), contact(:)
     integer :: i
 
     inert = inert_pair_names(problem)
     text = '# sizes: ' // to_text(problem%mesh%n_nodes) // ' nodes, ' // to_text(problem%mesh%n_cells) // ' cells, ' // &
       to_text(problem%mesh%n_dim * problem%mesh%n_nodes) // ' dofs (' // to_text(size(problem%boundary%prescribed_dofs)) // &
       ' prescribed), ' // to_text(problem%pairs%n_pairs) // ' contact pairs, ' // to_text(problem%operator%n_rows) // &
-      ' multipliers' // new_line('a') // '# points: ' // to_text(n_training) // ' training, ' // to_text(n_test) // ' test'
+      ' multipliers' // new_line('a') // '# points: ' // to_text(size(training, 2)) // ' training, ' // &
+      to_text(size(test, 2)) // ' test'
+    contact = contact_lines(problem%deck, problem%pairs, problem%inert%pair_of_row, problem%terms, &
+      reshape([training, test, problem%deck%output%points], [size(training, 1), &
+      size(training, 2) + size(test, 2) + size(problem%deck%output%points, 2)]))
+    do i = 1, size(contact)
+      text = text // new_line('a') // '# ' // contact(i)%text
+    end do
     text = text // new_line('a') // '# ' // plan_text(problem%plan)
     do i = 1, size(problem%notes)
       text = text // new_line('a') // '# note: ' // problem%notes(i)%text

@@ -214,7 +214,7 @@ contains
     PetscCall(create_rank_groups(session%deck%test%n_groups, size(points, 2), groups, ierr))
     PetscCall(load_problem(session%deck, groups%comm, problem, error, ierr))
     if (.not. allocated(error)) call check_points(problem, points, error)
-    if (.not. (allocated(error) .or. session%has_plan)) call announce_plan(problem)
+    if (.not. (allocated(error) .or. session%has_plan)) call announce_plan(problem, points)
     session%has_plan = .true.
     if (.not. allocated(error)) call read_own_model(session, problem, model, error)
     if (.not. allocated(error)) then
@@ -276,7 +276,7 @@ contains
     call announce_stiffness(session)
     PetscCall(load_problem(session%deck, PETSC_COMM_WORLD, problem, error, ierr))
     if (.not. allocated(error)) call check_points(problem, points, error)
-    if (.not. (allocated(error) .or. session%has_plan)) call announce_plan(problem)
+    if (.not. (allocated(error) .or. session%has_plan)) call announce_plan(problem, points)
     session%has_plan = .true.
     if (has_model .and. .not. allocated(error)) call read_own_model(session, problem, model, error)
     if (.not. allocated(error)) then

@@ -10,7 +10,8 @@ module sig_surface_pair
   implicit none(type, external)
   private
   public :: surface_pair_t, pairing_t
-  public :: refuse, refuse_facing, refuse_unpaired, refuse_second_pair, offset_text, node_text, place_text, direction_text
+  public :: refuse, refuse_facing, refuse_unpaired, refuse_second_pair
+  public :: offset_text, node_text, place_text, direction_text, short_text
 
   !> One entry of the deck's contact section on the mesh. All indices 1-based.
   type :: surface_pair_t

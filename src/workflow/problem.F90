@@ -6,6 +6,7 @@ module sig_problem
   use sig_boundary_conditions, only: boundary_conditions_t, create_boundary_conditions
   use sig_checksum, only: hash_of_text
   use sig_contact_operator, only: contact_operator_t, create_contact_operator
+  use sig_contact_summary, only: contact_lines
   use sig_deck_config, only: deck_config_t
   use sig_deck_echo, only: echo_physics
   use sig_elastic_body, only: create_elastic_body, elastic_body_t
@@ -112,11 +113,18 @@ contains
     end associate
   end subroutine plan_solving
 
-  !> To the terminal: which solver and why, and which bodies it must hold by contact.
-  subroutine announce_plan(problem)
+  !> To the terminal: what touches what, which solver and why, and which bodies it must hold by contact.
+  subroutine announce_plan(problem, points)
     type(problem_t), intent(in) :: problem
+    !> to be solved, checked; shape (n_parameters, n_points)
+    real(rk), intent(in) :: points(:, :)
+    type(string_t), allocatable :: lines(:)
     integer :: i
 
+    lines = contact_lines(problem%deck, problem%pairs, problem%inert%pair_of_row, problem%terms, points)
+    do i = 1, size(lines)
+      call log_info(lines(i)%text)
+    end do
     call log_info(plan_text(problem%plan))
     do i = 1, size(problem%notes)
       call log_info('note: ' // problem%notes(i)%text)

@@ -86,7 +86,7 @@ contains
     type(point_solver_t) :: solver
     real(rk) :: stopped, counts(2)
 
-    if (size(to_do) > 0) call announce_plan(problem)
+    if (size(to_do) > 0) call announce_plan(problem, points)
     PetscCall(solver%create(problem, problem%plan, groups%comm, ierr))
     PetscCall(solve_points(problem, groups, solver, folder, points(:, to_do), outcome, error, ierr))
     stopped = merge(1.0_rk, 0.0_rk, outcome%is_stopped)

@@ -114,3 +114,16 @@ def test_inert_pairs_are_checked_at_every_point(signorom, tmp_path):
     assert done.returncode == 2
     assert "the prescribed displacements press nodes" in done.stderr
     assert "narrow the parameter range" in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("changes", "gaps"), [({}, "0.1 to 2.1 m"), (MOVING_GAP, "-0.8 to 1.8 m")], ids=["distances", "moving"]
+)
+def test_pairs_and_gaps_are_told_before_solving(signorom, tmp_path, changes, gaps):
+    """2 (1.05 - sqrt(1 - x^2)) from x = 0 to 1, less 2 squeeze from 0.15 to 0.45; the corners are inert."""
+    line = f"contact[1]: lower_arc - upper_arc, 15 pairs (2 inert), gaps {gaps}"
+    deck = write_deck("small_disks", tmp_path, **changes)
+    checked = signorom("check", deck, folder=tmp_path).splitlines()
+    assert f"# {line}" in checked
+    assert any(text.startswith("# inert pairs") and text.endswith("1 - 16, 15 - 30") for text in checked)
+    assert line in signorom("sample", deck, folder=tmp_path).splitlines()

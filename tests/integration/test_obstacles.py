@@ -116,3 +116,13 @@ def test_plane_into_prescribed_nodes_is_refused(signorom, tmp_path):
     assert done.returncode == 2
     assert "the prescribed displacements press node" in done.stderr
     assert "into the obstacle" in done.stderr
+
+
+def test_nodes_and_gaps_are_told_before_solving(signorom, tmp_path):
+    """1.05 - sqrt(1 - x^2) less a squeeze from 0.15 to 0.45."""
+    deck = write_deck("small_disks", tmp_path, **MOVING_PLANES)
+    checked = signorom("check", deck, folder=tmp_path)
+    for i, name in enumerate(("lower_arc", "upper_arc"), 1):
+        assert (
+            f"# contact[{i}]: {name} - rigid half_space, 15 nodes (2 inert), gaps -0.4 to 0.9 m\n" in checked
+        )

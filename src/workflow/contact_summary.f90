@@ -1,0 +1,92 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> What was found to touch what, before anything is solved: a line per contact entry of the deck.
+module sig_contact_summary
+  use sig_deck_config, only: deck_config_t
+  use sig_kinds, only: rk
+  use sig_node_pairs, only: node_pairs_t
+  use sig_surface_pair, only: short_text
+  use sig_term_set, only: term_set_t
+  use sig_term_values, only: evaluate_points
+  use sig_text, only: append_text, string_t, to_text
+  implicit none(type, external)
+  private
+  public :: contact_lines
+
+contains
+
+  !> `contact[1]: lower_arc - upper_arc, 55 pairs (2 inert), gaps 0.1 to 2.1 m`: the smallest and the largest gap over the points.
+  function contact_lines(deck, pairs, inert_pairs, terms, points) result(lines)
+    type(deck_config_t), intent(in) :: deck
+    type(node_pairs_t), intent(in) :: pairs
+    !> those without a multiplier
+    integer, intent(in) :: inert_pairs(:)
+    type(term_set_t), intent(in) :: terms
+    !> shape (n_parameters, n_points), checked
+    real(rk), intent(in) :: points(:, :)
+    type(string_t), allocatable :: lines(:)
+    real(rk), allocatable :: theta(:, :)
+    logical :: is_inert(pairs%n_pairs)
+    integer :: i, i_bad_point, i_bad_source, i_entry
+
+    allocate (lines(0))
+    call evaluate_points(terms, points, theta, i_bad_point, i_bad_source)
+    is_inert = .false.
+    is_inert(inert_pairs) = .true.
+    do i_entry = 1, size(deck%contact)
+      associate (members => pack([(i, i=1, pairs%n_pairs)], pairs%contact_entry == i_entry))
+        call append_text(lines, 'contact[' // to_text(i_entry) // ']: ' // names_text(deck, i_entry) // &
+          count_text(deck%contact(i_entry)%has_obstacle, size(members), count(is_inert(members))) // &
+          gaps_text(pairs, members, theta, deck%units%length))
+      end associate
+    end do
+  end function contact_lines
+
+  pure function names_text(deck, i_entry) result(text)
+    type(deck_config_t), intent(in) :: deck
+    integer, intent(in) :: i_entry
+    character(:), allocatable :: text
+
+    associate (contact => deck%contact(i_entry))
+      if (contact%has_obstacle) then
+        text = contact%first%text // ' - rigid ' // contact%obstacle%type
+      else
+        text = contact%first%text // ' - ' // contact%second%text
+      end if
+    end associate
+  end function names_text
+
+  pure function count_text(has_obstacle, n_pairs, n_inert) result(text)
+    logical, intent(in) :: has_obstacle
+    integer, intent(in) :: n_pairs
+    integer, intent(in) :: n_inert
+    character(:), allocatable :: text
+
+    text = ', ' // to_text(n_pairs) // trim(merge(' nodes', ' pairs', has_obstacle))
+    if (n_inert > 0) text = text // ' (' // to_text(n_inert) // ' inert)'
+  end function count_text
+
+  !> Empty without points.
+  pure function gaps_text(pairs, members, theta, unit) result(text)
+    type(node_pairs_t), intent(in) :: pairs
+    integer, intent(in) :: members(:)
+    real(rk), intent(in) :: theta(:, :)
+    character(*), intent(in) :: unit
+    character(:), allocatable :: text
+    real(rk) :: smallest, largest, gap
+    integer :: i_point, k
+
+    text = ''
+    if (size(members) == 0 .or. size(theta, 2) == 0) return
+    smallest = huge(smallest)
+    largest = -huge(largest)
+    do i_point = 1, size(theta, 2)
+      do k = 1, size(members)
+        gap = pairs%initial_gap(members(k))
+        if (pairs%gap_term(members(k)) > 0) gap = gap + theta(pairs%gap_term(members(k)), i_point)
+        smallest = min(smallest, gap)
+        largest = max(largest, gap)
+      end do
+    end do
+    text = ', gaps ' // short_text(smallest) // ' to ' // short_text(largest) // ' ' // unit
+  end function gaps_text
+end module sig_contact_summary
