@@ -42,6 +42,7 @@ RESULTANTS = {
     "blocks": blocks,
     "hertz_cylinder": hertz_cylinder,
     "pellet_cladding": pellet_cladding,
+    "pellet_cladding_clusters": pellet_cladding,
     "pellet_cladding_whole_edges": pellet_cladding,
     "shrink_fit": shrink_fit,
     "sphere": sphere,
