@@ -7,7 +7,7 @@ module sig_deck_read_loads
   use sig_mechanical_models, only: components_text, mechanical_model_t
   implicit none(type, external)
   private
-  public :: read_loads
+  public :: read_axis, read_loads
 
   character(*), parameter :: load_modes(2) = [character(11) :: 'cut', 'whole_edges']
   !> of all mechanical models
@@ -110,23 +110,34 @@ contains
     integer, intent(in) :: i_entry
     type(mechanical_model_t), intent(in) :: model
     type(load_config_t), intent(inout) :: load
-    character(:), allocatable :: axis
-    integer :: i_axis, i_window
+    integer :: i_window
 
     if (tree%find(i_entry, 'window') == 0) return
     i_window = get_mapping(tree, i_entry, 'window', .true.)
     if (i_window == 0) return
-    axis = model%axes(1)
-    call get_choice(tree, i_window, 'axis', .true., model%axes(:model%n_dim), axis)
-    do i_axis = 1, model%n_dim
-      if (model%axes(i_axis) == axis) load%axis = i_axis
-    end do
+    call read_axis(tree, i_window, model, load%axis)
     call read_bound(tree, i_window, 'min', load%has_minimum, load%minimum)
     call read_bound(tree, i_window, 'max', load%has_maximum, load%maximum)
     call tree%close_mapping(i_window)
     if (.not. (load%has_minimum .or. load%has_maximum)) &
       call tree%report(i_window, 'has no bound; it needs min, max or both')
   end subroutine read_window
+
+  !> Number of the coordinate that a window bounds.
+  subroutine read_axis(tree, i_window, model, i_axis)
+    type(deck_tree_t), intent(inout) :: tree
+    integer, intent(in) :: i_window
+    type(mechanical_model_t), intent(in) :: model
+    integer, intent(out) :: i_axis
+    character(:), allocatable :: axis
+
+    axis = model%axes(1)
+    call get_choice(tree, i_window, 'axis', .true., model%axes(:model%n_dim), axis)
+    ! ends at 1 where it is none of the others
+    do i_axis = model%n_dim, 2, -1
+      if (model%axes(i_axis) == axis) exit
+    end do
+  end subroutine read_axis
 
   subroutine read_bound(tree, i_window, key, has_bound, bound)
     type(deck_tree_t), intent(inout) :: tree

@@ -2,6 +2,7 @@
 !> The sections `clusters` and `reduction` of a deck.
 module sig_deck_read_reduction
   use sig_deck_config, only: clusters_config_t, enrichment_config_t, reduction_config_t, zone_config_t
+  use sig_deck_read_loads, only: read_axis
   use sig_deck_tree, only: deck_tree_t, kind_list, kind_mapping, kind_scalar, root_node, shown
   use sig_deck_values, only: get_choice, get_mapping, get_name, get_number, get_integer, integer_of, name_of, number_of
   use sig_kinds, only: rk
@@ -201,17 +202,12 @@ contains
     integer, intent(in) :: i_zone
     type(mechanical_model_t), intent(in) :: model
     type(zone_config_t), intent(inout) :: zone
-    character(:), allocatable :: axis
-    integer :: i_axis, i_window
+    integer :: i_window
 
     if (tree%find(i_zone, 'window') == 0) return
     i_window = get_mapping(tree, i_zone, 'window', .true.)
     if (i_window == 0) return
-    axis = model%axes(1)
-    call get_choice(tree, i_window, 'axis', .true., model%axes(:model%n_dim), axis)
-    do i_axis = 1, model%n_dim
-      if (model%axes(i_axis) == axis) zone%axis = i_axis
-    end do
+    call read_axis(tree, i_window, model, zone%axis)
     zone%has_minimum = tree%find(i_window, 'min') > 0
     zone%has_maximum = tree%find(i_window, 'max') > 0
     call get_number(tree, i_window, 'min', .false., zone%minimum)

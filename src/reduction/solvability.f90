@@ -93,7 +93,8 @@ contains
     if (cluster%stiffness_condition > large_condition) call append_text(warnings, &
       'the condition number of the reduced stiffness is ' // to_text(cluster%stiffness_condition) // &
       ': answers lose as many digits')
-    if (has_all_hats) call append_text(warnings, 'both hats of every pair are in the basis: that determines the multipliers ' // &
-      'best and the displacements worst; reduction.enrichment: {type: greedy} takes one hat per pair')
+    if (has_all_hats) call append_text(warnings, 'both hats of every pair are in the basis: the contact rows are ' // &
+      'conditioned best, but the equations of a part of the mesh hardly determine the answer; ' // &
+      'reduction.enrichment: {type: greedy} takes one hat per pair')
   end function solvability_warnings
 end module sig_solvability
