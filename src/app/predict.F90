@@ -185,7 +185,9 @@ contains
     do i = 1, size(model%parameter_names)
       text = text // model%parameter_names(i)%text // ','
     end do
-    text = text // 'cluster,status,solver,n_active,contact_force'
+    text = text // 'cluster,'
+    if (size(model%clusters) > 1) text = text // 'next_cluster,'
+    text = text // 'status,solver,n_active,contact_force'
     do i = 1, model%n_multipliers
       text = text // ',lambda_' // to_text(model%first_node_tags(i))
     end do
@@ -204,7 +206,9 @@ contains
     do i = 1, size(point)
       text = text // to_text(point(i)) // ','
     end do
-    text = text // to_text(answer%cluster) // ',' // status(answer) // ',' // method_name(answer%method) // ',' // &
+    text = text // to_text(answer%cluster) // ','
+    if (size(model%clusters) > 1) text = text // to_text(answer%second_cluster) // ','
+    text = text // status(answer) // ',' // method_name(answer%method) // ',' // &
       to_text(count(multipliers > 0)) // ',' // to_text(sum(multipliers))
     do i = 1, size(multipliers)
       text = text // ',' // to_text(multipliers(i))

@@ -77,9 +77,9 @@ contains
     associate (clusters => config%clusters, training => config%training)
       call check_tolerance(tree, 'clusters.cell_pod_tolerance', clusters%cell_pod_tolerance)
       if (clusters%seed < 0) call tree%report_at('clusters.seed', 'is ' // to_text(clusters%seed) // '; it must be at least 0')
-      if (clusters%number < 1) call tree%report_at('clusters.number', 'is ' // to_text(clusters%number) // &
+      if (clusters%max_number < 1) call tree%report_at('clusters.max_number', 'is ' // to_text(clusters%max_number) // &
         '; it must be at least 1')
-      if (clusters%number <= 1 .or. .not. config%has_training) return
+      if (clusters%number == 1 .or. .not. config%has_training) return
       if (clusters%method == 'irregular') then
         n_items = n_points_of(training)
         if (clusters%number > n_items) call tree%report_at('clusters.number', 'is ' // to_text(clusters%number) // &

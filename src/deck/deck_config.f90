@@ -206,8 +206,10 @@ module sig_deck_config
 
   !> Local reduced models, each of a part of the training points.
   type :: clusters_config_t
-    !> default 1: one model of all points
+    !> default 1: one model of all points; 0 = `auto` in the deck: as the silhouette says, up to max_number
     integer :: number = 1
+    !> default 8
+    integer :: max_number = 8
     !> regular (default): of the cells of training.grid; irregular: of the training points themselves
     character(:), allocatable :: method
     !> [-] energy tail of the bases of the cells that are compared; default 1.0e-6

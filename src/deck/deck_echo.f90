@@ -235,7 +235,8 @@ contains
     type(clusters_config_t), intent(in) :: clusters
     character(:), allocatable :: yaml
 
-    yaml = 'clusters: {number: ' // to_text(clusters%number) // ', method: ' // clusters%method // ', cell_pod_tolerance: ' // &
+    yaml = 'clusters: {number: ' // count_or_word(clusters%number, 0, 'auto') // ', max_number: ' // &
+      to_text(clusters%max_number) // ', method: ' // clusters%method // ', cell_pod_tolerance: ' // &
       to_text(clusters%cell_pod_tolerance) // ', algorithm: ' // clusters%algorithm // ', seed: ' // to_text(clusters%seed) // &
       '}' // eol
   end function clusters_section

@@ -126,7 +126,13 @@ contains
     clusters%algorithm = trim(cluster_algorithms(1))
     i_clusters = get_mapping(tree, root_node, 'clusters', .false.)
     if (i_clusters == 0) return
-    call get_integer(tree, i_clusters, 'number', .true., clusters%number)
+    if (tree%find(i_clusters, 'number') == 0) then
+      call get_integer(tree, i_clusters, 'number', .true., clusters%number)
+    else
+      clusters%number = 0
+      call read_count_or_word(tree, i_clusters, 'number', 'auto', 1, clusters%number)
+    end if
+    call get_integer(tree, i_clusters, 'max_number', .false., clusters%max_number)
     call get_choice(tree, i_clusters, 'method', .false., cluster_methods, clusters%method)
     call get_number(tree, i_clusters, 'cell_pod_tolerance', .false., clusters%cell_pod_tolerance)
     call get_choice(tree, i_clusters, 'algorithm', .false., cluster_algorithms, clusters%algorithm)

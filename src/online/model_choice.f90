@@ -19,6 +19,9 @@ module sig_model_choice
     integer, allocatable :: labels(:)
     !> its shares are unallocated without a forest
     type(forest_t) :: forest
+    !> [rad] sum of the dissimilarities to the medoids, and [-] mean silhouette of what was clustered
+    real(rk) :: loss = 0
+    real(rk) :: silhouette = 0
   contains
     procedure :: choose
     procedure :: fits
@@ -101,6 +104,9 @@ contains
     else if (file%has('/choice/forest')) then
       call self%forest%read(file, '/choice/forest', path, error)
     end if
+    if (.not. file%has('/choice')) return
+    call file%read_attribute('/choice', 'loss', self%loss, error)
+    call file%read_attribute('/choice', 'silhouette', self%silhouette, error)
   end subroutine read_choice
 
   subroutine write_choice(self, file)
@@ -112,6 +118,10 @@ contains
       call file%write('/choice/cells/clusters', self%labels, description='cluster of each cell, 1-based, last parameter fastest')
     else if (allocated(self%forest%shares)) then
       call self%forest%write(file, '/choice/forest')
+    else
+      return
     end if
+    call file%write_attribute('/choice', 'loss', self%loss)
+    call file%write_attribute('/choice', 'silhouette', self%silhouette)
   end subroutine write_choice
 end module sig_model_choice

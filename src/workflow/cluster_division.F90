@@ -9,10 +9,11 @@ module sig_cluster_division
   use sig_errors, only: error_t, make_error
   use sig_forest_training, only: train_forest
   use sig_grassmann, only: subspace_t
-  use sig_k_medoids, only: find_medoids, k_medoids_options_t, medoids_t, method_alternating, method_faster_pam
+  use sig_k_medoids, only: choose_n_clusters, find_medoids, k_medoids_options_t, medoids_t, method_alternating, method_faster_pam
   use sig_kinds, only: rk
   use sig_log, only: log_warning
   use sig_model, only: model_t
+  use sig_model_choice, only: model_choice_t
   use sig_parameter_space, only: format_point
   use sig_snapshot_store, only: snapshot_set_t
   use sig_text, only: to_text
@@ -97,10 +98,10 @@ contains
       end if
       subspaces = cell_subspaces(coordinates, cells, deck%clusters%cell_pod_tolerance)
       PetscCall(dissimilarity_of_subspaces(subspaces, PETSC_COMM_WORLD, dissimilarity, ierr))
-      call find_medoids(dissimilarity, deck%clusters%number, search_options(deck), found, error)
+      call find_clusters(deck, dissimilarity, model%choice, found, error)
       if (allocated(error)) return
       model%choice%labels = found%labels
-      clusters = clusters_of_cells(found%labels, deck%clusters%number, cells)
+      clusters = clusters_of_cells(found%labels, size(found%medoids), cells)
     end associate
   end subroutine divide_cells
 
@@ -116,16 +117,30 @@ contains
     real(rk), allocatable :: dissimilarity(:, :)
 
     PetscCall(dissimilarity_of_snapshots(coordinates, .false., PETSC_COMM_WORLD, dissimilarity, ierr))
-    call find_medoids(dissimilarity, deck%clusters%number, search_options(deck), found, error)
+    call find_clusters(deck, dissimilarity, model%choice, found, error)
     if (allocated(error)) return
-    clusters = clusters_of_snapshots(found%labels, deck%clusters%number)
+    clusters = clusters_of_snapshots(found%labels, size(found%medoids))
     PetscCall(train_forest(deck, model%training_points, found%labels, model%choice%forest, error, ierr))
   end subroutine divide_points
 
-  pure type(k_medoids_options_t) function search_options(deck) result(options)
+  !> As many clusters as the deck asks for, or as are best separated. Local; every rank finds the same.
+  subroutine find_clusters(deck, dissimilarity, choice, found, error)
     type(deck_config_t), intent(in) :: deck
+    real(rk), intent(in), contiguous :: dissimilarity(:, :)
+    !> gets loss and silhouette
+    type(model_choice_t), intent(inout) :: choice
+    type(medoids_t), intent(out) :: found
+    type(error_t), allocatable, intent(out) :: error
+    type(k_medoids_options_t) :: options
 
     options%method = merge(method_alternating, method_faster_pam, deck%clusters%algorithm == 'alternating')
     options%seed = deck%clusters%seed
-  end function search_options
+    if (deck%clusters%number == 0) then
+      call choose_n_clusters(dissimilarity, deck%clusters%max_number, options, found, error)
+    else
+      call find_medoids(dissimilarity, deck%clusters%number, options, found, error)
+    end if
+    choice%loss = found%loss
+    choice%silhouette = found%silhouette
+  end subroutine find_clusters
 end module sig_cluster_division

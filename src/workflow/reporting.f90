@@ -81,6 +81,8 @@ contains
       return
     end if
     call report%add('reduction/n_clusters', size(model%clusters))
+    call report%add('reduction/clustering/loss', model%choice%loss)
+    call report%add('reduction/clustering/silhouette', model%choice%silhouette)
     do k = 1, size(model%clusters)
       call report_cluster(model%clusters(k), 'reduction/clusters/' // to_text(k) // '/', report)
     end do

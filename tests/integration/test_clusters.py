@@ -125,6 +125,8 @@ def test_cluster_of_the_cell_answers(signorom, regular, tmp_path):
         signorom("predict", "model.h5", "--points", "points.csv", folder=tmp_path).split("\n\n")[-1]
     )
     assert answers["cluster"].tolist() == [labels[1, 1], labels[5, 1]]
+    # of two clusters the next is the other one
+    assert (answers["cluster"] + answers["next_cluster"]).tolist() == [3, 3]
 
 
 def test_ranks_give_the_same_clusters(signorom, regular, tmp_path):
@@ -155,6 +157,22 @@ def test_forest_chooses_among_scattered_points(irregular):
         table["cluster"], classifier.predict(np.array([table["squeeze"], table["shift"]]).T)
     )
     assert len(set(table["cluster"])) > 1
+
+
+def test_number_of_clusters_by_silhouette(signorom, regular, tmp_path):
+    """`auto` has the largest mean silhouette of all numbers, and the report says how large."""
+    silhouettes = {}
+    shutil.copytree(regular, tmp_path / "results" / "shifted_disks")
+    for number in (2, 3, 4, "auto"):
+        changes = {"reduction: {": f"clusters: {{number: {number}, max_number: 4}}\nreduction: {{"}
+        deck = write_deck("shifted_disks", tmp_path, **changes)
+        signorom("train", deck.name, folder=tmp_path)
+        report = yaml.safe_load((tmp_path / "results" / "shifted_disks" / "report.yaml").read_text())[
+            "reduction"
+        ]
+        silhouettes[number] = (report["clustering"]["silhouette"], report["n_clusters"])
+    best = max((2, 3, 4), key=lambda number: silhouettes[number][0])
+    assert silhouettes["auto"] == (silhouettes[best][0], best)
 
 
 def test_missing_tool_is_named(signorom, tmp_path, monkeypatch):
