@@ -357,7 +357,11 @@ def test_full_disk(signorom, many_points):
 
 def test_full_disk_at_each_file(signorom, tmp_path):
     """A file that does not fit is refused with a sentence and leaves nothing behind; the next run ends the work."""
-    deck = write_deck("small_disks", tmp_path)
+    # so many fields that their file is the largest: a limit hits the largest file first
+    points = ", ".join(f"{{squeeze: 0.{i}}}" for i in range(20, 45, 2))
+    deck = write_deck(
+        "small_disks", tmp_path, **{"points: [{squeeze: 0.2}, {squeeze: 0.4}]": f"points: [{points}]"}
+    )
     results = tmp_path / "results" / "small_disks"
     signorom("run", deck.name, folder=tmp_path)
     names = ("snapshots.h5", "model.h5", "fields.h5")
@@ -375,6 +379,7 @@ def test_full_disk_at_each_file(signorom, tmp_path):
         left = {path.name for path in results.iterdir()} - {
             ".lock",
             "report.yaml",
+            "enrichment.csv",
             "validation.csv",
             "model.h5",
         }
