@@ -8,9 +8,9 @@ module sig_command_line
   public :: command_t, parse_command_line, usage
 
   type :: command_t
-    !> check, solve, sample, train, validate, run, predict, help or version
+    !> check, solve, sample, train, validate, run, predict, describe, help or version
     character(:), allocatable :: name
-    !> deck, or the model of predict
+    !> deck, or the model of predict and describe
     character(:), allocatable :: file
     !> `a=1,b=2`; empty without --at
     character(:), allocatable :: at
@@ -134,13 +134,13 @@ contains
         hint=suggestion(command%name, command_words()))
     else if (command%file == '') then
       kind = 'a deck (.yaml)'
-      if (command%name == 'predict') kind = 'a model (model.h5)'
+      if (is_on_model(command)) kind = 'a model (model.h5)'
       call make_error(error, 'the command ' // command%name // ' needs ' // kind, hint=see_help)
     else if (command%name == 'predict' .and. ((command%at == '') .eqv. (command%points == ''))) then
       call make_error(error, 'predict needs either --at or --points', hint='for example: signorom predict ' // &
         command%file // ' --at squeeze=0.2')
-    else if (command%name == 'predict' .and. command%petsc_options /= '') then
-      call make_error(error, 'predict solves without PETSc and takes no option of it:' // command%petsc_options)
+    else if (is_on_model(command) .and. command%petsc_options /= '') then
+      call make_error(error, command%name // ' works without PETSc and takes no option of it:' // command%petsc_options)
     else if (command%at /= '' .and. .not. (command%name == 'predict' .or. command%name == 'solve')) then
       call make_error(error, '--at goes with predict and solve, not with ' // command%name)
     else if (command%name /= 'predict' .and. (command%points /= '' .or. command%output /= '' .or. command%is_strict)) then
@@ -148,10 +148,17 @@ contains
     end if
   end subroutine check_command
 
+  !> The command takes a model instead of a deck.
+  pure logical function is_on_model(command)
+    type(command_t), intent(in) :: command
+
+    is_on_model = command%name == 'predict' .or. command%name == 'describe'
+  end function is_on_model
+
   function command_words() result(words)
     type(string_t), allocatable :: words(:)
 
-    words = split('check,solve,sample,train,validate,run,predict', ',')
+    words = split('check,solve,sample,train,validate,run,predict,describe', ',')
   end function command_words
 
   function option_words() result(words)
@@ -198,8 +205,9 @@ contains
       '  train DECK      reduced model of the snapshots' // nl // &
       '  validate DECK   reduced against full-order model at the test points' // nl // &
       '  run DECK        sample, train, validate, and fields at the output points' // nl // nl // &
-      'Command on a model:' // nl // &
-      '  predict MODEL   answer of the reduced model at one or many points, as CSV' // nl // nl // &
+      'Commands on a model:' // nl // &
+      '  predict MODEL   answer of the reduced model at one or many points, as CSV' // nl // &
+      '  describe MODEL  what the model is, where it is valid and how well it was validated' // nl // nl // &
       'Options:' // nl // &
       '  --at a=1,b=2    a parameter point (predict, solve)' // nl // &
       '  --points FILE   CSV with a column per parameter (predict)' // nl // &

@@ -5,6 +5,7 @@ module sig_commands
   use mpi, only: MPI_Comm_rank
   use sig_command_line, only: command_t, parse_command_line, usage
   use sig_check, only: check_deck
+  use sig_describe, only: describe
   use sig_errors, only: error_report, error_t, exit_not_converged, exit_success, exit_user
   use sig_kinds, only: rk
   use sig_log, only: log_error, log_info, start_log
@@ -51,6 +52,8 @@ contains
       call log_info('signorom ' // code_version)
     case ('predict')
       PetscCall(predict(command, exit_code, ierr))
+    case ('describe')
+      PetscCall(describe(command, exit_code, ierr))
     case default
       PetscCall(run_on_deck(command, exit_code, ierr))
     end select

@@ -100,7 +100,7 @@ contains
     character(:), allocatable :: number, line
 
     text = ''
-    lines = split(source_text, new_line('a'))
+    allocate (lines, source=split(source_text, new_line('a')))
     if (error%line > size(lines)) return
     number = to_text(error%line)
     line = lines(error%line)%text

@@ -124,7 +124,7 @@ contains
     integer :: i_name
 
     is_function_name = .false.
-    names = function_names()
+    allocate (names, source=function_names())
     do i_name = 1, size(names)
       if (names(i_name)%text == name) is_function_name = .true.
     end do

@@ -75,7 +75,7 @@ contains
     integer, intent(out) :: second
     real(rk), allocatable :: shares(:)
 
-    shares = self%votes(point)
+    allocate (shares, source=self%votes(point))
     best = maxloc(shares, dim=1)
     shares(best) = -1
     second = 0

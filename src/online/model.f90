@@ -107,13 +107,13 @@ module sig_model
 
   !> The full-order model condensed to its multipliers, as far as there was room: what answers where the reduced model has none.
   !>
-  !> 0 <= lambda, W lambda + gap theta - free_closing theta >= 0, complementary; u = G theta - H lambda.
+  !> 0 <= lambda, W lambda + free_opening theta >= 0, complementary; u = G theta' - H lambda with the leading terms theta'.
   type :: full_order_t
     !> [length/force] W, shape (n_multipliers, n_multipliers); without it the rest is empty too
     real(rk), allocatable :: compliance(:, :)
-    !> [length per unit of theta] B G, shape (n_multipliers, n_terms)
-    real(rk), allocatable :: free_closing(:, :)
-    !> [length per unit of theta] G, shape (n_dofs, n_terms), or no columns
+    !> [length per unit of theta] D - B G, shape (n_multipliers, n_terms)
+    real(rk), allocatable :: free_opening(:, :)
+    !> [length per unit of theta] G of the leading terms, the others drive nothing; shape (n_dofs, n_driving_terms), or no columns
     real(rk), allocatable :: free_response(:, :)
     !> [length/force] H, shape (n_dofs, n_multipliers), or no columns
     real(rk), allocatable :: contact_response(:, :)
@@ -130,6 +130,9 @@ module sig_model
     real(rk), allocatable :: median(:)
     real(rk), allocatable :: p95(:)
     real(rk), allocatable :: maximum(:)
+    !> how many of the points each method answered, none included; no entries until validated
+    type(string_t), allocatable :: method_names(:)
+    integer, allocatable :: method_counts(:)
   end type validation_statistics_t
 
   !> A whole model.
@@ -156,6 +159,10 @@ module sig_model
     integer :: n_dofs = 0
     integer :: n_dim = 0
     integer :: n_multipliers = 0
+    !> tags of the mesh file, shape (n_nodes), or none
+    integer, allocatable :: node_tags(:)
+    !> [length] shape (n_dim, n_nodes), or none
+    real(rk), allocatable :: coordinates(:, :)
     !> tags of the mesh file, the second one 0 for a rigid obstacle, shape (n_multipliers)
     integer, allocatable :: first_node_tags(:)
     integer, allocatable :: second_node_tags(:)
@@ -202,6 +209,8 @@ contains
     call fill_missing(model%box, 2)
     call fill_missing(model%training_points, size(model%parameter_names))
     if (model%terms%n_terms() == 0) call start_terms(model%parameter_names, [string_t ::], .false., model%terms)
+    call fill_missing(model%node_tags)
+    call fill_missing(model%coordinates, model%n_dim)
     call fill_missing(model%first_node_tags)
     call fill_missing(model%second_node_tags)
     call fill_missing(model%first_coordinates, model%n_dim)
@@ -212,8 +221,10 @@ contains
     call fill_missing(model%validation%median)
     call fill_missing(model%validation%p95)
     call fill_missing(model%validation%maximum)
+    call fill_missing(model%validation%method_names)
+    call fill_missing(model%validation%method_counts)
     call fill_missing(model%full_order%compliance, 0)
-    call fill_missing(model%full_order%free_closing, size(model%full_order%compliance, 1))
+    call fill_missing(model%full_order%free_opening, size(model%full_order%compliance, 1))
     call fill_missing(model%full_order%free_response, model%n_dofs)
     call fill_missing(model%full_order%contact_response, model%n_dofs)
     if (.not. allocated(model%clusters)) allocate (model%clusters(0))

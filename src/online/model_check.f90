@@ -27,6 +27,8 @@ contains
     if (any(shape(model%box) /= [2, n_parameters])) name = 'box'
     if (size(model%training_points, 1) /= n_parameters) name = 'training_points'
     if (any(shape(model%gap) /= [model%n_multipliers, model%terms%n_terms()])) name = 'gap'
+    if (all(size(model%node_tags) /= [0, model%n_nodes])) name = 'node_tags'
+    if (size(model%coordinates, 2) /= size(model%node_tags) .or. size(model%coordinates, 1) /= model%n_dim) name = 'coordinates'
     if (size(model%first_node_tags) /= model%n_multipliers) name = 'first_node_tags'
     if (size(model%second_node_tags) /= model%n_multipliers) name = 'second_node_tags'
     if (any(shape(model%first_coordinates) /= [model%n_dim, model%n_multipliers])) name = 'first_coordinates'
@@ -81,9 +83,9 @@ contains
     fits = .true.
     if (.not. full_order%has_multipliers()) return
     fits = all(shape(full_order%compliance) == n_multipliers) .and. &
-      all(shape(full_order%free_closing) == [n_multipliers, n_terms])
+      all(shape(full_order%free_opening) == [n_multipliers, n_terms])
     if (.not. full_order%has_displacement()) return
-    fits = fits .and. all(shape(full_order%free_response) == [n_dofs, n_terms]) .and. &
+    fits = fits .and. size(full_order%free_response, 1) == n_dofs .and. size(full_order%free_response, 2) <= n_terms .and. &
       all(shape(full_order%contact_response) == [n_dofs, n_multipliers])
   end function fits
 
@@ -118,6 +120,6 @@ contains
     type(validation_statistics_t), intent(in) :: validation
 
     is_consistent = all([size(validation%minimum), size(validation%median), size(validation%p95), size(validation%maximum)] &
-                        == size(validation%names))
+                        == size(validation%names)) .and. size(validation%method_counts) == size(validation%method_names)
   end function is_consistent
 end module sig_model_check

@@ -82,6 +82,8 @@ contains
     call file%write('/parameters/maximum', model%box(2, :), description='of the trained box')
     call file%write('/parameters/training_points', model%training_points, description='a point per row')
     call write_terms(file, model%terms, length)
+    call file%write('/mesh/node_tags', model%node_tags, description='tags of the mesh file, a node per entry')
+    call file%write('/mesh/coordinates', model%coordinates, length, 'a node per row')
     call file%write('/contact/first_node_tags', model%first_node_tags, description='tags of the mesh file, a pair per entry')
     call file%write('/contact/second_node_tags', model%second_node_tags, description='tags of the mesh file, a pair per entry')
     call file%write('/contact/first_coordinates', model%first_coordinates, length, 'a node per row')
@@ -168,8 +170,9 @@ contains
 
     call file%write('/full_order/compliance', full_order%compliance, length // '/(' // force // ')', &
       'closing of each pair under the contact force of each pair; empty where there was no room')
-    call file%write('/full_order/free_closing', full_order%free_closing, length, 'closing without contact, a term per row')
-    call file%write('/full_order/free_response', full_order%free_response, length, 'displacement without contact, a term per row')
+    call file%write('/full_order/free_opening', full_order%free_opening, length, 'gap without contact forces, a term per row')
+    call file%write('/full_order/free_response', full_order%free_response, length, &
+      'displacement without contact, a leading term per row')
     call file%write('/full_order/contact_response', full_order%contact_response, length // '/(' // force // ')', &
       'displacement against the contact force of each pair, a pair per row')
   end subroutine write_full_order
@@ -183,6 +186,8 @@ contains
     call file%write('/validation/median', validation%median)
     call file%write('/validation/p95', validation%p95)
     call file%write('/validation/maximum', validation%maximum)
+    call file%write('/validation/method_names', validation%method_names)
+    call file%write('/validation/method_counts', validation%method_counts, description='points that each method answered')
   end subroutine write_validation
 
   !> Reads a model.
@@ -246,6 +251,8 @@ contains
     call file%read('/units/force', model%force_unit, error)
     call read_parameters(file, model, error)
     call read_terms(file, model%parameter_names, model%terms, error)
+    call file%read('/mesh/node_tags', model%node_tags, error)
+    call file%read('/mesh/coordinates', model%coordinates, error)
     call file%read('/contact/first_node_tags', model%first_node_tags, error)
     call file%read('/contact/second_node_tags', model%second_node_tags, error)
     call file%read('/contact/first_coordinates', model%first_coordinates, error)
@@ -354,7 +361,7 @@ contains
     type(error_t), allocatable, intent(inout) :: error
 
     call file%read('/full_order/compliance', full_order%compliance, error)
-    call file%read('/full_order/free_closing', full_order%free_closing, error)
+    call file%read('/full_order/free_opening', full_order%free_opening, error)
     call file%read('/full_order/free_response', full_order%free_response, error)
     call file%read('/full_order/contact_response', full_order%contact_response, error)
   end subroutine read_full_order
@@ -369,5 +376,7 @@ contains
     call file%read('/validation/median', validation%median, error)
     call file%read('/validation/p95', validation%p95, error)
     call file%read('/validation/maximum', validation%maximum, error)
+    call file%read('/validation/method_names', validation%method_names, error)
+    call file%read('/validation/method_counts', validation%method_counts, error)
   end subroutine read_validation
 end module sig_model_file

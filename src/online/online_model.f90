@@ -25,8 +25,6 @@ module sig_online_model
     !> set by the caller before prepare
     type(model_t) :: model
     type(cluster_system_t), allocatable :: systems(:)
-    !> D - B G of the full-order model, shape (n_multipliers, n_terms); empty without it
-    real(rk), allocatable :: full_order_gap(:, :)
     !> [-] 1 / length of each side of the box, 0 for a side without length; shape (n_parameters)
     real(rk), allocatable :: box_scale(:)
   contains
@@ -54,8 +52,6 @@ contains
     associate (sides => self%model%box(2, :) - self%model%box(1, :))
       self%box_scale = merge(1 / max(sides, tiny(1.0_rk)), 0.0_rk, sides > 0)
     end associate
-    self%full_order_gap = reshape([real(rk) ::], [0, 0])
-    if (self%model%full_order%has_multipliers()) self%full_order_gap = self%model%gap - self%model%full_order%free_closing
     do i = 1, size(self%systems)
       call condense(self%model%clusters(i), self%systems(i), message)
       if (.not. allocated(message)) cycle

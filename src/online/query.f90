@@ -192,7 +192,7 @@ contains
 
     n_before = answer%n_iterations
     associate (q => answer%multipliers, start => self%start(:online%model%n_multipliers))
-      call multiply(1.0_rk, online%full_order_gap, answer%theta, 0.0_rk, q)
+      call multiply(1.0_rk, online%model%full_order%free_opening, answer%theta, 0.0_rk, q)
       start = q < 0
       call solve_lcp(online%model%full_order%compliance, q, start, self%full_order_solution, self%workspace)
       q = self%full_order_solution%lambda

@@ -2,12 +2,13 @@
 !> From an answer back to the mesh: displacement of every dof, multipliers of every pair.
 module sig_reconstruction
   use sig_kinds, only: rk
+  use sig_linear_algebra, only: multiply
   use sig_model, only: model_t, reconstruct_with_displacements, reduced_model_t
   use sig_nnls, only: solve_nnls
   use sig_query, only: answer_t, query_condensed
   implicit none(type, external)
   private
-  public :: reconstruct_displacement, reconstruct_multipliers
+  public :: reconstruct_displacement, fill_displacement, displacement_of_dof, reconstruct_multipliers
 
 contains
 
@@ -19,16 +20,46 @@ contains
     !> [length] shape (n_dofs)
     real(rk), allocatable, intent(out) :: displacement(:)
 
+    allocate (displacement(model%n_dofs))
+    call fill_displacement(model, answer, displacement)
+  end subroutine reconstruct_displacement
+
+  !> The same into an array of the caller.
+  subroutine fill_displacement(model, answer, displacement)
+    type(model_t), intent(in) :: model
+    type(answer_t), intent(in) :: answer
+    !> [length] shape (n_dofs)
+    real(rk), contiguous, intent(inout) :: displacement(:)
+
     if (answer%method == query_condensed .and. model%full_order%has_displacement()) then
-      displacement = matmul(model%full_order%free_response, answer%theta) &
-        - matmul(model%full_order%contact_response, answer%multipliers)
+      call multiply(1.0_rk, model%full_order%free_response, answer%theta(:size(model%full_order%free_response, 2)), &
+        0.0_rk, displacement)
+      call multiply(-1.0_rk, model%full_order%contact_response, answer%multipliers, 1.0_rk, displacement)
       return
     end if
     associate (cluster => model%clusters(answer%cluster))
-      displacement = matmul(cluster%lifting, answer%theta(:size(cluster%lifting, 2))) &
-        + matmul(cluster%basis, answer%coordinates)
+      call multiply(1.0_rk, cluster%lifting, answer%theta(:size(cluster%lifting, 2)), 0.0_rk, displacement)
+      call multiply(1.0_rk, cluster%basis, answer%coordinates, 1.0_rk, displacement)
     end associate
-  end subroutine reconstruct_displacement
+  end subroutine fill_displacement
+
+  !> [length] one component of the same; without a temporary array.
+  pure real(rk) function displacement_of_dof(model, answer, dof) result(displacement)
+    type(model_t), intent(in) :: model
+    type(answer_t), intent(in) :: answer
+    integer, intent(in) :: dof
+
+    if (answer%method == query_condensed .and. model%full_order%has_displacement()) then
+      displacement = dot_product(model%full_order%free_response(dof, :), &
+        answer%theta(:size(model%full_order%free_response, 2))) &
+        - dot_product(model%full_order%contact_response(dof, :), answer%multipliers)
+      return
+    end if
+    associate (cluster => model%clusters(answer%cluster))
+      displacement = dot_product(cluster%lifting(dof, :), answer%theta(:size(cluster%lifting, 2))) &
+        + dot_product(cluster%basis(dof, :), answer%coordinates)
+    end associate
+  end function displacement_of_dof
 
   !> Values of the answer on the reduced integration domain; elsewhere the non-negative combination of the dual snapshots that is
   !> nearest to what the answer knows.

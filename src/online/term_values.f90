@@ -5,7 +5,7 @@ module sig_term_values
   use sig_kinds, only: rk
   use sig_term_set, only: source_expression, source_places, source_surface, term_set_t, term_source_t
   use sig_text, only: string_t
-  use sig_window_rule, only: facet_cut, facet_inside, facet_position, facet_rule, facet_rule_t, window_t
+  use sig_window_rule, only: facet_cut, facet_inside, facet_position, facet_rule_t, find_facet_rule, window_t
   implicit none(type, external)
   private
   public :: term_values_t, evaluate_points, facet_forces
@@ -18,8 +18,10 @@ module sig_term_values
     !> [length] box of its nodes, shape (n_dim)
     real(rk), allocatable :: lower(:)
     real(rk), allocatable :: upper(:)
-    !> of the whole facet
-    type(facet_rule_t) :: rule
+    !> [length] shape (n_dim, n_nodes)
+    real(rk), allocatable :: vertices(:, :)
+    !> terms of the nodal forces, 0 = none, shape (n_dim, n_nodes)
+    integer, allocatable :: dof_terms(:, :)
     !> [length**(n_dim - 1), times length in the round] nodal forces of the whole facet under the value 1, shape (n_dim, n_nodes)
     real(rk), allocatable :: unit_forces(:, :)
   end type facet_table_t
@@ -41,6 +43,9 @@ module sig_term_values
     private
     type(term_set_t) :: terms
     type(handles_t), allocatable :: handles(:)
+    !> kept from point to point: parameters and coordinates, the rule of a facet that a window cuts
+    real(rk), allocatable :: arguments(:)
+    type(facet_rule_t) :: rule
   contains
     procedure :: create
     procedure :: evaluate
@@ -59,6 +64,7 @@ contains
     call self%destroy()
     self%terms = terms
     allocate (self%handles(size(terms%sources)))
+    allocate (self%arguments(size(terms%parameter_names) + size(terms%coordinate_names)), source=0.0_rk)
     do i = 1, size(self%handles)
       call create_handles(terms, terms%sources(i), self%handles(i), message)
       if (allocated(message)) exit
@@ -73,8 +79,11 @@ contains
     character(:), allocatable, intent(out) :: message
     type(string_t), allocatable :: names(:)
 
-    names = terms%parameter_names
-    if (source%kind /= source_expression) names = [terms%parameter_names, terms%coordinate_names]
+    if (source%kind == source_expression) then
+      allocate (names, source=terms%parameter_names)
+    else
+      allocate (names, source=[terms%parameter_names, terms%coordinate_names])
+    end if
     call handles%value%create(source%text, names, message)
     if (allocated(message)) then
       message = 'the term ''' // source%text // ''' of the model: ' // message
@@ -98,6 +107,7 @@ contains
     type(term_source_t), intent(in) :: source
     type(handles_t), intent(inout) :: handles
     type(expression_t) :: one
+    type(facet_rule_t) :: rule
     character(:), allocatable :: message
     logical :: is_valid
     integer :: i
@@ -108,12 +118,12 @@ contains
     do i = 1, size(handles%facets)
       associate (facet => handles%facets(i))
         facet%n_nodes = count(source%facets(:, i) > 0)
-        associate (vertices => source%places(:, source%facets(:facet%n_nodes, i)))
-          facet%lower = minval(vertices, dim=2)
-          facet%upper = maxval(vertices, dim=2)
-          facet%rule = facet_rule(vertices, window_t())
-        end associate
-        call facet_forces(facet%rule, source%component, source%orientations(i), terms%is_round, one, [real(rk) ::], &
+        facet%vertices = source%places(:, source%facets(:facet%n_nodes, i))
+        facet%dof_terms = source%dof_terms(:, source%facets(:facet%n_nodes, i))
+        facet%lower = minval(facet%vertices, dim=2)
+        facet%upper = maxval(facet%vertices, dim=2)
+        call find_facet_rule(facet%vertices, window_t(), rule)
+        call facet_forces(rule, source%component, source%orientations(i), terms%is_round, one, [real(rk) ::], &
           facet%unit_forces, is_valid)
       end associate
     end do
@@ -122,7 +132,7 @@ contains
 
   !> theta at one point; is_valid is false, and i_source says where, when a value is infinite or not a number.
   subroutine evaluate(self, point, theta, is_valid, i_source)
-    class(term_values_t), intent(in) :: self
+    class(term_values_t), intent(inout) :: self
     real(rk), intent(in) :: point(:)
     !> [-] shape (n_terms)
     real(rk), intent(out) :: theta(:)
@@ -135,14 +145,15 @@ contains
     theta(1) = 1
     is_valid = .true.
     i_source = 0
+    self%arguments(:size(point)) = point
     do i = 1, size(self%handles)
       select case (self%terms%sources(i)%kind)
       case (source_expression)
         call add_value(self%terms%sources(i)%terms(1), self%handles(i)%value, point, theta, is_valid)
       case (source_places)
-        call add_places(self%terms%sources(i), self%handles(i)%value, point, theta, is_valid)
+        call add_places(self%terms%sources(i), self%handles(i)%value, self%arguments, theta, is_valid)
       case default
-        call add_surface(self%terms, self%terms%sources(i), self%handles(i), point, theta, is_valid)
+        call add_surface(self, i, point, theta, is_valid)
       end select
       if (is_valid) cycle
       i_source = i
@@ -162,59 +173,55 @@ contains
     theta(i_term) = theta(i_term) + value
   end subroutine add_value
 
-  subroutine add_places(source, expression, point, theta, is_valid)
+  subroutine add_places(source, expression, arguments, theta, is_valid)
     type(term_source_t), intent(in) :: source
     type(expression_t), intent(in) :: expression
-    real(rk), intent(in) :: point(:)
+    !> the parameters and room for the coordinates
+    real(rk), intent(inout) :: arguments(:)
     real(rk), intent(inout) :: theta(:)
     logical, intent(out) :: is_valid
     integer :: i
 
     is_valid = .true.
     do i = 1, size(source%terms)
-      call add_value(source%terms(i), expression, [point, source%places(:, i)], theta, is_valid)
+      arguments(size(arguments) - size(source%places, 1) + 1:) = source%places(:, i)
+      call add_value(source%terms(i), expression, arguments, theta, is_valid)
       if (.not. is_valid) return
     end do
   end subroutine add_places
 
   !> Nodal forces of a surface load.
-  subroutine add_surface(terms, source, handles, point, theta, is_valid)
-    type(term_set_t), intent(in) :: terms
-    type(term_source_t), intent(in) :: source
-    type(handles_t), intent(in) :: handles
+  subroutine add_surface(self, i_source, point, theta, is_valid)
+    class(term_values_t), intent(inout) :: self
+    integer, intent(in) :: i_source
     real(rk), intent(in) :: point(:)
     real(rk), intent(inout) :: theta(:)
     logical, intent(out) :: is_valid
     type(window_t) :: window
-    real(rk), allocatable :: forces(:, :)
     real(rk) :: value
     integer :: i, position
 
-    window%axis = source%axis
-    window%is_cut = source%is_cut
-    value = 0
-    is_valid = .true.
-    if (handles%has_minimum) call handles%minimum%evaluate(point, window%minimum, is_valid)
-    if (handles%has_maximum .and. is_valid) call handles%maximum%evaluate(point, window%maximum, is_valid)
-    if (handles%is_uniform .and. is_valid) call handles%value%evaluate([point, spread(0.0_rk, 1, size(source%places, 1))], &
-      value, is_valid)
-    do i = 1, size(handles%facets)
-      if (.not. is_valid) return
-      associate (facet => handles%facets(i), nodes => source%facets(:handles%facets(i)%n_nodes, i))
-        position = facet_position(facet%lower, facet%upper, window)
-        if (position == facet_inside .and. handles%is_uniform) then
-          call add_nodal_forces(source%dof_terms(:, nodes), value, facet%unit_forces, theta)
-        else if (position == facet_inside) then
-          call facet_forces(facet%rule, source%component, source%orientations(i), terms%is_round, handles%value, point, forces, &
-            is_valid)
-          call add_nodal_forces(source%dof_terms(:, nodes), 1.0_rk, forces, theta)
-        else if (position == facet_cut) then
-          call facet_forces(facet_rule(source%places(:, nodes), window), source%component, source%orientations(i), &
-            terms%is_round, handles%value, point, forces, is_valid)
-          call add_nodal_forces(source%dof_terms(:, nodes), 1.0_rk, forces, theta)
-        end if
-      end associate
-    end do
+    associate (source => self%terms%sources(i_source), handles => self%handles(i_source))
+      window%axis = source%axis
+      window%is_cut = source%is_cut
+      value = 0
+      is_valid = .true.
+      if (handles%has_minimum) call handles%minimum%evaluate(point, window%minimum, is_valid)
+      if (handles%has_maximum .and. is_valid) call handles%maximum%evaluate(point, window%maximum, is_valid)
+      if (handles%is_uniform .and. is_valid) call handles%value%evaluate(self%arguments, value, is_valid)
+      do i = 1, size(handles%facets)
+        if (.not. is_valid) return
+        associate (facet => handles%facets(i))
+          position = facet_position(facet%lower, facet%upper, window)
+          if (position == facet_inside .and. handles%is_uniform) then
+            call add_nodal_forces(facet%dof_terms, value, facet%unit_forces, theta)
+          else if (position == facet_inside .or. position == facet_cut) then
+            call find_facet_rule(facet%vertices, window, self%rule)
+            call add_facet(self, i_source, i, value, theta, is_valid)
+          end if
+        end associate
+      end do
+    end associate
   end subroutine add_surface
 
   pure subroutine add_nodal_forces(dof_terms, factor, forces, theta)
@@ -232,6 +239,58 @@ contains
     end do
   end subroutine add_nodal_forces
 
+  !> Nodal forces of one facet by self%rule.
+  subroutine add_facet(self, i_source, i_facet, value, theta, is_valid)
+    class(term_values_t), intent(inout) :: self
+    integer, intent(in) :: i_source
+    integer, intent(in) :: i_facet
+    !> where the load is uniform
+    real(rk), intent(in) :: value
+    real(rk), intent(inout) :: theta(:)
+    logical, intent(out) :: is_valid
+    real(rk) :: force(3), local
+    integer :: i, j, k, n_dim
+
+    is_valid = .true.
+    local = value
+    associate (source => self%terms%sources(i_source), handles => self%handles(i_source), &
+      facet => self%handles(i_source)%facets(i_facet))
+      n_dim = size(facet%vertices, 1)
+      do i = 1, self%rule%n_points
+        if (.not. handles%is_uniform) then
+          self%arguments(size(self%arguments) - n_dim + 1:) = self%rule%places(:, i)
+          call handles%value%evaluate(self%arguments, local, is_valid)
+          if (.not. is_valid) return
+        end if
+        call point_force(self%rule, i, source%component, source%orientations(i_facet), self%terms%is_round, force)
+        do j = 1, facet%n_nodes
+          do k = 1, n_dim
+            if (facet%dof_terms(k, j) > 0) theta(facet%dof_terms(k, j)) = theta(facet%dof_terms(k, j)) &
+              + local * force(k) * self%rule%values(j, i)
+          end do
+        end do
+      end do
+    end associate
+  end subroutine add_facet
+
+  !> [length**(n_dim - 1)] force of the value 1 at one point of a rule.
+  pure subroutine point_force(rule, i, component, orientation, is_round, force)
+    type(facet_rule_t), intent(in) :: rule
+    integer, intent(in) :: i
+    integer, intent(in) :: component
+    integer, intent(in) :: orientation
+    logical, intent(in) :: is_round
+    real(rk), intent(out) :: force(3)
+
+    force = 0
+    if (component > 0) then
+      force(component) = norm2(rule%area_vectors(:, i))
+    else
+      force(:size(rule%area_vectors, 1)) = -orientation * rule%area_vectors(:, i)
+    end if
+    if (is_round) force = force * 2 * pi * rule%places(1, i)
+  end subroutine point_force
+
   !> Nodal forces of a pressure (against the outward normal) or of one traction component on a facet.
   subroutine facet_forces(rule, component, orientation, is_round, expression, point, forces, is_valid)
     type(facet_rule_t), intent(in) :: rule
@@ -248,21 +307,18 @@ contains
     !> [force] shape (n_dim, n_nodes)
     real(rk), allocatable, intent(out) :: forces(:, :)
     logical, intent(out) :: is_valid
-    real(rk) :: direction(size(rule%places, 1)), value
-    integer :: i
+    real(rk) :: force(3), value
+    integer :: i, j
 
     is_valid = .true.
     allocate (forces(size(rule%places, 1), size(rule%values, 1)), source=0.0_rk)
     do i = 1, rule%n_points
       call expression%evaluate([point, rule%places(:, i)], value, is_valid)
       if (.not. is_valid) return
-      if (is_round) value = value * 2 * pi * rule%places(1, i)
-      direction = -orientation * rule%area_vectors(:, i)
-      if (component > 0) then
-        direction = 0
-        direction(component) = norm2(rule%area_vectors(:, i))
-      end if
-      forces = forces + value * spread(direction, 2, size(forces, 2)) * spread(rule%values(:, i), 1, size(forces, 1))
+      call point_force(rule, i, component, orientation, is_round, force)
+      do j = 1, size(forces, 2)
+        forces(:, j) = forces(:, j) + value * rule%values(j, i) * force(:size(forces, 1))
+      end do
     end do
   end subroutine facet_forces
 
@@ -276,7 +332,7 @@ contains
       call self%handles(i)%minimum%destroy()
       call self%handles(i)%maximum%destroy()
     end do
-    deallocate (self%handles)
+    deallocate (self%handles, self%arguments)
   end subroutine destroy
 
   !> theta(n_terms, n_points). The deck layer checked the texts; a value that is not finite at a point is left to the caller.

@@ -8,7 +8,7 @@ module sig_window_rule
   use sig_kinds, only: rk
   implicit none(type, external)
   private
-  public :: window_t, facet_rule_t, facet_rule, facet_position
+  public :: window_t, facet_rule_t, facet_rule, find_facet_rule, facet_position
   public :: facet_outside, facet_cut, facet_inside
 
   type :: window_t
@@ -43,6 +43,8 @@ module sig_window_rule
     18 - sqrt(30.0_rk)] / 72
   !> [-] of a facet's size: a node this little outside is inside (rounding of coordinates and bounds, in any unit)
   real(rk), parameter :: node_tolerance = 1.0e-9_rk
+  !> corners of a quadrilateral after two cuts, and some room
+  integer, parameter :: most_corners = 12
   !> corners of the reference triangle and of the reference square
   real(rk), parameter :: triangle(2, 3) = reshape([0, 0, 1, 0, 0, 1], [2, 3])
   real(rk), parameter :: square(2, 4) = reshape([-1, -1, 1, -1, 1, 1, -1, 1], [2, 4])
@@ -55,20 +57,43 @@ contains
     real(rk), intent(in) :: vertices(:, :)
     type(window_t), intent(in) :: window
     type(facet_rule_t) :: rule
+
+    call find_facet_rule(vertices, window, rule)
+  end function facet_rule
+
+  !> The same in arrays that are kept from facet to facet where they are large enough: only the first n_points count then.
+  pure subroutine find_facet_rule(vertices, window, rule)
+    real(rk), intent(in) :: vertices(:, :)
+    type(window_t), intent(in) :: window
+    type(facet_rule_t), intent(inout) :: rule
     type(window_t) :: bounds
     integer :: position
 
     bounds = window
-    position = facet_position(minval(vertices, dim=2), maxval(vertices, dim=2), window)
+    rule%n_points = 0
+    position = position_of(vertices, window)
     if (position == facet_inside) bounds%axis = 0
-    allocate (rule%places(size(vertices, 1), 0), rule%values(size(vertices, 2), 0), rule%area_vectors(size(vertices, 1), 0))
-    if (position == facet_outside) return
-    if (size(vertices, 1) == 2) then
+    if (position == facet_outside) then
+      call make_room(vertices, 0, rule)
+    else if (size(vertices, 1) == 2) then
       call cut_edge(vertices, bounds, rule)
     else
       call cut_face(vertices, bounds, rule)
     end if
-  end function facet_rule
+  end subroutine find_facet_rule
+
+  pure integer function position_of(vertices, window) result(position)
+    real(rk), intent(in) :: vertices(:, :)
+    type(window_t), intent(in) :: window
+    real(rk) :: lower(3), upper(3)
+    integer :: k
+
+    do k = 1, size(vertices, 1)
+      lower(k) = minval(vertices(k, :))
+      upper(k) = maxval(vertices(k, :))
+    end do
+    position = facet_position(lower(:size(vertices, 1)), upper(:size(vertices, 1)), window)
+  end function position_of
 
   !> From the facet's box alone: outside (its part in the window has no area), inside, or to be cut.
   !>
@@ -79,11 +104,16 @@ contains
     real(rk), intent(in) :: upper(:)
     type(window_t), intent(in) :: window
     real(rk) :: margin
+    integer :: k
 
     position = facet_inside
     if (window%axis == 0) return
     margin = 0
-    if (.not. window%is_cut) margin = node_tolerance * maxval(upper - lower)
+    if (.not. window%is_cut) then
+      do k = 1, size(lower)
+        margin = max(margin, node_tolerance * (upper(k) - lower(k)))
+      end do
+    end if
     associate (low => lower(window%axis), high => upper(window%axis))
       if (low >= window%minimum - margin .and. high <= window%maximum + margin) return
       position = facet_cut
@@ -96,7 +126,7 @@ contains
     real(rk), intent(in) :: vertices(:, :)
     type(window_t), intent(in) :: window
     type(facet_rule_t), intent(inout) :: rule
-    real(rk) :: piece(2), cuts(2), tangent(2), s
+    real(rk) :: area_vector(3), cuts(2), piece(2), s, tangent(2), values(4)
     integer :: i
 
     piece = [0, 1]
@@ -105,11 +135,13 @@ contains
       cuts = ([window%minimum, window%maximum] - vertices(window%axis, 1)) / tangent(window%axis)
       piece = [max(0.0_rk, minval(cuts)), min(1.0_rk, maxval(cuts))]
     end if
+    call make_room(vertices, merge(n_gauss, 0, piece(2) > piece(1)), rule)
     if (piece(2) <= piece(1)) return
-    call make_room(vertices, n_gauss, rule)
     do i = 1, n_gauss
       s = piece(1) + (piece(2) - piece(1)) * gauss_points(i)
-      call add_point(vertices, [1 - s, s], (piece(2) - piece(1)) * gauss_weights(i) * [tangent(2), -tangent(1)], rule)
+      values = [1 - s, s, 0.0_rk, 0.0_rk]
+      area_vector = (piece(2) - piece(1)) * gauss_weights(i) * [tangent(2), -tangent(1), 0.0_rk]
+      call add_point(vertices, values, area_vector, rule)
     end do
   end subroutine cut_edge
 
@@ -117,42 +149,49 @@ contains
     real(rk), intent(in) :: vertices(:, :)
     type(window_t), intent(in) :: window
     type(facet_rule_t), intent(inout) :: rule
-    real(rk), allocatable :: polygon(:, :)
-    integer :: i
+    real(rk) :: polygon(2, most_corners)
+    integer :: i, n
 
-    if (size(vertices, 2) == 3) then
-      polygon = triangle
+    n = size(vertices, 2)
+    if (n == 3) then
+      polygon(:, :3) = triangle
     else
-      polygon = square
+      polygon(:, :4) = square
     end if
     if (window%axis > 0) then
-      call clip(polygon, vertices(window%axis, :), window%minimum, 1.0_rk)
-      call clip(polygon, vertices(window%axis, :), window%maximum, -1.0_rk)
+      call clip(vertices, window%axis, window%minimum, 1.0_rk, polygon, n)
+      call clip(vertices, window%axis, window%maximum, -1.0_rk, polygon, n)
     end if
-    if (size(polygon, 2) > 2) call make_room(vertices, (size(polygon, 2) - 2) * n_gauss**2, rule)
-    do i = 2, size(polygon, 2) - 1
-      call add_triangle(vertices, polygon(:, [1, i, i + 1]), rule)
+    call make_room(vertices, max(0, n - 2) * n_gauss**2, rule)
+    do i = 2, n - 1
+      call add_triangle(vertices, polygon(:, 1), polygon(:, i), polygon(:, i + 1), rule)
     end do
   end subroutine cut_face
 
   !> Keeps the part of a convex polygon where sense * (coordinate - bound) >= 0.
-  pure subroutine clip(polygon, heights, bound, sense)
-    !> [-] reference coordinates, shape (2, n_corners)
-    real(rk), allocatable, intent(inout) :: polygon(:, :)
-    !> [length] the coordinate at the nodes of the face
-    real(rk), intent(in) :: heights(:)
+  pure subroutine clip(vertices, axis, bound, sense, polygon, n_corners)
+    real(rk), intent(in) :: vertices(:, :)
+    integer, intent(in) :: axis
     real(rk), intent(in) :: bound
     real(rk), intent(in) :: sense
-    real(rk) :: distance(size(polygon, 2) + 1), kept(2, 2 * size(polygon, 2))
-    integer :: i, n, next
+    !> [-] reference coordinates
+    real(rk), intent(inout) :: polygon(2, most_corners)
+    integer, intent(inout) :: n_corners
+    real(rk) :: distance(most_corners), kept(2, most_corners), values(4)
+    integer :: i, k, n, next
 
     if (abs(bound) >= huge(bound)) return
-    do i = 1, size(polygon, 2)
-      distance(i) = sense * (dot_product(shape_values(polygon(:, i), size(heights)), heights) - bound)
+    do i = 1, n_corners
+      call find_shape_values(polygon(:, i), size(vertices, 2), values)
+      distance(i) = -bound
+      do k = 1, size(vertices, 2)
+        distance(i) = distance(i) + values(k) * vertices(axis, k)
+      end do
+      distance(i) = sense * distance(i)
     end do
     n = 0
-    do i = 1, size(polygon, 2)
-      next = modulo(i, size(polygon, 2)) + 1
+    do i = 1, n_corners
+      next = modulo(i, n_corners) + 1
       if (distance(i) >= 0) then
         n = n + 1
         kept(:, n) = polygon(:, i)
@@ -162,77 +201,95 @@ contains
         kept(:, n) = polygon(:, i) + (polygon(:, next) - polygon(:, i)) * distance(i) / (distance(i) - distance(next))
       end if
     end do
-    polygon = kept(:, :n)
+    n_corners = n
+    polygon(:, :n) = kept(:, :n)
   end subroutine clip
 
   !> Gauss points on a triangle of reference coordinates, as on a square with one side shrunk to a corner.
-  pure subroutine add_triangle(vertices, corners, rule)
+  pure subroutine add_triangle(vertices, first, second, third, rule)
     real(rk), intent(in) :: vertices(:, :)
-    real(rk), intent(in) :: corners(:, :)
+    real(rk), intent(in) :: first(2), second(2), third(2)
     type(facet_rule_t), intent(inout) :: rule
-    real(rk) :: a(2), b(2), point(2), tangents(3, 2), weight
-    integer :: i, j
+    real(rk) :: a(2), b(2), gradients(4, 2), point(2), tangents(3, 2), values(4), weight
+    integer :: i, j, k
 
-    a = corners(:, 2) - corners(:, 1)
-    b = corners(:, 3) - corners(:, 2)
+    a = second - first
+    b = third - second
     do j = 1, n_gauss
       do i = 1, n_gauss
-        point = corners(:, 1) + gauss_points(i) * (a + gauss_points(j) * b)
+        point = first + gauss_points(i) * (a + gauss_points(j) * b)
         weight = gauss_weights(i) * gauss_weights(j) * gauss_points(i) * (a(1) * b(2) - a(2) * b(1))
-        tangents = matmul(vertices, shape_gradients(point, size(vertices, 2)))
-        call add_point(vertices, shape_values(point, size(vertices, 2)), weight * cross(tangents(:, 1), tangents(:, 2)), rule)
+        call find_shape_values(point, size(vertices, 2), values)
+        call find_shape_gradients(point, size(vertices, 2), gradients)
+        tangents = 0
+        do k = 1, size(vertices, 2)
+          tangents(:, 1) = tangents(:, 1) + gradients(k, 1) * vertices(:, k)
+          tangents(:, 2) = tangents(:, 2) + gradients(k, 2) * vertices(:, k)
+        end do
+        call add_point(vertices, values, weight * cross(tangents(:, 1), tangents(:, 2)), rule)
       end do
     end do
   end subroutine add_triangle
 
+  !> Arrays of exactly this size in a new rule; larger ones of one that is used again stay.
   pure subroutine make_room(vertices, n_points, rule)
     real(rk), intent(in) :: vertices(:, :)
     integer, intent(in) :: n_points
     type(facet_rule_t), intent(inout) :: rule
 
-    deallocate (rule%places, rule%values, rule%area_vectors)
+    if (allocated(rule%places)) then
+      if (size(rule%places, 2) >= n_points .and. size(rule%places, 1) == size(vertices, 1) .and. &
+        size(rule%values, 1) == size(vertices, 2)) return
+      deallocate (rule%places, rule%values, rule%area_vectors)
+    end if
     allocate (rule%places(size(vertices, 1), n_points), rule%values(size(vertices, 2), n_points))
     allocate (rule%area_vectors(size(vertices, 1), n_points))
   end subroutine make_room
 
   pure subroutine add_point(vertices, values, area_vector, rule)
     real(rk), intent(in) :: vertices(:, :)
-    real(rk), intent(in) :: values(:)
-    real(rk), intent(in) :: area_vector(:)
+    real(rk), intent(in) :: values(4)
+    real(rk), intent(in) :: area_vector(3)
     type(facet_rule_t), intent(inout) :: rule
+    integer :: k
 
     rule%n_points = rule%n_points + 1
-    rule%values(:, rule%n_points) = values
-    rule%places(:, rule%n_points) = matmul(vertices, values)
-    rule%area_vectors(:, rule%n_points) = area_vector
+    associate (i => rule%n_points)
+      rule%values(:, i) = values(:size(vertices, 2))
+      rule%area_vectors(:, i) = area_vector(:size(vertices, 1))
+      rule%places(:, i) = 0
+      do k = 1, size(vertices, 2)
+        rule%places(:, i) = rule%places(:, i) + values(k) * vertices(:, k)
+      end do
+    end associate
   end subroutine add_point
 
   !> Linear on the triangle, bilinear on the square.
-  pure function shape_values(point, n_nodes) result(values)
+  pure subroutine find_shape_values(point, n_nodes, values)
     real(rk), intent(in) :: point(2)
     integer, intent(in) :: n_nodes
-    real(rk) :: values(n_nodes)
+    real(rk), intent(out) :: values(4)
 
     if (n_nodes == 3) then
-      values = [1 - point(1) - point(2), point(1), point(2)]
+      values = [1 - point(1) - point(2), point(1), point(2), 0.0_rk]
     else
       values = (1 + square(1, :) * point(1)) * (1 + square(2, :) * point(2)) / 4
     end if
-  end function shape_values
+  end subroutine find_shape_values
 
-  !> Their derivatives, shape (n_nodes, 2).
-  pure function shape_gradients(point, n_nodes) result(gradients)
+  !> Their derivatives.
+  pure subroutine find_shape_gradients(point, n_nodes, gradients)
     real(rk), intent(in) :: point(2)
     integer, intent(in) :: n_nodes
-    real(rk) :: gradients(n_nodes, 2)
+    real(rk), intent(out) :: gradients(4, 2)
 
     if (n_nodes == 3) then
-      gradients = reshape([-1, 1, 0, -1, 0, 1], [3, 2])
+      gradients = reshape([-1, 1, 0, 0, -1, 0, 1, 0], [4, 2])
     else
       gradients(:, 1) = square(1, :) * (1 + square(2, :) * point(2)) / 4
       gradients(:, 2) = square(2, :) * (1 + square(1, :) * point(1)) / 4
     end if
-  end function shape_gradients
+  end subroutine find_shape_gradients
 
   pure function cross(a, b)
     real(rk), intent(in) :: a(3)

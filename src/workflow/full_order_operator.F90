@@ -21,8 +21,8 @@ module sig_full_order_operator
 
 contains
 
-  !> W and B G where they fit into reduction.max_full_order_size, and G and H where they fit too. Collective on all ranks, for which
-  !> the problem was loaded; the result is the same on each.
+  !> W and D - B G where they fit into reduction.max_full_order_size, and G and H where they fit too. Collective on all ranks, for
+  !> which the problem was loaded; the result is the same on each.
   subroutine condense_full_order(problem, full_order, ierr)
     type(problem_t), intent(in) :: problem
     type(full_order_t), intent(out) :: full_order
@@ -48,11 +48,7 @@ contains
       ! with anchors the unknowns of W are not the multipliers alone
       if (condensed%reason == reason_converged .and. system%motions%n_free == 0) then
         full_order%compliance = condensed%compliance
-        ! terms that only move gaps close nothing
-        allocate (full_order%free_closing(n_rows, n_terms), source=0.0_rk)
-        associate (n_driving => problem%boundary%n_driving_terms)
-          full_order%free_closing(:, :n_driving) = system%operator%gap(:, :n_driving) - condensed%free_opening(:, :n_driving)
-        end associate
+        full_order%free_opening = condensed%free_opening
         if (multiplier_size + displacement_size <= room) then
           PetscCall(gather_columns(system, condensed%free_response, n_terms, full_order%free_response, ierr))
           PetscCall(gather_columns(system, condensed%contact_response, n_rows, full_order%contact_response, ierr))

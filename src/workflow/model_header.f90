@@ -49,6 +49,8 @@ contains
     model%n_nodes = problem%mesh%n_nodes
     model%n_dim = problem%mesh%n_dim
     model%n_dofs = problem%mesh%n_dim * problem%mesh%n_nodes
+    model%node_tags = problem%mesh%node_tags
+    model%coordinates = problem%mesh%coordinates
     associate (operator => problem%operator)
       model%n_multipliers = operator%n_rows
       model%first_node_tags = problem%mesh%node_tags(operator%first_node)

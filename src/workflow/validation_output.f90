@@ -77,6 +77,8 @@ contains
     character(*), intent(in) :: solver_type
     type(validation_t), intent(in) :: outcome
     type(run_report_t), intent(inout) :: report
+    type(string_t), allocatable :: names(:)
+    integer, allocatable :: counts(:)
     integer :: i_error, i_method
 
     call report%add('errors/n_points', size(outcome%points, 2))
@@ -84,10 +86,10 @@ contains
       call report_statistics(report, 'errors/' // trim(error_names(i_error)), outcome%errors(i_error, :))
     end do
     call report%add('errors/e_lambda_rid/above_8e-3', points_above(deck, outcome, 2, 8.0e-3_rk))
-    do i_method = 1, n_query_methods
-      call report%add('answers/' // method_name(i_method), count(outcome%method == i_method))
+    call count_methods(outcome, names, counts)
+    do i_method = 1, size(names)
+      call report%add('answers/' // names(i_method)%text, counts(i_method))
     end do
-    call report%add('answers/none', count(outcome%method == 0))
     call report%add('errors/e_lambda_rid/no_contact', count(is_no_number(outcome%errors(2, :))))
     call report%add('errors/e_lambda_rid/infinite', count(outcome%errors(2, :) > huge(1.0_rk)))
     call report%add('times/full_order_setup', outcome%setup_seconds)
@@ -97,6 +99,20 @@ contains
     call report%add('speed_up/over_refactored', outcome%refactored_seconds / outcome%query_seconds)
     call report%add('speed_up/over_' // solver_type, outcome%full_order_seconds / outcome%query_seconds)
   end subroutine report_validation
+
+  !> How many points each method answered; none stands first.
+  pure subroutine count_methods(outcome, names, counts)
+    type(validation_t), intent(in) :: outcome
+    type(string_t), allocatable, intent(out) :: names(:)
+    integer, allocatable, intent(out) :: counts(:)
+    integer :: i
+
+    allocate (names(n_query_methods + 1), counts(n_query_methods + 1))
+    do i = 0, n_query_methods
+      names(i + 1)%text = method_name(i)
+      counts(i + 1) = count(outcome%method == i)
+    end do
+  end subroutine count_methods
 
   elemental logical function is_no_number(value)
     real(rk), intent(in) :: value
@@ -138,5 +154,6 @@ contains
     model%validation%median = statistics%median
     model%validation%p95 = statistics%p95
     model%validation%maximum = statistics%maximum
+    call count_methods(outcome, model%validation%method_names, model%validation%method_counts)
   end subroutine keep_statistics
 end module sig_validation_output

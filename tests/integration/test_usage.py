@@ -12,7 +12,7 @@ import pytest
 from program import ROOT, finish
 from runs import SOON, on_ranks, refuse, write_deck
 
-COMMANDS = ("check", "solve", "sample", "train", "validate", "run", "predict")
+COMMANDS = ("check", "solve", "sample", "train", "validate", "run", "predict", "describe")
 
 
 @pytest.mark.parametrize("n_ranks", [1, 3])
@@ -34,7 +34,10 @@ def test_help_names_every_command_and_exit_code(signorom, tmp_path):
     ("arguments", "message", "n_ranks"),
     on_ranks(
         [
-            ([], r"error: no command; one of check, solve, sample, train, validate, run, predict is needed"),
+            (
+                [],
+                r"error: no command; one of check, solve, sample, train, validate, run, predict, describe is needed",
+            ),
             (["chekc", "a.yaml"], r"error: unknown command 'chekc'.*\n.*did you mean 'check'"),
             (["check", "a.yaml", "--fast"], r"error: unknown option '--fast'"),
             (["check", "a.yaml", "--quite"], r"error: unknown option '--quite'\n.*did you mean '--quiet'"),

@@ -1,12 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
-# What `cmake --install` takes: the program, the online library and its C header.
+# What `cmake --install` takes: the program, the online library with its C header and its pkg-config file.
 if(TARGET signorom)
   install(TARGETS signorom)
 endif()
-if(TARGET signorom_online)
-  set_target_properties(signorom_online PROPERTIES VERSION ${PROJECT_VERSION} SOVERSION ${PROJECT_VERSION_MAJOR})
-  install(TARGETS signorom_online)
-endif()
-if(EXISTS "${PROJECT_SOURCE_DIR}/include/signorom.h")
-  install(FILES include/signorom.h TYPE INCLUDE)
-endif()
+set_target_properties(signorom_online PROPERTIES VERSION ${PROJECT_VERSION} SOVERSION ${PROJECT_VERSION_MAJOR})
+install(TARGETS signorom_online)
+configure_file("${PROJECT_SOURCE_DIR}/tools/cmake/signorom_online.pc.in" signorom_online.pc @ONLY)
+install(FILES "${PROJECT_BINARY_DIR}/signorom_online.pc" DESTINATION "${CMAKE_INSTALL_LIBDIR}/pkgconfig")

@@ -19,7 +19,7 @@ endfunction()
 execute_process(COMMAND ldd "${LIBRARY}" OUTPUT_VARIABLE libraries COMMAND_ERROR_IS_FATAL ANY)
 execute_process(COMMAND "${NM}" -D "${LIBRARY}" OUTPUT_VARIABLE symbols COMMAND_ERROR_IS_FATAL ANY)
 # An empty or foreign library would pass the rest.
-if(NOT symbols MATCHES "__sig_query_MOD_evaluate")
+if(NOT symbols MATCHES " T signorom_query\n")
   message(FATAL_ERROR "${LIBRARY} does not hold the query")
 endif()
 if(libraries MATCHES "not found" OR NOT libraries MATCHES "libhdf5_serial")

@@ -51,15 +51,15 @@ contains
     call build_cluster(model%clusters(1))
   end subroutine build_tiny_model
 
-  !> Contact of all three pairs as the full-order model would have it: W = diag(1, 2, 4), closing without contact
-  !> squeeze (4, 5, 6), displacement squeeze (1, 2, 3, 4) - (lambda_1, lambda_2, lambda_3, 0).
+  !> Contact of all three pairs as the full-order model would have it: W = diag(1, 2, 4), gaps without contact forces
+  !> (1, 3, 2) - squeeze (4, 5, 6), displacement squeeze (1, 2, 3, 4) - (lambda_1, lambda_2, lambda_3, 0).
   !>
   !> squeeze = 1: gaps (1, 3, 2) - (4, 5, 6) = (-3, -2, -4), lambda = (3, 1, 1), u = (-2, 1, 2, 4).
   subroutine add_full_order(model)
     type(model_t), intent(inout) :: model
 
     model%full_order%compliance = reshape([1.0_rk, 0.0_rk, 0.0_rk, 0.0_rk, 2.0_rk, 0.0_rk, 0.0_rk, 0.0_rk, 4.0_rk], [3, 3])
-    model%full_order%free_closing = reshape([0.0_rk, 0.0_rk, 0.0_rk, 4.0_rk, 5.0_rk, 6.0_rk], [3, 2])
+    model%full_order%free_opening = reshape([1.0_rk, 3.0_rk, 2.0_rk, -4.0_rk, -5.0_rk, -6.0_rk], [3, 2])
     model%full_order%free_response = reshape([0.0_rk, 0.0_rk, 0.0_rk, 0.0_rk, 1.0_rk, 2.0_rk, 3.0_rk, 4.0_rk], [4, 2])
     model%full_order%contact_response = reshape([1.0_rk, 0.0_rk, 0.0_rk, 0.0_rk, 0.0_rk, 1.0_rk, 0.0_rk, 0.0_rk, &
       0.0_rk, 0.0_rk, 1.0_rk, 0.0_rk], [4, 3])

@@ -1,9 +1,13 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Figures and tables from the results of Signorom."""
+"""Figures and tables from the results of Signorom, and answers of its models."""
 
 from importlib.metadata import PackageNotFoundError, version
+
+from signorom_post.online import Answer, LibraryError, Model, ModelError, NoAnswerError
 
 try:
     __version__ = version("signorom-post")
 except PackageNotFoundError:  # run from the sources, not installed
     __version__ = "not installed"
+
+__all__ = ["Answer", "LibraryError", "Model", "ModelError", "NoAnswerError", "__version__"]

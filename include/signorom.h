@@ -1,0 +1,129 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Answers of a trained Signorom model (model.h5) without mesh, deck, MPI or PETSc: link with -lsignorom_online.
+ *
+ *     signorom_model *model;
+ *     signorom_context *context;
+ *     if (signorom_open("model.h5", &model)) { puts(signorom_model_message(model)); ... }
+ *     if (signorom_create_context(model, &context)) { ... }
+ *     double point[2] = {170.0, 3.2}; // values of the parameters, in their order and units
+ *     signorom_answer answer;
+ *     if (signorom_query(context, point, &answer)) { puts(signorom_message(context)); ... }
+ *     signorom_get_multipliers(context, multipliers);
+ *     signorom_free_context(context);
+ *     signorom_close(model);
+ *
+ * Every call that can fail returns a signorom_code; the sentence that belongs to the last failure is kept in the model
+ * or in the context. There are no global variables. Threads may share a model, each with a context of its own; a
+ * context belongs to one thread at a time. signorom_open and signorom_close read and free: one thread at a time in the
+ * process (HDF5). Numbers of nodes, contacts and clusters count from 0. Arrays belong to the caller, texts to the
+ * model. */
+#ifndef SIGNOROM_H
+#define SIGNOROM_H
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef struct signorom_model signorom_model;
+typedef struct signorom_context signorom_context;
+
+typedef enum {
+  SIGNOROM_OK = 0,
+  SIGNOROM_NO_ANSWER = 1,    /* no solution at this point, or a term of the model has no finite value there */
+  SIGNOROM_BAD_ARGUMENT = 2, /* a null pointer, a number out of its range, nothing asked yet */
+  SIGNOROM_BAD_MODEL = 3,    /* missing, damaged, foreign or newer file, or a model that cannot answer */
+  SIGNOROM_NO_MEMORY = 4     /* the handle is null: there is nowhere to keep a sentence */
+} signorom_code;
+
+typedef enum {
+  SIGNOROM_METHOD_NONE = 0,
+  SIGNOROM_METHOD_ACTIVE_SET = 1,
+  SIGNOROM_METHOD_BLOCK_PIVOTING = 2,
+  SIGNOROM_METHOD_LEMKE = 3,
+  SIGNOROM_METHOD_CONDENSED = 4 /* the full-order operator in the model: the reduced problem had no solution */
+} signorom_method;
+
+typedef enum {
+  SIGNOROM_TEXT_TITLE = 0,
+  SIGNOROM_TEXT_LENGTH_UNIT = 1, /* of displacements, gaps and coordinates */
+  SIGNOROM_TEXT_FORCE_UNIT = 2,  /* of multipliers */
+  SIGNOROM_TEXT_CODE_VERSION = 3,
+  SIGNOROM_TEXT_DECK = 4,       /* effective deck of the training, YAML */
+  SIGNOROM_TEXT_DESCRIPTION = 5 /* what `signorom describe` prints */
+} signorom_text_kind;
+
+typedef struct {
+  int n_parameters;
+  int n_clusters;
+  int n_contacts; /* multipliers in all */
+  int n_nodes;
+  int n_dimensions;
+  int n_dofs; /* n_dimensions * n_nodes */
+  int n_training_points;
+  int has_full_order_multipliers;  /* 1: a point without reduced solution is answered */
+  int has_full_order_displacement; /* 1: its displacement is exact too, else that of the reduced basis */
+} signorom_sizes;
+
+/* What is known of an answer. */
+typedef struct {
+  int code;   /* SIGNOROM_OK or SIGNOROM_NO_ANSWER */
+  int method; /* signorom_method */
+  int cluster;
+  int n_modes;           /* reduced coordinates of this cluster */
+  int n_domain_contacts; /* multipliers in its reduced integration domain */
+  int n_active;          /* of them, those in contact */
+  int n_iterations;      /* linear solves and pivots */
+  int is_inside_box;     /* 1: the point lies in the trained box; outside, an answer is an extrapolation */
+  /* to the nearest training point, the sides of the box taken as 1 */
+  double distance;
+  /* largest violation of the contact conditions of the dense problem that was solved, relative to the terms of its row:
+   * rounding. It says nothing of the model's error: see the validation in the description. */
+  double residual;
+} signorom_answer;
+
+/* Reads a model. `*model` is set even on a failure, so that signorom_model_message can be asked; close it all the same.
+ */
+int signorom_open(const char *path, signorom_model **model);
+const char *signorom_model_message(const signorom_model *model);
+void signorom_close(signorom_model *model);
+
+int signorom_get_sizes(const signorom_model *model, signorom_sizes *sizes);
+/* Null where there is none. */
+const char *signorom_text(const signorom_model *model, int kind);
+/* Any of the pointers may be null. */
+int signorom_get_parameter(const signorom_model *model, int i, const char **name, const char **unit, double *minimum,
+                           double *maximum);
+/* Tags of the mesh file, [n_contacts] each: the pair of nodes of each contact. */
+int signorom_get_contacts(const signorom_model *model, int *first_tags, int *second_tags);
+/* Tags of the mesh file [n_nodes] and coordinates [n_nodes][n_dimensions]; either may be null. */
+int signorom_get_nodes(const signorom_model *model, int *tags, double *coordinates);
+/* Contacts of the reduced integration domain: their number, and (unless null) which, ascending. */
+int signorom_get_domain_contacts(const signorom_model *model, int cluster, int *n, int *contacts);
+
+/* `*context` is set even on a failure. Create it before the threads that use it, or in them; the model must outlive it.
+ */
+int signorom_create_context(const signorom_model *model, signorom_context **context);
+const char *signorom_message(const signorom_context *context);
+void signorom_free_context(signorom_context *context);
+
+/* Answers at a point [n_parameters]. After the first ones it allocates nothing. The getters below tell more of it. */
+int signorom_query(signorom_context *context, const double *point, signorom_answer *answer);
+/* Answers at n points [n][n_parameters]; `answers` [n] and `multipliers` [n][n_contacts] may be null. A point without
+ * an answer does not stop it: its code says so, its multipliers are 0, and the call returns SIGNOROM_NO_ANSWER. */
+int signorom_query_many(signorom_context *context, int n, const double *points, signorom_answer *answers,
+                        double *multipliers);
+
+/* Contact forces of the domain [n_domain_contacts], or of all contacts [n_contacts]: outside the domain, the
+ * non-negative combination of the training answers that fits best. */
+int signorom_get_domain_multipliers(const signorom_context *context, double *multipliers);
+int signorom_get_multipliers(const signorom_context *context, double *multipliers);
+/* Reduced coordinates [n_modes]. */
+int signorom_get_coordinates(const signorom_context *context, double *coordinates);
+/* Displacement of all nodes [n_nodes][n_dimensions], or of chosen ones [n][n_dimensions]. */
+int signorom_get_displacement(const signorom_context *context, double *displacement);
+int signorom_get_displacement_at(signorom_context *context, int n, const int *nodes, double *displacement);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,204 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> The part of include/signorom.h that tells of models; each procedure is explained there.
+module sig_c_api_model
+  use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int, c_loc, c_null_ptr, c_ptr
+  use sig_c_handles, only: bad_argument, bad_model, code_ok, keep, model_handle_t, n_text_kinds, no_memory, put_integers, &
+    put_reals, ready_model
+  use sig_c_strings, only: from_c
+  use sig_errors, only: error_report, error_t
+  use sig_model_description, only: describe_model
+  use sig_model_file, only: read_model
+  implicit none(type, external)
+  private
+
+  !> signorom_sizes
+  type, bind(c) :: c_sizes_t
+    integer(c_int) :: n_parameters, n_clusters, n_contacts, n_nodes, n_dimensions, n_dofs, n_training_points
+    integer(c_int) :: has_full_order_multipliers, has_full_order_displacement
+  end type c_sizes_t
+
+contains
+
+  integer(c_int) function signorom_open(path, model) result(code) bind(c)
+    type(c_ptr), value :: path
+    type(c_ptr), intent(out) :: model
+    type(model_handle_t), pointer :: handle
+    type(error_t), allocatable :: error
+    character(:), allocatable :: message
+    integer :: status
+
+    model = c_null_ptr
+    allocate (handle, stat=status)
+    code = no_memory
+    if (status /= 0) return
+    model = c_loc(handle)
+    call keep(handle%message, '')
+    code = bad_argument
+    if (.not. c_associated(path)) then
+      call keep(handle%message, 'the path is a null pointer')
+      return
+    end if
+    code = bad_model
+    call read_model(from_c(path), handle%online%model, error)
+    if (allocated(error)) then
+      call keep(handle%message, error_report(error))
+      return
+    end if
+    call handle%online%prepare(message)
+    if (allocated(message)) then
+      call keep(handle%message, from_c(path) // ': error: the model cannot answer: ' // message)
+      return
+    end if
+    call keep_texts(handle)
+    handle%is_ready = .true.
+    code = code_ok
+  end function signorom_open
+
+  subroutine keep_texts(handle)
+    type(model_handle_t), intent(inout) :: handle
+    integer :: i
+
+    associate (model => handle%online%model)
+      call keep(handle%texts(1), model%title)
+      call keep(handle%texts(2), model%length_unit)
+      call keep(handle%texts(3), model%force_unit)
+      call keep(handle%texts(4), model%code_version)
+      call keep(handle%texts(5), model%deck_text)
+      call keep(handle%texts(6), describe_model(model))
+      allocate (handle%names(size(model%parameter_names)), handle%units(size(model%parameter_names)))
+      do i = 1, size(handle%names)
+        call keep(handle%names(i), model%parameter_names(i)%text)
+        call keep(handle%units(i), model%parameter_units(i)%text)
+      end do
+    end associate
+  end subroutine keep_texts
+
+  type(c_ptr) function signorom_model_message(model) result(message) bind(c)
+    type(c_ptr), value :: model
+    type(model_handle_t), pointer :: handle
+
+    message = c_null_ptr
+    if (.not. c_associated(model)) return
+    call c_f_pointer(model, handle)
+    message = c_loc(handle%message%characters)
+  end function signorom_model_message
+
+  subroutine signorom_close(model) bind(c)
+    type(c_ptr), value :: model
+    type(model_handle_t), pointer :: handle
+
+    if (.not. c_associated(model)) return
+    call c_f_pointer(model, handle)
+    deallocate (handle)
+  end subroutine signorom_close
+
+  integer(c_int) function signorom_get_sizes(model, sizes) result(code) bind(c)
+    type(c_ptr), value :: model
+    type(c_ptr), value :: sizes
+    type(model_handle_t), pointer :: handle
+    type(c_sizes_t), pointer :: target
+
+    code = bad_argument
+    handle => ready_model(model)
+    if (.not. (associated(handle) .and. c_associated(sizes))) return
+    call c_f_pointer(sizes, target)
+    associate (whole => handle%online%model)
+      target%n_parameters = size(whole%parameter_names)
+      target%n_clusters = size(whole%clusters)
+      target%n_contacts = whole%n_multipliers
+      target%n_nodes = whole%n_nodes
+      target%n_dimensions = whole%n_dim
+      target%n_dofs = whole%n_dofs
+      target%n_training_points = size(whole%training_points, 2)
+      target%has_full_order_multipliers = merge(1, 0, whole%full_order%has_multipliers())
+      target%has_full_order_displacement = merge(1, 0, whole%full_order%has_displacement())
+    end associate
+    code = code_ok
+  end function signorom_get_sizes
+
+  type(c_ptr) function signorom_text(model, kind) result(text) bind(c)
+    type(c_ptr), value :: model
+    integer(c_int), value :: kind
+    type(model_handle_t), pointer :: handle
+
+    text = c_null_ptr
+    handle => ready_model(model)
+    if (.not. associated(handle) .or. kind < 0 .or. kind >= n_text_kinds) return
+    text = c_loc(handle%texts(kind + 1)%characters)
+  end function signorom_text
+
+  integer(c_int) function signorom_get_parameter(model, i, name, unit, minimum, maximum) result(code) bind(c)
+    type(c_ptr), value :: model
+    integer(c_int), value :: i
+    type(c_ptr), value :: name, unit, minimum, maximum
+    type(model_handle_t), pointer :: handle
+    type(c_ptr), pointer :: text
+    real(c_double), pointer :: bound
+
+    code = bad_argument
+    handle => ready_model(model)
+    if (.not. associated(handle)) return
+    if (i < 0 .or. i >= size(handle%names)) return
+    if (c_associated(name)) then
+      call c_f_pointer(name, text)
+      text = c_loc(handle%names(i + 1)%characters)
+    end if
+    if (c_associated(unit)) then
+      call c_f_pointer(unit, text)
+      text = c_loc(handle%units(i + 1)%characters)
+    end if
+    if (c_associated(minimum)) then
+      call c_f_pointer(minimum, bound)
+      bound = handle%online%model%box(1, i + 1)
+    end if
+    if (c_associated(maximum)) then
+      call c_f_pointer(maximum, bound)
+      bound = handle%online%model%box(2, i + 1)
+    end if
+    code = code_ok
+  end function signorom_get_parameter
+
+  integer(c_int) function signorom_get_contacts(model, first_tags, second_tags) result(code) bind(c)
+    type(c_ptr), value :: model
+    type(c_ptr), value :: first_tags, second_tags
+    type(model_handle_t), pointer :: handle
+
+    code = bad_argument
+    handle => ready_model(model)
+    if (.not. associated(handle)) return
+    call put_integers(handle%online%model%first_node_tags, first_tags)
+    call put_integers(handle%online%model%second_node_tags, second_tags)
+    code = code_ok
+  end function signorom_get_contacts
+
+  integer(c_int) function signorom_get_nodes(model, tags, coordinates) result(code) bind(c)
+    type(c_ptr), value :: model
+    type(c_ptr), value :: tags, coordinates
+    type(model_handle_t), pointer :: handle
+
+    code = bad_argument
+    handle => ready_model(model)
+    if (.not. associated(handle)) return
+    if (size(handle%online%model%node_tags) /= handle%online%model%n_nodes) return
+    call put_integers(handle%online%model%node_tags, tags)
+    call put_reals(reshape(handle%online%model%coordinates, [size(handle%online%model%coordinates)]), coordinates)
+    code = code_ok
+  end function signorom_get_nodes
+
+  integer(c_int) function signorom_get_domain_contacts(model, cluster, n, contacts) result(code) bind(c)
+    type(c_ptr), value :: model
+    integer(c_int), value :: cluster
+    type(c_ptr), value :: n, contacts
+    type(model_handle_t), pointer :: handle
+
+    code = bad_argument
+    handle => ready_model(model)
+    if (.not. associated(handle)) return
+    if (cluster < 0 .or. cluster >= size(handle%online%model%clusters)) return
+    associate (rows => handle%online%model%clusters(cluster + 1)%contact_rows)
+      call put_integers([size(rows)], n)
+      call put_integers(rows - 1, contacts)
+    end associate
+    code = code_ok
+  end function signorom_get_domain_contacts
+end module sig_c_api_model

@@ -1,0 +1,242 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> The part of include/signorom.h that asks models; each procedure is explained there.
+module sig_c_api_query
+  use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int, c_loc, c_null_ptr, c_ptr
+  use sig_c_handles, only: answered_context, bad_argument, bad_model, code_ok, context_handle_t, keep, no_answer, no_memory, &
+    put_reals, ready_context, ready_model
+  use sig_c_strings, only: from_c
+  use sig_kinds, only: rk
+  use sig_query, only: reason_text
+  use sig_reconstruction, only: displacement_of_dof, fill_displacement, reconstruct_multipliers
+  use sig_text, only: to_text
+  implicit none(type, external)
+  private
+
+  !> signorom_answer
+  type, bind(c) :: c_answer_t
+    integer(c_int) :: code, method, cluster, n_modes, n_domain_contacts, n_active, n_iterations, is_inside_box
+    real(c_double) :: distance, residual
+  end type c_answer_t
+
+contains
+
+  integer(c_int) function signorom_create_context(model, context) result(code) bind(c)
+    type(c_ptr), value :: model
+    type(c_ptr), intent(out) :: context
+    type(context_handle_t), pointer :: handle
+    character(:), allocatable :: message
+    integer :: status
+
+    context = c_null_ptr
+    allocate (handle, stat=status)
+    code = no_memory
+    if (status /= 0) return
+    context = c_loc(handle)
+    call keep(handle%message, '')
+    code = bad_argument
+    handle%model => ready_model(model)
+    if (.not. associated(handle%model)) then
+      call keep(handle%message, 'the model was not opened, or could not be')
+      return
+    end if
+    code = bad_model
+    call handle%query%create(handle%model%online, message)
+    if (allocated(message)) then
+      call keep(handle%message, 'the model cannot answer: ' // message)
+      return
+    end if
+    handle%is_ready = .true.
+    code = code_ok
+  end function signorom_create_context
+
+  type(c_ptr) function signorom_message(context) result(message) bind(c)
+    type(c_ptr), value :: context
+    type(context_handle_t), pointer :: handle
+
+    message = c_null_ptr
+    if (.not. c_associated(context)) return
+    call c_f_pointer(context, handle)
+    message = c_loc(handle%message%characters)
+  end function signorom_message
+
+  subroutine signorom_free_context(context) bind(c)
+    type(c_ptr), value :: context
+    type(context_handle_t), pointer :: handle
+
+    if (.not. c_associated(context)) return
+    call c_f_pointer(context, handle)
+    call handle%query%destroy()
+    deallocate (handle)
+  end subroutine signorom_free_context
+
+  integer(c_int) function signorom_query(context, point, answer) result(code) bind(c)
+    type(c_ptr), value :: context
+    type(c_ptr), value :: point
+    type(c_ptr), value :: answer
+    type(context_handle_t), pointer :: handle
+    type(c_answer_t), pointer :: told
+    real(c_double), pointer :: values(:)
+
+    code = bad_argument
+    handle => ready_context(context)
+    if (.not. associated(handle)) return
+    handle%has_answer = .false.
+    if (.not. c_associated(point)) then
+      call keep(handle%message, 'the point is a null pointer')
+      return
+    end if
+    call c_f_pointer(point, values, [size(handle%model%names)])
+    call ask(handle, values, code)
+    if (.not. c_associated(answer)) return
+    call c_f_pointer(answer, told)
+    call tell(handle, code, told)
+  end function signorom_query
+
+  subroutine ask(handle, point, code)
+    type(context_handle_t), intent(inout) :: handle
+    real(rk), intent(in) :: point(:)
+    integer(c_int), intent(out) :: code
+
+    call handle%query%evaluate(handle%model%online, point, handle%answer)
+    handle%has_answer = handle%answer%reason > 0
+    code = code_ok
+    if (handle%has_answer) return
+    code = no_answer
+    call keep(handle%message, reason_text(handle%answer%reason))
+  end subroutine ask
+
+  subroutine tell(handle, code, told)
+    type(context_handle_t), intent(in) :: handle
+    integer(c_int), intent(in) :: code
+    type(c_answer_t), intent(out) :: told
+
+    associate (answer => handle%answer)
+      told = c_answer_t(code=code, method=merge(answer%method, 0, handle%has_answer), cluster=answer%cluster - 1, &
+        n_modes=size(answer%coordinates), n_domain_contacts=size(answer%multipliers_rid), n_active=count(answer%is_active), &
+        n_iterations=answer%n_iterations, is_inside_box=merge(1, 0, answer%is_inside_box), distance=answer%distance, &
+        residual=answer%residual)
+    end associate
+  end subroutine tell
+
+  integer(c_int) function signorom_query_many(context, n, points, answers, multipliers) result(code) bind(c)
+    type(c_ptr), value :: context
+    integer(c_int), value :: n
+    type(c_ptr), value :: points, answers, multipliers
+    type(context_handle_t), pointer :: handle
+    type(c_answer_t), pointer :: told(:)
+    real(c_double), pointer :: forces(:, :), values(:, :)
+    real(rk), allocatable :: all(:)
+    integer(c_int) :: code_of_point
+    integer :: i, n_failed
+
+    code = bad_argument
+    handle => ready_context(context)
+    if (.not. associated(handle)) return
+    handle%has_answer = .false.
+    if (n < 0 .or. .not. c_associated(points)) then
+      call keep(handle%message, 'the number of points is negative, or the points are a null pointer')
+      return
+    end if
+    call c_f_pointer(points, values, [size(handle%model%names), int(n)])
+    if (c_associated(answers)) call c_f_pointer(answers, told, [n])
+    if (c_associated(multipliers)) call c_f_pointer(multipliers, forces, [handle%model%online%model%n_multipliers, int(n)])
+    n_failed = 0
+    do i = 1, n
+      call ask(handle, values(:, i), code_of_point)
+      if (code_of_point /= code_ok) n_failed = n_failed + 1
+      if (c_associated(answers)) call tell(handle, code_of_point, told(i))
+      if (.not. c_associated(multipliers)) cycle
+      call reconstruct_multipliers(handle%model%online%model, handle%answer, all)
+      forces(:, i) = all
+    end do
+    code = code_ok
+    if (n_failed == 0) return
+    code = no_answer
+    call keep(handle%message, to_text(n_failed) // ' of ' // to_text(int(n)) // ' points have no answer; the last one: ' // &
+      from_c(handle%message%characters))
+  end function signorom_query_many
+
+  integer(c_int) function signorom_get_domain_multipliers(context, multipliers) result(code) bind(c)
+    type(c_ptr), value :: context
+    type(c_ptr), value :: multipliers
+    type(context_handle_t), pointer :: handle
+
+    code = bad_argument
+    handle => answered_context(context)
+    if (.not. associated(handle)) return
+    if (.not. c_associated(multipliers)) return
+    call put_reals(handle%answer%multipliers_rid, multipliers)
+    code = code_ok
+  end function signorom_get_domain_multipliers
+
+  integer(c_int) function signorom_get_multipliers(context, multipliers) result(code) bind(c)
+    type(c_ptr), value :: context
+    type(c_ptr), value :: multipliers
+    type(context_handle_t), pointer :: handle
+    real(rk), allocatable :: all(:)
+
+    code = bad_argument
+    handle => answered_context(context)
+    if (.not. associated(handle)) return
+    if (.not. c_associated(multipliers)) return
+    call reconstruct_multipliers(handle%model%online%model, handle%answer, all)
+    call put_reals(all, multipliers)
+    code = code_ok
+  end function signorom_get_multipliers
+
+  integer(c_int) function signorom_get_coordinates(context, coordinates) result(code) bind(c)
+    type(c_ptr), value :: context
+    type(c_ptr), value :: coordinates
+    type(context_handle_t), pointer :: handle
+
+    code = bad_argument
+    handle => answered_context(context)
+    if (.not. associated(handle)) return
+    if (.not. c_associated(coordinates)) return
+    call put_reals(handle%answer%coordinates, coordinates)
+    code = code_ok
+  end function signorom_get_coordinates
+
+  integer(c_int) function signorom_get_displacement(context, displacement) result(code) bind(c)
+    type(c_ptr), value :: context
+    type(c_ptr), value :: displacement
+    type(context_handle_t), pointer :: handle
+    real(c_double), pointer :: target(:)
+
+    code = bad_argument
+    handle => answered_context(context)
+    if (.not. (associated(handle) .and. c_associated(displacement))) return
+    call c_f_pointer(displacement, target, [handle%model%online%model%n_dofs])
+    call fill_displacement(handle%model%online%model, handle%answer, target)
+    code = code_ok
+  end function signorom_get_displacement
+
+  integer(c_int) function signorom_get_displacement_at(context, n, nodes, displacement) result(code) bind(c)
+    type(c_ptr), value :: context
+    integer(c_int), value :: n
+    type(c_ptr), value :: nodes, displacement
+    type(context_handle_t), pointer :: handle
+    integer(c_int), pointer :: chosen(:)
+    real(c_double), pointer :: target(:, :)
+    integer :: i, k
+
+    code = bad_argument
+    handle => answered_context(context)
+    if (.not. associated(handle)) return
+    if (n < 0 .or. .not. (c_associated(nodes) .and. c_associated(displacement))) return
+    associate (model => handle%model%online%model)
+      call c_f_pointer(nodes, chosen, [n])
+      if (any(chosen < 0 .or. chosen >= model%n_nodes)) then
+        call keep(handle%message, 'a node is not between 0 and ' // to_text(model%n_nodes - 1))
+        return
+      end if
+      call c_f_pointer(displacement, target, [model%n_dim, int(n)])
+      do i = 1, n
+        do k = 1, model%n_dim
+          target(k, i) = displacement_of_dof(model, handle%answer, model%n_dim * chosen(i) + k)
+        end do
+      end do
+    end associate
+    code = code_ok
+  end function signorom_get_displacement_at
+end module sig_c_api_query

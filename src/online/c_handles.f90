@@ -1,0 +1,113 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> What the handles of include/signorom.h point at, and how values pass to C.
+module sig_c_handles
+  use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_double, c_f_pointer, c_int, c_null_char, c_ptr
+  use sig_kinds, only: rk
+  use sig_online_model, only: online_model_t
+  use sig_query, only: answer_t, query_t
+  implicit none(type, external)
+  private
+  public :: model_handle_t, context_handle_t, keep, ready_model, ready_context, answered_context, put_integers, put_reals
+  public :: code_ok, no_answer, bad_argument, bad_model, no_memory, n_text_kinds
+
+  ! signorom_code
+  integer(c_int), parameter :: code_ok = 0, no_answer = 1, bad_argument = 2, bad_model = 3, no_memory = 4
+  integer, parameter :: n_text_kinds = 6
+
+  !> A text that C may keep a pointer to as long as it lives here.
+  type :: c_text_t
+    character(kind=c_char), allocatable :: characters(:)
+  end type c_text_t
+
+  type :: model_handle_t
+    type(online_model_t) :: online
+    !> read and prepared
+    logical :: is_ready = .false.
+    type(c_text_t) :: message
+    !> signorom_text_kind + 1
+    type(c_text_t) :: texts(n_text_kinds)
+    type(c_text_t), allocatable :: names(:)
+    type(c_text_t), allocatable :: units(:)
+  end type model_handle_t
+
+  type :: context_handle_t
+    type(model_handle_t), pointer :: model => null()
+    type(query_t) :: query
+    type(answer_t) :: answer
+    logical :: is_ready = .false.
+    !> the last question had an answer
+    logical :: has_answer = .false.
+    type(c_text_t) :: message
+  end type context_handle_t
+
+contains
+
+  !> A copy for C, with its null.
+  subroutine keep(text, value)
+    type(c_text_t), intent(inout) :: text
+    character(*), intent(in) :: value
+    integer :: i
+
+    if (allocated(text%characters)) deallocate (text%characters)
+    allocate (text%characters(len(value) + 1))
+    do i = 1, len(value)
+      text%characters(i) = value(i:i)
+    end do
+    text%characters(len(value) + 1) = c_null_char
+  end subroutine keep
+
+  !> The handle of a model that can answer, or null.
+  function ready_model(model) result(handle)
+    type(c_ptr), intent(in) :: model
+    type(model_handle_t), pointer :: handle
+
+    handle => null()
+    if (.not. c_associated(model)) return
+    call c_f_pointer(model, handle)
+    if (.not. handle%is_ready) handle => null()
+  end function ready_model
+
+  !> The handle of a context that can be asked, or null with the sentence in its message.
+  function ready_context(context) result(handle)
+    type(c_ptr), intent(in) :: context
+    type(context_handle_t), pointer :: handle
+
+    handle => null()
+    if (.not. c_associated(context)) return
+    call c_f_pointer(context, handle)
+    if (.not. handle%is_ready) handle => null()
+  end function ready_context
+
+  !> The handle of a context with an answer, or null with the sentence in its message.
+  function answered_context(context) result(handle)
+    type(c_ptr), intent(in) :: context
+    type(context_handle_t), pointer :: handle
+
+    handle => ready_context(context)
+    if (.not. associated(handle)) return
+    if (handle%has_answer) return
+    call keep(handle%message, 'there is no answer to tell of: nothing was asked, or the last point has none')
+    handle => null()
+  end function answered_context
+
+  !> Into the caller's array; a null pointer wants none.
+  subroutine put_integers(values, pointer)
+    integer, intent(in) :: values(:)
+    type(c_ptr), intent(in) :: pointer
+    integer(c_int), pointer :: target(:)
+
+    if (.not. c_associated(pointer)) return
+    call c_f_pointer(pointer, target, [size(values)])
+    target = values
+  end subroutine put_integers
+
+  subroutine put_reals(values, pointer)
+    real(rk), intent(in) :: values(:)
+    type(c_ptr), intent(in) :: pointer
+    real(c_double), pointer :: target(:)
+
+    if (.not. c_associated(pointer)) return
+    call c_f_pointer(pointer, target, [size(values)])
+    target = values
+  end subroutine put_reals
+end module sig_c_handles

@@ -1,0 +1,150 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> A model explained to a person.
+module sig_model_description
+  use sig_kinds, only: rk
+  use sig_model, only: model_t, reduced_model_t
+  use sig_text, only: to_text
+  implicit none(type, external)
+  private
+  public :: describe_model
+
+  character(1), parameter :: eol = new_line('a')
+
+contains
+
+  !> Some lines of text; the last one has no end.
+  !>
+  !> Requires: complete_model.
+  pure function describe_model(model) result(text)
+    type(model_t), intent(in) :: model
+    character(:), allocatable :: text
+    integer :: i
+
+    text = model%title // eol // eol // parameter_lines(model) // eol // size_lines(model) // eol
+    do i = 1, size(model%clusters)
+      text = text // cluster_lines(model, i) // eol
+    end do
+    text = text // full_order_lines(model) // eol // validation_lines(model) // eol // &
+      line('written by', 'signorom ' // model%code_version // ', model format ' // to_text(model%format_version)) // &
+      line('mesh', model%mesh_hash) // 'provenance' // repeat(' ', 14) // model%provenance
+  end function describe_model
+
+  !> `word                    value`
+  pure function line(word, value) result(text)
+    character(*), intent(in) :: word
+    character(*), intent(in) :: value
+    character(:), allocatable :: text
+
+    text = word // repeat(' ', max(1, 24 - len(word))) // value // eol
+  end function line
+
+  pure function parameter_lines(model) result(text)
+    type(model_t), intent(in) :: model
+    character(:), allocatable :: text
+    integer :: i
+
+    text = 'parameters, and the box in which the model was trained' // eol
+    do i = 1, size(model%parameter_names)
+      text = text // line('  ' // model%parameter_names(i)%text, short(model%box(1, i)) // ' to ' // short(model%box(2, i)) // &
+        ' ' // model%parameter_units(i)%text)
+    end do
+    text = text // line('training points', to_text(size(model%training_points, 2)))
+  end function parameter_lines
+
+  pure function size_lines(model) result(text)
+    type(model_t), intent(in) :: model
+    character(:), allocatable :: text
+
+    text = line('full-order model', to_text(model%n_nodes) // ' nodes, ' // to_text(model%n_dofs) // ' dofs, ' // &
+      to_text(model%n_multipliers) // ' contact pairs') // &
+      line('units', 'displacements in ' // model%length_unit // ', contact forces in ' // model%force_unit) // &
+      line('terms of the load', to_text(model%terms%n_terms())) // &
+      line('POD tolerance', short(model%pod_tolerance)) // &
+      line('prescribed values', model%dirichlet) // &
+      line('forces elsewhere', model%reconstruction)
+  end function size_lines
+
+  pure function cluster_lines(model, i) result(text)
+    type(model_t), intent(in) :: model
+    integer, intent(in) :: i
+    character(:), allocatable :: text
+    integer :: i_warning
+
+    associate (cluster => model%clusters(i))
+      text = 'reduced model'
+      if (size(model%clusters) > 1) text = text // ' of cluster ' // to_text(i)
+      text = text // eol // line('  modes', to_text(cluster%n_modes)) // &
+        line('  integration domain', to_text(size(cluster%cells)) // ' cells, ' // to_text(cluster%n_rows) // ' contact pairs') // &
+        line('  kappa', condition_text(cluster)) // &
+        line('  cond(K_r)', short(cluster%stiffness_condition))
+      do i_warning = 1, size(cluster%warnings)
+        if (len(cluster%warnings(i_warning)%text) > 0) text = text // line('  warning', cluster%warnings(i_warning)%text)
+      end do
+    end associate
+  end function cluster_lines
+
+  pure function condition_text(cluster) result(text)
+    type(reduced_model_t), intent(in) :: cluster
+    character(:), allocatable :: text
+
+    text = short(cluster%condition_number)
+    if (cluster%rank < cluster%n_rows) text = 'infinite (rank ' // to_text(cluster%rank) // ' of ' // to_text(cluster%n_rows) // &
+      ': contact forces of the domain may not be unique)'
+  end function condition_text
+
+  pure function full_order_lines(model) result(text)
+    type(model_t), intent(in) :: model
+    character(:), allocatable :: text
+
+    if (.not. model%full_order%has_multipliers()) then
+      text = line('without a solution', 'a point where the reduced problem has none gets no answer')
+    else if (model%full_order%has_displacement()) then
+      text = line('without a solution', 'the full-order model answers (forces and displacements)')
+    else
+      text = line('without a solution', 'the full-order model answers (forces; displacements by the reduced basis)')
+    end if
+  end function full_order_lines
+
+  pure function validation_lines(model) result(text)
+    type(model_t), intent(in) :: model
+    character(:), allocatable :: text
+    integer :: i
+
+    associate (validation => model%validation)
+      text = line('validation', 'none yet: signorom validate DECK measures the errors')
+      if (size(validation%names) == 0) return
+      text = line('validation', 'median        95 %          largest')
+      do i = 1, size(validation%names)
+        text = text // line('  ' // validation%names(i)%text, padded(validation%median(i)) // padded(validation%p95(i)) // &
+          short(validation%maximum(i)))
+      end do
+      do i = 1, size(validation%method_names)
+        text = text // line('  by ' // validation%method_names(i)%text, to_text(validation%method_counts(i)) // ' points')
+      end do
+    end associate
+  end function validation_lines
+
+  pure function padded(value) result(text)
+    real(rk), intent(in) :: value
+    character(14) :: text
+
+    text = short(value)
+  end function padded
+
+  !> Four digits.
+  pure function short(value) result(text)
+    real(rk), intent(in) :: value
+    character(:), allocatable :: text
+    character(16) :: buffer
+    real(rk) :: rounded
+    integer :: status
+
+    if (.not. abs(value) <= huge(value)) then
+      text = to_text(value)
+      return
+    end if
+    write (buffer, '(es16.3e3)') value
+    read (buffer, *, iostat=status) rounded
+    text = to_text(merge(rounded, value, status == 0))
+  end function short
+end module sig_model_description

@@ -1,0 +1,155 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* check_library MODEL N: asks N points of the box from several threads that share a model, and compares bit by bit with
+ * one thread; counts what a query allocates; gives wrong arguments. Prints what it counted; ends with 1 where something
+ * is wrong. */
+#include <signorom.h>
+
+#include <pthread.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { n_threads = 4 };
+
+/* Every allocation of the process, the library's too. */
+static _Thread_local long n_allocations;
+void *__libc_malloc(size_t size);
+void *__libc_calloc(size_t n, size_t size);
+void *__libc_realloc(void *block, size_t size);
+void *malloc(size_t size) {
+  n_allocations++;
+  return __libc_malloc(size);
+}
+void *calloc(size_t n, size_t size) {
+  n_allocations++;
+  return __libc_calloc(n, size);
+}
+void *realloc(void *block, size_t size) {
+  n_allocations++;
+  return __libc_realloc(block, size);
+}
+
+typedef struct {
+  const signorom_model *model;
+  int first, n;
+  const double *points;
+  double *multipliers;
+  signorom_answer *answers;
+  int code;
+} job_t;
+
+static void *work(void *argument) {
+  job_t *job = argument;
+  signorom_sizes sizes;
+  signorom_context *context;
+  signorom_get_sizes(job->model, &sizes);
+  job->code = signorom_create_context(job->model, &context);
+  if (!job->code)
+    job->code =
+        signorom_query_many(context, job->n, job->points + (size_t)job->first * sizes.n_parameters,
+                            job->answers + job->first, job->multipliers + (size_t)job->first * sizes.n_contacts);
+  signorom_free_context(context);
+  return NULL;
+}
+
+static double *random_points(const signorom_model *model, int n_parameters, int n) {
+  double *points = malloc((size_t)n * n_parameters * sizeof *points);
+  unsigned long long state = 20220430;
+  for (int i = 0; i < n * n_parameters; i++) {
+    double minimum, maximum;
+    signorom_get_parameter(model, i % n_parameters, NULL, NULL, &minimum, &maximum);
+    state = state * 6364136223846793005ULL + 1442695040888963407ULL;
+    points[i] = minimum + (maximum - minimum) * (double)(state >> 11) / 9007199254740992.0;
+  }
+  return points;
+}
+
+static int compare_threads(const signorom_model *model, const signorom_sizes *sizes, const double *points, int n) {
+  const size_t size = (size_t)n * sizes->n_contacts;
+  double *alone = calloc(size + 1, sizeof *alone), *shared = calloc(size + 1, sizeof *shared);
+  signorom_answer *answers = calloc(2 * n, sizeof *answers);
+  job_t whole = {.model = model, .n = n, .points = points, .multipliers = alone, .answers = answers};
+  work(&whole);
+  job_t jobs[n_threads];
+  pthread_t threads[n_threads];
+  for (int i = 0; i < n_threads; i++) {
+    const int first = (int)((long)n * i / n_threads);
+    jobs[i] = (job_t){.model = model,
+                      .first = first,
+                      .n = (int)((long)n * (i + 1) / n_threads) - first,
+                      .points = points,
+                      .multipliers = shared,
+                      .answers = answers + n};
+    pthread_create(&threads[i], NULL, work, &jobs[i]);
+  }
+  for (int i = 0; i < n_threads; i++) pthread_join(threads[i], NULL);
+  const int is_same = memcmp(alone, shared, size * sizeof *alone) == 0;
+  int n_answered = 0;
+  for (int i = 0; i < n; i++) n_answered += answers[i].code == SIGNOROM_OK;
+  printf("answered %d of %d, %d threads %s\n", n_answered, n, n_threads, is_same ? "agree" : "differ");
+  free(answers);
+  free(shared);
+  free(alone);
+  return is_same && n_answered == n;
+}
+
+static int count_allocations(const signorom_model *model, const signorom_sizes *sizes, const double *points, int n) {
+  signorom_context *context;
+  signorom_answer answer;
+  if (signorom_create_context(model, &context)) return 0;
+  for (int i = 0; i < n; i++) signorom_query(context, points + (size_t)i * sizes->n_parameters, &answer);
+  const long n_before = n_allocations;
+  for (int i = 0; i < n; i++) signorom_query(context, points + (size_t)i * sizes->n_parameters, &answer);
+  const long n_made = n_allocations - n_before;
+  printf("allocations in %d queries: %ld\n", n, n_made);
+  signorom_free_context(context);
+  return n_made == 0;
+}
+
+static int refuse_wrong_arguments(const signorom_model *model, const signorom_sizes *sizes, const double *points) {
+  signorom_context *context;
+  double value;
+  double *displacement = malloc((size_t)sizes->n_dimensions * sizeof *displacement);
+  int node = sizes->n_nodes, is_fine = 1;
+  is_fine &= signorom_create_context(NULL, &context) == SIGNOROM_BAD_ARGUMENT && strlen(signorom_message(context)) > 0;
+  signorom_free_context(context);
+  is_fine &= signorom_create_context(model, &context) == SIGNOROM_OK;
+  is_fine &= signorom_get_multipliers(context, &value) == SIGNOROM_BAD_ARGUMENT;
+  is_fine &= signorom_query(context, NULL, NULL) == SIGNOROM_BAD_ARGUMENT;
+  is_fine &= signorom_query(NULL, points, NULL) == SIGNOROM_BAD_ARGUMENT;
+  is_fine &= signorom_query(context, points, NULL) == SIGNOROM_OK;
+  is_fine &= signorom_get_displacement_at(context, 1, &node, displacement) == SIGNOROM_BAD_ARGUMENT;
+  node = sizes->n_nodes - 1;
+  is_fine &= signorom_get_displacement_at(context, 1, &node, displacement) == SIGNOROM_OK;
+  is_fine &= signorom_get_multipliers(context, NULL) == SIGNOROM_BAD_ARGUMENT;
+  is_fine &= signorom_get_parameter(model, -1, NULL, NULL, NULL, NULL) == SIGNOROM_BAD_ARGUMENT;
+  is_fine &= signorom_get_parameter(model, sizes->n_parameters, NULL, NULL, NULL, NULL) == SIGNOROM_BAD_ARGUMENT;
+  is_fine &= signorom_text(model, 99) == NULL && signorom_text(NULL, 0) == NULL;
+  is_fine &= signorom_get_domain_contacts(model, sizes->n_clusters, NULL, NULL) == SIGNOROM_BAD_ARGUMENT;
+  signorom_free_context(context);
+  signorom_free_context(NULL);
+  signorom_close(NULL);
+  free(displacement);
+  printf("wrong arguments %s\n", is_fine ? "refused" : "accepted");
+  return is_fine;
+}
+
+int main(int argc, char **argv) {
+  signorom_model *model;
+  signorom_sizes sizes;
+  if (argc != 3) return 1;
+  const int n = atoi(argv[2]);
+  if (signorom_open(argv[1], &model)) {
+    fprintf(stderr, "%s\n", signorom_model_message(model));
+    signorom_close(model);
+    return 2;
+  }
+  signorom_get_sizes(model, &sizes);
+  double *points = random_points(model, sizes.n_parameters, n);
+  int is_fine = compare_threads(model, &sizes, points, n);
+  is_fine &= count_allocations(model, &sizes, points, n);
+  is_fine &= refuse_wrong_arguments(model, &sizes, points);
+  free(points);
+  signorom_close(model);
+  return is_fine ? 0 : 1;
+}

@@ -1,0 +1,228 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The online library: from C and from Python it says what the program says, and refuses what the program refuses."""
+
+import os
+import shutil
+import subprocess
+
+import numpy as np
+import pytest
+
+from results import table_of
+from runs import CRASH, HERE, write_deck
+
+SOURCES = HERE / "online"
+INCLUDE = HERE.parents[1] / "include"
+# [-] predict prints shortest decimals that read back the same; the C example prints 12 digits
+PRINTED = 1e-11
+POINT = {"squeeze": 0.31, "shift": 0.02}
+
+
+@pytest.fixture(scope="module")
+def library(signorom):
+    """The shared library beside the program."""
+    path = signorom.executable.parent / "src" / "online" / "libsignorom_online.so"
+    assert path.is_file(), f"{path} is missing: build the target signorom_online"
+    needed = subprocess.run(["ldd", path], capture_output=True, text=True, check=True).stdout
+    if "libasan" in needed:
+        pytest.skip("a program without sanitizers cannot load a library with them")
+    return path
+
+
+@pytest.fixture(scope="module")
+def study(signorom, tmp_path_factory):
+    """Results of a run; its model errs by more than rounding."""
+    folder = tmp_path_factory.mktemp("study")
+    deck = write_deck("shifted_disks", folder)
+    signorom("run", deck.name, folder=folder)
+    return folder / "results" / "shifted_disks"
+
+
+@pytest.fixture(scope="module")
+def model(study):
+    """A trained model."""
+    return study / "model.h5"
+
+
+@pytest.fixture
+def post(library, monkeypatch):
+    """The Python package on the library under test."""
+    monkeypatch.setenv("SIGNOROM_LIBRARY", str(library))
+    import signorom_post
+
+    return signorom_post
+
+
+def compile_c(name, library, folder):
+    """Compile a C program against nothing but the header and the library."""
+    program = folder / name
+    command = ["cc", "-std=gnu11", "-Wall", "-Wextra", "-Werror", SOURCES / f"{name}.c", f"-I{INCLUDE}"]
+    command += [f"-L{library.parent}", "-lsignorom_online", "-lpthread", f"-Wl,-rpath,{library.parent}"]
+    subprocess.run([*command, "-o", program], check=True)
+    return program
+
+
+def run(program, *arguments):
+    """Run a compiled program, whatever its exit code."""
+    return subprocess.run(
+        [program, *map(str, arguments)],
+        capture_output=True,
+        text=True,
+        timeout=120,
+        env=os.environ | {"OPENBLAS_NUM_THREADS": "1"},
+    )
+
+
+@pytest.fixture(scope="module")
+def ask_model(library, tmp_path_factory):
+    """The example of the README."""
+    return compile_c("ask_model", library, tmp_path_factory.mktemp("ask"))
+
+
+def predict(signorom, model, **point):
+    """What the program answers at a point: row of its table."""
+    at = ",".join(f"{name}={value}" for name, value in point.items())
+    table = table_of(signorom("predict", model, "--at", at, folder=model.parent))
+    return {name: values[0] for name, values in table.items()}
+
+
+def forces_of(row):
+    """Contact forces of a row of predict."""
+    return np.array([value for name, value in row.items() if name.startswith("lambda_")])
+
+
+def test_example_in_c_agrees_with_predict(signorom, ask_model, model):
+    done = run(ask_model, model, *POINT.values())
+    assert done.returncode == 0, done.stderr
+    row = predict(signorom, model, **POINT)
+    force = float(done.stdout.split("contact force ")[1].split()[0])
+    assert force == pytest.approx(row["contact_force"], rel=PRINTED)
+    assert f"on {int(row['n_active'])} of {len(forces_of(row))} pairs" in done.stdout
+    assert "squeeze = 0.31 m" in done.stdout
+
+
+def test_program_in_c_needs_neither_mpi_nor_petsc(ask_model):
+    needed = subprocess.run(["ldd", ask_model], capture_output=True, text=True, check=True).stdout
+    assert "libsignorom_online" in needed
+    assert "not found" not in needed
+    assert not [word for word in ("mpi", "petsc", "slepc") if word in needed.lower()]
+
+
+def test_threads_share_a_model_and_nothing_is_allocated(library, model, tmp_path):
+    """Bit by bit the same from four threads as from one; a warm query allocates nothing; bad arguments are refused."""
+    done = run(compile_c("check_library", library, tmp_path), model, 300)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert "answered 300 of 300, 4 threads agree" in done.stdout
+    assert "allocations in 300 queries: 0" in done.stdout
+    assert "wrong arguments refused" in done.stdout
+
+
+def damage(path, how):
+    """Spoil a copy of a model file."""
+    content = path.read_bytes()
+    if how == "text":
+        path.write_text("squeeze: 0.2\n")
+    elif how == "empty":
+        path.write_bytes(b"")
+    elif how == "cut":
+        path.write_bytes(content[: len(content) // 3])
+    elif how == "newer":
+        path.write_bytes(content.replace(b"SIGNOROM SEAL 1", b"SIGNOROM SEAL 2", 1))
+    elif how == "changed":
+        middle = len(content) // 2
+        path.write_bytes(content[:middle] + bytes([content[middle] ^ 4]) + content[middle + 1 :])
+    elif how == "missing":
+        path.unlink()
+
+
+@pytest.mark.parametrize(
+    ("how", "words"),
+    [
+        ("text", "this is not an HDF5 file"),
+        ("empty", "this is not an HDF5 file"),
+        ("cut", "the file is cut off"),
+        ("newer", "a newer program wrote the file"),
+        ("changed", "the file was changed or damaged"),
+        ("missing", "no such file"),
+        ("snapshots", "this file is no signorom model; it says that it is 'signorom snapshots'"),
+    ],
+)
+def test_bad_file_is_refused_alike(signorom, study, post, ask_model, tmp_path, how, words):
+    """One sentence from the program, from C and from Python."""
+    path = tmp_path / "model.h5"
+    shutil.copy(study / ("snapshots.h5" if how == "snapshots" else "model.h5"), path)
+    damage(path, how)
+    told = signorom.run("predict", "model.h5", "--at", "squeeze=0.2,shift=0", folder=tmp_path)
+    described = signorom.run("describe", "model.h5", folder=tmp_path)
+    done = run(ask_model, path, *POINT.values())
+    assert (told.returncode, described.returncode, done.returncode) == (2, 2, 2)
+    for text in (told.stderr, described.stderr, done.stderr):
+        assert words in text
+        assert not [word for word in CRASH if word in text]
+    with pytest.raises(post.ModelError, match=words):
+        post.Model(path)
+
+
+def test_python_agrees_with_predict(signorom, post, model):
+    row = predict(signorom, model, **POINT)
+    with post.Model(model) as asked:
+        answer = asked.query(**POINT)
+        tags = asked.contact_tags[0]
+        many = asked.query_many(np.array([list(POINT.values()), [0.2, 0.0]]))
+    assert answer.multipliers == pytest.approx(forces_of(row), rel=1e-15)
+    assert [f"lambda_{tag}" for tag in tags] == [name for name in row if name.startswith("lambda_")]
+    assert answer.contact_force == pytest.approx(row["contact_force"], rel=1e-14)
+    assert (answer.method, answer.is_inside_box) == ("active_set", True)
+    assert answer.residual < 1e-12
+    assert (many[0] == answer.multipliers).all()
+
+
+def test_python_tells_the_displacement(post, model):
+    """Base nodes move as the deck says; chosen nodes are rows of the whole field."""
+    with post.Model(model) as asked:
+        tags, coordinates = asked.nodes
+        whole = asked.query(**POINT)
+        chosen = asked.query(**POINT, nodes=[int(tags[5]), int(tags[2])])
+        bottom = np.flatnonzero(coordinates[:, 1] == coordinates[:, 1].min())
+        with pytest.raises(ValueError, match="no node 999999"):
+            asked.query(**POINT, nodes=[999999])
+    assert whole.displacement.shape == coordinates.shape
+    assert whole.displacement[bottom, 0] == pytest.approx(POINT["shift"], rel=1e-9)
+    assert whole.displacement[bottom, 1] == pytest.approx(POINT["squeeze"], rel=1e-9)
+    assert chosen.displacement == pytest.approx(whole.displacement[[5, 2]], rel=1e-14)
+
+
+def test_python_names_a_wrong_parameter(post, model):
+    with post.Model(model) as asked:
+        with pytest.raises(TypeError, match="no value for the parameter 'shift'"):
+            asked.query(squeeze=0.2)
+        with pytest.raises(TypeError, match="unknown parameter 'speed'; the parameters are squeeze, shift"):
+            asked.query(squeeze=0.2, shift=0.0, speed=1.0)
+        with pytest.raises(post.NoAnswerError, match="not a number"):
+            asked.query(squeeze=float("nan"), shift=0.0)
+        assert np.isnan(asked.query_many(np.array([[np.nan, 0.0]]))).all()
+    with pytest.raises(ValueError, match="closed"):
+        asked.query(**POINT)
+
+
+def test_missing_library_is_named(post, model, monkeypatch):
+    monkeypatch.setenv("SIGNOROM_LIBRARY", "/nowhere/libsignorom_online.so")
+    with pytest.raises(post.LibraryError, match=r"/nowhere/libsignorom_online\.so cannot be used"):
+        post.Model(model)
+
+
+def test_describe_tells_what_a_reader_wants(signorom, post, model):
+    text = signorom("describe", model, folder=model.parent)
+    for words in (
+        "Two small half disks with two parameters",
+        "squeeze               0.15 to 0.45 m",
+        "training points         21",
+        "kappa",
+        "e_lambda_rid",
+        "by active_set",
+        "the full-order model answers (forces and displacements)",
+        "model format 3",
+    ):
+        assert words in text, text
+    with post.Model(model) as asked:
+        assert asked.describe() == text.rstrip("\n")

@@ -1,0 +1,368 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Ask a trained model: `Model("model.h5").query(P1=170.0, h1=3.2)`, in the deck's units.
+
+The answers are those of the library `libsignorom_online`. It is looked for where the variable SIGNOROM_LIBRARY points,
+then where the loader looks, then in the build folder of the sources.
+"""
+
+import ctypes
+import ctypes.util
+import os
+from ctypes import POINTER, byref, c_char_p, c_double, c_int, c_void_p
+from dataclasses import dataclass
+from pathlib import Path
+from types import TracebackType
+from typing import Self
+
+import numpy as np
+
+from signorom_post.arrays import FloatArray, IntArray
+from signorom_post.errors import InputError
+
+METHODS = ("none", "active_set", "block_pivoting", "lemke", "condensed")
+NO_ANSWER = 1
+
+
+class ModelError(InputError):
+    """A model that cannot be read or cannot answer."""
+
+
+class NoAnswerError(Exception):
+    """A point at which the model has no answer."""
+
+
+class LibraryError(Exception):
+    """The online library is missing or is not one."""
+
+
+class _Sizes(ctypes.Structure):
+    """signorom_sizes."""
+
+    _fields_ = [
+        (name, c_int)
+        for name in (
+            "n_parameters",
+            "n_clusters",
+            "n_contacts",
+            "n_nodes",
+            "n_dimensions",
+            "n_dofs",
+            "n_training_points",
+            "has_full_order_multipliers",
+            "has_full_order_displacement",
+        )
+    ]
+
+
+class _Answer(ctypes.Structure):
+    """signorom_answer."""
+
+    _fields_ = [
+        *(
+            (name, c_int)
+            for name in (
+                "code",
+                "method",
+                "cluster",
+                "n_modes",
+                "n_domain_contacts",
+                "n_active",
+                "n_iterations",
+                "is_inside_box",
+            )
+        ),
+        ("distance", c_double),
+        ("residual", c_double),
+    ]
+
+
+_DOUBLES = POINTER(c_double)
+_INTS = POINTER(c_int)
+_SIGNATURES = {
+    "signorom_open": (c_int, [c_char_p, POINTER(c_void_p)]),
+    "signorom_model_message": (c_char_p, [c_void_p]),
+    "signorom_close": (None, [c_void_p]),
+    "signorom_get_sizes": (c_int, [c_void_p, POINTER(_Sizes)]),
+    "signorom_text": (c_char_p, [c_void_p, c_int]),
+    "signorom_get_parameter": (
+        c_int,
+        [c_void_p, c_int, POINTER(c_char_p), POINTER(c_char_p), _DOUBLES, _DOUBLES],
+    ),
+    "signorom_get_contacts": (c_int, [c_void_p, _INTS, _INTS]),
+    "signorom_get_nodes": (c_int, [c_void_p, _INTS, _DOUBLES]),
+    "signorom_get_domain_contacts": (c_int, [c_void_p, c_int, _INTS, _INTS]),
+    "signorom_create_context": (c_int, [c_void_p, POINTER(c_void_p)]),
+    "signorom_message": (c_char_p, [c_void_p]),
+    "signorom_free_context": (None, [c_void_p]),
+    "signorom_query": (c_int, [c_void_p, _DOUBLES, POINTER(_Answer)]),
+    "signorom_query_many": (c_int, [c_void_p, c_int, _DOUBLES, POINTER(_Answer), _DOUBLES]),
+    "signorom_get_domain_multipliers": (c_int, [c_void_p, _DOUBLES]),
+    "signorom_get_multipliers": (c_int, [c_void_p, _DOUBLES]),
+    "signorom_get_coordinates": (c_int, [c_void_p, _DOUBLES]),
+    "signorom_get_displacement": (c_int, [c_void_p, _DOUBLES]),
+    "signorom_get_displacement_at": (c_int, [c_void_p, c_int, _INTS, _DOUBLES]),
+}
+
+
+def find_library() -> str:
+    """Path or name of the online library: SIGNOROM_LIBRARY, the loader's path, the build folder of the sources."""
+    named = os.environ.get("SIGNOROM_LIBRARY")
+    if named:
+        return named
+    found = ctypes.util.find_library("signorom_online")
+    if found:
+        return found
+    for root in Path(__file__).resolve().parents:
+        built = sorted(root.glob("build/*/src/online/libsignorom_online.so"), key=lambda p: p.stat().st_mtime)
+        if built:
+            return str(built[-1])
+    raise LibraryError(
+        "the library libsignorom_online was not found: install Signorom, or set SIGNOROM_LIBRARY to its path"
+    )
+
+
+def load_library() -> ctypes.CDLL:
+    """The online library with the signatures of signorom.h."""
+    path = find_library()
+    try:
+        library = ctypes.CDLL(path)
+        for name, (result, arguments) in _SIGNATURES.items():
+            function = getattr(library, name)
+            function.restype = result
+            function.argtypes = arguments
+    except (OSError, AttributeError) as error:
+        raise LibraryError(f"the library {path} cannot be used: {error}") from error
+    return library
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A parameter and the range in which the model was trained."""
+
+    name: str
+    unit: str
+    minimum: float
+    maximum: float
+
+
+@dataclass(frozen=True)
+class Answer:
+    """What the model says at one point; arrays are the caller's own."""
+
+    #: values of the parameters
+    point: dict[str, float]
+    #: contact force of each pair [force unit of the model], shape (n_contacts)
+    multipliers: FloatArray
+    #: the same in the reduced integration domain only, shape (n_domain_contacts)
+    domain_multipliers: FloatArray
+    #: displacement of each node, or of the chosen ones [length unit of the model], shape (n_nodes, n_dimensions)
+    displacement: FloatArray
+    #: reduced coordinates, shape (n_modes)
+    coordinates: FloatArray
+    #: active_set, block_pivoting, lemke, or condensed: the full-order operator answered
+    method: str
+    #: which local model answered, counted from 0
+    cluster: int
+    #: linear solves and pivots
+    n_iterations: int
+    #: the point lies in the trained box; outside, the answer is an extrapolation
+    is_inside_box: bool
+    #: to the nearest training point, the sides of the box taken as 1
+    distance: float
+    #: largest violation of the contact conditions of the dense problem, relative: rounding, not the error of the model
+    residual: float
+
+    @property
+    def contact_force(self) -> float:
+        """Sum of the contact forces."""
+        return float(self.multipliers.sum())
+
+
+class Model:
+    """A trained model, ready for questions. For one thread; `with` closes it, and so does the garbage collector."""
+
+    def __init__(self, path: str | os.PathLike[str]) -> None:
+        """Read a model file; ModelError where it is missing, damaged, foreign or newer than the library."""
+        self._model = c_void_p()
+        self._context = c_void_p()
+        self._library = load_library()
+        name = os.fspath(path)
+        if self._library.signorom_open(os.fsencode(name), byref(self._model)):
+            raise self._failure(name, self._library.signorom_model_message(self._model))
+        if self._library.signorom_create_context(self._model, byref(self._context)):
+            raise self._failure(name, self._library.signorom_message(self._context))
+        self._sizes = _Sizes()
+        self._library.signorom_get_sizes(self._model, byref(self._sizes))
+        self.parameters = [self._parameter(i) for i in range(self._sizes.n_parameters)]
+
+    def _failure(self, path: str, message: bytes | None) -> ModelError:
+        sentence = _text(message) or "no memory for the model"
+        self.close()
+        return ModelError(path, sentence.removeprefix(f"{path}: error: "))
+
+    def _parameter(self, i: int) -> Parameter:
+        name, unit, minimum, maximum = c_char_p(), c_char_p(), c_double(), c_double()
+        self._library.signorom_get_parameter(
+            self._model, i, byref(name), byref(unit), byref(minimum), byref(maximum)
+        )
+        return Parameter(_text(name.value), _text(unit.value), minimum.value, maximum.value)
+
+    def close(self) -> None:
+        """Free the model; asking it afterwards is an error."""
+        if self._context:
+            self._library.signorom_free_context(self._context)
+            self._context = c_void_p()
+        if self._model:
+            self._library.signorom_close(self._model)
+            self._model = c_void_p()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def __del__(self) -> None:
+        if hasattr(self, "_library"):
+            self.close()
+
+    @property
+    def title(self) -> str:
+        """Title of the deck."""
+        return _text(self._library.signorom_text(self._open(), 0))
+
+    @property
+    def length_unit(self) -> str:
+        """Unit of displacements and coordinates."""
+        return _text(self._library.signorom_text(self._open(), 1))
+
+    @property
+    def force_unit(self) -> str:
+        """Unit of contact forces."""
+        return _text(self._library.signorom_text(self._open(), 2))
+
+    @property
+    def deck(self) -> str:
+        """Effective deck of the training, YAML."""
+        return _text(self._library.signorom_text(self._open(), 4))
+
+    def describe(self) -> str:
+        """What `signorom describe` prints."""
+        return _text(self._library.signorom_text(self._open(), 5))
+
+    @property
+    def contact_tags(self) -> tuple[IntArray, IntArray]:
+        """Tags of the mesh file of the first and the second node of each contact pair."""
+        first, second = (np.zeros(self._sizes.n_contacts, dtype=np.intc) for _ in range(2))
+        self._library.signorom_get_contacts(self._open(), _ints(first), _ints(second))
+        return first.astype(np.int64), second.astype(np.int64)
+
+    @property
+    def domain_contacts(self) -> IntArray:
+        """Which contacts the reduced integration domain of the first cluster holds, counted from 0."""
+        n = c_int()
+        self._library.signorom_get_domain_contacts(self._open(), 0, byref(n), None)
+        contacts = np.zeros(n.value, dtype=np.intc)
+        self._library.signorom_get_domain_contacts(self._open(), 0, None, _ints(contacts))
+        return contacts.astype(np.int64)
+
+    @property
+    def nodes(self) -> tuple[IntArray, FloatArray]:
+        """Tags of the mesh file and coordinates of all nodes, shapes (n_nodes) and (n_nodes, n_dimensions)."""
+        tags = np.zeros(self._sizes.n_nodes, dtype=np.intc)
+        coordinates = np.zeros((self._sizes.n_nodes, self._sizes.n_dimensions))
+        self._library.signorom_get_nodes(self._open(), _ints(tags), _doubles(coordinates))
+        return tags.astype(np.int64), coordinates
+
+    def query(self, *, nodes: list[int] | IntArray | None = None, **values: float) -> Answer:
+        """Answer at a point, a keyword per parameter; `nodes` (mesh tags) asks for the displacement of these.
+
+        NoAnswerError where the model has none, TypeError for a parameter that is missing or unknown.
+        """
+        point = np.array([values[name] for name in self._checked(values)], dtype=float)
+        told = _Answer()
+        if self._library.signorom_query(self._opened_context(), _doubles(point), byref(told)):
+            raise NoAnswerError(_text(self._library.signorom_message(self._context)))
+        return Answer(
+            point={parameter.name: float(values[parameter.name]) for parameter in self.parameters},
+            multipliers=self._get("signorom_get_multipliers", self._sizes.n_contacts),
+            domain_multipliers=self._get("signorom_get_domain_multipliers", told.n_domain_contacts),
+            displacement=self._displacement(nodes),
+            coordinates=self._get("signorom_get_coordinates", told.n_modes),
+            method=METHODS[told.method],
+            cluster=told.cluster,
+            n_iterations=told.n_iterations,
+            is_inside_box=bool(told.is_inside_box),
+            distance=told.distance,
+            residual=told.residual,
+        )
+
+    def query_many(self, points: FloatArray) -> FloatArray:
+        """Contact forces [n_points, n_contacts] at points [n_points, n_parameters]; NaN where there is no answer."""
+        points = np.ascontiguousarray(points, dtype=float)
+        if points.ndim != 2 or points.shape[1] != len(self.parameters):
+            raise ValueError(f"points must have shape (n_points, {len(self.parameters)}), not {points.shape}")
+        told = (_Answer * len(points))()
+        multipliers = np.zeros((len(points), self._sizes.n_contacts))
+        self._library.signorom_query_many(
+            self._opened_context(), len(points), _doubles(points), told, _doubles(multipliers)
+        )
+        multipliers[[answer.code == NO_ANSWER for answer in told]] = np.nan
+        return multipliers
+
+    def _checked(self, values: dict[str, float]) -> list[str]:
+        names = [parameter.name for parameter in self.parameters]
+        for name in values:
+            if name not in names:
+                raise TypeError(f"unknown parameter '{name}'; the parameters are {', '.join(names)}")
+        for name in names:
+            if name not in values:
+                raise TypeError(f"no value for the parameter '{name}'")
+        return names
+
+    def _displacement(self, nodes: list[int] | IntArray | None) -> FloatArray:
+        n = self._sizes.n_dimensions
+        if nodes is None:
+            return self._get("signorom_get_displacement", self._sizes.n_dofs).reshape(-1, n)
+        tags = self.nodes[0]
+        order = np.argsort(tags)
+        places = np.searchsorted(tags, nodes, sorter=order)
+        chosen = order[np.minimum(places, len(tags) - 1)]
+        missing = np.asarray(nodes)[tags[chosen] != nodes]
+        if len(missing):
+            raise ValueError(f"the mesh has no node {missing[0]}")
+        indices = chosen.astype(np.intc)
+        displacement = np.zeros((len(indices), n))
+        self._library.signorom_get_displacement_at(
+            self._context, len(indices), _ints(indices), _doubles(displacement)
+        )
+        return displacement
+
+    def _get(self, name: str, n: int) -> FloatArray:
+        values = np.zeros(max(n, 1))
+        if getattr(self._library, name)(self._context, _doubles(values)):
+            raise NoAnswerError(_text(self._library.signorom_message(self._context)))
+        return values[:n]
+
+    def _open(self) -> c_void_p:
+        if not self._model:
+            raise ValueError("the model is closed")
+        return self._model
+
+    def _opened_context(self) -> c_void_p:
+        self._open()
+        return self._context
+
+
+def _text(value: bytes | None) -> str:
+    return (value or b"").decode("utf-8", "replace")
+
+
+def _doubles(array: FloatArray) -> "ctypes._Pointer[c_double]":
+    return array.ctypes.data_as(_DOUBLES)
+
+
+def _ints(array: IntArray) -> "ctypes._Pointer[c_int]":
+    return array.ctypes.data_as(_INTS)
