@@ -91,7 +91,7 @@ contains
     !> [force] resultant of reactions, loads and obstacles along each component, then the sums of their sizes
     real(rk), intent(out) :: sums(:)
     real(rk) :: contact(system%map%n_dofs), load(system%map%n_dofs)
-    integer :: dof, i, i_component, n
+    integer :: dof, i, i_component, i_first, n
 
     n = system%map%n_dim
     contact = system%operator%apply_transpose(multipliers, system%map%n_dofs)
@@ -99,17 +99,19 @@ contains
     largest = 0
     sums = 0
     ! one pass over arrays of the size of the problem: this is done for every point of a sweep
-    do i = 1, size(forces)
-      dof = system%map%local_dofs(i)
-      i_component = modulo(i - 1, n) + 1
-      largest(2) = max(largest(2), abs(forces(i)))
-      largest(3) = max(largest(3), abs(contact(dof)))
-      forces(i) = forces(i) + contact(dof) - load(dof)
-      if (.not. system%boundary%is_prescribed(dof)) largest(1) = max(largest(1), abs(forces(i)))
-      ! contact forces cancel pair by pair; what is left of them is what obstacles do
-      sums(i_component) = sums(i_component) + forces(i) + load(dof) - contact(dof)
-      sums(n + 1) = sums(n + 1) + abs(forces(i))
-      sums(n + 2) = sums(n + 2) + abs(load(dof))
+    do i_first = 1, size(forces), n
+      do i_component = 1, n
+        i = i_first + i_component - 1
+        dof = system%map%local_dofs(i)
+        largest(2) = max(largest(2), abs(forces(i)))
+        largest(3) = max(largest(3), abs(contact(dof)))
+        forces(i) = forces(i) + contact(dof) - load(dof)
+        if (.not. system%boundary%is_prescribed(dof)) largest(1) = max(largest(1), abs(forces(i)))
+        ! contact forces cancel pair by pair; what is left of them is what obstacles do
+        sums(i_component) = sums(i_component) + forces(i) + load(dof) - contact(dof)
+        sums(n + 1) = sums(n + 1) + abs(forces(i))
+        sums(n + 2) = sums(n + 2) + abs(load(dof))
+      end do
     end do
   end subroutine add_forces
 

@@ -8,7 +8,7 @@ module sig_snapshot_shard
   use sig_snapshots_c_interfaces, only: sig_shard_append, sig_shard_close, sig_shard_open, sig_shard_read
   implicit none(type, external)
   private
-  public :: snapshot_record_t, shard_writer_t, read_shard
+  public :: snapshot_record_t, shard_writer_t, read_shard, append_records
   public :: n_residuals
 
   !> equilibrium, penetration, negative multiplier, complementarity, force balance
@@ -116,6 +116,7 @@ contains
     integer, intent(out) :: n_dropped
     type(error_t), allocatable, intent(out) :: error
     type(c_ptr) :: handle
+    type(snapshot_record_t), allocatable :: found(:)
     real(rk), allocatable :: values(:)
     integer :: i_record, n_records, sizes(4)
     integer(c_int) :: code
@@ -132,9 +133,44 @@ contains
     end do
     n_dropped = n_records - i_record + 1
     if (n_dropped > 0 .and. code /= short) call make_error(error, 'cannot read the snapshots: ' // system_reason(code), file=path)
-    if (n_dropped > 0) records = records(:i_record - 1)
+    if (n_dropped > 0) then
+      allocate (found(0))
+      call append_records(records(:i_record - 1), found)
+      call move_alloc(found, records)
+    end if
     code = sig_shard_close(handle)
   end subroutine read_shard
+
+  !> Puts records behind others without a copy of their fields, which are gone from where they were.
+  pure subroutine append_records(records, list)
+    type(snapshot_record_t), intent(inout) :: records(:)
+    type(snapshot_record_t), allocatable, intent(inout) :: list(:)
+    type(snapshot_record_t), allocatable :: longer(:)
+    integer :: i, n
+
+    n = size(list)
+    allocate (longer(n + size(records)))
+    do i = 1, n
+      call move_record(list(i), longer(i))
+    end do
+    do i = 1, size(records)
+      call move_record(records(i), longer(n + i))
+    end do
+    call move_alloc(longer, list)
+  end subroutine append_records
+
+  pure subroutine move_record(from, to)
+    type(snapshot_record_t), intent(inout) :: from
+    type(snapshot_record_t), intent(inout) :: to
+
+    call move_alloc(from%parameters, to%parameters)
+    call move_alloc(from%displacement, to%displacement)
+    call move_alloc(from%multipliers, to%multipliers)
+    to%n_iterations = from%n_iterations
+    to%reason = from%reason
+    to%residuals = from%residuals
+    to%seconds = from%seconds
+  end subroutine move_record
 
   !> Opens the file and turns a failure into a sentence; the handle is null then, the counts are zero.
   subroutine open_shard(path, provenance, sizes, is_writing, handle, n_records, n_dropped, error)

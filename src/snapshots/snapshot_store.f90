@@ -77,9 +77,9 @@ contains
     n_multipliers = 0
     if (size(chosen) > 0) n_dofs = size(records(chosen(1))%displacement)
     if (size(chosen) > 0) n_multipliers = size(records(chosen(1))%multipliers)
-    set%displacement = reshape([real(rk) ::], [n_dofs, size(chosen)], pad=[0.0_rk])
-    set%multipliers = reshape([real(rk) ::], [n_multipliers, size(chosen)], pad=[0.0_rk])
-    set%residuals = reshape([real(rk) ::], [n_residuals, size(chosen)], pad=[0.0_rk])
+    if (allocated(set%displacement)) deallocate (set%displacement, set%multipliers, set%residuals)
+    allocate (set%displacement(n_dofs, size(chosen)), set%multipliers(n_multipliers, size(chosen)))
+    allocate (set%residuals(n_residuals, size(chosen)))
     do i_column = 1, size(chosen)
       set%displacement(:, i_column) = records(chosen(i_column))%displacement
       set%multipliers(:, i_column) = records(chosen(i_column))%multipliers

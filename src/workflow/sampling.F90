@@ -13,8 +13,9 @@ module sig_sampling
   use sig_problem, only: announce_plan, check_points, load_problem, problem_t
   use sig_progress, only: progress_t
   use sig_rank_groups, only: create_rank_groups, rank_groups_t
+  use sig_snapshot_buffer, only: snapshot_buffer_t
   use sig_snapshot_merge, only: find_finished_points, merge_snapshots, shard_path
-  use sig_snapshot_shard, only: shard_writer_t, snapshot_record_t
+  use sig_snapshot_shard, only: snapshot_record_t
   use sig_petsc_support, only: max_over_ranks, sum_over_ranks
   use sig_solver_options, only: refuse_unused_options
   use sig_stop_request, only: agree_to_stop
@@ -84,11 +85,12 @@ contains
     type(error_t), allocatable, intent(out) :: error
     PetscErrorCode, intent(out) :: ierr
     type(point_solver_t) :: solver
+    type(snapshot_buffer_t) :: buffer
     real(rk) :: stopped, counts(2)
 
     if (size(to_do) > 0) call announce_plan(problem, points)
     PetscCall(solver%create(problem, problem%plan, groups%comm, ierr))
-    PetscCall(solve_points(problem, groups, solver, folder, points(:, to_do), outcome, error, ierr))
+    PetscCall(solve_points(problem, groups, solver, folder, points(:, to_do), buffer, outcome, error, ierr))
     stopped = merge(1.0_rk, 0.0_rk, outcome%is_stopped)
     PetscCall(max_over_ranks(PETSC_COMM_WORLD, stopped, ierr))
     outcome%is_stopped = stopped > 0
@@ -96,32 +98,51 @@ contains
     PetscCall(sum_over_ranks(PETSC_COMM_WORLD, counts, ierr))
     outcome%n_failed = nint(counts(1))
     outcome%n_stiffnesses = nint(counts(2))
+    PetscCall(close_buffer(groups, allocated(error) .or. outcome%is_stopped, buffer, error, ierr))
     if (.not. allocated(error) .and. .not. outcome%is_stopped) then
-      PetscCall(merge_snapshots(problem, groups, solver%system, folder, points, error, ierr))
+      PetscCall(merge_snapshots(problem, groups, solver%system, folder, points, buffer%records, error, ierr))
     end if
     PetscCall(solver%destroy(ierr))
   end subroutine solve_and_merge
 
+  !> The rank that merges keeps what it has not written; the others write, and so do all where nothing is merged. Collective on
+  !> all ranks.
+  subroutine close_buffer(groups, is_failed, buffer, error, ierr)
+    type(rank_groups_t), intent(in) :: groups
+    logical, intent(in) :: is_failed
+    type(snapshot_buffer_t), intent(inout) :: buffer
+    !> the earlier one is kept
+    type(error_t), allocatable, intent(inout) :: error
+    PetscErrorCode, intent(out) :: ierr
+    type(error_t), allocatable :: close_error
+
+    if (groups%is_leader() .and. allocated(buffer%records)) &
+      call buffer%close(groups%world_rank == 0 .and. .not. is_failed, close_error)
+    PetscCall(broadcast_error(close_error, PETSC_COMM_WORLD, ierr))
+    if (.not. allocated(error)) call move_alloc(close_error, error)
+    if (.not. allocated(buffer%records)) allocate (buffer%records(0))
+  end subroutine close_buffer
+
   !> The loop over this group's points, as many at once as the solver likes. A point that did not converge is kept and marked;
   !> a signal ends the loop.
-  subroutine solve_points(problem, groups, solver, folder, points, outcome, error, ierr)
+  subroutine solve_points(problem, groups, solver, folder, points, buffer, outcome, error, ierr)
     type(problem_t), intent(in) :: problem
     type(rank_groups_t), intent(in) :: groups
     type(point_solver_t), intent(inout) :: solver
     character(*), intent(in) :: folder
     !> those that are left to do, shape (n_parameters, n_points)
     real(rk), intent(in) :: points(:, :)
+    type(snapshot_buffer_t), intent(inout) :: buffer
     type(sampling_result_t), intent(inout) :: outcome
     type(error_t), allocatable, intent(out) :: error
     PetscErrorCode, intent(out) :: ierr
-    type(shard_writer_t) :: writer
     type(progress_t) :: progress
     integer, allocatable :: own(:)
     integer :: first, i, last
 
     ierr = 0
     if (groups%is_leader()) then
-      call writer%create(shard_path(folder, groups%i_group), problem%provenance, size(points, 1), solver%system%map%n_dofs, &
+      call buffer%create(shard_path(folder, groups%i_group), problem%provenance, size(points, 1), solver%system%map%n_dofs, &
         solver%system%operator%n_rows, error)
     end if
     PetscCall(broadcast_error(error, PETSC_COMM_WORLD, ierr))
@@ -130,7 +151,7 @@ contains
     call progress%start('sampling', size(points, 2))
     do first = 1, size(own), solver%n_points_at_once(problem)
       last = min(first + solver%n_points_at_once(problem) - 1, size(own))
-      PetscCall(solve_batch(problem, groups, solver, points(:, own(first:last)), writer, outcome, error, ierr))
+      PetscCall(solve_batch(problem, groups, solver, points(:, own(first:last)), buffer, outcome, error, ierr))
       if (first == 1 .and. .not. allocated(error)) then
         PetscCall(refuse_unused_options(problem%plan%type, error, ierr))
       end if
@@ -139,17 +160,16 @@ contains
       if (allocated(error) .or. outcome%is_stopped) exit
     end do
     call progress%finish()
-    if (groups%is_leader() .and. .not. allocated(error)) call writer%close(error)
     PetscCall(broadcast_error(error, PETSC_COMM_WORLD, ierr))
   end subroutine solve_points
 
-  !> Solves points and appends them to the group's shard. Collective on the group.
-  subroutine solve_batch(problem, groups, solver, points, writer, outcome, error, ierr)
+  !> Solves points and hands them to the group's shard. Collective on the group.
+  subroutine solve_batch(problem, groups, solver, points, buffer, outcome, error, ierr)
     type(problem_t), intent(in) :: problem
     type(rank_groups_t), intent(in) :: groups
     type(point_solver_t), intent(inout) :: solver
     real(rk), intent(in) :: points(:, :)
-    type(shard_writer_t), intent(inout) :: writer
+    type(snapshot_buffer_t), intent(inout) :: buffer
     type(sampling_result_t), intent(inout) :: outcome
     type(error_t), allocatable, intent(out) :: error
     PetscErrorCode, intent(out) :: ierr
@@ -163,7 +183,7 @@ contains
       do i = 1, size(states)
         call make_record(points(:, i), states(i), records(i))
       end do
-      call writer%append(records, error)
+      call buffer%add(records, error)
     end if
     PetscCall(broadcast_error(error, groups%comm, ierr))
   end subroutine solve_batch

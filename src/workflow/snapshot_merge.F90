@@ -13,7 +13,7 @@ module sig_snapshot_merge
   use sig_log, only: log_warning
   use sig_problem, only: force_unit, parameter_names, parameter_units, problem_t
   use sig_rank_groups, only: rank_groups_t
-  use sig_snapshot_shard, only: read_shard, snapshot_record_t
+  use sig_snapshot_shard, only: append_records, read_shard, snapshot_record_t
   use sig_snapshot_store, only: all_points, merge_records, read_snapshot_set, records_of_set, snapshot_set_t, &
     write_snapshot_set
   use sig_text, only: string_t, to_text
@@ -76,7 +76,7 @@ contains
   end subroutine find_finished_points
 
   !> Everything that stands in the folder: these points first, then others that an earlier deck asked for. Local.
-  subroutine collect_snapshots(problem, folder, points, set, is_missing, error)
+  subroutine collect_snapshots(problem, folder, points, set, is_missing, error, fresh)
     type(problem_t), intent(in) :: problem
     character(*), intent(in) :: folder
     real(rk), intent(in) :: points(:, :)
@@ -84,6 +84,8 @@ contains
     !> shape (n_points and more)
     logical, allocatable, intent(out) :: is_missing(:)
     type(error_t), allocatable, intent(out) :: error
+    !> records that are not in the folder; their fields move into the set
+    type(snapshot_record_t), intent(inout), optional :: fresh(:)
     type(snapshot_record_t), allocatable :: records(:), found(:)
     type(string_t), allocatable :: shards(:)
     real(rk), allocatable :: wanted(:, :)
@@ -104,19 +106,22 @@ contains
       if (allocated(error)) return
       if (n_dropped > 0) call log_warning(shards(i)%text // ' ends in ' // to_text(n_dropped) // &
         ' damaged record(s), as a killed run leaves them; their points are solved again')
-      records = [records, found]
+      call append_records(found, records)
     end do
+    if (present(fresh)) call append_records(fresh, records)
     allocate (is_missing(size(wanted, 2)))
     call merge_records(records, wanted, set, is_missing)
   end subroutine collect_snapshots
 
   !> One snapshots.h5 of everything, then the shards go. Collective on all ranks.
-  subroutine merge_snapshots(problem, groups, system, folder, points, error, ierr)
+  subroutine merge_snapshots(problem, groups, system, folder, points, fresh, error, ierr)
     type(problem_t), intent(in) :: problem
     type(rank_groups_t), intent(in) :: groups
     type(contact_system_t), intent(inout) :: system
     character(*), intent(in) :: folder
     real(rk), intent(in) :: points(:, :)
+    !> records that the first rank has not written to a shard, none elsewhere; gone afterwards
+    type(snapshot_record_t), intent(inout) :: fresh(:)
     type(error_t), allocatable, intent(out) :: error
     PetscErrorCode, intent(out) :: ierr
     real(rk), allocatable :: response(:, :)
@@ -132,14 +137,15 @@ contains
         exit_code=exit_not_converged)
     end if
     call MPI_Barrier(PETSC_COMM_WORLD, ierr)
-    if (groups%world_rank == 0 .and. .not. allocated(error)) call write_merged(problem, folder, points, response, error)
+    if (groups%world_rank == 0 .and. .not. allocated(error)) call write_merged(problem, folder, points, fresh, response, error)
     PetscCall(broadcast_error(error, PETSC_COMM_WORLD, ierr))
   end subroutine merge_snapshots
 
-  subroutine write_merged(problem, folder, points, response, error)
+  subroutine write_merged(problem, folder, points, fresh, response, error)
     type(problem_t), intent(in) :: problem
     character(*), intent(in) :: folder
     real(rk), intent(in) :: points(:, :)
+    type(snapshot_record_t), intent(inout) :: fresh(:)
     real(rk), intent(in) :: response(:, :)
     type(error_t), allocatable, intent(out) :: error
     type(snapshot_set_t) :: set
@@ -147,7 +153,7 @@ contains
     logical, allocatable :: is_missing(:)
     integer :: i
 
-    call collect_snapshots(problem, folder, points, set, is_missing, error)
+    call collect_snapshots(problem, folder, points, set, is_missing, error, fresh)
     if (allocated(error)) return
     set%provenance = problem%provenance
     set%parameter_names = parameter_names(problem%deck)

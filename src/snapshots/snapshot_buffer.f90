@@ -1,0 +1,80 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> Records on their way to a shard: kept in memory for less than a second, so that a short run need not write them twice.
+module sig_snapshot_buffer
+  use sig_clock, only: wall_time
+  use sig_errors, only: error_t
+  use sig_kinds, only: rk
+  use sig_snapshot_shard, only: append_records, shard_writer_t, snapshot_record_t
+  implicit none(type, external)
+  private
+  public :: snapshot_buffer_t
+
+  !> Local: one rank of the group has it.
+  type :: snapshot_buffer_t
+    !> not written yet
+    type(snapshot_record_t), allocatable :: records(:)
+    type(shard_writer_t), private :: writer
+    !> [s] clock when the buffer was last empty
+    real(rk), private :: empty_time = 0
+  contains
+    procedure :: create
+    procedure :: add
+    procedure :: close => close_buffer
+  end type snapshot_buffer_t
+
+  !> [s] a kill may lose a second, and the work on the next records takes a part of it
+  real(rk), parameter :: longest_time = 0.4_rk
+  !> [bytes]
+  real(rk), parameter :: largest_size = 2.0e8_rk
+
+contains
+
+  !> Opens the shard. Errors: as for the writer.
+  subroutine create(self, path, provenance, n_parameters, n_dofs, n_multipliers, error)
+    class(snapshot_buffer_t), intent(inout) :: self
+    character(*), intent(in) :: path
+    character(16), intent(in) :: provenance
+    integer, intent(in) :: n_parameters
+    integer, intent(in) :: n_dofs
+    integer, intent(in) :: n_multipliers
+    type(error_t), allocatable, intent(out) :: error
+
+    if (allocated(self%records)) deallocate (self%records)
+    allocate (self%records(0))
+    self%empty_time = wall_time()
+    call self%writer%create(path, provenance, n_parameters, n_dofs, n_multipliers, error)
+  end subroutine create
+
+  !> Takes records, whose fields are gone afterwards. Errors: as for the writer.
+  subroutine add(self, records, error)
+    class(snapshot_buffer_t), intent(inout) :: self
+    type(snapshot_record_t), intent(inout) :: records(:)
+    type(error_t), allocatable, intent(out) :: error
+
+    call append_records(records, self%records)
+    if (wall_time() - self%empty_time >= longest_time .or. &
+      8.0_rk * size(self%records) * size(self%records(1)%displacement) >= largest_size) call flush_records(self, error)
+  end subroutine add
+
+  subroutine flush_records(self, error)
+    type(snapshot_buffer_t), intent(inout) :: self
+    type(error_t), allocatable, intent(out) :: error
+
+    if (size(self%records) > 0) call self%writer%append(self%records, error)
+    deallocate (self%records)
+    allocate (self%records(0))
+    self%empty_time = wall_time()
+  end subroutine flush_records
+
+  !> Closes the shard; what is not written yet stays in the buffer where the caller keeps it, and else goes to the shard.
+  subroutine close_buffer(self, is_kept, error)
+    class(snapshot_buffer_t), intent(inout) :: self
+    logical, intent(in) :: is_kept
+    type(error_t), allocatable, intent(out) :: error
+    type(error_t), allocatable :: close_error
+
+    if (.not. is_kept) call flush_records(self, error)
+    call self%writer%close(close_error)
+    if (allocated(close_error) .and. .not. allocated(error)) call move_alloc(close_error, error)
+  end subroutine close_buffer
+end module sig_snapshot_buffer
