@@ -11,7 +11,7 @@ from signorom_post.cli import main
 from signorom_post.plots.verification_table import verification_table
 from signorom_post.readers.verification import COLUMNS, HOW_TO_MAKE, read_verification
 from signorom_post.style import styled
-from signorom_post.verification import format_markdown, table_of
+from signorom_post.verification import format_markdown, table_of, worst_of_alike
 
 HERTZ = [
     "cylinder",
@@ -66,6 +66,22 @@ def test_small_relative_differences_are_no_percentages(results: Path) -> None:
     tight = [*HERTZ[:6], "-3.2e-11", "1e-09", *HERTZ[8:]]
     write(results / "test_a.csv", tight)
     assert table_of(read_verification(results))[0][5:7] == ["-3e-11", "± 1e-9"]
+
+
+def test_picture_shows_the_worst_of_those_alike(results: Path) -> None:
+    larger = ["cylinder", "other balance", *BALANCE[2:5], "2e-10", *BALANCE[6:]]
+    failed = [*larger[:5], "3e-9", *larger[6:9], "no"]
+    write(results / "test_d.csv", larger, failed)
+    figures = read_verification(results)
+    assert len(figures) == 5
+    shown = worst_of_alike(figures)
+    assert [figure.quantity for figure in shown] == [
+        "half-width",
+        "other balance (worst of 2)",
+        "other balance",
+        "order",
+    ]
+    assert [figure.is_passed for figure in shown] == [True, True, False, True]
 
 
 def test_markdown_is_aligned_and_has_a_verdict(results: Path) -> None:

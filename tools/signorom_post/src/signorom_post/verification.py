@@ -4,6 +4,7 @@
 import csv
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from signorom_post.readers.verification import VerifiedFigure
@@ -27,6 +28,23 @@ def table_of(figures: Sequence[VerifiedFigure]) -> list[list[str]]:
         ]
         for figure in figures
     ]
+
+
+def worst_of_alike(figures: Sequence[VerifiedFigure]) -> list[VerifiedFigure]:
+    """Of passed rows of one problem, upper limit and source only the largest, which says how many they are."""
+    groups: dict[tuple[object, ...], list[VerifiedFigure]] = {}
+    for i_row, figure in enumerate(figures):
+        is_alike = figure.kind == "at_most" and figure.is_passed
+        key = (figure.problem, figure.source, figure.allowed) if is_alike else (i_row,)
+        groups.setdefault(key, []).append(figure)
+    return [_worst(group) for group in groups.values()]
+
+
+def _worst(group: list[VerifiedFigure]) -> VerifiedFigure:
+    if len(group) == 1:
+        return group[0]
+    worst = max(group, key=lambda figure: figure.found)
+    return replace(worst, quantity=f"{worst.quantity} (worst of {len(group)})")
 
 
 def verdict(figures: Sequence[VerifiedFigure]) -> str:

@@ -10,7 +10,7 @@ from matplotlib.patches import Rectangle
 
 from signorom_post.readers.verification import VerifiedFigure
 from signorom_post.style import BODY, GRAY, GREEN, INK, LIGHT_GRAY, VERMILLION, new_figure
-from signorom_post.verification import HEADINGS, PASSED, table_of, verdict
+from signorom_post.verification import HEADINGS, PASSED, table_of, verdict, worst_of_alike
 
 #: [inch]
 ROW_HEIGHT = 0.2
@@ -21,8 +21,8 @@ RIGHT_ALIGNED = ("reference", "Signorom", "difference", "allowed")
 
 
 def verification_table(figures: Sequence[VerifiedFigure]) -> Figure:
-    """Rows in groups of one problem; what fails is set in color and bold."""
-    rows = table_of(figures)
+    """Rows in groups of one problem, of many alike the worst; what fails is set in color and bold."""
+    rows = table_of(worst_of_alike(figures))
     widths = _column_widths([list(HEADINGS), *rows])
     width = sum(widths) + COLUMN_GAP * (len(widths) - 1) + 2 * MARGIN
     height = ROW_HEIGHT * (len(rows) + 3) + 2 * MARGIN
