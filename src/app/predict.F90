@@ -207,7 +207,7 @@ contains
       text = text // to_text(point(i)) // ','
     end do
     text = text // to_text(answer%cluster) // ','
-    if (size(model%clusters) > 1) text = text // to_text(answer%second_cluster) // ','
+    if (size(model%clusters) > 1) text = text // to_text(model%choice%next_cluster(point)) // ','
     text = text // status(answer) // ',' // method_name(answer%method) // ',' // &
       to_text(count(multipliers > 0)) // ',' // to_text(sum(multipliers))
     do i = 1, size(multipliers)

@@ -67,15 +67,15 @@ contains
 
   !> The cluster with most votes, and the one with most of the others; of equal ones the lower number.
   subroutine choose(self, point, best, second)
-    class(forest_t), intent(in) :: self
+    class(forest_t), intent(in), target :: self
     real(rk), intent(in) :: point(:)
     !> 1-based
     integer, intent(out) :: best
     !> 1-based; 0 where there is one cluster only
     integer, intent(out) :: second
-    real(rk), allocatable :: shares(:)
+    real(rk) :: shares(size(self%shares, 1))
 
-    allocate (shares, source=self%votes(point))
+    call sig_forest_votes(self%arrays(), point, shares)
     best = maxloc(shares, dim=1)
     shares(best) = -1
     second = 0

@@ -23,7 +23,8 @@ module sig_model_choice
     real(rk) :: loss = 0
     real(rk) :: silhouette = 0
   contains
-    procedure :: choose
+    procedure :: cluster_of
+    procedure :: next_cluster
     procedure :: fits
     procedure :: read => read_choice
     procedure :: write => write_choice
@@ -31,43 +32,43 @@ module sig_model_choice
 
 contains
 
-  !> Cluster of a point, and the one that is next: that of the nearest other cell, or the one with the second most votes.
-  subroutine choose(self, point, best, second)
+  !> Cluster of a point, 1-based.
+  integer function cluster_of(self, point)
     class(model_choice_t), intent(in) :: self
     !> [unit of each parameter]
     real(rk), intent(in) :: point(:)
-    !> 1-based
-    integer, intent(out) :: best
-    !> 1-based; 0 where there is one cluster only
-    integer, intent(out) :: second
+    integer :: second
 
-    best = 1
-    second = 0
+    cluster_of = 1
     if (allocated(self%labels)) then
-      best = self%labels(self%cells%find(point))
-      second = next_cluster(self, point, best)
+      cluster_of = self%labels(self%cells%find(point))
     else if (allocated(self%forest%shares)) then
-      call self%forest%choose(point, best, second)
+      call self%forest%choose(point, cluster_of, second)
     end if
-  end subroutine choose
+  end function cluster_of
 
-  !> Cluster of the nearest cell that belongs to another one; the first of several.
-  pure integer function next_cluster(self, point, best)
+  !> The cluster that would be next: that of the nearest cell of another one (the first of several), or the one with the second
+  !> most votes; 0 where there is one cluster only.
+  integer function next_cluster(self, point)
     class(model_choice_t), intent(in) :: self
     real(rk), intent(in) :: point(:)
-    integer, intent(in) :: best
     real(rk) :: distance, least
-    integer :: i
+    integer :: best, i
 
     next_cluster = 0
-    least = huge(least)
-    do i = 1, size(self%labels)
-      if (self%labels(i) == best) cycle
-      distance = self%cells%squared_distance(i, point)
-      if (distance >= least) cycle
-      least = distance
-      next_cluster = self%labels(i)
-    end do
+    if (allocated(self%labels)) then
+      best = self%cluster_of(point)
+      least = huge(least)
+      do i = 1, size(self%labels)
+        if (self%labels(i) == best) cycle
+        distance = self%cells%squared_distance(i, point)
+        if (distance >= least) cycle
+        least = distance
+        next_cluster = self%labels(i)
+      end do
+    else if (allocated(self%forest%shares)) then
+      call self%forest%choose(point, best, next_cluster)
+    end if
   end function next_cluster
 
   !> The choice names clusters that there are, for as many parameters.

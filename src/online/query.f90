@@ -25,9 +25,8 @@ module sig_query
 
   !> Answer at one point; where there is none the arrays are zero.
   type :: answer_t
-    !> cluster that answered, 1-based, and the one that would be next; 0 where there is one only
+    !> cluster that answered, 1-based
     integer :: cluster = 1
-    integer :: second_cluster = 0
     !> [length] gamma, shape (n_modes)
     real(rk), allocatable :: coordinates(:)
     !> [force] lambda on the reduced integration domain, shape (n_rows)
@@ -101,9 +100,7 @@ contains
     logical :: is_valid
 
     answer%cluster = 1
-    answer%second_cluster = 0
-    if (size(point) == size(online%model%box, 2)) &
-      call online%model%choice%choose(point, answer%cluster, answer%second_cluster)
+    if (size(point) == size(online%model%box, 2)) answer%cluster = online%model%choice%cluster_of(point)
     if (present(cluster)) answer%cluster = cluster
     call start_answer(online, answer)
     if (size(point) /= size(online%model%box, 2)) return
