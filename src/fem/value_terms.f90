@@ -7,7 +7,7 @@ module sig_value_terms
   use sig_kinds, only: rk
   use sig_mesh, only: mesh_t
   use sig_term_set, only: source_places, term_set_t, term_source_t
-  use sig_text, only: to_text
+  use sig_text, only: string_t, to_text
   implicit none(type, external)
   private
   public :: value_terms_t, split_value
@@ -79,12 +79,14 @@ contains
     type(value_config_t), intent(in) :: value
     type(term_set_t), intent(inout) :: terms
     integer, intent(inout) :: term_of_node(:)
+    type(string_t) :: names(size(nodes))
     type(term_source_t) :: source
     integer :: i
 
     do i = 1, size(nodes)
-      call terms%add_term(value%text // ' at node ' // to_text(mesh%node_tags(nodes(i))), term_of_node(i))
+      names(i)%text = value%text // ' at node ' // to_text(mesh%node_tags(nodes(i)))
     end do
+    call terms%add_terms(names, term_of_node)
     source%kind = source_places
     source%text = value%text
     source%terms = term_of_node

@@ -53,6 +53,7 @@ module sig_term_set
   contains
     procedure :: n_terms
     procedure :: add_term
+    procedure :: add_terms
     procedure :: add_expression
     procedure :: add_source
   end type term_set_t
@@ -89,6 +90,23 @@ contains
     call append_text(self%names, name)
     i_term = size(self%names)
   end subroutine add_term
+
+  !> Several new terms at once, in the time that one takes.
+  pure subroutine add_terms(self, names, terms)
+    class(term_set_t), intent(inout) :: self
+    type(string_t), intent(in) :: names(:)
+    !> shape (size(names))
+    integer, intent(out) :: terms(:)
+    type(string_t), allocatable :: longer(:)
+    integer :: i, n
+
+    n = size(self%names)
+    allocate (longer(n + size(names)))
+    longer(:n) = self%names
+    longer(n + 1:) = names
+    call move_alloc(longer, self%names)
+    terms = [(n + i, i=1, size(names))]
+  end subroutine add_terms
 
   !> A new term that is an expression of the parameters.
   pure subroutine add_expression(self, text, line, column, i_term)

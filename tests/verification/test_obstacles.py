@@ -68,6 +68,32 @@ def test_plane_presses_evenly(signorom, tmp_path, model, element, solver):
         )
 
 
+@pytest.mark.parametrize("solver", ["condensed", "active_set"])
+def test_block_that_rests_on_a_plane(signorom, tmp_path, solver):
+    """Nothing but the plane holds the block upward: p = load, u = lift - load (z - z_foot) / E' below a pressed top."""
+    mesh = block("Q4", 2)
+    changes = {
+        "boundary_conditions: []": "boundary_conditions: [{boundary: left, displacement: {x: 0}}]\n"
+        "loads: [{boundary: lower_face, pressure: 1000}]",
+        "first: lower_face": "first: bottom",
+        "point: [0, -stroke], normal: [0, -1]": "point: [0, stroke - 1], normal: [0, 1]",
+        "type: condensed": f"type: {solver}",
+    }
+    deck = write_deck("rigid_plane", tmp_path, **changes)
+    mesh.write(tmp_path / "block.msh")
+    signorom("sample", deck, folder=tmp_path)
+    snapshots = read_snapshots(tmp_path / "results" / "rigid_plane" / "snapshots.h5")
+    areas = consistent_areas(mesh, "bottom")[mesh.nodes_of("bottom")]
+    modulus = MODULUS / (1 - POISSON_RATIO**2)
+    for stroke, multipliers, displacement in zip(
+        snapshots["parameters"][:, 0], snapshots["multipliers"], snapshots["displacement"], strict=True
+    ):
+        np.testing.assert_allclose(multipliers, 1000 * areas, rtol=1e-9)
+        found = displacement.reshape(-1, 2)[:, 1]
+        expected = stroke - 1000 / modulus * (mesh.coordinates[:, 1] + 1)
+        np.testing.assert_allclose(found, expected, rtol=0, atol=PATCH * 0.1)
+
+
 def test_rigid_sphere_is_hertz(signorom, tmp_path, figures):
     """Half-width and peak for the load found at each approach, 1 / E* of the block alone; Q4 of a / 15 to a / 26."""
     mesh = sphere_on_block(2, 0.15, 40, 1.15)

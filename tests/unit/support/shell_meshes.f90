@@ -27,7 +27,7 @@ contains
 
     mesh%n_dim = n_dim
     mesh%n_nodes = 4 * (n + 1)**(n_dim - 1)
-    allocate (mesh%coordinates(n_dim, mesh%n_nodes), mesh%cell_nodes(0), mesh%groups(4), mesh%facet_nodes(0))
+    allocate (mesh%coordinates(n_dim, mesh%n_nodes), mesh%groups(4))
     do i_shell = 1, 4
       do j = 0, merge(n, 0, n_dim == 3)
         do i = 0, n
@@ -69,35 +69,45 @@ contains
     integer, intent(in) :: n
     type(mesh_t), intent(inout) :: mesh
     character(7), parameter :: names(4) = ['inside ', 'inner  ', 'outer  ', 'outside']
-    integer :: i, i_shell, j, k
+    integer :: i, i_shell, j, k, n_corners, n_facets
 
+    n_corners = 2**(mesh%n_dim - 1)
+    n_facets = n**(mesh%n_dim - 1)
+    allocate (mesh%facet_nodes(4 * n_corners * n_facets), mesh%cell_nodes(4 * n_corners * n_facets))
+    k = 0
     do i_shell = 1, 4
       mesh%groups(i_shell)%name = trim(names(i_shell))
       mesh%groups(i_shell)%n_dim = mesh%n_dim - 1
-      mesh%groups(i_shell)%entities = [(k, k=(i_shell - 1) * n**(mesh%n_dim - 1) + 1, i_shell * n**(mesh%n_dim - 1))]
+      mesh%groups(i_shell)%entities = (i_shell - 1) * n_facets + [(i, i=1, n_facets)]
       mesh%groups(i_shell)%nodes = [((shell_node(n, i_shell, i, j), i=0, n), j=0, merge(n, 0, mesh%n_dim == 3))]
       do j = 0, merge(n - 1, 0, mesh%n_dim == 3)
         do i = 0, n - 1
-          mesh%facet_nodes = [mesh%facet_nodes, corners(mesh%n_dim, n, i_shell, i, j)]
-          if (modulo(i_shell, 2) == 0) cycle
-          if (mesh%n_dim == 2) mesh%cell_nodes = [mesh%cell_nodes, corners(2, n, i_shell, i, j), &
-                                                  corners(2, n, i_shell + 1, i + 1, j, is_reversed=.true.)]
-          if (mesh%n_dim == 3) mesh%cell_nodes = [mesh%cell_nodes, corners(3, n, i_shell, i, j), corners(3, n, i_shell + 1, i, j)]
+          mesh%facet_nodes(n_corners * k + 1:n_corners * (k + 1)) = corners(mesh%n_dim, n, i_shell, i, j)
+          k = k + 1
+        end do
+      end do
+    end do
+    k = 0
+    do i_shell = 1, 3, 2
+      do j = 0, merge(n - 1, 0, mesh%n_dim == 3)
+        do i = 0, n - 1
+          associate (near => corners(mesh%n_dim, n, i_shell, i, j), far => corners(mesh%n_dim, n, i_shell + 1, i, j))
+            ! around a quadrilateral, but layer by layer in a hexahedron
+            mesh%cell_nodes(k + 1:k + 2 * n_corners) = [near, merge(far(n_corners:1:-1), far, mesh%n_dim == 2)]
+          end associate
+          k = k + 2 * n_corners
         end do
       end do
     end do
   end subroutine add_cells
 
   !> Nodes of a facet between the angles i and i + 1 (and j, j + 1).
-  pure function corners(n_dim, n, i_shell, i, j, is_reversed) result(nodes)
+  pure function corners(n_dim, n, i_shell, i, j) result(nodes)
     integer, intent(in) :: n_dim, n
     integer, intent(in) :: i_shell, i, j
-    !> in the plane from i to i - 1
-    logical, intent(in), optional :: is_reversed
     integer, allocatable :: nodes(:)
 
     nodes = [shell_node(n, i_shell, i, j), shell_node(n, i_shell, i + 1, j)]
-    if (present(is_reversed)) nodes(2) = shell_node(n, i_shell, i - 1, j)
     if (n_dim == 3) nodes = [nodes, shell_node(n, i_shell, i + 1, j + 1), shell_node(n, i_shell, i, j + 1)]
   end function corners
 end module shell_meshes
