@@ -159,24 +159,25 @@ contains
     class(condensed_t), intent(inout) :: self
     type(contact_system_t), intent(in) :: system
     real(rk) :: motion(system%map%n_dofs), work(system%motions%n_free), work_size(system%motions%n_free)
-    real(rk) :: open(size(self%anchors%rows), size(self%free_opening, 2)), closed(size(self%anchors%rows), size(self%compliance, 2))
+    real(rk) :: opening(size(self%anchors%rows), size(self%free_opening, 2))
+    real(rk) :: closed(size(self%anchors%rows), size(self%compliance, 2))
     real(rk), allocatable :: local(:)
     integer :: i, k, t
 
     associate (rows => self%anchors%rows, reach => self%anchors%closing)
       if (size(rows) == 0) return
       call add_columns(self%free_response, size(self%free_opening, 2))
-      open = self%free_opening(rows, :)
+      opening = self%free_opening(rows, :)
       closed = self%compliance(rows, :)
-      self%free_opening = self%free_opening - matmul(reach, open)
+      self%free_opening = self%free_opening - matmul(reach, opening)
       self%compliance = self%compliance - matmul(reach, closed)
       self%scale = sum([(abs(self%compliance(i, i)), i=1, size(self%compliance, 1))]) / size(self%compliance, 1)
       if (self%scale <= 0) self%scale = 1
       do i = 1, size(rows)
         motion = system%motions%field(self%anchors%amplitudes(:, i))
         local = motion(system%map%local_dofs)
-        do k = 1, size(open, 2)
-          self%free_response(:, k) = self%free_response(:, k) + open(i, k) * local
+        do k = 1, size(opening, 2)
+          self%free_response(:, k) = self%free_response(:, k) + opening(i, k) * local
         end do
         do k = 1, size(closed, 2)
           self%contact_response(:, k) = self%contact_response(:, k) - closed(i, k) * local
