@@ -60,6 +60,8 @@ contains
     end associate
     call svd(modes, u, s, vt)
     modes = u(:, :count(s > aligned))
+    ! a rotation that is rounding must not hide the translation
+    modes = merge(0.0_rk, modes, abs(modes) < aligned)
     allocate (words(0))
     associate (rotations => modes(n_dim + 1:, :))
       call add_translations(matmul(modes(:n_dim, :), null_space(matmul(transpose(rotations), rotations))), axes, words)
