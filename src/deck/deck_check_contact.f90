@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> What the entries of the section `contact` must satisfy.
 module sig_deck_check_contact
-  use sig_deck_check_values, only: check_field
+  use sig_deck_check_values, only: check_field, check_range
   use sig_deck_config, only: contact_config_t, deck_config_t, value_config_t
   use sig_deck_tree, only: deck_tree_t, shown
   use sig_kinds, only: rk
@@ -91,9 +91,8 @@ contains
         if (model%is_round) call check_level(tree, path // '.obstacle.normal', obstacle%normal)
       else
         call check_direction(tree, path // '.direction', entry%direction, model)
-        call check_field(tree, path // '.obstacle.radius', config%parameters, obstacle%radius)
-        if (obstacle%radius%is_constant .and. obstacle%radius%constant <= 0) call tree%report_at(path // '.obstacle.radius', &
-          'is ' // to_text(obstacle%radius%constant) // ' ' // config%units%length // '; it must be greater than 0')
+        call check_range(tree, path // '.obstacle.radius', config%parameters, obstacle%radius, 0.0_rk, huge(1.0_rk), &
+          ' ' // config%units%length)
         if (model%is_round .and. size(obstacle%place) > 0) call check_on_axis(tree, key // '[1]', obstacle%place(1), &
           config%units%length)
       end if
