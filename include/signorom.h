@@ -93,7 +93,8 @@ const char *signorom_text(const signorom_model *model, int kind);
 /* Any of the pointers may be null. */
 int signorom_get_parameter(const signorom_model *model, int i, const char **name, const char **unit, double *minimum,
                            double *maximum);
-/* Tags of the mesh file, [n_contacts] each: the pair of nodes of each contact; the second one is 0 for a rigid obstacle. */
+/* Tags of the mesh file, [n_contacts] each: the pair of nodes of each contact; the second one is 0 for a rigid
+ * obstacle. */
 int signorom_get_contacts(const signorom_model *model, int *first_tags, int *second_tags);
 /* Tags of the mesh file [n_nodes] and coordinates [n_nodes][n_dimensions]; either may be null. */
 int signorom_get_nodes(const signorom_model *model, int *tags, double *coordinates);
