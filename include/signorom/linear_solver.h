@@ -15,6 +15,10 @@ enum { SIG_LINEAR_DONE = 1, SIG_LINEAR_FAILED = -1, SIG_LINEAR_SINGULAR = -2 };
    too, without a trace. The KSP is created here and destroyed by sig_linear_solver_destroy. */
 int sig_linear_solver_create(intptr_t matrix, const char *prefix, int kind, intptr_t *ksp, int *reason, char *message);
 
+/* Gives a KSP with GAMG another matrix of the same pattern that differs little from the one that it was created for:
+   its levels stay where they are. */
+int sig_linear_solver_renew(intptr_t ksp, intptr_t matrix, int *reason, char *message);
+
 /* Gives a matrix the fields that cost it next to no energy, which GAMG must reproduce on its coarse levels; arrays hold
    the local rows, shape [n_modes][n_local], and become orthonormal here. */
 int sig_set_near_null_space(intptr_t matrix, int n_modes, int n_local, const double *modes);

@@ -5,10 +5,10 @@ module sig_study
   use sig_enrichment_table, only: write_enrichment_table
   use sig_error_broadcast, only: broadcast_error
   use sig_errors, only: error_t, exit_not_converged, make_error
-  use sig_field_output, only: write_fields
+  use sig_field_output, only: solved_points_t, write_fields
   use sig_file_system, only: file_exists
   use sig_full_order_operator, only: condense_full_order
-  use sig_contact_state, only: contact_state_t, reason_converged, reason_text
+  use sig_contact_state, only: reason_converged, reason_text
   use sig_kinds, only: rk
   use sig_log, only: log_info, log_warning
   use sig_materials, only: has_fixed_stiffness, need_fixed_stiffness
@@ -267,11 +267,10 @@ contains
     PetscErrorCode, intent(out) :: ierr
     type(problem_t) :: problem
     type(model_t) :: model
-    type(contact_state_t), allocatable :: states(:)
+    type(solved_points_t) :: solved
     type(reaction_t), allocatable :: reactions(:)
     type(error_t), allocatable :: error
     integer :: i
-    logical :: is_stopped
 
     call announce_stiffness(session)
     PetscCall(load_problem(session%deck, PETSC_COMM_WORLD, problem, error, ierr))
@@ -281,15 +280,15 @@ contains
     if (has_model .and. .not. allocated(error)) call read_own_model(session, problem, model, error)
     if (.not. allocated(error)) then
       if (has_model) then
-        PetscCall(write_fields(problem, points, session%folder, states, is_stopped, error, ierr, model))
+        PetscCall(write_fields(problem, points, session%folder, solved, error, ierr, model))
       else
-        PetscCall(write_fields(problem, points, session%folder, states, is_stopped, error, ierr))
+        PetscCall(write_fields(problem, points, session%folder, solved, error, ierr))
       end if
     end if
     if (allocated(error)) then
       call session%fail(error)
       return
-    else if (is_stopped) then
+    else if (solved%is_stopped) then
       call log_info('stopped by a signal; no fields were written')
       session%exit_code = exit_stopped
       return
@@ -297,17 +296,20 @@ contains
     PetscCall(describe_problem(problem, report, ierr))
     call report%add('units/force', force_unit(session%deck))
     call report%add('units/stress', stress_unit(session%deck))
-    call report_states(session%deck, points, states, report)
-    do i = 1, size(states)
-      if (states(i)%reason /= reason_converged) call log_warning('not converged at ' // &
-        format_point(session%deck%parameters, points(:, i)) // ': ' // reason_text(states(i)%reason))
-      call boundary_reactions(problem%mesh, session%deck%boundary_conditions, states(i)%reactions, reactions)
+    call report%add('times/assembly', solved%assembly_seconds)
+    call report%add('times/setup', solved%setup_seconds)
+    call report%add('times/output', solved%output_seconds)
+    call report_states(session%deck, points, solved%states, report)
+    do i = 1, size(solved%states)
+      if (solved%states(i)%reason /= reason_converged) call log_warning('not converged at ' // &
+        format_point(session%deck%parameters, points(:, i)) // ': ' // reason_text(solved%states(i)%reason))
+      call boundary_reactions(problem%mesh, session%deck%boundary_conditions, solved%states(i)%reactions, reactions)
       call report_reactions(i, reactions, report)
     end do
     call write_report(session, report)
     call log_info('fields at ' // to_text(size(points, 2)) // ' points: ' // session%folder // '/fields.xdmf' // &
-      accuracy_text(session%deck, pack(states%residuals, states%reason == reason_converged)))
-    if (any(states%reason /= reason_converged)) session%exit_code = exit_not_converged
+      accuracy_text(session%deck, pack(solved%states%residuals, solved%states%reason == reason_converged)))
+    if (any(solved%states%reason /= reason_converged)) session%exit_code = exit_not_converged
   end subroutine fields_stage
 
   !> What ran on what. Collective on all ranks.
@@ -330,6 +332,9 @@ contains
     call report%add('version/mpi', versions(3)%text)
     PetscCall(rank_and_size(PETSC_COMM_WORLD, rank, n_ranks, ierr))
     call report%add('sizes/n_ranks', n_ranks)
+    call report%add('times/mesh', problem%mesh_seconds)
+    call report%add('times/pairing', problem%pairing_seconds)
+    call report%add('times/partition', problem%partition_seconds)
     call report_sizes(problem%mesh%n_nodes, problem%mesh%n_cells, problem%mesh%n_dim * problem%mesh%n_nodes, &
       problem%operator%n_rows, inert_pair_names(problem), report)
   end subroutine describe_problem

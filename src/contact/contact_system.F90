@@ -4,6 +4,7 @@
 module sig_contact_system
   use sig_assembly, only: assemble_stiffness, fill_stiffness
   use sig_boundary_conditions, only: boundary_conditions_t
+  use sig_clock, only: wall_time
   use sig_contact_operator, only: contact_operator_t, create_contact_operator
   use sig_dof_map, only: create_dof_map, dof_map_t
   use sig_elastic_body, only: elastic_body_t
@@ -30,6 +31,8 @@ module sig_contact_system
     integer :: first_balanced = 1
     !> K on all dofs, Dirichlet rows included
     Mat :: stiffness
+    !> [s] wall time of its assembly
+    real(rk) :: assembly_seconds = 0
     !> two work vectors of its layout
     Vec :: work_in
     Vec :: work_out
@@ -57,6 +60,7 @@ contains
     type(boundary_conditions_t), intent(in) :: boundary
     type(node_pairs_t), intent(in) :: pairs
     PetscErrorCode, intent(out) :: ierr
+    real(rk) :: start
     integer :: rank, n_ranks
 
     self%comm = comm
@@ -66,7 +70,9 @@ contains
     call create_dof_map(mesh, rank, n_ranks, self%map)
     call create_contact_operator(pairs, mesh%n_dim, boundary%n_terms, boundary%is_prescribed, self%operator, self%inert)
     call create_rigid_motions(mesh, body%mechanics%is_round, boundary%is_prescribed, self%operator, self%motions)
+    start = wall_time()
     PetscCall(assemble_stiffness(comm, mesh, body, self%map, rank, self%stiffness, ierr))
+    self%assembly_seconds = wall_time() - start
     PetscCall(create_vector(comm, self%map%n_local_dofs, self%work_in, ierr))
     PetscCall(create_vector(comm, self%map%n_local_dofs, self%work_out, ierr))
   end subroutine create

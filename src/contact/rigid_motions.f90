@@ -43,7 +43,7 @@ module sig_rigid_motions
     procedure :: common_field
   end type rigid_motions_t
 
-  !> [-] eigenvalues of a Gram matrix below this share of the largest count as zero: a share of 1e-6 in the motions
+  !> [-] eigenvalues of a Gram matrix below this share of the largest, or of 1, count as zero: a share of 1e-6 in the motions
   real(rk), parameter :: negligible = 1.0e-12_rk
 
 contains
@@ -166,7 +166,8 @@ contains
 
     call svd(gram, u, s, vt)
     rank = 0
-    if (size(s) > 0) rank = count(s > negligible * s(1) .and. s > 0)
+    ! motions have size 1, so that a Gram matrix far below 1 is rounding as a whole
+    if (size(s) > 0) rank = count(s > negligible * max(1.0_rk, s(1)))
     columns = transpose(vt(rank + 1:, :))
   end function null_space
 

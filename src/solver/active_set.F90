@@ -22,6 +22,10 @@ module sig_active_set
     Vec :: solution
     !> [-] reflected rigid motions, rows of this rank, shape (n_local_dofs, n_modes)
     real(rk), allocatable :: near_null(:, :)
+    !> accuracy of the steps of the point at hand: index into tolerance_levels
+    integer :: level = 1
+    !> the multigrid levels were built for another set
+    logical :: is_renewed = .false.
   contains
     procedure :: create
     procedure :: solve
@@ -53,10 +57,9 @@ module sig_active_set
 
   !> [-] a multiplier or a penetration this far below the largest of its kind is rounding, and changes no status
   real(rk), parameter :: rounding = 1.0e-12_rk
-  !> the same, and the tolerance, of conjugate gradients until the set stands, and then
-  real(rk), parameter :: coarse_rounding = 1.0e-5_rk
-  real(rk), parameter :: coarse_tolerance = 1.0e-6_rk
-  real(rk), parameter :: fine_rounding = 1.0e-9_rk
+  !> the same and the tolerance of conjugate gradients: they get finer each time that the set stands, down to what options say
+  real(rk), parameter :: noise_levels(3) = [1.0e-3_rk, 1.0e-5_rk, 1.0e-9_rk]
+  real(rk), parameter :: tolerance_levels(3) = [1.0e-3_rk, 1.0e-6_rk, 0.0_rk]
 
 contains
 
@@ -93,6 +96,7 @@ contains
     logical :: next(system%operator%n_rows), is_single
 
     is_single = .false.
+    self%level = 1
     allocate (state%is_active(system%operator%n_rows), source=.true.)
     allocate (history(system%operator%n_rows, 0))
     state%reason = reason_max_iterations
@@ -136,20 +140,39 @@ contains
     PetscErrorCode, intent(out) :: ierr
 
     PetscCall(prepare_step(self, system, theta, state%is_active, step, ierr))
-    if (self%linear_solver%reason == reason_converged) then
-      if (.not. self%is_multigrid) then
-        PetscCall(improve(self, system, 0.0_rk, rounding, state, step, ierr))
-      else
-        PetscCall(improve(self, system, coarse_tolerance, coarse_rounding, state, step, ierr))
-        if (self%linear_solver%reason == reason_converged .and. all(step%wanted .eqv. state%is_active)) then
-          PetscCall(improve(self, system, 0.0_rk, fine_rounding, state, step, ierr))
-        end if
-      end if
+    if (self%is_multigrid) then
+      PetscCall(improve_in_levels(self, system, state, step, ierr))
+    else if (self%linear_solver%reason == reason_converged) then
+      PetscCall(improve(self, system, 0.0_rk, rounding, state, step, ierr))
+      PetscCall(self%linear_solver%destroy(ierr))
     end if
-    PetscCall(self%linear_solver%destroy(ierr))
     PetscCall(MatDestroy(step%matrix, ierr))
     PetscCall(VecDestroy(step%rhs, ierr))
   end subroutine solve_with_closed
+
+  !> Conjugate gradients, finer while the set stands. Levels of multigrid that fail for another set are built anew.
+  subroutine improve_in_levels(self, system, state, step, ierr)
+    class(active_set_t), intent(inout) :: self
+    type(contact_system_t), intent(inout) :: system
+    type(contact_state_t), intent(inout) :: state
+    type(step_t), intent(inout) :: step
+    PetscErrorCode, intent(out) :: ierr
+
+    do
+      if (self%linear_solver%reason == reason_converged) then
+        PetscCall(improve(self, system, tolerance_levels(self%level), noise_levels(self%level), state, step, ierr))
+      end if
+      if (self%linear_solver%reason /= reason_converged) then
+        PetscCall(VecSet(self%solution, 0.0_rk, ierr))
+        if (.not. self%is_renewed) exit
+        PetscCall(self%linear_solver%destroy(ierr))
+        PetscCall(make_ready(self, step%matrix, ierr))
+        cycle
+      end if
+      if (self%level == size(tolerance_levels) .or. any(step%wanted .neqv. state%is_active)) exit
+      self%level = self%level + 1
+    end do
+  end subroutine improve_in_levels
 
   !> Loads and matrix of a step, and the linear solver for it.
   subroutine prepare_step(self, system, theta, is_closed, step, ierr)
@@ -173,11 +196,25 @@ contains
       PetscCall(constrain(system, self%form%matrix, dofs, values, step%forces, step%matrix, step%rhs, ierr))
       PetscCall(system%put_some(dofs, values, self%solution, ierr))
     end associate
-    if (self%is_multigrid) then
-      PetscCall(set_near_null_space(step%matrix, self%near_null, ierr))
-    end if
-    PetscCall(self%linear_solver%factor(step%matrix, 'active_set_', ierr))
+    PetscCall(make_ready(self, step%matrix, ierr))
   end subroutine prepare_step
+
+  !> Multigrid keeps the aggregates and the interpolation of the first set, where the linear solver has them.
+  subroutine make_ready(self, matrix, ierr)
+    class(active_set_t), intent(inout) :: self
+    Mat, intent(inout) :: matrix
+    PetscErrorCode, intent(out) :: ierr
+
+    self%is_renewed = self%is_multigrid .and. self%linear_solver%ksp /= 0
+    if (self%is_renewed) then
+      PetscCall(self%linear_solver%renew(matrix, ierr))
+      return
+    end if
+    if (self%is_multigrid) then
+      PetscCall(set_near_null_space(matrix, self%near_null, ierr))
+    end if
+    PetscCall(self%linear_solver%factor(matrix, 'active_set_', ierr))
+  end subroutine make_ready
 
   !> Solves to a tolerance, from the solution at hand, and finds the set that the answer asks for.
   subroutine improve(self, system, tolerance, noise, state, step, ierr)
@@ -297,6 +334,7 @@ contains
     class(active_set_t), intent(inout) :: self
     PetscErrorCode, intent(out) :: ierr
 
+    if (allocated(self%near_null)) deallocate (self%near_null)
     PetscCall(self%linear_solver%destroy(ierr))
     PetscCall(VecDestroy(self%solution, ierr))
     PetscCall(self%form%destroy(ierr))

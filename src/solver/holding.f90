@@ -20,7 +20,7 @@ module sig_holding
     real(rk), allocatable :: closing(:, :)
   end type anchors_t
 
-  !> [-] what is left of a row of B Z below this share of the row is rounding
+  !> [-] what is left of a row of B Z below this is rounding: motions have size 1
   real(rk), parameter :: dependent = 1.0e-6_rk
 
 contains
@@ -79,7 +79,7 @@ contains
       sizes = merge(norm2(rest, dim=2), 0.0_rk, is_closed)
       if (size(sizes) == 0) return
       associate (largest => maxval(sizes))
-        if (largest <= dependent * maxval(abs(motions%closing))) return
+        if (largest <= dependent) return
         rows = [rows, findloc(sizes >= largest * (1 - 1.0e-8_rk), .true., dim=1)]
       end associate
       direction = rest(rows(i), :) / norm2(rest(rows(i), :))
@@ -112,7 +112,7 @@ contains
       if (best > 0) then
         if (multipliers(k) <= multipliers(best)) cycle
       end if
-      if (norm2(remainder_of(motions%closing(k, :), held)) > dependent * maxval(abs(motions%closing))) best = k
+      if (norm2(remainder_of(motions%closing(k, :), held)) > dependent) best = k
     end do
   end function least_pulling
 

@@ -10,8 +10,8 @@ module sig_linear_solver
   use sig_kinds, only: rk
   use sig_log, only: log_warning
   use sig_petsc_support, only: create_vector, message_size
-  use sig_solver_c_interfaces, only: sig_linear_solver_create, sig_linear_solver_destroy, sig_linear_solver_solve, &
-    sig_linear_solver_solve_many, sig_set_near_null_space
+  use sig_solver_c_interfaces, only: sig_linear_solver_create, sig_linear_solver_destroy, sig_linear_solver_renew, &
+    sig_linear_solver_solve, sig_linear_solver_solve_many, sig_set_near_null_space
   use petsc
   implicit none(type, external)
   private
@@ -27,6 +27,7 @@ module sig_linear_solver
     integer :: n_iterations = 0
   contains
     procedure :: factor
+    procedure :: renew
     procedure :: solve_many
     procedure :: solve_vector
     procedure :: destroy
@@ -91,6 +92,18 @@ contains
     call set_reason(self, reason)
     if (self%reason == reason_linear_solver) call log_warning('the linear solver (' // prefix // '): ' // from_c(message))
   end subroutine factor
+
+  !> Another matrix with the same pattern for the same multigrid levels, which must be there. Collective.
+  subroutine renew(self, matrix, ierr)
+    class(linear_solver_t), intent(inout) :: self
+    Mat, intent(in) :: matrix
+    PetscErrorCode, intent(out) :: ierr
+    character(kind=c_char) :: message(message_size)
+    integer(c_int) :: reason
+
+    ierr = sig_linear_solver_renew(self%ksp, matrix%v, reason, message)
+    call set_reason(self, reason)
+  end subroutine renew
 
   subroutine set_reason(self, reason)
     class(linear_solver_t), intent(inout) :: self

@@ -85,6 +85,8 @@ static PetscErrorCode prepare_gamg(KSP ksp, Mat matrix) {
   PetscCall(KSPSetInitialGuessNonzero(ksp, PETSC_TRUE));
   PetscCall(KSPGetPC(ksp, &pc));
   PetscCall(PCSetType(pc, PCGAMG));
+  // For sig_linear_solver_renew, which keeps the levels and computes their matrices anew.
+  PetscCall(PCGAMGSetReuseInterpolation(pc, PETSC_TRUE));
   PetscCall(KSPSetFromOptions(ksp));
   PetscCall(KSPSetUp(ksp));
   PetscCall(KSPSetUpOnBlocks(ksp));
@@ -113,6 +115,18 @@ int sig_linear_solver_create(intptr_t matrix, const char *prefix, int kind, intp
   PetscErrorCode status = make_ready(ksp, (Mat)matrix, kind, reason, message);
   sig_loud_errors();
   if (status != 0) *reason = SIG_LINEAR_FAILED;
+  return 0;
+}
+
+int sig_linear_solver_renew(intptr_t handle, intptr_t matrix, int *reason, char *message) {
+  KSP ksp = (KSP)handle;
+
+  message[0] = '\0';
+  PetscCall(KSPSetOperators(ksp, (Mat)matrix, (Mat)matrix));
+  sig_quiet_errors(message);
+  PetscErrorCode status = KSPSetUp(ksp);
+  sig_loud_errors();
+  *reason = status != 0 ? SIG_LINEAR_FAILED : SIG_LINEAR_DONE;
   return 0;
 }
 
@@ -154,15 +168,19 @@ static PetscErrorCode iterate(KSP ksp, Vec rhs, double tolerance, Vec solution, 
   KSPConvergedReason ksp_reason;
   PetscReal tightest, absolute, divergence;
   PetscInt limit, count;
+  PetscErrorCode status;
+  char message[SIG_MESSAGE_SIZE];
 
   PetscCall(KSPGetTolerances(ksp, &tightest, &absolute, &divergence, &limit));
   PetscCall(KSPSetTolerances(ksp, PetscMax(tightest, tolerance), absolute, divergence, limit));
-  PetscCall(KSPSolve(ksp, rhs, solution));
+  sig_quiet_errors(message);
+  status = KSPSolve(ksp, rhs, solution);
+  sig_loud_errors();
   PetscCall(KSPSetTolerances(ksp, tightest, absolute, divergence, limit));
   PetscCall(KSPGetConvergedReason(ksp, &ksp_reason));
   PetscCall(KSPGetIterationNumber(ksp, &count));
   *n_iterations = (int)count;
-  *reason = ksp_reason > 0 ? SIG_LINEAR_DONE : SIG_LINEAR_FAILED;
+  *reason = status == 0 && ksp_reason > 0 ? SIG_LINEAR_DONE : SIG_LINEAR_FAILED;
   return 0;
 }
 

@@ -4,7 +4,7 @@ module sig_solver_c_interfaces
   use, intrinsic :: iso_c_binding, only: c_char, c_double, c_int, c_intptr_t
   implicit none(type, external)
   private
-  public :: sig_linear_solver_create, sig_linear_solver_solve, sig_linear_solver_solve_many, sig_linear_solver_destroy
+  public :: sig_linear_solver_create, sig_linear_solver_renew, sig_linear_solver_solve, sig_linear_solver_solve_many, sig_linear_solver_destroy
   public :: sig_set_near_null_space, sig_snes_vi_solve
 
   interface
@@ -18,6 +18,14 @@ module sig_solver_c_interfaces
       character(kind=c_char), intent(out) :: message(*)
       integer(c_int) :: status
     end function sig_linear_solver_create
+
+    function sig_linear_solver_renew(ksp, matrix, reason, message) result(status) bind(c)
+      import :: c_char, c_int, c_intptr_t
+      integer(c_intptr_t), value :: ksp, matrix
+      integer(c_int), intent(out) :: reason
+      character(kind=c_char), intent(out) :: message(*)
+      integer(c_int) :: status
+    end function sig_linear_solver_renew
 
     function sig_set_near_null_space(matrix, n_modes, n_local, modes) result(status) bind(c)
       import :: c_double, c_int, c_intptr_t

@@ -3,6 +3,7 @@
 !> Fields at the deck's output points: full-order, and reduced where there is a model. What ParaView and the figures show.
 module sig_field_output
   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
+  use sig_clock, only: wall_time
   use sig_contact_state, only: contact_state_t
   use sig_elastic_body, only: elastic_body_t
   use sig_error_broadcast, only: broadcast_error
@@ -25,21 +26,31 @@ module sig_field_output
   use petsc
   implicit none(type, external)
   private
-  public :: write_fields
+  public :: write_fields, solved_points_t
+
+  !> Full-order answers, and what they took.
+  type :: solved_points_t
+    !> shape (n_points)
+    type(contact_state_t), allocatable :: states(:)
+    !> a signal came before all were solved
+    logical :: is_stopped = .false.
+    !> [s] wall time of the assembly, of all that the solver does once (the assembly too), of writing
+    real(rk) :: assembly_seconds = 0
+    real(rk) :: setup_seconds = 0
+    real(rk) :: output_seconds = 0
+  end type solved_points_t
 
 contains
 
   !> Solves the points and writes fields.h5 and fields.xdmf. Collective on all ranks, for which the problem was loaded.
   !>
   !> A signal ends it after the current point, and then nothing is written.
-  subroutine write_fields(problem, points, folder, states, is_stopped, error, ierr, model)
+  subroutine write_fields(problem, points, folder, solved, error, ierr, model)
     type(problem_t), intent(in) :: problem
     !> shape (n_parameters, n_points), checked
     real(rk), intent(in) :: points(:, :)
     character(*), intent(in) :: folder
-    !> the full-order answers, shape (n_points)
-    type(contact_state_t), allocatable, intent(out) :: states(:)
-    logical, intent(out) :: is_stopped
+    type(solved_points_t), intent(out) :: solved
     type(error_t), allocatable, intent(out) :: error
     PetscErrorCode, intent(out) :: ierr
     type(model_t), intent(in), optional :: model
@@ -49,20 +60,24 @@ contains
     character(:), allocatable :: message
     type(field_file_t) :: file
     real(rk), allocatable :: areas(:), theta(:, :)
+    real(rk) :: start
     integer :: i, i_bad_point, i_bad_source, rank
 
-    allocate (states(size(points, 2)))
+    allocate (solved%states(size(points, 2)))
     PetscCall(solver%create(problem, problem%plan, PETSC_COMM_WORLD, ierr))
+    solved%assembly_seconds = solver%system%assembly_seconds
+    solved%setup_seconds = solver%setup_seconds
     do i = 1, size(points, 2)
-      PetscCall(solver%solve(problem, points(:, i), states(i), ierr))
-      PetscCall(agree_to_stop(PETSC_COMM_WORLD, is_stopped, ierr))
+      PetscCall(solver%solve(problem, points(:, i), solved%states(i), ierr))
+      PetscCall(agree_to_stop(PETSC_COMM_WORLD, solved%is_stopped, ierr))
       if (i == 1) then
         PetscCall(refuse_unused_options(problem%plan%type, error, ierr))
       end if
-      if (is_stopped .or. allocated(error)) exit
+      if (solved%is_stopped .or. allocated(error)) exit
     end do
     PetscCall(solver%destroy(ierr))
-    if (is_stopped .or. allocated(error)) return
+    if (solved%is_stopped .or. allocated(error)) return
+    start = wall_time()
     call MPI_Comm_rank(PETSC_COMM_WORLD, rank, ierr)
     if (rank == 0) then
       areas = contact_areas(problem)
@@ -76,7 +91,7 @@ contains
           if (.not. allocated(message)) call query%create(online, message)
         end if
         do i = 1, size(points, 2)
-          call write_point(problem, points(:, i), theta(:, i), states(i), areas, file)
+          call write_point(problem, points(:, i), theta(:, i), solved%states(i), areas, file)
           if (present(model) .and. .not. allocated(message)) call write_reduced(problem, points(:, i), online, query, file)
         end do
         call query%destroy()
@@ -84,6 +99,7 @@ contains
       end if
     end if
     PetscCall(broadcast_error(error, PETSC_COMM_WORLD, ierr))
+    solved%output_seconds = wall_time() - start
   end subroutine write_fields
 
   !> Which nodes face each other; the same for all points.

@@ -5,6 +5,7 @@ module sig_problem
   use sig_body_checks, only: check_bodies
   use sig_boundary_conditions, only: boundary_conditions_t, create_boundary_conditions
   use sig_checksum, only: hash_of_text
+  use sig_clock, only: wall_time
   use sig_contact_operator, only: contact_operator_t, create_contact_operator
   use sig_contact_summary, only: contact_lines
   use sig_deck_config, only: deck_config_t
@@ -53,6 +54,10 @@ module sig_problem
     type(solver_plan_t) :: plan
     !> sentences about bodies that only contact holds
     type(string_t), allocatable :: notes(:)
+    !> [s] wall time of reading the mesh, of loads and pairs, of the partition
+    real(rk) :: mesh_seconds = 0
+    real(rk) :: pairing_seconds = 0
+    real(rk) :: partition_seconds = 0
     !> hash of the physical part of the deck and of the mesh file: what makes two snapshots comparable
     character(16) :: provenance = ''
   end type problem_t
@@ -67,10 +72,14 @@ contains
     type(error_t), allocatable, intent(out) :: error
     PetscErrorCode, intent(out) :: ierr
     integer, allocatable :: material_of_cell(:)
+    real(rk) :: start
 
     problem%deck = deck
+    start = wall_time()
     PetscCall(load_mesh(deck%mesh, length_factor(deck), comm, problem%mesh, error, ierr))
     if (allocated(error)) return
+    problem%mesh_seconds = wall_time() - start
+    start = wall_time()
     call material_of_cells(problem%mesh, deck%materials, deck%path, material_of_cell, error)
     if (allocated(error)) return
     call create_body(deck, material_of_cell, problem)
@@ -78,9 +87,12 @@ contains
     if (allocated(error)) return
     call create_contact(deck, problem, error)
     if (allocated(error)) return
+    problem%pairing_seconds = wall_time() - start
+    start = wall_time()
     associate (pairs => problem%pairs, is_pair => problem%pairs%second_node > 0)
       PetscCall(partition_mesh(problem%mesh, pack(pairs%first_node, is_pair), pack(pairs%second_node, is_pair), comm, ierr))
     end associate
+    problem%partition_seconds = wall_time() - start
     call check_zones(deck, problem%mesh, error)
     if (allocated(error)) return
     call plan_solving(problem, error)

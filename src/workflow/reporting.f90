@@ -152,6 +152,7 @@ contains
       call report%add(key // 'point', format_point(deck%parameters, points(:, i)))
       call report%add(key // 'status', reason_text(states(i)%reason))
       call report%add(key // 'iterations', states(i)%n_iterations)
+      call report%add(key // 'linear_iterations', states(i)%n_linear_iterations)
       call report%add(key // 'n_active', count(states(i)%multipliers > 0))
       call report%add(key // 'contact_force', sum(states(i)%multipliers))
       call report%add(key // 'seconds', states(i)%seconds)
