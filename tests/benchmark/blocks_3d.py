@@ -121,7 +121,7 @@ def peak_memory(process, peaks):
         except (OSError, ValueError):
             continue
         if (
-            fields["Name"].strip() == "signorom"
+            fields["Name"].strip().startswith("signorom")
             and "VmHWM" in fields
             and is_below(int(status.parent.name), process.pid)
         ):
