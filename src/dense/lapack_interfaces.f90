@@ -4,7 +4,7 @@ module sig_lapack_interfaces
   use sig_kinds, only: rk
   implicit none(type, external)
   private
-  public :: dgecon, dgels, dgemm, dgemv, dgesdd, dgetrf, dgetrs, dlange
+  public :: dgecon, dgels, dgemm, dgemv, dgesdd, dgetrf, dgetrs, dlange, dpocon, dpotrf, dpotrs
 
   interface
     !> Reciprocal condition number of a matrix that dgetrf factored; norm '1' or 'I'; anorm is the norm of the matrix itself.
@@ -121,6 +121,46 @@ module sig_lapack_interfaces
       real(rk), intent(inout) :: b(ldb, *)
       integer, intent(out) :: info
     end subroutine dgetrs
+
+    !> Reciprocal condition number of a matrix that dpotrf factored; anorm is the 1-norm of the matrix itself.
+    subroutine dpocon(uplo, n, a, lda, anorm, rcond, work, iwork, info)
+      import :: rk
+      implicit none(type, external)
+      character(1), intent(in) :: uplo
+      integer, intent(in) :: n
+      integer, intent(in) :: lda
+      real(rk), intent(in) :: a(lda, *)
+      real(rk), intent(in) :: anorm
+      real(rk), intent(out) :: rcond
+      real(rk), intent(inout) :: work(*)
+      integer, intent(inout) :: iwork(*)
+      integer, intent(out) :: info
+    end subroutine dpocon
+
+    !> Cholesky factor of a symmetric matrix, in its lower ('L') triangle; info > 0 where it is not positive definite.
+    subroutine dpotrf(uplo, n, a, lda, info)
+      import :: rk
+      implicit none(type, external)
+      character(1), intent(in) :: uplo
+      integer, intent(in) :: n
+      integer, intent(in) :: lda
+      real(rk), intent(inout) :: a(lda, *)
+      integer, intent(out) :: info
+    end subroutine dpotrf
+
+    !> Solves with the factor of dpotrf.
+    subroutine dpotrs(uplo, n, nrhs, a, lda, b, ldb, info)
+      import :: rk
+      implicit none(type, external)
+      character(1), intent(in) :: uplo
+      integer, intent(in) :: n
+      integer, intent(in) :: nrhs
+      integer, intent(in) :: lda
+      real(rk), intent(in) :: a(lda, *)
+      integer, intent(in) :: ldb
+      real(rk), intent(inout) :: b(ldb, *)
+      integer, intent(out) :: info
+    end subroutine dpotrs
 
     !> Norm of a matrix: norm 'M' (largest entry), '1', 'I' or 'F'.
     function dlange(norm, m, n, a, lda, work) result(value)

@@ -60,6 +60,7 @@ contains
     solution%residual = 0
     if (all(q >= 0)) return
     call workspace%reserve(size(q))
+    workspace%is_symmetric = is_symmetric(matrix)
     if (size(is_active_start) == size(q)) then
       solution%is_active = is_active_start
     else
@@ -215,4 +216,18 @@ contains
       if (.not. row_size <= huge(row_size)) largest = huge(largest)
     end do
   end function complementarity
+
+  !> Exactly: a matrix that is meant to be symmetric is made so.
+  pure logical function is_symmetric(matrix)
+    real(rk), intent(in) :: matrix(:, :)
+    integer :: i, j
+
+    is_symmetric = .false.
+    do j = 1, size(matrix, 2)
+      do i = j + 1, size(matrix, 1)
+        if (abs(matrix(i, j) - matrix(j, i)) > 0) return
+      end do
+    end do
+    is_symmetric = .true.
+  end function is_symmetric
 end module sig_lcp

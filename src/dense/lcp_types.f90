@@ -3,7 +3,7 @@
 module sig_lcp_types
   use sig_bits, only: n_words
   use sig_kinds, only: rk
-  use sig_lapack_interfaces, only: dgecon, dgetrf, dgetrs
+  use sig_lapack_interfaces, only: dgecon, dgetrf, dgetrs, dpocon, dpotrf, dpotrs
   use sig_linear_algebra, only: singular_reciprocal
   implicit none(type, external)
   private
@@ -63,6 +63,10 @@ module sig_lcp_types
     logical, allocatable :: is_violated(:)
     !> the set's matrix has no inverse; lambda, w and is_violated are not defined then
     logical :: is_singular = .false.
+    !> W is symmetric: its sets are factored by Cholesky, which takes half the work
+    logical :: is_symmetric = .false.
+    !> the set's factors are Cholesky's
+    logical :: is_cholesky = .false.
     !> sets already seen, as bits, shape (n_words, n_sets)
     integer, allocatable :: history(:, :)
     !> factors of the set's matrix, its indices, LAPACK's room
@@ -129,8 +133,9 @@ contains
     doubtful = 1
     workspace%lambda(:size(q)) = 0
     if (n > 0) then
-      call dgetrf(n, n, workspace%factors, workspace%capacity, workspace%pivots, info)
+      call factor_set(matrix, is_active, workspace, n, info)
       call measure_pivots(workspace%factors, n, doubtful)
+      if (workspace%is_cholesky) doubtful = doubtful**2
       workspace%is_singular = info /= 0 .or. .not. doubtful > 0
       if (workspace%is_singular) return
       if (doubtful < trusted_pivots) then
@@ -172,6 +177,25 @@ contains
     end do
   end subroutine gather
 
+  !> By Cholesky where the matrix is symmetric and positive definite, else with row exchanges.
+  subroutine factor_set(matrix, is_active, workspace, n, info)
+    real(rk), intent(in) :: matrix(:, :)
+    logical, intent(in) :: is_active(:)
+    type(lcp_workspace_t), intent(inout) :: workspace
+    integer, intent(inout) :: n
+    !> of LAPACK, 0 = done
+    integer, intent(out) :: info
+
+    workspace%is_cholesky = workspace%is_symmetric
+    if (workspace%is_cholesky) then
+      call dpotrf('L', n, workspace%factors, workspace%capacity, info)
+      if (info == 0) return
+      workspace%is_cholesky = .false.
+      call gather(matrix, is_active, workspace, n)
+    end if
+    call dgetrf(n, n, workspace%factors, workspace%capacity, workspace%pivots, info)
+  end subroutine factor_set
+
   !> Smallest over largest pivot; no number where one is none.
   pure subroutine measure_pivots(factors, n, ratio)
     real(rk), intent(in) :: factors(:, :)
@@ -208,7 +232,11 @@ contains
       end do
       norm = max(norm, column_sum)
     end do
-    call dgecon('1', n, workspace%factors, workspace%capacity, norm, reciprocal, workspace%work, workspace%iwork, info)
+    if (workspace%is_cholesky) then
+      call dpocon('L', n, workspace%factors, workspace%capacity, norm, reciprocal, workspace%work, workspace%iwork, info)
+    else
+      call dgecon('1', n, workspace%factors, workspace%capacity, norm, reciprocal, workspace%work, workspace%iwork, info)
+    end if
     if (info /= 0) reciprocal = 0
   end subroutine measure_condition
 
@@ -221,7 +249,11 @@ contains
     do i = 1, n
       workspace%work(i) = -q(workspace%active(i))
     end do
-    call dgetrs('N', n, 1, workspace%factors, workspace%capacity, workspace%pivots, workspace%work, workspace%capacity, info)
+    if (workspace%is_cholesky) then
+      call dpotrs('L', n, 1, workspace%factors, workspace%capacity, workspace%work, workspace%capacity, info)
+    else
+      call dgetrs('N', n, 1, workspace%factors, workspace%capacity, workspace%pivots, workspace%work, workspace%capacity, info)
+    end if
     do i = 1, n
       workspace%lambda(workspace%active(i)) = workspace%work(i)
     end do
