@@ -49,8 +49,6 @@ contains
     type(query_t) :: query
     real(rk), allocatable :: points(:, :)
     character(:), allocatable :: message
-    integer(int64) :: n_bytes
-    integer :: unit
 
     call read_model(command%file, online%model, error)
     if (allocated(error)) return
@@ -64,16 +62,28 @@ contains
     if (.not. allocated(message)) call query%create(online, message)
     if (allocated(message)) then
       call make_error(error, 'the model cannot answer: ' // message, command%file)
-      return
+    else
+      call write_answers(command, online, query, points, error)
     end if
+    call query%destroy()
+  end subroutine predict_points
+
+  subroutine write_answers(command, online, query, points, error)
+    type(command_t), intent(in) :: command
+    type(online_model_t), intent(in) :: online
+    type(query_t), intent(inout) :: query
+    real(rk), intent(in) :: points(:, :)
+    type(error_t), allocatable, intent(out) :: error
+    integer(int64) :: n_bytes
+    integer :: unit
+
     if (command%is_strict) call check_box(command, online, points, error)
     if (.not. allocated(error)) call open_table(command, unit, error)
     if (allocated(error)) return
     call answer_points(online, query, points, unit, n_bytes)
-    call query%destroy()
     call close_table(command, unit, n_bytes, error)
     if (command%output /= '' .and. .not. allocated(error)) call log_info(to_text(size(points, 2)) // ' answers: ' // command%output)
-  end subroutine predict_points
+  end subroutine write_answers
 
   !> What --strict asks for, before anything is written.
   subroutine check_box(command, online, points, error)
