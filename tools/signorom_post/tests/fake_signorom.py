@@ -37,22 +37,27 @@ def main(arguments: list[str]) -> int:
     assert (folder / "snapshots.h5").is_file(), "the snapshots are not linked"
     write_tables(folder, deck)
     (folder / "fields.xdmf").touch()
-    for name in ("fields.h5", "model.h5"):
-        shutil.copy(home / name, folder / name)
+    shutil.copy(home / "fields.h5", folder / "fields.h5")
+    shutil.copy(home / ("clusters.h5" if "clusters" in deck else "model.h5"), folder / "model.h5")
     return 0
 
 
 def write_tables(folder: Path, deck: dict[str, Any]) -> None:
     reduction = deck["reduction"]
-    n_rows = {None: 12, 4e-4: 34, 1e-4: 60}[reduction.get("dual_pod_tolerance")]
+    n_rows = {None: 12, 4e-4: 34, 1e-4: 60, 1e-6: 40}[reduction.get("dual_pod_tolerance")]
+    n_clusters = deck.get("clusters", {"number": 1})["number"]
     entries = history(reduction, n_rows)
-    (folder / "report.yaml").write_text(f"reduction: {{n_contact_rows: {n_rows}}}\n")
-    lines = [f"1,{i},{','.join(map(str, entry))}" for i, entry in enumerate(entries)]
+    sizes = f"{{n_modes: {N_MODES}, n_contact_rows: {n_rows}}}"
+    local = ", ".join(f"'{k}': {sizes}" for k in range(1, n_clusters + 1))
+    (folder / "report.yaml").write_text(f"reduction: {{n_contact_rows: {n_rows}, clusters: {{{local}}}}}\n")
+    clusters = range(1, n_clusters + 1)
+    lines = [f"{k},{i},{','.join(map(str, entry))}" for k in clusters for i, entry in enumerate(entries)]
     (folder / "enrichment.csv").write_text("\n".join([HEADER, *lines]) + "\n")
     lines = [f"P1,h1,cluster,{ERRORS},n_active,n_active_full_order,solver"]
     for point in points_of(deck, folder):
         e_u, e_lambda = errors_at(point, len(entries) - 1, deck["loads"][0]["load"])
-        lines.append(f"{point[0]!r},{point[1]!r},1,{e_u!r},{e_lambda!r},0.1,0.1,0.1,4,8,active_set")
+        cluster = 1 if n_clusters == 1 or point[1] < 2.4 else 2 if point[1] < 4.2 else 3
+        lines.append(f"{point[0]!r},{point[1]!r},{cluster},{e_u!r},{e_lambda!r},0.1,0.1,0.1,4,8,active_set")
     (folder / "validation.csv").write_text("\n".join(lines) + "\n")
 
 

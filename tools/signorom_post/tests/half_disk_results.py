@@ -188,6 +188,7 @@ def write_cluster(group: h5py.Group, disks: HalfDisks) -> None:
     group["facing_nodes"] = disks.second_nodes[disks.reduced_rows] + 1
     group["cells"] = disks.reduced_cells + 1
     group["contact_rows"] = disks.reduced_rows + 1
+    group["training_points"] = np.arange(1, len(TRAINING) + 1)
 
 
 def validation_rows(n_points: int = 101) -> list[dict[str, object]]:

@@ -29,6 +29,8 @@ from signorom_post.readers.validation import read_validation
 SIGNATURE = b"\x89PNG\r\n"
 #: the energy tail after l modes is 10**(-2 l / 11.9): below 1e-6 at l = 36 and not before
 SINGULAR_VALUES = 10.0 ** (-np.arange(120) / 11.9)
+#: snapshots of each cluster, 1-based; heights are 1 to 5 mm
+MEMBERS = {"1": [1, 2], "2": [2, 3, 4], "3": [4, 5]}
 POINTS = ((170.0, 3.2), (30.0, 5.25))
 
 
@@ -45,6 +47,16 @@ def make_program(folder: Path) -> Path:
         del file["clusters/1/singular_values"], file["reduction/pod_tolerance"]
         file["clusters/1/singular_values"] = SINGULAR_VALUES
         file["reduction/pod_tolerance"] = 1e-6
+    write_model(folder / "clusters.h5", disks, n_clusters=3)
+    with h5py.File(folder / "clusters.h5", "r+") as file:
+        for name in ("names", "units", "minimum", "maximum", "training_points"):
+            del file["parameters"][name]
+        file["parameters/names"], file["parameters/units"] = ["P1", "h1"], ["MPa", "mm"]
+        file["parameters/minimum"], file["parameters/maximum"] = [5.0, 0.6], [200.0, 6.0]
+        file["parameters/training_points"] = [[5.0, 1.0], [5.0, 2.0], [5.0, 3.0], [5.0, 4.0], [5.0, 5.0]]
+        for name, members in MEMBERS.items():
+            del file[f"clusters/{name}/training_points"]
+            file[f"clusters/{name}/training_points"] = members
     write_fields(folder / "fields.h5", disks, (0.3, 0.2))
     with h5py.File(folder / "fields.h5", "r+") as file:
         for name, point in zip(("0001", "0002"), POINTS, strict=True):
@@ -83,17 +95,15 @@ def read_table(path: Path) -> list[dict[str, str]]:
 
 
 def test_every_entry_has_a_table_and_a_figure(everything: tuple[Path, list[str]]) -> None:
-    names = {name for name in ENTRIES if name != "fig09"} | {"fig09a", "fig09b"}
+    names = set(ENTRIES) - {"fig09", "fig17", "table2"}
+    names |= {"fig09a", "fig09b", "fig17a", "fig17b", "fig17c"}
     output = everything[0]
     for name in names:
         assert (output / f"{name}.png").read_bytes().startswith(SIGNATURE)
         assert read_table(output / f"{name}.csv")
     written = {path.name for path in output.iterdir()}
-    assert written == {f"{n}.{e}" for n in names for e in ("png", "csv")} | {
-        "runs",
-        "summary.md",
-        "summary.csv",
-    }
+    others = {"runs", "summary.md", "summary.csv", "table2.csv"}
+    assert written == {f"{n}.{e}" for n in names for e in ("png", "csv")} | others
 
 
 def test_snapshots_are_made_once_per_load_and_no_run_is_repeated(everything: tuple[Path, list[str]]) -> None:
@@ -204,6 +214,27 @@ def test_contact_forces_are_those_of_the_fields(everything: tuple[Path, list[str
     np.testing.assert_allclose(reduced, sorted(reduced_multipliers(disks, 0.3)[disks.reduced_rows]))
 
 
+def test_clusters_come_by_falling_height(everything: tuple[Path, list[str]]) -> None:
+    """The stand-in's clusters 3, 2, 1 hold the heights 4 and 5; 2, 3 and 4; 1 and 2 mm."""
+    table = read_table(everything[0] / "fig15.csv")
+    found = [(int(row["cluster"]), float(row["h1_mm"])) for row in table]
+    assert found == [(1, 4.0), (1, 5.0), (2, 2.0), (2, 3.0), (2, 4.0), (3, 1.0), (3, 2.0)]
+    numbers = summary(everything[0])
+    assert [float(numbers["Fig. 15", f"snapshots of cluster {i}"]["ours"]) for i in (1, 2, 3)] == [2, 3, 2]
+    assert float(numbers["Fig. 17", "contact pairs of cluster 2"]["ours"]) == 40
+    assert numbers["Fig. 18", "map: 95th percentile"]["verdict"] == "OUTSIDE"
+    assert float(numbers["Fig. 18", "map: 95th percentile"]["allowed_max"]) == 0.18
+
+
+def test_table_2(everything: tuple[Path, list[str]]) -> None:
+    """All 40 hats: 40 % / 41."""
+    for row, limit in zip(read_table(everything[0] / "table2.csv"), (1.3 * 0.020, 1.3 * 0.024), strict=True):
+        assert (int(row["n_modes"]), int(row["n_columns"])) == (36, 76)
+        assert float(row["e_lambda"]) == pytest.approx(0.4 / 41)
+        text = f"dual error at ({float(row['P1_MPa']):g} MPa, {float(row['h1_mm']):g} mm)"
+        assert float(summary(everything[0])["Table 2", text]["allowed_max"]) == pytest.approx(limit)
+
+
 def test_energy_tail(everything: tuple[Path, list[str]]) -> None:
     table = read_table(everything[0] / "fig16.csv")
     squares = SINGULAR_VALUES**2
@@ -310,6 +341,8 @@ def test_each_variant_has_its_folder() -> None:
         Variant(34, load="cut"),
         Variant(34, n_map=10),
         Variant(34, has_fields=True),
+        Variant(None, n_clusters=3),
+        Variant(None, n_clusters=4),
     ]
     assert len({variant.name for variant in variants}) == len(variants)
 

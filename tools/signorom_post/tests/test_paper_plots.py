@@ -9,6 +9,7 @@ from half_disk_results import HalfDisks
 from pictures import check_picture, lines_of
 
 from signorom_post.mesh import Mesh
+from signorom_post.plots.cluster_map import ClusterMap, cluster_map
 from signorom_post.plots.contact_forces import ContactForces, contact_forces
 from signorom_post.plots.enrichment_errors import ErrorSeries, errors_and_kappa, errors_and_size
 from signorom_post.plots.error_map import ErrorMap, error_maps
@@ -103,6 +104,23 @@ def test_contact_forces(tmp_path: Path) -> None:
     (tips,) = lines_of(axes, "reduced")
     np.testing.assert_allclose(tips.get_xdata(), [0.0, 2.2, 4.4, 6.6])
     assert (axes.get_xlabel(), axes.get_ylabel()) == (r"contact force $\lambda$ [N]", "height $z$ [mm]")
+
+
+def test_clusters_and_their_snapshots(tmp_path: Path) -> None:
+    """A shared snapshot is a dot of the first cluster and a ring of the second."""
+    x, y = np.array([5.0, 200.0, 5.0, 200.0]), np.array([6.0, 6.0, 0.6, 0.6])
+    members = [np.array([[5.0, 6.0], [5.0, 3.0]]), np.array([[5.0, 3.0], [5.0, 0.6]])]
+    with styled():
+        figure = cluster_map(ClusterMap(x, y, np.array([0, 0, 1, 1]), members))
+        check_picture(figure, tmp_path / "figure.png")
+    (axes,) = figure.axes
+    (cells,) = [c for c in axes.collections if c.get_gid() == "labels"]
+    np.testing.assert_array_equal(cells.get_array(), [[1, 1], [0, 0]])
+    assert lines_of(axes, "first 0")[0].get_xydata().tolist() == [[5.0, 6.0], [5.0, 3.0]]
+    assert lines_of(axes, "first 1")[0].get_xydata().tolist() == [[5.0, 0.6]]
+    assert lines_of(axes, "second 1")[0].get_xydata().tolist() == [[5.0, 3.0]]
+    texts = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert texts == ["cluster 1: 2 snapshots", "cluster 2: 2 snapshots"]
 
 
 def two_blocks() -> Mesh:

@@ -15,6 +15,7 @@ from types import FrameType
 from signorom_post.errors import InputError
 from signorom_post.figures import FORMATS
 from signorom_post.paper.case import figure_8
+from signorom_post.paper.clusters import figure_15, figure_17, figure_18, table_2
 from signorom_post.paper.comparison import Comparison, markdown_table, rows_for_csv, text_table
 from signorom_post.paper.convergence import figure_3, figure_10
 from signorom_post.paper.decay import figure_16
@@ -38,7 +39,11 @@ ENTRIES: dict[str, Entry] = {
     "fig12": figure_12,
     "fig13": figure_13,
     "fig14": figure_14,
+    "fig15": figure_15,
     "fig16": figure_16,
+    "fig17": figure_17,
+    "table2": table_2,
+    "fig18": figure_18,
 }
 TITLE = "Case b of the paper"
 INTRODUCTION = (

@@ -7,7 +7,8 @@ from signorom_post.paper.outcome import Outcome, Row, Study, n_contact_rows
 from signorom_post.paper.variants import Variant
 from signorom_post.plots.reduced_domain import reduced_domain
 from signorom_post.plots.singular_values import kept_modes
-from signorom_post.results import Results
+from signorom_post.readers.fields import FieldFile
+from signorom_post.readers.model import Cluster
 
 #: contact pairs in a domain depend on ties in DEIM and on the mesh's exact dimensions
 MARGIN = 6
@@ -32,7 +33,7 @@ def _domains(study: Study, domains: dict[str, int]) -> Outcome:
     for (name, domain), results, results_cut in zip(domains.items(), ours, cut, strict=True):
         where = f"Fig. {name[3:].lstrip('0')}"
         cluster = results.model.clusters[0]
-        outcome.tables[name] = _table(results)
+        outcome.tables[name] = domain_table(results.fields, cluster)
         outcome.figures[name] = reduced_domain(results.fields, cluster, ("r", "z"))
         n_modes, n_modes_cut = (
             kept_modes(r.model.clusters[0], r.model.pod_tolerance) for r in (results, results_cut)
@@ -65,9 +66,8 @@ def _domains(study: Study, domains: dict[str, int]) -> Outcome:
     return outcome
 
 
-def _table(results: Results) -> list[Row]:
+def domain_table(fields: FieldFile, cluster: Cluster) -> list[Row]:
     """Nodes, pairs and cells of the domain with their places; numbers are 1-based."""
-    fields, cluster = results.fields, results.model.clusters[0]
     places = fields.mesh.coordinates
     centers = [places[cell].mean(axis=0) for cell in fields.mesh.cells]
     kinds = {

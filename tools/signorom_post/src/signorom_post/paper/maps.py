@@ -85,8 +85,8 @@ def _maps(study: Study, name: str, domain: int) -> Outcome:
             )
         )
         comparisons += _map_comparisons(name, domain, extra, results.validation)
-        maps.append(_error_map(results.validation, f"{text}: $\\bar{{\\ell}}$ = {ours}"))
-        table += _table(results, extra)
+        maps.append(error_map_of(results.validation, f"{text}: $\\bar{{\\ell}}$ = {ours}"))
+        table += map_table(results, extra)
     return Outcome({name: table}, {name: error_maps(maps)}, comparisons)
 
 
@@ -118,7 +118,8 @@ def _map_comparisons(name: str, domain: int, extra: int, validation: Validation)
     ]
 
 
-def _error_map(validation: Validation, title: str) -> ErrorMap:
+def error_map_of(validation: Validation, title: str) -> ErrorMap:
+    """The map with its statistics below the title."""
     ours = statistics(validation)
     spread = f"median {percent(ours.median)}, 95 %: {percent(ours.p95)}, above 10 %: {percent(ours.above_10)}"
     return ErrorMap(
@@ -129,7 +130,8 @@ def _error_map(validation: Validation, title: str) -> ErrorMap:
     )
 
 
-def _table(results: Results, extra: int) -> list[Row]:
+def map_table(results: Results, extra: int) -> list[Row]:
+    """A row per point."""
     validation = results.validation
     names = ("e_u", "e_lambda_rid", "e_lambda_all", "n_active", "n_active_full_order")
     return [

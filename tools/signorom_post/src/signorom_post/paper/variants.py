@@ -13,6 +13,8 @@ SIDES = {"cladding": "second", "fuel": "first"}
 STRONG, WEAK = (170.0, 3.2), (30.0, 5.25)
 POINTS = (STRONG, WEAK)
 POD_TOLERANCE = 1.0e-6
+#: of the displacements and of the multipliers, for each cluster
+LOCAL_TOLERANCES: tuple[float, float | None] = (1.0e-8, 1.0e-6)
 ZONE = "cladding_outside"
 #: [MB] room for the full-order operator on the multipliers, which answers where the reduced problem has no solution
 FULL_ORDER_SIZE = 1.0
@@ -24,8 +26,8 @@ LOADS = ("whole_edges", "cut")
 class Variant:
     """One reduced model, and where it is compared with the full order."""
 
-    #: key of DOMAINS
-    domain: int
+    #: key of DOMAINS; None with clusters, whose domains are their own
+    domain: int | None
     #: Algorithm 1 ends there; None: no hat functions
     max_condition_number: float | None = 10.0
     #: or after so many hats; None: no limit
@@ -37,13 +39,16 @@ class Variant:
     load: str = LOADS[0]
     #: compared on a grid of so many points per parameter; None: at the two POINTS
     n_map: int | None = None
+    #: local models by the paper's regular method; None: one model
+    n_clusters: int | None = None
     #: model and fields are wanted, not just the tables
     has_fields: bool = False
 
     @property
     def name(self) -> str:
         """A name for its folder, different for each variant."""
-        parts = [f"rid{self.domain}", f"plus{self.extra_modes}"]
+        of_what = f"rid{self.domain}" if self.n_clusters is None else f"clusters{self.n_clusters}"
+        parts = [of_what, f"plus{self.extra_modes}"]
         if self.max_condition_number is not None:
             parts += [self.side, f"kappa{self.max_condition_number:g}"]
         if self.max_hats is not None:
@@ -59,21 +64,26 @@ class Variant:
         deck = with_load(base, self.load)
         n = self.n_map
         deck["test"] = {"grid": {"P1": n, "h1": n}} if n else {"file": points_file}
+        if self.n_clusters is not None:
+            deck["clusters"] = {"number": self.n_clusters, "method": "regular"}
         deck["reduction"] = self._reduction()
         deck["output"]["fields"] = ["displacement", "contact"]
         deck["output"]["points"] = [dict(zip(("P1", "h1"), point, strict=True)) for point in POINTS]
         return deck
 
     def _reduction(self) -> dict[str, Any]:
+        tolerance, dual_tolerance = LOCAL_TOLERANCES
+        if self.domain is not None:
+            tolerance, dual_tolerance = POD_TOLERANCE, DOMAINS[self.domain]
         reduction: dict[str, Any] = {
             "method": "hhr",
-            "pod_tolerance": POD_TOLERANCE,
+            "pod_tolerance": tolerance,
             "extra_modes": self.extra_modes,
             "zones_of_interest": [ZONE],
             "max_full_order_size": FULL_ORDER_SIZE,
         }
-        if DOMAINS[self.domain] is not None:
-            reduction["dual_pod_tolerance"] = DOMAINS[self.domain]
+        if dual_tolerance is not None:
+            reduction["dual_pod_tolerance"] = dual_tolerance
         if self.max_condition_number is not None:
             greedy = {"max_condition_number": self.max_condition_number, "side": SIDES[self.side]}
             reduction["enrichment"] = {"type": "greedy", **greedy}

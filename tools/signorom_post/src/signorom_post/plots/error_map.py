@@ -31,7 +31,7 @@ class ErrorMap:
 
 def error_maps(maps: list[ErrorMap], x_label: str = "$P_1$ [MPa]", y_label: str = "$h_1$ [mm]") -> Figure:
     """One panel per map, a cell per point."""
-    figure = new_figure(8.6, 4.3)
+    figure = new_figure(8.6 if len(maps) > 1 else 5.6, 4.3)
     panels = figure.subplots(1, len(maps), sharex=True, sharey=True, squeeze=False)[0]
     for axes, item in zip(panels, maps, strict=True):
         cells = _draw(axes, item)

@@ -29,6 +29,8 @@ class Cluster:
     contact_rows: IntArray
     condition_number: float
     stiffness_condition: float
+    #: its snapshots among the training points
+    training_points: IntArray
 
 
 @dataclass(frozen=True)
@@ -113,6 +115,7 @@ def _read_cluster(file: Hdf5Input, name: str) -> Cluster:
         contact_rows=file.indices(f"{group}/contact_rows", unlimited),
         condition_number=np.nan if condition_number is None else condition_number,
         stiffness_condition=np.nan if stiffness_condition is None else stiffness_condition,
+        training_points=file.indices(f"{group}/training_points", unlimited),
     )
 
 

@@ -1,0 +1,182 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Figures 15, 17 and 18 and Table 2: three local models from regular snapshots."""
+
+import numpy as np
+
+from signorom_post.paper import published
+from signorom_post.paper.comparison import Comparison, about, at_most, count, number, percent
+from signorom_post.paper.domains import domain_table
+from signorom_post.paper.maps import error_map_of, map_table, statistics
+from signorom_post.paper.outcome import Outcome, Row, Study, errors_at, point_text
+from signorom_post.paper.variants import POINTS, Variant
+from signorom_post.plots.cluster_map import ClusterMap, cluster_map
+from signorom_post.plots.error_map import error_maps
+from signorom_post.plots.reduced_domain import reduced_domain
+from signorom_post.readers.model import Cluster, Model
+from signorom_post.results import Results
+
+N_CLUSTERS = 3
+#: snapshots of a cluster, size of its basis
+SNAPSHOTS_MARGIN, COLUMNS_MARGIN = 20, 8
+#: dual errors with all hats
+FACTOR = 1.3
+#: the map with three clusters: what counts as agreement with its picture
+MAP_LIMITS = published.MapStatistics(0.04, 0.18, 0.12)
+BORDER_REMARK = "the borders of the clusters, and with them all sizes, depend on ties between grid cells"
+MAP_REMARK = "the paper prints the map as a picture; the limits are agreed ones, not the paper's"
+
+
+def _local_models(study: Study) -> Results:
+    """At kappa_max = 10, with model and map."""
+    kappa = published.MAX_CONDITION_NUMBER
+    variant = Variant(None, kappa, n_clusters=N_CLUSTERS, n_map=study.n_map, has_fields=True)
+    return study.runs.results([variant])[0]
+
+
+def by_height(model: Model) -> list[Cluster]:
+    """Clusters by falling mean height of the load of their snapshots."""
+    return sorted(
+        model.clusters, key=lambda cluster: -model.training_points[cluster.training_points, 1].mean()
+    )
+
+
+def figure_15(study: Study) -> Outcome:
+    """Which cluster holds which snapshots, and answers where."""
+    results = _local_models(study)
+    model, validation = results.model, results.validation
+    clusters = by_height(model)
+    order = {int(cluster.name): i for i, cluster in enumerate(clusters)}
+    shown = ClusterMap(
+        x=validation.parameters[:, 0],
+        y=validation.parameters[:, 1],
+        labels=np.array([order[int(label)] for label in validation.columns["cluster"]]),
+        members=[model.training_points[cluster.training_points] for cluster in clusters],
+    )
+    table: list[Row] = [
+        {"cluster": i, "P1_MPa": f"{point[0]:.6g}", "h1_mm": f"{point[1]:.6g}"}
+        for i, members in enumerate(shown.members, start=1)
+        for point in members
+    ]
+    comparisons = [
+        Comparison(
+            "Fig. 15",
+            f"snapshots of cluster {i}",
+            paper.n_snapshots,
+            len(cluster.training_points),
+            count,
+            about(paper.n_snapshots, SNAPSHOTS_MARGIN),
+            is_robust=False,
+            remark=BORDER_REMARK,
+        )
+        for i, (cluster, paper) in enumerate(zip(clusters, published.CLUSTERS, strict=True), start=1)
+    ]
+    return Outcome({"fig15": table}, {"fig15": cluster_map(shown)}, comparisons)
+
+
+def figure_17(study: Study) -> Outcome:
+    """The reduced domain of each cluster."""
+    results = _local_models(study)
+    outcome = Outcome({}, {})
+    for i, (cluster, paper) in enumerate(zip(by_height(results.model), published.CLUSTERS, strict=True)):
+        name = f"fig17{'abc'[i]}"
+        outcome.tables[name] = domain_table(results.fields, cluster)
+        outcome.figures[name] = reduced_domain(results.fields, cluster, ("r", "z"))
+        sizes = results.report["reduction"]["clusters"][cluster.name]
+        for key, text in (("n_modes", "modes l"), ("n_contact_rows", "contact pairs")):
+            outcome.comparisons.append(
+                Comparison(
+                    "Fig. 17",
+                    f"{text} of cluster {i + 1}",
+                    getattr(paper, key),
+                    sizes[key],
+                    count,
+                    is_robust=False,
+                )
+            )
+    return outcome
+
+
+def table_2(study: Study) -> Outcome:
+    """All hats, the two points of Table 1."""
+    (results,) = study.runs.results([Variant(None, 1.0, n_clusters=N_CLUSTERS)])
+    validation = results.validation
+    table: list[Row] = []
+    comparisons: list[Comparison] = []
+    for point, paper in zip(POINTS, published.TABLE_2, strict=True):
+        row = int(np.argmin(np.abs(validation.parameters - np.array(point)).sum(axis=1)))
+        label = int(validation.columns["cluster"][row])
+        history = next(item for item in results.enrichment if item.cluster == label)
+        primal, dual = errors_at(results, point)
+        text = f"at {point_text(point)}"
+        n_modes, n_columns = history.n_columns[0], history.n_columns[-1]
+        kappa = history.condition_numbers[0]
+        table.append(
+            {
+                "P1_MPa": point[0],
+                "h1_mm": point[1],
+                "condition_number_paper": paper.condition_number,
+                "condition_number": kappa,
+                "n_modes_paper": paper.n_modes,
+                "n_modes": int(n_modes),
+                "n_columns_paper": paper.n_columns,
+                "n_columns": int(n_columns),
+                "e_u_paper": paper.primal,
+                "e_u": primal,
+                "e_lambda_paper": paper.dual,
+                "e_lambda": dual,
+            }
+        )
+        loose = {"is_robust": False, "remark": BORDER_REMARK}
+        comparisons += [
+            Comparison(
+                "Table 2", f"kappa before the hats {text}", paper.condition_number, kappa, number, **loose
+            ),
+            Comparison("Table 2", f"modes l {text}", paper.n_modes, n_modes, count, **loose),
+            Comparison("Table 2", f"final l-bar {text}", paper.n_columns, n_columns, count, **loose),
+            Comparison("Table 2", f"primal error {text}", paper.primal, primal, percent),
+            Comparison(
+                "Table 2", f"dual error {text}", paper.dual, dual, percent, at_most(paper.dual, FACTOR)
+            ),
+        ]
+    return Outcome({"table2": table}, {}, comparisons)
+
+
+def figure_18(study: Study) -> Outcome:
+    """Map of the dual error with three clusters."""
+    results = _local_models(study)
+    validation = results.validation
+    sizes = {cluster.name: int(cluster.n_modes) for cluster in by_height(results.model)}
+    title = f"three clusters: $\\bar{{\\ell}}$ = {', '.join(map(str, sizes.values()))}"
+    ours = statistics(validation)
+    comparisons = [
+        Comparison(
+            "Fig. 18",
+            f"l-bar of cluster {i} at kappa_max = 10",
+            paper.n_columns,
+            size,
+            count,
+            about(paper.n_columns, COLUMNS_MARGIN),
+        )
+        for i, (size, paper) in enumerate(zip(sizes.values(), published.CLUSTERS, strict=True), start=1)
+    ]
+    comparisons += [
+        Comparison(
+            "Fig. 18",
+            f"map: {text}",
+            getattr(MAP_LIMITS, key),
+            getattr(ours, key),
+            percent,
+            at_most(getattr(MAP_LIMITS, key), 1.0),
+            remark=MAP_REMARK,
+        )
+        for key, text in (
+            ("median", "median of the dual error"),
+            ("p95", "95th percentile"),
+            ("above_10", "points above 10 %"),
+        )
+    ]
+    return Outcome(
+        {"fig18": map_table(results, 0)},
+        {"fig18": error_maps([error_map_of(validation, title)])},
+        comparisons,
+    )

@@ -1,0 +1,57 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Clusters over two parameters: their snapshots, and where each of them answers (paper, Figure 15)."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from matplotlib.colors import ListedColormap, to_rgb
+from matplotlib.figure import Figure
+
+from signorom_post.arrays import FloatArray, IntArray
+from signorom_post.style import CLUSTER_COLORS, new_figure
+
+
+@dataclass(frozen=True)
+class ClusterMap:
+    """Labels from 0 at points of a full grid in any order, and the snapshots of each cluster."""
+
+    x: FloatArray
+    y: FloatArray
+    labels: IntArray
+    #: shape (n_snapshots, 2) each; a snapshot may belong to several
+    members: list[FloatArray]
+
+
+def cluster_map(shown: ClusterMap, x_label: str = "$P_1$ [MPa]", y_label: str = "$h_1$ [mm]") -> Figure:
+    """A pale color where a cluster answers; dots are its snapshots, rings those of a second cluster."""
+    figure = new_figure(6.4, 4.6)
+    axes = figure.subplots()
+    x, i_x = np.unique(shown.x, return_inverse=True)
+    y, i_y = np.unique(shown.y, return_inverse=True)
+    labels = np.zeros((len(y), len(x)))
+    labels[i_y, i_x] = shown.labels
+    n = len(shown.members)
+    pale = ListedColormap(
+        [tuple(0.7 + 0.3 * value for value in to_rgb(color)) for color in CLUSTER_COLORS[:n]]
+    )
+    axes.pcolormesh(x, y, labels, cmap=pale, vmin=-0.5, vmax=n - 0.5, gid="labels", rasterized=True)
+    seen: set[tuple[float, ...]] = set()
+    for i, points in enumerate(shown.members):
+        is_second = np.array([tuple(point) in seen for point in points])
+        seen |= {tuple(point) for point in points}
+        text = f"cluster {i + 1}: {len(points)} snapshots"
+        color = CLUSTER_COLORS[i]
+        axes.plot(*points[~is_second].T, "o", color=color, markersize=3.0, label=text, gid=f"first {i}")
+        axes.plot(
+            *points[is_second].T,
+            "o",
+            color=color,
+            markersize=6.0,
+            markerfacecolor="none",
+            gid=f"second {i}",
+            zorder=3,
+        )
+    axes.set_xlabel(x_label)
+    axes.set_ylabel(y_label)
+    figure.legend(*axes.get_legend_handles_labels(), loc="outside upper center", ncols=n, columnspacing=1.4)
+    return figure
