@@ -202,6 +202,40 @@ int sig_linear_solver_solve(intptr_t handle, intptr_t rhs, double tolerance, int
   return 0;
 }
 
+// The transpose of columns, most of whose entries are zero, as a sparse matrix.
+static PetscErrorCode make_sparse_rows(int n_columns, int n_local, const double *columns, Mat *rows) {
+  PetscInt *counts;
+
+  PetscCall(PetscCalloc1(n_columns, &counts));
+  for (int k = 0; k < n_columns; k++)
+    for (int i = 0; i < n_local; i++) counts[k] += columns[(size_t)k * (size_t)n_local + (size_t)i] != 0.0;
+  PetscCall(MatCreateSeqAIJ(PETSC_COMM_SELF, n_columns, n_local, 0, counts, rows));
+  for (int k = 0; k < n_columns; k++)
+    for (int i = 0; i < n_local; i++) {
+      const double value = columns[(size_t)k * (size_t)n_local + (size_t)i];
+      if (value != 0.0) PetscCall(MatSetValue(*rows, k, i, value, INSERT_VALUES));
+    }
+  PetscCall(MatAssemblyBegin(*rows, MAT_FINAL_ASSEMBLY));
+  PetscCall(MatAssemblyEnd(*rows, MAT_FINAL_ASSEMBLY));
+  PetscCall(PetscFree(counts));
+  return 0;
+}
+
+// MUMPS skips what a sparse right-hand side does not reach; on several ranks it would want all of it on the first.
+static PetscErrorCode takes_sparse(Mat factor, int n_columns, int n_local, const double *rhs, PetscBool *is_sparse) {
+  const size_t size = (size_t)n_columns * (size_t)n_local;
+  MatSolverType type;
+  PetscMPIInt n_ranks;
+  size_t n_entries = 0;
+
+  PetscCallMPI(MPI_Comm_size(PetscObjectComm((PetscObject)factor), &n_ranks));
+  PetscCall(MatFactorGetSolverType(factor, &type));
+  *is_sparse = n_ranks == 1 && strcmp(type, MATSOLVERMUMPS) == 0 ? PETSC_TRUE : PETSC_FALSE;
+  for (size_t i = 0; i < size && *is_sparse; i++) n_entries += rhs[i] != 0.0;
+  if (n_entries > size / 100) *is_sparse = PETSC_FALSE;
+  return 0;
+}
+
 static PetscErrorCode solve_chunks(KSP ksp, int n_columns, int n_local, const double *rhs, double *solution) {
   MPI_Comm comm = PetscObjectComm((PetscObject)ksp);
   PC pc;
@@ -213,11 +247,18 @@ static PetscErrorCode solve_chunks(KSP ksp, int n_columns, int n_local, const do
     int n = n_columns - first < CHUNK ? n_columns - first : CHUNK;
     size_t offset = (size_t)first * (size_t)n_local;
     Mat b, x;
-    // MatCreateDense has no const; the right-hand side is only read.
-    PetscCall(
-        MatCreateDense(comm, n_local, PETSC_DECIDE, PETSC_DETERMINE, n, (PetscScalar *)(uintptr_t)(rhs + offset), &b));
+    PetscBool is_sparse;
+    PetscCall(takes_sparse(factor, n, n_local, rhs + offset, &is_sparse));
     PetscCall(MatCreateDense(comm, n_local, PETSC_DECIDE, PETSC_DETERMINE, n, solution + offset, &x));
-    PetscCall(MatMatSolve(factor, b, x));
+    if (is_sparse) {
+      PetscCall(make_sparse_rows(n, n_local, rhs + offset, &b));
+      PetscCall(MatMatTransposeSolve(factor, b, x));
+    } else {
+      // MatCreateDense has no const; the right-hand side is only read.
+      PetscCall(MatCreateDense(comm, n_local, PETSC_DECIDE, PETSC_DETERMINE, n,
+                               (PetscScalar *)(uintptr_t)(rhs + offset), &b));
+      PetscCall(MatMatSolve(factor, b, x));
+    }
     PetscCall(MatDestroy(&b));
     PetscCall(MatDestroy(&x));
   }

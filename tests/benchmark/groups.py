@@ -31,6 +31,7 @@ def case_b(n_points):
     text = text.replace("young_modulus: 190.0e3", "young_modulus: E").replace(
         "type: condensed", "type: active_set"
     )
+    text = text.replace("test: {grid: {P1: 80, h1: 80}}\n", "")
     text = text.replace("{P1: 10, h1: 50}}", f"{{E: {n_points // 4}, P1: 2, h1: 2}}, groups: GROUPS}}")
     return text.replace(
         "  points: [{P1: 170, h1: 3.2}, {P1: 30, h1: 5.25}]", "  points: [{E: 190.0e3, P1: 170, h1: 3.2}]"

@@ -30,10 +30,12 @@ def cpu_of(command, folder):
         list(map(str, command)),
         cwd=folder,
         env=os.environ | ENVIRONMENT,
-        check=True,
         capture_output=True,
         text=True,
+        check=False,
     )
+    if done.returncode != 0:
+        sys.exit(f"{command} ended with {done.returncode}: {done.stderr}")
     wall, after = time.perf_counter() - start, resource.getrusage(resource.RUSAGE_CHILDREN)
     return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime, wall, done.stdout
 
