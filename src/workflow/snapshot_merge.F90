@@ -3,7 +3,7 @@
 !> Finds what earlier runs left in the results folder, and makes one snapshots.h5 of it and of this run's shards.
 module sig_snapshot_merge
   use mpi, only: MPI_Barrier, MPI_Bcast, MPI_Comm_rank, MPI_LOGICAL
-  use sig_contact_state, only: reason_converged
+  use sig_contact_state, only: reason_converged, reason_text
   use sig_contact_system, only: contact_system_t
   use sig_error_broadcast, only: broadcast_error
   use sig_errors, only: error_t, exit_not_converged, make_error
@@ -132,9 +132,8 @@ contains
       allocate (response(system%map%n_dofs, 0))
     else if (groups%i_group == 1) then
       PetscCall(compute_lifting(system, problem%plan%linear == 'gamg', response, reason, ierr))
-      if (reason /= reason_converged) call make_error(error, 'the stiffness without contact is singular: ' // &
-        'a body is held by nothing but contact, which this version cannot reduce', problem%deck%path, &
-        exit_code=exit_not_converged)
+      if (reason /= reason_converged) call make_error(error, 'no elastic response to the prescribed values: ' // &
+        reason_text(reason), problem%deck%path, exit_code=exit_not_converged)
     end if
     call MPI_Barrier(PETSC_COMM_WORLD, ierr)
     if (groups%world_rank == 0 .and. .not. allocated(error)) call write_merged(problem, folder, points, fresh, response, error)
