@@ -14,9 +14,8 @@
  *
  * Every call that can fail returns a signorom_code; the sentence that belongs to the last failure is kept in the model
  * or in the context. There are no global variables. Threads may share a model, each with a context of its own; a
- * context belongs to one thread at a time. signorom_open and signorom_close read and free: one thread at a time in the
- * process (HDF5). Numbers of nodes, contacts and clusters count from 0. Arrays belong to the caller, texts to the
- * model. */
+ * context belongs to one thread at a time. Models and contexts are made and freed by one thread at a time in the
+ * process. Numbers of nodes, contacts and clusters count from 0. Arrays belong to the caller, texts to the model. */
 #ifndef SIGNOROM_H
 #define SIGNOROM_H
 
@@ -101,13 +100,14 @@ int signorom_get_nodes(const signorom_model *model, int *tags, double *coordinat
 /* Contacts of the reduced integration domain: their number, and (unless null) which, ascending. */
 int signorom_get_domain_contacts(const signorom_model *model, int cluster, int *n, int *contacts);
 
-/* `*context` is set even on a failure. Create it before the threads that use it, or in them; the model must outlive it.
+/* `*context` is set even on a failure. Create it before the threads that use it; the model must outlive it.
  */
 int signorom_create_context(const signorom_model *model, signorom_context **context);
 const char *signorom_message(const signorom_context *context);
 void signorom_free_context(signorom_context *context);
 
-/* Answers at a point [n_parameters]. After the first ones it allocates nothing. The getters below tell more of it. */
+/* Answers at a point [n_parameters]. After the first ones it allocates nothing (with several clusters: while one of
+ * them answers). The getters below tell more of it. */
 int signorom_query(signorom_context *context, const double *point, signorom_answer *answer);
 /* Answers at n points [n][n_parameters]; `answers` [n] and `multipliers` [n][n_contacts] may be null. A point without
  * an answer does not stop it: its code says so, its multipliers are 0, and the call returns SIGNOROM_NO_ANSWER. */

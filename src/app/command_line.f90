@@ -2,7 +2,7 @@
 !> The command line as data: which command, on which file, with which options.
 module sig_command_line
   use sig_errors, only: error_t, make_error
-  use sig_text, only: did_you_mean, join, split, string_t
+  use sig_text, only: did_you_mean, join, read_integer, split, string_t, to_text
   implicit none(type, external)
   private
   public :: command_t, parse_command_line, usage
@@ -19,11 +19,14 @@ module sig_command_line
     character(:), allocatable :: output
     logical :: is_quiet = .false.
     logical :: is_strict = .false.
+    !> of predict; 0 = as many as there are processors
+    integer :: n_threads = 0
     !> what goes to PETSc's options database: `-name value ...`
     character(:), allocatable :: petsc_options
   end type command_t
 
   character(*), parameter :: see_help = 'see signorom --help'
+  integer, parameter :: most_threads = 1000
 
 contains
 
@@ -80,10 +83,24 @@ contains
       call take_value(arguments, i, command%points, error)
     case ('--output')
       call take_value(arguments, i, command%output, error)
+    case ('--threads')
+      call take_value(arguments, i, value, error)
+      if (.not. allocated(error)) call take_threads(value, command%n_threads, error)
     case default
       call take_petsc_option(arguments, i, command, error)
     end select
   end subroutine take_option
+
+  subroutine take_threads(value, n_threads, error)
+    character(*), intent(in) :: value
+    integer, intent(out) :: n_threads
+    type(error_t), allocatable, intent(out) :: error
+    logical :: is_valid
+
+    call read_integer(value, n_threads, is_valid)
+    if (.not. is_valid .or. n_threads < 1 .or. n_threads > most_threads) &
+      call make_error(error, '--threads is ''' // value // '''; it must be a whole number from 1 to ' // to_text(most_threads))
+  end subroutine take_threads
 
   subroutine take_petsc_option(arguments, i, command, error)
     type(string_t), intent(in) :: arguments(:)
@@ -143,8 +160,9 @@ contains
       call make_error(error, command%name // ' works without PETSc and takes no option of it:' // command%petsc_options)
     else if (command%at /= '' .and. .not. (command%name == 'predict' .or. command%name == 'solve')) then
       call make_error(error, '--at goes with predict and solve, not with ' // command%name)
-    else if (command%name /= 'predict' .and. (command%points /= '' .or. command%output /= '' .or. command%is_strict)) then
-      call make_error(error, '--points, --output and --strict go with predict, not with ' // command%name)
+    else if (command%name /= 'predict' .and. (command%points /= '' .or. command%output /= '' .or. command%is_strict &
+      .or. command%n_threads > 0)) then
+      call make_error(error, '--points, --output, --strict and --threads go with predict, not with ' // command%name)
     end if
   end subroutine check_command
 
@@ -164,7 +182,7 @@ contains
   function option_words() result(words)
     type(string_t), allocatable :: words(:)
 
-    words = split('--help,--version,--quiet,--strict,--at,--points,--output', ',')
+    words = split('--help,--version,--quiet,--strict,--at,--points,--output,--threads', ',')
   end function option_words
 
   logical function is_in(word, words)
@@ -212,6 +230,7 @@ contains
       '  --at a=1,b=2    a parameter point (predict, solve)' // nl // &
       '  --points FILE   CSV with a column per parameter (predict)' // nl // &
       '  --output FILE   where the CSV of predict goes instead of the terminal' // nl // &
+      '  --threads N     threads of predict; as many as there are processors without it' // nl // &
       '  --strict        a point outside the trained box is an error, not a warning (predict)' // nl // &
       '  --quiet         say nothing but warnings and errors' // nl // &
       '  --help, --version' // nl // &

@@ -4,6 +4,8 @@
 module sig_predict
   use, intrinsic :: iso_fortran_env, only: int64, output_unit
   use mpi, only: MPI_Comm_rank
+  use sig_answer_block, only: answer_block_t, table_header
+  use sig_base_c_interfaces, only: sig_processor_count
   use sig_command_line, only: command_t
   use sig_error_broadcast, only: broadcast_error
   use sig_errors, only: error_report, error_t, exit_success, make_error
@@ -13,15 +15,18 @@ module sig_predict
   use sig_model, only: model_t
   use sig_model_file, only: read_model
   use sig_online_model, only: online_model_t
-  use sig_parameter_space, only: format_point, read_points
+  use sig_parameter_space, only: format_point
   use sig_point_argument, only: parse_point
-  use sig_query, only: answer_t, method_name, query_t, reason_text
-  use sig_reconstruction, only: reconstruct_multipliers
+  use sig_point_list, only: point_list_t
+  use sig_query, only: method_name, n_query_methods
   use sig_text, only: to_text
   use petsc
   implicit none(type, external)
   private
   public :: predict
+
+  !> points that are read, answered and written at a time
+  integer, parameter :: block_size = 2000
 
 contains
 
@@ -45,57 +50,68 @@ contains
   subroutine predict_points(command, error)
     type(command_t), intent(in) :: command
     type(error_t), allocatable, intent(out) :: error
-    type(online_model_t) :: online
-    type(query_t) :: query
-    real(rk), allocatable :: points(:, :)
+    type(online_model_t), target :: online
+    type(answer_block_t) :: block
+    type(point_list_t) :: list
     character(:), allocatable :: message
+    real(rk), allocatable :: points(:, :)
+    integer(int64) :: n_bytes
+    integer :: n_threads, unit
 
     call read_model(command%file, online%model, error)
     if (allocated(error)) return
+    n_threads = command%n_threads
+    if (n_threads == 0) n_threads = sig_processor_count()
     if (command%at /= '') then
+      n_threads = 1
       call parse_point(command%at, online%model%parameter_names, points, error)
     else
-      call read_points(command%points, online%model%parameter_names, points, error)
+      call list%open(command%points, online%model%parameter_names, error)
     end if
     if (allocated(error)) return
     call online%prepare(message)
-    if (.not. allocated(message)) call query%create(online, message)
-    if (allocated(message)) then
-      call make_error(error, 'the model cannot answer: ' // message, command%file)
-    else
-      call write_answers(command, online, query, points, error)
+    if (.not. allocated(message)) call block%create(online, n_threads, block_size, message)
+    if (allocated(message)) call make_error(error, 'the model cannot answer: ' // message, command%file)
+    if (.not. allocated(error) .and. command%at /= '') then
+      block%points(:, :1) = points
+      block%n_points = 1
+      call check_box(command, block, error)
+    else if (.not. allocated(error)) then
+      call next_block(command, list, block, error)
     end if
-    call query%destroy()
+    if (.not. allocated(error)) call open_table(command, unit, error)
+    if (.not. allocated(error)) then
+      call answer_blocks(command, list, block, unit, n_bytes, error)
+      call close_table(command, unit, n_bytes, error)
+      if (.not. allocated(error)) call report_methods(command, block)
+    end if
+    call list%close()
+    call block%destroy()
   end subroutine predict_points
 
-  subroutine write_answers(command, online, query, points, error)
+  !> Reads the next points, and does what --strict asks for.
+  subroutine next_block(command, list, block, error)
     type(command_t), intent(in) :: command
-    type(online_model_t), intent(in) :: online
-    type(query_t), intent(inout) :: query
-    real(rk), intent(in) :: points(:, :)
+    type(point_list_t), intent(inout) :: list
+    type(answer_block_t), intent(inout) :: block
     type(error_t), allocatable, intent(out) :: error
-    integer(int64) :: n_bytes
-    integer :: unit
 
-    if (command%is_strict) call check_box(command, online, points, error)
-    if (.not. allocated(error)) call open_table(command, unit, error)
-    if (allocated(error)) return
-    call answer_points(online, query, points, unit, n_bytes)
-    call close_table(command, unit, n_bytes, error)
-    if (command%output /= '' .and. .not. allocated(error)) call log_info(to_text(size(points, 2)) // ' answers: ' // command%output)
-  end subroutine write_answers
+    block%n_points = 0
+    if (command%at /= '') return
+    call list%next(block%points, block%n_points, error)
+    if (.not. allocated(error)) call check_box(command, block, error)
+  end subroutine next_block
 
-  !> What --strict asks for, before anything is written.
-  subroutine check_box(command, online, points, error)
+  subroutine check_box(command, block, error)
     type(command_t), intent(in) :: command
-    type(online_model_t), intent(in) :: online
-    real(rk), intent(in) :: points(:, :)
+    type(answer_block_t), intent(in) :: block
     type(error_t), allocatable, intent(out) :: error
     integer :: i
 
-    do i = 1, size(points, 2)
-      if (online%is_inside_box(points(:, i))) cycle
-      call make_error(error, outside_text(online%model, points(:, i)), command%file)
+    if (.not. command%is_strict) return
+    do i = 1, block%n_points
+      if (block%online%is_inside_box(block%points(:, i))) cycle
+      call make_error(error, outside_text(block%online%model, block%points(:, i)), command%file)
       return
     end do
   end subroutine check_box
@@ -120,13 +136,18 @@ contains
     integer, intent(in) :: unit
     !> what the file must hold
     integer(int64), intent(in) :: n_bytes
-    type(error_t), allocatable, intent(out) :: error
+    !> one that is there already stays: the table is then removed
+    type(error_t), allocatable, intent(inout) :: error
     type(error_t), allocatable :: ignored
     integer(int64) :: n_found
     integer :: status
 
     if (command%output == '') return
     close (unit, iostat=status)
+    if (allocated(error)) then
+      call remove_file(command%output // '.partial', ignored)
+      return
+    end if
     inquire (file=command%output // '.partial', size=n_found)
     if (status /= 0 .or. n_found /= n_bytes) then
       call make_error(error, 'cannot write the answers: no room for them', command%output)
@@ -138,38 +159,58 @@ contains
     call remove_file(command%output // '.partial', ignored)
   end subroutine close_table
 
-  !> A line per point as it is answered, so that memory does not grow with their number.
-  subroutine answer_points(online, query, points, unit, n_bytes)
-    type(online_model_t), intent(in) :: online
-    type(query_t), intent(inout) :: query
-    real(rk), intent(in) :: points(:, :)
+  !> A block of lines after the other, in the order of the points: neither memory nor order depends on their number or the threads.
+  subroutine answer_blocks(command, list, block, unit, n_bytes, error)
+    type(command_t), intent(in) :: command
+    type(point_list_t), intent(inout) :: list
+    !> with the first points
+    type(answer_block_t), intent(inout) :: block
     integer, intent(in) :: unit
     !> what was written
     integer(int64), intent(out) :: n_bytes
-    type(answer_t) :: answer
+    type(error_t), allocatable, intent(out) :: error
     character(:), allocatable :: line
     integer :: i, n_outside, status
 
     n_outside = 0
-    line = header(online%model)
-    n_bytes = len(line) + 1
-    write (unit, '(a)', iostat=status) line
-    ! A full disk: n_bytes is then more than the file has, which the caller finds.
-    if (status /= 0) return
-    do i = 1, size(points, 2)
-      call query%evaluate(online, points(:, i), answer)
-      if (.not. answer%is_inside_box) then
-        if (n_outside == 0) call log_warning(outside_text(online%model, points(:, i)) // '; the answer is an extrapolation')
-        n_outside = n_outside + 1
-      end if
-      line = row(online%model, points(:, i), answer)
-      n_bytes = n_bytes + len(line) + 1
-      write (unit, '(a)', iostat=status) line
-      if (status /= 0) return
+    n_bytes = len(table_header(block%online%model)) + 1
+    write (unit, '(a)', iostat=status) table_header(block%online%model)
+    do while (block%n_points > 0 .and. status == 0)
+      call block%answer()
+      do i = 1, block%n_points
+        if (block%is_outside(i)) then
+          if (n_outside == 0) call log_warning(outside_text(block%online%model, block%points(:, i)) // &
+            '; the answer is an extrapolation')
+          n_outside = n_outside + 1
+        end if
+        line = block%line(i)
+        n_bytes = n_bytes + len(line) + 1
+        write (unit, '(a)', iostat=status) line
+        ! A full disk: n_bytes is then more than the file has, which the caller finds.
+        if (status /= 0) return
+      end do
+      call next_block(command, list, block, error)
+      if (allocated(error)) return
     end do
-    if (n_outside > 1) call log_warning(to_text(n_outside) // ' of ' // to_text(size(points, 2)) // &
+    if (n_outside > 1) call log_warning(to_text(n_outside) // ' of ' // to_text(sum(block%counts())) // &
       ' points lie outside the trained box; the first is named above')
-  end subroutine answer_points
+  end subroutine answer_blocks
+
+  !> How many answers, and by which methods.
+  subroutine report_methods(command, block)
+    type(command_t), intent(in) :: command
+    type(answer_block_t), intent(in) :: block
+    character(:), allocatable :: text
+    integer :: counts(0:n_query_methods), i
+
+    if (command%output == '') return
+    counts = block%counts()
+    text = ''
+    do i = 0, n_query_methods
+      if (counts(i) > 0) text = text // ', ' // to_text(counts(i)) // ' by ' // method_name(i)
+    end do
+    call log_info(to_text(sum(counts)) // ' answers (' // text(3:) // '): ' // command%output)
+  end subroutine report_methods
 
   function outside_text(model, point) result(text)
     type(model_t), intent(in) :: model
@@ -184,52 +225,4 @@ contains
     end do
     text = text // ')'
   end function outside_text
-
-  !> Column lambda_k is the contact force of pair k, named by the first node's tag in the mesh file.
-  function header(model) result(text)
-    type(model_t), intent(in) :: model
-    character(:), allocatable :: text
-    integer :: i
-
-    text = ''
-    do i = 1, size(model%parameter_names)
-      text = text // model%parameter_names(i)%text // ','
-    end do
-    text = text // 'cluster,'
-    if (size(model%clusters) > 1) text = text // 'next_cluster,'
-    text = text // 'status,solver,n_active,contact_force'
-    do i = 1, model%n_multipliers
-      text = text // ',lambda_' // to_text(model%first_node_tags(i))
-    end do
-  end function header
-
-  function row(model, point, answer) result(text)
-    type(model_t), intent(in) :: model
-    real(rk), intent(in) :: point(:)
-    type(answer_t), intent(in) :: answer
-    character(:), allocatable :: text
-    real(rk), allocatable :: multipliers(:)
-    integer :: i
-
-    call reconstruct_multipliers(model, answer, multipliers)
-    text = ''
-    do i = 1, size(point)
-      text = text // to_text(point(i)) // ','
-    end do
-    text = text // to_text(answer%cluster) // ','
-    if (size(model%clusters) > 1) text = text // to_text(model%choice%next_cluster(point)) // ','
-    text = text // status(answer) // ',' // method_name(answer%method) // ',' // &
-      to_text(count(multipliers > 0)) // ',' // to_text(sum(multipliers))
-    do i = 1, size(multipliers)
-      text = text // ',' // to_text(multipliers(i))
-    end do
-  end function row
-
-  function status(answer) result(text)
-    type(answer_t), intent(in) :: answer
-    character(:), allocatable :: text
-
-    text = 'answered'
-    if (answer%reason < 0) text = '"' // reason_text(answer%reason) // '"'
-  end function status
 end module sig_predict

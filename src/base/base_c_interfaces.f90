@@ -1,7 +1,8 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> The C side of this layer, as declared in include/signorom/{checksum,file_system,hdf5_file,random_numbers,signals}.h.
+!> The C side of this layer, as declared in include/signorom/{checksum,file_seal,file_system,hdf5_file,number_text,
+!> random_numbers,signals,threads}.h.
 module sig_base_c_interfaces
-  use, intrinsic :: iso_c_binding, only: c_char, c_double, c_int, c_int64_t, c_long, c_ptr, c_size_t
+  use, intrinsic :: iso_c_binding, only: c_char, c_double, c_funptr, c_int, c_int64_t, c_long, c_ptr, c_size_t
   implicit none(type, external)
   private
   public :: strlen
@@ -11,6 +12,8 @@ module sig_base_c_interfaces
   public :: sig_file_kind, sig_make_directories, sig_read_file, sig_write_file, sig_commit_file, sig_rename_file
   public :: sig_remove_file, sig_lock_directory, sig_unlock_directory, sig_list_files, sig_error_text, sig_free
   public :: sig_seal_file, sig_check_seal
+  public :: sig_shortest_decimal
+  public :: sig_run_threads, sig_processor_count
   public :: sig_h5_create, sig_h5_open, sig_h5_close, sig_h5_write, sig_h5_write_texts
   public :: sig_h5_has, sig_h5_describe, sig_h5_read, sig_h5_read_texts
 
@@ -144,6 +147,24 @@ module sig_base_c_interfaces
       import :: c_ptr
       type(c_ptr), value :: block
     end subroutine sig_free
+
+    pure subroutine sig_shortest_decimal(number, text, length) bind(c)
+      import :: c_char, c_double, c_int
+      real(c_double), value :: number
+      character(kind=c_char), intent(inout) :: text(*)
+      integer(c_int), intent(out) :: length
+    end subroutine sig_shortest_decimal
+
+    subroutine sig_run_threads(n, work, data) bind(c)
+      import :: c_funptr, c_int, c_ptr
+      integer(c_int), value :: n
+      type(c_funptr), value :: work
+      type(c_ptr), value :: data
+    end subroutine sig_run_threads
+
+    integer(c_int) function sig_processor_count() bind(c)
+      import :: c_int
+    end function sig_processor_count
 
     integer(c_int) function sig_seal_file(path, length) bind(c)
       import :: c_char, c_int, c_size_t

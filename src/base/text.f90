@@ -2,6 +2,8 @@
 !> Small text helpers: numbers to text, lists of names, the nearest known word.
 module sig_text
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite, ieee_is_nan
+  use, intrinsic :: iso_c_binding, only: c_char, c_int
+  use sig_base_c_interfaces, only: sig_shortest_decimal
   use sig_kinds, only: lk, rk
   implicit none(type, external)
   private
@@ -22,29 +24,35 @@ contains
   pure function integer_to_text(number) result(text)
     integer, intent(in) :: number
     character(:), allocatable :: text
-    character(16) :: buffer
 
-    write (buffer, '(i0)') number
-    text = trim(buffer)
+    text = long_to_text(int(number, lk))
   end function integer_to_text
 
   pure function long_to_text(number) result(text)
     integer(lk), intent(in) :: number
     character(:), allocatable :: text
     character(24) :: buffer
+    integer(lk) :: rest
+    integer :: i
 
-    write (buffer, '(i0)') number
-    text = trim(buffer)
+    rest = number
+    do i = len(buffer), 2, -1
+      ! of a negative number too, whose opposite may not exist
+      buffer(i:i) = achar(iachar('0') + int(abs(mod(rest, 10_lk))))
+      rest = rest / 10
+      if (rest == 0) exit
+    end do
+    text = buffer(i:)
+    if (number < 0) text = '-' // text
   end function long_to_text
 
   !> Shortest decimal that reads back as the same number, with a point: 0.15, 1.0e-8, 2.1e11; nan, inf, -inf.
   pure function real_to_text(number) result(text)
     real(rk), intent(in) :: number
     character(:), allocatable :: text
-    character(32) :: buffer
-    character(16) :: form
-    real(rk) :: read_back
-    integer :: n_digits, status
+    character(kind=c_char) :: buffer(32)
+    integer(c_int) :: n
+    integer :: i
 
     if (.not. ieee_is_finite(number)) then
       text = 'inf'
@@ -52,28 +60,29 @@ contains
       if (number < 0) text = '-inf'
       return
     end if
-    ! 15 digits are enough for every number that was written with no more; their zeros at the end go.
-    do n_digits = 15, 17
-      write (form, '(a, i0, a)') '(es32.', n_digits - 1, 'e3)'
-      write (buffer, form) number
-      read (buffer, *, iostat=status) read_back
-      ! 17 digits always suffice
-      if (status == 0 .and. abs(read_back - number) <= 0) exit
+    call sig_shortest_decimal(number, buffer, n)
+    allocate (character(n) :: text)
+    do i = 1, n
+      text(i:i) = buffer(i)
     end do
-    text = plain_decimal(trim(adjustl(buffer)))
+    text = plain_decimal(text)
   end function real_to_text
 
-  !> `-1.234E+002` as people write it: positional from 1e-4 to 1e6, else d.ddde<n>.
+  !> `-1.234e+02` as people write it: positional from 1e-4 to 1e6, else d.ddde<n>.
   pure function plain_decimal(scientific) result(text)
     character(*), intent(in) :: scientific
     character(:), allocatable :: text
     character(:), allocatable :: sign, digits
-    integer :: exponent, i_e, i_start
+    integer :: exponent, i_digit, i_e, i_start
 
     i_start = merge(2, 1, scientific(1:1) == '-')
     sign = scientific(:i_start - 1)
-    i_e = index(scientific, 'E')
-    read (scientific(i_e + 1:), *) exponent
+    i_e = index(scientific, 'e')
+    exponent = 0
+    do i_digit = i_e + 2, len(scientific)
+      exponent = 10 * exponent + iachar(scientific(i_digit:i_digit)) - iachar('0')
+    end do
+    if (scientific(i_e + 1:i_e + 1) == '-') exponent = -exponent
     digits = scientific(i_start:i_start) // scientific(i_start + 2:i_e - 1)
     digits = digits(:max(1, verify(digits, '0', back=.true.)))
     if (exponent < -4 .or. exponent > 6) then

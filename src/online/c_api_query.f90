@@ -4,11 +4,9 @@ module sig_c_api_query
   use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int, c_loc, c_null_ptr, c_ptr
   use sig_c_handles, only: answered_context, bad_argument, bad_model, code_ok, context_handle_t, keep, no_answer, no_memory, &
     put_reals, ready_context, ready_model
-  use sig_c_strings, only: from_c
   use sig_kinds, only: rk
-  use sig_query, only: reason_text
+  use sig_query, only: query_failed_term
   use sig_reconstruction, only: displacement_of_dof, fill_displacement, reconstruct_multipliers
-  use sig_text, only: to_text
   implicit none(type, external)
   private
 
@@ -102,8 +100,21 @@ contains
     code = code_ok
     if (handle%has_answer) return
     code = no_answer
-    call keep(handle%message, reason_text(handle%answer%reason))
+    call keep_reason(handle)
   end subroutine ask
+
+  !> No text function here: several threads may be at this place, and gfortran 12 keeps the lengths of their results in static
+  !> variables.
+  subroutine keep_reason(handle)
+    type(context_handle_t), intent(inout) :: handle
+
+    select case (handle%answer%reason)
+    case (query_failed_term)
+      call keep(handle%message, 'a term of the model is infinite or not a number at this point')
+    case default
+      call keep(handle%message, 'the complementarity problem has no solution that can be found at this point')
+    end select
+  end subroutine keep_reason
 
   subroutine tell(handle, code, told)
     type(context_handle_t), intent(in) :: handle
@@ -152,8 +163,7 @@ contains
     code = code_ok
     if (n_failed == 0) return
     code = no_answer
-    call keep(handle%message, to_text(n_failed) // ' of ' // to_text(int(n)) // ' points have no answer; the last one: ' // &
-      from_c(handle%message%characters))
+    call keep(handle%message, 'some of the points have no answer; the code of each answer says which')
   end function signorom_query_many
 
   integer(c_int) function signorom_get_domain_multipliers(context, multipliers) result(code) bind(c)
@@ -227,7 +237,7 @@ contains
     associate (model => handle%model%online%model)
       call c_f_pointer(nodes, chosen, [n])
       if (any(chosen < 0 .or. chosen >= model%n_nodes)) then
-        call keep(handle%message, 'a node is not between 0 and ' // to_text(model%n_nodes - 1))
+        call keep(handle%message, 'a node is not between 0 and the number of nodes less one')
         return
       end if
       call c_f_pointer(displacement, target, [model%n_dim, int(n)])

@@ -293,3 +293,27 @@ def test_output_replaces_an_older_file(signorom, model_folder):
         "predict", "model.h5", "--at", "squeeze=0.2,shift=0", "--output", "answers.csv", folder=model_folder
     )
     assert read_table(model_folder / "answers.csv")["squeeze"] == [0.2]
+
+
+def test_order_and_bytes_do_not_depend_on_the_threads(signorom, model_folder):
+    """More points than are answered at a time; the last line has no end."""
+    points = "\n".join(f"{0.15 + 0.3 * ((7 * i) % 2500) / 2499},{0.05 * (i % 3)}" for i in range(2500))
+    (model_folder / "points.csv").write_text(f"squeeze,shift\n{points}")
+    for n_threads in (1, 3):
+        signorom(
+            *("predict", "model.h5", "--points", "points.csv", "--threads", n_threads),
+            *("--output", f"answers_{n_threads}.csv"),
+            folder=model_folder,
+        )
+    answers = (model_folder / "answers_1.csv").read_bytes()
+    assert answers == (model_folder / "answers_3.csv").read_bytes()
+    assert answers.count(b"\n") == 2501
+    squeeze = read_table(model_folder / "answers_3.csv")["squeeze"]
+    assert squeeze[:2] == pytest.approx([0.15, 0.15 + 0.3 * 7 / 2499], rel=1e-14)
+
+
+@pytest.mark.parametrize("n_threads", ["0", "two", "1e9"])
+def test_wrong_number_of_threads(signorom, model_folder, n_threads):
+    arguments = ("predict", "model.h5", "--at", "squeeze=0.2,shift=0", "--threads", n_threads)
+    words = refuse(signorom, *arguments, folder=model_folder)
+    assert words.startswith(f"error: --threads is '{n_threads}'; it must be a whole number from 1 to 1000")

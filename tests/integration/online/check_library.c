@@ -31,6 +31,7 @@ void *realloc(void *block, size_t size) {
 
 typedef struct {
   const signorom_model *model;
+  signorom_context *context;
   int first, n;
   const double *points;
   double *multipliers;
@@ -41,14 +42,11 @@ typedef struct {
 static void *work(void *argument) {
   job_t *job = argument;
   signorom_sizes sizes;
-  signorom_context *context;
   signorom_get_sizes(job->model, &sizes);
-  job->code = signorom_create_context(job->model, &context);
   if (!job->code)
     job->code =
-        signorom_query_many(context, job->n, job->points + (size_t)job->first * sizes.n_parameters,
+        signorom_query_many(job->context, job->n, job->points + (size_t)job->first * sizes.n_parameters,
                             job->answers + job->first, job->multipliers + (size_t)job->first * sizes.n_contacts);
-  signorom_free_context(context);
   return NULL;
 }
 
@@ -69,7 +67,9 @@ static int compare_threads(const signorom_model *model, const signorom_sizes *si
   double *alone = calloc(size + 1, sizeof *alone), *shared = calloc(size + 1, sizeof *shared);
   signorom_answer *answers = calloc(2 * n, sizeof *answers);
   job_t whole = {.model = model, .n = n, .points = points, .multipliers = alone, .answers = answers};
+  whole.code = signorom_create_context(model, &whole.context);
   work(&whole);
+  signorom_free_context(whole.context);
   job_t jobs[n_threads];
   pthread_t threads[n_threads];
   for (int i = 0; i < n_threads; i++) {
@@ -80,9 +80,13 @@ static int compare_threads(const signorom_model *model, const signorom_sizes *si
                       .points = points,
                       .multipliers = shared,
                       .answers = answers + n};
-    pthread_create(&threads[i], NULL, work, &jobs[i]);
+    jobs[i].code = signorom_create_context(model, &jobs[i].context);
   }
-  for (int i = 0; i < n_threads; i++) pthread_join(threads[i], NULL);
+  for (int i = 0; i < n_threads; i++) pthread_create(&threads[i], NULL, work, &jobs[i]);
+  for (int i = 0; i < n_threads; i++) {
+    pthread_join(threads[i], NULL);
+    signorom_free_context(jobs[i].context);
+  }
   const int is_same = memcmp(alone, shared, size * sizeof *alone) == 0;
   int n_answered = 0;
   for (int i = 0; i < n; i++) n_answered += answers[i].code == SIGNOROM_OK;

@@ -1,0 +1,172 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> Many points answered by several threads, each line of the table where its point stands.
+module sig_answer_block
+  use, intrinsic :: iso_c_binding, only: c_f_pointer, c_funloc, c_int, c_loc, c_ptr
+  use sig_base_c_interfaces, only: sig_run_threads
+  use sig_kinds, only: rk
+  use sig_model, only: model_t
+  use sig_online_model, only: online_model_t
+  use sig_query, only: answer_t, method_name, n_query_methods, query_t, reason_text
+  use sig_reconstruction, only: reconstruct_multipliers
+  use sig_text, only: to_text
+  implicit none(type, external)
+  private
+  public :: answer_block_t, table_header
+
+  !> What belongs to one thread.
+  type :: asker_t
+    type(query_t) :: query
+    type(answer_t) :: answer
+    !> points by method, 0 = none; shape (0:n_query_methods)
+    integer, allocatable :: counts(:)
+  end type asker_t
+
+  type :: answer_block_t
+    type(online_model_t), pointer :: online => null()
+    type(asker_t), allocatable :: askers(:)
+    !> shape (n_parameters, capacity)
+    real(rk), allocatable :: points(:, :)
+    integer :: n_points = 0
+    !> [force] of all contacts, shape (n_multipliers, capacity)
+    real(rk), allocatable :: multipliers(:, :)
+    !> of the answers, shape (capacity)
+    integer, allocatable :: clusters(:)
+    integer, allocatable :: methods(:)
+    integer, allocatable :: reasons(:)
+    logical, allocatable :: is_outside(:)
+  contains
+    procedure :: create
+    procedure :: answer => answer_points
+    procedure :: counts
+    procedure :: line
+    procedure :: destroy
+  end type answer_block_t
+
+contains
+
+  !> Errors: message is allocated when the model cannot answer.
+  subroutine create(self, online, n_threads, capacity, message)
+    class(answer_block_t), intent(inout) :: self
+    !> prepared
+    type(online_model_t), intent(in), target :: online
+    integer, intent(in) :: n_threads
+    integer, intent(in) :: capacity
+    character(:), allocatable, intent(out) :: message
+    integer :: i
+
+    self%online => online
+    allocate (self%askers(n_threads), self%points(size(online%model%parameter_names), capacity))
+    allocate (self%multipliers(online%model%n_multipliers, capacity), self%clusters(capacity))
+    allocate (self%methods(capacity), self%reasons(capacity), self%is_outside(capacity))
+    do i = 1, n_threads
+      allocate (self%askers(i)%counts(0:n_query_methods), source=0)
+      call self%askers(i)%query%create(online, message)
+      if (allocated(message)) return
+    end do
+  end subroutine create
+
+  !> Answers the first n_points points.
+  subroutine answer_points(self)
+    class(answer_block_t), intent(inout), target :: self
+    type(answer_block_t), pointer :: whole
+
+    select type (self)
+    type is (answer_block_t)
+      whole => self
+      call sig_run_threads(int(size(self%askers), c_int), c_funloc(answer_share), c_loc(whole))
+    end select
+  end subroutine answer_points
+
+  !> Every n-th point, so that hard ones are shared out. Recursive: several threads are in it.
+  !>
+  !> No text is made here: the lengths of text functions' results are static variables of gfortran 12.
+  recursive subroutine answer_share(i_thread_0, data) bind(c) ! lint: callback
+    integer(c_int), value :: i_thread_0
+    type(c_ptr), value :: data
+    type(answer_block_t), pointer :: self
+    real(rk), allocatable :: multipliers(:)
+    integer :: i
+
+    call c_f_pointer(data, self)
+    associate (asker => self%askers(i_thread_0 + 1), model => self%online%model)
+      do i = i_thread_0 + 1, self%n_points, size(self%askers)
+        call asker%query%evaluate(self%online, self%points(:, i), asker%answer)
+        self%is_outside(i) = .not. asker%answer%is_inside_box
+        call reconstruct_multipliers(model, asker%answer, multipliers)
+        self%multipliers(:, i) = multipliers
+        self%clusters(i) = asker%answer%cluster
+        self%methods(i) = merge(asker%answer%method, 0, asker%answer%reason > 0)
+        self%reasons(i) = asker%answer%reason
+        asker%counts(self%methods(i)) = asker%counts(self%methods(i)) + 1
+      end do
+    end associate
+  end subroutine answer_share
+
+  !> How many points each method answered so far; those without an answer stand first. Shape (n_query_methods + 1).
+  pure function counts(self)
+    class(answer_block_t), intent(in) :: self
+    integer :: counts(0:n_query_methods)
+    integer :: i
+
+    counts = 0
+    do i = 1, size(self%askers)
+      counts = counts + self%askers(i)%counts
+    end do
+  end function counts
+
+  subroutine destroy(self)
+    class(answer_block_t), intent(inout) :: self
+    integer :: i
+
+    if (.not. allocated(self%askers)) return
+    do i = 1, size(self%askers)
+      call self%askers(i)%query%destroy()
+    end do
+    deallocate (self%askers, self%points, self%multipliers, self%clusters, self%methods, self%reasons, self%is_outside)
+  end subroutine destroy
+
+  !> Column lambda_k is the contact force of pair k, named by the first node's tag in the mesh file.
+  function table_header(model) result(text)
+    type(model_t), intent(in) :: model
+    character(:), allocatable :: text
+    integer :: i
+
+    text = ''
+    do i = 1, size(model%parameter_names)
+      text = text // model%parameter_names(i)%text // ','
+    end do
+    text = text // 'cluster,'
+    if (size(model%clusters) > 1) text = text // 'next_cluster,'
+    text = text // 'status,solver,n_active,contact_force'
+    do i = 1, model%n_multipliers
+      text = text // ',lambda_' // to_text(model%first_node_tags(i))
+    end do
+  end function table_header
+
+  !> Line of the table for point i.
+  function line(self, i) result(text)
+    class(answer_block_t), intent(in) :: self
+    integer, intent(in) :: i
+    character(:), allocatable :: text
+    integer :: k
+
+    text = ''
+    do k = 1, size(self%points, 1)
+      text = text // to_text(self%points(k, i)) // ','
+    end do
+    text = text // to_text(self%clusters(i)) // ','
+    if (size(self%online%model%clusters) > 1) text = text // &
+      to_text(self%online%model%choice%next_cluster(self%points(:, i))) // ','
+    if (self%reasons(i) > 0) then
+      text = text // 'answered,'
+    else
+      text = text // '"' // reason_text(self%reasons(i)) // '",'
+    end if
+    associate (multipliers => self%multipliers(:, i))
+      text = text // method_name(self%methods(i)) // ',' // to_text(count(multipliers > 0)) // ',' // to_text(sum(multipliers))
+      do k = 1, size(multipliers)
+        text = text // ',' // to_text(multipliers(k))
+      end do
+    end associate
+  end function line
+end module sig_answer_block

@@ -1,0 +1,298 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> Points from a CSV file whose first line names the parameters, in any order; as a stream or all at once.
+!>
+!> Empty lines and lines that start with # are left out.
+!>
+!> Errors, each with line and column: the file's own (missing, a folder, ...), an unknown, repeated or missing column, a line
+!> with too few or too many values, something that is no number, a value outside the box, no point at all.
+module sig_point_list
+  use, intrinsic :: iso_fortran_env, only: iostat_end, iostat_eor
+  use sig_errors, only: error_t, make_error
+  use sig_file_system, only: file_exists, is_directory
+  use sig_kinds, only: rk
+  use sig_text, only: did_you_mean, join, read_real, split, string_t, to_text
+  implicit none(type, external)
+  private
+  public :: point_list_t, read_points
+
+  !> points that are read at a time when all are wanted
+  integer, parameter :: block_size = 1000
+
+  type :: point_list_t
+    private
+    character(:), allocatable :: path
+    type(string_t), allocatable :: names(:)
+    !> parameter of each column
+    integer, allocatable :: columns(:)
+    integer :: unit = 0
+    integer :: i_line = 0
+    !> points read so far
+    integer :: n_points = 0
+    logical :: is_open = .false.
+    logical :: is_at_end = .false.
+  contains
+    procedure :: open => open_list
+    procedure :: next
+    procedure :: close => close_list
+  end type point_list_t
+
+contains
+
+  !> Reads up to the line with the names.
+  subroutine open_list(self, path, names, error)
+    class(point_list_t), intent(inout) :: self
+    character(*), intent(in) :: path
+    type(string_t), intent(in) :: names(:)
+    type(error_t), allocatable, intent(out) :: error
+    character(:), allocatable :: line
+    character(200) :: reason
+    integer :: status
+    logical :: is_found
+
+    self%path = path
+    self%names = names
+    self%is_at_end = .false.
+    self%i_line = 0
+    self%n_points = 0
+    if (is_directory(path)) then
+      call make_error(error, 'this is a folder; a text file is needed', file=path)
+    else if (.not. file_exists(path)) then
+      call make_error(error, 'no such file', file=path)
+    else
+      open (newunit=self%unit, file=path, action='read', status='old', iostat=status, iomsg=reason)
+      if (status /= 0) call make_error(error, 'cannot read the file: ' // trim(reason), file=path)
+    end if
+    if (allocated(error)) return
+    self%is_open = .true.
+    call read_content(self, line, is_found, error)
+    if (is_found) call read_header(path, self%i_line, line, names, self%columns, error)
+    if (.not. (is_found .or. allocated(error))) call report_nothing(self, error)
+    if (allocated(error)) call self%close()
+  end subroutine open_list
+
+  subroutine report_nothing(self, error)
+    class(point_list_t), intent(in) :: self
+    type(error_t), allocatable, intent(out) :: error
+    character(:), allocatable :: what
+
+    what = 'the file holds no point'
+    if (self%i_line == 0) what = 'the file is empty'
+    call make_error(error, what // '; a first line with the names of the parameters (' // join(self%names, ', ') // &
+      ') and a line per point are needed', file=self%path)
+  end subroutine report_nothing
+
+  !> The next points, as many as there are and fit; none at the end of the list.
+  subroutine next(self, points, n_points, error, box)
+    class(point_list_t), intent(inout) :: self
+    !> shape (n_parameters, most points at a time), in the order of the names
+    real(rk), intent(inout) :: points(:, :)
+    integer, intent(out) :: n_points
+    type(error_t), allocatable, intent(out) :: error
+    !> smallest and largest value of each parameter, shape (2, n_parameters); not checked where absent
+    real(rk), intent(in), optional :: box(:, :)
+    character(:), allocatable :: line
+    logical :: is_found
+
+    n_points = 0
+    do while (n_points < size(points, 2))
+      call read_content(self, line, is_found, error)
+      if (allocated(error) .or. .not. is_found) exit
+      n_points = n_points + 1
+      call read_row(self%path, self%i_line, line, self%names, self%columns, points(:, n_points), error, box)
+      if (allocated(error)) exit
+    end do
+    self%n_points = self%n_points + n_points
+    if (self%n_points == 0 .and. .not. allocated(error)) call report_nothing(self, error)
+  end subroutine next
+
+  subroutine close_list(self)
+    class(point_list_t), intent(inout) :: self
+
+    if (self%is_open) close (self%unit)
+    self%is_open = .false.
+  end subroutine close_list
+
+  !> All points.
+  subroutine read_points(path, names, points, error, box)
+    character(*), intent(in) :: path
+    type(string_t), intent(in) :: names(:)
+    !> shape (n_parameters, n_points), in the order of names
+    real(rk), allocatable, intent(out) :: points(:, :)
+    type(error_t), allocatable, intent(out) :: error
+    !> smallest and largest value of each parameter, shape (2, n_parameters); not checked where absent
+    real(rk), intent(in), optional :: box(:, :)
+    type(point_list_t) :: list
+    real(rk) :: block(size(names), block_size)
+    integer :: n
+
+    allocate (points(size(names), 0))
+    call list%open(path, names, error)
+    do while (.not. allocated(error))
+      call list%next(block, n, error, box)
+      if (n == 0 .or. allocated(error)) exit
+      points = reshape([points, block(:, :n)], [size(names), size(points, 2) + n])
+    end do
+    call list%close()
+  end subroutine read_points
+
+  !> The next line that is neither empty nor a comment.
+  subroutine read_content(self, line, is_found, error)
+    class(point_list_t), intent(inout) :: self
+    character(:), allocatable, intent(out) :: line
+    logical, intent(out) :: is_found
+    type(error_t), allocatable, intent(out) :: error
+    logical :: is_line
+
+    is_found = .false.
+    do while (.not. is_found)
+      call read_line(self, line, is_line, error)
+      if (.not. is_line) return
+      self%i_line = self%i_line + 1
+      is_found = has_content(line)
+    end do
+  end subroutine read_content
+
+  !> Errors: the file cannot be read further, or holds null bytes.
+  subroutine read_line(self, line, is_line, error)
+    class(point_list_t), intent(inout) :: self
+    character(:), allocatable, intent(out) :: line
+    logical, intent(out) :: is_line
+    type(error_t), allocatable, intent(out) :: error
+    character(1000) :: buffer
+    character(200) :: reason
+    integer :: n, status
+
+    line = ''
+    is_line = .false.
+    if (self%is_at_end) return
+    do
+      read (self%unit, '(a)', advance='no', size=n, iostat=status, iomsg=reason) buffer
+      line = line // buffer(:n)
+      if (status /= 0) exit
+    end do
+    self%is_at_end = status /= iostat_eor
+    is_line = status == iostat_eor .or. len(line) > 0
+    if (status /= iostat_eor .and. status /= iostat_end) then
+      is_line = .false.
+      call make_error(error, 'cannot read the file: ' // trim(reason), file=self%path)
+    else if (index(line, achar(0)) > 0) then
+      is_line = .false.
+      call make_error(error, 'this is a binary file (it holds null bytes); a text file is needed', file=self%path)
+    end if
+  end subroutine read_line
+
+  pure logical function has_content(line)
+    character(*), intent(in) :: line
+
+    has_content = len_trim(without_end(line)) > 0 .and. index(adjustl(line), '#') /= 1
+  end function has_content
+
+  !> The line without a carriage return (files from Windows).
+  pure function without_end(line) result(text)
+    character(*), intent(in) :: line
+    character(:), allocatable :: text
+
+    text = line
+    if (len(text) == 0) return
+    if (text(len(text):) == achar(13)) text = text(:len(text) - 1)
+  end function without_end
+
+  !> Which parameter each column holds.
+  subroutine read_header(path, i_line, line, names, columns, error)
+    character(*), intent(in) :: path
+    integer, intent(in) :: i_line
+    character(*), intent(in) :: line
+    type(string_t), intent(in) :: names(:)
+    !> index into names, shape (number of columns)
+    integer, allocatable, intent(out) :: columns(:)
+    type(error_t), allocatable, intent(out) :: error
+    type(string_t), allocatable :: fields(:)
+    integer, allocatable :: starts(:)
+    integer :: i_field, i_name
+
+    call split_fields(line, fields, starts)
+    allocate (columns(size(fields)), source=0)
+    do i_field = 1, size(fields)
+      do i_name = 1, size(names)
+        if (names(i_name)%text == fields(i_field)%text) exit
+      end do
+      if (i_name > size(names)) then
+        call make_error(error, 'unknown column ''' // fields(i_field)%text // '''; the parameters are ' // join(names, ', '), &
+          path, i_line, starts(i_field), suggestion(fields(i_field)%text, names))
+      else if (any(columns == i_name)) then
+        call make_error(error, 'the column ''' // names(i_name)%text // ''' occurs twice', path, i_line, starts(i_field))
+      end if
+      if (allocated(error)) return
+      columns(i_field) = i_name
+    end do
+    do i_name = 1, size(names)
+      if (any(columns == i_name)) cycle
+      call make_error(error, 'there is no column for the parameter ''' // names(i_name)%text // '''', path, i_line, 1)
+      return
+    end do
+  end subroutine read_header
+
+  pure function suggestion(word, names) result(hint)
+    character(*), intent(in) :: word
+    type(string_t), intent(in) :: names(:)
+    character(:), allocatable :: hint
+
+    hint = did_you_mean(word, names)
+    if (len(hint) > 0) hint = 'did you mean ''' // hint // '''?'
+  end function suggestion
+
+  subroutine read_row(path, i_line, line, names, columns, point, error, box)
+    character(*), intent(in) :: path
+    integer, intent(in) :: i_line
+    character(*), intent(in) :: line
+    type(string_t), intent(in) :: names(:)
+    integer, intent(in) :: columns(:)
+    real(rk), intent(out) :: point(:)
+    type(error_t), allocatable, intent(out) :: error
+    real(rk), intent(in), optional :: box(:, :)
+    type(string_t), allocatable :: fields(:)
+    integer, allocatable :: starts(:)
+    integer :: i_field
+    logical :: is_valid
+
+    point = 0
+    call split_fields(line, fields, starts)
+    if (size(fields) /= size(columns)) then
+      call make_error(error, 'this line has ' // to_text(size(fields)) // ' values; ' // to_text(size(columns)) // &
+        ' are needed', path, i_line, starts(min(size(fields), size(columns) + 1)))
+      return
+    end if
+    do i_field = 1, size(fields)
+      associate (word => fields(i_field)%text, i_name => columns(i_field))
+        call read_real(word, point(i_name), is_valid)
+        if (.not. is_valid) then
+          call make_error(error, '''' // word // ''' is not a number', path, i_line, starts(i_field))
+          return
+        end if
+        if (.not. present(box)) cycle
+        if (point(i_name) >= box(1, i_name) .and. point(i_name) <= box(2, i_name)) cycle
+        call make_error(error, names(i_name)%text // ' is ' // word // '; the deck allows ' // to_text(box(1, i_name)) // &
+          ' to ' // to_text(box(2, i_name)), path, i_line, starts(i_field))
+        return
+      end associate
+    end do
+  end subroutine read_row
+
+  !> What stands between the commas, without blanks around it, and the column of its first character.
+  pure subroutine split_fields(line, fields, starts)
+    character(*), intent(in) :: line
+    type(string_t), allocatable, intent(out) :: fields(:)
+    !> 1-based
+    integer, allocatable, intent(out) :: starts(:)
+    integer :: i_field, n_before
+
+    fields = split(without_end(line), ',')
+    allocate (starts(size(fields)))
+    n_before = 0
+    do i_field = 1, size(fields)
+      starts(i_field) = n_before + max(1, verify(fields(i_field)%text, ' '))
+      n_before = n_before + len(fields(i_field)%text) + 1
+      fields(i_field)%text = trim(adjustl(fields(i_field)%text))
+    end do
+  end subroutine split_fields
+end module sig_point_list
