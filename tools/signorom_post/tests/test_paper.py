@@ -307,6 +307,7 @@ def test_comparison_shows_what_is_allowed() -> None:
         "<= 3 %",
         "outside, not robust",
     ]
+    assert cells(is_published=False)[2] == "(2.5 %)"
     assert Comparison("x", "y", 36, 37, count, exactly(36)).cells()[4:6] == ["36", "OUTSIDE"]
     assert Comparison("x", "y", 34, 28, count, about(34, 6)).cells()[4:6] == ["28 to 40", "within"]
     assert Comparison("x", "y", 34, np.nan, percent, about(34, 6)).verdict == "OUTSIDE"

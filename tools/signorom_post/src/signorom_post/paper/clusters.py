@@ -168,6 +168,7 @@ def figure_18(study: Study) -> Outcome:
             percent,
             at_most(getattr(MAP_LIMITS, key), 1.0),
             remark=MAP_REMARK,
+            is_published=False,
         )
         for key, text in (
             ("median", "median of the dual error"),

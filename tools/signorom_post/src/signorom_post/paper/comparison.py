@@ -40,6 +40,8 @@ class Comparison:
     allowed: tuple[float, float] | None = None
     #: False: depends on choices that the paper does not tell, so a difference means little
     is_robust: bool = True
+    #: False: the number beside ours is not the paper's; the remark says whose
+    is_published: bool = True
     #: the same with edges cut by the height; None where that was not run
     cut: float | None = None
     #: why ours differs, or how the number is meant
@@ -57,7 +59,8 @@ class Comparison:
     def cells(self) -> list[str]:
         """Texts of the columns; with a star where a difference would mean little."""
         cut = ABSENT if self.cut is None else self.show(self.cut)
-        paper = self.show(self.paper) + ("" if self.is_robust else " *")
+        paper = self.show(self.paper) if self.is_published else f"({self.show(self.paper)})"
+        paper += "" if self.is_robust else " *"
         return [
             self.where,
             self.quantity,
@@ -140,6 +143,8 @@ def _notes(comparisons: Sequence[Comparison]) -> list[str]:
     ]
     if not all(item.is_robust for item in comparisons):
         notes.append("* depends on choices that the paper does not tell; a difference means little.")
+    if not all(item.is_published for item in comparisons):
+        notes.append("(...) is not a number of the paper; see the remark on it.")
     remarks: dict[str, list[str]] = {}
     for item in comparisons:
         if item.remark:

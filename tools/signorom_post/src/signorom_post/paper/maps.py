@@ -113,6 +113,7 @@ def _map_comparisons(name: str, domain: int, extra: int, validation: Validation)
             percent,
             at_most(getattr(reference, key), FACTOR),
             remark=remark,
+            is_published=False,
         )
         for key, text in texts.items()
     ]
