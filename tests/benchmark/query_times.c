@@ -1,0 +1,66 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* query_times MODEL N: wall time of single queries at N random points of the trained box, and what answered. */
+#define _POSIX_C_SOURCE 199309L
+#include <signorom.h>
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <time.h>
+
+enum { n_warm = 1000, most_parameters = 16 };
+
+static int compare(const void *a, const void *b) {
+  const double x = *(const double *)a, y = *(const double *)b;
+  return (x > y) - (x < y);
+}
+
+static double seconds(void) {
+  struct timespec now;
+  clock_gettime(CLOCK_MONOTONIC, &now);
+  return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
+}
+
+static void draw(const signorom_model *model, int n_parameters, unsigned long long *state, double *point) {
+  for (int i = 0; i < n_parameters; i++) {
+    double minimum, maximum;
+    signorom_get_parameter(model, i, NULL, NULL, &minimum, &maximum);
+    *state = *state * 6364136223846793005ULL + 1442695040888963407ULL;
+    point[i] = minimum + (maximum - minimum) * (double)(*state >> 11) / 9007199254740992.0;
+  }
+}
+
+int main(int argc, char **argv) {
+  signorom_model *model;
+  signorom_context *context;
+  signorom_sizes sizes;
+  signorom_answer answer;
+  int counts[5] = {0};
+  unsigned long long state = 20220430;
+  double point[most_parameters];
+  if (argc != 3) return 2;
+  const int n = atoi(argv[2]);
+  if (signorom_open(argv[1], &model) || signorom_create_context(model, &context)) {
+    fprintf(stderr, "%s\n", signorom_model_message(model));
+    return 2;
+  }
+  signorom_get_sizes(model, &sizes);
+  double *times = calloc((size_t)n, sizeof *times);
+  if (!times || sizes.n_parameters > most_parameters) return 2;
+  for (int i = -n_warm; i < n; i++) {
+    draw(model, sizes.n_parameters, &state, point);
+    const double start = seconds();
+    signorom_query(context, point, &answer);
+    if (i < 0) continue;
+    times[i] = seconds() - start;
+    counts[answer.method]++;
+  }
+  qsort(times, (size_t)n, sizeof *times, compare);
+  printf("%d queries (load, coordinates, %d contact forces): median %.1f us, p99 %.1f us\n", n,
+         answer.n_domain_contacts, 1e6 * times[n / 2], 1e6 * times[(int)(0.99 * n)]);
+  printf("none %d, active_set %d, block_pivoting %d, lemke %d, condensed %d\n", counts[0], counts[1], counts[2],
+         counts[3], counts[4]);
+  free(times);
+  signorom_free_context(context);
+  signorom_close(model);
+  return counts[0] > 0;
+}
