@@ -6,7 +6,7 @@
 !> Errors, each with line and column: the file's own (missing, a folder, ...), an unknown, repeated or missing column, a line
 !> with too few or too many values, something that is no number, a value outside the box, no point at all.
 module sig_point_list
-  use, intrinsic :: iso_fortran_env, only: iostat_end, iostat_eor
+  use, intrinsic :: iso_fortran_env, only: int64
   use sig_errors, only: error_t, make_error
   use sig_file_system, only: file_exists, is_directory
   use sig_kinds, only: rk
@@ -29,7 +29,11 @@ module sig_point_list
     !> points read so far
     integer :: n_points = 0
     logical :: is_open = .false.
-    logical :: is_at_end = .false.
+    !> bytes of the file that were not read yet; those read last, and the first of them that belongs to no line yet
+    integer(int64) :: n_left = 0
+    character(32768) :: block
+    integer :: n_block = 0
+    integer :: i_next = 1
   contains
     procedure :: open => open_list
     procedure :: next
@@ -51,7 +55,8 @@ contains
 
     self%path = path
     self%names = names
-    self%is_at_end = .false.
+    self%n_block = 0
+    self%i_next = 1
     self%i_line = 0
     self%n_points = 0
     if (is_directory(path)) then
@@ -59,7 +64,9 @@ contains
     else if (.not. file_exists(path)) then
       call make_error(error, 'no such file', file=path)
     else
-      open (newunit=self%unit, file=path, action='read', status='old', iostat=status, iomsg=reason)
+      open (newunit=self%unit, file=path, action='read', status='old', access='stream', form='unformatted', iostat=status, &
+        iomsg=reason)
+      if (status == 0) inquire (unit=self%unit, size=self%n_left)
       if (status /= 0) call make_error(error, 'cannot read the file: ' // trim(reason), file=path)
     end if
     if (allocated(error)) return
@@ -152,34 +159,52 @@ contains
     end do
   end subroutine read_content
 
+  !> By blocks of bytes: libgfortran keeps all that it reads without advancing.
+  !>
   !> Errors: the file cannot be read further, or holds null bytes.
   subroutine read_line(self, line, is_line, error)
     class(point_list_t), intent(inout) :: self
     character(:), allocatable, intent(out) :: line
     logical, intent(out) :: is_line
     type(error_t), allocatable, intent(out) :: error
-    character(1000) :: buffer
-    character(200) :: reason
-    integer :: n, status
+    integer :: i_end
 
     line = ''
     is_line = .false.
-    if (self%is_at_end) return
     do
-      read (self%unit, '(a)', advance='no', size=n, iostat=status, iomsg=reason) buffer
-      line = line // buffer(:n)
-      if (status /= 0) exit
+      if (self%i_next > self%n_block) call read_block(self, error)
+      if (allocated(error) .or. self%n_block == 0) exit
+      is_line = .true.
+      i_end = index(self%block(self%i_next:self%n_block), new_line('a'))
+      if (i_end > 0) then
+        line = line // self%block(self%i_next:self%i_next + i_end - 2)
+        self%i_next = self%i_next + i_end
+        exit
+      end if
+      line = line // self%block(self%i_next:self%n_block)
+      self%i_next = self%n_block + 1
     end do
-    self%is_at_end = status /= iostat_eor
-    is_line = status == iostat_eor .or. len(line) > 0
-    if (status /= iostat_eor .and. status /= iostat_end) then
-      is_line = .false.
-      call make_error(error, 'cannot read the file: ' // trim(reason), file=self%path)
-    else if (index(line, achar(0)) > 0) then
-      is_line = .false.
-      call make_error(error, 'this is a binary file (it holds null bytes); a text file is needed', file=self%path)
-    end if
+    if (index(line, achar(0)) > 0) call make_error(error, 'this is a binary file (it holds null bytes); a text file is needed', &
+      file=self%path)
+    if (allocated(error)) is_line = .false.
   end subroutine read_line
+
+  !> The next bytes; none at the end of the file.
+  subroutine read_block(self, error)
+    class(point_list_t), intent(inout) :: self
+    type(error_t), allocatable, intent(out) :: error
+    character(200) :: reason
+    integer :: status
+
+    self%i_next = 1
+    self%n_block = int(min(int(len(self%block), int64), self%n_left))
+    if (self%n_block == 0) return
+    read (self%unit, iostat=status, iomsg=reason) self%block(:self%n_block)
+    self%n_left = self%n_left - self%n_block
+    if (status == 0) return
+    self%n_block = 0
+    call make_error(error, 'cannot read the file: ' // trim(reason), file=self%path)
+  end subroutine read_block
 
   pure logical function has_content(line)
     character(*), intent(in) :: line
