@@ -221,7 +221,8 @@ static PetscErrorCode make_sparse_rows(int n_columns, int n_local, const double 
   return 0;
 }
 
-// MUMPS skips what a sparse right-hand side does not reach; on several ranks it would want all of it on the first.
+// MUMPS skips what a sparse right-hand side does not reach; on several ranks it would want all of it on the first, and it
+// refuses one without any entry.
 static PetscErrorCode takes_sparse(Mat factor, int n_columns, int n_local, const double *rhs, PetscBool *is_sparse) {
   const size_t size = (size_t)n_columns * (size_t)n_local;
   MatSolverType type;
@@ -232,7 +233,7 @@ static PetscErrorCode takes_sparse(Mat factor, int n_columns, int n_local, const
   PetscCall(MatFactorGetSolverType(factor, &type));
   *is_sparse = n_ranks == 1 && strcmp(type, MATSOLVERMUMPS) == 0 ? PETSC_TRUE : PETSC_FALSE;
   for (size_t i = 0; i < size && *is_sparse; i++) n_entries += rhs[i] != 0.0;
-  if (n_entries > size / 100) *is_sparse = PETSC_FALSE;
+  if (n_entries == 0 || n_entries > size / 100) *is_sparse = PETSC_FALSE;
   return 0;
 }
 
