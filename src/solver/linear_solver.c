@@ -221,8 +221,8 @@ static PetscErrorCode make_sparse_rows(int n_columns, int n_local, const double 
   return 0;
 }
 
-// MUMPS skips what a sparse right-hand side does not reach; on several ranks it would want all of it on the first, and it
-// refuses one without any entry.
+// MUMPS skips what a sparse right-hand side does not reach; on several ranks it would want all of it on the first, and
+// it refuses one without any entry.
 static PetscErrorCode takes_sparse(Mat factor, int n_columns, int n_local, const double *rhs, PetscBool *is_sparse) {
   const size_t size = (size_t)n_columns * (size_t)n_local;
   MatSolverType type;
