@@ -87,6 +87,8 @@ contains
     real(rk), intent(out) :: length_scale
     real(rk), intent(out) :: force_scale
     PetscErrorCode, intent(out) :: ierr
+    !> [-]
+    real(rk), parameter :: rounding = 1.0e-10_rk
     real(rk) :: forces(system%map%n_dofs), largest_stiffness
 
     PetscCall(MatNorm(self%form%matrix, NORM_INFINITY, largest_stiffness, ierr))
@@ -94,7 +96,8 @@ contains
     if (length_scale <= 0) length_scale = 1
     PetscCall(system%apply_stiffness(values, forces, ierr))
     force_scale = max(maxval(abs(forces)), maxval(abs(loads)))
-    if (force_scale <= 0) force_scale = largest_stiffness * length_scale
+    ! a rigid tool that moves as a whole strains nothing by itself: what is left of K u is rounding
+    if (force_scale <= rounding * largest_stiffness * length_scale) force_scale = largest_stiffness * length_scale
   end subroutine scales
 
   !> Bounds in units of length_scale; infinite but on the bounded unknowns.
