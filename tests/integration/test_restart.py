@@ -15,7 +15,7 @@ from program import finish, kill, wait_until
 from results import read_snapshots
 from runs import HERE, files_in, on_ranks, refuse, write_deck
 
-N_POINTS = 3000
+N_POINTS = 10000
 # Format of a shard: header, then records of 8-byte numbers (1 parameter, 116 dofs, 5 multipliers, 5 residuals, seconds,
 # iterations, reason) with a checksum.
 HEADER = 72
@@ -128,6 +128,48 @@ def test_signal_to_mpirun(signorom, tmp_path):
     assert 0 < finished < n_points
     deck.write_text(deck.read_text().replace(f"push: {n_points}", "push: 5"))
     assert "sampled 5 points (" in signorom("sample", deck.name, folder=tmp_path)
+
+
+def test_signal_ends_the_fields(signorom, tmp_path):
+    """After the current point, and without half a file."""
+    points = ", ".join(f"{{push: {0.02 + 0.00005 * i:.5f}}}" for i in range(1500))
+    changes = {
+        "points: [{push: 0.05}]": f"points: [{points}]",
+        "title: ": "solver: {type: active_set}\ntitle: ",
+    }
+    deck, results = write_deck("patch", tmp_path, **changes), tmp_path / "results" / "patch"
+    process = signorom.start("solve", deck.name, folder=tmp_path)
+    wait_until(lambda: (results / ".lock").exists(), process)
+    process.send_signal(signal.SIGINT)
+    done = finish(process, 30)
+    assert done.returncode == 130
+    assert "stopped by a signal; no fields were written" in done.stdout
+    assert done.stderr == ""
+    assert list(files_in(results)) == []
+
+
+def test_signal_ends_a_run_between_its_stages(signorom, tmp_path):
+    """Snapshots are there, so training is what the signal meets; validation does not begin."""
+    changes = {"grid: {push: 5}": "grid: {push: 3000}", "grid: {push: 7}": "grid: {push: 100000}"}
+    deck, results = write_deck("patch", tmp_path, **changes), tmp_path / "results" / "patch"
+    signorom("sample", deck.name, folder=tmp_path)
+    (results / ".lock").unlink(missing_ok=True)
+    process = signorom.start("run", deck.name, folder=tmp_path)
+    wait_until(lambda: (results / ".lock").exists(), process)
+    process.send_signal(signal.SIGTERM)
+    done = finish(process, 30)
+    assert done.returncode == 130
+    assert "stopped by a signal" in done.stdout
+    assert not (results / "validation.csv").exists()
+
+
+def test_unused_option_is_found_after_the_first_point(signorom, many_points):
+    """Not after hours of work."""
+    deck, results = many_points
+    done = signorom.run("sample", deck.name, "-active_set_nonsense", 1, folder=deck.parent)
+    assert done.returncode == 2
+    assert done.stderr.startswith("error: the PETSc option -active_set_nonsense was not used")
+    assert n_records(results) == 1
 
 
 def test_second_run_does_nothing(signorom, tmp_path):
