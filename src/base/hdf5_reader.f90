@@ -210,13 +210,8 @@ contains
     character(*), intent(in) :: name
     real(rk), intent(out) :: value
     type(error_t), allocatable, intent(inout) :: error
-    real(rk) :: values(1)
-    integer, allocatable :: n(:)
 
-    values = 0
-    call shape_for(self, object // '@' // name, real_type, 0, n, error)
-    call get(self, object // '@' // name, real_type, values, error)
-    value = values(1)
+    call read_real(self, object // '@' // name, value, error)
   end subroutine read_real_attribute
 
   subroutine read_real_1_attribute(self, object, name, value, error)
@@ -225,11 +220,8 @@ contains
     character(*), intent(in) :: name
     real(rk), allocatable, intent(out) :: value(:)
     type(error_t), allocatable, intent(inout) :: error
-    integer, allocatable :: n(:)
 
-    call shape_for(self, object // '@' // name, real_type, 1, n, error)
-    allocate (value(n(1)))
-    call get(self, object // '@' // name, real_type, value, error)
+    call read_real_1(self, object // '@' // name, value, error)
   end subroutine read_real_1_attribute
 
   subroutine read_integer_attribute(self, object, name, value, error)
@@ -238,13 +230,8 @@ contains
     character(*), intent(in) :: name
     integer, intent(out) :: value
     type(error_t), allocatable, intent(inout) :: error
-    integer :: values(1)
-    integer, allocatable :: n(:)
 
-    values = 0
-    call shape_for(self, object // '@' // name, integer_type, 0, n, error)
-    call get(self, object // '@' // name, integer_type, values, error)
-    value = values(1)
+    call read_integer(self, object // '@' // name, value, error)
   end subroutine read_integer_attribute
 
   subroutine read_text_attribute(self, object, name, value, error)
@@ -253,11 +240,8 @@ contains
     character(*), intent(in) :: name
     character(:), allocatable, intent(out) :: value
     type(error_t), allocatable, intent(inout) :: error
-    type(string_t), allocatable :: texts(:)
 
-    call get_texts(self, object // '@' // name, 0, texts, error)
-    value = ''
-    if (size(texts) == 1) value = texts(1)%text
+    call read_text(self, object // '@' // name, value, error)
   end subroutine read_text_attribute
 
   subroutine read_text_1_attribute(self, object, name, value, error)
