@@ -6,7 +6,7 @@ module sig_linear_algebra
   use sig_lapack_interfaces, only: dgecon, dgemm, dgemv, dgesdd, dgetrf, dgetrs, dlange
   implicit none(type, external)
   private
-  public :: lu_t, add_product, multiply, solve_dense, invert, reciprocal_condition, singular_values, svd
+  public :: lu_t, add_product, multiply, solve_dense, invert, reciprocal_condition, singular_values, svd, unit_vector
 
   !> below this reciprocal condition number (1-norm) the solution has no correct digit left
   real(rk), parameter, public :: singular_reciprocal = 4.0_rk * epsilon(1.0_rk)
@@ -246,4 +246,14 @@ contains
     call dgesdd(job, m, n, copy, m, s, u, size(u, 1), vt, size(vt, 1), work, size(work), iwork, info)
     if (info /= 0) s = ieee_value(s, ieee_quiet_nan)
   end subroutine run_dgesdd
+
+  !> Column i of the unit matrix.
+  pure function unit_vector(n, i) result(vector)
+    integer, intent(in) :: n
+    integer, intent(in) :: i
+    real(rk) :: vector(n)
+
+    vector = 0
+    vector(i) = 1
+  end function unit_vector
 end module sig_linear_algebra

@@ -18,7 +18,7 @@ module sig_condensed
   use sig_holding, only: anchors_t, find_anchors
   use sig_kinds, only: rk
   use sig_lcp, only: lcp_failed_ray, lcp_solution_t, solve_lcp
-  use sig_linear_algebra, only: add_product
+  use sig_linear_algebra, only: add_product, unit_vector
   use sig_linear_solver, only: linear_solver_t
   use sig_petsc_support, only: sum_over_ranks
   use petsc
@@ -191,7 +191,7 @@ contains
       self%compliance(rows, :) = -self%scale * transpose(reach)
       self%compliance(rows, rows) = 0
       do t = 1, size(self%free_opening, 2)
-        associate (forces => system%load(unit(size(self%free_opening, 2), t)))
+        associate (forces => system%load(unit_vector(size(self%free_opening, 2), t)))
           work = matmul(system%motions%work(forces), self%anchors%amplitudes)
           work_size = matmul(system%motions%work_size(forces), abs(self%anchors%amplitudes))
         end associate
@@ -210,15 +210,6 @@ contains
     wider(:, :size(matrix, 2)) = matrix
     call move_alloc(wider, matrix)
   end subroutine add_columns
-
-  pure function unit(n, i) result(vector)
-    integer, intent(in) :: n
-    integer, intent(in) :: i
-    real(rk) :: vector(n)
-
-    vector = 0
-    vector(i) = 1
-  end function unit
 
   subroutine solve(self, system, theta, state, ierr)
     class(condensed_t), intent(inout) :: self

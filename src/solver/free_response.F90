@@ -7,6 +7,7 @@ module sig_free_response
   use sig_contact_system, only: contact_system_t
   use sig_holding, only: anchors_t
   use sig_kinds, only: rk
+  use sig_linear_algebra, only: unit_vector
   use sig_linear_solver, only: constrain, linear_solver_t, set_near_null_space
   use sig_petsc_support, only: sum_over_ranks
   use petsc
@@ -93,17 +94,17 @@ contains
       do i_term = 1, n_terms
         forces = 0
         if (has_prescribed_values(system, i_term)) then
-          prescribed = system%prescribed_displacement(unit(n_all, i_term))
+          prescribed = system%prescribed_displacement(unit_vector(n_all, i_term))
           PetscCall(system%apply_stiffness(prescribed, forces, ierr))
         end if
         forces = -forces
-        if (present(anchors)) forces = forces + balanced_load(system, anchors, unit(n_all, i_term))
+        if (present(anchors)) forces = forces + balanced_load(system, anchors, unit_vector(n_all, i_term))
         rhs(:, i_term) = merge(0.0_rk, forces(local), is_held(local))
       end do
       PetscCall(linear_solver%solve_many(rhs, response, ierr))
       do i_term = 1, n_terms
         if (.not. has_prescribed_values(system, i_term)) cycle
-        prescribed = system%prescribed_displacement(unit(n_all, i_term))
+        prescribed = system%prescribed_displacement(unit_vector(n_all, i_term))
         response(:, i_term) = response(:, i_term) + prescribed(local)
       end do
     end associate
@@ -167,13 +168,4 @@ contains
     if (reason /= reason_converged) response = 0
     PetscCall(linear_solver%destroy(ierr))
   end subroutine compute_lifting
-
-  pure function unit(n, i) result(vector)
-    integer, intent(in) :: n
-    integer, intent(in) :: i
-    real(rk) :: vector(n)
-
-    vector = 0
-    vector(i) = 1
-  end function unit
 end module sig_free_response
