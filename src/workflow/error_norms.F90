@@ -42,18 +42,19 @@ contains
     type(point_errors_t), intent(out) :: errors
     PetscErrorCode, intent(out) :: ierr
     real(rk), allocatable :: displacement(:), multipliers(:)
-    real(rk) :: energies(2), energies_full(2)
+    real(rk) :: energies(2), energies_full(2), load(size(state%displacement))
 
     call reconstruct_displacement(model, answer, displacement)
     call reconstruct_multipliers(model, answer, multipliers)
     errors%displacement = relative(norm2(displacement - state%displacement), norm2(state%displacement))
     errors%multipliers_all = relative(norm2(multipliers - state%multipliers), norm2(state%multipliers))
+    load = system%load(answer%theta)
     associate (cluster => model%clusters(answer%cluster))
       associate (rows => cluster%contact_rows)
         errors%multipliers_rid = relative(norm2(answer%multipliers_rid - state%multipliers(rows)), norm2(state%multipliers(rows)))
       end associate
-      PetscCall(measure_energies(system, domain, cluster%interior_dofs, answer%theta, displacement, energies, ierr))
-      PetscCall(measure_energies(system, domain, cluster%interior_dofs, answer%theta, state%displacement, energies_full, ierr))
+      PetscCall(measure_energies(system, domain, cluster%interior_dofs, load, displacement, energies, ierr))
+      PetscCall(measure_energies(system, domain, cluster%interior_dofs, load, state%displacement, energies_full, ierr))
     end associate
     errors%energy = abs(energies(1) - energies_full(1))
     errors%energy_rid = abs(energies(2) - energies_full(2))
@@ -62,18 +63,18 @@ contains
   end subroutine measure_errors
 
   !> 1/2 u' K u - F' u on the bodies and on the reduced domain. Collective.
-  subroutine measure_energies(system, domain, interior_dofs, theta, displacement, energies, ierr)
+  subroutine measure_energies(system, domain, interior_dofs, load, displacement, energies, ierr)
     type(contact_system_t), intent(inout) :: system
     type(domain_energy_t), intent(in) :: domain
     !> A
     integer, intent(in) :: interior_dofs(:)
-    real(rk), intent(in) :: theta(:)
+    !> [force] natural, shape (n_dofs)
+    real(rk), intent(in) :: load(:)
     real(rk), intent(in) :: displacement(:)
     real(rk), intent(out) :: energies(2)
     PetscErrorCode, intent(out) :: ierr
-    real(rk) :: forces(size(displacement)), load(size(displacement))
+    real(rk) :: forces(size(displacement))
 
-    load = system%load(theta)
     PetscCall(system%apply_stiffness(displacement, forces, ierr))
     energies(1) = dot_product(displacement, forces) / 2 - dot_product(load, displacement)
     energies(2) = domain%strain_energy(displacement) - dot_product(load(interior_dofs), displacement(interior_dofs))
