@@ -30,6 +30,13 @@ def write_deck(name, folder, **replacements):
     return copy_deck(HERE / "decks" / f"{name}.yaml", folder, **replacements)
 
 
+def results_of(signorom, folder, command, changes, n_ranks=1):
+    """Results folder of a command on decks/small_disks.yaml with changes."""
+    folder.mkdir(exist_ok=True)
+    signorom(command, write_deck("small_disks", folder, **changes), folder=folder, n_ranks=n_ranks)
+    return folder / "results" / "small_disks"
+
+
 def files_in(folder):
     """All files below a folder with their content; locks are not results."""
     return {

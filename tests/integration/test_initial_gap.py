@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from results import read_fields, read_snapshots, read_table, table_of
-from runs import write_deck
+from runs import results_of, write_deck
 
 # Two arcs of radius 1 m, 0.1 m apart at x = 0; the mesh has them to rounding.
 DISTANCE = "2*(1.05 - sqrt(max(1 - x^2, 0)))"
@@ -17,13 +17,6 @@ MOVING_GAP = {
     "y: -squeeze}": "y: 0}",
     DIRECTION: f'direction: [0, 1], initial_gap: "{DISTANCE} - 2*squeeze"}}',
 }
-
-
-def results_of(signorom, folder, command, changes, n_ranks=1):
-    """Results folder of a command on decks/small_disks.yaml with changes."""
-    folder.mkdir(exist_ok=True)
-    signorom(command, write_deck("small_disks", folder, **changes), folder=folder, n_ranks=n_ranks)
-    return folder / "results" / "small_disks"
 
 
 @pytest.fixture(scope="module")

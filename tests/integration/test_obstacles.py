@@ -7,7 +7,7 @@ import pytest
 import yaml
 
 from results import read_fields, read_snapshots, read_table, table_of
-from runs import write_deck
+from runs import results_of, write_deck
 
 PAIRS = "  - {first: lower_arc, second: upper_arc, direction: [0, 1]}"
 # The mirror plane of the disks is y = 0; planes that come closer in place of disks that do.
@@ -18,13 +18,6 @@ PLANES = "\n".join(
 MOVING_PLANES = {"y: squeeze}": "y: 0}", "y: -squeeze}": "y: 0}", PAIRS: PLANES}
 # Mirror images to rounding, which the stiffness magnifies.
 MIRROR = 1e-9
-
-
-def results_of(signorom, folder, command, changes, n_ranks=1):
-    """Results folder of a command on decks/small_disks.yaml with changes."""
-    folder.mkdir(exist_ok=True)
-    signorom(command, write_deck("small_disks", folder, **changes), folder=folder, n_ranks=n_ranks)
-    return folder / "results" / "small_disks"
 
 
 @pytest.fixture(scope="module")

@@ -22,27 +22,27 @@ HEADER = 72
 RECORD = 8 * (1 + 116 + 5 + 8 + 1)
 
 
-@pytest.fixture
-def many_points(tmp_path):
+def write_sweep(folder, n_points=N_POINTS):
     """A deck that takes seconds, and its results folder."""
     changes = {
-        "grid: {push: 5}": f"grid: {{push: {N_POINTS}}}",
+        "grid: {push: 5}": f"grid: {{push: {n_points}}}",
         "title: ": "solver: {type: active_set}\ntitle: ",
     }
-    return write_deck("patch", tmp_path, **changes), tmp_path / "results" / "patch"
+    return write_deck("patch", folder, **changes), folder / "results" / "patch"
+
+
+@pytest.fixture
+def many_points(tmp_path):
+    """The deck and the folder of write_sweep."""
+    return write_sweep(tmp_path)
 
 
 @pytest.fixture(scope="module")
 def uninterrupted(signorom, tmp_path_factory):
     """Snapshots of a run that nothing disturbs."""
-    folder = tmp_path_factory.mktemp("uninterrupted")
-    changes = {
-        "grid: {push: 5}": f"grid: {{push: {N_POINTS}}}",
-        "title: ": "solver: {type: active_set}\ntitle: ",
-    }
-    deck = write_deck("patch", folder, **changes)
-    signorom("sample", deck.name, folder=folder)
-    return read_snapshots(folder / "results" / "patch" / "snapshots.h5")
+    deck, results = write_sweep(tmp_path_factory.mktemp("uninterrupted"))
+    signorom("sample", deck.name, folder=deck.parent)
+    return read_snapshots(results / "snapshots.h5")
 
 
 def shards(results):
@@ -112,12 +112,7 @@ def test_signal_ends_after_the_current_point(signorom, many_points, uninterrupte
 def test_signal_to_mpirun(signorom, tmp_path):
     """mpirun ends all ranks in its own way, and takes a second for it; the finished points stay."""
     n_points = 20000
-    changes = {
-        "grid: {push: 5}": f"grid: {{push: {n_points}}}",
-        "title: ": "solver: {type: active_set}\ntitle: ",
-    }
-    deck = write_deck("patch", tmp_path, **changes)
-    results = tmp_path / "results" / "patch"
+    deck, results = write_sweep(tmp_path, n_points)
     process = signorom.start("sample", deck.name, folder=tmp_path, n_ranks=2)
     wait_until(lambda: n_records(results) > 0, process)
     process.send_signal(signal.SIGINT)
