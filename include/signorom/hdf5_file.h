@@ -33,6 +33,14 @@ int sig_h5_create(const char *path, size_t length, size_t n_free, sig_h5_file **
 /* Reading only. */
 int sig_h5_open(const char *path, size_t length, sig_h5_file **file);
 
+/* A file in memory alone, and what is to be read from the bytes of one, which are copied. */
+int sig_h5_create_image(sig_h5_file **file);
+int sig_h5_open_image(const void *bytes, size_t size, sig_h5_file **file);
+
+/* Bytes of a file in memory as it stands now, -1 on a failure; then the bytes, for which `bytes` has room. */
+int64_t sig_h5_image_size(sig_h5_file *file);
+int sig_h5_get_image(sig_h5_file *file, size_t size, void *bytes);
+
 /* The handle is gone even on a failure. */
 int sig_h5_close(sig_h5_file *file);
 

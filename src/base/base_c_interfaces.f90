@@ -14,6 +14,7 @@ module sig_base_c_interfaces
   public :: sig_seal_file, sig_check_seal
   public :: sig_shortest_decimal
   public :: sig_run_threads, sig_processor_count
+  public :: sig_h5_create_image, sig_h5_open_image, sig_h5_image_size, sig_h5_get_image
   public :: sig_h5_create, sig_h5_open, sig_h5_close, sig_h5_write, sig_h5_write_texts
   public :: sig_h5_has, sig_h5_describe, sig_h5_read, sig_h5_read_texts
 
@@ -194,6 +195,30 @@ module sig_base_c_interfaces
       integer(c_size_t), value :: length
       type(c_ptr), intent(out) :: file
     end function sig_h5_open
+
+    integer(c_int) function sig_h5_create_image(file) bind(c)
+      import :: c_int, c_ptr
+      type(c_ptr), intent(out) :: file
+    end function sig_h5_create_image
+
+    integer(c_int) function sig_h5_open_image(bytes, size, file) bind(c)
+      import :: c_char, c_int, c_ptr, c_size_t
+      character(kind=c_char), intent(in) :: bytes(*)
+      integer(c_size_t), value :: size
+      type(c_ptr), intent(out) :: file
+    end function sig_h5_open_image
+
+    integer(c_int64_t) function sig_h5_image_size(file) bind(c)
+      import :: c_int64_t, c_ptr
+      type(c_ptr), value :: file
+    end function sig_h5_image_size
+
+    integer(c_int) function sig_h5_get_image(file, size, bytes) bind(c)
+      import :: c_char, c_int, c_ptr, c_size_t
+      type(c_ptr), value :: file
+      integer(c_size_t), value :: size
+      character(kind=c_char), intent(out) :: bytes(*)
+    end function sig_h5_get_image
 
     integer(c_int) function sig_h5_close(file) bind(c)
       import :: c_int, c_ptr

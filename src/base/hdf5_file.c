@@ -4,6 +4,7 @@
 #include "hdf5_address.h"
 #include "signorom/file_system.h"
 
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -69,6 +70,67 @@ int sig_h5_open(const char *path, size_t length, sig_h5_file **file) {
   H5E_END_TRY;
   sig_free(name);
   return status;
+}
+
+/* Two files in memory must not have the same name. */
+static hid_t core_properties(const void *owner, char name[32]) {
+  snprintf(name, 32, "%p", owner);
+  const hid_t properties = H5Pcreate(H5P_FILE_ACCESS);
+  const size_t increment = 1 << 20;
+  H5Pset_fapl_core(properties, increment, 0);
+  return properties;
+}
+
+int sig_h5_create_image(sig_h5_file **file) {
+  char name[32];
+  *file = malloc(sizeof **file);
+  if (!*file) return SIG_H5_NO_CREATE;
+  forbid_work_at_exit();
+  H5E_BEGIN_TRY {
+    const hid_t properties = core_properties(*file, name);
+    (*file)->id = H5Fcreate(name, H5F_ACC_TRUNC, H5P_DEFAULT, properties);
+    H5Pclose(properties);
+  }
+  H5E_END_TRY;
+  if ((*file)->id >= 0) return SIG_H5_OK;
+  free(*file);
+  *file = NULL;
+  return SIG_H5_NO_CREATE;
+}
+
+int sig_h5_open_image(const void *bytes, size_t size, sig_h5_file **file) {
+  char name[32];
+  *file = malloc(sizeof **file);
+  if (!*file) return SIG_H5_NO_READ;
+  forbid_work_at_exit();
+  H5E_BEGIN_TRY {
+    const hid_t properties = core_properties(*file, name);
+    /* HDF5 copies from what it declares as writable. */
+    H5Pset_file_image(properties, (void *)(uintptr_t)bytes, size);
+    (*file)->id = H5Fopen(name, H5F_ACC_RDONLY, properties);
+    H5Pclose(properties);
+  }
+  H5E_END_TRY;
+  if ((*file)->id >= 0) return SIG_H5_OK;
+  free(*file);
+  *file = NULL;
+  return SIG_H5_DAMAGED;
+}
+
+int64_t sig_h5_image_size(sig_h5_file *file) {
+  ssize_t size = -1;
+  H5E_BEGIN_TRY {
+    if (H5Fflush(file->id, H5F_SCOPE_LOCAL) >= 0) size = H5Fget_file_image(file->id, NULL, 0);
+  }
+  H5E_END_TRY;
+  return size;
+}
+
+int sig_h5_get_image(sig_h5_file *file, size_t size, void *bytes) {
+  ssize_t written = -1;
+  H5E_BEGIN_TRY { written = H5Fget_file_image(file->id, bytes, size); }
+  H5E_END_TRY;
+  return written == (ssize_t)size ? SIG_H5_OK : SIG_H5_NO_READ;
 }
 
 int sig_h5_close(sig_h5_file *file) {

@@ -5,8 +5,8 @@
 !> same bytes. Local: one rank owns the file.
 module sig_hdf5_reader
   use, intrinsic :: iso_c_binding, only: c_associated, c_int, c_null_ptr, c_ptr, c_size_t
-  use sig_base_c_interfaces, only: sig_h5_close, sig_h5_has
-  use sig_errors, only: error_t, make_error
+  use sig_base_c_interfaces, only: sig_h5_close, sig_h5_has, sig_h5_open_image
+  use sig_errors, only: error_t, exit_internal, make_error
   use sig_hdf5_access, only: find_shape, integer_type, open_hdf5, read_array, read_texts, real_type, text_type
   use sig_kinds, only: rk
   use sig_text, only: string_t
@@ -24,6 +24,7 @@ module sig_hdf5_reader
     character(:), allocatable :: path
   contains
     procedure :: open => open_file
+    procedure :: open_image
     procedure :: close => close_file
     procedure :: has
     procedure :: has_attribute
@@ -51,6 +52,18 @@ contains
     self%path = path
     call open_hdf5(path, self%handle, error)
   end subroutine open_file
+
+  !> Opens the bytes of a file in memory. Errors: they are none.
+  subroutine open_image(self, bytes, error)
+    class(h5_reader_t), intent(inout) :: self
+    character(1), intent(in) :: bytes(:)
+    type(error_t), allocatable, intent(out) :: error
+
+    call close_file(self)
+    self%path = ''
+    if (sig_h5_open_image(bytes, size(bytes, kind=c_size_t), self%handle) /= 0) &
+      call make_error(error, 'the bytes of an HDF5 file are damaged', exit_code=exit_internal)
+  end subroutine open_image
 
   !> Ends the work on the file; that none is open is fine.
   subroutine close_file(self)

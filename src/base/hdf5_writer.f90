@@ -4,9 +4,9 @@
 !> HDF5 counts indices the other way round: a Fortran array of shape (n_dofs, n_modes) is one of shape (n_modes, n_dofs)
 !> for h5py, with the same bytes. Local: one rank owns the file.
 module sig_hdf5_writer
-  use, intrinsic :: iso_c_binding, only: c_associated, c_int, c_null_ptr, c_ptr, c_size_t
-  use sig_base_c_interfaces, only: sig_commit_file, sig_h5_close
-  use sig_errors, only: error_t, make_error
+  use, intrinsic :: iso_c_binding, only: c_associated, c_int, c_int64_t, c_null_ptr, c_ptr, c_size_t
+  use sig_base_c_interfaces, only: sig_commit_file, sig_h5_close, sig_h5_create_image, sig_h5_get_image, sig_h5_image_size
+  use sig_errors, only: error_t, exit_internal, make_error
   use sig_file_seal, only: seal_file, seal_size
   use sig_file_system, only: remove_file, system_reason
   use sig_hdf5_access, only: create_hdf5, integer_type, real_type, write_array, write_texts
@@ -25,12 +25,15 @@ module sig_hdf5_writer
   type :: h5_writer_t
     private
     type(c_ptr) :: handle = c_null_ptr
+    !> empty for a file in memory
     character(:), allocatable :: path
     logical :: is_sealed = .false.
     type(error_t), allocatable :: error
   contains
     procedure :: create
     procedure :: close => close_file
+    procedure :: create_image
+    procedure :: close_image
     procedure :: discard => discard_file
     generic :: write => write_real, write_real_1, write_real_2, write_real_3, write_integer, write_integer_1, &
       write_integer_2, write_text, write_text_1
@@ -77,6 +80,37 @@ contains
     if (allocated(error)) call remove_partial(self%path)
   end subroutine close_file
 
+  !> Starts a file in memory, which ends with close_image. Errors: no memory.
+  subroutine create_image(self, error)
+    class(h5_writer_t), intent(inout) :: self
+    type(error_t), allocatable, intent(out) :: error
+
+    call discard_file(self)
+    self%path = ''
+    if (sig_h5_create_image(self%handle) /= 0) call make_error(error, 'no memory for an HDF5 file', exit_code=exit_internal)
+  end subroutine create_image
+
+  !> Ends the work on a file in memory and hands out its bytes, none after a failure.
+  subroutine close_image(self, bytes, error)
+    class(h5_writer_t), intent(inout) :: self
+    character(1), allocatable, intent(out) :: bytes(:)
+    !> the first failure since create_image
+    type(error_t), allocatable, intent(out) :: error
+    integer(c_int64_t) :: n_bytes
+    integer(c_int) :: ignored
+
+    n_bytes = -1
+    if (allocated(self%error)) call move_alloc(self%error, error)
+    if (c_associated(self%handle) .and. .not. allocated(error)) n_bytes = sig_h5_image_size(self%handle)
+    allocate (bytes(max(n_bytes, 0_c_int64_t)))
+    if (n_bytes > 0) then
+      if (sig_h5_get_image(self%handle, int(n_bytes, c_size_t), bytes) /= 0) n_bytes = -1
+    end if
+    if (n_bytes < 0 .and. .not. allocated(error)) call make_error(error, 'no memory for an HDF5 file', exit_code=exit_internal)
+    ignored = sig_h5_close(self%handle)
+    self%handle = c_null_ptr
+  end subroutine close_image
+
   subroutine commit(path, error)
     character(*), intent(in) :: path
     type(error_t), allocatable, intent(out) :: error
@@ -104,7 +138,7 @@ contains
     if (.not. c_associated(self%handle)) return
     ignored = sig_h5_close(self%handle)
     self%handle = c_null_ptr
-    call remove_partial(self%path)
+    if (len(self%path) > 0) call remove_partial(self%path)
   end subroutine discard_file
 
   subroutine finalize(self)

@@ -8,7 +8,7 @@ module sig_model
   use sig_text, only: string_t
   implicit none(type, external)
   private
-  public :: model_t, reduced_model_t, enrichment_history_t, full_order_t, validation_statistics_t, complete_model
+  public :: model_t, reduced_model_t, enrichment_history_t, full_order_t, validation_statistics_t, complete_model, complete_cluster
 
   !> layout of the file; a change that an older reader would misread raises it (3 is the first of a release)
   integer, parameter, public :: model_format_version = 3
@@ -233,6 +233,7 @@ contains
     end do
   end subroutine complete_model
 
+  !> The same for one cluster.
   pure subroutine complete_cluster(cluster, n_dofs, n_multipliers)
     type(reduced_model_t), intent(inout) :: cluster
     integer, intent(in) :: n_dofs

@@ -1,13 +1,17 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 #include "signorom/macros.h"
-!> A user error found on any rank, or a text of one rank, told to every rank before anybody leaves.
+!> A user error found on any rank, or a text or bytes of one rank, told to every rank before anybody leaves.
 module sig_error_broadcast
-  use mpi, only: MPI_Allreduce, MPI_Bcast, MPI_CHARACTER, MPI_Comm_rank, MPI_INTEGER, MPI_MIN
+  use, intrinsic :: iso_fortran_env, only: int64
+  use mpi, only: MPI_Allreduce, MPI_Bcast, MPI_CHARACTER, MPI_Comm_rank, MPI_INTEGER, MPI_INTEGER8, MPI_MIN
   use sig_errors, only: error_t, make_error
   use petsc
   implicit none(type, external)
   private
-  public :: broadcast_error, broadcast_text
+  public :: broadcast_error, broadcast_text, broadcast_bytes
+
+  !> bytes that go at once: a count of MPI is a default integer
+  integer(int64), parameter :: largest_piece = 2_int64**30
 
 contains
 
@@ -49,6 +53,35 @@ contains
 
     PetscCall(text_of_rank(0, text, comm, ierr))
   end subroutine broadcast_text
+
+  !> Collective on comm. The bytes of one rank become those of every rank.
+  subroutine broadcast_bytes(root, bytes, comm, ierr, piece)
+    !> rank that has them, 0-based
+    integer, intent(in) :: root
+    !> unallocated counts as none
+    character(1), allocatable, intent(inout) :: bytes(:)
+    MPI_Comm, intent(in) :: comm
+    PetscErrorCode, intent(out) :: ierr
+    !> bytes at once; default largest_piece
+    integer(int64), intent(in), optional :: piece
+    integer(int64) :: first, last, length, step
+    integer :: rank
+
+    PetscCallMPI(MPI_Comm_rank(comm, rank, ierr))
+    step = largest_piece
+    if (present(piece)) step = piece
+    if (.not. allocated(bytes)) allocate (bytes(0))
+    length = size(bytes, kind=int64)
+    PetscCallMPI(MPI_Bcast(length, 1, MPI_INTEGER8, root, comm, ierr))
+    if (rank /= root) then
+      deallocate (bytes)
+      allocate (bytes(length))
+    end if
+    do first = 1, length, step
+      last = min(first + step - 1, length)
+      PetscCallMPI(MPI_Bcast(bytes(first:last), int(last - first + 1), MPI_CHARACTER, root, comm, ierr))
+    end do
+  end subroutine broadcast_bytes
 
   subroutine text_of_rank(root, text, comm, ierr)
     integer, intent(in) :: root

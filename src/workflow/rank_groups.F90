@@ -11,6 +11,7 @@ module sig_rank_groups
 
   type :: rank_groups_t
     integer :: n_groups = 1
+    integer :: n_ranks = 1
     !> 1-based
     integer :: i_group = 1
     !> communicator of this rank's group
@@ -21,6 +22,7 @@ module sig_rank_groups
   contains
     procedure :: is_leader
     procedure :: has_point
+    procedure :: leader_of
     procedure :: destroy
   end type rank_groups_t
 
@@ -32,12 +34,12 @@ contains
     integer, intent(in) :: n_points
     type(rank_groups_t), intent(out) :: groups
     PetscErrorCode, intent(out) :: ierr
-    integer :: n_ranks, n_group_ranks
+    integer :: n_group_ranks
 
-    PetscCall(rank_and_size(PETSC_COMM_WORLD, groups%world_rank, n_ranks, ierr))
-    groups%n_groups = max(1, min(n_ranks, n_points))
+    PetscCall(rank_and_size(PETSC_COMM_WORLD, groups%world_rank, groups%n_ranks, ierr))
+    groups%n_groups = max(1, min(groups%n_ranks, n_points))
     if (n_wanted > 0) groups%n_groups = min(n_wanted, groups%n_groups)
-    groups%i_group = groups%world_rank * groups%n_groups / n_ranks + 1
+    groups%i_group = groups%world_rank * groups%n_groups / groups%n_ranks + 1
     call MPI_Comm_split(PETSC_COMM_WORLD, groups%i_group, groups%world_rank, groups%comm, ierr)
     PetscCall(rank_and_size(groups%comm, groups%group_rank, n_group_ranks, ierr))
   end subroutine create_rank_groups
@@ -57,6 +59,15 @@ contains
 
     has_point = modulo(i_point - 1, self%n_groups) + 1 == self%i_group
   end function has_point
+
+  !> The leader of the group that has a point, as a rank of all ranks.
+  pure integer function leader_of(self, i_point)
+    class(rank_groups_t), intent(in) :: self
+    !> as for has_point
+    integer, intent(in) :: i_point
+
+    leader_of = (modulo(i_point - 1, self%n_groups) * self%n_ranks + self%n_groups - 1) / self%n_groups
+  end function leader_of
 
   subroutine destroy(self, ierr)
     class(rank_groups_t), intent(inout) :: self

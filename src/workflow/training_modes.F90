@@ -27,10 +27,11 @@ module sig_training_modes
 
 contains
 
-  !> Collective on all ranks. Errors: no snapshot differs from zero; the deck wants more modes than there are.
-  subroutine compute_modes(problem, snapshots, modes, error, ierr)
+  !> Collective on comm. Errors: no snapshot differs from zero; the deck wants more modes than there are.
+  subroutine compute_modes(problem, snapshots, comm, modes, error, ierr)
     type(problem_t), intent(in) :: problem
     type(snapshot_set_t), intent(in) :: snapshots
+    MPI_Comm, intent(in) :: comm
     type(pod_modes_t), intent(out) :: modes
     type(error_t), allocatable, intent(out) :: error
     PetscErrorCode, intent(out) :: ierr
@@ -39,7 +40,7 @@ contains
     ierr = 0
     call fields_to_compress(problem, snapshots, fields)
     if (problem%deck%reduction%is_normalized) call normalize_snapshots(fields)
-    PetscCall(compute_pod(fields, PETSC_COMM_WORLD, modes%singular_values, vectors, ierr))
+    PetscCall(compute_pod(fields, comm, modes%singular_values, vectors, ierr))
     call count_modes(problem%deck%reduction, problem%deck%path, modes, error)
     if (allocated(error)) return
     modes%vectors = vectors(:, :modes%n_domain + modes%n_extra)
@@ -82,12 +83,13 @@ contains
     end if
   end subroutine count_modes
 
-  !> Modes of the multipliers, shape (n_multipliers, n_modes); none without a tolerance or without contact. Collective.
+  !> Modes of the multipliers, shape (n_multipliers, n_modes); none without a tolerance or without contact. Collective on comm.
   !>
   !> Source: section 5.2: "this dual POD RB is only used for the RID expansion".
-  subroutine compute_dual_modes(problem, snapshots, vectors, ierr)
+  subroutine compute_dual_modes(problem, snapshots, comm, vectors, ierr)
     type(problem_t), intent(in) :: problem
     type(snapshot_set_t), intent(in) :: snapshots
+    MPI_Comm, intent(in) :: comm
     real(rk), allocatable, intent(out) :: vectors(:, :)
     PetscErrorCode, intent(out) :: ierr
     real(rk), allocatable :: singular_values(:), all_vectors(:, :)
@@ -96,7 +98,7 @@ contains
     ierr = 0
     n_modes = 0
     if (problem%deck%reduction%dual_pod_tolerance > 0) then
-      PetscCall(compute_pod(snapshots%multipliers, PETSC_COMM_WORLD, singular_values, all_vectors, ierr))
+      PetscCall(compute_pod(snapshots%multipliers, comm, singular_values, all_vectors, ierr))
       n_modes = pod_rank(singular_values, problem%deck%reduction%dual_pod_tolerance)
     else
       allocate (all_vectors(size(snapshots%multipliers, 1), 0))

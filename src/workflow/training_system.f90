@@ -6,7 +6,6 @@ module sig_training_system
   use sig_errors, only: error_t, make_error
   use sig_hat_functions, only: hat_columns, hat_set_t, hats_of_all_nodes, hats_of_pairs, select_hats
   use sig_kinds, only: rk
-  use sig_log, only: log_warning
   use sig_model, only: reduced_model_t
   use sig_problem, only: problem_t
   use sig_projection, only: expected_stiffness_rank, project, project_contact_rows, projected_blocks_t
@@ -187,16 +186,12 @@ contains
     type(reduced_domain_t), intent(in) :: domain
     type(reduced_model_t), intent(inout) :: cluster
     type(error_t), allocatable, intent(out) :: error
-    integer :: i
 
     associate (rank_tolerance => problem%deck%reduction%rank_tolerance)
       call measure_stiffness(rank_tolerance, cluster)
       cluster%basis_rank = rank_on_domain(cluster%basis, [domain%interior_dofs, domain%interface_dofs], rank_tolerance)
     end associate
     cluster%warnings = solvability_warnings(cluster, problem%deck%reduction%enrichment%type == 'all')
-    do i = 1, size(cluster%warnings)
-      call log_warning(cluster%warnings(i)%text)
-    end do
     if (is_undetermined(cluster)) call make_error(error, undetermined_text(cluster), problem%deck%path, &
       hint='add the contact surfaces and the loaded surfaces to reduction.zones_of_interest, or raise reduction.pod_tolerance')
   end subroutine check_solvable

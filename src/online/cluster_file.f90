@@ -1,0 +1,176 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> One cluster of a model as a group of an HDF5 file, or as bytes on their way to another rank.
+module sig_cluster_file
+  use sig_errors, only: error_t
+  use sig_hdf5_reader, only: h5_reader_t
+  use sig_hdf5_writer, only: h5_writer_t
+  use sig_model, only: enrichment_history_t, reduced_model_t
+  implicit none(type, external)
+  private
+  public :: write_cluster, read_cluster, pack_cluster, unpack_cluster
+
+  !> the only group of a file of bytes
+  character(*), parameter :: packed_group = '/cluster'
+
+contains
+
+  !> Bytes from which unpack_cluster makes the same cluster.
+  !>
+  !> Requires: complete_cluster.
+  subroutine pack_cluster(cluster, bytes, error)
+    type(reduced_model_t), intent(in) :: cluster
+    character(1), allocatable, intent(out) :: bytes(:)
+    type(error_t), allocatable, intent(out) :: error
+    type(h5_writer_t) :: file
+
+    call file%create_image(error)
+    if (allocated(error)) return
+    ! the units are nobody's here
+    call write_cluster(file, packed_group, cluster, '', '')
+    call file%close_image(bytes, error)
+  end subroutine pack_cluster
+
+  subroutine unpack_cluster(bytes, cluster, error)
+    character(1), intent(in) :: bytes(:)
+    type(reduced_model_t), intent(out) :: cluster
+    type(error_t), allocatable, intent(out) :: error
+    type(h5_reader_t) :: file
+
+    call file%open_image(bytes, error)
+    call read_cluster(file, packed_group, cluster, error)
+    call file%close()
+  end subroutine unpack_cluster
+
+  subroutine write_cluster(file, group, cluster, length, force)
+    type(h5_writer_t), intent(inout) :: file
+    character(*), intent(in) :: group
+    type(reduced_model_t), intent(in) :: cluster
+    character(*), intent(in) :: length
+    character(*), intent(in) :: force
+
+    call file%write(group // '/basis', cluster%basis, '1', 'a mode per row')
+    call file%write(group // '/lifting', cluster%lifting, length, 'displacement of the leading terms, a term per row')
+    call file%write(group // '/reduced_stiffness', cluster%reduced_stiffness, force // '/' // length, 'transposed')
+    call file%write(group // '/contact_matrix', cluster%contact_matrix, '1', 'a mode per row')
+    call file%write(group // '/load', cluster%load, force, 'a term per row')
+    call file%write(group // '/gap', cluster%gap, length, 'right-hand side of the contact rows, a term per row')
+    call file%write(group // '/contact_rows', cluster%contact_rows, description='1-based among the pairs of /contact')
+    call file%write(group // '/seed_nodes', cluster%seed_nodes, description='1-based')
+    call file%write(group // '/facing_nodes', cluster%facing_nodes, description='1-based')
+    call file%write(group // '/training_points', cluster%training_points, description='snapshots of the cluster, 1-based')
+    call file%write(group // '/cells', cluster%cells, description='reduced integration domain, 1-based')
+    call file%write(group // '/interior_dofs', cluster%interior_dofs, description='1-based')
+    call file%write(group // '/interface_dofs', cluster%interface_dofs, description='1-based')
+    call file%write(group // '/contact_dofs', cluster%contact_dofs, description='1-based')
+    call write_snapshots(file, group, cluster, length, force)
+    call file%write_attribute(group, 'condition_number', cluster%condition_number)
+    call file%write_attribute(group, 'rank', cluster%rank)
+    call file%write_attribute(group, 'stiffness_condition', cluster%stiffness_condition)
+    call file%write_attribute(group, 'primal_rank_expected', cluster%primal_rank_expected)
+    call file%write_attribute(group, 'stiffness_rank', cluster%stiffness_rank)
+    call file%write_attribute(group, 'basis_rank', cluster%basis_rank)
+    call file%write_attribute(group, 'n_pod_modes', cluster%n_pod_modes)
+    call file%write_attribute(group, 'n_extra_modes', cluster%n_extra_modes)
+    call file%write_attribute(group, 'n_hats', cluster%n_hats)
+    call write_history(file, group // '/enrichment', cluster%history)
+  end subroutine write_cluster
+
+  subroutine write_history(file, group, history)
+    type(h5_writer_t), intent(inout) :: file
+    character(*), intent(in) :: group
+    type(enrichment_history_t), intent(in) :: history
+
+    call file%write(group // '/rows', history%rows, description='pair of each hat, 1-based; 0: before the first hat')
+    call file%write(group // '/nodes', history%nodes, description='node of each hat, 1-based')
+    call file%write(group // '/n_columns', history%n_columns, description='POD modes and hats')
+    call file%write(group // '/ranks', history%ranks, description='rank of the contact rows')
+    call file%write(group // '/condition_numbers', history%condition_numbers, '1', 'of the contact rows')
+    call file%write(group // '/singular_ratios', history%singular_ratios, '1', &
+      'largest singular value of the contact rows over the smallest of the min(rows, columns) ones')
+    call file%write(group // '/stiffness_conditions', history%stiffness_conditions, '1', 'of the reduced stiffness')
+  end subroutine write_history
+
+  subroutine write_snapshots(file, group, cluster, length, force)
+    type(h5_writer_t), intent(inout) :: file
+    character(*), intent(in) :: group
+    type(reduced_model_t), intent(in) :: cluster
+    character(*), intent(in) :: length
+    character(*), intent(in) :: force
+
+    call file%write(group // '/dual_snapshots', cluster%dual_snapshots, force, 'a snapshot per row')
+    call file%write(group // '/contact_displacement_snapshots', cluster%contact_displacement_snapshots, length, &
+      'normal displacements, first sides and then second sides, a snapshot per row')
+    call file%write(group // '/contact_value_basis', cluster%contact_value_basis, '1', 'normal displacements, a mode per row')
+    call file%write(group // '/contact_value_lifting', cluster%contact_value_lifting, length, &
+      'normal displacements, a term per row')
+    call file%write(group // '/start_sets', cluster%start_sets, description= &
+      'active contact rows of the reduced answer at each training point, a bit per row, 32 to an integer, a point per row')
+    call file%write(group // '/singular_values', cluster%singular_values, length, 'without unit where the deck normalizes')
+    call file%write(group // '/warnings', cluster%warnings)
+  end subroutine write_snapshots
+
+  subroutine read_cluster(file, group, cluster, error)
+    type(h5_reader_t), intent(in) :: file
+    character(*), intent(in) :: group
+    type(reduced_model_t), intent(inout) :: cluster
+    type(error_t), allocatable, intent(inout) :: error
+
+    call file%read(group // '/basis', cluster%basis, error)
+    call file%read(group // '/lifting', cluster%lifting, error)
+    call file%read(group // '/reduced_stiffness', cluster%reduced_stiffness, error)
+    call file%read(group // '/contact_matrix', cluster%contact_matrix, error)
+    call file%read(group // '/load', cluster%load, error)
+    call file%read(group // '/gap', cluster%gap, error)
+    call file%read(group // '/contact_rows', cluster%contact_rows, error)
+    call file%read(group // '/seed_nodes', cluster%seed_nodes, error)
+    call file%read(group // '/facing_nodes', cluster%facing_nodes, error)
+    call file%read(group // '/cells', cluster%cells, error)
+    call file%read(group // '/training_points', cluster%training_points, error)
+    call file%read(group // '/interior_dofs', cluster%interior_dofs, error)
+    call file%read(group // '/interface_dofs', cluster%interface_dofs, error)
+    call file%read(group // '/contact_dofs', cluster%contact_dofs, error)
+    call read_snapshots(file, group, cluster, error)
+    call file%read_attribute(group, 'condition_number', cluster%condition_number, error)
+    call file%read_attribute(group, 'rank', cluster%rank, error)
+    call file%read_attribute(group, 'stiffness_condition', cluster%stiffness_condition, error)
+    call file%read_attribute(group, 'primal_rank_expected', cluster%primal_rank_expected, error)
+    call file%read_attribute(group, 'stiffness_rank', cluster%stiffness_rank, error)
+    call file%read_attribute(group, 'basis_rank', cluster%basis_rank, error)
+    call file%read_attribute(group, 'n_pod_modes', cluster%n_pod_modes, error)
+    call file%read_attribute(group, 'n_extra_modes', cluster%n_extra_modes, error)
+    call file%read_attribute(group, 'n_hats', cluster%n_hats, error)
+    call read_history(file, group // '/enrichment', cluster%history, error)
+    cluster%n_modes = size(cluster%basis, 2)
+    cluster%n_rows = size(cluster%contact_rows)
+  end subroutine read_cluster
+
+  subroutine read_history(file, group, history, error)
+    type(h5_reader_t), intent(in) :: file
+    character(*), intent(in) :: group
+    type(enrichment_history_t), intent(inout) :: history
+    type(error_t), allocatable, intent(inout) :: error
+
+    call file%read(group // '/rows', history%rows, error)
+    call file%read(group // '/nodes', history%nodes, error)
+    call file%read(group // '/n_columns', history%n_columns, error)
+    call file%read(group // '/ranks', history%ranks, error)
+    call file%read(group // '/condition_numbers', history%condition_numbers, error)
+    call file%read(group // '/singular_ratios', history%singular_ratios, error)
+    call file%read(group // '/stiffness_conditions', history%stiffness_conditions, error)
+  end subroutine read_history
+
+  subroutine read_snapshots(file, group, cluster, error)
+    type(h5_reader_t), intent(in) :: file
+    character(*), intent(in) :: group
+    type(reduced_model_t), intent(inout) :: cluster
+    type(error_t), allocatable, intent(inout) :: error
+
+    call file%read(group // '/dual_snapshots', cluster%dual_snapshots, error)
+    call file%read(group // '/contact_displacement_snapshots', cluster%contact_displacement_snapshots, error)
+    call file%read(group // '/contact_value_basis', cluster%contact_value_basis, error)
+    call file%read(group // '/contact_value_lifting', cluster%contact_value_lifting, error)
+    call file%read(group // '/start_sets', cluster%start_sets, error)
+    call file%read(group // '/singular_values', cluster%singular_values, error)
+    call file%read(group // '/warnings', cluster%warnings, error)
+  end subroutine read_snapshots
+end module sig_cluster_file
