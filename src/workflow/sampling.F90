@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 #include "signorom/macros.h"
-!> Training points -> snapshots: groups of ranks solve different points, every finished point is on disk at once, a killed run
+!> Points -> stored solutions: groups of ranks solve different points, every finished point is on disk at once, a killed run
 !> goes on where it was.
 module sig_sampling
   use sig_contact_state, only: contact_state_t, reason_converged
@@ -14,7 +14,7 @@ module sig_sampling
   use sig_progress, only: progress_t
   use sig_rank_groups, only: create_rank_groups, rank_groups_t
   use sig_snapshot_buffer, only: snapshot_buffer_t
-  use sig_snapshot_merge, only: find_finished_points, merge_snapshots, shard_path
+  use sig_snapshot_merge, only: find_finished_points, merge_snapshots, snapshot_store, store_t
   use sig_snapshot_shard, only: snapshot_record_t
   use sig_petsc_support, only: max_over_ranks, sum_over_ranks
   use sig_solver_options, only: refuse_unused_options
@@ -22,7 +22,7 @@ module sig_sampling
   use petsc
   implicit none(type, external)
   private
-  public :: sample, sampling_result_t
+  public :: sample, sampler_t, sampling_result_t
 
   type :: sampling_result_t
     integer :: n_points = 0
@@ -36,6 +36,18 @@ module sig_sampling
     integer :: n_stiffnesses = 0
   end type sampling_result_t
 
+  !> A loaded problem and its solver, for one set of points or several.
+  type :: sampler_t
+    type(problem_t) :: problem
+    type(rank_groups_t) :: groups
+    type(point_solver_t) :: solver
+    logical, private :: has_solver = .false.
+  contains
+    procedure :: create
+    procedure :: solve_missing
+    procedure :: destroy
+  end type sampler_t
+
 contains
 
   !> Makes snapshots.h5 in the folder. Collective on all ranks; errors are known to all.
@@ -46,63 +58,97 @@ contains
     type(sampling_result_t), intent(out) :: outcome
     type(error_t), allocatable, intent(out) :: error
     PetscErrorCode, intent(out) :: ierr
-    type(rank_groups_t) :: groups
-    type(problem_t) :: problem
+    type(sampler_t) :: sampler
     real(rk), allocatable :: points(:, :)
+
+    ierr = 0
+    call build_points(deck%training, deck%parameters, points, error)
+    if (allocated(error)) return
+    PetscCall(sampler%create(deck, size(points, 2), error, ierr))
+    if (.not. allocated(error)) then
+      PetscCall(sampler%solve_missing(store_t(folder, snapshot_store), points, outcome, error, ierr))
+    end if
+    PetscCall(sampler%destroy(ierr))
+  end subroutine sample
+
+  !> Loads the problem on groups of ranks; the solver waits for the first point that is missing. Collective on all ranks.
+  subroutine create(self, deck, n_points, error, ierr)
+    class(sampler_t), intent(inout) :: self
+    type(deck_config_t), intent(in) :: deck
+    !> most points at a time: more groups would idle
+    integer, intent(in) :: n_points
+    type(error_t), allocatable, intent(out) :: error
+    PetscErrorCode, intent(out) :: ierr
+
+    PetscCall(create_rank_groups(deck%training%n_groups, n_points, self%groups, ierr))
+    PetscCall(load_problem(deck, self%groups%comm, self%problem, error, ierr))
+  end subroutine create
+
+  !> Solves the points that the store lacks; then the store is one file again. Collective on all ranks.
+  subroutine solve_missing(self, store, points, outcome, error, ierr)
+    class(sampler_t), intent(inout) :: self
+    type(store_t), intent(in) :: store
+    !> shape (n_parameters, n_points)
+    real(rk), intent(in) :: points(:, :)
+    type(sampling_result_t), intent(out) :: outcome
+    type(error_t), allocatable, intent(out) :: error
+    PetscErrorCode, intent(out) :: ierr
     integer, allocatable :: to_do(:)
     logical, allocatable :: is_done(:)
     logical :: is_merged
     integer :: i
 
     ierr = 0
-    is_merged = .false.
-    call build_points(deck%training, deck%parameters, points, error)
-    if (allocated(error)) return
     outcome%n_points = size(points, 2)
-    PetscCall(create_rank_groups(deck%training%n_groups, size(points, 2), groups, ierr))
-    PetscCall(load_problem(deck, groups%comm, problem, error, ierr))
-    if (.not. allocated(error)) call check_points(problem, points, error)
-    if (.not. allocated(error)) then
-      PetscCall(find_finished_points(problem, folder, points, is_done, is_merged, error, ierr))
+    call check_points(self%problem, points, error)
+    if (allocated(error)) return
+    PetscCall(find_finished_points(self%problem, store, points, is_done, is_merged, error, ierr))
+    if (allocated(error)) return
+    outcome%n_found = count(is_done)
+    if (is_merged) return
+    to_do = pack([(i, i=1, size(is_done))], .not. is_done)
+    if (.not. self%has_solver) then
+      if (size(to_do) > 0) call announce_plan(self%problem, points)
+      PetscCall(self%solver%create(self%problem, self%problem%plan, self%groups%comm, ierr))
+      self%has_solver = .true.
     end if
-    if (.not. allocated(error)) then
-      outcome%n_found = count(is_done)
-      to_do = pack([(i, i=1, size(is_done))], .not. is_done)
-    end if
-    if (.not. (allocated(error) .or. is_merged)) then
-      PetscCall(solve_and_merge(problem, groups, folder, points, to_do, outcome, error, ierr))
-    end if
-    PetscCall(groups%destroy(ierr))
-  end subroutine sample
+    PetscCall(solve_and_merge(self, store, points, to_do, outcome, error, ierr))
+  end subroutine solve_missing
 
-  subroutine solve_and_merge(problem, groups, folder, points, to_do, outcome, error, ierr)
-    type(problem_t), intent(in) :: problem
-    type(rank_groups_t), intent(in) :: groups
-    character(*), intent(in) :: folder
+  subroutine destroy(self, ierr)
+    class(sampler_t), intent(inout) :: self
+    PetscErrorCode, intent(out) :: ierr
+
+    ierr = 0
+    if (self%has_solver) then
+      PetscCall(self%solver%destroy(ierr))
+    end if
+    self%has_solver = .false.
+    PetscCall(self%groups%destroy(ierr))
+  end subroutine destroy
+
+  subroutine solve_and_merge(self, store, points, to_do, outcome, error, ierr)
+    type(sampler_t), intent(inout) :: self
+    type(store_t), intent(in) :: store
     real(rk), intent(in) :: points(:, :)
     integer, intent(in) :: to_do(:)
     type(sampling_result_t), intent(inout) :: outcome
     type(error_t), allocatable, intent(out) :: error
     PetscErrorCode, intent(out) :: ierr
-    type(point_solver_t) :: solver
     type(snapshot_buffer_t) :: buffer
     real(rk) :: stopped, counts(2)
 
-    if (size(to_do) > 0) call announce_plan(problem, points)
-    PetscCall(solver%create(problem, problem%plan, groups%comm, ierr))
-    PetscCall(solve_points(problem, groups, solver, folder, points(:, to_do), buffer, outcome, error, ierr))
+    PetscCall(solve_points(self, store, points(:, to_do), buffer, outcome, error, ierr))
     stopped = merge(1.0_rk, 0.0_rk, outcome%is_stopped)
     PetscCall(max_over_ranks(PETSC_COMM_WORLD, stopped, ierr))
     outcome%is_stopped = stopped > 0
-    counts = [outcome%n_failed, merge(solver%n_stiffnesses, 0, groups%is_leader())]
+    counts = [outcome%n_failed, merge(self%solver%n_stiffnesses, 0, self%groups%is_leader())]
     PetscCall(sum_over_ranks(PETSC_COMM_WORLD, counts, ierr))
     outcome%n_failed = nint(counts(1))
     outcome%n_stiffnesses = nint(counts(2))
-    PetscCall(close_buffer(groups, allocated(error) .or. outcome%is_stopped, buffer, error, ierr))
-    if (.not. allocated(error) .and. .not. outcome%is_stopped) then
-      PetscCall(merge_snapshots(problem, groups, solver%system, folder, points, buffer%records, error, ierr))
-    end if
-    PetscCall(solver%destroy(ierr))
+    PetscCall(close_buffer(self%groups, allocated(error) .or. outcome%is_stopped, buffer, error, ierr))
+    if (allocated(error) .or. outcome%is_stopped) return
+    PetscCall(merge_snapshots(self%problem, self%groups, self%solver%system, store, points, buffer%records, error, ierr))
   end subroutine solve_and_merge
 
   !> The rank that merges keeps what it has not written; the others write, and so do all where nothing is merged. Collective on
@@ -125,11 +171,9 @@ contains
 
   !> The loop over this group's points, as many at once as the solver likes. A point that did not converge is kept and marked;
   !> a signal ends the loop.
-  subroutine solve_points(problem, groups, solver, folder, points, buffer, outcome, error, ierr)
-    type(problem_t), intent(in) :: problem
-    type(rank_groups_t), intent(in) :: groups
-    type(point_solver_t), intent(inout) :: solver
-    character(*), intent(in) :: folder
+  subroutine solve_points(self, store, points, buffer, outcome, error, ierr)
+    type(sampler_t), intent(inout) :: self
+    type(store_t), intent(in) :: store
     !> those that are left to do, shape (n_parameters, n_points)
     real(rk), intent(in) :: points(:, :)
     type(snapshot_buffer_t), intent(inout) :: buffer
@@ -138,25 +182,26 @@ contains
     PetscErrorCode, intent(out) :: ierr
     type(progress_t) :: progress
     integer, allocatable :: own(:)
-    integer :: first, i, last
+    integer :: first, i, last, n_at_once
 
     ierr = 0
-    if (groups%is_leader()) then
-      call buffer%create(shard_path(folder, groups%i_group), problem%provenance, size(points, 1), solver%system%map%n_dofs, &
-        solver%system%operator%n_rows, error)
+    if (self%groups%is_leader()) then
+      call buffer%create(store%shard_path(self%groups%i_group), self%problem%provenance, size(points, 1), &
+        self%solver%system%map%n_dofs, self%solver%system%operator%n_rows, error)
     end if
     PetscCall(broadcast_error(error, PETSC_COMM_WORLD, ierr))
     if (allocated(error)) return
-    own = pack([(i, i=1, size(points, 2))], [(groups%has_point(i), i=1, size(points, 2))])
+    own = pack([(i, i=1, size(points, 2))], [(self%groups%has_point(i), i=1, size(points, 2))])
+    n_at_once = self%solver%n_points_at_once(self%problem)
     call progress%start('sampling', size(points, 2))
-    do first = 1, size(own), solver%n_points_at_once(problem)
-      last = min(first + solver%n_points_at_once(problem) - 1, size(own))
-      PetscCall(solve_batch(problem, groups, solver, points(:, own(first:last)), buffer, outcome, error, ierr))
+    do first = 1, size(own), n_at_once
+      last = min(first + n_at_once - 1, size(own))
+      PetscCall(solve_batch(self, points(:, own(first:last)), buffer, outcome, error, ierr))
       if (first == 1 .and. .not. allocated(error)) then
-        PetscCall(refuse_unused_options(problem%plan%type, error, ierr))
+        PetscCall(refuse_unused_options(self%problem%plan%type, error, ierr))
       end if
-      PetscCall(agree_to_stop(groups%comm, outcome%is_stopped, ierr))
-      call progress%advance(min(last * groups%n_groups, size(points, 2)))
+      PetscCall(agree_to_stop(self%groups%comm, outcome%is_stopped, ierr))
+      call progress%advance(min(last * self%groups%n_groups, size(points, 2)))
       if (allocated(error) .or. outcome%is_stopped) exit
     end do
     call progress%finish()
@@ -164,10 +209,8 @@ contains
   end subroutine solve_points
 
   !> Solves points and hands them to the group's shard. Collective on the group.
-  subroutine solve_batch(problem, groups, solver, points, buffer, outcome, error, ierr)
-    type(problem_t), intent(in) :: problem
-    type(rank_groups_t), intent(in) :: groups
-    type(point_solver_t), intent(inout) :: solver
+  subroutine solve_batch(self, points, buffer, outcome, error, ierr)
+    type(sampler_t), intent(inout) :: self
     real(rk), intent(in) :: points(:, :)
     type(snapshot_buffer_t), intent(inout) :: buffer
     type(sampling_result_t), intent(inout) :: outcome
@@ -177,15 +220,15 @@ contains
     type(snapshot_record_t) :: records(size(points, 2))
     integer :: i
 
-    PetscCall(solver%solve_points(problem, points, states, ierr))
-    if (groups%is_leader()) then
+    PetscCall(self%solver%solve_points(self%problem, points, states, ierr))
+    if (self%groups%is_leader()) then
       outcome%n_failed = outcome%n_failed + count(states%reason /= reason_converged)
       do i = 1, size(states)
         call make_record(points(:, i), states(i), records(i))
       end do
       call buffer%add(records, error)
     end if
-    PetscCall(broadcast_error(error, groups%comm, ierr))
+    PetscCall(broadcast_error(error, self%groups%comm, ierr))
   end subroutine solve_batch
 
   !> The fields move from the state to the record.

@@ -1,6 +1,8 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 #include "signorom/macros.h"
-!> Finds what earlier runs left in the results folder, and makes one snapshots.h5 of it and of this run's shards.
+!> Finds what earlier runs left in a store of the results folder, and makes one file of it and of this run's shards.
+!>
+!> A store is a file such as snapshots.h5 and the shards snapshots.part-1, ... of a sampling that is not finished.
 module sig_snapshot_merge
   use mpi, only: MPI_Barrier, MPI_Bcast, MPI_Comm_rank, MPI_LOGICAL
   use sig_contact_state, only: reason_converged, reason_text
@@ -20,9 +22,23 @@ module sig_snapshot_merge
   use petsc
   implicit none(type, external)
   private
-  public :: find_finished_points, merge_snapshots, shard_path, snapshots_path
+  public :: find_finished_points, merge_snapshots, snapshots_path, store_t
 
-  character(*), parameter :: shard_prefix = 'snapshots.part-'
+  !> the solutions that a model is trained on, and the pool of solved points from which such are chosen
+  character(*), parameter, public :: snapshot_store = 'snapshots'
+  character(*), parameter, public :: candidate_store = 'candidates'
+
+  !> Where solutions are kept.
+  type :: store_t
+    !> results folder
+    character(:), allocatable :: folder
+    !> snapshot_store or candidate_store
+    character(:), allocatable :: name
+  contains
+    procedure :: path => store_path
+    procedure :: shard_path
+    procedure, private :: shards => list_shards
+  end type store_t
 
 contains
 
@@ -30,24 +46,39 @@ contains
     character(*), intent(in) :: folder
     character(:), allocatable :: path
 
-    path = folder // '/snapshots.h5'
+    path = folder // '/' // snapshot_store // '.h5'
   end function snapshots_path
 
+  pure function store_path(self) result(path)
+    class(store_t), intent(in) :: self
+    character(:), allocatable :: path
+
+    path = self%folder // '/' // self%name // '.h5'
+  end function store_path
+
   !> Shard of a group (1-based).
-  pure function shard_path(folder, i_group) result(path)
-    character(*), intent(in) :: folder
+  pure function shard_path(self, i_group) result(path)
+    class(store_t), intent(in) :: self
     integer, intent(in) :: i_group
     character(:), allocatable :: path
 
-    path = folder // '/' // shard_prefix // to_text(i_group)
+    path = self%folder // '/' // self%name // '.part-' // to_text(i_group)
   end function shard_path
+
+  !> Names of the shards in the folder.
+  function list_shards(self) result(names)
+    class(store_t), intent(in) :: self
+    type(string_t), allocatable :: names(:)
+
+    names = list_files(self%folder, self%name // '.part-')
+  end function list_shards
 
   !> Which points are solved already, and whether all of them are merged. Collective on all ranks.
   !>
   !> Errors: snapshots of another deck or mesh.
-  subroutine find_finished_points(problem, folder, points, is_done, is_merged, error, ierr)
+  subroutine find_finished_points(problem, store, points, is_done, is_merged, error, ierr)
     type(problem_t), intent(in) :: problem
-    character(*), intent(in) :: folder
+    type(store_t), intent(in) :: store
     real(rk), intent(in) :: points(:, :)
     logical, allocatable, intent(out) :: is_done(:)
     logical, intent(out) :: is_merged
@@ -59,7 +90,7 @@ contains
 
     allocate (is_done(size(points, 2)), source=.false.)
     call MPI_Comm_rank(PETSC_COMM_WORLD, rank, ierr)
-    if (rank == 0) call collect_snapshots(problem, folder, points, set, is_missing, error)
+    if (rank == 0) call collect_snapshots(problem, store, points, set, is_missing, error)
     if (rank == 0 .and. .not. allocated(error)) then
       i_column = 0
       do i = 1, size(points, 2)
@@ -68,7 +99,7 @@ contains
         is_done(i) = set%reasons(i_column) == reason_converged
       end do
     end if
-    is_merged = size(list_files(folder, shard_prefix)) == 0
+    is_merged = size(store%shards()) == 0
     is_merged = is_merged .and. all(is_done)
     PetscCall(broadcast_error(error, PETSC_COMM_WORLD, ierr))
     call MPI_Bcast(is_done, size(is_done), MPI_LOGICAL, 0, PETSC_COMM_WORLD, ierr)
@@ -76,9 +107,9 @@ contains
   end subroutine find_finished_points
 
   !> Everything that stands in the folder: these points first, then others that an earlier deck asked for. Local.
-  subroutine collect_snapshots(problem, folder, points, set, is_missing, error, fresh)
+  subroutine collect_snapshots(problem, store, points, set, is_missing, error, fresh)
     type(problem_t), intent(in) :: problem
-    character(*), intent(in) :: folder
+    type(store_t), intent(in) :: store
     real(rk), intent(in) :: points(:, :)
     type(snapshot_set_t), intent(out) :: set
     !> shape (n_points and more)
@@ -93,15 +124,15 @@ contains
 
     allocate (records(0))
     wanted = points
-    if (file_exists(snapshots_path(folder))) then
-      call read_snapshot_set(snapshots_path(folder), problem%provenance, set, error)
+    if (file_exists(store%path())) then
+      call read_snapshot_set(store%path(), problem%provenance, set, error)
       if (allocated(error)) return
       records = records_of_set(set)
       wanted = all_points(points, set)
     end if
-    shards = list_files(folder, shard_prefix)
+    shards = store%shards()
     do i = 1, size(shards)
-      call read_shard(folder // '/' // shards(i)%text, problem%provenance, size(points, 1), &
+      call read_shard(store%folder // '/' // shards(i)%text, problem%provenance, size(points, 1), &
         problem%mesh%n_dim * problem%mesh%n_nodes, problem%operator%n_rows, found, n_dropped, error)
       if (allocated(error)) return
       if (n_dropped > 0) call log_warning(shards(i)%text // ' ends in ' // to_text(n_dropped) // &
@@ -113,12 +144,12 @@ contains
     call merge_records(records, wanted, set, is_missing)
   end subroutine collect_snapshots
 
-  !> One snapshots.h5 of everything, then the shards go. Collective on all ranks.
-  subroutine merge_snapshots(problem, groups, system, folder, points, fresh, error, ierr)
+  !> One file of everything, then the shards go. Collective on all ranks.
+  subroutine merge_snapshots(problem, groups, system, store, points, fresh, error, ierr)
     type(problem_t), intent(in) :: problem
     type(rank_groups_t), intent(in) :: groups
     type(contact_system_t), intent(inout) :: system
-    character(*), intent(in) :: folder
+    type(store_t), intent(in) :: store
     real(rk), intent(in) :: points(:, :)
     !> records that the first rank has not written to a shard, none elsewhere; gone afterwards
     type(snapshot_record_t), intent(inout) :: fresh(:)
@@ -136,13 +167,13 @@ contains
         reason_text(reason), problem%deck%path, exit_code=exit_not_converged)
     end if
     call MPI_Barrier(PETSC_COMM_WORLD, ierr)
-    if (groups%world_rank == 0 .and. .not. allocated(error)) call write_merged(problem, folder, points, fresh, response, error)
+    if (groups%world_rank == 0 .and. .not. allocated(error)) call write_merged(problem, store, points, fresh, response, error)
     PetscCall(broadcast_error(error, PETSC_COMM_WORLD, ierr))
   end subroutine merge_snapshots
 
-  subroutine write_merged(problem, folder, points, fresh, response, error)
+  subroutine write_merged(problem, store, points, fresh, response, error)
     type(problem_t), intent(in) :: problem
-    character(*), intent(in) :: folder
+    type(store_t), intent(in) :: store
     real(rk), intent(in) :: points(:, :)
     type(snapshot_record_t), intent(inout) :: fresh(:)
     real(rk), intent(in) :: response(:, :)
@@ -152,18 +183,18 @@ contains
     logical, allocatable :: is_missing(:)
     integer :: i
 
-    call collect_snapshots(problem, folder, points, set, is_missing, error, fresh)
+    call collect_snapshots(problem, store, points, set, is_missing, error, fresh)
     if (allocated(error)) return
     set%provenance = problem%provenance
     set%parameter_names = parameter_names(problem%deck)
     set%term_texts = problem%terms%names(:size(response, 2))
     set%free_response = response
-    call write_snapshot_set(snapshots_path(folder), set, problem%deck%units%length, force_unit(problem%deck), &
+    call write_snapshot_set(store%path(), set, problem%deck%units%length, force_unit(problem%deck), &
       parameter_units(problem%deck), error)
     if (allocated(error)) return
-    shards = list_files(folder, shard_prefix)
+    shards = store%shards()
     do i = 1, size(shards)
-      call remove_file(folder // '/' // shards(i)%text, error)
+      call remove_file(store%folder // '/' // shards(i)%text, error)
       if (allocated(error)) return
     end do
   end subroutine write_merged
