@@ -79,6 +79,10 @@ contains
       if (clusters%seed < 0) call tree%report_at('clusters.seed', 'is ' // to_text(clusters%seed) // '; it must be at least 0')
       if (clusters%max_number < 1) call tree%report_at('clusters.max_number', 'is ' // to_text(clusters%max_number) // &
         '; it must be at least 1')
+      if (clusters%min_snapshots < 1) call tree%report_at('clusters.min_snapshots', 'is ' // &
+        to_text(clusters%min_snapshots) // '; it must be at least 1')
+      if (clusters%opposite_snapshots == 'different' .and. clusters%method == 'regular') call tree%report_at( &
+        'clusters.opposite_snapshots', 'is ''different''; it belongs to method: irregular, which compares snapshots')
       if (clusters%number == 1 .or. .not. config%has_training) return
       if (clusters%method == 'irregular') then
         n_items = n_points_of(training)

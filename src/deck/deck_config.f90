@@ -214,6 +214,12 @@ module sig_deck_config
     character(:), allocatable :: method
     !> [-] energy tail of the bases of the cells that are compared; default 1.0e-6
     real(rk) :: cell_pod_tolerance = 1.0e-6_rk
+    !> equal (default): snapshots that differ in sign alone are alike; different: (16) as it is printed
+    character(:), allocatable :: opposite_snapshots
+    !> snapshots that a cluster must have, default 2
+    integer :: min_snapshots = 2
+    !> refuse (default) or merge: what becomes of a cluster with fewer
+    character(:), allocatable :: small_clusters
     !> faster_pam (default) or alternating: how the medoids are found
     character(:), allocatable :: algorithm
     !> of what is drawn at random; default 1

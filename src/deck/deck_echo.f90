@@ -237,8 +237,9 @@ contains
 
     yaml = 'clusters: {number: ' // count_or_word(clusters%number, 0, 'auto') // ', max_number: ' // &
       to_text(clusters%max_number) // ', method: ' // clusters%method // ', cell_pod_tolerance: ' // &
-      to_text(clusters%cell_pod_tolerance) // ', algorithm: ' // clusters%algorithm // ', seed: ' // to_text(clusters%seed) // &
-      '}' // eol
+      to_text(clusters%cell_pod_tolerance) // ', opposite_snapshots: ' // clusters%opposite_snapshots // &
+      ', min_snapshots: ' // to_text(clusters%min_snapshots) // ', small_clusters: ' // clusters%small_clusters // &
+      ', algorithm: ' // clusters%algorithm // ', seed: ' // to_text(clusters%seed) // '}' // eol
   end function clusters_section
 
   pure function reduction_section(reduction) result(yaml)

@@ -15,6 +15,8 @@ module sig_deck_read_reduction
   character(*), parameter :: dirichlet_treatments(2) = [character(15) :: 'elastic_lifting', 'multiplier']
   character(*), parameter :: unpaired_treatments(2) = [character(6) :: 'join', 'remove']
   character(*), parameter :: cluster_methods(2) = [character(9) :: 'regular', 'irregular']
+  character(*), parameter :: opposites(2) = [character(9) :: 'equal', 'different']
+  character(*), parameter :: small_treatments(2) = [character(6) :: 'refuse', 'merge']
   character(*), parameter :: cluster_algorithms(2) = [character(11) :: 'faster_pam', 'alternating']
   character(*), parameter :: enrichments(3) = [character(6) :: 'none', 'greedy', 'all']
   character(*), parameter :: sides(2) = [character(6) :: 'first', 'second']
@@ -124,6 +126,8 @@ contains
 
     clusters%method = trim(cluster_methods(1))
     clusters%algorithm = trim(cluster_algorithms(1))
+    clusters%opposite_snapshots = trim(opposites(1))
+    clusters%small_clusters = trim(small_treatments(1))
     i_clusters = get_mapping(tree, root_node, 'clusters', .false.)
     if (i_clusters == 0) return
     if (tree%find(i_clusters, 'number') == 0) then
@@ -135,6 +139,9 @@ contains
     call get_integer(tree, i_clusters, 'max_number', .false., clusters%max_number)
     call get_choice(tree, i_clusters, 'method', .false., cluster_methods, clusters%method)
     call get_number(tree, i_clusters, 'cell_pod_tolerance', .false., clusters%cell_pod_tolerance)
+    call get_choice(tree, i_clusters, 'opposite_snapshots', .false., opposites, clusters%opposite_snapshots)
+    call get_integer(tree, i_clusters, 'min_snapshots', .false., clusters%min_snapshots)
+    call get_choice(tree, i_clusters, 'small_clusters', .false., small_treatments, clusters%small_clusters)
     call get_choice(tree, i_clusters, 'algorithm', .false., cluster_algorithms, clusters%algorithm)
     call get_integer(tree, i_clusters, 'seed', .false., clusters%seed)
     call tree%close_mapping(i_clusters)

@@ -1,7 +1,6 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> From labels to clusters of snapshots: what is clustered (cells of a grid, or snapshots), and what each cluster holds.
 module sig_clustering
-  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   use sig_errors, only: error_t, make_error
   use sig_grassmann, only: subspace_t
   use sig_grid_cells, only: grid_cells_t
@@ -12,7 +11,8 @@ module sig_clustering
   use sig_text, only: string_t, to_text
   implicit none(type, external)
   private
-  public :: cluster_t, check_snapshots, find_identical, cell_subspaces, clusters_of_cells, clusters_of_snapshots, check_clusters
+  public :: cluster_t, check_snapshots, find_identical, cell_subspaces, clusters_of_cells, clusters_of_snapshots, check_clusters, &
+    snapshots_text
 
   !> Snapshots of one cluster.
   type :: cluster_t
@@ -22,7 +22,7 @@ module sig_clustering
 
 contains
 
-  !> Every snapshot must have a direction. Errors: a snapshot that is zero or not finite, named by its point.
+  !> Every snapshot must have a direction. Errors: a snapshot that is zero, named by its point.
   subroutine check_snapshots(snapshots, names, points, error)
     !> shape (n_dofs, n_snapshots)
     real(rk), intent(in) :: snapshots(:, :)
@@ -34,16 +34,11 @@ contains
     integer :: i
 
     do i = 1, size(snapshots, 2)
-      associate (what => 'snapshot ' // to_text(i) // ' (' // format_point(names, points(:, i)) // ')')
-        if (.not. all(ieee_is_finite(snapshots(:, i)))) then
-          call make_error(error, what // ' holds infinite values or no numbers', hint='remove the snapshots and sample again')
-          return
-        else if (all(abs(snapshots(:, i)) <= 0)) then
-          call make_error(error, what // ' is zero: it has no direction that could be compared with others', &
-            hint='leave points without load and without prescribed displacement out of the training set')
-          return
-        end if
-      end associate
+      if (any(abs(snapshots(:, i)) > 0)) cycle
+      call make_error(error, 'snapshot ' // to_text(i) // ' (' // format_point(names, points(:, i)) // &
+        ') is zero: it has no direction that could be compared with others', &
+        hint='leave points without load and without prescribed displacement out of the training set')
+      return
     end do
   end subroutine check_snapshots
 
@@ -138,9 +133,18 @@ contains
     do i = 1, size(clusters)
       if (size(clusters(i)%snapshots) >= min_snapshots) cycle
       call make_error(error, 'cluster ' // to_text(i) // ' of ' // to_text(size(clusters)) // ' has ' // &
-        to_text(size(clusters(i)%snapshots)) // ' snapshots; its basis needs at least ' // to_text(min_snapshots), &
-        hint='ask for fewer clusters or for more training points')
+        snapshots_text(size(clusters(i)%snapshots)) // '; its basis needs at least ' // to_text(min_snapshots) // &
+        ' (clusters.min_snapshots)', hint='ask for fewer clusters, for more training points, or for small_clusters: merge')
       return
     end do
   end subroutine check_clusters
+
+  !> `1 snapshot`, `2 snapshots`
+  pure function snapshots_text(n_snapshots) result(text)
+    integer, intent(in) :: n_snapshots
+    character(:), allocatable :: text
+
+    text = to_text(n_snapshots) // ' snapshot'
+    if (n_snapshots /= 1) text = text // 's'
+  end function snapshots_text
 end module sig_clustering

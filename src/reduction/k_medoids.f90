@@ -8,7 +8,7 @@ module sig_k_medoids
   use sig_text, only: to_text
   implicit none(type, external)
   private
-  public :: medoids_t, k_medoids_options_t, find_medoids, choose_n_clusters
+  public :: medoids_t, k_medoids_options_t, find_medoids, choose_n_clusters, merge_cluster
   public :: method_alternating, method_faster_pam, start_build, start_central, start_lab, start_random
 
   !> Clusters of items, all numbers 1-based.
@@ -87,4 +87,29 @@ contains
       if (n_clusters == 2 .or. found%silhouette > best%silhouette + tie_tolerance) best = found
     end do
   end subroutine choose_n_clusters
+
+  !> Dissolves a cluster: its items join the cluster whose medoid is nearest to its own, the first of several; the clusters behind
+  !> it move up by one.
+  !>
+  !> Requires: two clusters or more.
+  subroutine merge_cluster(dissimilarity, i_cluster, found, i_target)
+    real(rk), intent(in), contiguous :: dissimilarity(:, :)
+    integer, intent(in) :: i_cluster
+    type(medoids_t), intent(inout) :: found
+    !> the cluster that its items join, as it was numbered before
+    integer, intent(out) :: i_target
+    integer :: i, status
+
+    associate (distances => dissimilarity(found%medoids, found%medoids(i_cluster)))
+      i_target = minloc(distances, dim=1, mask=[(i /= i_cluster, i=1, size(found%medoids))])
+    end associate
+    where (found%labels == i_cluster) found%labels = i_target
+    where (found%labels > i_cluster) found%labels = found%labels - 1
+    found%medoids = pack(found%medoids, [(i /= i_cluster, i=1, size(found%medoids))])
+    found%loss = 0
+    do i = 1, size(found%labels)
+      found%loss = found%loss + dissimilarity(i, found%medoids(found%labels(i)))
+    end do
+    status = sig_silhouette(size(found%labels), dissimilarity, size(found%medoids), found%labels - 1, found%silhouette)
+  end subroutine merge_cluster
 end module sig_k_medoids

@@ -1,11 +1,13 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> The snapshots of a study as one set: merged from shards, kept in snapshots.h5, found again by their point.
 module sig_snapshot_store
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   use sig_errors, only: error_t, make_error
   use sig_hdf5_format, only: check_format, write_format
   use sig_hdf5_reader, only: h5_reader_t
   use sig_hdf5_writer, only: h5_writer_t
   use sig_kinds, only: rk
+  use sig_parameter_space, only: format_point
   use sig_snapshot_shard, only: n_residuals, snapshot_record_t
   use sig_text, only: string_t
   use sig_version, only: code_version
@@ -175,7 +177,8 @@ contains
 
   !> Reads snapshots.h5.
   !>
-  !> Errors: no such file, no HDF5, no snapshots, another format version, another provenance, datasets that do not fit together.
+  !> Errors: no such file, no HDF5, no snapshots, another format version, another provenance, datasets that do not fit together,
+  !> a solution that is not finite.
   subroutine read_snapshot_set(path, provenance, set, error)
     character(*), intent(in) :: path
     !> what the deck and mesh in use have; blank accepts any
@@ -199,9 +202,31 @@ contains
     call file%read('/free_response', set%free_response, error)
     call file%close()
     if (allocated(error)) return
-    if (.not. has_matching_shapes(set)) call make_error(error, 'the snapshots are damaged: the datasets do not fit together', &
-                                                        file=path)
+    if (has_matching_shapes(set)) then
+      call refuse_no_numbers(path, set, error)
+    else
+      call make_error(error, 'the snapshots are damaged: the datasets do not fit together', file=path)
+    end if
   end subroutine read_snapshot_set
+
+  !> What was solved must be numbers: one that is none would spoil every mode. Errors: a snapshot that is not, named by its point.
+  subroutine refuse_no_numbers(path, set, error)
+    character(*), intent(in) :: path
+    type(snapshot_set_t), intent(in) :: set
+    type(error_t), allocatable, intent(out) :: error
+    character(*), parameter :: hint = 'remove the file and sample again'
+    integer :: i
+
+    if (.not. all(ieee_is_finite(set%free_response))) call make_error(error, &
+      'the snapshots are damaged: the free response holds infinite values or no numbers', file=path, hint=hint)
+    do i = 1, size(set%reasons)
+      if (set%reasons(i) <= 0) cycle
+      if (all(ieee_is_finite(set%displacement(:, i))) .and. all(ieee_is_finite(set%multipliers(:, i)))) cycle
+      call make_error(error, 'the snapshots are damaged: that of ' // format_point(set%parameter_names, set%parameters(:, i)) // &
+        ' holds infinite values or no numbers', file=path, hint=hint)
+      return
+    end do
+  end subroutine refuse_no_numbers
 
   !> Checks what the file says about itself.
   subroutine read_head(file, path, provenance, set, error)

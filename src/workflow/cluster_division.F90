@@ -3,15 +3,16 @@
 !> Divides the training points into the clusters that the deck asks for, and prepares the choice of a cluster at any point.
 module sig_cluster_division
   use sig_clustering, only: cell_subspaces, check_clusters, check_snapshots, cluster_t, clusters_of_cells, clusters_of_snapshots, &
-    find_identical
+    find_identical, snapshots_text
   use sig_deck_config, only: deck_config_t
   use sig_dissimilarity, only: dissimilarity_of_snapshots, dissimilarity_of_subspaces, snapshot_coordinates
   use sig_errors, only: error_t, make_error
   use sig_forest_training, only: train_forest
   use sig_grassmann, only: subspace_t
-  use sig_k_medoids, only: choose_n_clusters, find_medoids, k_medoids_options_t, medoids_t, method_alternating, method_faster_pam
+  use sig_k_medoids, only: choose_n_clusters, find_medoids, k_medoids_options_t, medoids_t, merge_cluster, method_alternating, &
+    method_faster_pam
   use sig_kinds, only: rk
-  use sig_log, only: log_warning
+  use sig_log, only: log_info, log_warning
   use sig_model, only: model_t
   use sig_model_choice, only: model_choice_t
   use sig_parameter_space, only: format_point
@@ -21,9 +22,6 @@ module sig_cluster_division
   implicit none(type, external)
   private
   public :: divide_snapshots
-
-  !> a cluster of fewer snapshots has no basis worth its name
-  integer, parameter :: min_snapshots = 2
 
 contains
 
@@ -59,7 +57,6 @@ contains
         PetscCall(divide_points(deck, coordinates, model, clusters, error, ierr))
       end if
     end if
-    if (.not. allocated(error)) call check_clusters(clusters, min_snapshots, error)
     if (.not. allocated(error)) return
     if (len(error%file) == 0) error%file = deck%path
   end subroutine divide_snapshots
@@ -98,10 +95,16 @@ contains
       end if
       subspaces = cell_subspaces(coordinates, cells, deck%clusters%cell_pod_tolerance)
       PetscCall(dissimilarity_of_subspaces(subspaces, PETSC_COMM_WORLD, dissimilarity, ierr))
-      call find_clusters(deck, dissimilarity, model%choice, found, error)
+      call find_clusters(deck, dissimilarity, found, error)
       if (allocated(error)) return
-      model%choice%labels = found%labels
       clusters = clusters_of_cells(found%labels, size(found%medoids), cells)
+      do while (has_small_cluster(deck, clusters, found))
+        call dissolve_small(deck, dissimilarity, clusters, found)
+        clusters = clusters_of_cells(found%labels, size(found%medoids), cells)
+      end do
+      call check_clusters(clusters, deck%clusters%min_snapshots, error)
+      call keep_division(found, model%choice)
+      model%choice%labels = found%labels
     end associate
   end subroutine divide_cells
 
@@ -116,19 +119,24 @@ contains
     type(medoids_t) :: found
     real(rk), allocatable :: dissimilarity(:, :)
 
-    PetscCall(dissimilarity_of_snapshots(coordinates, .false., PETSC_COMM_WORLD, dissimilarity, ierr))
-    call find_clusters(deck, dissimilarity, model%choice, found, error)
+    PetscCall(dissimilarity_of_snapshots(coordinates, deck%clusters%opposite_snapshots == 'different', PETSC_COMM_WORLD, dissimilarity, ierr))
+    call find_clusters(deck, dissimilarity, found, error)
     if (allocated(error)) return
     clusters = clusters_of_snapshots(found%labels, size(found%medoids))
+    do while (has_small_cluster(deck, clusters, found))
+      call dissolve_small(deck, dissimilarity, clusters, found)
+      clusters = clusters_of_snapshots(found%labels, size(found%medoids))
+    end do
+    call keep_division(found, model%choice)
+    call check_clusters(clusters, deck%clusters%min_snapshots, error)
+    if (allocated(error) .or. size(clusters) == 1) return
     PetscCall(train_forest(deck, model%training_points, found%labels, model%choice%forest, error, ierr))
   end subroutine divide_points
 
   !> As many clusters as the deck asks for, or as are best separated. Local; every rank finds the same.
-  subroutine find_clusters(deck, dissimilarity, choice, found, error)
+  subroutine find_clusters(deck, dissimilarity, found, error)
     type(deck_config_t), intent(in) :: deck
     real(rk), intent(in), contiguous :: dissimilarity(:, :)
-    !> gets loss and silhouette
-    type(model_choice_t), intent(inout) :: choice
     type(medoids_t), intent(out) :: found
     type(error_t), allocatable, intent(out) :: error
     type(k_medoids_options_t) :: options
@@ -140,7 +148,49 @@ contains
     else
       call find_medoids(dissimilarity, deck%clusters%number, options, found, error)
     end if
+  end subroutine find_clusters
+
+  !> One that the deck wants to have merged, and there is another one.
+  pure logical function has_small_cluster(deck, clusters, found)
+    type(deck_config_t), intent(in) :: deck
+    type(cluster_t), intent(in) :: clusters(:)
+    type(medoids_t), intent(in) :: found
+
+    has_small_cluster = deck%clusters%small_clusters == 'merge' .and. size(found%medoids) > 1 .and. &
+      minval(sizes_of(clusters)) < deck%clusters%min_snapshots
+  end function has_small_cluster
+
+  pure function sizes_of(clusters) result(sizes)
+    type(cluster_t), intent(in) :: clusters(:)
+    integer :: sizes(size(clusters))
+    integer :: i
+
+    do i = 1, size(clusters)
+      sizes(i) = size(clusters(i)%snapshots)
+    end do
+  end function sizes_of
+
+  !> Merges the smallest cluster, the first of several, and says so.
+  subroutine dissolve_small(deck, dissimilarity, clusters, found)
+    type(deck_config_t), intent(in) :: deck
+    real(rk), intent(in), contiguous :: dissimilarity(:, :)
+    type(cluster_t), intent(in) :: clusters(:)
+    type(medoids_t), intent(inout) :: found
+    integer :: i_small, i_target, sizes(size(clusters))
+
+    sizes = sizes_of(clusters)
+    i_small = minloc(sizes, dim=1)
+    call merge_cluster(dissimilarity, i_small, found, i_target)
+    call log_info('cluster ' // to_text(i_small) // ' of ' // to_text(size(sizes)) // ' has ' // snapshots_text(sizes(i_small)) // &
+      ', fewer than ' // to_text(deck%clusters%min_snapshots) // ': merged into cluster ' // to_text(i_target) // ' (' // &
+      snapshots_text(sizes(i_target)) // '), whose medoid is nearest')
+  end subroutine dissolve_small
+
+  subroutine keep_division(found, choice)
+    type(medoids_t), intent(in) :: found
+    type(model_choice_t), intent(inout) :: choice
+
     choice%loss = found%loss
     choice%silhouette = found%silhouette
-  end subroutine find_clusters
+  end subroutine keep_division
 end module sig_cluster_division

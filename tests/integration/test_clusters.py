@@ -3,6 +3,7 @@
 
 import itertools
 import os
+import re
 import shutil
 import sys
 from pathlib import Path
@@ -242,4 +243,110 @@ def test_snapshot_without_load_is_named(signorom, tmp_path):
     signorom("sample", deck.name, folder=tmp_path)
     assert "error: snapshot 1 (squeeze = 0.0, shift = 0.0) is zero" in refuse(
         signorom, "train", deck.name, folder=tmp_path
+    )
+
+
+def with_tool(monkeypatch):
+    """The program finds signorom-post of the Python that runs the tests."""
+    monkeypatch.setenv("PATH", f"{Path(sys.executable).parent}:{os.environ['PATH']}")
+
+
+def scattered(**clusters):
+    """Changes of the deck for twelve points and clusters of them."""
+    words = "".join(f", {key}: {value}" for key, value in clusters.items())
+    return {
+        "grid: {squeeze: 7, shift: 3}": "sobol: 12",
+        "reduction: {": f"clusters: {{method: irregular{words}}}\nreduction: {{",
+    }
+
+
+def test_small_clusters_are_refused_or_merged(signorom, tmp_path, monkeypatch):
+    """Eight clusters of twelve points leave some point alone; merged, every cluster has two points at least."""
+    with_tool(monkeypatch)
+    deck = write_deck("shifted_disks", tmp_path, **scattered(number=8))
+    signorom("sample", deck.name, folder=tmp_path)
+    assert re.search(
+        r"error: cluster \d of 8 has 1 snapshot; its basis needs at least 2 \(clusters.min_snapshots\)\n"
+        "hint: .* small_clusters: merge",
+        refuse(signorom, "train", deck.name, folder=tmp_path),
+    )
+    deck = write_deck("shifted_disks", tmp_path, **scattered(number=8, small_clusters="merge"))
+    log = signorom("train", deck.name, folder=tmp_path)
+    merged = re.findall(
+        r"cluster \d of (\d) has 1 snapshot, fewer than 2: merged into cluster \d .* nearest", log
+    )
+    n_clusters = 8 - len(merged)
+    assert merged == [str(number) for number in range(8, n_clusters, -1)]
+    _, _, labels = read_labels(tmp_path / "results/shifted_disks/labels.csv")
+    assert np.bincount(labels)[1:].min() >= 2
+    assert len(set(labels)) == n_clusters == labels.max() < 8
+
+
+def test_opposite_snapshots_differ_if_asked(signorom, tmp_path, monkeypatch):
+    """(16) as printed, against all pairs of medoids; snapshots pushed to both sides are then not the same line."""
+    with_tool(monkeypatch)
+    sides = {
+        "{x: 0, y: -squeeze - shift^2}": "{x: shift, y: -squeeze}",
+        "min: -0.05, max: 0.1": "min: -4, max: 4",
+        "min: 0.15, max: 0.45": "min: 0.1, max: 0.12",
+        "squeeze: 0.2, shift": "squeeze: 0.11, shift",
+    }
+    deck = write_deck(
+        "shifted_disks", tmp_path, **scattered(number=2, opposite_snapshots="different"), **sides
+    )
+    signorom("sample", deck.name, folder=tmp_path)
+    signorom("train", deck.name, folder=tmp_path)
+    snapshots = read_snapshots(tmp_path / "results/shifted_disks/snapshots.h5")["displacement"]
+    directions = snapshots / np.linalg.norm(snapshots, axis=1)[:, None]
+    cosines = np.clip(directions @ directions.T, -1, 1)
+    best = {}
+    for is_signed, angles in ((True, np.arccos(cosines)), (False, np.arccos(np.abs(cosines)))):
+        pair = min(
+            itertools.combinations(range(12), 2),
+            key=lambda pair, angles=angles: angles[:, pair].min(axis=1).sum(),
+        )
+        best[is_signed] = 1 + angles[:, pair].argmin(axis=1)
+    _, _, labels = read_labels(tmp_path / "results/shifted_disks/labels.csv")
+    np.testing.assert_array_equal(labels, best[True])
+    assert (best[True] != best[False]).any()
+
+
+def test_more_clusters_than_listed_points(signorom, tmp_path):
+    """How many points a file has is known when it is read."""
+    (tmp_path / "points.csv").write_text("squeeze,shift\n0.2,0.0\n0.3,0.05\n0.4,0.1\n")
+    changes = scattered(number=5) | {"grid: {squeeze: 7, shift: 3}": "file: points.csv"}
+    deck = write_deck("shifted_disks", tmp_path, **changes)
+    signorom("sample", deck.name, folder=tmp_path)
+    assert "shifted_disks.yaml: error: there are 3 items to cluster; 5 clusters cannot be made" in refuse(
+        signorom, "train", deck.name, folder=tmp_path, n_ranks=2
+    )
+
+
+@pytest.mark.parametrize("changes", [REGULAR, {}], ids=["clusters", "one_model"])
+def test_snapshot_that_is_no_number_is_named(signorom, regular, tmp_path, changes):
+    """NaN in the snapshots: neither training nor more sampling goes on from it."""
+    results = tmp_path / "results" / "shifted_disks"
+    shutil.copytree(regular, results)
+    with h5py.File(results / "snapshots.h5", "r+") as file:
+        file["displacement"][5, 7] = np.nan
+        squeeze, shift = file["parameters"][5]
+    deck = write_deck("shifted_disks", tmp_path, **changes)
+    for command, n_ranks in (("train", 1), ("train", 3), ("sample", 1)):
+        message = refuse(signorom, command, deck.name, folder=tmp_path, n_ranks=n_ranks)
+        assert f"snapshots.h5: error: the snapshots are damaged: that of squeeze = {squeeze:.10g}" in message
+        assert f"shift = {shift:.10g} holds infinite values or no numbers" in message
+
+
+def test_equal_snapshots_are_named(signorom, regular, tmp_path):
+    """Two points with the same snapshot: a warning, and clusters all the same."""
+    results = tmp_path / "results" / "shifted_disks"
+    shutil.copytree(regular, results)
+    with h5py.File(results / "snapshots.h5", "r+") as file:
+        file["displacement"][5] = file["displacement"][4]
+    deck = write_deck("shifted_disks", tmp_path, **REGULAR)
+    done = signorom.run("train", deck.name, folder=tmp_path)
+    assert done.returncode == 0
+    assert re.search(
+        r"warning: the snapshots at squeeze = 0.2 m, shift = 0.025 m and at squeeze = 0.2 m, shift = 0.1 m are equal",
+        done.stderr,
     )
