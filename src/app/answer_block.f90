@@ -5,6 +5,7 @@ module sig_answer_block
   use sig_base_c_interfaces, only: sig_run_threads
   use sig_kinds, only: rk
   use sig_model, only: model_t
+  use sig_multiplier_fit, only: multiplier_fit_workspace_t
   use sig_online_model, only: online_model_t
   use sig_query, only: answer_t, method_name, n_query_methods, query_t, reason_text
   use sig_reconstruction, only: reconstruct_multipliers
@@ -17,6 +18,7 @@ module sig_answer_block
   type :: asker_t
     type(query_t) :: query
     type(answer_t) :: answer
+    type(multiplier_fit_workspace_t) :: workspace
     !> points by method, 0 = none; shape (0:n_query_methods)
     integer, allocatable :: counts(:)
   end type asker_t
@@ -84,16 +86,14 @@ contains
     integer(c_int), value :: i_thread_0
     type(c_ptr), value :: data
     type(answer_block_t), pointer :: self
-    real(rk), allocatable :: multipliers(:)
     integer :: i
 
     call c_f_pointer(data, self)
-    associate (asker => self%askers(i_thread_0 + 1), model => self%online%model)
+    associate (asker => self%askers(i_thread_0 + 1))
       do i = i_thread_0 + 1, self%n_points, size(self%askers)
         call asker%query%evaluate(self%online, self%points(:, i), asker%answer)
         self%is_outside(i) = .not. asker%answer%is_inside_box
-        call reconstruct_multipliers(model, asker%answer, multipliers)
-        self%multipliers(:, i) = multipliers
+        call reconstruct_multipliers(self%online, asker%answer, asker%workspace, self%multipliers(:, i))
         self%clusters(i) = asker%answer%cluster
         self%methods(i) = merge(asker%answer%method, 0, asker%answer%reason > 0)
         self%reasons(i) = asker%answer%reason

@@ -4,7 +4,7 @@ module sig_lapack_interfaces
   use sig_kinds, only: rk
   implicit none(type, external)
   private
-  public :: dgecon, dgels, dgemm, dgemv, dgesdd, dgetrf, dgetrs, dlange, dpocon, dpotrf, dpotrs
+  public :: dgecon, dgemm, dgemv, dgesdd, dgetrf, dgetrs, dlange, dpocon, dpotrf, dpotrs
 
   interface
     !> Reciprocal condition number of a matrix that dgetrf factored; norm '1' or 'I'; anorm is the norm of the matrix itself.
@@ -21,23 +21,6 @@ module sig_lapack_interfaces
       integer, intent(inout) :: iwork(*)
       integer, intent(out) :: info
     end subroutine dgecon
-
-    !> Least squares by QR; b holds the right-hand sides on entry, the solutions and the residuals on exit.
-    subroutine dgels(trans, m, n, nrhs, a, lda, b, ldb, work, lwork, info)
-      import :: rk
-      implicit none(type, external)
-      character(1), intent(in) :: trans
-      integer, intent(in) :: m
-      integer, intent(in) :: n
-      integer, intent(in) :: nrhs
-      integer, intent(in) :: lda
-      real(rk), intent(inout) :: a(lda, *)
-      integer, intent(in) :: ldb
-      real(rk), intent(inout) :: b(ldb, *)
-      real(rk), intent(inout) :: work(*)
-      integer, intent(in) :: lwork
-      integer, intent(out) :: info
-    end subroutine dgels
 
     !> c = alpha * op(a) * op(b) + beta * c, op(a) of shape (m, k).
     subroutine dgemm(transa, transb, m, n, k, alpha, a, lda, b, ldb, beta, c, ldc)

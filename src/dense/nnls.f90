@@ -1,122 +1,240 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Non-negative least squares: min |A x - b| over x >= 0.
+!> Non-negative least squares: min |A x - b| over x >= 0, for many b and one A.
 module sig_nnls
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+  use sig_column_set, only: column_set_t
   use sig_kinds, only: rk
-  use sig_lapack_interfaces, only: dgels
+  use sig_lapack_interfaces, only: dgemm, dgemv
   implicit none(type, external)
   private
-  public :: solve_nnls
+  public :: nnls_t, nnls_workspace_t
 
   !> a unit column whose product with the residual is below this times |b| has nothing to add
   real(rk), parameter :: gradient_tolerance = 1.0e-12_rk
-  !> an entry of R below this times the norm of its column: the column depends on the others
-  real(rk), parameter :: rank_tolerance = 1.0e-10_rk
   !> coefficients that reach zero this close (relative) to the first one reach it together
   real(rk), parameter :: tie_tolerance = 1.0e-12_rk
+  !> with more columns than these their products would fill more than the columns, 32 MB, and are not kept
+  integer, parameter, public :: most_products = 2000
+
+  !> What depends on A only. Any number of threads may share it.
+  type :: nnls_t
+    private
+    !> A with unit columns (a zero column stays zero), shape (n_rows, n_columns), and what they were divided by
+    real(rk), allocatable :: columns(:, :)
+    real(rk), allocatable :: norms(:)
+    !> of the unit columns with each other, shape (n_columns, n_columns); no entries beyond most_products
+    real(rk), allocatable :: products(:, :)
+  contains
+    procedure :: prepare
+    procedure :: solve
+  end type nnls_t
+
+  !> Room for one problem after the other; nothing is allocated as long as they have one size. One per thread.
+  type :: nnls_workspace_t
+    private
+    type(column_set_t) :: set
+    !> b / |b| and its part that the set does not explain, shape (n_rows)
+    real(rk), allocatable :: rhs(:)
+    real(rk), allocatable :: residual(:)
+    !> [-] products of the columns with rhs and with the residual, shape (n_columns)
+    real(rk), allocatable :: rhs_products(:)
+    real(rk), allocatable :: gain(:)
+    !> columns that may join the set, shape (n_columns)
+    logical, allocatable :: is_candidate(:)
+    !> coefficients of the set's columns, the least squares solution, and how far each can go towards it before it is zero
+    real(rk), allocatable :: x(:)
+    real(rk), allocatable :: solution(:)
+    real(rk), allocatable :: reach(:)
+    !> the set before the step and its coefficients
+    integer, allocatable :: used_before(:)
+    real(rk), allocatable :: x_before(:)
+  end type nnls_workspace_t
 
 contains
+
+  !> Requires nothing of A; one that is not finite counts as zero.
+  subroutine prepare(self, matrix)
+    class(nnls_t), intent(inout) :: self
+    !> A, shape (n_rows, n_columns)
+    real(rk), intent(in) :: matrix(:, :)
+    integer :: i, n
+
+    n = size(matrix, 2)
+    self%columns = matrix
+    if (.not. all(ieee_is_finite(matrix))) self%columns = 0
+    self%norms = norm2(self%columns, dim=1)
+    do i = 1, n
+      if (self%norms(i) > 0) self%columns(:, i) = self%columns(:, i) / self%norms(i)
+    end do
+    if (allocated(self%products)) deallocate (self%products)
+    n = merge(n, 0, n <= most_products)
+    allocate (self%products(n, n))
+    if (size(self%products) > 0 .and. size(matrix, 1) > 0) call dgemm('T', 'N', n, n, size(matrix, 1), 1.0_rk, self%columns, &
+      size(matrix, 1), self%columns, size(matrix, 1), 0.0_rk, self%products, n)
+  end subroutine prepare
 
   !> Active set method; x is feasible at every step and the residual falls, so that it ends.
   !>
   !> Source: Lawson and Hanson, Solving least squares problems (1974), chapter 23. A column that depends on those in use stays
   !> out. Scaling a column scales its coefficient and changes nothing else.
-  subroutine solve_nnls(matrix, rhs, x, residual_norm)
-    !> A, shape (n_rows, n_columns)
-    real(rk), intent(in) :: matrix(:, :)
+  subroutine solve(self, rhs, workspace, x, residual_norm)
+    class(nnls_t), intent(in) :: self
     !> b, shape (n_rows)
     real(rk), intent(in) :: rhs(:)
+    type(nnls_workspace_t), intent(inout) :: workspace
     !> >= 0, shape (n_columns); zero when the data are not finite
     real(rk), intent(out) :: x(:)
     !> |A x - b|
     real(rk), intent(out) :: residual_norm
-    real(rk), allocatable :: column_norms(:), gain(:), trial(:)
-    real(rk) :: trial_norm
-    logical, allocatable :: is_candidate(:), is_used(:), is_used_trial(:)
-    integer :: entering
+    real(rk) :: rhs_norm
+    integer :: entering, i
 
     x = 0
-    residual_norm = norm2(rhs)
-    if (size(rhs) == 0 .or. size(x) == 0) return
-    if (.not. (all(ieee_is_finite(matrix)) .and. all(ieee_is_finite(rhs)))) return
-    column_norms = norm2(matrix, dim=1)
-    is_used = spread(.false., 1, size(x))
-    is_candidate = column_norms > 0
+    rhs_norm = norm2(rhs)
+    residual_norm = rhs_norm
+    if (size(self%columns) == 0 .or. .not. (rhs_norm > 0 .and. ieee_is_finite(rhs_norm))) return
+    call start(self, rhs, rhs_norm, workspace)
+    residual_norm = 1
     do
-      gain = matmul(rhs - matmul(matrix, x), matrix)
-      where (is_candidate) gain = gain / column_norms
-      entering = maxloc(gain, dim=1, mask=is_candidate .and. .not. is_used)
+      call find_gains(self, workspace)
+      entering = maxloc(workspace%gain, dim=1, mask=workspace%is_candidate)
       if (entering == 0) exit
-      if (gain(entering) <= gradient_tolerance * norm2(rhs)) exit
-      is_used_trial = is_used
-      is_used_trial(entering) = .true.
-      trial = x
-      call improve(matrix, rhs, is_used_trial, trial)
-      trial_norm = norm2(rhs - matmul(matrix, trial))
-      is_candidate(entering) = trial_norm < residual_norm
-      if (.not. is_candidate(entering)) cycle
-      x = trial
-      residual_norm = trial_norm
-      is_used = is_used_trial
-      is_candidate = column_norms > 0
+      if (workspace%gain(entering) <= gradient_tolerance) exit
+      call try_column(self, entering, workspace, residual_norm)
     end do
-  end subroutine solve_nnls
+    do i = 1, workspace%set%n
+      x(workspace%set%used(i)) = workspace%x(i) * rhs_norm / self%norms(workspace%set%used(i))
+    end do
+    residual_norm = residual_norm * rhs_norm
+  end subroutine solve
 
-  !> Least squares on the columns in use; columns whose coefficient would turn negative leave one after the other.
-  subroutine improve(matrix, rhs, is_used, x)
-    real(rk), intent(in) :: matrix(:, :)
+  !> No column in use.
+  subroutine start(self, rhs, rhs_norm, workspace)
+    class(nnls_t), intent(in) :: self
     real(rk), intent(in) :: rhs(:)
-    logical, intent(inout) :: is_used(:)
-    !> on entry feasible and zero outside the columns in use; unchanged when these are dependent
-    real(rk), intent(inout) :: x(:)
-    !> [-] how far each coefficient can go towards the solution before it is zero
-    real(rk), allocatable :: reach(:)
-    real(rk), allocatable :: solution(:)
-    real(rk) :: step
-    integer :: i_column
-    integer, allocatable :: used(:)
+    real(rk), intent(in) :: rhs_norm
+    type(nnls_workspace_t), intent(inout) :: workspace
+
+    associate (m => size(self%columns, 1), n => size(self%columns, 2))
+      call reserve(workspace, m, n)
+      workspace%set%n = 0
+      workspace%is_candidate = .true.
+      workspace%rhs = rhs / rhs_norm
+      workspace%residual = workspace%rhs
+      call dgemv('T', m, n, 1.0_rk, self%columns, m, workspace%rhs, 1, 0.0_rk, workspace%rhs_products, 1)
+    end associate
+  end subroutine start
+
+  subroutine reserve(workspace, n_rows, n_columns)
+    type(nnls_workspace_t), intent(inout) :: workspace
+    integer, intent(in) :: n_rows
+    integer, intent(in) :: n_columns
+    integer :: most
+
+    if (allocated(workspace%gain)) then
+      if (size(workspace%rhs) == n_rows .and. size(workspace%gain) == n_columns) return
+      deallocate (workspace%rhs, workspace%residual, workspace%rhs_products, workspace%gain, workspace%is_candidate, &
+        workspace%x, workspace%solution, workspace%reach, workspace%used_before, workspace%x_before)
+    end if
+    most = min(n_rows, n_columns)
+    call workspace%set%reserve(n_rows, most)
+    allocate (workspace%rhs(n_rows), workspace%residual(n_rows))
+    allocate (workspace%rhs_products(n_columns), workspace%gain(n_columns), workspace%is_candidate(n_columns))
+    allocate (workspace%x(most), workspace%solution(most), workspace%reach(most))
+    allocate (workspace%used_before(most), workspace%x_before(most))
+  end subroutine reserve
+
+  !> Products of the unit columns with the residual.
+  subroutine find_gains(self, workspace)
+    class(nnls_t), intent(in) :: self
+    type(nnls_workspace_t), intent(inout) :: workspace
+    integer :: i
+
+    if (size(self%products) == 0) then
+      associate (m => size(self%columns, 1), n => size(self%columns, 2))
+        call dgemv('T', m, n, 1.0_rk, self%columns, m, workspace%residual, 1, 0.0_rk, workspace%gain, 1)
+      end associate
+      return
+    end if
+    workspace%gain = workspace%rhs_products
+    do i = 1, workspace%set%n
+      workspace%gain = workspace%gain - workspace%x(i) * self%products(:, workspace%set%used(i))
+    end do
+  end subroutine find_gains
+
+  !> Takes a column into the set; where that does not lower the residual the column stays out until the set has changed.
+  subroutine try_column(self, entering, workspace, residual_norm)
+    class(nnls_t), intent(in) :: self
+    integer, intent(in) :: entering
+    type(nnls_workspace_t), intent(inout) :: workspace
+    !> |A x - b| / |b|
+    real(rk), intent(inout) :: residual_norm
+    real(rk) :: trial_norm
+    integer :: i, n_before
     logical :: is_dependent
 
-    do while (any(is_used))
-      used = pack([(i_column, i_column=1, size(x))], is_used)
-      call solve_columns(matrix(:, used), rhs, solution, is_dependent)
-      if (is_dependent) return
-      if (all(solution > 0)) then
-        x(used) = solution
-        return
-      end if
-      if (allocated(reach)) deallocate (reach)
-      allocate (reach(size(used)), source=huge(step))
-      where (solution <= 0) reach = x(used) / max(x(used) - solution, tiny(step))
-      step = minval(reach)
-      x(used) = x(used) + step * (solution - x(used))
-      ! Round-off must not keep the column that ends the step.
-      where (reach <= step * (1 + tie_tolerance) .or. x(used) < 0) x(used) = 0
-      is_used(used) = x(used) > 0
+    workspace%is_candidate(entering) = .false.
+    n_before = workspace%set%n
+    call workspace%set%add(self%columns, entering, is_dependent)
+    if (is_dependent) return
+    workspace%used_before(:n_before) = workspace%set%used(:n_before)
+    workspace%x_before(:n_before) = workspace%x(:n_before)
+    workspace%x(n_before + 1) = 0
+    call improve(workspace)
+    trial_norm = norm2(workspace%residual)
+    if (trial_norm < residual_norm) then
+      residual_norm = trial_norm
+      workspace%is_candidate = .true.
+      do i = 1, workspace%set%n
+        workspace%is_candidate(workspace%set%used(i)) = .false.
+      end do
+    else
+      call restore(self, n_before, workspace)
+    end if
+  end subroutine try_column
+
+  !> Least squares on the columns in use; columns whose coefficient would turn negative leave one after the other.
+  subroutine improve(workspace)
+    type(nnls_workspace_t), intent(inout) :: workspace
+    real(rk) :: step
+    integer :: i, n
+
+    do
+      n = workspace%set%n
+      associate (x => workspace%x(:n), solution => workspace%solution(:n), reach => workspace%reach(:n))
+        call workspace%set%solve(workspace%rhs, solution, workspace%residual)
+        if (all(solution > 0)) then
+          x = solution
+          return
+        end if
+        reach = huge(step)
+        where (solution <= 0) reach = x / max(x - solution, tiny(step))
+        step = minval(reach)
+        x = x + step * (solution - x)
+        ! Round-off must not keep the column that ends the step.
+        where (reach <= step * (1 + tie_tolerance) .or. x < 0) x = 0
+      end associate
+      do i = n, 1, -1
+        if (workspace%x(i) > 0) cycle
+        workspace%x(i:workspace%set%n - 1) = workspace%x(i + 1:workspace%set%n)
+        call workspace%set%remove(i)
+      end do
     end do
   end subroutine improve
 
-  !> Least squares by QR.
-  subroutine solve_columns(columns, rhs, solution, is_dependent)
-    real(rk), intent(in) :: columns(:, :)
-    real(rk), intent(in) :: rhs(:)
-    !> shape (size(columns, 2))
-    real(rk), allocatable, intent(out) :: solution(:)
-    !> there is no unique solution
-    logical, intent(out) :: is_dependent
-    real(rk), allocatable :: factors(:, :), norms(:), right(:), work(:)
-    integer :: info, k, m, n
+  !> The set and the coefficients before the step.
+  subroutine restore(self, n_before, workspace)
+    class(nnls_t), intent(in) :: self
+    integer, intent(in) :: n_before
+    type(nnls_workspace_t), intent(inout) :: workspace
+    integer :: i
+    logical :: is_dependent
 
-    m = size(columns, 1)
-    n = size(columns, 2)
-    is_dependent = n > m
-    if (is_dependent) return
-    norms = norm2(columns, dim=1)
-    factors = columns / spread(norms, 1, m)
-    right = rhs
-    allocate (work(34 * n))
-    call dgels('N', m, n, 1, factors, m, right, m, work, size(work), info)
-    is_dependent = info /= 0 .or. any([(abs(factors(k, k)), k=1, n)] < rank_tolerance)
-    solution = right(:n) / norms
-  end subroutine solve_columns
+    workspace%set%n = 0
+    do i = 1, n_before
+      call workspace%set%add(self%columns, workspace%used_before(i), is_dependent)
+    end do
+    workspace%x(:n_before) = workspace%x_before(:n_before)
+    call workspace%set%solve(workspace%rhs, workspace%solution, workspace%residual)
+  end subroutine restore
 end module sig_nnls

@@ -136,7 +136,6 @@ contains
     type(context_handle_t), pointer :: handle
     type(c_answer_t), pointer :: told(:)
     real(c_double), pointer :: forces(:, :), values(:, :)
-    real(rk), allocatable :: all(:)
     integer(c_int) :: code_of_point
     integer :: i, n_failed
 
@@ -157,8 +156,7 @@ contains
       if (code_of_point /= code_ok) n_failed = n_failed + 1
       if (c_associated(answers)) call tell(handle, code_of_point, told(i))
       if (.not. c_associated(multipliers)) cycle
-      call reconstruct_multipliers(handle%model%online%model, handle%answer, all)
-      forces(:, i) = all
+      call reconstruct_multipliers(handle%model%online, handle%answer, handle%workspace, forces(:, i))
     end do
     code = code_ok
     if (n_failed == 0) return
@@ -183,14 +181,14 @@ contains
     type(c_ptr), value :: context
     type(c_ptr), value :: multipliers
     type(context_handle_t), pointer :: handle
-    real(rk), allocatable :: all(:)
+    real(c_double), pointer :: target(:)
 
     code = bad_argument
     handle => answered_context(context)
     if (.not. associated(handle)) return
     if (.not. c_associated(multipliers)) return
-    call reconstruct_multipliers(handle%model%online%model, handle%answer, all)
-    call put_reals(all, multipliers)
+    call c_f_pointer(multipliers, target, [handle%model%online%model%n_multipliers])
+    call reconstruct_multipliers(handle%model%online, handle%answer, handle%workspace, target)
     code = code_ok
   end function signorom_get_multipliers
 

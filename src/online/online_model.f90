@@ -3,7 +3,8 @@
 module sig_online_model
   use sig_kinds, only: rk
   use sig_linear_algebra, only: lu_t
-  use sig_model, only: complete_model, model_t, reduced_model_t
+  use sig_model, only: complete_model, model_t, reconstruct_with_displacements, reduced_model_t
+  use sig_multiplier_fit, only: multiplier_fit_t
   use sig_text, only: to_text
   implicit none(type, external)
   private
@@ -24,7 +25,9 @@ module sig_online_model
   type :: online_model_t
     !> set by the caller before prepare
     type(model_t) :: model
+    !> of each cluster
     type(cluster_system_t), allocatable :: systems(:)
+    type(multiplier_fit_t), allocatable :: fits(:)
     !> [-] 1 / length of each side of the box, 0 for a side without length; shape (n_parameters)
     real(rk), allocatable :: box_scale(:)
   contains
@@ -38,7 +41,7 @@ module sig_online_model
 
 contains
 
-  !> Condenses each cluster on its multipliers.
+  !> Condenses each cluster on its multipliers, and prepares the fit of all its multipliers.
   !>
   !> Errors: message is allocated when a reduced stiffness is numerically singular.
   subroutine prepare(self, message)
@@ -47,12 +50,13 @@ contains
     integer :: i
 
     call complete_model(self%model)
-    if (allocated(self%systems)) deallocate (self%systems)
-    allocate (self%systems(size(self%model%clusters)))
+    if (allocated(self%systems)) deallocate (self%systems, self%fits)
+    allocate (self%systems(size(self%model%clusters)), self%fits(size(self%model%clusters)))
     associate (sides => self%model%box(2, :) - self%model%box(1, :))
       self%box_scale = merge(1 / max(sides, tiny(1.0_rk)), 0.0_rk, sides > 0)
     end associate
     do i = 1, size(self%systems)
+      call self%fits(i)%prepare(self%model%clusters(i), self%model%reconstruction == reconstruct_with_displacements)
       call condense(self%model%clusters(i), self%systems(i), message)
       if (.not. allocated(message)) cycle
       message = 'cluster ' // to_text(i) // ': ' // message

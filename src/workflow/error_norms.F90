@@ -7,7 +7,8 @@ module sig_error_norms
   use sig_contact_system, only: contact_system_t
   use sig_domain_energy, only: domain_energy_t
   use sig_kinds, only: rk
-  use sig_model, only: model_t
+  use sig_multiplier_fit, only: multiplier_fit_workspace_t
+  use sig_online_model, only: online_model_t
   use sig_query, only: answer_t
   use sig_reconstruction, only: reconstruct_displacement, reconstruct_multipliers
   use petsc
@@ -32,24 +33,26 @@ module sig_error_norms
 contains
 
   !> Collective on the system's communicator.
-  subroutine measure_errors(system, domain, model, answer, state, errors, ierr)
+  subroutine measure_errors(system, domain, online, answer, state, errors, ierr)
     type(contact_system_t), intent(inout) :: system
     !> cells of the answer's cluster
     type(domain_energy_t), intent(in) :: domain
-    type(model_t), intent(in) :: model
+    !> prepared
+    type(online_model_t), intent(in) :: online
     type(answer_t), intent(in) :: answer
     type(contact_state_t), intent(in) :: state
     type(point_errors_t), intent(out) :: errors
     PetscErrorCode, intent(out) :: ierr
-    real(rk), allocatable :: displacement(:), multipliers(:)
-    real(rk) :: energies(2), energies_full(2), load(size(state%displacement))
+    type(multiplier_fit_workspace_t) :: workspace
+    real(rk), allocatable :: displacement(:)
+    real(rk) :: energies(2), energies_full(2), load(size(state%displacement)), multipliers(size(state%multipliers))
 
-    call reconstruct_displacement(model, answer, displacement)
-    call reconstruct_multipliers(model, answer, multipliers)
+    call reconstruct_displacement(online%model, answer, displacement)
+    call reconstruct_multipliers(online, answer, workspace, multipliers)
     errors%displacement = relative(norm2(displacement - state%displacement), norm2(state%displacement))
     errors%multipliers_all = relative(norm2(multipliers - state%multipliers), norm2(state%multipliers))
     load = system%load(answer%theta)
-    associate (cluster => model%clusters(answer%cluster))
+    associate (cluster => online%model%clusters(answer%cluster))
       associate (rows => cluster%contact_rows)
         errors%multipliers_rid = relative(norm2(answer%multipliers_rid - state%multipliers(rows)), norm2(state%multipliers(rows)))
       end associate

@@ -12,6 +12,7 @@ module sig_field_output
   use sig_kinds, only: rk
   use sig_mesh, only: find_group
   use sig_model, only: model_t
+  use sig_multiplier_fit, only: multiplier_fit_workspace_t
   use sig_online_model, only: online_model_t
   use sig_parameter_space, only: format_point
   use sig_point_solver, only: point_solver_t
@@ -195,12 +196,14 @@ contains
     type(query_t), intent(inout) :: query
     type(field_file_t), intent(inout) :: file
     type(answer_t) :: answer
-    real(rk), allocatable :: displacement(:), multipliers(:)
+    type(multiplier_fit_workspace_t) :: workspace
+    real(rk), allocatable :: displacement(:)
+    real(rk) :: multipliers(online%model%n_multipliers)
     integer :: is_inside(problem%mesh%n_cells)
 
     call query%evaluate(online, point, answer)
     call reconstruct_displacement(online%model, answer, displacement)
-    call reconstruct_multipliers(online%model, answer, multipliers)
+    call reconstruct_multipliers(online, answer, workspace, multipliers)
     is_inside = 0
     is_inside(online%model%clusters(answer%cluster)%cells) = 1
     call file%add_cell_field('reduced_domain', is_inside, '-', 'cell of the reduced integration domain')

@@ -148,7 +148,7 @@ contains
 
     PetscCall(solver%solve(problem, point, state, ierr))
     call query%evaluate(online, point, answer)
-    PetscCall(measure_errors(solver%system, domains(answer%cluster), online%model, answer, state, errors, ierr))
+    PetscCall(measure_errors(solver%system, domains(answer%cluster), online, answer, state, errors, ierr))
     column = [errors%displacement, errors%multipliers_rid, errors%multipliers_all, errors%energy, errors%energy_rid, &
       errors%energy_relative, errors%energy_rid_relative, real(answer%cluster, rk), real(count(answer%is_active), rk), &
       real(count(state%multipliers > 0), rk), &

@@ -30,6 +30,7 @@ def main():
             subprocess.run([program, command, "case_b.yaml", "--quiet"], cwd=folder, check=True)
         results = folder / "results" / "case_b"
         times = yaml.safe_load((results / "report.yaml").read_text())["times"]
+        print(f"training: {times['train']:.2f} s after the snapshots")
         print(f"refactored full-order model: {1e3 * times['refactored_per_point']:.2f} ms per point")
         print(f"condensed full-order model:  {1e3 * times['full_order_per_point']:.2f} ms per point")
         source = Path(__file__).with_name("query_times.c")

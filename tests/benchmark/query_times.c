@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* query_times MODEL N: wall time of single queries at N random points of the trained box, and what answered. */
+/* query_times MODEL N: wall time of single queries at N random points of the trained box, of the contact forces
+   everywhere after them, and what answered. */
 #define _POSIX_C_SOURCE 199309L
 #include <signorom.h>
 
@@ -29,6 +30,12 @@ static void draw(const signorom_model *model, int n_parameters, unsigned long lo
   }
 }
 
+/* Median and 99th percentile, in microseconds. */
+static void tell(const char *what, double *times, int n) {
+  qsort(times, (size_t)n, sizeof *times, compare);
+  printf("%s: median %.1f us, p99 %.1f us\n", what, 1e6 * times[n / 2], 1e6 * times[(int)(0.99 * n)]);
+}
+
 int main(int argc, char **argv) {
   signorom_model *model;
   signorom_context *context;
@@ -44,22 +51,28 @@ int main(int argc, char **argv) {
     return 2;
   }
   signorom_get_sizes(model, &sizes);
-  double *times = calloc((size_t)n, sizeof *times);
-  if (!times || sizes.n_parameters > most_parameters) return 2;
+  double *times = calloc((size_t)n, sizeof *times), *times_everywhere = calloc((size_t)n, sizeof *times);
+  double *multipliers = calloc((size_t)sizes.n_contacts, sizeof *multipliers);
+  if (!times || !times_everywhere || !multipliers || sizes.n_parameters > most_parameters) return 2;
   for (int i = -n_warm; i < n; i++) {
     draw(model, sizes.n_parameters, &state, point);
     const double start = seconds();
     signorom_query(context, point, &answer);
+    const double answered = seconds();
+    if (answer.code == SIGNOROM_OK) signorom_get_multipliers(context, multipliers);
     if (i < 0) continue;
-    times[i] = seconds() - start;
+    times[i] = answered - start;
+    times_everywhere[i] = seconds() - answered;
     counts[answer.method]++;
   }
-  qsort(times, (size_t)n, sizeof *times, compare);
-  printf("%d queries (load, coordinates, %d contact forces): median %.1f us, p99 %.1f us\n", n,
-         answer.n_domain_contacts, 1e6 * times[n / 2], 1e6 * times[(int)(0.99 * n)]);
+  printf("%d points, %d contacts, %d in the domain of the last one\n", n, sizes.n_contacts, answer.n_domain_contacts);
+  tell("query (load, coordinates, contact forces of the domain)", times, n);
+  tell("then the contact forces everywhere", times_everywhere, n);
   printf("none %d, active_set %d, block_pivoting %d, lemke %d, condensed %d\n", counts[0], counts[1], counts[2],
          counts[3], counts[4]);
   free(times);
+  free(times_everywhere);
+  free(multipliers);
   signorom_free_context(context);
   signorom_close(model);
   return counts[0] > 0;

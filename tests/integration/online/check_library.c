@@ -99,13 +99,17 @@ static int compare_threads(const signorom_model *model, const signorom_sizes *si
 
 static int count_allocations(const signorom_model *model, const signorom_sizes *sizes, const double *points, int n) {
   signorom_context *context;
-  signorom_answer answer;
+  long n_before = 0;
   if (signorom_create_context(model, &context)) return 0;
-  for (int i = 0; i < n; i++) signorom_query(context, points + (size_t)i * sizes->n_parameters, &answer);
-  const long n_before = n_allocations;
-  for (int i = 0; i < n; i++) signorom_query(context, points + (size_t)i * sizes->n_parameters, &answer);
+  double *forces = malloc(((size_t)sizes->n_contacts + 1) * sizeof *forces);
+  for (int i = 0; i < 2 * n; i++) {
+    if (i == n) n_before = n_allocations;
+    signorom_query(context, points + (size_t)(i % n) * sizes->n_parameters, NULL);
+    signorom_get_multipliers(context, forces);
+  }
   const long n_made = n_allocations - n_before;
   printf("allocations in %d queries: %ld\n", n, n_made);
+  free(forces);
   signorom_free_context(context);
   return n_made == 0;
 }

@@ -1,0 +1,121 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> Multipliers of all contacts from those of the reduced integration domain: the non-negative combination of the dual snapshots that
+!> is nearest to what an answer knows.
+!>
+!> Known are the multipliers of the domain and, unless the model leaves them out, the normal displacements of all the contact nodes;
+!> each of the two blocks is divided by the size of its snapshots, so that units do not matter.
+module sig_multiplier_fit
+  use sig_kinds, only: rk
+  use sig_linear_algebra, only: multiply
+  use sig_model, only: reduced_model_t
+  use sig_nnls, only: nnls_t, nnls_workspace_t
+  implicit none(type, external)
+  private
+  public :: multiplier_fit_t, multiplier_fit_workspace_t
+
+  !> What does not depend on the point.
+  type :: multiplier_fit_t
+    private
+    type(nnls_t) :: snapshots
+    integer :: n_rows = 0
+    !> [-] normal displacements that are fitted too
+    integer :: n_values = 0
+    integer :: n_snapshots = 0
+    !> [1/force], [1/length] of the two blocks
+    real(rk) :: multiplier_scale = 1
+    real(rk) :: displacement_scale = 1
+  contains
+    procedure :: prepare
+    procedure :: evaluate
+  end type multiplier_fit_t
+
+  !> Room; as long as one cluster answers nothing is allocated after the first point. One per thread.
+  type :: multiplier_fit_workspace_t
+    private
+    type(nnls_workspace_t) :: nnls
+    !> shape (n_rows + n_values)
+    real(rk), allocatable :: known(:)
+    !> shape (n_snapshots)
+    real(rk), allocatable :: coefficients(:)
+  end type multiplier_fit_workspace_t
+
+contains
+
+  subroutine prepare(self, cluster, has_displacements)
+    class(multiplier_fit_t), intent(inout) :: self
+    type(reduced_model_t), intent(in) :: cluster
+    !> fit the displacements too
+    logical, intent(in) :: has_displacements
+    real(rk), allocatable :: known(:, :)
+
+    self%n_rows = cluster%n_rows
+    self%n_values = merge(size(cluster%contact_displacement_snapshots, 1), 0, has_displacements)
+    self%n_snapshots = size(cluster%dual_snapshots, 2)
+    allocate (known(self%n_rows + self%n_values, self%n_snapshots))
+    known(:self%n_rows, :) = cluster%dual_snapshots(cluster%contact_rows, :)
+    self%multiplier_scale = inverse_size(known(:self%n_rows, :))
+    known(:self%n_rows, :) = self%multiplier_scale * known(:self%n_rows, :)
+    if (self%n_values > 0) then
+      self%displacement_scale = inverse_size(cluster%contact_displacement_snapshots)
+      known(self%n_rows + 1:, :) = self%displacement_scale * cluster%contact_displacement_snapshots
+    end if
+    call self%snapshots%prepare(known)
+  end subroutine prepare
+
+  !> Values of the domain stay as they are.
+  subroutine evaluate(self, cluster, theta, coordinates, multipliers_rid, workspace, multipliers)
+    class(multiplier_fit_t), intent(in) :: self
+    !> that of prepare
+    type(reduced_model_t), intent(in) :: cluster
+    !> values of the model's terms, shape (n_terms)
+    real(rk), contiguous, intent(in) :: theta(:)
+    !> [length] gamma, shape (n_modes)
+    real(rk), contiguous, intent(in) :: coordinates(:)
+    !> [force] shape (n_rows)
+    real(rk), intent(in) :: multipliers_rid(:)
+    type(multiplier_fit_workspace_t), intent(inout) :: workspace
+    !> [force] >= 0, shape (n_multipliers)
+    real(rk), intent(out) :: multipliers(:)
+    real(rk) :: residual_norm
+    integer :: i
+
+    multipliers = 0
+    if (any(multipliers_rid > 0) .and. self%n_rows < size(multipliers)) then
+      call reserve(self, workspace)
+      workspace%known(:self%n_rows) = self%multiplier_scale * multipliers_rid
+      if (self%n_values > 0) then
+        associate (displacements => workspace%known(self%n_rows + 1:), lifting => cluster%contact_value_lifting)
+          call multiply(self%displacement_scale, cluster%contact_value_basis, coordinates, 0.0_rk, displacements)
+          call multiply(self%displacement_scale, lifting, theta(:size(lifting, 2)), 1.0_rk, displacements)
+        end associate
+      end if
+      call self%snapshots%solve(workspace%known, workspace%nnls, workspace%coefficients, residual_norm)
+      do i = 1, self%n_snapshots
+        if (workspace%coefficients(i) > 0) multipliers = multipliers + workspace%coefficients(i) * cluster%dual_snapshots(:, i)
+      end do
+    end if
+    do i = 1, self%n_rows
+      multipliers(cluster%contact_rows(i)) = multipliers_rid(i)
+    end do
+  end subroutine evaluate
+
+  subroutine reserve(self, workspace)
+    class(multiplier_fit_t), intent(in) :: self
+    type(multiplier_fit_workspace_t), intent(inout) :: workspace
+
+    if (allocated(workspace%known)) then
+      if (size(workspace%known) == self%n_rows + self%n_values .and. size(workspace%coefficients) == self%n_snapshots) return
+      deallocate (workspace%known, workspace%coefficients)
+    end if
+    allocate (workspace%known(self%n_rows + self%n_values), workspace%coefficients(self%n_snapshots))
+  end subroutine reserve
+
+  !> 1 / Frobenius norm; 1 for zeros.
+  pure function inverse_size(block) result(scale)
+    real(rk), intent(in) :: block(:, :)
+    real(rk) :: scale
+
+    scale = norm2(block)
+    scale = merge(1 / max(scale, tiny(scale)), 1.0_rk, scale > 0)
+  end function inverse_size
+end module sig_multiplier_fit
