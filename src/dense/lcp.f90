@@ -8,7 +8,7 @@ module sig_lcp
   use sig_lcp_lemke, only: run_lemke
   use sig_lcp_types, only: evaluate_set, lcp_active_set, lcp_block_pivoting, lcp_failed_accuracy, lcp_failed_cycle, &
     lcp_failed_input, lcp_failed_iterations, lcp_failed_ray, lcp_lemke, lcp_method_name, lcp_reason_text, lcp_solution_t, &
-    lcp_solved, lcp_workspace_t, sign_tolerance
+    lcp_solved, lcp_workspace_t, sign_tolerance, sum_rows
   implicit none(type, external)
   private
   public :: solve_lcp, lcp_solution_t, lcp_workspace_t, lcp_method_name, lcp_reason_text
@@ -110,7 +110,7 @@ contains
 
     solution%method = lcp_active_set
     call run_active_set(matrix, q, solution%is_active, workspace, solution%reason, solution%n_iterations)
-    call finish(matrix, q, workspace%lambda(:size(q)), solution, is_done)
+    call finish(matrix, q, workspace, solution, is_done)
   end subroutine try_active_set
 
   subroutine try_block_pivoting(matrix, q, solution, workspace, is_done)
@@ -125,7 +125,7 @@ contains
     solution%is_active = .false.
     call run_block_pivoting(matrix, q, solution%is_active, workspace, solution%reason, n_solves)
     solution%n_iterations = solution%n_iterations + n_solves
-    call finish(matrix, q, workspace%lambda(:size(q)), solution, is_done)
+    call finish(matrix, q, workspace, solution, is_done)
   end subroutine try_block_pivoting
 
   !> Lemke, then one solve on the set that it ends with: its tableau has gathered the round-off of all the pivots.
@@ -148,7 +148,7 @@ contains
       call evaluate_set(matrix, q, solution%is_active, workspace)
       if (workspace%is_singular) workspace%lambda(:size(q)) = solution%lambda
     end if
-    call finish(matrix, q, workspace%lambda(:size(q)), solution, is_done)
+    call finish(matrix, q, workspace, solution, is_done)
   end subroutine try_lemke
 
   !> Positive vectors without a unit: the size of each row, ones, then ones spread by multiples of the golden ratio.
@@ -171,20 +171,22 @@ contains
   end subroutine set_covering
 
   !> Takes over an answer without the round-off below zero, and checks it; no answer leaves zeros behind.
-  pure subroutine finish(matrix, q, lambda, solution, is_done)
+  pure subroutine finish(matrix, q, workspace, solution, is_done)
     real(rk), intent(in) :: matrix(:, :)
     real(rk), intent(in) :: q(:)
-    !> defined when solution%reason is lcp_solved
-    real(rk), intent(in) :: lambda(:)
+    !> its lambda is defined when solution%reason is lcp_solved
+    type(lcp_workspace_t), intent(inout) :: workspace
     type(lcp_solution_t), intent(inout) :: solution
     logical, intent(out) :: is_done
     real(rk) :: smallest
 
     solution%lambda = 0
     if (solution%reason == lcp_solved) then
-      smallest = sign_tolerance * maxval(lambda)
-      where (lambda > smallest) solution%lambda = lambda
-      solution%residual = complementarity(matrix, q, solution%lambda)
+      associate (lambda => workspace%lambda(:size(q)))
+        smallest = sign_tolerance * maxval(lambda)
+        where (lambda > smallest) solution%lambda = lambda
+      end associate
+      call measure_residual(matrix, q, workspace, solution)
       if (.not. solution%residual <= accepted_residual) solution%reason = lcp_failed_accuracy
     end if
     is_done = solution%reason == lcp_solved
@@ -196,26 +198,22 @@ contains
   end subroutine finish
 
   !> Largest of |w| where lambda > 0 and of -w elsewhere, w = W lambda + q, each over the terms of its row.
-  pure real(rk) function complementarity(matrix, q, lambda) result(largest)
+  pure subroutine measure_residual(matrix, q, workspace, solution)
     real(rk), intent(in) :: matrix(:, :)
     real(rk), intent(in) :: q(:)
-    real(rk), intent(in) :: lambda(:)
-    real(rk) :: row_size, violation, w
-    integer :: i, j
+    type(lcp_workspace_t), intent(inout) :: workspace
+    type(lcp_solution_t), intent(inout) :: solution
+    real(rk) :: violation
+    integer :: i
 
-    largest = 0
+    call sum_rows(matrix, q, solution%lambda, workspace)
+    solution%residual = 0
     do i = 1, size(q)
-      w = q(i)
-      row_size = abs(q(i))
-      do j = 1, size(q)
-        w = w + matrix(i, j) * lambda(j)
-        row_size = row_size + abs(matrix(i, j) * lambda(j))
-      end do
-      violation = merge(abs(w), -w, lambda(i) > 0)
-      if (violation > 0) largest = max(largest, violation / row_size)
-      if (.not. row_size <= huge(row_size)) largest = huge(largest)
+      violation = merge(abs(workspace%w(i)), -workspace%w(i), solution%lambda(i) > 0)
+      if (violation > 0) solution%residual = max(solution%residual, violation / workspace%row_size(i))
+      if (.not. workspace%row_size(i) <= huge(violation)) solution%residual = huge(violation)
     end do
-  end function complementarity
+  end subroutine measure_residual
 
   !> Exactly: a matrix that is meant to be symmetric is made so.
   pure logical function is_symmetric(matrix)

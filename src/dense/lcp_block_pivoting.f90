@@ -1,6 +1,7 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> Block principal pivoting: all the wrong signs change sides while their number falls, otherwise one at a time (Murty).
 module sig_lcp_block_pivoting
+  use sig_bits, only: n_words, pack_bits
   use sig_kinds, only: rk
   use sig_lcp_types, only: evaluate_set, lcp_failed_cycle, lcp_solved, lcp_workspace_t
   implicit none(type, external)
@@ -15,8 +16,8 @@ contains
   !> Runs from a given set.
   !>
   !> Source: Judice and Pires, Comput. Oper. Res. 21 (1994) 587; Murty's least-index rule. Finite for P-matrices in exact
-  !> arithmetic, but Murty's rule may need 2**n steps there and may cycle elsewhere: the number of solves is bounded, and Lemke's
-  !> method takes over.
+  !> arithmetic, but Murty's rule may need 2**n steps there and may cycle elsewhere: the number of solves is bounded, a set that
+  !> comes back ends them, and Lemke's method takes over.
   subroutine run_block_pivoting(matrix, q, is_active, workspace, reason, n_iterations)
     !> shape (n, n)
     real(rk), intent(in) :: matrix(:, :)
@@ -30,11 +31,13 @@ contains
     integer, intent(out) :: reason
     !> linear solves
     integer, intent(out) :: n_iterations
-    integer :: fewest, i, max_solves, n_trials, n_violated
+    integer :: fewest, i, max_solves, n_single, n_trials, n_violated
+    logical :: is_back
 
     reason = lcp_failed_cycle
     fewest = size(q) + 1
     n_trials = max_trials
+    n_single = 0
     max_solves = 5 * size(q) + 50
     do n_iterations = 1, max_solves
       call evaluate_set(matrix, q, is_active, workspace)
@@ -44,6 +47,9 @@ contains
         reason = lcp_solved
         return
       end if
+      n_single = merge(n_single + 1, 0, n_violated >= fewest .and. n_trials == 0)
+      call look_back(is_active, n_single, workspace, is_back)
+      if (is_back) return
       call choose_exchange(n_violated, workspace%is_violated(:size(q)), fewest, n_trials)
       do i = 1, size(q)
         is_active(i) = is_active(i) .neqv. workspace%is_violated(i)
@@ -51,6 +57,25 @@ contains
     end do
     n_iterations = max_solves
   end subroutine run_block_pivoting
+
+  !> Whether a set of the single exchanges is the one kept: the rule would take the same way again.
+  !>
+  !> Kept is the set of the exchanges 1, 2, 4, 8 and so on (Brent), so that any cycle is met.
+  pure subroutine look_back(is_active, n_single, workspace, is_back)
+    logical, intent(in) :: is_active(:)
+    !> single exchanges in a row, this one included; 0: all the wrong signs change sides
+    integer, intent(in) :: n_single
+    type(lcp_workspace_t), intent(inout) :: workspace
+    logical, intent(out) :: is_back
+
+    is_back = .false.
+    if (n_single == 0) return
+    associate (now => workspace%history(:n_words(size(is_active)), 1), kept => workspace%history(:n_words(size(is_active)), 2))
+      call pack_bits(is_active, now)
+      is_back = n_single > 1 .and. all(now == kept)
+      if (popcnt(n_single) == 1) kept = now
+    end associate
+  end subroutine look_back
 
   !> Keeps all the wrong signs, or only the one of the highest index once the trials are used up.
   pure subroutine choose_exchange(n_violated, is_violated, fewest, n_trials)

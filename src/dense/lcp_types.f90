@@ -7,7 +7,7 @@ module sig_lcp_types
   use sig_linear_algebra, only: singular_reciprocal
   implicit none(type, external)
   private
-  public :: lcp_solution_t, lcp_workspace_t, lcp_method_name, lcp_reason_text, evaluate_set
+  public :: lcp_solution_t, lcp_workspace_t, lcp_method_name, lcp_reason_text, evaluate_set, sum_rows
 
   !> method that gave the answer (or tried last)
   integer, parameter, public :: lcp_active_set = 1
@@ -59,6 +59,8 @@ module sig_lcp_types
     !> lambda and w of the index set looked at last, shape (capacity); zero outside and inside the set
     real(rk), allocatable :: lambda(:)
     real(rk), allocatable :: w(:)
+    !> what each row of w sums, without signs, shape (capacity)
+    real(rk), allocatable :: row_size(:)
     !> signs that are wrong beyond the tolerance, shape (capacity)
     logical, allocatable :: is_violated(:)
     !> the set's matrix has no inverse; lambda, w and is_violated are not defined then
@@ -95,11 +97,12 @@ contains
     integer, intent(in) :: n
 
     if (n <= self%capacity) return
-    if (allocated(self%lambda)) deallocate (self%lambda, self%w, self%is_violated, self%history, self%factors, self%active, &
-      self%pivots, self%work, self%iwork)
+    if (allocated(self%lambda)) deallocate (self%lambda, self%w, self%row_size, self%is_violated, self%history, self%factors, &
+      self%active, self%pivots, self%work, self%iwork)
     if (allocated(self%tableau)) deallocate (self%tableau, self%basis, self%column, self%ratio, self%covering, self%is_candidate)
     self%capacity = n
-    allocate (self%lambda(n), self%w(n), self%is_violated(n), self%history(n_words(n), max(usual_sets, n + 1) + 1))
+    allocate (self%lambda(n), self%w(n), self%row_size(n), self%is_violated(n))
+    allocate (self%history(n_words(n), max(usual_sets, n + 1) + 1))
     allocate (self%factors(n, n), self%active(n), self%pivots(n), self%work(4 * n), self%iwork(n))
   end subroutine reserve
 
@@ -125,7 +128,7 @@ contains
     logical, intent(in) :: is_active(:)
     type(lcp_workspace_t), intent(inout) :: workspace
     real(rk) :: doubtful, reciprocal
-    integer :: info, n
+    integer :: i, info, n
 
     call gather(matrix, is_active, workspace, n)
     workspace%is_singular = .false.
@@ -145,14 +148,17 @@ contains
       end if
       call solve_set(q, n, workspace)
     end if
-    call evaluate_rows(matrix, q, is_active, n, workspace)
-    call find_violations(matrix, q, is_active, n, condition_tolerance(reciprocal), workspace)
+    call sum_rows(matrix, q, workspace%lambda(:size(q)), workspace)
+    do i = 1, size(q)
+      if (is_active(i)) workspace%w(i) = 0
+    end do
+    call find_violations(is_active, condition_tolerance(reciprocal), workspace)
     if (doubtful < trusted_pivots .or. n == 0) return
     ! The exact condition number costs as much as the solve: it is asked for only where it decides.
-    if (is_decided(matrix, q, n, workspace)) return
+    if (is_decided(size(q), workspace)) return
     call measure_condition(matrix, workspace, n, reciprocal)
     workspace%is_singular = .not. reciprocal > singular_reciprocal
-    call find_violations(matrix, q, is_active, n, condition_tolerance(reciprocal), workspace)
+    call find_violations(is_active, condition_tolerance(reciprocal), workspace)
   end subroutine evaluate_set
 
   !> The set's indices and its matrix.
@@ -259,86 +265,71 @@ contains
     end do
   end subroutine solve_set
 
-  !> w = W lambda + q outside the set.
-  pure subroutine evaluate_rows(matrix, q, is_active, n, workspace)
+  !> w = W lambda + q, and the size of what each row sums: |q_i| + sum |W_ij lambda_j|. By columns, as they lie in memory.
+  pure subroutine sum_rows(matrix, q, lambda, workspace)
+    !> shape (n, n)
     real(rk), intent(in) :: matrix(:, :)
+    !> shape (n)
     real(rk), intent(in) :: q(:)
-    logical, intent(in) :: is_active(:)
-    integer, intent(in) :: n
+    !> shape (n)
+    real(rk), intent(in) :: lambda(:)
     type(lcp_workspace_t), intent(inout) :: workspace
+    real(rk) :: part
     integer :: i, j
-    real(rk) :: lambda
 
-    workspace%w(:size(q)) = q
-    do j = 1, n
-      lambda = workspace%lambda(workspace%active(j))
+    do i = 1, size(q)
+      workspace%w(i) = q(i)
+      workspace%row_size(i) = abs(q(i))
+    end do
+    do j = 1, size(q)
+      if (abs(lambda(j)) <= 0) cycle
       do i = 1, size(q)
-        workspace%w(i) = workspace%w(i) + matrix(i, workspace%active(j)) * lambda
+        part = matrix(i, j) * lambda(j)
+        workspace%w(i) = workspace%w(i) + part
+        workspace%row_size(i) = workspace%row_size(i) + abs(part)
       end do
     end do
-    do i = 1, size(q)
-      if (is_active(i)) workspace%w(i) = 0
-    end do
-  end subroutine evaluate_rows
+  end subroutine sum_rows
 
   !> Signs against what was summed: each w against the terms of its row, each multiplier against the largest one.
-  pure subroutine find_violations(matrix, q, is_active, n, tolerance, workspace)
-    real(rk), intent(in) :: matrix(:, :)
-    real(rk), intent(in) :: q(:)
+  pure subroutine find_violations(is_active, tolerance, workspace)
     logical, intent(in) :: is_active(:)
-    integer, intent(in) :: n
     real(rk), intent(in) :: tolerance
     type(lcp_workspace_t), intent(inout) :: workspace
     real(rk) :: largest
     integer :: i
 
-    largest = maxval(abs(workspace%lambda(:size(q))))
-    do i = 1, size(q)
+    largest = maxval(abs(workspace%lambda(:size(is_active))))
+    do i = 1, size(is_active)
       workspace%is_violated(i) = .false.
       if (is_active(i)) then
         workspace%is_violated(i) = workspace%lambda(i) < -tolerance * largest
-      else if (workspace%w(i) < 0) then
-        workspace%is_violated(i) = workspace%w(i) < -tolerance * row_size(matrix, q, i, n, workspace)
+      else
+        workspace%is_violated(i) = workspace%w(i) < -tolerance * workspace%row_size(i)
       end if
     end do
   end subroutine find_violations
 
   !> No sign is wrong by so little that the widest tolerance would allow it.
-  pure logical function is_decided(matrix, q, n, workspace)
-    real(rk), intent(in) :: matrix(:, :)
-    real(rk), intent(in) :: q(:)
+  pure logical function is_decided(n, workspace)
+    !> unknowns
     integer, intent(in) :: n
     type(lcp_workspace_t), intent(in) :: workspace
     real(rk) :: largest
     integer :: i
 
     is_decided = .false.
-    largest = maxval(abs(workspace%lambda(:size(q))))
-    do i = 1, size(q)
+    largest = maxval(abs(workspace%lambda(:n)))
+    do i = 1, n
       if (.not. workspace%is_violated(i)) cycle
       if (workspace%lambda(i) < 0) then
         if (workspace%lambda(i) >= -widest_tolerance * largest) return
-      else if (workspace%w(i) >= -widest_tolerance * row_size(matrix, q, i, n, workspace)) then
+      else if (workspace%w(i) >= -widest_tolerance * workspace%row_size(i)) then
         return
       end if
     end do
     is_decided = .true.
   end function is_decided
-
-  !> |q_i| + sum |W_ij lambda_j|
-  pure real(rk) function row_size(matrix, q, i, n, workspace)
-    real(rk), intent(in) :: matrix(:, :)
-    real(rk), intent(in) :: q(:)
-    integer, intent(in) :: i
-    integer, intent(in) :: n
-    type(lcp_workspace_t), intent(in) :: workspace
-    integer :: j
-
-    row_size = abs(q(i))
-    do j = 1, n
-      row_size = row_size + abs(matrix(i, workspace%active(j)) * workspace%lambda(workspace%active(j)))
-    end do
-  end function row_size
 
   !> Round-off of a solve grows with the condition number, and the sign tolerance with it.
   pure function condition_tolerance(reciprocal_condition) result(tolerance)
