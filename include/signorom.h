@@ -99,6 +99,9 @@ int signorom_get_contacts(const signorom_model *model, int *first_tags, int *sec
 int signorom_get_nodes(const signorom_model *model, int *tags, double *coordinates);
 /* Contacts of the reduced integration domain: their number, and (unless null) which, ascending. */
 int signorom_get_domain_contacts(const signorom_model *model, int cluster, int *n, int *contacts);
+/* The cluster that would answer next at a point [n_parameters]: that of the nearest cell of another one, or the one
+ * with the second most votes of the forest; -1 where there is one cluster only. */
+int signorom_get_next_cluster(const signorom_model *model, const double *point, int *cluster);
 
 /* `*context` is set even on a failure. Create it before the threads that use it; the model must outlive it.
  */

@@ -48,7 +48,7 @@ contains
         else if (command%file == '') then
           command%file = word
         else
-          call make_error(error, 'unexpected argument ''' // word // '''', hint=see_help)
+          call refuse_word(word, command, error)
         end if
       end associate
       if (allocated(error)) return
@@ -56,6 +56,18 @@ contains
     end do
     call check_command(command, error)
   end subroutine parse_command_line
+
+  !> A word too many; a blank between parameters of a point makes one.
+  subroutine refuse_word(word, command, error)
+    character(*), intent(in) :: word
+    type(command_t), intent(in) :: command
+    type(error_t), allocatable, intent(out) :: error
+    character(:), allocatable :: hint
+
+    hint = see_help
+    if (command%at /= '' .and. index(word, '=') > 0) hint = 'write --at ' // command%at // ',' // word
+    call make_error(error, 'unexpected argument ''' // word // '''', hint=hint)
+  end subroutine refuse_word
 
   !> One option and its value; leaves i at the last argument it used. A single hyphen marks an option of PETSc.
   subroutine take_option(arguments, i, command, error)

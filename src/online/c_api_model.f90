@@ -185,6 +185,21 @@ contains
     code = code_ok
   end function signorom_get_nodes
 
+  integer(c_int) function signorom_get_next_cluster(model, point, cluster) result(code) bind(c)
+    type(c_ptr), value :: model
+    type(c_ptr), value :: point, cluster
+    type(model_handle_t), pointer :: handle
+    real(c_double), pointer :: values(:)
+
+    code = bad_argument
+    handle => ready_model(model)
+    if (.not. associated(handle)) return
+    if (.not. (c_associated(point) .and. c_associated(cluster))) return
+    call c_f_pointer(point, values, [size(handle%names)])
+    call put_integers([handle%online%model%choice%next_cluster(values) - 1], cluster)
+    code = code_ok
+  end function signorom_get_next_cluster
+
   integer(c_int) function signorom_get_domain_contacts(model, cluster, n, contacts) result(code) bind(c)
     type(c_ptr), value :: model
     integer(c_int), value :: cluster

@@ -48,8 +48,20 @@ contains
       text = text // line('  ' // model%parameter_names(i)%text, short(model%box(1, i)) // ' to ' // short(model%box(2, i)) // &
         ' ' // model%parameter_units(i)%text)
     end do
-    text = text // line('training points', to_text(size(model%training_points, 2)))
+    text = text // line('training points', to_text(size(model%training_points, 2))) // choice_line(model)
   end function parameter_lines
+
+  !> What chooses among several clusters.
+  pure function choice_line(model) result(text)
+    type(model_t), intent(in) :: model
+    character(:), allocatable :: text
+
+    text = ''
+    if (size(model%clusters) == 1) return
+    text = line('clusters', to_text(size(model%clusters)) // ', chosen by cell of the training grid')
+    if (.not. allocated(model%choice%labels)) text = line('clusters', to_text(size(model%clusters)) // &
+      ', chosen by a random forest')
+  end function choice_line
 
   pure function size_lines(model) result(text)
     type(model_t), intent(in) :: model
@@ -73,7 +85,9 @@ contains
     associate (cluster => model%clusters(i))
       text = 'reduced model'
       if (size(model%clusters) > 1) text = text // ' of cluster ' // to_text(i)
-      text = text // eol // line('  modes', to_text(cluster%n_modes)) // &
+      text = text // eol
+      if (size(model%clusters) > 1) text = text // line('  training points', to_text(size(cluster%training_points)))
+      text = text // line('  modes', to_text(cluster%n_modes)) // &
         line('  integration domain', to_text(size(cluster%cells)) // ' cells, ' // to_text(cluster%n_rows) // ' contact pairs') // &
         line('  kappa', condition_text(cluster)) // &
         line('  cond(K_r)', short(cluster%stiffness_condition))

@@ -91,6 +91,7 @@ _SIGNATURES = {
     "signorom_get_contacts": (c_int, [c_void_p, _INTS, _INTS]),
     "signorom_get_nodes": (c_int, [c_void_p, _INTS, _DOUBLES]),
     "signorom_get_domain_contacts": (c_int, [c_void_p, c_int, _INTS, _INTS]),
+    "signorom_get_next_cluster": (c_int, [c_void_p, _DOUBLES, _INTS]),
     "signorom_create_context": (c_int, [c_void_p, POINTER(c_void_p)]),
     "signorom_message": (c_char_p, [c_void_p]),
     "signorom_free_context": (None, [c_void_p]),
@@ -153,16 +154,19 @@ class Answer:
     point: dict[str, float]
     #: contact force of each pair [force unit of the model], shape (n_contacts)
     multipliers: FloatArray
-    #: the same in the reduced integration domain only, shape (n_domain_contacts)
+    #: the same in the reduced integration domain of this cluster only, shape (n_domain_contacts)
     domain_multipliers: FloatArray
+    #: which contacts these are, counted from 0
+    domain_contacts: IntArray
     #: displacement of each node, or of the chosen ones [length unit of the model], shape (n_nodes, n_dimensions)
     displacement: FloatArray
     #: reduced coordinates, shape (n_modes)
     coordinates: FloatArray
     #: active_set, block_pivoting, lemke, or condensed: the full-order operator answered
     method: str
-    #: which local model answered, counted from 0
+    #: which local model answered, counted from 0, and which would be next; None where there is one only
     cluster: int
+    next_cluster: int | None
     #: linear solves and pivots
     n_iterations: int
     #: the point lies in the trained box; outside, the answer is an extrapolation
@@ -260,15 +264,6 @@ class Model:
         return first.astype(np.int64), second.astype(np.int64)
 
     @property
-    def domain_contacts(self) -> IntArray:
-        """Which contacts the reduced integration domain of the first cluster holds, counted from 0."""
-        n = c_int()
-        self._library.signorom_get_domain_contacts(self._open(), 0, byref(n), None)
-        contacts = np.zeros(n.value, dtype=np.intc)
-        self._library.signorom_get_domain_contacts(self._open(), 0, None, _ints(contacts))
-        return contacts.astype(np.int64)
-
-    @property
     def nodes(self) -> tuple[IntArray, FloatArray]:
         """Tags of the mesh file and coordinates of all nodes, shapes (n_nodes) and (n_nodes, n_dimensions)."""
         tags = np.zeros(self._sizes.n_nodes, dtype=np.intc)
@@ -289,10 +284,12 @@ class Model:
             point={parameter.name: float(values[parameter.name]) for parameter in self.parameters},
             multipliers=self._get("signorom_get_multipliers", self._sizes.n_contacts),
             domain_multipliers=self._get("signorom_get_domain_multipliers", told.n_domain_contacts),
+            domain_contacts=self._domain_contacts(told),
             displacement=self._displacement(nodes),
             coordinates=self._get("signorom_get_coordinates", told.n_modes),
             method=METHODS[told.method],
             cluster=told.cluster,
+            next_cluster=self._next_cluster(point),
             n_iterations=told.n_iterations,
             is_inside_box=bool(told.is_inside_box),
             distance=told.distance,
@@ -321,6 +318,16 @@ class Model:
             if name not in values:
                 raise TypeError(f"no value for the parameter '{name}'")
         return names
+
+    def _domain_contacts(self, told: _Answer) -> IntArray:
+        contacts = np.zeros(told.n_domain_contacts, dtype=np.intc)
+        self._library.signorom_get_domain_contacts(self._model, told.cluster, None, _ints(contacts))
+        return contacts.astype(np.int64)
+
+    def _next_cluster(self, point: FloatArray) -> int | None:
+        cluster = c_int()
+        self._library.signorom_get_next_cluster(self._model, _doubles(point), byref(cluster))
+        return cluster.value if cluster.value >= 0 else None
 
     def _displacement(self, nodes: list[int] | IntArray | None) -> FloatArray:
         n = self._sizes.n_dimensions
