@@ -85,7 +85,7 @@ contains
       call evaluate_points(problem%terms, points, theta, i_bad_point, i_bad_source)
       call file%create(folder // '/fields.h5', problem%mesh, problem%deck%units%length, parameter_names(problem%deck), error)
       if (.not. allocated(error)) then
-        call write_contact(problem, file, model)
+        call write_contact(problem, file)
         if (present(model)) then
           online%model = model
           call online%prepare(message)
@@ -104,24 +104,14 @@ contains
   end subroutine write_fields
 
   !> Which nodes face each other; the same for all points.
-  subroutine write_contact(problem, file, model)
+  subroutine write_contact(problem, file)
     type(problem_t), intent(in) :: problem
     type(field_file_t), intent(inout) :: file
-    type(model_t), intent(in), optional :: model
-    logical :: is_inside(problem%operator%n_rows)
-    integer :: i
 
     call file%add_shared_array('contact/first_nodes', problem%operator%first_node, '-', &
       'node of each contact row on the first surface, 1-based, order of the mesh file')
     call file%add_shared_array('contact/second_nodes', problem%operator%second_node, '-', &
       'node of each contact row on the second surface, 0 = a rigid obstacle')
-    if (.not. present(model)) return
-    is_inside = .false.
-    do i = 1, size(model%clusters)
-      is_inside(model%clusters(i)%contact_rows) = .true.
-    end do
-    call file%add_shared_array('contact/rows_in_reduced_domain', pack([(i, i=1, size(is_inside))], is_inside), '-', &
-      'contact rows of the reduced integration domain (of any cluster), 1-based')
   end subroutine write_contact
 
   subroutine write_point(problem, point, theta, state, areas, file)
@@ -199,14 +189,17 @@ contains
     type(multiplier_fit_workspace_t) :: workspace
     real(rk), allocatable :: displacement(:)
     real(rk) :: multipliers(online%model%n_multipliers)
-    integer :: is_inside(problem%mesh%n_cells)
+    integer :: has_cell(problem%mesh%n_cells), has_row(problem%operator%n_rows)
 
     call query%evaluate(online, point, answer)
     call reconstruct_displacement(online%model, answer, displacement)
     call reconstruct_multipliers(online, answer, workspace, multipliers)
-    is_inside = 0
-    is_inside(online%model%clusters(answer%cluster)%cells) = 1
-    call file%add_cell_field('reduced_domain', is_inside, '-', 'cell of the reduced integration domain')
+    has_cell = 0
+    has_row = 0
+    has_cell(online%model%clusters(answer%cluster)%cells) = 1
+    has_row(online%model%clusters(answer%cluster)%contact_rows) = 1
+    call file%add_cell_field('reduced_domain', has_cell, '-', 'cell of the reduced integration domain that answers')
+    call file%add_array('rows_in_reduced_domain', has_row, '-', 'contact row of the reduced integration domain that answers')
     call file%add_node_field('displacement_reduced', reshape(displacement, [problem%mesh%n_dim, problem%mesh%n_nodes]), &
       problem%deck%units%length, 'displacement, reduced model')
     call file%add_array('multipliers_reduced', multipliers, force_unit(problem%deck), &

@@ -9,6 +9,7 @@ module sig_forest_training
   use sig_file_system, only: write_text_file
   use sig_forest, only: forest_t, read_forest
   use sig_kinds, only: rk
+  use sig_log, only: is_log_shown
   use sig_problem, only: parameter_names
   use sig_text, only: join, string_t, to_text
   use petsc
@@ -70,11 +71,14 @@ contains
     character(*), intent(in) :: forest_path
     integer, intent(in) :: seed
     type(error_t), allocatable, intent(out) :: error
+    character(:), allocatable :: command
     integer :: exit_code, status
 
+    command = 'signorom-post forest ' // shell_text(labels_path) // ' --output ' // shell_text(forest_path) // &
+      ' --seed ' // to_text(seed)
+    if (.not. is_log_shown()) command = command // ' >/dev/null'
     exit_code = 0
-    call execute_command_line('signorom-post forest ' // shell_text(labels_path) // ' --output ' // shell_text(forest_path) // &
-      ' --seed ' // to_text(seed), exitstat=exit_code, cmdstat=status)
+    call execute_command_line(command, exitstat=exit_code, cmdstat=status)
     if (status == 0 .and. exit_code == 0) return
     if (status /= 0 .or. exit_code == exit_not_found) then
       call make_error(error, 'signorom-post, which trains the random forest of irregular clusters, is not found', &

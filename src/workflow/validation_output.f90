@@ -18,6 +18,9 @@ module sig_validation_output
   private
   public :: write_validation_table, report_validation, keep_statistics
 
+  !> points that the report names
+  integer, parameter :: n_worst = 5
+
 contains
 
   !> One line per test point. Local.
@@ -85,7 +88,7 @@ contains
     do i_error = 1, n_errors
       call report_statistics(report, 'errors/' // trim(error_names(i_error)), outcome%errors(i_error, :))
     end do
-    call report%add('errors/e_lambda_rid/above_8e-3', points_above(deck, outcome, 2, 8.0e-3_rk))
+    call report%add('errors/e_lambda_rid/largest_at', worst_points(deck, outcome, 2))
     call count_methods(outcome, names, counts)
     do i_method = 1, size(names)
       call report%add('answers/' // names(i_method)%text, counts(i_method))
@@ -120,22 +123,24 @@ contains
     is_no_number = .not. (value >= 0)
   end function is_no_number
 
-  !> The points at which an error exceeds a limit.
-  function points_above(deck, outcome, i_error, limit) result(points)
+  !> The points with the largest errors, largest first; the first one of equals.
+  function worst_points(deck, outcome, i_error) result(points)
     type(deck_config_t), intent(in) :: deck
     type(validation_t), intent(in) :: outcome
     integer, intent(in) :: i_error
-    real(rk), intent(in) :: limit
     type(string_t), allocatable :: points(:)
+    logical :: is_left(size(outcome%points, 2))
     integer :: i
 
     allocate (points(0))
-    do i = 1, size(outcome%points, 2)
-      if (.not. outcome%errors(i_error, i) > limit) cycle
+    is_left = outcome%errors(i_error, :) > 0
+    do while (size(points) < n_worst .and. any(is_left))
+      i = maxloc(outcome%errors(i_error, :), 1, is_left)
+      is_left(i) = .false.
       call append_text(points, format_point(deck%parameters, outcome%points(:, i)) // ': ' // &
         csv_number(outcome%errors(i_error, i)) // ', ' // to_text(outcome%n_active_full_order(i)) // ' active pairs')
     end do
-  end function points_above
+  end function worst_points
 
   !> Statistics for the model file.
   subroutine keep_statistics(outcome, model)
