@@ -55,7 +55,7 @@ def test_two_runs_write_the_same_bytes(folder: Path, tmp_path: Path) -> None:
     ("missing", "left_out"),
     [
         ("fields.h5", ["initial_and_deformed", "reduced_domain", "multipliers"]),
-        ("model.h5", ["singular_values"]),
+        ("model.h5", ["clusters", "singular_values"]),
         ("validation.csv", ["errors"]),
         ("enrichment.csv", ["enrichment"]),
     ],
@@ -86,6 +86,14 @@ def test_damaged_file_is_an_error_but_the_other_figures_are_drawn(
         "singular_values.png",
     ]
     assert capsys.readouterr().err == f"{path}: error: the file is truncated: its end is missing\n"
+
+
+def test_clusters_of_a_single_model_are_left_out_when_asked_for(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["figures", str(folder), "--only", "clusters", "errors"]) == 0
+    assert written(folder / "figures") == ["errors.png"]
+    assert f"left out: clusters ({folder / 'model.h5'}: the model has one cluster)" in capsys.readouterr().out
 
 
 def test_nothing_to_draw(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -131,7 +131,7 @@ def two_blocks() -> Mesh:
 
 
 def test_two_bodies(tmp_path: Path) -> None:
-    fields = FieldFile(tmp_path, two_blocks(), [], np.array([1, 2]), np.array([4, 7]), np.array([]))
+    fields = FieldFile(tmp_path, two_blocks(), [], np.array([1, 2]), np.array([4, 7]))
     with styled():
         figure = two_bodies(fields, np.arange(8) < 4, 3.2)
         check_picture(figure, tmp_path / "figure.png")

@@ -27,6 +27,7 @@ from matplotlib.figure import Figure
 from pictures import check_picture, lines_of
 
 from signorom_post.errors import InputError
+from signorom_post.plots.clusters import clusters
 from signorom_post.plots.enrichment import enrichment
 from signorom_post.plots.errors import errors, status_changes
 from signorom_post.plots.initial_and_deformed import initial_and_deformed, magnification
@@ -37,7 +38,7 @@ from signorom_post.readers.fields import FieldFile, read_fields
 from signorom_post.readers.model import read_model
 from signorom_post.readers.validation import read_validation
 from signorom_post.results import Results
-from signorom_post.style import PARAMETERS, styled
+from signorom_post.style import PARAMETERS, cluster_colors, styled
 
 
 def panel(figure: Figure, text: str) -> Axes:
@@ -264,6 +265,98 @@ def test_errors_over_two_parameters_are_maps(tmp_path: Path) -> None:
     assert len(dots["e_lambda_rid"].get_array()) == 11
     assert [text.get_text() for text in figure.legends[0].get_texts()] == ["zero, infinite or undefined"]
     assert (figure.axes[2].get_xlabel(), figure.axes[2].get_ylabel()) == ("pressure", "height")
+
+
+def three_parameters(n_points: int, n_clusters: int) -> list[dict[str, object]]:
+    """Rows over pressure, height and gap; the clusters lie above one another in height."""
+    random = np.random.default_rng(4)
+    rows = []
+    for point, row in zip(random.uniform(size=(n_points, 3)), validation_rows(n_points), strict=True):
+        del row["squeeze"]
+        row["cluster"] = 1 + int(n_clusters * point[1])
+        rows.append({"pressure": 5 + 195 * point[0], "height": 0.6 + 5.4 * point[1], "gap": point[2]} | row)
+    return rows
+
+
+def test_errors_over_three_parameters_show_each_pair(tmp_path: Path) -> None:
+    """Multiplier errors below the diagonal, displacement errors above it, both on it; the largest lie on top."""
+    rows = three_parameters(30, 1)
+    rows[5]["e_lambda_rid"] = "inf"
+    write_validation(tmp_path / "validation.csv", rows)
+    with styled():
+        figure = errors(read_validation(tmp_path / "validation.csv"))
+        check_picture(figure, tmp_path / "figure.png")
+    names = ("pressure", "height", "gap")
+    panels = np.array(figure.axes[:9]).reshape(3, 3)
+    for i, j in np.ndindex(3, 3):
+        dots = {c.get_gid(): c for c in panels[i, j].collections}
+        if i == j:
+            assert {line.get_gid() for line in panels[i, j].lines} == {"e_lambda_rid alone", "e_u alone"}
+            continue
+        column = "e_lambda_rid" if i > j else "e_u"
+        shown = sorted((row for row in rows if row[column] != "inf"), key=lambda row: row[column])
+        np.testing.assert_allclose(dots[column].get_array(), [row[column] for row in shown])
+        np.testing.assert_allclose(
+            dots[column].get_offsets(), [(row[names[j]], row[names[i]]) for row in shown]
+        )
+        (missing,) = lines_of(panels[i, j], "not drawable")
+        assert len(missing.get_xdata()) == (i > j)
+    assert [axes.get_xlabel() for axes in panels[2]] == list(names)
+    assert (panels[0, 1].get_ylabel(), panels[1, 0].get_ylabel()) == ("pressure", "height")
+
+
+@pytest.mark.parametrize("n_parameters", [1, 2, 3])
+def test_clusters_over_any_number_of_parameters(tmp_path: Path, disks: HalfDisks, n_parameters: int) -> None:
+    """Answers below the diagonal, snapshots above it, shares that add up to 1 on it."""
+    names = ["pressure", "height", "gap"][3 - n_parameters :]
+    rows = [
+        {name: row[name] for name in row if name not in ("pressure", "height", "gap")[: 3 - n_parameters]}
+        for row in three_parameters(200, 2)
+    ]
+    write_validation(tmp_path / "validation.csv", rows)
+    write_model(tmp_path / "model.h5", disks, n_clusters=2)
+    box = np.array([[5.0, 200.0], [0.6, 6.0], [0.0, 1.0]])[3 - n_parameters :]
+    whole = read_model(tmp_path / "model.h5")
+    points = box[:, 0] + np.random.default_rng(1).uniform(size=(20, n_parameters)) * np.ptp(box, axis=1)
+    members = [np.arange(12), np.arange(10, 20)]
+    model = replace(
+        whole,
+        parameter_names=names,
+        parameter_units=["mm"] * n_parameters,
+        minimum=box[:, 0],
+        maximum=box[:, 1],
+        training_points=points,
+        clusters=[replace(c, training_points=m) for c, m in zip(whole.clusters, members, strict=True)],
+    )
+    with styled():
+        figure = clusters(read_validation(tmp_path / "validation.csv"), model)
+        check_picture(figure, tmp_path / "figure.png")
+    panels = np.array(figure.axes).reshape(n_parameters, n_parameters)
+    for i, j in np.ndindex(n_parameters, n_parameters):
+        drawn = [c for c in panels[i, j].collections if c.get_gid()]
+        if i == j:
+            tops = [bar.get_y() + bar.get_height() for bar in panels[i, j].patches[-20:]]
+            np.testing.assert_allclose(tops, 1.0)
+        elif i > j:
+            (answers,) = drawn
+            np.testing.assert_allclose(answers.get_offsets()[:, 0], [row[names[j]] for row in rows])
+            colors = [to_hex(color) for color in answers.get_facecolors()]
+            assert len(set(colors)) == 2
+            assert all(
+                (color == colors[0]) == (row["cluster"] == rows[0]["cluster"])
+                for color, row in zip(colors, rows, strict=True)
+            )
+        else:
+            found = [c.get_offsets() for c in drawn if c.get_gid() == "snapshots"]
+            np.testing.assert_allclose(found[0], points[:12][:, [j, i]])
+            np.testing.assert_allclose(found[1], points[12:][:, [j, i]])
+            (more,) = [c.get_offsets() for c in drawn if c.get_gid() == "more" and len(c.get_offsets())]
+            np.testing.assert_allclose(more, points[10:12][:, [j, i]])
+
+
+def test_many_clusters_have_colors_of_their_own() -> None:
+    for n in (1, 6, 7, 20):
+        assert len(set(cluster_colors(n))) == n
 
 
 def test_energy_tail_of_a_geometric_series() -> None:

@@ -45,7 +45,7 @@ def test_mesh_edges_obey_euler(fields: FieldFile) -> None:
 def test_contact_indices_become_0_based(fields: FieldFile, disks: HalfDisks) -> None:
     np.testing.assert_array_equal(fields.first_nodes, disks.first_nodes)
     np.testing.assert_array_equal(fields.second_nodes, disks.second_nodes)
-    np.testing.assert_array_equal(fields.reduced_rows, disks.reduced_rows)
+    np.testing.assert_array_equal(fields.points[0].reduced_rows, disks.reduced_rows)
 
 
 def test_obstacles_have_no_node(fields: FieldFile, disks: HalfDisks) -> None:
@@ -55,7 +55,6 @@ def test_obstacles_have_no_node(fields: FieldFile, disks: HalfDisks) -> None:
         fields.points,
         fields.first_nodes[:2],
         np.array([-1, fields.second_nodes[1]]),
-        fields.reduced_rows,
     )
     expected = [*disks.first_nodes[:2], disks.second_nodes[1]]
     np.testing.assert_array_equal(with_obstacle.contact_nodes(), expected)

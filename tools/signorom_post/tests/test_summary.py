@@ -28,7 +28,9 @@ Errors at 101 points      min   median      p95      max
   e_u                 1.0e-05  8.1e-05  2.1e-04  3.4e-04
   e_lambda_rid        1.0e-04  2.7e-04  1.2e-03      inf
   e_lambda_rid, infinite: 1
-  e_lambda_rid, above 8e-3: squeeze = 0.156 m: 1.6E-02
+  e_lambda_rid, largest at:
+    squeeze = 0.156 m: 1.6E-02
+    squeeze = 0.2 m: 9.1E-03
 
 Times
   sample, per point  211 us (max 1.98 ms)
@@ -93,6 +95,22 @@ def test_numbers_that_yaml_takes_for_text() -> None:
     report = yaml.safe_load("reduction: {stiffness_condition: 1.5e8}")
     assert isinstance(report["reduction"]["stiffness_condition"], str)
     assert format_summary(report).splitlines()[1] == "  cond(K_r)  1.5e+08"
+
+
+def test_each_cluster_has_a_column() -> None:
+    """What none of them has to say is left out."""
+    clusters = {
+        "1": {"n_snapshots": 240, "condition_number": 8.84321, "warnings": []},
+        "2": {"n_snapshots": 1290, "condition_number": 12345678.0, "warnings": []},
+    }
+    text = format_summary({"reduction": {"n_clusters": 2, "clusters": clusters}})
+    assert text.splitlines()[1:] == [
+        "  n clusters  2",
+        "",
+        "Cluster            1          2",
+        "  snapshots      240       1290",
+        "  kappa        8.843  1.235e+07",
+    ]
 
 
 def test_values_of_other_types() -> None:

@@ -8,6 +8,7 @@ from pathlib import Path
 from matplotlib.figure import Figure
 
 from signorom_post.errors import InputError, MissingFileError
+from signorom_post.plots.clusters import clusters
 from signorom_post.plots.enrichment import enrichment
 from signorom_post.plots.errors import errors
 from signorom_post.plots.initial_and_deformed import initial_and_deformed
@@ -15,6 +16,7 @@ from signorom_post.plots.multipliers import multipliers
 from signorom_post.plots.reduced_domain import reduced_domain
 from signorom_post.plots.singular_values import singular_values
 from signorom_post.readers.fields import FieldFile, FieldPoint
+from signorom_post.readers.model import Model
 from signorom_post.results import Results
 from signorom_post.style import save, styled
 
@@ -94,13 +96,17 @@ def _require_plane(fields: FieldFile) -> FieldFile:
 
 
 def _initial_and_deformed(results: Results, options: FigureOptions) -> Iterator[tuple[str, Figure]]:
-    fields = _require_plane(results.fields)
+    fields, model = _require_plane(results.fields), results.model_if_present
     point = choose_point(fields, options.point)
     needed = ["displacement", "contact_pressure"] if options.color == "contact" else ["displacement"]
     for name in needed:
         if name not in point.fields:
             raise NotDrawableError(f"{fields.path}: the point '{point.label}' has no field '{name}'")
-    yield "", initial_and_deformed(fields, point, options.color)
+    yield "", initial_and_deformed(fields, point, options.color, _axis_names(model))
+
+
+def _axis_names(model: Model | None) -> tuple[str, str]:
+    return model.axis_names if model else ("x", "y")
 
 
 def _reduced_domain(results: Results, _options: FigureOptions) -> Iterator[tuple[str, Figure]]:
@@ -111,7 +117,8 @@ def _reduced_domain(results: Results, _options: FigureOptions) -> Iterator[tuple
         yield "", reduced_domain(fields, None)
         return
     for cluster in model.clusters:
-        yield (f"_{cluster.name}" if len(model.clusters) > 1 else ""), reduced_domain(fields, cluster)
+        suffix = f"_{cluster.name}" if len(model.clusters) > 1 else ""
+        yield suffix, reduced_domain(fields, cluster, model.axis_names)
 
 
 def _multipliers(results: Results, _options: FigureOptions) -> Iterator[tuple[str, Figure]]:
@@ -125,6 +132,13 @@ def _multipliers(results: Results, _options: FigureOptions) -> Iterator[tuple[st
 
 def _errors(results: Results, _options: FigureOptions) -> Iterator[tuple[str, Figure]]:
     yield "", errors(results.validation, results.model_if_present)
+
+
+def _clusters(results: Results, options: FigureOptions) -> Iterator[tuple[str, Figure]]:
+    if len(results.model.clusters) > 1:
+        yield "", clusters(results.validation, results.model)
+    elif options.only is not None:
+        raise NotDrawableError(f"{results.model.path}: the model has one cluster")
 
 
 def _singular_values(results: Results, _options: FigureOptions) -> Iterator[tuple[str, Figure]]:
@@ -144,6 +158,7 @@ BUILDERS: dict[str, Callable[[Results, FigureOptions], Iterator[tuple[str, Figur
     "reduced_domain": _reduced_domain,
     "multipliers": _multipliers,
     "errors": _errors,
+    "clusters": _clusters,
     "singular_values": _singular_values,
     "enrichment": _enrichment,
 }

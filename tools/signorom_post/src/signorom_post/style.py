@@ -75,6 +75,13 @@ def styled() -> Iterator[None]:
         yield
 
 
+def cluster_colors(n: int) -> list[str]:
+    """Colors of n clusters; beyond six they are spread over the wheel."""
+    if n <= len(CLUSTER_COLORS):
+        return list(CLUSTER_COLORS[:n])
+    return [mpl.colors.to_hex(mpl.colormaps["turbo"](value)) for value in np.linspace(0.05, 0.95, n)]
+
+
 def new_figure(width: float, height: float, has_equal_axes: bool = False) -> Figure:
     """An empty figure of this size [inch] that needs no display; axes of equal scales are moved together."""
     figure = Figure(figsize=(width, height), layout="compressed" if has_equal_axes else "constrained")

@@ -47,6 +47,10 @@ def format_summary(report: dict[str, Any]) -> str:
             continue
         if key == "errors" and isinstance(section, dict):
             blocks.append(_error_table(heading, section))
+        elif key == "reduction" and isinstance(section, dict) and section.get("clusters"):
+            rest = {name: value for name, value in section.items() if name != "clusters"}
+            blocks.append(_table(heading, list(_entries(rest, key, _value))))
+            blocks.append(_cluster_table(section["clusters"]))
         else:
             show = {"times": _duration, "speed_up": _factor}.get(key, _value)
             blocks.append(_table(heading, list(_entries(section, key, show))))
@@ -92,6 +96,23 @@ def _table(heading: str, entries: list[tuple[str, str]]) -> str:
     )
 
 
+def _cluster_table(clusters: dict[str, dict[str, Any]]) -> str:
+    """A row per quantity, a column per cluster."""
+    keys = dict.fromkeys(key for cluster in clusters.values() for key in cluster)
+    rows = [["Cluster", *map(str, clusters)]]
+    for key in keys:
+        values = [cluster.get(key) for cluster in clusters.values()]
+        if any(value != [] for value in values):
+            name = NAMES.get(f"reduction/{key}") or NAMES.get(key) or key.replace("_", " ")
+            rows.append([f"  {name}", *(_value(value) for value in values)])
+    width = max(len(row[0]) for row in rows)
+    widths = [max(7, *(len(row[i]) for row in rows)) for i in range(1, len(rows[0]))]
+    return "\n".join(
+        "  ".join([f"{row[0]:<{width}}", *(f"{text:>{w}}" for text, w in zip(row[1:], widths, strict=True))])
+        for row in rows
+    )
+
+
 def _error_table(heading: str, section: dict[str, Any]) -> str:
     """A row per error; what a report says of an error besides its statistics follows below the rows."""
     rows, remarks = [], []
@@ -102,8 +123,13 @@ def _error_table(heading: str, section: dict[str, Any]) -> str:
             continue
         rows.append([str(name), *(_error(statistics.get(key)) for key in STATISTICS)])
         for key, value in statistics.items():
-            if key not in STATISTICS and value not in (None, 0, []):
-                remarks.append(f"  {name}, {str(key).replace('_', ' ')}: {_value(value)}")
+            if key in STATISTICS or value in (None, 0, []):
+                continue
+            remarks.append(f"  {name}, {str(key).replace('_', ' ')}:")
+            if isinstance(value, list):
+                remarks += [f"    {_value(item)}" for item in value]
+            else:
+                remarks[-1] += f" {_value(value)}"
     n_points = section.get("n_points")
     heading += f" at {n_points} points" if n_points is not None else ""
     name_width = max([len(heading) - 2, *(len(row[0]) for row in rows)])

@@ -45,7 +45,7 @@ def _forces(results: Results, domain: int, error: float) -> ContactForces:
     fields = results.fields
     point = _point(results)
     height = fields.mesh.coordinates[fields.first_nodes, 1]
-    rows = fields.reduced_rows
+    rows = point.reduced_rows
     full = fields.field(point, "multipliers_full_order")
     return ContactForces(
         title=f"$N_\\lambda^C$ = {len(rows)} (paper {domain}): error {percent(error)}",

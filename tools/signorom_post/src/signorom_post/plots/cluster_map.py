@@ -8,7 +8,7 @@ from matplotlib.colors import ListedColormap, to_rgb
 from matplotlib.figure import Figure
 
 from signorom_post.arrays import FloatArray, IntArray
-from signorom_post.style import CLUSTER_COLORS, new_figure
+from signorom_post.style import cluster_colors, new_figure
 
 
 @dataclass(frozen=True)
@@ -31,16 +31,15 @@ def cluster_map(shown: ClusterMap, x_label: str = "$P_1$ [MPa]", y_label: str = 
     labels = np.zeros((len(y), len(x)))
     labels[i_y, i_x] = shown.labels
     n = len(shown.members)
-    pale = ListedColormap(
-        [tuple(0.7 + 0.3 * value for value in to_rgb(color)) for color in CLUSTER_COLORS[:n]]
-    )
+    colors = cluster_colors(n)
+    pale = ListedColormap([tuple(0.7 + 0.3 * value for value in to_rgb(color)) for color in colors])
     axes.pcolormesh(x, y, labels, cmap=pale, vmin=-0.5, vmax=n - 0.5, gid="labels", rasterized=True)
     seen: set[tuple[float, ...]] = set()
     for i, points in enumerate(shown.members):
         is_second = np.array([tuple(point) in seen for point in points])
         seen |= {tuple(point) for point in points}
         text = f"cluster {i + 1}: {len(points)} snapshots"
-        color = CLUSTER_COLORS[i]
+        color = colors[i]
         axes.plot(*points[~is_second].T, "o", color=color, markersize=3.0, label=text, gid=f"first {i}")
         axes.plot(
             *points[is_second].T,

@@ -1,25 +1,27 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Condition numbers while hat functions join the basis (paper, Algorithm 1)."""
 
+from typing import Any
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
 from signorom_post.readers.enrichment import History
-from signorom_post.style import CLUSTER_COLORS, VERMILLION, add_grid, new_figure
+from signorom_post.style import GRAY, VERMILLION, add_grid, cluster_colors, new_figure
 
 
 def enrichment(histories: list[History]) -> Figure:
     """Left: kappa over the size of the basis. Right: the condition number of the reduced stiffness.
 
     Before the contact rows have full rank kappa is infinite; the ratio of the largest to the smallest of the
-    singular values that there can be stands in for it, as open circles, and a dashed line marks full rank.
+    singular values that there can be stands in for it, as open circles. A dashed line marks full rank of a single model.
     """
     figure = new_figure(8.2, 3.6)
     left, right = figure.subplots(1, 2)
-    for i, history in enumerate(histories):
-        color = CLUSTER_COLORS[i % len(CLUSTER_COLORS)]
+    for history, color in zip(histories, cluster_colors(len(histories)), strict=True):
         label = f"cluster {history.cluster}" if len(histories) > 1 else r"$\kappa$, full rank"
         _draw_kappa(left, history, color, label)
         right.plot(
@@ -32,7 +34,21 @@ def enrichment(histories: list[History]) -> Figure:
         axes.set_xlabel(r"size of the basis, $\bar{\ell}$")
         axes.xaxis.set_major_locator(MaxNLocator(integer=True))
         add_grid(axes)
-    figure.legend(*left.get_legend_handles_labels(), loc="outside upper center", ncols=4, columnspacing=1.8)
+    first = histories[0].first_solvable()
+    if len(histories) == 1 and first:
+        place = float(histories[0].n_columns[first])
+        left.axvline(place, color=VERMILLION, linewidth=1.0, linestyle="--", gid="solvable")
+    handles, labels = left.get_legend_handles_labels()
+    if any(np.isinf(history.condition_numbers).any() for history in histories):
+        style: dict[str, Any] = {
+            "marker": "o",
+            "linestyle": "none",
+            "markerfacecolor": "white",
+            "markersize": 4.0,
+        }
+        handles.append(Line2D([], [], color=GRAY, **style))
+        labels.append(r"$\sigma_1/\sigma_{\min(n,\bar{\ell})}$, rank too low")
+    figure.legend(handles, labels, loc="outside upper center", ncols=4, columnspacing=1.8)
     return figure
 
 
@@ -57,11 +73,5 @@ def _draw_kappa(axes: Axes, history: History, color: str, label: str) -> None:
             color=color,
             markerfacecolor="white",
             markersize=4.0,
-            label=r"$\sigma_1/\sigma_{\min(n,\bar{\ell})}$, rank too low",
             gid="rank too low",
-        )
-    first = history.first_solvable()
-    if first is not None and first > 0:
-        axes.axvline(
-            float(history.n_columns[first]), color=VERMILLION, linewidth=1.0, linestyle="--", gid="solvable"
         )

@@ -12,6 +12,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator, NullFormatter
 
 from signorom_post.arrays import BoolArray, FloatArray, with_unit
+from signorom_post.plots.errors_of_pairs import errors_of_pairs
 from signorom_post.readers.model import Model
 from signorom_post.readers.validation import Validation
 from signorom_post.style import BLUE, GRAY, GREEN, INK, ORANGE, SEQUENTIAL, VERMILLION, add_grid, new_figure
@@ -50,13 +51,15 @@ MAPS = {
 
 
 def errors(validation: Validation, model: Model | None = None) -> Figure:
-    """Errors at every test point: curves over one parameter, maps over the first two where there are more.
+    """Errors at every test point: curves over one parameter, maps over two, maps over each pair of more.
 
     The model gives the training points and the units; without it the figure has neither.
     """
     if len(validation.parameter_names) == 1:
         return _over_one_parameter(validation, model)
-    return _over_two_parameters(validation, model)
+    if len(validation.parameter_names) == 2:
+        return _over_two_parameters(validation, model)
+    return errors_of_pairs(validation, [_parameter_text(name, model) for name in validation.parameter_names])
 
 
 def status_changes(parameter: FloatArray, n_active: FloatArray) -> FloatArray:

@@ -15,14 +15,18 @@ from signorom_post.style import GRAY, SEQUENTIAL, new_figure
 
 #: displacements below this share of the size of the mesh are drawn larger than they are
 VISIBLE_SHARE = 0.02
+#: [characters] a title that is longer has a line per parameter
+LONGEST_TITLE = 24
 
 
-def initial_and_deformed(fields: FieldFile, point: FieldPoint, color: str = "displacement") -> Figure:
+def initial_and_deformed(
+    fields: FieldFile, point: FieldPoint, color: str = "displacement", names: tuple[str, str] = ("x", "y")
+) -> Figure:
     """Mesh at rest and mesh displaced, on equal axes.
 
     `color` is `displacement`, its magnitude everywhere, or `contact`, the pressure on the contact nodes: open
     ones are white.
-    Small displacements are magnified by a round factor, which the caption then names.
+    Small displacements are magnified by a round factor, which the caption then names. `names` are those of the axes.
     """
     mesh = fields.mesh
     displacement = fields.field(point, "displacement")
@@ -55,11 +59,13 @@ def initial_and_deformed(fields: FieldFile, point: FieldPoint, color: str = "dis
         draw_mesh(left, mesh, initial)
         draw_shaded(right, mesh, deformed, magnitude, limits)
 
-    frame(left, both, mesh.unit)
-    frame(right, both, mesh.unit)
+    frame(left, both, mesh.unit, names)
+    frame(right, both, mesh.unit, names)
     right.set_ylabel("")
     left.set_title("initial")
-    right.set_title(point.label + (f"  (displacement x {format_number(scale)})" if scale != 1 else ""))
+    lines = [*point.label.split(", ")] if len(point.label) > LONGEST_TITLE else [point.label]
+    lines[-1] += f"  (displacement x {format_number(scale)})" if scale != 1 else ""
+    right.set_title("\n".join(lines))
     figure.colorbar(
         ScalarMappable(Normalize(*limits), SEQUENTIAL), ax=[left, right], label=label, shrink=0.85, pad=0.02
     )

@@ -21,15 +21,14 @@ def multipliers(fields: FieldFile, model: Model | None = None) -> Figure:
     """Full-order multipliers as lines, reduced ones as markers: full on the RID, pale where reconstructed.
 
     The nodes of the first surface are drawn at their coordinate along the surface's longest side. With more
-    than six points, six spread over the file are drawn. The model only gives the units of the parameters.
+    than six points, six spread over the file are drawn. The model only gives units and the names of the coordinates.
     """
     points = [point for point in fields.points if "multipliers_full_order" in point.fields]
     chosen = points if len(points) <= MAX_CURVES else [points[i] for i in _spread(len(points), MAX_CURVES)]
     chosen = sorted(chosen, key=lambda point: tuple(point.parameters))
     axis, position = _positions(fields)
     order = np.argsort(position, kind="stable")
-    is_reduced = np.zeros(len(position), dtype=bool)
-    is_reduced[fields.reduced_rows] = True
+    is_shown = np.zeros(len(position), dtype=bool)
 
     figure = new_figure(7.2, 4.3)
     axes = figure.subplots()
@@ -38,6 +37,8 @@ def multipliers(fields: FieldFile, model: Model | None = None) -> Figure:
     handles = []
     for point, color in zip(chosen, ordered_colors(len(chosen)), strict=True):
         full = fields.field(point, "multipliers_full_order")
+        is_reduced = np.isin(np.arange(len(position)), point.reduced_rows)
+        is_shown |= is_reduced | (full.values != 0.0)
         handles += axes.plot(
             position[order],
             full.values[order],
@@ -71,11 +72,10 @@ def multipliers(fields: FieldFile, model: Model | None = None) -> Figure:
             gid="reduced",
         )
 
-    _limit(
-        axes, position, [fields.field(point, "multipliers_full_order").values for point in chosen], is_reduced
-    )
+    _limit(axes, position, is_shown)
     surface_unit = fields.field(chosen[0], "multipliers_full_order").unit
-    axes.set_xlabel(with_unit(f"position on the contact surface, ${axis}$", fields.mesh.unit))
+    name = (*model.axis_names, "z")[axis] if model else "xyz"[axis]
+    axes.set_xlabel(with_unit(f"position on the contact surface, ${name}$", fields.mesh.unit))
     axes.set_ylabel(with_unit(r"multiplier $\lambda$", surface_unit))
     kinds = [
         Line2D([], [], color=INK, linewidth=1.5, label="full order"),
@@ -103,16 +103,15 @@ def _spread(n_items: int, n_chosen: int) -> list[int]:
     return sorted({round(i) for i in np.linspace(0, n_items - 1, n_chosen)})
 
 
-def _positions(fields: FieldFile) -> tuple[str, FloatArray]:
-    """Name and values of the coordinate along which the first surface is longest, shape (n_contacts)."""
+def _positions(fields: FieldFile) -> tuple[int, FloatArray]:
+    """Number and values of the coordinate along which the first surface is longest, shape (n_contacts)."""
     coordinates = fields.mesh.coordinates[fields.first_nodes]
     i_axis = int(np.argmax(np.ptp(coordinates, axis=0)))
-    return "xyz"[i_axis], coordinates[:, i_axis]
+    return i_axis, coordinates[:, i_axis]
 
 
-def _limit(axes: Axes, position: FloatArray, curves: list[FloatArray], is_reduced: BoolArray) -> None:
+def _limit(axes: Axes, position: FloatArray, is_shown: BoolArray) -> None:
     """Show what is in contact or in the RID, with a margin; the rest of the surface is zero anyway."""
-    is_shown = is_reduced | np.any([curve != 0.0 for curve in curves], axis=0)
     shown = position[is_shown] if is_shown.any() else position
     margin = 0.06 * max(float(np.ptp(shown)), 0.05 * float(np.ptp(position)))
     axes.set_xlim(shown.min() - margin, shown.max() + margin)

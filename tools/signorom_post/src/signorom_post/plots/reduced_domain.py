@@ -34,7 +34,7 @@ def reduced_domain(fields: FieldFile, cluster: Cluster | None, names: tuple[str,
     """
     mesh = fields.mesh
     cells = _cells(fields, cluster)
-    rows = fields.reduced_rows
+    rows = fields.points[0].reduced_rows if fields.points else np.empty(0, dtype=np.int64)
     if cluster is not None and fields.first_nodes.size:
         rows = _checked(fields, cluster.contact_rows, fields.first_nodes.size)
     nodes = {"contact": fields.contact_nodes(rows)}

@@ -10,7 +10,7 @@ from matplotlib.ticker import MaxNLocator
 
 from signorom_post.arrays import FloatArray, power_of_ten
 from signorom_post.readers.model import Cluster, Model
-from signorom_post.style import CLUSTER_COLORS, GRAY, INK, add_grid, new_figure
+from signorom_post.style import GRAY, INK, add_grid, cluster_colors, new_figure
 
 #: tails further below the tolerance are not shown: in the end they are round-off, squared
 SHOWN_BELOW_TOLERANCE = 1e-8
@@ -39,8 +39,7 @@ def singular_values(model: Model) -> Figure:
     floor = tolerance * SHOWN_BELOW_TOLERANCE
     n_shown = max(int(np.sum(energy_tail(cluster.singular_values) >= floor)) for cluster in model.clusters)
     size = float(np.clip(300.0 / n_shown, 2.0, 4.5))
-    for i_cluster, cluster in enumerate(model.clusters):
-        color = CLUSTER_COLORS[i_cluster % len(CLUSTER_COLORS)]
+    for cluster, color in zip(model.clusters, cluster_colors(len(model.clusters)), strict=True):
         prefix = f"cluster {cluster.name}: " if len(model.clusters) > 1 else ""
         _draw(left, right, cluster, kept_modes(cluster, tolerance), color, prefix, size)
     right.axhline(tolerance, color=GRAY, linewidth=1.0, linestyle="--", zorder=1, gid="tolerance")

@@ -26,6 +26,13 @@ class FieldPoint:
     #: by dataset name; of nodes (n_nodes) or (n_nodes, 3), cells (n_cells[, n]), pairs (n_contacts)
     fields: dict[str, Quantity]
 
+    @property
+    def reduced_rows(self) -> IntArray:
+        """Pairs whose multiplier the reduced model that answers computes, 0-based; none where there is no model."""
+        if "rows_in_reduced_domain" not in self.fields:
+            return np.empty(0, dtype=np.int64)
+        return np.flatnonzero(self.fields["rows_in_reduced_domain"].values)
+
 
 @dataclass(frozen=True)
 class FieldFile:
@@ -37,8 +44,6 @@ class FieldFile:
     #: nodes of each contact pair on the first and on the second body, -1 for a rigid obstacle, shape (n_contacts)
     first_nodes: IntArray
     second_nodes: IntArray
-    #: pairs whose multiplier the reduced model computes, shape (n_contact_rows)
-    reduced_rows: IntArray
 
     def contact_nodes(self, rows: IntArray | slice = slice(None)) -> IntArray:
         """Nodes of some pairs: the first ones, then the second ones that there are."""
@@ -61,11 +66,10 @@ def read_fields(path: Path) -> FieldFile:
         second_nodes = _optional_indices(file, "/contact/second_nodes", mesh.n_nodes, lowest=0)
         if first_nodes.size != second_nodes.size:
             raise file.fail("'/contact/first_nodes' and '/contact/second_nodes' differ in length")
-        reduced_rows = _optional_indices(file, "/contact/rows_in_reduced_domain", first_nodes.size)
         points = [
             _read_point(file, f"/points/{name}", mesh, first_nodes.size) for name in file.names("/points")
         ]
-    return FieldFile(path, mesh, points, first_nodes, second_nodes, reduced_rows)
+    return FieldFile(path, mesh, points, first_nodes, second_nodes)
 
 
 def _optional_indices(file: Hdf5Input, name: str, n_items: int, lowest: int = 1) -> IntArray:
@@ -141,6 +145,7 @@ def _check_lengths(
         "reduced_domain": mesh.n_cells,
         "multipliers_full_order": n_contacts,
         "multipliers_reduced": n_contacts,
+        "rows_in_reduced_domain": n_contacts,
     }
     for name, length in expected.items():
         if name in fields and len(np.atleast_1d(fields[name].values)) != length:

@@ -55,10 +55,19 @@ class Model:
     deck: dict[str, Any]
 
     @property
+    def _mechanical_model(self) -> str:
+        mesh = self.deck.get("mesh")
+        return str(mesh.get("model", "")) if isinstance(mesh, dict) else ""
+
+    @property
+    def axis_names(self) -> tuple[str, str]:
+        """Of the first two coordinates."""
+        return ("r", "z") if self._mechanical_model == "axisymmetric" else ("x", "y")
+
+    @property
     def energy_unit(self) -> str:
         """Unit of an elastic energy: per unit of thickness in plane models, empty where not known."""
-        mesh = self.deck.get("mesh")
-        kind = str(mesh.get("model", "")) if isinstance(mesh, dict) else ""
+        kind = self._mechanical_model
         if not (self.force_unit and self.length_unit and kind):
             return ""
         unit = f"{self.force_unit} {self.length_unit}"
