@@ -4,6 +4,8 @@
 import os
 import shutil
 import subprocess
+import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -203,6 +205,55 @@ def test_python_names_a_wrong_parameter(post, model):
         assert np.isnan(asked.query_many(np.array([[np.nan, 0.0]]))).all()
     with pytest.raises(ValueError, match="closed"):
         asked.query(**POINT)
+
+
+@pytest.fixture(scope="module")
+def installed(signorom, library, tmp_path_factory):
+    """Prefix of an installation."""
+    prefix = tmp_path_factory.mktemp("installed")
+    command = ["cmake", "--install", signorom.executable.parent, "--prefix", prefix]
+    subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
+    return prefix
+
+
+def test_c_builds_against_an_installation(installed, ask_model, model, tmp_path):
+    """With pkg-config alone, whatever the prefix of the configuration was, and from where the prefix was moved to."""
+    moved = installed.rename(tmp_path / "moved")
+    folder = next(moved.rglob("signorom_online.pc")).parent
+    environment = os.environ | {"PKG_CONFIG_PATH": str(folder)}
+
+    def config(*options):
+        command = ["pkg-config", *options, "signorom_online"]
+        return subprocess.run(
+            command, capture_output=True, text=True, check=True, env=environment
+        ).stdout.split()
+
+    program = tmp_path / "ask_model"
+    rpath = f"-Wl,-rpath,{config('--variable=libdir')[0]}"
+    command = ["cc", SOURCES / "ask_model.c", *config("--cflags", "--libs"), rpath, "-o", program]
+    subprocess.run(command, check=True, cwd=tmp_path)
+    needed = subprocess.run(["ldd", program], capture_output=True, text=True, check=True).stdout
+    assert f"{moved}/" in needed.split("libsignorom_online.so.0 => ")[1].splitlines()[0]
+    assert run(program, model, *POINT.values()).stdout == run(ask_model, model, *POINT.values()).stdout
+    assert run(moved / "bin" / "signorom", "describe", model).returncode == 0
+    moved.rename(installed)
+
+
+def test_python_finds_an_installation_on_the_loaders_path(installed, model, post, tmp_path):
+    """With the package outside of the sources, where no build folder is near; without the path it says what to do."""
+    shutil.copytree(Path(post.__file__).parent, tmp_path / "signorom_post")
+    script = f"from signorom_post import Model; print(Model({str(model)!r}).query(squeeze=0.31, shift=0.02).contact_force)"
+    environment = {key: value for key, value in os.environ.items() if key != "SIGNOROM_LIBRARY"}
+    found = next(installed.rglob("libsignorom_online.so.0")).parent
+
+    def ask(**more):
+        command = [sys.executable, "-c", script]
+        return subprocess.run(command, capture_output=True, text=True, cwd=tmp_path, env=environment | more)
+
+    done = ask(LD_LIBRARY_PATH=str(found))
+    assert done.returncode == 0, done.stderr
+    assert float(done.stdout) == pytest.approx(post.Model(model).query(**POINT).contact_force, rel=PRINTED)
+    assert "libsignorom_online.so.0 was not found: set SIGNOROM_LIBRARY" in ask().stderr
 
 
 def test_missing_library_is_named(post, model, monkeypatch):

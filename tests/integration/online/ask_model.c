@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* An engineer's program that asks a trained model: nothing but signorom.h and the library.
  *
- *     cc ask_model.c -I<prefix>/include -L<prefix>/lib -lsignorom_online -o ask_model
+ *     cc ask_model.c $(pkg-config --cflags --libs signorom_online) -Wl,-rpath,PREFIX/lib -o ask_model
  *     ./ask_model model.h5 170.0 3.2
  */
 #include <signorom.h>

@@ -6,8 +6,8 @@ then where the loader looks, then in the build folder of the sources.
 """
 
 import ctypes
-import ctypes.util
 import os
+from contextlib import suppress
 from ctypes import POINTER, byref, c_char_p, c_double, c_int, c_void_p
 from dataclasses import dataclass
 from pathlib import Path
@@ -19,6 +19,8 @@ import numpy as np
 from signorom_post.arrays import FloatArray, IntArray
 from signorom_post.errors import InputError
 
+# the interface that this module knows
+SONAME = "libsignorom_online.so.0"
 METHODS = ("none", "active_set", "block_pivoting", "lemke", "condensed")
 NO_ANSWER = 1
 
@@ -110,15 +112,16 @@ def find_library() -> str:
     named = os.environ.get("SIGNOROM_LIBRARY")
     if named:
         return named
-    found = ctypes.util.find_library("signorom_online")
-    if found:
-        return found
+    with suppress(OSError):
+        ctypes.CDLL(SONAME)
+        return SONAME
     for root in Path(__file__).resolve().parents:
         built = sorted(root.glob("build/*/src/online/libsignorom_online.so"), key=lambda p: p.stat().st_mtime)
         if built:
             return str(built[-1])
     raise LibraryError(
-        "the library libsignorom_online was not found: install Signorom, or set SIGNOROM_LIBRARY to its path"
+        f"{SONAME} was not found: set SIGNOROM_LIBRARY to its path, or install it where the loader looks (ldconfig, "
+        "LD_LIBRARY_PATH)"
     )
 
 
