@@ -208,10 +208,11 @@ def test_python_names_a_wrong_parameter(post, model):
 
 
 @pytest.fixture(scope="module")
-def installed(signorom, library, tmp_path_factory):
+def installed(library, tmp_path_factory):
     """Prefix of an installation."""
+    build = library.parents[2]
     prefix = tmp_path_factory.mktemp("installed")
-    command = ["cmake", "--install", signorom.executable.parent, "--prefix", prefix]
+    command = ["cmake", "--install", build, "--prefix", prefix]
     subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
     return prefix
 
@@ -242,7 +243,8 @@ def test_c_builds_against_an_installation(installed, ask_model, model, tmp_path)
 def test_python_finds_an_installation_on_the_loaders_path(installed, model, post, tmp_path):
     """With the package outside of the sources, where no build folder is near; without the path it says what to do."""
     shutil.copytree(Path(post.__file__).parent, tmp_path / "signorom_post")
-    script = f"from signorom_post import Model; print(Model({str(model)!r}).query(squeeze=0.31, shift=0.02).contact_force)"
+    question = f"Model({str(model)!r}).query(squeeze=0.31, shift=0.02)"
+    script = f"from signorom_post import Model; print({question}.contact_force)"
     environment = {key: value for key, value in os.environ.items() if key != "SIGNOROM_LIBRARY"}
     found = next(installed.rglob("libsignorom_online.so.0")).parent
 
