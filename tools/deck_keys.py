@@ -11,13 +11,13 @@ START, END = "<!-- keys: made by tools/deck_keys.py -->", "<!-- end of keys -->"
 
 
 def resolve(node, schema):
-    """The node with what its reference says; its own words win."""
+    """The node with what its reference, or that one's reference, says; its own words win."""
     if "$ref" not in node:
         return node
     target = schema
     for part in node["$ref"].removeprefix("#/").split("/"):
         target = target[part]
-    return {**target, **{key: value for key, value in node.items() if key != "$ref"}}
+    return {**resolve(target, schema), **{key: value for key, value in node.items() if key != "$ref"}}
 
 
 def limits(node):

@@ -58,7 +58,8 @@ contains
     text = '# sizes: ' // to_text(problem%mesh%n_nodes) // ' nodes, ' // to_text(problem%mesh%n_cells) // ' cells, ' // &
       to_text(problem%mesh%n_dim * problem%mesh%n_nodes) // ' dofs (' // to_text(size(problem%boundary%prescribed_dofs)) // &
       ' prescribed), ' // to_text(problem%pairs%n_pairs) // ' contact pairs, ' // to_text(problem%operator%n_rows) // &
-      ' multipliers' // new_line('a') // '# points: ' // to_text(size(training, 2)) // ' training, ' // &
+      ' multipliers' // new_line('a') // '# points: ' // to_text(size(training, 2)) // &
+      trim(merge(' candidates for training', ' training               ', problem%deck%greedy%is_used)) // ', ' // &
       to_text(size(test, 2)) // ' test'
     contact = contact_lines(problem%deck, problem%pairs, problem%inert%pair_of_row, problem%terms, &
       reshape([training, test, problem%deck%output%points], [size(training, 1), &

@@ -8,6 +8,8 @@ module sig_study
   use sig_field_output, only: solved_points_t, write_fields
   use sig_file_system, only: file_exists
   use sig_full_order_operator, only: condense_full_order
+  use sig_greedy_record, only: training_points
+  use sig_greedy_selection, only: select_points
   use sig_contact_state, only: reason_converged, reason_text
   use sig_kinds, only: rk
   use sig_log, only: log_info, log_warning
@@ -19,10 +21,11 @@ module sig_study
   use sig_problem, only: announce_plan, check_points, force_unit, inert_pair_names, load_problem, problem_t, stress_unit
   use sig_rank_groups, only: create_rank_groups, rank_groups_t
   use sig_reactions, only: boundary_reactions, reaction_t
-  use sig_reporting, only: accuracy_text, model_text, report_deck, report_model, report_reactions, report_sizes, &
-    report_snapshots, report_states
+  use sig_reporting, only: accuracy_text, model_text, report_deck, report_model, report_reactions, report_selection, &
+    report_sizes, report_snapshots, report_states, selection_text
   use sig_run_report, only: run_report_t
   use sig_sampling, only: sample, sampling_result_t
+  use sig_selection, only: selection_t
   use sig_session, only: session_t
   use sig_snapshot_merge, only: snapshots_path
   use sig_start_sets, only: fill_start_sets
@@ -48,12 +51,18 @@ contains
     type(session_t), intent(inout) :: session
     PetscErrorCode, intent(out) :: ierr
     type(sampling_result_t) :: outcome
+    type(selection_t) :: selection
     type(error_t), allocatable :: error
 
     ierr = 0
     session%has_plan = .true.
     call need_training(session, error)
-    if (.not. allocated(error)) then
+    if (allocated(error)) then
+      continue
+    else if (session%deck%greedy%is_used) then
+      call announce_stiffness(session)
+      PetscCall(select_points(session%deck, session%folder, outcome, selection, error, ierr))
+    else
       call announce_stiffness(session)
       PetscCall(sample(session%deck, session%folder, outcome, error, ierr))
     end if
@@ -68,10 +77,23 @@ contains
           'command tries them again')
         session%exit_code = exit_not_converged
       end if
-      call log_info('sampled ' // to_text(outcome%n_points) // ' points (' // to_text(outcome%n_found) // &
-        ' were there' // stiffness_text(session, outcome%n_stiffnesses) // '): ' // snapshots_path(session%folder))
+      call log_info(sampled_text(session, outcome, selection) // snapshots_path(session%folder))
     end if
   end subroutine sample_stage
+
+  !> What the snapshots are.
+  pure function sampled_text(session, outcome, selection) result(text)
+    type(session_t), intent(in) :: session
+    type(sampling_result_t), intent(in) :: outcome
+    type(selection_t), intent(in) :: selection
+    character(:), allocatable :: text
+
+    text = 'sampled ' // to_text(outcome%n_points) // ' points (' // to_text(outcome%n_found) // ' were there'
+    if (.not. has_fixed_stiffness(session%deck)) text = text // ', ' // to_text(outcome%n_stiffnesses) // ' stiffnesses'
+    text = text // ')'
+    if (session%deck%greedy%is_used) text = text // ', selected ' // selection_text(selection)
+    text = text // ': '
+  end function sampled_text
 
   subroutine announce_stiffness(session)
     type(session_t), intent(in) :: session
@@ -79,15 +101,6 @@ contains
     if (.not. has_fixed_stiffness(session%deck)) call log_info('the stiffness depends on the parameters: it is assembled and ' // &
       'factored again wherever the elastic constants change')
   end subroutine announce_stiffness
-
-  pure function stiffness_text(session, n_stiffnesses) result(text)
-    type(session_t), intent(in) :: session
-    integer, intent(in) :: n_stiffnesses
-    character(:), allocatable :: text
-
-    text = ''
-    if (.not. has_fixed_stiffness(session%deck)) text = ', ' // to_text(n_stiffnesses) // ' stiffnesses'
-  end function stiffness_text
 
   !> Between two stages: a signal ends the command; what the stages before wrote stays.
   subroutine stop_if_asked(session, ierr)
@@ -117,6 +130,7 @@ contains
     PetscErrorCode, intent(out) :: ierr
     type(problem_t) :: problem
     type(snapshot_set_t) :: snapshots
+    type(selection_t) :: selection
     type(model_t) :: model
     type(error_t), allocatable :: error
     real(rk) :: start
@@ -127,7 +141,7 @@ contains
     if (.not. allocated(error)) then
       PetscCall(load_problem(session%deck, PETSC_COMM_WORLD, problem, error, ierr))
     end if
-    if (.not. allocated(error)) call read_snapshots(session, problem, snapshots, error)
+    if (.not. allocated(error)) call read_snapshots(session, problem, snapshots, selection, error)
     if (.not. allocated(error)) then
       PetscCall(stop_if_asked(session, ierr))
       if (session%exit_code == exit_stopped) return
@@ -143,6 +157,7 @@ contains
     if (.not. allocated(error)) then
       PetscCall(describe_problem(problem, report, ierr))
       call report_snapshots(session%deck, snapshots, report)
+      if (session%deck%greedy%is_used) call report_selection(session%deck, selection, report)
       call report_model(model, report)
       call report%add('times/train', wall_time() - start)
       if (session%rank == 0) then
@@ -161,10 +176,11 @@ contains
   end subroutine train_stage
 
   !> The snapshots of the deck's training points; the file may hold more.
-  subroutine read_snapshots(session, problem, snapshots, error)
+  subroutine read_snapshots(session, problem, snapshots, selection, error)
     type(session_t), intent(in) :: session
     type(problem_t), intent(in) :: problem
     type(snapshot_set_t), intent(out) :: snapshots
+    type(selection_t), intent(out) :: selection
     type(error_t), allocatable, intent(out) :: error
     real(rk), allocatable :: points(:, :)
     logical, allocatable :: is_missing(:)
@@ -177,7 +193,7 @@ contains
     end if
     call read_snapshot_set(snapshots_path(session%folder), problem%provenance, snapshots, error)
     if (allocated(error)) return
-    call build_points(session%deck%training, session%deck%parameters, points, error)
+    call training_points(problem, session%folder, points, selection, error)
     if (allocated(error)) return
     allocate (is_missing(size(points, 2)))
     call merge_records(records_of_set(snapshots), points, snapshots, is_missing)

@@ -1,7 +1,8 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> Ranges and cross-checks of the sections that say how the problem is solved, reduced and written.
 module sig_deck_check_study
-  use sig_deck_config, only: deck_config_t, max_sobol_parameters, parameter_config_t, point_set_config_t, reduction_config_t
+  use sig_deck_config, only: deck_config_t, greedy_config_t, max_sobol_parameters, parameter_config_t, point_set_config_t, &
+    reduction_config_t
   use sig_deck_tree, only: deck_tree_t, shown
   use sig_kinds, only: rk
   use sig_text, only: split, string_t, to_text
@@ -25,7 +26,12 @@ contains
       to_text(config%solver%max_iterations) // '; it must be at least 1')
     if (config%solver%type == 'condensed' .and. config%solver%linear == 'gamg') call tree%report_at('solver.linear', &
       'is ''gamg''; with type condensed it must be cholesky or auto', 'gamg goes with type: active_set')
-    call check_points(tree, 'training', config%parameters, config%training)
+    if (config%greedy%is_used) then
+      call check_points(tree, 'training.greedy.candidates', config%parameters, config%training)
+      call check_greedy(tree, config%greedy, config%training)
+    else
+      call check_points(tree, 'training', config%parameters, config%training)
+    end if
     call check_points(tree, 'test', config%parameters, config%test)
     if (config%reduction%max_full_order_size < 0) call tree%report_at('reduction.max_full_order_size', &
       'is ' // to_text(config%reduction%max_full_order_size) // ' MB; it must not be negative (0 = keep none)')
@@ -51,6 +57,18 @@ contains
       ' (latin_hypercube has no limit)')
     if (points%seed < 0) call tree%report_at(section // '.seed', 'is ' // to_text(points%seed) // '; it must be at least 0')
   end subroutine check_points
+
+  !> Errors: the budget does not hold the initial points; more initial points than candidates.
+  subroutine check_greedy(tree, greedy, candidates)
+    type(deck_tree_t), intent(inout) :: tree
+    type(greedy_config_t), intent(in) :: greedy
+    type(point_set_config_t), intent(in) :: candidates
+
+    if (greedy%max_points < greedy%n_initial) call tree%report_at('training.greedy.max_points', 'is ' // &
+      to_text(greedy%max_points) // '; it must be at least initial, which is ' // to_text(greedy%n_initial))
+    if (greedy%n_initial > n_points_of(candidates)) call tree%report_at('training.greedy', 'begins with ' // &
+      to_text(greedy%n_initial) // ' points (initial); there are only ' // to_text(n_points_of(candidates)) // ' candidates')
+  end subroutine check_greedy
 
   subroutine check_grid(tree, section, parameters, points)
     type(deck_tree_t), intent(inout) :: tree
@@ -85,10 +103,10 @@ contains
         'clusters.opposite_snapshots', 'is ''different''; it belongs to method: irregular, which compares snapshots')
       if (clusters%number == 1 .or. .not. config%has_training) return
       if (clusters%method == 'irregular') then
-        n_items = n_points_of(training)
+        n_items = min(n_points_of(training), config%greedy%max_points)
         if (clusters%number > n_items) call tree%report_at('clusters.number', 'is ' // to_text(clusters%number) // &
           '; there are only ' // to_text(n_items) // ' training points')
-      else if (.not. allocated(training%grid)) then
+      else if (config%greedy%is_used .or. .not. allocated(training%grid)) then
         call tree%report_at('clusters', 'is regular, for the cells of training.grid, and there is no grid', &
           'use method: irregular, or training: {grid: ...}')
       else if (real(clusters%number, rk) > product(real(training%grid - 1, rk))) then

@@ -9,6 +9,7 @@ module sig_deck_config
   public :: load_config_t
   public :: obstacle_config_t
   public :: boundary_config_t, contact_config_t, solver_config_t, point_set_config_t, reduction_config_t, output_config_t
+  public :: greedy_config_t
   public :: clusters_config_t, enrichment_config_t, zone_config_t
 
   !> [-] default of contact%pairing_tolerance for averaged normals, which on uneven facets point a little aside
@@ -179,6 +180,22 @@ module sig_deck_config
     integer :: column = 0
   end type point_set_config_t
 
+  !> Training points that are chosen among candidates, one round after the other, where they are worst represented.
+  type :: greedy_config_t
+    !> training is the set of candidates
+    logical :: is_used = .false.
+    !> projection (default) or defect: what is compared
+    character(:), allocatable :: indicator
+    !> points to begin with, far from each other; default 5
+    integer :: n_initial = 5
+    !> [-] ends when no candidate has a larger indicator; default none (0)
+    real(rk) :: tolerance = 0
+    !> ends at so many points; default none (huge)
+    integer :: max_points = huge(1)
+    !> defect: points of a round; default 1
+    integer :: batch = 1
+  end type greedy_config_t
+
   !> A named boundary whose nodes join the reduced integration domain: all of them, or those in a window.
   type :: zone_config_t
     type(name_config_t) :: boundary
@@ -289,6 +306,8 @@ module sig_deck_config
     !> the deck has the section; commands that need a section which is not there say so
     logical :: has_training = .false.
     type(point_set_config_t) :: training
+    !> greedy%is_used: training has the candidates
+    type(greedy_config_t) :: greedy
     logical :: has_test = .false.
     type(point_set_config_t) :: test
     type(clusters_config_t) :: clusters

@@ -2,13 +2,15 @@
 !> Configuration -> YAML with every default: what `check` prints, what reports and models keep. Reading it back gives the same.
 module sig_deck_echo
   use sig_deck_config, only: boundary_config_t, clusters_config_t, contact_config_t, deck_config_t, load_config_t, &
-    material_config_t, name_config_t, obstacle_config_t, output_config_t, parameter_config_t, point_set_config_t, &
-    reduction_config_t, value_config_t
+    material_config_t, name_config_t, obstacle_config_t, output_config_t, parameter_config_t, reduction_config_t, &
+    value_config_t
+  use sig_deck_echo_points, only: point_set, training_set
+  use sig_deck_echo_words, only: count_or_word, tolerance_or_none, yaml_text
   use sig_kinds, only: rk
-  use sig_text, only: join, lower, read_real, string_t, to_text
+  use sig_text, only: join, string_t, to_text
   implicit none(type, external)
   private
-  public :: echo_deck, echo_physics
+  public :: echo_deck, echo_physics, reduction_section
 
   character(*), parameter :: eol = new_line('a')
 
@@ -32,7 +34,7 @@ contains
     yaml = yaml // &
       'solver: {type: ' // config%solver%type // ', linear: ' // config%solver%linear // &
       ', max_iterations: ' // to_text(config%solver%max_iterations) // '}' // eol
-    if (config%has_training) yaml = yaml // 'training: ' // point_set(config%training, config%parameters) // eol
+    if (config%has_training) yaml = yaml // 'training: ' // training_set(config%greedy, config%training, config%parameters) // eol
     if (config%has_test) yaml = yaml // 'test: ' // point_set(config%test, config%parameters) // eol
     yaml = yaml // clusters_section(config%clusters) // reduction_section(config%reduction)
     yaml = yaml // output_section(config%output, config%parameters) // &
@@ -205,32 +207,6 @@ contains
     yaml = '[' // join(texts, ', ') // ']'
   end function number_list
 
-  pure function point_set(points, parameters) result(yaml)
-    type(point_set_config_t), intent(in) :: points
-    type(parameter_config_t), intent(in) :: parameters(:)
-    character(:), allocatable :: yaml
-    type(string_t) :: counts(size(parameters))
-    integer :: i
-
-    if (allocated(points%grid)) then
-      do i = 1, size(parameters)
-        counts(i)%text = parameters(i)%name // ': ' // to_text(points%grid(i))
-      end do
-      yaml = '{grid: {' // join(counts, ', ') // '}, groups: '
-    else if (allocated(points%file)) then
-      yaml = '{file: ' // yaml_text(points%file) // ', groups: '
-    else
-      yaml = '{sobol: ' // to_text(points%n_sobol)
-      if (points%n_sobol == 0) yaml = '{latin_hypercube: ' // to_text(points%n_latin_hypercube)
-      yaml = yaml // ', seed: ' // to_text(points%seed) // ', groups: '
-    end if
-    if (points%n_groups == 0) then
-      yaml = yaml // 'auto}'
-    else
-      yaml = yaml // to_text(points%n_groups) // '}'
-    end if
-  end function point_set
-
   pure function clusters_section(clusters) result(yaml)
     type(clusters_config_t), intent(in) :: clusters
     character(:), allocatable :: yaml
@@ -264,25 +240,6 @@ contains
       '  reconstruction: ' // reduction%reconstruction // eol // &
       '  max_full_order_size: ' // to_text(reduction%max_full_order_size) // eol
   end function reduction_section
-
-  pure function count_or_word(count, special, word) result(yaml)
-    integer, intent(in) :: count
-    !> the count that the word stands for
-    integer, intent(in) :: special
-    character(*), intent(in) :: word
-    character(:), allocatable :: yaml
-
-    yaml = to_text(count)
-    if (count == special) yaml = word
-  end function count_or_word
-
-  pure function tolerance_or_none(tolerance) result(yaml)
-    real(rk), intent(in) :: tolerance
-    character(:), allocatable :: yaml
-
-    yaml = 'none'
-    if (tolerance > 0) yaml = to_text(tolerance)
-  end function tolerance_or_none
 
   pure function zone_list(reduction) result(yaml)
     type(reduction_config_t), intent(in) :: reduction
@@ -346,43 +303,4 @@ contains
     end do
     yaml = yaml // ']'
   end function name_list
-
-  !> A text as YAML reads it back: as it is where that is safe (inside { } too), else in double quotes.
-  pure function yaml_text(text) result(yaml)
-    character(*), intent(in) :: text
-    character(:), allocatable :: yaml
-    integer :: i
-
-    yaml = text
-    if (is_plain(text)) return
-    yaml = '"'
-    do i = 1, len(text)
-      if (text(i:i) == '"' .or. text(i:i) == '\') yaml = yaml // '\'
-      yaml = yaml // text(i:i)
-    end do
-    yaml = yaml // '"'
-  end function yaml_text
-
-  pure logical function is_plain(text)
-    character(*), intent(in) :: text
-    character(*), parameter :: first = 'abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_./('
-    real(rk) :: number
-    integer :: i
-    logical :: is_number
-
-    is_plain = .false.
-    if (len(text) == 0) return
-    ! a minus sign may lead, as in -squeeze
-    i = merge(2, 1, text(1:1) == '-')
-    if (i > len(text)) return
-    if (index(first, text(i:i)) == 0 .or. verify(text, first // '-+*^)<>= ') > 0 .or. text(len(text):) == ' ') return
-    ! words that YAML (here or in another reader) takes for something else than a text
-    select case (lower(text))
-    case ('null', 'true', 'false', 'yes', 'no', 'on', 'off', 'y', 'n')
-      is_plain = .false.
-    case default
-      call read_real(text, number, is_number)
-      is_plain = .not. is_number
-    end select
-  end function is_plain
 end module sig_deck_echo

@@ -9,7 +9,7 @@ module sig_deck_read_reduction
   use sig_mechanical_models, only: mechanical_model_t
   implicit none(type, external)
   private
-  public :: read_clusters, read_reduction
+  public :: read_clusters, read_reduction, read_count_or_word, read_tolerance_or_none
 
   character(*), parameter :: methods(1) = [character(3) :: 'hhr']
   character(*), parameter :: dirichlet_treatments(2) = [character(15) :: 'elastic_lifting', 'multiplier']
@@ -70,16 +70,16 @@ contains
   end subroutine read_modes
 
   !> A number below a key, or `none`.
-  subroutine read_tolerance_or_none(tree, i_reduction, key, tolerance)
+  subroutine read_tolerance_or_none(tree, i_parent, key, tolerance)
     type(deck_tree_t), intent(inout) :: tree
-    integer, intent(in) :: i_reduction
+    integer, intent(in) :: i_parent
     character(*), intent(in) :: key
     !> stays as it is for `none`
     real(rk), intent(inout) :: tolerance
     integer :: i_node
     logical :: is_valid
 
-    i_node = tree%find(i_reduction, key)
+    i_node = tree%find(i_parent, key)
     if (i_node == 0) return
     if (is_word(tree, i_node, 'none')) return
     call number_of(tree, i_node, tolerance, is_valid)

@@ -1,9 +1,10 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> The sections of a deck that say how it is solved and written: solver, training, test, output; and, by its own reader, reduction.
 module sig_deck_read_study
-  use sig_deck_config, only: deck_config_t, output_config_t, parameter_config_t, point_set_config_t, solver_config_t
+  use sig_deck_config, only: deck_config_t, greedy_config_t, output_config_t, parameter_config_t, point_set_config_t, &
+    solver_config_t
   use sig_deck_read_problem, only: path_below
-  use sig_deck_read_reduction, only: read_clusters, read_reduction
+  use sig_deck_read_reduction, only: read_clusters, read_count_or_word, read_reduction, read_tolerance_or_none
   use sig_deck_tree, only: deck_tree_t, kind_mapping, kind_scalar, root_node
   use sig_deck_values, only: choice_of, get_choice, get_integer, get_list, get_mapping, get_number, get_word, integer_of
   use sig_kinds, only: rk
@@ -13,8 +14,10 @@ module sig_deck_read_study
   private
   public :: read_study
 
-  !> the first two have no seed
-  character(*), parameter :: point_sets(4) = [character(15) :: 'grid', 'file', 'sobol', 'latin_hypercube']
+  !> the last one of training only
+  character(*), parameter :: point_sets(5) = [character(15) :: 'grid', 'file', 'sobol', 'latin_hypercube', 'greedy']
+  character(*), parameter :: seeded(2) = point_sets(3:4)
+  character(*), parameter :: indicators(2) = [character(10) :: 'projection', 'defect']
   character(*), parameter :: solver_types(4) = [character(10) :: 'auto', 'condensed', 'active_set', 'snesvi']
   character(*), parameter :: linear_solvers(3) = [character(8) :: 'auto', 'cholesky', 'gamg']
   character(*), parameter :: field_names(3) = [character(12) :: 'displacement', 'stress', 'contact']
@@ -27,7 +30,7 @@ contains
     type(deck_config_t), intent(inout) :: config
 
     call read_solver(tree, config%solver)
-    call read_point_set(tree, 'training', config%parameters, config%has_training, config%training)
+    call read_point_set(tree, 'training', config%parameters, config%has_training, config%training, config%greedy)
     call read_point_set(tree, 'test', config%parameters, config%has_test, config%test)
     call read_clusters(tree, config%clusters)
     call read_reduction(tree, mechanical_model(config%mesh%model), config%reduction)
@@ -51,19 +54,72 @@ contains
     call tree%close_mapping(i_solver)
   end subroutine read_solver
 
-  subroutine read_point_set(tree, key, parameters, is_there, points)
+  !> The greedy choice below a section, if there is one.
+  subroutine read_greedy(tree, i_section, parameters, greedy, candidates)
+    type(deck_tree_t), intent(inout) :: tree
+    integer, intent(in) :: i_section
+    type(parameter_config_t), intent(in) :: parameters(:)
+    type(greedy_config_t), intent(inout) :: greedy
+    type(point_set_config_t), intent(inout) :: candidates
+    type(point_set_config_t) :: found
+    integer :: i_candidates, i_greedy
+
+    greedy%indicator = trim(indicators(1))
+    i_greedy = get_mapping(tree, i_section, 'greedy', .false.)
+    greedy%is_used = i_greedy > 0
+    if (.not. greedy%is_used) return
+    i_candidates = get_mapping(tree, i_greedy, 'candidates', .true.)
+    if (i_candidates > 0) then
+      call read_kinds(tree, i_candidates, parameters, found)
+      found%line = candidates%line
+      found%column = candidates%column
+      candidates = found
+      call tree%close_mapping(i_candidates)
+      call check_kind(tree, i_candidates, 'training.greedy.candidates', point_sets(:4))
+    end if
+    call get_choice(tree, i_greedy, 'indicator', .false., indicators, greedy%indicator)
+    call read_count(tree, i_greedy, 'initial', greedy%n_initial)
+    call read_tolerance_or_none(tree, i_greedy, 'tolerance', greedy%tolerance)
+    call read_count_or_word(tree, i_greedy, 'max_points', 'none', 1, greedy%max_points)
+    call read_count(tree, i_greedy, 'batch', greedy%batch)
+    call tree%close_mapping(i_greedy)
+    if (greedy%indicator == 'projection' .and. tree%find(i_greedy, 'batch') > 0) call tree%report(tree%find(i_greedy, 'batch'), &
+      'is for indicator: defect; with projection the errors are known anew after each point')
+    if (tree%find(i_greedy, 'tolerance') == 0 .and. tree%find(i_greedy, 'max_points') == 0) call tree%report_key(i_greedy, &
+      'training.greedy has no end; it must have tolerance, max_points or both')
+  end subroutine read_greedy
+
+  subroutine read_point_set(tree, key, parameters, is_there, points, greedy)
     type(deck_tree_t), intent(inout) :: tree
     character(*), intent(in) :: key
     type(parameter_config_t), intent(in) :: parameters(:)
     logical, intent(out) :: is_there
+    !> the candidates where greedy%is_used
     type(point_set_config_t), intent(inout) :: points
-    integer :: i_grid, i_section
+    !> where points may be chosen
+    type(greedy_config_t), intent(inout), optional :: greedy
+    integer :: i_section
 
     i_section = get_mapping(tree, root_node, key, .false.)
     is_there = i_section > 0
     if (.not. is_there) return
     points%line = tree%nodes(i_section)%line
     points%column = tree%nodes(i_section)%column
+    call read_kinds(tree, i_section, parameters, points)
+    if (present(greedy)) call read_greedy(tree, i_section, parameters, greedy, points)
+    call read_groups(tree, i_section, points%n_groups)
+    call tree%close_mapping(i_section)
+    call check_kind(tree, i_section, key, point_sets(:merge(5, 4, present(greedy))))
+  end subroutine read_point_set
+
+  !> Each kind of point set that there is.
+  subroutine read_kinds(tree, i_section, parameters, points)
+    type(deck_tree_t), intent(inout) :: tree
+    integer, intent(in) :: i_section
+    type(parameter_config_t), intent(in) :: parameters(:)
+    type(point_set_config_t), intent(inout) :: points
+    integer :: i_grid
+
     i_grid = get_mapping(tree, i_section, 'grid', .false.)
     if (i_grid > 0) call read_grid(tree, i_grid, parameters, points)
     call get_word(tree, i_section, 'file', .false., points%file)
@@ -71,29 +127,30 @@ contains
     call read_count(tree, i_section, 'sobol', points%n_sobol)
     call read_count(tree, i_section, 'latin_hypercube', points%n_latin_hypercube)
     call get_integer(tree, i_section, 'seed', .false., points%seed)
-    call read_groups(tree, i_section, points%n_groups)
-    call tree%close_mapping(i_section)
-    call check_kind(tree, i_section, key)
-  end subroutine read_point_set
+  end subroutine read_kinds
 
   !> Exactly one kind of point set, and a seed only where it means something.
-  subroutine check_kind(tree, i_section, key)
+  subroutine check_kind(tree, i_section, key, kinds)
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_section
     character(*), intent(in) :: key
-    character(*), parameter :: allowed = '; it must have one of grid, file, sobol, latin_hypercube'
-    type(string_t), allocatable :: found(:)
+    !> those that may be there
+    character(*), intent(in) :: kinds(:)
+    character(:), allocatable :: allowed
+    type(string_t), allocatable :: all_kinds(:), found(:)
     integer :: i
 
-    allocate (found(0))
-    do i = 1, size(point_sets)
-      if (tree%find(i_section, trim(point_sets(i))) > 0) call append_text(found, trim(point_sets(i)))
+    allocate (all_kinds(0), found(0))
+    do i = 1, size(kinds)
+      call append_text(all_kinds, trim(kinds(i)))
+      if (tree%find(i_section, trim(kinds(i))) > 0) call append_text(found, trim(kinds(i)))
     end do
+    allowed = '; it must have one of ' // join(all_kinds, ', ')
     if (size(found) > 1) then
       call tree%report_key(i_section, key // ' has ' // join(found, ' and ') // allowed)
     else if (size(found) == 0) then
       call tree%report_key(i_section, key // ' has no points' // allowed)
-    else if (tree%find(i_section, 'seed') > 0 .and. any(found(1)%text == point_sets(:2))) then
+    else if (tree%find(i_section, 'seed') > 0 .and. .not. any(found(1)%text == seeded)) then
       call tree%report(tree%find(i_section, 'seed'), 'is not for ' // found(1)%text // '; it belongs to sobol and latin_hypercube')
     end if
   end subroutine check_kind

@@ -6,7 +6,8 @@ module sig_linear_algebra
   use sig_lapack_interfaces, only: dgecon, dgemm, dgemv, dgesdd, dgetrf, dgetrs, dlange
   implicit none(type, external)
   private
-  public :: lu_t, add_product, multiply, solve_dense, invert, reciprocal_condition, singular_values, svd, unit_vector
+  public :: lu_t, add_product, multiply, multiply_transpose, solve_dense, invert, reciprocal_condition, singular_values, svd, &
+    unit_vector
 
   !> below this reciprocal condition number (1-norm) the solution has no correct digit left
   real(rk), parameter, public :: singular_reciprocal = 4.0_rk * epsilon(1.0_rk)
@@ -50,6 +51,25 @@ contains
     end if
     call dgemv('N', size(a, 1), size(a, 2), alpha, a, size(a, 1), x, 1, beta, y, 1)
   end subroutine multiply
+
+  !> y = alpha a' x + beta y, without a temporary array.
+  subroutine multiply_transpose(alpha, a, x, beta, y)
+    real(rk), intent(in) :: alpha
+    !> shape (m, n)
+    real(rk), contiguous, intent(in) :: a(:, :)
+    !> shape (m)
+    real(rk), contiguous, intent(in) :: x(:)
+    real(rk), intent(in) :: beta
+    !> shape (n); with beta = 0 what it holds does not matter
+    real(rk), contiguous, intent(inout) :: y(:)
+
+    if (size(y) == 0) return
+    if (size(x) == 0) then
+      y = beta * y
+      return
+    end if
+    call dgemv('T', size(a, 1), size(a, 2), alpha, a, size(a, 1), x, 1, beta, y, 1)
+  end subroutine multiply_transpose
 
   !> Factors a square matrix; look at is_singular before a solve.
   subroutine lu_factor(self, a)

@@ -6,7 +6,7 @@ module sig_solver_plan
   use sig_text, only: to_text
   implicit none(type, external)
   private
-  public :: solver_plan_t, problem_size_t, make_solver_plan, plan_text
+  public :: solver_plan_t, problem_size_t, make_solver_plan, plan_text, fits_condensed
 
   type :: solver_plan_t
     !> condensed, active_set or snesvi
@@ -88,6 +88,14 @@ contains
       plan%reason = to_text(sizes%n_points) // ' points share one factorization'
     end if
   end subroutine choose_type
+
+  !> There is room for W and for the response to each multiplier.
+  pure logical function fits_condensed(n_dofs, n_multipliers)
+    integer, intent(in) :: n_dofs
+    integer, intent(in) :: n_multipliers
+
+    fits_condensed = n_multipliers <= max_condensed .and. 8.0_rk * n_dofs * n_multipliers <= max_response
+  end function fits_condensed
 
   pure subroutine choose_linear(sizes, plan)
     type(problem_size_t), intent(in) :: sizes

@@ -152,7 +152,7 @@ contains
     most_points = size(deck%output%points, 2)
     if (deck%has_training) then
       call build_points(deck%training, deck%parameters, points, error)
-      if (.not. allocated(error)) most_points = max(most_points, size(points, 2))
+      if (.not. allocated(error)) most_points = max(most_points, min(size(points, 2), deck%greedy%max_points))
     end if
     if (deck%has_test) then
       call build_points(deck%test, deck%parameters, points, error)

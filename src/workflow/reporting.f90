@@ -9,14 +9,15 @@ module sig_reporting
   use sig_parameter_space, only: format_point
   use sig_reactions, only: reaction_t
   use sig_run_report, only: run_report_t
+  use sig_selection, only: selection_t
   use sig_snapshot_store, only: snapshot_set_t
   use sig_statistics, only: statistics_t, summarize
-  use sig_text, only: append_text, string_t, to_text
+  use sig_text, only: append_text, csv_number, string_t, to_text
   use sig_version, only: code_version
   implicit none(type, external)
   private
-  public :: report_deck, report_sizes, report_snapshots, report_model, report_states, report_reactions, report_statistics
-  public :: accuracy_text, model_text
+  public :: report_deck, report_sizes, report_snapshots, report_selection, report_model, report_states, report_reactions
+  public :: report_statistics, accuracy_text, model_text, selection_text
 
   !> rows of residuals in the snapshots, and what they are called
   character(*), parameter :: residual_names(5) = [character(19) :: 'equilibrium', 'penetration', 'negative_multiplier', &
@@ -69,6 +70,29 @@ contains
     end do
     call report_statistics(report, 'times/sample_per_point', set%seconds)
   end subroutine report_snapshots
+
+  !> How a greedy selection ended.
+  subroutine report_selection(deck, selection, report)
+    type(deck_config_t), intent(in) :: deck
+    type(selection_t), intent(in) :: selection
+    type(run_report_t), intent(inout) :: report
+
+    call report%add('sampling/greedy/indicator', deck%greedy%indicator)
+    call report%add('sampling/greedy/n_points', size(selection%indicators))
+    call report%add('sampling/greedy/stopped_by', selection%stopped_by)
+    call report%add('sampling/greedy/largest_indicator_left', selection%largest_left)
+  end subroutine report_selection
+
+  !> `200 points by projection, tolerance none, max_points 200: ended by max_points; largest indicator left 1.2e-04`
+  pure function selection_text(selection) result(text)
+    type(selection_t), intent(in) :: selection
+    character(:), allocatable :: text
+
+    text = ''
+    if (.not. allocated(selection%rule)) return
+    text = to_text(size(selection%indicators)) // ' points ' // selection%rule // ': ended by ' // selection%stopped_by // &
+      '; largest indicator left ' // csv_number(selection%largest_left)
+  end function selection_text
 
   subroutine report_model(model, report)
     type(model_t), intent(in) :: model

@@ -22,7 +22,7 @@ module sig_snapshot_merge
   use petsc
   implicit none(type, external)
   private
-  public :: find_finished_points, merge_snapshots, snapshots_path, store_t
+  public :: find_finished_points, merge_snapshots, put_in_order, read_store, snapshots_path, store_t, write_merged
 
   !> the solutions that a model is trained on, and the pool of solved points from which such are chosen
   character(*), parameter, public :: snapshot_store = 'snapshots'
@@ -144,6 +144,37 @@ contains
     call merge_records(records, wanted, set, is_missing)
   end subroutine collect_snapshots
 
+  !> The solutions at these points, in their order; the file may hold more. Local.
+  subroutine read_store(store, provenance, points, set, is_missing, error)
+    type(store_t), intent(in) :: store
+    character(16), intent(in) :: provenance
+    real(rk), intent(in) :: points(:, :)
+    type(snapshot_set_t), intent(out) :: set
+    !> points that have no column, shape (n_points)
+    logical, intent(out) :: is_missing(:)
+    type(error_t), allocatable, intent(out) :: error
+
+    is_missing = .true.
+    call read_snapshot_set(store%path(), provenance, set, error)
+    if (allocated(error)) return
+    call merge_records(records_of_set(set), points, set, is_missing)
+  end subroutine read_store
+
+  !> These points first, all of which are in the store. Local: one rank writes.
+  subroutine put_in_order(problem, store, points, error)
+    type(problem_t), intent(in) :: problem
+    type(store_t), intent(in) :: store
+    real(rk), intent(in) :: points(:, :)
+    type(error_t), allocatable, intent(out) :: error
+    type(snapshot_set_t) :: set
+    type(snapshot_record_t) :: none(0)
+
+    call read_snapshot_set(store%path(), problem%provenance, set, error)
+    if (allocated(error)) return
+    if (all(abs(set%parameters(:, :size(points, 2)) - points) <= 0)) return
+    call write_merged(problem, store, points, none, set%free_response, error)
+  end subroutine put_in_order
+
   !> One file of everything, then the shards go. Collective on all ranks.
   subroutine merge_snapshots(problem, groups, system, store, points, fresh, error, ierr)
     type(problem_t), intent(in) :: problem
@@ -171,6 +202,7 @@ contains
     PetscCall(broadcast_error(error, PETSC_COMM_WORLD, ierr))
   end subroutine merge_snapshots
 
+  !> Everything in the store and fresh records, these points first. Local: one rank writes.
   subroutine write_merged(problem, store, points, fresh, response, error)
     type(problem_t), intent(in) :: problem
     type(store_t), intent(in) :: store

@@ -30,29 +30,35 @@ module sig_training
 contains
 
   !> Builds the reduced model of each cluster of snapshots. Collective on all ranks; the model is the same on each.
-  subroutine train(problem, snapshots, model, error, ierr)
+  subroutine train(problem, snapshots, model, error, ierr, is_draft)
     type(problem_t), intent(in) :: problem
     type(snapshot_set_t), intent(in) :: snapshots
     type(model_t), intent(out) :: model
     type(error_t), allocatable, intent(out) :: error
     PetscErrorCode, intent(out) :: ierr
+    !> a model on the way to another one says no warnings
+    logical, intent(in), optional :: is_draft
     type(cluster_t), allocatable :: clusters(:)
     type(snapshot_set_t) :: converged
+    logical :: is_silent
 
     ierr = 0
-    call select_converged(problem, snapshots, converged, error)
+    is_silent = .false.
+    if (present(is_draft)) is_silent = is_draft
+    call select_converged(problem, snapshots, is_silent, converged, error)
     if (allocated(error)) return
     call fill_model_header(problem, converged, model)
     PetscCall(divide_snapshots(problem%deck, converged, model, clusters, error, ierr))
     if (allocated(error)) return
-    PetscCall(train_clusters(problem, converged, clusters, model, error, ierr))
+    PetscCall(train_clusters(problem, converged, clusters, is_silent, model, error, ierr))
   end subroutine train
 
   !> The local models, each by one group of ranks, then on every rank. Collective on all ranks.
-  subroutine train_clusters(problem, snapshots, clusters, model, error, ierr)
+  subroutine train_clusters(problem, snapshots, clusters, is_silent, model, error, ierr)
     type(problem_t), intent(in) :: problem
     type(snapshot_set_t), intent(in) :: snapshots
     type(cluster_t), intent(in) :: clusters(:)
+    logical, intent(in) :: is_silent
     type(model_t), intent(inout) :: model
     type(error_t), allocatable, intent(out) :: error
     PetscErrorCode, intent(out) :: ierr
@@ -67,7 +73,7 @@ contains
       PetscCall(train_cluster(problem, columns_of(snapshots, clusters(k)%snapshots), groups%comm, model%clusters(k), error, ierr))
       if (allocated(error)) exit
     end do
-    PetscCall(exchange_clusters(groups, k, model, error, ierr))
+    PetscCall(exchange_clusters(groups, k, is_silent, model, error, ierr))
     PetscCall(groups%destroy(ierr))
   end subroutine train_clusters
 
@@ -75,10 +81,11 @@ contains
   !>
   !> Errors: of the first cluster that could not be trained; those before it are there in every division of the ranks, because a
   !> group trains its clusters in their order.
-  subroutine exchange_clusters(groups, k_failed, model, error, ierr)
+  subroutine exchange_clusters(groups, k_failed, is_silent, model, error, ierr)
     type(rank_groups_t), intent(in) :: groups
     !> cluster that this group could not train, where it has an error
     integer, intent(in) :: k_failed
+    logical, intent(in) :: is_silent
     type(model_t), intent(inout) :: model
     !> in: of this group
     type(error_t), allocatable, intent(inout) :: error
@@ -95,7 +102,7 @@ contains
       if (allocated(own_error) .and. k == k_failed) call move_alloc(own_error, error)
       PetscCall(share_cluster(groups, k, model%n_dofs, model%n_multipliers, model%clusters(k), error, ierr))
       do i = 1, size(model%clusters(k)%warnings)
-        call log_warning(name // model%clusters(k)%warnings(i)%text)
+        if (.not. is_silent) call log_warning(name // model%clusters(k)%warnings(i)%text)
       end do
       if (.not. allocated(error)) cycle
       error%message = name // error%message
@@ -127,9 +134,10 @@ contains
   end subroutine share_cluster
 
   !> Leaves out the points that the full-order model did not solve.
-  subroutine select_converged(problem, snapshots, converged, error)
+  subroutine select_converged(problem, snapshots, is_silent, converged, error)
     type(problem_t), intent(in) :: problem
     type(snapshot_set_t), intent(in) :: snapshots
+    logical, intent(in) :: is_silent
     type(snapshot_set_t), intent(out) :: converged
     type(error_t), allocatable, intent(out) :: error
     integer, allocatable :: kept(:)
@@ -142,7 +150,7 @@ contains
       return
     end if
     do i = 1, size(snapshots%reasons)
-      if (snapshots%reasons(i) == reason_converged) cycle
+      if (snapshots%reasons(i) == reason_converged .or. is_silent) cycle
       call log_warning('training without ' // format_point(problem%deck%parameters, snapshots%parameters(:, i)) // &
         ', which the full-order model did not solve')
     end do

@@ -14,7 +14,7 @@ module sig_training_modes
   use petsc
   implicit none(type, external)
   private
-  public :: pod_modes_t, compute_modes, compute_dual_modes
+  public :: pod_modes_t, compute_modes, compute_dual_modes, fields_to_compress
 
   type :: pod_modes_t
     !> descending, of all snapshots

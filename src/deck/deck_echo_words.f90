@@ -1,0 +1,69 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> Single values as YAML reads them back.
+module sig_deck_echo_words
+  use sig_kinds, only: rk
+  use sig_text, only: lower, read_real, to_text
+  implicit none(type, external)
+  private
+  public :: yaml_text, count_or_word, tolerance_or_none
+
+contains
+
+  pure function count_or_word(count, special, word) result(yaml)
+    integer, intent(in) :: count
+    !> the count that the word stands for
+    integer, intent(in) :: special
+    character(*), intent(in) :: word
+    character(:), allocatable :: yaml
+
+    yaml = to_text(count)
+    if (count == special) yaml = word
+  end function count_or_word
+
+  pure function tolerance_or_none(tolerance) result(yaml)
+    real(rk), intent(in) :: tolerance
+    character(:), allocatable :: yaml
+
+    yaml = 'none'
+    if (tolerance > 0) yaml = to_text(tolerance)
+  end function tolerance_or_none
+
+  !> A text as YAML reads it back: as it is where that is safe (inside { } too), else in double quotes.
+  pure function yaml_text(text) result(yaml)
+    character(*), intent(in) :: text
+    character(:), allocatable :: yaml
+    integer :: i
+
+    yaml = text
+    if (is_plain(text)) return
+    yaml = '"'
+    do i = 1, len(text)
+      if (text(i:i) == '"' .or. text(i:i) == '\') yaml = yaml // '\'
+      yaml = yaml // text(i:i)
+    end do
+    yaml = yaml // '"'
+  end function yaml_text
+
+  pure logical function is_plain(text)
+    character(*), intent(in) :: text
+    character(*), parameter :: first = 'abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_./('
+    real(rk) :: number
+    integer :: i
+    logical :: is_number
+
+    is_plain = .false.
+    if (len(text) == 0) return
+    ! a minus sign may lead, as in -squeeze
+    i = merge(2, 1, text(1:1) == '-')
+    if (i > len(text)) return
+    if (index(first, text(i:i)) == 0 .or. verify(text, first // '-+*^)<>= ') > 0 .or. text(len(text):) == ' ') return
+    ! words that YAML (here or in another reader) takes for something else than a text
+    select case (lower(text))
+    case ('null', 'true', 'false', 'yes', 'no', 'on', 'off', 'y', 'n')
+      is_plain = .false.
+    case default
+      call read_real(text, number, is_number)
+      is_plain = .not. is_number
+    end select
+  end function is_plain
+end module sig_deck_echo_words

@@ -1,0 +1,80 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> How far approximate contact forces can be from the solution of the complementarity problem 0 <= lambda, w = W lambda + q >= 0.
+module sig_contact_error_bound
+  use sig_kinds, only: rk
+  use sig_lapack_interfaces, only: dpotrf, dpotrs
+  implicit none(type, external)
+  private
+  public :: contact_error_bound_t
+
+  !> W ready for bounds of any number of approximations.
+  type :: contact_error_bound_t
+    !> W is symmetric positive definite: otherwise there is no bound
+    logical :: is_valid = .false.
+    !> [length/force] shape (n, n)
+    real(rk), allocatable, private :: compliance(:, :)
+    !> its Cholesky factor
+    real(rk), allocatable, private :: factor(:, :)
+  contains
+    procedure :: create
+    procedure :: evaluate
+    procedure, private :: bound_of_set
+  end type contact_error_bound_t
+
+contains
+
+  subroutine create(self, compliance)
+    class(contact_error_bound_t), intent(out) :: self
+    !> W, shape (n, n)
+    real(rk), intent(in) :: compliance(:, :)
+    integer :: info
+
+    self%compliance = compliance
+    self%factor = compliance
+    info = 0
+    if (size(compliance) > 0) call dpotrf('L', size(compliance, 1), self%factor, size(compliance, 1), info)
+    self%is_valid = info == 0
+  end subroutine create
+
+  !> Upper bound of |lambda_r - lambda| in the norm of W, the energy norm of the displacement that the difference causes.
+  !>
+  !> For any set S of rows, e = lambda_r - lambda, w = W lambda_r + q: e' W e = e' w - e' w(lambda) <= e' rho + c, as lambda_r
+  !> and w(lambda) are not negative and lambda' w(lambda) = 0, with rho = w on S, min(w, 0) elsewhere, and c the sum of
+  !> lambda_r max(w, 0) elsewhere. With d = |rho| in the norm of W^-1 follows |e| <= d/2 + sqrt(d^2/4 + c). The smaller bound of
+  !> two sets is taken: rows with a force, and rows that the primal-dual active set method would close next (a trace of force
+  !> across a wide gap is no contact).
+  !>
+  !> Requires: is_valid.
+  real(rk) function evaluate(self, lambda, free_opening) result(bound)
+    class(contact_error_bound_t), intent(in) :: self
+    !> [force] lambda_r >= 0, shape (n)
+    real(rk), intent(in) :: lambda(:)
+    !> [length] q, shape (n)
+    real(rk), intent(in) :: free_opening(:)
+    real(rk) :: opening(size(lambda)), stiffness(size(lambda))
+    integer :: i
+
+    bound = 0
+    if (size(lambda) == 0) return
+    opening = matmul(self%compliance, lambda) + free_opening
+    stiffness = [(1 / self%compliance(i, i), i=1, size(lambda))]
+    bound = min(self%bound_of_set(lambda, opening, lambda > 0), &
+                self%bound_of_set(lambda, opening, lambda > stiffness * opening))
+  end function evaluate
+
+  real(rk) function bound_of_set(self, lambda, opening, is_in_set) result(bound)
+    class(contact_error_bound_t), intent(in) :: self
+    real(rk), intent(in) :: lambda(:)
+    real(rk), intent(in) :: opening(:)
+    logical, intent(in) :: is_in_set(:)
+    real(rk) :: misfit(size(lambda)), force(size(lambda), 1), square, surplus
+    integer :: info
+
+    misfit = merge(opening, min(opening, 0.0_rk), is_in_set)
+    surplus = sum(lambda * max(opening, 0.0_rk), mask=.not. is_in_set)
+    force(:, 1) = misfit
+    call dpotrs('L', size(lambda), 1, self%factor, size(lambda), force, size(lambda), info)
+    square = max(0.0_rk, dot_product(misfit, force(:, 1)))
+    bound = sqrt(square) / 2 + sqrt(square / 4 + surplus)
+  end function bound_of_set
+end module sig_contact_error_bound

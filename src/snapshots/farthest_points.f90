@@ -1,0 +1,57 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> A few points of a set that are far from each other.
+module sig_farthest_points
+  use sig_kinds, only: rk
+  implicit none(type, external)
+  private
+  public :: farthest_points
+
+contains
+
+  !> The point nearest to the middle of the box, then each time the one farthest from those before; of equally far ones the first.
+  !>
+  !> Distances are Euclidean, with the sides of the box as unit.
+  pure function farthest_points(points, box, n_wanted) result(chosen)
+    !> shape (n_parameters, n_points)
+    real(rk), intent(in) :: points(:, :)
+    !> minimum and maximum, shape (2, n_parameters)
+    real(rk), intent(in) :: box(:, :)
+    !> 1 to n_points
+    integer, intent(in) :: n_wanted
+    !> numbers of the points, 1-based
+    integer :: chosen(n_wanted)
+    real(rk) :: distances(size(points, 2))
+    integer :: i
+
+    if (n_wanted < 1) return
+    chosen(1) = first_of(-squares(points, box, sum(box, dim=1) / 2))
+    distances = huge(1.0_rk)
+    do i = 1, n_wanted - 1
+      distances = min(distances, squares(points, box, points(:, chosen(i))))
+      ! a point that has the same place as a chosen one is still no chosen one
+      distances(chosen(:i)) = -1
+      chosen(i + 1) = first_of(distances)
+    end do
+  end function farthest_points
+
+  !> Squared distances of the points from a place.
+  pure function squares(points, box, place)
+    real(rk), intent(in) :: points(:, :)
+    real(rk), intent(in) :: box(:, :)
+    real(rk), intent(in) :: place(:)
+    real(rk) :: squares(size(points, 2))
+    integer :: i
+
+    do i = 1, size(squares)
+      squares(i) = sum(((points(:, i) - place) / (box(2, :) - box(1, :)))**2)
+    end do
+  end function squares
+
+  !> First of the largest values, which are equal but for rounding.
+  pure integer function first_of(values) result(i_first)
+    real(rk), intent(in) :: values(:)
+    real(rk), parameter :: rounding = 1.0e-10_rk
+
+    i_first = findloc(values >= maxval(values) - rounding, .true., dim=1)
+  end function first_of
+end module sig_farthest_points

@@ -1,0 +1,79 @@
+! SPDX-License-Identifier: BSD-3-Clause
+#include "signorom/macros.h"
+!> Training points chosen one round after the other among the deck's candidates; a killed run goes on where it was.
+module sig_greedy_selection
+  use sig_deck_config, only: deck_config_t
+  use sig_errors, only: error_t, make_error
+  use sig_greedy_record, only: begin_selection, is_complete
+  use sig_kinds, only: rk
+  use sig_parameter_space, only: build_points
+  use sig_sampling, only: sampler_t, sampling_result_t
+  use sig_selection, only: selection_t
+  use sig_selection_by_defect, only: select_by_defect
+  use sig_selection_by_projection, only: select_by_projection
+  use sig_text, only: to_text
+  use petsc
+  implicit none(type, external)
+  private
+  public :: select_points
+
+contains
+
+  !> Makes snapshots.h5 and selection.csv in the folder. Collective on all ranks; errors are known to all.
+  subroutine select_points(deck, folder, outcome, selection, error, ierr)
+    type(deck_config_t), intent(in) :: deck
+    !> results folder, which this run has locked
+    character(*), intent(in) :: folder
+    type(sampling_result_t), intent(out) :: outcome
+    !> complete on the first rank
+    type(selection_t), intent(out) :: selection
+    type(error_t), allocatable, intent(out) :: error
+    PetscErrorCode, intent(out) :: ierr
+    type(sampler_t) :: sampler
+    real(rk), allocatable :: candidates(:, :)
+    integer :: n_at_a_time
+
+    ierr = 0
+    call build_points(deck%training, deck%parameters, candidates, error)
+    if (allocated(error)) return
+    if (size(candidates, 2) < deck%greedy%n_initial) then
+      call make_error(error, 'the greedy selection begins with ' // to_text(deck%greedy%n_initial) // &
+        ' points (initial); there are only ' // to_text(size(candidates, 2)) // ' candidates', deck%path, deck%training%line, &
+        deck%training%column)
+      return
+    end if
+    n_at_a_time = size(candidates, 2)
+    if (deck%greedy%indicator == 'defect') n_at_a_time = max(deck%greedy%n_initial, deck%greedy%batch)
+    PetscCall(sampler%create(deck, n_at_a_time, error, ierr))
+    if (.not. allocated(error)) then
+      PetscCall(select_missing(sampler, folder, candidates, outcome, selection, error, ierr))
+    end if
+    PetscCall(sampler%destroy(ierr))
+  end subroutine select_points
+
+  subroutine select_missing(sampler, folder, candidates, outcome, selection, error, ierr)
+    type(sampler_t), intent(inout) :: sampler
+    character(*), intent(in) :: folder
+    real(rk), intent(in) :: candidates(:, :)
+    type(sampling_result_t), intent(inout) :: outcome
+    type(selection_t), intent(out) :: selection
+    type(error_t), allocatable, intent(out) :: error
+    PetscErrorCode, intent(out) :: ierr
+    logical :: is_done
+
+    ierr = 0
+    call begin_selection(sampler%problem, candidates, folder, selection, error)
+    if (allocated(error)) return
+    PetscCall(is_complete(sampler%problem, folder, selection, is_done, error, ierr))
+    outcome%n_points = size(selection%indicators)
+    outcome%n_found = outcome%n_points
+    if (allocated(error) .or. is_done) return
+    if (sampler%problem%deck%greedy%indicator == 'defect') then
+      PetscCall(select_by_defect(sampler, folder, candidates, outcome, selection, error, ierr))
+    else
+      ! a matter of a moment once the candidates are solved
+      call selection%shorten(0)
+      PetscCall(select_by_projection(sampler, folder, candidates, outcome, selection, error, ierr))
+    end if
+  end subroutine select_missing
+end module sig_greedy_selection

@@ -1,0 +1,252 @@
+! SPDX-License-Identifier: BSD-3-Clause
+#include "signorom/macros.h"
+!> How much answers of a reduced model miss the full-order problem (3), without its solution.
+!>
+!> Where the full-order model can be condensed, a bound of the energy error: with u(lambda) = G theta - H lambda, which is in
+!> equilibrium with the answer's forces lambda_r on all contacts,
+!> |u - u_r| <= |u(lambda_r) - u_r| + |u - u(lambda_r)| in the energy norm, and the last part is bounded by contact_error_bound.
+!> G, H and the model's basis are combinations U R of few orthonormal fields U, so that a point costs products with R and U' K U
+!> only and small differences keep their digits. Elsewhere the residuals of (3), which bound nothing.
+module sig_model_defect
+  use, intrinsic :: ieee_arithmetic, only: ieee_positive_inf, ieee_value
+  use sig_condensed, only: condensed_t
+  use sig_contact_error_bound, only: contact_error_bound_t
+  use sig_contact_residuals, only: measure_points
+  use sig_contact_state, only: contact_state_t, reason_converged
+  use sig_contact_system, only: contact_system_t
+  use sig_kinds, only: rk
+  use sig_model, only: reduced_model_t
+  use sig_multiplier_fit, only: multiplier_fit_workspace_t
+  use sig_online_model, only: online_model_t
+  use sig_petsc_support, only: multiply_block, rank_and_size, sum_over_ranks
+  use sig_pod, only: compute_pod_of_rows
+  use sig_problem, only: problem_t
+  use sig_query, only: answer_t, query_t
+  use sig_reconstruction, only: reconstruct_displacement, reconstruct_multipliers
+  use sig_solver_plan, only: fits_condensed
+  use petsc
+  implicit none(type, external)
+  private
+  public :: model_defect_t
+
+  type :: model_defect_t
+    !> the full-order model is condensed: the defect is a bound of the energy error
+    logical :: is_bound = .false.
+    type(contact_system_t), private :: system
+    type(condensed_t), private :: condensed
+    type(contact_error_bound_t), private :: contact
+    !> R, coordinates of the columns [G, -H, lifting, basis]; the first n_full belong to the full-order model
+    real(rk), allocatable, private :: columns(:, :)
+    integer, private :: n_full = 0
+    !> U' K U
+    real(rk), allocatable, private :: energy(:, :)
+    !> [force/length] bound of the eigenvalues of K
+    real(rk), private :: stiffness_norm = 0
+  contains
+    procedure :: create
+    procedure :: measure
+    procedure :: true_error
+    procedure :: destroy
+    procedure, private :: prepare
+    procedure, private :: bound_at
+    procedure, private :: energy_norm
+  end type model_defect_t
+
+  !> points whose residuals are measured at a time
+  integer, parameter :: chunk = 64
+  !> [-] energies are compared with at least the square of this share of |K| |u|^2: all that a rigid motion leaves of u' K u is
+  !> rounding
+  real(rk), parameter :: smallest_share = 1.0e-7_rk
+
+contains
+
+  !> Condenses the full-order model where that is possible. Collective on all ranks, for which the problem was loaded.
+  subroutine create(self, problem, ierr)
+    class(model_defect_t), intent(inout) :: self
+    type(problem_t), intent(in) :: problem
+    PetscErrorCode, intent(out) :: ierr
+
+    PetscCall(self%system%create(PETSC_COMM_WORLD, problem%mesh, problem%body, problem%boundary, problem%pairs, ierr))
+    PetscCall(MatNorm(self%system%stiffness, NORM_INFINITY, self%stiffness_norm, ierr))
+    ! with anchors the unknowns of W are not the multipliers alone
+    if (problem%plan%linear == 'gamg' .or. self%system%motions%n_free > 0) return
+    if (.not. fits_condensed(self%system%map%n_dofs, problem%operator%n_rows)) return
+    PetscCall(self%condensed%create(self%system, ierr))
+    if (self%condensed%reason /= reason_converged) return
+    call self%contact%create(self%condensed%compliance)
+    self%is_bound = self%contact%is_valid
+  end subroutine create
+
+  !> Defects of a model's answers, relative to their size; infinite where there is no answer. Collective on all ranks, the result is
+  !> the same on each.
+  subroutine measure(self, online, query, points, defects, ierr)
+    class(model_defect_t), intent(inout) :: self
+    !> prepared, with one cluster
+    type(online_model_t), intent(in) :: online
+    type(query_t), intent(inout) :: query
+    !> shape (n_parameters, n_points)
+    real(rk), intent(in) :: points(:, :)
+    !> [-] shape (n_points)
+    real(rk), intent(out) :: defects(:)
+    PetscErrorCode, intent(out) :: ierr
+    type(answer_t) :: answer
+    type(multiplier_fit_workspace_t) :: workspace
+    integer :: first, i, last, n_ranks, rank
+
+    defects = 0
+    if (self%is_bound) then
+      PetscCall(self%prepare(online%model%clusters(1), ierr))
+      PetscCall(rank_and_size(PETSC_COMM_WORLD, rank, n_ranks, ierr))
+      do i = 1 + rank, size(points, 2), n_ranks
+        call query%evaluate(online, points(:, i), answer)
+        defects(i) = self%bound_at(online, answer, workspace)
+      end do
+      PetscCall(sum_over_ranks(PETSC_COMM_WORLD, defects, ierr))
+    else
+      do first = 1, size(points, 2), chunk
+        last = min(first + chunk - 1, size(points, 2))
+        PetscCall(measure_residuals(self%system, online, query, points(:, first:last), defects(first:last), ierr))
+      end do
+    end if
+  end subroutine measure
+
+  !> Orthonormal fields for a model's answers and the full-order model's. Collective on all ranks.
+  subroutine prepare(self, cluster, ierr)
+    class(model_defect_t), intent(inout) :: self
+    type(reduced_model_t), intent(in) :: cluster
+    PetscErrorCode, intent(out) :: ierr
+    real(rk), allocatable :: fields(:, :), forces(:, :), own(:, :), sizes(:), values(:), vectors(:, :)
+    integer :: i, n_driving, n_lifted, n_rows
+
+    associate (map => self%system%map, local => self%system%map%local_dofs)
+      n_driving = size(self%condensed%free_response, 2)
+      n_rows = size(self%condensed%contact_response, 2)
+      n_lifted = size(cluster%lifting, 2)
+      self%n_full = n_driving + n_rows
+      allocate (fields(map%n_local_dofs, self%n_full + n_lifted + cluster%n_modes))
+      fields(:, :n_driving) = self%condensed%free_response
+      fields(:, n_driving + 1:self%n_full) = -self%condensed%contact_response
+      fields(:, self%n_full + 1:self%n_full + n_lifted) = cluster%lifting(local, :)
+      fields(:, self%n_full + n_lifted + 1:) = cluster%basis(local, :)
+      ! columns of other units count alike
+      sizes = sum(fields**2, dim=1)
+      PetscCall(sum_over_ranks(PETSC_COMM_WORLD, sizes, ierr))
+      sizes = merge(sqrt(sizes), 1.0_rk, sizes > 0)
+      do i = 1, size(sizes)
+        fields(:, i) = fields(:, i) / sizes(i)
+      end do
+      PetscCall(compute_pod_of_rows(fields, map%n_dofs, PETSC_COMM_WORLD, values, vectors, ierr))
+      own = vectors(map%first_dof_0 + 1:map%first_dof_0 + map%n_local_dofs, :)
+      self%columns = matmul(transpose(own), fields)
+      PetscCall(sum_over_ranks(PETSC_COMM_WORLD, self%columns, ierr))
+      do i = 1, size(sizes)
+        self%columns(:, i) = self%columns(:, i) * sizes(i)
+      end do
+      allocate (forces, mold=own)
+      PetscCall(multiply_block(self%system%stiffness, own, forces, ierr))
+      self%energy = matmul(transpose(own), forces)
+      PetscCall(sum_over_ranks(PETSC_COMM_WORLD, self%energy, ierr))
+    end associate
+  end subroutine prepare
+
+  !> Bound of the energy error of an answer over the answer's energy norm. Local.
+  real(rk) function bound_at(self, online, answer, workspace) result(bound)
+    class(model_defect_t), intent(in) :: self
+    type(online_model_t), intent(in) :: online
+    type(answer_t), intent(in) :: answer
+    type(multiplier_fit_workspace_t), intent(inout) :: workspace
+    real(rk) :: multipliers(online%model%n_multipliers)
+    real(rk) :: reduced(size(self%columns, 1)), balanced(size(self%columns, 1))
+
+    bound = ieee_value(bound, ieee_positive_inf)
+    if (answer%reason < 0) return
+    call reconstruct_multipliers(online, answer, workspace, multipliers)
+    multipliers = max(multipliers, 0.0_rk)
+    associate (n_driving => size(self%condensed%free_response, 2), n_lifted => size(online%model%clusters(1)%lifting, 2))
+      balanced = matmul(self%columns(:, :self%n_full), [answer%theta(:n_driving), multipliers])
+      reduced = matmul(self%columns(:, self%n_full + 1:), [answer%theta(:n_lifted), answer%coordinates])
+    end associate
+    bound = relative(self%energy_norm(balanced - reduced) + &
+      self%contact%evaluate(multipliers, matmul(self%condensed%free_opening, answer%theta)), &
+      max(self%energy_norm(reduced), smallest_share * sqrt(self%stiffness_norm) * norm2(reduced)))
+  end function bound_at
+
+  !> [sqrt(force*length)] of a field in the coordinates of the orthonormal ones.
+  real(rk) function energy_norm(self, coordinates)
+    class(model_defect_t), intent(in) :: self
+    real(rk), intent(in) :: coordinates(:)
+
+    energy_norm = sqrt(max(0.0_rk, dot_product(coordinates, matmul(self%energy, coordinates))))
+  end function energy_norm
+
+  !> Residuals of (3): equilibrium relative to the forces, penetration relative to the largest displacement, complementarity; their
+  !> sum. Collective on all ranks.
+  subroutine measure_residuals(system, online, query, points, defects, ierr)
+    type(contact_system_t), intent(inout) :: system
+    type(online_model_t), intent(in) :: online
+    type(query_t), intent(inout) :: query
+    real(rk), intent(in) :: points(:, :)
+    real(rk), intent(out) :: defects(:)
+    PetscErrorCode, intent(out) :: ierr
+    type(contact_state_t) :: states(size(points, 2))
+    type(answer_t) :: answer
+    type(multiplier_fit_workspace_t) :: workspace
+    real(rk) :: theta(online%model%terms%n_terms(), size(points, 2))
+    logical :: has_answer(size(points, 2))
+    integer :: i
+
+    do i = 1, size(states)
+      call query%evaluate(online, points(:, i), answer)
+      has_answer(i) = answer%reason > 0
+      theta(:, i) = answer%theta
+      call reconstruct_displacement(online%model, answer, states(i)%displacement)
+      allocate (states(i)%multipliers(online%model%n_multipliers))
+      call reconstruct_multipliers(online, answer, workspace, states(i)%multipliers)
+    end do
+    PetscCall(measure_points(system, theta, states, ierr))
+    do i = 1, size(states)
+      associate (r => states(i)%residuals)
+        defects(i) = r%equilibrium + relative(r%penetration, maxval(abs(states(i)%displacement))) + r%complementarity
+      end associate
+      if (.not. has_answer(i)) defects(i) = ieee_value(defects(i), ieee_positive_inf)
+    end do
+  end subroutine measure_residuals
+
+  !> Energy norm of the difference between an answer and the full-order solution, over that of the answer. Collective on all ranks.
+  subroutine true_error(self, answered, displacement, error, ierr)
+    class(model_defect_t), intent(inout) :: self
+    !> [length] of the model and of the full-order solution, shape (n_dofs)
+    real(rk), intent(in) :: answered(:)
+    real(rk), intent(in) :: displacement(:)
+    !> [-]
+    real(rk), intent(out) :: error
+    PetscErrorCode, intent(out) :: ierr
+    real(rk) :: difference(size(answered)), forces(size(answered)), whole
+
+    difference = answered - displacement
+    PetscCall(self%system%apply_stiffness(answered, forces, ierr))
+    whole = max(sqrt(max(0.0_rk, dot_product(answered, forces))), &
+                smallest_share * sqrt(self%stiffness_norm) * norm2(answered))
+    PetscCall(self%system%apply_stiffness(difference, forces, ierr))
+    error = relative(sqrt(max(0.0_rk, dot_product(difference, forces))), whole)
+  end subroutine true_error
+
+  !> part / whole; 0 where nothing is wrong, infinite where there is nothing to compare with.
+  pure real(rk) function relative(part, whole)
+    real(rk), intent(in) :: part
+    real(rk), intent(in) :: whole
+
+    relative = 0
+    if (part <= 0) return
+    relative = ieee_value(relative, ieee_positive_inf)
+    if (whole > 0) relative = part / whole
+  end function relative
+
+  subroutine destroy(self, ierr)
+    class(model_defect_t), intent(inout) :: self
+    PetscErrorCode, intent(out) :: ierr
+
+    PetscCall(self%condensed%destroy(ierr))
+    PetscCall(self%system%destroy(ierr))
+  end subroutine destroy
+end module sig_model_defect

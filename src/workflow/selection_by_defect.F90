@@ -1,0 +1,285 @@
+! SPDX-License-Identifier: BSD-3-Clause
+#include "signorom/macros.h"
+!> Greedy choice among candidates that nobody has solved: the next points are those where the reduced model of the points chosen so
+!> far misses the full-order problem most; then they are solved.
+!>
+!> A round is a training, a look at all candidates, and full-order solutions of as many points as the deck's batch. The table of the
+!> choices is written after each round, so that a killed run repeats one round at most.
+module sig_selection_by_defect
+  use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
+  use sig_errors, only: error_t, exit_internal, make_error
+  use sig_farthest_points, only: farthest_points
+  use sig_greedy_record, only: box_of, keep_selection, log_choice, stop_reason
+  use sig_kinds, only: rk
+  use sig_log, only: log_info
+  use sig_materials, only: need_fixed_stiffness
+  use sig_model_defect, only: model_defect_t
+  use sig_online_model, only: online_model_t
+  use sig_problem, only: load_problem, problem_t
+  use sig_query, only: answer_t, query_t
+  use sig_reconstruction, only: reconstruct_displacement
+  use sig_sampling, only: sampler_t, sampling_result_t
+  use sig_selection, only: selection_t
+  use sig_snapshot_merge, only: put_in_order, read_store, snapshot_store, store_t
+  use sig_snapshot_store, only: snapshot_set_t
+  use sig_start_sets, only: fill_start_sets
+  use sig_stop_request, only: agree_to_stop
+  use sig_text, only: to_text
+  use sig_training, only: train
+  use petsc
+  implicit none(type, external)
+  private
+  public :: select_by_defect
+
+  !> [-] indicators that differ by less are equal: the first candidate is taken, whatever the rounding
+  real(rk), parameter :: tie_tolerance = 1.0e-8_rk
+
+  !> What goes from round to round.
+  type :: rounds_t
+    !> loaded on all ranks; its models have one cluster
+    type(problem_t) :: problem
+    type(store_t) :: store
+    type(model_defect_t) :: defect
+    !> the last round's points: how many, and the model's answers there, shape (n_dofs, n_new); none in the first round
+    integer :: n_new = 0
+    real(rk), allocatable :: answers(:, :)
+  end type rounds_t
+
+contains
+
+  !> Collective on all ranks; the selection is the same on each.
+  subroutine select_by_defect(sampler, folder, candidates, outcome, selection, error, ierr)
+    type(sampler_t), intent(inout) :: sampler
+    character(*), intent(in) :: folder
+    !> shape (n_parameters, n_candidates)
+    real(rk), intent(in) :: candidates(:, :)
+    type(sampling_result_t), intent(out) :: outcome
+    !> in: what an earlier run has chosen
+    type(selection_t), intent(inout) :: selection
+    type(error_t), allocatable, intent(out) :: error
+    PetscErrorCode, intent(out) :: ierr
+    type(rounds_t) :: rounds
+
+    ierr = 0
+    call need_fixed_stiffness(sampler%problem%deck, error)
+    if (allocated(error)) return
+    PetscCall(load_problem(sampler%problem%deck, PETSC_COMM_WORLD, rounds%problem, error, ierr))
+    if (allocated(error)) return
+    rounds%problem%deck%clusters%number = 1
+    rounds%store = store_t(folder, snapshot_store)
+    PetscCall(rounds%defect%create(rounds%problem, ierr))
+    if (.not. rounds%defect%is_bound) call log_info('the full-order model cannot be condensed: the defect is the size of the ' // &
+      'residuals, which bounds no error')
+    call cut_at_end(rounds%problem, selection)
+    if (size(selection%indicators) == 0) call begin_far_apart(rounds%problem, candidates, selection)
+    do while (selection%stopped_by == '')
+      PetscCall(solve_new_points(rounds, sampler, folder, outcome, selection, error, ierr))
+      if (allocated(error) .or. outcome%is_stopped) exit
+      PetscCall(choose_new_points(rounds, candidates, selection, error, ierr))
+      if (allocated(error)) exit
+    end do
+    if (.not. (allocated(error) .or. outcome%is_stopped)) then
+      if (sampler%groups%world_rank == 0) call put_in_order(rounds%problem, rounds%store, selection%points, error)
+      PetscCall(keep_selection(rounds%problem, folder, selection, sampler%groups%world_rank == 0, error, ierr))
+    end if
+    PetscCall(rounds%defect%destroy(ierr))
+  end subroutine select_by_defect
+
+  !> Leaves out the choices behind the deck's end, which may come earlier than that of the run that made them.
+  subroutine cut_at_end(problem, selection)
+    type(problem_t), intent(in) :: problem
+    type(selection_t), intent(inout) :: selection
+    integer :: i, n
+
+    n = min(size(selection%indicators), problem%deck%greedy%max_points)
+    do i = problem%deck%greedy%n_initial + 1, n
+      if (selection%indicators(i) > problem%deck%greedy%tolerance) cycle
+      n = i - 1
+      exit
+    end do
+    call selection%shorten(n)
+  end subroutine cut_at_end
+
+  subroutine begin_far_apart(problem, candidates, selection)
+    type(problem_t), intent(in) :: problem
+    real(rk), intent(in) :: candidates(:, :)
+    type(selection_t), intent(inout) :: selection
+    real(rk) :: none(problem%deck%greedy%n_initial)
+
+    none = ieee_value(none, ieee_quiet_nan)
+    call selection%append(candidates(:, farthest_points(candidates, box_of(problem%deck), size(none))), none, none)
+  end subroutine begin_far_apart
+
+  !> Full-order solutions of the last choices, the errors that the model had there, and the table. Collective on all ranks.
+  subroutine solve_new_points(rounds, sampler, folder, outcome, selection, error, ierr)
+    type(rounds_t), intent(inout) :: rounds
+    type(sampler_t), intent(inout) :: sampler
+    character(*), intent(in) :: folder
+    !> of all rounds
+    type(sampling_result_t), intent(inout) :: outcome
+    type(selection_t), intent(inout) :: selection
+    type(error_t), allocatable, intent(out) :: error
+    PetscErrorCode, intent(out) :: ierr
+    type(sampling_result_t) :: round
+
+    PetscCall(sampler%solve_missing(rounds%store, selection%points, round, error, ierr))
+    if (allocated(error)) return
+    if (outcome%n_points == 0) outcome%n_found = round%n_found
+    outcome%n_points = round%n_points
+    outcome%n_failed = round%n_failed
+    outcome%n_stiffnesses = round%n_stiffnesses
+    outcome%is_stopped = round%is_stopped
+    if (outcome%is_stopped) return
+    PetscCall(compare_answers(rounds, selection, error, ierr))
+    PetscCall(keep_selection(rounds%problem, folder, selection, sampler%groups%world_rank == 0, error, ierr))
+    PetscCall(agree_to_stop(PETSC_COMM_WORLD, outcome%is_stopped, ierr))
+  end subroutine solve_new_points
+
+  !> The energy errors of the last round's answers, now that the solutions are there. Collective on all ranks.
+  subroutine compare_answers(rounds, selection, error, ierr)
+    type(rounds_t), intent(inout) :: rounds
+    type(selection_t), intent(inout) :: selection
+    type(error_t), allocatable, intent(out) :: error
+    PetscErrorCode, intent(out) :: ierr
+    type(snapshot_set_t) :: solved
+    logical :: is_missing(rounds%n_new)
+    integer :: i, n_before
+
+    ierr = 0
+    if (rounds%n_new == 0) return
+    n_before = size(selection%indicators) - rounds%n_new
+    call read_store(rounds%store, rounds%problem%provenance, selection%points(:, n_before + 1:), solved, is_missing, error)
+    if (allocated(error)) return
+    do i = 1, rounds%n_new
+      ! where the model had no answer there is nothing to compare
+      if (selection%indicators(n_before + i) > huge(1.0_rk) .or. solved%reasons(i) < 0) cycle
+      PetscCall(rounds%defect%true_error(rounds%answers(:, i), solved%displacement(:, i), selection%errors(n_before + i), ierr))
+    end do
+  end subroutine compare_answers
+
+  !> Trains a model of what is solved, and appends the candidates where it is worst; or the reason to stop. Collective on all ranks.
+  subroutine choose_new_points(rounds, candidates, selection, error, ierr)
+    type(rounds_t), intent(inout) :: rounds
+    real(rk), intent(in) :: candidates(:, :)
+    type(selection_t), intent(inout) :: selection
+    type(error_t), allocatable, intent(out) :: error
+    PetscErrorCode, intent(out) :: ierr
+    type(online_model_t) :: online
+    type(query_t) :: query
+    character(:), allocatable :: message
+    real(rk) :: defects(size(candidates, 2))
+    integer, allocatable :: chosen(:)
+
+    PetscCall(train_draft(rounds, selection, online, error, ierr))
+    if (allocated(error)) return
+    call online%prepare(message)
+    if (.not. allocated(message)) call query%create(online, message)
+    if (allocated(message)) then
+      call make_error(error, 'the model of the points chosen so far cannot answer: ' // message, rounds%problem%deck%path, &
+        exit_code=exit_internal)
+      return
+    end if
+    PetscCall(rounds%defect%measure(online, query, candidates, defects, ierr))
+    call pick(rounds%problem, candidates, defects, selection, chosen)
+    call keep_answers(rounds, online, query, candidates(:, chosen))
+    call query%destroy()
+  end subroutine choose_new_points
+
+  !> The deck's reduced model of the points that are solved. Collective on all ranks.
+  subroutine train_draft(rounds, selection, online, error, ierr)
+    type(rounds_t), intent(in) :: rounds
+    type(selection_t), intent(in) :: selection
+    type(online_model_t), intent(inout) :: online
+    type(error_t), allocatable, intent(out) :: error
+    PetscErrorCode, intent(out) :: ierr
+    type(snapshot_set_t) :: snapshots
+    logical :: is_missing(size(selection%indicators))
+
+    ierr = 0
+    call read_store(rounds%store, rounds%problem%provenance, selection%points, snapshots, is_missing, error)
+    if (allocated(error)) return
+    PetscCall(train(rounds%problem, snapshots, online%model, error, ierr, is_draft=.true.))
+    if (allocated(error)) then
+      error%message = 'the model of the first ' // to_text(size(is_missing)) // ' points: ' // error%message
+      return
+    end if
+    call fill_start_sets(online%model)
+  end subroutine train_draft
+
+  !> Appends the worst candidates, or says why none; a round keeps its points apart, as neighbors are worst together.
+  subroutine pick(problem, candidates, defects, selection, chosen)
+    type(problem_t), intent(in) :: problem
+    real(rk), intent(in) :: candidates(:, :)
+    !> [-] negative afterwards where a candidate is taken or too near to one of this round
+    real(rk), intent(inout) :: defects(:)
+    type(selection_t), intent(inout) :: selection
+    !> numbers of the candidates, 1-based
+    integer, allocatable, intent(out) :: chosen(:)
+    real(rk) :: box(2, size(candidates, 1)), largest, none
+    integer :: i, n
+
+    none = ieee_value(none, ieee_quiet_nan)
+    box = box_of(problem%deck)
+    allocate (chosen(0))
+    n = size(selection%indicators)
+    do i = 1, n
+      call leave_out(candidates, box, selection%points(:, i), 0.0_rk, defects)
+    end do
+    selection%largest_left = max(0.0_rk, maxval(defects))
+    do while (size(chosen) < problem%deck%greedy%batch)
+      largest = maxval(defects)
+      if (stop_reason(problem%deck, n + size(chosen), largest) /= '') exit
+      i = findloc(defects >= (1 - tie_tolerance) * largest, .true., dim=1)
+      call selection%append(candidates(:, i:i), defects(i:i), [none])
+      chosen = [chosen, i]
+      call log_choice(problem%deck, n + size(chosen), 'defect', defects(i), candidates(:, i))
+      call leave_out(candidates, box, candidates(:, i), half_spacing(n + problem%deck%greedy%batch, size(box, 2)), defects)
+    end do
+    if (size(chosen) == 0) selection%stopped_by = stop_reason(problem%deck, n, largest)
+  end subroutine pick
+
+  !> Half the distance of so many points that fill the unit box evenly.
+  pure real(rk) function half_spacing(n_points, n_parameters)
+    integer, intent(in) :: n_points
+    integer, intent(in) :: n_parameters
+
+    half_spacing = real(n_points, rk)**(-1.0_rk / n_parameters) / 2
+  end function half_spacing
+
+  !> Marks the candidates nearer to a place than the distance, and those at the place.
+  pure subroutine leave_out(candidates, box, place, distance, defects)
+    real(rk), intent(in) :: candidates(:, :)
+    real(rk), intent(in) :: box(:, :)
+    real(rk), intent(in) :: place(:)
+    !> [-] with the sides of the box as unit
+    real(rk), intent(in) :: distance
+    real(rk), intent(inout) :: defects(:)
+    !> [-] two points as near as this are one
+    real(rk), parameter :: rounding = 1.0e-12_rk
+    integer :: i
+
+    do i = 1, size(defects)
+      if (norm2((candidates(:, i) - place) / (box(2, :) - box(1, :))) < max(distance, rounding)) defects(i) = -1
+    end do
+  end subroutine leave_out
+
+  !> What the model says at the points that will be solved. Local.
+  subroutine keep_answers(rounds, online, query, points)
+    type(rounds_t), intent(inout) :: rounds
+    type(online_model_t), intent(in) :: online
+    type(query_t), intent(inout) :: query
+    real(rk), intent(in) :: points(:, :)
+    type(answer_t) :: answer
+    real(rk), allocatable :: displacement(:)
+    integer :: i
+
+    rounds%n_new = size(points, 2)
+    if (allocated(rounds%answers)) deallocate (rounds%answers)
+    allocate (rounds%answers(online%model%n_dofs, rounds%n_new))
+    do i = 1, rounds%n_new
+      call query%evaluate(online, points(:, i), answer)
+      call reconstruct_displacement(online%model, answer, displacement)
+      rounds%answers(:, i) = displacement
+    end do
+  end subroutine keep_answers
+end module sig_selection_by_defect

@@ -1,0 +1,151 @@
+! SPDX-License-Identifier: BSD-3-Clause
+#include "signorom/macros.h"
+!> Greedy choice among solved candidates: the next point is the one whose solution those chosen so far combine to worst.
+!>
+!> The error of a candidate is the distance of the field that the POD compresses (u, or what contact adds to the elastic response)
+!> from the span of the chosen ones, relative to |u|: no reduced model with these snapshots has a smaller error (17) there.
+module sig_selection_by_projection
+  use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
+  use mpi, only: MPI_Comm_rank
+  use sig_contact_state, only: reason_converged
+  use sig_error_broadcast, only: broadcast_error
+  use sig_errors, only: error_t, exit_not_converged, make_error
+  use sig_farthest_points, only: farthest_points
+  use sig_greedy_projection, only: greedy_projection_t
+  use sig_greedy_record, only: box_of, keep_selection, log_choice, stop_reason
+  use sig_kinds, only: rk
+  use sig_problem, only: problem_t
+  use sig_sampling, only: sampler_t, sampling_result_t
+  use sig_selection, only: selection_t
+  use sig_snapshot_merge, only: candidate_store, read_store, snapshot_store, store_t, write_merged
+  use sig_snapshot_shard, only: snapshot_record_t
+  use sig_snapshot_store, only: records_of_set, snapshot_set_t
+  use sig_training_modes, only: fields_to_compress
+  use petsc
+  implicit none(type, external)
+  private
+  public :: select_by_projection
+
+contains
+
+  !> Solves all candidates, then the first rank chooses and writes the snapshots. Collective on all ranks.
+  subroutine select_by_projection(sampler, folder, candidates, outcome, selection, error, ierr)
+    type(sampler_t), intent(inout) :: sampler
+    character(*), intent(in) :: folder
+    !> shape (n_parameters, n_candidates)
+    real(rk), intent(in) :: candidates(:, :)
+    type(sampling_result_t), intent(out) :: outcome
+    !> in: without points; out: complete on the first rank
+    type(selection_t), intent(inout) :: selection
+    type(error_t), allocatable, intent(out) :: error
+    PetscErrorCode, intent(out) :: ierr
+    integer :: rank
+
+    PetscCall(sampler%solve_missing(store_t(folder, candidate_store), candidates, outcome, error, ierr))
+    if (allocated(error) .or. outcome%is_stopped) return
+    call MPI_Comm_rank(PETSC_COMM_WORLD, rank, ierr)
+    if (rank == 0) call choose_from_pool(sampler%problem, folder, candidates, selection, error)
+    PetscCall(broadcast_error(error, PETSC_COMM_WORLD, ierr))
+    if (allocated(error)) return
+    PetscCall(keep_selection(sampler%problem, folder, selection, rank == 0, error, ierr))
+  end subroutine select_by_projection
+
+  !> Local.
+  subroutine choose_from_pool(problem, folder, candidates, selection, error)
+    type(problem_t), intent(in) :: problem
+    character(*), intent(in) :: folder
+    real(rk), intent(in) :: candidates(:, :)
+    type(selection_t), intent(inout) :: selection
+    type(error_t), allocatable, intent(out) :: error
+    type(snapshot_set_t) :: pool
+    type(snapshot_record_t), allocatable :: records(:)
+    real(rk), allocatable :: vectors(:, :)
+    integer, allocatable :: chosen(:)
+    logical :: is_missing(size(candidates, 2))
+
+    call read_store(store_t(folder, candidate_store), problem%provenance, candidates, pool, is_missing, error)
+    if (allocated(error)) return
+    call vectors_to_represent(problem, pool, vectors)
+    call choose(problem, pool%parameters, vectors, selection, chosen)
+    if (size(chosen) == 0) then
+      call make_error(error, 'no candidate has a full-order solution that moves the bodies', problem%deck%path, &
+        problem%deck%training%line, problem%deck%training%column, exit_code=exit_not_converged)
+      return
+    end if
+    records = records_of_set(columns_of(pool, chosen))
+    call write_merged(problem, store_t(folder, snapshot_store), selection%points, records, pool%free_response, error)
+  end subroutine choose_from_pool
+
+  !> Fields relative to the size of their displacement; zeros where there is no solution, or one that is rounding.
+  subroutine vectors_to_represent(problem, pool, vectors)
+    type(problem_t), intent(in) :: problem
+    type(snapshot_set_t), intent(in) :: pool
+    !> [-] shape (n_dofs, n_candidates)
+    real(rk), allocatable, intent(out) :: vectors(:, :)
+    !> [-] of the largest displacement
+    real(rk), parameter :: negligible = 1.0e-10_rk
+    real(rk) :: sizes(size(pool%reasons))
+    integer :: i
+
+    call fields_to_compress(problem, pool, vectors)
+    sizes = norm2(pool%displacement, dim=1)
+    do i = 1, size(sizes)
+      if (pool%reasons(i) == reason_converged .and. sizes(i) > negligible * maxval(sizes)) then
+        vectors(:, i) = vectors(:, i) / sizes(i)
+      else
+        vectors(:, i) = 0
+      end if
+    end do
+  end subroutine vectors_to_represent
+
+  !> Initial points, then the worst one each time until the deck's end.
+  subroutine choose(problem, candidates, vectors, selection, chosen)
+    type(problem_t), intent(in) :: problem
+    !> those that were solved, shape (n_parameters, n_candidates)
+    real(rk), intent(in) :: candidates(:, :)
+    !> gone afterwards
+    real(rk), allocatable, intent(inout) :: vectors(:, :)
+    type(selection_t), intent(inout) :: selection
+    !> numbers of the candidates, 1-based
+    integer, allocatable, intent(out) :: chosen(:)
+    type(greedy_projection_t) :: greedy
+    real(rk) :: error, none
+    integer, allocatable :: first(:)
+    logical :: is_zero(size(vectors, 2))
+    integer :: i
+
+    none = ieee_value(none, ieee_quiet_nan)
+    is_zero = .not. any(abs(vectors) > 0, dim=1)
+    call greedy%create(vectors, min(problem%deck%greedy%max_points, size(candidates, 2)))
+    first = farthest_points(candidates, box_of(problem%deck), min(problem%deck%greedy%n_initial, size(candidates, 2)))
+    chosen = pack(first, .not. is_zero(first))
+    do i = 1, size(chosen)
+      call greedy%take(chosen(i))
+      call selection%append(candidates(:, chosen(i):chosen(i)), [none], [none])
+    end do
+    do
+      call greedy%find_worst(i, error)
+      selection%largest_left = error
+      selection%stopped_by = stop_reason(problem%deck, size(chosen), error)
+      if (selection%stopped_by /= '') exit
+      call greedy%take(i)
+      call selection%append(candidates(:, i:i), [error], [none])
+      chosen = [chosen, i]
+      call log_choice(problem%deck, size(chosen), 'projection error', error, candidates(:, i))
+    end do
+  end subroutine choose
+
+  pure function columns_of(pool, chosen) result(set)
+    type(snapshot_set_t), intent(in) :: pool
+    integer, intent(in) :: chosen(:)
+    type(snapshot_set_t) :: set
+
+    set%parameters = pool%parameters(:, chosen)
+    set%displacement = pool%displacement(:, chosen)
+    set%multipliers = pool%multipliers(:, chosen)
+    set%n_iterations = pool%n_iterations(chosen)
+    set%reasons = pool%reasons(chosen)
+    set%residuals = pool%residuals(:, chosen)
+    set%seconds = pool%seconds(chosen)
+  end function columns_of
+end module sig_selection_by_projection
