@@ -43,6 +43,7 @@ RESULTANTS = {
     "hertz_cylinder": hertz_cylinder,
     "pellet_cladding": pellet_cladding,
     "pellet_cladding_clusters": pellet_cladding,
+    "pellet_cladding_greedy": pellet_cladding,
     "pellet_cladding_whole_edges": pellet_cladding,
     "shrink_fit": shrink_fit,
     "sphere": sphere,
