@@ -32,6 +32,11 @@ def pellet_cladding(point):
     return {"z": 0.0}, point["P1"] * 2 * np.pi * 4.672 * point["h1"]
 
 
+def two_pressures(point):
+    """As in pellet_cladding; P1 up to h1, P2 from there to the top at 7 mm."""
+    return {"z": 0.0}, 2 * np.pi * 4.672 * (point["P1"] * point["h1"] + point["P2"] * (7 - point["h1"]))
+
+
 def shrink_fit(point):
     """As in pellet_cladding; at rest the contact force of the shrink fit is the measure."""
     return {"z": 0.0}, 2 * np.pi * (10 * point["bore_pressure"] + 20 * 6.31) * 2
@@ -44,6 +49,7 @@ RESULTANTS = {
     "pellet_cladding": pellet_cladding,
     "pellet_cladding_clusters": pellet_cladding,
     "pellet_cladding_greedy": pellet_cladding,
+    "pellet_cladding_three_parameters": two_pressures,
     "pellet_cladding_whole_edges": pellet_cladding,
     "shrink_fit": shrink_fit,
     "sphere": sphere,
