@@ -7,7 +7,7 @@ module sig_text
   use sig_kinds, only: lk, rk
   implicit none(type, external)
   private
-  public :: string_t, to_text, csv_number, join, append_text
+  public :: string_t, to_text, short_number, csv_number, join, append_text
   public :: lower, split, read_real, read_integer, did_you_mean
 
   !> A text of its own length, so that texts can stand in arrays.
@@ -103,6 +103,23 @@ contains
     text = digits
     if (len(digits) == 0) text = '0'
   end function or_zero
+
+  !> Four digits, for people.
+  pure function short_number(value) result(text)
+    real(rk), intent(in) :: value
+    character(:), allocatable :: text
+    character(16) :: buffer
+    real(rk) :: rounded
+    integer :: status
+
+    if (.not. abs(value) <= huge(value)) then
+      text = to_text(value)
+      return
+    end if
+    write (buffer, '(es16.3e3)') value
+    read (buffer, *, iostat=status) rounded
+    text = to_text(merge(rounded, value, status == 0))
+  end function short_number
 
   !> Seven digits, and words that every CSV reader takes for what is no finite number. Requires: value >= 0.
   pure function csv_number(value) result(text)

@@ -3,7 +3,7 @@
 module sig_model_description
   use sig_kinds, only: rk
   use sig_model, only: model_t, reduced_model_t
-  use sig_text, only: to_text
+  use sig_text, only: short_number, to_text
   implicit none(type, external)
   private
   public :: describe_model
@@ -45,7 +45,8 @@ contains
 
     text = 'parameters, and the box in which the model was trained' // eol
     do i = 1, size(model%parameter_names)
-      text = text // line('  ' // model%parameter_names(i)%text, short(model%box(1, i)) // ' to ' // short(model%box(2, i)) // &
+      text = text // line('  ' // model%parameter_names(i)%text, short_number(model%box(1, i)) // ' to ' // &
+        short_number(model%box(2, i)) // &
         ' ' // model%parameter_units(i)%text)
     end do
     text = text // line('training points', to_text(size(model%training_points, 2))) // choice_line(model)
@@ -71,7 +72,7 @@ contains
       to_text(model%n_multipliers) // ' contact pairs') // &
       line('units', 'displacements in ' // model%length_unit // ', contact forces in ' // model%force_unit) // &
       line('terms of the load', to_text(model%terms%n_terms())) // &
-      line('POD tolerance', short(model%pod_tolerance)) // &
+      line('POD tolerance', short_number(model%pod_tolerance)) // &
       line('prescribed values', model%dirichlet) // &
       line('forces elsewhere', model%reconstruction)
   end function size_lines
@@ -90,7 +91,7 @@ contains
       text = text // line('  modes', to_text(cluster%n_modes)) // &
         line('  integration domain', to_text(size(cluster%cells)) // ' cells, ' // to_text(cluster%n_rows) // ' contact pairs') // &
         line('  kappa', condition_text(cluster)) // &
-        line('  cond(K_r)', short(cluster%stiffness_condition))
+        line('  cond(K_r)', short_number(cluster%stiffness_condition))
       do i_warning = 1, size(cluster%warnings)
         if (len(cluster%warnings(i_warning)%text) > 0) text = text // line('  warning', cluster%warnings(i_warning)%text)
       end do
@@ -101,7 +102,7 @@ contains
     type(reduced_model_t), intent(in) :: cluster
     character(:), allocatable :: text
 
-    text = short(cluster%condition_number)
+    text = short_number(cluster%condition_number)
     if (cluster%rank < cluster%n_rows) text = 'infinite (rank ' // to_text(cluster%rank) // ' of ' // to_text(cluster%n_rows) // &
       ': contact forces of the domain may not be unique)'
   end function condition_text
@@ -130,7 +131,7 @@ contains
       text = line('validation', 'median        95 %          largest')
       do i = 1, size(validation%names)
         text = text // line('  ' // validation%names(i)%text, padded(validation%median(i)) // padded(validation%p95(i)) // &
-          short(validation%maximum(i)))
+          short_number(validation%maximum(i)))
       end do
       do i = 1, size(validation%method_names)
         text = text // line('  by ' // validation%method_names(i)%text, to_text(validation%method_counts(i)) // ' points')
@@ -142,23 +143,6 @@ contains
     real(rk), intent(in) :: value
     character(14) :: text
 
-    text = short(value)
+    text = short_number(value)
   end function padded
-
-  !> Four digits.
-  pure function short(value) result(text)
-    real(rk), intent(in) :: value
-    character(:), allocatable :: text
-    character(16) :: buffer
-    real(rk) :: rounded
-    integer :: status
-
-    if (.not. abs(value) <= huge(value)) then
-      text = to_text(value)
-      return
-    end if
-    write (buffer, '(es16.3e3)') value
-    read (buffer, *, iostat=status) rounded
-    text = to_text(merge(rounded, value, status == 0))
-  end function short
 end module sig_model_description

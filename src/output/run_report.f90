@@ -211,13 +211,16 @@ contains
     end do
   end function indented
 
-  !> YAML has words of its own for what is no number.
+  !> YAML has words of its own for what is no number; readers of YAML 1.1 (PyYAML) want the sign of an exponent.
   pure function yaml_of_real(value) result(yaml)
     real(rk), intent(in) :: value
     character(:), allocatable :: yaml
+    integer :: i_e
 
     if (ieee_is_finite(value)) then
       yaml = to_text(value)
+      i_e = index(yaml, 'e')
+      if (i_e > 0 .and. index(yaml, 'e-') == 0) yaml = yaml(:i_e) // '+' // yaml(i_e + 1:)
     else if (ieee_is_nan(value)) then
       yaml = '.nan'
     else

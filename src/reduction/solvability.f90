@@ -5,7 +5,7 @@ module sig_solvability
   use sig_kinds, only: rk
   use sig_linear_algebra, only: lu_t, singular_values
   use sig_model, only: reduced_model_t
-  use sig_text, only: append_text, string_t, to_text
+  use sig_text, only: append_text, short_number, string_t, to_text
   implicit none(type, external)
   private
   public :: measure_stiffness, rank_on_domain, is_undetermined, solvability_warnings, undetermined_text
@@ -77,10 +77,13 @@ contains
   end function undetermined_text
 
   !> A sentence per doubt, without full stop. Requires: a measured model.
-  function solvability_warnings(cluster, has_all_hats) result(warnings)
+  function solvability_warnings(cluster, has_all_hats, n_loaded, n_missed) result(warnings)
     type(reduced_model_t), intent(in) :: cluster
     !> both hats of every pair are in the basis
     logical, intent(in) :: has_all_hats
+    !> nodes of loaded surfaces, and how many of them the domain does not hold
+    integer, intent(in) :: n_loaded
+    integer, intent(in) :: n_missed
     type(string_t), allocatable :: warnings(:)
 
     allocate (warnings(0))
@@ -90,8 +93,10 @@ contains
     if (cluster%basis_rank < cluster%n_modes) call append_text(warnings, 'on the reduced integration domain ' // &
       to_text(cluster%n_modes - cluster%basis_rank) // ' of ' // to_text(cluster%n_modes) // ' modes depend on the others')
     if (cluster%stiffness_rank < cluster%n_modes) call append_text(warnings, undetermined_text(cluster))
+    if (n_missed > 0) call append_text(warnings, 'the equations of the reduced integration domain do not see the load on ' // &
+      to_text(n_missed) // ' of ' // to_text(n_loaded) // ' loaded nodes (reduction.zones_of_interest: auto takes them all)')
     if (cluster%stiffness_condition > large_condition) call append_text(warnings, &
-      'the condition number of the reduced stiffness is ' // to_text(cluster%stiffness_condition) // &
+      'the condition number of the reduced stiffness is ' // short_number(cluster%stiffness_condition) // &
       ': answers lose as many digits')
     if (has_all_hats) call append_text(warnings, 'both hats of every pair are in the basis: the contact rows are ' // &
       'conditioned best, but the equations of a part of the mesh hardly determine the answer; ' // &

@@ -12,7 +12,7 @@ module sig_reporting
   use sig_selection, only: selection_t
   use sig_snapshot_store, only: snapshot_set_t
   use sig_statistics, only: statistics_t, summarize
-  use sig_text, only: append_text, csv_number, string_t, to_text
+  use sig_text, only: append_text, csv_number, short_number, string_t, to_text
   use sig_version, only: code_version
   implicit none(type, external)
   private
@@ -149,7 +149,7 @@ contains
     end do
   end function model_text
 
-  !> `36 + 9 modes and 18 hats (63 reduced unknowns), 33 contact rows with a condition number of 7.5`.
+  !> `36 + 9 modes and 18 hats (63 reduced unknowns), 33 contact rows with a condition number of 7.496`.
   pure function cluster_text(cluster) result(text)
     type(reduced_model_t), intent(in) :: cluster
     character(:), allocatable :: text
@@ -159,7 +159,7 @@ contains
     text = text // ' modes'
     if (cluster%n_hats > 0) text = text // ' and ' // to_text(cluster%n_hats) // ' hats'
     text = text // ' (' // to_text(cluster%n_modes) // ' reduced unknowns), ' // to_text(cluster%n_rows) // &
-      ' contact rows with a condition number of ' // short(cluster%condition_number)
+      ' contact rows with a condition number of ' // short_number(cluster%condition_number)
   end function cluster_text
 
   !> Answers of solve, one line each.
@@ -206,27 +206,16 @@ contains
     end do
   end subroutine report_reactions
 
-  !> `; largest penetration 0.0E+00 m, force balance 1.0E-16`, the worst of several answers; empty without any.
+  !> `; largest penetration 0.0 m, force balance 1.054e-16`, the worst of several answers; empty without any.
   pure function accuracy_text(deck, residuals) result(text)
     type(deck_config_t), intent(in) :: deck
     type(residuals_t), intent(in) :: residuals(:)
     character(:), allocatable :: text
 
     text = ''
-    if (size(residuals) > 0) text = '; largest penetration ' // short(maxval(residuals%penetration)) // ' ' // &
-      deck%units%length // ', force balance ' // short(maxval(residuals%force_balance))
+    if (size(residuals) > 0) text = '; largest penetration ' // short_number(maxval(residuals%penetration)) // ' ' // &
+      deck%units%length // ', force balance ' // short_number(maxval(residuals%force_balance))
   end function accuracy_text
-
-  !> Two digits are enough for a residual.
-  pure function short(value) result(text)
-    real(rk), intent(in) :: value
-    character(:), allocatable :: text
-    character(16) :: buffer
-
-    write (buffer, '(es9.1)') value
-    if (value > huge(value)) buffer = 'infinity'
-    text = trim(adjustl(buffer))
-  end function short
 
   subroutine report_statistics(report, key, values)
     type(run_report_t), intent(inout) :: report

@@ -14,6 +14,7 @@ module sig_training_system
   use sig_solvability, only: is_undetermined, measure_stiffness, rank_on_domain, solvability_warnings, undetermined_text
   use sig_term_values, only: evaluate_points
   use sig_text, only: to_text
+  use sig_zone_nodes, only: find_loaded_nodes
   implicit none(type, external)
   private
   public :: build_system
@@ -44,7 +45,7 @@ contains
     call keep_blocks(blocks, cluster)
     cluster%primal_rank_expected = expected_stiffness_rank(domain, &
       problem%boundary%loads%loaded_dofs(size(modes, 1)), cluster%n_hats, cluster%n_modes)
-    call check_solvable(problem, domain, cluster, error)
+    call check_solvable(problem, snapshots%parameters, domain, cluster, error)
   end subroutine build_system
 
   !> Hat functions by the deck's rule join the basis; their choice looks at the POD modes as they are, prescribed rows or not.
@@ -181,17 +182,26 @@ contains
     if (misfit > 0) misfit = misfit / max(tiny(misfit), maxval(abs(wanted)))
   end function prescribed_misfit
 
-  subroutine check_solvable(problem, domain, cluster, error)
+  subroutine check_solvable(problem, training_points, domain, cluster, error)
     type(problem_t), intent(in) :: problem
+    !> shape (n_parameters, n_points)
+    real(rk), intent(in) :: training_points(:, :)
     type(reduced_domain_t), intent(in) :: domain
     type(reduced_model_t), intent(inout) :: cluster
     type(error_t), allocatable, intent(out) :: error
+    integer, allocatable :: loaded(:)
+    integer :: i, n_missed
 
     associate (rank_tolerance => problem%deck%reduction%rank_tolerance)
       call measure_stiffness(rank_tolerance, cluster)
       cluster%basis_rank = rank_on_domain(cluster%basis, [domain%interior_dofs, domain%interface_dofs], rank_tolerance)
     end associate
-    cluster%warnings = solvability_warnings(cluster, problem%deck%reduction%enrichment%type == 'all')
+    call find_loaded_nodes(problem, training_points, loaded, error)
+    if (allocated(error)) return
+    associate (nodes => (domain%interior_dofs - 1) / problem%mesh%n_dim + 1)
+      n_missed = count([(.not. any(nodes == loaded(i)), i=1, size(loaded))])
+    end associate
+    cluster%warnings = solvability_warnings(cluster, problem%deck%reduction%enrichment%type == 'all', size(loaded), n_missed)
     if (is_undetermined(cluster)) call make_error(error, undetermined_text(cluster), problem%deck%path, &
       hint='add the contact surfaces and the loaded surfaces to reduction.zones_of_interest, or raise reduction.pod_tolerance')
   end subroutine check_solvable

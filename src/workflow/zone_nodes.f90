@@ -10,7 +10,7 @@ module sig_zone_nodes
   use sig_term_values, only: evaluate_points
   implicit none(type, external)
   private
-  public :: find_zone_nodes
+  public :: find_zone_nodes, find_loaded_nodes
 
   !> corners of the box are tried for so many parameters; with more, the training points have to do
   integer, parameter :: max_corner_parameters = 10

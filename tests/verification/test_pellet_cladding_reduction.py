@@ -6,6 +6,7 @@ import json
 import h5py
 import numpy as np
 import pytest
+import yaml
 
 from runs import INPUT, ROOT, read_table, write_input
 
@@ -167,6 +168,26 @@ def test_a_hat_for_every_pair_goes_on_where_ten_ends(signorom, folder, figures):
         PAPER,
         kind="absolute",
     )
+
+
+def test_a_domain_that_misses_the_load_is_said(signorom, folder):
+    """Without zones of interest the equations lack most of the loaded nodes (trap 1); the default takes them all."""
+    deck = write_input(NAME, folder, {SECTION: "reduction: {pod_tolerance: 1.0e-4, zones_of_interest: []}\n"})
+    results = folder / "results" / NAME
+    signorom("train", deck, folder=folder)
+    with h5py.File(results / "model.h5") as file:
+        r, z = file["mesh/coordinates"][()].T
+        # the load of the last window ends with the edge below 6 mm
+        edges = np.unique(np.round(z[np.isclose(r, r.max())], 9))
+        loaded = np.flatnonzero(np.isclose(r, r.max()) & (z < edges[edges <= 6].max() + 1e-6))
+        nodes = (file["clusters/1/interior_dofs"][()] - 1) // 2
+        missed = len(set(loaded) - set(nodes))
+    said = yaml.safe_load((results / "report.yaml").read_text())["reduction"]["warnings"]
+    assert f"do not see the load on {missed} of {len(loaded)} loaded nodes" in said[0]
+    assert missed > 10
+    deck = write_input(NAME, folder, {SECTION: "reduction: {pod_tolerance: 1.0e-4}\n"})
+    signorom("train", deck, folder=folder)
+    assert not yaml.safe_load((results / "report.yaml").read_text())["reduction"]["warnings"]
 
 
 # Paper, section 5.2.2: snapshots of the clusters, sizes of the bases (kappa_max = 10), dual errors of table 2.
