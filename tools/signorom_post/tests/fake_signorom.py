@@ -32,12 +32,18 @@ def main(arguments: list[str]) -> int:
         return 2
     deck = yaml.safe_load(Path(deck_path).read_text())
     if command == "sample":
-        (folder / "snapshots.h5").touch()
+        if "greedy" in deck["training"]:
+            shutil.copy(home / "irregular.h5", folder / "snapshots.h5")
+        else:
+            (folder / "snapshots.h5").touch()
         return 0
     assert (folder / "snapshots.h5").is_file(), "the snapshots are not linked"
     write_tables(folder, deck)
     (folder / "fields.xdmf").touch()
     shutil.copy(home / "fields.h5", folder / "fields.h5")
+    if deck.get("clusters", {}).get("method") == "irregular":
+        shutil.copy(home / "labels.csv", folder / "labels.csv")
+        assert (folder / deck["training"]["file"]).read_text().startswith("P1,h1\n5.0,1.0\n")
     shutil.copy(home / ("clusters.h5" if "clusters" in deck else "model.h5"), folder / "model.h5")
     return 0
 
@@ -47,9 +53,9 @@ def write_tables(folder: Path, deck: dict[str, Any]) -> None:
     n_rows = {None: 12, 4e-4: 34, 1e-4: 60, 1e-6: 40}[reduction.get("dual_pod_tolerance")]
     n_clusters = deck.get("clusters", {"number": 1})["number"]
     entries = history(reduction, n_rows)
-    sizes = f"{{n_modes: {N_MODES}, n_contact_rows: {n_rows}}}"
-    local = ", ".join(f"'{k}': {sizes}" for k in range(1, n_clusters + 1))
-    (folder / "report.yaml").write_text(f"reduction: {{n_contact_rows: {n_rows}, clusters: {{{local}}}}}\n")
+    sizes = f"n_modes: {N_MODES}, n_contact_rows: {n_rows}"
+    local = ", ".join(f"'{k}': {{{sizes}}}" for k in range(1, n_clusters + 1))
+    (folder / "report.yaml").write_text(f"reduction: {{{sizes}, clusters: {{{local}}}}}\n")
     clusters = range(1, n_clusters + 1)
     lines = [f"{k},{i},{','.join(map(str, entry))}" for k in clusters for i, entry in enumerate(entries)]
     (folder / "enrichment.csv").write_text("\n".join([HEADER, *lines]) + "\n")
@@ -67,7 +73,7 @@ def history(reduction: dict[str, Any], n_rows: int) -> list[tuple[object, ...]]:
     entries: list[tuple[object, ...]] = []
     for k in range(enrichment.get("max_hats", n_rows) + 1):
         kappa = 10.0 ** (4.0 - 4.0 * k / n_rows)
-        n_columns = N_MODES + reduction["extra_modes"] + k
+        n_columns = N_MODES + (9 if "extended_pod_tolerance" in reduction else reduction["extra_modes"]) + k
         rank, shown = (n_rows, kappa) if k >= 4 else (n_rows - 1, math.inf)
         entries.append((k, k, n_columns, rank, shown, kappa, 1e4))
         if kappa <= enrichment["max_condition_number"] * (1 + 1e-12):

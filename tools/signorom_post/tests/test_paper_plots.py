@@ -5,6 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pytest
 from half_disk_results import HalfDisks
 from pictures import check_picture, lines_of
 
@@ -14,6 +15,7 @@ from signorom_post.plots.contact_forces import ContactForces, contact_forces
 from signorom_post.plots.enrichment_errors import ErrorSeries, errors_and_kappa, errors_and_size
 from signorom_post.plots.error_map import ErrorMap, error_maps
 from signorom_post.plots.errors_of_modes import ModeSeries, errors_of_modes
+from signorom_post.plots.partition import Partition, partition
 from signorom_post.plots.reduced_domain import reduced_domain
 from signorom_post.plots.two_bodies import two_bodies
 from signorom_post.readers.fields import FieldFile
@@ -121,6 +123,29 @@ def test_clusters_and_their_snapshots(tmp_path: Path) -> None:
     assert lines_of(axes, "second 1")[0].get_xydata().tolist() == [[5.0, 3.0]]
     texts = [text.get_text() for text in figure.legends[0].get_texts()]
     assert texts == ["cluster 1: 2 snapshots", "cluster 2: 2 snapshots"]
+
+
+def test_partition(tmp_path: Path) -> None:
+    """Snapshots left, answers right, hatches where the second cluster has half of the first one's votes or more."""
+    points = np.array([[x, y] for x in (5.0, 100.0, 200.0) for y in (0.6, 3.0, 6.0)])
+    labels = np.array([0, 0, 1] * 3)
+    ratios = np.array([0.0, 0.9, 0.1] * 3)
+    members = [points[labels == 0], points[labels == 1]]
+    with styled():
+        figure = partition(Partition(members, points, labels, ratios))
+        check_picture(figure, tmp_path / "figure.png")
+    left, right = figure.axes
+    for i in (0, 1):
+        np.testing.assert_array_equal(lines_of(left, f"snapshots {i}")[0].get_xydata(), members[i])
+    (cells,) = [c for c in right.collections if c.get_gid() == "labels"]
+    np.testing.assert_array_equal(cells.get_array(), [[0] * 3, [0] * 3, [1] * 3])
+    (near,) = [c for c in right.collections if c.get_gid() == "near"]
+    heights = np.vstack([path.vertices for path in near.get_paths()])[:, 1]
+    # 0.5 lies between 0 at 0.6 mm and 0.9 at 3 mm, and between 0.9 and 0.1 at 6 mm
+    assert (heights.min(), heights.max()) == pytest.approx((0.6 + 2.4 * 5 / 9, 3.0 + 3.0 / 2))
+    texts = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert texts[:2] == ["cluster 1: 6 snapshots", "cluster 2: 3 snapshots"]
+    assert texts[2] == "second cluster: at least 50 % of the votes of the first"
 
 
 def two_blocks() -> Mesh:

@@ -6,6 +6,7 @@ import csv
 import os
 import signal
 import sys
+import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -21,6 +22,7 @@ from signorom_post.paper.convergence import figure_3, figure_10
 from signorom_post.paper.decay import figure_16
 from signorom_post.paper.domains import figure_9, figure_12
 from signorom_post.paper.forces import figure_14
+from signorom_post.paper.irregular import figure_19, figure_20, figure_21, figure_22
 from signorom_post.paper.maps import figure_11, figure_13
 from signorom_post.paper.outcome import Entry, Outcome, Row, Study
 from signorom_post.paper.program import find_base_deck, find_program
@@ -44,6 +46,10 @@ ENTRIES: dict[str, Entry] = {
     "fig17": figure_17,
     "table2": table_2,
     "fig18": figure_18,
+    "fig19": figure_19,
+    "fig20": figure_20,
+    "fig21": figure_21,
+    "fig22": figure_22,
 }
 TITLE = "Case b of the paper"
 INTRODUCTION = (
@@ -113,6 +119,7 @@ def _run(options: argparse.Namespace) -> int:
 
 def make_paper(options: PaperOptions) -> list[Comparison]:
     """Run what is missing, write all files, print the table; returns its numbers."""
+    start = time.monotonic()
     runs = Runs(options.output / "runs", find_program(), find_base_deck(), options.n_jobs, _say)
     study = Study(runs, options.n_map)
     comparisons: list[Comparison] = []
@@ -130,6 +137,8 @@ def make_paper(options: PaperOptions) -> list[Comparison]:
     (options.output / "summary.md").write_text(text, encoding="utf-8")
     print(options.output / "summary.md")
     print(f"\n{text_table(comparisons)}")
+    minutes, seconds = divmod(round(time.monotonic() - start), 60)
+    _say(f"{len(options.only)} entries in {minutes} min {seconds} s")
     return comparisons
 
 

@@ -33,7 +33,8 @@ class Comparison:
     #: figure or table of the paper
     where: str
     quantity: str
-    paper: float
+    #: None where the paper has a picture
+    paper: float | None
     ours: float
     show: Callable[[float], str]
     #: range of ours that counts as agreement; None where none was agreed on
@@ -59,7 +60,8 @@ class Comparison:
     def cells(self) -> list[str]:
         """Texts of the columns; with a star where a difference would mean little."""
         cut = ABSENT if self.cut is None else self.show(self.cut)
-        paper = self.show(self.paper) if self.is_published else f"({self.show(self.paper)})"
+        paper = ABSENT if self.paper is None else self.show(self.paper)
+        paper = paper if self.is_published else f"({paper})"
         paper += "" if self.is_robust else " *"
         return [
             self.where,
@@ -121,7 +123,7 @@ def rows_for_csv(comparisons: Sequence[Comparison]) -> list[dict[str, object]]:
         {
             "where": item.where,
             "quantity": item.quantity,
-            "paper": item.paper,
+            "paper": "" if item.paper is None else item.paper,
             "ours": item.ours,
             "allowed_min": "" if item.allowed is None else item.allowed[0],
             "allowed_max": "" if item.allowed is None else item.allowed[1],

@@ -18,6 +18,8 @@ from signorom_post.results import Results
 MARGIN = 8
 #: statistics of a map
 FACTOR = 1.3
+#: field of the statistics of a map -> text
+TEXTS = {"median": "median of the dual error", "p95": "95th percentile", "above_10": "points above 10 %"}
 #: what answered a point whose reduced problem has no solution
 FULL_ORDER_METHOD = "condensed"
 REFERENCE_REMARK = (
@@ -99,11 +101,6 @@ def _map_comparisons(name: str, domain: int, extra: int, validation: Validation)
             f"; {n_answered} points have no reduced solution, and the full order answers there without error"
         )
     reference = published.REFERENCE_MAPS[domain, extra]
-    texts = {
-        "median": "median of the dual error",
-        "p95": "95th percentile",
-        "above_10": "points above 10 %",
-    }
     return [
         Comparison(
             f"Fig. {name[3:]}",
@@ -115,7 +112,7 @@ def _map_comparisons(name: str, domain: int, extra: int, validation: Validation)
             remark=remark,
             is_published=False,
         )
-        for key, text in texts.items()
+        for key, text in TEXTS.items()
     ]
 
 

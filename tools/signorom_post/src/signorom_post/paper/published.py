@@ -65,16 +65,18 @@ TABLE_1 = (
 
 @dataclass(frozen=True)
 class LocalModel:
-    """One of the three clusters of regular snapshots."""
+    """One of three clusters."""
 
-    n_snapshots: int
+    #: None where the paper does not tell
+    n_snapshots: int | None
     n_modes: int
     n_contact_rows: int
     #: at kappa_max = 10
     n_columns: int
 
 
-#: by falling height of the load, as the points of Table 2 tell: cluster 1 holds 5.25 mm, cluster 2 holds 3.2 mm
+#: of regular snapshots, by falling height of the load, as the points of Table 2 tell: cluster 1 holds 5.25 mm, 2 holds
+#: 3.2 mm
 CLUSTERS = (LocalModel(170, 31, 36, 54), LocalModel(194, 39, 40, 67), LocalModel(170, 36, 35, 57))
 
 
@@ -93,12 +95,25 @@ class Table2Row:
 TABLE_2 = (Table2Row(1.5e5, 39, 79, 0.0003, 0.020), Table2Row(2.2e4, 31, 67, 0.0002, 0.024))
 
 
+#: Figures 19 to 22: snapshots, l at 1e-6, pairs at a dual tolerance of 1e-4, more modes at a tolerance, sizes of the
+#: basis at kappa_max = 10 without and with these
+N_IRREGULAR, IRREGULAR_MODES, IRREGULAR_ROWS = 200, 33, 57
+IRREGULAR_TOLERANCE, IRREGULAR_EXTRA, IRREGULAR_COLUMNS = 3.5e-7, 5, (60, 82)
+#: of irregular snapshots, by the pairs in their domains: the paper's clusters 2, 0 and 1
+IRREGULAR_CLUSTERS = (
+    LocalModel(None, 23, 35, 48),
+    LocalModel(None, 27, 36, 52),
+    LocalModel(None, 35, 56, 77),
+)
+
+
 @dataclass(frozen=True)
 class MapStatistics:
     """Dual errors on the reduced domain over a map, shares: median, 95th percentile, points above 10 %."""
 
     median: float
-    p95: float
+    #: None: no limit is agreed on
+    p95: float | None
     above_10: float
 
 

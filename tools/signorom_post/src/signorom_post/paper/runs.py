@@ -5,6 +5,7 @@ import hashlib
 import os
 import shutil
 import subprocess
+import sys
 import time
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
@@ -17,11 +18,16 @@ from typing import Any
 import yaml
 
 from signorom_post.errors import InputError
-from signorom_post.paper.variants import POINTS, Variant, with_load
+from signorom_post.paper.variants import GRID, IRREGULAR, POINTS, Variant, with_load, with_training
+from signorom_post.readers.hdf5_input import Hdf5Input
 from signorom_post.results import Results
 
 #: what was run: written first into the folder of a run; and the empty file that is written last
 FINGERPRINT, FINISHED = "fingerprint", "finished"
+#: beside the snapshots at scattered points: these points
+IRREGULAR_FILE = "points.csv"
+#: folder of the snapshots
+SNAPSHOTS = {GRID: "snapshots", IRREGULAR: "irregular_snapshots"}
 #: exit codes of a run whose results can be used: all done; done, but some points did not converge
 USABLE = (0, 3)
 #: one core per run; a single rank needs no daemon beside it
@@ -69,17 +75,31 @@ class Runs:
         self.folder.mkdir(parents=True, exist_ok=True)
         lines = ["P1,h1", *(f"{pressure},{height}" for pressure, height in POINTS)]
         (self.folder / "points.csv").write_text("\n".join(lines) + "\n", encoding="utf-8")
-        self._run_all(self._sampling(load) for load in dict.fromkeys(v.load for v in variants))
+        samples = dict.fromkeys((v.load, v.training) for v in variants)
+        self._run_all(self._sampling(load, training) for load, training in samples)
+        for load, training in samples:
+            if training == IRREGULAR:
+                self._write_points(self.folder / load / SNAPSHOTS[training])
         self._run_all(self._validation(variant) for variant in dict.fromkeys(variants))
         return [Results(self.folder / variant.name) for variant in variants]
 
-    def _sampling(self, load: str) -> Job:
-        return Job(self.folder / load / "snapshots", "sample", with_load(self._base, load))
+    def _sampling(self, load: str, training: str) -> Job:
+        deck = with_training(with_load(self._base, load), training)
+        return Job(self.folder / load / SNAPSHOTS[training], "sample", deck)
+
+    def _write_points(self, folder: Path) -> None:
+        """However they were chosen: the models take them as a list."""
+        path = folder / IRREGULAR_FILE
+        with Hdf5Input(folder / "snapshots.h5") as file:
+            names, points = file.texts("/parameter_names"), file.reals("/parameters", 2)
+        lines = [",".join(names), *(",".join(repr(float(value)) for value in point) for point in points)]
+        path.write_text("\n".join(lines) + "\n", encoding="utf-8")
 
     def _validation(self, variant: Variant) -> Job:
-        deck = variant.deck(self._base, "../../points.csv")
+        snapshots = SNAPSHOTS[variant.training]
+        deck = variant.deck(self._base, "../../points.csv", f"../{snapshots}/{IRREGULAR_FILE}")
         dropped = () if variant.has_fields else ("model.h5", "fields.h5", "fields.xdmf")
-        link = self.folder / variant.load / "snapshots" / "snapshots.h5"
+        link = self.folder / variant.load / snapshots / "snapshots.h5"
         return Job(self.folder / variant.name, "run", deck, link, dropped)
 
     def _run_all(self, jobs: Iterable[Job]) -> None:
@@ -109,7 +129,7 @@ class Runs:
                 process = subprocess.Popen(
                     [self._program, job.command, "deck.yaml"],
                     cwd=job.folder,
-                    env=os.environ | ENVIRONMENT | {"OMPI_MCA_orte_tmpdir_base": own},
+                    env=_environment() | {"OMPI_MCA_orte_tmpdir_base": own},
                     stdin=subprocess.DEVNULL,
                     stdout=output,
                     stderr=subprocess.STDOUT,
@@ -146,7 +166,8 @@ class Runs:
         return self._is_same(job) and (job.folder / FINISHED).is_file()
 
     def _fingerprint(self, job: Job) -> str:
-        return _digest(self._inputs.encode(), job.command.encode(), _deck_text(job).encode())
+        snapshots = (job.link.parent / FINGERPRINT).read_bytes() if job.link is not None else b""
+        return _digest(self._inputs.encode(), job.command.encode(), _deck_text(job).encode(), snapshots)
 
     def _stop(self, pool: ThreadPoolExecutor) -> None:
         """Cancel what waits and end what runs; the program ends after its current point."""
@@ -156,6 +177,12 @@ class Runs:
                 if process.poll() is None:
                     process.terminate()
         pool.shutdown(wait=True, cancel_futures=True)
+
+
+def _environment() -> dict[str, str]:
+    """The program starts the tool that trains the forest: the one that runs now."""
+    path = os.pathsep.join([str(Path(sys.executable).parent), os.environ.get("PATH", os.defpath)])
+    return os.environ | ENVIRONMENT | {"PATH": path}
 
 
 def _deck_text(job: Job) -> str:

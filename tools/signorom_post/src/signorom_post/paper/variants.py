@@ -18,6 +18,14 @@ LOCAL_TOLERANCES: tuple[float, float | None] = (1.0e-8, 1.0e-6)
 ZONE = "cladding_outside"
 #: [MB] room for the full-order operator on the multipliers, which answers where the reduced problem has no solution
 FULL_ORDER_SIZE = 1.0
+#: where the snapshots are: on the grid of the deck, or scattered
+GRID, IRREGULAR = "grid", "irregular"
+#: how scattered ones are chosen, as in input/pellet_cladding_greedy.yaml
+IRREGULAR_POINTS: dict[str, Any] = {
+    "greedy": {"candidates": {"sobol": 2000}, "indicator": "projection", "initial": 10, "max_points": 200}
+}
+#: of the program's random forest
+FOREST_TREES, FOREST_SEED = 100, 1
 #: which edges below the height carry the pressure: whole ones only, as in the paper, or cut ones too
 LOADS = ("whole_edges", "cut")
 
@@ -34,13 +42,17 @@ class Variant:
     max_hats: int | None = None
     #: POD modes beyond those that choose the domain
     extra_modes: int = 0
+    #: or as many as this energy tail asks for
+    extended_tolerance: float | None = None
     #: key of SIDES
     side: str = "cladding"
     load: str = LOADS[0]
     #: compared on a grid of so many points per parameter; None: at the two POINTS
     n_map: int | None = None
-    #: local models by the paper's regular method; None: one model
+    #: local models by the paper's method for these snapshots; None: one model
     n_clusters: int | None = None
+    #: GRID or IRREGULAR
+    training: str = GRID
     #: model and fields are wanted, not just the tables
     has_fields: bool = False
 
@@ -49,6 +61,10 @@ class Variant:
         """A name for its folder, different for each variant."""
         of_what = f"rid{self.domain}" if self.n_clusters is None else f"clusters{self.n_clusters}"
         parts = [of_what, f"plus{self.extra_modes}"]
+        if self.training != GRID:
+            parts.insert(0, self.training)
+        if self.extended_tolerance is not None:
+            parts.append(f"tail{self.extended_tolerance:g}")
         if self.max_condition_number is not None:
             parts += [self.side, f"kappa{self.max_condition_number:g}"]
         if self.max_hats is not None:
@@ -59,13 +75,16 @@ class Variant:
             parts.append("fields")
         return f"{self.load}/{'_'.join(parts)}"
 
-    def deck(self, base: dict[str, Any], points_file: str) -> dict[str, Any]:
+    def deck(self, base: dict[str, Any], points_file: str, irregular_file: str) -> dict[str, Any]:
         """The deck of this variant from the one of case b; the results lie beside it."""
         deck = with_load(base, self.load)
+        if self.training == IRREGULAR:
+            deck["training"] = {"file": irregular_file}
         n = self.n_map
         deck["test"] = {"grid": {"P1": n, "h1": n}} if n else {"file": points_file}
         if self.n_clusters is not None:
-            deck["clusters"] = {"number": self.n_clusters, "method": "regular"}
+            method = "regular" if self.training == GRID else "irregular"
+            deck["clusters"] = {"number": self.n_clusters, "method": method}
         deck["reduction"] = self._reduction()
         deck["output"]["fields"] = ["displacement", "contact"]
         deck["output"]["points"] = [dict(zip(("P1", "h1"), point, strict=True)) for point in POINTS]
@@ -82,6 +101,9 @@ class Variant:
             "zones_of_interest": [ZONE],
             "max_full_order_size": FULL_ORDER_SIZE,
         }
+        if self.extended_tolerance is not None:
+            del reduction["extra_modes"]
+            reduction["extended_pod_tolerance"] = self.extended_tolerance
         if dual_tolerance is not None:
             reduction["dual_pod_tolerance"] = dual_tolerance
         if self.max_condition_number is not None:
@@ -90,6 +112,14 @@ class Variant:
             if self.max_hats is not None:
                 reduction["enrichment"]["max_hats"] = self.max_hats
         return reduction
+
+
+def with_training(deck: dict[str, Any], training: str) -> dict[str, Any]:
+    """A copy of a deck whose snapshots are chosen in this way."""
+    deck = copy.deepcopy(deck)
+    if training == IRREGULAR:
+        deck["training"] = IRREGULAR_POINTS
+    return deck
 
 
 def with_load(base: dict[str, Any], load: str) -> dict[str, Any]:
