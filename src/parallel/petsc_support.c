@@ -4,9 +4,22 @@
 #include <petscmat.h>
 #include <slepcsys.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
+// A process that no launcher started has nobody to talk to. Open MPI would start a daemon for it and probe the
+// networks, which takes a third of a second; what the user asked for stays.
+static void spare_lone_process(void) {
+  const char *const launched[] = {"OMPI_COMM_WORLD_SIZE", "PMIX_RANK", "PMI_RANK"};
+
+  for (size_t i = 0; i < sizeof launched / sizeof *launched; i++)
+    if (getenv(launched[i])) return;
+  setenv("OMPI_MCA_ess_singleton_isolated", "1", 0);
+  setenv("OMPI_MCA_pml", "ob1", 0);
+}
+
 int sig_petsc_start(void) {
+  spare_lone_process();
   PetscCall(SlepcInitializeNoArguments());
   PetscCall(PetscInitializeFortran());
   // PETSc's handlers would turn an interrupt into a stack trace; the program finishes its point instead.
