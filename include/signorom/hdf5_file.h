@@ -48,6 +48,10 @@ int sig_h5_close(sig_h5_file *file);
 int sig_h5_write(sig_h5_file *file, const char *address, size_t length, int type, int rank, const int64_t *shape,
                  const void *values);
 
+/* A matrix of reals whose `n_rows` rows of `row_size` values stand apart in memory. */
+int sig_h5_write_rows(sig_h5_file *file, const char *address, size_t length, int64_t n_rows, int64_t row_size,
+                      const double *const *rows);
+
 /* `rank` 0: one text; 1: `n` texts. Text i is characters[ends[i - 1] .. ends[i]), the first one starts at 0. */
 int sig_h5_write_texts(sig_h5_file *file, const char *address, size_t length, int rank, int64_t n,
                        const char *characters, const int64_t *ends);

@@ -15,7 +15,7 @@ module sig_base_c_interfaces
   public :: sig_shortest_decimal
   public :: sig_run_threads, sig_processor_count
   public :: sig_h5_create_image, sig_h5_open_image, sig_h5_image_size, sig_h5_get_image
-  public :: sig_h5_create, sig_h5_open, sig_h5_close, sig_h5_write, sig_h5_write_texts
+  public :: sig_h5_create, sig_h5_open, sig_h5_close, sig_h5_write, sig_h5_write_rows, sig_h5_write_texts
   public :: sig_h5_has, sig_h5_describe, sig_h5_read, sig_h5_read_texts
 
   interface
@@ -235,6 +235,16 @@ module sig_base_c_interfaces
       integer(c_int64_t), intent(in) :: shape(*)
       type(*), intent(in) :: values(*)
     end function sig_h5_write
+
+    integer(c_int) function sig_h5_write_rows(file, address, length, n_rows, row_size, rows) bind(c)
+      import :: c_char, c_int, c_int64_t, c_ptr, c_size_t
+      type(c_ptr), value :: file
+      character(kind=c_char), intent(in) :: address(*)
+      integer(c_size_t), value :: length
+      integer(c_int64_t), value :: n_rows
+      integer(c_int64_t), value :: row_size
+      type(c_ptr), intent(in) :: rows(*)
+    end function sig_h5_write_rows
 
     integer(c_int) function sig_h5_write_texts(file, address, length, rank, n, characters, ends) bind(c)
       import :: c_char, c_int, c_int64_t, c_ptr, c_size_t

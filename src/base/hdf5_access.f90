@@ -4,18 +4,23 @@
 !> An address names a dataset (`/clusters/1/basis`) or, with an @, an attribute (`/clusters/1@rank`).
 !> Only sig_hdf5_reader and sig_hdf5_writer call it; they give it types and generic names.
 module sig_hdf5_access
-  use, intrinsic :: iso_c_binding, only: c_f_pointer, c_int, c_int64_t, c_null_ptr, c_ptr, c_size_t
+  use, intrinsic :: iso_c_binding, only: c_f_pointer, c_int, c_int64_t, c_loc, c_null_ptr, c_ptr, c_size_t
   use sig_base_c_interfaces, only: sig_free, sig_h5_create, sig_h5_describe, sig_h5_open, sig_h5_read, &
-    sig_h5_read_texts, sig_h5_write, sig_h5_write_texts
+    sig_h5_read_texts, sig_h5_write, sig_h5_write_rows, sig_h5_write_texts
   use sig_c_strings, only: from_c
   use sig_errors, only: error_t, make_error
   use sig_file_system, only: file_exists, is_directory
-  use sig_kinds, only: lk
+  use sig_kinds, only: lk, rk
   use sig_text, only: string_t, to_text
   implicit none(type, external)
   private
-  public :: create_hdf5, open_hdf5, write_array, write_texts, find_shape, read_array, read_texts
-  public :: real_type, integer_type, text_type
+  public :: create_hdf5, open_hdf5, write_array, write_columns, write_texts, find_shape, read_array, read_texts
+  public :: column_t, real_type, integer_type, text_type
+
+  !> Where a column of a matrix stands in memory.
+  type :: column_t
+    real(rk), pointer, contiguous :: values(:) => null()
+  end type column_t
 
   ! as in hdf5_file.h
   integer(c_int), parameter :: real_type = 1, integer_type = 2, text_type = 3
@@ -96,6 +101,26 @@ contains
       int(shape(size(shape):1:-1), c_int64_t), values)
     if (status /= 0) call report_write(path, address, error)
   end subroutine write_array
+
+  !> Writes a matrix without gathering its columns first.
+  subroutine write_columns(handle, path, address, columns, n_rows, error)
+    type(c_ptr), intent(in) :: handle
+    character(*), intent(in) :: path
+    character(*), intent(in) :: address
+    type(column_t), intent(in) :: columns(:)
+    !> size of each column
+    integer, intent(in) :: n_rows
+    type(error_t), allocatable, intent(out) :: error
+    type(c_ptr) :: starts(size(columns))
+    integer(c_int) :: status
+    integer :: i
+
+    starts = c_null_ptr
+    if (n_rows > 0) starts = [(c_loc(columns(i)%values), i=1, size(columns))]
+    status = sig_h5_write_rows(handle, address, len(address, c_size_t), size(columns, kind=c_int64_t), int(n_rows, c_int64_t), &
+      starts)
+    if (status /= 0) call report_write(path, address, error)
+  end subroutine write_columns
 
   !> Writes texts, as a list or (is_scalar) the first of them alone.
   subroutine write_texts(handle, path, address, texts, is_scalar, error)

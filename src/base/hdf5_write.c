@@ -18,14 +18,19 @@ static int write_attribute(hid_t object, const char *name, const hid_t types[2],
   return failed ? SIG_H5_NO_WRITE : SIG_H5_OK;
 }
 
-static int write_dataset(hid_t file, const char *path, hid_t links, const hid_t types[2], hid_t space,
-                         const void *values) {
+static hid_t create_dataset(hid_t file, const char *path, hid_t links, hid_t type, hid_t space) {
   const hid_t creation = H5Pcreate(H5P_DATASET_CREATE);
   H5Pset_obj_track_times(creation, 0); /* the same content makes the same file */
-  const hid_t dataset = H5Dcreate2(file, path, types[0], space, links, creation, H5P_DEFAULT);
+  const hid_t dataset = H5Dcreate2(file, path, type, space, links, creation, H5P_DEFAULT);
+  H5Pclose(creation);
+  return dataset;
+}
+
+static int write_dataset(hid_t file, const char *path, hid_t links, const hid_t types[2], hid_t space,
+                         const void *values) {
+  const hid_t dataset = create_dataset(file, path, links, types[0], space);
   const int failed = dataset < 0 || H5Dwrite(dataset, types[1], H5S_ALL, H5S_ALL, H5P_DEFAULT, values) < 0;
   if (dataset >= 0) H5Dclose(dataset);
-  H5Pclose(creation);
   return failed ? SIG_H5_NO_WRITE : SIG_H5_OK;
 }
 
@@ -76,6 +81,40 @@ int sig_h5_write(sig_h5_file *file, const char *address, size_t length, int type
     status = write_at(file->id, address, length, type == SIG_H5_REAL ? reals : integers, rank, shape, values);
   }
   H5E_END_TRY;
+  return status;
+}
+
+static int fill_rows(hid_t dataset, hid_t space, const hsize_t shape[2], const double *const *rows) {
+  const hsize_t one_row[2] = {1, shape[1]};
+  const hid_t row_space = H5Screate_simple(2, one_row, NULL);
+  int failed = 0;
+  for (hsize_t i = 0; i < shape[0] && shape[1] > 0 && !failed; i++) {
+    const hsize_t start[2] = {i, 0};
+    failed = H5Sselect_hyperslab(space, H5S_SELECT_SET, start, NULL, one_row, NULL) < 0 ||
+             H5Dwrite(dataset, H5T_NATIVE_DOUBLE, row_space, space, H5P_DEFAULT, rows[i]) < 0;
+  }
+  H5Sclose(row_space);
+  return failed ? SIG_H5_NO_WRITE : SIG_H5_OK;
+}
+
+int sig_h5_write_rows(sig_h5_file *file, const char *address, size_t length, int64_t n_rows, int64_t row_size,
+                      const double *const *rows) {
+  const hsize_t shape[2] = {(hsize_t)n_rows, (hsize_t)row_size};
+  struct sig_h5_address cut;
+  int status = SIG_H5_NO_WRITE;
+  if (!sig_h5_cut_address(address, length, &cut)) return status;
+  H5E_BEGIN_TRY {
+    const hid_t links = H5Pcreate(H5P_LINK_CREATE);
+    H5Pset_create_intermediate_group(links, 1);
+    const hid_t space = H5Screate_simple(2, shape, NULL);
+    const hid_t dataset = create_dataset(file->id, cut.object, links, H5T_IEEE_F64LE, space);
+    if (dataset >= 0) status = fill_rows(dataset, space, shape, rows);
+    if (dataset >= 0 && H5Dclose(dataset) < 0) status = SIG_H5_NO_WRITE;
+    H5Sclose(space);
+    H5Pclose(links);
+  }
+  H5E_END_TRY;
+  sig_free(cut.object);
   return status;
 }
 

@@ -9,12 +9,12 @@ module sig_hdf5_writer
   use sig_errors, only: error_t, exit_internal, make_error
   use sig_file_seal, only: seal_file, seal_size
   use sig_file_system, only: remove_file, system_reason
-  use sig_hdf5_access, only: create_hdf5, integer_type, real_type, write_array, write_texts
+  use sig_hdf5_access, only: column_t, create_hdf5, integer_type, real_type, write_array, write_columns, write_texts
   use sig_kinds, only: rk
   use sig_text, only: string_t
   implicit none(type, external)
   private
-  public :: h5_writer_t
+  public :: column_t, h5_writer_t
 
   !> The file appears under its name only with a close that succeeds; before, it is `<path>.partial`.
   !> The first failure of a write is kept, later writes do nothing, and close hands it back. One that is never closed is removed.
@@ -37,6 +37,7 @@ module sig_hdf5_writer
     procedure :: discard => discard_file
     generic :: write => write_real, write_real_1, write_real_2, write_real_3, write_integer, write_integer_1, &
       write_integer_2, write_text, write_text_1
+    procedure :: write_columns => write_real_columns
     generic :: write_attribute => write_real_attribute, write_real_1_attribute, write_integer_attribute, &
       write_text_attribute, write_text_1_attribute
     procedure, private :: write_real, write_real_1, write_real_2, write_real_3, write_integer, write_integer_1
@@ -176,6 +177,22 @@ contains
 
     call put(self, name, real_type, shape(value), value, unit, description)
   end subroutine write_real_2
+
+  !> A matrix whose columns stand apart in memory.
+  subroutine write_real_columns(self, name, columns, n_rows, unit, description)
+    class(h5_writer_t), intent(inout) :: self
+    character(*), intent(in) :: name
+    type(column_t), intent(in) :: columns(:)
+    !> size of each column
+    integer, intent(in) :: n_rows
+    character(*), intent(in), optional :: unit
+    character(*), intent(in), optional :: description
+
+    if (.not. may_write(self)) return
+    call write_columns(self%handle, self%path, name, columns, n_rows, self%error)
+    call describe(self, name, 'unit', unit)
+    call describe(self, name, 'description', description)
+  end subroutine write_real_columns
 
   subroutine write_real_3(self, name, value, unit, description)
     class(h5_writer_t), intent(inout) :: self

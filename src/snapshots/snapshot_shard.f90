@@ -8,7 +8,7 @@ module sig_snapshot_shard
   use sig_snapshots_c_interfaces, only: sig_shard_append, sig_shard_close, sig_shard_open, sig_shard_read
   implicit none(type, external)
   private
-  public :: snapshot_record_t, shard_writer_t, read_shard, append_records
+  public :: snapshot_record_t, shard_writer_t, read_shard, append_records, move_record
   public :: n_residuals
 
   !> equilibrium, penetration, negative multiplier, complementarity, force balance
@@ -159,6 +159,7 @@ contains
     call move_alloc(longer, list)
   end subroutine append_records
 
+  !> Its fields are gone from where they were.
   pure subroutine move_record(from, to)
     type(snapshot_record_t), intent(inout) :: from
     type(snapshot_record_t), intent(inout) :: to

@@ -5,15 +5,15 @@ module sig_snapshot_store
   use sig_errors, only: error_t, make_error
   use sig_hdf5_format, only: check_format, write_format
   use sig_hdf5_reader, only: h5_reader_t
-  use sig_hdf5_writer, only: h5_writer_t
+  use sig_hdf5_writer, only: column_t, h5_writer_t
   use sig_kinds, only: rk
   use sig_parameter_space, only: format_point
-  use sig_snapshot_shard, only: n_residuals, snapshot_record_t
+  use sig_snapshot_shard, only: move_record, n_residuals, snapshot_record_t
   use sig_text, only: string_t
   use sig_version, only: code_version
   implicit none(type, external)
   private
-  public :: snapshot_set_t, all_points, merge_records, records_of_set, write_snapshot_set, read_snapshot_set
+  public :: snapshot_set_t, all_points, merge_records, pick_records, records_of_set, write_snapshots, read_snapshot_set
 
   character(*), parameter :: format_name = 'signorom snapshots'
   integer, parameter :: format_version = 1
@@ -54,7 +54,43 @@ contains
     type(snapshot_set_t), intent(inout) :: set
     !> shape (n_points)
     logical, intent(out) :: is_missing(:)
-    integer :: record_of_point(size(points, 2)), i_point, i_record
+    integer :: record_of_point(size(points, 2)), i_point
+
+    record_of_point = records_of_points(records, points)
+    is_missing = record_of_point == 0
+    set%parameters = points(:, pack([(i_point, i_point=1, size(points, 2))], .not. is_missing))
+    call fill_columns(records, pack(record_of_point, .not. is_missing), set)
+  end subroutine merge_records
+
+  !> The same as records, without a copy of their fields, which are gone from where they were.
+  pure subroutine pick_records(records, points, picked, is_missing)
+    type(snapshot_record_t), intent(inout) :: records(:)
+    !> shape (n_parameters, n_points)
+    real(rk), intent(in) :: points(:, :)
+    !> in the order of the points
+    type(snapshot_record_t), allocatable, intent(out) :: picked(:)
+    !> shape (n_points)
+    logical, intent(out) :: is_missing(:)
+    integer :: record_of_point(size(points, 2)), i_column, i_point
+
+    record_of_point = records_of_points(records, points)
+    is_missing = record_of_point == 0
+    allocate (picked(count(.not. is_missing)))
+    i_column = 0
+    do i_point = 1, size(points, 2)
+      if (is_missing(i_point)) cycle
+      i_column = i_column + 1
+      call move_record(records(record_of_point(i_point)), picked(i_column))
+      picked(i_column)%parameters = points(:, i_point)
+    end do
+  end subroutine pick_records
+
+  !> Index of each point's record, 0 where there is none.
+  pure function records_of_points(records, points) result(record_of_point)
+    type(snapshot_record_t), intent(in) :: records(:)
+    real(rk), intent(in) :: points(:, :)
+    integer :: record_of_point(size(points, 2))
+    integer :: i_point, i_record
 
     record_of_point = 0
     i_point = 0
@@ -63,10 +99,7 @@ contains
       if (i_point == 0) cycle
       if (record_of_point(i_point) == 0 .or. records(i_record)%reason > 0) record_of_point(i_point) = i_record
     end do
-    is_missing = record_of_point == 0
-    set%parameters = points(:, pack([(i_point, i_point=1, size(points, 2))], .not. is_missing))
-    call fill_columns(records, pack(record_of_point, .not. is_missing), set)
-  end subroutine merge_records
+  end function records_of_points
 
   pure subroutine fill_columns(records, chosen, set)
     type(snapshot_record_t), intent(in) :: records(:)
@@ -144,10 +177,13 @@ contains
     i_point = 0
   end function point_index
 
-  !> Writes snapshots.h5. For h5py the snapshots are rows: displacement has shape (m, n_dofs).
-  subroutine write_snapshot_set(path, set, length_unit, multiplier_unit, parameter_units, error)
+  !> Writes snapshots.h5 straight from the records. For h5py the snapshots are rows: displacement has shape (m, n_dofs).
+  subroutine write_snapshots(path, study, records, length_unit, multiplier_unit, parameter_units, error)
     character(*), intent(in) :: path
-    type(snapshot_set_t), intent(in) :: set
+    !> provenance, names and terms; its snapshots do not count
+    type(snapshot_set_t), intent(in) :: study
+    !> shape (m)
+    type(snapshot_record_t), intent(in), target :: records(:)
     character(*), intent(in) :: length_unit
     !> force, per length in plane models
     character(*), intent(in) :: multiplier_unit
@@ -158,22 +194,47 @@ contains
     call file%create(path, error)
     if (allocated(error)) return
     call write_format(file, format_name, format_version, code_version)
-    call file%write_attribute('/', 'provenance', set%provenance)
-    call file%write('/parameter_names', set%parameter_names, description='in the order of the columns of parameters')
-    call file%write('/parameters', set%parameters, description='parameter points, one per snapshot; units: see attribute')
+    call file%write_attribute('/', 'provenance', study%provenance)
+    call file%write('/parameter_names', study%parameter_names, description='in the order of the columns of parameters')
+    call write_fields(file, records, size(study%parameter_names), length_unit, multiplier_unit)
     call file%write_attribute('/parameters', 'units', parameter_units)
-    call file%write('/displacement', set%displacement, length_unit, 'nodal displacement, dof = n_dim * (node - 1) + component')
-    call file%write('/multipliers', set%multipliers, multiplier_unit, 'contact force of each node pair, >= 0')
-    call file%write('/iterations', set%n_iterations, description='iterations of the contact solver')
-    call file%write('/reasons', set%reasons, description='> 0 solved, < 0 failed')
-    call file%write('/residuals', set%residuals, description= &
-                    'equilibrium (relative), penetration (' // length_unit // '), negative multiplier (relative), ' // &
-                    'complementarity (relative), force balance (relative)')
-    call file%write('/seconds', set%seconds, 's', 'wall time of the solution')
-    call file%write('/term_texts', set%term_texts, description='factors of the free responses, expressions of the parameters')
-    call file%write('/free_response', set%free_response, length_unit, 'displacement under each term without contact')
+    call file%write('/iterations', records%n_iterations, description='iterations of the contact solver')
+    call file%write('/reasons', records%reason, description='> 0 solved, < 0 failed')
+    call file%write('/seconds', records%seconds, 's', 'wall time of the solution')
+    call file%write('/term_texts', study%term_texts, description='factors of the free responses, expressions of the parameters')
+    call file%write('/free_response', study%free_response, length_unit, 'displacement under each term without contact')
     call file%close(error)
-  end subroutine write_snapshot_set
+  end subroutine write_snapshots
+
+  !> What has a column per record.
+  subroutine write_fields(file, records, n_parameters, length_unit, multiplier_unit)
+    type(h5_writer_t), intent(inout) :: file
+    type(snapshot_record_t), intent(in), target :: records(:)
+    integer, intent(in) :: n_parameters
+    character(*), intent(in) :: length_unit
+    character(*), intent(in) :: multiplier_unit
+    type(column_t), dimension(size(records)) :: parameters, displacement, multipliers, residuals
+    integer :: i, n_dofs, n_multipliers
+
+    n_dofs = 0
+    n_multipliers = 0
+    do i = 1, size(records)
+      parameters(i)%values => records(i)%parameters
+      displacement(i)%values => records(i)%displacement
+      multipliers(i)%values => records(i)%multipliers
+      residuals(i)%values => records(i)%residuals
+      n_dofs = size(records(i)%displacement)
+      n_multipliers = size(records(i)%multipliers)
+    end do
+    call file%write_columns('/parameters', parameters, n_parameters, &
+      description='parameter points, one per snapshot; units: see attribute')
+    call file%write_columns('/displacement', displacement, n_dofs, length_unit, &
+      'nodal displacement, dof = n_dim * (node - 1) + component')
+    call file%write_columns('/multipliers', multipliers, n_multipliers, multiplier_unit, 'contact force of each node pair, >= 0')
+    call file%write_columns('/residuals', residuals, n_residuals, description= &
+      'equilibrium (relative), penetration (' // length_unit // '), negative multiplier (relative), ' // &
+      'complementarity (relative), force balance (relative)')
+  end subroutine write_fields
 
   !> Reads snapshots.h5.
   !>

@@ -16,8 +16,8 @@ module sig_snapshot_merge
   use sig_problem, only: force_unit, parameter_names, parameter_units, problem_t
   use sig_rank_groups, only: rank_groups_t
   use sig_snapshot_shard, only: append_records, read_shard, snapshot_record_t
-  use sig_snapshot_store, only: all_points, merge_records, read_snapshot_set, records_of_set, snapshot_set_t, &
-    write_snapshot_set
+  use sig_snapshot_store, only: all_points, merge_records, pick_records, read_snapshot_set, records_of_set, snapshot_set_t, &
+    write_snapshots
   use sig_text, only: string_t, to_text
   use petsc
   implicit none(type, external)
@@ -84,19 +84,19 @@ contains
     logical, intent(out) :: is_merged
     type(error_t), allocatable, intent(out) :: error
     PetscErrorCode, intent(out) :: ierr
-    type(snapshot_set_t) :: set
+    type(snapshot_record_t), allocatable :: records(:)
     logical, allocatable :: is_missing(:)
     integer :: rank, i, i_column
 
     allocate (is_done(size(points, 2)), source=.false.)
     call MPI_Comm_rank(PETSC_COMM_WORLD, rank, ierr)
-    if (rank == 0) call collect_snapshots(problem, store, points, set, is_missing, error)
+    if (rank == 0) call collect_snapshots(problem, store, points, records, is_missing, error)
     if (rank == 0 .and. .not. allocated(error)) then
       i_column = 0
       do i = 1, size(points, 2)
         if (is_missing(i)) cycle
         i_column = i_column + 1
-        is_done(i) = set%reasons(i_column) == reason_converged
+        is_done(i) = records(i_column)%reason == reason_converged
       end do
     end if
     is_merged = size(store%shards()) == 0
@@ -107,17 +107,19 @@ contains
   end subroutine find_finished_points
 
   !> Everything that stands in the folder: these points first, then others that an earlier deck asked for. Local.
-  subroutine collect_snapshots(problem, store, points, set, is_missing, error, fresh)
+  subroutine collect_snapshots(problem, store, points, picked, is_missing, error, fresh)
     type(problem_t), intent(in) :: problem
     type(store_t), intent(in) :: store
     real(rk), intent(in) :: points(:, :)
-    type(snapshot_set_t), intent(out) :: set
+    !> those that there are, in the order of the points
+    type(snapshot_record_t), allocatable, intent(out) :: picked(:)
     !> shape (n_points and more)
     logical, allocatable, intent(out) :: is_missing(:)
     type(error_t), allocatable, intent(out) :: error
-    !> records that are not in the folder; their fields move into the set
+    !> records that are not in the folder; their fields are gone afterwards
     type(snapshot_record_t), intent(inout), optional :: fresh(:)
     type(snapshot_record_t), allocatable :: records(:), found(:)
+    type(snapshot_set_t) :: set
     type(string_t), allocatable :: shards(:)
     real(rk), allocatable :: wanted(:, :)
     integer :: i, n_dropped
@@ -141,7 +143,7 @@ contains
     end do
     if (present(fresh)) call append_records(fresh, records)
     allocate (is_missing(size(wanted, 2)))
-    call merge_records(records, wanted, set, is_missing)
+    call pick_records(records, wanted, picked, is_missing)
   end subroutine collect_snapshots
 
   !> The solutions at these points, in their order; the file may hold more. Local.
@@ -210,18 +212,19 @@ contains
     type(snapshot_record_t), intent(inout) :: fresh(:)
     real(rk), intent(in) :: response(:, :)
     type(error_t), allocatable, intent(out) :: error
-    type(snapshot_set_t) :: set
+    type(snapshot_set_t) :: study
+    type(snapshot_record_t), allocatable :: records(:)
     type(string_t), allocatable :: shards(:)
     logical, allocatable :: is_missing(:)
     integer :: i
 
-    call collect_snapshots(problem, store, points, set, is_missing, error, fresh)
+    call collect_snapshots(problem, store, points, records, is_missing, error, fresh)
     if (allocated(error)) return
-    set%provenance = problem%provenance
-    set%parameter_names = parameter_names(problem%deck)
-    set%term_texts = problem%terms%names(:size(response, 2))
-    set%free_response = response
-    call write_snapshot_set(store%path(), set, problem%deck%units%length, force_unit(problem%deck), &
+    study%provenance = problem%provenance
+    study%parameter_names = parameter_names(problem%deck)
+    study%term_texts = problem%terms%names(:size(response, 2))
+    study%free_response = response
+    call write_snapshots(store%path(), study, records, problem%deck%units%length, force_unit(problem%deck), &
       parameter_units(problem%deck), error)
     if (allocated(error)) return
     shards = store%shards()
