@@ -5,6 +5,7 @@ module sig_contact_residuals
   use sig_contact_state, only: contact_state_t
   use sig_contact_system, only: contact_system_t
   use sig_kinds, only: rk
+  use sig_linear_algebra, only: largest_size, sum_of_sizes
   use sig_petsc_support, only: max_over_ranks, multiply_block, sum_over_ranks
   use petsc
   implicit none(type, external)
@@ -25,16 +26,14 @@ contains
     type(contact_state_t), intent(inout) :: state
     PetscErrorCode, intent(out) :: ierr
     type(contact_state_t) :: states(1)
-    real(rk), allocatable :: unbalanced(:, :)
+    real(rk), allocatable :: reactions(:, :)
 
     states(1) = state
-    PetscCall(measure_block(system, reshape(theta, [size(theta), 1]), states, unbalanced, ierr))
+    PetscCall(measure_block(system, reshape(theta, [size(theta), 1]), states, reactions, ierr))
     state%residuals = states(1)%residuals
     if (.not. allocated(state%reactions)) allocate (state%reactions(system%map%n_dofs))
     state%reactions = 0
-    associate (local => system%map%local_dofs)
-      state%reactions(local) = merge(unbalanced(:, 1), 0.0_rk, system%boundary%is_prescribed(local))
-    end associate
+    state%reactions(system%map%local_dofs(own_prescribed(system))) = reactions(:, 1)
     PetscCall(sum_over_ranks(system%comm, state%reactions, ierr))
   end subroutine measure_residuals
 
@@ -47,30 +46,48 @@ contains
     !> shape (n_points)
     type(contact_state_t), intent(inout) :: states(:)
     PetscErrorCode, intent(out) :: ierr
-    real(rk), allocatable :: unbalanced(:, :)
+    real(rk), allocatable :: reactions(:, :)
 
-    PetscCall(measure_block(system, theta, states, unbalanced, ierr))
+    PetscCall(measure_block(system, theta, states, reactions, ierr))
   end subroutine measure_points
 
-  subroutine measure_block(system, theta, states, unbalanced, ierr)
+  !> Prescribed dofs among those of this rank.
+  pure function own_prescribed(system) result(held)
+    type(contact_system_t), intent(in) :: system
+    !> 1-based in map%local_dofs
+    integer, allocatable :: held(:)
+    integer :: i
+
+    held = pack([(i, i=1, system%map%n_local_dofs)], system%boundary%is_prescribed(system%map%local_dofs))
+  end function own_prescribed
+
+  subroutine measure_block(system, theta, states, reactions, ierr)
     type(contact_system_t), intent(inout) :: system
     real(rk), intent(in) :: theta(:, :)
     type(contact_state_t), intent(inout) :: states(:)
-    !> [force] K u + B' lambda - F, rows of this rank, shape (n_local_dofs, n_points)
-    real(rk), allocatable, intent(out) :: unbalanced(:, :)
+    !> [force] of own_prescribed, shape (n_held, n_points)
+    real(rk), allocatable, intent(out) :: reactions(:, :)
     PetscErrorCode, intent(out) :: ierr
     real(rk) :: stiffness_size, largest(n_largest, size(states)), sums(system%map%n_dim + 2, size(states))
-    real(rk), allocatable :: columns(:, :)
+    real(rk), allocatable :: columns(:, :), forces(:, :)
+    integer, allocatable :: held(:), loaded(:)
     integer :: i
 
-    allocate (columns(system%map%n_local_dofs, size(states)), unbalanced(system%map%n_local_dofs, size(states)))
+    held = own_prescribed(system)
+    loaded = system%boundary%loads%loaded_dofs(system%map%n_dofs)
+    allocate (columns(system%map%n_local_dofs, size(states)), forces(system%map%n_local_dofs, size(states)))
+    allocate (reactions(size(held), size(states)))
     do i = 1, size(states)
       columns(:, i) = states(i)%displacement(system%map%local_dofs)
     end do
     PetscCall(MatNorm(system%stiffness, NORM_INFINITY, stiffness_size, ierr))
-    PetscCall(multiply_block(system%stiffness, columns, unbalanced, ierr))
+    PetscCall(multiply_block(system%stiffness, columns, forces, ierr))
     do i = 1, size(states)
-      call add_forces(system, theta(:, i), states(i)%multipliers, unbalanced(:, i), largest(:, i), sums(:, i))
+      largest(2, i) = largest_size(forces(:, i))
+      call add_forces(system, theta(:, i), states(i)%multipliers, loaded, forces(:, i), largest(3, i), sums(:, i))
+      reactions(:, i) = forces(held, i)
+      forces(held, i) = 0
+      largest(1, i) = largest_size(forces(:, i))
     end do
     PetscCall(max_over_ranks(system%comm, largest, ierr))
     PetscCall(sum_over_ranks(system%comm, sums, ierr))
@@ -79,40 +96,46 @@ contains
     end do
   end subroutine measure_block
 
-  !> Adds contact forces and loads to K u, and measures what there is on this rank. Local.
-  pure subroutine add_forces(system, theta, multipliers, forces, largest, sums)
+  !> Adds contact forces and loads to K u, and sums up what there is on this rank. Local.
+  pure subroutine add_forces(system, theta, multipliers, loaded, forces, largest_contact, sums)
     type(contact_system_t), intent(in) :: system
     real(rk), intent(in) :: theta(:)
     real(rk), intent(in) :: multipliers(:)
+    !> dofs that can carry a load, natural
+    integer, intent(in) :: loaded(:)
     !> [force] K u, then K u + B' lambda - F; shape (n_local_dofs)
-    real(rk), intent(inout) :: forces(:)
-    !> [force]
-    real(rk), intent(out) :: largest(n_largest)
+    real(rk), contiguous, intent(inout) :: forces(:)
+    !> [force] size of B' lambda
+    real(rk), intent(out) :: largest_contact
     !> [force] resultant of reactions, loads and obstacles along each component, then the sums of their sizes
     real(rk), intent(out) :: sums(:)
-    real(rk) :: contact(system%map%n_dofs), load(system%map%n_dofs)
-    integer :: dof, i, i_component, i_first, n
+    real(rk) :: load(system%map%n_dofs), part
+    integer :: i, i_local, k, n
 
     n = system%map%n_dim
-    contact = system%operator%apply_transpose(multipliers, system%map%n_dofs)
-    load = system%load(theta)
-    largest = 0
     sums = 0
-    ! one pass over arrays of the size of the problem: this is done for every point of a sweep
-    do i_first = 1, size(forces), n
-      do i_component = 1, n
-        i = i_first + i_component - 1
-        dof = system%map%local_dofs(i)
-        largest(2) = max(largest(2), abs(forces(i)))
-        largest(3) = max(largest(3), abs(contact(dof)))
-        forces(i) = forces(i) + contact(dof) - load(dof)
-        if (.not. system%boundary%is_prescribed(dof)) largest(1) = max(largest(1), abs(forces(i)))
-        ! contact forces cancel pair by pair; what is left of them is what obstacles do
-        sums(i_component) = sums(i_component) + forces(i) + load(dof) - contact(dof)
-        sums(n + 1) = sums(n + 1) + abs(forces(i))
-        sums(n + 2) = sums(n + 2) + abs(load(dof))
+    ! K u is what all of them do together: contact forces cancel pair by pair, but for obstacles
+    do i = system%first_balanced, n
+      sums(i) = sum(forces(i::n))
+    end do
+    largest_contact = 0
+    do k = 1, system%operator%n_rows
+      do i = 1, system%operator%n_entries(k)
+        i_local = system%map%local_index(system%operator%dofs(i, k))
+        if (i_local == 0) cycle
+        part = system%operator%coefficients(i, k) * multipliers(k)
+        forces(i_local) = forces(i_local) + part
+        largest_contact = max(largest_contact, abs(part))
       end do
     end do
+    load = system%load(theta)
+    do i = 1, size(loaded)
+      i_local = system%map%local_index(loaded(i))
+      if (i_local == 0) cycle
+      forces(i_local) = forces(i_local) - load(loaded(i))
+      sums(n + 2) = sums(n + 2) + abs(load(loaded(i)))
+    end do
+    sums(n + 1) = sum_of_sizes(forces)
   end subroutine add_forces
 
   !> The relative measures of one point. Local.
@@ -130,7 +153,7 @@ contains
     n = system%map%n_dim
     gap = system%gap(theta)
     opening = gap - system%operator%apply(state%displacement)
-    displacement_size = maxval(abs(state%displacement))
+    displacement_size = largest_size(state%displacement)
     smallest_force = smallest_per_length * displacement_size
     associate (r => state%residuals)
       r%equilibrium = relative(largest(1), maxval([smallest_force, largest(2:)]))

@@ -161,8 +161,8 @@ contains
 
     PetscCall(VecGetArrayF90(vector, local, ierr))
     do i = 1, size(dofs)
-      i_local = self%map%distributed_0(dofs(i)) - self%map%first_dof_0 + 1
-      if (i_local >= 1 .and. i_local <= self%map%n_local_dofs) local(i_local) = values(dofs(i))
+      i_local = self%map%local_index(dofs(i))
+      if (i_local > 0) local(i_local) = values(dofs(i))
     end do
     PetscCall(VecRestoreArrayF90(vector, local, ierr))
   end subroutine put_some

@@ -4,7 +4,7 @@ module sig_lapack_interfaces
   use sig_kinds, only: rk
   implicit none(type, external)
   private
-  public :: dgecon, dgemm, dgemv, dgesdd, dgetrf, dgetrs, dlange, dpocon, dpotrf, dpotrs
+  public :: dasum, dgecon, dgemm, dgemv, dgesdd, dgetrf, dgetrs, dlange, dpocon, dpotrf, dpotrs, idamax
 
   interface
     !> Reciprocal condition number of a matrix that dgetrf factored; norm '1' or 'I'; anorm is the norm of the matrix itself.
@@ -144,6 +144,26 @@ module sig_lapack_interfaces
       real(rk), intent(inout) :: b(ldb, *)
       integer, intent(out) :: info
     end subroutine dpotrs
+
+    !> Sum of the sizes of the entries.
+    pure function dasum(n, x, incx) result(value)
+      import :: rk
+      implicit none(type, external)
+      integer, intent(in) :: n
+      real(rk), intent(in) :: x(*)
+      integer, intent(in) :: incx
+      real(rk) :: value
+    end function dasum
+
+    !> Index of the entry of the largest size.
+    pure function idamax(n, x, incx) result(i)
+      import :: rk
+      implicit none(type, external)
+      integer, intent(in) :: n
+      real(rk), intent(in) :: x(*)
+      integer, intent(in) :: incx
+      integer :: i
+    end function idamax
 
     !> Norm of a matrix: norm 'M' (largest entry), '1', 'I' or 'F'.
     function dlange(norm, m, n, a, lda, work) result(value)

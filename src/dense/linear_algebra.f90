@@ -3,11 +3,11 @@
 module sig_linear_algebra
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite, ieee_quiet_nan, ieee_value
   use sig_kinds, only: rk
-  use sig_lapack_interfaces, only: dgecon, dgemm, dgemv, dgesdd, dgetrf, dgetrs, dlange
+  use sig_lapack_interfaces, only: dasum, dgecon, dgemm, dgemv, dgesdd, dgetrf, dgetrs, dlange, idamax
   implicit none(type, external)
   private
   public :: lu_t, add_product, multiply, multiply_transpose, solve_dense, invert, reciprocal_condition, singular_values, svd, &
-    unit_vector
+    unit_vector, largest_size, sum_of_sizes
 
   !> below this reciprocal condition number (1-norm) the solution has no correct digit left
   real(rk), parameter, public :: singular_reciprocal = 4.0_rk * epsilon(1.0_rk)
@@ -266,6 +266,21 @@ contains
     call dgesdd(job, m, n, copy, m, s, u, size(u, 1), vt, size(vt, 1), work, size(work), iwork, info)
     if (info /= 0) s = ieee_value(s, ieee_quiet_nan)
   end subroutine run_dgesdd
+
+  !> Largest |x_i|, 0 of none. Several times as fast as maxval(abs(x)), which waits for each comparison.
+  pure real(rk) function largest_size(x)
+    real(rk), contiguous, intent(in) :: x(:)
+
+    largest_size = 0
+    if (size(x) > 0) largest_size = abs(x(max(1, idamax(size(x), x, 1))))
+  end function largest_size
+
+  !> Sum of |x_i|.
+  pure real(rk) function sum_of_sizes(x)
+    real(rk), contiguous, intent(in) :: x(:)
+
+    sum_of_sizes = dasum(size(x), x, 1)
+  end function sum_of_sizes
 
   !> Column i of the unit matrix.
   pure function unit_vector(n, i) result(vector)

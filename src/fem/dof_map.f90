@@ -17,6 +17,8 @@ module sig_dof_map
     integer, allocatable :: local_dofs(:)
     !> distributed number (0-based) of each natural dof, shape (n_dofs)
     integer, allocatable :: distributed_0(:)
+  contains
+    procedure :: local_index
   end type dof_map_t
 
 contains
@@ -49,4 +51,13 @@ contains
       end do
     end do
   end subroutine create_dof_map
+
+  !> Where a natural dof stands among those of this rank, 0 if another rank owns it.
+  pure integer function local_index(self, dof)
+    class(dof_map_t), intent(in) :: self
+    integer, intent(in) :: dof
+
+    local_index = self%distributed_0(dof) - self%first_dof_0 + 1
+    if (local_index < 1 .or. local_index > self%n_local_dofs) local_index = 0
+  end function local_index
 end module sig_dof_map

@@ -17,7 +17,7 @@ module sig_condensed
   use sig_free_response, only: factor_without_contact, held_dofs, solve_free_response
   use sig_holding, only: anchors_t, find_anchors
   use sig_kinds, only: rk
-  use sig_lcp, only: lcp_failed_ray, lcp_solution_t, solve_lcp
+  use sig_lcp, only: lcp_failed_ray, lcp_solution_t, lcp_workspace_t, solve_lcp
   use sig_linear_algebra, only: add_product, unit_vector
   use sig_linear_solver, only: linear_solver_t
   use sig_petsc_support, only: sum_over_ranks
@@ -124,8 +124,8 @@ contains
 
     do i = 1, system%operator%n_entries(k)
       if (is_held(system%operator%dofs(i, k))) cycle
-      i_local = system%map%distributed_0(system%operator%dofs(i, k)) - system%map%first_dof_0 + 1
-      if (i_local < 1 .or. i_local > system%map%n_local_dofs) cycle
+      i_local = system%map%local_index(system%operator%dofs(i, k))
+      if (i_local == 0) cycle
       column(i_local) = column(i_local) + factor * system%operator%coefficients(i, k)
     end do
   end subroutine add_row
@@ -145,8 +145,8 @@ contains
     do i_column = 1, size(columns, 2)
       do k = 1, system%operator%n_rows
         do i = 1, system%operator%n_entries(k)
-          i_local = system%map%distributed_0(system%operator%dofs(i, k)) - system%map%first_dof_0 + 1
-          if (i_local < 1 .or. i_local > system%map%n_local_dofs) cycle
+          i_local = system%map%local_index(system%operator%dofs(i, k))
+          if (i_local == 0) cycle
           closing(k, i_column) = closing(k, i_column) + system%operator%coefficients(i, k) * columns(i_local, i_column)
         end do
       end do
@@ -235,7 +235,7 @@ contains
     n_points = nint(max(1.0_rk, min(real(most_points_at_once, rk), work_at_once / work)))
   end function n_points_at_once
 
-  !> A dense problem per point, then all displacements as one product and one sum over the ranks.
+  !> A dense problem per point, then all displacements as one product.
   subroutine solve_points(self, system, theta, states, ierr)
     class(condensed_t), intent(inout) :: self
     type(contact_system_t), intent(inout) :: system
@@ -268,6 +268,7 @@ contains
     !> [force] multipliers, but for the anchors; shape (n_rows, n_points)
     real(rk), intent(out) :: unknowns(:, :)
     type(lcp_solution_t) :: solution
+    type(lcp_workspace_t) :: workspace
     real(rk) :: openings(size(unknowns, 1), size(states))
     logical :: start(size(unknowns, 1))
     integer :: i
@@ -282,7 +283,7 @@ contains
       call balance_anchors(self, theta, openings)
     end if
     do i = 1, size(states)
-      call solve_lcp(self%compliance, openings(:, i), start, solution)
+      call solve_lcp(self%compliance, openings(:, i), start, solution, workspace)
       states(i)%reason = merge(reason_converged, reason_no_complementary_solution, solution%reason > 0)
       states(i)%n_iterations = solution%n_iterations
       states(i)%multipliers = solution%lambda
@@ -319,25 +320,22 @@ contains
     if (solution%reason == lcp_failed_ray) state%reason = reason_pulled_off
   end subroutine load_anchors
 
-  !> Rows of each rank -> whole fields on every rank, in one sum. Collective.
+  !> Rows of each rank -> whole fields on every rank. Collective.
   subroutine share_displacements(system, local, states, ierr)
     type(contact_system_t), intent(in) :: system
     !> [length] shape (n_local_dofs, n_points)
     real(rk), intent(in) :: local(:, :)
     type(contact_state_t), intent(inout) :: states(:)
     PetscErrorCode, intent(out) :: ierr
-    real(rk), allocatable :: whole(:, :)
     integer :: i, i_local
 
-    allocate (whole(system%map%n_dofs, size(states)), source=0.0_rk)
+    ierr = 0
     do i = 1, size(states)
+      allocate (states(i)%displacement(system%map%n_dofs), source=0.0_rk)
       do i_local = 1, size(local, 1)
-        whole(system%map%local_dofs(i_local), i) = local(i_local, i)
+        states(i)%displacement(system%map%local_dofs(i_local)) = local(i_local, i)
       end do
-    end do
-    PetscCall(sum_over_ranks(system%comm, whole, ierr))
-    do i = 1, size(states)
-      states(i)%displacement = whole(:, i)
+      PetscCall(sum_over_ranks(system%comm, states(i)%displacement, ierr))
     end do
   end subroutine share_displacements
 
