@@ -14,16 +14,17 @@ module sig_snapshot_buffer
     !> not written yet
     type(snapshot_record_t), allocatable :: records(:)
     type(shard_writer_t), private :: writer
-    !> [s] clock when the buffer was last empty
+    !> [s] clock when the buffer was last empty, and when records came last
     real(rk), private :: empty_time = 0
+    real(rk), private :: add_time = 0
   contains
     procedure :: create
     procedure :: add
     procedure :: close => close_buffer
   end type snapshot_buffer_t
 
-  !> [s] a kill may lose a second, and the work on the next records takes a part of it
-  real(rk), parameter :: longest_time = 0.4_rk
+  !> [s] a kill may lose a second
+  real(rk), parameter :: longest_time = 0.9_rk
   !> [bytes]
   real(rk), parameter :: largest_size = 2.0e8_rk
 
@@ -42,6 +43,7 @@ contains
     if (allocated(self%records)) deallocate (self%records)
     allocate (self%records(0))
     self%empty_time = wall_time()
+    self%add_time = self%empty_time
     call self%writer%create(path, provenance, n_parameters, n_dofs, n_multipliers, error)
   end subroutine create
 
@@ -50,9 +52,13 @@ contains
     class(snapshot_buffer_t), intent(inout) :: self
     type(snapshot_record_t), intent(inout) :: records(:)
     type(error_t), allocatable, intent(out) :: error
+    real(rk) :: next_time
 
     call append_records(records, self%records)
-    if (wall_time() - self%empty_time >= longest_time .or. &
+    ! the next ones will take as long as these did
+    next_time = 2 * wall_time() - self%add_time
+    self%add_time = wall_time()
+    if (next_time - self%empty_time >= longest_time .or. &
       8.0_rk * size(self%records) * size(self%records(1)%displacement) >= largest_size) call flush_records(self, error)
   end subroutine add
 
