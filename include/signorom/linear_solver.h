@@ -9,15 +9,20 @@
 enum { SIG_LINEAR_CHOLESKY = 1, SIG_LINEAR_GAMG = 2 };
 enum { SIG_LINEAR_DONE = 1, SIG_LINEAR_FAILED = -1, SIG_LINEAR_SINGULAR = -2 };
 
-/* Makes `matrix` (symmetric AIJ, not changed, kept alive) ready. `kind` and `reason` are of the above; `message`
-   (SIG_MESSAGE_SIZE bytes of petsc_support.h) says what failed, and is empty otherwise. Workspace failures of MUMPS
-   (INFOG(1) = -8, -9) are retried with twice the room. Errors inside PETSc, which wrong options cause, are failures
-   too, without a trace. The KSP is created here and destroyed by sig_linear_solver_destroy. */
+/* Makes `matrix` (symmetric AIJ of full blocks, not changed, kept alive) ready. `kind` and `reason` are of the above;
+   `message` (SIG_MESSAGE_SIZE bytes of petsc_support.h) says what failed, and is empty otherwise. Workspace failures of
+   MUMPS (INFOG(1) = -8, -9) are retried with twice the room. Errors inside PETSc, which wrong options cause, are
+   failures too, without a trace. The KSP is created here and destroyed by sig_linear_solver_destroy. */
 int sig_linear_solver_create(intptr_t matrix, const char *prefix, int kind, intptr_t *ksp, int *reason, char *message);
 
-/* Gives a KSP with GAMG another matrix of the same pattern that differs little from the one that it was created for:
-   its levels stay where they are. */
-int sig_linear_solver_renew(intptr_t ksp, intptr_t matrix, int *reason, char *message);
+/* Turns the finest interpolation P of GAMG into R P, R = `reflection` orthogonal and symmetric: the levels, built for a
+   matrix of displacements u, then serve matrices of the unknowns R u. Nothing happens where options chose another
+   preconditioner. */
+int sig_linear_solver_change_unknowns(intptr_t ksp, intptr_t reflection);
+
+/* Makes a KSP ready again after the entries of its matrix changed within their pattern: GAMG keeps its interpolation
+   and computes the matrices of its levels anew. */
+int sig_linear_solver_renew(intptr_t ksp, int *reason);
 
 /* Gives a matrix the fields that cost it next to no energy, which GAMG must reproduce on its coarse levels; arrays hold
    the local rows, shape [n_modes][n_local], and become orthonormal here. */

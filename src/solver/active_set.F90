@@ -8,7 +8,7 @@ module sig_active_set
   use sig_contact_system, only: contact_system_t
   use sig_holding, only: first_to_block, is_last_hold, keep_hold, letting_go
   use sig_kinds, only: rk
-  use sig_linear_solver, only: constrain, linear_solver_t, set_near_null_space
+  use sig_linear_solver, only: hold, linear_solver_t, set_near_null_space
   use sig_petsc_support, only: create_vector
   use petsc
   implicit none(type, external)
@@ -18,14 +18,13 @@ module sig_active_set
   type, extends(contact_solver_t) :: active_set_t
     type(bound_form_t) :: form
     type(linear_solver_t) :: linear_solver
+    !> of the step at hand: R K R and forces where closed pairs and prescribed dofs are held
+    Mat :: matrix
+    Vec :: rhs
     !> reflected unknowns of the last step: where conjugate gradients start
     Vec :: solution
-    !> [-] reflected rigid motions, rows of this rank, shape (n_local_dofs, n_modes)
-    real(rk), allocatable :: near_null(:, :)
     !> accuracy of the steps of the point at hand: index into tolerance_levels
     integer :: level = 1
-    !> the multigrid levels were built for another set
-    logical :: is_renewed = .false.
   contains
     procedure :: create
     procedure :: solve
@@ -41,8 +40,9 @@ module sig_active_set
     !> [force] work of the loads on the free motions, and the sum of the sizes of its parts, shape (n_free)
     real(rk), allocatable :: work(:)
     real(rk), allocatable :: work_size(:)
-    Mat :: matrix
-    Vec :: rhs
+    !> held dofs, natural, and [length] what they are held at, natural, shape (n_dofs)
+    integer, allocatable :: dofs(:)
+    real(rk), allocatable :: values(:)
     !> [length] reflected unknowns, natural
     real(rk), allocatable :: unknowns(:)
     !> [force] R (K R x - F), natural
@@ -60,6 +60,8 @@ module sig_active_set
   !> the same and the tolerance of conjugate gradients: they get finer each time that the set stands, down to what options say
   real(rk), parameter :: noise_levels(3) = [1.0e-3_rk, 1.0e-5_rk, 1.0e-9_rk]
   real(rk), parameter :: tolerance_levels(3) = [1.0e-3_rk, 1.0e-6_rk, 0.0_rk]
+  !> [-] stiffness of held unknowns beside the mean: interpolation moves them with their aggregate, which must cost nothing
+  real(rk), parameter :: held_share = 1.0e-6_rk
 
 contains
 
@@ -67,20 +69,37 @@ contains
     class(active_set_t), intent(inout) :: self
     type(contact_system_t), intent(inout) :: system
     PetscErrorCode, intent(out) :: ierr
-    real(rk) :: mode(system%map%n_dofs)
-    integer :: i
 
     PetscCall(self%form%create(system, ierr))
     PetscCall(create_vector(system%comm, system%map%n_local_dofs, self%solution, ierr))
+    PetscCall(create_vector(system%comm, system%map%n_local_dofs, self%rhs, ierr))
+    PetscCall(MatDuplicate(self%form%matrix, MAT_DO_NOT_COPY_VALUES, self%matrix, ierr))
     self%linear_solver%is_multigrid = self%is_multigrid
-    if (.not. self%is_multigrid) return
-    allocate (self%near_null(system%map%n_local_dofs, system%motions%n_common()))
-    do i = 1, size(self%near_null, 2)
-      mode = system%motions%common_field(i)
-      call self%form%reflect(system, mode)
-      self%near_null(:, i) = mode(system%map%local_dofs)
-    end do
+    if (self%is_multigrid) then
+      PetscCall(build_levels(self, system, ierr))
+    end if
   end subroutine create
+
+  !> Multigrid for the bodies apart, K without contact in the place of R K R: each aggregate lies in one body, so that its
+  !> rigid motions let bodies slide and part. Every set then keeps this interpolation.
+  subroutine build_levels(self, system, ierr)
+    type(active_set_t), intent(inout) :: self
+    type(contact_system_t), intent(in) :: system
+    PetscErrorCode, intent(out) :: ierr
+    real(rk) :: nothing(system%map%n_dofs)
+
+    nothing = 0
+    PetscCall(MatAXPY(self%matrix, 1.0_rk, system%stiffness, SUBSET_NONZERO_PATTERN, ierr))
+    PetscCall(hold(system, system%boundary%prescribed_dofs, nothing, held_share, self%matrix, self%rhs, ierr))
+    PetscCall(set_near_null_space(system, self%matrix, ierr))
+    PetscCall(self%linear_solver%factor(self%matrix, 'active_set_', ierr))
+    if (self%linear_solver%reason == reason_converged) then
+      PetscCall(self%linear_solver%change_unknowns(self%form%reflection, ierr))
+    else
+      ! its reason stays
+      PetscCall(self%linear_solver%destroy(ierr))
+    end if
+  end subroutine build_levels
 
   !> Starts with every pair closed, so that a body held only by contact is held from the first step on. When the active set comes
   !> back to an earlier one ("ping-pong"), only the first wrong pair changes from then on: that cannot cycle where every body is
@@ -146,11 +165,9 @@ contains
       PetscCall(improve(self, system, 0.0_rk, rounding, state, step, ierr))
       PetscCall(self%linear_solver%destroy(ierr))
     end if
-    PetscCall(MatDestroy(step%matrix, ierr))
-    PetscCall(VecDestroy(step%rhs, ierr))
   end subroutine solve_with_closed
 
-  !> Conjugate gradients, finer while the set stands. Levels of multigrid that fail for another set are built anew.
+  !> Conjugate gradients, finer while the set stands.
   subroutine improve_in_levels(self, system, state, step, ierr)
     class(active_set_t), intent(inout) :: self
     type(contact_system_t), intent(inout) :: system
@@ -158,20 +175,15 @@ contains
     type(step_t), intent(inout) :: step
     PetscErrorCode, intent(out) :: ierr
 
-    do
-      if (self%linear_solver%reason == reason_converged) then
-        PetscCall(improve(self, system, tolerance_levels(self%level), noise_levels(self%level), state, step, ierr))
-      end if
-      if (self%linear_solver%reason /= reason_converged) then
-        PetscCall(VecSet(self%solution, 0.0_rk, ierr))
-        if (.not. self%is_renewed) exit
-        PetscCall(self%linear_solver%destroy(ierr))
-        PetscCall(make_ready(self, step%matrix, ierr))
-        cycle
-      end if
+    ierr = 0
+    do while (self%linear_solver%reason == reason_converged)
+      PetscCall(improve(self, system, tolerance_levels(self%level), noise_levels(self%level), state, step, ierr))
       if (self%level == size(tolerance_levels) .or. any(step%wanted .neqv. state%is_active)) exit
       self%level = self%level + 1
     end do
+    if (self%linear_solver%reason /= reason_converged) then
+      PetscCall(VecSet(self%solution, 0.0_rk, ierr))
+    end if
   end subroutine improve_in_levels
 
   !> Loads and matrix of a step, and the linear solver for it.
@@ -182,39 +194,28 @@ contains
     logical, intent(in) :: is_closed(:)
     type(step_t), intent(inout) :: step
     PetscErrorCode, intent(out) :: ierr
-    real(rk) :: values(system%map%n_dofs)
 
     step%theta = theta
     step%forces = system%load(theta)
     step%work = system%motions%work(step%forces)
     step%work_size = system%motions%work_size(step%forces)
     call self%form%reflect(system, step%forces)
-    allocate (step%unknowns(size(values)), step%residual(size(values)), source=0.0_rk)
-    values = system%prescribed_displacement(theta)
-    values(self%form%bounded_dofs) = self%form%bounds(system, theta)
-    associate (dofs => [system%boundary%prescribed_dofs, pack(self%form%bounded_dofs, is_closed)])
-      PetscCall(constrain(system, self%form%matrix, dofs, values, step%forces, step%matrix, step%rhs, ierr))
-      PetscCall(system%put_some(dofs, values, self%solution, ierr))
+    allocate (step%unknowns(system%map%n_dofs), step%residual(system%map%n_dofs), source=0.0_rk)
+    step%values = system%prescribed_displacement(theta)
+    step%values(self%form%bounded_dofs) = self%form%bounds(system, theta)
+    step%dofs = [system%boundary%prescribed_dofs, pack(self%form%bounded_dofs, is_closed)]
+    PetscCall(MatCopy(self%form%matrix, self%matrix, SAME_NONZERO_PATTERN, ierr))
+    PetscCall(system%put(step%forces, self%rhs, ierr))
+    associate (share => merge(held_share, 1.0_rk, self%is_multigrid))
+      PetscCall(hold(system, step%dofs, step%values, share, self%matrix, self%rhs, ierr))
     end associate
-    PetscCall(make_ready(self, step%matrix, ierr))
+    PetscCall(system%put_some(step%dofs, step%values, self%solution, ierr))
+    if (self%is_multigrid .and. self%linear_solver%ksp /= 0) then
+      PetscCall(self%linear_solver%renew(ierr))
+    else if (.not. self%is_multigrid) then
+      PetscCall(self%linear_solver%factor(self%matrix, 'active_set_', ierr))
+    end if
   end subroutine prepare_step
-
-  !> Multigrid keeps the aggregates and the interpolation of the first set, where the linear solver has them.
-  subroutine make_ready(self, matrix, ierr)
-    class(active_set_t), intent(inout) :: self
-    Mat, intent(inout) :: matrix
-    PetscErrorCode, intent(out) :: ierr
-
-    self%is_renewed = self%is_multigrid .and. self%linear_solver%ksp /= 0
-    if (self%is_renewed) then
-      PetscCall(self%linear_solver%renew(matrix, ierr))
-      return
-    end if
-    if (self%is_multigrid) then
-      PetscCall(set_near_null_space(matrix, self%near_null, ierr))
-    end if
-    PetscCall(self%linear_solver%factor(matrix, 'active_set_', ierr))
-  end subroutine make_ready
 
   !> Solves to a tolerance, from the solution at hand, and finds the set that the answer asks for.
   subroutine improve(self, system, tolerance, noise, state, step, ierr)
@@ -229,10 +230,12 @@ contains
     PetscErrorCode, intent(out) :: ierr
     Vec :: forces
 
-    PetscCall(self%linear_solver%solve_vector(step%rhs, tolerance, self%solution, ierr))
+    PetscCall(self%linear_solver%solve_vector(self%rhs, tolerance, self%solution, ierr))
     state%n_linear_iterations = state%n_linear_iterations + self%linear_solver%n_iterations
+    ! multigrid moves them too, at next to no energy
+    PetscCall(system%put_some(step%dofs, step%values, self%solution, ierr))
     PetscCall(system%get(self%solution, step%unknowns, ierr))
-    PetscCall(VecDuplicate(step%rhs, forces, ierr))
+    PetscCall(VecDuplicate(self%rhs, forces, ierr))
     PetscCall(MatMult(self%form%matrix, self%solution, forces, ierr))
     PetscCall(system%get(forces, step%residual, ierr))
     PetscCall(VecDestroy(forces, ierr))
@@ -334,8 +337,9 @@ contains
     class(active_set_t), intent(inout) :: self
     PetscErrorCode, intent(out) :: ierr
 
-    if (allocated(self%near_null)) deallocate (self%near_null)
     PetscCall(self%linear_solver%destroy(ierr))
+    PetscCall(MatDestroy(self%matrix, ierr))
+    PetscCall(VecDestroy(self%rhs, ierr))
     PetscCall(VecDestroy(self%solution, ierr))
     PetscCall(self%form%destroy(ierr))
   end subroutine destroy

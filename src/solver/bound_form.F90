@@ -15,7 +15,8 @@ module sig_bound_form
   public :: bound_form_t
 
   type :: bound_form_t
-    !> R K R, on all dofs
+    !> R, and R K R on all dofs
+    Mat :: reflection
     Mat :: matrix
     !> [-] |B_k| on the free dofs, shape (n_rows)
     real(rk), allocatable :: norms(:)
@@ -38,13 +39,11 @@ contains
     class(bound_form_t), intent(out) :: self
     type(contact_system_t), intent(in) :: system
     PetscErrorCode, intent(out) :: ierr
-    Mat :: reflection
 
     call set_reflectors(self, system)
-    PetscCall(assemble_reflection(self, system, reflection, ierr))
-    PetscCall(MatPtAP(system%stiffness, reflection, MAT_INITIAL_MATRIX, 2.0_rk, self%matrix, ierr))
+    PetscCall(assemble_reflection(self, system, self%reflection, ierr))
+    PetscCall(MatPtAP(system%stiffness, self%reflection, MAT_INITIAL_MATRIX, 2.0_rk, self%matrix, ierr))
     PetscCall(MatSetOption(self%matrix, MAT_SYMMETRIC, PETSC_TRUE, ierr))
-    PetscCall(MatDestroy(reflection, ierr))
   end subroutine create
 
   pure subroutine set_reflectors(self, system)
@@ -142,6 +141,7 @@ contains
     class(bound_form_t), intent(inout) :: self
     PetscErrorCode, intent(out) :: ierr
 
+    PetscCall(MatDestroy(self%reflection, ierr))
     PetscCall(MatDestroy(self%matrix, ierr))
   end subroutine destroy
 end module sig_bound_form

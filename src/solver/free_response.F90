@@ -38,7 +38,7 @@ contains
     dofs = pack([(i, i=1, system%map%n_dofs)], held_dofs(system))
     PetscCall(constrain(system, system%stiffness, dofs, nothing, nothing, constrained, unused, ierr))
     if (linear_solver%is_multigrid) then
-      PetscCall(set_near_null_space(constrained, common_motions(system), ierr))
+      PetscCall(set_near_null_space(system, constrained, ierr))
     end if
     PetscCall(linear_solver%factor(constrained, 'fom_', ierr))
     PetscCall(MatDestroy(constrained, ierr))
@@ -56,20 +56,6 @@ contains
       is_held(supports) = .true.
     end associate
   end function held_dofs
-
-  !> Rows of this rank.
-  function common_motions(system) result(modes)
-    type(contact_system_t), intent(in) :: system
-    real(rk), allocatable :: modes(:, :)
-    real(rk) :: mode(system%map%n_dofs)
-    integer :: i
-
-    allocate (modes(system%map%n_local_dofs, system%motions%n_common()))
-    do i = 1, size(modes, 2)
-      mode = system%motions%common_field(i)
-      modes(:, i) = mode(system%map%local_dofs)
-    end do
-  end function common_motions
 
   !> Displacement for each of the leading terms alone, prescribed values included. Loads of bodies that only contact holds are
   !> balanced by forces of the anchors. Sets the reason of the linear solver. Collective.

@@ -10,12 +10,12 @@ module sig_linear_solver
   use sig_kinds, only: rk
   use sig_log, only: log_warning
   use sig_petsc_support, only: create_vector, message_size
-  use sig_solver_c_interfaces, only: sig_linear_solver_create, sig_linear_solver_destroy, sig_linear_solver_renew, &
-    sig_linear_solver_solve, sig_linear_solver_solve_many, sig_set_near_null_space
+  use sig_solver_c_interfaces, only: sig_linear_solver_change_unknowns, sig_linear_solver_create, sig_linear_solver_destroy, &
+    sig_linear_solver_renew, sig_linear_solver_solve, sig_linear_solver_solve_many, sig_set_near_null_space
   use petsc
   implicit none(type, external)
   private
-  public :: linear_solver_t, constrain, set_near_null_space
+  public :: linear_solver_t, constrain, hold, set_near_null_space
 
   type :: linear_solver_t
     !> conjugate gradients with multigrid instead of a factorization
@@ -27,6 +27,7 @@ module sig_linear_solver
     integer :: n_iterations = 0
   contains
     procedure :: factor
+    procedure :: change_unknowns
     procedure :: renew
     procedure :: solve_many
     procedure :: solve_vector
@@ -55,6 +56,23 @@ contains
     Mat, intent(out) :: constrained
     Vec, intent(out) :: rhs
     PetscErrorCode, intent(out) :: ierr
+
+    PetscCall(MatDuplicate(matrix, MAT_COPY_VALUES, constrained, ierr))
+    PetscCall(create_vector(system%comm, system%map%n_local_dofs, rhs, ierr))
+    PetscCall(system%put(forces, rhs, ierr))
+    PetscCall(hold(system, dofs, values, 1.0_rk, constrained, rhs, ierr))
+  end subroutine constrain
+
+  !> The same in place. The matrix keeps its pattern. Collective.
+  subroutine hold(system, dofs, values, share, matrix, rhs, ierr)
+    type(contact_system_t), intent(in) :: system
+    integer, intent(in) :: dofs(:)
+    real(rk), intent(in) :: values(:)
+    !> [-] of the mean diagonal, which the held dofs get
+    real(rk), intent(in) :: share
+    Mat, intent(inout) :: matrix
+    Vec, intent(inout) :: rhs
+    PetscErrorCode, intent(out) :: ierr
     Vec :: prescribed
     integer, allocatable :: own_dofs_0(:)
     real(rk) :: diagonal
@@ -62,18 +80,15 @@ contains
     own_dofs_0 = system%map%distributed_0(dofs)
     own_dofs_0 = pack(own_dofs_0, own_dofs_0 >= system%map%first_dof_0 .and. &
       own_dofs_0 < system%map%first_dof_0 + system%map%n_local_dofs)
-    PetscCall(create_vector(system%comm, system%map%n_local_dofs, rhs, ierr))
-    PetscCall(create_vector(system%comm, system%map%n_local_dofs, prescribed, ierr))
-    PetscCall(MatDuplicate(matrix, MAT_COPY_VALUES, constrained, ierr))
-    PetscCall(MatGetDiagonal(constrained, rhs, ierr))
-    PetscCall(VecSum(rhs, diagonal, ierr))
-    diagonal = diagonal / system%map%n_dofs
-    PetscCall(system%put(forces, rhs, ierr))
+    PetscCall(VecDuplicate(rhs, prescribed, ierr))
+    PetscCall(MatGetDiagonal(matrix, prescribed, ierr))
+    PetscCall(VecSum(prescribed, diagonal, ierr))
+    diagonal = share * diagonal / system%map%n_dofs
     PetscCall(system%put(values, prescribed, ierr))
-    PetscCall(MatZeroRowsColumns(constrained, size(own_dofs_0), own_dofs_0, diagonal, prescribed, rhs, ierr))
-    PetscCall(MatSetOption(constrained, MAT_SYMMETRIC, PETSC_TRUE, ierr))
+    PetscCall(MatZeroRowsColumns(matrix, size(own_dofs_0), own_dofs_0, diagonal, prescribed, rhs, ierr))
+    PetscCall(MatSetOption(matrix, MAT_SYMMETRIC, PETSC_TRUE, ierr))
     PetscCall(VecDestroy(prescribed, ierr))
-  end subroutine constrain
+  end subroutine hold
 
   !> Makes ready for solves: factors the matrix, or builds the multigrid levels. Collective. The matrix must live as long.
   !> A singular matrix, or whatever else MUMPS or PETSc cannot do with it, is a reason, not an error.
@@ -93,15 +108,24 @@ contains
     if (self%reason == reason_linear_solver) call log_warning('the linear solver (' // prefix // '): ' // from_c(message))
   end subroutine factor
 
-  !> Another matrix with the same pattern for the same multigrid levels, which must be there. Collective.
-  subroutine renew(self, matrix, ierr)
+  !> From here on the levels of multigrid serve matrices of the unknowns R u: the fields that their interpolation holds stay.
+  !> Nothing to do for other preconditioners, which options may choose. Collective.
+  subroutine change_unknowns(self, reflection, ierr)
     class(linear_solver_t), intent(inout) :: self
-    Mat, intent(in) :: matrix
+    !> R, orthogonal and symmetric
+    Mat, intent(in) :: reflection
     PetscErrorCode, intent(out) :: ierr
-    character(kind=c_char) :: message(message_size)
+
+    ierr = sig_linear_solver_change_unknowns(self%ksp, reflection%v)
+  end subroutine change_unknowns
+
+  !> After new values in the matrix, whose pattern stays: multigrid keeps its aggregates and interpolation. Collective.
+  subroutine renew(self, ierr)
+    class(linear_solver_t), intent(inout) :: self
+    PetscErrorCode, intent(out) :: ierr
     integer(c_int) :: reason
 
-    ierr = sig_linear_solver_renew(self%ksp, matrix%v, reason, message)
+    ierr = sig_linear_solver_renew(self%ksp, reason)
     call set_reason(self, reason)
   end subroutine renew
 
@@ -115,13 +139,20 @@ contains
     if (reason == is_singular) self%reason = reason_floating_body
   end subroutine set_reason
 
-  !> Tells a matrix, which multigrid will be built for, the fields that cost it next to no energy. Collective.
-  subroutine set_near_null_space(matrix, modes, ierr)
+  !> Tells a matrix, which multigrid will be built for, the fields that cost it next to no energy: the rigid motions of all
+  !> bodies as one, of which each aggregate takes its part. Collective.
+  subroutine set_near_null_space(system, matrix, ierr)
+    type(contact_system_t), intent(in) :: system
+    !> of displacements
     Mat, intent(inout) :: matrix
-    !> rows of this rank, shape (n_local_dofs, n_modes)
-    real(rk), contiguous, intent(in) :: modes(:, :)
     PetscErrorCode, intent(out) :: ierr
+    real(rk) :: modes(system%map%n_local_dofs, system%motions%n_common()), mode(system%map%n_dofs)
+    integer :: i
 
+    do i = 1, size(modes, 2)
+      mode = system%motions%common_field(i)
+      modes(:, i) = mode(system%map%local_dofs)
+    end do
     ierr = sig_set_near_null_space(matrix%v, size(modes, 2), size(modes, 1), modes)
   end subroutine set_near_null_space
 

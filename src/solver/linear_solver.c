@@ -97,19 +97,84 @@ static PetscErrorCode factor(KSP ksp, Mat matrix, int *reason, char *message) {
   return 0;
 }
 
-static PetscErrorCode prepare_gamg(KSP ksp, Mat matrix) {
-  PC pc;
+// Block neighbors of each local block row from its own block on, on this rank and on others. Blocks are full.
+static PetscErrorCode count_blocks(Mat matrix, PetscInt block_size, PetscInt *inside, PetscInt *outside) {
+  PetscInt first, end;
 
-  PetscCall(KSPSetOperators(ksp, matrix, matrix));
+  PetscCall(MatGetOwnershipRange(matrix, &first, &end));
+  for (PetscInt row = first; row < end; row += block_size) {
+    const PetscInt i = (row - first) / block_size, *columns;
+    PetscInt n_columns;
+    inside[i] = outside[i] = 0;
+    PetscCall(MatGetRow(matrix, row, &n_columns, &columns, NULL));
+    for (PetscInt k = 0; k < n_columns; k += block_size) {
+      if (columns[k] >= row && columns[k] < end) inside[i]++;
+      if (columns[k] >= end) outside[i]++;
+    }
+    PetscCall(MatRestoreRow(matrix, row, &n_columns, &columns, NULL));
+  }
+  return 0;
+}
+
+// Values of a matrix into its symmetric copy.
+static PetscErrorCode copy_blocks(Mat matrix, Mat copy) {
+  PetscInt first, end;
+
+  PetscCall(MatGetOwnershipRange(matrix, &first, &end));
+  for (PetscInt row = first; row < end; row++) {
+    const PetscInt *columns;
+    const PetscScalar *values;
+    PetscInt n_columns, n_lower = 0;
+    PetscCall(MatGetRow(matrix, row, &n_columns, &columns, &values));
+    while (columns[n_lower] < row) n_lower++;
+    PetscCall(MatSetValues(copy, 1, &row, n_columns - n_lower, columns + n_lower, values + n_lower, INSERT_VALUES));
+    PetscCall(MatRestoreRow(matrix, row, &n_columns, &columns, &values));
+  }
+  PetscCall(MatAssemblyBegin(copy, MAT_FINAL_ASSEMBLY));
+  PetscCall(MatAssemblyEnd(copy, MAT_FINAL_ASSEMBLY));
+  return 0;
+}
+
+// The upper triangle in full blocks: products with it take a third of the time.
+static PetscErrorCode create_symmetric(Mat matrix, Mat *copy) {
+  PetscInt n_local, block_size, *inside, *outside;
+
+  PetscCall(MatGetLocalSize(matrix, &n_local, NULL));
+  PetscCall(MatGetBlockSize(matrix, &block_size));
+  PetscCall(PetscMalloc2(n_local / block_size, &inside, n_local / block_size, &outside));
+  PetscCall(count_blocks(matrix, block_size, inside, outside));
+  PetscCall(MatCreate(PetscObjectComm((PetscObject)matrix), copy));
+  PetscCall(MatSetSizes(*copy, n_local, n_local, PETSC_DETERMINE, PETSC_DETERMINE));
+  PetscCall(MatSetType(*copy, MATSBAIJ));
+  PetscCall(MatXAIJSetPreallocation(*copy, block_size, NULL, NULL, inside, outside));
+  PetscCall(PetscFree2(inside, outside));
+  PetscCall(copy_blocks(matrix, *copy));
+  return 0;
+}
+
+static PetscErrorCode prepare_gamg(KSP ksp, Mat matrix) {
+  PetscReal no_edge = 0.0;
+  PetscBool is_gamg;
+  PC pc;
+  Mat copy;
+
+  PetscCall(create_symmetric(matrix, &copy));
+  PetscCall(KSPSetOperators(ksp, copy, matrix));
+  PetscCall(MatDestroy(&copy));
   PetscCall(KSPSetType(ksp, KSPCG));
   PetscCall(KSPSetNormType(ksp, KSP_NORM_NATURAL));
   PetscCall(KSPSetTolerances(ksp, TIGHTEST, 0.0, 1e15, MAX_CG_ITERATIONS));
   PetscCall(KSPSetInitialGuessNonzero(ksp, PETSC_TRUE));
   PetscCall(KSPGetPC(ksp, &pc));
   PetscCall(PCSetType(pc, PCGAMG));
-  // For sig_linear_solver_renew, which keeps the levels and computes their matrices anew.
+  // Edges without stiffness do not count: aggregates stay in their body.
+  PetscCall(PCGAMGSetThreshold(pc, &no_edge, 1));
+  // For sig_linear_solver_renew, which keeps the interpolation; bounds of the smoothers' eigenvalues follow the matrix.
   PetscCall(PCGAMGSetReuseInterpolation(pc, PETSC_TRUE));
+  PetscCall(PCGAMGSetUseSAEstEig(pc, PETSC_FALSE));
   PetscCall(KSPSetFromOptions(ksp));
+  PetscCall(PetscObjectTypeCompare((PetscObject)pc, PCGAMG, &is_gamg));
+  PetscCall(PCSetUseAmat(pc, is_gamg));
   PetscCall(KSPSetUp(ksp));
   PetscCall(KSPSetUpOnBlocks(ksp));
   return 0;
@@ -140,13 +205,35 @@ int sig_linear_solver_create(intptr_t matrix, const char *prefix, int kind, intp
   return 0;
 }
 
-int sig_linear_solver_renew(intptr_t handle, intptr_t matrix, int *reason, char *message) {
-  KSP ksp = (KSP)handle;
+int sig_linear_solver_change_unknowns(intptr_t handle, intptr_t reflection) {
+  PC pc;
+  Mat interpolation, changed;
+  PetscBool is_gamg;
+  PetscInt n_levels;
 
-  message[0] = '\0';
-  PetscCall(KSPSetOperators(ksp, (Mat)matrix, (Mat)matrix));
+  PetscCall(KSPGetPC((KSP)handle, &pc));
+  PetscCall(PetscObjectTypeCompare((PetscObject)pc, PCGAMG, &is_gamg));
+  if (!is_gamg) return 0;
+  PetscCall(PCMGGetLevels(pc, &n_levels));
+  if (n_levels < 2) return 0;
+  PetscCall(PCMGGetInterpolation(pc, n_levels - 1, &interpolation));
+  PetscCall(MatMatMult((Mat)reflection, interpolation, MAT_INITIAL_MATRIX, PETSC_DEFAULT, &changed));
+  PetscCall(PCMGSetInterpolation(pc, n_levels - 1, changed));
+  PetscCall(PCMGSetRestriction(pc, n_levels - 1, changed));
+  PetscCall(MatDestroy(&changed));
+  return 0;
+}
+
+int sig_linear_solver_renew(intptr_t handle, int *reason) {
+  char message[SIG_MESSAGE_SIZE];
+  Mat copy, matrix;
+
+  PetscCall(KSPGetOperators((KSP)handle, &copy, &matrix));
+  PetscCall(copy_blocks(matrix, copy));
+  // Set-up would wait for the solve without this.
+  PetscCall(KSPSetOperators((KSP)handle, copy, matrix));
   sig_quiet_errors(message);
-  PetscErrorCode status = KSPSetUp(ksp);
+  PetscErrorCode status = KSPSetUp((KSP)handle);
   sig_loud_errors();
   *reason = status != 0 ? SIG_LINEAR_FAILED : SIG_LINEAR_DONE;
   return 0;

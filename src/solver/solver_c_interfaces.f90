@@ -4,8 +4,8 @@ module sig_solver_c_interfaces
   use, intrinsic :: iso_c_binding, only: c_char, c_double, c_int, c_intptr_t
   implicit none(type, external)
   private
-  public :: sig_linear_solver_create, sig_linear_solver_renew, sig_linear_solver_solve, sig_linear_solver_solve_many
-  public :: sig_linear_solver_destroy, sig_set_near_null_space, sig_snes_vi_solve
+  public :: sig_linear_solver_create, sig_linear_solver_change_unknowns, sig_linear_solver_renew, sig_linear_solver_solve
+  public :: sig_linear_solver_solve_many, sig_linear_solver_destroy, sig_set_near_null_space, sig_snes_vi_solve
 
   interface
     function sig_linear_solver_create(matrix, prefix, kind, ksp, reason, message) result(status) bind(c)
@@ -19,11 +19,16 @@ module sig_solver_c_interfaces
       integer(c_int) :: status
     end function sig_linear_solver_create
 
-    function sig_linear_solver_renew(ksp, matrix, reason, message) result(status) bind(c)
-      import :: c_char, c_int, c_intptr_t
-      integer(c_intptr_t), value :: ksp, matrix
+    function sig_linear_solver_change_unknowns(ksp, reflection) result(status) bind(c)
+      import :: c_int, c_intptr_t
+      integer(c_intptr_t), value :: ksp, reflection
+      integer(c_int) :: status
+    end function sig_linear_solver_change_unknowns
+
+    function sig_linear_solver_renew(ksp, reason) result(status) bind(c)
+      import :: c_int, c_intptr_t
+      integer(c_intptr_t), value :: ksp
       integer(c_int), intent(out) :: reason
-      character(kind=c_char), intent(out) :: message(*)
       integer(c_int) :: status
     end function sig_linear_solver_renew
 

@@ -82,6 +82,21 @@ def test_solvers_agree(signorom, tmp_path, case):
                 )
 
 
+@pytest.mark.parametrize("case", ["half_disks", *FLOATING])
+@pytest.mark.parametrize("n_ranks", [1, 3])
+def test_multigrid_gains_a_digit_in_three_iterations(signorom, tmp_path, case, n_ranks):
+    """As good multigrid does for one elastic body: contact that opens and slides must not slow it down.
+
+    Each step wants three digits at most, the last one twelve; steps that want six make up for those that start close to
+    their end.
+    """
+    deck = deck_of(case, tmp_path, "active_set", "gamg")
+    signorom("solve", deck, folder=tmp_path, n_ranks=n_ranks)
+    report = yaml.safe_load((tmp_path / "results" / deck.stem / "report.yaml").read_text())
+    for point in report["points"].values():
+        assert 0 < point["linear_iterations"] <= 3 * (3 * point["iterations"] + 12)
+
+
 @pytest.mark.parametrize("case", FLOATING)
 def test_snesvi_refuses_bodies_held_by_contact(signorom, tmp_path, case):
     """A sentence and exit code 2."""
