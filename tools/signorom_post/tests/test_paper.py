@@ -15,6 +15,7 @@ import h5py
 import numpy as np
 import pytest
 import yaml
+from half_disk_results import SINGULAR_VALUES as disk_singular_values  # noqa: N811
 from half_disk_results import HalfDisks, reduced_multipliers, write_fields, write_model
 
 from signorom_post.cli import main
@@ -292,6 +293,14 @@ def test_energy_tail(everything: tuple[Path, list[str]]) -> None:
     table = read_table(everything[0] / "fig16.csv")
     squares = SINGULAR_VALUES**2
     assert float(table[36]["energy_tail"]) == pytest.approx(squares[36:].sum() / squares.sum())
+    # the half disks' own, in each of the clusters
+    squares = disk_singular_values**2
+    for i in (1, 2, 3):
+        assert float(table[9][f"energy_tail_of_cluster_{i}"]) == pytest.approx(
+            squares[9:].sum() / squares.sum()
+        )
+        assert float(table[1][f"singular_value_of_cluster_{i}"]) == pytest.approx(disk_singular_values[0])
+        assert not table[len(squares) + 1][f"singular_value_of_cluster_{i}"]
 
 
 def test_second_call_only_draws(fake: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

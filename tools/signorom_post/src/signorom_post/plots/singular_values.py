@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Decay of the singular values of the snapshots, and the modes that are kept."""
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -31,28 +32,45 @@ def kept_modes(cluster: Cluster, tolerance: float) -> int:
     return int(np.argmax(energy_tail(cluster.singular_values) < tolerance))
 
 
+@dataclass(frozen=True)
+class Decay:
+    """Singular values of some snapshots, and which modes are kept."""
+
+    singular_values: FloatArray
+    n_kept: int
+    #: energy tail below which it falls
+    tolerance: float
+    #: in front of l in the legend
+    prefix: str = ""
+
+
 def singular_values(model: Model) -> Figure:
-    """Left: singular values relative to the first. Right: energy tail, tolerance, and the chosen l."""
+    """Of each cluster: singular values relative to the first; energy tail, tolerance, and the chosen l."""
+    return decays(
+        [
+            Decay(
+                cluster.singular_values,
+                kept_modes(cluster, model.pod_tolerance),
+                model.pod_tolerance,
+                f"cluster {cluster.name}: " if len(model.clusters) > 1 else "",
+            )
+            for cluster in model.clusters
+        ]
+    )
+
+
+def decays(shown: list[Decay]) -> Figure:
+    """Left: singular values relative to the first. Right: energy tails, tolerances, and the chosen l."""
     figure = new_figure(8.2, 3.5)
     left, right = figure.subplots(1, 2)
-    tolerance = model.pod_tolerance
-    floor = tolerance * SHOWN_BELOW_TOLERANCE
-    n_shown = max(int(np.sum(energy_tail(cluster.singular_values) >= floor)) for cluster in model.clusters)
+    tolerances = sorted({decay.tolerance for decay in shown})
+    floor = tolerances[0] * SHOWN_BELOW_TOLERANCE
+    n_shown = max(int(np.sum(energy_tail(decay.singular_values) >= floor)) for decay in shown)
     size = float(np.clip(300.0 / n_shown, 2.0, 4.5))
-    for cluster, color in zip(model.clusters, cluster_colors(len(model.clusters)), strict=True):
-        prefix = f"cluster {cluster.name}: " if len(model.clusters) > 1 else ""
-        _draw(left, right, cluster, kept_modes(cluster, tolerance), color, prefix, size)
-    right.axhline(tolerance, color=GRAY, linewidth=1.0, linestyle="--", zorder=1, gid="tolerance")
-    right.annotate(
-        f"tolerance {power_of_ten(tolerance)}",
-        (1.0, tolerance),
-        xycoords=("axes fraction", "data"),
-        xytext=(-2, 4),
-        textcoords="offset points",
-        ha="right",
-        color="#5A5A5A",
-        fontsize=9,
-    )
+    for decay, color in zip(shown, cluster_colors(len(shown)), strict=True):
+        _draw(left, right, decay, color, size, INK if len(shown) == 1 else color)
+    for tolerance in tolerances:
+        _mark_tolerance(right, tolerance)
     left.set_xlabel("mode $i$")
     left.set_ylabel(r"$\sigma_i\,/\,\sigma_1$")
     right.set_xlabel(r"number of modes $\ell$")
@@ -62,17 +80,29 @@ def singular_values(model: Model) -> Figure:
         axes.xaxis.set_major_locator(MaxNLocator(integer=True))
         axes.set_xlim(-0.03 * n_shown, 1.03 * n_shown)
         add_grid(axes)
-    shown = [cluster.singular_values[: n_shown + 1] for cluster in model.clusters]
-    left.set_ylim(0.3 * min(values[values > 0.0].min() / values.max() for values in shown), 3.0)
+    leading = [decay.singular_values[: n_shown + 1] for decay in shown]
+    left.set_ylim(0.3 * min(values[values > 0.0].min() / values.max() for values in leading), 3.0)
     right.set_ylim(bottom=max(right.get_ylim()[0], floor))
     right.legend(loc="upper right")
     return figure
 
 
-def _draw(
-    left: Axes, right: Axes, cluster: Cluster, n_kept: int, color: str, prefix: str, size: float
-) -> None:
-    values = cluster.singular_values
+def _mark_tolerance(axes: Axes, tolerance: float) -> None:
+    axes.axhline(tolerance, color=GRAY, linewidth=1.0, linestyle="--", zorder=1, gid="tolerance")
+    axes.annotate(
+        f"tolerance {power_of_ten(tolerance)}",
+        (1.0, tolerance),
+        xycoords=("axes fraction", "data"),
+        xytext=(-2, 4),
+        textcoords="offset points",
+        ha="right",
+        color="#5A5A5A",
+        fontsize=9,
+    )
+
+
+def _draw(left: Axes, right: Axes, decay: Decay, color: str, size: float, ring: str) -> None:
+    values, n_kept = decay.singular_values, decay.n_kept
     relative = np.where(values > 0.0, values, np.nan) / values.max(initial=np.finfo(float).tiny)
     modes = np.arange(1, len(values) + 1)
     tail = energy_tail(values)
@@ -93,7 +123,7 @@ def _draw(
         markersize=9,
         markerfacecolor="none",
         markeredgewidth=1.6,
-        markeredgecolor=INK if not prefix else color,
-        label=rf"{prefix}$\ell = {n_kept}$",
+        markeredgecolor=ring,
+        label=rf"{decay.prefix}$\ell = {n_kept}$",
         gid="chosen",
     )
