@@ -25,14 +25,11 @@ class PairPanels:
                 panel.set_ylabel(diagonal_text)
                 continue
             reference = self.axes[i, 0 if i else 1]
-            if panel is not reference:
-                panel.sharey(reference)
-            if j == 0:
+            if panel is reference:
                 panel.set_ylabel(texts[i])
-            elif j != i + 1 or i:
-                panel.tick_params(labelleft=False)
             else:
-                panel.set_ylabel(texts[i])
+                panel.sharey(reference)
+                panel.tick_params(labelleft=False)
 
     def _places(self) -> Iterator[tuple[int, int]]:
         yield from ((i, j) for i in range(self.n) for j in range(self.n))
