@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Case b by `signorom-post paper`: what does not depend on choices of ours agrees with the paper or with agreed limits."""
+"""Case b by `signorom-post paper`: what does not depend on choices of ours agrees with the paper or agreed limits."""
 
 import csv
 import subprocess
