@@ -6,8 +6,8 @@ module sig_linear_algebra
   use sig_lapack_interfaces, only: dasum, dgecon, dgemm, dgemv, dgesdd, dgetrf, dgetrs, dlange, idamax
   implicit none(type, external)
   private
-  public :: lu_t, add_product, multiply, multiply_transpose, solve_dense, invert, reciprocal_condition, singular_values, svd, &
-    unit_vector, largest_size, sum_of_sizes
+  public :: lu_t, add_product, multiply, multiply_transpose, transposed_product, solve_dense, invert, reciprocal_condition
+  public :: singular_values, svd, unit_vector, largest_size, sum_of_sizes
 
   !> below this reciprocal condition number (1-norm) the solution has no correct digit left
   real(rk), parameter, public :: singular_reciprocal = 4.0_rk * epsilon(1.0_rk)
@@ -212,6 +212,20 @@ contains
     if (size(c) == 0 .or. size(b) == 0) return
     call dgemm('N', 'N', size(a, 1), size(b, 2), size(a, 2), factor, a, size(a, 1), b, size(b, 1), 1.0_rk, c, size(c, 1))
   end subroutine add_product
+
+  !> c = a' b.
+  function transposed_product(a, b) result(c)
+    !> shape (k, m)
+    real(rk), contiguous, intent(in) :: a(:, :)
+    !> shape (k, n)
+    real(rk), contiguous, intent(in) :: b(:, :)
+    !> shape (m, n)
+    real(rk), allocatable :: c(:, :)
+
+    allocate (c(size(a, 2), size(b, 2)), source=0.0_rk)
+    if (size(c) == 0 .or. size(a, 1) == 0) return
+    call dgemm('T', 'N', size(a, 2), size(b, 2), size(a, 1), 1.0_rk, a, size(a, 1), b, size(b, 1), 0.0_rk, c, size(c, 1))
+  end function transposed_product
 
   !> Singular values in descending order; all NaN when the matrix is not finite.
   function singular_values(a) result(values)

@@ -8,13 +8,14 @@
 !> G, H and the model's basis are combinations U R of few orthonormal fields U, so that a point costs products with R and U' K U
 !> only and small differences keep their digits. Elsewhere the residuals of (3), which bound nothing.
 module sig_model_defect
-  use, intrinsic :: ieee_arithmetic, only: ieee_positive_inf, ieee_value
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_nan, ieee_positive_inf, ieee_value
   use sig_condensed, only: condensed_t
   use sig_contact_error_bound, only: contact_error_bound_t
   use sig_contact_residuals, only: measure_points
   use sig_contact_state, only: contact_state_t, reason_converged
   use sig_contact_system, only: contact_system_t
   use sig_kinds, only: rk
+  use sig_linear_algebra, only: multiply, transposed_product
   use sig_model, only: reduced_model_t
   use sig_multiplier_fit, only: multiplier_fit_workspace_t
   use sig_online_model, only: online_model_t
@@ -108,6 +109,8 @@ contains
         PetscCall(measure_residuals(self%system, online, query, points(:, first:last), defects(first:last), ierr))
       end do
     end if
+    ! an answer without a number is none
+    where (ieee_is_nan(defects)) defects = ieee_value(1.0_rk, ieee_positive_inf)
   end subroutine measure
 
   !> Orthonormal fields for a model's answers and the full-order model's. Collective on all ranks.
@@ -137,14 +140,14 @@ contains
       end do
       PetscCall(compute_pod_of_rows(fields, map%n_dofs, PETSC_COMM_WORLD, values, vectors, ierr))
       own = vectors(map%first_dof_0 + 1:map%first_dof_0 + map%n_local_dofs, :)
-      self%columns = matmul(transpose(own), fields)
+      self%columns = transposed_product(own, fields)
       PetscCall(sum_over_ranks(PETSC_COMM_WORLD, self%columns, ierr))
       do i = 1, size(sizes)
         self%columns(:, i) = self%columns(:, i) * sizes(i)
       end do
       allocate (forces, mold=own)
       PetscCall(multiply_block(self%system%stiffness, own, forces, ierr))
-      self%energy = matmul(transpose(own), forces)
+      self%energy = transposed_product(own, forces)
       PetscCall(sum_over_ranks(PETSC_COMM_WORLD, self%energy, ierr))
     end associate
   end subroutine prepare
@@ -163,8 +166,8 @@ contains
     call reconstruct_multipliers(online, answer, workspace, multipliers)
     multipliers = max(multipliers, 0.0_rk)
     associate (n_driving => size(self%condensed%free_response, 2), n_lifted => size(online%model%clusters(1)%lifting, 2))
-      balanced = matmul(self%columns(:, :self%n_full), [answer%theta(:n_driving), multipliers])
-      reduced = matmul(self%columns(:, self%n_full + 1:), [answer%theta(:n_lifted), answer%coordinates])
+      call multiply(1.0_rk, self%columns(:, :self%n_full), [answer%theta(:n_driving), multipliers], 0.0_rk, balanced)
+      call multiply(1.0_rk, self%columns(:, self%n_full + 1:), [answer%theta(:n_lifted), answer%coordinates], 0.0_rk, reduced)
     end associate
     bound = relative(self%energy_norm(balanced - reduced) + &
       self%contact%evaluate(multipliers, matmul(self%condensed%free_opening, answer%theta)), &
@@ -174,9 +177,11 @@ contains
   !> [sqrt(force*length)] of a field in the coordinates of the orthonormal ones.
   real(rk) function energy_norm(self, coordinates)
     class(model_defect_t), intent(in) :: self
-    real(rk), intent(in) :: coordinates(:)
+    real(rk), contiguous, intent(in) :: coordinates(:)
+    real(rk) :: forces(size(coordinates))
 
-    energy_norm = sqrt(max(0.0_rk, dot_product(coordinates, matmul(self%energy, coordinates))))
+    call multiply(1.0_rk, self%energy, coordinates, 0.0_rk, forces)
+    energy_norm = sqrt(max(0.0_rk, dot_product(coordinates, forces)))
   end function energy_norm
 
   !> Residuals of (3): equilibrium relative to the forces, penetration relative to the largest displacement, complementarity; their

@@ -62,7 +62,10 @@ contains
 
     ierr = 0
     call need_fixed_stiffness(sampler%problem%deck, error)
-    if (allocated(error)) return
+    if (allocated(error)) then
+      error%hint = 'the defect is that of a reduced model; training.greedy.indicator: projection needs none'
+      return
+    end if
     PetscCall(load_problem(sampler%problem%deck, PETSC_COMM_WORLD, rounds%problem, error, ierr))
     if (allocated(error)) return
     rounds%problem%deck%clusters%number = 1
