@@ -29,8 +29,9 @@ module sig_selection
     real(rk), allocatable :: points(:, :)
     !> [-] at the choice of each point; no number for the first ones, infinite where the model had no answer
     real(rk), allocatable :: indicators(:)
-    !> [-] error of the answer that the model had at the point before it was chosen; no number where there was no such answer
-    real(rk), allocatable :: errors(:)
+    !> [-] errors of displacement and forces, in energy, of the answer that the model had at the point before it was chosen; no
+    !> number where there was no such answer; shape (2, n_chosen)
+    real(rk), allocatable :: errors(:, :)
     !> a reason above; empty as long as the selection is not finished
     character(:), allocatable :: stopped_by
     !> [-] largest indicator of those that were not chosen
@@ -53,20 +54,22 @@ contains
     self%settings = settings
     self%rule = rule
     self%stopped_by = ''
-    allocate (self%points(n_parameters, 0), self%indicators(0), self%errors(0))
+    allocate (self%points(n_parameters, 0), self%indicators(0), self%errors(2, 0))
   end subroutine start
 
-  subroutine append(self, points, indicators, errors)
+  !> Points whose errors are not known yet.
+  subroutine append(self, points, indicators)
     class(selection_t), intent(inout) :: self
     !> shape (n_parameters, n)
     real(rk), intent(in) :: points(:, :)
     !> shape (n)
     real(rk), intent(in) :: indicators(:)
-    real(rk), intent(in) :: errors(:)
+    real(rk) :: errors(2, size(indicators))
 
+    errors = ieee_value(1.0_rk, ieee_quiet_nan)
     self%points = reshape([self%points, points], [size(points, 1), size(self%points, 2) + size(points, 2)])
     self%indicators = [self%indicators, indicators]
-    self%errors = [self%errors, errors]
+    self%errors = reshape([self%errors, errors], [2, size(self%indicators)])
   end subroutine append
 
   !> The first n points, as long as the selection had not ended there.
@@ -76,7 +79,7 @@ contains
 
     self%points = self%points(:, :n)
     self%indicators = self%indicators(:n)
-    self%errors = self%errors(:n)
+    self%errors = self%errors(:, :n)
     self%stopped_by = ''
   end subroutine shorten
 
@@ -95,13 +98,14 @@ contains
     do k = 1, size(names)
       text = text // names(k)%text // ','
     end do
-    text = text // 'indicator,error' // eol
+    text = text // 'indicator,error_u,error_lambda' // eol
     do i = 1, size(selection%indicators)
       text = text // to_text(i) // ','
       do k = 1, size(names)
         text = text // to_text(selection%points(k, i)) // ','
       end do
-      text = text // csv_number(selection%indicators(i)) // ',' // csv_number(selection%errors(i)) // eol
+      text = text // csv_number(selection%indicators(i)) // ',' // csv_number(selection%errors(1, i)) // ',' // &
+        csv_number(selection%errors(2, i)) // eol
     end do
     if (selection%stopped_by /= '') text = text // stop_line // selection%stopped_by // eol // rest_line // &
       csv_number(selection%largest_left) // eol
@@ -155,13 +159,14 @@ contains
 
     words = split(line, ',')
     n = size(selection%points, 1)
-    is_valid = size(words) == n + 3
+    is_valid = size(words) == n + 4
     allocate (values(size(words)), source=0.0_rk)
     do k = 1, size(words)
       if (is_valid) call read_csv_number(words(k)%text, values(k), is_valid)
     end do
     if (is_valid) then
-      call selection%append(reshape(values(2:n + 1), [n, 1]), values(n + 2:n + 2), values(n + 3:n + 3))
+      call selection%append(reshape(values(2:n + 1), [n, 1]), values(n + 2:n + 2))
+      selection%errors(:, size(selection%indicators)) = values(n + 3:)
     else
       call make_error(error, 'the table of selected points is damaged', path, i_line, &
         hint='remove it; the selection then begins anew, with the points that are solved already')

@@ -8,7 +8,7 @@
 !> G, H and the model's basis are combinations U R of few orthonormal fields U, so that a point costs products with R and U' K U
 !> only and small differences keep their digits. Elsewhere the residuals of (3), which bound nothing.
 module sig_model_defect
-  use, intrinsic :: ieee_arithmetic, only: ieee_is_nan, ieee_positive_inf, ieee_value
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_nan, ieee_positive_inf, ieee_quiet_nan, ieee_value
   use sig_condensed, only: condensed_t
   use sig_contact_error_bound, only: contact_error_bound_t
   use sig_contact_residuals, only: measure_points
@@ -46,7 +46,7 @@ module sig_model_defect
   contains
     procedure :: create
     procedure :: measure
-    procedure :: true_error
+    procedure :: true_errors
     procedure :: destroy
     procedure, private :: prepare
     procedure, private :: bound_at
@@ -217,24 +217,32 @@ contains
     end do
   end subroutine measure_residuals
 
-  !> Energy norm of the difference between an answer and the full-order solution, over that of the answer. Collective on all ranks.
-  subroutine true_error(self, answered, displacement, error, ierr)
+  !> What the bound is above: energy norms of what the answer's displacement misses, and of what the difference of the forces
+  !> displaces (no number where the full-order model is not condensed), over that of the answer. Collective on all ranks.
+  subroutine true_errors(self, answered, displacement, answered_multipliers, multipliers, errors, ierr)
     class(model_defect_t), intent(inout) :: self
     !> [length] of the model and of the full-order solution, shape (n_dofs)
     real(rk), intent(in) :: answered(:)
     real(rk), intent(in) :: displacement(:)
+    !> [force] likewise, shape (n_multipliers)
+    real(rk), intent(in) :: answered_multipliers(:)
+    real(rk), intent(in) :: multipliers(:)
     !> [-]
-    real(rk), intent(out) :: error
+    real(rk), intent(out) :: errors(2)
     PetscErrorCode, intent(out) :: ierr
-    real(rk) :: difference(size(answered)), forces(size(answered)), whole
+    real(rk) :: difference(size(answered)), forces(size(answered)), whole, wrong(size(multipliers))
 
     difference = answered - displacement
     PetscCall(self%system%apply_stiffness(answered, forces, ierr))
     whole = max(sqrt(max(0.0_rk, dot_product(answered, forces))), &
                 smallest_share * sqrt(self%stiffness_norm) * norm2(answered))
     PetscCall(self%system%apply_stiffness(difference, forces, ierr))
-    error = relative(sqrt(max(0.0_rk, dot_product(difference, forces))), whole)
-  end subroutine true_error
+    errors(1) = relative(sqrt(max(0.0_rk, dot_product(difference, forces))), whole)
+    errors(2) = ieee_value(1.0_rk, ieee_quiet_nan)
+    if (.not. self%is_bound) return
+    wrong = answered_multipliers - multipliers
+    errors(2) = relative(sqrt(max(0.0_rk, dot_product(wrong, matmul(self%condensed%compliance, wrong)))), whole)
+  end subroutine true_errors
 
   !> part / whole; 0 where nothing is wrong, infinite where there is nothing to compare with.
   pure real(rk) function relative(part, whole)

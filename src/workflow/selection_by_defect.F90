@@ -14,10 +14,11 @@ module sig_selection_by_defect
   use sig_log, only: log_info
   use sig_materials, only: need_fixed_stiffness
   use sig_model_defect, only: model_defect_t
+  use sig_multiplier_fit, only: multiplier_fit_workspace_t
   use sig_online_model, only: online_model_t
   use sig_problem, only: load_problem, problem_t
   use sig_query, only: answer_t, query_t
-  use sig_reconstruction, only: reconstruct_displacement
+  use sig_reconstruction, only: reconstruct_displacement, reconstruct_multipliers
   use sig_sampling, only: sampler_t, sampling_result_t
   use sig_selection, only: selection_t
   use sig_snapshot_merge, only: put_in_order, read_store, snapshot_store, store_t
@@ -40,9 +41,11 @@ module sig_selection_by_defect
     type(problem_t) :: problem
     type(store_t) :: store
     type(model_defect_t) :: defect
-    !> the last round's points: how many, and the model's answers there, shape (n_dofs, n_new); none in the first round
+    !> the last round's points: how many, and the model's answers there, shape (n_dofs, n_new) and (n_multipliers, n_new); none in
+    !> the first round
     integer :: n_new = 0
-    real(rk), allocatable :: answers(:, :)
+    real(rk), allocatable :: displacement(:, :)
+    real(rk), allocatable :: multipliers(:, :)
   end type rounds_t
 
 contains
@@ -110,7 +113,7 @@ contains
     real(rk) :: none(problem%deck%greedy%n_initial)
 
     none = ieee_value(none, ieee_quiet_nan)
-    call selection%append(candidates(:, farthest_points(candidates, box_of(problem%deck), size(none))), none, none)
+    call selection%append(candidates(:, farthest_points(candidates, box_of(problem%deck), size(none))), none)
   end subroutine begin_far_apart
 
   !> Full-order solutions of the last choices, the errors that the model had there, and the table. Collective on all ranks.
@@ -156,7 +159,9 @@ contains
     do i = 1, rounds%n_new
       ! where the model had no answer there is nothing to compare
       if (selection%indicators(n_before + i) > huge(1.0_rk) .or. solved%reasons(i) < 0) cycle
-      PetscCall(rounds%defect%true_error(rounds%answers(:, i), solved%displacement(:, i), selection%errors(n_before + i), ierr))
+      associate (errors => selection%errors(:, n_before + i), u => rounds%displacement(:, i))
+        PetscCall(rounds%defect%true_errors(u, solved%displacement(:, i), rounds%multipliers(:, i), solved%multipliers(:, i), errors, ierr))
+      end associate
     end do
   end subroutine compare_answers
 
@@ -218,10 +223,9 @@ contains
     type(selection_t), intent(inout) :: selection
     !> numbers of the candidates, 1-based
     integer, allocatable, intent(out) :: chosen(:)
-    real(rk) :: box(2, size(candidates, 1)), largest, none
+    real(rk) :: box(2, size(candidates, 1)), largest
     integer :: i, n
 
-    none = ieee_value(none, ieee_quiet_nan)
     box = box_of(problem%deck)
     allocate (chosen(0))
     n = size(selection%indicators)
@@ -233,7 +237,7 @@ contains
       largest = maxval(defects)
       if (stop_reason(problem%deck, n + size(chosen), largest) /= '') exit
       i = findloc(defects >= (1 - tie_tolerance) * largest, .true., dim=1)
-      call selection%append(candidates(:, i:i), defects(i:i), [none])
+      call selection%append(candidates(:, i:i), defects(i:i))
       chosen = [chosen, i]
       call log_choice(problem%deck, n + size(chosen), 'defect', defects(i), candidates(:, i))
       call leave_out(candidates, box, candidates(:, i), half_spacing(n + problem%deck%greedy%batch, size(box, 2)), defects)
@@ -273,16 +277,18 @@ contains
     type(query_t), intent(inout) :: query
     real(rk), intent(in) :: points(:, :)
     type(answer_t) :: answer
+    type(multiplier_fit_workspace_t) :: workspace
     real(rk), allocatable :: displacement(:)
     integer :: i
 
     rounds%n_new = size(points, 2)
-    if (allocated(rounds%answers)) deallocate (rounds%answers)
-    allocate (rounds%answers(online%model%n_dofs, rounds%n_new))
+    if (allocated(rounds%displacement)) deallocate (rounds%displacement, rounds%multipliers)
+    allocate (rounds%displacement(online%model%n_dofs, rounds%n_new), rounds%multipliers(online%model%n_multipliers, rounds%n_new))
     do i = 1, rounds%n_new
       call query%evaluate(online, points(:, i), answer)
       call reconstruct_displacement(online%model, answer, displacement)
-      rounds%answers(:, i) = displacement
+      call reconstruct_multipliers(online, answer, workspace, rounds%multipliers(:, i))
+      rounds%displacement(:, i) = displacement
     end do
   end subroutine keep_answers
 end module sig_selection_by_defect

@@ -121,7 +121,7 @@ contains
     chosen = pack(first, .not. is_zero(first))
     do i = 1, size(chosen)
       call greedy%take(chosen(i))
-      call selection%append(candidates(:, chosen(i):chosen(i)), [none], [none])
+      call selection%append(candidates(:, chosen(i):chosen(i)), [none])
     end do
     do
       call greedy%find_worst(i, error)
@@ -129,7 +129,7 @@ contains
       selection%stopped_by = stop_reason(problem%deck, size(chosen), error)
       if (selection%stopped_by /= '') exit
       call greedy%take(i)
-      call selection%append(candidates(:, i:i), [error], [none])
+      call selection%append(candidates(:, i:i), [error])
       chosen = [chosen, i]
       call log_choice(problem%deck, size(chosen), 'projection error', error, candidates(:, i))
     end do
