@@ -170,9 +170,8 @@ contains
     type(context_handle_t), pointer :: handle
 
     code = bad_argument
-    handle => answered_context(context)
+    handle => answered_context(context, multipliers)
     if (.not. associated(handle)) return
-    if (.not. c_associated(multipliers)) return
     call put_reals(handle%answer%multipliers_rid, multipliers)
     code = code_ok
   end function signorom_get_domain_multipliers
@@ -184,9 +183,8 @@ contains
     real(c_double), pointer :: target(:)
 
     code = bad_argument
-    handle => answered_context(context)
+    handle => answered_context(context, multipliers)
     if (.not. associated(handle)) return
-    if (.not. c_associated(multipliers)) return
     call c_f_pointer(multipliers, target, [handle%model%online%model%n_multipliers])
     call reconstruct_multipliers(handle%model%online, handle%answer, handle%workspace, target)
     code = code_ok
@@ -198,9 +196,8 @@ contains
     type(context_handle_t), pointer :: handle
 
     code = bad_argument
-    handle => answered_context(context)
+    handle => answered_context(context, coordinates)
     if (.not. associated(handle)) return
-    if (.not. c_associated(coordinates)) return
     call put_reals(handle%answer%coordinates, coordinates)
     code = code_ok
   end function signorom_get_coordinates
@@ -212,8 +209,8 @@ contains
     real(c_double), pointer :: target(:)
 
     code = bad_argument
-    handle => answered_context(context)
-    if (.not. (associated(handle) .and. c_associated(displacement))) return
+    handle => answered_context(context, displacement)
+    if (.not. associated(handle)) return
     call c_f_pointer(displacement, target, [handle%model%online%model%n_dofs])
     call fill_displacement(handle%model%online%model, handle%answer, target)
     code = code_ok
@@ -229,9 +226,12 @@ contains
     integer :: i, k
 
     code = bad_argument
-    handle => answered_context(context)
+    handle => answered_context(context, displacement)
     if (.not. associated(handle)) return
-    if (n < 0 .or. .not. (c_associated(nodes) .and. c_associated(displacement))) return
+    if (n < 0 .or. .not. c_associated(nodes)) then
+      call keep(handle%message, 'the number of nodes is negative, or the nodes are a null pointer')
+      return
+    end if
     associate (model => handle%model%online%model)
       call c_f_pointer(nodes, chosen, [n])
       if (any(chosen < 0 .or. chosen >= model%n_nodes)) then

@@ -80,15 +80,20 @@ contains
     if (.not. handle%is_ready) handle => null()
   end function ready_context
 
-  !> The handle of a context with an answer, or null with the sentence in its message.
-  function answered_context(context) result(handle)
+  !> The handle of a context with an answer that goes into an array of the caller, or null with the sentence in its message.
+  function answered_context(context, array) result(handle)
     type(c_ptr), intent(in) :: context
+    type(c_ptr), intent(in) :: array
     type(context_handle_t), pointer :: handle
 
     handle => ready_context(context)
     if (.not. associated(handle)) return
-    if (handle%has_answer) return
-    call keep(handle%message, 'there is no answer to tell of: nothing was asked, or the last point has none')
+    if (handle%has_answer .and. c_associated(array)) return
+    if (handle%has_answer) then
+      call keep(handle%message, 'the array for the answer is a null pointer')
+    else
+      call keep(handle%message, 'there is no answer to tell of: nothing was asked, or the last point has none')
+    end if
     handle => null()
   end function answered_context
 

@@ -130,6 +130,8 @@ static int refuse_wrong_arguments(const signorom_model *model, const signorom_si
   node = sizes->n_nodes - 1;
   is_fine &= signorom_get_displacement_at(context, 1, &node, displacement) == SIGNOROM_OK;
   is_fine &= signorom_get_multipliers(context, NULL) == SIGNOROM_BAD_ARGUMENT;
+  is_fine &= strstr(signorom_message(context), "null pointer") != NULL;
+  is_fine &= signorom_get_displacement_at(context, 1, NULL, displacement) == SIGNOROM_BAD_ARGUMENT;
   is_fine &= signorom_get_parameter(model, -1, NULL, NULL, NULL, NULL) == SIGNOROM_BAD_ARGUMENT;
   is_fine &= signorom_get_parameter(model, sizes->n_parameters, NULL, NULL, NULL, NULL) == SIGNOROM_BAD_ARGUMENT;
   is_fine &= signorom_text(model, 99) == NULL && signorom_text(NULL, 0) == NULL;
