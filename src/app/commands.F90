@@ -14,9 +14,10 @@ module sig_commands
   use sig_predict, only: predict
   use sig_problem, only: parameter_names
   use sig_run_report, only: run_report_t
+  use sig_sampling_stage, only: sample_stage
   use sig_session, only: session_t
   use sig_signals, only: install_stop_signals
-  use sig_study, only: fields_stage, sample_stage, stop_if_asked, train_stage, validate_stage
+  use sig_study, only: fields_stage, stop_if_asked, train_stage, validate_stage
   use sig_text, only: string_t
   use sig_version, only: code_version
   use petsc

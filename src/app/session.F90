@@ -19,6 +19,9 @@ module sig_session
   private
   public :: session_t
 
+  !> a signal ended the command; the same command goes on
+  integer, parameter, public :: exit_stopped = 130
+
   type :: session_t
     type(deck_config_t) :: deck
     !> text of the deck, for messages

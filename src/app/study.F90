@@ -7,100 +7,40 @@ module sig_study
   use sig_errors, only: error_t, exit_not_converged, make_error
   use sig_field_output, only: solved_points_t, write_fields
   use sig_file_system, only: file_exists
-  use sig_full_order_operator, only: condense_full_order
   use sig_greedy_record, only: training_points
-  use sig_greedy_selection, only: select_points
   use sig_contact_state, only: reason_converged, reason_text
   use sig_kinds, only: rk
   use sig_log, only: log_info, log_warning
-  use sig_materials, only: has_fixed_stiffness, need_fixed_stiffness
+  use sig_materials, only: need_fixed_stiffness
   use sig_model, only: model_t
+  use sig_model_building, only: build_model
   use sig_model_file, only: read_model, write_model
   use sig_parameter_space, only: build_points, format_point
   use sig_petsc_support, only: library_versions, rank_and_size
   use sig_problem, only: announce_plan, check_points, force_unit, inert_pair_names, load_problem, problem_t, stress_unit
   use sig_rank_groups, only: create_rank_groups, rank_groups_t
   use sig_reactions, only: boundary_reactions, reaction_t
+  use sig_refinement, only: refinement_result_t
+  use sig_refinement_rounds, only: report_refinement, write_refinement_table
   use sig_reporting, only: accuracy_text, model_text, report_deck, report_model, report_reactions, report_selection, &
-    report_sizes, report_snapshots, report_states, selection_text
+    report_sizes, report_snapshots, report_states
   use sig_run_report, only: run_report_t
-  use sig_sampling, only: sample, sampling_result_t
+  use sig_sampling_stage, only: announce_stiffness, need_training
   use sig_selection, only: selection_t
-  use sig_session, only: session_t
+  use sig_session, only: exit_stopped, session_t
   use sig_snapshot_merge, only: snapshots_path
-  use sig_start_sets, only: fill_start_sets
   use sig_snapshot_store, only: merge_records, read_snapshot_set, records_of_set, snapshot_set_t
   use sig_stop_request, only: agree_to_stop
   use sig_text, only: string_t, to_text
-  use sig_training, only: train
   use sig_clock, only: wall_time
   use sig_validation, only: validate, validation_t
   use sig_validation_output, only: keep_statistics, report_validation, write_validation_table
   use petsc
   implicit none(type, external)
   private
-  public :: sample_stage, train_stage, validate_stage, fields_stage, stop_if_asked
-
-  !> a signal ended the command; the same command goes on
-  integer, parameter :: exit_stopped = 130
+  public :: train_stage, validate_stage, fields_stage, stop_if_asked
 
 contains
-
-  !> snapshots.h5. Collective on all ranks, as all of this module.
-  subroutine sample_stage(session, ierr)
-    type(session_t), intent(inout) :: session
-    PetscErrorCode, intent(out) :: ierr
-    type(sampling_result_t) :: outcome
-    type(selection_t) :: selection
-    type(error_t), allocatable :: error
-
-    ierr = 0
-    session%has_plan = .true.
-    call need_training(session, error)
-    if (allocated(error)) then
-      continue
-    else if (session%deck%greedy%is_used) then
-      call announce_stiffness(session)
-      PetscCall(select_points(session%deck, session%folder, outcome, selection, error, ierr))
-    else
-      call announce_stiffness(session)
-      PetscCall(sample(session%deck, session%folder, outcome, error, ierr))
-    end if
-    if (allocated(error)) then
-      call session%fail(error)
-    else if (outcome%is_stopped) then
-      call log_info('stopped by a signal; the finished points are kept, and the same command goes on')
-      session%exit_code = exit_stopped
-    else
-      if (outcome%n_failed > 0) then
-        call log_warning(to_text(outcome%n_failed) // ' of the points did not converge; they are marked, and the same ' // &
-          'command tries them again')
-        session%exit_code = exit_not_converged
-      end if
-      call log_info(sampled_text(session, outcome, selection) // snapshots_path(session%folder))
-    end if
-  end subroutine sample_stage
-
-  !> What the snapshots are.
-  pure function sampled_text(session, outcome, selection) result(text)
-    type(session_t), intent(in) :: session
-    type(sampling_result_t), intent(in) :: outcome
-    type(selection_t), intent(in) :: selection
-    character(:), allocatable :: text
-
-    text = 'sampled ' // to_text(outcome%n_points) // ' points (' // to_text(outcome%n_found) // ' were there'
-    if (.not. has_fixed_stiffness(session%deck)) text = text // ', ' // to_text(outcome%n_stiffnesses) // ' stiffnesses'
-    text = text // ')'
-    if (session%deck%greedy%is_used) text = text // ', selected ' // selection_text(selection)
-    text = text // ': '
-  end function sampled_text
-
-  subroutine announce_stiffness(session)
-    type(session_t), intent(in) :: session
-
-    if (.not. has_fixed_stiffness(session%deck)) call log_info('the stiffness depends on the parameters: it is assembled and ' // &
-      'factored again wherever the elastic constants change')
-  end subroutine announce_stiffness
 
   !> Between two stages: a signal ends the command; what the stages before wrote stays.
   subroutine stop_if_asked(session, ierr)
@@ -114,15 +54,6 @@ contains
     session%exit_code = exit_stopped
   end subroutine stop_if_asked
 
-  subroutine need_training(session, error)
-    type(session_t), intent(in) :: session
-    type(error_t), allocatable, intent(out) :: error
-
-    if (.not. session%deck%has_training) call make_error(error, &
-      'the deck has no training section, which names the points to sample', session%deck%path, &
-      hint='for example: training: {grid: {' // session%deck%parameters(1)%name // ': 31}}')
-  end subroutine need_training
-
   !> model.h5 and enrichment.csv of snapshots.h5.
   subroutine train_stage(session, report, ierr)
     type(session_t), intent(inout) :: session
@@ -132,6 +63,7 @@ contains
     type(snapshot_set_t) :: snapshots
     type(selection_t) :: selection
     type(model_t) :: model
+    type(refinement_result_t) :: refinement
     type(error_t), allocatable :: error
     real(rk) :: start
 
@@ -148,21 +80,26 @@ contains
     end if
     start = wall_time()
     if (.not. allocated(error)) then
-      PetscCall(train(problem, snapshots, model, error, ierr))
-    end if
-    if (.not. allocated(error)) then
-      PetscCall(condense_full_order(problem, model%full_order, ierr))
-      call fill_start_sets(model)
+      PetscCall(build_model(problem, session%folder, snapshots, model, refinement, error, ierr))
+      if (refinement%is_stopped) then
+        call log_info('stopped by a signal; there is no model yet')
+        session%exit_code = exit_stopped
+        return
+      end if
     end if
     if (.not. allocated(error)) then
       PetscCall(describe_problem(problem, report, ierr))
       call report_snapshots(session%deck, snapshots, report)
       if (session%deck%greedy%is_used) call report_selection(session%deck, selection, report)
       call report_model(model, report)
+      if (size(refinement%rounds) > 0) call report_refinement(refinement%rounds, refinement%best_round, &
+        refinement%is_reached, refinement%ending, report)
       call report%add('times/train', wall_time() - start)
       if (session%rank == 0) then
         call write_model(model_path(session), model, error)
         if (.not. allocated(error)) call write_enrichment_table(model, session%folder // '/enrichment.csv', error)
+        if (size(refinement%rounds) > 0 .and. .not. allocated(error)) call write_refinement_table(refinement%rounds, &
+          session%folder // '/refinement.csv', error)
       end if
       PetscCall(broadcast_error(error, PETSC_COMM_WORLD, ierr))
     end if

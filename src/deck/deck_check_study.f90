@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> Ranges and cross-checks of the sections that say how the problem is solved, reduced and written.
 module sig_deck_check_study
-  use sig_deck_config, only: deck_config_t, greedy_config_t, max_sobol_parameters, parameter_config_t, point_set_config_t, &
-    reduction_config_t
+  use sig_deck_config, only: clusters_config_t, deck_config_t, greedy_config_t, max_sobol_parameters, parameter_config_t, &
+    point_set_config_t, reduction_config_t
   use sig_deck_tree, only: deck_tree_t, shown
   use sig_kinds, only: rk
   use sig_text, only: split, string_t, to_text
@@ -101,7 +101,9 @@ contains
         to_text(clusters%min_snapshots) // '; it must be at least 1')
       if (clusters%opposite_snapshots == 'different' .and. clusters%method == 'regular') call tree%report_at( &
         'clusters.opposite_snapshots', 'is ''different''; it belongs to method: irregular, which compares snapshots')
-      if (clusters%number == 1 .or. .not. config%has_training) return
+      if (clusters%target%is_used) call check_target(tree, config)
+      if (clusters%refine%is_used) call check_refine(tree, clusters)
+      if ((clusters%number == 1 .and. .not. clusters%target%is_used) .or. .not. config%has_training) return
       if (clusters%method == 'irregular') then
         n_items = min(n_points_of(training), config%greedy%max_points)
         if (clusters%number > n_items) call tree%report_at('clusters.number', 'is ' // to_text(clusters%number) // &
@@ -115,6 +117,32 @@ contains
       end if
     end associate
   end subroutine check_clusters
+
+  subroutine check_target(tree, config)
+    type(deck_tree_t), intent(inout) :: tree
+    type(deck_config_t), intent(in) :: config
+
+    associate (clusters => config%clusters)
+      if (clusters%target%error <= 0) call tree%report_at('clusters.target.error', 'is ' // to_text(clusters%target%error) // &
+        '; it must be greater than 0')
+      call check_points(tree, 'clusters.target.candidates', config%parameters, clusters%target%candidates)
+      if (clusters%number > 0 .and. .not. clusters%refine%is_used) call tree%report_at('clusters.target', &
+        'is given for a fixed number of clusters; it goes with number: auto, or with refine', &
+        'refine: {max_points: 100} adds snapshots and splits clusters until the target is met')
+    end associate
+  end subroutine check_target
+
+  subroutine check_refine(tree, clusters)
+    type(deck_tree_t), intent(inout) :: tree
+    type(clusters_config_t), intent(in) :: clusters
+
+    if (.not. clusters%target%is_used) call tree%report_at('clusters.refine', 'has no end; it needs clusters.target', &
+      'for example: target: {error: 0.05, candidates: {sobol: 200}}')
+    if (clusters%refine%max_points < 0) call tree%report_at('clusters.refine.max_points', 'is ' // &
+      to_text(clusters%refine%max_points) // '; it must be at least 0', 'with 0 clusters are split and no snapshots are added')
+    if (clusters%number > clusters%max_number) call tree%report_at('clusters.number', 'is ' // to_text(clusters%number) // &
+      '; it must be at most max_number, which is ' // to_text(clusters%max_number))
+  end subroutine check_refine
 
   !> Huge where a file has them, or where they are too many.
   pure integer function n_points_of(points) result(n_points)

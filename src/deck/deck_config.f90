@@ -10,6 +10,7 @@ module sig_deck_config
   public :: obstacle_config_t
   public :: boundary_config_t, contact_config_t, solver_config_t, point_set_config_t, reduction_config_t, output_config_t
   public :: greedy_config_t
+  public :: target_config_t, refine_config_t
   public :: clusters_config_t, enrichment_config_t, zone_config_t
 
   !> [-] default of contact%pairing_tolerance for averaged normals, which on uneven facets point a little aside
@@ -221,6 +222,28 @@ module sig_deck_config
     integer :: max_hats = huge(1)
   end type enrichment_config_t
 
+  !> The error that local models are to have.
+  type :: target_config_t
+    logical :: is_used = .false.
+    !> [-] > 0
+    real(rk) :: error = 0
+    !> e_lambda_rid (default), e_lambda_all or e_u: a column of validation.csv
+    character(:), allocatable :: measure
+    !> p95 (default), median or max
+    character(:), allocatable :: statistic
+    !> points where it is measured
+    type(point_set_config_t) :: candidates
+  end type target_config_t
+
+  !> Snapshots added and clusters split until the target is met.
+  type :: refine_config_t
+    logical :: is_used = .false.
+    !> candidates that may become snapshots; default 100
+    integer :: max_points = 100
+    !> how many of them in a round, for one cluster; default 5
+    integer :: points_per_round = 5
+  end type refine_config_t
+
   !> Local reduced models, each of a part of the training points.
   type :: clusters_config_t
     !> default 1: one model of all points; 0 = `auto` in the deck: as the silhouette says, up to max_number
@@ -241,6 +264,8 @@ module sig_deck_config
     character(:), allocatable :: algorithm
     !> of what is drawn at random; default 1
     integer :: seed = 1
+    type(target_config_t) :: target
+    type(refine_config_t) :: refine
   end type clusters_config_t
 
   type :: reduction_config_t

@@ -3,8 +3,8 @@
 module sig_deck_echo
   use sig_deck_config, only: boundary_config_t, clusters_config_t, contact_config_t, deck_config_t, load_config_t, &
     material_config_t, name_config_t, obstacle_config_t, output_config_t, parameter_config_t, reduction_config_t, &
-    value_config_t
-  use sig_deck_echo_points, only: point_set, training_set
+    target_config_t, value_config_t
+  use sig_deck_echo_points, only: candidate_set, point_set, training_set
   use sig_deck_echo_words, only: count_or_word, tolerance_or_none, yaml_text
   use sig_kinds, only: rk
   use sig_text, only: join, string_t, to_text
@@ -36,7 +36,7 @@ contains
       ', max_iterations: ' // to_text(config%solver%max_iterations) // '}' // eol
     if (config%has_training) yaml = yaml // 'training: ' // training_set(config%greedy, config%training, config%parameters) // eol
     if (config%has_test) yaml = yaml // 'test: ' // point_set(config%test, config%parameters) // eol
-    yaml = yaml // clusters_section(config%clusters) // reduction_section(config%reduction)
+    yaml = yaml // clusters_section(config%clusters, config%parameters) // reduction_section(config%reduction)
     yaml = yaml // output_section(config%output, config%parameters) // &
       'petsc_options: ' // yaml_text(config%petsc_options) // eol
   end function echo_deck
@@ -207,16 +207,30 @@ contains
     yaml = '[' // join(texts, ', ') // ']'
   end function number_list
 
-  pure function clusters_section(clusters) result(yaml)
+  pure function clusters_section(clusters, parameters) result(yaml)
     type(clusters_config_t), intent(in) :: clusters
+    type(parameter_config_t), intent(in) :: parameters(:)
     character(:), allocatable :: yaml
 
     yaml = 'clusters: {number: ' // count_or_word(clusters%number, 0, 'auto') // ', max_number: ' // &
       to_text(clusters%max_number) // ', method: ' // clusters%method // ', cell_pod_tolerance: ' // &
       to_text(clusters%cell_pod_tolerance) // ', opposite_snapshots: ' // clusters%opposite_snapshots // &
       ', min_snapshots: ' // to_text(clusters%min_snapshots) // ', small_clusters: ' // clusters%small_clusters // &
-      ', algorithm: ' // clusters%algorithm // ', seed: ' // to_text(clusters%seed) // '}' // eol
+      ', algorithm: ' // clusters%algorithm // ', seed: ' // to_text(clusters%seed)
+    if (clusters%target%is_used) yaml = yaml // ', target: ' // target_mapping(clusters%target, parameters)
+    if (clusters%refine%is_used) yaml = yaml // ', refine: {max_points: ' // to_text(clusters%refine%max_points) // &
+      ', points_per_round: ' // to_text(clusters%refine%points_per_round) // '}'
+    yaml = yaml // '}' // eol
   end function clusters_section
+
+  pure function target_mapping(target, parameters) result(yaml)
+    type(target_config_t), intent(in) :: target
+    type(parameter_config_t), intent(in) :: parameters(:)
+    character(:), allocatable :: yaml
+
+    yaml = '{error: ' // to_text(target%error) // ', measure: ' // target%measure // ', statistic: ' // target%statistic // &
+      ', candidates: ' // candidate_set(target%candidates, parameters) // '}'
+  end function target_mapping
 
   pure function reduction_section(reduction) result(yaml)
     type(reduction_config_t), intent(in) :: reduction

@@ -6,7 +6,7 @@ module sig_deck_echo_points
   use sig_text, only: join, string_t, to_text
   implicit none(type, external)
   private
-  public :: greedy_choice, point_set, training_set
+  public :: candidate_set, greedy_choice, point_set, training_set
 
 contains
 
@@ -29,12 +29,21 @@ contains
     type(parameter_config_t), intent(in) :: parameters(:)
     character(:), allocatable :: yaml
 
-    yaml = '{candidates: {' // kind_text(points, parameters) // '}, indicator: ' // greedy%indicator // ', initial: ' // &
+    yaml = '{candidates: ' // candidate_set(points, parameters) // ', indicator: ' // greedy%indicator // ', initial: ' // &
       to_text(greedy%n_initial) // ', tolerance: ' // tolerance_or_none(greedy%tolerance) // ', max_points: ' // &
       count_or_word(greedy%max_points, huge(1), 'none')
     if (greedy%indicator == 'defect') yaml = yaml // ', batch: ' // to_text(greedy%batch)
     yaml = yaml // '}'
   end function greedy_choice
+
+  !> {grid: {...}}
+  pure function candidate_set(points, parameters) result(yaml)
+    type(point_set_config_t), intent(in) :: points
+    type(parameter_config_t), intent(in) :: parameters(:)
+    character(:), allocatable :: yaml
+
+    yaml = '{' // kind_text(points, parameters) // '}'
+  end function candidate_set
 
   !> {grid: {...}, groups: auto}
   pure function point_set(points, parameters) result(yaml)

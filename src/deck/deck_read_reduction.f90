@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> The sections `clusters` and `reduction` of a deck.
+!> The section `reduction` of a deck.
 module sig_deck_read_reduction
-  use sig_deck_config, only: clusters_config_t, enrichment_config_t, reduction_config_t, zone_config_t
+  use sig_deck_config, only: enrichment_config_t, reduction_config_t, zone_config_t
   use sig_deck_read_loads, only: read_axis
   use sig_deck_tree, only: deck_tree_t, kind_list, kind_mapping, kind_scalar, root_node, shown
   use sig_deck_values, only: get_choice, get_mapping, get_name, get_number, get_integer, integer_of, name_of, number_of
@@ -9,15 +9,11 @@ module sig_deck_read_reduction
   use sig_mechanical_models, only: mechanical_model_t
   implicit none(type, external)
   private
-  public :: read_clusters, read_reduction, read_count_or_word, read_tolerance_or_none
+  public :: read_reduction, read_count_or_word, read_tolerance_or_none
 
   character(*), parameter :: methods(1) = [character(3) :: 'hhr']
   character(*), parameter :: dirichlet_treatments(2) = [character(15) :: 'elastic_lifting', 'multiplier']
   character(*), parameter :: unpaired_treatments(2) = [character(6) :: 'join', 'remove']
-  character(*), parameter :: cluster_methods(2) = [character(9) :: 'regular', 'irregular']
-  character(*), parameter :: opposites(2) = [character(9) :: 'equal', 'different']
-  character(*), parameter :: small_treatments(2) = [character(6) :: 'refuse', 'merge']
-  character(*), parameter :: cluster_algorithms(2) = [character(11) :: 'faster_pam', 'alternating']
   character(*), parameter :: enrichments(3) = [character(6) :: 'none', 'greedy', 'all']
   character(*), parameter :: sides(2) = [character(6) :: 'first', 'second']
   character(*), parameter :: reconstructions(2) = [character(29) :: 'multipliers_and_displacements', 'multipliers']
@@ -117,35 +113,6 @@ contains
     is_word = tree%nodes(i_node)%kind == kind_scalar
     if (is_word) is_word = tree%nodes(i_node)%text == word
   end function is_word
-
-  !> The section clusters.
-  subroutine read_clusters(tree, clusters)
-    type(deck_tree_t), intent(inout) :: tree
-    type(clusters_config_t), intent(inout) :: clusters
-    integer :: i_clusters
-
-    clusters%method = trim(cluster_methods(1))
-    clusters%algorithm = trim(cluster_algorithms(1))
-    clusters%opposite_snapshots = trim(opposites(1))
-    clusters%small_clusters = trim(small_treatments(1))
-    i_clusters = get_mapping(tree, root_node, 'clusters', .false.)
-    if (i_clusters == 0) return
-    if (tree%find(i_clusters, 'number') == 0) then
-      call get_integer(tree, i_clusters, 'number', .true., clusters%number)
-    else
-      clusters%number = 0
-      call read_count_or_word(tree, i_clusters, 'number', 'auto', 1, clusters%number)
-    end if
-    call get_integer(tree, i_clusters, 'max_number', .false., clusters%max_number)
-    call get_choice(tree, i_clusters, 'method', .false., cluster_methods, clusters%method)
-    call get_number(tree, i_clusters, 'cell_pod_tolerance', .false., clusters%cell_pod_tolerance)
-    call get_choice(tree, i_clusters, 'opposite_snapshots', .false., opposites, clusters%opposite_snapshots)
-    call get_integer(tree, i_clusters, 'min_snapshots', .false., clusters%min_snapshots)
-    call get_choice(tree, i_clusters, 'small_clusters', .false., small_treatments, clusters%small_clusters)
-    call get_choice(tree, i_clusters, 'algorithm', .false., cluster_algorithms, clusters%algorithm)
-    call get_integer(tree, i_clusters, 'seed', .false., clusters%seed)
-    call tree%close_mapping(i_clusters)
-  end subroutine read_clusters
 
   subroutine read_enrichment(tree, i_reduction, enrichment)
     type(deck_tree_t), intent(inout) :: tree

@@ -13,7 +13,8 @@ module sig_snapshot_store
   use sig_version, only: code_version
   implicit none(type, external)
   private
-  public :: snapshot_set_t, all_points, merge_records, pick_records, records_of_set, write_snapshots, read_snapshot_set
+  public :: snapshot_set_t, all_points, append_snapshots, columns_of, point_index
+  public :: merge_records, pick_records, records_of_set, write_snapshots, read_snapshot_set
 
   character(*), parameter :: format_name = 'signorom snapshots'
   integer, parameter :: format_version = 1
@@ -143,6 +144,50 @@ contains
       records(i)%seconds = set%seconds(i)
     end do
   end function records_of_set
+
+  !> The snapshots with these numbers; what belongs to all of them stays.
+  pure function columns_of(set, numbers) result(chosen)
+    type(snapshot_set_t), intent(in) :: set
+    !> 1-based
+    integer, intent(in) :: numbers(:)
+    type(snapshot_set_t) :: chosen
+
+    chosen%provenance = set%provenance
+    if (allocated(set%parameter_names)) chosen%parameter_names = set%parameter_names
+    if (allocated(set%term_texts)) chosen%term_texts = set%term_texts
+    if (allocated(set%free_response)) chosen%free_response = set%free_response
+    chosen%parameters = set%parameters(:, numbers)
+    chosen%displacement = set%displacement(:, numbers)
+    chosen%multipliers = set%multipliers(:, numbers)
+    chosen%n_iterations = set%n_iterations(numbers)
+    chosen%reasons = set%reasons(numbers)
+    chosen%residuals = set%residuals(:, numbers)
+    chosen%seconds = set%seconds(numbers)
+  end function columns_of
+
+  !> Further snapshots behind those of a set.
+  pure subroutine append_snapshots(set, further)
+    type(snapshot_set_t), intent(inout) :: set
+    type(snapshot_set_t), intent(in) :: further
+
+    set%parameters = side_by_side(set%parameters, further%parameters)
+    set%displacement = side_by_side(set%displacement, further%displacement)
+    set%multipliers = side_by_side(set%multipliers, further%multipliers)
+    set%residuals = side_by_side(set%residuals, further%residuals)
+    set%n_iterations = [set%n_iterations, further%n_iterations]
+    set%reasons = [set%reasons, further%reasons]
+    set%seconds = [set%seconds, further%seconds]
+  end subroutine append_snapshots
+
+  pure function side_by_side(a, b) result(both)
+    real(rk), intent(in) :: a(:, :)
+    real(rk), intent(in) :: b(:, :)
+    real(rk), allocatable :: both(:, :)
+
+    allocate (both(size(a, 1), size(a, 2) + size(b, 2)))
+    both(:, :size(a, 2)) = a
+    both(:, size(a, 2) + 1:) = b
+  end function side_by_side
 
   !> The given points, then those of the set that are not among them.
   pure function all_points(points, set) result(all)

@@ -4,7 +4,7 @@
 module sig_cluster_division
   use sig_clustering, only: cell_subspaces, check_clusters, check_snapshots, cluster_t, clusters_of_cells, clusters_of_snapshots, &
     find_identical, snapshots_text
-  use sig_deck_config, only: deck_config_t
+  use sig_deck_config, only: clusters_config_t, deck_config_t
   use sig_dissimilarity, only: dissimilarity_of_snapshots, dissimilarity_of_subspaces, snapshot_coordinates
   use sig_errors, only: error_t, make_error
   use sig_forest_training, only: train_forest
@@ -21,7 +21,7 @@ module sig_cluster_division
   use petsc
   implicit none(type, external)
   private
-  public :: divide_snapshots
+  public :: divide_snapshots, medoid_options, need_whole_grid
 
 contains
 
@@ -29,8 +29,10 @@ contains
   !>
   !> Source: section 4. Errors: a snapshot without direction, a grid with holes, more clusters than items, a cluster that is too
   !> small, a forest that cannot be trained.
-  subroutine divide_snapshots(deck, snapshots, model, clusters, error, ierr)
+  subroutine divide_snapshots(deck, n_clusters, snapshots, model, clusters, error, ierr)
     type(deck_config_t), intent(in) :: deck
+    !> 0: as many as are best separated
+    integer, intent(in) :: n_clusters
     !> those with a full-order solution, in the order of the deck's training points
     type(snapshot_set_t), intent(in) :: snapshots
     !> its header is filled
@@ -42,7 +44,7 @@ contains
     integer :: i
 
     ierr = 0
-    if (deck%clusters%number == 1) then
+    if (n_clusters == 1) then
       allocate (clusters(1))
       clusters(1)%snapshots = [(i, i=1, size(snapshots%parameters, 2))]
       return
@@ -52,9 +54,9 @@ contains
       call warn_of_identical(deck, snapshots)
       PetscCall(snapshot_coordinates(snapshots%displacement, PETSC_COMM_WORLD, coordinates, ierr))
       if (deck%clusters%method == 'regular') then
-        PetscCall(divide_cells(deck, coordinates, model, clusters, error, ierr))
+        PetscCall(divide_cells(deck, n_clusters, coordinates, model, clusters, error, ierr))
       else
-        PetscCall(divide_points(deck, coordinates, model, clusters, error, ierr))
+        PetscCall(divide_points(deck, n_clusters, coordinates, model, clusters, error, ierr))
       end if
     end if
     if (.not. allocated(error)) return
@@ -73,8 +75,9 @@ contains
   end subroutine warn_of_identical
 
   !> Source: section 4.1: cells of the grid by the angles of their bases.
-  subroutine divide_cells(deck, coordinates, model, clusters, error, ierr)
+  subroutine divide_cells(deck, n_clusters, coordinates, model, clusters, error, ierr)
     type(deck_config_t), intent(in) :: deck
+    integer, intent(in) :: n_clusters
     real(rk), intent(in) :: coordinates(:, :)
     type(model_t), intent(inout) :: model
     type(cluster_t), allocatable, intent(out) :: clusters(:)
@@ -88,14 +91,11 @@ contains
     associate (cells => model%choice%cells, n_points => size(coordinates, 2))
       cells%n_values = deck%training%grid
       cells%box = model%box
-      if (n_points < product(cells%n_values)) then
-        call make_error(error, 'clusters of grid cells need a solution at each of the ' // to_text(product(cells%n_values)) // &
-          ' training points; there are ' // to_text(n_points), hint='use clusters: {method: irregular, ...}')
-        return
-      end if
+      call need_whole_grid(deck, n_points, error)
+      if (allocated(error)) return
       subspaces = cell_subspaces(coordinates, cells, deck%clusters%cell_pod_tolerance)
       PetscCall(dissimilarity_of_subspaces(subspaces, PETSC_COMM_WORLD, dissimilarity, ierr))
-      call find_clusters(deck, dissimilarity, found, error)
+      call find_clusters(deck, n_clusters, dissimilarity, found, error)
       if (allocated(error)) return
       clusters = clusters_of_cells(found%labels, size(found%medoids), cells)
       do while (has_small_cluster(deck, clusters, found))
@@ -108,9 +108,22 @@ contains
     end associate
   end subroutine divide_cells
 
-  !> Source: section 4.2: snapshots by their angles; the forest learns their labels.
-  subroutine divide_points(deck, coordinates, model, clusters, error, ierr)
+  !> Errors: the grid has holes.
+  subroutine need_whole_grid(deck, n_points, error)
     type(deck_config_t), intent(in) :: deck
+    !> that have a solution
+    integer, intent(in) :: n_points
+    type(error_t), allocatable, intent(out) :: error
+
+    if (n_points < product(deck%training%grid)) call make_error(error, 'clusters of grid cells need a solution at each of the ' // &
+      to_text(product(deck%training%grid)) // ' training points; there are ' // to_text(n_points), deck%path, &
+      hint='use clusters: {method: irregular, ...}')
+  end subroutine need_whole_grid
+
+  !> Source: section 4.2: snapshots by their angles; the forest learns their labels.
+  subroutine divide_points(deck, n_clusters, coordinates, model, clusters, error, ierr)
+    type(deck_config_t), intent(in) :: deck
+    integer, intent(in) :: n_clusters
     real(rk), intent(in) :: coordinates(:, :)
     type(model_t), intent(inout) :: model
     type(cluster_t), allocatable, intent(out) :: clusters(:)
@@ -120,7 +133,7 @@ contains
     real(rk), allocatable :: dissimilarity(:, :)
 
     PetscCall(dissimilarity_of_snapshots(coordinates, deck%clusters%opposite_snapshots == 'different', PETSC_COMM_WORLD, dissimilarity, ierr))
-    call find_clusters(deck, dissimilarity, found, error)
+    call find_clusters(deck, n_clusters, dissimilarity, found, error)
     if (allocated(error)) return
     clusters = clusters_of_snapshots(found%labels, size(found%medoids))
     do while (has_small_cluster(deck, clusters, found))
@@ -133,22 +146,28 @@ contains
     PetscCall(train_forest(deck, model%training_points, found%labels, model%choice%forest, error, ierr))
   end subroutine divide_points
 
-  !> As many clusters as the deck asks for, or as are best separated. Local; every rank finds the same.
-  subroutine find_clusters(deck, dissimilarity, found, error)
+  !> As many clusters as are asked for, or as are best separated. Local; every rank finds the same.
+  subroutine find_clusters(deck, n_clusters, dissimilarity, found, error)
     type(deck_config_t), intent(in) :: deck
+    integer, intent(in) :: n_clusters
     real(rk), intent(in), contiguous :: dissimilarity(:, :)
     type(medoids_t), intent(out) :: found
     type(error_t), allocatable, intent(out) :: error
-    type(k_medoids_options_t) :: options
 
-    options%method = merge(method_alternating, method_faster_pam, deck%clusters%algorithm == 'alternating')
-    options%seed = deck%clusters%seed
-    if (deck%clusters%number == 0) then
-      call choose_n_clusters(dissimilarity, deck%clusters%max_number, options, found, error)
+    if (n_clusters == 0) then
+      call choose_n_clusters(dissimilarity, deck%clusters%max_number, medoid_options(deck%clusters), found, error)
     else
-      call find_medoids(dissimilarity, deck%clusters%number, options, found, error)
+      call find_medoids(dissimilarity, n_clusters, medoid_options(deck%clusters), found, error)
     end if
   end subroutine find_clusters
+
+  pure function medoid_options(clusters) result(options)
+    type(clusters_config_t), intent(in) :: clusters
+    type(k_medoids_options_t) :: options
+
+    options%method = merge(method_alternating, method_faster_pam, clusters%algorithm == 'alternating')
+    options%seed = clusters%seed
+  end function medoid_options
 
   !> One that the deck wants to have merged, and there is another one.
   pure logical function has_small_cluster(deck, clusters, found)

@@ -2,15 +2,14 @@
 #include "signorom/macros.h"
 !> Errors (17)-(19) of a reduced answer against the full-order one.
 module sig_error_norms
-  use, intrinsic :: ieee_arithmetic, only: ieee_positive_inf, ieee_quiet_nan, ieee_value
+  use sig_answer_errors, only: displacement_error, reconstruction_error, relative, rid_error
   use sig_contact_state, only: contact_state_t
   use sig_contact_system, only: contact_system_t
   use sig_domain_energy, only: domain_energy_t
   use sig_kinds, only: rk
-  use sig_multiplier_fit, only: multiplier_fit_workspace_t
   use sig_online_model, only: online_model_t
   use sig_query, only: answer_t
-  use sig_reconstruction, only: reconstruct_displacement, reconstruct_multipliers
+  use sig_reconstruction, only: reconstruct_displacement
   use petsc
   implicit none(type, external)
   private
@@ -43,19 +42,15 @@ contains
     type(contact_state_t), intent(in) :: state
     type(point_errors_t), intent(out) :: errors
     PetscErrorCode, intent(out) :: ierr
-    type(multiplier_fit_workspace_t) :: workspace
     real(rk), allocatable :: displacement(:)
-    real(rk) :: energies(2), energies_full(2), load(size(state%displacement)), multipliers(size(state%multipliers))
+    real(rk) :: energies(2), energies_full(2), load(size(state%displacement))
 
     call reconstruct_displacement(online%model, answer, displacement)
-    call reconstruct_multipliers(online, answer, workspace, multipliers)
-    errors%displacement = relative(norm2(displacement - state%displacement), norm2(state%displacement))
-    errors%multipliers_all = relative(norm2(multipliers - state%multipliers), norm2(state%multipliers))
+    errors%displacement = displacement_error(displacement, state%displacement)
+    errors%multipliers_rid = rid_error(online, answer, state%multipliers)
+    errors%multipliers_all = reconstruction_error(online, answer, state%multipliers)
     load = system%load(answer%theta)
     associate (cluster => online%model%clusters(answer%cluster))
-      associate (rows => cluster%contact_rows)
-        errors%multipliers_rid = relative(norm2(answer%multipliers_rid - state%multipliers(rows)), norm2(state%multipliers(rows)))
-      end associate
       PetscCall(measure_energies(system, domain, cluster%interior_dofs, load, displacement, energies, ierr))
       PetscCall(measure_energies(system, domain, cluster%interior_dofs, load, state%displacement, energies_full, ierr))
     end associate
@@ -82,18 +77,4 @@ contains
     energies(1) = dot_product(displacement, forces) / 2 - dot_product(load, displacement)
     energies(2) = domain%strain_energy(displacement) - dot_product(load(interior_dofs), displacement(interior_dofs))
   end subroutine measure_energies
-
-  !> part / whole; 0/0 is no number (there is nothing to compare), x/0 is infinite.
-  real(rk) function relative(part, whole)
-    real(rk), intent(in) :: part
-    real(rk), intent(in) :: whole
-
-    if (whole > 0) then
-      relative = part / whole
-    else if (part > 0) then
-      relative = ieee_value(relative, ieee_positive_inf)
-    else
-      relative = ieee_value(relative, ieee_quiet_nan)
-    end if
-  end function relative
 end module sig_error_norms

@@ -8,7 +8,7 @@ module sig_problem
   use sig_clock, only: wall_time
   use sig_contact_operator, only: contact_operator_t, create_contact_operator
   use sig_contact_summary, only: contact_lines
-  use sig_deck_config, only: deck_config_t
+  use sig_deck_config, only: deck_config_t, point_set_config_t
   use sig_deck_echo, only: echo_physics
   use sig_elastic_body, only: create_elastic_body, elastic_body_t
   use sig_errors, only: error_t, make_error
@@ -146,19 +146,24 @@ contains
   !> Points of the largest set of the deck.
   integer function most_points(deck)
     type(deck_config_t), intent(in) :: deck
+
+    most_points = size(deck%output%points, 2)
+    if (deck%has_training) most_points = max(most_points, min(n_points_of(deck, deck%training), deck%greedy%max_points))
+    if (deck%clusters%target%is_used) most_points = max(most_points, n_points_of(deck, deck%clusters%target%candidates))
+    if (deck%has_test) most_points = max(most_points, n_points_of(deck, deck%test))
+  end function most_points
+
+  !> 0 where they cannot be read.
+  integer function n_points_of(deck, point_set)
+    type(deck_config_t), intent(in) :: deck
+    type(point_set_config_t), intent(in) :: point_set
     real(rk), allocatable :: points(:, :)
     type(error_t), allocatable :: error
 
-    most_points = size(deck%output%points, 2)
-    if (deck%has_training) then
-      call build_points(deck%training, deck%parameters, points, error)
-      if (.not. allocated(error)) most_points = max(most_points, min(size(points, 2), deck%greedy%max_points))
-    end if
-    if (deck%has_test) then
-      call build_points(deck%test, deck%parameters, points, error)
-      if (.not. allocated(error)) most_points = max(most_points, size(points, 2))
-    end if
-  end function most_points
+    n_points_of = 0
+    call build_points(point_set, deck%parameters, points, error)
+    if (.not. allocated(error)) n_points_of = size(points, 2)
+  end function n_points_of
 
   !> The zones of interest are there: better known now than after the sampling.
   subroutine check_zones(deck, mesh, error)

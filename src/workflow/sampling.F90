@@ -4,7 +4,7 @@
 !> goes on where it was.
 module sig_sampling
   use sig_contact_state, only: contact_state_t, reason_converged
-  use sig_deck_config, only: deck_config_t
+  use sig_deck_config, only: deck_config_t, point_set_config_t
   use sig_error_broadcast, only: broadcast_error
   use sig_errors, only: error_t
   use sig_kinds, only: rk
@@ -14,7 +14,7 @@ module sig_sampling
   use sig_progress, only: progress_t
   use sig_rank_groups, only: create_rank_groups, rank_groups_t
   use sig_snapshot_buffer, only: snapshot_buffer_t
-  use sig_snapshot_merge, only: find_finished_points, merge_snapshots, snapshot_store, store_t
+  use sig_snapshot_merge, only: find_finished_points, merge_snapshots, store_t
   use sig_snapshot_shard, only: snapshot_record_t
   use sig_petsc_support, only: max_over_ranks, sum_over_ranks
   use sig_solver_options, only: refuse_unused_options
@@ -50,11 +50,12 @@ module sig_sampling
 
 contains
 
-  !> Makes snapshots.h5 in the folder. Collective on all ranks; errors are known to all.
-  subroutine sample(deck, folder, outcome, error, ierr)
+  !> Solves a set of points of the deck into a store. Collective on all ranks; errors are known to all.
+  subroutine sample(deck, point_set, store, outcome, error, ierr)
     type(deck_config_t), intent(in) :: deck
-    !> results folder, which this run has locked
-    character(*), intent(in) :: folder
+    type(point_set_config_t), intent(in) :: point_set
+    !> in the results folder, which this run has locked
+    type(store_t), intent(in) :: store
     type(sampling_result_t), intent(out) :: outcome
     type(error_t), allocatable, intent(out) :: error
     PetscErrorCode, intent(out) :: ierr
@@ -62,11 +63,11 @@ contains
     real(rk), allocatable :: points(:, :)
 
     ierr = 0
-    call build_points(deck%training, deck%parameters, points, error)
+    call build_points(point_set, deck%parameters, points, error)
     if (allocated(error)) return
     PetscCall(sampler%create(deck, size(points, 2), error, ierr))
     if (.not. allocated(error)) then
-      PetscCall(sampler%solve_missing(store_t(folder, snapshot_store), points, outcome, error, ierr))
+      PetscCall(sampler%solve_missing(store, points, outcome, error, ierr))
     end if
     PetscCall(sampler%destroy(ierr))
   end subroutine sample

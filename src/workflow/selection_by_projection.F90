@@ -19,7 +19,7 @@ module sig_selection_by_projection
   use sig_selection, only: selection_t
   use sig_snapshot_merge, only: candidate_store, read_store, snapshot_store, store_t, write_merged
   use sig_snapshot_shard, only: snapshot_record_t
-  use sig_snapshot_store, only: records_of_set, snapshot_set_t
+  use sig_snapshot_store, only: columns_of, records_of_set, snapshot_set_t
   use sig_training_modes, only: fields_to_compress
   use petsc
   implicit none(type, external)
@@ -134,18 +134,4 @@ contains
       call log_choice(problem%deck, size(chosen), 'projection error', error, candidates(:, i))
     end do
   end subroutine choose
-
-  pure function columns_of(pool, chosen) result(set)
-    type(snapshot_set_t), intent(in) :: pool
-    integer, intent(in) :: chosen(:)
-    type(snapshot_set_t) :: set
-
-    set%parameters = pool%parameters(:, chosen)
-    set%displacement = pool%displacement(:, chosen)
-    set%multipliers = pool%multipliers(:, chosen)
-    set%n_iterations = pool%n_iterations(chosen)
-    set%reasons = pool%reasons(chosen)
-    set%residuals = pool%residuals(:, chosen)
-    set%seconds = pool%seconds(chosen)
-  end function columns_of
 end module sig_selection_by_projection

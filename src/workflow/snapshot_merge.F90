@@ -22,7 +22,7 @@ module sig_snapshot_merge
   use petsc
   implicit none(type, external)
   private
-  public :: find_finished_points, merge_snapshots, put_in_order, read_store, snapshots_path, store_t, write_merged
+  public :: find_finished_points, merge_snapshots, put_in_order, read_store, snapshots_path, store_in, store_t, write_merged
 
   !> the solutions that a model is trained on, and the pool of solved points from which such are chosen
   character(*), parameter, public :: snapshot_store = 'snapshots'
@@ -48,6 +48,16 @@ contains
 
     path = folder // '/' // snapshot_store // '.h5'
   end function snapshots_path
+
+  !> A store of a folder. gfortran 12 loses a text that is itself a component in a structure constructor.
+  pure function store_in(folder, name) result(store)
+    character(*), intent(in) :: folder
+    character(*), intent(in) :: name
+    type(store_t) :: store
+
+    store%folder = folder
+    store%name = name
+  end function store_in
 
   pure function store_path(self) result(path)
     class(store_t), intent(in) :: self

@@ -1,0 +1,114 @@
+! SPDX-License-Identifier: BSD-3-Clause
+#include "signorom/macros.h"
+!> The first stage of a study: the deck's points are solved and kept in the results folder.
+module sig_sampling_stage
+  use sig_errors, only: error_t, exit_not_converged, make_error
+  use sig_greedy_selection, only: select_points
+  use sig_log, only: log_info, log_warning
+  use sig_materials, only: has_fixed_stiffness
+  use sig_reporting, only: selection_text
+  use sig_sampling, only: sample, sampling_result_t
+  use sig_selection, only: selection_t
+  use sig_session, only: exit_stopped, session_t
+  use sig_snapshot_merge, only: candidate_store, snapshot_store, snapshots_path, store_in, store_t
+  use sig_text, only: to_text
+  use petsc
+  implicit none(type, external)
+  private
+  public :: sample_stage, announce_stiffness, need_training
+
+contains
+
+  !> snapshots.h5, and candidates.h5 where the deck has a target. Collective on all ranks.
+  subroutine sample_stage(session, ierr)
+    type(session_t), intent(inout) :: session
+    PetscErrorCode, intent(out) :: ierr
+    type(sampling_result_t) :: outcome
+    type(selection_t) :: selection
+    type(error_t), allocatable :: error
+
+    ierr = 0
+    session%has_plan = .true.
+    call need_training(session, error)
+    if (allocated(error)) then
+      continue
+    else if (session%deck%greedy%is_used) then
+      call announce_stiffness(session)
+      PetscCall(select_points(session%deck, session%folder, outcome, selection, error, ierr))
+    else
+      call announce_stiffness(session)
+      PetscCall(sample(session%deck, session%deck%training, store_in(session%folder, snapshot_store), outcome, error, ierr))
+    end if
+    call tell_sampled(session, outcome, sampled_text(session, outcome, selection) // snapshots_path(session%folder), error)
+    if (session%deck%clusters%target%is_used .and. .not. (session%has_failed .or. session%exit_code == exit_stopped)) then
+      PetscCall(sample_candidates(session, ierr))
+    end if
+  end subroutine sample_stage
+
+  !> candidates.h5, on which local models are measured.
+  subroutine sample_candidates(session, ierr)
+    type(session_t), intent(inout) :: session
+    PetscErrorCode, intent(out) :: ierr
+    type(sampling_result_t) :: outcome
+    type(store_t) :: store
+    type(error_t), allocatable :: error
+
+    store = store_in(session%folder, candidate_store)
+    PetscCall(sample(session%deck, session%deck%clusters%target%candidates, store, outcome, error, ierr))
+    call tell_sampled(session, outcome, 'solved ' // to_text(outcome%n_points) // ' candidates (' // to_text(outcome%n_found) // &
+      ' were there): ' // store%path(), error)
+  end subroutine sample_candidates
+
+  !> How a sampling ended.
+  subroutine tell_sampled(session, outcome, text, error)
+    type(session_t), intent(inout) :: session
+    type(sampling_result_t), intent(in) :: outcome
+    !> where it went well
+    character(*), intent(in) :: text
+    type(error_t), allocatable, intent(in) :: error
+
+    if (allocated(error)) then
+      call session%fail(error)
+    else if (outcome%is_stopped) then
+      call log_info('stopped by a signal; the finished points are kept, and the same command goes on')
+      session%exit_code = exit_stopped
+    else
+      if (outcome%n_failed > 0) then
+        call log_warning(to_text(outcome%n_failed) // ' of the points did not converge; they are marked, and the same ' // &
+          'command tries them again')
+        session%exit_code = exit_not_converged
+      end if
+      call log_info(text)
+    end if
+  end subroutine tell_sampled
+
+  !> What the snapshots are.
+  pure function sampled_text(session, outcome, selection) result(text)
+    type(session_t), intent(in) :: session
+    type(sampling_result_t), intent(in) :: outcome
+    type(selection_t), intent(in) :: selection
+    character(:), allocatable :: text
+
+    text = 'sampled ' // to_text(outcome%n_points) // ' points (' // to_text(outcome%n_found) // ' were there'
+    if (.not. has_fixed_stiffness(session%deck)) text = text // ', ' // to_text(outcome%n_stiffnesses) // ' stiffnesses'
+    text = text // ')'
+    if (session%deck%greedy%is_used) text = text // ', selected ' // selection_text(selection)
+    text = text // ': '
+  end function sampled_text
+
+  subroutine announce_stiffness(session)
+    type(session_t), intent(in) :: session
+
+    if (.not. has_fixed_stiffness(session%deck)) call log_info('the stiffness depends on the parameters: it is assembled and ' // &
+      'factored again wherever the elastic constants change')
+  end subroutine announce_stiffness
+
+  subroutine need_training(session, error)
+    type(session_t), intent(in) :: session
+    type(error_t), allocatable, intent(out) :: error
+
+    if (.not. session%deck%has_training) call make_error(error, &
+      'the deck has no training section, which names the points to sample', session%deck%path, &
+      hint='for example: training: {grid: {' // session%deck%parameters(1)%name // ': 31}}')
+  end subroutine need_training
+end module sig_sampling_stage

@@ -1,0 +1,182 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> Sets of points: the sections `training` and `test`, and candidates below other keys.
+module sig_deck_read_points
+  use sig_deck_config, only: greedy_config_t, parameter_config_t, point_set_config_t
+  use sig_deck_read_problem, only: path_below
+  use sig_deck_read_reduction, only: read_count_or_word, read_tolerance_or_none
+  use sig_deck_tree, only: deck_tree_t, kind_scalar, root_node
+  use sig_deck_values, only: get_choice, get_integer, get_mapping, get_word, integer_of
+  use sig_text, only: append_text, join, string_t, to_text
+  implicit none(type, external)
+  private
+  public :: read_point_set, read_candidates, read_count
+
+  !> the last one of training only
+  character(*), parameter :: point_sets(5) = [character(15) :: 'grid', 'file', 'sobol', 'latin_hypercube', 'greedy']
+  character(*), parameter :: seeded(2) = point_sets(3:4)
+  character(*), parameter :: indicators(2) = [character(10) :: 'projection', 'defect']
+
+contains
+
+  subroutine read_point_set(tree, key, parameters, is_there, points, greedy)
+    type(deck_tree_t), intent(inout) :: tree
+    character(*), intent(in) :: key
+    type(parameter_config_t), intent(in) :: parameters(:)
+    logical, intent(out) :: is_there
+    !> the candidates where greedy%is_used
+    type(point_set_config_t), intent(inout) :: points
+    !> where points may be chosen
+    type(greedy_config_t), intent(inout), optional :: greedy
+    integer :: i_section
+
+    i_section = get_mapping(tree, root_node, key, .false.)
+    is_there = i_section > 0
+    if (.not. is_there) return
+    points%line = tree%nodes(i_section)%line
+    points%column = tree%nodes(i_section)%column
+    call read_kinds(tree, i_section, parameters, points)
+    if (present(greedy)) call read_greedy(tree, i_section, parameters, greedy, points)
+    call read_groups(tree, i_section, points%n_groups)
+    call tree%close_mapping(i_section)
+    call check_kind(tree, i_section, key, point_sets(:merge(5, 4, present(greedy))))
+  end subroutine read_point_set
+
+  !> The greedy choice below a section, if there is one.
+  subroutine read_greedy(tree, i_section, parameters, greedy, candidates)
+    type(deck_tree_t), intent(inout) :: tree
+    integer, intent(in) :: i_section
+    type(parameter_config_t), intent(in) :: parameters(:)
+    type(greedy_config_t), intent(inout) :: greedy
+    type(point_set_config_t), intent(inout) :: candidates
+    type(point_set_config_t) :: found
+    integer :: i_greedy
+
+    greedy%indicator = trim(indicators(1))
+    i_greedy = get_mapping(tree, i_section, 'greedy', .false.)
+    greedy%is_used = i_greedy > 0
+    if (.not. greedy%is_used) return
+    call read_candidates(tree, i_greedy, 'training.greedy.candidates', parameters, found)
+    found%line = candidates%line
+    found%column = candidates%column
+    candidates = found
+    call get_choice(tree, i_greedy, 'indicator', .false., indicators, greedy%indicator)
+    call read_count(tree, i_greedy, 'initial', greedy%n_initial)
+    call read_tolerance_or_none(tree, i_greedy, 'tolerance', greedy%tolerance)
+    call read_count_or_word(tree, i_greedy, 'max_points', 'none', 1, greedy%max_points)
+    call read_count(tree, i_greedy, 'batch', greedy%batch)
+    call tree%close_mapping(i_greedy)
+    if (greedy%indicator == 'projection' .and. tree%find(i_greedy, 'batch') > 0) call tree%report(tree%find(i_greedy, 'batch'), &
+      'is for indicator: defect; with projection the errors are known anew after each point')
+    if (tree%find(i_greedy, 'tolerance') == 0 .and. tree%find(i_greedy, 'max_points') == 0) call tree%report_key(i_greedy, &
+      'training.greedy has no end; it must have tolerance, max_points or both')
+  end subroutine read_greedy
+
+  !> The key `candidates` below another one, required: a set of points without groups of its own.
+  subroutine read_candidates(tree, i_parent, path, parameters, candidates)
+    type(deck_tree_t), intent(inout) :: tree
+    integer, intent(in) :: i_parent
+    !> of the key, for messages
+    character(*), intent(in) :: path
+    type(parameter_config_t), intent(in) :: parameters(:)
+    type(point_set_config_t), intent(inout) :: candidates
+    integer :: i_candidates
+
+    i_candidates = get_mapping(tree, i_parent, 'candidates', .true.)
+    if (i_candidates == 0) return
+    candidates%line = tree%nodes(i_candidates)%line
+    candidates%column = tree%nodes(i_candidates)%column
+    call read_kinds(tree, i_candidates, parameters, candidates)
+    call tree%close_mapping(i_candidates)
+    call check_kind(tree, i_candidates, path, point_sets(:4))
+  end subroutine read_candidates
+
+  !> Each kind of point set that there is.
+  subroutine read_kinds(tree, i_section, parameters, points)
+    type(deck_tree_t), intent(inout) :: tree
+    integer, intent(in) :: i_section
+    type(parameter_config_t), intent(in) :: parameters(:)
+    type(point_set_config_t), intent(inout) :: points
+    integer :: i_grid
+
+    i_grid = get_mapping(tree, i_section, 'grid', .false.)
+    if (i_grid > 0) call read_grid(tree, i_grid, parameters, points)
+    call get_word(tree, i_section, 'file', .false., points%file)
+    if (allocated(points%file)) points%path = path_below(tree%path, points%file)
+    call read_count(tree, i_section, 'sobol', points%n_sobol)
+    call read_count(tree, i_section, 'latin_hypercube', points%n_latin_hypercube)
+    call get_integer(tree, i_section, 'seed', .false., points%seed)
+  end subroutine read_kinds
+
+  !> Exactly one kind of point set, and a seed only where it means something.
+  subroutine check_kind(tree, i_section, key, kinds)
+    type(deck_tree_t), intent(inout) :: tree
+    integer, intent(in) :: i_section
+    character(*), intent(in) :: key
+    !> those that may be there
+    character(*), intent(in) :: kinds(:)
+    character(:), allocatable :: allowed
+    type(string_t), allocatable :: all_kinds(:), found(:)
+    integer :: i
+
+    allocate (all_kinds(0), found(0))
+    do i = 1, size(kinds)
+      call append_text(all_kinds, trim(kinds(i)))
+      if (tree%find(i_section, trim(kinds(i))) > 0) call append_text(found, trim(kinds(i)))
+    end do
+    allowed = '; it must have one of ' // join(all_kinds, ', ')
+    if (size(found) > 1) then
+      call tree%report_key(i_section, key // ' has ' // join(found, ' and ') // allowed)
+    else if (size(found) == 0) then
+      call tree%report_key(i_section, key // ' has no points' // allowed)
+    else if (tree%find(i_section, 'seed') > 0 .and. .not. any(found(1)%text == seeded)) then
+      call tree%report(tree%find(i_section, 'seed'), 'is not for ' // found(1)%text // '; it belongs to sobol and latin_hypercube')
+    end if
+  end subroutine check_kind
+
+  !> A number of points: at least one.
+  subroutine read_count(tree, i_section, key, n_points)
+    type(deck_tree_t), intent(inout) :: tree
+    integer, intent(in) :: i_section
+    character(*), intent(in) :: key
+    integer, intent(inout) :: n_points
+    integer :: i_node
+
+    i_node = tree%find(i_section, key)
+    if (i_node == 0) return
+    n_points = 1
+    call get_integer(tree, i_section, key, .false., n_points)
+    if (n_points < 1) call tree%report(i_node, 'is ' // to_text(n_points) // '; it must be at least 1')
+  end subroutine read_count
+
+  !> Points per parameter; each parameter needs its count.
+  subroutine read_grid(tree, i_grid, parameters, points)
+    type(deck_tree_t), intent(inout) :: tree
+    integer, intent(in) :: i_grid
+    type(parameter_config_t), intent(in) :: parameters(:)
+    type(point_set_config_t), intent(inout) :: points
+    integer :: i
+
+    allocate (points%grid(size(parameters)), source=2)
+    do i = 1, size(parameters)
+      call get_integer(tree, i_grid, parameters(i)%name, .true., points%grid(i))
+    end do
+    call tree%close_mapping(i_grid)
+  end subroutine read_grid
+
+  !> `auto` or a whole number from 1 on.
+  subroutine read_groups(tree, i_section, n_groups)
+    type(deck_tree_t), intent(inout) :: tree
+    integer, intent(in) :: i_section
+    integer, intent(inout) :: n_groups
+    integer :: i_node
+
+    i_node = tree%find(i_section, 'groups')
+    if (i_node == 0) return
+    if (tree%nodes(i_node)%kind == kind_scalar) then
+      if (tree%nodes(i_node)%text == 'auto') return
+    end if
+    n_groups = 1
+    call integer_of(tree, i_node, n_groups)
+    if (n_groups < 1) call tree%report(i_node, 'is ' // tree%nodes(i_node)%text // '; it must be auto or at least 1')
+  end subroutine read_groups
+end module sig_deck_read_points

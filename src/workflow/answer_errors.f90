@@ -1,0 +1,85 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> Errors (17), (18) of a reduced answer against the full-order solution at the same point, one by one.
+module sig_answer_errors
+  use, intrinsic :: ieee_arithmetic, only: ieee_positive_inf, ieee_quiet_nan, ieee_value
+  use sig_kinds, only: rk
+  use sig_multiplier_fit, only: multiplier_fit_workspace_t
+  use sig_online_model, only: online_model_t
+  use sig_query, only: answer_t
+  use sig_reconstruction, only: reconstruct_displacement, reconstruct_multipliers
+  implicit none(type, external)
+  private
+  public :: answer_error, displacement_error, relative, rid_error, reconstruction_error
+
+contains
+
+  !> One of the three by its name in validation.csv: e_u, e_lambda_rid, e_lambda_all.
+  real(rk) function answer_error(name, online, answer, displacement, multipliers) result(error)
+    character(*), intent(in) :: name
+    !> prepared
+    type(online_model_t), intent(in) :: online
+    type(answer_t), intent(in) :: answer
+    !> [length] full-order, shape (n_dofs)
+    real(rk), intent(in) :: displacement(:)
+    !> [force] full-order, shape (n_multipliers)
+    real(rk), intent(in) :: multipliers(:)
+    real(rk), allocatable :: reduced(:)
+
+    select case (name)
+    case ('e_u')
+      call reconstruct_displacement(online%model, answer, reduced)
+      error = displacement_error(reduced, displacement)
+    case ('e_lambda_all')
+      error = reconstruction_error(online, answer, multipliers)
+    case default
+      error = rid_error(online, answer, multipliers)
+    end select
+  end function answer_error
+
+  !> [-] (17)
+  pure real(rk) function displacement_error(reduced, displacement) result(error)
+    real(rk), intent(in) :: reduced(:)
+    real(rk), intent(in) :: displacement(:)
+
+    error = relative(norm2(reduced - displacement), norm2(displacement))
+  end function displacement_error
+
+  !> [-] (18) on the reduced domain; no number where nothing touches in either model.
+  pure real(rk) function rid_error(online, answer, multipliers) result(error)
+    !> prepared
+    type(online_model_t), intent(in) :: online
+    type(answer_t), intent(in) :: answer
+    real(rk), intent(in) :: multipliers(:)
+
+    associate (expected => multipliers(online%model%clusters(answer%cluster)%contact_rows))
+      error = relative(norm2(answer%multipliers_rid - expected), norm2(expected))
+    end associate
+  end function rid_error
+
+  !> [-] (18) on all contacts, after reconstruction.
+  real(rk) function reconstruction_error(online, answer, multipliers) result(error)
+    !> prepared
+    type(online_model_t), intent(in) :: online
+    type(answer_t), intent(in) :: answer
+    real(rk), intent(in) :: multipliers(:)
+    type(multiplier_fit_workspace_t) :: workspace
+    real(rk) :: reconstructed(size(multipliers))
+
+    call reconstruct_multipliers(online, answer, workspace, reconstructed)
+    error = relative(norm2(reconstructed - multipliers), norm2(multipliers))
+  end function reconstruction_error
+
+  !> part / whole; 0/0 is no number (there is nothing to compare), x/0 is infinite.
+  pure real(rk) function relative(part, whole)
+    real(rk), intent(in) :: part
+    real(rk), intent(in) :: whole
+
+    if (whole > 0) then
+      relative = part / whole
+    else if (part > 0) then
+      relative = ieee_value(relative, ieee_positive_inf)
+    else
+      relative = ieee_value(relative, ieee_quiet_nan)
+    end if
+  end function relative
+end module sig_answer_errors

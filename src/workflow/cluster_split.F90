@@ -1,0 +1,176 @@
+! SPDX-License-Identifier: BSD-3-Clause
+#include "signorom/macros.h"
+!> One cluster of a division made two, by the medoids of its own cells or snapshots.
+module sig_cluster_split
+  use sig_cluster_division, only: medoid_options
+  use sig_clustering, only: cell_subspaces, cluster_t, clusters_of_cells
+  use sig_deck_config, only: deck_config_t
+  use sig_dissimilarity, only: dissimilarity_of_snapshots, dissimilarity_of_subspaces, snapshot_coordinates
+  use sig_errors, only: error_t
+  use sig_forest_training, only: train_forest
+  use sig_grassmann, only: subspace_t
+  use sig_k_medoids, only: find_medoids, medoids_t
+  use sig_kinds, only: rk
+  use sig_model_choice, only: model_choice_t
+  use sig_snapshot_store, only: snapshot_set_t
+  use petsc
+  implicit none(type, external)
+  private
+  public :: division_t, split_cluster, restore_forest
+
+  !> Which snapshots each cluster has, and which cluster answers where.
+  type :: division_t
+    type(cluster_t), allocatable :: clusters(:)
+    type(model_choice_t) :: choice
+    !> the first so many snapshots trained its forest
+    integer :: n_labeled = 0
+  end type division_t
+
+contains
+
+  !> The second half of the cluster becomes the last cluster. Collective on all ranks; the same on each.
+  !>
+  !> Requires: with cells, the snapshots of the whole grid come first. Errors: a forest that cannot be trained.
+  subroutine split_cluster(deck, snapshots, k, division, is_split, error, ierr)
+    type(deck_config_t), intent(in) :: deck
+    !> all that are trained on
+    type(snapshot_set_t), intent(in) :: snapshots
+    integer, intent(in) :: k
+    type(division_t), intent(inout) :: division
+    !> false where a half would have too few snapshots: the division stays as it is
+    logical, intent(out) :: is_split
+    type(error_t), allocatable, intent(out) :: error
+    PetscErrorCode, intent(out) :: ierr
+    type(cluster_t) :: halves(2)
+    integer, allocatable :: labels(:)
+
+    ierr = 0
+    is_split = .false.
+    if (deck%clusters%method == 'regular') then
+      PetscCall(halve_cells(deck, snapshots, k, division, labels, halves, ierr))
+    else
+      PetscCall(halve_snapshots(deck, snapshots, division%clusters(k), halves, ierr))
+    end if
+    if (min(size(halves(1)%snapshots), size(halves(2)%snapshots)) < max(1, deck%clusters%min_snapshots)) return
+    is_split = .true.
+    division%clusters(k) = halves(1)
+    division%clusters = [division%clusters, halves(2)]
+    if (allocated(labels)) then
+      division%choice%labels = labels
+    else
+      division%n_labeled = size(snapshots%parameters, 2)
+      PetscCall(restore_forest(deck, snapshots, division, error, ierr))
+    end if
+  end subroutine split_cluster
+
+  !> The forest of a division and its files in the results folder. Collective on all ranks. Errors: it cannot be trained.
+  subroutine restore_forest(deck, snapshots, division, error, ierr)
+    type(deck_config_t), intent(in) :: deck
+    type(snapshot_set_t), intent(in) :: snapshots
+    type(division_t), intent(inout) :: division
+    type(error_t), allocatable, intent(out) :: error
+    PetscErrorCode, intent(out) :: ierr
+    integer, allocatable :: labels(:)
+
+    labels = labels_of(division%clusters)
+    associate (n => division%n_labeled)
+      PetscCall(train_forest(deck, snapshots%parameters(:, :n), labels(:n), division%choice%forest, error, ierr))
+    end associate
+  end subroutine restore_forest
+
+  !> By the angles between the bases of its cells. What was added to the grid goes with its cell.
+  subroutine halve_cells(deck, snapshots, k, division, labels, halves, ierr)
+    type(deck_config_t), intent(in) :: deck
+    type(snapshot_set_t), intent(in) :: snapshots
+    integer, intent(in) :: k
+    type(division_t), intent(inout) :: division
+    !> of all cells afterwards
+    integer, allocatable, intent(out) :: labels(:)
+    type(cluster_t), intent(out) :: halves(2)
+    PetscErrorCode, intent(out) :: ierr
+    type(subspace_t), allocatable :: subspaces(:)
+    real(rk), allocatable :: coordinates(:, :), dissimilarity(:, :)
+    integer, allocatable :: added(:), label_of_added(:), own(:)
+    integer :: i, n_clusters, n_grid
+
+    call need_labels(deck, division%choice)
+    associate (cells => division%choice%cells)
+      labels = division%choice%labels
+      n_grid = product(cells%n_values)
+      n_clusters = size(division%clusters) + 1
+      PetscCall(snapshot_coordinates(snapshots%displacement(:, :n_grid), PETSC_COMM_WORLD, coordinates, ierr))
+      own = pack([(i, i=1, size(labels))], labels == k)
+      subspaces = cell_subspaces(coordinates, cells, deck%clusters%cell_pod_tolerance)
+      PetscCall(dissimilarity_of_subspaces(subspaces(own), PETSC_COMM_WORLD, dissimilarity, ierr))
+      where (second_half(deck, dissimilarity)) labels(own) = n_clusters
+      associate (members => clusters_of_cells(labels, n_clusters, cells))
+        halves(1)%snapshots = members(k)%snapshots
+        halves(2)%snapshots = members(n_clusters)%snapshots
+      end associate
+      added = pack(division%clusters(k)%snapshots, division%clusters(k)%snapshots > n_grid)
+      label_of_added = [(labels(cells%find(snapshots%parameters(:, added(i)))), i=1, size(added))]
+      halves(1)%snapshots = [halves(1)%snapshots, pack(added, label_of_added == k)]
+      halves(2)%snapshots = [halves(2)%snapshots, pack(added, label_of_added == n_clusters)]
+    end associate
+  end subroutine halve_cells
+
+  !> One cluster has no labels: give its cells their 1.
+  subroutine need_labels(deck, choice)
+    type(deck_config_t), intent(in) :: deck
+    type(model_choice_t), intent(inout) :: choice
+
+    if (allocated(choice%labels)) return
+    choice%cells%n_values = deck%training%grid
+    choice%cells%box = transpose(reshape([deck%parameters%minimum, deck%parameters%maximum], [size(deck%parameters), 2]))
+    allocate (choice%labels(choice%cells%n_cells()), source=1)
+  end subroutine need_labels
+
+  !> By the angles between its snapshots.
+  subroutine halve_snapshots(deck, snapshots, cluster, halves, ierr)
+    type(deck_config_t), intent(in) :: deck
+    type(snapshot_set_t), intent(in) :: snapshots
+    type(cluster_t), intent(in) :: cluster
+    type(cluster_t), intent(out) :: halves(2)
+    PetscErrorCode, intent(out) :: ierr
+    real(rk), allocatable :: coordinates(:, :), dissimilarity(:, :)
+    logical :: is_second(size(cluster%snapshots))
+
+    PetscCall(snapshot_coordinates(snapshots%displacement(:, cluster%snapshots), PETSC_COMM_WORLD, coordinates, ierr))
+    associate (is_signed => deck%clusters%opposite_snapshots == 'different')
+      PetscCall(dissimilarity_of_snapshots(coordinates, is_signed, PETSC_COMM_WORLD, dissimilarity, ierr))
+    end associate
+    is_second = second_half(deck, dissimilarity)
+    halves(1)%snapshots = pack(cluster%snapshots, .not. is_second)
+    halves(2)%snapshots = pack(cluster%snapshots, is_second)
+  end subroutine halve_snapshots
+
+  !> Which items lie around the second of two medoids; none of a single item.
+  function second_half(deck, dissimilarity) result(is_second)
+    type(deck_config_t), intent(in) :: deck
+    real(rk), intent(in), contiguous :: dissimilarity(:, :)
+    logical :: is_second(size(dissimilarity, 1))
+    type(medoids_t) :: found
+    type(error_t), allocatable :: error
+
+    is_second = .false.
+    if (size(is_second) < 2) return
+    call find_medoids(dissimilarity, 2, medoid_options(deck%clusters), found, error)
+    if (.not. allocated(error)) is_second = found%labels == 2
+  end function second_half
+
+  !> Cluster of each snapshot where each has one only.
+  pure function labels_of(clusters) result(labels)
+    type(cluster_t), intent(in) :: clusters(:)
+    integer, allocatable :: labels(:)
+    integer :: k, n
+
+    n = 0
+    do k = 1, size(clusters)
+      n = max(n, maxval(clusters(k)%snapshots))
+    end do
+    allocate (labels(n), source=0)
+    do k = 1, size(clusters)
+      labels(clusters(k)%snapshots) = k
+    end do
+  end function labels_of
+end module sig_cluster_split

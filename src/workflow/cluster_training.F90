@@ -1,0 +1,151 @@
+! SPDX-License-Identifier: BSD-3-Clause
+#include "signorom/macros.h"
+!> Snapshots of a cluster -> POD -> reduced integration domain -> reduced system; groups of ranks train different clusters.
+module sig_cluster_training
+  use sig_cluster_file, only: pack_cluster, unpack_cluster
+  use sig_clustering, only: cluster_t
+  use sig_error_broadcast, only: broadcast_bytes, broadcast_error
+  use sig_errors, only: error_t
+  use sig_kinds, only: rk
+  use sig_log, only: log_warning
+  use sig_model, only: complete_cluster, reduced_model_t
+  use sig_problem, only: problem_t
+  use sig_rank_groups, only: create_rank_groups, rank_groups_t
+  use sig_reduced_domain, only: reduced_domain_t
+  use sig_snapshot_store, only: columns_of, snapshot_set_t
+  use sig_text, only: to_text
+  use sig_training_domain, only: choose_domain
+  use sig_training_duals, only: keep_dual_snapshots
+  use sig_training_modes, only: compute_dual_modes, compute_modes, pod_modes_t
+  use sig_training_system, only: build_system
+  use petsc
+  implicit none(type, external)
+  private
+  public :: train_clusters, log_cluster_warnings
+
+contains
+
+  !> Local models, each by one group of ranks, then on every rank. Collective on all ranks.
+  !>
+  !> Errors: of the first of these clusters that could not be trained, named by its number where there are several; then no
+  !> model has changed.
+  subroutine train_clusters(problem, snapshots, clusters, which, models, error, ierr)
+    type(problem_t), intent(in) :: problem
+    !> solved, the same on all ranks
+    type(snapshot_set_t), intent(in) :: snapshots
+    type(cluster_t), intent(in) :: clusters(:)
+    !> numbers of the clusters to be trained
+    integer, intent(in) :: which(:)
+    !> of all clusters; the others stay as they are
+    type(reduced_model_t), intent(inout) :: models(:)
+    type(error_t), allocatable, intent(out) :: error
+    PetscErrorCode, intent(out) :: ierr
+    type(rank_groups_t) :: groups
+    type(reduced_model_t) :: trained(size(which))
+    integer :: i
+
+    PetscCall(create_rank_groups(0, size(which), groups, ierr))
+    do i = 1, size(which)
+      if (.not. groups%has_point(i)) cycle
+      trained(i)%training_points = clusters(which(i))%snapshots
+      PetscCall(train_cluster(problem, columns_of(snapshots, clusters(which(i))%snapshots), groups%comm, trained(i), error, ierr))
+      if (.not. allocated(error)) cycle
+      if (size(clusters) > 1) error%message = 'cluster ' // to_text(which(i)) // ': ' // error%message
+      exit
+    end do
+    PetscCall(exchange_clusters(problem, groups, i, trained, error, ierr))
+    PetscCall(groups%destroy(ierr))
+    if (allocated(error)) return
+    do i = 1, size(which)
+      models(which(i)) = trained(i)
+    end do
+  end subroutine train_clusters
+
+  !> Makes every trained cluster known to all ranks. Collective on all ranks.
+  !>
+  !> Errors: of the first cluster that could not be trained. Those before it are there in every division of the ranks, because a
+  !> group trains its clusters in their order.
+  subroutine exchange_clusters(problem, groups, i_failed, trained, error, ierr)
+    type(problem_t), intent(in) :: problem
+    type(rank_groups_t), intent(in) :: groups
+    !> which one this group could not train, where it has an error
+    integer, intent(in) :: i_failed
+    type(reduced_model_t), intent(inout) :: trained(:)
+    !> in: of this group
+    type(error_t), allocatable, intent(inout) :: error
+    PetscErrorCode, intent(out) :: ierr
+    type(error_t), allocatable :: own_error
+    integer :: i
+
+    ierr = 0
+    call move_alloc(error, own_error)
+    do i = 1, size(trained)
+      if (allocated(own_error) .and. i == i_failed) call move_alloc(own_error, error)
+      PetscCall(broadcast_error(error, PETSC_COMM_WORLD, ierr))
+      if (allocated(error)) return
+      call complete_cluster(trained(i), problem%mesh%n_dim * problem%mesh%n_nodes, problem%operator%n_rows)
+      if (groups%n_groups == 1) cycle
+      PetscCall(share_cluster(groups%leader_of(i), groups%world_rank, trained(i), error, ierr))
+      if (allocated(error)) return
+    end do
+  end subroutine exchange_clusters
+
+  !> From one rank to all. Collective on all ranks. Errors: no memory.
+  subroutine share_cluster(root, rank, cluster, error, ierr)
+    !> 0-based: rank that has the cluster, and this one
+    integer, intent(in) :: root
+    integer, intent(in) :: rank
+    type(reduced_model_t), intent(inout) :: cluster
+    type(error_t), allocatable, intent(out) :: error
+    PetscErrorCode, intent(out) :: ierr
+    character(1), allocatable :: bytes(:)
+
+    if (rank == root) call pack_cluster(cluster, bytes, error)
+    PetscCall(broadcast_bytes(root, bytes, PETSC_COMM_WORLD, ierr))
+    if (rank /= root .and. size(bytes) > 0) call unpack_cluster(bytes, cluster, error)
+    PetscCall(broadcast_error(error, PETSC_COMM_WORLD, ierr))
+  end subroutine share_cluster
+
+  !> What the training of each cluster found doubtful.
+  subroutine log_cluster_warnings(models)
+    !> of all clusters
+    type(reduced_model_t), intent(in) :: models(:)
+    character(:), allocatable :: name
+    integer :: i, k
+
+    name = ''
+    do k = 1, size(models)
+      if (size(models) > 1) name = 'cluster ' // to_text(k) // ': '
+      do i = 1, size(models(k)%warnings)
+        call log_warning(name // models(k)%warnings(i)%text)
+      end do
+    end do
+  end subroutine log_cluster_warnings
+
+  !> One local model. Collective on comm.
+  subroutine train_cluster(problem, snapshots, comm, cluster, error, ierr)
+    type(problem_t), intent(in) :: problem
+    type(snapshot_set_t), intent(in) :: snapshots
+    MPI_Comm, intent(in) :: comm
+    !> training_points is set
+    type(reduced_model_t), intent(inout) :: cluster
+    type(error_t), allocatable, intent(out) :: error
+    PetscErrorCode, intent(out) :: ierr
+    type(pod_modes_t) :: modes
+    real(rk), allocatable :: dual_modes(:, :)
+    type(reduced_domain_t) :: domain
+    integer, allocatable :: anchors(:)
+
+    PetscCall(compute_modes(problem, snapshots, comm, modes, error, ierr))
+    if (allocated(error)) return
+    PetscCall(compute_dual_modes(problem, snapshots, comm, dual_modes, ierr))
+    call choose_domain(problem, snapshots%parameters, modes%vectors(:, :modes%n_domain), dual_modes, domain, anchors, error)
+    if (allocated(error)) return
+    cluster%singular_values = modes%singular_values
+    cluster%n_pod_modes = modes%n_domain
+    cluster%n_extra_modes = modes%n_extra
+    call build_system(problem, snapshots, domain, anchors, modes%vectors, cluster, error)
+    if (allocated(error)) return
+    call keep_dual_snapshots(problem%operator, snapshots, cluster)
+  end subroutine train_cluster
+end module sig_cluster_training

@@ -1,0 +1,129 @@
+! SPDX-License-Identifier: BSD-3-Clause
+#include "signorom/macros.h"
+!> A model of a refinement with what it was made of: divided, trained, and measured at the candidates.
+module sig_model_attempt
+  use sig_candidate_pool, only: draw_half, errors_among, measure_candidates, pool_errors_t, usable_candidates
+  use sig_cluster_division, only: divide_snapshots
+  use sig_cluster_split, only: division_t
+  use sig_cluster_training, only: train_clusters
+  use sig_errors, only: error_t, make_error
+  use sig_kinds, only: rk
+  use sig_model, only: full_order_t, model_t, reduced_model_t
+  use sig_model_header, only: fill_model_header
+  use sig_problem, only: problem_t
+  use sig_snapshot_store, only: snapshot_set_t
+  use sig_start_sets, only: fill_start_sets
+  use sig_text, only: to_text
+  use petsc
+  implicit none(type, external)
+  private
+  public :: attempt_t, share_candidates, start_attempt, train_attempt
+
+  !> A model, what it was made of, and how well it does.
+  type :: attempt_t
+    type(snapshot_set_t) :: snapshots
+    type(division_t) :: division
+    type(model_t) :: model
+    !> candidates that are kept for measuring, and such that may become snapshots
+    logical, allocatable :: is_measure(:)
+    logical, allocatable :: is_open(:)
+    type(pool_errors_t) :: errors
+  contains
+    procedure :: measured
+    procedure :: open_errors
+  end type attempt_t
+
+contains
+
+  !> Half of the candidates may become snapshots; where none may, all are for measuring. Errors: there is none to measure on.
+  subroutine share_candidates(problem, candidates, attempt, error)
+    type(problem_t), intent(in) :: problem
+    type(snapshot_set_t), intent(in) :: candidates
+    type(attempt_t), intent(inout) :: attempt
+    type(error_t), allocatable, intent(out) :: error
+
+    associate (clusters => problem%deck%clusters)
+      attempt%is_open = usable_candidates(candidates, attempt%snapshots%parameters)
+      attempt%is_measure = attempt%is_open
+      if (.not. any(attempt%is_measure)) call make_error(error, 'there is no candidate to measure on: each of the ' // &
+        to_text(size(attempt%is_open)) // ' is a training point, moves nothing, or has no full-order solution', &
+        problem%deck%path, clusters%target%candidates%line, clusters%target%candidates%column)
+      if (.not. clusters%refine%is_used .or. clusters%refine%max_points == 0) return
+      attempt%is_measure = draw_half(attempt%is_open, clusters%seed)
+      attempt%is_open = attempt%is_open .and. .not. attempt%is_measure
+    end associate
+  end subroutine share_candidates
+
+  !> The first division, trained and measured.
+  subroutine start_attempt(problem, candidates, full_order, n_clusters, attempt, error, ierr)
+    type(problem_t), intent(in) :: problem
+    type(snapshot_set_t), intent(in) :: candidates
+    type(full_order_t), intent(in) :: full_order
+    integer, intent(in) :: n_clusters
+    !> in: snapshots and candidates that are left
+    type(attempt_t), intent(inout) :: attempt
+    type(error_t), allocatable, intent(out) :: error
+    PetscErrorCode, intent(out) :: ierr
+    type(model_t) :: model
+    character(:), allocatable :: message
+    integer :: k
+
+    call fill_model_header(problem, attempt%snapshots, model)
+    PetscCall(divide_snapshots(problem%deck, n_clusters, attempt%snapshots, model, attempt%division%clusters, error, ierr))
+    if (allocated(error)) return
+    model%full_order = full_order
+    attempt%division%choice = model%choice
+    attempt%division%n_labeled = size(attempt%snapshots%reasons)
+    allocate (model%clusters(0))
+    attempt%model = model
+    PetscCall(train_attempt(problem, candidates, [(k, k=1, size(attempt%division%clusters))], attempt, message, ierr))
+    if (allocated(message)) call make_error(error, message, problem%deck%path)
+  end subroutine start_attempt
+
+  !> Trains these clusters and measures the model. Collective on all ranks.
+  subroutine train_attempt(problem, candidates, which, attempt, message, ierr)
+    type(problem_t), intent(in) :: problem
+    type(snapshot_set_t), intent(in) :: candidates
+    integer, intent(in) :: which(:)
+    type(attempt_t), intent(inout) :: attempt
+    !> allocated where a cluster cannot be trained, or does not answer
+    character(:), allocatable, intent(out) :: message
+    PetscErrorCode, intent(out) :: ierr
+    type(error_t), allocatable :: error
+    type(reduced_model_t), allocatable :: models(:)
+    integer :: k
+
+    allocate (models(size(attempt%division%clusters)))
+    do k = 1, size(attempt%model%clusters)
+      models(k) = attempt%model%clusters(k)
+    end do
+    PetscCall(train_clusters(problem, attempt%snapshots, attempt%division%clusters, which, models, error, ierr))
+    if (allocated(error)) then
+      message = error%message
+      return
+    end if
+    call move_alloc(models, attempt%model%clusters)
+    attempt%model%training_points = attempt%snapshots%parameters
+    attempt%model%choice = attempt%division%choice
+    call fill_start_sets(attempt%model)
+    associate (measure => problem%deck%clusters%target%measure)
+      call measure_candidates(candidates, attempt%is_measure .or. attempt%is_open, attempt%model, measure, attempt%errors, message)
+    end associate
+  end subroutine train_attempt
+
+  !> [-] errors that tell how good the model is.
+  pure function measured(self) result(values)
+    class(attempt_t), intent(in) :: self
+    real(rk), allocatable :: values(:)
+
+    values = pack(self%errors%values, self%is_measure)
+  end function measured
+
+  !> Errors that tell where it is bad.
+  pure function open_errors(self) result(errors)
+    class(attempt_t), intent(in) :: self
+    type(pool_errors_t) :: errors
+
+    errors = errors_among(self%errors, self%is_open)
+  end function open_errors
+end module sig_model_attempt

@@ -1,0 +1,322 @@
+! SPDX-License-Identifier: BSD-3-Clause
+#include "signorom/macros.h"
+!> Local models up to a target error: more clusters, or snapshots added and clusters split where the model errs most.
+module sig_refinement
+  use sig_candidate_pool, only: pool_errors_t, worst_candidates
+  use sig_cluster_division, only: need_whole_grid
+  use sig_cluster_split, only: restore_forest, split_cluster
+  use sig_cluster_training, only: log_cluster_warnings
+  use sig_clustering, only: check_snapshots
+  use sig_deck_config, only: clusters_config_t
+  use sig_errors, only: error_t
+  use sig_kinds, only: rk
+  use sig_log, only: log_info, log_warning
+  use sig_model, only: full_order_t, model_t
+  use sig_model_attempt, only: attempt_t, share_candidates, start_attempt, train_attempt
+  use sig_problem, only: problem_t
+  use sig_refinement_rounds, only: make_round, refinement_round_t, round_text, short_number, statistic_of, worst_cluster
+  use sig_snapshot_store, only: append_snapshots, columns_of, snapshot_set_t
+  use sig_stop_request, only: agree_to_stop
+  use sig_text, only: to_text
+  use sig_training, only: select_converged
+  use petsc
+  implicit none(type, external)
+  private
+  public :: refine, refinement_result_t
+
+  !> [-] what is left of a cluster's error after its new snapshots, so that it may have more; else it is split
+  real(rk), parameter :: clear_gain = 0.7_rk
+
+  type :: refinement_result_t
+    !> from the start on
+    type(refinement_round_t), allocatable :: rounds(:)
+    !> which of them gave the model, from 0 on, and [-] the target's error of it
+    integer :: best_round = 0
+    real(rk) :: error = 0
+    !> how it ended, a sentence without its full stop
+    character(:), allocatable :: ending
+    logical :: is_reached = .false.
+    !> a signal ended it
+    logical :: is_stopped = .false.
+  end type refinement_result_t
+
+  !> What a cluster may still be given.
+  type :: prospect_t
+    logical :: may_grow = .true.
+    logical :: may_split = .true.
+    !> its last snapshots did not help enough
+    logical :: is_split_next = .false.
+  end type prospect_t
+
+contains
+
+  !> Builds a model whose error at the candidates is at most clusters.target. Collective on all ranks; the same on each.
+  !>
+  !> Errors: those of a training in the first round; no candidate to measure on. A later round that cannot be trained is undone.
+  subroutine refine(problem, snapshots, candidates, model, outcome, error, ierr)
+    type(problem_t), intent(in) :: problem
+    type(snapshot_set_t), intent(in) :: snapshots
+    !> solutions at clusters.target.candidates
+    type(snapshot_set_t), intent(in) :: candidates
+    !> in: its full-order operator
+    type(model_t), intent(inout) :: model
+    type(refinement_result_t), intent(out) :: outcome
+    type(error_t), allocatable, intent(out) :: error
+    PetscErrorCode, intent(out) :: ierr
+    type(attempt_t) :: best
+
+    ierr = 0
+    allocate (outcome%rounds(0))
+    call select_converged(problem, snapshots, .false., best%snapshots, error)
+    if (.not. allocated(error)) call check_start(problem, best%snapshots, error)
+    if (allocated(error)) return
+    call share_candidates(problem, candidates, best, error)
+    if (allocated(error)) return
+    if (problem%deck%clusters%refine%is_used) then
+      PetscCall(grow(problem, candidates, model%full_order, best, outcome, error, ierr))
+    else
+      PetscCall(raise_number(problem, candidates, model%full_order, best, outcome, error, ierr))
+    end if
+    if (allocated(error) .or. outcome%is_stopped) return
+    if (allocated(best%model%choice%forest%shares) .and. outcome%best_round < size(outcome%rounds) - 1) then
+      ! its files are those of a later round
+      PetscCall(restore_forest(problem%deck, best%snapshots, best%division, error, ierr))
+      if (allocated(error)) return
+    end if
+    model = best%model
+    call log_cluster_warnings(model%clusters)
+    if (outcome%is_reached) then
+      call log_info(outcome%ending)
+    else
+      call log_warning(outcome%ending)
+    end if
+  end subroutine refine
+
+  !> What a later division needs. Errors: a grid with holes, a snapshot without direction.
+  subroutine check_start(problem, snapshots, error)
+    type(problem_t), intent(in) :: problem
+    type(snapshot_set_t), intent(in) :: snapshots
+    type(error_t), allocatable, intent(out) :: error
+
+    if (problem%deck%clusters%method == 'regular') call need_whole_grid(problem%deck, size(snapshots%reasons), error)
+    if (.not. allocated(error)) call check_snapshots(snapshots%displacement, snapshots%parameter_names, snapshots%parameters, error)
+    if (.not. allocated(error)) return
+    if (len(error%file) == 0) error%file = problem%deck%path
+  end subroutine check_start
+
+  !> One number of clusters after the other, each a new division; the best one stays where none reaches the target.
+  subroutine raise_number(problem, candidates, full_order, best, outcome, error, ierr)
+    type(problem_t), intent(in) :: problem
+    type(snapshot_set_t), intent(in) :: candidates
+    type(full_order_t), intent(in) :: full_order
+    !> in: snapshots and candidates
+    type(attempt_t), intent(inout) :: best
+    type(refinement_result_t), intent(inout) :: outcome
+    type(error_t), allocatable, intent(out) :: error
+    PetscErrorCode, intent(out) :: ierr
+    type(attempt_t) :: attempt
+    integer :: largest, n_clusters
+
+    ierr = 0
+    attempt = best
+    largest = min(problem%deck%clusters%max_number, n_items(problem, attempt%snapshots))
+    do n_clusters = 1, largest
+      PetscCall(start_attempt(problem, candidates, full_order, n_clusters, attempt, error, ierr))
+      if (allocated(error)) return
+      call keep_round(problem%deck%clusters, 'number', 0, attempt, best, outcome)
+      PetscCall(agree_to_stop(PETSC_COMM_WORLD, outcome%is_stopped, ierr))
+      if (outcome%is_reached .or. outcome%is_stopped) exit
+    end do
+    call end_with(problem%deck%clusters, 'no number of clusters up to ' // to_text(largest) // ' does better', outcome)
+  end subroutine raise_number
+
+  !> As many clusters as can be made.
+  pure integer function n_items(problem, snapshots)
+    type(problem_t), intent(in) :: problem
+    type(snapshot_set_t), intent(in) :: snapshots
+
+    n_items = size(snapshots%reasons)
+    if (problem%deck%clusters%method == 'regular') n_items = product(problem%deck%training%grid - 1)
+  end function n_items
+
+  !> Snapshots for the cluster with the largest error; where they do not help clearly, two clusters of it.
+  !>
+  !> A round may harm, too (other interpolation points, other hats): the model of the best one stays.
+  subroutine grow(problem, candidates, full_order, best, outcome, error, ierr)
+    type(problem_t), intent(in) :: problem
+    type(snapshot_set_t), intent(in) :: candidates
+    type(full_order_t), intent(in) :: full_order
+    !> in: snapshots and candidates
+    type(attempt_t), intent(inout) :: best
+    type(refinement_result_t), intent(inout) :: outcome
+    type(error_t), allocatable, intent(out) :: error
+    PetscErrorCode, intent(out) :: ierr
+    type(attempt_t) :: attempt
+    type(prospect_t), allocatable :: prospects(:)
+    integer :: k, n_first
+    logical :: is_done, is_split
+
+    attempt = best
+    n_first = size(attempt%snapshots%reasons)
+    PetscCall(start_attempt(problem, candidates, full_order, problem%deck%clusters%number, attempt, error, ierr))
+    if (allocated(error)) return
+    call keep_round(problem%deck%clusters, 'start', 0, attempt, best, outcome)
+    allocate (prospects(size(attempt%division%clusters)))
+    do
+      PetscCall(agree_to_stop(PETSC_COMM_WORLD, outcome%is_stopped, ierr))
+      if (outcome%is_reached .or. outcome%is_stopped) exit
+      call choose_step(problem%deck%clusters, attempt, size(attempt%snapshots%reasons) - n_first, prospects, k, is_split)
+      if (k == 0) exit
+      if (is_split) then
+        PetscCall(try_split(problem, candidates, k, attempt, prospects, is_done, error, ierr))
+      else
+        PetscCall(try_growth(problem, candidates, k, n_first, attempt, prospects, is_done, ierr))
+      end if
+      if (allocated(error)) return
+      if (is_done) call keep_round(problem%deck%clusters, trim(merge('split', 'add  ', is_split)), k, attempt, best, outcome)
+    end do
+    associate (config => problem%deck%clusters)
+      call end_with(config, 'neither a cluster (max_number ' // to_text(config%max_number) // &
+        ') nor a snapshot (max_points ' // to_text(config%refine%max_points) // ') more is possible', outcome)
+    end associate
+  end subroutine grow
+
+  !> The cluster with the largest error of those that can be given something, and what it is given; k = 0 where there is none.
+  pure subroutine choose_step(config, attempt, n_added, prospects, k, is_split)
+    type(clusters_config_t), intent(in) :: config
+    type(attempt_t), intent(in) :: attempt
+    !> snapshots so far
+    integer, intent(in) :: n_added
+    type(prospect_t), intent(in) :: prospects(:)
+    integer, intent(out) :: k
+    logical, intent(out) :: is_split
+    logical :: can_grow(size(prospects)), can_split(size(prospects))
+    integer :: i
+
+    can_split = prospects%may_split .and. size(prospects) < config%max_number
+    do i = 1, size(prospects)
+      can_grow(i) = prospects(i)%may_grow .and. n_added < config%refine%max_points .and. &
+        size(worst_candidates(attempt%open_errors(), i, 1)) > 0
+    end do
+    k = worst_cluster(config%target%statistic, attempt%open_errors(), size(prospects), can_grow .or. can_split)
+    is_split = .false.
+    if (k > 0) is_split = can_split(k) .and. (prospects(k)%is_split_next .or. .not. can_grow(k))
+  end subroutine choose_step
+
+  !> The worst candidates of a cluster become its snapshots. What they gain is seen at the others, before and after.
+  subroutine try_growth(problem, candidates, k, n_first, attempt, prospects, is_done, ierr)
+    type(problem_t), intent(in) :: problem
+    type(snapshot_set_t), intent(in) :: candidates
+    integer, intent(in) :: k
+    !> snapshots before the first round
+    integer, intent(in) :: n_first
+    type(attempt_t), intent(inout) :: attempt
+    type(prospect_t), intent(inout) :: prospects(:)
+    logical, intent(out) :: is_done
+    PetscErrorCode, intent(out) :: ierr
+    type(attempt_t) :: next
+    character(:), allocatable :: message
+    integer, allocatable :: numbers(:)
+    integer :: i, n
+
+    n = size(attempt%snapshots%reasons)
+    associate (config => problem%deck%clusters%refine)
+      numbers = worst_candidates(attempt%open_errors(), k, min(config%points_per_round, config%max_points - (n - n_first)))
+    end associate
+    next = attempt
+    next%is_open(numbers) = .false.
+    call append_snapshots(next%snapshots, columns_of(candidates, numbers))
+    next%division%clusters(k)%snapshots = [next%division%clusters(k)%snapshots, [(n + i, i=1, size(numbers))]]
+    PetscCall(train_attempt(problem, candidates, [k], next, message, ierr))
+    is_done = .not. allocated(message)
+    prospects(k)%may_grow = is_done
+    if (is_done) then
+      prospects(k)%is_split_next = error_of(next%errors) > clear_gain * error_of(attempt%errors)
+      attempt = next
+    else
+      call log_warning('cluster ' // to_text(k) // ' gets no more snapshots: ' // message)
+    end if
+
+  contains
+
+    real(rk) function error_of(errors)
+      type(pool_errors_t), intent(in) :: errors
+
+      error_of = statistic_of(problem%deck%clusters%target%statistic, pack(errors%values, errors%cluster == k .and. next%is_open))
+    end function error_of
+  end subroutine try_growth
+
+  subroutine try_split(problem, candidates, k, attempt, prospects, is_done, error, ierr)
+    type(problem_t), intent(in) :: problem
+    type(snapshot_set_t), intent(in) :: candidates
+    integer, intent(in) :: k
+    type(attempt_t), intent(inout) :: attempt
+    type(prospect_t), allocatable, intent(inout) :: prospects(:)
+    logical, intent(out) :: is_done
+    type(error_t), allocatable, intent(out) :: error
+    PetscErrorCode, intent(out) :: ierr
+    type(attempt_t) :: next
+    character(:), allocatable :: message
+
+    next = attempt
+    PetscCall(split_cluster(problem%deck, next%snapshots, k, next%division, is_done, error, ierr))
+    if (allocated(error)) return
+    prospects(k)%may_split = is_done
+    if (.not. is_done) return
+    PetscCall(train_attempt(problem, candidates, [k, size(next%division%clusters)], next, message, ierr))
+    is_done = .not. allocated(message)
+    prospects(k)%may_split = is_done
+    if (is_done) then
+      attempt = next
+      prospects(k) = prospect_t()
+      prospects = [prospects, prospect_t()]
+    else
+      call log_warning('cluster ' // to_text(k) // ' is not split: ' // message)
+    end if
+  end subroutine try_split
+
+  !> Notes and says what a round gave; the best one is kept, the first of nearly equal ones.
+  subroutine keep_round(config, action, k, attempt, best, outcome)
+    type(clusters_config_t), intent(in) :: config
+    character(*), intent(in) :: action
+    !> cluster that it was for, 0 = all
+    integer, intent(in) :: k
+    type(attempt_t), intent(in) :: attempt
+    type(attempt_t), intent(inout) :: best
+    type(refinement_result_t), intent(inout) :: outcome
+    real(rk), parameter :: tie = 1.0e-8_rk
+    integer :: n, n_before, n_clusters, worst
+    real(rk) :: error
+
+    n = size(outcome%rounds)
+    associate (n_snapshots => size(attempt%snapshots%reasons))
+      n_before = n_snapshots
+      if (n > 0) n_before = outcome%rounds(n)%n_snapshots
+      n_clusters = size(attempt%division%clusters)
+      worst = worst_cluster(config%target%statistic, attempt%open_errors(), n_clusters, spread(.true., 1, n_clusters))
+      outcome%rounds = [outcome%rounds, make_round(action, k, n_clusters, n_snapshots, worst, attempt%measured())]
+      call log_info(round_text(n, outcome%rounds(n + 1), n_snapshots - n_before, config%target%measure))
+    end associate
+    error = statistic_of(config%target%statistic, attempt%measured())
+    outcome%is_reached = error <= config%target%error
+    if (n > 0 .and. error >= outcome%error * (1 - tie)) return
+    outcome%best_round = n
+    outcome%error = error
+    best = attempt
+  end subroutine keep_round
+
+  subroutine end_with(config, reason, outcome)
+    type(clusters_config_t), intent(in) :: config
+    !> why there is no further round, where the target is not reached
+    character(*), intent(in) :: reason
+    type(refinement_result_t), intent(inout) :: outcome
+
+    outcome%ending = 'the model is that of round ' // to_text(outcome%best_round) // ': ' // config%target%statistic // ' of ' // &
+      config%target%measure // ' is ' // short_number(outcome%error)
+    if (outcome%is_reached) then
+      outcome%ending = outcome%ending // ', within the target of ' // to_text(config%target%error)
+    else
+      outcome%ending = outcome%ending // ', above the target of ' // to_text(config%target%error) // '; ' // reason
+    end if
+  end subroutine end_with
+end module sig_refinement

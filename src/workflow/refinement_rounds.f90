@@ -1,0 +1,170 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> What each round of a refinement made of the model: a line of the log, and a row of refinement.csv.
+module sig_refinement_rounds
+  use sig_candidate_pool, only: pool_errors_t
+  use sig_errors, only: error_t
+  use sig_file_system, only: write_text_file
+  use sig_kinds, only: rk
+  use sig_run_report, only: run_report_t
+  use sig_statistics, only: statistics_t, summarize
+  use sig_text, only: csv_number, to_text
+  implicit none(type, external)
+  private
+  public :: refinement_round_t, make_round, report_refinement, round_text, short_number, &
+    statistic_of, worst_cluster, write_refinement_table
+
+  !> [-] errors above this are counted
+  real(rk), parameter :: large_error = 0.1_rk
+
+  type :: refinement_round_t
+    !> start, number, add or split
+    character(:), allocatable :: action
+    !> on which cluster; 0 = all
+    integer :: cluster = 0
+    integer :: n_clusters = 0
+    integer :: n_snapshots = 0
+    !> the cluster with the largest error at candidates that may be taken
+    integer :: worst_cluster = 0
+    !> [-] at the candidates that are kept for measuring
+    type(statistics_t) :: errors
+    !> [-] part of them with an error above 0.1
+    real(rk) :: share_above = 0
+  end type refinement_round_t
+
+contains
+
+  pure function make_round(action, cluster, n_clusters, n_snapshots, worst, errors) result(round)
+    character(*), intent(in) :: action
+    integer, intent(in) :: cluster
+    integer, intent(in) :: n_clusters
+    integer, intent(in) :: n_snapshots
+    !> cluster
+    integer, intent(in) :: worst
+    !> [-] of the candidates that are kept for measuring
+    real(rk), intent(in) :: errors(:)
+    type(refinement_round_t) :: round
+
+    round%action = action
+    round%cluster = cluster
+    round%n_clusters = n_clusters
+    round%n_snapshots = n_snapshots
+    round%worst_cluster = worst
+    round%errors = summarize(errors)
+    round%share_above = real(count(errors > large_error), rk) / max(1, round%errors%n_values)
+  end function make_round
+
+  !> The cluster whose candidates have the largest error, the first of several; 0 where none may be chosen.
+  pure integer function worst_cluster(statistic, errors, n_clusters, may_choose) result(worst)
+    character(*), intent(in) :: statistic
+    type(pool_errors_t), intent(in) :: errors
+    integer, intent(in) :: n_clusters
+    logical, intent(in) :: may_choose(:)
+    !> [-] rounding must not decide
+    real(rk), parameter :: tie = 1.0e-8_rk
+    real(rk) :: largest, value
+    integer :: k
+
+    worst = 0
+    largest = -1
+    do k = 1, n_clusters
+      if (.not. may_choose(k)) cycle
+      value = statistic_of(statistic, pack(errors%values, errors%cluster == k))
+      if (value <= largest * (1 + tie)) cycle
+      worst = k
+      largest = value
+    end do
+  end function worst_cluster
+
+  !> Values that are no number are left out; 0 without others.
+  pure real(rk) function statistic_of(name, values) result(value)
+    !> median, p95 or max
+    character(*), intent(in) :: name
+    real(rk), intent(in) :: values(:)
+    type(statistics_t) :: statistics
+
+    statistics = summarize(values)
+    select case (name)
+    case ('median')
+      value = statistics%median
+    case ('max')
+      value = statistics%maximum
+    case default
+      value = statistics%p95
+    end select
+  end function statistic_of
+
+  !> `round 2: 5 snapshots more for cluster 1: 3 clusters of 36 snapshots; e_lambda_rid at 95 candidates: median ..., p95 ..., ...`
+  pure function round_text(i_round, round, n_new, measure) result(text)
+    !> from 0
+    integer, intent(in) :: i_round
+    type(refinement_round_t), intent(in) :: round
+    !> snapshots that joined in this round
+    integer, intent(in) :: n_new
+    !> name of the error
+    character(*), intent(in) :: measure
+    character(:), allocatable :: text
+
+    text = 'round ' // to_text(i_round) // ': '
+    if (round%action == 'add') text = text // 'cluster ' // to_text(round%cluster) // ' gets ' // plural(n_new, 'snapshot') // ': '
+    if (round%action == 'split') text = text // 'cluster ' // to_text(round%cluster) // ' is split: '
+    text = text // plural(round%n_clusters, 'cluster') // ', ' // plural(round%n_snapshots, 'snapshot') // '; ' // measure // &
+      ' at ' // plural(round%errors%n_values, 'candidate') // ': median ' // short_number(round%errors%median) // ', p95 ' // &
+      short_number(round%errors%p95) // ', ' // to_text(nint(100 * round%share_above)) // ' % above 0.1'
+  end function round_text
+
+  pure function plural(n, noun) result(text)
+    integer, intent(in) :: n
+    character(*), intent(in) :: noun
+    character(:), allocatable :: text
+
+    text = to_text(n) // ' ' // noun
+    if (n /= 1) text = text // 's'
+  end function plural
+
+  !> Three digits for people.
+  pure function short_number(value) result(text)
+    real(rk), intent(in) :: value
+    character(:), allocatable :: text
+    character(16) :: buffer
+
+    write (buffer, '(es9.2)') value
+    if (value > huge(value)) buffer = 'infinite'
+    text = trim(adjustl(buffer))
+  end function short_number
+
+  !> How a refinement ended.
+  subroutine report_refinement(rounds, best_round, is_reached, ending, report)
+    type(refinement_round_t), intent(in) :: rounds(:)
+    !> from 0 on: which gave the model
+    integer, intent(in) :: best_round
+    logical, intent(in) :: is_reached
+    character(*), intent(in) :: ending
+    type(run_report_t), intent(inout) :: report
+
+    call report%add('reduction/refinement/n_rounds', size(rounds) - 1)
+    call report%add('reduction/refinement/best_round', best_round)
+    call report%add('reduction/refinement/n_candidates', rounds(size(rounds))%errors%n_values)
+    call report%add('reduction/refinement/target_reached', trim(merge('yes', 'no ', is_reached)))
+    call report%add('reduction/refinement/ending', ending)
+  end subroutine report_refinement
+
+  !> Errors: the file cannot be written.
+  subroutine write_refinement_table(rounds, path, error)
+    type(refinement_round_t), intent(in) :: rounds(:)
+    character(*), intent(in) :: path
+    type(error_t), allocatable, intent(out) :: error
+    character(:), allocatable :: text
+    integer :: i
+
+    text = 'round,action,cluster,n_clusters,n_snapshots,n_candidates,worst_cluster,median,p95,max,share_above_0.1' // new_line('a')
+    do i = 1, size(rounds)
+      associate (round => rounds(i))
+        text = text // to_text(i - 1) // ',' // round%action // ',' // to_text(round%cluster) // ',' // &
+          to_text(round%n_clusters) // ',' // to_text(round%n_snapshots) // ',' // to_text(round%errors%n_values) // ',' // &
+          to_text(round%worst_cluster) // ',' // csv_number(round%errors%median) // ',' // csv_number(round%errors%p95) // &
+          ',' // csv_number(round%errors%maximum) // ',' // csv_number(round%share_above) // new_line('a')
+      end associate
+    end do
+    call write_text_file(path, text, error)
+  end subroutine write_refinement_table
+end module sig_refinement_rounds
