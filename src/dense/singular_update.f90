@@ -6,7 +6,7 @@ module sig_singular_update
   use sig_linear_algebra, only: svd
   implicit none(type, external)
   private
-  public :: column_space_t, decompose_columns, ratio_with_column
+  public :: column_space_t, decompose_columns, keep_largest, ratio_with_column
 
   !> halvings of an interval until no number lies between its ends; roots near zero need more than the 53 of a mantissa
   integer, parameter :: n_halvings = 200
@@ -29,6 +29,15 @@ contains
 
     call svd(matrix, space%left, space%values, right)
   end subroutine decompose_columns
+
+  !> As if A had no more than its n largest singular values.
+  pure subroutine keep_largest(space, n)
+    type(column_space_t), intent(inout) :: space
+    integer, intent(in) :: n
+
+    space%left = space%left(:, :n)
+    space%values = space%values(:n)
+  end subroutine keep_largest
 
   !> Largest over smallest of the min(n_rows, n_columns + 1) singular values of [A, c]; infinite where the smallest is zero.
   !>

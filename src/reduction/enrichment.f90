@@ -4,7 +4,7 @@ module sig_enrichment
   use, intrinsic :: ieee_arithmetic, only: ieee_positive_inf, ieee_value
   use sig_condition_number, only: condition_of_values
   use sig_kinds, only: rk
-  use sig_singular_update, only: column_space_t, decompose_columns, ratio_with_column
+  use sig_singular_update, only: column_space_t, decompose_columns, keep_largest, ratio_with_column
   implicit none(type, external)
   private
   public :: enrichment_rule_t, enrichment_path_t, choose_hats
@@ -30,7 +30,7 @@ module sig_enrichment
     integer, allocatable :: ranks(:)
     !> [-] kappa, infinite below full rank
     real(rk), allocatable :: condition_numbers(:)
-    !> [-] largest singular value over the smallest of the min(n_rows, n_columns) ones
+    !> [-] largest singular value over the smallest one that is not zero
     real(rk), allocatable :: ratios(:)
   end type enrichment_path_t
 
@@ -42,7 +42,8 @@ contains
   !> Source: Algorithm 1, (11), (12). Local. Ties go to the lowest candidate. Cost: per hat one decomposition of M, and per
   !> candidate n_rows times the steps of a root search.
   !> Paper: Algorithm 1 has no branch for a sweep in which no candidate lowers kappa, and the first hats usually raise it: the best
-  !> candidate of a sweep joins anyway. While M has fewer columns than rows, the smallest value that it has stands for the last.
+  !> candidate of a sweep joins anyway. Below full rank the smallest value that is not zero stands for the last. What is below
+  !> the rank tolerance (pairs that are closed in all snapshots give many such values) is rounding, which must not choose.
   !> Candidates are one hat per pair, because the second one adds no direction to the columns of M.
   subroutine choose_hats(contact_matrix, rows, entries, rule, path)
     !> M, shape (n_rows, n_modes)
@@ -66,6 +67,7 @@ contains
     do
       call decompose_columns(matrix(:, :n_columns), space)
       call append_state(space%values, size(matrix, 1), rule, path)
+      call keep_largest(space, path%ranks(size(path%ranks)))
       if (.not. any(is_left) .or. is_finished(path, size(matrix, 1), rule)) exit
       i_hat = findloc(is_left, .true., dim=1)
       if (rule%is_greedy) i_hat = best_hat(space, rows, entries, is_left)
@@ -94,9 +96,7 @@ contains
     call condition_of_values(sigma, n_rows, rule%rank_tolerance, kappa, rank)
     ratio = 1
     if (n_rows > 0) ratio = ieee_value(ratio, ieee_positive_inf)
-    if (size(sigma) > 0) then
-      if (sigma(size(sigma)) > 0) ratio = sigma(1) / sigma(size(sigma))
-    end if
+    if (rank > 0) ratio = sigma(1) / sigma(rank)
     path%ranks = [path%ranks, rank]
     path%condition_numbers = [path%condition_numbers, kappa]
     path%ratios = [path%ratios, ratio]

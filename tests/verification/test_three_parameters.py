@@ -73,6 +73,27 @@ def test_equal_pressures_press_evenly(signorom, tmp_path, figures):
 
 
 @pytest.mark.slow
+def test_ranks_choose_the_same_hats(signorom, tmp_path, figures, monkeypatch):
+    """Pairs that are closed in all snapshots of a cluster have openings of rounding, which differ from rank to rank."""
+    monkeypatch.setenv("PATH", f"{Path(sys.executable).parent}:{os.environ['PATH']}")
+    stiffness = []
+    for n_ranks in (1, 2):
+        folder = tmp_path / str(n_ranks)
+        folder.mkdir()
+        deck = write_input(NAME, folder, {"sobol: 800": "sobol: 120", "number: 4": "number: 3"})
+        signorom("sample", deck, folder=folder, n_ranks=n_ranks)
+        signorom("train", deck, folder=folder, n_ranks=n_ranks)
+        with h5py.File(folder / "results" / NAME / "model.h5") as file:
+            clusters = [file[f"clusters/{k}"] for k in (1, 2, 3)]
+            stiffness.append([cluster["reduced_stiffness"][()] for cluster in clusters])
+            ranks = [cluster["enrichment/ranks"][0] for cluster in clusters]
+            n_modes = [cluster.attrs["n_pod_modes"] for cluster in clusters]
+    assert any(rank < n for rank, n in zip(ranks, n_modes, strict=True)), "nothing is closed everywhere"
+    worst = max(np.abs(a - b).max() / np.abs(a).max() for a, b in zip(*stiffness, strict=True))
+    figures.at_most(PROBLEM, "reduced stiffness on two ranks", worst, 1e-10, "one rank")
+
+
+@pytest.mark.slow
 def test_local_models_of_scattered_snapshots(signorom, tmp_path, figures, monkeypatch):
     """The deck as users have it: 800 snapshots, four clusters, 1000 points that are no snapshots."""
     monkeypatch.setenv("PATH", f"{Path(sys.executable).parent}:{os.environ['PATH']}")

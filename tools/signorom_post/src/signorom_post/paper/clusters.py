@@ -27,7 +27,7 @@ MAP_LIMITS = {
 }
 KAPPA_REMARK = (
     "with fewer modes than pairs (11) makes kappa infinite, the paper's too; these are ratios of the largest to the "
-    "smallest singular value that there is"
+    "smallest singular value that is not zero"
 )
 BORDER_REMARK = "the borders of the clusters, and with them all sizes, depend on ties between grid cells"
 MAP_REMARK = (

@@ -17,7 +17,7 @@ def enrichment(histories: list[History]) -> Figure:
     """Left: kappa over the size of the basis. Right: the condition number of the reduced stiffness.
 
     Before the contact rows have full rank kappa is infinite; the ratio of the largest to the smallest of the
-    singular values that there can be stands in for it, as open circles. A dashed line marks full rank of a single model.
+    singular values that are not zero stands in for it, as open circles. A dashed line marks full rank of a single model.
     """
     figure = new_figure(8.2, 3.6)
     left, right = figure.subplots(1, 2)
@@ -47,7 +47,7 @@ def enrichment(histories: list[History]) -> Figure:
             "markersize": 4.0,
         }
         handles.append(Line2D([], [], color=GRAY, **style))
-        labels.append(r"$\sigma_1/\sigma_{\min(n,\bar{\ell})}$, rank too low")
+        labels.append(r"$\sigma_1/\sigma_{\mathrm{rank}}$, rank too low")
     figure.legend(handles, labels, loc="outside upper center", ncols=4, columnspacing=1.8)
     return figure
 
