@@ -28,7 +28,7 @@ contains
   end function cell_dofs
 
   !> Stiffness matrix of one cell; rows and columns as in cell_dofs.
-  pure function cell_stiffness(mesh, body, i_cell) result(stiffness)
+  function cell_stiffness(mesh, body, i_cell) result(stiffness)
     type(mesh_t), intent(in) :: mesh
     type(elastic_body_t), intent(in) :: body
     integer, intent(in) :: i_cell

@@ -2,6 +2,7 @@
 !> Element kernels: strain matrix and stiffness of one element from its nodes and its tabulated shape functions.
 module sig_element_matrices
   use sig_kinds, only: rk
+  use sig_linear_algebra, only: add_product
   use sig_mechanical_models, only: circumference, mechanical_model_t
   use sig_shape_functions, only: shape_table_t
   implicit none(type, external)
@@ -15,7 +16,9 @@ module sig_element_matrices
 contains
 
   !> Integral of strain' * hooke * strain over the element: per unit thickness in the plane, the full turn in axisymmetry.
-  pure function element_stiffness(model, table, coordinates, hooke) result(stiffness)
+  !>
+  !> One product for all integration points, stacked.
+  function element_stiffness(model, table, coordinates, hooke) result(stiffness)
     type(mechanical_model_t), intent(in) :: model
     type(shape_table_t), intent(in) :: table
     !> [length] shape (n_dim, n_nodes)
@@ -25,13 +28,19 @@ contains
     !> [force/length, force/length**2 in the plane] symmetric, dofs node by node
     real(rk) :: stiffness(size(coordinates), size(coordinates))
     real(rk) :: strain(size(hooke, 1), size(coordinates)), volume
-    integer :: i_point
+    real(rk) :: strains(size(coordinates), size(hooke, 1) * table%n_points)
+    real(rk) :: stresses(size(hooke, 1) * table%n_points, size(coordinates))
+    integer :: first, i_point, last
 
-    stiffness = 0
     do i_point = 1, table%n_points
       call strains_at_point(model, table, i_point, coordinates, strain, volume)
-      stiffness = stiffness + volume * matmul(transpose(strain), matmul(hooke, strain))
+      first = (i_point - 1) * size(hooke, 1) + 1
+      last = i_point * size(hooke, 1)
+      strains(:, first:last) = transpose(strain)
+      stresses(first:last, :) = volume * matmul(hooke, strain)
     end do
+    stiffness = 0
+    call add_product(1.0_rk, strains, stresses, stiffness)
   end function element_stiffness
 
   !> Strain matrix at an integration point, and the volume that the point stands for.

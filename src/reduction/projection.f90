@@ -30,7 +30,7 @@ contains
   !>
   !> V[A]' K[A, A+I] V[A+I] and the like, A and I of the domain; the load is V[A]' (F[A] - K[A, A+I] lifting).
   !> Source: (10). Local. Cost: size of the domain times (n_modes + n_terms) * n_modes.
-  pure subroutine project(mesh, body, operator, loads, domain, basis, lifting, blocks)
+  subroutine project(mesh, body, operator, loads, domain, basis, lifting, blocks)
     type(mesh_t), intent(in) :: mesh
     type(elastic_body_t), intent(in) :: body
     type(contact_operator_t), intent(in) :: operator
@@ -59,7 +59,7 @@ contains
   !> K[A, A+I] * fields[A+I, :], shape (size of A, n_fields).
   !>
   !> Cells of the domain are enough, because all cells around a dof of A belong to it.
-  pure function stiffness_rows(mesh, body, domain, fields) result(rows)
+  function stiffness_rows(mesh, body, domain, fields) result(rows)
     type(mesh_t), intent(in) :: mesh
     type(elastic_body_t), intent(in) :: body
     type(reduced_domain_t), intent(in) :: domain
