@@ -43,6 +43,8 @@ contains
     call set_reflectors(self, system)
     PetscCall(assemble_reflection(self, system, self%reflection, ierr))
     PetscCall(MatPtAP(system%stiffness, self%reflection, MAT_INITIAL_MATRIX, 2.0_rk, self%matrix, ierr))
+    ! what a second product would use is as large as K
+    PetscCall(MatProductClear(self%matrix, ierr))
     PetscCall(MatSetOption(self%matrix, MAT_SYMMETRIC, PETSC_TRUE, ierr))
   end subroutine create
 
