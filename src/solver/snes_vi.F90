@@ -19,6 +19,8 @@ module sig_snes_vi
 
   type, extends(contact_solver_t) :: snes_vi_t
     type(bound_form_t) :: form
+    !> [force/length] norm of R K R: largest sum of a row's sizes
+    real(rk) :: largest_stiffness = 0
   contains
     procedure :: create
     procedure :: solve
@@ -36,6 +38,7 @@ contains
     PetscErrorCode, intent(out) :: ierr
 
     PetscCall(self%form%create(system, ierr))
+    PetscCall(MatNorm(self%form%matrix, NORM_INFINITY, self%largest_stiffness, ierr))
   end subroutine create
 
   subroutine solve(self, system, theta, state, ierr)
@@ -89,15 +92,15 @@ contains
     PetscErrorCode, intent(out) :: ierr
     !> [-]
     real(rk), parameter :: rounding = 1.0e-10_rk
-    real(rk) :: forces(system%map%n_dofs), largest_stiffness
+    real(rk) :: forces(system%map%n_dofs)
 
-    PetscCall(MatNorm(self%form%matrix, NORM_INFINITY, largest_stiffness, ierr))
-    length_scale = max(maxval(abs(values)), maxval(abs(self%form%bounds(system, theta))), maxval(abs(loads)) / largest_stiffness)
+    length_scale = max(maxval(abs(values)), maxval(abs(self%form%bounds(system, theta))), &
+      maxval(abs(loads)) / self%largest_stiffness)
     if (length_scale <= 0) length_scale = 1
     PetscCall(system%apply_stiffness(values, forces, ierr))
     force_scale = max(maxval(abs(forces)), maxval(abs(loads)))
     ! a rigid tool that moves as a whole strains nothing by itself: what is left of K u is rounding
-    if (force_scale <= rounding * largest_stiffness * length_scale) force_scale = largest_stiffness * length_scale
+    if (force_scale <= rounding * self%largest_stiffness * length_scale) force_scale = self%largest_stiffness * length_scale
   end subroutine scales
 
   !> Bounds in units of length_scale; infinite but on the bounded unknowns.
