@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "signorom/petsc_support.h"
+#include "signorom/symmetric_copy.h"
 
 // Room that MUMPS gets over its own estimate, in percent; doubled on each workspace failure.
 enum { FIRST_WORKSPACE = 60, LARGEST_WORKSPACE = 1000 };
@@ -97,68 +98,13 @@ static PetscErrorCode factor(KSP ksp, Mat matrix, int *reason, char *message) {
   return 0;
 }
 
-// Block neighbors of each local block row from its own block on, on this rank and on others. Blocks are full.
-static PetscErrorCode count_blocks(Mat matrix, PetscInt block_size, PetscInt *inside, PetscInt *outside) {
-  PetscInt first, end;
-
-  PetscCall(MatGetOwnershipRange(matrix, &first, &end));
-  for (PetscInt row = first; row < end; row += block_size) {
-    const PetscInt i = (row - first) / block_size, *columns;
-    PetscInt n_columns;
-    inside[i] = outside[i] = 0;
-    PetscCall(MatGetRow(matrix, row, &n_columns, &columns, NULL));
-    for (PetscInt k = 0; k < n_columns; k += block_size) {
-      if (columns[k] >= row && columns[k] < end) inside[i]++;
-      if (columns[k] >= end) outside[i]++;
-    }
-    PetscCall(MatRestoreRow(matrix, row, &n_columns, &columns, NULL));
-  }
-  return 0;
-}
-
-// Values of a matrix into its symmetric copy.
-static PetscErrorCode copy_blocks(Mat matrix, Mat copy) {
-  PetscInt first, end;
-
-  PetscCall(MatGetOwnershipRange(matrix, &first, &end));
-  for (PetscInt row = first; row < end; row++) {
-    const PetscInt *columns;
-    const PetscScalar *values;
-    PetscInt n_columns, n_lower = 0;
-    PetscCall(MatGetRow(matrix, row, &n_columns, &columns, &values));
-    while (columns[n_lower] < row) n_lower++;
-    PetscCall(MatSetValues(copy, 1, &row, n_columns - n_lower, columns + n_lower, values + n_lower, INSERT_VALUES));
-    PetscCall(MatRestoreRow(matrix, row, &n_columns, &columns, &values));
-  }
-  PetscCall(MatAssemblyBegin(copy, MAT_FINAL_ASSEMBLY));
-  PetscCall(MatAssemblyEnd(copy, MAT_FINAL_ASSEMBLY));
-  return 0;
-}
-
-// The upper triangle in full blocks: products with it take a third of the time.
-static PetscErrorCode create_symmetric(Mat matrix, Mat *copy) {
-  PetscInt n_local, block_size, *inside, *outside;
-
-  PetscCall(MatGetLocalSize(matrix, &n_local, NULL));
-  PetscCall(MatGetBlockSize(matrix, &block_size));
-  PetscCall(PetscMalloc2(n_local / block_size, &inside, n_local / block_size, &outside));
-  PetscCall(count_blocks(matrix, block_size, inside, outside));
-  PetscCall(MatCreate(PetscObjectComm((PetscObject)matrix), copy));
-  PetscCall(MatSetSizes(*copy, n_local, n_local, PETSC_DETERMINE, PETSC_DETERMINE));
-  PetscCall(MatSetType(*copy, MATSBAIJ));
-  PetscCall(MatXAIJSetPreallocation(*copy, block_size, NULL, NULL, inside, outside));
-  PetscCall(PetscFree2(inside, outside));
-  PetscCall(copy_blocks(matrix, *copy));
-  return 0;
-}
-
 static PetscErrorCode prepare_gamg(KSP ksp, Mat matrix) {
   PetscReal no_edge = 0.0;
   PetscBool is_gamg;
   PC pc;
   Mat copy;
 
-  PetscCall(create_symmetric(matrix, &copy));
+  PetscCall(sig_symmetric_copy_create(matrix, &copy));
   PetscCall(KSPSetOperators(ksp, copy, matrix));
   PetscCall(MatDestroy(&copy));
   PetscCall(KSPSetType(ksp, KSPCG));
@@ -218,6 +164,7 @@ int sig_linear_solver_change_unknowns(intptr_t handle, intptr_t reflection) {
   if (n_levels < 2) return 0;
   PetscCall(PCMGGetInterpolation(pc, n_levels - 1, &interpolation));
   PetscCall(MatMatMult((Mat)reflection, interpolation, MAT_INITIAL_MATRIX, PETSC_DEFAULT, &changed));
+  PetscCall(MatProductClear(changed));
   PetscCall(PCMGSetInterpolation(pc, n_levels - 1, changed));
   PetscCall(PCMGSetRestriction(pc, n_levels - 1, changed));
   PetscCall(MatDestroy(&changed));
@@ -229,7 +176,7 @@ int sig_linear_solver_renew(intptr_t handle, int *reason) {
   Mat copy, matrix;
 
   PetscCall(KSPGetOperators((KSP)handle, &copy, &matrix));
-  PetscCall(copy_blocks(matrix, copy));
+  PetscCall(sig_symmetric_copy_fill(matrix, copy));
   // Set-up would wait for the solve without this.
   PetscCall(KSPSetOperators((KSP)handle, copy, matrix));
   sig_quiet_errors(message);
@@ -311,13 +258,30 @@ int sig_linear_solver_solve(intptr_t handle, intptr_t rhs, double tolerance, int
   return 0;
 }
 
-// The transpose of columns, most of whose entries are zero, as a sparse matrix.
-static PetscErrorCode make_sparse_rows(int n_columns, int n_local, const double *columns, Mat *rows) {
-  PetscInt *counts;
+// MUMPS skips what a sparse right-hand side does not reach; on several ranks it would want all of it on the first, and
+// it refuses one without any entry. Counts the entries of each column where it may be sparse.
+static PetscErrorCode takes_sparse(Mat factor, int n_columns, int n_local, const double *rhs, PetscInt *counts,
+                                   PetscBool *is_sparse) {
+  MatSolverType type;
+  PetscMPIInt n_ranks;
+  PetscInt n_entries = 0;
 
-  PetscCall(PetscCalloc1(n_columns, &counts));
-  for (int k = 0; k < n_columns; k++)
-    for (int i = 0; i < n_local; i++) counts[k] += columns[(size_t)k * (size_t)n_local + (size_t)i] != 0.0;
+  *is_sparse = PETSC_FALSE;
+  PetscCallMPI(MPI_Comm_size(PetscObjectComm((PetscObject)factor), &n_ranks));
+  PetscCall(MatFactorGetSolverType(factor, &type));
+  if (n_ranks > 1 || strcmp(type, MATSOLVERMUMPS) != 0) return 0;
+  for (int k = 0; k < n_columns; k++) {
+    counts[k] = 0;
+    for (int i = 0; i < n_local; i++) counts[k] += rhs[(size_t)k * (size_t)n_local + (size_t)i] != 0.0;
+    n_entries += counts[k];
+  }
+  if (n_entries > 0 && (size_t)n_entries <= (size_t)n_columns * (size_t)n_local / 100) *is_sparse = PETSC_TRUE;
+  return 0;
+}
+
+// The transpose of columns with so many entries each.
+static PetscErrorCode make_sparse_rows(int n_columns, int n_local, const double *columns, const PetscInt *counts,
+                                       Mat *rows) {
   PetscCall(MatCreateSeqAIJ(PETSC_COMM_SELF, n_columns, n_local, 0, counts, rows));
   for (int k = 0; k < n_columns; k++)
     for (int i = 0; i < n_local; i++) {
@@ -326,23 +290,6 @@ static PetscErrorCode make_sparse_rows(int n_columns, int n_local, const double 
     }
   PetscCall(MatAssemblyBegin(*rows, MAT_FINAL_ASSEMBLY));
   PetscCall(MatAssemblyEnd(*rows, MAT_FINAL_ASSEMBLY));
-  PetscCall(PetscFree(counts));
-  return 0;
-}
-
-// MUMPS skips what a sparse right-hand side does not reach; on several ranks it would want all of it on the first, and
-// it refuses one without any entry.
-static PetscErrorCode takes_sparse(Mat factor, int n_columns, int n_local, const double *rhs, PetscBool *is_sparse) {
-  const size_t size = (size_t)n_columns * (size_t)n_local;
-  MatSolverType type;
-  PetscMPIInt n_ranks;
-  size_t n_entries = 0;
-
-  PetscCallMPI(MPI_Comm_size(PetscObjectComm((PetscObject)factor), &n_ranks));
-  PetscCall(MatFactorGetSolverType(factor, &type));
-  *is_sparse = n_ranks == 1 && strcmp(type, MATSOLVERMUMPS) == 0 ? PETSC_TRUE : PETSC_FALSE;
-  for (size_t i = 0; i < size && *is_sparse; i++) n_entries += rhs[i] != 0.0;
-  if (n_entries == 0 || n_entries > size / 100) *is_sparse = PETSC_FALSE;
   return 0;
 }
 
@@ -357,11 +304,12 @@ static PetscErrorCode solve_chunks(KSP ksp, int n_columns, int n_local, const do
     int n = n_columns - first < CHUNK ? n_columns - first : CHUNK;
     size_t offset = (size_t)first * (size_t)n_local;
     Mat b, x;
+    PetscInt counts[CHUNK];
     PetscBool is_sparse;
-    PetscCall(takes_sparse(factor, n, n_local, rhs + offset, &is_sparse));
+    PetscCall(takes_sparse(factor, n, n_local, rhs + offset, counts, &is_sparse));
     PetscCall(MatCreateDense(comm, n_local, PETSC_DECIDE, PETSC_DETERMINE, n, solution + offset, &x));
     if (is_sparse) {
-      PetscCall(make_sparse_rows(n, n_local, rhs + offset, &b));
+      PetscCall(make_sparse_rows(n, n_local, rhs + offset, counts, &b));
       PetscCall(MatMatTransposeSolve(factor, b, x));
     } else {
       // MatCreateDense has no const; the right-hand side is only read.

