@@ -22,10 +22,8 @@ module sig_solver_plan
     integer :: n_dim = 0
     integer :: n_dofs = 0
     integer :: n_multipliers = 0
-    !> parameter points of the deck's largest set
+    !> parameter points of the deck's largest set, for each stiffness that they need
     integer :: n_points = 0
-    !> K depends on the parameters
-    logical :: has_variable_stiffness = .false.
     !> a body is held by contact alone
     logical :: is_floating = .false.
     !> PETSc's SNESVI works with multigrid
@@ -75,14 +73,13 @@ contains
     plan%type = 'active_set'
     if (linear == 'gamg') then
       plan%reason = 'gamg goes with active_set'
-    else if (sizes%has_variable_stiffness) then
-      plan%reason = 'the stiffness depends on the parameters'
     else if (sizes%n_multipliers > max_condensed) then
       plan%reason = to_text(sizes%n_multipliers) // ' multipliers are too many for a dense matrix'
     else if (8.0_rk * sizes%n_dofs * sizes%n_multipliers > max_response .or. is_large(sizes)) then
       plan%reason = to_text(sizes%n_dofs) // ' dofs are too many to keep the response to each multiplier'
     else if (sizes%n_points < min_sweep) then
-      plan%reason = 'fewer than ' // to_text(min_sweep) // ' points do not pay for the response to each multiplier'
+      plan%reason = 'fewer than ' // to_text(min_sweep) // &
+        ' points with one stiffness do not pay for the response to each multiplier'
     else
       plan%type = 'condensed'
       plan%reason = to_text(sizes%n_points) // ' points share one factorization'

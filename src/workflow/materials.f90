@@ -1,17 +1,19 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> Elastic constants that may be expressions of the parameters: their values at a point, and what these must satisfy.
 module sig_materials
-  use sig_deck_config, only: deck_config_t, value_config_t
+  use sig_deck_config, only: deck_config_t, point_set_config_t, value_config_t
   use sig_elastic_body, only: elastic_body_t
   use sig_errors, only: error_t, make_error
   use sig_kinds, only: rk
-  use sig_parameter_space, only: format_point
+  use sig_parameter_space, only: build_points, format_point
+  use sig_point_batches, only: count_distinct
   use sig_term_set, only: start_terms, term_set_t
   use sig_term_values, only: evaluate_points
   use sig_text, only: string_t, to_text
   implicit none(type, external)
   private
   public :: create_material_terms, set_materials, check_materials, has_fixed_stiffness, need_fixed_stiffness
+  public :: varying_constants, most_points_per_stiffness
 
 contains
 
@@ -53,6 +55,57 @@ contains
     has_fixed_stiffness = all([(deck%materials(i)%young_modulus%is_constant .and. deck%materials(i)%poisson_ratio%is_constant, &
       i=1, size(deck%materials))])
   end function has_fixed_stiffness
+
+  !> What makes stiffnesses differ: the elastic constants at each point; nothing where none depends on the parameters.
+  function varying_constants(deck, terms, points) result(constants)
+    type(deck_config_t), intent(in) :: deck
+    !> of create_material_terms
+    type(term_set_t), intent(in) :: terms
+    !> shape (n_parameters, n_points)
+    real(rk), intent(in) :: points(:, :)
+    !> shape (n_constants, n_points)
+    real(rk), allocatable :: constants(:, :)
+    integer :: i_bad_point, i_bad_source
+
+    if (has_fixed_stiffness(deck)) then
+      allocate (constants(0, size(points, 2)))
+    else
+      call evaluate_points(terms, points, constants, i_bad_point, i_bad_source)
+    end if
+  end function varying_constants
+
+  !> Of the deck's largest set of points.
+  integer function most_points_per_stiffness(deck, terms) result(n)
+    type(deck_config_t), intent(in) :: deck
+    !> of create_material_terms
+    type(term_set_t), intent(in) :: terms
+
+    n = per_stiffness(deck, terms, deck%output%points)
+    if (deck%has_training) n = max(n, min(n_points_of(deck, terms, deck%training), deck%greedy%max_points))
+    if (deck%clusters%target%is_used) n = max(n, n_points_of(deck, terms, deck%clusters%target%candidates))
+    if (deck%has_test) n = max(n, n_points_of(deck, terms, deck%test))
+  end function most_points_per_stiffness
+
+  !> 0 where they cannot be read.
+  integer function n_points_of(deck, terms, point_set) result(n)
+    type(deck_config_t), intent(in) :: deck
+    type(term_set_t), intent(in) :: terms
+    type(point_set_config_t), intent(in) :: point_set
+    real(rk), allocatable :: points(:, :)
+    type(error_t), allocatable :: error
+
+    n = 0
+    call build_points(point_set, deck%parameters, points, error)
+    if (.not. allocated(error)) n = per_stiffness(deck, terms, points)
+  end function n_points_of
+
+  integer function per_stiffness(deck, terms, points) result(n)
+    type(deck_config_t), intent(in) :: deck
+    type(term_set_t), intent(in) :: terms
+    real(rk), intent(in) :: points(:, :)
+
+    n = size(points, 2) / max(1, count_distinct(varying_constants(deck, terms, points)))
+  end function per_stiffness
 
   !> Refuses a deck whose stiffness depends on the parameters: a reduced model projects the stiffness once and for all.
   subroutine need_fixed_stiffness(deck, error)

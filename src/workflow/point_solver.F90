@@ -101,7 +101,8 @@ contains
     PetscCall(measure_residuals(self%system, theta, state, ierr))
   end subroutine solve
 
-  !> Solves several points at once and measures their residuals. Collective. Requires: no more than n_points_at_once.
+  !> Solves several points that share a stiffness at once and measures their residuals. Collective. Requires: no more than
+  !> n_points_at_once.
   subroutine solve_points(self, problem, points, states, ierr)
     class(point_solver_t), intent(inout) :: self
     type(problem_t), intent(in) :: problem
@@ -124,13 +125,11 @@ contains
     PetscCall(measure_points(self%system, theta, states, ierr))
   end subroutine solve_points
 
-  !> How many points solve_points takes best: those that share a stiffness.
-  pure integer function n_points_at_once(self, problem) result(n_points)
+  !> How many points that share a stiffness solve_points takes best.
+  pure integer function n_points_at_once(self) result(n_points)
     class(point_solver_t), intent(in) :: self
-    type(problem_t), intent(in) :: problem
 
-    n_points = 1
-    if (problem%has_fixed_stiffness) n_points = self%solver%n_points_at_once(self%system)
+    n_points = self%solver%n_points_at_once(self%system)
   end function n_points_at_once
 
   subroutine destroy(self, ierr)

@@ -8,7 +8,7 @@ module sig_problem
   use sig_clock, only: wall_time
   use sig_contact_operator, only: contact_operator_t, create_contact_operator
   use sig_contact_summary, only: contact_lines
-  use sig_deck_config, only: deck_config_t, point_set_config_t
+  use sig_deck_config, only: deck_config_t
   use sig_deck_echo, only: echo_physics
   use sig_elastic_body, only: create_elastic_body, elastic_body_t
   use sig_errors, only: error_t, make_error
@@ -16,13 +16,13 @@ module sig_problem
   use sig_kinds, only: rk
   use sig_loads, only: create_loads
   use sig_log, only: log_info
-  use sig_materials, only: check_materials, create_material_terms, has_fixed_stiffness, set_materials
+  use sig_materials, only: check_materials, create_material_terms, has_fixed_stiffness, most_points_per_stiffness, set_materials
   use sig_mechanical_models, only: coordinate_names, is_plane, mechanical_model, mechanical_model_t
   use sig_mesh, only: mesh_t
   use sig_mesh_checks, only: material_of_cells, nodes_of_zone
   use sig_mesh_load, only: load_mesh, partition_mesh
   use sig_node_pairs, only: find_node_pairs, node_pairs_t
-  use sig_parameter_space, only: build_points, format_point
+  use sig_parameter_space, only: format_point
   use sig_petsc_support, only: has_multigrid_vi
   use sig_rigid_motions, only: create_rigid_motions, rigid_motions_t
   use sig_solver_plan, only: make_solver_plan, plan_text, problem_size_t, solver_plan_t
@@ -115,8 +115,7 @@ contains
     sizes%n_dim = problem%mesh%n_dim
     sizes%n_dofs = problem%mesh%n_dim * problem%mesh%n_nodes
     sizes%n_multipliers = problem%operator%n_rows
-    sizes%n_points = most_points(problem%deck)
-    sizes%has_variable_stiffness = .not. problem%has_fixed_stiffness
+    sizes%n_points = most_points_per_stiffness(problem%deck, problem%material_terms)
     sizes%is_floating = motions%n_free > 0
     sizes%has_multigrid_vi = has_multigrid_vi()
     associate (solver => problem%deck%solver)
@@ -142,28 +141,6 @@ contains
       call log_info('note: ' // problem%notes(i)%text)
     end do
   end subroutine announce_plan
-
-  !> Points of the largest set of the deck.
-  integer function most_points(deck)
-    type(deck_config_t), intent(in) :: deck
-
-    most_points = size(deck%output%points, 2)
-    if (deck%has_training) most_points = max(most_points, min(n_points_of(deck, deck%training), deck%greedy%max_points))
-    if (deck%clusters%target%is_used) most_points = max(most_points, n_points_of(deck, deck%clusters%target%candidates))
-    if (deck%has_test) most_points = max(most_points, n_points_of(deck, deck%test))
-  end function most_points
-
-  !> 0 where they cannot be read.
-  integer function n_points_of(deck, point_set)
-    type(deck_config_t), intent(in) :: deck
-    type(point_set_config_t), intent(in) :: point_set
-    real(rk), allocatable :: points(:, :)
-    type(error_t), allocatable :: error
-
-    n_points_of = 0
-    call build_points(point_set, deck%parameters, points, error)
-    if (.not. allocated(error)) n_points_of = size(points, 2)
-  end function n_points_of
 
   !> The zones of interest are there: better known now than after the sampling.
   subroutine check_zones(deck, mesh, error)

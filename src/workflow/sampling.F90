@@ -8,7 +8,9 @@ module sig_sampling
   use sig_error_broadcast, only: broadcast_error
   use sig_errors, only: error_t
   use sig_kinds, only: rk
+  use sig_materials, only: varying_constants
   use sig_parameter_space, only: build_points
+  use sig_point_batches, only: deal_points, point_batches_t
   use sig_point_solver, only: point_solver_t
   use sig_problem, only: announce_plan, check_points, load_problem, problem_t
   use sig_progress, only: progress_t
@@ -182,8 +184,8 @@ contains
     type(error_t), allocatable, intent(out) :: error
     PetscErrorCode, intent(out) :: ierr
     type(progress_t) :: progress
-    integer, allocatable :: own(:)
-    integer :: first, i, last, n_at_once
+    type(point_batches_t) :: own
+    integer :: first, i, last
 
     ierr = 0
     if (self%groups%is_leader()) then
@@ -192,13 +194,15 @@ contains
     end if
     PetscCall(broadcast_error(error, PETSC_COMM_WORLD, ierr))
     if (allocated(error)) return
-    own = pack([(i, i=1, size(points, 2))], [(self%groups%has_point(i), i=1, size(points, 2))])
-    n_at_once = self%solver%n_points_at_once(self%problem)
+    call deal_points(varying_constants(self%problem%deck, self%problem%material_terms, points), self%groups%i_group, &
+      self%groups%n_groups, self%solver%n_points_at_once(), own)
     call progress%start('sampling', size(points, 2))
-    do first = 1, size(own), n_at_once
-      last = min(first + n_at_once - 1, size(own))
-      PetscCall(solve_batch(self, points(:, own(first:last)), buffer, outcome, error, ierr))
-      if (first == 1 .and. .not. allocated(error)) then
+    last = 0
+    do i = 1, size(own%ends)
+      first = last + 1
+      last = own%ends(i)
+      PetscCall(solve_batch(self, points(:, own%points(first:last)), buffer, outcome, error, ierr))
+      if (i == 1 .and. .not. allocated(error)) then
         PetscCall(refuse_unused_options(self%problem%plan%type, error, ierr))
       end if
       PetscCall(agree_to_stop(self%groups%comm, outcome%is_stopped, ierr))

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""Sampling where every point has a stiffness of its own: one group of two ranks against two groups of one rank.
+"""Sampling where points do not share all work: one group of two ranks against two groups of one rank.
 
     build/venv/bin/python tests/benchmark/groups.py
 
@@ -25,12 +25,10 @@ ARRANGEMENTS = {"1 rank": (1, 1), "1 group of 2 ranks": (2, 1), "2 groups of 1 r
 
 
 def case_b(n_points):
-    """A modulus for each point."""
+    """A modulus for each four points; the solver is what the program chooses."""
     text = (ROOT / "input" / "pellet_cladding.yaml").read_text()
     text = text.replace("parameters:\n", "parameters:\n  E: {min: 100.0e3, max: 200.0e3, unit: MPa}\n", 1)
-    text = text.replace("young_modulus: 190.0e3", "young_modulus: E").replace(
-        "type: condensed", "type: active_set"
-    )
+    text = text.replace("young_modulus: 190.0e3", "young_modulus: E").replace("type: condensed", "type: auto")
     text = text.replace("test: {grid: {P1: 80, h1: 80}}\n", "")
     text = text.replace("{P1: 10, h1: 50}}", f"{{E: {n_points // 4}, P1: 2, h1: 2}}, groups: GROUPS}}")
     return text.replace(
@@ -73,7 +71,7 @@ def main():
     program = build("signorom")[0]
     failed = False
     for title, text_of, few, many in (
-        ("case b, a stiffness per 4 points, active_set", case_b, 8, 40),
+        ("case b, a stiffness per 4 points", case_b, 8, 88),
         ("blocks in three dimensions, active_set", blocks, 8, 88),
     ):
         seconds = compare(program, text_of, few, many, options.repeats)

@@ -1,0 +1,160 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> Which points a group of ranks solves, and which of them at once: those that share a stiffness stay together.
+module sig_point_batches
+  use sig_kinds, only: rk
+  implicit none(type, external)
+  private
+  public :: point_batches_t, deal_points, count_distinct
+
+  !> Work of one group.
+  type :: point_batches_t
+    !> in the order of the work
+    integer, allocatable :: points(:)
+    !> index in `points` of the last one of each batch
+    integer, allocatable :: ends(:)
+  end type point_batches_t
+
+contains
+
+  !> Points that share one stiffness are dealt in turn: neighbors take about the same time. Several stiffnesses are sorted and cut
+  !> into equal shares, between two of them where there are enough.
+  pure subroutine deal_points(constants, i_group, n_groups, n_at_once, batches)
+    !> what the stiffness depends on at each point, shape (n_constants, n_points)
+    real(rk), intent(in) :: constants(:, :)
+    !> 1-based
+    integer, intent(in) :: i_group
+    integer, intent(in) :: n_groups
+    !> largest batch
+    integer, intent(in) :: n_at_once
+    type(point_batches_t), intent(out) :: batches
+    integer :: order(size(constants, 2))
+    logical :: is_first(size(constants, 2))
+
+    call sort_by_constants(constants, order, is_first)
+    if (count(is_first) <= 1) then
+      batches%points = order(i_group::n_groups)
+      is_first = .false.
+      call cut_batches(is_first(:size(batches%points)), n_at_once, batches%ends)
+    else
+      associate (before => border(is_first, i_group - 1, n_groups), last => border(is_first, i_group, n_groups))
+        batches%points = order(before + 1:last)
+        call cut_batches(is_first(before + 1:last), n_at_once, batches%ends)
+      end associate
+    end if
+  end subroutine deal_points
+
+  !> How many stiffnesses the points need.
+  pure integer function count_distinct(constants)
+    !> shape (n_constants, n_points)
+    real(rk), intent(in) :: constants(:, :)
+    integer :: order(size(constants, 2))
+    logical :: is_first(size(constants, 2))
+
+    call sort_by_constants(constants, order, is_first)
+    count_distinct = count(is_first)
+  end function count_distinct
+
+  !> Points behind which the next group begins: the nearest place between two stiffnesses.
+  pure integer function border(is_first, i_group, n_groups)
+    !> a point with another stiffness than the one before
+    logical, intent(in) :: is_first(:)
+    integer, intent(in) :: i_group
+    integer, intent(in) :: n_groups
+    integer :: distance, fair
+
+    fair = i_group * size(is_first) / n_groups
+    border = fair
+    if (count(is_first) < n_groups .or. i_group == n_groups) return
+    do distance = 0, size(is_first)
+      border = fair - distance
+      if (is_place(border)) return
+      border = fair + distance
+      if (is_place(border)) return
+    end do
+
+  contains
+
+    pure logical function is_place(n)
+      integer, intent(in) :: n
+
+      is_place = n == 0
+      if (n > 0 .and. n < size(is_first)) is_place = is_first(n + 1)
+    end function is_place
+  end function border
+
+  pure subroutine cut_batches(is_first, n_at_once, ends)
+    logical, intent(in) :: is_first(:)
+    integer, intent(in) :: n_at_once
+    integer, allocatable, intent(out) :: ends(:)
+    logical :: is_end(size(is_first))
+    integer :: i, n
+
+    n = 0
+    do i = 1, size(is_first)
+      n = n + 1
+      is_end(i) = i == size(is_first) .or. n == n_at_once
+      if (i < size(is_first)) is_end(i) = is_end(i) .or. is_first(i + 1)
+      if (is_end(i)) n = 0
+    end do
+    ends = pack([(i, i=1, size(is_end))], is_end)
+  end subroutine cut_batches
+
+  !> Equal ones in their order.
+  pure subroutine sort_by_constants(constants, order, is_first)
+    real(rk), intent(in) :: constants(:, :)
+    integer, intent(out) :: order(:)
+    !> along the order: others than those of the point before
+    logical, intent(out) :: is_first(:)
+    integer :: i
+
+    order = [(i, i=1, size(order))]
+    call merge_sort(constants, order)
+    is_first = .true.
+    do i = 2, size(order)
+      is_first(i) = precedes(constants(:, order(i - 1)), constants(:, order(i)))
+    end do
+  end subroutine sort_by_constants
+
+  pure recursive subroutine merge_sort(constants, order)
+    real(rk), intent(in) :: constants(:, :)
+    integer, intent(inout) :: order(:)
+    integer :: first_half(size(order) / 2), i, j, k
+
+    if (size(order) < 2) return
+    j = size(first_half) + 1
+    call merge_sort(constants, order(:j - 1))
+    call merge_sort(constants, order(j:))
+    first_half = order(:j - 1)
+    i = 1
+    do k = 1, size(order)
+      if (i > size(first_half)) exit
+      if (takes_second()) then
+        order(k) = order(j)
+        j = j + 1
+      else
+        order(k) = first_half(i)
+        i = i + 1
+      end if
+    end do
+
+  contains
+
+    pure logical function takes_second()
+      takes_second = j <= size(order)
+      if (takes_second) takes_second = precedes(constants(:, order(j)), constants(:, first_half(i)))
+    end function takes_second
+  end subroutine merge_sort
+
+  !> Smaller in the first constant that differs.
+  pure logical function precedes(one, other)
+    real(rk), intent(in) :: one(:)
+    real(rk), intent(in) :: other(:)
+    integer :: i
+
+    precedes = .false.
+    do i = 1, size(one)
+      precedes = one(i) < other(i)
+      if (abs(one(i) - other(i)) > 0) return
+    end do
+  end function precedes
+end module sig_point_batches
