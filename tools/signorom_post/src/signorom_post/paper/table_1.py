@@ -15,9 +15,9 @@ N_CLOSE, CLOSE, LOOSE = 15, 1.3, 2.0
 #: primal errors beyond so many extra modes depend on what rounding leaves of the modes
 N_ROBUST_PRIMAL = 12
 PRIMAL_REMARK = (
-    "primal errors come from a few modes that the reduced equations hardly determine (condition number of the reduced "
-    "stiffness: stiffness_condition in table1.csv), so they jump by factors from one hat or mode to the next, as e_u in "
-    "fig10.csv; the paper tells neither the order of the hats nor on which body they are"
+    "primal errors depend by factors on which body of each pair carries its hat function; both give the same kappa, "
+    "and the paper does not say which one it took (tests/reference/hat_bodies.py tries 200 random choices). With many "
+    "more modes a few of them are hardly determined: stiffness_condition in table1.csv"
 )
 POINTS = {"strong": STRONG, "weak": WEAK}
 
