@@ -3,7 +3,7 @@
 !> Greedy choice among solved candidates: the next point is the one whose solution those chosen so far combine to worst.
 !>
 !> The error of a candidate is the distance of the field that the POD compresses (u, or what contact adds to the elastic response)
-!> from the span of the chosen ones, relative to |u|: no reduced model with these snapshots has a smaller error (17) there.
+!> from the span of the chosen ones, relative to |u|: without hat functions no model of them has a smaller error (17) there.
 module sig_selection_by_projection
   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   use mpi, only: MPI_Comm_rank
