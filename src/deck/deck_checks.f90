@@ -4,12 +4,13 @@ module sig_deck_checks
   use sig_deck_check_contact, only: check_contact
   use sig_deck_check_study, only: check_study
   use sig_deck_check_values, only: check_field, check_range
-  use sig_deck_config, only: deck_config_t, parameter_config_t
+  use sig_deck_config, only: deck_config_t, parameter_config_t, value_config_t
   use sig_deck_tree, only: deck_tree_t, shown
   use sig_expression, only: is_function_name, is_identifier
   use sig_kinds, only: rk
   use sig_mechanical_models, only: mechanical_model, mechanical_model_t
   use sig_text, only: to_text
+  use sig_value_products, only: product_t, split_products
   implicit none(type, external)
   private
   public :: check_deck
@@ -144,9 +145,7 @@ contains
         if (.not. load%has_component(i_axis)) cycle
         associate (value => load%components(i_axis))
           call check_field(tree, path // key // model%axes(i_axis), config%parameters, value)
-          if (load%is_body_force .and. value%uses_parameters .and. value%uses_coordinates) call tree%report_at( &
-            path // key // model%axes(i_axis), 'is ' // shown(value%text) // '; a body force may depend on ' // &
-            'the parameters or on the coordinates, not on both', 'split it into several entries')
+          if (load%is_body_force) call check_products(tree, path // key // model%axes(i_axis), value)
         end associate
       end do
       if (load%has_minimum) call check_field(tree, path // '.window.min', config%parameters, load%minimum)
@@ -158,4 +157,17 @@ contains
         to_text(load%minimum%constant) // ' ' // config%units%length)
     end associate
   end subroutine check_load
+
+  !> A body force has no term of its own at each place: that would be as many as there are elements.
+  subroutine check_products(tree, path, value)
+    type(deck_tree_t), intent(inout) :: tree
+    character(*), intent(in) :: path
+    type(value_config_t), intent(in) :: value
+    type(product_t), allocatable :: products(:)
+    logical :: is_split
+
+    call split_products(value%text, tree%parameter_names, tree%coordinate_names, products, is_split)
+    if (.not. is_split) call tree%report_at(path, 'is ' // shown(value%text) // '; a body force must be a sum of products ' // &
+      'whose factors depend on the parameters or on the coordinates, not on both', 'for example 2 * a^2 * x - (a + 1) * y^2')
+  end subroutine check_products
 end module sig_deck_checks

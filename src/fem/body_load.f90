@@ -12,6 +12,7 @@ module sig_body_load
   use sig_mesh_checks, only: group_of_region
   use sig_term_set, only: term_set_t
   use sig_text, only: to_text
+  use sig_value_products, only: product_t, split_products
   implicit none(type, external)
   private
   public :: add_body_load
@@ -20,7 +21,8 @@ module sig_body_load
 
 contains
 
-  !> A component without parameters joins term 1; one without coordinates is a term. The deck layer refuses both at once.
+  !> A component is a sum of products: what depends on the parameters is a term, what depends on the place its pattern. The deck
+  !> layer refuses others.
   !>
   !> Errors: unknown region, a value that is not finite.
   subroutine add_body_load(mesh, body, load, deck_path, terms, pattern, error)
@@ -31,22 +33,27 @@ contains
     type(term_set_t), intent(inout) :: terms
     type(load_pattern_t), intent(inout) :: pattern
     type(error_t), allocatable, intent(out) :: error
+    type(product_t), allocatable :: products(:)
     type(value_config_t) :: value
     real(rk) :: forces(mesh%n_dim * mesh%n_nodes)
-    integer :: i_component, i_group, i_term
+    integer :: i, i_component, i_group, i_term
+    logical :: is_split
 
     call group_of_region(mesh, load%target, deck_path, i_group, error)
+    if (allocated(error)) return
     do i_component = 1, mesh%n_dim
-      if (allocated(error)) return
       if (.not. load%has_component(i_component)) cycle
       value = load%components(i_component)
-      i_term = 1
-      if (value%uses_parameters) then
-        call terms%add_expression(value%text, value%line, value%column, i_term)
-        value%text = '1'
-      end if
-      call integrate(mesh, body, mesh%groups(i_group)%entities, i_component, value, terms, deck_path, forces, error)
-      if (.not. allocated(error)) call pattern%add_forces(i_term, forces)
+      call split_products(value%text, terms%parameter_names, terms%coordinate_names, products, is_split)
+      do i = 1, size(products)
+        i_term = 1
+        if (products(i)%of_parameters /= '') &
+          call terms%add_expression(products(i)%of_parameters, value%line, value%column, i_term)
+        value%text = products(i)%of_place
+        call integrate(mesh, body, mesh%groups(i_group)%entities, i_component, value, terms, deck_path, forces, error)
+        if (allocated(error)) return
+        call pattern%add_forces(i_term, forces)
+      end do
     end do
   end subroutine add_body_load
 

@@ -125,21 +125,23 @@ def test_loads_add_up(signorom, tmp_path, mesh, figures):
 
 def test_weight_of_a_bar(signorom, tmp_path, mesh, figures):
     """The mean displacement of the free end is f h^2 / (2 E) exactly: a field linear in y is a test function."""
-    loads = "  - {region: lower, body_force: {y: -push}}\n  - {region: lower, body_force: {y: 0.5 * (1 + y)}}"
+    loads = (
+        "  - {region: lower, body_force: {y: -push}}\n  - {region: lower, body_force: {y: 0.5 * (1 + y)}}\n"
+    )
+    loads += "  - {region: lower, body_force: {y: push^2 * (1 + y) / 3 - push}}"
     old = "  - {boundary: lower_face, pressure: push}"
     u, point = solve(signorom, tmp_path, **{old: loads})
     nodes = mesh.nodes_of["lower_face"]
     lengths = patch_test.tributary_lengths(mesh.coordinates[nodes, 0])
     mean = lengths @ u[nodes, 1] / lengths.sum()
-    # the second force grows from the held end, s (1 + y): s h^3 / (3 E)
-    expected = -PUSH * bar.LOWER_HEIGHT**2 / (2 * bar.LOWER_MODULUS) + 0.5 * bar.LOWER_HEIGHT**3 / (
-        3 * bar.LOWER_MODULUS
-    )
-    figures.compare(BARS, "end of a bar under two body forces", mean, expected, 1e-9, "f h^2 / (2 E)", "m")
+    # the second force grows from the held end, s (1 + y): s h^3 / (3 E); the third one has both parts
+    constant, growing = -2 * PUSH, 0.5 + PUSH**2 / 3
+    expected = (constant * bar.LOWER_HEIGHT**2 / 2 + growing * bar.LOWER_HEIGHT**3 / 3) / bar.LOWER_MODULUS
+    figures.compare(BARS, "end of a bar under three body forces", mean, expected, 1e-9, "f h^2 / (2 E)", "m")
     width = np.ptp(mesh.coordinates[:, 0])
-    weight = (-PUSH * bar.LOWER_HEIGHT + 0.5 * bar.LOWER_HEIGHT**2 / 2) * width
+    weight = (constant * bar.LOWER_HEIGHT + growing * bar.LOWER_HEIGHT**2 / 2) * width
     reaction = point["reactions"]["1"]["y"]
-    figures.compare(BARS, "reaction to two body forces", reaction, -weight, 1e-9, "equilibrium", "N/m")
+    figures.compare(BARS, "reaction to three body forces", reaction, -weight, 1e-9, "equilibrium", "N/m")
     assert point["residuals"]["force_balance"] <= 1e-9
 
 

@@ -1,0 +1,152 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> A value as a sum of products of what depends on the parameters and what depends on the place: so it stays a sum of terms.
+module sig_value_products
+  use sig_text, only: string_t
+  implicit none(type, external)
+  private
+  public :: product_t, split_products
+
+  type :: product_t
+    !> empty where no parameter occurs
+    character(:), allocatable :: of_parameters
+    !> expression of the coordinates, or a number
+    character(:), allocatable :: of_place
+  end type product_t
+
+  !> a sign behind one of these belongs to what follows
+  character(*), parameter :: before_sign = ' *(/^+-<>=!&|?:,'
+
+contains
+
+  !> is_split is false where a factor depends on both. Requires: an expression of these names.
+  pure subroutine split_products(text, parameter_names, coordinate_names, products, is_split)
+    character(*), intent(in) :: text
+    type(string_t), intent(in) :: parameter_names(:)
+    type(string_t), intent(in) :: coordinate_names(:)
+    type(product_t), allocatable, intent(out) :: products(:)
+    logical, intent(out) :: is_split
+    character(len(text)) :: operators
+    integer, allocatable :: cuts(:)
+    integer :: i
+
+    is_split = .true.
+    if (.not. (depends_on(text, coordinate_names) .and. depends_on(text, parameter_names))) then
+      allocate (products(1))
+      products(1)%of_parameters = ''
+      products(1)%of_place = text
+      if (depends_on(text, parameter_names)) then
+        products(1)%of_parameters = text
+        products(1)%of_place = '1'
+      end if
+      return
+    end if
+    operators = find_operators(text)
+    cuts = [0, pack([(i, i=1, len(text))], [(scan(operators(i:i), '+-') > 0, i=1, len(text))]), len(text) + 1]
+    allocate (products(size(cuts) - 1))
+    do i = 1, size(products)
+      products(i)%of_parameters = ''
+      products(i)%of_place = ''
+      if (cuts(i) > 0) then
+        if (operators(cuts(i):cuts(i)) == '-') products(i)%of_place = '-1'
+      end if
+      call collect_factors(text(cuts(i) + 1:cuts(i + 1) - 1), operators(cuts(i) + 1:cuts(i + 1) - 1), parameter_names, products(i))
+      if (products(i)%of_place == '') products(i)%of_place = '1'
+      if (depends_on(products(i)%of_parameters, coordinate_names)) is_split = .false.
+    end do
+  end subroutine split_products
+
+  pure subroutine collect_factors(addend, signs, parameter_names, product)
+    character(*), intent(in) :: addend
+    !> operators between the factors, at their places
+    character(*), intent(in) :: signs
+    type(string_t), intent(in) :: parameter_names(:)
+    type(product_t), intent(inout) :: product
+    integer :: first, last
+    character :: sign
+
+    sign = '*'
+    first = 1
+    do while (first <= len(addend))
+      last = scan(signs(first:), '*/') + first - 2
+      if (last < first) last = len(addend)
+      if (depends_on(addend(first:last), parameter_names)) then
+        call append_factor(product%of_parameters, sign, addend(first:last))
+      else
+        call append_factor(product%of_place, sign, addend(first:last))
+      end if
+      if (last < len(addend)) sign = signs(last + 1:last + 1)
+      first = last + 2
+    end do
+  end subroutine collect_factors
+
+  pure subroutine append_factor(product, sign, factor)
+    character(:), allocatable, intent(inout) :: product
+    character, intent(in) :: sign
+    character(*), intent(in) :: factor
+
+    if (product == '' .and. sign == '*') then
+      product = '(' // factor // ')'
+    else
+      if (product == '') product = '1'
+      product = product // sign // '(' // factor // ')'
+    end if
+  end subroutine append_factor
+
+  !> Operators + - * / between operands outside parentheses, at their places; none where one that binds less stands there too.
+  pure function find_operators(text) result(operators)
+    character(*), intent(in) :: text
+    character(len(text)) :: operators
+    character :: previous
+    integer :: depth, i
+
+    operators = ''
+    depth = 0
+    previous = ' '
+    do i = 1, len(text)
+      if (text(i:i) == ')') depth = depth - 1
+      if (depth == 0) then
+        if (scan(text(i:i), '<>=!&|?:,') > 0) then
+          operators = ''
+          return
+        end if
+        if (scan(text(i:i), '*/') > 0) operators(i:i) = text(i:i)
+        if (scan(text(i:i), '+-') > 0 .and. scan(previous, before_sign) == 0 .and. .not. ends_in_exponent(text(:i - 1))) &
+          operators(i:i) = text(i:i)
+      end if
+      if (text(i:i) == '(') depth = depth + 1
+      if (text(i:i) /= ' ') previous = text(i:i)
+    end do
+  end function find_operators
+
+  !> As the first part of 1.5e-3 does, and the name h1e does not.
+  pure logical function ends_in_exponent(head)
+    character(*), intent(in) :: head
+    integer :: before
+
+    ends_in_exponent = .false.
+    if (len(head) < 2) return
+    if (scan(head(len(head):), 'eE') == 0) return
+    before = verify(head(:len(head) - 1), '0123456789.', back=.true.)
+    ends_in_exponent = before < len(head) - 1
+    if (ends_in_exponent .and. before > 0) ends_in_exponent = scan(head(before:before), '+-*/^(, ') > 0
+  end function ends_in_exponent
+
+  !> Any of the names occurs in the text.
+  pure logical function depends_on(text, names)
+    character(*), intent(in) :: text
+    type(string_t), intent(in) :: names(:)
+    character(*), parameter :: of_names = 'abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ_0123456789'
+    integer :: first, i, last
+
+    depends_on = .false.
+    first = 1
+    do while (first <= len(text))
+      last = verify(text(first:), of_names) + first - 2
+      if (last < first - 1) last = len(text)
+      do i = 1, size(names)
+        depends_on = depends_on .or. text(first:last) == names(i)%text
+      end do
+      first = last + 2
+    end do
+  end function depends_on
+end module sig_value_products
