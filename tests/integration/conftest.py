@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The program under test and where the helpers are."""
+"""The program and the library under test, and where the helpers are."""
 
+import subprocess
 import sys
 from pathlib import Path
 
@@ -15,3 +16,14 @@ def signorom():
     from program import find_program
 
     return find_program()
+
+
+@pytest.fixture(scope="session")
+def library(signorom):
+    """The shared library beside the program."""
+    path = signorom.executable.parent / "src" / "online" / "libsignorom_online.so"
+    assert path.is_file(), f"{path} is missing: build the target signorom_online"
+    needed = subprocess.run(["ldd", path], capture_output=True, text=True, check=True).stdout
+    if "libasan" in needed:
+        pytest.skip("a program without sanitizers cannot load a library with them")
+    return path

@@ -14,6 +14,7 @@ import yaml
 from signorom_post.cli import main
 from signorom_post.forest import fit, read_labels
 
+from c_programs import compile_c, run_c
 from results import read_snapshots, read_table, table_of
 from runs import HERE
 from signorom_post import Model
@@ -88,10 +89,9 @@ def test_forest_of_any_number_of_parameters_chooses(study):
     assert np.median(table["e_u"]) < 1e-2
 
 
-def test_answers_of_the_program_and_of_python_agree(signorom, study, tmp_path, monkeypatch):
+def test_answers_of_the_program_of_python_and_of_c_agree(signorom, library, study, tmp_path, monkeypatch):
     """Cluster, next cluster and forces; columns of the points in any order; a wrong number of values is refused."""
     n, results = study
-    library = signorom.executable.parent / "src" / "online" / "libsignorom_online.so"
     monkeypatch.setenv("SIGNOROM_LIBRARY", str(library))
     validation = read_table(results / "validation.csv")
     names, points = list(PARAMETERS)[:n], points_of(validation, n)
@@ -118,6 +118,9 @@ def test_answers_of_the_program_and_of_python_agree(signorom, study, tmp_path, m
     point = ",".join(f"{name}={value}" for name, value in zip(names, points[0], strict=True))
     alone = table_of(signorom("predict", results / "model.h5", "--at", point, folder=tmp_path))
     assert alone["contact_force"][0] == answers["contact_force"][0]
+    done = run_c(compile_c("ask_model", library, tmp_path), results / "model.h5", *points[0])
+    clusters = [int(answers[name][0]) for name in ("cluster", "next_cluster")]
+    assert "cluster {} of 3, next to it {}\n".format(*clusters) in done.stdout
     done = signorom.run("predict", results / "model.h5", "--at", f"{point},speed=1", folder=tmp_path)
     assert done.returncode == 2
     assert "speed" in done.stderr

@@ -10,25 +10,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from c_programs import SOURCES, compile_c, run_c
 from results import table_of
-from runs import CRASH, HERE, write_deck
+from runs import CRASH, write_deck
 
-SOURCES = HERE / "online"
-INCLUDE = HERE.parents[1] / "include"
 # [-] predict prints shortest decimals that read back the same; the C example prints 12 digits
 PRINTED = 1e-11
 POINT = {"squeeze": 0.31, "shift": 0.02}
-
-
-@pytest.fixture(scope="module")
-def library(signorom):
-    """The shared library beside the program."""
-    path = signorom.executable.parent / "src" / "online" / "libsignorom_online.so"
-    assert path.is_file(), f"{path} is missing: build the target signorom_online"
-    needed = subprocess.run(["ldd", path], capture_output=True, text=True, check=True).stdout
-    if "libasan" in needed:
-        pytest.skip("a program without sanitizers cannot load a library with them")
-    return path
 
 
 @pytest.fixture(scope="module")
@@ -55,26 +43,6 @@ def post(library, monkeypatch):
     return signorom_post
 
 
-def compile_c(name, library, folder):
-    """Compile a C program against nothing but the header and the library."""
-    program = folder / name
-    command = ["cc", "-std=gnu11", "-Wall", "-Wextra", "-Werror", SOURCES / f"{name}.c", f"-I{INCLUDE}"]
-    command += [f"-L{library.parent}", "-lsignorom_online", "-lpthread", f"-Wl,-rpath,{library.parent}"]
-    subprocess.run([*command, "-o", program], check=True)
-    return program
-
-
-def run(program, *arguments):
-    """Run a compiled program, whatever its exit code."""
-    return subprocess.run(
-        [program, *map(str, arguments)],
-        capture_output=True,
-        text=True,
-        timeout=120,
-        env=os.environ | {"OPENBLAS_NUM_THREADS": "1"},
-    )
-
-
 @pytest.fixture(scope="module")
 def ask_model(library, tmp_path_factory):
     """The example of the README."""
@@ -94,7 +62,7 @@ def forces_of(row):
 
 
 def test_example_in_c_agrees_with_predict(signorom, ask_model, model):
-    done = run(ask_model, model, *POINT.values())
+    done = run_c(ask_model, model, *POINT.values())
     assert done.returncode == 0, done.stderr
     row = predict(signorom, model, **POINT)
     force = float(done.stdout.split("contact force ")[1].split()[0])
@@ -112,7 +80,7 @@ def test_program_in_c_needs_neither_mpi_nor_petsc(ask_model):
 
 def test_threads_share_a_model_and_nothing_is_allocated(library, model, tmp_path):
     """Bit by bit the same from four threads as from one; a warm query allocates nothing; bad arguments are refused."""
-    done = run(compile_c("check_library", library, tmp_path), model, 300)
+    done = run_c(compile_c("check_library", library, tmp_path), model, 300)
     assert done.returncode == 0, done.stdout + done.stderr
     assert "answered 300 of 300, 4 threads agree" in done.stdout
     assert "allocations in 300 queries: 0" in done.stdout
@@ -156,7 +124,7 @@ def test_bad_file_is_refused_alike(signorom, study, post, ask_model, tmp_path, h
     damage(path, how)
     told = signorom.run("predict", "model.h5", "--at", "squeeze=0.2,shift=0", folder=tmp_path)
     described = signorom.run("describe", "model.h5", folder=tmp_path)
-    done = run(ask_model, path, *POINT.values())
+    done = run_c(ask_model, path, *POINT.values())
     assert (told.returncode, described.returncode, done.returncode) == (2, 2, 2)
     for text in (told.stderr, described.stderr, done.stderr):
         assert words in text
@@ -235,8 +203,8 @@ def test_c_builds_against_an_installation(installed, ask_model, model, tmp_path)
     subprocess.run(command, check=True, cwd=tmp_path)
     needed = subprocess.run(["ldd", program], capture_output=True, text=True, check=True).stdout
     assert f"{moved}/" in needed.split("libsignorom_online.so.0 => ")[1].splitlines()[0]
-    assert run(program, model, *POINT.values()).stdout == run(ask_model, model, *POINT.values()).stdout
-    assert run(moved / "bin" / "signorom", "describe", model).returncode == 0
+    assert run_c(program, model, *POINT.values()).stdout == run_c(ask_model, model, *POINT.values()).stdout
+    assert run_c(moved / "bin" / "signorom", "describe", model).returncode == 0
     moved.rename(installed)
 
 

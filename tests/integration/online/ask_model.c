@@ -40,6 +40,9 @@ static int ask(signorom_context *context, const signorom_model *model, const dou
     status = fail(signorom_message(context));
   else
     print_answer(model, &sizes, &answer, multipliers);
+  int next;
+  if (sizes.n_clusters > 1 && signorom_get_next_cluster(model, point, &next) == SIGNOROM_OK)
+    printf("cluster %d of %d, next to it %d\n", answer.cluster + 1, sizes.n_clusters, next + 1);
   free(displacement);
   free(multipliers);
   return status;
