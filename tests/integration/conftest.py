@@ -10,6 +10,20 @@ import pytest
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "support"))
 
 
+def loadable(path):
+    """The path of a shared library, unless only a program with sanitizers could load it: then the test is left out."""
+    needed = subprocess.run(["ldd", path], capture_output=True, text=True, check=True).stdout
+    if "libasan" in needed:
+        pytest.skip("a program without sanitizers cannot load a library with them")
+    return path
+
+
+@pytest.fixture(scope="session")
+def forest_walk(signorom):
+    """Library of forest.c alone."""
+    return loadable(signorom.executable.parent / "tests" / "libsig_forest_walk.so")
+
+
 @pytest.fixture(scope="session")
 def signorom():
     """Callable that runs the program and insists on success; `.run` takes any exit code."""
@@ -23,7 +37,4 @@ def library(signorom):
     """The shared library beside the program."""
     path = signorom.executable.parent / "src" / "online" / "libsignorom_online.so"
     assert path.is_file(), f"{path} is missing: build the target signorom_online"
-    needed = subprocess.run(["ldd", path], capture_output=True, text=True, check=True).stdout
-    if "libasan" in needed:
-        pytest.skip("a program without sanitizers cannot load a library with them")
-    return path
+    return loadable(path)

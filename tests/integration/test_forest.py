@@ -2,13 +2,10 @@
 """The program's walk through a random forest against scikit-learn, by a library of forest.c alone."""
 
 import ctypes
-from pathlib import Path
 
 import numpy as np
 import pytest
 from signorom_post.forest import fit, flat_arrays
-
-from program import find_program
 
 N_POINTS = 100_000
 
@@ -22,13 +19,9 @@ class Forest(ctypes.Structure):
 
 
 @pytest.fixture(scope="module")
-def library():
+def library(forest_walk):
     """forest.c of the build under test."""
-    path = Path(find_program().executable).parent / "tests/libsig_forest_walk.so"
-    try:
-        return ctypes.CDLL(str(path))
-    except OSError as error:  # a sanitizer's library wants to be loaded first
-        pytest.skip(str(error))
+    return ctypes.CDLL(str(forest_walk))
 
 
 def votes_of(library, arrays, points):
