@@ -65,7 +65,6 @@ contains
     type(error_t), allocatable, intent(out) :: error
     PetscErrorCode, intent(out) :: ierr
     type(model_t) :: model
-    character(:), allocatable :: message
     integer :: k
 
     call fill_model_header(problem, attempt%snapshots, model)
@@ -76,20 +75,20 @@ contains
     attempt%division%n_labeled = size(attempt%snapshots%reasons)
     allocate (model%clusters(0))
     attempt%model = model
-    PetscCall(train_attempt(problem, candidates, [(k, k=1, size(attempt%division%clusters))], attempt, message, ierr))
-    if (allocated(message)) call make_error(error, message, problem%deck%path)
+    PetscCall(train_attempt(problem, candidates, [(k, k=1, size(attempt%division%clusters))], attempt, error, ierr))
   end subroutine start_attempt
 
   !> Trains these clusters and measures the model. Collective on all ranks.
-  subroutine train_attempt(problem, candidates, which, attempt, message, ierr)
+  !>
+  !> Errors: a cluster that cannot be trained, or does not answer.
+  subroutine train_attempt(problem, candidates, which, attempt, error, ierr)
     type(problem_t), intent(in) :: problem
     type(snapshot_set_t), intent(in) :: candidates
     integer, intent(in) :: which(:)
     type(attempt_t), intent(inout) :: attempt
-    !> allocated where a cluster cannot be trained, or does not answer
-    character(:), allocatable, intent(out) :: message
+    type(error_t), allocatable, intent(out) :: error
     PetscErrorCode, intent(out) :: ierr
-    type(error_t), allocatable :: error
+    character(:), allocatable :: message
     type(reduced_model_t), allocatable :: models(:)
     integer :: k
 
@@ -98,10 +97,7 @@ contains
       models(k) = attempt%model%clusters(k)
     end do
     PetscCall(train_clusters(problem, attempt%snapshots, attempt%division%clusters, which, models, error, ierr))
-    if (allocated(error)) then
-      message = error%message
-      return
-    end if
+    if (allocated(error)) return
     call move_alloc(models, attempt%model%clusters)
     attempt%model%training_points = attempt%snapshots%parameters
     attempt%model%choice = attempt%division%choice
@@ -109,6 +105,7 @@ contains
     associate (measure => problem%deck%clusters%target%measure)
       call measure_candidates(candidates, attempt%is_measure .or. attempt%is_open, attempt%model, measure, attempt%errors, message)
     end associate
+    if (allocated(message)) call make_error(error, message, problem%deck%path)
   end subroutine train_attempt
 
   !> [-] errors that tell how good the model is.

@@ -215,7 +215,7 @@ contains
     logical, intent(out) :: is_done
     PetscErrorCode, intent(out) :: ierr
     type(attempt_t) :: next
-    character(:), allocatable :: message
+    type(error_t), allocatable :: failure
     integer, allocatable :: numbers(:)
     integer :: i, n
 
@@ -227,14 +227,14 @@ contains
     next%is_open(numbers) = .false.
     call append_snapshots(next%snapshots, columns_of(candidates, numbers))
     next%division%clusters(k)%snapshots = [next%division%clusters(k)%snapshots, [(n + i, i=1, size(numbers))]]
-    PetscCall(train_attempt(problem, candidates, [k], next, message, ierr))
-    is_done = .not. allocated(message)
+    PetscCall(train_attempt(problem, candidates, [k], next, failure, ierr))
+    is_done = .not. allocated(failure)
     prospects(k)%may_grow = is_done
     if (is_done) then
       prospects(k)%is_split_next = error_of(next%errors) > clear_gain * error_of(attempt%errors)
       attempt = next
     else
-      call log_warning('cluster ' // to_text(k) // ' gets no more snapshots: ' // message)
+      call log_warning('cluster ' // to_text(k) // ' gets no more snapshots: ' // failure%message)
     end if
 
   contains
@@ -256,22 +256,22 @@ contains
     type(error_t), allocatable, intent(out) :: error
     PetscErrorCode, intent(out) :: ierr
     type(attempt_t) :: next
-    character(:), allocatable :: message
+    type(error_t), allocatable :: failure
 
     next = attempt
     PetscCall(split_cluster(problem%deck, next%snapshots, k, next%division, is_done, error, ierr))
     if (allocated(error)) return
     prospects(k)%may_split = is_done
     if (.not. is_done) return
-    PetscCall(train_attempt(problem, candidates, [k, size(next%division%clusters)], next, message, ierr))
-    is_done = .not. allocated(message)
+    PetscCall(train_attempt(problem, candidates, [k, size(next%division%clusters)], next, failure, ierr))
+    is_done = .not. allocated(failure)
     prospects(k)%may_split = is_done
     if (is_done) then
       attempt = next
       prospects(k) = prospect_t()
       prospects = [prospects, prospect_t()]
     else
-      call log_warning('cluster ' // to_text(k) // ' is not split: ' // message)
+      call log_warning('cluster ' // to_text(k) // ' is not split: ' // failure%message)
     end if
   end subroutine try_split
 
