@@ -54,7 +54,8 @@ contains
       if (greedy%indicator == 'projection') then
         text = text // problem%deck%reduction%dirichlet
       else
-        text = text // to_text(greedy%batch) // ' ' // reduction_section(problem%deck%reduction)
+        ! with multigrid the defect is another one
+        text = text // to_text(greedy%batch) // ' ' // problem%plan%linear // ' ' // reduction_section(problem%deck%reduction)
       end if
     end associate
     settings = hash_digits(fnv1a(text, fnv1a(candidates, fnv1a(box_of(problem%deck), fnv1a_seed))))

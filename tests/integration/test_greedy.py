@@ -209,6 +209,19 @@ def test_killed_candidates_go_on(signorom, tmp_path):
     np.testing.assert_array_equal(points_of(results), points_of(undisturbed))
 
 
+def test_residuals_where_nothing_is_condensed(signorom, tmp_path):
+    """With multigrid there is no W: the selection says that it bounds nothing, and goes on with residuals."""
+    changes = greedy("indicator: defect, max_points: 6") | {
+        "solver: {type: condensed}": "solver: {type: active_set, linear: gamg}"
+    }
+    deck = write_deck("shifted_disks", tmp_path, **changes)
+    assert "which bounds no error" in signorom("sample", deck.name, folder=tmp_path)
+    table = read_table_of_selection(tmp_path / "results" / "shifted_disks")
+    assert (table["indicator"][INITIAL:] > 0).all()
+    assert (table["error_u"][INITIAL:] > 0).all()
+    assert np.isnan(table["error_lambda"]).all()
+
+
 def test_more_points_go_on_from_the_selection(signorom, defect, tmp_path):
     """A larger budget adds points to those that are there; a smaller one takes the first of them."""
     results = tmp_path / "results" / "shifted_disks"
