@@ -6,7 +6,7 @@ module sig_active_set
   use sig_contact_solver, only: contact_solver_t
   use sig_contact_state, only: contact_state_t, reason_converged, reason_max_iterations, reason_pulled_off
   use sig_contact_system, only: contact_system_t
-  use sig_holding, only: first_to_block, is_last_hold, keep_hold, letting_go
+  use sig_holding, only: change_first, first_to_block, is_last_hold, keep_hold, letting_go
   use sig_kinds, only: rk
   use sig_linear_solver, only: hold, linear_solver_t, set_near_null_space
   use sig_petsc_support, only: create_vector
@@ -102,8 +102,7 @@ contains
   end subroutine build_levels
 
   !> Starts with every pair closed, so that a body held only by contact is held from the first step on. When the active set comes
-  !> back to an earlier one ("ping-pong"), only the first wrong pair changes from then on: that cannot cycle where every body is
-  !> held without contact, because W = B K^-1 B' is positive definite (Murty's least-index rule), but needs more steps.
+  !> back to an earlier one ("ping-pong"), only the first wrong pair changes from then on: that cannot cycle, but needs more steps.
   subroutine solve(self, system, theta, state, ierr)
     class(active_set_t), intent(inout) :: self
     type(contact_system_t), intent(inout) :: system
@@ -117,7 +116,7 @@ contains
     is_single = .false.
     self%level = 1
     allocate (state%is_active(system%operator%n_rows), source=.true.)
-    allocate (history(system%operator%n_rows, 0))
+    history = reshape(state%is_active, [size(next), 1])
     state%reason = reason_max_iterations
     do while (state%n_iterations < self%max_iterations)
       state%n_iterations = state%n_iterations + 1
@@ -132,12 +131,9 @@ contains
         exit
       end if
       call keep_hold(system%motions, state%is_active, step%multipliers, next)
-      if (.not. is_single) is_single = has_column(history, next)
-      if (is_single) then
-        next = change_one(state%is_active, step%wanted)
-        call keep_hold(system%motions, state%is_active, step%multipliers, next)
-      end if
       if (all(next .eqv. state%is_active)) call exchange_hold(system, step, next)
+      is_single = is_single .or. has_column(history, next)
+      if (is_single) next = change_first(system%motions, state%is_active, step%wanted)
       if (all(next .eqv. state%is_active)) then
         state%reason = reason_pulled_off
         exit
@@ -296,18 +292,6 @@ contains
     force_scale = maxval(abs(multipliers), mask=is_closed)
     next = merge(multipliers >= -noise * force_scale, penetration > noise * length_scale, is_closed)
   end function next_active_set
-
-  !> The current set with the first of the wanted changes.
-  pure function change_one(current, wanted) result(next)
-    logical, intent(in) :: current(:)
-    logical, intent(in) :: wanted(:)
-    logical :: next(size(current))
-    integer :: first
-
-    next = current
-    first = findloc(current .neqv. wanted, .true., dim=1)
-    if (first > 0) next(first) = wanted(first)
-  end function change_one
 
   !> Back to displacements and nodal forces; a force that is negative by rounding only is zero.
   pure subroutine finish_state(form, system, unknowns, residual, state)

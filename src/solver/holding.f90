@@ -7,7 +7,7 @@ module sig_holding
   use sig_rigid_motions, only: rigid_motions_t
   implicit none(type, external)
   private
-  public :: keep_hold, is_last_hold, letting_go, first_to_block
+  public :: keep_hold, is_last_hold, letting_go, first_to_block, change_first
   public :: anchors_t, find_anchors
 
   !> As many pairs T as there are free motions, which alone would hold the bodies.
@@ -192,4 +192,32 @@ contains
       first = k
     end do
   end function first_to_block
+
+  !> The current set with the first of the wanted changes; where that lets go of a last hold, the first open pair that can take
+  !> its place closes. Without such a pair the set stays: there is no equilibrium.
+  !>
+  !> The criss-cross method: a pair that is no last hold is a pivot on the diagonal, an exchange one on two rows. By least index
+  !> it ends for every problem whose matrix is positive semidefinite, bodies held by contact included (den Hertog, Roos and
+  !> Terlaky, Linear Algebra and its Applications 187, 1993).
+  function change_first(motions, is_closed, wanted) result(next)
+    type(rigid_motions_t), intent(in) :: motions
+    !> a set that holds the bodies
+    logical, intent(in) :: is_closed(:)
+    logical, intent(in) :: wanted(:)
+    logical :: next(size(is_closed)), is_last(size(is_closed))
+    real(rk) :: closing(size(is_closed))
+    integer :: first, other
+
+    next = is_closed
+    first = findloc(is_closed .neqv. wanted, .true., dim=1)
+    if (first == 0) return
+    is_last = is_last_hold(motions, is_closed)
+    if (is_last(first)) then
+      closing = matmul(motions%closing, letting_go(motions, is_closed, first))
+      other = findloc(.not. is_closed .and. closing > dependent * maxval(abs(closing)), .true., dim=1)
+      if (other == 0) return
+      next(other) = .true.
+    end if
+    next(first) = wanted(first)
+  end function change_first
 end module sig_holding

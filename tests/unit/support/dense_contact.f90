@@ -10,7 +10,7 @@ module dense_contact
   use sig_mesh, only: mesh_t
   implicit none(type, external)
   private
-  public :: dense_stiffness, solve_by_enumeration
+  public :: dense_stiffness, solve_by_enumeration, solve_closed
 
 contains
 
