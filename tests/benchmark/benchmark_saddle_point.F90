@@ -13,7 +13,7 @@ program benchmark_saddle_point
   use sig_file_system, only: read_text_file
   use sig_kinds, only: rk
   use sig_linear_solver, only: constrain, linear_solver_t
-  use sig_petsc_support, only: create_matrix, create_vector, end_petsc, start_petsc
+  use sig_petsc_support, only: create_matrix, create_vector, end_petsc, insert_petsc_options, start_petsc
   use sig_problem, only: load_problem, problem_t
   use sig_snapshot_store, only: read_snapshot_set, snapshot_set_t
   use sig_term_values, only: evaluate_points
@@ -34,6 +34,8 @@ program benchmark_saddle_point
   PetscErrorCode :: ierr
 
   PetscCallA(start_petsc(ierr))
+  ! the ordering that MUMPS chooses by itself, as a program has it that leaves MUMPS alone
+  PetscCallA(insert_petsc_options('-fom_mat_mumps_icntl_7 7', ierr))
   call get_command_argument(2, argument)
   call read_snapshot_set(trim(argument), '', snapshots, error)
   if (allocated(error)) error stop error_report(error)
