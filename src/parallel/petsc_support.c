@@ -34,7 +34,12 @@ int sig_petsc_end(void) {
 }
 
 int sig_petsc_insert_options(const char *options) {
+  PetscBool wants_log;
+
   PetscCall(PetscOptionsInsertString(NULL, options));
+  // PETSc asks for it when it starts, before these options, and fails at the end where nothing was logged.
+  PetscCall(PetscOptionsHasName(NULL, NULL, "-log_view", &wants_log));
+  if (wants_log) PetscCall(PetscLogDefaultBegin());
   return 0;
 }
 

@@ -55,6 +55,13 @@ def test_preconditioner_that_is_no_factorization(signorom, tmp_path):
     assert re.match(r"error: the command line has -fom_pc_type gamg; it must be cholesky or lu", words)
 
 
+def test_log_of_petsc(signorom, tmp_path):
+    """Of the whole run, in a file: its events, and no complaint."""
+    deck = write_deck("patch", tmp_path)
+    signorom("solve", deck.name, "-log_view", ":log.txt", folder=tmp_path)
+    assert re.search(r"^MatMult +[1-9]", (tmp_path / "log.txt").read_text(), re.MULTILINE)
+
+
 @pytest.mark.parametrize("option", ["-active_set_pc_type nonsense", "-active_set_ksp_max_it 1"])
 @pytest.mark.parametrize("n_ranks", [1, 3])
 def test_multigrid_that_fails_is_a_reason(signorom, tmp_path, option, n_ranks):
