@@ -95,6 +95,7 @@ contains
     type(error_t), allocatable, intent(out) :: error
     PetscErrorCode, intent(out) :: ierr
     type(snapshot_record_t), allocatable :: records(:)
+    type(string_t), allocatable :: shards(:)
     logical, allocatable :: is_missing(:)
     integer :: rank, i, i_column
 
@@ -109,8 +110,8 @@ contains
         is_done(i) = records(i_column)%reason == reason_converged
       end do
     end if
-    is_merged = size(store%shards()) == 0
-    is_merged = is_merged .and. all(is_done)
+    shards = store%shards()
+    is_merged = size(shards) == 0 .and. all(is_done)
     PetscCall(broadcast_error(error, PETSC_COMM_WORLD, ierr))
     call MPI_Bcast(is_done, size(is_done), MPI_LOGICAL, 0, PETSC_COMM_WORLD, ierr)
     call MPI_Bcast(is_merged, 1, MPI_LOGICAL, 0, PETSC_COMM_WORLD, ierr)
