@@ -72,42 +72,26 @@ int sig_h5_open(const char *path, size_t length, sig_h5_file **file) {
   return status;
 }
 
-/* Two files in memory must not have the same name. */
-static hid_t core_properties(const void *owner, char name[32]) {
-  snprintf(name, 32, "%p", owner);
-  const hid_t properties = H5Pcreate(H5P_FILE_ACCESS);
+static hid_t create_core(const char *name, hid_t properties) {
+  return H5Fcreate(name, H5F_ACC_TRUNC, H5P_DEFAULT, properties);
+}
+
+static hid_t open_core(const char *name, hid_t properties) { return H5Fopen(name, H5F_ACC_RDONLY, properties); }
+
+/* A file in memory; its bytes, where there are any, are copied. Two of them must not have the same name. */
+static int start_image(hid_t (*start)(const char *, hid_t), const void *bytes, size_t size, sig_h5_file **file) {
   const size_t increment = 1 << 20;
-  H5Pset_fapl_core(properties, increment, 0);
-  return properties;
-}
-
-int sig_h5_create_image(sig_h5_file **file) {
-  char name[32];
-  *file = malloc(sizeof **file);
-  if (!*file) return SIG_H5_NO_CREATE;
-  forbid_work_at_exit();
-  H5E_BEGIN_TRY {
-    const hid_t properties = core_properties(*file, name);
-    (*file)->id = H5Fcreate(name, H5F_ACC_TRUNC, H5P_DEFAULT, properties);
-    H5Pclose(properties);
-  }
-  H5E_END_TRY;
-  if ((*file)->id >= 0) return SIG_H5_OK;
-  free(*file);
-  *file = NULL;
-  return SIG_H5_NO_CREATE;
-}
-
-int sig_h5_open_image(const void *bytes, size_t size, sig_h5_file **file) {
   char name[32];
   *file = malloc(sizeof **file);
   if (!*file) return SIG_H5_NO_READ;
+  snprintf(name, sizeof name, "%p", (void *)*file);
   forbid_work_at_exit();
   H5E_BEGIN_TRY {
-    const hid_t properties = core_properties(*file, name);
+    const hid_t properties = H5Pcreate(H5P_FILE_ACCESS);
+    H5Pset_fapl_core(properties, increment, 0);
     /* HDF5 copies from what it declares as writable. */
-    H5Pset_file_image(properties, (void *)(uintptr_t)bytes, size);
-    (*file)->id = H5Fopen(name, H5F_ACC_RDONLY, properties);
+    if (size > 0) H5Pset_file_image(properties, (void *)(uintptr_t)bytes, size);
+    (*file)->id = start(name, properties);
     H5Pclose(properties);
   }
   H5E_END_TRY;
@@ -115,6 +99,12 @@ int sig_h5_open_image(const void *bytes, size_t size, sig_h5_file **file) {
   free(*file);
   *file = NULL;
   return SIG_H5_DAMAGED;
+}
+
+int sig_h5_create_image(sig_h5_file **file) { return start_image(create_core, NULL, 0, file); }
+
+int sig_h5_open_image(const void *bytes, size_t size, sig_h5_file **file) {
+  return start_image(open_core, bytes, size, file);
 }
 
 int64_t sig_h5_image_size(sig_h5_file *file) {
