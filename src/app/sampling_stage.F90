@@ -30,14 +30,13 @@ contains
     ierr = 0
     session%has_plan = .true.
     call need_training(session, error)
-    if (allocated(error)) then
-      continue
-    else if (session%deck%greedy%is_used) then
+    if (.not. allocated(error)) then
       call announce_stiffness(session)
-      PetscCall(select_points(session%deck, session%folder, outcome, selection, error, ierr))
-    else
-      call announce_stiffness(session)
-      PetscCall(sample(session%deck, session%deck%training, store_in(session%folder, snapshot_store), outcome, error, ierr))
+      if (session%deck%greedy%is_used) then
+        PetscCall(select_points(session%deck, session%folder, outcome, selection, error, ierr))
+      else
+        PetscCall(sample(session%deck, session%deck%training, store_in(session%folder, snapshot_store), outcome, error, ierr))
+      end if
     end if
     call tell_sampled(session, outcome, sampled_text(session, outcome, selection) // snapshots_path(session%folder), error)
     if (session%deck%clusters%target%is_used .and. .not. (session%has_failed .or. session%exit_code == exit_stopped)) then
