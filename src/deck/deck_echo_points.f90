@@ -6,7 +6,7 @@ module sig_deck_echo_points
   use sig_text, only: join, string_t, to_text
   implicit none(type, external)
   private
-  public :: candidate_set, greedy_choice, point_set, training_set
+  public :: candidate_set, point_set, training_set
 
 contains
 
