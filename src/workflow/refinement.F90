@@ -14,7 +14,7 @@ module sig_refinement
   use sig_model, only: full_order_t, model_t
   use sig_model_attempt, only: attempt_t, share_candidates, start_attempt, train_attempt
   use sig_problem, only: problem_t
-  use sig_refinement_rounds, only: make_round, refinement_round_t, round_text, short_number, statistic_of, worst_cluster
+  use sig_refinement_rounds, only: make_round, refinement_round_t, round_text, three_digits, statistic_of, worst_cluster
   use sig_snapshot_store, only: append_snapshots, columns_of, snapshot_set_t
   use sig_stop_request, only: agree_to_stop
   use sig_text, only: to_text
@@ -285,6 +285,7 @@ contains
     type(attempt_t), intent(inout) :: best
     type(refinement_result_t), intent(inout) :: outcome
     real(rk), parameter :: tie = 1.0e-8_rk
+    type(refinement_round_t) :: latest
     integer :: n, n_before, n_clusters, worst
     real(rk) :: error
 
@@ -294,8 +295,9 @@ contains
       if (n > 0) n_before = outcome%rounds(n)%n_snapshots
       n_clusters = size(attempt%division%clusters)
       worst = worst_cluster(config%target%statistic, attempt%open_errors(), n_clusters, spread(.true., 1, n_clusters))
-      outcome%rounds = [outcome%rounds, make_round(action, k, n_clusters, n_snapshots, worst, attempt%measured())]
-      call log_info(round_text(n, outcome%rounds(n + 1), n_snapshots - n_before, config%target%measure))
+      latest = make_round(action, k, n_clusters, n_snapshots, worst, attempt%measured())
+      call log_info(round_text(n, latest, n_snapshots - n_before, config%target%measure))
+      outcome%rounds = [outcome%rounds, latest]
     end associate
     error = statistic_of(config%target%statistic, attempt%measured())
     outcome%is_reached = error <= config%target%error
@@ -312,7 +314,7 @@ contains
     type(refinement_result_t), intent(inout) :: outcome
 
     outcome%ending = 'the model is that of round ' // to_text(outcome%best_round) // ': ' // config%target%statistic // ' of ' // &
-      config%target%measure // ' is ' // short_number(outcome%error)
+      config%target%measure // ' is ' // three_digits(outcome%error)
     if (outcome%is_reached) then
       outcome%ending = outcome%ending // ', within the target of ' // to_text(config%target%error)
     else

@@ -10,7 +10,7 @@ module sig_refinement_rounds
   use sig_text, only: csv_number, to_text
   implicit none(type, external)
   private
-  public :: refinement_round_t, make_round, report_refinement, round_text, short_number, &
+  public :: refinement_round_t, make_round, report_refinement, round_text, three_digits, &
     statistic_of, worst_cluster, write_refinement_table
 
   !> [-] errors above this are counted
@@ -108,8 +108,8 @@ contains
     if (round%action == 'add') text = text // 'cluster ' // to_text(round%cluster) // ' gets ' // plural(n_new, 'snapshot') // ': '
     if (round%action == 'split') text = text // 'cluster ' // to_text(round%cluster) // ' is split: '
     text = text // plural(round%n_clusters, 'cluster') // ', ' // plural(round%n_snapshots, 'snapshot') // '; ' // measure // &
-      ' at ' // plural(round%errors%n_values, 'candidate') // ': median ' // short_number(round%errors%median) // ', p95 ' // &
-      short_number(round%errors%p95) // ', ' // to_text(nint(100 * round%share_above)) // ' % above 0.1'
+      ' at ' // plural(round%errors%n_values, 'candidate') // ': median ' // three_digits(round%errors%median) // ', p95 ' // &
+      three_digits(round%errors%p95) // ', ' // to_text(nint(100 * round%share_above)) // ' % above 0.1'
   end function round_text
 
   pure function plural(n, noun) result(text)
@@ -122,7 +122,7 @@ contains
   end function plural
 
   !> Three digits for people.
-  pure function short_number(value) result(text)
+  pure function three_digits(value) result(text)
     real(rk), intent(in) :: value
     character(:), allocatable :: text
     character(16) :: buffer
@@ -130,7 +130,7 @@ contains
     write (buffer, '(es9.2)') value
     if (value > huge(value)) buffer = 'infinite'
     text = trim(adjustl(buffer))
-  end function short_number
+  end function three_digits
 
   !> How a refinement ended.
   subroutine report_refinement(rounds, best_round, is_reached, ending, report)
