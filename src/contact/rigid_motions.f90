@@ -8,6 +8,7 @@ module sig_rigid_motions
   use sig_kinds, only: rk
   use sig_linear_algebra, only: svd
   use sig_mesh, only: mesh_t
+  use sig_ties, only: tie_tolerance
   implicit none(type, external)
   private
   public :: rigid_motions_t, create_rigid_motions, rigid_modes, n_rigid_modes, null_space
@@ -284,7 +285,7 @@ contains
         do i_component = 1, n_dim
           size_now = norm2(rows(i_component, :))
           ! nodes alike within rounding: the first one, so that the choice is the same everywhere
-          if (size_now <= best * (1 + 1.0e-8_rk)) cycle
+          if (size_now <= best * (1 + tie_tolerance)) cycle
           best = size_now
           dofs(i) = n_dim * (i_node - 1) + i_component
           held(:, i) = rows(i_component, :) / size_now

@@ -7,12 +7,10 @@ module sig_stress
   use sig_element_matrices, only: strains_at_point
   use sig_kinds, only: rk
   use sig_mesh, only: mesh_t, nodes_of_cell
+  use sig_ties, only: first_largest
   implicit none(type, external)
   private
   public :: cell_stresses, nodal_stresses, von_mises, n_stresses
-
-  !> [-] relative difference of volumes that counts as none
-  real(rk), parameter :: tie = 1.0e-8_rk
 
 contains
 
@@ -58,8 +56,7 @@ contains
         volumes(i, nodes) = volumes(i, nodes) + volume(i_cell)
       end associate
     end do
-    ! rounding must not decide between equal volumes
-    material = [(findloc(volumes(:, i_node) >= (1 - tie) * maxval(volumes(:, i_node)), .true., dim=1), i_node=1, mesh%n_nodes)]
+    material = [(first_largest(volumes(:, i_node)), i_node=1, mesh%n_nodes)]
     smoothed = 0
     do i_cell = 1, mesh%n_cells
       do n = mesh%cell_offsets(i_cell) + 1, mesh%cell_offsets(i_cell + 1)

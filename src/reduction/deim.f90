@@ -2,6 +2,7 @@
 !> Discrete empirical interpolation: as many rows of a basis as it has columns, so that the basis is known from them.
 module sig_deim
   use sig_kinds, only: rk
+  use sig_ties, only: first_largest
   implicit none(type, external)
   private
   public :: deim_rows
@@ -29,21 +30,9 @@ contains
         do j_mode = 1, i_mode - 1
           residual = residual - residual(rows(j_mode)) * residuals(:, j_mode)
         end do
-        rows(i_mode) = lowest_largest(residual)
+        rows(i_mode) = first_largest(abs(residual))
         residual = residual / residual(rows(i_mode))
       end associate
     end do
   end function deim_rows
-
-  !> Lowest index whose magnitude is within 1e-8 relative of the largest.
-  pure integer function lowest_largest(values) result(i_value)
-    real(rk), intent(in) :: values(:)
-    real(rk), parameter :: tie_tolerance = 1.0e-8_rk
-    real(rk) :: largest
-
-    largest = maxval(abs(values))
-    do i_value = 1, size(values) - 1
-      if (abs(values(i_value)) >= (1 - tie_tolerance) * largest) return
-    end do
-  end function lowest_largest
 end module sig_deim

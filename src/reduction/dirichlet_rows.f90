@@ -3,6 +3,7 @@
 module sig_dirichlet_rows
   use sig_kinds, only: rk
   use sig_linear_algebra, only: svd
+  use sig_ties, only: tie_tolerance
   implicit none(type, external)
   private
   public :: impose_dirichlet_rows
@@ -103,8 +104,6 @@ contains
     !> orthonormal, shape (rank, n)
     real(rk), intent(in) :: rows(:, :)
     logical :: is_near(size(rows, 2))
-    !> [-]
-    real(rk), parameter :: tie = 1.0e-8_rk
     real(rk) :: projector(size(rows, 2), size(rows, 2)), diagonal(size(rows, 2)), column(size(rows, 2))
     integer :: i, k
 
@@ -112,7 +111,7 @@ contains
     is_near = .false.
     do k = 1, size(rows, 1)
       diagonal = [(projector(i, i), i=1, size(diagonal))]
-      i = findloc(diagonal >= (1 - tie) * maxval(diagonal, mask=.not. is_near) .and. .not. is_near, .true., dim=1)
+      i = findloc(diagonal >= (1 - tie_tolerance) * maxval(diagonal, mask=.not. is_near) .and. .not. is_near, .true., dim=1)
       is_near(i) = .true.
       column = projector(:, i) / sqrt(projector(i, i))
       projector = projector - matmul(reshape(column, [size(column), 1]), reshape(column, [1, size(column)]))

@@ -5,12 +5,10 @@ module sig_enrichment
   use sig_condition_number, only: condition_of_values
   use sig_kinds, only: rk
   use sig_singular_update, only: column_space_t, decompose_columns, keep_largest, ratio_with_column
+  use sig_ties, only: tie_tolerance
   implicit none(type, external)
   private
   public :: enrichment_rule_t, enrichment_path_t, choose_hats
-
-  !> [-] ratios this close are equal, so that rounding (rank count, BLAS) does not change the choice
-  real(rk), parameter :: tie_tolerance = 1.0e-8_rk
 
   type :: enrichment_rule_t
     !> take the best hat each time; otherwise all of them in their order

@@ -7,12 +7,10 @@
 module sig_greedy_projection
   use sig_kinds, only: rk
   use sig_linear_algebra, only: multiply, multiply_transpose
+  use sig_ties, only: tie_tolerance
   implicit none(type, external)
   private
   public :: greedy_projection_t
-
-  !> [-] errors that differ by less are equal: the first vector is taken, whatever the rounding
-  real(rk), parameter :: tie_tolerance = 1.0e-8_rk
 
   type :: greedy_projection_t
     private

@@ -6,6 +6,7 @@ module sig_k_medoids
   use sig_reduction_c_interfaces, only: k_medoids_bad_count, k_medoids_bad_dissimilarity, k_medoids_ok, k_medoids_options_t, &
     method_alternating, method_faster_pam, sig_find_medoids, sig_silhouette, start_build, start_central, start_lab, start_random
   use sig_text, only: to_text
+  use sig_ties, only: tie_tolerance
   implicit none(type, external)
   private
   public :: medoids_t, k_medoids_options_t, find_medoids, choose_n_clusters, merge_cluster
@@ -75,7 +76,6 @@ contains
     type(k_medoids_options_t), intent(in) :: options
     type(medoids_t), intent(out) :: best
     type(error_t), allocatable, intent(out) :: error
-    real(rk), parameter :: tie_tolerance = 1.0e-8_rk
     type(medoids_t) :: found
     integer :: n_clusters
 

@@ -5,6 +5,7 @@ module sig_pod
   use sig_kinds, only: rk
   use sig_petsc_support, only: rank_and_size
   use sig_reduction_c_interfaces, only: sig_gather_rows, sig_tall_svd, sig_thin_svd
+  use sig_ties, only: first_largest
   use petsc
   implicit none(type, external)
   private
@@ -82,11 +83,10 @@ contains
   !> A singular vector has no sign: make its largest entry positive, of nearly equal ones that of the lowest index.
   pure subroutine fix_signs(vectors)
     real(rk), intent(inout) :: vectors(:, :)
-    real(rk), parameter :: tie_tolerance = 1.0e-8_rk
     integer :: i_column, i_row
 
     do i_column = 1, size(vectors, 2)
-      i_row = findloc(abs(vectors(:, i_column)) >= (1 - tie_tolerance) * maxval(abs(vectors(:, i_column))), .true., dim=1)
+      i_row = first_largest(abs(vectors(:, i_column)))
       if (vectors(i_row, i_column) < 0) vectors(:, i_column) = -vectors(:, i_column)
     end do
   end subroutine fix_signs

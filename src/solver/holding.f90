@@ -5,6 +5,7 @@ module sig_holding
   use sig_kinds, only: rk
   use sig_linear_algebra, only: invert, solve_dense
   use sig_rigid_motions, only: rigid_motions_t
+  use sig_ties, only: first_largest
   implicit none(type, external)
   private
   public :: keep_hold, is_last_hold, letting_go, first_to_block, change_first
@@ -78,10 +79,8 @@ contains
     do i = 1, motions%n_free
       sizes = merge(norm2(rest, dim=2), 0.0_rk, is_closed)
       if (size(sizes) == 0) return
-      associate (largest => maxval(sizes))
-        if (largest <= dependent) return
-        rows = [rows, findloc(sizes >= largest * (1 - 1.0e-8_rk), .true., dim=1)]
-      end associate
+      if (maxval(sizes) <= dependent) return
+      rows = [rows, first_largest(sizes)]
       direction = rest(rows(i), :) / norm2(rest(rows(i), :))
       rest = rest - spread(matmul(rest, direction), 2, motions%n_free) * spread(direction, 1, size(is_closed))
     end do

@@ -13,6 +13,7 @@ module sig_candidate_pool
   use sig_query, only: answer_t, query_t
   use sig_random_numbers, only: random_t
   use sig_snapshot_store, only: point_index, snapshot_set_t
+  use sig_ties, only: tie_tolerance
   implicit none(type, external)
   private
   public :: pool_errors_t, usable_candidates, draw_half, measure_candidates, errors_among, worst_candidates
@@ -107,14 +108,13 @@ contains
     integer, intent(in) :: n_wanted
     !> at most n_wanted; none without an error
     integer, allocatable :: numbers(:)
-    real(rk), parameter :: tie = 1.0e-8_rk
     logical :: is_open(size(errors%values))
     integer :: i
 
     is_open = errors%cluster == i_cluster .and. errors%values > 0
     numbers = [integer ::]
     do while (size(numbers) < n_wanted .and. any(is_open))
-      i = findloc(is_open .and. errors%values >= (1 - tie) * maxval(errors%values, mask=is_open), .true., dim=1)
+      i = findloc(is_open .and. errors%values >= (1 - tie_tolerance) * maxval(errors%values, mask=is_open), .true., dim=1)
       numbers = [numbers, i]
       is_open(i) = .false.
     end do

@@ -18,6 +18,7 @@ module sig_refinement
   use sig_snapshot_store, only: append_snapshots, columns_of, snapshot_set_t
   use sig_stop_request, only: agree_to_stop
   use sig_text, only: to_text
+  use sig_ties, only: tie_tolerance
   use sig_training, only: select_converged
   use petsc
   implicit none(type, external)
@@ -284,7 +285,6 @@ contains
     type(attempt_t), intent(in) :: attempt
     type(attempt_t), intent(inout) :: best
     type(refinement_result_t), intent(inout) :: outcome
-    real(rk), parameter :: tie = 1.0e-8_rk
     type(refinement_round_t) :: latest
     integer :: n, n_before, n_clusters, worst
     real(rk) :: error
@@ -301,7 +301,7 @@ contains
     end associate
     error = statistic_of(config%target%statistic, attempt%measured())
     outcome%is_reached = error <= config%target%error
-    if (n > 0 .and. error >= outcome%error * (1 - tie)) return
+    if (n > 0 .and. error >= outcome%error * (1 - tie_tolerance)) return
     outcome%best_round = n
     outcome%error = error
     best = attempt

@@ -8,6 +8,7 @@ module sig_refinement_rounds
   use sig_run_report, only: run_report_t
   use sig_statistics, only: statistics_t, summarize
   use sig_text, only: csv_number, to_text
+  use sig_ties, only: tie_tolerance
   implicit none(type, external)
   private
   public :: refinement_round_t, make_round, report_refinement, round_text, three_digits, &
@@ -59,8 +60,6 @@ contains
     type(pool_errors_t), intent(in) :: errors
     integer, intent(in) :: n_clusters
     logical, intent(in) :: may_choose(:)
-    !> [-] rounding must not decide
-    real(rk), parameter :: tie = 1.0e-8_rk
     real(rk) :: largest, value
     integer :: k
 
@@ -69,7 +68,7 @@ contains
     do k = 1, n_clusters
       if (.not. may_choose(k)) cycle
       value = statistic_of(statistic, pack(errors%values, errors%cluster == k))
-      if (value <= largest * (1 + tie)) cycle
+      if (value <= largest * (1 + tie_tolerance)) cycle
       worst = k
       largest = value
     end do

@@ -26,14 +26,12 @@ module sig_selection_by_defect
   use sig_start_sets, only: fill_start_sets
   use sig_stop_request, only: agree_to_stop
   use sig_text, only: to_text
+  use sig_ties, only: first_largest
   use sig_training, only: train
   use petsc
   implicit none(type, external)
   private
   public :: select_by_defect
-
-  !> [-] indicators that differ by less are equal: the first candidate is taken, whatever the rounding
-  real(rk), parameter :: tie_tolerance = 1.0e-8_rk
 
   !> What goes from round to round.
   type :: rounds_t
@@ -236,7 +234,7 @@ contains
     do while (size(chosen) < problem%deck%greedy%batch)
       largest = maxval(defects)
       if (stop_reason(problem%deck, n + size(chosen), largest) /= '') exit
-      i = findloc(defects >= (1 - tie_tolerance) * largest, .true., dim=1)
+      i = first_largest(defects)
       call selection%append(candidates(:, i:i), defects(i:i))
       chosen = [chosen, i]
       call log_choice(problem%deck, n + size(chosen), 'defect', defects(i), candidates(:, i))

@@ -7,6 +7,7 @@ module sig_training_domain
   use sig_mesh_checks, only: nodes_of_boundary
   use sig_problem, only: problem_t
   use sig_reduced_domain, only: build_reduced_domain, nodes_of_dofs, reduced_domain_t
+  use sig_ties, only: tie_tolerance
   use sig_zone_nodes, only: find_zone_nodes
   implicit none(type, external)
   private
@@ -82,11 +83,9 @@ contains
     real(rk), intent(in) :: coordinates(:, :)
     !> ascending
     integer, intent(in) :: nodes(:)
-    !> [-] distances this close are equal (symmetric meshes, any BLAS or unit)
-    real(rk), parameter :: tie = 1.0e-8_rk
     real(rk) :: distances(size(nodes))
 
     distances = norm2(coordinates - spread(sum(coordinates, dim=2) / size(nodes), 2, size(nodes)), dim=1)
-    middle_node = nodes(findloc(distances <= minval(distances) + tie * maxval(distances), .true., dim=1))
+    middle_node = nodes(findloc(distances <= minval(distances) + tie_tolerance * maxval(distances), .true., dim=1))
   end function middle_node
 end module sig_training_domain
