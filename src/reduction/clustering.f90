@@ -64,21 +64,21 @@ contains
     i_earlier = 0
   end subroutine find_identical
 
-  !> POD of the snapshots at the corners of each cell. Source: section 4.1. Local.
-  function cell_subspaces(coordinates, cells, pod_tolerance) result(subspaces)
+  !> POD of the snapshots at the corners of each wanted cell. Source: section 4.1. Local.
+  function cell_subspaces(coordinates, cells, wanted, pod_tolerance) result(subspaces)
     !> of the snapshots of the whole grid, in its order, shape (n_coordinates, n_snapshots)
     real(rk), intent(in) :: coordinates(:, :)
     type(grid_cells_t), intent(in) :: cells
+    !> numbers of cells, 1-based
+    integer, intent(in) :: wanted(:)
     !> [-] energy tail
     real(rk), intent(in) :: pod_tolerance
-    !> shape (number of cells)
-    type(subspace_t), allocatable :: subspaces(:)
+    type(subspace_t) :: subspaces(size(wanted))
     real(rk), allocatable :: left(:, :), right_rows(:, :), sigma(:)
     integer :: i
 
-    allocate (subspaces(cells%n_cells()))
-    do i = 1, size(subspaces)
-      call svd(coordinates(:, cells%corners(i)), left, sigma, right_rows)
+    do i = 1, size(wanted)
+      call svd(coordinates(:, cells%corners(wanted(i))), left, sigma, right_rows)
       subspaces(i)%basis = left(:, :max(1, pod_rank(sigma, pod_tolerance)))
     end do
   end function cell_subspaces

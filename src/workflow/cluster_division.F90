@@ -86,6 +86,7 @@ contains
     type(medoids_t) :: found
     type(subspace_t), allocatable :: subspaces(:)
     real(rk), allocatable :: dissimilarity(:, :)
+    integer :: i
 
     ierr = 0
     associate (cells => model%choice%cells, n_points => size(coordinates, 2))
@@ -93,7 +94,7 @@ contains
       cells%box = model%box
       call need_whole_grid(deck, n_points, error)
       if (allocated(error)) return
-      subspaces = cell_subspaces(coordinates, cells, deck%clusters%cell_pod_tolerance)
+      subspaces = cell_subspaces(coordinates, cells, [(i, i=1, cells%n_cells())], deck%clusters%cell_pod_tolerance)
       PetscCall(dissimilarity_of_subspaces(subspaces, PETSC_COMM_WORLD, dissimilarity, ierr))
       call find_clusters(deck, n_clusters, dissimilarity, found, error)
       if (allocated(error)) return

@@ -89,6 +89,7 @@ contains
     type(cluster_t), intent(out) :: halves(2)
     PetscErrorCode, intent(out) :: ierr
     type(subspace_t), allocatable :: subspaces(:)
+    type(cluster_t), allocatable :: clusters(:)
     real(rk), allocatable :: coordinates(:, :), dissimilarity(:, :)
     integer, allocatable :: added(:), label_of_added(:), own(:)
     integer :: i, n_clusters, n_grid
@@ -100,17 +101,14 @@ contains
       n_clusters = size(division%clusters) + 1
       PetscCall(snapshot_coordinates(snapshots%displacement(:, :n_grid), PETSC_COMM_WORLD, coordinates, ierr))
       own = pack([(i, i=1, size(labels))], labels == k)
-      subspaces = cell_subspaces(coordinates, cells, deck%clusters%cell_pod_tolerance)
-      PetscCall(dissimilarity_of_subspaces(subspaces(own), PETSC_COMM_WORLD, dissimilarity, ierr))
+      subspaces = cell_subspaces(coordinates, cells, own, deck%clusters%cell_pod_tolerance)
+      PetscCall(dissimilarity_of_subspaces(subspaces, PETSC_COMM_WORLD, dissimilarity, ierr))
       where (second_half(deck, dissimilarity)) labels(own) = n_clusters
-      associate (members => clusters_of_cells(labels, n_clusters, cells))
-        halves(1)%snapshots = members(k)%snapshots
-        halves(2)%snapshots = members(n_clusters)%snapshots
-      end associate
+      clusters = clusters_of_cells(labels, n_clusters, cells)
       added = pack(division%clusters(k)%snapshots, division%clusters(k)%snapshots > n_grid)
       label_of_added = [(labels(cells%find(snapshots%parameters(:, added(i)))), i=1, size(added))]
-      halves(1)%snapshots = [halves(1)%snapshots, pack(added, label_of_added == k)]
-      halves(2)%snapshots = [halves(2)%snapshots, pack(added, label_of_added == n_clusters)]
+      halves(1)%snapshots = [clusters(k)%snapshots, pack(added, label_of_added == k)]
+      halves(2)%snapshots = [clusters(n_clusters)%snapshots, pack(added, label_of_added == n_clusters)]
     end associate
   end subroutine halve_cells
 
