@@ -123,6 +123,34 @@ def test_loads_add_up(signorom, tmp_path, mesh, figures):
     figures.at_most(BARS, "five loads on two surfaces: reactions", worst, 1e-9, "equilibrium")
 
 
+@pytest.mark.parametrize("axis", ["x", "y"])
+def test_window_cuts_irregular_faces(signorom, tmp_path, figures, axis):
+    """Pressure 1e5 (1 + x) on a strip of a unit square of faces without parallel sides: the integral, by hand."""
+    low, high = 0.15, 0.47
+    mesh = stacked_blocks("H8", 3)
+    top = mesh.nodes_of("top")
+    x, y = mesh.coordinates[top, :2].T
+    inner = top[(x > 0) & (x < 1) & (y > 0) & (y < 1)]
+    mesh.coordinates[inner, :2] += [[0.11, -0.08], [-0.06, 0.13]]
+    mesh.write(tmp_path / "blocks.msh")
+    changes = {
+        "model: plane_strain": "model: solid",
+        "boundary_conditions: []": "boundary_conditions:\n  - {boundary: bottom, displacement: {z: 0}}\n"
+        "  - {boundary: left, displacement: {x: 0}}\n  - {boundary: front, displacement: {y: 0}}\n"
+        "loads:\n  - boundary: top\n    pressure: 1e6 * stroke * (1 + x)\n"
+        f"    window: {{axis: {axis}, min: {low}, max: {high} + stroke - 0.1}}",
+        "direction: [0, 1]": "direction: [0, 0, 1]",
+    }
+    signorom("solve", write_deck_with("patch_models", tmp_path, changes), folder=tmp_path)
+    report = yaml.safe_load((tmp_path / "results" / "patch_models" / "report.yaml").read_text())
+    (point,) = report["points"].values()
+    (reaction,) = [r["z"] for r in point["reactions"].values() if r["boundary"] == "bottom"]
+    width = high - low
+    expected = 1e5 * (width + (high**2 - low**2) / 2 if axis == "x" else 1.5 * width)
+    name = f"pressure on a strip along {axis} of irregular faces: reaction"
+    figures.compare("windows that cut faces", name, reaction, expected, 1e-9, "integral of the pressure", "N")
+
+
 def test_weight_of_a_bar(signorom, tmp_path, mesh, figures):
     """The mean displacement of the free end is f h^2 / (2 E) exactly: a field linear in y is a test function."""
     loads = (
