@@ -34,7 +34,6 @@ int sig_thin_svd(int n_rows, int n_columns, const double *matrix, double *singul
 // all and zero rows change neither singular values nor the other rows of the left vectors.
 static PetscErrorCode create_basis(MPI_Comm comm, PetscInt n_local, PetscInt n_columns, const double *rows, BV *basis) {
   const PetscInt n_padded = n_local > 0 ? n_local : 1;
-  PetscScalar *values;
 
   PetscFunctionBegin;
   PetscCall(BVCreate(comm, basis));
@@ -43,12 +42,32 @@ static PetscErrorCode create_basis(MPI_Comm comm, PetscInt n_local, PetscInt n_c
       BVSetOrthogonalization(*basis, BV_ORTHOG_CGS, BV_ORTHOG_REFINE_IFNEEDED, PETSC_DEFAULT, BV_ORTHOG_BLOCK_TSQR));
   PetscCall(BVSetOptionsPrefix(*basis, "pod_"));
   PetscCall(BVSetFromOptions(*basis));
-  PetscCall(BVGetArray(*basis, &values));
-  if (n_local > 0)
-    PetscCall(PetscArraycpy(values, rows, (size_t)n_local * n_columns));
-  else
-    PetscCall(PetscArrayzero(values, (size_t)n_columns));
-  PetscCall(BVRestoreArray(*basis, &values));
+  // column by column: newer releases of SLEPc pad the columns of the whole array
+  for (PetscInt column = 0; column < n_columns; column++) {
+    Vec vector;
+    PetscScalar *values;
+    PetscCall(BVGetColumn(*basis, column, &vector));
+    PetscCall(VecGetArrayWrite(vector, &values));
+    values[0] = 0;
+    PetscCall(PetscArraycpy(values, rows + (size_t)column * n_local, (size_t)n_local));
+    PetscCall(VecRestoreArrayWrite(vector, &values));
+    PetscCall(BVRestoreColumn(*basis, column, &vector));
+  }
+  PetscFunctionReturn(0);
+}
+
+// The inverse of create_basis.
+static PetscErrorCode read_basis(BV basis, PetscInt n_local, PetscInt n_columns, double *rows) {
+  PetscFunctionBegin;
+  for (PetscInt column = 0; column < n_columns; column++) {
+    Vec vector;
+    const PetscScalar *values;
+    PetscCall(BVGetColumn(basis, column, &vector));
+    PetscCall(VecGetArrayRead(vector, &values));
+    PetscCall(PetscArraycpy(rows + (size_t)column * n_local, values, (size_t)n_local));
+    PetscCall(VecRestoreArrayRead(vector, &values));
+    PetscCall(BVRestoreColumn(basis, column, &vector));
+  }
   PetscFunctionReturn(0);
 }
 
@@ -76,14 +95,11 @@ static PetscErrorCode replace_by_left_vectors(BV basis, PetscInt n_columns, doub
 
 int sig_tall_svd(int comm, int n_local, int n_columns, const double *rows, double *singular_values, double *left) {
   BV basis;
-  const PetscScalar *values;
 
   if (n_columns == 0) return 0;
   PetscCall(create_basis(MPI_Comm_f2c(comm), n_local, n_columns, rows, &basis));
   PetscCall(replace_by_left_vectors(basis, n_columns, singular_values));
-  PetscCall(BVGetArrayRead(basis, &values));
-  if (n_local > 0) PetscCall(PetscArraycpy(left, values, (size_t)n_local * n_columns));
-  PetscCall(BVRestoreArrayRead(basis, &values));
+  PetscCall(read_basis(basis, n_local, n_columns, left));
   PetscCall(BVDestroy(&basis));
   return 0;
 }
