@@ -219,6 +219,9 @@ static void take_scalar(builder_t *builder, place_t place, struct fy_token *toke
     take_key(builder, place, text, length);
     return;
   }
+  const bool is_missing = length == 0 && style == FYSS_PLAIN && builder->depth > 0;
+  if (is_missing && builder->frames[builder->depth - 1].has_key)
+    place = (place_t){0, 0}; /* that of its key; some releases of libfyaml have a mark behind the colon */
   node_t *node = add_node(builder, SIG_YAML_SCALAR, place);
   if (!node) return;
   node->is_quoted = style != FYSS_PLAIN;
