@@ -316,18 +316,18 @@ contains
     !> elements that do not count
     integer, intent(out) :: n_left_out
     logical :: is_used(maxval(node_of_raw_node))
+    integer, allocatable :: own(:)
     integer :: i, i_node
 
     is_used = .false.
     n_left_out = 0
     do i = 1, size(elements)
-      associate (own => node_of_raw_node(raw_nodes(raw, elements(i))))
-        if (any(own == 0)) then
-          n_left_out = n_left_out + 1
-        else
-          is_used(own) = .true.
-        end if
-      end associate
+      own = node_of_raw_node(raw_nodes(raw, elements(i)))
+      if (any(own == 0)) then
+        n_left_out = n_left_out + 1
+      else
+        is_used(own) = .true.
+      end if
     end do
     nodes = pack([(i_node, i_node=1, size(is_used))], is_used)
   end subroutine collect_nodes

@@ -182,7 +182,7 @@ contains
     type(contact_state_t) :: state
     type(statistics_t) :: seconds
     real(rk) :: times(min(n_timed_points, size(points, 2)))
-    integer :: i
+    integer :: i, i_point
 
     median = 0
     ierr = 0
@@ -191,7 +191,8 @@ contains
       plan%type = 'active_set'
       PetscCall(solver%create(problem, plan, groups%comm, ierr))
       do i = 1, size(times)
-        PetscCall(solver%solve(problem, points(:, 1 + (i - 1) * (size(points, 2) - 1) / max(1, size(times) - 1)), state, ierr))
+        i_point = 1 + (i - 1) * (size(points, 2) - 1) / max(1, size(times) - 1)
+        PetscCall(solver%solve(problem, points(:, i_point), state, ierr))
         times(i) = state%seconds
       end do
       PetscCall(solver%destroy(ierr))
