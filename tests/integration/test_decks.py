@@ -75,11 +75,20 @@ def test_defaults_of_the_schema_are_those_of_the_program(tmp_path):
     assert effective["output"]["directory"] == "auto"
 
 
+def petsc_version():
+    """Of the library that the program was built with."""
+    command = ["pkg-config", "--modversion", "PETSc"]
+    version = subprocess.run(command, capture_output=True, text=True, check=True).stdout
+    return tuple(int(number) for number in version.split("."))
+
+
 @pytest.mark.parametrize("deck", INVALID, ids=lambda path: path.stem)
 def test_invalid_deck_gets_its_message(deck, tmp_path):
     first_line = deck.read_text().splitlines()[0]
     assert first_line.startswith(EXPECT)
     expected = first_line.removeprefix(EXPECT)
+    if "needs PETSc 3.19" in expected and petsc_version() >= (3, 19):
+        pytest.skip("this PETSc can do it")
     separator = ":" if expected[0].isdigit() else ": "
     done = check(deck, tmp_path)
     assert done.stderr.splitlines()[0] == f"{deck}{separator}{expected}"

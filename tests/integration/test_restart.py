@@ -11,7 +11,7 @@ import h5py
 import numpy as np
 import pytest
 
-from program import finish, kill, wait_until
+from program import finish, kill, mpi_needs_large_files, wait_until
 from results import read_snapshots
 from runs import HERE, files_in, on_ranks, refuse, write_deck
 
@@ -344,6 +344,7 @@ def test_folder_without_permission(signorom, tmp_path):
     assert re.match(r"results/patch\S*: error: .*[Pp]ermission", words)
 
 
+@pytest.mark.skipif(mpi_needs_large_files(), reason="this MPI cannot start with small files")
 def test_full_disk(signorom, many_points):
     """A shard that may not grow any more stands for it: a sentence, no crash; the finished points stay."""
     deck, results = many_points
@@ -358,6 +359,7 @@ def test_full_disk(signorom, many_points):
     assert f"({finished} were there)" in signorom("sample", deck.name, folder=deck.parent)
 
 
+@pytest.mark.skipif(mpi_needs_large_files(), reason="this MPI cannot start with small files")
 def test_full_disk_at_each_file(signorom, tmp_path):
     """A file that does not fit is refused with a sentence and leaves nothing behind; the next run ends the work."""
     # so many fields that their file is the largest: a limit hits the largest file first

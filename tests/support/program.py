@@ -4,6 +4,7 @@
 import atexit
 import contextlib
 import os
+import re
 import shutil
 import signal
 import subprocess
@@ -16,13 +17,14 @@ ROOT = Path(__file__).resolve().parents[2]
 TIME_LIMIT = 600
 
 # One BLAS thread per rank; waiting ranks give their core away; Open MPI refuses root unless told twice; a single rank
-# needs no daemon beside it.
+# needs no daemon beside it; ranks on one machine need no network, whose interfaces Open MPI would complain of.
 ENVIRONMENT = {
     "OMP_NUM_THREADS": "1",
     "OPENBLAS_NUM_THREADS": "1",
     "OMPI_MCA_mpi_yield_when_idle": "1",
     "OMPI_MCA_btl_vader_single_copy_mechanism": "none",
     "OMPI_MCA_ess_singleton_isolated": "1",
+    "OMPI_MCA_btl": "^tcp",
     "OMPI_ALLOW_RUN_AS_ROOT": "1",
     "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1",
 }
@@ -111,6 +113,13 @@ def descendants(pid):
     for known in found:
         found += children.get(known, [])
     return found[1:]
+
+
+def mpi_needs_large_files():
+    """Whether MPI itself cannot start where files must stay small: Open MPI 5 maps some megabytes of shared memory."""
+    version = subprocess.run(["mpirun", "--version"], capture_output=True, text=True, check=True).stdout
+    found = re.search(r"Open MPI\) (\d+)", version)
+    return found is not None and int(found.group(1)) >= 5
 
 
 def wait_until(condition, process, time_limit=60, pause=0.002):
