@@ -38,7 +38,7 @@ step "1/5 packages"
 tools/install_dependencies.sh
 step "2/5 build of the release preset"
 cmake --preset release >build/cmake.log 2>&1 || { cat build/cmake.log >&2; fail "CMake failed."; }
-cmake --build --preset release --target signorom
+cmake --build --preset release --target signorom signorom_online
 step "3/5 mesh"
 make_mesh
 step "4/5 signorom run $deck"
