@@ -247,15 +247,25 @@ contains
     real(rk), intent(in) :: strip(2)
     logical, intent(in) :: is_triangle
     real(rk), parameter :: even = 0.9_rk
-    real(rk) :: piece(2), s
+    real(rk) :: piece(2)
 
-    s = sum(strip) / 2
-    piece = piece_inside((1 - s) * places(1) + s * places(2), (1 - s) * places(4) + s * places(3), window)
+    piece = piece_at(places, sum(strip) / 2, window)
     n_points = n_gauss
     if (piece(2) <= piece(1)) n_points = 0
     if (is_triangle .or. evenness(places) > even) return
     if (piece(2) > piece(1) .and. piece(2) - piece(1) < 1) n_points = n_fine
   end function outer_points
+
+  !> From where to where in t the window leaves the face at one s.
+  pure function piece_at(places, s, window) result(piece)
+    !> [length] coordinate of the corners
+    real(rk), intent(in) :: places(4)
+    real(rk), intent(in) :: s
+    type(window_t), intent(in) :: window
+    real(rk) :: piece(2)
+
+    piece = piece_inside((1 - s) * places(1) + s * places(2), (1 - s) * places(4) + s * places(3), window)
+  end function piece_at
 
   pure subroutine add_strip(vertices, corners, window, strip, n_outer, rule)
     real(rk), intent(in) :: vertices(:, :)
@@ -267,7 +277,7 @@ contains
     !> n_gauss, n_fine, or none
     integer, intent(in) :: n_outer
     type(facet_rule_t), intent(inout) :: rule
-    real(rk) :: points(n_fine), weights(n_fine), piece(2), places(4), s
+    real(rk) :: points(n_fine), weights(n_fine), piece(2), s
     integer :: i
 
     points(:n_gauss) = gauss_points
@@ -279,10 +289,7 @@ contains
     piece = [0, 1]
     do i = 1, n_outer
       s = strip(1) + (strip(2) - strip(1)) * points(i)
-      if (window%axis > 0) then
-        places = vertices(window%axis, corners)
-        piece = piece_inside((1 - s) * places(1) + s * places(2), (1 - s) * places(4) + s * places(3), window)
-      end if
+      if (window%axis > 0) piece = piece_at(vertices(window%axis, corners), s, window)
       call add_line(vertices, corners, s, piece, weights(i) * (strip(2) - strip(1)), rule)
     end do
   end subroutine add_strip
@@ -300,14 +307,14 @@ contains
     integer :: j
 
     length = max(0.0_rk, piece(2) - piece(1))
+    along_t = (1 - s) * (vertices(:, corners(4)) - vertices(:, corners(1))) + &
+      s * (vertices(:, corners(3)) - vertices(:, corners(2)))
+    ! the other order of the corners turns the face over
+    if (corners(2) == 4) along_t = -along_t
     do j = 1, n_gauss
       t = piece(1) + length * gauss_points(j)
       along_s = (1 - t) * (vertices(:, corners(2)) - vertices(:, corners(1))) + &
         t * (vertices(:, corners(3)) - vertices(:, corners(4)))
-      along_t = (1 - s) * (vertices(:, corners(4)) - vertices(:, corners(1))) + &
-        s * (vertices(:, corners(3)) - vertices(:, corners(2)))
-      ! the other order of the corners turns the face over
-      if (corners(2) == 4) along_s = -along_s
       values = 0
       values(corners(1)) = (1 - s) * (1 - t)
       values(corners(4)) = (1 - s) * t
