@@ -101,7 +101,9 @@ static int start_image(hid_t (*start)(const char *, hid_t), const void *bytes, s
   return SIG_H5_DAMAGED;
 }
 
-int sig_h5_create_image(sig_h5_file **file) { return start_image(create_core, NULL, 0, file); }
+int sig_h5_create_image(sig_h5_file **file) {
+  return start_image(create_core, NULL, 0, file) == SIG_H5_OK ? SIG_H5_OK : SIG_H5_NO_CREATE;
+}
 
 int sig_h5_open_image(const void *bytes, size_t size, sig_h5_file **file) {
   return start_image(open_core, bytes, size, file);
