@@ -14,11 +14,14 @@ module sig_field_file
   private
   public :: field_file_t
 
+  !> 2: symmetric tensors in VTK's order; 1 had xx, xy, xz, yy, yz, zz
+  integer, parameter :: format_version = 2
+
   !> create; then per point start_point and its fields; close. Both files appear with close.
   !>
   !> What viewers need is made here. Vectors of 1 or 2 components get zeros up to the third, as the coordinates do, so that
-  !> one can warp by them. 4 or 6 components are a symmetric tensor, given as xx, yy, zz, xy, yz, xz; in the file they stand
-  !> in XDMF's order xx, xy, xz, yy, yz, zz (attribute `components`), a plane tensor with zeros.
+  !> one can warp by them. 4 or 6 components are a symmetric tensor in VTK's order xx, yy, zz, xy, yz, xz (attribute
+  !> `components`); a plane one gets zeros for yz and xz.
   !> Arrays that are no fields of the mesh (`add_array`, `add_shared_array`) stand in the HDF5 file only.
   !> The first failure is kept and handed back by close. Shapes are h5py's reversed, see sig_hdf5_writer. Local: one rank writes.
   type :: field_file_t
@@ -66,8 +69,8 @@ contains
     if (allocated(error)) return
     call self%file%write_attribute('/', 'format', 'signorom fields')
     call self%file%write_attribute('/', 'code_version', code_version)
-    call self%file%write_attribute('/', 'format_version', 1)
-    call self%file%write('/mesh/coordinates', three_components(mesh%coordinates), length_unit, 'x, y, z of the nodes')
+    call self%file%write_attribute('/', 'format_version', format_version)
+    call self%file%write('/mesh/coordinates', padded(mesh%coordinates, 3), length_unit, 'x, y, z of the nodes')
     call write_topology(self, mesh)
   end subroutine create
 
@@ -220,11 +223,11 @@ contains
     select case (size(values, 1))
     case (1:3)
       n_components = 3
-      call self%add_array(name, three_components(values), unit, description)
+      call self%add_array(name, padded(values, n_components), unit, description)
     case (4, 6)
       n_components = 6
-      call self%add_array(name, xdmf_tensor(values), unit, description)
-      call self%file%write_attribute(self%group // '/' // name, 'components', 'xx, xy, xz, yy, yz, zz')
+      call self%add_array(name, padded(values, n_components), unit, description)
+      call self%file%write_attribute(self%group // '/' // name, 'components', 'xx, yy, zz, xy, yz, xz')
     case default
       n_components = size(values, 1)
       call self%add_array(name, values, unit, description)
@@ -232,29 +235,16 @@ contains
     call note_field(self, name, n_components, is_cell_field)
   end subroutine add_components
 
-  !> Symmetric tensors in XDMF's order; a plane one has no yz and xz.
-  pure function xdmf_tensor(values) result(tensor)
-    !> shape (4 or 6, n): xx, yy, zz, xy, yz, xz
+  !> The components, and zeros for those that lack.
+  pure function padded(values, n_components) result(all_values)
+    !> shape (up to n_components, n)
     real(rk), intent(in) :: values(:, :)
-    real(rk), allocatable :: tensor(:, :)
-    integer, parameter :: position(6) = [1, 4, 6, 2, 5, 3]
-    integer :: i
+    integer, intent(in) :: n_components
+    real(rk), allocatable :: all_values(:, :)
 
-    allocate (tensor(6, size(values, 2)), source=0.0_rk)
-    do i = 1, size(values, 1)
-      tensor(position(i), :) = values(i, :)
-    end do
-  end function xdmf_tensor
-
-  !> Vectors with zeros for the components that they lack.
-  pure function three_components(values) result(padded)
-    !> shape (up to 3, n)
-    real(rk), intent(in) :: values(:, :)
-    real(rk), allocatable :: padded(:, :)
-
-    allocate (padded(3, size(values, 2)), source=0.0_rk)
-    padded(:size(values, 1), :) = values
-  end function three_components
+    allocate (all_values(n_components, size(values, 2)), source=0.0_rk)
+    all_values(:size(values, 1), :) = values
+  end function padded
 
   !> A wrong size is a mistake of the code, not of the user; it must not become a file that no viewer opens.
   logical function is_size_right(self, name, n, n_expected)

@@ -133,14 +133,15 @@ contains
 
     sizes = [n_values, field%n_components]
     if (field%n_components == 1) sizes = [n_values]
-    ! VTK takes a matrix of rank 2 for one value
-    if (value_name(field%n_components) == 'Matrix') sizes = [sizes, 1]
+    ! VTK 9.7 takes n x 6 for one matrix, ParaView 5.11 n x 6 x 1 for 6 n numbers; a row per value is clear to all
+    if (value_name(field%n_components) == 'Matrix') sizes = [n_values, 1, field%n_components]
     text = '        <Attribute Name="' // escaped(field%name) // '" AttributeType="' // value_name(field%n_components) // &
       '" Center="' // trim(merge('Cell', 'Node', field%is_cell_field)) // '">' // nl // &
       item_text(h5_name, field%address, sizes, field%is_integer) // '        </Attribute>' // nl
   end function field_text
 
-  !> 6 components are a symmetric tensor xx, xy, xz, yy, yz, zz.
+  !> A symmetric tensor is a matrix of one row: of XDMF's own type, Tensor6, each reader of VTK makes another order of components.
+  !> Six components that nobody changes are xx, yy, zz, xy, yz, xz in VTK, and ParaView names them so.
   pure function value_name(n_components) result(name)
     integer, intent(in) :: n_components
     character(:), allocatable :: name
@@ -150,8 +151,6 @@ contains
       name = 'Scalar'
     case (3)
       name = 'Vector'
-    case (6)
-      name = 'Tensor6'
     case default
       name = 'Matrix'
     end select

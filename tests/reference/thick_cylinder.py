@@ -41,3 +41,14 @@ def contact_pressure():
     a, b = stress_factors(YOUNG_MODULI[0], POISSON_RATIOS[0])
     first = constants()[0]
     return -(a * first[0] - b * first[1] / RADII[1] ** 2)
+
+
+def stresses(r, is_inner):
+    """xx, yy, zz, xy, yz, xz = radial, axial, hoop and zero shears at the radii r, shape (n, 6); axial by eps_zz = 0."""
+    i = np.where(is_inner, 0, 1)
+    a, b = np.array([stress_factors(*pair) for pair in zip(YOUNG_MODULI, POISSON_RATIOS, strict=True)])[i].T
+    first, second = constants()[i].T
+    radial, hoop = a * first - b * second / r**2, a * first + b * second / r**2
+    axial = np.array(POISSON_RATIOS)[i] * (radial + hoop)
+    zero = np.zeros_like(radial)
+    return np.column_stack([radial, axial, hoop, zero, zero, zero])

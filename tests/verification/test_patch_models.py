@@ -21,8 +21,8 @@ CASES = [
     for model in ("plane_strain", "plane_stress", "axisymmetric")
     for element in ("T3", "Q4", "mixed")
 ] + [("solid", "T4"), ("solid", "H8")]
-# Order of XDMF's symmetric tensors; zz is the hoop stress in axisymmetry.
-STRESS = ["xx", "xy", "xz", "yy", "yz", "zz"]
+# Order of the components in fields.h5, VTK's; zz is the hoop stress in axisymmetry.
+STRESS = ["xx", "yy", "zz", "xy", "yz", "xz"]
 AXES = {"axisymmetric": "rz", "solid": "xyz"}
 
 

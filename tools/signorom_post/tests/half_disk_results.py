@@ -117,7 +117,7 @@ def write_dataset(
 def write_fields(path: Path, disks: HalfDisks, points: tuple[float, ...] = POINTS) -> None:
     with h5py.File(path, "w") as file:
         file.attrs["format"] = "signorom fields"
-        file.attrs["format_version"] = 1
+        file.attrs["format_version"] = 2
         write_dataset(file, "mesh/coordinates", disks.coordinates, "m")
         write_dataset(file, "mesh/topology", disks.cells)
         write_dataset(file, "mesh/cell_types", np.full(len(disks.cells), 4))

@@ -105,6 +105,10 @@ def test_other_format_version(folder: Path, name: str) -> None:
         file.attrs["format_version"] = known + 1
     expected = f"the file has format version {known + 1}; this tool reads version {known}"
     assert message_of(folder / name) == expected
+    with h5py.File(folder / name, "r+") as file:
+        file.attrs["format_version"] = known - 1
+    expected = f"the file has format version {known - 1}; this tool reads version {known}"
+    assert message_of(folder / name) == f"{expected}; run the command that wrote it again"
 
 
 @pytest.mark.parametrize(

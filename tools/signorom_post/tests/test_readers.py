@@ -26,7 +26,7 @@ from signorom_post.readers.model import read_model
 from signorom_post.readers.validation import read_validation
 from signorom_post.results import Results
 
-FORMAT = {"format": "signorom fields", "format_version": 1}
+FORMAT = {"format": "signorom fields", "format_version": 2}
 
 
 def test_mesh_comes_with_unit_and_dimension(fields: FieldFile, disks: HalfDisks) -> None:

@@ -60,7 +60,7 @@ class FieldFile:
 def read_fields(path: Path) -> FieldFile:
     """Read and check fields.h5."""
     with Hdf5Input(path) as file:
-        file.check_format("signorom fields", 1)
+        file.check_format("signorom fields", 2)
         mesh = _read_mesh(file)
         first_nodes = _optional_indices(file, "/contact/first_nodes", mesh.n_nodes)
         second_nodes = _optional_indices(file, "/contact/second_nodes", mesh.n_nodes, lowest=0)

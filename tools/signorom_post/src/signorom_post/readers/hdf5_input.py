@@ -65,7 +65,9 @@ class Hdf5Input:
             raise self.fail(f"the file is a '{found}' file; a '{name}' file is needed")
         found_version = self.attribute("/", "format_version")
         if found_version != version:
-            raise self.fail(f"the file has format version {found_version}; this tool reads version {version}")
+            sentence = f"the file has format version {found_version}; this tool reads version {version}"
+            is_older = isinstance(found_version, int) and found_version < version
+            raise self.fail(sentence + ("; run the command that wrote it again" if is_older else ""))
 
     @contextmanager
     def _guarded(self, what: str) -> Iterator[None]:
