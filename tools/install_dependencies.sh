@@ -14,7 +14,7 @@ packages=(
   python3 python3-venv # figures
 )
 optional_packages=(gmsh) # the meshes made from meshes/*.geo are committed, too
-requirements=(-e tools/signorom_post)
+requirements=(-e 'tools/signorom_post[forest]') # forest: scikit-learn, for clusters of scattered snapshots
 if [ "${1:-}" = --test ]; then
   packages+=(clang-format)
   requirements=(-e 'tools/signorom_post[test]' -r tools/requirements-test.txt)

@@ -37,6 +37,9 @@ void sig_unlock_directory(int descriptor);
 int sig_list_files(const char *path, size_t length, const char *prefix, size_t prefix_length, char **names,
                    size_t *size);
 
+/* Path of the running program with links resolved, null-terminated; ENAMETOOLONG where it needs more than `size`. */
+int sig_program_path(char *path, size_t size);
+
 /* The system's words for an errno, null-terminated, cut at `size` bytes. */
 void sig_error_text(int code, char *text, size_t size);
 

@@ -5,6 +5,7 @@ module sig_check
   use sig_contact_summary, only: contact_lines
   use sig_deck_echo, only: echo_deck
   use sig_errors, only: error_t
+  use sig_forest_training, only: warn_of_missing_tool
   use sig_kinds, only: rk
   use sig_log, only: log_info
   use sig_parameter_space, only: build_points
@@ -43,6 +44,7 @@ contains
       return
     end if
     call log_info(echo_deck(session%deck) // sizes_text(problem, training, test))
+    PetscCall(warn_of_missing_tool(session%deck, ierr))
   end subroutine check_deck
 
   function sizes_text(problem, training, test) result(text)

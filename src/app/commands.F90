@@ -7,6 +7,7 @@ module sig_commands
   use sig_check, only: check_deck
   use sig_describe, only: describe
   use sig_errors, only: error_report, error_t, exit_not_converged, exit_success, exit_user
+  use sig_forest_training, only: need_forest_tool, warn_of_missing_tool
   use sig_kinds, only: rk
   use sig_log, only: log_error, log_info, start_log
   use sig_materials, only: need_fixed_stiffness
@@ -94,6 +95,11 @@ contains
     points = session%deck%output%points
     if (command%at /= '') call parse_point(command%at, parameter_names(session%deck), points, error)
     if (is_run .and. .not. allocated(error)) call need_fixed_stiffness(session%deck, error)
+    if ((is_run .or. command%name == 'train') .and. .not. allocated(error)) then
+      PetscCall(need_forest_tool(session%deck, error, ierr))
+    else if (command%name == 'sample') then
+      PetscCall(warn_of_missing_tool(session%deck, ierr))
+    end if
     if (allocated(error)) then
       call session%fail(error)
       return

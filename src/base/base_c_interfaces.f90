@@ -11,6 +11,7 @@ module sig_base_c_interfaces
   public :: sig_install_stop_signals, sig_is_stop_requested, sig_is_terminal
   public :: sig_file_kind, sig_make_directories, sig_read_file, sig_write_file, sig_commit_file, sig_rename_file
   public :: sig_remove_file, sig_lock_directory, sig_unlock_directory, sig_list_files, sig_error_text, sig_free
+  public :: sig_program_path
   public :: sig_seal_file, sig_check_seal
   public :: sig_shortest_decimal
   public :: sig_run_threads, sig_processor_count
@@ -69,6 +70,12 @@ module sig_base_c_interfaces
       character(kind=c_char), intent(in) :: path(*)
       integer(c_size_t), value :: length
     end function sig_file_kind
+
+    integer(c_int) function sig_program_path(path, size) bind(c)
+      import :: c_char, c_int, c_size_t
+      character(kind=c_char), intent(out) :: path(*)
+      integer(c_size_t), value :: size
+    end function sig_program_path
 
     integer(c_int) function sig_make_directories(path, length) bind(c)
       import :: c_char, c_int, c_size_t

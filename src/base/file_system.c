@@ -46,6 +46,14 @@ int sig_file_kind(const char *path, size_t length) {
   return S_ISREG(status.st_mode) ? SIG_PLAIN_FILE : SIG_OTHER_FILE;
 }
 
+int sig_program_path(char *path, size_t size) {
+  const ssize_t length = readlink("/proc/self/exe", path, size);
+  if (length < 0) return errno;
+  if ((size_t)length >= size) return ENAMETOOLONG;
+  path[length] = '\0';
+  return 0;
+}
+
 static int make_directory(const char *name) {
   if (mkdir(name, 0777) == 0) return 0;
   const int code = errno;

@@ -3,7 +3,8 @@
 module sig_file_system
   use, intrinsic :: iso_c_binding, only: c_char, c_int, c_long, c_ptr, c_size_t
   use sig_base_c_interfaces, only: sig_error_text, sig_file_kind, sig_free, sig_list_files, sig_lock_directory, &
-    sig_make_directories, sig_read_file, sig_remove_file, sig_rename_file, sig_unlock_directory, sig_write_file
+    sig_make_directories, sig_program_path, sig_read_file, sig_remove_file, sig_rename_file, sig_unlock_directory, &
+    sig_write_file
   use sig_c_strings, only: from_c
   use sig_errors, only: error_t, make_error
   use sig_kinds, only: lk
@@ -13,12 +14,15 @@ module sig_file_system
   public :: file_exists, is_directory, make_directories
   public :: read_text_file, write_text_file, rename_file, remove_file, list_files
   public :: directory_lock_t, lock_directory, unlock_directory
-  public :: directory_of, base_name, system_reason
+  public :: directory_of, base_name, program_folder, system_reason
 
   ! as in file_system.h
   integer(c_int), parameter :: no_file = 0, plain_file = 1, directory = 2
   !> Linux's EWOULDBLOCK
   integer(c_int), parameter :: would_block = 11
+
+  !> Linux's PATH_MAX
+  integer, parameter :: longest_path = 4096
 
   !> Held from lock_directory to unlock_directory or to the end of the process.
   type :: directory_lock_t
@@ -202,6 +206,15 @@ contains
       folder = path(:i_slash - 1)
     end if
   end function directory_of
+
+  !> Folder of the running program, links resolved; empty where the system does not tell.
+  function program_folder() result(folder)
+    character(:), allocatable :: folder
+    character(kind=c_char) :: path(longest_path)
+
+    folder = ''
+    if (sig_program_path(path, size(path, kind=c_size_t)) == 0) folder = directory_of(from_c(path))
+  end function program_folder
 
   !> File part of a path without its ending: `a/b.c.yaml` -> `b.c`; a leading dot is no ending.
   pure function base_name(path) result(name)

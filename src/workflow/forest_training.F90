@@ -8,19 +8,46 @@ module sig_forest_training
   use sig_errors, only: error_t, make_error
   use sig_file_system, only: write_text_file
   use sig_forest, only: forest_t, read_forest
+  use sig_forest_tool, only: find_forest_tool, forest_tool_name, may_need_forest, shell_text
   use sig_kinds, only: rk
-  use sig_log, only: is_log_shown
+  use sig_log, only: is_log_shown, log_warning
   use sig_problem, only: parameter_names
   use sig_text, only: join, string_t, to_text
   use petsc
   implicit none(type, external)
   private
-  public :: train_forest
-
-  !> exit code of a shell that does not find a command
-  integer, parameter :: exit_not_found = 127
+  public :: need_forest_tool, train_forest, warn_of_missing_tool
 
 contains
+
+  !> Looks for the tool before the work that leads to a forest; nothing happens where none is needed. Collective on all ranks.
+  !>
+  !> Errors: it is not there, or it lacks something.
+  subroutine need_forest_tool(deck, error, ierr)
+    type(deck_config_t), intent(in) :: deck
+    type(error_t), allocatable, intent(out) :: error
+    PetscErrorCode, intent(out) :: ierr
+    character(:), allocatable :: tool
+    integer :: rank
+
+    ierr = 0
+    if (.not. may_need_forest(deck%clusters)) return
+    call MPI_Comm_rank(PETSC_COMM_WORLD, rank, ierr)
+    if (rank == 0) call find_forest_tool(tool, error)
+    PetscCall(broadcast_error(error, PETSC_COMM_WORLD, ierr))
+  end subroutine need_forest_tool
+
+  !> What training will lack, said where it can still be mended in time. Collective on all ranks.
+  subroutine warn_of_missing_tool(deck, ierr)
+    type(deck_config_t), intent(in) :: deck
+    PetscErrorCode, intent(out) :: ierr
+    type(error_t), allocatable :: error
+
+    PetscCall(need_forest_tool(deck, error, ierr))
+    if (.not. allocated(error)) return
+    if (len(error%hint) > 0) error%message = error%message // '. Hint: ' // error%hint
+    call log_warning('train cannot work here yet: ' // error%message)
+  end subroutine warn_of_missing_tool
 
   !> Writes labels.csv into the results folder, runs signorom-post on it, reads its forest.h5. Collective on all ranks.
   !>
@@ -71,37 +98,17 @@ contains
     character(*), intent(in) :: forest_path
     integer, intent(in) :: seed
     type(error_t), allocatable, intent(out) :: error
-    character(:), allocatable :: command
+    character(:), allocatable :: command, tool
     integer :: exit_code, status
 
-    command = 'signorom-post forest ' // shell_text(labels_path) // ' --output ' // shell_text(forest_path) // &
+    call find_forest_tool(tool, error)
+    if (allocated(error)) return
+    command = tool // ' forest ' // shell_text(labels_path) // ' --output ' // shell_text(forest_path) // &
       ' --seed ' // to_text(seed)
     if (.not. is_log_shown()) command = command // ' >/dev/null'
     exit_code = 0
     call execute_command_line(command, exitstat=exit_code, cmdstat=status)
-    if (status == 0 .and. exit_code == 0) return
-    if (status /= 0 .or. exit_code == exit_not_found) then
-      call make_error(error, 'signorom-post, which trains the random forest of irregular clusters, is not found', &
-        hint='install it: pip install ''tools/signorom_post[forest]'', and see that PATH has it')
-    else
-      call make_error(error, 'signorom-post could not train the random forest of irregular clusters; its message stands above')
-    end if
+    if (status /= 0 .or. exit_code /= 0) call make_error(error, forest_tool_name // &
+      ' could not train the random forest of irregular clusters; its message stands above')
   end subroutine run_tool
-
-  !> One word for the shell, whatever is in it.
-  pure function shell_text(text) result(word)
-    character(*), intent(in) :: text
-    character(:), allocatable :: word
-    integer :: i
-
-    word = ''''
-    do i = 1, len(text)
-      if (text(i:i) == '''') then
-        word = word // '''\'''''
-      else
-        word = word // text(i:i)
-      end if
-    end do
-    word = word // ''''
-  end function shell_text
 end module sig_forest_training

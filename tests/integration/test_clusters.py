@@ -219,20 +219,6 @@ def test_number_of_clusters_by_silhouette(signorom, regular, tmp_path):
     assert silhouettes["auto"] == (silhouettes[best][0], best)
 
 
-def test_missing_tool_is_named(signorom, tmp_path, monkeypatch):
-    """Without signorom-post in PATH irregular clusters end with a hint."""
-    deck = write_deck("shifted_disks", tmp_path, **IRREGULAR)
-    signorom("sample", deck.name, folder=tmp_path)
-    folders = os.environ["PATH"].split(":")
-    monkeypatch.setenv(
-        "PATH", ":".join(path for path in folders if not (Path(path) / "signorom-post").exists())
-    )
-    done = signorom.run("train", deck.name, folder=tmp_path)
-    assert done.returncode == 2
-    assert "signorom-post, which trains the random forest of irregular clusters, is not found" in done.stderr
-    assert "hint: install it" in done.stderr
-
-
 def test_snapshot_without_load_is_named(signorom, tmp_path):
     """A point where nothing moves has no direction."""
     changes = REGULAR | {

@@ -2,6 +2,7 @@
 """The command forest; that the program's walk agrees with scikit-learn is in tests/integration/test_forest.py."""
 
 import sys
+import tomllib
 from pathlib import Path
 
 import h5py
@@ -9,7 +10,7 @@ import numpy as np
 import pytest
 
 from signorom_post.cli import main
-from signorom_post.forest import fit, flat_arrays, read_labels
+from signorom_post.forest import REQUIREMENT, fit, flat_arrays, read_labels
 
 
 @pytest.fixture
@@ -77,6 +78,19 @@ def test_missing_table_is_named(tmp_path: Path, capsys: pytest.CaptureFixture[st
 def test_missing_scikit_learn_is_named(
     labels: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    assert main(["forest", "--check"]) == 0
     monkeypatch.setitem(sys.modules, "sklearn.ensemble", None)
-    assert main(["forest", str(labels)]) == 2
-    assert "scikit-learn is not installed; hint: pip install" in capsys.readouterr().err
+    for arguments in ([str(labels)], ["--check"]):
+        assert main(["forest", *arguments]) == 2
+        expected = f"scikit-learn is not installed; hint: {sys.executable} -m pip install 'scikit-learn>=1.3'"
+        assert expected in capsys.readouterr().err
+
+
+def test_requirement_is_that_of_the_package() -> None:
+    project = tomllib.loads((Path(__file__).parents[1] / "pyproject.toml").read_text())
+    assert project["project"]["optional-dependencies"]["forest"] == [REQUIREMENT]
+
+
+def test_no_table_is_named(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["forest"]) == 2
+    assert "the table LABELS.csv is missing" in capsys.readouterr().err

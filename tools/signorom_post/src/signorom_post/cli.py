@@ -9,7 +9,7 @@ from pathlib import Path
 from signorom_post import __version__
 from signorom_post.errors import InputError
 from signorom_post.figures import BUILDERS, COLORS, FORMATS, FigureOptions, write_figures
-from signorom_post.forest import train_forest
+from signorom_post.forest import random_forest_class, train_forest
 from signorom_post.paper.command import add_paper_command
 from signorom_post.plots.verification_table import verification_table
 from signorom_post.readers.verification import read_verification
@@ -74,8 +74,13 @@ def _parser() -> argparse.ArgumentParser:
 
     forest = commands.add_parser("forest", help="train the random forest that chooses the cluster of a point")
     forest.add_argument(
-        "labels", metavar="LABELS.csv", type=Path, help="columns: the parameters, then 'cluster' (from 1)"
+        "labels",
+        metavar="LABELS.csv",
+        type=Path,
+        nargs="?",
+        help="columns: the parameters, then 'cluster' (from 1)",
     )
+    forest.add_argument("--check", action="store_true", help="train nothing; only see whether it could")
     forest.add_argument("--output", metavar="FILE", type=Path, help="default: forest.h5 beside LABELS.csv")
     forest.add_argument("--trees", metavar="N", type=_positive, default=100, help="default: 100")
     forest.add_argument("--seed", metavar="N", type=int, default=1, help="default: 1")
@@ -106,6 +111,11 @@ def _positive(text: str) -> int:
 
 
 def _run_forest(options: argparse.Namespace) -> int:
+    if options.check:
+        random_forest_class()
+        return EXIT_OK
+    if options.labels is None:
+        raise InputError("signorom-post forest", "the table LABELS.csv is missing")
     output = options.output or options.labels.with_name("forest.h5")
     accuracy = train_forest(options.labels, output, options.trees, options.seed)
     print(output)

@@ -2,6 +2,7 @@
 """The random forest that chooses the cluster of a parameter point: trained by scikit-learn, walked by the program."""
 
 import csv
+import sys
 import warnings
 from pathlib import Path
 from typing import Any
@@ -15,6 +16,8 @@ from signorom_post.errors import InputError, MissingFileError
 
 LABEL_COLUMN = "cluster"
 FORMAT_VERSION = 1
+#: as pyproject.toml has it
+REQUIREMENT = "scikit-learn>=1.3"
 
 
 def train_forest(labels_path: Path, output: Path, n_trees: int, seed: int) -> float | None:
@@ -63,17 +66,23 @@ def read_labels(path: Path) -> tuple[list[str], FloatArray, IntArray]:
 
 def fit(points: FloatArray, labels: IntArray, n_trees: int, seed: int) -> Any:
     """A trained RandomForestClassifier; the same seed gives the same trees."""
-    try:
-        from sklearn.ensemble import RandomForestClassifier
-    except ImportError as error:
-        raise InputError(
-            "signorom-post forest", "scikit-learn is not installed; hint: pip install 'signorom-post[forest]'"
-        ) from error
-    classifier = RandomForestClassifier(n_estimators=n_trees, random_state=seed, oob_score=True)
+    classifier = random_forest_class()(n_estimators=n_trees, random_state=seed, oob_score=True)
     with warnings.catch_warnings():  # about points that every tree has drawn
         warnings.simplefilter("ignore", UserWarning)
         classifier.fit(points, labels)
     return classifier
+
+
+def random_forest_class() -> Any:
+    """The class of scikit-learn, or an error that tells how to install it where this tool is."""
+    try:
+        from sklearn.ensemble import RandomForestClassifier
+    except ImportError as error:
+        raise InputError(
+            "signorom-post forest",
+            f"scikit-learn is not installed; hint: {sys.executable} -m pip install '{REQUIREMENT}'",
+        ) from error
+    return RandomForestClassifier
 
 
 def flat_arrays(classifier: Any, n_clusters: int) -> dict[str, np.ndarray]:

@@ -1,0 +1,113 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> Finds signorom-post, the Python tool that trains the random forest of irregular clusters.
+module sig_forest_tool
+  use sig_deck_config, only: clusters_config_t
+  use sig_errors, only: error_t, make_error
+  use sig_file_system, only: file_exists, program_folder
+  use sig_text, only: string_t
+  implicit none(type, external)
+  private
+  public :: find_forest_tool, forest_tool_name, may_need_forest, shell_text
+
+  character(*), parameter :: forest_tool_name = 'signorom-post'
+  !> environment variable that names the tool's file
+  character(*), parameter :: variable = 'SIGNOROM_POST'
+  !> exit code of a shell that does not find a command
+  integer, parameter :: exit_not_found = 127
+
+contains
+
+  !> True where training can end with a forest.
+  pure logical function may_need_forest(clusters)
+    type(clusters_config_t), intent(in) :: clusters
+
+    may_need_forest = clusters%method == 'irregular' .and. (clusters%number /= 1 .or. clusters%refine%is_used)
+  end function may_need_forest
+
+  !> The first tool that has what it needs: the one that SIGNOROM_POST names and no other; else in PATH, beside the program, in
+  !> the environment `venv` of a build folder. Local: one rank calls.
+  !>
+  !> Errors: there is none, or those that there are cannot train (the first one has then said why on standard error).
+  subroutine find_forest_tool(tool, error)
+    !> one word for the shell
+    character(:), allocatable, intent(out) :: tool
+    type(error_t), allocatable, intent(out) :: error
+    type(string_t), allocatable :: places(:)
+    character(:), allocatable :: unable
+    integer :: i, exit_code
+
+    call candidates(places)
+    unable = ''
+    do i = 1, size(places)
+      if (index(places(i)%text, '/') > 0 .and. .not. file_exists(places(i)%text)) cycle
+      tool = shell_text(places(i)%text)
+      exit_code = exit_code_of(tool // ' forest --check >/dev/null 2>&1')
+      if (exit_code == 0) return
+      if (exit_code /= exit_not_found .and. unable == '') unable = places(i)%text
+    end do
+    if (unable /= '') then
+      exit_code = exit_code_of(shell_text(unable) // ' forest --check')
+      call make_error(error, unable // ' cannot train the random forest of irregular clusters; its message stands above')
+    else if (is_named()) then
+      call make_error(error, 'the environment variable ' // variable // ' names ' // places(1)%text // ', which is not there', &
+        hint='it is the file of ' // forest_tool_name // ', which trains the random forest of irregular clusters')
+    else
+      call make_error(error, forest_tool_name // ', which trains the random forest of irregular clusters, is not found', &
+        hint='tools/install_dependencies.sh puts it into build/venv. Elsewhere: pip install ''tools/signorom_post[forest]'', ' // &
+        'and see that PATH has it, or set ' // variable // ' to its file')
+    end if
+  end subroutine find_forest_tool
+
+  !> Files, or a name without a folder for PATH, in the order in which they are tried.
+  subroutine candidates(places)
+    type(string_t), allocatable, intent(out) :: places(:)
+    character(:), allocatable :: folder
+    character(4096) :: value
+
+    if (is_named()) then
+      call get_environment_variable(variable, value)
+      places = [string_t(trim(value))]
+      return
+    end if
+    folder = program_folder()
+    allocate (places(4))
+    places(1)%text = forest_tool_name
+    places(2)%text = folder // '/' // forest_tool_name
+    ! build/venv of a program in build/release, and in build
+    places(3)%text = folder // '/../venv/bin/' // forest_tool_name
+    places(4)%text = folder // '/venv/bin/' // forest_tool_name
+  end subroutine candidates
+
+  logical function is_named()
+    integer :: length
+
+    call get_environment_variable(variable, length=length)
+    is_named = length > 0
+  end function is_named
+
+  integer function exit_code_of(command)
+    character(*), intent(in) :: command
+    integer :: status
+
+    exit_code_of = 0
+    call execute_command_line(command, exitstat=exit_code_of, cmdstat=status)
+    if (status /= 0) exit_code_of = exit_not_found
+  end function exit_code_of
+
+  !> One word for the shell, whatever is in it.
+  pure function shell_text(text) result(word)
+    character(*), intent(in) :: text
+    character(:), allocatable :: word
+    integer :: i
+
+    word = ''''
+    do i = 1, len(text)
+      if (text(i:i) == '''') then
+        word = word // '''\'''
+      else
+        word = word // text(i:i)
+      end if
+    end do
+    word = word // ''''
+  end function shell_text
+end module sig_forest_tool
