@@ -72,6 +72,9 @@ static int explain(muParserHandle_t parser, const complaint_t *complaint) {
              code == MUP_TOO_MANY_ARGUMENTS ? "many" : "few");
   else
     put(complaint->message, complaint->size, mupGetErrorMsg(parser));
+  if (strncmp(complaint->message, "Internal error", strlen("Internal error")) == 0)
+    put(complaint->message, complaint->size,
+        "it cannot be understood; look for an operator without a number behind it");
   return SIG_EXPRESSION_SYNTAX;
 }
 
