@@ -1,0 +1,417 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Errors to plant: in which file, what is replaced by what, and what would be wrong then.
+
+`old` stands once in the file; run.py says where it does not any more. `further` names the tests that may see what the
+unit tests of the layer do not.
+"""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Planted:
+    """One error."""
+
+    file: str
+    old: str
+    new: str
+    why: str
+    #: regular expression of tests beyond unit.<layer> and signorom-post's own
+    further: str = ""
+
+    @property
+    def layer(self) -> str:
+        """Folder below src, or `python`."""
+        return self.file.split("/")[1] if self.file.startswith("src/") else "python"
+
+
+SRC = "src/"
+POST = "tools/signorom_post/src/signorom_post/"
+
+PLANTED = [
+    # base
+    Planted(
+        SRC + "base/statistics.f90",
+        "1 + fraction * (size(sorted) - 1)",
+        "fraction * size(sorted)",
+        "another kind of quantile",
+    ),
+    Planted(
+        SRC + "base/ties.f90",
+        ".true., dim=1)",
+        ".true., dim=1, back=.true.)",
+        "the last of equal ones instead of the first",
+    ),
+    Planted(
+        SRC + "base/checksum.c",
+        "for (; i < n; i++) a = mix",
+        "for (; i + 1 < n; i++) a = mix",
+        "the last number of a record is not part of its hash",
+    ),
+    Planted(
+        SRC + "base/file_seal.c",
+        "if (status == SIG_SEAL_FINE && hash != sealed_hash)",
+        "if (status == SIG_SEAL_FINE && hash == 0)",
+        "a changed byte breaks no seal",
+    ),
+    # dense
+    Planted(
+        SRC + "dense/bits.f90",
+        "(n_flags + word_size - 1) / word_size",
+        "n_flags / word_size + 1",
+        "a word too many for 32 flags",
+    ),
+    Planted(
+        SRC + "dense/nnls.f90",
+        "gradient_tolerance = 1.0e-12_rk",
+        "gradient_tolerance = 1.0e-5_rk",
+        "least squares that stop before they are least",
+    ),
+    Planted(
+        SRC + "dense/singular_update.f90",
+        "root = hypot(poles(1), weights(1))",
+        "root = poles(1) + abs(weights(1))",
+        "the only singular value with one column more adds lengths instead of squares",
+    ),
+    Planted(
+        SRC + "dense/contact_error_bound.f90",
+        "bound = sqrt(square) / 2 + sqrt(square / 4 + surplus)",
+        "bound = sqrt(square) / 2 + sqrt(square / 4)",
+        "the bound forgets forces across open gaps",
+    ),
+    Planted(
+        SRC + "dense/lcp_block_pivoting.f90",
+        "is_violated(i_last) = .true.",
+        "is_violated(i_last) = size(is_violated) > 3",
+        "the rule that ends every cycle exchanges nothing in small problems",
+    ),
+    # online
+    Planted(
+        SRC + "online/forest.c",
+        "(float)point[",
+        "point[",
+        "the forest compares in double where scikit-learn compares in float",
+    ),
+    Planted(
+        SRC + "online/multiplier_fit.f90",
+        "call multiply(self%displacement_scale, lifting,",
+        "call multiply(1.0_rk, lifting,",
+        "the driven part of displacements has another unit in the fit",
+    ),
+    Planted(
+        SRC + "online/grid_cells.f90",
+        "position - 1) / n)**2",
+        "position - 1))**2",
+        "distances to cells count layers instead of sides of the box",
+    ),
+    Planted(
+        SRC + "online/reconstruction.f90",
+        "- dot_product(model%full_order%contact_response(dof, :), answer%multipliers)",
+        "+ dot_product(model%full_order%contact_response(dof, :), answer%multipliers)",
+        "the displacement at one dof of a condensed answer has the wrong sign of the contact forces",
+    ),
+    Planted(
+        SRC + "online/window_rule.f90",
+        "high <= window%minimum .or. low >= window%maximum",
+        "high < window%minimum .or. low > window%maximum",
+        "a facet that only touches the window counts as cut: its part there has no area",
+    ),
+    # parallel
+    Planted(
+        SRC + "parallel/error_broadcast.F90",
+        "numbers = [error%line, error%column, error%exit_code]",
+        "numbers = [error%line, error%line, error%exit_code]",
+        "the column of an error is lost on its way to the ranks",
+    ),
+    Planted(
+        SRC + "parallel/error_broadcast.F90",
+        "last = min(first + step - 1, length)",
+        "last = min(first + step - 2, length)",
+        "the last byte of each piece of a long text does not arrive",
+    ),
+    # deck
+    Planted(
+        SRC + "deck/deck_checks.f90",
+        "-1.0_rk, 0.5_rk, ''",
+        "-1.0_rk, 0.6_rk, ''",
+        "a Poisson ratio above 1/2 is accepted",
+    ),
+    Planted(
+        SRC + "deck/value_products.f90",
+        "if (operators(cuts(i):cuts(i)) == '-') products(i)%of_place = '-1'",
+        "if (operators(cuts(i):cuts(i)) == '?') products(i)%of_place = '-1'",
+        "an addend behind a minus is added",
+    ),
+    # mesh
+    Planted(
+        SRC + "mesh/cell_quality.f90",
+        "+ matrix(1, 3) * (matrix(2, 1)",
+        "- matrix(1, 3) * (matrix(2, 1)",
+        "a determinant in space has the wrong sign of a minor",
+    ),
+    Planted(
+        SRC + "mesh/mesh_build.f90",
+        "length_factor * raw%coordinates(",
+        "raw%coordinates(",
+        "coordinates stay in the unit of the mesh file",
+    ),
+    Planted(
+        SRC + "mesh/gmsh_sections.c",
+        "*tag = abs(*tag);",
+        "*tag = *tag;",
+        "turned entities leave their physical group",
+    ),
+    Planted(
+        SRC + "mesh/mesh_axis.f90",
+        "< -rounding * maxval",
+        "< rounding * maxval",
+        "a mesh that touches the axis of symmetry is refused",
+        "verification.test_(sphere|patch_models)|integration.test_decks",
+    ),
+    # fem
+    Planted(
+        SRC + "fem/stress.f90", "sum(stresses(4:6, :)**2", "sum(stresses(4:5, :)**2", "von Mises forgets yz"
+    ),
+    Planted(
+        SRC + "fem/stress.f90",
+        "if (body%material_of_cell(i_cell) /= material(i_node)) cycle",
+        "if (body%material_of_cell(i_cell) == 0) cycle",
+        "stresses at a node mix materials",
+    ),
+    Planted(
+        SRC + "fem/surface_measure.f90",
+        "dot_product(tangents(:, 1), tangents(:, 2))**2))",
+        "0 * dot_product(tangents(:, 1), tangents(:, 2))**2))",
+        "skewed facets are too large",
+        "verification.test_(sphere|blocks)",
+    ),
+    Planted(
+        SRC + "fem/reactions.f90",
+        "mask=is_free(dofs))",
+        "mask=is_free(dofs) .or. .true.)",
+        "a corner counts in two reactions",
+    ),
+    Planted(
+        SRC + "fem/body_load.f90",
+        "volume = volume * 2 * pi * place(1)",
+        "volume = volume * 2 * pi",
+        "body forces in axisymmetry forget the radius",
+        "verification.test_loads",
+    ),
+    # contact
+    Planted(
+        SRC + "contact/obstacle_gap.f90",
+        "if (.not. abs(direction(i)) < 1) cycle",
+        "if (.not. abs(direction(i)) < 1 .or. i == 2 .and. size(direction) == 3) cycle",
+        "the distance from a sphere's axis forgets y in space",
+        "verification.test_(sphere|obstacles)|integration.test_obstacles",
+    ),
+    Planted(
+        SRC + "contact/initial_gap.f90",
+        "pairs%initial_gap(members) = pairs%initial_gap(members) + parts%factors",
+        "pairs%initial_gap(members) = parts%factors",
+        "of an obstacle's gap only the part that depends on the place is left",
+        "integration.test_obstacles",
+    ),
+    Planted(
+        SRC + "contact/contact_residuals.F90",
+        "max(maxval(abs(gap)), displacement_size))",
+        "maxval(abs(gap)))",
+        "the residual of complementarity is relative to gaps that may be zero",
+        "verification.test_blocks",
+    ),
+    Planted(
+        SRC + "contact/contact_residuals.F90",
+        "sums(n + 2) = sums(n + 2) + abs(load(loaded(i)))",
+        "sums(n + 2) = sums(n + 2) + load(loaded(i))",
+        "the size of loads in the balance of forces cancels",
+    ),
+    Planted(
+        SRC + "contact/rigid_motions.f90",
+        "modes(:, 5) = [place(3), 0.0_rk, -place(1)]",
+        "modes(:, 5) = [place(3), 0.0_rk, place(1)]",
+        "a rotation about y that is none",
+    ),
+    # solver
+    Planted(
+        SRC + "solver/holding.f90",
+        "if (multipliers(k) <= multipliers(best)) cycle",
+        "if (multipliers(k) >= multipliers(best)) cycle",
+        "what is kept to hold a body is the row that pulls most",
+    ),
+    Planted(
+        SRC + "solver/holding.f90",
+        "reach = max(0.0_rk, opening(k)) / closing(k)",
+        "reach = max(0.0_rk, opening(k))",
+        "the first row that blocks a motion is the one with the smallest gap",
+    ),
+    Planted(
+        SRC + "solver/solver_plan.f90",
+        "else if (8.0_rk * sizes%n_dofs * sizes%n_multipliers > max_response",
+        "else if (4.0_rk * sizes%n_dofs * sizes%n_multipliers > max_response",
+        "twice the memory for the responses",
+    ),
+    Planted(
+        SRC + "solver/free_response.F90",
+        "if (present(anchors)) forces = forces + balanced_load",
+        "if (present(anchors)) forces = forces - balanced_load",
+        "loads push the other way",
+    ),
+    # snapshots
+    Planted(
+        SRC + "snapshots/farthest_points.f90",
+        "- place) / (box(2, :) - box(1, :)))**2)",
+        "- place))**2)",
+        "distances of points depend on the units of the parameters",
+    ),
+    Planted(
+        SRC + "snapshots/snapshot_shard.c",
+        "*n_dropped = (n_left + (int64_t)shard->record_bytes - 1) / (int64_t)shard->record_bytes;",
+        "*n_dropped = n_left / (int64_t)shard->record_bytes;",
+        "half a record is cut without a word",
+    ),
+    Planted(
+        SRC + "snapshots/snapshot_store.f90",
+        "if (record_of_point(i_point) == 0 .or. records(i_record)%reason > 0)",
+        "if (record_of_point(i_point) == 0)",
+        "a point that failed first stays failed",
+    ),
+    Planted(
+        SRC + "snapshots/parameter_space.f90",
+        "i_value_0 / (n_values - 1)",
+        "i_value_0 / n_values",
+        "grids do not have equal steps",
+    ),
+    # reduction
+    Planted(
+        SRC + "reduction/pod_rank.f90",
+        "if (sizes(i) > negligible * maxval(sizes)) then",
+        "if (sizes(i) > negligible) then",
+        "what is negligible depends on the unit of length",
+    ),
+    Planted(
+        SRC + "reduction/hat_functions.f90",
+        "is_prescribed(operator%dofs(start + 1:start + operator%n_dim, row)) .or. &",
+        "is_prescribed(operator%dofs(1:operator%n_dim, row)) .or. &",
+        "hats of the second side ask whether the first side is held",
+    ),
+    Planted(
+        SRC + "reduction/projection.f90",
+        "if (position_in(domain%interior_dofs, loads%dofs(i)) == 0) cycle",
+        "if (position_in(domain%interior_dofs, loads%dofs(i)) < 0) cycle",
+        "loads outside of the reduced domain count",
+        "verification.test_loads",
+    ),
+    Planted(
+        SRC + "reduction/silhouette.c",
+        "sums[own] / (sizes[own] - 1)",
+        "sums[own] / sizes[own]",
+        "a silhouette with itself as neighbor",
+    ),
+    Planted(
+        SRC + "reduction/dirichlet_rows.f90",
+        "sigma >= rank_tolerance * sigma(1))",
+        "sigma >= rank_tolerance)",
+        "the rank of the prescribed rows depends on the unit of length",
+    ),
+    # output
+    Planted(
+        SRC + "output/field_file.f90",
+        "reshape(mesh%cell_nodes - 1, [",
+        "reshape(mesh%cell_nodes, [",
+        "cells of a mesh of one type have nodes from 1",
+        "integration.test_output",
+    ),
+    Planted(
+        SRC + "output/field_file.f90",
+        "if (xdmf_type <= 2) then",
+        "if (xdmf_type <= 1) then",
+        "mixed meshes with lines lack the number of nodes",
+        "integration.test_output",
+    ),
+    Planted(
+        SRC + "output/run_report.f90",
+        "words(i)%text = to_text(value(i))",
+        "words(i)%text = to_text(value(1))",
+        "a list in the report repeats its first number",
+        "integration.test_output",
+    ),
+    # workflow
+    Planted(
+        SRC + "workflow/error_norms.F90",
+        "domain%strain_energy(displacement) - dot_product(load(interior_dofs), displacement(interior_dofs))",
+        "domain%strain_energy(displacement) + 0 * sum(load(interior_dofs))",
+        "the energy on the reduced domain forgets the work of loads",
+        "verification.test_(loads|half_disks)",
+    ),
+    Planted(
+        SRC + "workflow/selection_by_defect.F90",
+        "**(-1.0_rk / n_parameters) / 2",
+        "**(-1.0_rk) / 2",
+        "points of a batch may stand too close in several parameters",
+        "integration.test_greedy",
+    ),
+    Planted(
+        SRC + "workflow/selection_by_defect.F90",
+        "do i = problem%deck%greedy%n_initial + 1, n",
+        "do i = problem%deck%greedy%n_initial + 2, n",
+        "a selection that is taken up again with another tolerance ends late",
+        "integration.test_greedy",
+    ),
+    Planted(
+        SRC + "workflow/candidate_pool.f90",
+        "order(:(size(order) + 1) / 2)",
+        "order(:size(order) / 2)",
+        "half of one candidate is none",
+        "integration.test_refinement",
+    ),
+    Planted(
+        SRC + "workflow/contact_summary.f90",
+        "gap = gap + theta(pairs%gap_term(members(k)), i_point)",
+        "gap = gap + 0 * theta(pairs%gap_term(members(k)), i_point)",
+        "gaps in the summary forget the parameters",
+        "integration.test_(initial_gap|obstacles|usage)",
+    ),
+    # app
+    Planted(
+        SRC + "app/answer_block.f90",
+        "to_text(count(multipliers > 0))",
+        "to_text(count(multipliers >= 0))",
+        "predict counts open contacts as active",
+        "integration.test_predict",
+    ),
+    Planted(
+        SRC + "app/answer_block.f90",
+        "self%is_outside(i) = .not. asker%answer%is_inside_box",
+        "self%is_outside(i) = .false.",
+        "predict does not tell of points outside of the box",
+        "integration.test_predict",
+    ),
+    Planted(
+        SRC + "app/command_line.f90",
+        "n_threads < 1 .or. n_threads > most_threads",
+        "n_threads < 1 .or. n_threads > most_threads + 1",
+        "one thread more than is allowed",
+        "integration.test_predict",
+    ),
+    # Python tool
+    Planted(POST + "mesh.py", "counts == 1]", "counts >= 1]", "inner edges are drawn as the boundary"),
+    Planted(
+        POST + "mesh.py",
+        "for i in range(1, len(cell) - 1)]",
+        "for i in range(1, 2)]",
+        "quadrilaterals lose a triangle",
+    ),
+    Planted(
+        POST + "forest.py",
+        "labels.min() < 1:",
+        "labels.min() < 0:",
+        "cluster 0 in a table of labels is accepted",
+    ),
+    Planted(
+        POST + "arrays.py",
+        'if mantissa == "1.0" else',
+        'if mantissa == "1.1" else',
+        "powers of ten are shown as 1.0 x 10^n",
+    ),
+]
