@@ -6,10 +6,9 @@ more than 5 s, it wants more than 1 GB, or the sentence is empty.
 """
 
 import argparse
-import contextlib
+import itertools
 import os
 import random
-import select
 import shutil
 import subprocess
 import sys
@@ -19,6 +18,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 from binary_kinds import Hdf5, mutate_shard
+from reader import Reader
 from text_kinds import CORPUS, ROOT, Deck, mutate_expression, mutate_mesh, mutate_table
 
 KINDS = ["deck", "mesh", "expression", "points", "selection", "shard", "snapshots", "model"]
@@ -28,85 +28,8 @@ FOLDERS = {
     "points": ["input/half_disks_points.csv"],
 }
 WRITTEN = {"shard": "*.shard", "snapshots": "snapshots*.h5", "model": "model*.h5"}
-CPU_LIMIT = 5.0  # s that a reader may compute for one file
-WALL_LIMIT = 120.0  # s, for a reader that only waits
-MEMORY_LIMIT = 1024  # MB
-SANITIZERS = {
-    "ASAN_OPTIONS": f"hard_rss_limit_mb={MEMORY_LIMIT}:max_allocation_size_mb={MEMORY_LIMIT}:detect_leaks=1:"
-    "fast_unwind_on_malloc=1:handle_abort=1",
-    "UBSAN_OPTIONS": "print_stacktrace=1:halt_on_error=1",
-    "LSAN_OPTIONS": f"suppressions={ROOT}/tools/lsan.supp:print_suppressions=0",
-    "OMP_NUM_THREADS": "1",
-    "OPENBLAS_NUM_THREADS": "1",
-}
-READ_BY_ONE = 2000  # files that one process reads before it ends and tells what it leaked
-
-
-class Reader:
-    """A process that reads one file after the other."""
-
-    def __init__(self, program: Path, kind: str, folder: Path) -> None:
-        self.command = [program, kind]
-        self.report = folder / "report.txt"
-        self.environment = os.environ | SANITIZERS
-        self.start()
-
-    def start(self) -> None:
-        self.n_read = 0
-        with self.report.open("wb") as report:
-            self.process = subprocess.Popen(
-                self.command,
-                stdin=subprocess.PIPE,
-                stdout=subprocess.PIPE,
-                stderr=report,
-                env=self.environment,
-            )
-
-    def cpu_seconds(self) -> float:
-        fields = Path(f"/proc/{self.process.pid}/stat").read_text().rsplit(")", 1)[1].split()
-        return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
-
-    def wait(self) -> bool:
-        """Whether an answer or the end came in time."""
-        start_cpu, start = self.cpu_seconds(), time.monotonic()
-        while not select.select([self.process.stdout], [], [], 1.0)[0]:
-            if self.cpu_seconds() - start_cpu > CPU_LIMIT or time.monotonic() - start > WALL_LIMIT:
-                return False
-        return True
-
-    def read(self, path: Path) -> tuple[str, str]:
-        """The answer to one file, and what is wrong about it (empty where nothing is)."""
-        self.n_read += 1
-        try:
-            self.process.stdin.write(f"{path}\n".encode())
-            self.process.stdin.flush()
-        except BrokenPipeError:
-            return "", self.end("the reader had ended")
-        if not self.wait():
-            self.process.kill()
-            return "", self.end(f"no answer after {CPU_LIMIT:g} s of computing, or after {WALL_LIMIT:g} s")
-        words = self.process.stdout.readline().split()
-        if words == [b"accepted"]:
-            return "accepted", ""
-        if len(words) != 2 or words[0] != b"refused":
-            return "", self.end("the reader ended")
-        sentence = self.process.stdout.read(int(words[1]) + 1)
-        return "refused", "" if len(sentence.split()) > 2 else f"a refusal without a sentence: {sentence}"
-
-    def end(self, reason: str) -> str:
-        """Ends the process and starts the next one; the reason with what a sanitizer said."""
-        if self.process.poll() is None:
-            with contextlib.suppress(BrokenPipeError):
-                self.process.stdin.close()
-        try:
-            status = self.process.wait(60)
-        except subprocess.TimeoutExpired:
-            self.process.kill()
-            status = self.process.wait()
-        self.process.stdout.close()
-        told = self.report.read_text(errors="replace")
-        self.start()
-        return f"{reason}\nexit code {status}\n{told}" if reason or status != 0 else ""
+BATCH = 50  # files that the reader is asked for at a time
+BATCHES_OF_ONE = 40  # batches after which a process ends and tells what it leaked
 
 
 def seeds_of(kind: str, written: Path) -> list[tuple[str, bytes]]:
@@ -133,49 +56,84 @@ def mutation_of(kind: str, folder: Path) -> Callable[[bytes, random.Random], byt
     }[kind]
 
 
-def inputs(seeds: list[tuple[str, bytes]], mutate: Callable, seed: int) -> Iterator[tuple[str, bytes]]:
-    """First the seeds as they are, then their mutations without an end; input i depends on the seed and on i alone."""
-    yield from seeds
+def mutated_inputs(
+    seeds: list[tuple[str, bytes]], accepted: list[bytes], mutate: Callable, seed: int
+) -> Iterator[tuple[str, bytes]]:
+    """Without an end; most of them begin with a file that is accepted as it is."""
     i = 0
     while True:
         rng = random.Random(f"{seed}/{i}")
-        yield f"seed {seed}, input {i}", mutate(rng.choice(seeds)[1], rng)
+        data = rng.choice(accepted) if accepted and rng.random() < 0.85 else rng.choice(seeds)[1]
+        yield f"seed {seed}, input {i}", mutate(data, rng)
         i += 1
 
 
-def fuzz_kind(kind: str, program: Path, options: argparse.Namespace, seconds: float, folder: Path) -> int:
-    """Reads until the inputs or the seconds are used up; the number of harmful inputs."""
-    reader = Reader(program, kind, folder)
-    path = folder / f"input.{kind}"
-    seeds = seeds_of(kind, folder)
-    counts = {"accepted": 0, "refused": 0, "harmful": 0}
-    start = time.monotonic()
-    for n_read, (name, data) in enumerate(inputs(seeds, mutation_of(kind, folder), options.seed)):
-        if (
-            n_read >= options.inputs + len(seeds)
-            or time.monotonic() - start > seconds
-            or counts["harmful"] >= options.most
-        ):
-            break
-        path.write_bytes(data)
-        answer, fault = reader.read(path)
-        if not fault and reader.n_read >= READ_BY_ONE:
-            fault = reader.end("")
-        counts["harmful" if fault else answer] += 1
+class Run:
+    """One kind of file, until the inputs or the seconds are used up."""
+
+    def __init__(self, kind: str, program: Path, options: argparse.Namespace, folder: Path) -> None:
+        self.kind, self.options, self.folder = kind, options, folder
+        self.reader = Reader(program, kind, folder)
+        self.n_batches = 0
+        self.counts = {"accepted": 0, "refused": 0, "harmful": 0}
+
+    def try_batch(self, batch: list[tuple[str, bytes]]) -> list[str]:
+        """accepted, refused or harmful for each."""
+        paths = [self.folder / f"input_{i}.{self.kind}" for i in range(len(batch))]
+        for path, (_, data) in zip(paths, batch, strict=True):
+            path.write_bytes(data)
+        self.reader.send(paths)
+        outcomes = []
+        for i, (name, data) in enumerate(batch):
+            process = self.reader.process
+            answer, fault = self.reader.answer()
+            outcomes.append("harmful" if fault else answer)
+            self.count(outcomes[-1], name, data, fault)
+            if self.reader.process is not process:
+                self.reader.send(paths[i + 1 :])
+        self.n_batches += 1
+        if self.n_batches % BATCHES_OF_ONE == 0:
+            self.end_process()
+        return outcomes
+
+    def count(self, outcome: str, name: str, data: bytes, fault: str) -> None:
+        self.counts[outcome] += 1
         if fault:
-            keep(kind, name, data, fault, counts["harmful"], options.keep)
-    fault = reader.end("")
-    reader.process.kill()
-    if fault:
-        counts["harmful"] += 1
-        keep(kind, "end of the run", b"", fault, counts["harmful"], options.keep)
-    n_inputs = sum(counts.values())
+            keep(self.kind, name, data, fault, self.counts["harmful"], self.options.keep)
+
+    def end_process(self) -> None:
+        """What a process leaked belongs to one of many inputs."""
+        fault = self.reader.end()
+        if fault:
+            self.count("harmful", "end of a process", b"", fault)
+
+
+def batches(inputs: Iterator[tuple[str, bytes]]) -> Iterator[list[tuple[str, bytes]]]:
+    while batch := list(itertools.islice(inputs, BATCH)):
+        yield batch
+
+
+def fuzz_kind(kind: str, program: Path, options: argparse.Namespace, seconds: float, folder: Path) -> int:
+    """First the seeds as they are, then their mutations; the number of harmful inputs."""
+    start = time.monotonic()
+    run = Run(kind, program, options, folder)
+    seeds = seeds_of(kind, folder)
+    outcomes = [outcome for batch in batches(iter(seeds)) for outcome in run.try_batch(batch)]
+    accepted = [seed[1] for seed, outcome in zip(seeds, outcomes, strict=True) if outcome == "accepted"]
+    changed = mutated_inputs(seeds, accepted, mutation_of(kind, folder), options.seed)
+    for batch in batches(itertools.islice(changed, options.inputs)):
+        run.try_batch(batch)
+        if time.monotonic() - start > seconds or run.counts["harmful"] >= options.most:
+            break
+    run.end_process()
+    run.reader.process.kill()
+    run.reader.process.wait()
+    figures = ", ".join(f"{number} {outcome}" for outcome, number in run.counts.items())
     print(
-        f"{kind}: {n_inputs} inputs in {time.monotonic() - start:.0f} s, "
-        + ", ".join(f"{counts[k]} {k}" for k in counts),
+        f"{kind}: {sum(run.counts.values())} inputs in {time.monotonic() - start:.0f} s, {figures}",
         flush=True,
     )
-    return counts["harmful"]
+    return run.counts["harmful"]
 
 
 def keep(kind: str, name: str, data: bytes, fault: str, number: int, folder: Path) -> None:

@@ -323,13 +323,6 @@ PLANTED = [
         "integration.test_output",
     ),
     Planted(
-        SRC + "output/field_file.f90",
-        "if (xdmf_type <= 2) then",
-        "if (xdmf_type <= 1) then",
-        "mixed meshes with lines lack the number of nodes",
-        "integration.test_output",
-    ),
-    Planted(
         SRC + "output/run_report.f90",
         "words(i)%text = to_text(value(i))",
         "words(i)%text = to_text(value(1))",
