@@ -8,13 +8,17 @@
 #include <string.h>
 
 // A process that no launcher started has nobody to talk to. Open MPI would start a daemon for it and probe the
-// networks, which takes a third of a second; what the user asked for stays.
+// networks, which takes a third of a second. Without the daemon all such processes of a user share one session folder,
+// which one removes while another starts: so there is none, and nothing is left of a process that is killed.
+// What the user asked for stays.
 static void spare_lone_process(void) {
   const char *const launched[] = {"OMPI_COMM_WORLD_SIZE", "PMIX_RANK", "PMI_RANK"};
+  const char *const isolated = "OMPI_MCA_ess_singleton_isolated";
 
   for (size_t i = 0; i < sizeof launched / sizeof *launched; i++)
     if (getenv(launched[i])) return;
-  setenv("OMPI_MCA_ess_singleton_isolated", "1", 0);
+  setenv(isolated, "1", 0);
+  if (strcmp(getenv(isolated), "1") == 0) setenv("OMPI_MCA_orte_create_session_dirs", "0", 0);
   setenv("OMPI_MCA_pml", "ob1", 0);
 }
 

@@ -9,7 +9,7 @@ import time
 
 import pytest
 
-from program import ROOT, finish
+from program import ENVIRONMENT, ROOT, finish, kill, mpi_needs_large_files, wait_until
 from runs import SOON, on_ranks, refuse, write_deck
 
 COMMANDS = ("check", "solve", "sample", "train", "validate", "run", "predict", "describe")
@@ -84,6 +84,22 @@ def test_option_that_the_solver_uses(signorom, tmp_path, option):
     deck.write_text(deck.read_text() + f"petsc_options: {option}\n")
     for command in ("check", "run"):
         signorom(command, deck.name, folder=tmp_path)
+
+
+@pytest.mark.skipif(mpi_needs_large_files(), reason="Open MPI 5 keeps a folder for each process")
+def test_lone_process_has_no_session_folder(signorom, tmp_path, monkeypatch):
+    """Open MPI 4 would give all lone processes of a user the same one, and start some of them in vain."""
+    sessions = tmp_path / "sessions"
+    sessions.mkdir()
+    monkeypatch.setitem(ENVIRONMENT, "OMPI_MCA_orte_tmpdir_base", str(sessions))
+    deck = write_deck("patch", tmp_path, **{"grid: {push: 5}": "grid: {push: 20000}"})
+    process = signorom.start("sample", deck.name, folder=tmp_path)
+    try:
+        wait_until((tmp_path / "results" / "patch" / ".lock").exists, process)
+        assert list(sessions.iterdir()) == []
+    finally:
+        kill(process)
+    assert list(sessions.iterdir()) == []
 
 
 def test_quiet(signorom, tmp_path):

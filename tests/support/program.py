@@ -16,20 +16,19 @@ ROOT = Path(__file__).resolve().parents[2]
 # [s] long enough for a sanitized build on a busy machine; a hanging program is a failure
 TIME_LIMIT = 600
 
-# One BLAS thread per rank; waiting ranks give their core away; Open MPI refuses root unless told twice; a single rank
-# needs no daemon beside it; ranks on one machine talk through memory, and Open MPI need not look for networks.
+# One BLAS thread per rank; waiting ranks give their core away; Open MPI refuses root unless told twice; ranks on
+# one machine talk through memory, and Open MPI need not look for networks.
 ENVIRONMENT = {
     "OMP_NUM_THREADS": "1",
     "OPENBLAS_NUM_THREADS": "1",
     "OMPI_MCA_mpi_yield_when_idle": "1",
     "OMPI_MCA_btl_vader_single_copy_mechanism": "none",
-    "OMPI_MCA_ess_singleton_isolated": "1",
     "OMPI_MCA_btl": "self,vader",
     "OMPI_ALLOW_RUN_AS_ROOT": "1",
     "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1",
 }
 
-# Programs that start at the same moment in two test processes must not make the same session folder.
+# mpirun that starts at the same moment in two test processes must not make the same session folder.
 SESSIONS = tempfile.mkdtemp(prefix="ompi")
 atexit.register(shutil.rmtree, SESSIONS, ignore_errors=True)
 ENVIRONMENT["OMPI_MCA_orte_tmpdir_base"] = SESSIONS

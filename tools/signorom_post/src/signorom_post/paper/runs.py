@@ -11,7 +11,6 @@ from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import dataclass
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from threading import Lock
 from typing import Any
 
@@ -30,11 +29,10 @@ IRREGULAR_FILE = "points.csv"
 SNAPSHOTS = {GRID: "snapshots", IRREGULAR: "irregular_snapshots"}
 #: exit codes of a run whose results can be used: all done; done, but some points did not converge
 USABLE = (0, 3)
-#: one core per run; a single rank needs no daemon beside it
+#: one core per run
 ENVIRONMENT = {
     "OMP_NUM_THREADS": "1",
     "OPENBLAS_NUM_THREADS": "1",
-    "OMPI_MCA_ess_singleton_isolated": "1",
     "OMPI_MCA_btl_vader_single_copy_mechanism": "none",
     "HWLOC_HIDE_ERRORS": "2",
 }
@@ -121,15 +119,14 @@ class Runs:
         start = time.monotonic()
         self._prepare(job)
         log = job.folder / "log.txt"
-        # Open MPI's single ranks share a session folder, and one that ends takes it from one that starts
-        with log.open("wb") as output, TemporaryDirectory(prefix="signorom-") as own:
+        with log.open("wb") as output:
             with self._lock:
                 if self._is_stopped:
                     return 0.0
                 process = subprocess.Popen(
                     [self._program, job.command, "deck.yaml"],
                     cwd=job.folder,
-                    env=_environment() | {"OMPI_MCA_orte_tmpdir_base": own},
+                    env=_environment(),
                     stdin=subprocess.DEVNULL,
                     stdout=output,
                     stderr=subprocess.STDOUT,
