@@ -5,12 +5,17 @@ program signorom
   use mpi, only: MPI_Abort, MPI_COMM_WORLD
   use sig_commands, only: run_command
   use sig_errors, only: exit_internal
+  use sig_kinds, only: rk
   use sig_petsc_support, only: end_petsc, start_petsc
+  use sig_signals, only: install_stop_signals
   use sig_text, only: string_t
   implicit none(type, external)
+  !> [s] a process that a signal asked to stop may finish its points for so long
+  real(rk), parameter :: stop_grace = 1
   type(string_t), allocatable :: arguments(:)
   integer :: exit_code, ierr, ierr_abort
 
+  call install_stop_signals(stop_grace)
   call start_petsc(ierr)
   if (ierr == 0) then
     call read_arguments(arguments)

@@ -9,6 +9,7 @@ module sig_answer_block
   use sig_online_model, only: online_model_t
   use sig_query, only: answer_t, method_name, n_query_methods, query_t, reason_text
   use sig_reconstruction, only: reconstruct_multipliers
+  use sig_signals, only: is_stop_requested
   use sig_text, only: to_text
   implicit none(type, external)
   private
@@ -67,7 +68,7 @@ contains
     end do
   end subroutine create
 
-  !> Answers the first n_points points.
+  !> Answers the first n_points points; once a signal came, the rest stays without an answer.
   subroutine answer_points(self)
     class(answer_block_t), intent(inout), target :: self
     type(answer_block_t), pointer :: whole
@@ -91,6 +92,7 @@ contains
     call c_f_pointer(data, self)
     associate (asker => self%askers(i_thread_0 + 1))
       do i = i_thread_0 + 1, self%n_points, size(self%askers)
+        if (is_stop_requested()) exit
         call asker%query%evaluate(self%online, self%points(:, i), asker%answer)
         self%is_outside(i) = .not. asker%answer%is_inside_box
         call reconstruct_multipliers(self%online, asker%answer, asker%workspace, self%multipliers(:, i))

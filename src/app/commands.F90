@@ -9,7 +9,7 @@ module sig_commands
   use sig_errors, only: error_report, error_t, exit_not_converged, exit_success, exit_user
   use sig_forest_training, only: need_forest_tool, warn_of_missing_tool
   use sig_kinds, only: rk
-  use sig_log, only: log_error, log_info, start_log
+  use sig_log, only: is_log_shown, log_error, log_info, start_log
   use sig_materials, only: need_fixed_stiffness
   use sig_point_argument, only: parse_point
   use sig_predict, only: predict
@@ -17,7 +17,7 @@ module sig_commands
   use sig_run_report, only: run_report_t
   use sig_sampling_stage, only: sample_stage
   use sig_session, only: session_t
-  use sig_signals, only: install_stop_signals
+  use sig_signals, only: say_when_ended
   use sig_study, only: fields_stage, stop_if_asked, train_stage, validate_stage
   use sig_text, only: string_t
   use sig_version, only: code_version
@@ -45,7 +45,8 @@ contains
       call log_error(error_report(error))
       return
     end if
-    call install_stop_signals()
+    if (is_log_shown()) call say_when_ended('stopped by a signal: the work in progress is lost, all files are whole, ' // &
+      'and the same command goes on')
     exit_code = exit_success
     select case (command%name)
     case ('help')

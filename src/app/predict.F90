@@ -8,17 +8,19 @@ module sig_predict
   use sig_base_c_interfaces, only: sig_processor_count
   use sig_command_line, only: command_t
   use sig_error_broadcast, only: broadcast_error
-  use sig_errors, only: error_report, error_t, exit_success, make_error
-  use sig_file_system, only: remove_file, rename_file
+  use sig_errors, only: error_report, error_t, exit_stopped, exit_success, make_error
+  use sig_file_system, only: note_partial_file, remove_file, rename_file
   use sig_kinds, only: rk
   use sig_log, only: log_error, log_info, log_warning
   use sig_model, only: model_t
   use sig_model_file, only: read_model
   use sig_online_model, only: online_model_t
   use sig_parameter_space, only: format_point
+  use sig_petsc_support, only: max_over_ranks
   use sig_point_argument, only: parse_point
   use sig_point_list, only: point_list_t
   use sig_query, only: method_name, n_query_methods
+  use sig_signals, only: is_stop_requested, say_when_ended
   use sig_text, only: to_text
   use petsc
   implicit none(type, external)
@@ -36,19 +38,29 @@ contains
     integer, intent(out) :: exit_code
     PetscErrorCode, intent(out) :: ierr
     type(error_t), allocatable :: error
+    logical :: is_stopped
+    real(rk) :: flag
     integer :: rank
 
+    is_stopped = .false.
     call MPI_Comm_rank(PETSC_COMM_WORLD, rank, ierr)
-    if (rank == 0) call predict_points(command, error)
+    if (rank == 0) call predict_points(command, is_stopped, error)
     PetscCall(broadcast_error(error, PETSC_COMM_WORLD, ierr))
+    flag = merge(1.0_rk, 0.0_rk, is_stopped)
+    PetscCall(max_over_ranks(PETSC_COMM_WORLD, flag, ierr))
     exit_code = exit_success
-    if (.not. allocated(error)) return
-    call log_error(error_report(error))
-    exit_code = error%exit_code
+    if (allocated(error)) then
+      call log_error(error_report(error))
+      exit_code = error%exit_code
+    else if (flag > 0) then
+      exit_code = exit_stopped
+    end if
   end subroutine predict
 
-  subroutine predict_points(command, error)
+  subroutine predict_points(command, is_stopped, error)
     type(command_t), intent(in) :: command
+    !> a signal came before all points had their answers
+    logical, intent(inout) :: is_stopped
     type(error_t), allocatable, intent(out) :: error
     type(online_model_t), target :: online
     type(answer_block_t) :: block
@@ -81,9 +93,13 @@ contains
     end if
     if (.not. allocated(error)) call open_table(command, unit, error)
     if (.not. allocated(error)) then
-      call answer_blocks(command, list, block, unit, n_bytes, error)
-      call close_table(command, unit, n_bytes, error)
-      if (.not. allocated(error)) call report_methods(command, block)
+      call answer_blocks(command, list, block, unit, n_bytes, is_stopped, error)
+      call close_table(command, unit, n_bytes, is_stopped, error)
+      if (is_stopped) then
+        call say_stopped(command)
+      else if (.not. allocated(error)) then
+        call report_methods(command, block)
+      end if
     end if
     call list%close()
     call block%destroy()
@@ -128,14 +144,17 @@ contains
     if (command%output == '') return
     open (newunit=unit, file=command%output // '.partial', action='write', status='replace', iostat=status, iomsg=reason)
     if (status /= 0) call make_error(error, 'cannot write the answers: ' // trim(reason), command%output)
+    if (status == 0) call note_partial_file(command%output // '.partial')
   end subroutine open_table
 
   !> Errors: the disk took less than was written, of which the buffered units of gfortran say nothing; the name is taken.
-  subroutine close_table(command, unit, n_bytes, error)
+  subroutine close_table(command, unit, n_bytes, is_stopped, error)
     type(command_t), intent(in) :: command
     integer, intent(in) :: unit
     !> what the file must hold
     integer(int64), intent(in) :: n_bytes
+    !> the table is then removed
+    logical, intent(in) :: is_stopped
     !> one that is there already stays: the table is then removed
     type(error_t), allocatable, intent(inout) :: error
     type(error_t), allocatable :: ignored
@@ -144,7 +163,7 @@ contains
 
     if (command%output == '') return
     close (unit, iostat=status)
-    if (allocated(error)) then
+    if (allocated(error) .or. is_stopped) then
       call remove_file(command%output // '.partial', ignored)
       return
     end if
@@ -160,7 +179,7 @@ contains
   end subroutine close_table
 
   !> A block of lines after the other, in the order of the points: neither memory nor order depends on their number or the threads.
-  subroutine answer_blocks(command, list, block, unit, n_bytes, error)
+  subroutine answer_blocks(command, list, block, unit, n_bytes, is_stopped, error)
     type(command_t), intent(in) :: command
     type(point_list_t), intent(inout) :: list
     !> with the first points
@@ -168,15 +187,19 @@ contains
     integer, intent(in) :: unit
     !> what was written
     integer(int64), intent(out) :: n_bytes
+    logical, intent(out) :: is_stopped
     type(error_t), allocatable, intent(out) :: error
     character(:), allocatable :: line
     integer :: i, n_outside, status
 
+    is_stopped = .false.
     n_outside = 0
     n_bytes = len(table_header(block%online%model)) + 1
     write (unit, '(a)', iostat=status) table_header(block%online%model)
     do while (block%n_points > 0 .and. status == 0)
       call block%answer()
+      is_stopped = is_stop_requested()
+      if (is_stopped) return
       do i = 1, block%n_points
         if (block%is_outside(i)) then
           if (n_outside == 0) call log_warning(outside_text(block%online%model, block%points(:, i)) // &
@@ -195,6 +218,18 @@ contains
     if (n_outside > 1) call log_warning(to_text(n_outside) // ' of ' // to_text(sum(block%counts())) // &
       ' points lie outside the trained box; the first is named above')
   end subroutine answer_blocks
+
+  !> Whoever reads the terminal's table must know that lines are missing.
+  subroutine say_stopped(command)
+    type(command_t), intent(in) :: command
+
+    call say_when_ended('')
+    if (command%output == '') then
+      call log_warning('stopped by a signal; the answers of the last points are missing')
+    else
+      call log_info('stopped by a signal; nothing was written')
+    end if
+  end subroutine say_stopped
 
   !> How many answers, and by which methods.
   subroutine report_methods(command, block)

@@ -2,14 +2,14 @@
 #include "signorom/macros.h"
 !> The first stage of a study: the deck's points are solved and kept in the results folder.
 module sig_sampling_stage
-  use sig_errors, only: error_t, exit_not_converged, make_error
+  use sig_errors, only: error_t, exit_not_converged, exit_stopped, make_error
   use sig_greedy_selection, only: select_points
   use sig_log, only: log_info, log_warning
   use sig_materials, only: has_fixed_stiffness
   use sig_reporting, only: selection_text
   use sig_sampling, only: sample, sampling_result_t
   use sig_selection, only: selection_t
-  use sig_session, only: exit_stopped, session_t
+  use sig_session, only: session_t
   use sig_snapshot_merge, only: candidate_store, snapshot_store, snapshots_path, store_in, store_t
   use sig_text, only: to_text
   use petsc
@@ -69,8 +69,7 @@ contains
     if (allocated(error)) then
       call session%fail(error)
     else if (outcome%is_stopped) then
-      call log_info('stopped by a signal; the finished points are kept, and the same command goes on')
-      session%exit_code = exit_stopped
+      call session%stop('the finished points are kept, and the same command goes on')
     else
       if (outcome%n_failed > 0) then
         call log_warning(to_text(outcome%n_failed) // ' of the points did not converge; they are marked, and the same ' // &

@@ -9,18 +9,16 @@ module sig_session
   use sig_deck_config, only: deck_config_t
   use sig_deck_read, only: read_deck
   use sig_error_broadcast, only: broadcast_error, broadcast_text
-  use sig_errors, only: error_list_t, error_report, error_t, exit_success, exit_user, make_error
+  use sig_errors, only: error_list_t, error_report, error_t, exit_stopped, exit_success, exit_user, make_error
   use sig_file_system, only: directory_lock_t, lock_directory, make_directories, read_text_file, unlock_directory
-  use sig_log, only: log_error
+  use sig_log, only: log_error, log_info
   use sig_petsc_support, only: insert_petsc_options, unused_petsc_options
+  use sig_signals, only: say_when_ended
   use sig_text, only: string_t
   use petsc
   implicit none(type, external)
   private
   public :: session_t
-
-  !> a signal ended the command; the same command goes on
-  integer, parameter, public :: exit_stopped = 130
 
   type :: session_t
     type(deck_config_t) :: deck
@@ -39,6 +37,7 @@ module sig_session
     procedure :: open
     procedure :: claim_folder
     procedure :: fail
+    procedure :: stop => stop_session
     procedure :: close
   end type session_t
 
@@ -94,12 +93,17 @@ contains
     if (allocated(error)) call self%fail(error)
   end subroutine claim_folder
 
-  !> Prints a user error, which all ranks know, and keeps its exit code.
+  !> Prints a user error, or what a signal left, which all ranks know, and keeps its exit code.
   subroutine fail(self, error)
     class(session_t), intent(inout) :: self
     type(error_t), intent(in) :: error
     logical :: is_in_deck
 
+    self%has_failed = .true.
+    if (error%exit_code == exit_stopped) then
+      call self%stop(error%message)
+      return
+    end if
     is_in_deck = .false.
     if (allocated(self%deck%path)) is_in_deck = error%file == self%deck%path
     if (is_in_deck) then
@@ -108,8 +112,18 @@ contains
       call log_error(error_report(error))
     end if
     self%exit_code = error%exit_code
-    self%has_failed = .true.
   end subroutine fail
+
+  !> Ends the command as a signal wishes. Local; every rank calls it.
+  subroutine stop_session(self, text)
+    class(session_t), intent(inout) :: self
+    !> what is there now
+    character(*), intent(in) :: text
+
+    call say_when_ended('')
+    call log_info('stopped by a signal; ' // text)
+    self%exit_code = exit_stopped
+  end subroutine stop_session
 
   !> Frees the folder; an option of PETSc that should have been used is an error. Collective on all ranks.
   subroutine close(self, command, ierr)

@@ -4,7 +4,7 @@
 module sig_study
   use sig_enrichment_table, only: write_enrichment_table
   use sig_error_broadcast, only: broadcast_error
-  use sig_errors, only: error_t, exit_not_converged, make_error
+  use sig_errors, only: error_t, exit_not_converged, exit_stopped, make_error
   use sig_field_output, only: solved_points_t, write_fields
   use sig_file_system, only: file_exists
   use sig_greedy_record, only: training_points
@@ -27,7 +27,7 @@ module sig_study
   use sig_run_report, only: run_report_t
   use sig_sampling_stage, only: announce_stiffness, need_training
   use sig_selection, only: selection_t
-  use sig_session, only: exit_stopped, session_t
+  use sig_session, only: session_t
   use sig_snapshot_merge, only: snapshots_path
   use sig_snapshot_store, only: merge_records, read_snapshot_set, records_of_set, snapshot_set_t
   use sig_stop_request, only: agree_to_stop
@@ -50,8 +50,7 @@ contains
 
     PetscCall(agree_to_stop(PETSC_COMM_WORLD, is_stopped, ierr))
     if (.not. is_stopped .or. session%exit_code == exit_stopped .or. session%has_failed) return
-    call log_info('stopped by a signal; the finished stages are kept, and the same command goes on')
-    session%exit_code = exit_stopped
+    call session%stop('the finished stages are kept, and the same command goes on')
   end subroutine stop_if_asked
 
   !> model.h5 and enrichment.csv of snapshots.h5.
@@ -82,8 +81,7 @@ contains
     if (.not. allocated(error)) then
       PetscCall(build_model(problem, session%folder, snapshots, model, refinement, error, ierr))
       if (refinement%is_stopped) then
-        call log_info('stopped by a signal; there is no model yet')
-        session%exit_code = exit_stopped
+        call session%stop('there is no model yet')
         return
       end if
     end if
@@ -191,8 +189,7 @@ contains
 
     ierr = 0
     if (outcome%is_stopped) then
-      call log_info('stopped by a signal; nothing was written')
-      session%exit_code = exit_stopped
+      call session%stop('nothing was written')
       return
     end if
     PetscCall(describe_problem(problem, report, ierr))
@@ -242,8 +239,7 @@ contains
       call session%fail(error)
       return
     else if (solved%is_stopped) then
-      call log_info('stopped by a signal; no fields were written')
-      session%exit_code = exit_stopped
+      call session%stop('no fields were written')
       return
     end if
     PetscCall(describe_problem(problem, report, ierr))

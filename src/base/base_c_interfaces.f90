@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> The C side of this layer, as declared in include/signorom/{checksum,file_seal,file_system,hdf5_file,number_text,
-!> random_numbers,signals,threads}.h.
+!> partial_files,random_numbers,shell,signals,threads}.h.
 module sig_base_c_interfaces
   use, intrinsic :: iso_c_binding, only: c_char, c_double, c_funptr, c_int, c_int64_t, c_long, c_ptr, c_size_t
   implicit none(type, external)
@@ -8,10 +8,11 @@ module sig_base_c_interfaces
   public :: strlen
   public :: sig_fnv1a, sig_fnv1a_of_file
   public :: sig_random_below, sig_random_fraction
-  public :: sig_install_stop_signals, sig_is_stop_requested, sig_is_terminal
+  public :: sig_install_stop_signals, sig_is_stop_requested, sig_set_last_words, sig_is_terminal
+  public :: sig_run_shell
   public :: sig_file_kind, sig_make_directories, sig_read_file, sig_write_file, sig_commit_file, sig_rename_file
-  public :: sig_remove_file, sig_lock_directory, sig_unlock_directory, sig_list_files, sig_error_text, sig_free
-  public :: sig_program_path
+  public :: sig_note_partial_file, sig_remove_file, sig_lock_directory, sig_unlock_directory, sig_list_files
+  public :: sig_error_text, sig_free, sig_program_path
   public :: sig_seal_file, sig_check_seal
   public :: sig_shortest_decimal
   public :: sig_run_threads, sig_processor_count
@@ -53,8 +54,21 @@ module sig_base_c_interfaces
       integer(c_int64_t), intent(out) :: hash
     end function sig_fnv1a_of_file
 
-    subroutine sig_install_stop_signals() bind(c)
+    subroutine sig_install_stop_signals(grace) bind(c)
+      import :: c_double
+      real(c_double), value :: grace
     end subroutine sig_install_stop_signals
+
+    subroutine sig_set_last_words(text, length) bind(c)
+      import :: c_char, c_size_t
+      character(kind=c_char), intent(in) :: text(*)
+      integer(c_size_t), value :: length
+    end subroutine sig_set_last_words
+
+    integer(c_int) function sig_run_shell(command) bind(c)
+      import :: c_char, c_int
+      character(kind=c_char), intent(in) :: command(*)
+    end function sig_run_shell
 
     integer(c_int) function sig_is_stop_requested() bind(c)
       import :: c_int
@@ -106,6 +120,12 @@ module sig_base_c_interfaces
       character(kind=c_char), intent(in) :: to(*)
       integer(c_size_t), value :: to_length
     end function sig_commit_file
+
+    subroutine sig_note_partial_file(name, length) bind(c)
+      import :: c_char, c_size_t
+      character(kind=c_char), intent(in) :: name(*)
+      integer(c_size_t), value :: length
+    end subroutine sig_note_partial_file
 
     integer(c_int) function sig_rename_file(from, from_length, to, to_length) bind(c)
       import :: c_char, c_int, c_size_t

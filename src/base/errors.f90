@@ -5,7 +5,7 @@ module sig_errors
   implicit none(type, external)
   private
   public :: error_t, error_list_t, make_error, error_location, error_report
-  public :: exit_success, exit_internal, exit_user, exit_not_converged
+  public :: exit_success, exit_internal, exit_user, exit_not_converged, exit_stopped
 
   integer, parameter :: exit_success = 0
   !> a broken promise inside the program (PETSc, MPI, a precondition)
@@ -14,6 +14,8 @@ module sig_errors
   integer, parameter :: exit_user = 2
   !> a numerical method ended without an answer
   integer, parameter :: exit_not_converged = 3
+  !> a signal ended the command; the same command goes on
+  integer, parameter :: exit_stopped = 130
 
   !> An error that the user can mend (or, with exit_not_converged, should know).
   type :: error_t

@@ -12,6 +12,8 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "signorom/partial_files.h"
+
 char *sig_copy_text(const char *text, size_t length) {
   char *copy = malloc(length + 1);
   if (!copy) return NULL;
@@ -159,11 +161,13 @@ static int write_and_sync(const char *name, const char *bytes, size_t size) {
 int sig_write_file(const char *path, size_t length, const char *bytes, size_t size) {
   char *name = sig_copy_text(path, length);
   char *partial = path_with(path, length, ".partial");
+  if (partial) sig_note_partial_file(partial, strlen(partial));
   int code = name && partial ? write_and_sync(partial, bytes, size) : ENOMEM;
   if (!code && rename(partial, name) != 0) {
     code = errno;
     unlink(partial);
   }
+  if (partial) sig_forget_partial_file(partial, strlen(partial));
   if (!code) sync_folder_of(name);
   free(partial);
   free(name);
@@ -183,6 +187,7 @@ int sig_commit_file(const char *from, size_t from_length, const char *to, size_t
   char *new_name = sig_copy_text(to, to_length);
   int code = old_name && new_name ? sync_file(old_name) : ENOMEM;
   if (!code && rename(old_name, new_name) != 0) code = errno;
+  if (!code) sig_forget_partial_file(from, from_length);
   if (!code) sync_folder_of(new_name);
   free(new_name);
   free(old_name);
@@ -194,6 +199,7 @@ int sig_rename_file(const char *from, size_t from_length, const char *to, size_t
   char *new_name = sig_copy_text(to, to_length);
   int code = old_name && new_name ? 0 : ENOMEM;
   if (!code && rename(old_name, new_name) != 0) code = errno;
+  if (!code) sig_forget_partial_file(from, from_length);
   free(new_name);
   free(old_name);
   return code;
@@ -203,6 +209,7 @@ int sig_remove_file(const char *path, size_t length) {
   char *name = sig_copy_text(path, length);
   if (!name) return ENOMEM;
   const int code = unlink(name) == 0 ? 0 : errno;
+  if (!code) sig_forget_partial_file(path, length);
   free(name);
   return code;
 }

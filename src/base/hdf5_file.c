@@ -3,6 +3,7 @@
 
 #include "hdf5_address.h"
 #include "signorom/file_system.h"
+#include "signorom/partial_files.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -47,12 +48,14 @@ int sig_h5_create(const char *path, size_t length, size_t n_free, sig_h5_file **
   *file = NULL;
   char *name = sig_copy_text(path, length);
   if (!name) return SIG_H5_NO_READ;
+  sig_note_partial_file(path, length);
   forbid_work_at_exit();
   H5E_BEGIN_TRY {
     const hid_t id = create(name, n_free);
     if (id >= 0) status = wrap_file(id, file);
   }
   H5E_END_TRY;
+  if (status != SIG_H5_OK) sig_forget_partial_file(path, length);
   sig_free(name);
   return status;
 }

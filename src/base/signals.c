@@ -1,43 +1,134 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "signorom/signals.h"
 
+#include <errno.h>
+#include <pthread.h>
+#include <semaphore.h>
 #include <signal.h>
 #include <string.h>
 #include <time.h>
 #include <unistd.h>
 
-/* Second of the first signal, counted from an arbitrary start; 0 = none came. A handler can reach nothing but a static.
- */
-static volatile sig_atomic_t stop_second = 0;
+#include "signorom/partial_files.h"
 
-static void note_stop(int number) {
-  struct timespec now;
-  clock_gettime(CLOCK_MONOTONIC, &now);
-  /* Never 0, and small enough for any sig_atomic_t. */
-  const int second = 1 + (int)(now.tv_sec % 1000000);
-  if (stop_second == 0) {
-    stop_second = second;
-    return;
-  }
-  /* mpirun and timeout send a signal twice in a row; a person who asks again has waited. */
-  if (second - stop_second >= 0 && second - stop_second < 2) return;
-  signal(number, SIG_DFL);
-  raise(number);
+/* [s] for a write in progress, and for the end of the others, when the grace is over */
+static const double longest_write = 0.2;
+static const unsigned longest_farewell = 1;
+
+/* A handler can reach nothing but static variables; the rest is what the watching thread shares with those that it
+ * ends. */
+static volatile sig_atomic_t is_stop_wished = 0;
+static volatile sig_atomic_t has_watcher = 0;
+static volatile sig_atomic_t has_launcher_asked = 0;
+static volatile sig_atomic_t stop_helper = 0;
+static sem_t stop_wish;
+static double stop_grace = 1;
+static void (*end_of_others)(void) = NULL;
+static char last_words[256];
+static pthread_mutex_t words_lock = PTHREAD_MUTEX_INITIALIZER;
+
+/* The plain way, where there is no thread to go the long one. */
+static void end_at_once(int number) {
+  (void)number;
+  if (stop_helper) kill((pid_t)stop_helper, SIGKILL);
+  _exit(SIG_EXIT_STOPPED);
 }
 
-void sig_install_stop_signals(void) {
-  struct sigaction action;
-  memset(&action, 0, sizeof action);
-  action.sa_handler = note_stop;
-  action.sa_flags = SA_RESTART; /* reads and writes in progress go on */
-  sigemptyset(&action.sa_mask);
-  stop_second = 0;
-  sigaction(SIGINT, &action, NULL);
-  sigaction(SIGTERM, &action, NULL);
+static void note_stop(int number, siginfo_t *info, void *context) {
+  const int code = errno;
+  (void)number, (void)context;
+  if (!is_stop_wished) {
+    is_stop_wished = 1;
+    has_launcher_asked = info->si_code == SI_USER && info->si_pid == getppid();
+    if (stop_helper) kill((pid_t)stop_helper, SIGTERM);
+    if (has_watcher)
+      sem_post(&stop_wish);
+    else
+      alarm(1);
+  }
+  errno = code;
+}
+
+static void say_last_words(void) {
+  pthread_mutex_lock(&words_lock);
+  /* behind a bar on the terminal */
+  if (last_words[0] && isatty(STDERR_FILENO)) (void)!write(STDERR_FILENO, "\n", 1);
+  (void)!write(STDOUT_FILENO, last_words, strlen(last_words));
+  pthread_mutex_unlock(&words_lock);
+}
+
+/* Sleeps until a signal comes, and then until the grace is over: the process still lives, so it cannot stop by itself.
+ */
+static void *watch(void *nothing) {
+  (void)nothing;
+  while (sem_wait(&stop_wish) != 0) continue;
+  struct timespec rest = {.tv_sec = (time_t)stop_grace};
+  rest.tv_nsec = (long)(1e9 * (stop_grace - (double)rest.tv_sec));
+  while (nanosleep(&rest, &rest) != 0) continue;
+  alarm(longest_farewell);
+  sig_remove_partial_files(longest_write);
+  say_last_words();
+  /* A launcher like mpirun ends the others itself. */
+  if (end_of_others && !has_launcher_asked) end_of_others();
+  end_at_once(0);
+  return NULL;
+}
+
+/* The watcher itself takes no signals, and needs next to no memory. */
+static int start_watcher(void) {
+  const size_t stack_size = 256 * 1024;
+  pthread_t thread;
+  pthread_attr_t attributes;
+  sigset_t all, before;
+  if (sem_init(&stop_wish, 0, 0) != 0 || pthread_attr_init(&attributes) != 0) return 0;
+  pthread_attr_setstacksize(&attributes, stack_size);
+  pthread_attr_setdetachstate(&attributes, PTHREAD_CREATE_DETACHED);
+  sigfillset(&all);
+  pthread_sigmask(SIG_SETMASK, &all, &before);
+  const int is_started = pthread_create(&thread, &attributes, watch, NULL) == 0;
+  pthread_sigmask(SIG_SETMASK, &before, NULL);
+  pthread_attr_destroy(&attributes);
+  return is_started;
+}
+
+static void install_handlers(void) {
+  struct sigaction stop, end;
+  memset(&stop, 0, sizeof stop);
+  stop.sa_sigaction = note_stop;
+  stop.sa_flags = SA_RESTART | SA_SIGINFO; /* reads and writes in progress go on */
+  sigemptyset(&stop.sa_mask);
+  memset(&end, 0, sizeof end);
+  end.sa_handler = end_at_once;
+  sigemptyset(&end.sa_mask);
+  sigaction(SIGALRM, &end, NULL);
+  sigaction(SIGINT, &stop, NULL);
+  sigaction(SIGTERM, &stop, NULL);
+}
+
+void sig_install_stop_signals(double grace) {
+  is_stop_wished = 0;
+  stop_grace = grace;
+  if (!has_watcher) has_watcher = start_watcher();
+  install_handlers();
   // A file that may not grow any more is an error of write, which the caller reports, and no reason to die.
   signal(SIGXFSZ, SIG_IGN);
 }
 
-int sig_is_stop_requested(void) { return stop_second != 0; }
+void sig_set_stop_grace(double grace) { stop_grace = grace; }
+
+int sig_is_stop_requested(void) { return is_stop_wished != 0; }
+
+void sig_set_last_words(const char *text, size_t length) {
+  const size_t n = length < sizeof last_words - 2 ? length : sizeof last_words - 2;
+  pthread_mutex_lock(&words_lock);
+  memcpy(last_words, text, n);
+  if (n > 0) last_words[n] = '\n';
+  last_words[n > 0 ? n + 1 : 0] = '\0';
+  pthread_mutex_unlock(&words_lock);
+}
+
+void sig_set_end_of_others(void (*end_others)(void)) { end_of_others = end_others; }
+
+void sig_set_stop_helper(pid_t helper) { stop_helper = (sig_atomic_t)helper; }
 
 int sig_is_terminal(int descriptor) { return isatty(descriptor) == 1; }

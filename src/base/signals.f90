@@ -1,20 +1,32 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> SIGINT and SIGTERM as a wish to stop, asked for between two pieces of work.
+!> SIGINT and SIGTERM as a wish to stop, asked for between two pieces of work; where no one asks in time, the process is ended.
 module sig_signals
-  use sig_base_c_interfaces, only: sig_install_stop_signals, sig_is_stop_requested
+  use, intrinsic :: iso_c_binding, only: c_size_t
+  use sig_base_c_interfaces, only: sig_install_stop_signals, sig_is_stop_requested, sig_set_last_words
+  use sig_kinds, only: rk
   implicit none(type, external)
   private
-  public :: install_stop_signals, is_stop_requested
+  public :: install_stop_signals, is_stop_requested, say_when_ended
 
 contains
 
-  !> From now on SIGINT and SIGTERM only set a flag; the same signal seconds later ends the program at once.
-  subroutine install_stop_signals()
-    call sig_install_stop_signals()
+  !> From now on SIGINT and SIGTERM set a flag. A process that has not ended by itself a while later is ended, whatever it does.
+  subroutine install_stop_signals(grace)
+    !> [s] that while
+    real(rk), intent(in) :: grace
+
+    call sig_install_stop_signals(grace)
   end subroutine install_stop_signals
 
-  !> True once a signal came to this process. Local: ranks agree by a reduction of their own.
+  !> True once a signal came to this process. Local, for any thread: ranks agree by a reduction of their own.
   logical function is_stop_requested()
     is_stop_requested = sig_is_stop_requested() == 1
   end function is_stop_requested
+
+  !> What standard output gets where the process is ended; empty: nothing.
+  subroutine say_when_ended(text)
+    character(*), intent(in) :: text
+
+    call sig_set_last_words(text, len(text, c_size_t))
+  end subroutine say_when_ended
 end module sig_signals

@@ -7,6 +7,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "signorom/signals.h"
+
 // A process that no launcher started has nobody to talk to. Open MPI would start a daemon for it and probe the
 // networks, which takes a third of a second. Without the daemon all such processes of a user share one session folder,
 // which one removes while another starts: so there is none, and nothing is left of a process that is killed.
@@ -22,12 +24,28 @@ static void spare_lone_process(void) {
   setenv("OMPI_MCA_pml", "ob1", 0);
 }
 
+static void end_all_ranks(void) { MPI_Abort(MPI_COMM_WORLD, SIG_EXIT_STOPPED); }
+
+// A rank that is ended takes the others along, which wait for it. mpirun kills its ranks a second after it has sent
+// them a signal, so they end themselves before.
+static PetscErrorCode share_ends(void) {
+  const double grace_of_ranks = 0.6;
+  int n_ranks;
+
+  PetscCallMPI(MPI_Comm_size(MPI_COMM_WORLD, &n_ranks));
+  if (n_ranks == 1) return 0;
+  sig_set_stop_grace(grace_of_ranks);
+  sig_set_end_of_others(end_all_ranks);
+  return 0;
+}
+
 int sig_petsc_start(void) {
   spare_lone_process();
+  // PETSc's handlers would turn an interrupt into a stack trace; the program finishes its point instead.
+  PetscCall(PetscOptionsSetValue(NULL, "-no_signal_handler", "true"));
   PetscCall(SlepcInitializeNoArguments());
   PetscCall(PetscInitializeFortran());
-  // PETSc's handlers would turn an interrupt into a stack trace; the program finishes its point instead.
-  PetscCall(PetscPopSignalHandler());
+  PetscCall(share_ends());
   return 0;
 }
 

@@ -20,6 +20,7 @@ module sig_snapshot_buffer
   contains
     procedure :: create
     procedure :: add
+    procedure :: flush => flush_records
     procedure :: close => close_buffer
   end type snapshot_buffer_t
 
@@ -62,8 +63,9 @@ contains
       8.0_rk * size(self%records) * size(self%records(1)%displacement) >= largest_size) call flush_records(self, error)
   end subroutine add
 
+  !> Writes what is not written yet.
   subroutine flush_records(self, error)
-    type(snapshot_buffer_t), intent(inout) :: self
+    class(snapshot_buffer_t), intent(inout) :: self
     type(error_t), allocatable, intent(out) :: error
 
     if (size(self%records) > 0) call self%writer%append(self%records, error)

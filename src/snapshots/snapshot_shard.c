@@ -11,6 +11,7 @@
 
 #include "signorom/checksum.h"
 #include "signorom/file_system.h"
+#include "signorom/partial_files.h"
 
 enum { N_SIZES = 4, FORMAT_VERSION = 2, BYTE_ORDER_MARK = 0x01020304 };
 
@@ -206,7 +207,9 @@ int sig_shard_append(sig_shard *shard, int64_t n_records, double *values) {
     const uint64_t hash = sig_hash_of_doubles(record, shard->n_values);
     memcpy(record + shard->n_values, &hash, sizeof hash);
   }
+  sig_begin_writing();
   const int code = write_at(shard->descriptor, values, size, shard->end);
+  sig_end_writing();
   // What part of the records got there is overwritten by the next ones or dropped by the next reader.
   if (code) return code;
   shard->end += (off_t)size;

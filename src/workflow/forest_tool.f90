@@ -2,8 +2,10 @@
 !> Finds signorom-post, the Python tool that trains the random forest of irregular clusters.
 module sig_forest_tool
   use sig_deck_config, only: clusters_config_t
-  use sig_errors, only: error_t, make_error
+  use sig_errors, only: error_t, exit_stopped, make_error
   use sig_file_system, only: file_exists, program_folder
+  use sig_shell, only: run_shell
+  use sig_signals, only: is_stop_requested
   use sig_text, only: string_t
   implicit none(type, external)
   private
@@ -41,12 +43,16 @@ contains
     do i = 1, size(places)
       if (index(places(i)%text, '/') > 0 .and. .not. file_exists(places(i)%text)) cycle
       tool = shell_text(places(i)%text)
-      exit_code = exit_code_of(tool // ' forest --check >/dev/null 2>&1')
+      exit_code = run_shell('exec ' // tool // ' forest --check >/dev/null 2>&1')
       if (exit_code == 0) return
+      if (is_stop_requested()) then
+        call make_error(error, 'there is no forest yet', exit_code=exit_stopped)
+        return
+      end if
       if (exit_code /= exit_not_found .and. unable == '') unable = places(i)%text
     end do
     if (unable /= '') then
-      exit_code = exit_code_of(shell_text(unable) // ' forest --check')
+      exit_code = run_shell('exec ' // shell_text(unable) // ' forest --check')
       call make_error(error, unable // ' cannot train the random forest of irregular clusters; its message stands above')
     else if (is_named()) then
       call make_error(error, 'the environment variable ' // variable // ' names ' // places(1)%text // ', which is not there', &
@@ -84,15 +90,6 @@ contains
     call get_environment_variable(variable, length=length)
     is_named = length > 0
   end function is_named
-
-  integer function exit_code_of(command)
-    character(*), intent(in) :: command
-    integer :: status
-
-    exit_code_of = 0
-    call execute_command_line(command, exitstat=exit_code_of, cmdstat=status)
-    if (status /= 0) exit_code_of = exit_not_found
-  end function exit_code_of
 
   !> One word for the shell, whatever is in it.
   pure function shell_text(text) result(word)

@@ -5,13 +5,15 @@ module sig_forest_training
   use mpi, only: MPI_Comm_rank
   use sig_deck_config, only: deck_config_t
   use sig_error_broadcast, only: broadcast_error
-  use sig_errors, only: error_t, make_error
+  use sig_errors, only: error_t, exit_stopped, make_error
   use sig_file_system, only: write_text_file
   use sig_forest, only: forest_t, read_forest
   use sig_forest_tool, only: find_forest_tool, forest_tool_name, may_need_forest, shell_text
   use sig_kinds, only: rk
   use sig_log, only: is_log_shown, log_warning
   use sig_problem, only: parameter_names
+  use sig_shell, only: run_shell
+  use sig_signals, only: is_stop_requested
   use sig_text, only: join, string_t, to_text
   use petsc
   implicit none(type, external)
@@ -45,6 +47,7 @@ contains
 
     PetscCall(need_forest_tool(deck, error, ierr))
     if (.not. allocated(error)) return
+    if (error%exit_code == exit_stopped) return
     if (len(error%hint) > 0) error%message = error%message // '. Hint: ' // error%hint
     call log_warning('train cannot work here yet: ' // error%message)
   end subroutine warn_of_missing_tool
@@ -99,16 +102,20 @@ contains
     integer, intent(in) :: seed
     type(error_t), allocatable, intent(out) :: error
     character(:), allocatable :: command, tool
-    integer :: exit_code, status
+    integer :: exit_code
 
     call find_forest_tool(tool, error)
     if (allocated(error)) return
     command = tool // ' forest ' // shell_text(labels_path) // ' --output ' // shell_text(forest_path) // &
       ' --seed ' // to_text(seed)
     if (.not. is_log_shown()) command = command // ' >/dev/null'
-    exit_code = 0
-    call execute_command_line(command, exitstat=exit_code, cmdstat=status)
-    if (status /= 0 .or. exit_code /= 0) call make_error(error, forest_tool_name // &
-      ' could not train the random forest of irregular clusters; its message stands above')
+    exit_code = run_shell('exec ' // command)
+    if (exit_code == 0) return
+    if (is_stop_requested()) then
+      call make_error(error, 'there is no forest yet', exit_code=exit_stopped)
+    else
+      call make_error(error, forest_tool_name // &
+        ' could not train the random forest of irregular clusters; its message stands above')
+    end if
   end subroutine run_tool
 end module sig_forest_training

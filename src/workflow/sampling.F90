@@ -210,6 +210,8 @@ contains
       if (allocated(error) .or. outcome%is_stopped) exit
     end do
     call progress%finish()
+    ! the other groups may not end in time
+    if (outcome%is_stopped .and. self%groups%is_leader() .and. .not. allocated(error)) call buffer%flush(error)
     PetscCall(broadcast_error(error, PETSC_COMM_WORLD, ierr))
   end subroutine solve_points
 

@@ -84,6 +84,10 @@ contains
     outcome%setup_seconds = solver%setup_seconds
     PetscCall(compare_points(problem, groups, online, query, solver, points, outcome%is_stopped, table, ierr))
     PetscCall(solver%destroy(ierr))
+    if (outcome%is_stopped) then
+      call query%destroy()
+      return
+    end if
     call unpack_table(table, outcome)
     PetscCall(time_refactored(problem, groups, points, outcome%refactored_seconds, ierr))
     call time_queries(online, query, points, outcome%query_seconds)

@@ -1,0 +1,20 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> Another program as a helper.
+module sig_shell
+  use, intrinsic :: iso_c_binding, only: c_null_char
+  use sig_base_c_interfaces, only: sig_run_shell
+  implicit none(type, external)
+  private
+  public :: run_shell
+
+contains
+
+  !> Runs a command by the shell and waits: its exit code, 128 + number where a signal ended it, 127 where there is no such program.
+  !>
+  !> Unlike execute_command_line it listens to SIGINT meanwhile; a wish to stop ends the helper, too.
+  integer function run_shell(command)
+    character(*), intent(in) :: command
+
+    run_shell = sig_run_shell(command // c_null_char)
+  end function run_shell
+end module sig_shell
