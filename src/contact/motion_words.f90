@@ -2,8 +2,8 @@
 !> Rigid motions in words, for messages: `translation in x, rotation about z`.
 module sig_motion_words
   use sig_kinds, only: rk
-  use sig_linear_algebra, only: svd
   use sig_rigid_motions, only: null_space, rigid_motions_t
+  use sig_singular_values, only: svd
   use sig_text, only: append_text, join, string_t, to_text
   implicit none(type, external)
   private

@@ -6,8 +6,8 @@ module sig_rigid_motions
   use sig_bodies, only: find_bodies
   use sig_contact_operator, only: contact_operator_t
   use sig_kinds, only: rk
-  use sig_linear_algebra, only: svd
   use sig_mesh, only: mesh_t
+  use sig_singular_values, only: svd
   use sig_ties, only: tie_tolerance
   implicit none(type, external)
   private

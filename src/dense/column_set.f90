@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> Least squares on a few columns of a matrix that come and go: their QR factorization is updated.
 module sig_column_set
+  use sig_dense_kernels, only: multiply, multiply_transpose
   use sig_kinds, only: rk
-  use sig_lapack_interfaces, only: dgemv
   implicit none(type, external)
   private
   public :: column_set_t
@@ -55,13 +55,13 @@ contains
 
     is_dependent = self%n == size(self%used)
     if (is_dependent) return
-    associate (n => self%n, m => size(self%q, 1), column => self%q(:, self%n + 1))
+    associate (n => self%n, column => self%q(:, self%n + 1))
       column = matrix(:, i_column)
       self%r(:n, n + 1) = 0
       do i_pass = 1, 2
         if (n == 0) exit
-        call dgemv('T', m, n, 1.0_rk, self%q, m, column, 1, 0.0_rk, self%products, 1)
-        call dgemv('N', m, n, -1.0_rk, self%q, m, self%products, 1, 1.0_rk, column, 1)
+        call multiply_transpose(1.0_rk, self%q(:, :n), self%q(:, n + 1), 0.0_rk, self%products(:n))
+        call multiply(-1.0_rk, self%q(:, :n), self%products(:n), 1.0_rk, self%q(:, n + 1))
         self%r(:n, n + 1) = self%r(:n, n + 1) + self%products(:n)
       end do
       rest = norm2(column)
@@ -113,18 +113,18 @@ contains
   subroutine solve(self, rhs, solution, residual)
     class(column_set_t), intent(in) :: self
     !> b, shape (n_rows)
-    real(rk), intent(in) :: rhs(:)
+    real(rk), contiguous, intent(in) :: rhs(:)
     !> shape (>= n)
-    real(rk), intent(inout) :: solution(:)
+    real(rk), contiguous, intent(inout) :: solution(:)
     !> shape (n_rows)
-    real(rk), intent(inout) :: residual(:)
+    real(rk), contiguous, intent(inout) :: residual(:)
     integer :: i
 
     residual = rhs
     if (self%n == 0) return
-    associate (n => self%n, m => size(self%q, 1))
-      call dgemv('T', m, n, 1.0_rk, self%q, m, rhs, 1, 0.0_rk, solution, 1)
-      call dgemv('N', m, n, -1.0_rk, self%q, m, solution, 1, 1.0_rk, residual, 1)
+    associate (n => self%n)
+      call multiply_transpose(1.0_rk, self%q(:, :n), rhs, 0.0_rk, solution(:n))
+      call multiply(-1.0_rk, self%q(:, :n), solution(:n), 1.0_rk, residual)
       do i = n, 1, -1
         solution(i) = solution(i) / self%r(i, i)
         solution(:i - 1) = solution(:i - 1) - solution(i) * self%r(:i - 1, i)

@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> How far approximate contact forces can be from the solution of the complementarity problem 0 <= lambda, w = W lambda + q >= 0.
 module sig_contact_error_bound
+  use sig_dense_kernels, only: factor_cholesky, multiply, solve_cholesky
   use sig_kinds, only: rk
-  use sig_lapack_interfaces, only: dpotrf, dpotrs
   implicit none(type, external)
   private
   public :: contact_error_bound_t
@@ -31,8 +31,7 @@ contains
 
     self%compliance = compliance
     self%factor = compliance
-    info = 0
-    if (size(compliance) > 0) call dpotrf('L', size(compliance, 1), self%factor, size(compliance, 1), info)
+    call factor_cholesky(size(compliance, 1), self%factor, info)
     self%is_valid = info == 0
   end subroutine create
 
@@ -48,7 +47,7 @@ contains
   real(rk) function evaluate(self, lambda, free_opening) result(bound)
     class(contact_error_bound_t), intent(in) :: self
     !> [force] lambda_r >= 0, shape (n)
-    real(rk), intent(in) :: lambda(:)
+    real(rk), contiguous, intent(in) :: lambda(:)
     !> [length] q, shape (n)
     real(rk), intent(in) :: free_opening(:)
     real(rk) :: opening(size(lambda)), stiffness(size(lambda))
@@ -56,7 +55,8 @@ contains
 
     bound = 0
     if (size(lambda) == 0) return
-    opening = matmul(self%compliance, lambda) + free_opening
+    opening = free_opening
+    call multiply(1.0_rk, self%compliance, lambda, 1.0_rk, opening)
     stiffness = [(1 / self%compliance(i, i), i=1, size(lambda))]
     bound = min(self%bound_of_set(lambda, opening, lambda > 0), &
                 self%bound_of_set(lambda, opening, lambda > stiffness * opening))
@@ -67,14 +67,13 @@ contains
     real(rk), intent(in) :: lambda(:)
     real(rk), intent(in) :: opening(:)
     logical, intent(in) :: is_in_set(:)
-    real(rk) :: misfit(size(lambda)), force(size(lambda), 1), square, surplus
-    integer :: info
+    real(rk) :: misfit(size(lambda)), force(size(lambda)), square, surplus
 
     misfit = merge(opening, min(opening, 0.0_rk), is_in_set)
     surplus = sum(lambda * max(opening, 0.0_rk), mask=.not. is_in_set)
-    force(:, 1) = misfit
-    call dpotrs('L', size(lambda), 1, self%factor, size(lambda), force, size(lambda), info)
-    square = max(0.0_rk, dot_product(misfit, force(:, 1)))
+    force = misfit
+    call solve_cholesky(size(lambda), self%factor, force)
+    square = max(0.0_rk, dot_product(misfit, force))
     bound = sqrt(square) / 2 + sqrt(square / 4 + surplus)
   end function bound_of_set
 end module sig_contact_error_bound

@@ -2,8 +2,9 @@
 !> What the methods for the linear complementarity problem share: the answer, its reasons, their room, one index set.
 module sig_lcp_types
   use sig_bits, only: n_words
+  use sig_dense_kernels, only: factor_cholesky, factor_lu, reciprocal_condition_cholesky, reciprocal_condition_lu, &
+    solve_cholesky, solve_lu
   use sig_kinds, only: rk
-  use sig_lapack_interfaces, only: dgecon, dgetrf, dgetrs, dpocon, dpotrf, dpotrs
   use sig_linear_algebra, only: singular_reciprocal
   implicit none(type, external)
   private
@@ -71,12 +72,12 @@ module sig_lcp_types
     logical :: is_cholesky = .false.
     !> sets already seen, as bits, shape (n_words, n_sets)
     integer, allocatable :: history(:, :)
-    !> factors of the set's matrix, its indices, LAPACK's room
+    !> factors of the set's matrix, its indices, room for a right side and for an estimate of its condition number
     real(rk), allocatable :: factors(:, :)
     integer, allocatable :: active(:)
     integer, allocatable :: pivots(:)
     real(rk), allocatable :: work(:)
-    integer, allocatable :: iwork(:)
+    integer, allocatable :: signs(:)
     !> Lemke: columns of w, lambda, z0 and the values; variable of each row; room for one column and the ratios
     real(rk), allocatable :: tableau(:, :)
     integer, allocatable :: basis(:)
@@ -98,12 +99,12 @@ contains
 
     if (n <= self%capacity) return
     if (allocated(self%lambda)) deallocate (self%lambda, self%w, self%row_size, self%is_violated, self%history, self%factors, &
-      self%active, self%pivots, self%work, self%iwork)
+      self%active, self%pivots, self%work, self%signs)
     if (allocated(self%tableau)) deallocate (self%tableau, self%basis, self%column, self%ratio, self%covering, self%is_candidate)
     self%capacity = n
     allocate (self%lambda(n), self%w(n), self%row_size(n), self%is_violated(n))
     allocate (self%history(n_words(n), max(usual_sets, n + 1) + 1))
-    allocate (self%factors(n, n), self%active(n), self%pivots(n), self%work(4 * n), self%iwork(n))
+    allocate (self%factors(n, n), self%active(n), self%pivots(n), self%work(n), self%signs(n))
   end subroutine reserve
 
   !> Makes room for Lemke's method, which few problems need.
@@ -189,17 +190,17 @@ contains
     logical, intent(in) :: is_active(:)
     type(lcp_workspace_t), intent(inout) :: workspace
     integer, intent(inout) :: n
-    !> of LAPACK, 0 = done
+    !> 0 = done
     integer, intent(out) :: info
 
     workspace%is_cholesky = workspace%is_symmetric
     if (workspace%is_cholesky) then
-      call dpotrf('L', n, workspace%factors, workspace%capacity, info)
+      call factor_cholesky(n, workspace%factors, info)
       if (info == 0) return
       workspace%is_cholesky = .false.
       call gather(matrix, is_active, workspace, n)
     end if
-    call dgetrf(n, n, workspace%factors, workspace%capacity, workspace%pivots, info)
+    call factor_lu(n, workspace%factors, workspace%pivots, info)
   end subroutine factor_set
 
   !> Smallest over largest pivot; no number where one is none.
@@ -228,7 +229,7 @@ contains
     integer, intent(in) :: n
     real(rk), intent(out) :: reciprocal
     real(rk) :: column_sum, norm
-    integer :: i, info, j
+    integer :: i, j
 
     norm = 0
     do j = 1, n
@@ -239,26 +240,25 @@ contains
       norm = max(norm, column_sum)
     end do
     if (workspace%is_cholesky) then
-      call dpocon('L', n, workspace%factors, workspace%capacity, norm, reciprocal, workspace%work, workspace%iwork, info)
+      reciprocal = reciprocal_condition_cholesky(n, workspace%factors, norm, workspace%work, workspace%signs)
     else
-      call dgecon('1', n, workspace%factors, workspace%capacity, norm, reciprocal, workspace%work, workspace%iwork, info)
+      reciprocal = reciprocal_condition_lu(n, workspace%factors, norm, workspace%work, workspace%signs)
     end if
-    if (info /= 0) reciprocal = 0
   end subroutine measure_condition
 
   subroutine solve_set(q, n, workspace)
     real(rk), intent(in) :: q(:)
     integer, intent(in) :: n
     type(lcp_workspace_t), intent(inout) :: workspace
-    integer :: i, info
+    integer :: i
 
     do i = 1, n
       workspace%work(i) = -q(workspace%active(i))
     end do
     if (workspace%is_cholesky) then
-      call dpotrs('L', n, 1, workspace%factors, workspace%capacity, workspace%work, workspace%capacity, info)
+      call solve_cholesky(n, workspace%factors, workspace%work)
     else
-      call dgetrs('N', n, 1, workspace%factors, workspace%capacity, workspace%pivots, workspace%work, workspace%capacity, info)
+      call solve_lu(n, workspace%factors, workspace%pivots, workspace%work)
     end if
     do i = 1, n
       workspace%lambda(workspace%active(i)) = workspace%work(i)

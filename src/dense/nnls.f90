@@ -3,8 +3,8 @@
 module sig_nnls
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   use sig_column_set, only: column_set_t
+  use sig_dense_kernels, only: add_transposed_product, multiply_transpose
   use sig_kinds, only: rk
-  use sig_lapack_interfaces, only: dgemm, dgemv
   implicit none(type, external)
   private
   public :: nnls_t, nnls_workspace_t
@@ -68,9 +68,8 @@ contains
     end do
     if (allocated(self%products)) deallocate (self%products)
     n = merge(n, 0, n <= most_products)
-    allocate (self%products(n, n))
-    if (size(self%products) > 0 .and. size(matrix, 1) > 0) call dgemm('T', 'N', n, n, size(matrix, 1), 1.0_rk, self%columns, &
-      size(matrix, 1), self%columns, size(matrix, 1), 0.0_rk, self%products, n)
+    allocate (self%products(n, n), source=0.0_rk)
+    if (n > 0) call add_transposed_product(1.0_rk, self%columns, self%columns, self%products)
   end subroutine prepare
 
   !> Active set method; x is feasible at every step and the residual falls, so that it ends.
@@ -121,7 +120,7 @@ contains
       workspace%is_candidate = .true.
       workspace%rhs = rhs / rhs_norm
       workspace%residual = workspace%rhs
-      call dgemv('T', m, n, 1.0_rk, self%columns, m, workspace%rhs, 1, 0.0_rk, workspace%rhs_products, 1)
+      call multiply_transpose(1.0_rk, self%columns, workspace%rhs, 0.0_rk, workspace%rhs_products)
     end associate
   end subroutine start
 
@@ -151,9 +150,7 @@ contains
     integer :: i
 
     if (size(self%products) == 0) then
-      associate (m => size(self%columns, 1), n => size(self%columns, 2))
-        call dgemv('T', m, n, 1.0_rk, self%columns, m, workspace%residual, 1, 0.0_rk, workspace%gain, 1)
-      end associate
+      call multiply_transpose(1.0_rk, self%columns, workspace%residual, 0.0_rk, workspace%gain)
       return
     end if
     workspace%gain = workspace%rhs_products

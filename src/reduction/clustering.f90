@@ -5,9 +5,9 @@ module sig_clustering
   use sig_grassmann, only: subspace_t
   use sig_grid_cells, only: grid_cells_t
   use sig_kinds, only: rk
-  use sig_linear_algebra, only: svd
   use sig_parameter_space, only: format_point
   use sig_pod_rank, only: pod_rank
+  use sig_singular_values, only: svd
   use sig_text, only: string_t, to_text
   implicit none(type, external)
   private

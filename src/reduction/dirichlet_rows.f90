@@ -2,7 +2,7 @@
 !> Prescribed displacements as equations on the reduced coordinates, for a basis of whole fields (`dirichlet: multiplier`).
 module sig_dirichlet_rows
   use sig_kinds, only: rk
-  use sig_linear_algebra, only: svd
+  use sig_singular_values, only: svd
   use sig_ties, only: tie_tolerance
   implicit none(type, external)
   private

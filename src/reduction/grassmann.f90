@@ -2,7 +2,7 @@
 !> How far two subspaces, or two snapshots, are from each other: by the principal angles between them.
 module sig_grassmann
   use sig_kinds, only: rk
-  use sig_linear_algebra, only: svd
+  use sig_singular_values, only: svd
   implicit none(type, external)
   private
   public :: subspace_t, subspace_distance, snapshot_angle

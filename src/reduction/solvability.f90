@@ -3,8 +3,9 @@
 module sig_solvability
   use sig_condition_number, only: condition_number
   use sig_kinds, only: rk
-  use sig_linear_algebra, only: lu_t, singular_values
+  use sig_linear_algebra, only: lu_t
   use sig_model, only: reduced_model_t
+  use sig_singular_values, only: singular_values
   use sig_text, only: append_text, short_number, string_t, to_text
   implicit none(type, external)
   private

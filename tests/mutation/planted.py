@@ -68,12 +68,6 @@ PLANTED = [
         "least squares that stop before they are least",
     ),
     Planted(
-        SRC + "dense/singular_update.f90",
-        "root = hypot(poles(1), weights(1))",
-        "root = poles(1) + abs(weights(1))",
-        "the only singular value with one column more adds lengths instead of squares",
-    ),
-    Planted(
         SRC + "dense/contact_error_bound.f90",
         "bound = sqrt(square) / 2 + sqrt(square / 4 + surplus)",
         "bound = sqrt(square) / 2 + sqrt(square / 4)",
@@ -84,6 +78,18 @@ PLANTED = [
         "is_violated(i_last) = .true.",
         "is_violated(i_last) = .false.",
         "the rule that ends every cycle exchanges nothing",
+    ),
+    Planted(
+        SRC + "dense/dense_factors.c",
+        "pivots[k] += n_1;",
+        "pivots[k] += k % 31 ? n_1 : 0;",
+        "every 31st row exchange of the right half is forgotten",
+    ),
+    Planted(
+        SRC + "dense/dense_condition.c",
+        "return 2 * sig_sum_of_sizes",
+        "return 20 * sig_sum_of_sizes",
+        "condition numbers ten times too large",
     ),
     # online
     Planted(
@@ -115,6 +121,13 @@ PLANTED = [
         "high <= window%minimum .or. low >= window%maximum",
         "high < window%minimum .or. low > window%maximum",
         "a facet that only touches the window counts as cut: its part there has no area",
+    ),
+    # spectral
+    Planted(
+        SRC + "spectral/singular_update.f90",
+        "root = hypot(poles(1), weights(1))",
+        "root = poles(1) + abs(weights(1))",
+        "the only singular value with one column more adds lengths instead of squares",
     ),
     # parallel
     Planted(

@@ -1,18 +1,18 @@
 # SPDX-License-Identifier: BSD-3-Clause
 # cmake -DLIBRARY=<libsignorom_online.so> -DNM=<nm> -P check_shared_library.cmake
-# Fails when the online library needs MPI, PETSc or SLEPc, by a library or by a symbol.
+# Fails when the online library needs MPI, PETSc, SLEPc, BLAS or LAPACK, by a library or by a symbol (U dgemm_).
 function(check_lines source text)
   string(REPLACE "\n" ";" lines "${text}")
   foreach(line IN LISTS lines)
     string(TOLOWER "${line}" lower_line)
-    if(lower_line MATCHES "mpi|petsc|slepc")
+    if(lower_line MATCHES "mpi|petsc|slepc|blas|lapack| u [dis][a-z0-9]+_$")
       string(STRIP "${line}" line)
       list(APPEND offenders "${source}: ${line}")
     endif()
   endforeach()
   list(JOIN offenders "\n  " offenders)
   if(offenders)
-    message(FATAL_ERROR "${LIBRARY} must need neither MPI nor PETSc:\n  ${offenders}")
+    message(FATAL_ERROR "${LIBRARY} must need neither MPI nor PETSc, nor BLAS or LAPACK:\n  ${offenders}")
   endif()
 endfunction()
 

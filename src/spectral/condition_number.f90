@@ -3,7 +3,7 @@
 module sig_condition_number
   use, intrinsic :: ieee_arithmetic, only: ieee_positive_inf, ieee_value
   use sig_kinds, only: rk
-  use sig_linear_algebra, only: singular_values
+  use sig_singular_values, only: singular_values
   implicit none(type, external)
   private
   public :: condition_number, condition_of_values

@@ -3,7 +3,7 @@
 module sig_singular_update
   use, intrinsic :: ieee_arithmetic, only: ieee_positive_inf, ieee_value
   use sig_kinds, only: rk
-  use sig_linear_algebra, only: svd
+  use sig_singular_values, only: svd
   implicit none(type, external)
   private
   public :: column_space_t, decompose_columns, keep_largest, ratio_with_column

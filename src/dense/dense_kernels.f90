@@ -1,0 +1,185 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> Products and factorizations of dense matrices without BLAS and LAPACK. include/signorom/dense_kernels.h says what they promise.
+!>
+!> Nothing is allocated, nothing is kept: any number of threads may call them, and the same numbers give the same bits.
+module sig_dense_kernels
+  use, intrinsic :: iso_c_binding, only: c_int
+  use sig_dense_c_interfaces, only: sig_add_product, sig_factor_cholesky, sig_factor_lu, sig_largest_size, sig_multiply, &
+    sig_multiply_transpose, sig_reciprocal_condition_cholesky, sig_reciprocal_condition_lu, sig_solve_cholesky, sig_solve_lu, &
+    sig_sum_of_sizes
+  use sig_kinds, only: rk
+  implicit none(type, external)
+  private
+  public :: multiply, multiply_transpose, add_product, add_transposed_product, transposed_product
+  public :: factor_lu, solve_lu, reciprocal_condition_lu, factor_cholesky, solve_cholesky, reciprocal_condition_cholesky
+  public :: largest_size, sum_of_sizes
+
+  interface solve_lu
+    procedure solve_lu_vector, solve_lu_matrix
+  end interface solve_lu
+
+contains
+
+  !> y = alpha a x + beta y, without a temporary array.
+  subroutine multiply(alpha, a, x, beta, y)
+    real(rk), intent(in) :: alpha
+    !> shape (m, n)
+    real(rk), contiguous, intent(in) :: a(:, :)
+    !> shape (n)
+    real(rk), contiguous, intent(in) :: x(:)
+    real(rk), intent(in) :: beta
+    !> shape (m); with beta = 0 what it holds does not matter
+    real(rk), contiguous, intent(inout) :: y(:)
+
+    call sig_multiply(size(y), size(x), alpha, a, size(a, 1), x, beta, y)
+  end subroutine multiply
+
+  !> y = alpha a' x + beta y, without a temporary array.
+  subroutine multiply_transpose(alpha, a, x, beta, y)
+    real(rk), intent(in) :: alpha
+    !> shape (m, n)
+    real(rk), contiguous, intent(in) :: a(:, :)
+    !> shape (m)
+    real(rk), contiguous, intent(in) :: x(:)
+    real(rk), intent(in) :: beta
+    !> shape (n); with beta = 0 what it holds does not matter
+    real(rk), contiguous, intent(inout) :: y(:)
+
+    call sig_multiply_transpose(size(x), size(y), alpha, a, size(a, 1), x, beta, y)
+  end subroutine multiply_transpose
+
+  !> c = c + factor * a b.
+  subroutine add_product(factor, a, b, c)
+    real(rk), intent(in) :: factor
+    !> shape (m, k)
+    real(rk), contiguous, intent(in) :: a(:, :)
+    !> shape (k, n)
+    real(rk), contiguous, intent(in) :: b(:, :)
+    !> shape (m, n)
+    real(rk), contiguous, intent(inout) :: c(:, :)
+
+    call sig_add_product(0_c_int, 0_c_int, size(c, 1), size(c, 2), size(b, 1), factor, a, size(a, 1), b, size(b, 1), c, size(c, 1))
+  end subroutine add_product
+
+  !> c = c + factor * a' b.
+  subroutine add_transposed_product(factor, a, b, c)
+    real(rk), intent(in) :: factor
+    !> shape (k, m)
+    real(rk), contiguous, intent(in) :: a(:, :)
+    !> shape (k, n)
+    real(rk), contiguous, intent(in) :: b(:, :)
+    !> shape (m, n)
+    real(rk), contiguous, intent(inout) :: c(:, :)
+
+    call sig_add_product(1_c_int, 0_c_int, size(c, 1), size(c, 2), size(b, 1), factor, a, size(a, 1), b, size(b, 1), c, size(c, 1))
+  end subroutine add_transposed_product
+
+  !> c = a' b.
+  function transposed_product(a, b) result(c)
+    !> shape (k, m)
+    real(rk), contiguous, intent(in) :: a(:, :)
+    !> shape (k, n)
+    real(rk), contiguous, intent(in) :: b(:, :)
+    !> shape (m, n)
+    real(rk), allocatable :: c(:, :)
+
+    allocate (c(size(a, 2), size(b, 2)), source=0.0_rk)
+    call add_transposed_product(1.0_rk, a, b, c)
+  end function transposed_product
+
+  !> LU factors with row exchanges, in place.
+  subroutine factor_lu(n, a, pivots, info)
+    integer, intent(in) :: n
+    !> matrix in its first n rows and columns, shape (>= n, >= n)
+    real(rk), contiguous, intent(inout) :: a(:, :)
+    !> shape (>= n)
+    integer, contiguous, intent(inout) :: pivots(:)
+    !> 0, or the number of a pivot that is zero or not a number: the factors are of no use
+    integer, intent(out) :: info
+
+    info = sig_factor_lu(n, a, size(a, 1), pivots)
+  end subroutine factor_lu
+
+  !> b = A^-1 b with the factors of factor_lu.
+  subroutine solve_lu_vector(n, factors, pivots, b)
+    integer, intent(in) :: n
+    real(rk), contiguous, intent(in) :: factors(:, :)
+    integer, contiguous, intent(in) :: pivots(:)
+    !> shape (>= n)
+    real(rk), contiguous, intent(inout) :: b(:)
+
+    call sig_solve_lu(n, 1_c_int, factors, size(factors, 1), pivots, b, size(b))
+  end subroutine solve_lu_vector
+
+  !> The same for the columns of b.
+  subroutine solve_lu_matrix(n, factors, pivots, b)
+    integer, intent(in) :: n
+    real(rk), contiguous, intent(in) :: factors(:, :)
+    integer, contiguous, intent(in) :: pivots(:)
+    !> shape (>= n, n_columns)
+    real(rk), contiguous, intent(inout) :: b(:, :)
+
+    call sig_solve_lu(n, size(b, 2), factors, size(factors, 1), pivots, b, size(b, 1))
+  end subroutine solve_lu_matrix
+
+  !> [-] 1 / (|A| |A^-1|) in the 1-norm (estimate) from the factors of factor_lu; 1 of an empty matrix.
+  real(rk) function reciprocal_condition_lu(n, factors, norm, work, signs) result(reciprocal)
+    integer, intent(in) :: n
+    real(rk), contiguous, intent(in) :: factors(:, :)
+    !> |A|
+    real(rk), intent(in) :: norm
+    !> room, shape (>= n)
+    real(rk), contiguous, intent(inout) :: work(:)
+    integer, contiguous, intent(inout) :: signs(:)
+
+    reciprocal = sig_reciprocal_condition_lu(n, factors, size(factors, 1), norm, work, signs)
+  end function reciprocal_condition_lu
+
+  !> A = L L' in place; the upper triangle is not touched.
+  subroutine factor_cholesky(n, a, info)
+    integer, intent(in) :: n
+    !> matrix in its first n rows and columns, shape (>= n, >= n)
+    real(rk), contiguous, intent(inout) :: a(:, :)
+    !> 0, or the number of a pivot that is not positive: the matrix is not positive definite
+    integer, intent(out) :: info
+
+    info = sig_factor_cholesky(n, a, size(a, 1))
+  end subroutine factor_cholesky
+
+  !> b = A^-1 b with the factor of factor_cholesky.
+  subroutine solve_cholesky(n, factor, b)
+    integer, intent(in) :: n
+    real(rk), contiguous, intent(in) :: factor(:, :)
+    !> shape (>= n)
+    real(rk), contiguous, intent(inout) :: b(:)
+
+    call sig_solve_cholesky(n, 1_c_int, factor, size(factor, 1), b, size(b))
+  end subroutine solve_cholesky
+
+  !> As reciprocal_condition_lu, from the factor of factor_cholesky.
+  real(rk) function reciprocal_condition_cholesky(n, factor, norm, work, signs) result(reciprocal)
+    integer, intent(in) :: n
+    real(rk), contiguous, intent(in) :: factor(:, :)
+    !> |A|
+    real(rk), intent(in) :: norm
+    !> room, shape (>= n)
+    real(rk), contiguous, intent(inout) :: work(:)
+    integer, contiguous, intent(inout) :: signs(:)
+
+    reciprocal = sig_reciprocal_condition_cholesky(n, factor, size(factor, 1), norm, work, signs)
+  end function reciprocal_condition_cholesky
+
+  !> Largest |x_i|, 0 of none. Several times as fast as maxval(abs(x)), which waits for each comparison.
+  pure real(rk) function largest_size(x)
+    real(rk), contiguous, intent(in) :: x(:)
+
+    largest_size = sig_largest_size(size(x), x)
+  end function largest_size
+
+  !> Sum of |x_i|.
+  pure real(rk) function sum_of_sizes(x)
+    real(rk), contiguous, intent(in) :: x(:)
+
+    sum_of_sizes = sig_sum_of_sizes(size(x), x)
+  end function sum_of_sizes
+end module sig_dense_kernels

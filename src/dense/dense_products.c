@@ -1,0 +1,309 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Products of matrices with vectors and matrices.
+
+   Loops that sum write out in which order: the compiler may use vector instructions only where that changes no bit. */
+#include "dense_parts.h"
+#include "signorom/dense_kernels.h"
+
+#include <math.h>
+#include <stdint.h>
+#include <string.h>
+
+/* A panel of 8 rows and so many columns lies in the first cache; so many columns of the other factor in the second. */
+enum { most_inner = 256, most_columns = 240, tile_columns = 6 };
+
+/* From here on the copy of a panel is cheaper than reading it from its matrix for each tile. */
+enum { columns_worth_a_copy = 25 };
+
+SIG_FOR_EACH_PROCESSOR
+void sig_add_columns(int m, int n, const double *restrict a, ptrdiff_t lda, const double *restrict t,
+                     double *restrict y) {
+  int j = 0;
+  for (; j + 8 <= n; j += 8, a += 8 * lda, t += 8)
+    for (int i = 0; i < m; i++) {
+      double sum = y[i] + a[i] * t[0];
+      sum += a[i + lda] * t[1];
+      sum += a[i + 2 * lda] * t[2];
+      sum += a[i + 3 * lda] * t[3];
+      sum += a[i + 4 * lda] * t[4];
+      sum += a[i + 5 * lda] * t[5];
+      sum += a[i + 6 * lda] * t[6];
+      sum += a[i + 7 * lda] * t[7];
+      y[i] = sum;
+    }
+  if (j + 4 <= n) {
+    for (int i = 0; i < m; i++) {
+      double sum = y[i] + a[i] * t[0];
+      sum += a[i + lda] * t[1];
+      sum += a[i + 2 * lda] * t[2];
+      sum += a[i + 3 * lda] * t[3];
+      y[i] = sum;
+    }
+    j += 4, a += 4 * lda, t += 4;
+  }
+  if (j + 2 <= n) {
+    for (int i = 0; i < m; i++) {
+      double sum = y[i] + a[i] * t[0];
+      sum += a[i + lda] * t[1];
+      y[i] = sum;
+    }
+    j += 2, a += 2 * lda, t += 2;
+  }
+  if (j < n)
+    for (int i = 0; i < m; i++) y[i] += a[i] * t[0];
+}
+
+/* Sum of eight numbers, pairs first. */
+static inline double sum_of(const double *part) {
+  return ((part[0] + part[4]) + (part[2] + part[6])) + ((part[1] + part[5]) + (part[3] + part[7]));
+}
+
+/* What four columns give; the columns may be the same. rest_of_x holds the last eight entries of x, zero where earlier
+   steps have taken them. */
+static inline __attribute__((always_inline)) void four_products(int m, const double *const *a, const double *x,
+                                                                const sig_eight *rest_of_x, double *products) {
+  const double *a0 = a[0], *a1 = a[1], *a2 = a[2], *a3 = a[3];
+  sig_eight sum[4];
+  sig_eight s0 = {0}, s1 = {0}, s2 = {0}, s3 = {0};
+  int i = 0;
+  for (; i + 8 <= m; i += 8) {
+    const sig_eight xi = *(const sig_eight_in_memory *)(x + i);
+    s0 += xi * *(const sig_eight_in_memory *)(a0 + i);
+    s1 += xi * *(const sig_eight_in_memory *)(a1 + i);
+    s2 += xi * *(const sig_eight_in_memory *)(a2 + i);
+    s3 += xi * *(const sig_eight_in_memory *)(a3 + i);
+  }
+  if (i < m) {
+    i = m - 8;
+    s0 += *rest_of_x * *(const sig_eight_in_memory *)(a0 + i);
+    s1 += *rest_of_x * *(const sig_eight_in_memory *)(a1 + i);
+    s2 += *rest_of_x * *(const sig_eight_in_memory *)(a2 + i);
+    s3 += *rest_of_x * *(const sig_eight_in_memory *)(a3 + i);
+  }
+  sum[0] = s0, sum[1] = s1, sum[2] = s2, sum[3] = s3;
+  for (int k = 0; k < 4; k++) products[k] = sum_of((const double *)&sum[k]);
+}
+
+/* The same for columns of fewer than eight entries. */
+static void few_products(int m, int n, const double *a, ptrdiff_t lda, const double *x, double *products) {
+  for (int j = 0; j < n; j++) {
+    products[j] = 0;
+    for (int i = 0; i < m; i++) products[j] += a[i + j * lda] * x[i];
+  }
+}
+
+SIG_FOR_EACH_PROCESSOR
+void sig_column_products(int m, int n, const double *a, ptrdiff_t lda, const double *x, double *products) {
+  if (m < 8) {
+    few_products(m, n, a, lda, x, products);
+    return;
+  }
+  sig_eight rest_of_x = {0};
+  for (int i = m / 8 * 8; i < m; i++) rest_of_x[i - m + 8] = x[i];
+  for (int j = 0; j < n; j += 4) {
+    const double *columns[4];
+    double four[4];
+    for (int k = 0; k < 4; k++) columns[k] = a + (j + k < n ? j + k : n - 1) * lda;
+    four_products(m, columns, x, &rest_of_x, four);
+    for (int k = 0; k < 4 && j + k < n; k++) products[j + k] = four[k];
+  }
+}
+
+/* y = sum_j t_j a_j over eight columns. */
+SIG_FOR_EACH_PROCESSOR
+static void set_eight_columns(int m, const double *restrict a, ptrdiff_t lda, const double *restrict t,
+                              double *restrict y) {
+  for (int i = 0; i < m; i++) {
+    double sum = a[i] * t[0];
+    sum += a[i + lda] * t[1];
+    sum += a[i + 2 * lda] * t[2];
+    sum += a[i + 3 * lda] * t[3];
+    sum += a[i + 4 * lda] * t[4];
+    sum += a[i + 5 * lda] * t[5];
+    sum += a[i + 6 * lda] * t[6];
+    sum += a[i + 7 * lda] * t[7];
+    y[i] = sum;
+  }
+}
+
+void sig_multiply(int m, int n, double alpha, const double *a, int lda, const double *x, double beta, double *y) {
+  double t[64];
+  int n_set = 0; /* columns that are in y before the loop */
+  if (beta == 0 && n >= 8) {
+    for (int j = 0; j < 8; j++) t[j] = alpha * x[j];
+    set_eight_columns(m, a, lda, t, y);
+    n_set = 8;
+  } else if (beta != 1)
+    for (int i = 0; i < m; i++) y[i] = beta == 0 ? 0 : beta * y[i];
+  for (int first = n_set; first < n; first += 64) {
+    const int n_columns = n - first < 64 ? n - first : 64;
+    for (int j = 0; j < n_columns; j++) t[j] = alpha * x[first + j];
+    sig_add_columns(m, n_columns, a + (ptrdiff_t)first * lda, lda, t, y);
+  }
+}
+
+void sig_multiply_transpose(int m, int n, double alpha, const double *a, int lda, const double *x, double beta,
+                            double *y) {
+  double products[64];
+  for (int first = 0; first < n; first += 64) {
+    const int n_columns = n - first < 64 ? n - first : 64;
+    sig_column_products(m, n_columns, a + (ptrdiff_t)first * lda, lda, x, products);
+    for (int j = 0; j < n_columns; j++) y[first + j] = alpha * products[j] + (beta == 0 ? 0 : beta * y[first + j]);
+  }
+}
+
+/* One factor of a product: entry (i, j) is at [i * row + j * column]. */
+typedef struct {
+  const double *entries;
+  ptrdiff_t row, column;
+} factor_t;
+
+/* Eight rows, k columns: entry (i, p) is at [i + p * step]. */
+typedef struct {
+  const double *entries;
+  ptrdiff_t step;
+  int k;
+} panel_t;
+
+/* Copies up to eight rows of a factor; rows that are missing are zero. */
+static void copy_panel(const factor_t *a, int n_rows, int k, double *copy) {
+  if (n_rows == 8 && a->row == 1) {
+    for (int p = 0; p < k; p++) memcpy(copy + 8 * p, a->entries + p * a->column, 8 * sizeof *copy);
+    return;
+  }
+  memset(copy, 0, 8 * (size_t)k * sizeof *copy);
+  for (int p = 0; p < k; p++) {
+    const double *column = a->entries + p * a->column;
+    for (int i = 0; i < n_rows; i++) copy[8 * p + i] = column[i * a->row];
+  }
+}
+
+/* c += alpha sum for a column of up to eight rows. */
+static inline void add_to(double *c, int n_rows, double alpha, const sig_eight *sum) {
+  if (n_rows == 8) {
+    *(sig_eight_in_memory *)c += alpha * *sum;
+    return;
+  }
+  const sig_eight scaled = alpha * *sum;
+  for (int i = 0; i < n_rows; i++) c[i] += scaled[i];
+}
+
+/* c += alpha a b for eight rows (n_rows of them are written) and up to six columns. Columns that are missing are
+   computed as copies of the last one. */
+SIG_FOR_EACH_PROCESSOR
+static void add_tile_of_six(const panel_t *a, const factor_t *b, int n_rows, int n_columns, double alpha, double *c,
+                            ptrdiff_t ldc) {
+  sig_eight sum[6];
+  sig_eight s0 = {0}, s1 = {0}, s2 = {0}, s3 = {0}, s4 = {0}, s5 = {0};
+  const double *column[6];
+  const double *ap = a->entries;
+  const ptrdiff_t step = a->step, row = b->row;
+  for (int j = 0; j < 6; j++) column[j] = b->entries + (j < n_columns ? j : n_columns - 1) * b->column;
+  const double *b0 = column[0], *b1 = column[1], *b2 = column[2], *b3 = column[3], *b4 = column[4], *b5 = column[5];
+  for (int p = 0; p < a->k; p++) {
+    const sig_eight ai = *(const sig_eight_in_memory *)ap;
+    const ptrdiff_t at = p * row;
+    s0 += ai * b0[at];
+    s1 += ai * b1[at];
+    s2 += ai * b2[at];
+    s3 += ai * b3[at];
+    s4 += ai * b4[at];
+    s5 += ai * b5[at];
+    ap += step;
+  }
+  sum[0] = s0, sum[1] = s1, sum[2] = s2, sum[3] = s3, sum[4] = s4, sum[5] = s5;
+  for (int j = 0; j < n_columns; j++) add_to(c + j * ldc, n_rows, alpha, &sum[j]);
+}
+
+/* The same for up to two columns. */
+SIG_FOR_EACH_PROCESSOR
+static void add_tile_of_two(const panel_t *a, const factor_t *b, int n_rows, int n_columns, double alpha, double *c,
+                            ptrdiff_t ldc) {
+  sig_eight s0 = {0}, s1 = {0};
+  const double *ap = a->entries;
+  const ptrdiff_t step = a->step, row = b->row;
+  const double *b0 = b->entries, *b1 = b->entries + (n_columns > 1 ? b->column : 0);
+  for (int p = 0; p < a->k; p++) {
+    const sig_eight ai = *(const sig_eight_in_memory *)ap;
+    s0 += ai * b0[p * row];
+    s1 += ai * b1[p * row];
+    ap += step;
+  }
+  add_to(c, n_rows, alpha, &s0);
+  if (n_columns > 1) add_to(c + ldc, n_rows, alpha, &s1);
+}
+
+/* c += alpha a b for up to eight rows and any number of columns. */
+static void add_panel(const factor_t *a, const factor_t *b, int n_rows, int n, int k, double alpha, double *c,
+                      ptrdiff_t ldc) {
+  _Alignas(64) double copy[8 * most_inner];
+  panel_t panel = {.entries = a->entries, .step = a->column, .k = k};
+  if (n_rows < 8 || a->row != 1 || n >= columns_worth_a_copy) {
+    copy_panel(a, n_rows, k, copy);
+    panel = (panel_t){.entries = copy, .step = 8, .k = k};
+  }
+  for (int j = 0; j < n; j += tile_columns) {
+    const int n_columns = n - j < tile_columns ? n - j : tile_columns;
+    const factor_t part = {.entries = b->entries + j * b->column, .row = b->row, .column = b->column};
+    if (n_columns > 2)
+      add_tile_of_six(&panel, &part, n_rows, n_columns, alpha, c + j * ldc, ldc);
+    else
+      add_tile_of_two(&panel, &part, n_rows, n_columns, alpha, c + j * ldc, ldc);
+  }
+}
+
+void sig_add_product(int a_is_transposed, int b_is_transposed, int m, int n, int k, double alpha, const double *a,
+                     int lda, const double *b, int ldb, double *c, int ldc) {
+  factor_t left = {.row = a_is_transposed ? lda : 1, .column = a_is_transposed ? 1 : lda};
+  factor_t right = {.row = b_is_transposed ? ldb : 1, .column = b_is_transposed ? 1 : ldb};
+  for (int p = 0; p < k; p += most_inner) {
+    const int n_inner = k - p < most_inner ? k - p : most_inner;
+    for (int j = 0; j < n; j += most_columns) {
+      const int n_columns = n - j < most_columns ? n - j : most_columns;
+      right.entries = b + p * right.row + j * right.column;
+      for (int i = 0; i < m; i += 8) {
+        left.entries = a + i * left.row + p * left.column;
+        add_panel(&left, &right, m - i < 8 ? m - i : 8, n_columns, n_inner, alpha, c + i + (ptrdiff_t)j * ldc, ldc);
+      }
+    }
+  }
+}
+
+/* The bits of |x|: as whole numbers they have the same order, and what is no number comes last. */
+typedef int64_t __attribute__((may_alias)) bits_t;
+static const bits_t all_but_the_sign = INT64_MAX;
+
+SIG_FOR_EACH_PROCESSOR
+static bits_t largest_bits(int n, const bits_t *x) {
+  bits_t largest = 0;
+  for (int i = 0; i < n; i++) {
+    const bits_t size = x[i] & all_but_the_sign;
+    largest = size > largest ? size : largest;
+  }
+  return largest;
+}
+
+int sig_place_of_largest(int n, const double *x) {
+  const bits_t *bits = (const bits_t *)x;
+  const bits_t largest = largest_bits(n, bits);
+  int i = 0;
+  while (i < n - 1 && (bits[i] & all_but_the_sign) != largest) i++;
+  return i;
+}
+
+double sig_largest_size(int n, const double *x) {
+  const bits_t largest = largest_bits(n, (const bits_t *)x);
+  double size;
+  memcpy(&size, &largest, sizeof size);
+  return size;
+}
+
+SIG_FOR_EACH_PROCESSOR
+double sig_sum_of_sizes(int n, const double *x) {
+  double part[8] = {0};
+  int i = 0;
+  for (; i + 8 <= n; i += 8)
+    for (int k = 0; k < 8; k++) part[k] += fabs(x[i + k]);
+  for (int k = 0; i < n; i++, k++) part[k] += fabs(x[i]);
+  return sum_of(part);
+}
