@@ -7,7 +7,9 @@ then where the loader looks, then in the build folder of the sources.
 
 import ctypes
 import os
-from contextlib import suppress
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from ctypes import POINTER, byref, c_char_p, c_double, c_int, c_void_p
 from dataclasses import dataclass
 from pathlib import Path
@@ -185,43 +187,125 @@ class Answer:
         return float(self.multipliers.sum())
 
 
+# The library makes and frees its handles in one thread at a time. The garbage collector may free a model in the
+# middle of this module's own work: the same thread may come in again.
+_making = threading.RLock()
+
+
+class _Handles:
+    """What the library holds for an open model. A context serves one thread at a time, so each caller borrows one."""
+
+    def __init__(self, path: str) -> None:
+        """Read the file; ModelError where the library refuses it."""
+        self._lock = threading.Lock()
+        self._model = c_void_p()
+        self._idle: list[c_void_p] = []
+        self._n_users = 0
+        self._is_closed = False
+        self.library = load_library()
+        self.path = path
+        try:
+            with _making:
+                if self.library.signorom_open(os.fsencode(path), byref(self._model)):
+                    raise self._failure(self.library.signorom_model_message(self._model))
+            with self.context():
+                pass  # a model that cannot answer is refused here
+        except BaseException:
+            self.close()
+            raise
+
+    def _failure(self, message: bytes | None) -> ModelError:
+        sentence = _text(message) or "no memory for the model"
+        return ModelError(self.path, sentence.removeprefix(f"{self.path}: error: "))
+
+    @contextmanager
+    def model(self) -> Iterator[c_void_p]:
+        """The model; another thread that closes it meanwhile does not take it away."""
+        with self._lock:
+            if self._is_closed:
+                raise ValueError("the model is closed")
+            self._n_users += 1
+        try:
+            yield self._model
+        finally:
+            with self._lock:
+                self._n_users -= 1
+            self._free_if_unused()
+
+    @contextmanager
+    def context(self) -> Iterator[c_void_p]:
+        """A context that nobody else has meanwhile: one that has been given back, or a new one."""
+        with self.model() as model:
+            context = self._take() or self._new_context(model)
+            try:
+                yield context
+            finally:
+                with self._lock:
+                    self._idle.append(context)
+
+    def _take(self) -> c_void_p | None:
+        with self._lock:
+            return self._idle.pop() if self._idle else None
+
+    def _new_context(self, model: c_void_p) -> c_void_p:
+        context = c_void_p()
+        with _making:
+            if self.library.signorom_create_context(model, byref(context)):
+                failure = self._failure(self.library.signorom_message(context))
+                self.library.signorom_free_context(context)
+                raise failure
+        return context
+
+    def close(self) -> None:
+        """Take no more callers; the last one that is at work frees the model."""
+        with self._lock:
+            self._is_closed = True
+        self._free_if_unused()
+
+    def _free_if_unused(self) -> None:
+        with self._lock:
+            if not self._is_closed or self._n_users > 0:
+                return
+            model, self._model = self._model, c_void_p()
+            contexts, self._idle = self._idle, []
+        with _making:
+            for context in contexts:
+                self.library.signorom_free_context(context)
+            if model:
+                self.library.signorom_close(model)
+
+
 class Model:
-    """A trained model, ready for questions. For one thread; `with` closes it, and so does the garbage collector."""
+    """A trained model, ready for questions. `with` closes it, and so does the garbage collector.
+
+    Threads may share it. A copy, and what a process receives by pickle, reads the file again: it must still be there.
+    """
 
     def __init__(self, path: str | os.PathLike[str]) -> None:
         """Read a model file; ModelError where it is missing, damaged, foreign or newer than the library."""
-        self._model = c_void_p()
-        self._context = c_void_p()
-        self._library = load_library()
-        name = os.fspath(path)
-        if self._library.signorom_open(os.fsencode(name), byref(self._model)):
-            raise self._failure(name, self._library.signorom_model_message(self._model))
-        if self._library.signorom_create_context(self._model, byref(self._context)):
-            raise self._failure(name, self._library.signorom_message(self._context))
+        self._path = str(Path(path).absolute())
+        self._handles = _Handles(os.fspath(path))
+        self._library = self._handles.library
         self._sizes = _Sizes()
-        self._library.signorom_get_sizes(self._model, byref(self._sizes))
-        self.parameters = [self._parameter(i) for i in range(self._sizes.n_parameters)]
+        with self._handles.model() as model:
+            self._library.signorom_get_sizes(model, byref(self._sizes))
+            self.parameters = [self._parameter(model, i) for i in range(self._sizes.n_parameters)]
 
-    def _failure(self, path: str, message: bytes | None) -> ModelError:
-        sentence = _text(message) or "no memory for the model"
-        self.close()
-        return ModelError(path, sentence.removeprefix(f"{path}: error: "))
+    def __reduce__(self) -> tuple[type["Model"], tuple[str]]:
+        """A handle of the library is of no use elsewhere: copies and other processes open the file."""
+        with self._handles.model():
+            return type(self), (self._path,)
 
-    def _parameter(self, i: int) -> Parameter:
+    def _parameter(self, model: c_void_p, i: int) -> Parameter:
         name, unit, minimum, maximum = c_char_p(), c_char_p(), c_double(), c_double()
         self._library.signorom_get_parameter(
-            self._model, i, byref(name), byref(unit), byref(minimum), byref(maximum)
+            model, i, byref(name), byref(unit), byref(minimum), byref(maximum)
         )
         return Parameter(_text(name.value), _text(unit.value), minimum.value, maximum.value)
 
     def close(self) -> None:
-        """Free the model; asking it afterwards is an error."""
-        if self._context:
-            self._library.signorom_free_context(self._context)
-            self._context = c_void_p()
-        if self._model:
-            self._library.signorom_close(self._model)
-            self._model = c_void_p()
+        """Free the model, as soon as no other thread is asking it; asking it afterwards is an error."""
+        self._handles.close()
 
     def __enter__(self) -> Self:
         return self
@@ -232,38 +316,43 @@ class Model:
         self.close()
 
     def __del__(self) -> None:
-        if hasattr(self, "_library"):
+        if hasattr(self, "_handles"):
             self.close()
+
+    def _told(self, kind: int) -> str:
+        with self._handles.model() as model:
+            return _text(self._library.signorom_text(model, kind))
 
     @property
     def title(self) -> str:
         """Title of the deck."""
-        return _text(self._library.signorom_text(self._open(), 0))
+        return self._told(0)
 
     @property
     def length_unit(self) -> str:
         """Unit of displacements and coordinates."""
-        return _text(self._library.signorom_text(self._open(), 1))
+        return self._told(1)
 
     @property
     def force_unit(self) -> str:
         """Unit of contact forces."""
-        return _text(self._library.signorom_text(self._open(), 2))
+        return self._told(2)
 
     @property
     def deck(self) -> str:
         """Effective deck of the training, YAML."""
-        return _text(self._library.signorom_text(self._open(), 4))
+        return self._told(4)
 
     def describe(self) -> str:
         """What `signorom describe` prints."""
-        return _text(self._library.signorom_text(self._open(), 5))
+        return self._told(5)
 
     @property
     def contact_tags(self) -> tuple[IntArray, IntArray]:
         """Tags of the mesh file of the first and the second node of each contact pair."""
         first, second = (np.zeros(self._sizes.n_contacts, dtype=np.intc) for _ in range(2))
-        self._library.signorom_get_contacts(self._open(), _ints(first), _ints(second))
+        with self._handles.model() as model:
+            self._library.signorom_get_contacts(model, _ints(first), _ints(second))
         return first.astype(np.int64), second.astype(np.int64)
 
     @property
@@ -271,7 +360,8 @@ class Model:
         """Tags of the mesh file and coordinates of all nodes, shapes (n_nodes) and (n_nodes, n_dimensions)."""
         tags = np.zeros(self._sizes.n_nodes, dtype=np.intc)
         coordinates = np.zeros((self._sizes.n_nodes, self._sizes.n_dimensions))
-        self._library.signorom_get_nodes(self._open(), _ints(tags), _doubles(coordinates))
+        with self._handles.model() as model:
+            self._library.signorom_get_nodes(model, _ints(tags), _doubles(coordinates))
         return tags.astype(np.int64), coordinates
 
     def query(self, *, nodes: list[int] | IntArray | None = None, **values: float) -> Answer:
@@ -280,24 +370,28 @@ class Model:
         NoAnswerError where the model has none, TypeError for a parameter that is missing or unknown.
         """
         point = np.array([values[name] for name in self._checked(values)], dtype=float)
+        indices = None if nodes is None else self._indices_of(nodes)
         told = _Answer()
-        if self._library.signorom_query(self._opened_context(), _doubles(point), byref(told)):
-            raise NoAnswerError(_text(self._library.signorom_message(self._context)))
-        return Answer(
-            point={parameter.name: float(values[parameter.name]) for parameter in self.parameters},
-            multipliers=self._get("signorom_get_multipliers", self._sizes.n_contacts),
-            domain_multipliers=self._get("signorom_get_domain_multipliers", told.n_domain_contacts),
-            domain_contacts=self._domain_contacts(told),
-            displacement=self._displacement(nodes),
-            coordinates=self._get("signorom_get_coordinates", told.n_modes),
-            method=METHODS[told.method],
-            cluster=told.cluster,
-            next_cluster=self._next_cluster(point),
-            n_iterations=told.n_iterations,
-            is_inside_box=bool(told.is_inside_box),
-            distance=told.distance,
-            residual=told.residual,
-        )
+        with self._handles.model() as model, self._handles.context() as context:
+            if self._library.signorom_query(context, _doubles(point), byref(told)):
+                raise NoAnswerError(_text(self._library.signorom_message(context)))
+            return Answer(
+                point={parameter.name: float(values[parameter.name]) for parameter in self.parameters},
+                multipliers=self._get(context, "signorom_get_multipliers", self._sizes.n_contacts),
+                domain_multipliers=self._get(
+                    context, "signorom_get_domain_multipliers", told.n_domain_contacts
+                ),
+                domain_contacts=self._domain_contacts(model, told),
+                displacement=self._displacement(context, indices),
+                coordinates=self._get(context, "signorom_get_coordinates", told.n_modes),
+                method=METHODS[told.method],
+                cluster=told.cluster,
+                next_cluster=self._next_cluster(model, point),
+                n_iterations=told.n_iterations,
+                is_inside_box=bool(told.is_inside_box),
+                distance=told.distance,
+                residual=told.residual,
+            )
 
     def query_many(self, points: FloatArray) -> FloatArray:
         """Contact forces [n_points, n_contacts] at points [n_points, n_parameters]; NaN where there is no answer."""
@@ -306,9 +400,10 @@ class Model:
             raise ValueError(f"points must have shape (n_points, {len(self.parameters)}), not {points.shape}")
         told = (_Answer * len(points))()
         multipliers = np.zeros((len(points), self._sizes.n_contacts))
-        self._library.signorom_query_many(
-            self._opened_context(), len(points), _doubles(points), told, _doubles(multipliers)
-        )
+        with self._handles.context() as context:
+            self._library.signorom_query_many(
+                context, len(points), _doubles(points), told, _doubles(multipliers)
+            )
         multipliers[[answer.code == NO_ANSWER for answer in told]] = np.nan
         return multipliers
 
@@ -322,20 +417,18 @@ class Model:
                 raise TypeError(f"no value for the parameter '{name}'")
         return names
 
-    def _domain_contacts(self, told: _Answer) -> IntArray:
+    def _domain_contacts(self, model: c_void_p, told: _Answer) -> IntArray:
         contacts = np.zeros(told.n_domain_contacts, dtype=np.intc)
-        self._library.signorom_get_domain_contacts(self._model, told.cluster, None, _ints(contacts))
+        self._library.signorom_get_domain_contacts(model, told.cluster, None, _ints(contacts))
         return contacts.astype(np.int64)
 
-    def _next_cluster(self, point: FloatArray) -> int | None:
+    def _next_cluster(self, model: c_void_p, point: FloatArray) -> int | None:
         cluster = c_int()
-        self._library.signorom_get_next_cluster(self._model, _doubles(point), byref(cluster))
+        self._library.signorom_get_next_cluster(model, _doubles(point), byref(cluster))
         return cluster.value if cluster.value >= 0 else None
 
-    def _displacement(self, nodes: list[int] | IntArray | None) -> FloatArray:
-        n = self._sizes.n_dimensions
-        if nodes is None:
-            return self._get("signorom_get_displacement", self._sizes.n_dofs).reshape(-1, n)
+    def _indices_of(self, nodes: list[int] | IntArray) -> IntArray:
+        """Places of nodes (mesh tags) among the model's nodes."""
         tags = self.nodes[0]
         order = np.argsort(tags)
         places = np.searchsorted(tags, nodes, sorter=order)
@@ -343,27 +436,23 @@ class Model:
         missing = np.asarray(nodes)[tags[chosen] != nodes]
         if len(missing):
             raise ValueError(f"the mesh has no node {missing[0]}")
-        indices = chosen.astype(np.intc)
+        return chosen.astype(np.intc)
+
+    def _displacement(self, context: c_void_p, indices: IntArray | None) -> FloatArray:
+        n = self._sizes.n_dimensions
+        if indices is None:
+            return self._get(context, "signorom_get_displacement", self._sizes.n_dofs).reshape(-1, n)
         displacement = np.zeros((len(indices), n))
         self._library.signorom_get_displacement_at(
-            self._context, len(indices), _ints(indices), _doubles(displacement)
+            context, len(indices), _ints(indices), _doubles(displacement)
         )
         return displacement
 
-    def _get(self, name: str, n: int) -> FloatArray:
+    def _get(self, context: c_void_p, name: str, n: int) -> FloatArray:
         values = np.zeros(max(n, 1))
-        if getattr(self._library, name)(self._context, _doubles(values)):
-            raise NoAnswerError(_text(self._library.signorom_message(self._context)))
+        if getattr(self._library, name)(context, _doubles(values)):
+            raise NoAnswerError(_text(self._library.signorom_message(context)))
         return values[:n]
-
-    def _open(self) -> c_void_p:
-        if not self._model:
-            raise ValueError("the model is closed")
-        return self._model
-
-    def _opened_context(self) -> c_void_p:
-        self._open()
-        return self._context
 
 
 def _text(value: bytes | None) -> str:
