@@ -6,6 +6,7 @@ program signorom
   use sig_commands, only: run_command
   use sig_errors, only: exit_internal
   use sig_kinds, only: rk
+  use sig_memory_check, only: hint_at_memory
   use sig_petsc_support, only: end_petsc, start_petsc
   use sig_signals, only: install_stop_signals
   use sig_text, only: string_t
@@ -22,6 +23,7 @@ program signorom
     call run_command(arguments, exit_code, ierr)
   end if
   if (ierr == 0) call end_petsc(ierr)
+  if (ierr /= 0) call hint_at_memory()
   ! The other ranks may wait in a collective call that this one never reaches.
   if (ierr /= 0) call MPI_Abort(MPI_COMM_WORLD, exit_internal, ierr_abort)
   stop exit_code, quiet = .true.

@@ -18,7 +18,8 @@ enum {
   SIG_SHARD_VERSION = -2,    /* of another format version or byte order */
   SIG_SHARD_PROVENANCE = -3, /* of another deck or mesh */
   SIG_SHARD_SIZES = -4,      /* of other sizes */
-  SIG_SHARD_SHORT = -5       /* a record that the file's end or damage cuts short */
+  SIG_SHARD_SHORT = -5,      /* a record that the file's end or damage cuts short */
+  SIG_SHARD_GONE = -6        /* no longer where it was opened */
 };
 
 typedef struct sig_shard sig_shard;

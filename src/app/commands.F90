@@ -11,6 +11,7 @@ module sig_commands
   use sig_kinds, only: rk
   use sig_log, only: is_log_shown, log_error, log_info, start_log
   use sig_materials, only: need_fixed_stiffness
+  use sig_memory_check, only: start_linear_algebra
   use sig_point_argument, only: parse_point
   use sig_predict, only: predict
   use sig_problem, only: parameter_names
@@ -47,6 +48,7 @@ contains
     end if
     if (is_log_shown()) call say_when_ended('stopped by a signal: the work in progress is lost, all files are whole, ' // &
       'and the same command goes on')
+    if (command%name /= 'help' .and. command%name /= 'version') call start_linear_algebra()
     exit_code = exit_success
     select case (command%name)
     case ('help')

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> The C side of this layer, as declared in include/signorom/{checksum,file_seal,file_system,hdf5_file,number_text,
+!> The C side of this layer, as declared in include/signorom/{checksum,file_seal,file_system,hdf5_file,memory,number_text,
 !> partial_files,random_numbers,shell,signals,threads}.h.
 module sig_base_c_interfaces
   use, intrinsic :: iso_c_binding, only: c_char, c_double, c_funptr, c_int, c_int64_t, c_long, c_ptr, c_size_t
@@ -10,6 +10,7 @@ module sig_base_c_interfaces
   public :: sig_random_below, sig_random_fraction
   public :: sig_install_stop_signals, sig_is_stop_requested, sig_set_last_words, sig_is_terminal
   public :: sig_run_shell
+  public :: sig_memory_use, sig_begin_memory_watch, sig_end_memory_watch
   public :: sig_file_kind, sig_make_directories, sig_read_file, sig_write_file, sig_commit_file, sig_rename_file
   public :: sig_note_partial_file, sig_remove_file, sig_lock_directory, sig_unlock_directory, sig_list_files
   public :: sig_error_text, sig_free, sig_program_path
@@ -64,6 +65,17 @@ module sig_base_c_interfaces
       character(kind=c_char), intent(in) :: text(*)
       integer(c_size_t), value :: length
     end subroutine sig_set_last_words
+
+    subroutine sig_memory_use(peak, limit) bind(c)
+      import :: c_double
+      real(c_double), intent(out) :: peak, limit
+    end subroutine sig_memory_use
+
+    subroutine sig_begin_memory_watch() bind(c)
+    end subroutine sig_begin_memory_watch
+
+    subroutine sig_end_memory_watch() bind(c)
+    end subroutine sig_end_memory_watch
 
     integer(c_int) function sig_run_shell(command) bind(c)
       import :: c_char, c_int

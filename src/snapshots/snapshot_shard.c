@@ -28,6 +28,9 @@ _Static_assert(sizeof(shard_header) == 72, "the header has no padding");
 
 struct sig_shard {
   int descriptor;
+  // where it was opened
+  char *name;
+  int is_writing;
   int is_dirty;
   // doubles of a record, without its hash
   size_t n_values;
@@ -171,22 +174,27 @@ static int fill_shard(sig_shard *shard, const char *provenance, const int64_t *s
 
 static void free_shard(sig_shard *shard) {
   if (shard->descriptor >= 0) close(shard->descriptor);
+  free(shard->name);
   free(shard);
 }
 
 int sig_shard_open(const char *path, size_t length, const char *provenance, const int64_t *sizes, int is_writing,
                    sig_shard **shard, int64_t *n_records, int64_t *n_dropped) {
-  char *name = sig_copy_text(path, length);
   sig_shard *opened = calloc(1, sizeof *opened);
-  int code = name && opened ? 0 : ENOMEM;
+  int code = opened ? 0 : ENOMEM;
 
   *shard = NULL;
   *n_records = *n_dropped = 0;
   if (!code) {
-    opened->descriptor = open(name, is_writing ? O_RDWR | O_CREAT | O_CLOEXEC : O_RDONLY | O_CLOEXEC, 0666);
+    opened->descriptor = -1;
+    opened->is_writing = is_writing;
+    opened->name = sig_copy_text(path, length);
+    if (!opened->name) code = ENOMEM;
+  }
+  if (!code) {
+    opened->descriptor = open(opened->name, is_writing ? O_RDWR | O_CREAT | O_CLOEXEC : O_RDONLY | O_CLOEXEC, 0666);
     code = opened->descriptor < 0 ? errno : fill_shard(opened, provenance, sizes, is_writing, n_records, n_dropped);
   }
-  free(name);
   if (!code)
     *shard = opened;
   else if (opened)
@@ -198,6 +206,15 @@ int sig_shard_read(const sig_shard *shard, int64_t i_record, double *values) {
   return read_record(shard, (off_t)sizeof(shard_header) + (off_t)i_record * (off_t)shard->record_bytes, values);
 }
 
+// The results folder may be removed or moved under a run: what is written then is lost, or out of the next run's sight.
+static int check_place(const sig_shard *shard) {
+  struct stat at_name, open_file;
+
+  if (fstat(shard->descriptor, &open_file) != 0) return errno;
+  if (stat(shard->name, &at_name) != 0) return SIG_SHARD_GONE;
+  return at_name.st_ino == open_file.st_ino && at_name.st_dev == open_file.st_dev ? 0 : SIG_SHARD_GONE;
+}
+
 int sig_shard_append(sig_shard *shard, int64_t n_records, double *values) {
   const size_t size = (size_t)n_records * shard->record_bytes;
   struct timespec now;
@@ -207,8 +224,10 @@ int sig_shard_append(sig_shard *shard, int64_t n_records, double *values) {
     const uint64_t hash = sig_hash_of_doubles(record, shard->n_values);
     memcpy(record + shard->n_values, &hash, sizeof hash);
   }
+  int code = check_place(shard);
+  if (code) return code;
   sig_begin_writing();
-  const int code = write_at(shard->descriptor, values, size, shard->end);
+  code = write_at(shard->descriptor, values, size, shard->end);
   sig_end_writing();
   // What part of the records got there is overwritten by the next ones or dropped by the next reader.
   if (code) return code;
@@ -225,6 +244,7 @@ int sig_shard_close(sig_shard *shard) {
 
   if (!shard) return 0;
   code = shard->is_dirty ? sync_shard(shard) : 0;
+  if (!code && shard->is_writing) code = check_place(shard);
   free_shard(shard);
   return code;
 }

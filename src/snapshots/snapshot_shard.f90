@@ -16,7 +16,7 @@ module sig_snapshot_shard
   !> residuals, seconds, n_iterations, reason
   integer, parameter :: n_extra = n_residuals + 3
   !> as in snapshot_shard.h
-  integer(c_int), parameter :: foreign = -1, other_version = -2, other_provenance = -3, other_sizes = -4, short = -5
+  integer(c_int), parameter :: foreign = -1, other_version = -2, other_provenance = -3, other_sizes = -4, short = -5, gone = -6
 
   !> One solved parameter point.
   type :: snapshot_record_t
@@ -71,7 +71,7 @@ contains
 
   !> Appends records; when this returns, a kill of the process does not lose them any more.
   !>
-  !> Errors: the disk is full or failed; the records before stay good.
+  !> Errors: the disk is full or failed, and the records before stay good; the file was removed or moved.
   subroutine append(self, records, error)
     class(shard_writer_t), intent(inout) :: self
     !> sizes as given to create
@@ -87,6 +87,10 @@ contains
     end do
     code = sig_shard_append(self%handle, size(records, kind=c_int64_t), values)
     if (code == 0) return
+    if (code == gone) then
+      call make_gone_error(self%path, error)
+      return
+    end if
     call make_error(error, 'cannot write the snapshot: ' // system_reason(code), file=self%path, &
       hint='the snapshots before it are safe; make room and run the same command again')
   end subroutine append
@@ -99,8 +103,20 @@ contains
 
     code = sig_shard_close(self%handle)
     self%handle = c_null_ptr
-    if (code /= 0) call make_error(error, 'cannot finish the snapshot file: ' // system_reason(code), file=self%path)
+    if (code == gone) then
+      call make_gone_error(self%path, error)
+    else if (code /= 0) then
+      call make_error(error, 'cannot finish the snapshot file: ' // system_reason(code), file=self%path)
+    end if
   end subroutine close_writer
+
+  subroutine make_gone_error(path, error)
+    character(*), intent(in) :: path
+    type(error_t), allocatable, intent(out) :: error
+
+    call make_error(error, 'the file of the finished points was removed or moved while the run wrote it', file=path, &
+      hint='without it the same command begins anew; put the results folder back if it was moved')
+  end subroutine make_gone_error
 
   !> All good records of a shard, in the order in which they were written; the file is not touched.
   !>

@@ -344,6 +344,23 @@ def test_folder_without_permission(signorom, tmp_path):
     assert re.match(r"results/patch\S*: error: .*[Pp]ermission", words)
 
 
+@pytest.mark.parametrize("number", [None, signal.SIGTERM])
+def test_results_removed_meanwhile(signorom, many_points, number):
+    """The run does not go on in vain, and does not say that finished points are kept."""
+    deck, results = many_points
+    process = signorom.start("sample", deck.name, folder=deck.parent)
+    wait_until(lambda: n_records(results) > 0, process)
+    shutil.rmtree(results)
+    if number is not None:
+        process.send_signal(number)
+    done = finish(process, 60)
+    assert done.returncode == 2
+    assert "kept" not in done.stdout
+    assert done.stderr.startswith(
+        "results/patch/snapshots.part-1: error: the file of the finished points was removed or moved"
+    )
+
+
 @pytest.mark.skipif(mpi_needs_large_files(), reason="this MPI cannot start with small files")
 def test_full_disk(signorom, many_points):
     """A shard that may not grow any more stands for it: a sentence, no crash; the finished points stay."""

@@ -5,11 +5,12 @@ import os
 import pty
 import re
 import select
+import subprocess
 import time
 
 import pytest
 
-from program import ENVIRONMENT, ROOT, finish, kill, mpi_needs_large_files, wait_until
+from program import ENVIRONMENT, ROOT, finish, kill, mpi_needs_large_files, needs_library, wait_until
 from runs import SOON, on_ranks, refuse, write_deck
 
 COMMANDS = ("check", "solve", "sample", "train", "validate", "run", "predict", "describe")
@@ -100,6 +101,25 @@ def test_lone_process_has_no_session_folder(signorom, tmp_path, monkeypatch):
     finally:
         kill(process)
     assert list(sessions.iterdir()) == []
+
+
+@pytest.mark.parametrize("limit", [250, 300, 350])
+def test_too_little_memory(signorom, tmp_path, limit):
+    """[MB] OpenBLAS asks for 128 MB in a loop without an end; other libraries fail in their own way, but they end."""
+    if needs_library(signorom.executable, "libasan"):
+        pytest.skip("sanitizers take terabytes of address space")
+    deck = write_deck("patch", tmp_path)
+    command = f'ulimit -v {limit * 1000}; exec "$0" run "$1"'
+    done = subprocess.run(
+        ["bash", "-c", command, signorom.executable, deck.name],
+        cwd=tmp_path,
+        env=os.environ | ENVIRONMENT,
+        capture_output=True,
+        text=True,
+        timeout=SOON,
+    )
+    sentences = ("error: too little memory", "the cause is probably too little memory", "shared librar")
+    assert done.returncode == 0 or any(words in done.stderr for words in sentences), done.stderr
 
 
 def test_quiet(signorom, tmp_path):

@@ -121,6 +121,11 @@ def mpi_needs_large_files():
     return found is not None and int(found.group(1)) >= 5
 
 
+def needs_library(executable, name):
+    """Whether a program is linked with a shared library."""
+    return name in subprocess.run(["ldd", executable], capture_output=True, text=True, check=True).stdout
+
+
 def wait_until(condition, process, time_limit=60, pause=0.002):
     """Wait until condition() holds; the process must live on meanwhile."""
     start = time.monotonic()
