@@ -1,10 +1,10 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Explicit interface of the LAPACK routine in use. Nobody calls it without one.
+!> Explicit interfaces of the LAPACK routines in use. Nobody calls them without one.
 module sig_lapack_interfaces
   use sig_kinds, only: rk
   implicit none(type, external)
   private
-  public :: dgesdd
+  public :: dgesdd, dgetrf
 
   interface
     !> Singular value decomposition by divide and conquer; jobz 'N' (values only) or 'S' (thin).
@@ -26,5 +26,17 @@ module sig_lapack_interfaces
       integer, intent(inout) :: iwork(*)
       integer, intent(out) :: info
     end subroutine dgesdd
+
+    !> Factors a matrix with row exchanges.
+    subroutine dgetrf(m, n, a, lda, ipiv, info)
+      import :: rk
+      implicit none(type, external)
+      integer, intent(in) :: m
+      integer, intent(in) :: n
+      integer, intent(in) :: lda
+      real(rk), intent(inout) :: a(lda, *)
+      integer, intent(out) :: ipiv(*)
+      integer, intent(out) :: info
+    end subroutine dgetrf
   end interface
 end module sig_lapack_interfaces
