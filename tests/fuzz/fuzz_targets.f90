@@ -7,7 +7,7 @@ module fuzz_targets
   use sig_deck_read, only: read_deck
   use sig_errors, only: error_list_t, error_report, error_t
   use sig_expression, only: expression_t
-  use sig_file_seal, only: seal_file
+  use sig_file_seal, only: check_seal, seal_file
   use sig_file_system, only: read_text_file
   use sig_kinds, only: rk
   use sig_mesh, only: mesh_t
@@ -169,15 +169,19 @@ contains
     if (n_dropped /= 0 .or. size(again) /= size(records)) error stop 'a shard that was cut at its good end is not whole'
   end subroutine try_shard
 
+  !> A file that has a seal gets one that fits its content, as somebody who means harm would do.
   subroutine try_snapshots(path, error)
     character(*), intent(in) :: path
     type(error_t), allocatable, intent(out) :: error
     type(snapshot_set_t) :: set
+    logical :: is_sealed
 
-    call read_snapshot_set(path, '', set, error)
+    call check_seal(path, is_sealed, error)
+    if (is_sealed .or. allocated(error)) call seal_file(path, error)
+    if (.not. allocated(error)) call read_snapshot_set(path, '', set, error)
   end subroutine try_snapshots
 
-  !> The file gets a seal that fits its content, as somebody who means harm would do.
+  !> With a seal that fits, too.
   subroutine try_model(path, error, sentence)
     character(*), intent(in) :: path
     type(error_t), allocatable, intent(out) :: error
