@@ -24,13 +24,16 @@ enum sig_h5_status {
   SIG_H5_NO_CREATE = 4,
   SIG_H5_NO_WRITE = 5,
   SIG_H5_NO_READ = 6,
-  SIG_H5_MISSING = 7 /* no such dataset or attribute */
+  SIG_H5_MISSING = 7,   /* no such dataset or attribute */
+  SIG_H5_ELSEWHERE = 8, /* a link, or values that do not stand in the file in one piece */
+  SIG_H5_TOO_LARGE = 9  /* more values than the file can hold */
 };
 
 /* `n_free` bytes at the head are left to the caller: 0 or a power of 2 from 512. */
 int sig_h5_create(const char *path, size_t length, size_t n_free, sig_h5_file **file);
 
-/* Reading only. */
+/* Reading only. Links and values in other files are not followed, and nothing is read that the file's size cannot hold:
+ * the functions below then return SIG_H5_ELSEWHERE or SIG_H5_TOO_LARGE. */
 int sig_h5_open(const char *path, size_t length, sig_h5_file **file);
 
 /* A file in memory alone, and what is to be read from the bytes of one, which are copied. */

@@ -24,7 +24,7 @@ module sig_hdf5_access
 
   ! as in hdf5_file.h
   integer(c_int), parameter :: real_type = 1, integer_type = 2, text_type = 3
-  integer(c_int), parameter :: not_hdf5 = 1, damaged = 2, locked = 3, missing = 7
+  integer(c_int), parameter :: not_hdf5 = 1, damaged = 2, locked = 3, missing = 7, elsewhere = 8, too_large = 9
   integer, parameter :: max_rank = 8
 
 contains
@@ -174,10 +174,8 @@ contains
     integer(c_int) :: found_rank, found_type, status
 
     status = sig_h5_describe(handle, address, len(address, c_size_t), found_type, found_rank, shape_in_c)
-    if (status == missing) then
-      call make_error(error, address_text(address) // ' is missing', file=path)
-    else if (status /= 0) then
-      call make_error(error, 'cannot read ' // address_text(address), file=path)
+    if (status /= 0) then
+      call report_read(path, address, status, error)
     else if (.not. is_type_fine(type, found_type)) then
       call make_error(error, address_text(address) // ' holds ' // type_text(found_type) // ' where ' // type_text(type) // &
         ' are needed', file=path)
@@ -194,6 +192,26 @@ contains
       shape = int(shape_in_c(found_rank:1:-1))
     end if
   end subroutine find_shape
+
+  subroutine report_read(path, address, status, error)
+    character(*), intent(in) :: path
+    character(*), intent(in) :: address
+    !> of hdf5_file.h, not 0
+    integer(c_int), intent(in) :: status
+    type(error_t), allocatable, intent(out) :: error
+
+    select case (status)
+    case (missing)
+      call make_error(error, address_text(address) // ' is missing', file=path)
+    case (elsewhere)
+      call make_error(error, address_text(address) // ' is a link, or its values stand in another file or in pieces; only values ' &
+        // 'in one piece of the file itself are read', file=path)
+    case (too_large)
+      call make_error(error, address_text(address) // ' claims more values than a file of this size can hold', file=path)
+    case default
+      call make_error(error, 'cannot read ' // address_text(address) // '; is the file damaged?', file=path)
+    end select
+  end subroutine report_read
 
   pure logical function is_type_fine(wanted, found)
     integer(c_int), intent(in) :: wanted
@@ -228,8 +246,10 @@ contains
     type(*), intent(inout) :: values(*)
     type(error_t), allocatable, intent(out) :: error
 
-    if (sig_h5_read(handle, address, len(address, c_size_t), type, values) /= 0) &
-      call make_error(error, 'cannot read ' // address_text(address) // '; is the file damaged?', file=path)
+    integer(c_int) :: status
+
+    status = sig_h5_read(handle, address, len(address, c_size_t), type, values)
+    if (status /= 0) call report_read(path, address, status, error)
   end subroutine read_array
 
   !> Reads texts; a scalar text is a list of one.
@@ -243,10 +263,12 @@ contains
     integer(c_int64_t), pointer :: end_of(:)
     character(:), allocatable :: packed
     integer(c_int64_t) :: n, i_start
+    integer(c_int) :: status
     integer :: i_text
 
-    if (sig_h5_read_texts(handle, address, len(address, c_size_t), n, characters, ends) /= 0) then
-      call make_error(error, 'cannot read ' // address_text(address) // '; is the file damaged?', file=path)
+    status = sig_h5_read_texts(handle, address, len(address, c_size_t), n, characters, ends)
+    if (status /= 0) then
+      call report_read(path, address, status, error)
       allocate (texts(0))
       return
     end if

@@ -19,20 +19,27 @@ int sig_h5_cut_address(const char *text, size_t length, struct sig_h5_address *a
 
 int sig_h5_is_root(const char *path) { return path[0] == '\0' || strcmp(path, "/") == 0; }
 
-/* H5Lexists fails, rather than answers, where a group on the way is missing. */
-int sig_h5_object_exists(hid_t file, const char *path) {
-  if (sig_h5_is_root(path)) return 1;
+static enum sig_h5_path find_link(hid_t file, const char *path) {
+  H5L_info_t link;
+  if (H5Lexists(file, path, H5P_DEFAULT) <= 0) return SIG_H5_PATH_NONE;
+  if (H5Lget_info(file, path, &link, H5P_DEFAULT) < 0) return SIG_H5_PATH_NONE;
+  return link.type == H5L_TYPE_HARD ? SIG_H5_PATH_PLAIN : SIG_H5_PATH_LINK;
+}
+
+/* Step by step: H5Lexists fails, rather than answers, where a group on the way is missing, and it follows any link. */
+enum sig_h5_path sig_h5_find_object(hid_t file, const char *path) {
+  if (sig_h5_is_root(path)) return SIG_H5_PATH_PLAIN;
   char *part = sig_copy_text(path, strlen(path));
-  if (!part) return 0;
-  int exists = 1;
-  for (char *slash = strchr(part + 1, '/'); slash && exists; slash = strchr(slash + 1, '/')) {
+  if (!part) return SIG_H5_PATH_NONE;
+  enum sig_h5_path found = SIG_H5_PATH_PLAIN;
+  for (char *slash = strchr(part + 1, '/'); slash && found == SIG_H5_PATH_PLAIN; slash = strchr(slash + 1, '/')) {
     *slash = '\0';
-    exists = H5Lexists(file, part, H5P_DEFAULT) > 0;
+    found = find_link(file, part);
     *slash = '/';
   }
-  exists = exists && H5Lexists(file, part, H5P_DEFAULT) > 0;
+  if (found == SIG_H5_PATH_PLAIN) found = find_link(file, part);
   sig_free(part);
-  return exists;
+  return found;
 }
 
 hid_t sig_h5_text_type(H5T_cset_t character_set) {

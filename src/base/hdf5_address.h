@@ -9,6 +9,8 @@
 
 struct sig_h5_file {
   hid_t id;
+  uint64_t size;   /* [byte] of a file that is read */
+  uint64_t n_left; /* [byte] that may still be read from it, see sig_h5_take */
 };
 
 /* An address cut at its @: the object's path and, for attributes, the name in it. */
@@ -23,7 +25,25 @@ int sig_h5_cut_address(const char *text, size_t length, struct sig_h5_address *a
 /* The file itself. */
 int sig_h5_is_root(const char *path);
 
-int sig_h5_object_exists(hid_t file, const char *path);
+/* What a path leads to. Links other than the plain ones of groups lead out of the file, or round about in it. */
+enum sig_h5_path { SIG_H5_PATH_NONE, SIG_H5_PATH_PLAIN, SIG_H5_PATH_LINK };
+enum sig_h5_path sig_h5_find_object(hid_t file, const char *path);
+
+/* A dataset or an attribute that is open. */
+struct sig_h5_item {
+  hid_t id;
+  int is_attribute;
+};
+
+hid_t sig_h5_type_of(const struct sig_h5_item *item);
+hid_t sig_h5_space_of(const struct sig_h5_item *item);
+
+/* Whether the values of an item stand in the file itself and as many as its shape says: SIG_H5_OK, SIG_H5_ELSEWHERE,
+ * SIG_H5_TOO_LARGE or SIG_H5_NO_READ. */
+int sig_h5_check_item(const struct sig_h5_file *file, const struct sig_h5_item *item);
+
+/* Books what is read: 0 where a file of this size cannot hold so much, however often it points at the same bytes. */
+int sig_h5_take(struct sig_h5_file *file, uint64_t n_bytes);
 
 /* Texts of any length in memory and in the file; for H5Tclose. */
 hid_t sig_h5_text_type(H5T_cset_t character_set);

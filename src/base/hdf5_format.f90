@@ -2,12 +2,13 @@
 !> What our HDF5 files say about themselves: attributes of '/' with the format's name and version and the program that wrote.
 module sig_hdf5_format
   use sig_errors, only: error_t, make_error
+  use sig_file_seal, only: check_seal
   use sig_hdf5_reader, only: h5_reader_t
   use sig_hdf5_writer, only: h5_writer_t
   use sig_text, only: to_text
   implicit none(type, external)
   private
-  public :: write_format, check_format
+  public :: write_format, check_format, open_sealed
 
 contains
 
@@ -23,6 +24,32 @@ contains
     call file%write_attribute('/', 'format_version', version)
     call file%write_attribute('/', 'code_version', code_version)
   end subroutine write_format
+
+  !> Opens a file with a seal, see sig_file_seal: what was cut off or changed is refused before anything in it is believed.
+  !>
+  !> Errors: no such file, not HDF5, cut off or changed, another format or version, no seal.
+  subroutine open_sealed(file, path, name, versions, hint, version, error)
+    type(h5_reader_t), intent(inout) :: file
+    character(*), intent(in) :: path
+    character(*), intent(in) :: name
+    !> the oldest and the newest that can be read
+    integer, intent(in) :: versions(2)
+    !> how to get a file that can be read
+    character(*), intent(in) :: hint
+    !> of the file
+    integer, intent(out) :: version
+    type(error_t), allocatable, intent(out) :: error
+    logical :: is_sealed
+
+    version = 0
+    ! HDF5 does not survive every damaged file: it gets to see none.
+    call check_seal(path, is_sealed, error)
+    if (.not. allocated(error)) call file%open(path, error)
+    call check_format(file, path, name, versions, hint, version, error)
+    if (.not. (is_sealed .or. allocated(error))) call make_error(error, &
+      'the file has no checksum, or its first bytes were changed', file=path, hint=hint)
+    if (allocated(error)) call file%close()
+  end subroutine open_sealed
 
   !> Errors: the file is of another format, or of a version that this program does not read.
   subroutine check_format(file, path, name, versions, hint, version, error)

@@ -5,79 +5,88 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* A dataset or an attribute that is open. */
-struct item {
-  hid_t id;
-  int is_attribute;
-};
-
-static int has_at(hid_t file, const struct sig_h5_address *address) {
-  if (!sig_h5_object_exists(file, address->object)) return 0;
-  if (!address->attribute) return 1;
-  return H5Aexists_by_name(file, sig_h5_is_root(address->object) ? "/" : address->object, address->attribute,
-                           H5P_DEFAULT) > 0;
+/* A group counts, too, and so does a link, of which reading then says why it is not followed. */
+static enum sig_h5_path find_item(hid_t file, const struct sig_h5_address *address) {
+  const enum sig_h5_path found = sig_h5_find_object(file, address->object);
+  if (found != SIG_H5_PATH_PLAIN || !address->attribute) return found;
+  const char *object = sig_h5_is_root(address->object) ? "/" : address->object;
+  return H5Aexists_by_name(file, object, address->attribute, H5P_DEFAULT) > 0 ? SIG_H5_PATH_PLAIN : SIG_H5_PATH_NONE;
 }
 
 int sig_h5_has(sig_h5_file *file, const char *address, size_t length) {
   struct sig_h5_address cut;
   int exists = 0;
   if (!sig_h5_cut_address(address, length, &cut)) return 0;
-  H5E_BEGIN_TRY { exists = has_at(file->id, &cut); }
+  H5E_BEGIN_TRY { exists = find_item(file->id, &cut) != SIG_H5_PATH_NONE; }
   H5E_END_TRY;
   sig_free(cut.object);
   return exists;
 }
 
-static int open_item(hid_t file, const char *text, size_t length, struct item *item) {
-  struct sig_h5_address address;
-  if (!sig_h5_cut_address(text, length, &address)) return SIG_H5_NO_READ;
-  item->is_attribute = address.attribute != NULL;
-  int status = SIG_H5_MISSING;
-  if (has_at(file, &address)) {
-    const char *object = sig_h5_is_root(address.object) ? "/" : address.object;
-    item->id = item->is_attribute ? H5Aopen_by_name(file, object, address.attribute, H5P_DEFAULT, H5P_DEFAULT)
-                                  : H5Dopen2(file, object, H5P_DEFAULT);
-    status = item->id < 0 ? SIG_H5_MISSING : SIG_H5_OK; /* a group is no dataset */
-  }
-  sig_free(address.object);
-  return status;
-}
-
-static void close_item(const struct item *item) {
+static void close_item(const struct sig_h5_item *item) {
   if (item->is_attribute)
     H5Aclose(item->id);
   else
     H5Dclose(item->id);
 }
 
-static hid_t type_of(const struct item *item) {
-  return item->is_attribute ? H5Aget_type(item->id) : H5Dget_type(item->id);
+static int open_found(const sig_h5_file *file, const struct sig_h5_address *address, struct sig_h5_item *item) {
+  const char *object = sig_h5_is_root(address->object) ? "/" : address->object;
+  item->is_attribute = address->attribute != NULL;
+  item->id = item->is_attribute ? H5Aopen_by_name(file->id, object, address->attribute, H5P_DEFAULT, H5P_DEFAULT)
+                                : H5Dopen2(file->id, object, H5P_DEFAULT);
+  if (item->id < 0) return SIG_H5_MISSING; /* a group is no dataset */
+  const int status = sig_h5_check_item(file, item);
+  if (status) close_item(item);
+  return status;
 }
 
-static hid_t space_of(const struct item *item) {
-  return item->is_attribute ? H5Aget_space(item->id) : H5Dget_space(item->id);
+static int open_item(const sig_h5_file *file, const char *text, size_t length, struct sig_h5_item *item) {
+  struct sig_h5_address address;
+  if (!sig_h5_cut_address(text, length, &address)) return SIG_H5_NO_READ;
+  int status = SIG_H5_MISSING;
+  switch (find_item(file->id, &address)) {
+  case SIG_H5_PATH_NONE:
+    break;
+  case SIG_H5_PATH_LINK:
+    status = SIG_H5_ELSEWHERE;
+    break;
+  case SIG_H5_PATH_PLAIN:
+    status = open_found(file, &address, item);
+    break;
+  }
+  sig_free(address.object);
+  return status;
 }
 
-static herr_t read_raw(const struct item *item, hid_t memory_type, void *values) {
+static herr_t read_raw(const struct sig_h5_item *item, hid_t memory_type, hid_t transfer, void *values) {
   if (item->is_attribute) return H5Aread(item->id, memory_type, values);
-  return H5Dread(item->id, memory_type, H5S_ALL, H5S_ALL, H5P_DEFAULT, values);
+  return H5Dread(item->id, memory_type, H5S_ALL, H5S_ALL, transfer, values);
 }
 
-static int describe_item(const struct item *item, int *type, int *rank, int64_t *shape) {
-  const hid_t file_type = type_of(item);
-  const H5T_class_t kind = H5Tget_class(file_type);
-  H5Tclose(file_type);
-  *type = kind == H5T_FLOAT     ? SIG_H5_REAL
-          : kind == H5T_INTEGER ? SIG_H5_INTEGER
-          : kind == H5T_STRING  ? SIG_H5_TEXT
-                                : SIG_H5_OTHER;
+/* HDF5 knows numbers of any width and layout; only the usual ones are worth the risk. */
+static int kind_of(hid_t type) {
+  const H5T_class_t kind = H5Tget_class(type);
+  const size_t size = H5Tget_size(type);
+  if (kind == H5T_STRING) return SIG_H5_TEXT;
+  if (kind == H5T_INTEGER && size <= sizeof(int64_t)) return SIG_H5_INTEGER;
+  const hid_t reals[] = {H5T_IEEE_F64LE, H5T_IEEE_F64BE, H5T_IEEE_F32LE, H5T_IEEE_F32BE};
+  for (size_t i = 0; i < sizeof reals / sizeof *reals && kind == H5T_FLOAT; i++)
+    if (H5Tequal(type, reals[i]) > 0) return SIG_H5_REAL;
+  return SIG_H5_OTHER;
+}
 
-  const hid_t space = space_of(item);
+static int describe_item(const struct sig_h5_item *item, int *type, int *rank, int64_t *shape) {
+  const hid_t file_type = sig_h5_type_of(item);
+  *type = kind_of(file_type);
+  H5Tclose(file_type);
+
+  const hid_t space = sig_h5_space_of(item);
   *rank = H5Sget_simple_extent_ndims(space);
   hsize_t sizes[SIG_H5_MAX_RANK];
   int status = SIG_H5_NO_READ;
   if (*rank >= 0 && *rank <= SIG_H5_MAX_RANK && H5Sget_simple_extent_dims(space, sizes, NULL) >= 0) {
-    for (int i = 0; i < *rank; i++) shape[i] = (int64_t)sizes[i];
+    for (int i = 0; i < *rank; i++) shape[i] = sizes[i] < INT64_MAX ? (int64_t)sizes[i] : INT64_MAX;
     status = SIG_H5_OK;
   }
   H5Sclose(space);
@@ -89,8 +98,8 @@ int sig_h5_describe(sig_h5_file *file, const char *address, size_t length, int *
   *type = SIG_H5_OTHER;
   *rank = 0;
   H5E_BEGIN_TRY {
-    struct item item;
-    status = open_item(file->id, address, length, &item);
+    struct sig_h5_item item;
+    status = open_item(file, address, length, &item);
     if (!status) {
       status = describe_item(&item, type, rank, shape);
       close_item(&item);
@@ -100,14 +109,31 @@ int sig_h5_describe(sig_h5_file *file, const char *address, size_t length, int *
   return status;
 }
 
+static int64_t count_of(const struct sig_h5_item *item) {
+  const hid_t space = sig_h5_space_of(item);
+  const int64_t n = (int64_t)H5Sget_simple_extent_npoints(space);
+  H5Sclose(space);
+  return n < 0 ? 0 : n;
+}
+
+static int read_numbers(sig_h5_file *file, const struct sig_h5_item *item, int type, void *values) {
+  const size_t size = type == SIG_H5_REAL ? sizeof(double) : sizeof(int);
+  const hid_t file_type = sig_h5_type_of(item);
+  const int found = kind_of(file_type);
+  H5Tclose(file_type);
+  if (found != SIG_H5_INTEGER && found != type) return SIG_H5_NO_READ;
+  if (!sig_h5_take(file, (uint64_t)count_of(item) * size)) return SIG_H5_TOO_LARGE;
+  const hid_t memory_type = type == SIG_H5_REAL ? H5T_NATIVE_DOUBLE : H5T_NATIVE_INT;
+  return read_raw(item, memory_type, H5P_DEFAULT, values) < 0 ? SIG_H5_NO_READ : SIG_H5_OK;
+}
+
 int sig_h5_read(sig_h5_file *file, const char *address, size_t length, int type, void *values) {
   int status;
   H5E_BEGIN_TRY {
-    struct item item;
-    status = open_item(file->id, address, length, &item);
+    struct sig_h5_item item;
+    status = open_item(file, address, length, &item);
     if (!status) {
-      if (read_raw(&item, type == SIG_H5_REAL ? H5T_NATIVE_DOUBLE : H5T_NATIVE_INT, values) < 0)
-        status = SIG_H5_NO_READ;
+      status = read_numbers(file, &item, type, values);
       close_item(&item);
     }
   }
@@ -132,12 +158,13 @@ static int pack_texts(int64_t n, char *const *texts, const size_t *sizes, char *
 }
 
 /* h5py and others write texts of fixed width too: padded by nulls or blanks. */
-static int read_fixed_texts(const struct item *item, hid_t type, int64_t n, char **texts, size_t *sizes, void **block) {
+static int read_fixed_texts(const struct sig_h5_item *item, hid_t type, int64_t n, char **texts, size_t *sizes,
+                            void **block) {
   const size_t width = H5Tget_size(type);
   const int is_blank_padded = H5Tget_strpad(type) == H5T_STR_SPACEPAD;
   char *values = malloc((size_t)n * width + 1);
   *block = values;
-  if (!values || read_raw(item, type, values) < 0) return SIG_H5_NO_READ;
+  if (!values || read_raw(item, type, H5P_DEFAULT, values) < 0) return SIG_H5_NO_READ;
   for (int64_t i = 0; i < n; i++) {
     texts[i] = values + (size_t)i * width;
     sizes[i] = strnlen(texts[i], width);
@@ -146,43 +173,62 @@ static int read_fixed_texts(const struct item *item, hid_t type, int64_t n, char
   return SIG_H5_OK;
 }
 
-static int read_variable_texts(const struct item *item, hid_t type, int64_t n, char **texts, size_t *sizes) {
-  if (read_raw(item, type, texts) < 0) return SIG_H5_NO_READ;
-  for (int64_t i = 0; i < n; i++) sizes[i] = texts[i] ? strlen(texts[i]) : 0;
-  return SIG_H5_OK;
+/* Many texts may point at the same characters of the file: each of them is booked. */
+static void *allocate_text(size_t size, void *file) { return sig_h5_take(file, size) ? malloc(size) : NULL; }
+
+static void free_text(void *text, void *file) {
+  (void)file;
+  free(text);
 }
 
-static int read_item_texts(const struct item *item, int64_t n, char **characters, int64_t **ends) {
-  const hid_t file_type = type_of(item);
-  const int is_variable = H5Tis_variable_str(file_type) > 0;
+static int read_variable_texts(sig_h5_file *file, const struct sig_h5_item *item, hid_t file_type, int64_t n,
+                               char **characters, int64_t **ends) {
   char **texts = calloc((size_t)(n + 1), sizeof *texts);
   size_t *sizes = calloc((size_t)(n + 1), sizeof *sizes);
-  void *block = NULL;
+  const hid_t type = sig_h5_text_type(H5Tget_cset(file_type));
+  const hid_t space = sig_h5_space_of(item);
+  const hid_t transfer = H5Pcreate(H5P_DATASET_XFER);
   int status = SIG_H5_NO_READ;
-  if (texts && sizes && is_variable) {
-    const hid_t type = sig_h5_text_type(H5Tget_cset(file_type));
-    const hid_t space = space_of(item);
-    status = read_variable_texts(item, type, n, texts, sizes);
-    if (!status) status = pack_texts(n, texts, sizes, characters, ends);
-    H5Dvlen_reclaim(type, space, H5P_DEFAULT, texts);
-    H5Sclose(space);
-    H5Tclose(type);
-  } else if (texts && sizes) {
-    status = read_fixed_texts(item, file_type, n, texts, sizes, &block);
-    if (!status) status = pack_texts(n, texts, sizes, characters, ends);
+  if (texts && sizes && H5Pset_vlen_mem_manager(transfer, allocate_text, file, free_text, NULL) >= 0) {
+    if (read_raw(item, type, transfer, texts) >= 0) {
+      for (int64_t i = 0; i < n; i++) sizes[i] = texts[i] ? strlen(texts[i]) : 0;
+      status = pack_texts(n, texts, sizes, characters, ends);
+    }
+    H5Dvlen_reclaim(type, space, transfer, texts);
   }
-  free(block);
+  H5Pclose(transfer);
+  H5Sclose(space);
+  H5Tclose(type);
   free(sizes);
   free(texts);
+  return status;
+}
+
+static int read_item_texts(sig_h5_file *file, const struct sig_h5_item *item, int64_t n, char **characters,
+                           int64_t **ends) {
+  const hid_t file_type = sig_h5_type_of(item);
+  int status = SIG_H5_NO_READ;
+  if (kind_of(file_type) == SIG_H5_TEXT && H5Tis_variable_str(file_type) > 0) {
+    status = read_variable_texts(file, item, file_type, n, characters, ends);
+  } else if (kind_of(file_type) == SIG_H5_TEXT) {
+    char **texts = calloc((size_t)(n + 1), sizeof *texts);
+    size_t *sizes = calloc((size_t)(n + 1), sizeof *sizes);
+    void *block = NULL;
+    if (texts && sizes) status = read_fixed_texts(item, file_type, n, texts, sizes, &block);
+    if (!status) status = pack_texts(n, texts, sizes, characters, ends);
+    free(block);
+    free(sizes);
+    free(texts);
+  }
   H5Tclose(file_type);
   return status;
 }
 
-static int64_t count_of(const struct item *item) {
-  const hid_t space = space_of(item);
-  const int64_t n = (int64_t)H5Sget_simple_extent_npoints(space);
-  H5Sclose(space);
-  return n < 0 ? 0 : n;
+static int64_t bytes_of(const struct sig_h5_item *item) {
+  const hid_t type = sig_h5_type_of(item);
+  const int64_t n = count_of(item) * (int64_t)H5Tget_size(type);
+  H5Tclose(type);
+  return n;
 }
 
 int sig_h5_read_texts(sig_h5_file *file, const char *address, size_t length, int64_t *n, char **characters,
@@ -192,11 +238,12 @@ int sig_h5_read_texts(sig_h5_file *file, const char *address, size_t length, int
   *characters = NULL;
   *ends = NULL;
   H5E_BEGIN_TRY {
-    struct item item;
-    status = open_item(file->id, address, length, &item);
+    struct sig_h5_item item;
+    status = open_item(file, address, length, &item);
     if (!status) {
       *n = count_of(&item);
-      status = read_item_texts(&item, *n, characters, ends);
+      status = SIG_H5_TOO_LARGE;
+      if (sig_h5_take(file, (uint64_t)bytes_of(&item))) status = read_item_texts(file, &item, *n, characters, ends);
       close_item(&item);
     }
   }

@@ -9,7 +9,7 @@ module sig_hdf5_reader
   use sig_errors, only: error_t, exit_internal, make_error
   use sig_hdf5_access, only: find_shape, integer_type, open_hdf5, read_array, read_texts, real_type, text_type
   use sig_kinds, only: rk
-  use sig_text, only: string_t
+  use sig_text, only: string_t, to_text
   implicit none(type, external)
   private
   public :: h5_reader_t
@@ -28,6 +28,7 @@ module sig_hdf5_reader
     procedure :: close => close_file
     procedure :: has
     procedure :: has_attribute
+    procedure :: count_groups
     procedure :: get_shape
     generic :: read => read_real, read_real_1, read_real_2, read_real_3, read_integer, read_integer_1, read_integer_2, &
       read_text, read_text_1
@@ -97,6 +98,18 @@ contains
 
     has_attribute = self%has(object // '@' // name)
   end function has_attribute
+
+  !> How many of name/1, name/2, ... are there without a gap, up to n: a number in a file may be any.
+  integer function count_groups(self, name, n) result(n_found)
+    class(h5_reader_t), intent(in) :: self
+    character(*), intent(in) :: name
+    integer, intent(in) :: n
+
+    do n_found = 0, n - 1
+      if (.not. self%has(name // '/' // to_text(n_found + 1))) return
+    end do
+    n_found = max(n, 0)
+  end function count_groups
 
   !> Fortran shape of a dataset, empty for a scalar.
   subroutine get_shape(self, name, shape, error)

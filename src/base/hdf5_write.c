@@ -7,7 +7,7 @@
 
 static hid_t open_or_make_group(hid_t file, const char *path, hid_t links) {
   if (sig_h5_is_root(path)) return H5Oopen(file, "/", H5P_DEFAULT);
-  if (sig_h5_object_exists(file, path)) return H5Oopen(file, path, H5P_DEFAULT);
+  if (sig_h5_find_object(file, path) == SIG_H5_PATH_PLAIN) return H5Oopen(file, path, H5P_DEFAULT);
   return H5Gcreate2(file, path, links, H5P_DEFAULT, H5P_DEFAULT);
 }
 

@@ -11,11 +11,18 @@ static bool is_node_sound(const sig_forest *forest, int start, int n_nodes, int 
          forest->right[node] < n_nodes;
 }
 
+/* Before any node is looked at: a start behind the last one would lead out of the arrays. */
+static bool are_starts_ascending(const sig_forest *forest) {
+  if (forest->tree_starts[0] != 0) return false;
+  for (int tree = 0; tree < forest->n_trees; tree++)
+    if (forest->tree_starts[tree + 1] <= forest->tree_starts[tree]) return false;
+  return true;
+}
+
 int sig_forest_check(const sig_forest *forest) {
-  if (forest->n_trees < 1 || forest->n_classes < 1 || forest->tree_starts[0] != 0) return -1;
+  if (forest->n_trees < 1 || forest->n_classes < 1 || !are_starts_ascending(forest)) return -1;
   for (int tree = 0; tree < forest->n_trees; tree++) {
     const int start = forest->tree_starts[tree], n_nodes = forest->tree_starts[tree + 1] - start;
-    if (n_nodes < 1) return -1;
     for (int i = 0; i < n_nodes; i++)
       if (!is_node_sound(forest, start, n_nodes, i)) return 1 + start + i;
   }

@@ -2,6 +2,7 @@
 !> A random forest that scikit-learn trained (signorom-post forest): from a point to its cluster. forest.c walks the trees.
 module sig_forest
   use, intrinsic :: iso_c_binding, only: c_loc
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   use sig_errors, only: error_t, make_error
   use sig_hdf5_format, only: check_format
   use sig_hdf5_reader, only: h5_reader_t
@@ -134,7 +135,8 @@ contains
     n_nodes = size(forest%feature)
     is_sound = size(forest%tree_starts) > 1 .and. all([size(forest%threshold), size(forest%left), size(forest%right), &
       size(forest%shares, 2)] == n_nodes)
-    if (is_sound) is_sound = forest%tree_starts(size(forest%tree_starts)) == n_nodes
+    if (is_sound) is_sound = forest%tree_starts(size(forest%tree_starts)) == n_nodes .and. all(ieee_is_finite(forest%threshold)) &
+      .and. all(ieee_is_finite(forest%shares))
     if (is_sound) is_sound = sig_forest_check(forest%arrays()) == 0
   end function is_sound
 

@@ -79,6 +79,8 @@ contains
 
     if (allocated(self%labels)) then
       fits = size(self%cells%n_values) == n_parameters .and. all(self%cells%n_values >= 1)
+      ! before the product of integers, which may leave their range
+      if (fits) fits = product(real(max(1, self%cells%n_values - 1), rk)) <= size(self%labels)
       if (fits) fits = size(self%labels) == self%cells%n_cells()
       if (fits) fits = all(self%labels >= 1 .and. self%labels <= n_clusters)
     else if (allocated(self%forest%shares)) then

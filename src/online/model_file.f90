@@ -3,8 +3,7 @@
 module sig_model_file
   use sig_cluster_file, only: read_cluster, write_cluster
   use sig_errors, only: error_t, exit_internal, make_error
-  use sig_file_seal, only: check_seal
-  use sig_hdf5_format, only: check_format, write_format
+  use sig_hdf5_format, only: open_sealed, write_format
   use sig_hdf5_reader, only: h5_reader_t
   use sig_hdf5_writer, only: h5_writer_t
   use sig_kinds, only: rk
@@ -131,32 +130,27 @@ contains
     type(model_t), intent(out) :: model
     type(error_t), allocatable, intent(out) :: error
     type(h5_reader_t) :: file
-    logical :: is_sealed
 
-    ! HDF5 does not survive every damaged file: it gets to see none.
-    call check_seal(path, is_sealed, error)
-    if (.not. allocated(error)) call file%open(path, error)
-    if (allocated(error)) return
-    call check_format(file, path, format_name, [oldest_model_format, model_format_version], train_hint, &
+    call open_sealed(file, path, format_name, [oldest_model_format, model_format_version], train_hint, &
       model%format_version, error)
-    call read_header(file, model, error)
-    if (.not. allocated(error)) call read_problem(file, model, error)
+    if (allocated(error)) return
+    call read_header(file, path, model, error)
+    if (.not. allocated(error)) call read_problem(file, path, model, error)
     if (.not. allocated(error)) call read_clusters(file, model%clusters, error)
     if (.not. allocated(error)) call model%choice%read(file, path, model%box, error)
     call read_full_order(file, model%full_order, error)
     call read_validation(file, model%validation, error)
     call file%close()
     if (allocated(error)) return
-    if (.not. is_sealed) then
-      call make_error(error, 'the model has no checksum, or its first bytes were changed', file=path, hint=train_hint)
-    else if (find_mismatch(model) /= '') then
+    if (find_mismatch(model) /= '') then
       call make_error(error, 'the part ''' // find_mismatch(model) // ''' of the model does not fit the others', file=path, &
         hint=train_hint)
     end if
   end subroutine read_model
 
-  subroutine read_header(file, model, error)
+  subroutine read_header(file, path, model, error)
     type(h5_reader_t), intent(in) :: file
+    character(*), intent(in) :: path
     type(model_t), intent(inout) :: model
     type(error_t), allocatable, intent(inout) :: error
     integer :: n_clusters
@@ -169,12 +163,14 @@ contains
     call file%read_attribute('/', 'n_dofs', model%n_dofs, error)
     call file%read_attribute('/', 'n_dim', model%n_dim, error)
     call file%read_attribute('/', 'n_multipliers', model%n_multipliers, error)
-    if (.not. file%has('/clusters/' // to_text(max(n_clusters, 1)))) n_clusters = 0
-    allocate (model%clusters(max(n_clusters, 0)))
+    allocate (model%clusters(file%count_groups('/clusters', n_clusters)))
+    if (size(model%clusters) /= n_clusters .and. .not. allocated(error)) call make_error(error, 'the model says that it has ' // &
+      to_text(n_clusters) // ' clusters; the file holds ' // to_text(size(model%clusters)), file=path, hint=train_hint)
   end subroutine read_header
 
-  subroutine read_problem(file, model, error)
+  subroutine read_problem(file, path, model, error)
     type(h5_reader_t), intent(in) :: file
+    character(*), intent(in) :: path
     type(model_t), intent(inout) :: model
     type(error_t), allocatable, intent(inout) :: error
 
@@ -183,7 +179,7 @@ contains
     call file%read('/units/length', model%length_unit, error)
     call file%read('/units/force', model%force_unit, error)
     call read_parameters(file, model, error)
-    call read_terms(file, model%parameter_names, model%terms, error)
+    call read_terms(file, path, model%parameter_names, model%terms, error)
     call file%read('/mesh/node_tags', model%node_tags, error)
     call file%read('/mesh/coordinates', model%coordinates, error)
     call file%read('/contact/first_node_tags', model%first_node_tags, error)

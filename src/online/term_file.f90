@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> The terms of a model in model.h5: /terms/names, and a group per source below /terms/sources.
 module sig_term_file
-  use sig_errors, only: error_t
+  use sig_errors, only: error_t, make_error
   use sig_hdf5_reader, only: h5_reader_t
   use sig_hdf5_writer, only: h5_writer_t
   use sig_term_set, only: start_terms, term_set_t, term_source_t
@@ -49,13 +49,14 @@ contains
   end subroutine write_source
 
   !> Errors: a part is missing.
-  subroutine read_terms(file, parameter_names, terms, error)
+  subroutine read_terms(file, path, parameter_names, terms, error)
     type(h5_reader_t), intent(in) :: file
+    !> for messages
+    character(*), intent(in) :: path
     type(string_t), intent(in) :: parameter_names(:)
     type(term_set_t), intent(out) :: terms
     type(error_t), allocatable, intent(inout) :: error
     type(string_t), allocatable :: coordinate_names(:), names(:)
-    type(term_source_t) :: source
     integer :: i, is_round, n_sources
 
     call file%read('/terms/names', names, error)
@@ -65,11 +66,14 @@ contains
     call start_terms(parameter_names, coordinate_names, is_round == 1, terms)
     if (allocated(error)) return
     terms%names = names
-    do i = 1, n_sources
-      call read_source(file, '/terms/sources/' // to_text(i), source, error)
-      if (allocated(error)) return
-      call terms%add_source(source)
+    deallocate (terms%sources)
+    allocate (terms%sources(file%count_groups('/terms/sources', n_sources)))
+    do i = 1, size(terms%sources)
+      call read_source(file, '/terms/sources/' // to_text(i), terms%sources(i), error)
     end do
+    if (size(terms%sources) /= n_sources .and. .not. allocated(error)) call make_error(error, &
+      'the model says that its terms have ' // to_text(n_sources) // ' sources; the file holds ' // &
+      to_text(size(terms%sources)), file=path)
   end subroutine read_terms
 
   subroutine read_source(file, group, source, error)

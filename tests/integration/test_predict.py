@@ -12,6 +12,7 @@ import pytest
 from program import finish, mpi_needs_large_files
 from results import read_table, table_of
 from runs import on_ranks, refuse, write_deck
+from seals import change
 
 # [-] the program computes both from the same blocks
 SAME = 1e-12
@@ -180,23 +181,6 @@ def test_wrong_list_of_points(signorom, model_folder, content, message):
         (model_folder / "points.csv").write_text(content)
     words = refuse(signorom, "predict", "model.h5", "--points", "points.csv", folder=model_folder)
     assert re.match(message, words), words
-
-
-def change(path, how):
-    """Change a model file in place, and seal it again as one who wants to deceive would."""
-    with h5py.File(path, "r+") as file:
-        how(file)
-    seal(path)
-
-
-def seal(path):
-    """Put the checksum of all that follows into the first 512 bytes: FNV-1a, 64 bits."""
-    content = path.read_bytes()[512:]
-    checksum = 0xCBF29CE484222325
-    for byte in content:
-        checksum = ((checksum ^ byte) * 0x100000001B3) % 2**64
-    text = f"SIGNOROM SEAL 1\nbytes {len(content)}\nfnv1a {checksum:016x}\n".encode()
-    path.write_bytes(text.ljust(512, b"\0") + content)
 
 
 def put_version(version):
