@@ -28,8 +28,8 @@ module sig_study
   use sig_sampling_stage, only: announce_stiffness, need_training
   use sig_selection, only: selection_t
   use sig_session, only: session_t
-  use sig_snapshot_merge, only: snapshots_path
-  use sig_snapshot_store, only: merge_records, read_snapshot_set, records_of_set, snapshot_set_t
+  use sig_snapshot_merge, only: read_own_snapshots, snapshots_path
+  use sig_snapshot_store, only: merge_records, records_of_set, snapshot_set_t
   use sig_stop_request, only: agree_to_stop
   use sig_text, only: string_t, to_text
   use sig_clock, only: wall_time
@@ -126,7 +126,7 @@ contains
       call make_error(error, 'there are no snapshots yet', snapshots_path(session%folder), hint=hint)
       return
     end if
-    call read_snapshot_set(snapshots_path(session%folder), problem%provenance, snapshots, error)
+    call read_own_snapshots(problem, snapshots_path(session%folder), snapshots, error)
     if (allocated(error)) return
     call training_points(problem, session%folder, points, selection, error)
     if (allocated(error)) return
@@ -302,10 +302,24 @@ contains
     end if
     call read_model(model_path(session), model, error)
     if (allocated(error)) return
-    if (model%provenance /= problem%provenance) call make_error(error, &
+    if (model%provenance /= problem%provenance .or. .not. has_sizes_of(problem, model)) call make_error(error, &
       'the model was trained for another deck or mesh', model_path(session), &
       hint='train it again, or choose another output.directory')
   end subroutine read_own_model
+
+  !> What is compared or integrated with the problem's fields has their size: a provenance is a text that anybody can write.
+  pure logical function has_sizes_of(problem, model)
+    type(problem_t), intent(in) :: problem
+    type(model_t), intent(in) :: model
+    integer :: i
+
+    has_sizes_of = model%n_dim == problem%mesh%n_dim .and. model%n_nodes == problem%mesh%n_nodes .and. &
+      model%n_multipliers == problem%operator%n_rows .and. model%terms%n_terms() == problem%terms%n_terms() .and. &
+      size(model%parameter_names) == size(problem%deck%parameters)
+    do i = 1, size(model%clusters)
+      has_sizes_of = has_sizes_of .and. all(model%clusters(i)%cells <= size(problem%mesh%cell_types))
+    end do
+  end function has_sizes_of
 
   function model_path(session) result(path)
     type(session_t), intent(in) :: session

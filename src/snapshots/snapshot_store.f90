@@ -3,7 +3,7 @@
 module sig_snapshot_store
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   use sig_errors, only: error_t, make_error
-  use sig_hdf5_format, only: check_format, write_format
+  use sig_hdf5_format, only: open_sealed, write_format
   use sig_hdf5_reader, only: h5_reader_t
   use sig_hdf5_writer, only: column_t, h5_writer_t
   use sig_kinds, only: rk
@@ -17,7 +17,9 @@ module sig_snapshot_store
   public :: merge_records, pick_records, records_of_set, write_snapshots, read_snapshot_set
 
   character(*), parameter :: format_name = 'signorom snapshots'
-  integer, parameter :: format_version = 1
+  !> 2: with a seal
+  integer, parameter :: format_version = 2
+  character(*), parameter :: sample_hint = 'remove the file; signorom sample DECK writes one'
 
   !> m solved points, one per column.
   type :: snapshot_set_t
@@ -236,7 +238,7 @@ contains
     type(error_t), allocatable, intent(out) :: error
     type(h5_writer_t) :: file
 
-    call file%create(path, error)
+    call file%create(path, error, is_sealed=.true.)
     if (allocated(error)) return
     call write_format(file, format_name, format_version, code_version)
     call file%write_attribute('/', 'provenance', study%provenance)
@@ -283,8 +285,8 @@ contains
 
   !> Reads snapshots.h5.
   !>
-  !> Errors: no such file, no HDF5, no snapshots, another format version, another provenance, datasets that do not fit together,
-  !> a solution that is not finite.
+  !> Errors: no such file, no HDF5, no snapshots, another format version, cut off or changed, another provenance, datasets that do
+  !> not fit together, a solution that is not finite.
   subroutine read_snapshot_set(path, provenance, set, error)
     character(*), intent(in) :: path
     !> what the deck and mesh in use have; blank accepts any
@@ -292,8 +294,9 @@ contains
     type(snapshot_set_t), intent(out) :: set
     type(error_t), allocatable, intent(out) :: error
     type(h5_reader_t) :: file
+    integer :: version
 
-    call file%open(path, error)
+    call open_sealed(file, path, format_name, [format_version, format_version], sample_hint, version, error)
     if (allocated(error)) return
     call read_head(file, path, provenance, set, error)
     call file%read('/parameter_names', set%parameter_names, error)
@@ -323,6 +326,8 @@ contains
     character(*), parameter :: hint = 'remove the file and sample again'
     integer :: i
 
+    if (.not. all(ieee_is_finite(set%parameters))) call make_error(error, &
+      'the snapshots are damaged: a point holds infinite values or no numbers', file=path, hint=hint)
     if (.not. all(ieee_is_finite(set%free_response))) call make_error(error, &
       'the snapshots are damaged: the free response holds infinite values or no numbers', file=path, hint=hint)
     do i = 1, size(set%reasons)
@@ -334,7 +339,7 @@ contains
     end do
   end subroutine refuse_no_numbers
 
-  !> Checks what the file says about itself.
+  !> Errors: the snapshots of another deck or mesh.
   subroutine read_head(file, path, provenance, set, error)
     type(h5_reader_t), intent(in) :: file
     character(*), intent(in) :: path
@@ -342,10 +347,7 @@ contains
     type(snapshot_set_t), intent(inout) :: set
     type(error_t), allocatable, intent(inout) :: error
     character(:), allocatable :: text
-    integer :: version
 
-    call check_format(file, path, format_name, [format_version, format_version], 'signorom sample DECK writes one', version, &
-                      error)
     call file%read_attribute('/', 'provenance', text, error)
     if (allocated(error)) return
     set%provenance = text

@@ -71,7 +71,7 @@ contains
     call build_points(problem%deck%clusters%target%candidates, problem%deck%parameters, points, error)
     if (allocated(error)) return
     allocate (is_missing(size(points, 2)))
-    call read_store(store, problem%provenance, points, candidates, is_missing, error)
+    call read_store(problem, store, points, candidates, is_missing, error)
     if (any(is_missing) .and. .not. allocated(error)) call make_error(error, 'the file lacks ' // to_text(count(is_missing)) // &
       ' of the ' // to_text(size(is_missing)) // ' candidates of the deck', store%path(), hint=hint)
   end subroutine read_candidates

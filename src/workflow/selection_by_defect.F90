@@ -152,7 +152,7 @@ contains
     ierr = 0
     if (rounds%n_new == 0) return
     n_before = size(selection%indicators) - rounds%n_new
-    call read_store(rounds%store, rounds%problem%provenance, selection%points(:, n_before + 1:), solved, is_missing, error)
+    call read_store(rounds%problem, rounds%store, selection%points(:, n_before + 1:), solved, is_missing, error)
     if (allocated(error)) return
     do i = 1, rounds%n_new
       ! where the model had no answer there is nothing to compare
@@ -202,7 +202,7 @@ contains
     logical :: is_missing(size(selection%indicators))
 
     ierr = 0
-    call read_store(rounds%store, rounds%problem%provenance, selection%points, snapshots, is_missing, error)
+    call read_store(rounds%problem, rounds%store, selection%points, snapshots, is_missing, error)
     if (allocated(error)) return
     PetscCall(train(rounds%problem, snapshots, online%model, error, ierr, is_draft=.true.))
     if (allocated(error)) then

@@ -63,7 +63,7 @@ contains
     integer, allocatable :: chosen(:)
     logical :: is_missing(size(candidates, 2))
 
-    call read_store(store_t(folder, candidate_store), problem%provenance, candidates, pool, is_missing, error)
+    call read_store(problem, store_t(folder, candidate_store), candidates, pool, is_missing, error)
     if (allocated(error)) return
     call vectors_to_represent(problem, pool, vectors)
     call choose(problem, pool%parameters, vectors, selection, chosen)

@@ -22,7 +22,8 @@ module sig_snapshot_merge
   use petsc
   implicit none(type, external)
   private
-  public :: find_finished_points, merge_snapshots, put_in_order, read_store, snapshots_path, store_in, store_t, write_merged
+  public :: find_finished_points, merge_snapshots, put_in_order, read_own_snapshots, read_store, snapshots_path, store_in, store_t
+  public :: write_merged
 
   !> the solutions that a model is trained on, and the pool of solved points from which such are chosen
   character(*), parameter, public :: snapshot_store = 'snapshots'
@@ -138,7 +139,7 @@ contains
     allocate (records(0))
     wanted = points
     if (file_exists(store%path())) then
-      call read_snapshot_set(store%path(), problem%provenance, set, error)
+      call read_own_snapshots(problem, store%path(), set, error)
       if (allocated(error)) return
       records = records_of_set(set)
       wanted = all_points(points, set)
@@ -157,10 +158,31 @@ contains
     call pick_records(records, wanted, picked, is_missing)
   end subroutine collect_snapshots
 
+  !> The snapshots of this deck and mesh. Local.
+  !>
+  !> Errors: those of read_snapshot_set; fields of another size than the problem's, which a provenance can hide.
+  subroutine read_own_snapshots(problem, path, set, error)
+    type(problem_t), intent(in) :: problem
+    character(*), intent(in) :: path
+    type(snapshot_set_t), intent(out) :: set
+    type(error_t), allocatable, intent(out) :: error
+    integer :: n_free_responses
+
+    call read_snapshot_set(path, problem%provenance, set, error)
+    if (allocated(error)) return
+    ! no point was solved yet: nothing has a size
+    if (size(set%reasons) == 0) return
+    n_free_responses = size(set%free_response, 2)
+    if (size(set%parameter_names) /= size(problem%deck%parameters) .or. size(set%multipliers, 1) /= problem%operator%n_rows .or. &
+      size(set%displacement, 1) /= problem%mesh%n_dim * problem%mesh%n_nodes .or. n_free_responses > problem%terms%n_terms()) &
+      call make_error(error, 'the snapshots are not those of this deck and mesh: their sizes differ', file=path, &
+        hint='remove the file and sample again')
+  end subroutine read_own_snapshots
+
   !> The solutions at these points, in their order; the file may hold more. Local.
-  subroutine read_store(store, provenance, points, set, is_missing, error)
+  subroutine read_store(problem, store, points, set, is_missing, error)
+    type(problem_t), intent(in) :: problem
     type(store_t), intent(in) :: store
-    character(16), intent(in) :: provenance
     real(rk), intent(in) :: points(:, :)
     type(snapshot_set_t), intent(out) :: set
     !> points that have no column, shape (n_points)
@@ -168,7 +190,7 @@ contains
     type(error_t), allocatable, intent(out) :: error
 
     is_missing = .true.
-    call read_snapshot_set(store%path(), provenance, set, error)
+    call read_own_snapshots(problem, store%path(), set, error)
     if (allocated(error)) return
     call merge_records(records_of_set(set), points, set, is_missing)
   end subroutine read_store
@@ -182,9 +204,11 @@ contains
     type(snapshot_set_t) :: set
     type(snapshot_record_t) :: none(0)
 
-    call read_snapshot_set(store%path(), problem%provenance, set, error)
+    call read_own_snapshots(problem, store%path(), set, error)
     if (allocated(error)) return
-    if (all(abs(set%parameters(:, :size(points, 2)) - points) <= 0)) return
+    if (size(set%parameters, 2) >= size(points, 2)) then
+      if (all(abs(set%parameters(:, :size(points, 2)) - points) <= 0)) return
+    end if
     call write_merged(problem, store, points, none, set%free_response, error)
   end subroutine put_in_order
 

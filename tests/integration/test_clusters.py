@@ -16,6 +16,7 @@ from signorom_post.forest import fit, read_labels
 
 from results import read_snapshots, read_table, table_of
 from runs import refuse, write_deck
+from seals import seal
 
 GRID = (7, 3)
 BOX = np.array([[0.15, 0.45], [-0.05, 0.1]])
@@ -316,6 +317,7 @@ def test_snapshot_that_is_no_number_is_named(signorom, regular, tmp_path, change
     with h5py.File(results / "snapshots.h5", "r+") as file:
         file["displacement"][5, 7] = np.nan
         squeeze, shift = file["parameters"][5]
+    seal(results / "snapshots.h5")
     deck = write_deck("shifted_disks", tmp_path, **changes)
     for command, n_ranks in (("train", 1), ("train", 3), ("sample", 1)):
         message = refuse(signorom, command, deck.name, folder=tmp_path, n_ranks=n_ranks)
@@ -329,6 +331,7 @@ def test_equal_snapshots_are_named(signorom, regular, tmp_path):
     shutil.copytree(regular, results)
     with h5py.File(results / "snapshots.h5", "r+") as file:
         file["displacement"][5] = file["displacement"][4]
+    seal(results / "snapshots.h5")
     deck = write_deck("shifted_disks", tmp_path, **REGULAR)
     done = signorom.run("train", deck.name, folder=tmp_path)
     assert done.returncode == 0
