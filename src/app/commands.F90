@@ -6,10 +6,11 @@ module sig_commands
   use sig_command_line, only: command_t, parse_command_line, usage
   use sig_check, only: check_deck
   use sig_describe, only: describe
+  use sig_error_broadcast, only: broadcast_error
   use sig_errors, only: error_report, error_t, exit_not_converged, exit_success, exit_user
   use sig_forest_training, only: need_forest_tool, warn_of_missing_tool
   use sig_kinds, only: rk
-  use sig_log, only: is_log_shown, log_error, log_info, start_log
+  use sig_log, only: is_log_shown, log_error, log_info, lost_output, start_log
   use sig_materials, only: need_fixed_stiffness
   use sig_memory_check, only: start_linear_algebra
   use sig_point_argument, only: parse_point
@@ -31,6 +32,20 @@ contains
 
   !> Runs the command that the arguments name. Collective on all ranks, which all get the same exit code.
   subroutine run_command(arguments, exit_code, ierr)
+    type(string_t), intent(in) :: arguments(:)
+    integer, intent(out) :: exit_code
+    PetscErrorCode, intent(out) :: ierr
+    type(error_t), allocatable :: error
+
+    PetscCall(choose_command(arguments, exit_code, ierr))
+    call lost_output(error)
+    PetscCall(broadcast_error(error, PETSC_COMM_WORLD, ierr))
+    if (.not. allocated(error)) return
+    call log_error(error_report(error))
+    if (exit_code == exit_success) exit_code = error%exit_code
+  end subroutine run_command
+
+  subroutine choose_command(arguments, exit_code, ierr)
     type(string_t), intent(in) :: arguments(:)
     integer, intent(out) :: exit_code
     PetscErrorCode, intent(out) :: ierr
@@ -62,7 +77,7 @@ contains
     case default
       PetscCall(run_on_deck(command, exit_code, ierr))
     end select
-  end subroutine run_command
+  end subroutine choose_command
 
   subroutine run_on_deck(command, exit_code, ierr)
     type(command_t), intent(in) :: command

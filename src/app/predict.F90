@@ -2,19 +2,18 @@
 #include "signorom/macros.h"
 !> The command predict: answers of a model file at points, as CSV. Needs neither deck nor mesh.
 module sig_predict
-  use, intrinsic :: iso_fortran_env, only: int64, output_unit
   use mpi, only: MPI_Comm_rank
   use sig_answer_block, only: answer_block_t, table_header
   use sig_base_c_interfaces, only: sig_processor_count
   use sig_command_line, only: command_t
   use sig_error_broadcast, only: broadcast_error
   use sig_errors, only: error_report, error_t, exit_stopped, exit_success, make_error
-  use sig_file_system, only: note_partial_file, remove_file, rename_file
   use sig_kinds, only: rk
   use sig_log, only: log_error, log_info, log_warning
   use sig_model, only: model_t
   use sig_model_file, only: read_model
   use sig_online_model, only: online_model_t
+  use sig_output_stream, only: output_stream_t
   use sig_parameter_space, only: format_point
   use sig_petsc_support, only: max_over_ranks
   use sig_point_argument, only: parse_point
@@ -67,8 +66,8 @@ contains
     type(point_list_t) :: list
     character(:), allocatable :: message
     real(rk), allocatable :: points(:, :)
-    integer(int64) :: n_bytes
-    integer :: n_threads, unit
+    type(output_stream_t) :: table
+    integer :: n_threads
 
     call read_model(command%file, online%model, error)
     if (allocated(error)) return
@@ -91,15 +90,13 @@ contains
     else if (.not. allocated(error)) then
       call next_block(command, list, block, error)
     end if
-    if (.not. allocated(error)) call open_table(command, unit, error)
-    if (.not. allocated(error)) then
-      call answer_blocks(command, list, block, unit, n_bytes, is_stopped, error)
-      call close_table(command, unit, n_bytes, is_stopped, error)
-      if (is_stopped) then
-        call say_stopped(command)
-      else if (.not. allocated(error)) then
-        call report_methods(command, block)
-      end if
+    if (.not. allocated(error)) call table%open(command%output, error)
+    if (.not. allocated(error)) call answer_blocks(command, list, block, table, is_stopped, error)
+    call table%close(error, is_dropped=is_stopped)
+    if (is_stopped) then
+      call say_stopped(command)
+    else if (.not. allocated(error)) then
+      call report_methods(command, block)
     end if
     call list%close()
     call block%destroy()
@@ -132,71 +129,21 @@ contains
     end do
   end subroutine check_box
 
-  !> The terminal, or a file beside the one that is asked for: it takes its name when it is whole.
-  subroutine open_table(command, unit, error)
-    type(command_t), intent(in) :: command
-    integer, intent(out) :: unit
-    type(error_t), allocatable, intent(out) :: error
-    character(200) :: reason
-    integer :: status
-
-    unit = output_unit
-    if (command%output == '') return
-    open (newunit=unit, file=command%output // '.partial', action='write', status='replace', iostat=status, iomsg=reason)
-    if (status /= 0) call make_error(error, 'cannot write the answers: ' // trim(reason), command%output)
-    if (status == 0) call note_partial_file(command%output // '.partial')
-  end subroutine open_table
-
-  !> Errors: the disk took less than was written, of which the buffered units of gfortran say nothing; the name is taken.
-  subroutine close_table(command, unit, n_bytes, is_stopped, error)
-    type(command_t), intent(in) :: command
-    integer, intent(in) :: unit
-    !> what the file must hold
-    integer(int64), intent(in) :: n_bytes
-    !> the table is then removed
-    logical, intent(in) :: is_stopped
-    !> one that is there already stays: the table is then removed
-    type(error_t), allocatable, intent(inout) :: error
-    type(error_t), allocatable :: ignored
-    integer(int64) :: n_found
-    integer :: status
-
-    if (command%output == '') return
-    close (unit, iostat=status)
-    if (allocated(error) .or. is_stopped) then
-      call remove_file(command%output // '.partial', ignored)
-      return
-    end if
-    inquire (file=command%output // '.partial', size=n_found)
-    if (status /= 0 .or. n_found /= n_bytes) then
-      call make_error(error, 'cannot write the answers: no room for them', command%output)
-    else
-      call rename_file(command%output // '.partial', command%output, error)
-    end if
-    if (.not. allocated(error)) return
-    error%file = command%output
-    call remove_file(command%output // '.partial', ignored)
-  end subroutine close_table
-
   !> A block of lines after the other, in the order of the points: neither memory nor order depends on their number or the threads.
-  subroutine answer_blocks(command, list, block, unit, n_bytes, is_stopped, error)
+  subroutine answer_blocks(command, list, block, table, is_stopped, error)
     type(command_t), intent(in) :: command
     type(point_list_t), intent(inout) :: list
     !> with the first points
     type(answer_block_t), intent(inout) :: block
-    integer, intent(in) :: unit
-    !> what was written
-    integer(int64), intent(out) :: n_bytes
+    type(output_stream_t), intent(inout) :: table
     logical, intent(out) :: is_stopped
     type(error_t), allocatable, intent(out) :: error
-    character(:), allocatable :: line
-    integer :: i, n_outside, status
+    integer :: i, n_outside
 
     is_stopped = .false.
     n_outside = 0
-    n_bytes = len(table_header(block%online%model)) + 1
-    write (unit, '(a)', iostat=status) table_header(block%online%model)
-    do while (block%n_points > 0 .and. status == 0)
+    call table%write_line(table_header(block%online%model), error)
+    do while (block%n_points > 0 .and. .not. allocated(error))
       call block%answer()
       is_stopped = is_stop_requested()
       if (is_stopped) return
@@ -206,11 +153,8 @@ contains
             '; the answer is an extrapolation')
           n_outside = n_outside + 1
         end if
-        line = block%line(i)
-        n_bytes = n_bytes + len(line) + 1
-        write (unit, '(a)', iostat=status) line
-        ! A full disk: n_bytes is then more than the file has, which the caller finds.
-        if (status /= 0) return
+        call table%write_line(block%line(i), error)
+        if (allocated(error)) return
       end do
       call next_block(command, list, block, error)
       if (allocated(error)) return

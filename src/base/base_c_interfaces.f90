@@ -15,6 +15,8 @@ module sig_base_c_interfaces
   public :: sig_note_partial_file, sig_remove_file, sig_lock_directory, sig_unlock_directory, sig_list_files
   public :: sig_error_text, sig_free, sig_program_path
   public :: sig_seal_file, sig_check_seal
+  public :: sig_open_to_read, sig_read_some, sig_close_descriptor
+  public :: sig_find_target, sig_output_open, sig_output_write, sig_output_close, sig_write_all
   public :: sig_shortest_decimal
   public :: sig_run_threads, sig_processor_count
   public :: sig_h5_create_image, sig_h5_open_image, sig_h5_image_size, sig_h5_get_image
@@ -124,6 +126,61 @@ module sig_base_c_interfaces
       character(kind=c_char), intent(in) :: bytes(*)
       integer(c_size_t), value :: size
     end function sig_write_file
+
+    integer(c_int) function sig_open_to_read(path, length, descriptor) bind(c)
+      import :: c_char, c_int, c_size_t
+      character(kind=c_char), intent(in) :: path(*)
+      integer(c_size_t), value :: length
+      integer(c_int), intent(out) :: descriptor
+    end function sig_open_to_read
+
+    integer(c_int) function sig_read_some(descriptor, bytes, size, n_read) bind(c)
+      import :: c_char, c_int, c_size_t
+      integer(c_int), value :: descriptor
+      character(kind=c_char), intent(inout) :: bytes(*)
+      integer(c_size_t), value :: size
+      integer(c_size_t), intent(out) :: n_read
+    end function sig_read_some
+
+    subroutine sig_close_descriptor(descriptor) bind(c)
+      import :: c_int
+      integer(c_int), value :: descriptor
+    end subroutine sig_close_descriptor
+
+    integer(c_int) function sig_find_target(path, length, target, is_direct) bind(c)
+      import :: c_char, c_int, c_ptr, c_size_t
+      character(kind=c_char), intent(in) :: path(*)
+      integer(c_size_t), value :: length
+      type(c_ptr), intent(out) :: target
+      integer(c_int), intent(out) :: is_direct
+    end function sig_find_target
+
+    integer(c_int) function sig_write_all(descriptor, bytes, size) bind(c)
+      import :: c_char, c_int, c_size_t
+      integer(c_int), value :: descriptor
+      character(kind=c_char), intent(in) :: bytes(*)
+      integer(c_size_t), value :: size
+    end function sig_write_all
+
+    integer(c_int) function sig_output_open(path, length, stream) bind(c)
+      import :: c_char, c_int, c_ptr, c_size_t
+      character(kind=c_char), intent(in) :: path(*)
+      integer(c_size_t), value :: length
+      type(c_ptr), intent(out) :: stream
+    end function sig_output_open
+
+    integer(c_int) function sig_output_write(stream, text, size) bind(c)
+      import :: c_char, c_int, c_ptr, c_size_t
+      type(c_ptr), value :: stream
+      character(kind=c_char), intent(in) :: text(*)
+      integer(c_size_t), value :: size
+    end function sig_output_write
+
+    integer(c_int) function sig_output_close(stream, is_kept) bind(c)
+      import :: c_int, c_ptr
+      type(c_ptr), value :: stream
+      integer(c_int), value :: is_kept
+    end function sig_output_close
 
     integer(c_int) function sig_commit_file(from, from_length, to, to_length) bind(c)
       import :: c_char, c_int, c_size_t

@@ -2,6 +2,8 @@
 #define _DEFAULT_SOURCE /* flock */
 #include "signorom/file_system.h"
 
+#include "signorom/output_stream.h"
+
 #include <dirent.h>
 #include <errno.h>
 #include <fcntl.h>
@@ -122,20 +124,32 @@ int sig_read_file(const char *path, size_t length, char **bytes, size_t *size) {
   return code;
 }
 
-static int write_all(int descriptor, const char *bytes, size_t size) {
-  while (size > 0) {
-    const ssize_t n = write(descriptor, bytes, size);
-    if (n < 0 && errno == EINTR) continue;
-    if (n < 0) return errno;
-    bytes += n;
-    size -= (size_t)n;
-  }
-  return 0;
+int sig_open_to_read(const char *path, size_t length, int *descriptor) {
+  char *name = sig_copy_text(path, length);
+  *descriptor = -1;
+  if (!name) return ENOMEM;
+  *descriptor = open(name, O_RDONLY | O_CLOEXEC);
+  const int code = *descriptor < 0 ? errno : 0;
+  free(name);
+  return code;
+}
+
+int sig_read_some(int descriptor, char *bytes, size_t size, size_t *n_read) {
+  ssize_t n;
+  do {
+    n = read(descriptor, bytes, size);
+  } while (n < 0 && errno == EINTR);
+  *n_read = n < 0 ? 0 : (size_t)n;
+  return n < 0 ? errno : 0;
+}
+
+void sig_close_descriptor(int descriptor) {
+  if (descriptor >= 0) close(descriptor);
 }
 
 /* The new name of a renamed file is safe only when its folder is. Some file systems cannot: then there is nothing to
  * do. */
-static void sync_folder_of(const char *name) {
+void sig_sync_folder_of(const char *name) {
   char *folder = sig_copy_text(name, strlen(name));
   if (!folder) return;
   char *slash = strrchr(folder, '/');
@@ -148,30 +162,12 @@ static void sync_folder_of(const char *name) {
   free(folder);
 }
 
-static int write_and_sync(const char *name, const char *bytes, size_t size) {
-  const int descriptor = open(name, O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
-  if (descriptor < 0) return errno;
-  int code = write_all(descriptor, bytes, size);
-  if (!code && fsync(descriptor) != 0) code = errno;
-  if (close(descriptor) != 0 && !code) code = errno;
-  if (code) unlink(name);
-  return code;
-}
-
 int sig_write_file(const char *path, size_t length, const char *bytes, size_t size) {
-  char *name = sig_copy_text(path, length);
-  char *partial = path_with(path, length, ".partial");
-  if (partial) sig_note_partial_file(partial, strlen(partial));
-  int code = name && partial ? write_and_sync(partial, bytes, size) : ENOMEM;
-  if (!code && rename(partial, name) != 0) {
-    code = errno;
-    unlink(partial);
-  }
-  if (partial) sig_forget_partial_file(partial, strlen(partial));
-  if (!code) sync_folder_of(name);
-  free(partial);
-  free(name);
-  return code;
+  sig_output_stream *stream = NULL;
+  const int code = sig_output_open(path, length, &stream);
+  if (code) return code;
+  sig_output_write(stream, bytes, size);
+  return sig_output_close(stream, 1);
 }
 
 static int sync_file(const char *name) {
@@ -188,7 +184,7 @@ int sig_commit_file(const char *from, size_t from_length, const char *to, size_t
   int code = old_name && new_name ? sync_file(old_name) : ENOMEM;
   if (!code && rename(old_name, new_name) != 0) code = errno;
   if (!code) sig_forget_partial_file(from, from_length);
-  if (!code) sync_folder_of(new_name);
+  if (!code) sig_sync_folder_of(new_name);
   free(new_name);
   free(old_name);
   return code;
@@ -223,15 +219,27 @@ static long noted_process(int descriptor) {
   return strtol(text, NULL, 10);
 }
 
+/* A link that somebody put in its place would have another file emptied: by O_NOFOLLOW it is none that counts. */
+static int open_lock(const char *name, int *lock) {
+  struct stat status;
+  *lock = open(name, O_RDWR | O_CREAT | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC, 0666);
+  if (*lock < 0) return errno;
+  int code = fstat(*lock, &status) == 0 ? 0 : errno;
+  if (!code && (!S_ISREG(status.st_mode) || status.st_nlink > 1)) code = ELOOP;
+  if (!code) return 0;
+  close(*lock);
+  return code;
+}
+
 int sig_lock_directory(const char *path, size_t length, int *descriptor, long *process) {
   *descriptor = -1;
   *process = 0;
   char *name = path_with(path, length, "/.lock");
   if (!name) return ENOMEM;
-  const int lock = open(name, O_RDWR | O_CREAT | O_CLOEXEC, 0666);
-  const int open_error = errno;
+  int lock;
+  const int open_code = open_lock(name, &lock);
   free(name);
-  if (lock < 0) return open_error;
+  if (open_code) return open_code;
   if (flock(lock, LOCK_EX | LOCK_NB) != 0) {
     const int code = errno;
     if (code == EWOULDBLOCK) *process = noted_process(lock);
@@ -241,7 +249,7 @@ int sig_lock_directory(const char *path, size_t length, int *descriptor, long *p
   char text[32];
   const int n = snprintf(text, sizeof text, "%ld\n", (long)getpid());
   /* Only a courtesy for the message of whoever comes second. */
-  if (ftruncate(lock, 0) == 0) (void)write_all(lock, text, (size_t)n);
+  if (ftruncate(lock, 0) == 0) (void)sig_write_all(lock, text, (size_t)n);
   *descriptor = lock;
   return 0;
 }

@@ -20,6 +20,8 @@ module sig_file_system
   integer(c_int), parameter :: no_file = 0, plain_file = 1, directory = 2
   !> Linux's EWOULDBLOCK
   integer(c_int), parameter :: would_block = 11
+  !> and ELOOP
+  integer(c_int), parameter :: is_link = 40
 
   !> Linux's PATH_MAX
   integer, parameter :: longest_path = 4096
@@ -104,6 +106,7 @@ contains
   end subroutine check_text
 
   !> Replaces a file as a whole: whoever reads it meanwhile, and whoever finds it after a crash, sees the old or the new text.
+  !> A symbolic link stays and leads to the new text; a device or a pipe gets it as it is.
   subroutine write_text_file(path, text, error)
     character(*), intent(in) :: path
     character(*), intent(in) :: text
@@ -145,7 +148,7 @@ contains
 
   !> Claims a folder for this process, so that two runs do not write into it at once.
   !>
-  !> Requires: the folder is there. Errors: another process has it; no right to write there.
+  !> Requires: the folder is there. Errors: another process has it; its .lock is a link; no right to write there.
   subroutine lock_directory(path, lock, error)
     character(*), intent(in) :: path
     type(directory_lock_t), intent(out) :: lock
@@ -157,6 +160,9 @@ contains
     if (code == would_block) then
       call make_error(error, 'another run writes into this folder now' // holder_text(process), file=path, &
         hint='wait until it ends, or give this run another output.directory')
+    else if (code == is_link) then
+      call make_error(error, 'the file .lock of this folder is a link or no plain file; runs would overwrite what it leads to', &
+        file=path, hint='remove ' // path // '/.lock')
     else if (code /= 0) then
       call make_error(error, 'cannot lock the folder: ' // system_reason(code), file=path)
     end if

@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+#define _DEFAULT_SOURCE /* unlink */
 #include "signorom/hdf5_file.h"
 
 #include "hdf5_address.h"
@@ -8,6 +9,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 static herr_t find_lock_message(unsigned depth, const H5E_error2_t *entry, void *is_locked) {
   (void)depth;
@@ -60,6 +62,7 @@ int sig_h5_create(const char *path, size_t length, size_t n_free, sig_h5_file **
   if (!name) return SIG_H5_NO_READ;
   sig_note_partial_file(path, length);
   forbid_work_at_exit();
+  unlink(name); /* a link that somebody put there is not followed */
   H5E_BEGIN_TRY {
     const hid_t id = create(name, n_free);
     if (id >= 0) status = wrap_file(id, file);

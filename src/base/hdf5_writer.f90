@@ -11,6 +11,7 @@ module sig_hdf5_writer
   use sig_file_system, only: remove_file, system_reason
   use sig_hdf5_access, only: column_t, create_hdf5, integer_type, real_type, write_array, write_columns, write_texts
   use sig_kinds, only: rk
+  use sig_output_stream, only: find_target
   use sig_text, only: string_t
   implicit none(type, external)
   private
@@ -49,7 +50,7 @@ module sig_hdf5_writer
 
 contains
 
-  !> Starts a new file. Errors: no such folder, no right to write there.
+  !> Starts a new file; a symbolic link stays and leads to it. Errors: no such folder, no right to write there, a device or a pipe.
   subroutine create(self, path, error, is_sealed)
     class(h5_writer_t), intent(inout) :: self
     character(*), intent(in) :: path
@@ -58,10 +59,11 @@ contains
     logical, intent(in), optional :: is_sealed
 
     call discard_file(self)
-    self%path = path
     self%is_sealed = .false.
     if (present(is_sealed)) self%is_sealed = is_sealed
-    call create_hdf5(path, path // '.partial', merge(seal_size, 0, self%is_sealed), self%handle, error)
+    call find_target(path, self%path, error)
+    if (.not. allocated(error)) &
+      call create_hdf5(path, self%path // '.partial', merge(seal_size, 0, self%is_sealed), self%handle, error)
   end subroutine create
 
   !> Ends the work on the file: it is flushed to the disk and gets its name, unless a write failed.

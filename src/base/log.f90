@@ -1,10 +1,13 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> What the program says while it runs. The only module with a state: whether this rank speaks.
+!> What the program says while it runs. The only module with a state: whether this rank speaks, and whether all was heard.
 module sig_log
-  use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
+  use, intrinsic :: iso_c_binding, only: c_int, c_size_t
+  use sig_base_c_interfaces, only: sig_write_all
+  use sig_errors, only: error_t, make_error
+  use sig_file_system, only: system_reason
   implicit none(type, external)
   private
-  public :: start_log, log_info, log_warning, log_error
+  public :: start_log, log_info, log_warning, log_error, lost_output
   public :: is_log_shown, show_status, clear_status
 
   !> false until start_log: a library is silent
@@ -12,6 +15,10 @@ module sig_log
   logical :: is_log_quiet = .false.
   !> columns that the status line on the terminal takes now; 0 = there is none
   integer :: n_status_columns = 0
+  !> the first errno of the standard output
+  integer(c_int) :: output_failure = 0
+  !> Linux's numbers
+  integer(c_int), parameter :: standard_output = 1, standard_error = 2
 
 contains
 
@@ -31,34 +38,50 @@ contains
     is_log_shown = is_log_speaking .and. .not. is_log_quiet
   end function is_log_shown
 
-  !> To stdout.
+  !> To stdout. A full disk does not end the work: lost_output tells of it in the end.
   subroutine log_info(text)
     character(*), intent(in) :: text
+    integer(c_int) :: code
 
-    if (is_log_shown()) call say(output_unit, text)
+    if (.not. is_log_shown()) return
+    call say(standard_output, text, code)
+    if (output_failure == 0) output_failure = code
   end subroutine log_info
+
+  !> Errors: something that log_info said did not arrive.
+  subroutine lost_output(error)
+    type(error_t), allocatable, intent(out) :: error
+
+    if (output_failure /= 0) call make_error(error, 'cannot write everything: ' // system_reason(output_failure), &
+      file='standard output')
+  end subroutine lost_output
 
   !> To stderr, quiet or not.
   subroutine log_warning(text)
     character(*), intent(in) :: text
 
-    if (is_log_speaking) call say(error_unit, 'warning: ' // text)
+    integer(c_int) :: ignored
+
+    if (is_log_speaking) call say(standard_error, 'warning: ' // text, ignored)
   end subroutine log_warning
 
   !> To stderr, quiet or not; the text is error_report's and already names itself an error.
   subroutine log_error(text)
     character(*), intent(in) :: text
 
-    if (is_log_speaking) call say(error_unit, text)
+    integer(c_int) :: ignored
+
+    if (is_log_speaking) call say(standard_error, text, ignored)
   end subroutine log_error
 
-  subroutine say(unit, text)
-    integer, intent(in) :: unit
+  subroutine say(descriptor, text, code)
+    integer(c_int), intent(in) :: descriptor
     character(*), intent(in) :: text
+    !> errno or 0
+    integer(c_int), intent(out) :: code
 
     call clear_status()
-    write (unit, '(a)') text
-    flush (unit)
+    code = sig_write_all(descriptor, text // new_line('a'), len(text, c_size_t) + 1)
   end subroutine say
 
   !> Draws one line on the terminal (stderr) over the one before it; the next log line wipes it.
@@ -67,16 +90,22 @@ contains
     character(*), intent(in) :: text
 
     if (.not. is_log_shown()) return
-    write (error_unit, '(a)', advance='no') achar(13) // text // repeat(' ', max(0, n_status_columns - len(text)))
-    flush (error_unit)
+    call draw(achar(13) // text // repeat(' ', max(0, n_status_columns - len(text))))
     n_status_columns = len(text)
   end subroutine show_status
 
   !> Wipes the status line.
   subroutine clear_status()
     if (n_status_columns == 0) return
-    write (error_unit, '(a)', advance='no') achar(13) // repeat(' ', n_status_columns) // achar(13)
-    flush (error_unit)
+    call draw(achar(13) // repeat(' ', n_status_columns) // achar(13))
     n_status_columns = 0
   end subroutine clear_status
+
+  !> To stderr without the end of a line; what cannot be shown is no loss.
+  subroutine draw(text)
+    character(*), intent(in) :: text
+    integer(c_int) :: ignored
+
+    ignored = sig_write_all(standard_error, text, len(text, c_size_t))
+  end subroutine draw
 end module sig_log

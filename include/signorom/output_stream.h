@@ -1,0 +1,34 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Text on its way to a file, a device, a pipe or the standard output, with every write checked. Functions return 0 or
+ * an errno. */
+#ifndef SIG_OUTPUT_STREAM_H
+#define SIG_OUTPUT_STREAM_H
+
+#include <stddef.h>
+
+typedef struct sig_output_stream sig_output_stream;
+
+/* What a path means for writing, with its symbolic links followed: a new text for sig_free.
+ * *is_direct 0: a plain file, or none yet; it is replaced as a whole. 1: something else is there, such as a device or a
+ * pipe, which is written to and never replaced. */
+int sig_find_target(const char *path, size_t length, char **target, int *is_direct);
+
+/* Opens a device or pipe for writing, or `<target>.partial` anew and never through a link; -1 and errno on a failure.
+ */
+int sig_open_direct(const char *target);
+int sig_open_partial(const char *partial);
+
+/* All the bytes, whatever a single write takes. */
+int sig_write_all(int descriptor, const char *bytes, size_t size);
+
+/* An empty path is the standard output. */
+int sig_output_open(const char *path, size_t length, sig_output_stream **stream);
+
+/* After a failure later writes do nothing and return the first errno again. */
+int sig_output_write(sig_output_stream *stream, const char *text, size_t size);
+
+/* Writes what is left. A file gets its name if `is_kept` and nothing failed; else it is removed, and what had the name
+ * stays. The stream is gone. */
+int sig_output_close(sig_output_stream *stream, int is_kept);
+
+#endif

@@ -1,0 +1,98 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> Lines on their way to the standard output, a file, a device or a pipe: no write fails without a word.
+module sig_output_stream
+  use, intrinsic :: iso_c_binding, only: c_associated, c_int, c_null_ptr, c_ptr, c_size_t
+  use sig_base_c_interfaces, only: sig_find_target, sig_free, sig_output_close, sig_output_open, sig_output_write
+  use sig_c_strings, only: from_c
+  use sig_errors, only: error_t, make_error
+  use sig_file_system, only: system_reason
+  implicit none(type, external)
+  private
+  public :: output_stream_t, find_target
+
+  !> A file appears under its name only with a close that succeeds. One that is there stays until then, and a symbolic link leads to
+  !> the file that is written. A device or a pipe is written to as it is.
+  type :: output_stream_t
+    private
+    type(c_ptr) :: handle = c_null_ptr
+    !> for messages
+    character(:), allocatable :: name
+  contains
+    procedure :: open => open_stream
+    procedure :: write_line
+    procedure :: close => close_stream
+  end type output_stream_t
+
+contains
+
+  !> Errors: no right to write there, no such folder, a folder.
+  subroutine open_stream(self, path, error)
+    class(output_stream_t), intent(inout) :: self
+    !> empty = the standard output
+    character(*), intent(in) :: path
+    type(error_t), allocatable, intent(out) :: error
+    integer(c_int) :: code
+
+    self%name = path
+    if (path == '') self%name = 'standard output'
+    code = sig_output_open(path, len(path, c_size_t), self%handle)
+    if (code /= 0) call make_error(error, 'cannot write here: ' // system_reason(code), file=self%name)
+  end subroutine open_stream
+
+  !> A line and its end. Errors: the disk is full, nobody reads the pipe; every later line has the same.
+  subroutine write_line(self, line, error)
+    class(output_stream_t), intent(inout) :: self
+    character(*), intent(in) :: line
+    type(error_t), allocatable, intent(out) :: error
+    integer(c_int) :: code
+
+    code = sig_output_write(self%handle, line // new_line('a'), len(line, c_size_t) + 1)
+    if (code /= 0) call report(self, code, error)
+  end subroutine write_line
+
+  !> Ends the work; one that is not open does no harm. An error that is there already stays, and then a file is not kept.
+  subroutine close_stream(self, error, is_dropped)
+    class(output_stream_t), intent(inout) :: self
+    type(error_t), allocatable, intent(inout) :: error
+    !> a file is not kept either; default: it is
+    logical, intent(in), optional :: is_dropped
+    logical :: is_kept
+    integer(c_int) :: code
+
+    if (.not. c_associated(self%handle)) return
+    is_kept = .not. allocated(error)
+    if (present(is_dropped)) is_kept = is_kept .and. .not. is_dropped
+    code = sig_output_close(self%handle, merge(1_c_int, 0_c_int, is_kept))
+    self%handle = c_null_ptr
+    if (code /= 0 .and. .not. allocated(error)) call report(self, code, error)
+  end subroutine close_stream
+
+  subroutine report(self, code, error)
+    class(output_stream_t), intent(in) :: self
+    integer(c_int), intent(in) :: code
+    type(error_t), allocatable, intent(out) :: error
+
+    call make_error(error, 'cannot write everything: ' // system_reason(code), file=self%name)
+  end subroutine report
+
+  !> What a path means for writing a file as a whole, with its symbolic links followed.
+  !>
+  !> Errors: links that lead round about; a device or a pipe, which can hold no such file.
+  subroutine find_target(path, target, error)
+    character(*), intent(in) :: path
+    character(:), allocatable, intent(out) :: target
+    type(error_t), allocatable, intent(out) :: error
+    type(c_ptr) :: text
+    integer(c_int) :: code, is_direct
+
+    target = path
+    code = sig_find_target(path, len(path, c_size_t), text, is_direct)
+    if (code /= 0) then
+      call make_error(error, 'cannot write here: ' // system_reason(code), file=path)
+    else
+      target = from_c(text)
+      call sig_free(text)
+      if (is_direct /= 0) call make_error(error, 'this is a device or a pipe; a plain file is needed', file=path)
+    end if
+  end subroutine find_target
+end module sig_output_stream
