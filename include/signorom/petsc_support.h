@@ -10,8 +10,10 @@
 int sig_petsc_start(void);
 int sig_petsc_end(void);
 
-/* Adds "-name value ..." (null-terminated) to the options database; later calls win. */
-int sig_petsc_insert_options(const char *options);
+/* Adds "-name value ..." (null-terminated) to the options database; later calls win. What PETSc has against them, such
+ * as a file of options that is missing, goes to `message` (SIG_MESSAGE_SIZE bytes, empty where all is well) and is no
+ * failure. */
+int sig_petsc_insert_options(const char *options, char *message);
 
 /* The options that nobody asked for, "-name -name ", cut at the capacity; empty when every option was used. */
 int sig_petsc_unused_options(char *names, int capacity);

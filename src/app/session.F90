@@ -75,7 +75,10 @@ contains
     end if
     ! The later one wins, so the command line comes after the deck.
     PetscCall(insert_petsc_options(self%deck%petsc_options, ierr))
-    PetscCall(insert_petsc_options(command%petsc_options, ierr))
+    PetscCall(insert_petsc_options(command%petsc_options, ierr, complaint))
+    if (allocated(complaint)) call make_error(error, 'PETSc refuses the options of the command line: ' // complaint)
+    PetscCall(broadcast_error(error, PETSC_COMM_WORLD, ierr))
+    if (allocated(error)) call self%fail(error)
   end subroutine open
 
   !> Makes and locks the results folder. Collective on all ranks.

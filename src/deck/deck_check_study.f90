@@ -3,6 +3,7 @@
 module sig_deck_check_study
   use sig_deck_config, only: clusters_config_t, deck_config_t, greedy_config_t, max_sobol_parameters, parameter_config_t, &
     point_set_config_t, reduction_config_t
+  use sig_deck_option_safety, only: complaint_about_writing
   use sig_deck_tree, only: deck_tree_t, shown
   use sig_kinds, only: rk
   use sig_text, only: split, string_t, to_text
@@ -40,6 +41,8 @@ contains
     call check_output_points(tree, config%parameters, config%output%points)
     call check_petsc_options(tree, config%petsc_options)
     complaint = complaint_about_options(config%petsc_options, config%solver%linear)
+    if (len(complaint) > 0) call tree%report_at('petsc_options', 'has ' // complaint)
+    complaint = complaint_about_writing(config%petsc_options)
     if (len(complaint) > 0) call tree%report_at('petsc_options', 'has ' // complaint)
   end subroutine check_study
 

@@ -36,9 +36,10 @@ module sig_petsc_support
       integer(c_int) :: status
     end function sig_petsc_end
 
-    function sig_petsc_insert_options(options) result(status) bind(c)
+    function sig_petsc_insert_options(options, message) result(status) bind(c)
       import :: c_char, c_int
       character(kind=c_char), intent(in) :: options(*)
+      character(kind=c_char), intent(out) :: message(*)
       integer(c_int) :: status
     end function sig_petsc_insert_options
 
@@ -107,11 +108,21 @@ contains
   end function has_multigrid_vi
 
   !> Adds `-name value` pairs; what is added later wins.
-  subroutine insert_petsc_options(options, ierr)
+  subroutine insert_petsc_options(options, ierr, message)
     character(*), intent(in) :: options
     PetscErrorCode, intent(out) :: ierr
+    !> what PETSc has against the options; unallocated where all is well. Without it a complaint is an internal error.
+    character(:), allocatable, intent(out), optional :: message
+    character(kind=c_char, len=message_size) :: buffer
 
-    ierr = sig_petsc_insert_options(options // c_null_char)
+    buffer = c_null_char
+    ierr = sig_petsc_insert_options(options // c_null_char, buffer)
+    if (buffer(1:1) == c_null_char) return
+    if (present(message)) then
+      message = buffer(:index(buffer, c_null_char) - 1)
+    else
+      ierr = 1
+    end if
   end subroutine insert_petsc_options
 
   !> Options that no object asked for: `-name`, each.

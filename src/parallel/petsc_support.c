@@ -55,10 +55,15 @@ int sig_petsc_end(void) {
   return SlepcFinalize();
 }
 
-int sig_petsc_insert_options(const char *options) {
+int sig_petsc_insert_options(const char *options, char *message) {
   PetscBool wants_log;
 
-  PetscCall(PetscOptionsInsertString(NULL, options));
+  message[0] = '\0';
+  sig_quiet_errors(message);
+  const PetscErrorCode code = PetscOptionsInsertString(NULL, options);
+  sig_loud_errors();
+  if (code && message[0]) return 0;
+  PetscCall(code);
   // PETSc asks for it when it starts, before these options, and fails at the end where nothing was logged.
   PetscCall(PetscOptionsHasName(NULL, NULL, "-log_view", &wants_log));
   if (wants_log) PetscCall(PetscLogDefaultBegin());

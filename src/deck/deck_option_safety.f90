@@ -1,0 +1,74 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> PETSc options that a deck must not have: those that write files or load code. A deck may come from anybody; the command line is
+!> the user's own.
+module sig_deck_option_safety
+  use sig_text, only: lower, split, string_t
+  implicit none(type, external)
+  private
+  public :: complaint_about_writing
+
+  character(*), parameter :: hint_of_all = '; such options go on the command line'
+  !> what an option's name holds that shows something: it takes the name of a file, or of a kind of file, as its value
+  character(*), parameter :: showing(5) = [character(8) :: 'view', 'monitor', 'reason', 'draw', 'save']
+  !> what it holds that is never for a deck: a folder to write to, code to run
+  character(*), parameter :: forbidden(2) = [character(10) :: 'ooc_tmpdir', 'python']
+
+  character(*), parameter :: letters = 'abcdefghijklmnopqrstuvwxyz'
+
+contains
+
+  !> Empty text: no complaint.
+  pure function complaint_about_writing(options) result(complaint)
+    !> of the deck: names with their values, between blanks
+    character(*), intent(in) :: options
+    character(:), allocatable :: complaint
+    type(string_t), allocatable :: words(:)
+    character(:), allocatable :: name
+    integer :: i
+
+    complaint = ''
+    name = ''
+    if (scan(options, '"''' // achar(9) // achar(10) // achar(13)) > 0) complaint = &
+      'a quotation mark, a tab or a new line; options and their values are separated by blanks'
+    words = split(options, ' ')
+    do i = 1, size(words)
+      if (len(complaint) > 0) return
+      if (len(words(i)%text) == 0) cycle
+      if (words(i)%text(1:1) == '-' .and. scan(lower(words(i)%text), letters) == 2) then
+        ! PETSc does not tell small from large letters in names
+        name = lower(words(i)%text)
+        if (has_any(name, forbidden)) complaint = name // ', which may write files or run code' // hint_of_all
+      else if (names_file(name, words(i)%text)) then
+        complaint = name // ' ' // words(i)%text // ', which may write a file' // hint_of_all
+      end if
+    end do
+  end function complaint_about_writing
+
+  !> `ascii`, `::ascii_info` and `ascii::ascii_info` show on the terminal; a word behind one colon is a file, and so is the default
+  !> file of any other kind.
+  pure logical function names_file(name, value)
+    character(*), intent(in) :: name
+    character(*), intent(in) :: value
+    integer :: i
+
+    i = index(value, ':')
+    names_file = .false.
+    if (i == 0) then
+      names_file = has_any(name, showing) .and. verify(value, '0123456789.,+-eE') > 0 .and. &
+        .not. any(value == [character(5) :: 'ascii', 'true', 'false', 'yes', 'no'])
+    else
+      names_file = index(value, '::') /= i .or. (i > 1 .and. value(:i - 1) /= 'ascii') .or. index(value(i + 2:), ':') > 0
+    end if
+  end function names_file
+
+  pure logical function has_any(text, words)
+    character(*), intent(in) :: text
+    character(*), intent(in) :: words(:)
+    integer :: i
+
+    has_any = .false.
+    do i = 1, size(words)
+      if (index(text, trim(words(i))) > 0) has_any = .true.
+    end do
+  end function has_any
+end module sig_deck_option_safety
