@@ -18,16 +18,18 @@ enum {
 typedef struct sig_expression sig_expression;
 
 /* Compiles a text of `text_length` bytes over `n_names` variables, whose names stand in `names` as consecutive fields
-   of `name_width` bytes padded with blanks. Returns a code from above. On SIG_EXPRESSION_OK *expression must be freed;
-   else it is NULL, *position is the 0-based place in the text (-1 unknown) and `token`, `message` hold null-terminated
-   texts of at most `size` bytes. */
+   of `name_width` bytes padded with blanks; `places` says where (0-based) the value of each stands among those that
+   sig_expression_evaluate gets, so that names which do not occur need not be given. Returns a code from above. On
+   SIG_EXPRESSION_OK *expression must be freed; else it is NULL, *position is the 0-based place in the text (-1 unknown)
+   and `token`, `message` hold null-terminated texts of at most `size` bytes. */
 int sig_expression_create(const char *text, size_t text_length, const char *names, size_t name_width, int n_names,
-                          sig_expression **expression, int *position, char *token, char *message, size_t size);
+                          const int *places, sig_expression **expression, int *position, char *token, char *message,
+                          size_t size);
 
-/* Value for `values` (one per name, in order). Returns 1 when it is finite, else 0. */
+/* Value for `values` (the places say which belongs to which name). Returns 1 when it is finite, else 0. */
 int sig_expression_evaluate(sig_expression *expression, const double *values, double *result);
 
-/* 1 when variable `i` (0-based) occurs in the text, whatever its value. */
+/* 1 when name `i` (0-based) occurs in the text, whatever its value. */
 int sig_expression_uses(const sig_expression *expression, int i);
 
 void sig_expression_free(sig_expression *expression);

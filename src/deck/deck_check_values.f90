@@ -10,7 +10,7 @@ module sig_deck_check_values
   private
   public :: check_field, check_range
 
-  !> corners of the box are tried for so many parameters; the others stay at their minimum
+  !> corners of the box are tried for so many of the parameters in a text; the others stay at their minimum
   integer, parameter :: max_corner_parameters = 10
 
 contains
@@ -79,7 +79,8 @@ contains
     character(:), allocatable :: message
     type(string_t) :: names(size(parameters))
     real(rk) :: point(size(parameters)), result
-    integer :: i_corner, i
+    integer, allocatable :: used(:)
+    integer :: i_corner, i, n_tried
     logical :: is_valid
 
     if (value%is_constant) return
@@ -89,8 +90,10 @@ contains
     call expression%create(value%text, names, message)
     ! a parameter with an impossible name, reported already
     if (allocated(message)) return
+    used = expression%used_places()
+    n_tried = min(size(used), max_corner_parameters)
     point = parameters%minimum / 2 + parameters%maximum / 2
-    do i_corner = 0, 2**min(size(parameters), max_corner_parameters)
+    do i_corner = 0, 2**n_tried
       call expression%evaluate(point, result, is_valid)
       if (.not. is_valid) then
         call tree%report_at(path, 'is ' // shown(value%text) // ', which is not finite at ' // point_text(parameters, point))
@@ -101,9 +104,9 @@ contains
           ' at ' // point_text(parameters, point) // range_text(result, above, below))
         if (.not. is_valid) exit
       end if
-      do i = 1, size(parameters)
-        point(i) = parameters(i)%minimum
-        if (i <= max_corner_parameters .and. btest(i_corner, mod(i - 1, max_corner_parameters))) point(i) = parameters(i)%maximum
+      if (i_corner == 0) point = parameters%minimum
+      do i = 1, n_tried
+        point(used(i)) = merge(parameters(used(i))%maximum, parameters(used(i))%minimum, btest(i_corner, i - 1))
       end do
     end do
     call expression%destroy()

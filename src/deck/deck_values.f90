@@ -322,7 +322,6 @@ contains
     logical, intent(out) :: is_valid
     type(expression_t) :: expression
     character(:), allocatable :: message
-    integer :: i_name
 
     value%text = on_one_line(tree%nodes(i_node)%text)
     call expression%create(value%text, [tree%parameter_names, coordinates], message)
@@ -332,12 +331,8 @@ contains
         hint_of(tree, i_node))
       return
     end if
-    do i_name = 1, size(tree%parameter_names)
-      if (expression%uses(tree%parameter_names(i_name)%text)) value%uses_parameters = .true.
-    end do
-    do i_name = 1, size(coordinates)
-      if (expression%uses(coordinates(i_name)%text)) value%uses_coordinates = .true.
-    end do
+    value%uses_parameters = any(expression%used_places() <= size(tree%parameter_names))
+    value%uses_coordinates = any(expression%used_places() > size(tree%parameter_names))
     value%is_constant = .not. (value%uses_parameters .or. value%uses_coordinates)
     if (value%is_constant) then
       call expression%evaluate(spread(0.0_rk, 1, size(tree%parameter_names) + size(coordinates)), value%constant, is_valid)

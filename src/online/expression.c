@@ -24,6 +24,7 @@ enum {
 struct sig_expression {
   muParserHandle_t parser;
   double *values; /* muParser holds pointers into it */
+  int *places;    /* of each name among the caller's values */
   int n_names;
 };
 
@@ -118,10 +119,9 @@ static int compile(sig_expression *expression, const char *text, const complaint
 static int build(sig_expression *expression, const char *text, size_t text_length, const char *names, size_t name_width,
                  const complaint_t *complaint) {
   char *copy = malloc(text_length + 1);
-  expression->values = malloc(((size_t)expression->n_names + 1) * sizeof *expression->values);
   expression->parser = mupCreate(muBASETYPE_FLOAT);
   int code = SIG_EXPRESSION_NO_MEMORY;
-  if (copy && expression->values && expression->parser) {
+  if (copy && expression->parser) {
     memcpy(copy, text, text_length);
     copy[text_length] = '\0';
     mupDefineConst(expression->parser, "_pi",
@@ -134,8 +134,18 @@ static int build(sig_expression *expression, const char *text, size_t text_lengt
   return code;
 }
 
+static int keep_places(sig_expression *expression, int n_names, const int *places) {
+  expression->n_names = n_names;
+  expression->values = malloc(((size_t)n_names + 1) * sizeof *expression->values);
+  expression->places = malloc(((size_t)n_names + 1) * sizeof *expression->places);
+  if (!expression->values || !expression->places) return 0;
+  if (n_names > 0) memcpy(expression->places, places, (size_t)n_names * sizeof *places);
+  return 1;
+}
+
 int sig_expression_create(const char *text, size_t text_length, const char *names, size_t name_width, int n_names,
-                          sig_expression **expression, int *position, char *token, char *message, size_t size) {
+                          const int *places, sig_expression **expression, int *position, char *token, char *message,
+                          size_t size) {
   complaint_t complaint = {.position = position, .token = token, .message = message, .size = size};
   *position = -1;
   token[0] = message[0] = '\0';
@@ -146,8 +156,8 @@ int sig_expression_create(const char *text, size_t text_length, const char *name
   }
   sig_expression *own = calloc(1, sizeof *own);
   if (!own) return SIG_EXPRESSION_NO_MEMORY;
-  own->n_names = n_names;
-  int code = build(own, text, text_length, names, name_width, &complaint);
+  int code = SIG_EXPRESSION_NO_MEMORY;
+  if (keep_places(own, n_names, places)) code = build(own, text, text_length, names, name_width, &complaint);
   if (code == SIG_EXPRESSION_OK)
     *expression = own;
   else
@@ -156,7 +166,7 @@ int sig_expression_create(const char *text, size_t text_length, const char *name
 }
 
 int sig_expression_evaluate(sig_expression *expression, const double *values, double *result) {
-  if (expression->n_names > 0) memcpy(expression->values, values, (size_t)expression->n_names * sizeof *values);
+  for (int i = 0; i < expression->n_names; i++) expression->values[i] = values[expression->places[i]];
   *result = mupEval(expression->parser);
   bool is_failed = mupError(expression->parser);
   return !is_failed && isfinite(*result);
@@ -176,6 +186,7 @@ int sig_expression_uses(const sig_expression *expression, int i) {
 void sig_expression_free(sig_expression *expression) {
   if (!expression) return;
   if (expression->parser) mupRelease(expression->parser);
+  free(expression->places);
   free(expression->values);
   free(expression);
 }

@@ -26,11 +26,16 @@ module sig_expression
   type :: expression_t
     private
     type(c_ptr) :: handle = c_null_ptr
+    !> how many values it takes
+    integer :: n_values = 0
+    !> names that may occur in the text, and the places of their values; of thousands of names a text has a few
     type(string_t), allocatable :: names(:)
+    integer, allocatable :: places(:)
   contains
     procedure :: create
     procedure :: evaluate
     procedure :: uses
+    procedure :: used_places
     procedure :: destroy
   end type expression_t
 
@@ -44,10 +49,9 @@ contains
     character(*), intent(in) :: text
     type(string_t), intent(in) :: names(:)
     character(:), allocatable, intent(out) :: message
-    character(:), allocatable :: name_fields
     character(max_message) :: token, sentence
     integer(c_int) :: code, position
-    integer :: width
+    integer :: i
 
     call this%destroy()
     if (len_trim(text) == 0) then
@@ -57,11 +61,16 @@ contains
       message = 'the expression is longer than ' // to_text(max_expression) // ' characters'
       return
     end if
-    call pack_names(names, name_fields, width)
-    call call_c(text, name_fields, width, size(names), this%handle, code, position, token, sentence)
-    if (code == no_fault) then
-      this%names = names
-    else
+    this%n_values = size(names)
+    this%places = pack([(i, i=1, size(names))], [(index(text, names(i)%text) > 0, i=1, size(names))])
+    ! gfortran 12 leaks texts behind a vector subscript
+    allocate (this%names(size(this%places)))
+    do i = 1, size(this%places)
+      this%names(i)%text = names(this%places(i))%text
+    end do
+    call call_c(text, this%names, this%places, this%handle, code, position, token, sentence)
+    if (code /= no_fault) then
+      call this%destroy()
       message = explain(text, names, code, position, trim(token), trim(sentence))
     end if
   end subroutine create
@@ -77,7 +86,7 @@ contains
     result = 0
     is_valid = .false.
     if (.not. c_associated(this%handle)) return
-    if (size(values) /= size(this%names)) return
+    if (size(values) /= this%n_values) return
     is_valid = sig_expression_evaluate(this%handle, values, number) == 1
     result = number
   end subroutine evaluate
@@ -96,12 +105,23 @@ contains
     end do
   end function uses
 
+  !> Places of the variables that occur in the text among all of them, ascending.
+  function used_places(this) result(places)
+    class(expression_t), intent(in) :: this
+    integer, allocatable :: places(:)
+    integer :: i
+
+    allocate (places(0))
+    if (.not. c_associated(this%handle)) return
+    places = pack(this%places, [(sig_expression_uses(this%handle, int(i - 1, c_int)) == 1, i=1, size(this%places))])
+  end function used_places
+
   subroutine destroy(this)
     class(expression_t), intent(inout) :: this
 
     if (c_associated(this%handle)) call sig_expression_free(this%handle)
     this%handle = c_null_ptr
-    if (allocated(this%names)) deallocate (this%names)
+    if (allocated(this%names)) deallocate (this%names, this%places)
   end subroutine destroy
 
   !> Names that muParser keeps for itself.
@@ -155,21 +175,25 @@ contains
     end do
   end subroutine pack_names
 
-  subroutine call_c(text, name_fields, width, n_names, handle, code, position, token, sentence)
+  subroutine call_c(text, names, places, handle, code, position, token, sentence)
     character(*), intent(in) :: text
-    character(*), intent(in) :: name_fields
-    integer, intent(in) :: width
-    integer, intent(in) :: n_names
+    type(string_t), intent(in) :: names(:)
+    !> 1-based
+    integer, intent(in) :: places(:)
     type(c_ptr), intent(out) :: handle
     integer(c_int), intent(out) :: code
     integer(c_int), intent(out) :: position
     character(max_message), intent(out) :: token
     character(max_message), intent(out) :: sentence
 
+    character(:), allocatable :: fields
+    integer :: width
+
     token = ''
     sentence = ''
-    code = sig_expression_create(text, len(text, c_size_t), name_fields, int(width, c_size_t), int(n_names, c_int), handle, &
-      position, token, sentence, int(max_message, c_size_t))
+    call pack_names(names, fields, width)
+    code = sig_expression_create(text, len(text, c_size_t), fields, int(width, c_size_t), size(names, kind=c_int), &
+      int(places - 1, c_int), handle, position, token, sentence, int(max_message, c_size_t))
     call cut_at_null(token)
     call cut_at_null(sentence)
   end subroutine call_c

@@ -21,8 +21,8 @@ module sig_online_c_interfaces
   end type forest_arrays_t
 
   interface
-    integer(c_int) function sig_expression_create(text, text_length, names, name_width, n_names, expression, position, &
-      token, message, size) bind(c)
+    integer(c_int) function sig_expression_create(text, text_length, names, name_width, n_names, places, expression, &
+      position, token, message, size) bind(c)
       import :: c_char, c_int, c_ptr, c_size_t
       implicit none(type, external)
       character(kind=c_char), intent(in) :: text(*)
@@ -30,6 +30,7 @@ module sig_online_c_interfaces
       character(kind=c_char), intent(in) :: names(*)
       integer(c_size_t), value, intent(in) :: name_width
       integer(c_int), value, intent(in) :: n_names
+      integer(c_int), intent(in) :: places(*)
       type(c_ptr), intent(out) :: expression
       integer(c_int), intent(out) :: position
       character(kind=c_char), intent(out) :: token(*)

@@ -130,11 +130,13 @@ contains
     class(term_set_t), intent(inout) :: self
     type(term_source_t), intent(in) :: source
     type(term_source_t), allocatable :: longer(:)
-    integer :: n
+    integer :: i, n
 
     n = size(self%sources)
     allocate (longer(n + 1))
-    longer(:n) = self%sources
+    do i = 1, n
+      call move_source(self%sources(i), longer(i))
+    end do
     longer(n + 1) = source
     associate (whole => longer(n + 1))
       if (.not. allocated(whole%terms)) allocate (whole%terms(0))
@@ -147,4 +149,25 @@ contains
     end associate
     call move_alloc(longer, self%sources)
   end subroutine add_source
+
+  !> Without a copy of what a whole source holds: a deck may have thousands.
+  pure subroutine move_source(from, to)
+    type(term_source_t), intent(inout) :: from
+    type(term_source_t), intent(inout) :: to
+
+    to%kind = from%kind
+    to%component = from%component
+    to%axis = from%axis
+    to%is_cut = from%is_cut
+    to%line = from%line
+    to%column = from%column
+    call move_alloc(from%text, to%text)
+    call move_alloc(from%terms, to%terms)
+    call move_alloc(from%places, to%places)
+    call move_alloc(from%minimum, to%minimum)
+    call move_alloc(from%maximum, to%maximum)
+    call move_alloc(from%facets, to%facets)
+    call move_alloc(from%orientations, to%orientations)
+    call move_alloc(from%dof_terms, to%dof_terms)
+  end subroutine move_source
 end module sig_term_set

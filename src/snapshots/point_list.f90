@@ -1,14 +1,15 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Points from a CSV file whose first line names the parameters, in any order; as a stream or all at once.
+!> Points from a CSV file, or a pipe, whose first line names the parameters, in any order; as a stream or all at once.
 !>
 !> Empty lines and lines that start with # are left out.
 !>
 !> Errors, each with line and column: the file's own (missing, a folder, ...), an unknown, repeated or missing column, a line
 !> with too few or too many values, something that is no number, a value outside the box, no point at all.
 module sig_point_list
-  use, intrinsic :: iso_fortran_env, only: int64
+  use, intrinsic :: iso_c_binding, only: c_int, c_size_t
+  use sig_base_c_interfaces, only: sig_close_descriptor, sig_open_to_read, sig_read_some
   use sig_errors, only: error_t, make_error
-  use sig_file_system, only: file_exists, is_directory
+  use sig_file_system, only: file_exists, is_directory, system_reason
   use sig_kinds, only: rk
   use sig_text, only: did_you_mean, join, read_real, split, string_t, to_text
   implicit none(type, external)
@@ -24,13 +25,12 @@ module sig_point_list
     type(string_t), allocatable :: names(:)
     !> parameter of each column
     integer, allocatable :: columns(:)
-    integer :: unit = 0
+    integer(c_int) :: descriptor = -1
     integer :: i_line = 0
     !> points read so far
     integer :: n_points = 0
     logical :: is_open = .false.
-    !> bytes of the file that were not read yet; those read last, and the first of them that belongs to no line yet
-    integer(int64) :: n_left = 0
+    !> bytes that were read last, and the first of them that belongs to no line yet
     character(32768) :: block
     integer :: n_block = 0
     integer :: i_next = 1
@@ -49,8 +49,7 @@ contains
     type(string_t), intent(in) :: names(:)
     type(error_t), allocatable, intent(out) :: error
     character(:), allocatable :: line
-    character(200) :: reason
-    integer :: status
+    integer(c_int) :: code
     logical :: is_found
 
     self%path = path
@@ -64,10 +63,8 @@ contains
     else if (.not. file_exists(path)) then
       call make_error(error, 'no such file', file=path)
     else
-      open (newunit=self%unit, file=path, action='read', status='old', access='stream', form='unformatted', iostat=status, &
-        iomsg=reason)
-      if (status == 0) inquire (unit=self%unit, size=self%n_left)
-      if (status /= 0) call make_error(error, 'cannot read the file: ' // trim(reason), file=path)
+      code = sig_open_to_read(path, len(path, c_size_t), self%descriptor)
+      if (code /= 0) call make_error(error, 'cannot read the file: ' // system_reason(code), file=path)
     end if
     if (allocated(error)) return
     self%is_open = .true.
@@ -115,7 +112,7 @@ contains
   subroutine close_list(self)
     class(point_list_t), intent(inout) :: self
 
-    if (self%is_open) close (self%unit)
+    if (self%is_open) call sig_close_descriptor(self%descriptor)
     self%is_open = .false.
   end subroutine close_list
 
@@ -159,7 +156,7 @@ contains
     end do
   end subroutine read_content
 
-  !> By blocks of bytes: libgfortran keeps all that it reads without advancing.
+  !> By blocks of bytes, which a pipe has no number of: libgfortran would keep all that it reads without advancing.
   !>
   !> Errors: the file cannot be read further, or holds null bytes.
   subroutine read_line(self, line, is_line, error)
@@ -193,17 +190,13 @@ contains
   subroutine read_block(self, error)
     class(point_list_t), intent(inout) :: self
     type(error_t), allocatable, intent(out) :: error
-    character(200) :: reason
-    integer :: status
+    integer(c_size_t) :: n_read
+    integer(c_int) :: code
 
     self%i_next = 1
-    self%n_block = int(min(int(len(self%block), int64), self%n_left))
-    if (self%n_block == 0) return
-    read (self%unit, iostat=status, iomsg=reason) self%block(:self%n_block)
-    self%n_left = self%n_left - self%n_block
-    if (status == 0) return
-    self%n_block = 0
-    call make_error(error, 'cannot read the file: ' // trim(reason), file=self%path)
+    code = sig_read_some(self%descriptor, self%block, len(self%block, c_size_t), n_read)
+    self%n_block = int(n_read)
+    if (code /= 0) call make_error(error, 'cannot read the file: ' // system_reason(code), file=self%path)
   end subroutine read_block
 
   pure logical function has_content(line)

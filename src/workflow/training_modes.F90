@@ -42,6 +42,7 @@ contains
     if (problem%deck%reduction%is_normalized) call normalize_snapshots(fields)
     PetscCall(compute_pod(fields, comm, modes%singular_values, vectors, ierr))
     call count_modes(problem%deck%reduction, problem%deck%path, modes, error)
+    if (available_modes(modes%singular_values) == 0) call explain_no_modes(snapshots, problem%deck%path, error)
     if (allocated(error)) return
     modes%vectors = vectors(:, :modes%n_domain + modes%n_extra)
   end subroutine compute_modes
@@ -74,14 +75,27 @@ contains
     modes%n_extra = reduction%extra_modes
     if (reduction%extended_pod_tolerance > 0) &
       modes%n_extra = max(0, pod_rank(modes%singular_values, reduction%extended_pod_tolerance) - modes%n_domain)
-    if (n_available == 0) then
-      call make_error(error, 'all snapshots are zero: no training point loads the bodies', path)
-    else if (modes%n_domain + modes%n_extra > n_available) then
-      call make_error(error, 'reduction.n_modes and extra_modes ask for ' // to_text(modes%n_domain + modes%n_extra) // &
-        ' modes; the snapshots have ' // to_text(n_available) // ' above rounding', path, &
-        hint='take fewer modes, or more training points')
-    end if
+    if (modes%n_domain + modes%n_extra > n_available) call make_error(error, &
+      'reduction.n_modes and extra_modes ask for ' // to_text(modes%n_domain + modes%n_extra) // &
+      ' modes; the snapshots have ' // to_text(n_available) // ' above rounding', path, &
+      hint='take fewer modes, or more training points')
   end subroutine count_modes
+
+  !> Why there is nothing to compress: no load, or no contact.
+  subroutine explain_no_modes(snapshots, path, error)
+    type(snapshot_set_t), intent(in) :: snapshots
+    character(*), intent(in) :: path
+    type(error_t), allocatable, intent(out) :: error
+
+    if (.not. any(abs(snapshots%displacement) > 0)) then
+      call make_error(error, 'all snapshots are zero: no training point loads the bodies', path)
+    else if (any(snapshots%multipliers > 0)) then
+      call make_error(error, 'the contact forces at the training points displace nothing above rounding', path)
+    else
+      call make_error(error, 'the bodies touch at no training point: every snapshot is the response without contact, ' // &
+        'which needs no mode', path, hint='take training points at which they touch')
+    end if
+  end subroutine explain_no_modes
 
   !> Modes of the multipliers, shape (n_multipliers, n_modes); none without a tolerance or without contact. Collective on comm.
   !>

@@ -1,9 +1,11 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The command predict: a model file is all it needs, its answers are those of validate, bad input is named."""
 
+import os
 import re
 import resource
 import shutil
+import subprocess
 
 import h5py
 import numpy as np
@@ -270,6 +272,27 @@ def test_full_disk(signorom, model_folder):
     assert done.returncode == 2, done.stderr
     assert done.stderr.startswith("answers.csv: error: ")
     assert sorted(path.name for path in model_folder.iterdir()) == ["model.h5", "points.csv"]
+
+
+def test_points_from_a_pipe(signorom, model_folder):
+    """The standard input, and a named pipe that is filled bit by bit."""
+    lines = ["squeeze,shift\n", "0.2,0\n", "0.3,", "0.05\n# the end"]
+    (model_folder / "points.csv").write_text("".join(lines))
+    expected = signorom("predict", "model.h5", "--points", "points.csv", folder=model_folder)
+    process = signorom.start(
+        "predict", "model.h5", "--points", "/dev/stdin", folder=model_folder, stdin=subprocess.PIPE
+    )
+    stdout, _ = process.communicate("".join(lines), timeout=60)
+    assert stdout == expected
+    os.mkfifo(model_folder / "pipe")
+    process = signorom.start("predict", "model.h5", "--points", "pipe", folder=model_folder)
+    with (model_folder / "pipe").open("w") as pipe:
+        for line in lines:
+            pipe.write(line)
+            pipe.flush()
+    assert finish(process, 60).stdout == expected
+    words = refuse(signorom, "predict", "model.h5", "--points", "/dev/null", folder=model_folder)
+    assert words.startswith("/dev/null: error: the file is empty")
 
 
 def test_output_replaces_an_older_file(signorom, model_folder):

@@ -122,6 +122,64 @@ def test_too_little_memory(signorom, tmp_path, limit):
     assert done.returncode == 0 or any(words in done.stderr for words in sentences), done.stderr
 
 
+@pytest.mark.parametrize("n_ranks", [1, 2])
+def test_file_of_options(signorom, tmp_path, n_ranks):
+    """One that is missing, or holds something else, is an error of the user without a trace of PETSc."""
+    deck = write_deck("patch", tmp_path)
+    arguments = ("solve", deck.name, "-options_file", "options")
+    words = refuse(signorom, *arguments, folder=tmp_path, n_ranks=n_ranks)
+    assert words.startswith("error: PETSc refuses the options of the command line: Unable to open")
+    (tmp_path / "options").write_text("some words\n")
+    words = refuse(signorom, *arguments, folder=tmp_path, n_ranks=n_ranks)
+    assert words.startswith("error: PETSc refuses the options of the command line: ")
+    (tmp_path / "options").write_text("-fom_mat_mumps_icntl_7 2\n")
+    signorom(*arguments, folder=tmp_path, n_ranks=n_ranks)
+
+
+def test_option_that_writes_a_file(signorom, tmp_path):
+    """On the command line it may; a deck may not (decks/invalid)."""
+    deck = write_deck("patch", tmp_path)
+    signorom("solve", deck.name, "-fom_ksp_view", "ascii:view.txt", folder=tmp_path)
+    assert (tmp_path / "view.txt").exists()
+    (tmp_path / "view.txt").unlink()
+    deck.write_text(deck.read_text() + "petsc_options: '-fom_ksp_view ascii:view.txt'\n")
+    assert "which may write a file" in refuse(signorom, "solve", deck.name, folder=tmp_path)
+    assert not (tmp_path / "view.txt").exists()
+    deck.write_text(deck.read_text().replace("ascii:view.txt", "::ascii_info"))
+    signorom("solve", deck.name, folder=tmp_path)
+
+
+def test_bodies_that_never_touch(signorom, tmp_path):
+    """They are loaded, so this is what is said: the gap of 0.01 m does not close."""
+    deck = write_deck("patch", tmp_path, **{"push: {min: 0.02, max: 0.1": "push: {min: 0.001, max: 0.009"})
+    deck.write_text(deck.read_text().partition("output:")[0])
+    signorom("sample", deck.name, folder=tmp_path)
+    words = refuse(signorom, "train", deck.name, folder=tmp_path)
+    assert "patch.yaml: error: the bodies touch at no training point" in words
+
+
+def test_thousands_of_parameters(signorom, tmp_path):
+    """As many as a deck has room for, each with a load of its own; it took 26 times as long."""
+    n = 1300
+    names = [f"p{i}" for i in range(n)]
+    deck = write_deck(
+        "patch",
+        tmp_path,
+        **{"grid: {push: 5}": "latin_hypercube: 5", "grid: {push: 7}": "latin_hypercube: 5"},
+    )
+    text = deck.read_text().partition("output:")[0]
+    box = "".join(f"  {name}: {{min: 0, max: 1}}\n" for name in names)
+    text = text.replace(
+        "parameters: {push: {min: 0.02, max: 0.1, unit: m}}\n",
+        f"parameters:\n  push: {{min: 0.02, max: 0.1}}\n{box}",
+    )
+    loads = "".join(f"  - {{boundary: top, traction: {{x: {name}}}}}\n" for name in names)
+    deck.write_text(f"{text}loads:\n{loads}")
+    done = signorom.run("check", deck.name, folder=tmp_path, time_limit=SOON)
+    assert done.returncode == 0, done.stderr
+    assert "p1299" in done.stdout
+
+
 def test_quiet(signorom, tmp_path):
     deck = write_deck("patch", tmp_path)
     done = signorom.run("run", deck.name, "--quiet", folder=tmp_path)
