@@ -6,7 +6,7 @@
  *     if (signorom_open("model.h5", &model)) { puts(signorom_model_message(model)); ... }
  *     if (signorom_create_context(model, &context)) { ... }
  *     double point[2] = {170.0, 3.2}; // values of the parameters, in their order and units
- *     signorom_answer answer;
+ *     signorom_answer answer = SIGNOROM_ANSWER;
  *     if (signorom_query(context, point, &answer)) { puts(signorom_message(context)); ... }
  *     signorom_get_multipliers(context, multipliers);
  *     signorom_free_context(context);
@@ -18,6 +18,8 @@
  * process. Numbers of nodes, contacts and clusters count from 0. Arrays belong to the caller, texts to the model. */
 #ifndef SIGNOROM_H
 #define SIGNOROM_H
+
+#include <stddef.h>
 
 #ifdef __cplusplus
 extern "C" {
@@ -63,10 +65,13 @@ typedef struct {
   int has_full_order_displacement; /* 1: its displacement is exact too, else that of the reduced basis */
 } signorom_sizes;
 
-/* What is known of an answer. */
+/* What is known of an answer. Set `size` before the call: `signorom_answer answer = SIGNOROM_ANSWER;`. Later versions
+ * append members; a program that was compiled with an older header says so by its smaller size, and they are not
+ * written. */
 typedef struct {
-  int code;   /* SIGNOROM_OK or SIGNOROM_NO_ANSWER */
-  int method; /* signorom_method */
+  size_t size; /* sizeof(signorom_answer) */
+  int code;    /* SIGNOROM_OK or SIGNOROM_NO_ANSWER */
+  int method;  /* signorom_method */
   int cluster;
   int n_modes;           /* reduced coordinates of this cluster */
   int n_domain_contacts; /* multipliers in its reduced integration domain */
@@ -78,7 +83,16 @@ typedef struct {
   /* largest violation of the contact conditions of the dense problem that was solved, relative to the terms of its row:
    * rounding. It says nothing of the model's error: see the validation in the description. */
   double residual;
+  /* Solutions of the reduced problem that two starts found; 0 without an answer. 2: its contact conditions do not
+   * determine the answer. The one that violates the full contact problem less was taken where the model holds the
+   * full-order operator (has_full_order_multipliers), else that of the nearest training point. Contact forces are less
+   * reliable there. */
+  int n_solutions;
 } signorom_answer;
+
+/* Start value of a signorom_answer. */
+#define SIGNOROM_ANSWER                                                                                                \
+  { sizeof(signorom_answer), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0 }
 
 /* Reads a model. `*model` is set even on a failure, so that signorom_model_message can be asked; close it all the same.
  */
@@ -112,8 +126,9 @@ void signorom_free_context(signorom_context *context);
 /* Answers at a point [n_parameters]. After the first ones it allocates nothing (with several clusters: while one of
  * them answers). The getters below tell more of it. */
 int signorom_query(signorom_context *context, const double *point, signorom_answer *answer);
-/* Answers at n points [n][n_parameters]; `answers` [n] and `multipliers` [n][n_contacts] may be null. A point without
- * an answer does not stop it: its code says so, its multipliers are 0, and the call returns SIGNOROM_NO_ANSWER. */
+/* Answers at n points [n][n_parameters]; `answers` [n] and `multipliers` [n][n_contacts] may be null; the size of the
+ * first answer holds for all, and the call writes it to each. A point without an answer does not stop it: its code says
+ * so, its multipliers are 0, and the call returns SIGNOROM_NO_ANSWER. */
 int signorom_query_many(signorom_context *context, int n, const double *points, signorom_answer *answers,
                         double *multipliers);
 

@@ -22,6 +22,8 @@ module sig_answer_block
     type(multiplier_fit_workspace_t) :: workspace
     !> points by method, 0 = none; shape (0:n_query_methods)
     integer, allocatable :: counts(:)
+    !> points where the reduced problem has several solutions
+    integer :: n_several = 0
   end type asker_t
 
   type :: answer_block_t
@@ -36,6 +38,7 @@ module sig_answer_block
     integer, allocatable :: clusters(:)
     integer, allocatable :: methods(:)
     integer, allocatable :: reasons(:)
+    integer, allocatable :: n_solutions(:)
     logical, allocatable :: is_outside(:)
   contains
     procedure :: create
@@ -60,7 +63,7 @@ contains
     self%online => online
     allocate (self%askers(n_threads), self%points(size(online%model%parameter_names), capacity))
     allocate (self%multipliers(online%model%n_multipliers, capacity), self%clusters(capacity))
-    allocate (self%methods(capacity), self%reasons(capacity), self%is_outside(capacity))
+    allocate (self%methods(capacity), self%reasons(capacity), self%n_solutions(capacity), self%is_outside(capacity))
     do i = 1, n_threads
       allocate (self%askers(i)%counts(0:n_query_methods), source=0)
       call self%askers(i)%query%create(online, message)
@@ -99,7 +102,9 @@ contains
         self%clusters(i) = asker%answer%cluster
         self%methods(i) = merge(asker%answer%method, 0, asker%answer%reason > 0)
         self%reasons(i) = asker%answer%reason
+        self%n_solutions(i) = asker%answer%n_solutions
         asker%counts(self%methods(i)) = asker%counts(self%methods(i)) + 1
+        if (asker%answer%n_solutions > 1) asker%n_several = asker%n_several + 1
       end do
     end associate
   end subroutine answer_share
@@ -124,7 +129,8 @@ contains
     do i = 1, size(self%askers)
       call self%askers(i)%query%destroy()
     end do
-    deallocate (self%askers, self%points, self%multipliers, self%clusters, self%methods, self%reasons, self%is_outside)
+    deallocate (self%askers, self%points, self%multipliers, self%clusters, self%methods, self%reasons, self%n_solutions, &
+      self%is_outside)
   end subroutine destroy
 
   !> Column lambda_k is the contact force of pair k, named by the first node's tag in the mesh file.
@@ -139,7 +145,7 @@ contains
     end do
     text = text // 'cluster,'
     if (size(model%clusters) > 1) text = text // 'next_cluster,'
-    text = text // 'status,solver,n_active,contact_force'
+    text = text // 'status,solver,n_solutions,n_active,contact_force'
     do i = 1, model%n_multipliers
       text = text // ',lambda_' // to_text(model%first_node_tags(i))
     end do
@@ -165,7 +171,8 @@ contains
       text = text // '"' // reason_text(self%reasons(i)) // '",'
     end if
     associate (multipliers => self%multipliers(:, i))
-      text = text // method_name(self%methods(i)) // ',' // to_text(count(multipliers > 0)) // ',' // to_text(sum(multipliers))
+      text = text // method_name(self%methods(i)) // ',' // to_text(self%n_solutions(i)) // ',' // &
+        to_text(count(multipliers > 0)) // ',' // to_text(sum(multipliers))
       do k = 1, size(multipliers)
         text = text // ',' // to_text(multipliers(k))
       end do

@@ -159,6 +159,10 @@ contains
       call next_block(command, list, block, error)
       if (allocated(error)) return
     end do
+    associate (n_several => sum(block%askers%n_several))
+      if (n_several > 0) call log_warning('the reduced problem has several solutions at ' // to_text(n_several) // ' of ' // &
+        to_text(sum(block%counts())) // ' points, where n_solutions is 2: the contact forces are less reliable there')
+    end associate
     if (n_outside > 1) call log_warning(to_text(n_outside) // ' of ' // to_text(sum(block%counts())) // &
       ' points lie outside the trained box; the first is named above')
   end subroutine answer_blocks

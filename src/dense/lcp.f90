@@ -11,12 +11,14 @@ module sig_lcp
     lcp_solved, lcp_workspace_t, sign_tolerance, sum_rows
   implicit none(type, external)
   private
-  public :: solve_lcp, lcp_solution_t, lcp_workspace_t, lcp_method_name, lcp_reason_text
+  public :: solve_lcp, find_other_solution, lcp_solution_t, lcp_workspace_t, lcp_method_name, lcp_reason_text
   public :: lcp_active_set, lcp_block_pivoting, lcp_lemke
   public :: lcp_solved, lcp_failed_accuracy, lcp_failed_input, lcp_failed_iterations, lcp_failed_ray
 
   !> largest accepted error of an answer, relative to the terms summed in each row
   real(rk), parameter :: accepted_residual = 1.0e-8_rk
+  !> [-] solutions whose multipliers differ by less than this share of the largest one are one solution
+  real(rk), parameter :: same_solution = 1.0e-6_rk
   !> covering vectors tried with Lemke's method before a problem counts as without solution
   integer, parameter :: n_paths = 4
 
@@ -76,6 +78,33 @@ contains
       if (is_done) return
     end do
   end subroutine solve_in
+
+  !> Looks for another solution of a problem that is solved, by the active set method alone from another start.
+  !>
+  !> The way ends where it meets the known solution's set, comes back to a set, or meets a singular one: it finds nothing then.
+  !> That is no proof that there is one solution only. With a workspace and a solution that were used before nothing is allocated.
+  subroutine find_other_solution(matrix, q, is_active_start, known, other, workspace, is_found)
+    !> W, shape (n, n)
+    real(rk), intent(in) :: matrix(:, :)
+    !> shape (n)
+    real(rk), intent(in) :: q(:)
+    !> guess of the active set, shape (n)
+    logical, intent(in) :: is_active_start(:)
+    !> of solve_lcp, solved
+    type(lcp_solution_t), intent(in) :: known
+    type(lcp_solution_t), intent(inout) :: other
+    type(lcp_workspace_t), intent(inout) :: workspace
+    logical, intent(out) :: is_found
+
+    call start_solution(size(q), other)
+    call workspace%reserve(size(q))
+    workspace%is_symmetric = is_symmetric(matrix)
+    other%is_active = is_active_start
+    call run_active_set(matrix, q, other%is_active, workspace, other%reason, other%n_iterations, known%is_active)
+    call finish(matrix, q, workspace, other, is_found)
+    if (is_found) is_found = maxval(abs(other%lambda - known%lambda)) > &
+      same_solution * max(maxval(other%lambda), maxval(known%lambda))
+  end subroutine find_other_solution
 
   !> No answer yet.
   pure subroutine start_solution(n, solution)

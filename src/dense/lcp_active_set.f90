@@ -11,7 +11,7 @@ module sig_lcp_active_set
 contains
 
   !> Runs from a given set until no sign is wrong, a set comes back, or its matrix is singular.
-  subroutine run_active_set(matrix, q, is_active, workspace, reason, n_iterations)
+  subroutine run_active_set(matrix, q, is_active, workspace, reason, n_iterations, is_active_known)
     !> shape (n, n)
     real(rk), intent(in) :: matrix(:, :)
     !> shape (n)
@@ -24,13 +24,20 @@ contains
     integer, intent(out) :: reason
     !> linear solves
     integer, intent(out) :: n_iterations
-    integer :: i, max_sets, n
+    !> a set at which to stop, too: its answer is known; shape (n)
+    logical, intent(in), optional :: is_active_known(:)
+    integer :: i, i_set, max_sets, n
 
     n = n_words(size(q))
     max_sets = max(usual_sets, size(q) + 1)
     reason = lcp_failed_cycle
     call pack_bits(is_active, workspace%history(:n, 1))
-    do n_iterations = 1, max_sets
+    n_iterations = 0
+    do i_set = 1, max_sets
+      if (present(is_active_known)) then
+        if (all(is_active .eqv. is_active_known)) return
+      end if
+      n_iterations = i_set
       call evaluate_set(matrix, q, is_active, workspace)
       if (workspace%is_singular) return
       if (.not. any(workspace%is_violated(:size(q)))) then
@@ -40,10 +47,9 @@ contains
       do i = 1, size(q)
         is_active(i) = is_active(i) .neqv. workspace%is_violated(i)
       end do
-      call pack_bits(is_active, workspace%history(:n, n_iterations + 1))
-      if (was_visited(workspace%history(:n, :n_iterations + 1))) return
+      call pack_bits(is_active, workspace%history(:n, i_set + 1))
+      if (was_visited(workspace%history(:n, :i_set + 1))) return
     end do
-    n_iterations = max_sets
   end subroutine run_active_set
 
   !> Whether the last set is among those before it.

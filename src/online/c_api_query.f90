@@ -1,7 +1,8 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> The part of include/signorom.h that asks models; each procedure is explained there.
 module sig_c_api_query
-  use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int, c_loc, c_null_ptr, c_ptr
+  use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int, c_intptr_t, c_loc, c_null_ptr, c_ptr, &
+    c_size_t, c_sizeof
   use sig_c_handles, only: answered_context, bad_argument, bad_model, code_ok, context_handle_t, keep, no_answer, no_memory, &
     put_reals, ready_context, ready_model
   use sig_kinds, only: rk
@@ -12,8 +13,10 @@ module sig_c_api_query
 
   !> signorom_answer
   type, bind(c) :: c_answer_t
+    integer(c_size_t) :: size
     integer(c_int) :: code, method, cluster, n_modes, n_domain_contacts, n_active, n_iterations, is_inside_box
     real(c_double) :: distance, residual
+    integer(c_int) :: n_solutions
   end type c_answer_t
 
 contains
@@ -72,8 +75,8 @@ contains
     type(c_ptr), value :: point
     type(c_ptr), value :: answer
     type(context_handle_t), pointer :: handle
-    type(c_answer_t), pointer :: told
     real(c_double), pointer :: values(:)
+    integer(c_size_t) :: n_bytes
 
     code = bad_argument
     handle => ready_context(context)
@@ -83,12 +86,29 @@ contains
       call keep(handle%message, 'the point is a null pointer')
       return
     end if
+    if (.not. has_size(handle, answer, n_bytes)) return
     call c_f_pointer(point, values, [size(handle%model%names)])
     call ask(handle, values, code)
+    if (c_associated(answer)) call tell(handle, code, n_bytes, answer)
+  end function signorom_query
+
+  !> The caller has said how large its answers are. A program with a newer header has larger ones.
+  logical function has_size(handle, answer, n_bytes)
+    type(context_handle_t), intent(inout) :: handle
+    !> or null
+    type(c_ptr), intent(in) :: answer
+    !> 0 for null
+    integer(c_size_t), intent(out) :: n_bytes
+    type(c_answer_t), pointer :: told
+
+    n_bytes = 0
+    has_size = .true.
     if (.not. c_associated(answer)) return
     call c_f_pointer(answer, told)
-    call tell(handle, code, told)
-  end function signorom_query
+    n_bytes = told%size
+    has_size = n_bytes >= c_sizeof(told)
+    if (.not. has_size) call keep(handle%message, 'the size of the answer is not set: signorom_answer answer = SIGNOROM_ANSWER;')
+  end function has_size
 
   subroutine ask(handle, point, code)
     type(context_handle_t), intent(inout) :: handle
@@ -116,16 +136,20 @@ contains
     end select
   end subroutine keep_reason
 
-  subroutine tell(handle, code, told)
+  subroutine tell(handle, code, n_bytes, place)
     type(context_handle_t), intent(in) :: handle
     integer(c_int), intent(in) :: code
-    type(c_answer_t), intent(out) :: told
+    !> of the caller's answer; what lies behind the members known here stays as it is
+    integer(c_size_t), intent(in) :: n_bytes
+    type(c_ptr), intent(in) :: place
+    type(c_answer_t), pointer :: told
 
+    call c_f_pointer(place, told)
     associate (answer => handle%answer)
-      told = c_answer_t(code=code, method=merge(answer%method, 0, handle%has_answer), cluster=answer%cluster - 1, &
+      told = c_answer_t(size=n_bytes, code=code, method=merge(answer%method, 0, handle%has_answer), cluster=answer%cluster - 1, &
         n_modes=size(answer%coordinates), n_domain_contacts=size(answer%multipliers_rid), n_active=count(answer%is_active), &
         n_iterations=answer%n_iterations, is_inside_box=merge(1, 0, answer%is_inside_box), distance=answer%distance, &
-        residual=answer%residual)
+        residual=answer%residual, n_solutions=answer%n_solutions)
     end associate
   end subroutine tell
 
@@ -134,9 +158,9 @@ contains
     integer(c_int), value :: n
     type(c_ptr), value :: points, answers, multipliers
     type(context_handle_t), pointer :: handle
-    type(c_answer_t), pointer :: told(:)
     real(c_double), pointer :: forces(:, :), values(:, :)
     integer(c_int) :: code_of_point
+    integer(c_size_t) :: n_bytes
     integer :: i, n_failed
 
     code = bad_argument
@@ -147,14 +171,16 @@ contains
       call keep(handle%message, 'the number of points is negative, or the points are a null pointer')
       return
     end if
+    if (n > 0) then
+      if (.not. has_size(handle, answers, n_bytes)) return
+    end if
     call c_f_pointer(points, values, [size(handle%model%names), int(n)])
-    if (c_associated(answers)) call c_f_pointer(answers, told, [n])
     if (c_associated(multipliers)) call c_f_pointer(multipliers, forces, [handle%model%online%model%n_multipliers, int(n)])
     n_failed = 0
     do i = 1, n
       call ask(handle, values(:, i), code_of_point)
       if (code_of_point /= code_ok) n_failed = n_failed + 1
-      if (c_associated(answers)) call tell(handle, code_of_point, told(i))
+      if (c_associated(answers)) call tell(handle, code_of_point, n_bytes, place_of(answers, n_bytes, i))
       if (.not. c_associated(multipliers)) cycle
       call reconstruct_multipliers(handle%model%online, handle%answer, handle%workspace, forces(:, i))
     end do
@@ -163,6 +189,17 @@ contains
     code = no_answer
     call keep(handle%message, 'some of the points have no answer; the code of each answer says which')
   end function signorom_query_many
+
+  !> Where entry i of an array stands, 1-based.
+  pure function place_of(first, n_bytes, i) result(place)
+    type(c_ptr), intent(in) :: first
+    !> of an entry
+    integer(c_size_t), intent(in) :: n_bytes
+    integer, intent(in) :: i
+    type(c_ptr) :: place
+
+    place = transfer(transfer(first, 0_c_intptr_t) + (i - 1) * n_bytes, place)
+  end function place_of
 
   integer(c_int) function signorom_get_domain_multipliers(context, multipliers) result(code) bind(c)
     type(c_ptr), value :: context

@@ -33,6 +33,7 @@ module sig_online_model
   contains
     procedure :: prepare
     procedure :: nearest_point
+    procedure :: opposite_point
     procedure :: is_inside_box
   end type online_model_t
 
@@ -109,6 +110,46 @@ contains
     end do
     if (i_nearest > 0) distance = sqrt(distance)
   end subroutine nearest_point
+
+  !> Training point nearest to a point among those on its other side, seen from its nearest training point: the two enclose it.
+  !>
+  !> On the other side is an angle of 90 degrees or more at the point; where no training point is there, the nearest but one. The
+  !> first of several; 0 without a second training point.
+  pure subroutine opposite_point(self, point, i_nearest, i_opposite)
+    class(online_model_t), intent(in) :: self
+    real(rk), intent(in) :: point(:)
+    !> of nearest_point
+    integer, intent(in) :: i_nearest
+    integer, intent(out) :: i_opposite
+    real(rk) :: along, distance, distance_opposite, square
+    integer :: i, i_second, k
+
+    i_opposite = 0
+    if (i_nearest == 0) return
+    i_second = 0
+    distance = huge(distance)
+    distance_opposite = huge(distance_opposite)
+    do i = 1, size(self%model%training_points, 2)
+      if (i == i_nearest) cycle
+      square = 0
+      along = 0
+      do k = 1, size(point)
+        associate (away => (self%model%training_points(k, i) - point(k)) * self%box_scale(k), &
+          nearest => (self%model%training_points(k, i_nearest) - point(k)) * self%box_scale(k))
+          square = square + away**2
+          along = along + away * nearest
+        end associate
+      end do
+      if (square < distance) then
+        distance = square
+        i_second = i
+      end if
+      if (along > 0 .or. square >= distance_opposite) cycle
+      distance_opposite = square
+      i_opposite = i
+    end do
+    if (i_opposite == 0) i_opposite = i_second
+  end subroutine opposite_point
 
   !> The point lies in the box or on its border.
   pure logical function is_inside_box(self, point)

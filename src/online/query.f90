@@ -3,10 +3,11 @@
 module sig_query
   use sig_bits, only: unpack_bits
   use sig_kinds, only: rk
-  use sig_lcp, only: lcp_active_set, lcp_lemke, lcp_method_name, lcp_reason_text, lcp_solution_t, lcp_solved, lcp_workspace_t, &
-    solve_lcp
+  use sig_lcp, only: find_other_solution, lcp_active_set, lcp_lemke, lcp_method_name, lcp_reason_text, lcp_solution_t, lcp_solved, &
+    lcp_workspace_t, solve_lcp
   use sig_linear_algebra, only: multiply
   use sig_online_model, only: online_model_t
+  use sig_solution_choice, only: solution_choice_t
   use sig_term_values, only: term_values_t
   implicit none(type, external)
   private
@@ -48,6 +49,8 @@ module sig_query
     real(rk) :: distance = huge(1.0_rk)
     !> [-] largest violation of the contact conditions of the problem that was solved, relative to the terms of its row
     real(rk) :: residual = huge(1.0_rk)
+    !> solutions of the reduced problem that two starts found, 0 without an answer; 2: it has several, and the forces are doubtful
+    integer :: n_solutions = 0
     !> values of the model's terms, shape (n_terms)
     real(rk), allocatable :: theta(:)
   end type answer_t
@@ -58,7 +61,9 @@ module sig_query
     type(term_values_t) :: terms
     type(lcp_workspace_t) :: workspace
     type(lcp_solution_t) :: solution
+    type(lcp_solution_t) :: other_solution
     type(lcp_solution_t) :: full_order_solution
+    type(solution_choice_t) :: choice
     !> (q, free coordinates), shape (n_rows + n_modes of the largest cluster, at least n_multipliers)
     real(rk), allocatable :: response(:)
     logical, allocatable :: start(:)
@@ -86,8 +91,8 @@ contains
     allocate (self%response(n), self%start(max(n_multipliers, maxval(online%systems%n_rows))))
   end subroutine create
 
-  !> Answers at one point. The start depends on the point alone: where an answer is not unique it must not depend on the one before.
-  subroutine evaluate(self, online, point, answer, cluster)
+  !> Answers at one point. The starts depend on the point alone: where an answer is not unique it must not depend on the one before.
+  subroutine evaluate(self, online, point, answer, cluster, starts)
     class(query_t), intent(inout) :: self
     !> the model of create
     type(online_model_t), intent(in) :: online
@@ -96,7 +101,9 @@ contains
     type(answer_t), intent(inout) :: answer
     !> to be asked whatever the point; default: the model's choice
     integer, intent(in), optional :: cluster
-    integer :: i_nearest, i_source
+    !> two active sets to start from, as bits, shape (n_words(n_rows), 2); default: those of training points around the point
+    integer, intent(in), optional :: starts(:, :)
+    integer :: i_nearest, i_opposite, i_source
     logical :: is_valid
 
     answer%cluster = 1
@@ -109,7 +116,12 @@ contains
     call self%terms%evaluate(point, answer%theta, is_valid, i_source)
     answer%reason = merge(query_answered, query_failed_term, is_valid)
     if (.not. is_valid) return
-    call solve_reduced(self, online, i_nearest, answer)
+    if (present(starts)) then
+      call solve_reduced(self, online, starts, 1, 2, answer)
+    else
+      call online%opposite_point(point, i_nearest, i_opposite)
+      call solve_reduced(self, online, online%model%clusters(answer%cluster)%start_sets, i_nearest, i_opposite, answer)
+    end if
     if (answer%reason < 0 .and. online%model%full_order%has_multipliers()) call solve_full_order(self, online, answer)
     if (answer%reason < 0) return
     associate (system => online%systems(answer%cluster))
@@ -140,6 +152,7 @@ contains
     answer%is_inside_box = .false.
     answer%distance = huge(answer%distance)
     answer%residual = huge(answer%residual)
+    answer%n_solutions = 0
   end subroutine start_answer
 
   !> Zeros.
@@ -154,28 +167,69 @@ contains
     values = 0
   end subroutine resize
 
-  !> The complementarity problem of the domain, from the active set of the nearest training point.
-  subroutine solve_reduced(self, online, i_nearest, answer)
+  !> The complementarity problem of the domain, from two active sets; without sets from what penetrates.
+  subroutine solve_reduced(self, online, sets, i_first, i_second, answer)
     class(query_t), intent(inout) :: self
     type(online_model_t), intent(in) :: online
-    integer, intent(in) :: i_nearest
+    !> as bits, shape (n_words(n_rows), n_sets)
+    integer, intent(in) :: sets(:, :)
+    !> of them, 0 = none
+    integer, intent(in) :: i_first
+    integer, intent(in) :: i_second
     type(answer_t), intent(inout) :: answer
 
-    associate (system => online%systems(answer%cluster), sets => online%model%clusters(answer%cluster)%start_sets)
+    associate (system => online%systems(answer%cluster))
       call multiply(1.0_rk, system%response, answer%theta, 0.0_rk, self%response(:size(system%response, 1)))
       associate (q => self%response(:system%n_rows), start => self%start(:system%n_rows))
-        if (i_nearest >= 1 .and. i_nearest <= size(sets, 2)) then
-          call unpack_bits(sets(:, i_nearest), start)
+        if (i_first >= 1 .and. i_first <= size(sets, 2)) then
+          call unpack_bits(sets(:, i_first), start)
         else
           start = q < 0
         end if
         call solve_lcp(system%condensed, q, start, self%solution, self%workspace)
       end associate
     end associate
-    call take_solution(self%solution, self%solution%method, answer)
-    answer%multipliers_rid = self%solution%lambda
-    answer%is_active = self%solution%is_active
+    call take_reduced(self%solution, answer)
+    if (answer%reason < 0 .or. i_second < 1 .or. max(i_first, i_second) > size(sets, 2)) return
+    if (any(sets(:, i_second) /= sets(:, i_first))) call look_for_other(self, online, sets(:, i_second), answer)
   end subroutine solve_reduced
+
+  !> A second solution of the domain's problem, from another active set. The full-order operator of the model, if there is one,
+  !> says which is the answer; else the first one stays.
+  subroutine look_for_other(self, online, set, answer)
+    class(query_t), intent(inout) :: self
+    type(online_model_t), intent(in) :: online
+    !> as bits, shape (n_words(n_rows))
+    integer, intent(in) :: set(:)
+    !> that of the first start
+    type(answer_t), intent(inout) :: answer
+    integer :: n_before
+    logical :: is_found
+
+    n_before = answer%n_iterations
+    associate (system => online%systems(answer%cluster))
+      associate (q => self%response(:system%n_rows), start => self%start(:system%n_rows), &
+        free_coordinates => self%response(system%n_rows + 1:system%n_rows + system%n_modes))
+        call unpack_bits(set, start)
+        call find_other_solution(system%condensed, q, start, self%solution, self%other_solution, self%workspace, is_found)
+        if (is_found .and. online%model%full_order%has_multipliers()) then
+          if (self%choice%is_other_better(online, answer%cluster, answer%theta, free_coordinates, self%solution, &
+            self%other_solution)) call take_reduced(self%other_solution, answer)
+        end if
+      end associate
+    end associate
+    if (is_found) answer%n_solutions = 2
+    answer%n_iterations = n_before + self%other_solution%n_iterations
+  end subroutine look_for_other
+
+  pure subroutine take_reduced(solution, answer)
+    type(lcp_solution_t), intent(in) :: solution
+    type(answer_t), intent(inout) :: answer
+
+    call take_solution(solution, solution%method, answer)
+    answer%multipliers_rid = solution%lambda
+    answer%is_active = solution%is_active
+  end subroutine take_reduced
 
   !> The complementarity problem of all contacts: W is positive semidefinite, so that it has a solution.
   !>
@@ -209,6 +263,7 @@ contains
     answer%reason = solution%reason
     answer%n_iterations = solution%n_iterations
     answer%residual = solution%residual
+    answer%n_solutions = merge(1, 0, solution%reason > 0)
   end subroutine take_solution
 
   subroutine destroy(self)

@@ -11,7 +11,8 @@ module sig_start_sets
 
 contains
 
-  !> Answers of each cluster at every training point from a cold start. A model that cannot answer gets no sets: its user will be
+  !> Answers of each cluster at every training point, from the full-order contacts and from none: where the reduced problem has
+  !> several solutions, queries nearby shall begin on the better one. A model that cannot answer gets no sets: its user will be
   !> told why.
   subroutine fill_start_sets(model)
     type(model_t), intent(inout) :: model
@@ -19,7 +20,8 @@ contains
     type(query_t) :: query
     type(answer_t) :: answer
     character(:), allocatable :: message
-    integer, allocatable :: sets(:, :)
+    logical, allocatable :: is_closed(:, :)
+    integer, allocatable :: sets(:, :), starts(:, :)
     integer :: i, k
 
     call complete_model(model)
@@ -30,16 +32,37 @@ contains
     call online%prepare(message)
     if (.not. allocated(message)) call query%create(online, message)
     if (allocated(message)) return
+    call find_closed(model, is_closed)
     do k = 1, size(model%clusters)
       associate (cluster => model%clusters(k), points => model%training_points)
         allocate (sets(n_words(cluster%n_rows), size(points, 2)))
+        allocate (starts(n_words(cluster%n_rows), 2), source=0)
         do i = 1, size(points, 2)
-          call query%evaluate(online, points(:, i), answer, k)
+          call pack_bits(is_closed(cluster%contact_rows, i), starts(:, 1))
+          call query%evaluate(online, points(:, i), answer, k, starts)
           call pack_bits(answer%is_active, sets(:, i))
         end do
         call move_alloc(sets, cluster%start_sets)
+        deallocate (starts)
       end associate
     end do
     call query%destroy()
   end subroutine fill_start_sets
+
+  !> Full-order contacts at the training points, those of the clusters' snapshots; open where no cluster has a snapshot.
+  pure subroutine find_closed(model, is_closed)
+    type(model_t), intent(in) :: model
+    !> shape (n_multipliers, n_points)
+    logical, allocatable, intent(out) :: is_closed(:, :)
+    integer :: i, k
+
+    allocate (is_closed(model%n_multipliers, size(model%training_points, 2)), source=.false.)
+    do k = 1, size(model%clusters)
+      associate (cluster => model%clusters(k))
+        do i = 1, min(size(cluster%training_points), size(cluster%dual_snapshots, 2))
+          is_closed(:, cluster%training_points(i)) = cluster%dual_snapshots(:, i) > 0
+        end do
+      end associate
+    end do
+  end subroutine find_closed
 end module sig_start_sets

@@ -44,6 +44,8 @@ module sig_validation
     integer, allocatable :: n_active_full_order(:)
     !> method of the answer (0 = there is none), and reason of the full-order solve
     integer, allocatable :: method(:)
+    !> that the answer's two starts found
+    integer, allocatable :: n_solutions(:)
     integer, allocatable :: reason_full_order(:)
     logical :: is_stopped = .false.
     !> [s] wall time: the deck's solver once and per point (median), refactored active set per point (median), a query (mean)
@@ -69,7 +71,7 @@ contains
     type(query_t) :: query
     type(point_solver_t) :: solver
     character(:), allocatable :: message
-    real(rk) :: table(n_errors + 6, size(points, 2))
+    real(rk) :: table(n_errors + 7, size(points, 2))
 
     ierr = 0
     outcome%points = points
@@ -156,7 +158,8 @@ contains
     column = [errors%displacement, errors%multipliers_rid, errors%multipliers_all, errors%energy, errors%energy_rid, &
       errors%energy_relative, errors%energy_rid_relative, real(answer%cluster, rk), real(count(answer%is_active), rk), &
       real(count(state%multipliers > 0), rk), &
-      real(merge(answer%method, 0, answer%reason > 0), rk), real(state%reason, rk), state%seconds]
+      real(merge(answer%method, 0, answer%reason > 0), rk), real(state%reason, rk), state%seconds, &
+      real(answer%n_solutions, rk)]
   end subroutine compare_point
 
   subroutine unpack_table(table, outcome)
@@ -170,6 +173,7 @@ contains
     outcome%n_active_full_order = nint(table(n_errors + 3, :))
     outcome%method = nint(table(n_errors + 4, :))
     outcome%reason_full_order = nint(table(n_errors + 5, :))
+    outcome%n_solutions = nint(table(n_errors + 7, :))
     seconds = summarize(pack(table(n_errors + 6, :), outcome%reason_full_order == reason_converged))
     outcome%full_order_seconds = seconds%median
   end subroutine unpack_table

@@ -40,7 +40,7 @@ contains
     do i_error = 1, n_errors
       text = text // ',' // trim(error_names(i_error))
     end do
-    text = text // ',n_active,n_active_full_order,solver,full_order' // new_line('a')
+    text = text // ',n_active,n_active_full_order,solver,n_solutions,full_order' // new_line('a')
     do i = 1, size(outcome%points, 2)
       text = text // table_row(outcome, i) // new_line('a')
     end do
@@ -62,7 +62,7 @@ contains
       row = row // ',' // csv_number(outcome%errors(k, i))
     end do
     row = row // ',' // to_text(outcome%n_active(i)) // ',' // to_text(outcome%n_active_full_order(i)) // ',' // &
-      method_name(outcome%method(i)) // ',' // status(outcome%reason_full_order(i))
+      method_name(outcome%method(i)) // ',' // to_text(outcome%n_solutions(i)) // ',' // status(outcome%reason_full_order(i))
   end function table_row
 
   pure function status(reason) result(text)
@@ -93,6 +93,7 @@ contains
     do i_method = 1, size(names)
       call report%add('answers/' // names(i_method)%text, counts(i_method))
     end do
+    call report%add('answers/several_solutions', count(outcome%n_solutions > 1))
     call report%add('errors/e_lambda_rid/no_contact', count(is_no_number(outcome%errors(2, :))))
     call report%add('errors/e_lambda_rid/infinite', count(outcome%errors(2, :) > huge(1.0_rk)))
     call report%add('times/full_order_setup', outcome%setup_seconds)

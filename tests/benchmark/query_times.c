@@ -40,8 +40,8 @@ int main(int argc, char **argv) {
   signorom_model *model;
   signorom_context *context;
   signorom_sizes sizes;
-  signorom_answer answer;
-  int counts[5] = {0};
+  signorom_answer answer = SIGNOROM_ANSWER;
+  int counts[5] = {0}, n_several = 0;
   unsigned long long state = 20220430;
   double point[most_parameters];
   if (argc != 3) return 2;
@@ -64,12 +64,14 @@ int main(int argc, char **argv) {
     times[i] = answered - start;
     times_everywhere[i] = seconds() - answered;
     counts[answer.method]++;
+    n_several += answer.n_solutions > 1;
   }
   printf("%d points, %d contacts, %d in the domain of the last one\n", n, sizes.n_contacts, answer.n_domain_contacts);
   tell("query (load, coordinates, contact forces of the domain)", times, n);
   tell("then the contact forces everywhere", times_everywhere, n);
   printf("none %d, active_set %d, block_pivoting %d, lemke %d, condensed %d\n", counts[0], counts[1], counts[2],
          counts[3], counts[4]);
+  printf("points with several solutions of the reduced problem: %d\n", n_several);
   free(times);
   free(times_everywhere);
   free(multipliers);

@@ -26,11 +26,12 @@ static void print_answer(const signorom_model *model, const signorom_sizes *size
          answer->is_inside_box ? "" : ", outside the trained box");
   printf("contact force %.12g %s on %d of %d pairs\n", sum, signorom_text(model, SIGNOROM_TEXT_FORCE_UNIT), n_active,
          sizes->n_contacts);
+  if (answer->n_solutions > 1) printf("the reduced problem has several solutions here: the forces are less reliable\n");
 }
 
 static int ask(signorom_context *context, const signorom_model *model, const double *point) {
   signorom_sizes sizes;
-  signorom_answer answer;
+  signorom_answer answer = SIGNOROM_ANSWER;
   signorom_get_sizes(model, &sizes);
   if (signorom_query(context, point, &answer)) return fail(signorom_message(context));
   double *multipliers = calloc(sizes.n_contacts + 1, sizeof *multipliers);

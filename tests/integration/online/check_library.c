@@ -66,6 +66,7 @@ static int compare_threads(const signorom_model *model, const signorom_sizes *si
   const size_t size = (size_t)n * sizes->n_contacts;
   double *alone = calloc(size + 1, sizeof *alone), *shared = calloc(size + 1, sizeof *shared);
   signorom_answer *answers = calloc(2 * n, sizeof *answers);
+  for (int i = 0; i < 2 * n; i++) answers[i] = (signorom_answer)SIGNOROM_ANSWER;
   job_t whole = {.model = model, .n = n, .points = points, .multipliers = alone, .answers = answers};
   whole.code = signorom_create_context(model, &whole.context);
   work(&whole);
@@ -114,6 +115,25 @@ static int count_allocations(const signorom_model *model, const signorom_sizes *
   return n_made == 0;
 }
 
+/* An answer without its size is refused; of a larger one, that of a later header, only the known members are written.
+ */
+static int check_sizes(signorom_context *context, const double *points) {
+  struct {
+    signorom_answer known;
+    double later;
+  } answers[2] = {{.known = SIGNOROM_ANSWER, .later = 7}, {.known = SIGNOROM_ANSWER, .later = 8}};
+  signorom_answer none = SIGNOROM_ANSWER;
+  none.size = 0;
+  int is_fine = signorom_query(context, points, &none) == SIGNOROM_BAD_ARGUMENT;
+  is_fine &= strstr(signorom_message(context), "SIGNOROM_ANSWER") != NULL;
+  is_fine &= signorom_query_many(context, 1, points, &none, NULL) == SIGNOROM_BAD_ARGUMENT;
+  answers[0].known.size = sizeof answers[0];
+  is_fine &= signorom_query_many(context, 2, points, &answers[0].known, NULL) == SIGNOROM_OK;
+  is_fine &= answers[0].later == 7 && answers[1].later == 8 && answers[1].known.size == sizeof answers[0];
+  is_fine &= answers[0].known.n_solutions >= 1 && answers[1].known.n_solutions >= 1;
+  return is_fine;
+}
+
 static int refuse_wrong_arguments(const signorom_model *model, const signorom_sizes *sizes, const double *points) {
   signorom_context *context;
   double value;
@@ -126,6 +146,7 @@ static int refuse_wrong_arguments(const signorom_model *model, const signorom_si
   is_fine &= signorom_query(context, NULL, NULL) == SIGNOROM_BAD_ARGUMENT;
   is_fine &= signorom_query(NULL, points, NULL) == SIGNOROM_BAD_ARGUMENT;
   is_fine &= signorom_query(context, points, NULL) == SIGNOROM_OK;
+  is_fine &= check_sizes(context, points);
   is_fine &= signorom_get_displacement_at(context, 1, &node, displacement) == SIGNOROM_BAD_ARGUMENT;
   node = sizes->n_nodes - 1;
   is_fine &= signorom_get_displacement_at(context, 1, &node, displacement) == SIGNOROM_OK;

@@ -10,7 +10,7 @@ import os
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
-from ctypes import POINTER, byref, c_char_p, c_double, c_int, c_void_p
+from ctypes import POINTER, byref, c_char_p, c_double, c_int, c_size_t, c_void_p
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
@@ -62,6 +62,7 @@ class _Answer(ctypes.Structure):
     """signorom_answer."""
 
     _fields_ = [
+        ("size", c_size_t),
         *(
             (name, c_int)
             for name in (
@@ -77,6 +78,7 @@ class _Answer(ctypes.Structure):
         ),
         ("distance", c_double),
         ("residual", c_double),
+        ("n_solutions", c_int),
     ]
 
 
@@ -180,6 +182,8 @@ class Answer:
     distance: float
     #: largest violation of the contact conditions of the dense problem, relative: rounding, not the error of the model
     residual: float
+    #: solutions of the reduced problem that two starts found; 2: it has several, and the forces are less reliable
+    n_solutions: int
 
     @property
     def contact_force(self) -> float:
@@ -371,7 +375,7 @@ class Model:
         """
         point = np.array([values[name] for name in self._checked(values)], dtype=float)
         indices = None if nodes is None else self._indices_of(nodes)
-        told = _Answer()
+        told = _Answer(size=ctypes.sizeof(_Answer))
         with self._handles.model() as model, self._handles.context() as context:
             if self._library.signorom_query(context, _doubles(point), byref(told)):
                 raise NoAnswerError(_text(self._library.signorom_message(context)))
@@ -391,6 +395,7 @@ class Model:
                 is_inside_box=bool(told.is_inside_box),
                 distance=told.distance,
                 residual=told.residual,
+                n_solutions=told.n_solutions,
             )
 
     def query_many(self, points: FloatArray) -> FloatArray:
@@ -399,6 +404,8 @@ class Model:
         if points.ndim != 2 or points.shape[1] != len(self.parameters):
             raise ValueError(f"points must have shape (n_points, {len(self.parameters)}), not {points.shape}")
         told = (_Answer * len(points))()
+        for answer in told[:1]:
+            answer.size = ctypes.sizeof(_Answer)
         multipliers = np.zeros((len(points), self._sizes.n_contacts))
         with self._handles.context() as context:
             self._library.signorom_query_many(
