@@ -97,6 +97,16 @@ def test_multigrid_gains_a_digit_in_three_iterations(signorom, tmp_path, case, n
         assert 0 < point["linear_iterations"] <= 3 * (3 * point["iterations"] + 12)
 
 
+@pytest.mark.parametrize("case", ["half_disks", "pellet_cladding"])
+def test_snesvi_needs_few_steps(signorom, tmp_path, case):
+    """Full steps are those of an active set, which needs 4 or 5 on these; a search that creeps needs 28 and more."""
+    deck = deck_of(case, tmp_path, "snesvi", "cholesky")
+    signorom("solve", deck, folder=tmp_path)
+    report = yaml.safe_load((tmp_path / "results" / deck.stem / "report.yaml").read_text())
+    for point in report["points"].values():
+        assert 0 < point["iterations"] <= 10
+
+
 @pytest.mark.parametrize("case", FLOATING)
 def test_snesvi_refuses_bodies_held_by_contact(signorom, tmp_path, case):
     """A sentence and exit code 2."""
