@@ -2,6 +2,8 @@
 #include "signorom/macros.h"
 !> The stages of a study on one results folder: each reads the file of the stage before and writes its own.
 module sig_study
+  use sig_accuracy_warnings, only: equilibrium_warning
+  use sig_deck_echo, only: differing_setting
   use sig_enrichment_table, only: write_enrichment_table
   use sig_error_broadcast, only: broadcast_error
   use sig_errors, only: error_t, exit_not_converged, exit_stopped, make_error
@@ -34,7 +36,8 @@ module sig_study
   use sig_text, only: string_t, to_text
   use sig_clock, only: wall_time
   use sig_validation, only: validate, validation_t
-  use sig_validation_output, only: keep_statistics, report_validation, write_validation_table
+  use sig_validation_output, only: keep_statistics, report_validation, warn_of_errors, &
+    write_validation_table
   use petsc
   implicit none(type, external)
   private
@@ -88,6 +91,7 @@ contains
     if (.not. allocated(error)) then
       PetscCall(describe_problem(problem, report, ierr))
       call report_snapshots(session%deck, snapshots, report)
+      call warn_of_residuals(snapshots%residuals(1, :), report)
       if (session%deck%greedy%is_used) call report_selection(session%deck, selection, report)
       call report_model(model, report)
       if (size(refinement%rounds) > 0) call report_refinement(refinement%rounds, refinement%best_round, &
@@ -203,6 +207,7 @@ contains
     PetscCall(broadcast_error(error, PETSC_COMM_WORLD, ierr))
     if (allocated(error)) return
     call write_report(session, report)
+    call warn_of_errors(outcome)
     call log_info('validated at ' // to_text(size(outcome%points, 2)) // ' points: ' // session%folder // '/validation.csv')
     if (any(outcome%reason_full_order /= reason_converged)) session%exit_code = exit_not_converged
   end subroutine keep_validation
@@ -249,6 +254,7 @@ contains
     call report%add('times/setup', solved%setup_seconds)
     call report%add('times/output', solved%output_seconds)
     call report_states(session%deck, points, solved%states, report)
+    call warn_of_residuals(pack(solved%states%residuals%equilibrium, solved%states%reason == reason_converged), report)
     do i = 1, size(solved%states)
       if (solved%states(i)%reason /= reason_converged) call log_warning('not converged at ' // &
         format_point(session%deck%parameters, points(:, i)) // ': ' // reason_text(solved%states(i)%reason))
@@ -274,6 +280,7 @@ contains
     call report%add('solver/linear', problem%plan%linear)
     call report%add('solver/reason', problem%plan%reason)
     call report%add('solver/notes', problem%notes)
+    call report%add('solver/warnings', problem%warnings)
     call report%add('stiffness/depends_on_parameters', .not. problem%has_fixed_stiffness)
     PetscCall(library_versions(versions, ierr))
     call report%add('version/petsc', versions(1)%text)
@@ -294,6 +301,7 @@ contains
     type(problem_t), intent(in) :: problem
     type(model_t), intent(out) :: model
     type(error_t), allocatable, intent(out) :: error
+    character(:), allocatable :: setting
 
     if (.not. file_exists(model_path(session))) then
       call make_error(error, 'there is no model yet', model_path(session), &
@@ -305,6 +313,10 @@ contains
     if (model%provenance /= problem%provenance .or. .not. has_sizes_of(problem, model)) call make_error(error, &
       'the model was trained for another deck or mesh', model_path(session), &
       hint='train it again, or choose another output.directory')
+    if (allocated(error)) return
+    setting = differing_setting(session%deck, model%deck_text)
+    if (setting /= '') call make_error(error, 'the model was trained with other settings; the deck now has ''' // setting // '''', &
+      model_path(session), hint='train it again: signorom train ' // session%deck%path)
   end subroutine read_own_model
 
   !> What is compared or integrated with the problem's fields has their size: a provenance is a text that anybody can write.
@@ -320,6 +332,18 @@ contains
       has_sizes_of = has_sizes_of .and. all(model%clusters(i)%cells <= size(problem%mesh%cell_types))
     end do
   end function has_sizes_of
+  !> Of the full-order solutions, to the terminal and to the report.
+  subroutine warn_of_residuals(residuals, report)
+    !> [-] of equilibrium, solved points
+    real(rk), intent(in) :: residuals(:)
+    type(run_report_t), intent(inout) :: report
+    character(:), allocatable :: warning
+
+    warning = equilibrium_warning(residuals)
+    if (warning == '') return
+    call log_warning(warning)
+    call report%add('residuals/warning', warning)
+  end subroutine warn_of_residuals
 
   function model_path(session) result(path)
     type(session_t), intent(in) :: session

@@ -1,10 +1,11 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> Order statistics of error figures; values that are no number are left out.
 module sig_statistics
+  use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   use sig_kinds, only: rk
   implicit none(type, external)
   private
-  public :: statistics_t, summarize, quantile
+  public :: statistics_t, summarize, measured_statistics, quantile
 
   type :: statistics_t
     !> finite or infinite values that went in
@@ -32,6 +33,18 @@ contains
     statistics%p95 = quantile(sorted, 0.95_rk)
     statistics%maximum = sorted(size(sorted))
   end function summarize
+
+  !> The same of errors: no numbers where there is nothing to compare, because zero would say that nothing is wrong.
+  pure function measured_statistics(values) result(statistics)
+    real(rk), intent(in) :: values(:)
+    type(statistics_t) :: statistics
+    real(rk) :: none
+
+    statistics = summarize(values)
+    if (statistics%n_values > 0) return
+    none = ieee_value(none, ieee_quiet_nan)
+    statistics = statistics_t(n_values=0, minimum=none, median=none, p95=none, maximum=none)
+  end function measured_statistics
 
   !> Quantile of ascending values, linear between neighbors (the default of NumPy).
   pure real(rk) function quantile(sorted, fraction)

@@ -10,7 +10,7 @@ module sig_deck_echo
   use sig_text, only: join, string_t, to_text
   implicit none(type, external)
   private
-  public :: echo_deck, echo_physics, reduction_section
+  public :: echo_deck, echo_physics, differing_setting, reduction_section
 
   character(*), parameter :: eol = new_line('a')
 
@@ -55,6 +55,28 @@ contains
     end do
     text = text // body_sections(config)
   end function echo_physics
+
+  !> First line of the sections clusters and reduction that stands in another way in an effective deck; empty where none does.
+  !>
+  !> A key that the other deck lacks is one of a later version, and is left out.
+  pure function differing_setting(config, other_deck) result(setting)
+    type(deck_config_t), intent(in) :: config
+    !> of echo_deck, this version's or an older one's
+    character(*), intent(in) :: other_deck
+    character(:), allocatable :: setting
+    character(:), allocatable :: lines, line
+    integer :: length
+
+    lines = clusters_section(config%clusters, config%parameters) // reduction_section(config%reduction)
+    do while (len(lines) > 0)
+      length = index(lines, eol)
+      line = lines(:length - 1)
+      lines = lines(length + 1:)
+      setting = trim(adjustl(line))
+      if (index(other_deck, eol // line(:index(line, ':'))) > 0 .and. index(other_deck, eol // line // eol) == 0) return
+    end do
+    setting = ''
+  end function differing_setting
 
   pure function units_section(config) result(yaml)
     type(deck_config_t), intent(in) :: config

@@ -5,7 +5,7 @@ module sig_cluster_training
   use sig_cluster_file, only: pack_cluster, unpack_cluster
   use sig_clustering, only: cluster_t
   use sig_error_broadcast, only: broadcast_bytes, broadcast_error
-  use sig_errors, only: error_t
+  use sig_errors, only: error_t, make_error
   use sig_kinds, only: rk
   use sig_log, only: log_warning
   use sig_model, only: complete_cluster, reduced_model_t
@@ -13,7 +13,7 @@ module sig_cluster_training
   use sig_rank_groups, only: create_rank_groups, rank_groups_t
   use sig_reduced_domain, only: reduced_domain_t
   use sig_snapshot_store, only: columns_of, snapshot_set_t
-  use sig_text, only: to_text
+  use sig_text, only: append_text, to_text
   use sig_training_domain, only: choose_domain
   use sig_training_duals, only: keep_dual_snapshots
   use sig_training_modes, only: compute_dual_modes, compute_modes, pod_modes_t
@@ -140,12 +140,41 @@ contains
     if (allocated(error)) return
     PetscCall(compute_dual_modes(problem, snapshots, comm, dual_modes, ierr))
     call choose_domain(problem, snapshots%parameters, modes%vectors(:, :modes%n_domain), dual_modes, domain, anchors, error)
+    if (.not. allocated(error)) call need_contacts(problem, domain, error)
     if (allocated(error)) return
     cluster%singular_values = modes%singular_values
     cluster%n_pod_modes = modes%n_domain
     cluster%n_extra_modes = modes%n_extra
     call build_system(problem, snapshots, domain, anchors, modes%vectors, cluster, error)
+    if (.not. allocated(error)) call need_unknowns(problem, cluster, error)
     if (allocated(error)) return
+    if (size(snapshots%reasons) == 1) call append_text(cluster%warnings, 'trained on one snapshot: the model knows no other ' // &
+      'state than that of its training point; take more training points')
     call keep_dual_snapshots(problem%operator, snapshots, cluster)
   end subroutine train_cluster
+
+  !> A domain without contact pairs answers every point without contact forces, and its error there cannot be measured.
+  subroutine need_contacts(problem, domain, error)
+    type(problem_t), intent(in) :: problem
+    type(reduced_domain_t), intent(in) :: domain
+    type(error_t), allocatable, intent(out) :: error
+
+    if (size(domain%contact_rows) > 0 .or. problem%operator%n_rows == 0) return
+    call make_error(error, 'none of the ' // to_text(problem%operator%n_rows) // ' contact pairs lies in the reduced integration ' &
+      // 'domain (' // to_text(size(domain%cells)) // ' cells): its answers would have no contact forces', problem%deck%path, &
+      hint='add a contact surface to reduction.zones_of_interest, set reduction.dual_pod_tolerance, or take more training points ' &
+      // 'with contact or a smaller reduction.pod_tolerance')
+  end subroutine need_contacts
+
+  !> Prescribed rows use up modes.
+  subroutine need_unknowns(problem, cluster, error)
+    type(problem_t), intent(in) :: problem
+    type(reduced_model_t), intent(in) :: cluster
+    type(error_t), allocatable, intent(out) :: error
+
+    if (cluster%n_modes > 0) return
+    call make_error(error, 'the reduced model has no unknowns: the prescribed displacements fix its POD modes, ' // &
+      to_text(cluster%n_pod_modes + cluster%n_extra_modes) // ' in number', problem%deck%path, &
+      hint='take reduction.dirichlet: elastic_lifting, a smaller reduction.pod_tolerance, or more training points')
+  end subroutine need_unknowns
 end module sig_cluster_training

@@ -2,6 +2,7 @@
 #include "signorom/macros.h"
 !> Everything that deck and mesh say together, before any solving: bodies, prescribed displacements, contact pairs.
 module sig_problem
+  use sig_accuracy_warnings, only: material_warnings
   use sig_body_checks, only: check_bodies
   use sig_boundary_conditions, only: boundary_conditions_t, create_boundary_conditions
   use sig_checksum, only: hash_of_text
@@ -15,7 +16,7 @@ module sig_problem
   use sig_initial_gap, only: set_initial_gaps
   use sig_kinds, only: rk
   use sig_loads, only: create_loads
-  use sig_log, only: log_info
+  use sig_log, only: log_info, log_warning
   use sig_materials, only: check_materials, create_material_terms, has_fixed_stiffness, most_points_per_stiffness, set_materials
   use sig_mechanical_models, only: coordinate_names, is_plane, mechanical_model, mechanical_model_t
   use sig_mesh, only: mesh_t
@@ -54,6 +55,8 @@ module sig_problem
     type(solver_plan_t) :: plan
     !> sentences about bodies that only contact holds
     type(string_t), allocatable :: notes(:)
+    !> sentences of what makes its answers doubtful
+    type(string_t), allocatable :: warnings(:)
     !> [s] wall time of reading the mesh, of loads and pairs, of the partition
     real(rk) :: mesh_seconds = 0
     real(rk) :: pairing_seconds = 0
@@ -110,6 +113,7 @@ contains
 
     call create_rigid_motions(problem%mesh, problem%body%mechanics%is_round, problem%boundary%is_prescribed, problem%operator, &
       motions)
+    problem%warnings = material_warnings(problem%deck)
     call check_bodies(problem%deck, problem%mesh, motions, problem%notes, error)
     if (allocated(error)) return
     sizes%n_dim = problem%mesh%n_dim
@@ -139,6 +143,9 @@ contains
     call log_info(plan_text(problem%plan))
     do i = 1, size(problem%notes)
       call log_info('note: ' // problem%notes(i)%text)
+    end do
+    do i = 1, size(problem%warnings)
+      call log_warning(problem%warnings(i)%text)
     end do
   end subroutine announce_plan
 

@@ -2,6 +2,7 @@
 #include "signorom/macros.h"
 !> Local models up to a target error: more clusters, or snapshots added and clusters split where the model errs most.
 module sig_refinement
+  use, intrinsic :: ieee_arithmetic, only: ieee_positive_inf, ieee_value
   use sig_candidate_pool, only: pool_errors_t, worst_candidates
   use sig_cluster_division, only: need_whole_grid
   use sig_cluster_split, only: restore_forest, split_cluster
@@ -300,8 +301,10 @@ contains
       outcome%rounds = [outcome%rounds, latest]
     end associate
     error = statistic_of(config%target%statistic, attempt%measured())
+    ! no contact at any candidate proves nothing
+    if (latest%errors%n_values == 0) error = ieee_value(error, ieee_positive_inf)
     outcome%is_reached = error <= config%target%error
-    if (n > 0 .and. error >= outcome%error * (1 - tie_tolerance)) return
+    if (n > 0 .and. .not. error < outcome%error * (1 - tie_tolerance)) return
     outcome%best_round = n
     outcome%error = error
     best = attempt
@@ -315,7 +318,10 @@ contains
 
     outcome%ending = 'the model is that of round ' // to_text(outcome%best_round) // ': ' // config%target%statistic // ' of ' // &
       config%target%measure // ' is ' // three_digits(outcome%error)
-    if (outcome%is_reached) then
+    if (outcome%rounds(outcome%best_round + 1)%errors%n_values == 0) then
+      outcome%ending = 'the model is that of round ' // to_text(outcome%best_round) // ': ' // config%target%measure // &
+        ' cannot be measured, because no candidate for measuring has contact forces there'
+    else if (outcome%is_reached) then
       outcome%ending = outcome%ending // ', within the target of ' // to_text(config%target%error)
     else
       outcome%ending = outcome%ending // ', above the target of ' // to_text(config%target%error) // '; ' // reason

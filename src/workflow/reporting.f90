@@ -11,7 +11,7 @@ module sig_reporting
   use sig_run_report, only: run_report_t
   use sig_selection, only: selection_t
   use sig_snapshot_store, only: snapshot_set_t
-  use sig_statistics, only: statistics_t, summarize
+  use sig_statistics, only: measured_statistics, statistics_t
   use sig_text, only: append_text, csv_number, short_number, string_t, to_text
   use sig_version, only: code_version
   implicit none(type, external)
@@ -217,13 +217,14 @@ contains
       deck%units%length // ', force balance ' // short_number(maxval(residuals%force_balance))
   end function accuracy_text
 
+  !> Where no value is a number (0/0: no contact in either model) the statistics are none either, not zero.
   subroutine report_statistics(report, key, values)
     type(run_report_t), intent(inout) :: report
     character(*), intent(in) :: key
     real(rk), intent(in) :: values(:)
     type(statistics_t) :: statistics
 
-    statistics = summarize(values)
+    statistics = measured_statistics(values)
     call report%add(key // '/min', statistics%minimum)
     call report%add(key // '/median', statistics%median)
     call report%add(key // '/p95', statistics%p95)

@@ -1,22 +1,24 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> The validation as validation.csv, as a section of the report, and as statistics in the model.
 module sig_validation_output
+  use sig_accuracy_warnings, only: error_warnings
   use sig_contact_state, only: reason_converged
   use sig_deck_config, only: deck_config_t
   use sig_errors, only: error_t
   use sig_file_system, only: write_text_file
   use sig_kinds, only: rk
+  use sig_log, only: log_warning
   use sig_model, only: model_t
   use sig_parameter_space, only: format_point
   use sig_query, only: method_name, n_query_methods
   use sig_reporting, only: report_statistics
   use sig_run_report, only: run_report_t
-  use sig_statistics, only: statistics_t, summarize
+  use sig_statistics, only: measured_statistics, statistics_t
   use sig_text, only: append_text, csv_number, string_t, to_text
   use sig_validation, only: error_names, n_errors, validation_t
   implicit none(type, external)
   private
-  public :: write_validation_table, report_validation, keep_statistics
+  public :: write_validation_table, report_validation, warn_of_errors, keep_statistics
 
   !> points that the report names
   integer, parameter :: n_worst = 5
@@ -88,6 +90,7 @@ contains
     do i_error = 1, n_errors
       call report_statistics(report, 'errors/' // trim(error_names(i_error)), outcome%errors(i_error, :))
     end do
+    call report%add('errors/warnings', error_warnings(error_names, outcome%errors))
     call report%add('errors/e_lambda_rid/largest_at', worst_points(deck, outcome, 2))
     call count_methods(outcome, names, counts)
     do i_method = 1, size(names)
@@ -103,6 +106,18 @@ contains
     call report%add('speed_up/over_refactored', outcome%refactored_seconds / outcome%query_seconds)
     call report%add('speed_up/over_' // solver_type, outcome%full_order_seconds / outcome%query_seconds)
   end subroutine report_validation
+
+  !> To the terminal.
+  subroutine warn_of_errors(outcome)
+    type(validation_t), intent(in) :: outcome
+    type(string_t), allocatable :: warnings(:)
+    integer :: i
+
+    warnings = error_warnings(error_names, outcome%errors)
+    do i = 1, size(warnings)
+      call log_warning(warnings(i)%text)
+    end do
+  end subroutine warn_of_errors
 
   !> How many points each method answered; none stands first.
   pure subroutine count_methods(outcome, names, counts)
@@ -154,7 +169,7 @@ contains
     allocate (model%validation%names(n_errors))
     do i_error = 1, n_errors
       model%validation%names(i_error)%text = trim(error_names(i_error))
-      statistics(i_error) = summarize(outcome%errors(i_error, :))
+      statistics(i_error) = measured_statistics(outcome%errors(i_error, :))
     end do
     model%validation%minimum = statistics%minimum
     model%validation%median = statistics%median

@@ -1,0 +1,102 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> What makes results doubtful, in words: materials before the work, measured residuals and errors after it.
+module sig_accuracy_warnings
+  use sig_deck_config, only: deck_config_t
+  use sig_kinds, only: rk
+  use sig_statistics, only: statistics_t, summarize
+  use sig_text, only: append_text, short_number, string_t, to_text
+  implicit none(type, external)
+  private
+  public :: material_warnings, equilibrium_warning, error_warnings
+
+  !> [-] linear elements lock beyond this Poisson's ratio: they cannot change their shape at constant volume
+  real(rk), parameter :: locking_ratio = 0.49_rk
+  !> [-] of Young's moduli: half of the digits are left to the softest material
+  real(rk), parameter :: largest_contrast = 1.0e8_rk
+  !> [-] residual of equilibrium over the forces: a direct solver leaves 1e-16 to 1e-12
+  real(rk), parameter :: largest_residual = 1.0e-6_rk
+
+  !> Errors of validation.csv that are judged, and their limits.
+  character(*), parameter :: judged_names(3) = [character(12) :: 'e_u', 'e_lambda_rid', 'e_lambda_all']
+  real(rk), parameter :: largest_median(3) = [0.05_rk, 0.1_rk, 0.1_rk]
+  real(rk), parameter :: largest_p95(3) = [0.25_rk, 0.5_rk, 0.5_rk]
+
+contains
+
+  !> Constant values of the deck that make the equations of (3) poor.
+  pure function material_warnings(deck) result(warnings)
+    type(deck_config_t), intent(in) :: deck
+    type(string_t), allocatable :: warnings(:)
+    real(rk) :: smallest, largest
+    integer :: i
+
+    allocate (warnings(0))
+    smallest = huge(smallest)
+    largest = 0
+    do i = 1, size(deck%materials)
+      associate (e => deck%materials(i)%young_modulus, nu => deck%materials(i)%poisson_ratio)
+        if (e%is_constant) smallest = min(smallest, e%constant)
+        if (e%is_constant) largest = max(largest, e%constant)
+        if (deck%mesh%model == 'plane_stress' .or. .not. nu%is_constant) cycle
+        if (nu%constant > locking_ratio) call append_text(warnings, 'materials.' // deck%materials(i)%name // &
+          '.poisson_ratio is ' // to_text(nu%constant) // ': linear elements are too stiff above ' // to_text(locking_ratio) // &
+          ' (volumetric locking), and displacements and forces may be wrong by tens of percent')
+      end associate
+    end do
+    if (largest > largest_contrast * smallest) call append_text(warnings, 'the largest Young''s modulus is ' // &
+      short_number(largest / smallest) // ' times the smallest: the equations lose as many digits; above ' // &
+      short_number(largest_contrast) // ' replace the stiff body by an obstacle or by prescribed displacements, and look at ' // &
+      'the residuals in the report')
+  end function material_warnings
+
+  !> What the full-order solutions miss in (3); empty where it is rounding.
+  pure function equilibrium_warning(residuals) result(warning)
+    !> [-] of equilibrium, relative to the forces
+    real(rk), intent(in) :: residuals(:)
+    character(:), allocatable :: warning
+
+    warning = ''
+    if (size(residuals) == 0) return
+    if (all(residuals <= largest_residual)) return
+    warning = 'the full-order solutions miss equilibrium by up to ' // short_number(maxval(residuals)) // &
+      ' of the forces (limit ' // short_number(largest_residual) // '): the stiffness is ill-conditioned; look at materials ' // &
+      'of very different stiffness and at flat elements'
+  end function equilibrium_warning
+
+  !> Errors of a model that are large, or that cannot be measured.
+  pure function error_warnings(names, errors) result(warnings)
+    !> columns of validation.csv
+    character(*), intent(in) :: names(:)
+    !> [-] shape (size(names), n_points)
+    real(rk), intent(in) :: errors(:, :)
+    type(string_t), allocatable :: warnings(:)
+    type(statistics_t) :: statistics
+    integer :: i, i_error
+
+    allocate (warnings(0))
+    do i = 1, size(judged_names)
+      i_error = findloc(names == judged_names(i), .true., dim=1)
+      if (i_error == 0) cycle
+      statistics = summarize(errors(i_error, :))
+      if (statistics%n_values == 0) then
+        call append_text(warnings, trim(judged_names(i)) // ' could not be measured: there is no contact at any of the ' // &
+          to_text(size(errors, 2)) // ' test points')
+      else if (statistics%median > largest_median(i)) then
+        call append_text(warnings, large_error(judged_names(i), 'median', statistics%median, largest_median(i)))
+      else if (statistics%p95 > largest_p95(i)) then
+        call append_text(warnings, large_error(judged_names(i), '95 % quantile', statistics%p95, largest_p95(i)))
+      end if
+    end do
+  end function error_warnings
+
+  pure function large_error(name, statistic, value, limit) result(text)
+    character(*), intent(in) :: name
+    character(*), intent(in) :: statistic
+    real(rk), intent(in) :: value
+    real(rk), intent(in) :: limit
+    character(:), allocatable :: text
+
+    text = 'the model is inaccurate: the ' // statistic // ' of ' // trim(name) // ' is ' // short_number(value) // ' (limit ' // &
+      to_text(limit) // '); take more training points, a smaller reduction.pod_tolerance, reduction.enrichment or clusters'
+  end function large_error
+end module sig_accuracy_warnings

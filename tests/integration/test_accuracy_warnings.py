@@ -1,0 +1,90 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What makes results doubtful is said: a domain without contact, other settings, one snapshot, poor materials."""
+
+import numpy as np
+import pytest
+import yaml
+
+from results import read_table
+from runs import write_deck
+
+ONE_POINT = {"grid: {squeeze: 7, shift: 3}": "file: points.csv"}
+NO_CONTACT = {"reduction: {pod_tolerance: 1.0e-5}": "reduction: {pod_tolerance: 0.9, dirichlet: multiplier}"}
+
+
+def deck_with_one_point(folder, changes=None):
+    """A deck with one training point."""
+    (folder / "points.csv").write_text("squeeze,shift\n0.2,0.0\n")
+    return write_deck("shifted_disks", folder, **ONE_POINT, **(changes or {}))
+
+
+def report_of(folder):
+    return yaml.safe_load((folder / "results" / "shifted_disks" / "report.yaml").read_text())
+
+
+def test_domain_without_contact_is_refused(signorom, tmp_path):
+    """It would answer without forces, and its error on the domain would be that of nothing."""
+    deck = deck_with_one_point(tmp_path, NO_CONTACT)
+    signorom("sample", deck.name, folder=tmp_path)
+    done = signorom.run("train", deck.name, folder=tmp_path)
+    assert done.returncode == 2
+    assert "none of the 13 contact pairs lies in the reduced integration domain" in done.stderr
+    assert "reduction.zones_of_interest" in done.stderr
+    assert not (tmp_path / "results" / "shifted_disks" / "model.h5").exists()
+
+
+def test_model_without_unknowns_is_refused(signorom, tmp_path):
+    """The rows of prescribed values take the only mode; the contact surface is in the domain."""
+    changes = {
+        "reduction: {pod_tolerance: 1.0e-5}": "reduction: {pod_tolerance: 0.9, dirichlet: multiplier, "
+        "zones_of_interest: [lower_arc]}"
+    }
+    deck = deck_with_one_point(tmp_path, changes)
+    signorom("sample", deck.name, folder=tmp_path)
+    done = signorom.run("train", deck.name, folder=tmp_path)
+    assert done.returncode == 2
+    assert "the reduced model has no unknowns" in done.stderr
+
+
+def test_large_errors_are_warned_of_with_their_size(signorom, tmp_path):
+    """One snapshot: the warnings name what the table says; another setting is refused afterwards."""
+    deck = deck_with_one_point(tmp_path)
+    done = signorom.run("run", deck.name, folder=tmp_path)
+    assert done.returncode == 0
+    assert "trained on one snapshot" in done.stdout + done.stderr
+    errors = read_table(tmp_path / "results" / "shifted_disks" / "validation.csv")["e_lambda_all"]
+    statistics = report_of(tmp_path)["errors"]
+    assert statistics["e_lambda_all"]["median"] > 0.1
+    warning = next(text for text in statistics["warnings"] if "e_lambda_all" in text)
+    named = float(warning.split("median of e_lambda_all is ")[1].split()[0])
+    # four digits
+    assert named == pytest.approx(np.median(errors), rel=1e-3)
+    assert warning in done.stdout + done.stderr
+    deck.write_text(deck.read_text().replace("pod_tolerance: 1.0e-5", "pod_tolerance: 1.0e-6"))
+    done = signorom.run("validate", deck.name, folder=tmp_path)
+    assert done.returncode == 2
+    assert "trained with other settings; the deck now has 'pod_tolerance: 1.0e-6'" in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("poisson_ratio: 0.35", "poisson_ratio: 0.4999999999", "volumetric locking"),
+        ("young_modulus: 15.0", "young_modulus: 15.0e12", "is 6.0e11 times the smallest"),
+    ],
+)
+def test_poor_materials_are_warned_of(signorom, tmp_path, old, new, words):
+    """Before the work, and in the report."""
+    deck = write_deck("shifted_disks", tmp_path, **{old: new})
+    done = signorom.run("solve", deck.name, folder=tmp_path)
+    assert done.returncode == 0
+    assert words in done.stdout + done.stderr
+    assert any(words in text for text in report_of(tmp_path)["solver"]["warnings"])
+
+
+def test_good_decks_get_no_warning(signorom, tmp_path):
+    deck = write_deck("shifted_disks", tmp_path)
+    done = signorom.run("run", deck.name, folder=tmp_path)
+    assert done.returncode == 0
+    assert "warning" not in done.stdout + done.stderr
+    assert report_of(tmp_path)["errors"]["warnings"] == []
