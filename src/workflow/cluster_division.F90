@@ -144,7 +144,7 @@ contains
     call keep_division(found, model%choice)
     call check_clusters(clusters, deck%clusters%min_snapshots, error)
     if (allocated(error) .or. size(clusters) == 1) return
-    PetscCall(train_forest(deck, model%training_points, found%labels, model%choice%forest, error, ierr))
+    PetscCall(train_forest(deck, model%training_points, found%labels, PETSC_COMM_WORLD, model%choice%forest, error, ierr))
   end subroutine divide_points
 
   !> As many clusters as are asked for, or as are best separated. Local; every rank finds the same.

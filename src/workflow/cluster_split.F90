@@ -2,6 +2,7 @@
 #include "signorom/macros.h"
 !> One cluster of a division made two, by the medoids of its own cells or snapshots.
 module sig_cluster_split
+  use mpi, only: MPI_COMM_WORLD
   use sig_cluster_division, only: medoid_options
   use sig_clustering, only: cell_subspaces, cluster_t, clusters_of_cells
   use sig_deck_config, only: deck_config_t
@@ -24,11 +25,13 @@ module sig_cluster_split
     type(model_choice_t) :: choice
     !> the first so many snapshots trained its forest
     integer :: n_labeled = 0
+    !> ranks that share the work of a split
+    integer :: comm = MPI_COMM_WORLD
   end type division_t
 
 contains
 
-  !> The second half of the cluster becomes the last cluster. Collective on all ranks; the same on each.
+  !> The second half of the cluster becomes the last cluster. Collective on division%comm; the same on each rank.
   !>
   !> Requires: with cells, the snapshots of the whole grid come first. Errors: a forest that cannot be trained.
   subroutine split_cluster(deck, snapshots, k, division, is_split, error, ierr)
@@ -49,7 +52,7 @@ contains
     if (deck%clusters%method == 'regular') then
       PetscCall(halve_cells(deck, snapshots, k, division, labels, halves, ierr))
     else
-      PetscCall(halve_snapshots(deck, snapshots, division%clusters(k), halves, ierr))
+      PetscCall(halve_snapshots(deck, snapshots, division%clusters(k), division%comm, halves, ierr))
     end if
     if (min(size(halves(1)%snapshots), size(halves(2)%snapshots)) < max(1, deck%clusters%min_snapshots)) return
     is_split = .true.
@@ -63,7 +66,7 @@ contains
     end if
   end subroutine split_cluster
 
-  !> The forest of a division and its files in the results folder. Collective on all ranks. Errors: it cannot be trained.
+  !> The forest of a division and its files in the results folder. Collective on division%comm. Errors: it cannot be trained.
   subroutine restore_forest(deck, snapshots, division, error, ierr)
     type(deck_config_t), intent(in) :: deck
     type(snapshot_set_t), intent(in) :: snapshots
@@ -74,7 +77,7 @@ contains
 
     labels = labels_of(division%clusters)
     associate (n => division%n_labeled)
-      PetscCall(train_forest(deck, snapshots%parameters(:, :n), labels(:n), division%choice%forest, error, ierr))
+      PetscCall(train_forest(deck, snapshots%parameters(:, :n), labels(:n), division%comm, division%choice%forest, error, ierr))
     end associate
   end subroutine restore_forest
 
@@ -99,10 +102,10 @@ contains
       labels = division%choice%labels
       n_grid = product(cells%n_values)
       n_clusters = size(division%clusters) + 1
-      PetscCall(snapshot_coordinates(snapshots%displacement(:, :n_grid), PETSC_COMM_WORLD, coordinates, ierr))
+      PetscCall(snapshot_coordinates(snapshots%displacement(:, :n_grid), division%comm, coordinates, ierr))
       own = pack([(i, i=1, size(labels))], labels == k)
       subspaces = cell_subspaces(coordinates, cells, own, deck%clusters%cell_pod_tolerance)
-      PetscCall(dissimilarity_of_subspaces(subspaces, PETSC_COMM_WORLD, dissimilarity, ierr))
+      PetscCall(dissimilarity_of_subspaces(subspaces, division%comm, dissimilarity, ierr))
       where (second_half(deck, dissimilarity)) labels(own) = n_clusters
       clusters = clusters_of_cells(labels, n_clusters, cells)
       added = pack(division%clusters(k)%snapshots, division%clusters(k)%snapshots > n_grid)
@@ -124,18 +127,19 @@ contains
   end subroutine need_labels
 
   !> By the angles between its snapshots.
-  subroutine halve_snapshots(deck, snapshots, cluster, halves, ierr)
+  subroutine halve_snapshots(deck, snapshots, cluster, comm, halves, ierr)
     type(deck_config_t), intent(in) :: deck
     type(snapshot_set_t), intent(in) :: snapshots
     type(cluster_t), intent(in) :: cluster
+    MPI_Comm, intent(in) :: comm
     type(cluster_t), intent(out) :: halves(2)
     PetscErrorCode, intent(out) :: ierr
     real(rk), allocatable :: coordinates(:, :), dissimilarity(:, :)
     logical :: is_second(size(cluster%snapshots))
 
-    PetscCall(snapshot_coordinates(snapshots%displacement(:, cluster%snapshots), PETSC_COMM_WORLD, coordinates, ierr))
+    PetscCall(snapshot_coordinates(snapshots%displacement(:, cluster%snapshots), comm, coordinates, ierr))
     associate (is_signed => deck%clusters%opposite_snapshots == 'different')
-      PetscCall(dissimilarity_of_snapshots(coordinates, is_signed, PETSC_COMM_WORLD, dissimilarity, ierr))
+      PetscCall(dissimilarity_of_snapshots(coordinates, is_signed, comm, dissimilarity, ierr))
     end associate
     is_second = second_half(deck, dissimilarity)
     halves(1)%snapshots = pack(cluster%snapshots, .not. is_second)

@@ -52,15 +52,16 @@ contains
     call log_warning('train cannot work here yet: ' // error%message)
   end subroutine warn_of_missing_tool
 
-  !> Writes labels.csv into the results folder, runs signorom-post on it, reads its forest.h5. Collective on all ranks.
+  !> Writes labels.csv into the results folder, runs signorom-post on it, reads its forest.h5. Collective on comm.
   !>
   !> Errors: the tool is not installed, or it failed (it has said why), or its forest does not fit.
-  subroutine train_forest(deck, points, labels, forest, error, ierr)
+  subroutine train_forest(deck, points, labels, comm, forest, error, ierr)
     type(deck_config_t), intent(in) :: deck
     !> shape (n_parameters, n_points)
     real(rk), intent(in) :: points(:, :)
     !> cluster of each point, 1-based
     integer, intent(in) :: labels(:)
+    MPI_Comm, intent(in) :: comm
     type(forest_t), intent(out) :: forest
     type(error_t), allocatable, intent(out) :: error
     PetscErrorCode, intent(out) :: ierr
@@ -69,15 +70,15 @@ contains
 
     labels_path = deck%output%path // '/labels.csv'
     forest_path = deck%output%path // '/forest.h5'
-    call MPI_Comm_rank(PETSC_COMM_WORLD, rank, ierr)
+    call MPI_Comm_rank(comm, rank, ierr)
     if (rank == 0) then
       call write_text_file(labels_path, label_table(parameter_names(deck), points, labels), error)
       if (.not. allocated(error)) call run_tool(labels_path, forest_path, deck%clusters%seed, error)
     end if
-    PetscCall(broadcast_error(error, PETSC_COMM_WORLD, ierr))
+    PetscCall(broadcast_error(error, comm, ierr))
     if (allocated(error)) return
     call read_forest(forest_path, parameter_names(deck), forest, error)
-    PetscCall(broadcast_error(error, PETSC_COMM_WORLD, ierr))
+    PetscCall(broadcast_error(error, comm, ierr))
   end subroutine train_forest
 
   pure function label_table(names, points, labels) result(text)
