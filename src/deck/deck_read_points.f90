@@ -49,7 +49,7 @@ contains
     type(greedy_config_t), intent(inout) :: greedy
     type(point_set_config_t), intent(inout) :: candidates
     type(point_set_config_t) :: found
-    integer :: i_greedy
+    integer :: i_batch, i_greedy, i_max_points, i_tolerance
 
     greedy%indicator = trim(indicators(1))
     i_greedy = get_mapping(tree, i_section, 'greedy', .false.)
@@ -65,9 +65,12 @@ contains
     call read_count_or_word(tree, i_greedy, 'max_points', 'none', 1, greedy%max_points)
     call read_count(tree, i_greedy, 'batch', greedy%batch)
     call tree%close_mapping(i_greedy)
-    if (greedy%indicator == 'projection' .and. tree%find(i_greedy, 'batch') > 0) call tree%report(tree%find(i_greedy, 'batch'), &
+    i_batch = tree%find(i_greedy, 'batch')
+    i_max_points = tree%find(i_greedy, 'max_points')
+    i_tolerance = tree%find(i_greedy, 'tolerance')
+    if (greedy%indicator == 'projection' .and. i_batch > 0) call tree%report(i_batch, &
       'is for indicator: defect; with projection the errors are known anew after each point')
-    if (tree%find(i_greedy, 'tolerance') == 0 .and. tree%find(i_greedy, 'max_points') == 0) call tree%report_key(i_greedy, &
+    if (i_tolerance == 0 .and. i_max_points == 0) call tree%report_key(i_greedy, &
       'training.greedy has no end; it must have tolerance, max_points or both')
   end subroutine read_greedy
 

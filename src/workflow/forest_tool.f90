@@ -41,7 +41,9 @@ contains
     call candidates(places)
     unable = ''
     do i = 1, size(places)
-      if (index(places(i)%text, '/') > 0 .and. .not. file_exists(places(i)%text)) cycle
+      if (index(places(i)%text, '/') > 0) then
+        if (.not. file_exists(places(i)%text)) cycle
+      end if
       tool = shell_text(places(i)%text)
       exit_code = run_shell('exec ' // tool // ' forest --check >/dev/null 2>&1')
       if (exit_code == 0) return

@@ -51,14 +51,16 @@ contains
     integer, allocatable, intent(out) :: nodes(:)
     type(error_t), allocatable, intent(out) :: error
     integer, allocatable :: of_surface(:)
-    logical :: is_loaded(problem%mesh%n_nodes), is_zone(problem%mesh%n_nodes)
+    logical :: is_loaded(problem%mesh%n_nodes), is_loaded_at_corner(problem%mesh%n_nodes), is_zone(problem%mesh%n_nodes)
     integer :: i
 
     nodes = [integer ::]
     is_zone = .false.
     is_loaded = has_load(problem, training_points)
-    if (size(problem%deck%parameters) <= max_corner_parameters) &
-      is_loaded = is_loaded .or. has_load(problem, corners(problem%deck%parameters))
+    if (size(problem%deck%parameters) <= max_corner_parameters) then
+      is_loaded_at_corner = has_load(problem, corners(problem%deck%parameters))
+      is_loaded = is_loaded .or. is_loaded_at_corner
+    end if
     do i = 1, size(problem%deck%loads)
       if (problem%deck%loads(i)%is_body_force) cycle
       call nodes_of_boundary(problem%mesh, problem%deck%loads(i)%target, problem%deck%path, of_surface, error)
