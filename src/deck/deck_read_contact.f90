@@ -10,6 +10,7 @@ module sig_deck_read_contact
   public :: read_contact
 
   character(*), parameter :: obstacle_types(2) = [character(10) :: 'half_space', 'sphere']
+  character(*), parameter :: without_friction = 'contact is frictionless'
   character(*), parameter :: of_parameters = 'a number or an expression of the parameters'
 
 contains
@@ -45,6 +46,8 @@ contains
         call get_number(tree, nodes(i), 'pairing_tolerance', .false., contact(i)%pairing_tolerance)
         call read_initial_gap(tree, nodes(i), contact(i))
       end if
+      call tree%refuse_key(nodes(i), 'friction', without_friction)
+      call tree%refuse_key(nodes(i), 'friction_coefficient', without_friction)
       call tree%close_mapping(nodes(i))
     end do
   end subroutine read_contact

@@ -57,6 +57,7 @@ module sig_deck_tree
     procedure :: report
     procedure :: report_key
     procedure :: report_at
+    procedure :: refuse_key
     procedure :: close_mapping
   end type deck_tree_t
 
@@ -219,6 +220,24 @@ contains
     call make_error(error, sentence, this%path, line, column, hint)
     call this%errors%add(error)
   end subroutine add
+
+  !> Refuses a key that users know from other programs, with the reason, so that it does not count as misspelled.
+  subroutine refuse_key(this, i_mapping, key, reason)
+    class(deck_tree_t), intent(inout) :: this
+    integer, intent(in) :: i_mapping
+    character(*), intent(in) :: key
+    !> half a sentence
+    character(*), intent(in) :: reason
+    integer, allocatable :: nodes(:)
+    integer :: i
+
+    nodes = this%children(i_mapping)
+    do i = 1, size(nodes)
+      if (this%nodes(nodes(i))%key /= key) cycle
+      this%nodes(nodes(i))%was_read = .true.
+      call this%report_key(nodes(i), this%key_path(nodes(i)) // ' is not available: ' // reason, 'leave the key out')
+    end do
+  end subroutine refuse_key
 
   !> Refuses the keys of a mapping that nobody asked for. To be called when all of them were.
   subroutine close_mapping(this, i_mapping)
