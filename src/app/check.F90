@@ -12,7 +12,7 @@ module sig_check
   use sig_problem, only: check_points, inert_pair_names, load_problem, problem_t
   use sig_session, only: session_t
   use sig_solver_plan, only: plan_text
-  use sig_text, only: join, string_t, to_text
+  use sig_text, only: counted, join, string_t, to_text
   use petsc
   implicit none(type, external)
   private
@@ -52,16 +52,17 @@ contains
     !> shape (n_parameters, n_points)
     real(rk), intent(in) :: training(:, :)
     real(rk), intent(in) :: test(:, :)
-    character(:), allocatable :: text
+    character(:), allocatable :: text, training_text
     type(string_t), allocatable :: inert(:), contact(:)
     integer :: i
 
     inert = inert_pair_names(problem)
-    text = '# sizes: ' // to_text(problem%mesh%n_nodes) // ' nodes, ' // to_text(problem%mesh%n_cells) // ' cells, ' // &
-      to_text(problem%mesh%n_dim * problem%mesh%n_nodes) // ' dofs (' // to_text(size(problem%boundary%prescribed_dofs)) // &
-      ' prescribed), ' // to_text(problem%pairs%n_pairs) // ' contact pairs, ' // to_text(problem%operator%n_rows) // &
-      ' multipliers' // new_line('a') // '# points: ' // to_text(size(training, 2)) // &
-      trim(merge(' candidates for training', ' training               ', problem%deck%greedy%is_used)) // ', ' // &
+    training_text = to_text(size(training, 2)) // ' training'
+    if (problem%deck%greedy%is_used) training_text = counted(size(training, 2), 'candidate') // ' for training'
+    text = '# sizes: ' // counted(problem%mesh%n_nodes, 'node') // ', ' // counted(problem%mesh%n_cells, 'cell') // ', ' // &
+      counted(problem%mesh%n_dim * problem%mesh%n_nodes, 'dof') // ' (' // to_text(size(problem%boundary%prescribed_dofs)) // &
+      ' prescribed), ' // counted(problem%pairs%n_pairs, 'contact pair') // ', ' // &
+      counted(problem%operator%n_rows, 'multiplier') // new_line('a') // '# points: ' // training_text // ', ' // &
       to_text(size(test, 2)) // ' test'
     contact = contact_lines(problem%deck, problem%pairs, problem%inert%pair_of_row, problem%terms, &
       reshape([training, test, problem%deck%output%points], [size(training, 1), &

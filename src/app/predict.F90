@@ -20,7 +20,7 @@ module sig_predict
   use sig_point_list, only: point_list_t
   use sig_query, only: method_name, n_query_methods
   use sig_signals, only: is_stop_requested, say_when_ended
-  use sig_text, only: to_text
+  use sig_text, only: counted, to_text
   use petsc
   implicit none(type, external)
   private
@@ -192,7 +192,7 @@ contains
     do i = 0, n_query_methods
       if (counts(i) > 0) text = text // ', ' // to_text(counts(i)) // ' by ' // method_name(i)
     end do
-    call log_info(to_text(sum(counts)) // ' answers (' // text(3:) // '): ' // command%output)
+    call log_info(counted(sum(counts), 'answer') // ' (' // text(3:) // '): ' // command%output)
   end subroutine report_methods
 
   function outside_text(model, point) result(text)

@@ -11,7 +11,7 @@ module sig_sampling_stage
   use sig_selection, only: selection_t
   use sig_session, only: session_t
   use sig_snapshot_merge, only: candidate_store, snapshot_store, snapshots_path, store_in, store_t
-  use sig_text, only: to_text
+  use sig_text, only: counted, to_text
   use petsc
   implicit none(type, external)
   private
@@ -54,8 +54,8 @@ contains
 
     store = store_in(session%folder, candidate_store)
     PetscCall(sample(session%deck, session%deck%clusters%target%candidates, store, outcome, error, ierr))
-    call tell_sampled(session, outcome, 'solved ' // to_text(outcome%n_points) // ' candidates (' // to_text(outcome%n_found) // &
-      ' were there): ' // store%path(), error)
+    call tell_sampled(session, outcome, 'solved ' // counted(outcome%n_points, 'candidate') // ' (' // &
+      found_text(outcome) // '): ' // store%path(), error)
   end subroutine sample_candidates
 
   !> How a sampling ended.
@@ -72,8 +72,7 @@ contains
       call session%stop('the finished points are kept, and the same command goes on')
     else
       if (outcome%n_failed > 0) then
-        call log_warning(to_text(outcome%n_failed) // ' of the points did not converge; they are marked, and the same ' // &
-          'command tries them again')
+        call log_warning(to_text(outcome%n_failed) // ' of the points did not converge; the same command tries again')
         session%exit_code = exit_not_converged
       end if
       call log_info(text)
@@ -87,12 +86,20 @@ contains
     type(selection_t), intent(in) :: selection
     character(:), allocatable :: text
 
-    text = 'sampled ' // to_text(outcome%n_points) // ' points (' // to_text(outcome%n_found) // ' were there'
-    if (.not. has_fixed_stiffness(session%deck)) text = text // ', ' // to_text(outcome%n_stiffnesses) // ' stiffnesses'
+    text = 'sampled ' // counted(outcome%n_points, 'point') // ' (' // found_text(outcome)
+    if (.not. has_fixed_stiffness(session%deck)) text = text // ', ' // counted(outcome%n_stiffnesses, 'stiffness')
     text = text // ')'
     if (session%deck%greedy%is_used) text = text // ', selected ' // selection_text(selection)
     text = text // ': '
   end function sampled_text
+
+  !> `1 was there`, `12 were there`
+  pure function found_text(outcome) result(text)
+    type(sampling_result_t), intent(in) :: outcome
+    character(:), allocatable :: text
+
+    text = to_text(outcome%n_found) // trim(merge(' was ', ' were', outcome%n_found == 1)) // ' there'
+  end function found_text
 
   subroutine announce_stiffness(session)
     type(session_t), intent(in) :: session

@@ -33,7 +33,7 @@ module sig_study
   use sig_snapshot_merge, only: read_own_snapshots, snapshots_path
   use sig_snapshot_store, only: merge_records, records_of_set, snapshot_set_t
   use sig_stop_request, only: agree_to_stop
-  use sig_text, only: string_t, to_text
+  use sig_text, only: counted, string_t, to_text
   use sig_clock, only: wall_time
   use sig_validation, only: validate, validation_t
   use sig_validation_output, only: keep_statistics, report_validation, warn_of_errors, &
@@ -137,7 +137,7 @@ contains
     allocate (is_missing(size(points, 2)))
     call merge_records(records_of_set(snapshots), points, snapshots, is_missing)
     if (any(is_missing)) call make_error(error, 'the file lacks ' // to_text(count(is_missing)) // ' of the ' // &
-      to_text(size(is_missing)) // ' training points of the deck', snapshots_path(session%folder), hint=hint)
+      counted(size(is_missing), 'training point') // ' of the deck', snapshots_path(session%folder), hint=hint)
   end subroutine read_snapshots
 
   !> validation.csv, and its statistics in model.h5 and in the report.
@@ -208,7 +208,7 @@ contains
     if (allocated(error)) return
     call write_report(session, report)
     call warn_of_errors(outcome)
-    call log_info('validated at ' // to_text(size(outcome%points, 2)) // ' points: ' // session%folder // '/validation.csv')
+    call log_info('validated at ' // counted(size(outcome%points, 2), 'point') // ': ' // session%folder // '/validation.csv')
     if (any(outcome%reason_full_order /= reason_converged)) session%exit_code = exit_not_converged
   end subroutine keep_validation
 
@@ -262,7 +262,7 @@ contains
       call report_reactions(i, reactions, report)
     end do
     call write_report(session, report)
-    call log_info('fields at ' // to_text(size(points, 2)) // ' points: ' // session%folder // '/fields.xdmf' // &
+    call log_info('fields at ' // counted(size(points, 2), 'point') // ': ' // session%folder // '/fields.xdmf' // &
       accuracy_text(session%deck, pack(solved%states%residuals, solved%states%reason == reason_converged)))
     if (any(solved%states%reason /= reason_converged)) session%exit_code = exit_not_converged
   end subroutine fields_stage

@@ -8,6 +8,7 @@ module sig_text
   implicit none(type, external)
   private
   public :: string_t, to_text, short_number, csv_number, join, append_text
+  public :: counted, are
   public :: lower, split, read_real, read_integer, did_you_mean
 
   !> A text of its own length, so that texts can stand in arrays.
@@ -46,7 +47,33 @@ contains
     if (number < 0) text = '-' // text
   end function long_to_text
 
-  !> Shortest decimal that reads back as the same number, with a point: 0.15, 1.0e-8, 2.1e11; nan, inf, -inf.
+  !> A number of things: `1 point`, `2 points`, `3 stiffnesses`, `0 entries`.
+  pure function counted(n, noun) result(text)
+    integer, intent(in) :: n
+    !> one of them
+    character(*), intent(in) :: noun
+    character(:), allocatable :: text
+
+    text = to_text(n) // ' ' // noun
+    if (n == 1) return
+    if (noun(len(noun):) == 'y') then
+      text = text(:len(text) - 1) // 'ies'
+    else if (noun(len(noun):) == 's') then
+      text = text // 'es'
+    else
+      text = text // 's'
+    end if
+  end function counted
+
+  !> The verb of so many things: `is` or `are`.
+  pure function are(n) result(verb)
+    integer, intent(in) :: n
+    character(:), allocatable :: verb
+
+    verb = trim(merge('is ', 'are', n == 1))
+  end function are
+
+  !> Shortest decimal that reads back as the same number, with a point: 0.15, 1.0e-8, 2.1e11; nan, inf, -inf. Zero has no sign.
   pure function real_to_text(number) result(text)
     real(rk), intent(in) :: number
     character(:), allocatable :: text
@@ -58,6 +85,10 @@ contains
       text = 'inf'
       if (ieee_is_nan(number)) text = 'nan'
       if (number < 0) text = '-inf'
+      return
+    end if
+    if (.not. abs(number) > 0) then
+      text = '0.0'
       return
     end if
     call sig_shortest_decimal(number, buffer, n)

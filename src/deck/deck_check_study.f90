@@ -6,7 +6,7 @@ module sig_deck_check_study
   use sig_deck_option_safety, only: complaint_about_writing
   use sig_deck_tree, only: deck_tree_t, shown
   use sig_kinds, only: rk
-  use sig_text, only: split, string_t, to_text
+  use sig_text, only: are, counted, split, string_t, to_text
   implicit none(type, external)
   private
   public :: check_study, complaint_about_options
@@ -70,7 +70,8 @@ contains
     if (greedy%max_points < greedy%n_initial) call tree%report_at('training.greedy.max_points', 'is ' // &
       to_text(greedy%max_points) // '; it must be at least initial, which is ' // to_text(greedy%n_initial))
     if (greedy%n_initial > n_points_of(candidates)) call tree%report_at('training.greedy', 'begins with ' // &
-      to_text(greedy%n_initial) // ' points (initial); there are only ' // to_text(n_points_of(candidates)) // ' candidates')
+      counted(greedy%n_initial, 'point') // ' (initial); there ' // are(n_points_of(candidates)) // ' only ' // &
+      counted(n_points_of(candidates), 'candidate'))
   end subroutine check_greedy
 
   subroutine check_grid(tree, section, parameters, points)
@@ -110,13 +111,13 @@ contains
       if (clusters%method == 'irregular') then
         n_items = min(n_points_of(training), config%greedy%max_points)
         if (clusters%number > n_items) call tree%report_at('clusters.number', 'is ' // to_text(clusters%number) // &
-          '; there are only ' // to_text(n_items) // ' training points')
+          '; there ' // are(n_items) // ' only ' // counted(n_items, 'training point'))
       else if (config%greedy%is_used .or. .not. allocated(training%grid)) then
         call tree%report_at('clusters', 'is regular, for the cells of training.grid, and there is no grid', &
           'use method: irregular, or training: {grid: ...}')
       else if (real(clusters%number, rk) > product(real(training%grid - 1, rk))) then
         call tree%report_at('clusters.number', 'is ' // to_text(clusters%number) // '; the training grid has only ' // &
-          to_text(product(training%grid - 1)) // ' cells')
+          counted(product(training%grid - 1), 'cell'))
       end if
     end associate
   end subroutine check_clusters

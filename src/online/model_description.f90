@@ -3,7 +3,7 @@
 module sig_model_description
   use sig_kinds, only: rk
   use sig_model, only: model_t, reduced_model_t
-  use sig_text, only: short_number, to_text
+  use sig_text, only: counted, short_number, to_text
   implicit none(type, external)
   private
   public :: describe_model
@@ -68,8 +68,8 @@ contains
     type(model_t), intent(in) :: model
     character(:), allocatable :: text
 
-    text = line('full-order model', to_text(model%n_nodes) // ' nodes, ' // to_text(model%n_dofs) // ' dofs, ' // &
-      to_text(model%n_multipliers) // ' contact pairs') // &
+    text = line('full-order model', counted(model%n_nodes, 'node') // ', ' // counted(model%n_dofs, 'dof') // ', ' // &
+      counted(model%n_multipliers, 'contact pair')) // &
       line('units', 'displacements in ' // model%length_unit // ', contact forces in ' // model%force_unit) // &
       line('terms of the load', to_text(model%terms%n_terms())) // &
       line('POD tolerance', short_number(model%pod_tolerance)) // &
@@ -89,7 +89,8 @@ contains
       text = text // eol
       if (size(model%clusters) > 1) text = text // line('  training points', to_text(size(cluster%training_points)))
       text = text // line('  modes', to_text(cluster%n_modes)) // &
-        line('  integration domain', to_text(size(cluster%cells)) // ' cells, ' // to_text(cluster%n_rows) // ' contact pairs') // &
+        line('  integration domain', counted(size(cluster%cells), 'cell') // ', ' // &
+        counted(cluster%n_rows, 'contact pair')) // &
         line('  kappa', condition_text(cluster)) // &
         line('  cond(K_r)', short_number(cluster%stiffness_condition))
       do i_warning = 1, size(cluster%warnings)
@@ -134,7 +135,7 @@ contains
           short_number(validation%maximum(i)))
       end do
       do i = 1, size(validation%method_names)
-        text = text // line('  by ' // validation%method_names(i)%text, to_text(validation%method_counts(i)) // ' points')
+        text = text // line('  by ' // validation%method_names(i)%text, counted(validation%method_counts(i), 'point'))
       end do
     end associate
   end function validation_lines

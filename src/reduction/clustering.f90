@@ -8,11 +8,10 @@ module sig_clustering
   use sig_parameter_space, only: format_point
   use sig_pod_rank, only: pod_rank
   use sig_singular_values, only: svd
-  use sig_text, only: string_t, to_text
+  use sig_text, only: counted, string_t, to_text
   implicit none(type, external)
   private
-  public :: cluster_t, check_snapshots, find_identical, cell_subspaces, clusters_of_cells, clusters_of_snapshots, check_clusters, &
-    snapshots_text
+  public :: cluster_t, check_snapshots, find_identical, cell_subspaces, clusters_of_cells, clusters_of_snapshots, check_clusters
 
   !> Snapshots of one cluster.
   type :: cluster_t
@@ -133,18 +132,9 @@ contains
     do i = 1, size(clusters)
       if (size(clusters(i)%snapshots) >= min_snapshots) cycle
       call make_error(error, 'cluster ' // to_text(i) // ' of ' // to_text(size(clusters)) // ' has ' // &
-        snapshots_text(size(clusters(i)%snapshots)) // '; its basis needs at least ' // to_text(min_snapshots) // &
+        counted(size(clusters(i)%snapshots), 'snapshot') // '; its basis needs at least ' // to_text(min_snapshots) // &
         ' (clusters.min_snapshots)', hint='ask for fewer clusters, for more training points, or for small_clusters: merge')
       return
     end do
   end subroutine check_clusters
-
-  !> `1 snapshot`, `2 snapshots`
-  pure function snapshots_text(n_snapshots) result(text)
-    integer, intent(in) :: n_snapshots
-    character(:), allocatable :: text
-
-    text = to_text(n_snapshots) // ' snapshot'
-    if (n_snapshots /= 1) text = text // 's'
-  end function snapshots_text
 end module sig_clustering

@@ -5,7 +5,7 @@ module sig_k_medoids
   use sig_kinds, only: rk
   use sig_reduction_c_interfaces, only: k_medoids_bad_count, k_medoids_bad_dissimilarity, k_medoids_ok, k_medoids_options_t, &
     method_alternating, method_faster_pam, sig_find_medoids, sig_silhouette, start_build, start_central, start_lab, start_random
-  use sig_text, only: to_text
+  use sig_text, only: are, counted, to_text
   use sig_ties, only: tie_tolerance
   implicit none(type, external)
   private
@@ -57,8 +57,8 @@ contains
 
     select case (status)
     case (k_medoids_bad_count)
-      call make_error(error, 'there are ' // to_text(n_items) // ' items to cluster; ' // to_text(n_clusters) // &
-        ' clusters cannot be made of them')
+      call make_error(error, 'there ' // are(n_items) // ' ' // counted(n_items, 'item') // ' to cluster; ' // &
+        counted(n_clusters, 'cluster') // ' cannot be made of them')
     case (k_medoids_bad_dissimilarity)
       call make_error(error, 'a dissimilarity of two items is negative, infinite or not a number')
     case default

@@ -6,7 +6,7 @@ module sig_solvability
   use sig_linear_algebra, only: lu_t
   use sig_model, only: reduced_model_t
   use sig_singular_values, only: singular_values
-  use sig_text, only: append_text, short_number, string_t, to_text
+  use sig_text, only: append_text, counted, short_number, string_t, to_text
   implicit none(type, external)
   private
   public :: measure_stiffness, rank_on_domain, is_undetermined, solvability_warnings, undetermined_text
@@ -73,7 +73,7 @@ contains
     character(:), allocatable :: text
 
     text = 'the equations of the reduced integration domain determine ' // to_text(cluster%stiffness_rank) // ' of ' // &
-      to_text(cluster%n_modes) // ' modes (its contact rows, loaded dofs and hats allow ' // &
+      counted(cluster%n_modes, 'mode') // ' (its contact rows, loaded dofs and hats allow ' // &
       to_text(cluster%primal_rank_expected) // ')'
   end function undetermined_text
 
@@ -89,13 +89,13 @@ contains
 
     allocate (warnings(0))
     if (cluster%rank < cluster%n_rows) call append_text(warnings, 'the solvability condition (11) fails: rank ' // &
-      to_text(cluster%rank) // ' of ' // to_text(cluster%n_rows) // ' contact rows; multipliers may not be unique ' // &
+      to_text(cluster%rank) // ' of ' // counted(cluster%n_rows, 'contact row') // '; multipliers may not be unique ' // &
       '(reduction.enrichment: {type: greedy} mends that)')
     if (cluster%basis_rank < cluster%n_modes) call append_text(warnings, 'on the reduced integration domain ' // &
       to_text(cluster%n_modes - cluster%basis_rank) // ' of ' // to_text(cluster%n_modes) // ' modes depend on the others')
     if (cluster%stiffness_rank < cluster%n_modes) call append_text(warnings, undetermined_text(cluster))
     if (n_missed > 0) call append_text(warnings, 'the equations of the reduced integration domain do not see the load on ' // &
-      to_text(n_missed) // ' of ' // to_text(n_loaded) // ' loaded nodes (reduction.zones_of_interest: auto takes them all)')
+      to_text(n_missed) // ' of ' // counted(n_loaded, 'loaded node') // ' (reduction.zones_of_interest: auto takes them all)')
     if (cluster%stiffness_condition > large_condition) call append_text(warnings, &
       'the condition number of the reduced stiffness is ' // short_number(cluster%stiffness_condition) // &
       ': answers lose as many digits')

@@ -11,7 +11,7 @@ module sig_point_list
   use sig_errors, only: error_t, make_error
   use sig_file_system, only: file_exists, is_directory, system_reason
   use sig_kinds, only: rk
-  use sig_text, only: did_you_mean, join, read_real, split, string_t, to_text
+  use sig_text, only: are, counted, did_you_mean, join, read_real, split, string_t, to_text
   implicit none(type, external)
   private
   public :: point_list_t, read_points
@@ -276,8 +276,8 @@ contains
     point = 0
     call split_fields(line, fields, starts)
     if (size(fields) /= size(columns)) then
-      call make_error(error, 'this line has ' // to_text(size(fields)) // ' values; ' // to_text(size(columns)) // &
-        ' are needed', path, i_line, starts(min(size(fields), size(columns) + 1)))
+      call make_error(error, 'this line has ' // counted(size(fields), 'value') // '; ' // to_text(size(columns)) // &
+        ' ' // are(size(columns)) // ' needed', path, i_line, starts(min(size(fields), size(columns) + 1)))
       return
     end if
     do i_field = 1, size(fields)

@@ -3,7 +3,7 @@
 !> Divides the training points into the clusters that the deck asks for, and prepares the choice of a cluster at any point.
 module sig_cluster_division
   use sig_clustering, only: cell_subspaces, check_clusters, check_snapshots, cluster_t, clusters_of_cells, clusters_of_snapshots, &
-    find_identical, snapshots_text
+    find_identical
   use sig_deck_config, only: clusters_config_t, deck_config_t
   use sig_dissimilarity, only: dissimilarity_of_snapshots, dissimilarity_of_subspaces, snapshot_coordinates
   use sig_errors, only: error_t, make_error
@@ -17,7 +17,7 @@ module sig_cluster_division
   use sig_model_choice, only: model_choice_t
   use sig_parameter_space, only: format_point
   use sig_snapshot_store, only: snapshot_set_t
-  use sig_text, only: to_text
+  use sig_text, only: are, counted, to_text
   use petsc
   implicit none(type, external)
   private
@@ -117,7 +117,8 @@ contains
     type(error_t), allocatable, intent(out) :: error
 
     if (n_points < product(deck%training%grid)) call make_error(error, 'clusters of grid cells need a solution at each of the ' // &
-      to_text(product(deck%training%grid)) // ' training points; there are ' // to_text(n_points), deck%path, &
+      counted(product(deck%training%grid), 'training point') // '; there ' // are(n_points) // ' ' // &
+      to_text(n_points), deck%path, &
       hint='use clusters: {method: irregular, ...}')
   end subroutine need_whole_grid
 
@@ -201,9 +202,9 @@ contains
     sizes = sizes_of(clusters)
     i_small = minloc(sizes, dim=1)
     call merge_cluster(dissimilarity, i_small, found, i_target)
-    call log_info('cluster ' // to_text(i_small) // ' of ' // to_text(size(sizes)) // ' has ' // snapshots_text(sizes(i_small)) // &
-      ', fewer than ' // to_text(deck%clusters%min_snapshots) // ': merged into cluster ' // to_text(i_target) // ' (' // &
-      snapshots_text(sizes(i_target)) // '), whose medoid is nearest')
+    call log_info('cluster ' // to_text(i_small) // ' of ' // to_text(size(sizes)) // ' has ' // &
+      counted(sizes(i_small), 'snapshot') // ', fewer than ' // to_text(deck%clusters%min_snapshots) // &
+      ': merged into cluster ' // to_text(i_target) // ' (' // counted(sizes(i_target), 'snapshot') // '), whose medoid is nearest')
   end subroutine dissolve_small
 
   subroutine keep_division(found, choice)

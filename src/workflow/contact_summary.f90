@@ -7,7 +7,7 @@ module sig_contact_summary
   use sig_surface_pair, only: short_text
   use sig_term_set, only: term_set_t
   use sig_term_values, only: evaluate_points
-  use sig_text, only: append_text, string_t, to_text
+  use sig_text, only: append_text, counted, string_t, to_text
   implicit none(type, external)
   private
   public :: contact_lines
@@ -61,7 +61,7 @@ contains
     integer, intent(in) :: n_inert
     character(:), allocatable :: text
 
-    text = ', ' // to_text(n_pairs) // trim(merge(' nodes', ' pairs', has_obstacle))
+    text = ', ' // counted(n_pairs, merge('node', 'pair', has_obstacle))
     if (n_inert > 0) text = text // ' (' // to_text(n_inert) // ' inert)'
   end function count_text
 

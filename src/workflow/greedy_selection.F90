@@ -11,7 +11,7 @@ module sig_greedy_selection
   use sig_selection, only: selection_t
   use sig_selection_by_defect, only: select_by_defect
   use sig_selection_by_projection, only: select_by_projection
-  use sig_text, only: to_text
+  use sig_text, only: are, counted
   use petsc
   implicit none(type, external)
   private
@@ -37,8 +37,9 @@ contains
     call build_points(deck%training, deck%parameters, candidates, error)
     if (allocated(error)) return
     if (size(candidates, 2) < deck%greedy%n_initial) then
-      call make_error(error, 'the greedy selection begins with ' // to_text(deck%greedy%n_initial) // &
-        ' points (initial); there are only ' // to_text(size(candidates, 2)) // ' candidates', deck%path, deck%training%line, &
+      call make_error(error, 'the greedy selection begins with ' // counted(deck%greedy%n_initial, 'point') // &
+        ' (initial); there ' // are(size(candidates, 2)) // ' only ' // counted(size(candidates, 2), 'candidate'), &
+        deck%path, deck%training%line, &
         deck%training%column)
       return
     end if

@@ -13,7 +13,7 @@ module sig_model_building
   use sig_snapshot_merge, only: candidate_store, read_store, store_in, store_t
   use sig_snapshot_store, only: snapshot_set_t
   use sig_start_sets, only: fill_start_sets
-  use sig_text, only: to_text
+  use sig_text, only: counted, to_text
   use sig_training, only: train
   use petsc
   implicit none(type, external)
@@ -73,6 +73,6 @@ contains
     allocate (is_missing(size(points, 2)))
     call read_store(problem, store, points, candidates, is_missing, error)
     if (any(is_missing) .and. .not. allocated(error)) call make_error(error, 'the file lacks ' // to_text(count(is_missing)) // &
-      ' of the ' // to_text(size(is_missing)) // ' candidates of the deck', store%path(), hint=hint)
+      ' of the ' // counted(size(is_missing), 'candidate') // ' of the deck', store%path(), hint=hint)
   end subroutine read_candidates
 end module sig_model_building

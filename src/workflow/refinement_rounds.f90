@@ -7,7 +7,7 @@ module sig_refinement_rounds
   use sig_kinds, only: rk
   use sig_run_report, only: run_report_t
   use sig_statistics, only: statistics_t, summarize
-  use sig_text, only: csv_number, to_text
+  use sig_text, only: counted, csv_number, to_text
   use sig_ties, only: tie_tolerance
   implicit none(type, external)
   private
@@ -104,21 +104,12 @@ contains
     character(:), allocatable :: text
 
     text = 'round ' // to_text(i_round) // ': '
-    if (round%action == 'add') text = text // 'cluster ' // to_text(round%cluster) // ' gets ' // plural(n_new, 'snapshot') // ': '
+    if (round%action == 'add') text = text // 'cluster ' // to_text(round%cluster) // ' gets ' // counted(n_new, 'snapshot') // ': '
     if (round%action == 'split') text = text // 'cluster ' // to_text(round%cluster) // ' is split: '
-    text = text // plural(round%n_clusters, 'cluster') // ', ' // plural(round%n_snapshots, 'snapshot') // '; ' // measure // &
-      ' at ' // plural(round%errors%n_values, 'candidate') // ': median ' // three_digits(round%errors%median) // ', p95 ' // &
+    text = text // counted(round%n_clusters, 'cluster') // ', ' // counted(round%n_snapshots, 'snapshot') // '; ' // measure // &
+      ' at ' // counted(round%errors%n_values, 'candidate') // ': median ' // three_digits(round%errors%median) // ', p95 ' // &
       three_digits(round%errors%p95) // ', ' // to_text(nint(100 * round%share_above)) // ' % above 0.1'
   end function round_text
-
-  pure function plural(n, noun) result(text)
-    integer, intent(in) :: n
-    character(*), intent(in) :: noun
-    character(:), allocatable :: text
-
-    text = to_text(n) // ' ' // noun
-    if (n /= 1) text = text // 's'
-  end function plural
 
   !> Three digits for people.
   pure function three_digits(value) result(text)

@@ -12,7 +12,7 @@ module sig_reporting
   use sig_selection, only: selection_t
   use sig_snapshot_store, only: snapshot_set_t
   use sig_statistics, only: measured_statistics, statistics_t
-  use sig_text, only: append_text, csv_number, short_number, string_t, to_text
+  use sig_text, only: append_text, counted, csv_number, short_number, string_t, to_text
   use sig_version, only: code_version
   implicit none(type, external)
   private
@@ -90,7 +90,7 @@ contains
 
     text = ''
     if (.not. allocated(selection%rule)) return
-    text = to_text(size(selection%indicators)) // ' points ' // selection%rule // ': ended by ' // selection%stopped_by // &
+    text = counted(size(selection%indicators), 'point') // ' ' // selection%rule // ': ended by ' // selection%stopped_by // &
       '; largest indicator left ' // csv_number(selection%largest_left)
   end function selection_text
 
@@ -142,9 +142,9 @@ contains
 
     text = cluster_text(model%clusters(1))
     if (size(model%clusters) == 1) return
-    text = to_text(size(model%clusters)) // ' clusters'
+    text = counted(size(model%clusters), 'cluster')
     do k = 1, size(model%clusters)
-      text = text // merge(': ', '; ', k == 1) // to_text(size(model%clusters(k)%training_points)) // ' snapshots, ' // &
+      text = text // merge(': ', '; ', k == 1) // counted(size(model%clusters(k)%training_points), 'snapshot') // ', ' // &
         cluster_text(model%clusters(k))
     end do
   end function model_text
@@ -154,12 +154,11 @@ contains
     type(reduced_model_t), intent(in) :: cluster
     character(:), allocatable :: text
 
-    text = to_text(cluster%n_pod_modes)
-    if (cluster%n_extra_modes > 0) text = text // ' + ' // to_text(cluster%n_extra_modes)
-    text = text // ' modes'
-    if (cluster%n_hats > 0) text = text // ' and ' // to_text(cluster%n_hats) // ' hats'
-    text = text // ' (' // to_text(cluster%n_modes) // ' reduced unknowns), ' // to_text(cluster%n_rows) // &
-      ' contact rows with a condition number of ' // short_number(cluster%condition_number)
+    text = counted(cluster%n_pod_modes, 'mode')
+    if (cluster%n_extra_modes > 0) text = to_text(cluster%n_pod_modes) // ' + ' // counted(cluster%n_extra_modes, 'mode')
+    if (cluster%n_hats > 0) text = text // ' and ' // counted(cluster%n_hats, 'hat')
+    text = text // ' (' // counted(cluster%n_modes, 'reduced unknown') // '), ' // counted(cluster%n_rows, 'contact row') // &
+      ' with a condition number of ' // short_number(cluster%condition_number)
   end function cluster_text
 
   !> Answers of solve, one line each.

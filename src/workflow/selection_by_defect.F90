@@ -25,7 +25,7 @@ module sig_selection_by_defect
   use sig_snapshot_store, only: snapshot_set_t
   use sig_start_sets, only: fill_start_sets
   use sig_stop_request, only: agree_to_stop
-  use sig_text, only: to_text
+  use sig_text, only: counted
   use sig_ties, only: first_largest
   use sig_training, only: train
   use petsc
@@ -206,7 +206,7 @@ contains
     if (allocated(error)) return
     PetscCall(train(rounds%problem, snapshots, online%model, error, ierr, is_draft=.true.))
     if (allocated(error)) then
-      error%message = 'the model of the first ' // to_text(size(is_missing)) // ' points: ' // error%message
+      error%message = 'the model of the first ' // counted(size(is_missing), 'point') // ': ' // error%message
       return
     end if
     call fill_start_sets(online%model)

@@ -18,7 +18,7 @@ module sig_snapshot_merge
   use sig_snapshot_shard, only: append_records, read_shard, snapshot_record_t
   use sig_snapshot_store, only: all_points, merge_records, pick_records, read_snapshot_set, records_of_set, snapshot_set_t, &
     write_snapshots
-  use sig_text, only: string_t, to_text
+  use sig_text, only: counted, string_t, to_text
   use petsc
   implicit none(type, external)
   private
@@ -149,8 +149,8 @@ contains
       call read_shard(store%folder // '/' // shards(i)%text, problem%provenance, size(points, 1), &
         problem%mesh%n_dim * problem%mesh%n_nodes, problem%operator%n_rows, found, n_dropped, error)
       if (allocated(error)) return
-      if (n_dropped > 0) call log_warning(shards(i)%text // ' ends in ' // to_text(n_dropped) // &
-        ' damaged record(s), as a killed run leaves them; their points are solved again')
+      if (n_dropped > 0) call log_warning(shards(i)%text // ' ends in ' // counted(n_dropped, 'damaged record') // &
+        ', as a killed run leaves them; what is lost is solved again')
       call append_records(found, records)
     end do
     if (present(fresh)) call append_records(fresh, records)

@@ -10,7 +10,7 @@ module sig_training_modes
   use sig_problem, only: problem_t
   use sig_snapshot_store, only: snapshot_set_t
   use sig_term_values, only: evaluate_points
-  use sig_text, only: to_text
+  use sig_text, only: counted, to_text
   use petsc
   implicit none(type, external)
   private
@@ -76,8 +76,8 @@ contains
     if (reduction%extended_pod_tolerance > 0) &
       modes%n_extra = max(0, pod_rank(modes%singular_values, reduction%extended_pod_tolerance) - modes%n_domain)
     if (modes%n_domain + modes%n_extra > n_available) call make_error(error, &
-      'reduction.n_modes and extra_modes ask for ' // to_text(modes%n_domain + modes%n_extra) // &
-      ' modes; the snapshots have ' // to_text(n_available) // ' above rounding', path, &
+      'reduction.n_modes and extra_modes ask for ' // counted(modes%n_domain + modes%n_extra, 'mode') // &
+      '; the snapshots have ' // to_text(n_available) // ' above rounding', path, &
       hint='take fewer modes, or more training points')
   end subroutine count_modes
 

@@ -14,7 +14,7 @@ module sig_validation_output
   use sig_reporting, only: report_statistics
   use sig_run_report, only: run_report_t
   use sig_statistics, only: measured_statistics, statistics_t
-  use sig_text, only: append_text, csv_number, string_t, to_text
+  use sig_text, only: append_text, counted, csv_number, string_t, to_text
   use sig_validation, only: error_names, n_errors, validation_t
   implicit none(type, external)
   private
@@ -154,7 +154,7 @@ contains
       i = maxloc(outcome%errors(i_error, :), 1, is_left)
       is_left(i) = .false.
       call append_text(points, format_point(deck%parameters, outcome%points(:, i)) // ': ' // &
-        csv_number(outcome%errors(i_error, i)) // ', ' // to_text(outcome%n_active_full_order(i)) // ' active pairs')
+        csv_number(outcome%errors(i_error, i)) // ', ' // counted(outcome%n_active_full_order(i), 'active pair'))
     end do
   end function worst_points
 

@@ -234,6 +234,7 @@ def test_solve_at_a_point(signorom, tmp_path, results, n_ranks):
     """No training, no model: the full-order fields of `run`, at a point of the command line."""
     deck = write_deck("small_disks", tmp_path)
     printed = signorom("solve", deck.name, "--at", "squeeze=0.4", folder=tmp_path, n_ranks=n_ranks)
+    assert printed.splitlines()[-1].startswith("fields at 1 point: ")
     penetration, balance = re.search(r"largest penetration (\S+) m, force balance (\S+)", printed).groups()
     assert 0 <= float(penetration) < 1e-12
     assert 0 <= float(balance) < 1e-10
