@@ -1,0 +1,67 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Commands of README.md in their order: each file that one names is in the repository, or an earlier command made it."""
+
+import re
+
+import yaml
+
+from program import ROOT
+
+#: a path from the root of the clone, up to what ends a word of the shell or of Python
+PATH = re.compile(r"(?<![\w/$.])((?:tools|input|meshes|tests|include|build|results)/[\w./-]+)")
+#: what the commands make that no deck tells
+MADE_BY = {
+    "tools/demo.sh": ["build/release/signorom", "build/venv/bin/signorom-post", "build/venv/bin/python"],
+    "tools/test.sh": ["build/ci/verification"],
+    "signorom-post paper": ["results/paper"],
+    "cmake --install build/release --prefix": ["build/opt/lib/pkgconfig", "build/opt/lib"],
+}
+
+
+def commands():
+    """Indented lines of the README, without their comments."""
+    text = (ROOT / "README.md").read_text()
+    lines = [line[4:].split("   #")[0].strip() for line in text.splitlines() if line.startswith("    ")]
+    return [line for line in lines if PATH.search(line)]
+
+
+def results_of(deck):
+    """Folder that a deck's results go to."""
+    content = yaml.safe_load((ROOT / deck).read_text())
+    return content.get("output", {}).get("directory", f"results/{(ROOT / deck).stem}")
+
+
+def made_by(line):
+    """What a command makes: folders and files."""
+    made = [path for words, paths in MADE_BY.items() if words in line for path in paths]
+    if "tools/demo.sh" in line:
+        line = "run " + re.search(r"^deck=(\S+)$", (ROOT / "tools" / "demo.sh").read_text(), re.MULTILINE)[1]
+    made += [results_of(deck) for deck in re.findall(r"(?:run|solve) (input/\S+\.yaml)", line)]
+    made += re.findall(r"(?: -o | --output )(\S+)", line)
+    return made
+
+
+def test_paths_exist_when_a_command_names_them():
+    known = []
+    n_paths = 0
+    for line in commands():
+        new = made_by(line)
+        for path in PATH.findall(line):
+            n_paths += 1
+            is_there = (ROOT / path).exists() and not path.startswith(("build", "results"))
+            is_made = any(path == made or path.startswith(f"{made}/") for made in known + new)
+            is_folder_of_it = any(made.startswith(f"{path}/") for made in known)
+            assert is_there or is_made or is_folder_of_it, f"{path} does not exist yet in: {line}"
+        known += new
+    assert n_paths > 15
+
+
+def test_model_of_the_examples_has_their_parameters():
+    """The C program and the Python binding ask for a value of each parameter of the deck whose model they open."""
+    text = (ROOT / "README.md").read_text()
+    (deck, values) = re.search(r"ask_model results/(\w+)/model.h5 (.*)", text).groups()
+    parameters = yaml.safe_load((ROOT / "input" / f"{deck}.yaml").read_text())["parameters"]
+    assert len(values.split()) == len(parameters)
+    (deck, names) = re.search(r'Model\("results/(\w+)/model.h5"\).query\((.*)\)', text).groups()
+    parameters = yaml.safe_load((ROOT / "input" / f"{deck}.yaml").read_text())["parameters"]
+    assert re.findall(r"(\w+)=", names) == list(parameters)
