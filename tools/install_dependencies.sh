@@ -45,10 +45,17 @@ as_root() {
   fi
 }
 
+# What apt says is shown where it fails only: the set-up of some Debian packages prints errors that are none.
 apt_install() {
-  local options=(-o DPkg::Lock::Timeout=600) # another apt may be at work
-  as_root env DEBIAN_FRONTEND=noninteractive apt-get "${options[@]}" update -qq &&
-    as_root env DEBIAN_FRONTEND=noninteractive apt-get "${options[@]}" install --yes -qq --no-install-recommends "$@"
+  local options=(-o DPkg::Lock::Timeout=600) log=build/apt.log status=0 # another apt may be at work
+  mkdir -p build
+  echo "(minutes; what apt says goes to $log)"
+  {
+    as_root env DEBIAN_FRONTEND=noninteractive apt-get "${options[@]}" update -qq &&
+      as_root env DEBIAN_FRONTEND=noninteractive apt-get "${options[@]}" install --yes -qq --no-install-recommends "$@"
+  } >$log 2>&1 || status=$?
+  [ $status = 0 ] || cat $log >&2
+  return $status
 }
 
 install_packages() {
