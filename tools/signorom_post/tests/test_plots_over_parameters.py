@@ -151,13 +151,15 @@ def test_errors_over_three_parameters_show_each_pair(tmp_path: Path) -> None:
         column = "e_lambda_rid" if i > j else "e_u"
         shown = sorted((row for row in rows if row[column] != "inf"), key=lambda row: row[column])
         np.testing.assert_allclose(dots[column].get_array(), [row[column] for row in shown])
-        np.testing.assert_allclose(
-            dots[column].get_offsets(), [(row[names[j]], row[names[i]]) for row in shown]
-        )
+        x, y = names[min(i, j)], names[max(i, j)]
+        assert (panels[i, j].get_xlabel(), panels[i, j].get_ylabel()) == (x, y)
+        np.testing.assert_allclose(dots[column].get_offsets(), [(row[x], row[y]) for row in shown])
         (missing,) = lines_of(panels[i, j], "not drawable")
         assert len(missing.get_xdata()) == (i > j)
-    assert [axes.get_xlabel() for axes in panels[2]] == list(names)
-    assert (panels[0, 1].get_ylabel(), panels[1, 0].get_ylabel()) == ("pressure", "height")
+    assert [panels[i, i].get_xlabel() for i in range(3)] == list(names)
+    for i, j in ((0, 1), (0, 2), (1, 2)):
+        assert panels[i, j].get_xlim() == panels[j, i].get_xlim()
+        assert panels[i, j].get_ylim() == panels[j, i].get_ylim()
 
 
 @pytest.mark.parametrize("n_parameters", [1, 2, 3])
@@ -203,7 +205,15 @@ def test_clusters_over_any_number_of_parameters(tmp_path: Path, disks: HalfDisks
             )
         else:
             found = [c.get_offsets() for c in drawn if c.get_gid() == "snapshots"]
-            np.testing.assert_allclose(found[0], points[:12][:, [j, i]])
-            np.testing.assert_allclose(found[1], points[12:][:, [j, i]])
+            # on the axes of the answers to the same pair, which stand across the diagonal
+            np.testing.assert_allclose(found[0], points[:12][:, [i, j]])
+            np.testing.assert_allclose(found[1], points[12:][:, [i, j]])
+            mirror = panels[j, i]
+            assert panels[i, j].get_xlabel() == mirror.get_xlabel()
+            assert panels[i, j].get_ylabel() == mirror.get_ylabel()
+            assert (panels[i, j].get_xlim(), panels[i, j].get_ylim()) == (
+                mirror.get_xlim(),
+                mirror.get_ylim(),
+            )
             (more,) = [c.get_offsets() for c in drawn if c.get_gid() == "more" and len(c.get_offsets())]
-            np.testing.assert_allclose(more, points[10:12][:, [j, i]])
+            np.testing.assert_allclose(more, points[10:12][:, [i, j]])

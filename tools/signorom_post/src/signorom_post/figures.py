@@ -15,6 +15,7 @@ from signorom_post.plots.initial_and_deformed import initial_and_deformed
 from signorom_post.plots.multipliers import multipliers
 from signorom_post.plots.reduced_domain import reduced_domain
 from signorom_post.plots.singular_values import singular_values
+from signorom_post.plots.solid_figures import contact_surface, initial_and_deformed_solid
 from signorom_post.readers.fields import FieldFile, FieldPoint
 from signorom_post.readers.model import Model
 from signorom_post.results import Results
@@ -89,20 +90,17 @@ def choose_point(fields: FieldFile, wanted: str | None) -> FieldPoint:
     raise InputError(fields.path, f"there is no point '{wanted}'; the file has {known}")
 
 
-def _require_plane(fields: FieldFile) -> FieldFile:
-    if fields.mesh.n_dim != 2:
-        raise NotDrawableError(f"{fields.path}: the mesh has three dimensions; only plane meshes are drawn")
-    return fields
-
-
 def _initial_and_deformed(results: Results, options: FigureOptions) -> Iterator[tuple[str, Figure]]:
-    fields, model = _require_plane(results.fields), results.model_if_present
+    fields, model = results.fields, results.model_if_present
     point = choose_point(fields, options.point)
     needed = ["displacement", "contact_pressure"] if options.color == "contact" else ["displacement"]
     for name in needed:
         if name not in point.fields:
             raise NotDrawableError(f"{fields.path}: the point '{point.label}' has no field '{name}'")
-    yield "", initial_and_deformed(fields, point, options.color, _axis_names(model))
+    if fields.mesh.n_dim == 3:
+        yield "", initial_and_deformed_solid(fields, point, options.color)
+    else:
+        yield "", initial_and_deformed(fields, point, options.color, _axis_names(model))
 
 
 def _axis_names(model: Model | None) -> tuple[str, str]:
@@ -110,7 +108,7 @@ def _axis_names(model: Model | None) -> tuple[str, str]:
 
 
 def _reduced_domain(results: Results, _options: FigureOptions) -> Iterator[tuple[str, Figure]]:
-    fields, model = _require_plane(results.fields), results.model_if_present
+    fields, model = results.fields, results.model_if_present
     if model is None:
         if not any("reduced_domain" in point.fields for point in fields.points):
             raise NotDrawableError(f"{fields.path}: no point has the field 'reduced_domain'")
@@ -127,7 +125,10 @@ def _multipliers(results: Results, _options: FigureOptions) -> Iterator[tuple[st
         raise NotDrawableError(f"{fields.path}: no point has the field 'multipliers_full_order'")
     if fields.first_nodes.size == 0:
         raise NotDrawableError(f"{fields.path}: there are no contact pairs")
-    yield "", multipliers(fields, results.model_if_present)
+    yield (
+        "",
+        contact_surface(fields) if fields.mesh.n_dim == 3 else multipliers(fields, results.model_if_present),
+    )
 
 
 def _errors(results: Results, _options: FigureOptions) -> Iterator[tuple[str, Figure]]:

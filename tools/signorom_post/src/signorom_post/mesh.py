@@ -8,6 +8,37 @@ import numpy as np
 
 from signorom_post.arrays import FloatArray, IntArray
 
+#: corners of the faces of solid cells by the cell's number of nodes
+CELL_FACES = {
+    4: ((0, 2, 1), (0, 1, 3), (1, 2, 3), (0, 3, 2)),
+    8: ((0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)),
+}
+
+
+@dataclass(frozen=True)
+class Faces:
+    """Faces of solid cells, counterclockwise seen from outside."""
+
+    #: shape (n_faces, 4); a triangle repeats its last corner
+    nodes: IntArray
+    #: the cell of each, shape (n_faces)
+    cells: IntArray
+
+    @property
+    def n_corners(self) -> IntArray:
+        """3 or 4, shape (n_faces)."""
+        return np.where(self.nodes[:, 2] == self.nodes[:, 3], 3, 4)
+
+    @property
+    def triangles(self) -> IntArray:
+        """Two for a quadrilateral, shape (n_triangles, 3)."""
+        is_quad = self.n_corners == 4
+        return np.vstack([self.nodes[:, :3], self.nodes[is_quad][:, [0, 2, 3]]])
+
+    def take(self, which: IntArray) -> "Faces":
+        """Some of them."""
+        return Faces(self.nodes[which], self.cells[which])
+
 
 @dataclass(frozen=True)
 class Mesh:
@@ -59,3 +90,39 @@ class Mesh:
         """Edges with a cell on one side only, shape (n_boundary_edges, 2)."""
         edges, counts = self._edges_and_counts
         return edges[counts == 1]
+
+    @cached_property
+    def outer_faces(self) -> Faces:
+        """Faces of solid cells with a cell on one side only."""
+        return self.faces_of(np.arange(self.n_cells))
+
+    def faces_of(self, cells: IntArray) -> Faces:
+        """Outer faces of a body that is made of some solid cells."""
+        rows, owners = [], []
+        for i in cells:
+            for corners in CELL_FACES[len(self.cells[i])]:
+                rows.append([self.cells[i][corner] for corner in (*corners, corners[-1])[:4]])
+                owners.append(i)
+        nodes, owner = np.array(rows, dtype=np.int64).reshape(-1, 4), np.array(owners, dtype=np.int64)
+        # a triangle repeats its last corner, and neighbors do not have the same last corner
+        key = np.sort(
+            np.where((nodes[:, 2] == nodes[:, 3])[:, None] & (np.arange(4) == 3), -1, nodes), axis=1
+        )
+        _, first, counts = np.unique(key, axis=0, return_index=True, return_counts=True)
+        alone = np.sort(first[counts == 1])
+        return self._turned_outwards(Faces(nodes[alone], owner[alone]))
+
+    def _turned_outwards(self, faces: Faces) -> Faces:
+        """Cells may be written inside out."""
+        if not faces.cells.size:
+            return faces
+        corners = self.coordinates[faces.nodes]
+        normals = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
+        middles = np.array([self.coordinates[self.cells[i]].mean(axis=0) for i in faces.cells])
+        is_inward = np.einsum("ij,ij->i", normals, corners.mean(axis=1) - middles) < 0.0
+        order = np.where(is_inward[:, None], [0, 3, 2, 1], [0, 1, 2, 3])
+        turned = np.take_along_axis(faces.nodes, order, axis=1)
+        # a turned triangle a, c, c, b keeps its repeated corner last
+        is_triangle = faces.n_corners == 3
+        turned[is_triangle & is_inward] = turned[is_triangle & is_inward][:, [0, 1, 3, 3]]
+        return Faces(turned, faces.cells)

@@ -1,22 +1,16 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The bodies before and after loading, side by side (paper, Figure 5)."""
 
-import math
-
 import numpy as np
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
-from signorom_post.arrays import FloatArray, format_number, with_unit
+from signorom_post.arrays import with_unit
+from signorom_post.plots.captions import deformed_title, magnification
 from signorom_post.plots.drawing import draw_mesh, draw_shaded, frame
 from signorom_post.readers.fields import FieldFile, FieldPoint
 from signorom_post.style import GRAY, SEQUENTIAL, new_figure
-
-#: displacements below this share of the size of the mesh are drawn larger than they are
-VISIBLE_SHARE = 0.02
-#: [characters] a title that is longer has a line per parameter
-LONGEST_TITLE = 24
 
 
 def initial_and_deformed(
@@ -63,20 +57,8 @@ def initial_and_deformed(
     frame(right, both, mesh.unit, names)
     right.set_ylabel("")
     left.set_title("initial")
-    lines = [*point.label.split(", ")] if len(point.label) > LONGEST_TITLE else [point.label]
-    lines[-1] += f"  (displacement x {format_number(scale)})" if scale != 1 else ""
-    right.set_title("\n".join(lines))
+    right.set_title(deformed_title(point, scale))
     figure.colorbar(
         ScalarMappable(Normalize(*limits), SEQUENTIAL), ax=[left, right], label=label, shrink=0.85, pad=0.02
     )
     return figure
-
-
-def magnification(displacement: FloatArray, size: float) -> float:
-    """1 where displacements, shape (n_nodes, 3), are visible; else 1, 2 or 5 times a power of ten."""
-    largest = float(np.abs(displacement).max(initial=0.0))
-    if largest == 0.0 or largest >= VISIBLE_SHARE * size:
-        return 1.0
-    wanted = 2.0 * VISIBLE_SHARE * size / largest
-    power = 10.0 ** math.floor(math.log10(wanted))
-    return max(step * power for step in (1.0, 2.0, 5.0) if step * power <= wanted * (1 + 1e-12))

@@ -10,26 +10,29 @@ from signorom_post.style import new_figure
 
 
 class PairPanels:
-    """The panel in row i and column j has parameter j along x and, off the diagonal, parameter i along y."""
+    """A panel and its mirror image in the diagonal show the same pair on the same axes.
+
+    Row i and column j below the diagonal: parameter j along x and parameter i along y; above it i along x and j along y.
+    """
 
     def __init__(self, texts: list[str], diagonal_text: str) -> None:
         """Axis texts of the parameters, and of the diagonal's y axes."""
         self.n = len(texts)
-        self.figure: Figure = new_figure(3.2 + 2.4 * (self.n - 0.5), 1.2 + 2.2 * (self.n - 0.3))
-        self.axes = self.figure.subplots(self.n, self.n, sharex="col", squeeze=False)
-        for i, j in self._places():
-            panel = self.axes[i, j]
-            if i == self.n - 1:
-                panel.set_xlabel(texts[j])
-            if i == j:
-                panel.set_ylabel(diagonal_text)
-                continue
-            reference = self.axes[i, 0 if i else 1]
-            if panel is reference:
-                panel.set_ylabel(texts[i])
-            else:
-                panel.sharey(reference)
-                panel.tick_params(labelleft=False)
+        self.figure: Figure = new_figure(3.2 + 2.5 * (self.n - 0.5), 1.2 + 2.4 * (self.n - 0.3))
+        self.axes = self.figure.subplots(self.n, self.n, squeeze=False)
+        for i, panel in self.diagonal():
+            panel.set_xlabel(texts[i])
+            panel.set_ylabel(diagonal_text)
+        for x, y, panel in (*self.below(), *self.above()):
+            panel.set_xlabel(texts[x])
+            panel.set_ylabel(texts[y])
+        for x, y, panel in self.above():
+            panel.sharex(self.axes[y, x])
+            panel.sharey(self.axes[y, x])
+        for x, y, panel in self.below():
+            if x > 0:
+                panel.sharey(self.axes[y, 0])
+            panel.sharex(self.axes[x, x])
 
     def _places(self) -> Iterator[tuple[int, int]]:
         yield from ((i, j) for i in range(self.n) for j in range(self.n))
@@ -44,4 +47,4 @@ class PairPanels:
 
     def above(self) -> Iterator[tuple[int, int, Axes]]:
         """The same above the diagonal."""
-        yield from ((j, i, self.axes[i, j]) for i, j in self._places() if i < j)
+        yield from ((i, j, self.axes[i, j]) for i, j in self._places() if i < j)

@@ -12,6 +12,7 @@ from signorom_post.arrays import FloatArray, IntArray
 from signorom_post.errors import InputError
 from signorom_post.mesh import Mesh
 from signorom_post.plots.drawing import draw_cells, draw_edges, draw_mesh, frame
+from signorom_post.plots.solid_figures import reduced_domain_solid
 from signorom_post.readers.fields import FieldFile
 from signorom_post.readers.model import Cluster
 from signorom_post.style import INK, SKY_BLUE, VERMILLION, new_figure
@@ -30,13 +31,15 @@ def reduced_domain(fields: FieldFile, cluster: Cluster | None, names: tuple[str,
 
     Without a model (`cluster` is None) the cells are those of the first point of the field file and
     neither seeds nor facing nodes are drawn. Contact nodes are both nodes of the pairs in the domain.
-    `names` are those of the axes.
+    `names` are those of the axes. In three dimensions see solid_figures.
     """
     mesh = fields.mesh
     cells = _cells(fields, cluster)
     rows = fields.points[0].reduced_rows if fields.points else np.empty(0, dtype=np.int64)
     if cluster is not None and fields.first_nodes.size:
         rows = _checked(fields, cluster.contact_rows, fields.first_nodes.size)
+    if mesh.n_dim == 3:
+        return reduced_domain_solid(fields, cells, rows)
     nodes = {"contact": fields.contact_nodes(rows)}
     if cluster is not None:
         nodes["facing"] = np.setdiff1d(

@@ -1,0 +1,89 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Bodies in three dimensions on plain axes: their outer faces, seen from a corner, lit from above."""
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import PolyCollection
+from matplotlib.colors import to_rgb
+
+from signorom_post.arrays import FloatArray, format_number
+from signorom_post.mesh import Faces
+from signorom_post.style import INK
+
+#: [degrees] where the viewer stands: from x towards y, and above the x-y plane
+AZIMUTH, ELEVATION = -55.0, 25.0
+#: share of its color that a face keeps in the shadow
+AMBIENT = 0.75
+#: more visible faces than this get no edges
+MOST_EDGES = 8000
+
+
+def view() -> FloatArray:
+    """Rows: to the right and up in the picture, and towards the viewer."""
+    a, e = np.radians([AZIMUTH, ELEVATION])
+    return np.array(
+        [
+            [-np.sin(a), np.cos(a), 0.0],
+            [-np.sin(e) * np.cos(a), -np.sin(e) * np.sin(a), np.cos(e)],
+            [np.cos(e) * np.cos(a), np.cos(e) * np.sin(a), np.sin(e)],
+        ]
+    )
+
+
+def draw_surface(axes: Axes, points: FloatArray, faces: Faces, colors: FloatArray) -> PolyCollection:
+    """The faces that look at the viewer, far ones first; `points` of all nodes, `colors` (n_faces, 3)."""
+    towards = view()
+    corners = points[faces.nodes]
+    normals = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
+    normals /= np.maximum(np.linalg.norm(normals, axis=1), np.finfo(float).tiny)[:, None]
+    seen = np.flatnonzero(normals @ towards[2] > 0.0)
+    seen = seen[np.argsort((corners[seen] @ towards[2]).mean(axis=1), kind="stable")]
+    light = towards.T @ np.array([-0.4, 0.6, 0.7]) / np.linalg.norm([-0.4, 0.6, 0.7])
+    brightness = AMBIENT + (1.0 - AMBIENT) * np.clip(normals[seen] @ light, 0.0, 1.0)
+    flat = PolyCollection(
+        list(corners[seen] @ towards[:2].T),
+        facecolors=np.clip(colors[seen] * brightness[:, None], 0.0, 1.0),
+        edgecolors="#00000055" if len(seen) <= MOST_EDGES else "face",
+        linewidths=0.25,
+        gid="surface",
+        rasterized=len(seen) > MOST_EDGES,
+    )
+    axes.add_collection(flat)
+    return flat
+
+
+def one_color(faces: Faces, color: str) -> FloatArray:
+    """The same color for every face."""
+    return np.tile(to_rgb(color), (len(faces.nodes), 1))
+
+
+def frame_surface(axes: Axes, points: FloatArray, unit: str) -> None:
+    """Equal scales without ticks; the directions of the axes and a bar of a round length stand below."""
+    flat = points @ view()[:2].T
+    low, high = flat.min(axis=0), flat.max(axis=0)
+    size = float(np.max(high - low))
+    axes.set_xlim(low[0] - 0.05 * size, high[0] + 0.05 * size)
+    axes.set_ylim(low[1] - 0.3 * size, high[1] + 0.05 * size)
+    axes.set_aspect("equal")
+    axes.set_axis_off()
+    origin = np.array([low[0] + 0.08 * size, low[1] - 0.2 * size])
+    for name, direction in zip("xyz", view()[:2].T, strict=True):
+        end = origin + 0.1 * size * direction
+        axes.annotate(
+            "",
+            xy=end,
+            xytext=origin,
+            arrowprops={"arrowstyle": "-|>", "color": INK, "shrinkA": 0, "shrinkB": 0},
+        )
+        axes.text(*(origin + 0.13 * size * direction), f"${name}$", ha="center", va="center", fontsize=8)
+    length = _round_length(0.3 * size)
+    start = np.array([high[0] - length, low[1] - 0.2 * size])
+    axes.plot([start[0], start[0] + length], [start[1]] * 2, color=INK, linewidth=2.0, gid="scale")
+    text = f"{format_number(length)} {unit}".strip()
+    axes.text(start[0] + 0.5 * length, start[1] - 0.02 * size, text, ha="center", va="top", fontsize=8)
+
+
+def _round_length(length: float) -> float:
+    """1, 2 or 5 times a power of ten, not above the length."""
+    power = 10.0 ** np.floor(np.log10(length))
+    return float(max(step * power for step in (1.0, 2.0, 5.0) if step * power <= length * (1 + 1e-12)))

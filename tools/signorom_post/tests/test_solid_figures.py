@@ -1,0 +1,129 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Figures of bodies in three dimensions: which faces are drawn, where, and in which color."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from pictures import check_picture
+
+from signorom_post.arrays import Quantity
+from signorom_post.mesh import Mesh
+from signorom_post.plots.reduced_domain import reduced_domain
+from signorom_post.plots.solid_figures import contact_surface, initial_and_deformed_solid
+from signorom_post.plots.surface import view
+from signorom_post.readers.fields import FieldFile, FieldPoint
+from signorom_post.style import styled
+
+N = 3
+#: Kuhn's split of a box into six tetrahedra, by the corners of the hexahedron
+TETRAHEDRA = [(0, 1, 2, 6), (0, 1, 5, 6), (0, 3, 2, 6), (0, 3, 7, 6), (0, 4, 5, 6), (0, 4, 7, 6)]
+
+
+def box(low: float, first: int) -> tuple[np.ndarray, list[np.ndarray]]:
+    """Nodes and hexahedra of a cube of N cells along each side, from the height low on."""
+    line = np.linspace(0.0, 1.0, N + 1)
+    points = np.stack(np.meshgrid(line, line, low + line, indexing="ij"), axis=-1).reshape(-1, 3)
+    number = first + np.arange((N + 1) ** 3).reshape(N + 1, N + 1, N + 1)
+    cells = []
+    for i, j, k in np.ndindex(N, N, N):
+        corner = [(0, 0), (1, 0), (1, 1), (0, 1)]
+        cells.append(np.array([number[i + a, j + b, k + c] for c in (0, 1) for a, b in corner]))
+    return points, cells
+
+
+def two_cubes(element: str) -> Mesh:
+    """One upon the other; every other cell is written inside out."""
+    points, lower = box(0.0, 0)
+    more, upper = box(1.0, len(points))
+    cells = lower + upper
+    if element == "T4":
+        cells = [cell[list(corners)] for cell in cells for corners in TETRAHEDRA]
+        cells = [cell[[0, 2, 1, 3]] if i % 2 else cell for i, cell in enumerate(cells)]
+    else:
+        cells = [cell[[0, 3, 2, 1, 4, 7, 6, 5]] if i % 2 else cell for i, cell in enumerate(cells)]
+    return Mesh(np.vstack([points, more]), cells, 3, "mm")
+
+
+def cubes_with_fields(element: str) -> FieldFile:
+    """Pressure x on the contact face: forces are its integral with the shape functions of equal parts."""
+    mesh = two_cubes(element)
+    first = np.flatnonzero(mesh.coordinates[: (N + 1) ** 3, 2] == 1.0)
+    second = (N + 1) ** 3 + np.flatnonzero(mesh.coordinates[(N + 1) ** 3 :, 2] == 1.0)
+    x = mesh.coordinates[first, 0]
+    force = x / N**2
+    fields = {
+        "displacement": Quantity(0.1 * mesh.coordinates, "mm"),
+        "multipliers_full_order": Quantity(force, "N"),
+        "multipliers_reduced": Quantity(0.5 * force, "N"),
+        "reduced_domain": Quantity((np.arange(mesh.n_cells) < mesh.n_cells // 4).astype(float)),
+        "rows_in_reduced_domain": Quantity((np.arange(len(first)) < 4).astype(float)),
+    }
+    return FieldFile(
+        Path("fields.h5"), mesh, [FieldPoint("load = 1", ["load"], np.ones(1), fields)], first, second
+    )
+
+
+@pytest.mark.parametrize(("element", "n_per_square"), [("H8", 1), ("T4", 2)])
+def test_outer_faces_are_those_of_both_cubes_and_look_outwards(element: str, n_per_square: int) -> None:
+    """Six sides of N x N squares each; area vectors of a closed surface: those up and down are as large as the side."""
+    mesh = two_cubes(element)
+    faces = mesh.outer_faces
+    assert len(faces.nodes) == 2 * 6 * N**2 * n_per_square
+    corners = mesh.coordinates[faces.nodes]
+    areas = 0.5 * np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
+    middles = corners[:, :3].mean(axis=1)
+    centers = np.where((faces.cells < mesh.n_cells // 2)[:, None], [0.5, 0.5, 0.5], [0.5, 0.5, 1.5])
+    assert (np.einsum("ij,ij->i", areas, middles - centers) > 0).all()
+    np.testing.assert_allclose(np.linalg.norm(areas, axis=1).sum(), 12.0)
+    assert (faces.n_corners == (4 if element == "H8" else 3)).all()
+
+
+def test_view_is_a_rotation() -> None:
+    np.testing.assert_allclose(view() @ view().T, np.eye(3), atol=1e-15)
+    np.testing.assert_allclose(np.cross(view()[0], view()[1]), view()[2], atol=1e-15)
+    # up is up in the picture
+    assert view()[1, 2] > 0
+
+
+@pytest.mark.parametrize("element", ["H8", "T4"])
+def test_bodies_at_rest_and_displaced(tmp_path: Path, element: str) -> None:
+    """Three sides of the pile are seen, and of the upper cube's foot nothing; colors differ."""
+    fields = cubes_with_fields(element)
+    with styled():
+        figure = initial_and_deformed_solid(fields, fields.points[0])
+        check_picture(figure, tmp_path / "figure.png")
+    left, right = figure.axes[:2]
+    (rest,) = [c for c in left.collections if c.get_gid() == "surface"]
+    (shown,) = [c for c in right.collections if c.get_gid() == "surface"]
+    n_per_square = 1 if element == "H8" else 2
+    # two lateral sides and the top of each cube look at the viewer
+    assert len(rest.get_paths()) == len(shown.get_paths()) == 2 * 3 * N**2 * n_per_square
+    assert len(np.unique(rest.get_facecolors(), axis=0)) == 3
+    assert len(np.unique(shown.get_facecolors(), axis=0)) > 10
+
+
+@pytest.mark.parametrize("element", ["H8", "T4"])
+def test_contact_pressure_on_the_surface(tmp_path: Path, element: str) -> None:
+    """Force over area is x inside; the reduced model has half of it."""
+    fields = cubes_with_fields(element)
+    with styled():
+        figure = contact_surface(fields)
+        check_picture(figure, tmp_path / "figure.png")
+    full, reduced = (
+        next(c for c in axes.collections if c.get_gid() == name)
+        for axes, name in zip(figure.axes, ("multipliers_full_order", "multipliers_reduced"), strict=False)
+    )
+    points = fields.mesh.coordinates[fields.first_nodes]
+    is_inside = ((points[:, :2] > 0) & (points[:, :2] < 1)).all(axis=1)
+    np.testing.assert_allclose(full.get_array()[is_inside], points[is_inside, 0])
+    np.testing.assert_allclose(reduced.get_array(), 0.5 * full.get_array())
+
+
+def test_reduced_domain_in_three_dimensions(tmp_path: Path) -> None:
+    fields = cubes_with_fields("H8")
+    with styled():
+        figure = reduced_domain(fields, None)
+        check_picture(figure, tmp_path / "figure.png")
+    texts = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert texts == [f"reduced domain, {2 * N**3 // 4} of {2 * N**3} cells", "its 8 contact nodes"]
