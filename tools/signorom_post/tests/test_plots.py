@@ -22,13 +22,16 @@ from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 from pictures import check_picture, lines_of
 
+from signorom_post.arrays import Quantity
 from signorom_post.errors import InputError
+from signorom_post.mesh import Mesh
+from signorom_post.plots.captions import magnification
 from signorom_post.plots.enrichment import enrichment
-from signorom_post.plots.initial_and_deformed import initial_and_deformed, magnification
+from signorom_post.plots.initial_and_deformed import initial_and_deformed
 from signorom_post.plots.multipliers import multipliers
 from signorom_post.plots.reduced_domain import NODES, RID_COLOR, reduced_domain
 from signorom_post.plots.singular_values import energy_tail, singular_values
-from signorom_post.readers.fields import FieldFile, read_fields
+from signorom_post.readers.fields import FieldFile, FieldPoint, read_fields
 from signorom_post.readers.model import read_model
 from signorom_post.results import Results
 from signorom_post.style import PARAMETERS, cluster_colors, styled
@@ -162,6 +165,31 @@ def test_multipliers_of_many_points_are_thinned_out(tmp_path: Path) -> None:
         figure = multipliers(read_fields(tmp_path / "fields.h5"))
     texts = [text.get_text() for text in figure.axes[0].get_legend().get_texts()]
     assert texts == ["0.2", "0.24", "0.28", "0.32", "0.36", "0.4"]
+
+
+def test_multipliers_without_a_reduced_model_have_no_markers_in_the_legend(fields: FieldFile) -> None:
+    for point in fields.points:
+        point.fields.pop("multipliers_reduced")
+    with styled():
+        figure = multipliers(fields, None, ("r", "z"))
+    assert [text.get_text() for text in figure.legends[0].get_texts()] == ["full order"]
+    assert "$r$" in figure.axes[0].get_xlabel()
+
+
+def test_bar_of_flat_bodies_lies_below_them(tmp_path: Path) -> None:
+    """Beside them its label is longer than the figure is high."""
+    points = np.array([[x, y, 0.0] for y in (0.0, 1.0) for x in range(11)])
+    cells = [np.array([i, i + 1, i + 12, i + 11]) for i in range(10)]
+    displacement = {"displacement": Quantity(0.1 * points, "mm")}
+    point = FieldPoint("load = 1", ["load"], np.ones(1), displacement)
+    none = np.empty(0, dtype=np.int64)
+    flat = FieldFile(Path("fields.h5"), Mesh(points, cells, 2, "mm"), [point], none, none)
+    with styled():
+        figure = initial_and_deformed(flat, point)
+        check_picture(figure, tmp_path / "figure.png")
+    bar = figure.axes[2]
+    assert bar.get_xlabel() == "displacement magnitude [mm]"
+    assert bar.get_position().y1 < figure.axes[0].get_position().y0
 
 
 def test_many_clusters_have_colors_of_their_own() -> None:

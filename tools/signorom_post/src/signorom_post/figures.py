@@ -17,7 +17,6 @@ from signorom_post.plots.reduced_domain import reduced_domain
 from signorom_post.plots.singular_values import singular_values
 from signorom_post.plots.solid_figures import contact_surface, initial_and_deformed_solid
 from signorom_post.readers.fields import FieldFile, FieldPoint
-from signorom_post.readers.model import Model
 from signorom_post.results import Results
 from signorom_post.style import save, styled
 
@@ -91,7 +90,7 @@ def choose_point(fields: FieldFile, wanted: str | None) -> FieldPoint:
 
 
 def _initial_and_deformed(results: Results, options: FigureOptions) -> Iterator[tuple[str, Figure]]:
-    fields, model = results.fields, results.model_if_present
+    fields = results.fields
     point = choose_point(fields, options.point)
     needed = ["displacement", "contact_pressure"] if options.color == "contact" else ["displacement"]
     for name in needed:
@@ -100,11 +99,18 @@ def _initial_and_deformed(results: Results, options: FigureOptions) -> Iterator[
     if fields.mesh.n_dim == 3:
         yield "", initial_and_deformed_solid(fields, point, options.color)
     else:
-        yield "", initial_and_deformed(fields, point, options.color, _axis_names(model))
+        yield "", initial_and_deformed(fields, point, options.color, _axis_names(results))
 
 
-def _axis_names(model: Model | None) -> tuple[str, str]:
-    return model.axis_names if model else ("x", "y")
+def _axis_names(results: Results) -> tuple[str, str]:
+    """By the model, or after `solve` by the report."""
+    if results.model_if_present is not None:
+        return results.model.axis_names
+    try:
+        mesh = results.report.get("deck", {}).get("mesh", {})
+    except (MissingFileError, AttributeError):
+        return ("x", "y")
+    return ("r", "z") if mesh.get("model") == "axisymmetric" else ("x", "y")
 
 
 def _reduced_domain(results: Results, _options: FigureOptions) -> Iterator[tuple[str, Figure]]:
@@ -125,10 +131,10 @@ def _multipliers(results: Results, _options: FigureOptions) -> Iterator[tuple[st
         raise NotDrawableError(f"{fields.path}: no point has the field 'multipliers_full_order'")
     if fields.first_nodes.size == 0:
         raise NotDrawableError(f"{fields.path}: there are no contact pairs")
-    yield (
-        "",
-        contact_surface(fields) if fields.mesh.n_dim == 3 else multipliers(fields, results.model_if_present),
-    )
+    if fields.mesh.n_dim == 3:
+        yield "", contact_surface(fields)
+    else:
+        yield "", multipliers(fields, results.model_if_present, _axis_names(results))
 
 
 def _errors(results: Results, _options: FigureOptions) -> Iterator[tuple[str, Figure]]:

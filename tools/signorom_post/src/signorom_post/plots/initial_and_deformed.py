@@ -5,12 +5,16 @@ import numpy as np
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
 from signorom_post.arrays import with_unit
 from signorom_post.plots.captions import deformed_title, magnification
 from signorom_post.plots.drawing import draw_mesh, draw_shaded, frame
 from signorom_post.readers.fields import FieldFile, FieldPoint
 from signorom_post.style import GRAY, SEQUENTIAL, new_figure
+
+#: bodies whose height is less than this share of their width
+FLAT = 0.4
 
 
 def initial_and_deformed(
@@ -58,7 +62,9 @@ def initial_and_deformed(
     right.set_ylabel("")
     left.set_title("initial")
     right.set_title(deformed_title(point, scale))
-    figure.colorbar(
-        ScalarMappable(Normalize(*limits), SEQUENTIAL), ax=[left, right], label=label, shrink=0.85, pad=0.02
-    )
+    # beside flat bodies there is no room for its label
+    place = {"location": "bottom", "aspect": 40} if height < FLAT * width else {"shrink": 0.85}
+    shading = ScalarMappable(Normalize(*limits), SEQUENTIAL)
+    bar = figure.colorbar(shading, ax=[left, right], label=label, pad=0.02, **place)
+    bar.locator = MaxNLocator(5)
     return figure

@@ -17,11 +17,11 @@ from signorom_post.style import GRAY, INK, add_grid, new_figure, ordered_colors
 MAX_CURVES = 6
 
 
-def multipliers(fields: FieldFile, model: Model | None = None) -> Figure:
+def multipliers(fields: FieldFile, model: Model | None = None, names: tuple[str, str] = ("x", "y")) -> Figure:
     """Full-order multipliers as lines, reduced ones as markers: full on the RID, pale where reconstructed.
 
     The nodes of the first surface are drawn at their coordinate along the surface's longest side. With more
-    than six points, six spread over the file are drawn. The model only gives units and the names of the coordinates.
+    than six points, six spread over the file are drawn. The model only gives units; `names`: of the axes.
     """
     points = [point for point in fields.points if "multipliers_full_order" in point.fields]
     chosen = points if len(points) <= MAX_CURVES else [points[i] for i in _spread(len(points), MAX_CURVES)]
@@ -74,29 +74,25 @@ def multipliers(fields: FieldFile, model: Model | None = None) -> Figure:
 
     _limit(axes, position, is_shown)
     surface_unit = fields.field(chosen[0], "multipliers_full_order").unit
-    name = (*model.axis_names, "z")[axis] if model else "xyz"[axis]
+    name = (*names, "z")[axis]
     axes.set_xlabel(with_unit(f"position on the contact surface, ${name}$", fields.mesh.unit))
     axes.set_ylabel(with_unit(r"multiplier $\lambda$", surface_unit))
-    kinds = [
-        Line2D([], [], color=INK, linewidth=1.5, label="full order"),
-        Line2D([], [], color=INK, marker="o", linestyle="none", markersize=6.5, label="HHR, on the RID"),
-        Line2D(
-            [],
-            [],
-            color=INK,
-            marker="o",
-            linestyle="none",
-            markersize=4,
-            markerfacecolor="white",
-            alpha=0.55,
-            label="HHR, reconstructed",
-        ),
-    ]
-    figure.legend(handles=kinds, loc="outside upper center", ncols=3, columnspacing=1.8)
+    figure.legend(handles=_kinds(chosen), loc="outside upper center", ncols=3, columnspacing=1.8)
     axes.legend(
         handles=handles, title=_parameter_text(chosen[0], model), loc="upper left", bbox_to_anchor=(1.0, 1.0)
     )
     return figure
+
+
+def _kinds(points: list[FieldPoint]) -> list[Line2D]:
+    """What the lines and markers are; no markers where there is no reduced model."""
+    kinds = [Line2D([], [], color=INK, linewidth=1.5, label="full order")]
+    if any("multipliers_reduced" in point.fields for point in points):
+        full: dict[str, Any] = {"marker": "o", "linestyle": "none", "color": INK}
+        pale = full | {"markersize": 4, "markerfacecolor": "white", "alpha": 0.55}
+        kinds.append(Line2D([], [], markersize=6.5, label="HHR, on the RID", **full))
+        kinds.append(Line2D([], [], label="HHR, reconstructed", **pale))
+    return kinds
 
 
 def _spread(n_items: int, n_chosen: int) -> list[int]:
