@@ -14,8 +14,4 @@ function(sig_add_layer name)
   target_include_directories(sig_${name} PUBLIC
     "${CMAKE_CURRENT_BINARY_DIR}/modules" "${PROJECT_SOURCE_DIR}/include")
   target_link_libraries(sig_${name} PUBLIC ${LAYER_USES} PRIVATE sig_flags)
-  if(SIG_WARNINGS_AS_ERRORS)
-    # what -O2 has by itself: its warning of functions that it may leave out shows in a debug build, too
-    target_compile_options(sig_${name} PRIVATE $<$<COMPILE_LANGUAGE:Fortran>:-ffrontend-optimize>)
-  endif()
 endfunction()
