@@ -91,18 +91,25 @@ def is_rank(pid, signorom):
 
 
 def test_half_written_file_is_removed(signorom, tmp_path):
-    """The file beside the one that is wanted is a pipe without a reader: opening it for writing takes for ever."""
-    deck = write_deck("patch", tmp_path)
-    results = tmp_path / "results" / "patch"
-    signorom("sample", deck.name, folder=tmp_path)
-    partial = results / "enrichment.csv.partial"
-    os.mkfifo(partial)
-    process = signorom.start("train", deck.name, folder=tmp_path)
-    wait_until((results / "model.h5").exists, process)
+    """Answers wait for more points from a pipe that nobody closes: their table is there in part."""
+    signorom("run", write_deck("patch", tmp_path), folder=tmp_path)
+    os.mkfifo(tmp_path / "points.csv")
+    descriptor = os.open(tmp_path / "points.csv", os.O_RDWR)
+    before = files_in(tmp_path)
+    asked = ("predict", "results/patch/model.h5", "--points", "points.csv", "--output", "answers.csv")
+    process = signorom.start(*asked, folder=tmp_path)
+    # more than are answered at once, and no end
+    os.write(descriptor, b"push\n" + b"0.05\n" * 4500)
+    wait_until((tmp_path / "answers.csv.partial").exists, process)
     process.send_signal(signal.SIGTERM)
     done = finish(process, SOON)
-    assert (done.returncode, done.stdout, done.stderr) == (130, LAST_WORDS, "")
-    assert sorted(path.name for path in results.iterdir()) == [".lock", "model.h5", "snapshots.h5"]
+    os.close(descriptor)
+    assert (done.returncode, done.stdout, done.stderr) == (
+        130,
+        "stopped by a signal; nothing was written\n",
+        "",
+    )
+    assert files_in(tmp_path) == before
 
 
 @pytest.fixture(scope="module")

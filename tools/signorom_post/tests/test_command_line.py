@@ -160,13 +160,13 @@ def test_fields_without_points_multipliers_or_pairs(folder: Path, capsys: pytest
     assert "no point has the field 'reduced_domain'" in said
 
 
-def test_three_dimensional_mesh_is_left_out(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_mesh_of_another_model_is_an_error(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     with h5py.File(folder / "fields.h5", "r+") as file:
         del file["mesh"], file["points"], file["contact"]
         file["mesh/coordinates"] = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1.0]]
         file["mesh/topology"] = [[0, 1, 2, 3]]
-    assert main(["figures", str(folder)]) == 0
-    assert "the mesh has three dimensions; only plane meshes are drawn" in capsys.readouterr().out
+    assert main(["figures", str(folder)]) == 2
+    assert "the mesh is not the one of 'model.h5'" in capsys.readouterr().err
 
 
 def test_model_without_hats_has_no_figure_of_them(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
