@@ -9,7 +9,7 @@ module sig_check
   use sig_kinds, only: rk
   use sig_log, only: log_info
   use sig_parameter_space, only: build_points
-  use sig_problem, only: check_points, inert_pair_names, load_problem, problem_t
+  use sig_problem, only: check_points, inert_pair_names, problem_t
   use sig_session, only: session_t
   use sig_solver_plan, only: plan_text
   use sig_text, only: counted, join, string_t, to_text
@@ -24,11 +24,10 @@ contains
   subroutine check_deck(session, ierr)
     type(session_t), intent(inout) :: session
     PetscErrorCode, intent(out) :: ierr
-    type(problem_t) :: problem
     type(error_t), allocatable :: error
     real(rk), allocatable :: training(:, :), test(:, :)
 
-    PetscCall(load_problem(session%deck, PETSC_COMM_WORLD, problem, error, ierr))
+    PetscCall(session%full_order%load(session%deck, error, ierr))
     allocate (training(size(session%deck%parameters), 0), test(size(session%deck%parameters), 0))
     if (session%deck%has_training .and. .not. allocated(error)) then
       call build_points(session%deck%training, session%deck%parameters, training, error)
@@ -36,14 +35,14 @@ contains
     if (session%deck%has_test .and. .not. allocated(error)) then
       call build_points(session%deck%test, session%deck%parameters, test, error)
     end if
-    if (.not. allocated(error)) call check_points(problem, training, error)
-    if (.not. allocated(error)) call check_points(problem, test, error)
-    if (.not. allocated(error)) call check_points(problem, session%deck%output%points, error)
+    if (.not. allocated(error)) call check_points(session%full_order%problem, training, error)
+    if (.not. allocated(error)) call check_points(session%full_order%problem, test, error)
+    if (.not. allocated(error)) call check_points(session%full_order%problem, session%deck%output%points, error)
     if (allocated(error)) then
       call session%fail(error)
       return
     end if
-    call log_info(echo_deck(session%deck) // sizes_text(problem, training, test))
+    call log_info(echo_deck(session%deck) // sizes_text(session%full_order%problem, training, test))
     PetscCall(warn_of_missing_tool(session%deck, ierr))
   end subroutine check_deck
 

@@ -83,7 +83,7 @@ contains
     type(command_t), intent(in) :: command
     integer, intent(out) :: exit_code
     PetscErrorCode, intent(out) :: ierr
-    type(session_t) :: session
+    type(session_t), target :: session
 
     PetscCall(session%open(command, ierr))
     if (session%exit_code == exit_success .and. command%name == 'check') then
@@ -101,7 +101,7 @@ contains
   !> run is sample, train, validate and fields; it stops at the first stage that fails.
   subroutine run_stages(command, session, ierr)
     type(command_t), intent(in) :: command
-    type(session_t), intent(inout) :: session
+    type(session_t), target, intent(inout) :: session
     PetscErrorCode, intent(out) :: ierr
     type(run_report_t) :: report
     type(error_t), allocatable :: error

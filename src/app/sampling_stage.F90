@@ -21,8 +21,9 @@ contains
 
   !> snapshots.h5, and candidates.h5 where the deck has a target. Collective on all ranks.
   subroutine sample_stage(session, ierr)
-    type(session_t), intent(inout) :: session
+    type(session_t), target, intent(inout) :: session
     PetscErrorCode, intent(out) :: ierr
+    type(store_t) :: store
     type(sampling_result_t) :: outcome
     type(selection_t) :: selection
     type(error_t), allocatable :: error
@@ -32,11 +33,15 @@ contains
     call need_training(session, error)
     if (.not. allocated(error)) then
       call announce_stiffness(session)
-      if (session%deck%greedy%is_used) then
-        PetscCall(select_points(session%deck, session%folder, outcome, selection, error, ierr))
-      else
-        PetscCall(sample(session%deck, session%deck%training, store_in(session%folder, snapshot_store), outcome, error, ierr))
-      end if
+      PetscCall(session%full_order%load(session%deck, error, ierr))
+    end if
+    if (allocated(error)) then
+      continue
+    else if (session%deck%greedy%is_used) then
+      PetscCall(select_points(session%full_order, session%folder, outcome, selection, error, ierr))
+    else
+      store = store_in(session%folder, snapshot_store)
+      PetscCall(sample(session%full_order, session%deck%training, store, outcome, error, ierr))
     end if
     call tell_sampled(session, outcome, sampled_text(session, outcome, selection) // snapshots_path(session%folder), error)
     if (session%deck%clusters%target%is_used .and. .not. (session%has_failed .or. session%exit_code == exit_stopped)) then
@@ -46,14 +51,14 @@ contains
 
   !> candidates.h5, on which local models are measured.
   subroutine sample_candidates(session, ierr)
-    type(session_t), intent(inout) :: session
+    type(session_t), target, intent(inout) :: session
     PetscErrorCode, intent(out) :: ierr
     type(sampling_result_t) :: outcome
     type(store_t) :: store
     type(error_t), allocatable :: error
 
     store = store_in(session%folder, candidate_store)
-    PetscCall(sample(session%deck, session%deck%clusters%target%candidates, store, outcome, error, ierr))
+    PetscCall(sample(session%full_order, session%deck%clusters%target%candidates, store, outcome, error, ierr))
     call tell_sampled(session, outcome, 'solved ' // counted(outcome%n_points, 'candidate') // ' (' // &
       found_text(outcome) // '): ' // store%path(), error)
   end subroutine sample_candidates

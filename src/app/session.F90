@@ -11,6 +11,7 @@ module sig_session
   use sig_error_broadcast, only: broadcast_error, broadcast_text
   use sig_errors, only: error_list_t, error_report, error_t, exit_stopped, exit_success, exit_user, make_error
   use sig_file_system, only: directory_lock_t, lock_directory, make_directories, read_text_file, unlock_directory
+  use sig_full_order, only: full_order_t
   use sig_log, only: log_error, log_info
   use sig_petsc_support, only: insert_petsc_options, unused_petsc_options
   use sig_signals, only: say_when_ended
@@ -33,6 +34,8 @@ module sig_session
     !> the terminal shows which solver works
     logical :: has_plan = .false.
     type(directory_lock_t) :: lock
+    !> the deck's problem, from the first stage that needs it on
+    type(full_order_t) :: full_order
   contains
     procedure :: open
     procedure :: claim_folder
@@ -137,7 +140,7 @@ contains
     type(string_t), allocatable :: options(:)
     integer :: i
 
-    ierr = 0
+    PetscCall(self%full_order%destroy(ierr))
     call unlock_directory(self%lock)
     if (self%exit_code == exit_user) return
     PetscCall(unused_petsc_options(options, ierr))

@@ -9,6 +9,7 @@ module sig_study
   use sig_errors, only: error_t, exit_not_converged, exit_stopped, make_error
   use sig_field_output, only: solved_points_t, write_fields
   use sig_file_system, only: file_exists
+  use sig_full_order, only: team_t
   use sig_greedy_record, only: training_points
   use sig_contact_state, only: reason_converged, reason_text
   use sig_kinds, only: rk
@@ -19,8 +20,7 @@ module sig_study
   use sig_model_file, only: read_model, write_model
   use sig_parameter_space, only: build_points, format_point
   use sig_petsc_support, only: library_versions, rank_and_size
-  use sig_problem, only: announce_plan, check_points, force_unit, inert_pair_names, load_problem, problem_t, stress_unit
-  use sig_rank_groups, only: create_rank_groups, rank_groups_t
+  use sig_problem, only: announce_plan, check_points, force_unit, inert_pair_names, problem_t, stress_unit
   use sig_reactions, only: boundary_reactions, reaction_t
   use sig_refinement, only: refinement_result_t
   use sig_refinement_rounds, only: report_refinement, write_refinement_table
@@ -61,7 +61,6 @@ contains
     type(session_t), intent(inout) :: session
     type(run_report_t), intent(inout) :: report
     PetscErrorCode, intent(out) :: ierr
-    type(problem_t) :: problem
     type(snapshot_set_t) :: snapshots
     type(selection_t) :: selection
     type(model_t) :: model
@@ -73,23 +72,23 @@ contains
     ierr = 0
     if (.not. allocated(error)) call need_fixed_stiffness(session%deck, error)
     if (.not. allocated(error)) then
-      PetscCall(load_problem(session%deck, PETSC_COMM_WORLD, problem, error, ierr))
+      PetscCall(session%full_order%load(session%deck, error, ierr))
     end if
-    if (.not. allocated(error)) call read_snapshots(session, problem, snapshots, selection, error)
+    if (.not. allocated(error)) call read_snapshots(session, session%full_order%problem, snapshots, selection, error)
     if (.not. allocated(error)) then
       PetscCall(stop_if_asked(session, ierr))
       if (session%exit_code == exit_stopped) return
     end if
     start = wall_time()
     if (.not. allocated(error)) then
-      PetscCall(build_model(problem, session%folder, snapshots, model, refinement, error, ierr))
+      PetscCall(build_model(session%full_order, session%folder, snapshots, model, refinement, error, ierr))
       if (refinement%is_stopped) then
         call session%stop('there is no model yet')
         return
       end if
     end if
     if (.not. allocated(error)) then
-      PetscCall(describe_problem(problem, report, ierr))
+      PetscCall(describe_problem(session%full_order%problem, report, ierr))
       call report_snapshots(session%deck, snapshots, report)
       call warn_of_residuals(snapshots%residuals(1, :), report)
       if (session%deck%greedy%is_used) call report_selection(session%deck, selection, report)
@@ -145,8 +144,7 @@ contains
     type(session_t), intent(inout) :: session
     type(run_report_t), intent(inout) :: report
     PetscErrorCode, intent(out) :: ierr
-    type(problem_t) :: problem
-    type(rank_groups_t) :: groups
+    type(team_t), pointer :: team
     type(model_t) :: model
     type(validation_t) :: outcome
     type(error_t), allocatable :: error
@@ -166,25 +164,25 @@ contains
       call session%fail(error)
       return
     end if
-    PetscCall(create_rank_groups(session%deck%test%n_groups, size(points, 2), groups, ierr))
-    PetscCall(load_problem(session%deck, groups%comm, problem, error, ierr))
-    if (.not. allocated(error)) call check_points(problem, points, error)
-    if (.not. (allocated(error) .or. session%has_plan)) call announce_plan(problem, points)
-    session%has_plan = .true.
-    if (.not. allocated(error)) call read_own_model(session, problem, model, error)
-    if (.not. allocated(error)) then
-      PetscCall(validate(problem, groups, model, points, outcome, error, ierr))
-    end if
-    PetscCall(groups%destroy(ierr))
-    if (.not. allocated(error)) then
-      PetscCall(keep_validation(session, problem, model, outcome, report, error, ierr))
-    end if
+    PetscCall(session%full_order%load(session%deck, error, ierr))
+    associate (problem => session%full_order%problem)
+      if (.not. allocated(error)) call check_points(problem, points, error)
+      if (.not. (allocated(error) .or. session%has_plan)) call announce_plan(problem, points)
+      session%has_plan = .true.
+      if (.not. allocated(error)) call read_own_model(session, problem, model, error)
+      if (.not. allocated(error)) then
+        PetscCall(session%full_order%team_for(session%deck%test%n_groups, size(points, 2), team, ierr))
+        PetscCall(validate(problem, team, model, points, outcome, error, ierr))
+      end if
+      if (.not. allocated(error)) then
+        PetscCall(keep_validation(session, model, outcome, report, error, ierr))
+      end if
+    end associate
     if (allocated(error)) call session%fail(error)
   end subroutine validate_stage
 
-  subroutine keep_validation(session, problem, model, outcome, report, error, ierr)
+  subroutine keep_validation(session, model, outcome, report, error, ierr)
     type(session_t), intent(inout) :: session
-    type(problem_t), intent(in) :: problem
     type(model_t), intent(inout) :: model
     type(validation_t), intent(in) :: outcome
     type(run_report_t), intent(inout) :: report
@@ -196,9 +194,9 @@ contains
       call session%stop('nothing was written')
       return
     end if
-    PetscCall(describe_problem(problem, report, ierr))
+    PetscCall(describe_problem(session%full_order%problem, report, ierr))
     call report_model(model, report)
-    call report_validation(session%deck, problem%plan%type, outcome, report)
+    call report_validation(session%deck, session%full_order%problem%plan%type, outcome, report)
     call keep_statistics(outcome, model)
     if (session%rank == 0) then
       call write_validation_table(session%deck, outcome, session%folder // '/validation.csv', error)
@@ -220,7 +218,7 @@ contains
     logical, intent(in) :: has_model
     type(run_report_t), intent(inout) :: report
     PetscErrorCode, intent(out) :: ierr
-    type(problem_t) :: problem
+    type(team_t), pointer :: team
     type(model_t) :: model
     type(solved_points_t) :: solved
     type(reaction_t), allocatable :: reactions(:)
@@ -228,16 +226,17 @@ contains
     integer :: i
 
     call announce_stiffness(session)
-    PetscCall(load_problem(session%deck, PETSC_COMM_WORLD, problem, error, ierr))
-    if (.not. allocated(error)) call check_points(problem, points, error)
-    if (.not. (allocated(error) .or. session%has_plan)) call announce_plan(problem, points)
+    PetscCall(session%full_order%load(session%deck, error, ierr))
+    if (.not. allocated(error)) call check_points(session%full_order%problem, points, error)
+    if (.not. (allocated(error) .or. session%has_plan)) call announce_plan(session%full_order%problem, points)
     session%has_plan = .true.
-    if (has_model .and. .not. allocated(error)) call read_own_model(session, problem, model, error)
+    if (has_model .and. .not. allocated(error)) call read_own_model(session, session%full_order%problem, model, error)
     if (.not. allocated(error)) then
+      PetscCall(session%full_order%ready_team(team, ierr))
       if (has_model) then
-        PetscCall(write_fields(problem, points, session%folder, solved, error, ierr, model))
+        PetscCall(write_fields(session%full_order%problem, team, points, session%folder, solved, error, ierr, model))
       else
-        PetscCall(write_fields(problem, points, session%folder, solved, error, ierr))
+        PetscCall(write_fields(session%full_order%problem, team, points, session%folder, solved, error, ierr))
       end if
     end if
     if (allocated(error)) then
@@ -247,9 +246,10 @@ contains
       call session%stop('no fields were written')
       return
     end if
-    PetscCall(describe_problem(problem, report, ierr))
+    PetscCall(describe_problem(session%full_order%problem, report, ierr))
     call report%add('units/force', force_unit(session%deck))
     call report%add('units/stress', stress_unit(session%deck))
+    call report%add('times/partition', solved%partition_seconds)
     call report%add('times/assembly', solved%assembly_seconds)
     call report%add('times/setup', solved%setup_seconds)
     call report%add('times/output', solved%output_seconds)
@@ -258,7 +258,7 @@ contains
     do i = 1, size(solved%states)
       if (solved%states(i)%reason /= reason_converged) call log_warning('not converged at ' // &
         format_point(session%deck%parameters, points(:, i)) // ': ' // reason_text(solved%states(i)%reason))
-      call boundary_reactions(problem%mesh, session%deck%boundary_conditions, solved%states(i)%reactions, reactions)
+      call boundary_reactions(session%full_order%problem%mesh, session%deck%boundary_conditions, solved%states(i)%reactions, reactions)
       call report_reactions(i, reactions, report)
     end do
     call write_report(session, report)
@@ -290,7 +290,6 @@ contains
     call report%add('sizes/n_ranks', n_ranks)
     call report%add('times/mesh', problem%mesh_seconds)
     call report%add('times/pairing', problem%pairing_seconds)
-    call report%add('times/partition', problem%partition_seconds)
     call report_sizes(problem%mesh%n_nodes, problem%mesh%n_cells, problem%mesh%n_dim * problem%mesh%n_nodes, &
       problem%operator%n_rows, inert_pair_names(problem), report)
   end subroutine describe_problem

@@ -9,7 +9,8 @@ module sig_contact_system
   use sig_dof_map, only: create_dof_map, dof_map_t
   use sig_elastic_body, only: elastic_body_t
   use sig_kinds, only: rk
-  use sig_mesh, only: mesh_t
+  use sig_mesh, only: mesh_partition_t, mesh_t
+  use sig_mesh_partition, only: partition_mesh
   use sig_node_pairs, only: node_pairs_t
   use sig_petsc_support, only: create_vector, rank_and_size, sum_over_ranks
   use sig_rigid_motions, only: create_rigid_motions, rigid_motions_t
@@ -31,7 +32,8 @@ module sig_contact_system
     integer :: first_balanced = 1
     !> K on all dofs, Dirichlet rows included
     Mat :: stiffness
-    !> [s] wall time of its assembly
+    !> [s] wall time of the partition of the mesh, of the assembly
+    real(rk) :: partition_seconds = 0
     real(rk) :: assembly_seconds = 0
     !> two work vectors of its layout
     Vec :: work_in
@@ -46,12 +48,13 @@ module sig_contact_system
     procedure :: put
     procedure :: put_some
     procedure :: get
+    procedure :: share_columns
     procedure :: destroy
   end type contact_system_t
 
 contains
 
-  !> Collective on comm, for which the mesh must be partitioned.
+  !> Collective on comm, for which the mesh is partitioned.
   subroutine create(self, comm, mesh, body, boundary, pairs, ierr)
     class(contact_system_t), intent(out) :: self
     MPI_Comm, intent(in) :: comm
@@ -60,18 +63,24 @@ contains
     type(boundary_conditions_t), intent(in) :: boundary
     type(node_pairs_t), intent(in) :: pairs
     PetscErrorCode, intent(out) :: ierr
+    type(mesh_partition_t) :: partition
     real(rk) :: start
     integer :: rank, n_ranks
 
     self%comm = comm
     self%boundary = boundary
     if (body%mechanics%is_round) self%first_balanced = 2
+    start = wall_time()
+    associate (is_pair => pairs%second_node > 0)
+      PetscCall(partition_mesh(mesh, pack(pairs%first_node, is_pair), pack(pairs%second_node, is_pair), comm, partition, ierr))
+    end associate
+    self%partition_seconds = wall_time() - start
     PetscCall(rank_and_size(comm, rank, n_ranks, ierr))
-    call create_dof_map(mesh, rank, n_ranks, self%map)
+    call create_dof_map(mesh, partition, rank, n_ranks, self%map)
     call create_contact_operator(pairs, mesh%n_dim, boundary%n_terms, boundary%is_prescribed, self%operator, self%inert)
     call create_rigid_motions(mesh, body%mechanics%is_round, boundary%is_prescribed, self%operator, self%motions)
     start = wall_time()
-    PetscCall(assemble_stiffness(comm, mesh, body, self%map, rank, self%stiffness, ierr))
+    PetscCall(assemble_stiffness(comm, mesh, body, self%map, self%stiffness, ierr))
     self%assembly_seconds = wall_time() - start
     PetscCall(create_vector(comm, self%map%n_local_dofs, self%work_in, ierr))
     PetscCall(create_vector(comm, self%map%n_local_dofs, self%work_out, ierr))
@@ -83,11 +92,9 @@ contains
     type(mesh_t), intent(in) :: mesh
     type(elastic_body_t), intent(in) :: body
     PetscErrorCode, intent(out) :: ierr
-    integer :: rank, n_ranks
 
-    PetscCall(rank_and_size(self%comm, rank, n_ranks, ierr))
     PetscCall(MatZeroEntries(self%stiffness, ierr))
-    PetscCall(fill_stiffness(mesh, body, self%map, rank, self%stiffness, ierr))
+    PetscCall(fill_stiffness(mesh, body, self%map, self%stiffness, ierr))
   end subroutine update_stiffness
 
   !> u_D(mu) on the prescribed dofs, 0 elsewhere. Local.
@@ -181,6 +188,25 @@ contains
     PetscCall(VecRestoreArrayReadF90(vector, local, ierr))
     PetscCall(sum_over_ranks(self%comm, values, ierr))
   end subroutine get
+
+  !> Distributed columns -> natural order on every rank, filled up with columns of zeros. Collective.
+  subroutine share_columns(self, local, n_columns, columns, ierr)
+    class(contact_system_t), intent(in) :: self
+    !> rows of this rank, shape (n_local_dofs, at most n_columns)
+    real(rk), intent(in) :: local(:, :)
+    integer, intent(in) :: n_columns
+    !> shape (n_dofs, n_columns)
+    real(rk), allocatable, intent(out) :: columns(:, :)
+    PetscErrorCode, intent(out) :: ierr
+    integer :: i
+
+    ierr = 0
+    allocate (columns(self%map%n_dofs, n_columns), source=0.0_rk)
+    do i = 1, size(local, 2)
+      columns(self%map%local_dofs, i) = local(:, i)
+      PetscCall(sum_over_ranks(self%comm, columns(:, i), ierr))
+    end do
+  end subroutine share_columns
 
   subroutine destroy(self, ierr)
     class(contact_system_t), intent(inout) :: self

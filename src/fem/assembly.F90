@@ -15,40 +15,37 @@ module sig_assembly
 
 contains
 
-  !> Collective on comm, which the mesh was partitioned for. Each rank computes the cells that it owns.
-  subroutine assemble_stiffness(comm, mesh, body, map, rank, stiffness, ierr)
+  !> Collective on comm, for which the mesh was partitioned. Each rank computes the cells that it owns.
+  subroutine assemble_stiffness(comm, mesh, body, map, stiffness, ierr)
     MPI_Comm, intent(in) :: comm
     type(mesh_t), intent(in) :: mesh
     type(elastic_body_t), intent(in) :: body
     type(dof_map_t), intent(in) :: map
-    integer, intent(in) :: rank
     !> symmetric, block size n_dim; the caller destroys it
     Mat, intent(out) :: stiffness
     PetscErrorCode, intent(out) :: ierr
     integer, allocatable :: inside(:), outside(:)
 
-    call count_neighbors(mesh, map, rank, inside, outside)
+    call count_neighbors(mesh, map, inside, outside)
     PetscCall(create_matrix(comm, map%n_local_dofs, map%n_dim, inside, outside, stiffness, ierr))
-    PetscCall(fill_stiffness(mesh, body, map, rank, stiffness, ierr))
+    PetscCall(fill_stiffness(mesh, body, map, stiffness, ierr))
   end subroutine assemble_stiffness
 
   !> Adds the stiffness of all cells to a matrix of the pattern of assemble_stiffness. Collective.
-  subroutine fill_stiffness(mesh, body, map, rank, stiffness, ierr)
+  subroutine fill_stiffness(mesh, body, map, stiffness, ierr)
     type(mesh_t), intent(in) :: mesh
     type(elastic_body_t), intent(in) :: body
     type(dof_map_t), intent(in) :: map
-    integer, intent(in) :: rank
     Mat, intent(inout) :: stiffness
     PetscErrorCode, intent(out) :: ierr
     integer, allocatable :: dofs_0(:)
     real(rk), allocatable :: local(:, :)
-    integer :: i_cell
+    integer :: i
 
     ierr = 0
-    do i_cell = 1, mesh%n_cells
-      if (mesh%cell_owner(i_cell) /= rank) cycle
-      dofs_0 = map%distributed_0(cell_dofs(mesh, i_cell))
-      local = cell_stiffness(mesh, body, i_cell)
+    do i = 1, size(map%own_cells)
+      dofs_0 = map%distributed_0(cell_dofs(mesh, map%own_cells(i)))
+      local = cell_stiffness(mesh, body, map%own_cells(i))
       PetscCall(MatSetValues(stiffness, size(dofs_0), dofs_0, size(dofs_0), dofs_0, local, ADD_VALUES, ierr))
     end do
     PetscCall(MatAssemblyBegin(stiffness, MAT_FINAL_ASSEMBLY, ierr))
@@ -57,10 +54,9 @@ contains
   end subroutine fill_stiffness
 
   !> Nodes that share a cell with each owned node, on this rank and on others: the exact preallocation.
-  subroutine count_neighbors(mesh, map, rank, inside, outside)
+  subroutine count_neighbors(mesh, map, inside, outside)
     type(mesh_t), intent(in) :: mesh
     type(dof_map_t), intent(in) :: map
-    integer, intent(in) :: rank
     integer, allocatable, intent(out) :: inside(:)
     integer, allocatable, intent(out) :: outside(:)
     integer, allocatable :: offsets(:), cells(:), seen_by(:), nodes(:)
@@ -76,7 +72,7 @@ contains
         do n = 1, size(nodes)
           if (seen_by(nodes(n)) == i_node) cycle
           seen_by(nodes(n)) = i_node
-          if (mesh%node_owner(nodes(n)) == rank) then
+          if (map%local_index(map%n_dim * nodes(n)) > 0) then
             inside(i_local) = inside(i_local) + 1
           else
             outside(i_local) = outside(i_local) + 1

@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> Natural dofs (order of the mesh file) and distributed dofs (each rank's nodes in one block, natural order within).
 module sig_dof_map
-  use sig_mesh, only: mesh_t
+  use sig_mesh, only: mesh_partition_t, mesh_t
   implicit none(type, external)
   private
   public :: dof_map_t, create_dof_map
@@ -17,32 +17,36 @@ module sig_dof_map
     integer, allocatable :: local_dofs(:)
     !> distributed number (0-based) of each natural dof, shape (n_dofs)
     integer, allocatable :: distributed_0(:)
+    !> cells that this rank assembles, ascending
+    integer, allocatable :: own_cells(:)
   contains
     procedure :: local_index
   end type dof_map_t
 
 contains
 
-  !> Local: the mesh and its owners are known everywhere.
-  pure subroutine create_dof_map(mesh, rank, n_ranks, map)
+  !> Local: the mesh and its partition are known everywhere.
+  pure subroutine create_dof_map(mesh, partition, rank, n_ranks, map)
     type(mesh_t), intent(in) :: mesh
-    !> 0-based, in the communicator the mesh was partitioned for
+    type(mesh_partition_t), intent(in) :: partition
+    !> 0-based, in the communicator of the partition
     integer, intent(in) :: rank
     integer, intent(in) :: n_ranks
     type(dof_map_t), intent(out) :: map
-    integer :: next_0(0:n_ranks - 1), i_node, i_rank, i_component, i_dof
+    integer :: next_0(0:n_ranks - 1), i_node, i_rank, i_component, i_dof, i_cell
 
     map%n_dim = mesh%n_dim
     map%n_dofs = mesh%n_dim * mesh%n_nodes
     next_0 = 0
     do i_rank = 1, n_ranks - 1
-      next_0(i_rank) = next_0(i_rank - 1) + mesh%n_dim * count(mesh%node_owner == i_rank - 1)
+      next_0(i_rank) = next_0(i_rank - 1) + mesh%n_dim * count(partition%node_owner == i_rank - 1)
     end do
     map%first_dof_0 = next_0(rank)
-    map%n_local_dofs = mesh%n_dim * count(mesh%node_owner == rank)
+    map%own_cells = pack([(i_cell, i_cell=1, mesh%n_cells)], partition%cell_owner == rank)
+    map%n_local_dofs = mesh%n_dim * count(partition%node_owner == rank)
     allocate (map%distributed_0(map%n_dofs), map%local_dofs(map%n_local_dofs))
     do i_node = 1, mesh%n_nodes
-      i_rank = mesh%node_owner(i_node)
+      i_rank = partition%node_owner(i_node)
       do i_component = 1, mesh%n_dim
         i_dof = mesh%n_dim * (i_node - 1) + i_component
         map%distributed_0(i_dof) = next_0(i_rank)

@@ -1,11 +1,11 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> The mesh as data, the same on every rank; only the work on it is shared out, by the owner of each cell and node.
+!> The mesh as data, the same on every rank; a partition says which rank works on which cells and nodes.
 module sig_mesh
   use sig_kinds, only: rk
   use sig_text, only: string_t
   implicit none(type, external)
   private
-  public :: mesh_t, group_t, find_group, cells_around_nodes, nodes_of_cell, nodes_of_facet
+  public :: mesh_t, mesh_partition_t, group_t, find_group, cells_around_nodes, nodes_of_cell, nodes_of_facet
 
   !> A physical name of the mesh file.
   type :: group_t
@@ -42,12 +42,17 @@ module sig_mesh
     integer, allocatable :: facet_offsets(:)
     integer, allocatable :: facet_nodes(:)
     type(group_t), allocatable :: groups(:)
-    !> rank (0-based, in the communicator the mesh was partitioned for) that assembles the cell / owns the node's unknowns
-    integer, allocatable :: cell_owner(:)
-    integer, allocatable :: node_owner(:)
     !> FNV-1a of the file's bytes, 16 hexadecimal digits
     character(16) :: file_hash = ''
   end type mesh_t
+
+  !> Who works on what, for the ranks of one communicator (0-based).
+  type :: mesh_partition_t
+    !> rank that assembles the cell, shape (n_cells)
+    integer, allocatable :: cell_owner(:)
+    !> rank that owns the unknowns of the node, shape (n_nodes)
+    integer, allocatable :: node_owner(:)
+  end type mesh_partition_t
 
 contains
 

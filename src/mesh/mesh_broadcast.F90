@@ -13,7 +13,7 @@ module sig_mesh_broadcast
 
 contains
 
-  !> Collective on comm. Owners come along where rank 0 has them.
+  !> Collective on comm.
   subroutine broadcast_mesh(mesh, comm, ierr)
     type(mesh_t), intent(inout) :: mesh
     MPI_Comm, intent(in) :: comm
@@ -36,8 +36,6 @@ contains
     PetscCall(broadcast_integers(mesh%facet_types, comm, ierr))
     PetscCall(broadcast_integers(mesh%facet_offsets, comm, ierr))
     PetscCall(broadcast_integers(mesh%facet_nodes, comm, ierr))
-    PetscCall(broadcast_integers(mesh%cell_owner, comm, ierr))
-    PetscCall(broadcast_integers(mesh%node_owner, comm, ierr))
     PetscCall(broadcast_groups(mesh, comm, ierr))
     hash = mesh%file_hash
     PetscCall(broadcast_text(hash, comm, ierr))

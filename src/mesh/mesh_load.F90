@@ -11,12 +11,11 @@ module sig_mesh_load
   use sig_mesh, only: mesh_t
   use sig_mesh_axis, only: check_radii
   use sig_mesh_broadcast, only: broadcast_mesh
-  use sig_mesh_partition, only: partition_mesh
   use sig_mesh_read, only: read_mesh
   use petsc
   implicit none(type, external)
   private
-  public :: load_mesh, partition_mesh
+  public :: load_mesh
 
 contains
 

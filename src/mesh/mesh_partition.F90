@@ -3,7 +3,7 @@
 !> Who works on what: an owner for each node and cell, the two nodes of a contact pair always together.
 module sig_mesh_partition
   use mpi, only: MPI_Bcast, MPI_Comm_rank, MPI_Comm_size, MPI_INTEGER
-  use sig_mesh, only: mesh_t
+  use sig_mesh, only: mesh_partition_t, mesh_t, nodes_of_cell
   use sig_mesh_c_interfaces, only: sig_partition_graph
   use sig_node_graph, only: merge_pairs, node_graph
   use sig_petsc_support, only: precondition_failed
@@ -17,35 +17,36 @@ module sig_mesh_partition
 
 contains
 
-  !> Fills cell_owner and node_owner for the ranks of comm. Collective on comm.
+  !> An owner among the ranks of comm for each node and cell. Collective on comm.
   !>
   !> METIS on the node graph in which the two nodes of each pair are one vertex; a cell goes to the rank that owns most of its
   !> nodes, the lowest one in a tie. Rank 0 computes, so that all agree.
-  subroutine partition_mesh(mesh, pair_first, pair_second, comm, ierr)
-    type(mesh_t), intent(inout) :: mesh
+  subroutine partition_mesh(mesh, pair_first, pair_second, comm, partition, ierr)
+    type(mesh_t), intent(in) :: mesh
     !> nodes of the pairs, 1-based, no node twice
     integer, intent(in) :: pair_first(:), pair_second(:)
     MPI_Comm, intent(in) :: comm
+    type(mesh_partition_t), intent(out) :: partition
     PetscErrorCode, intent(out) :: ierr
     integer :: rank, n_ranks, status
 
     PetscCallMPI(MPI_Comm_rank(comm, rank, ierr))
     PetscCallMPI(MPI_Comm_size(comm, n_ranks, ierr))
     SIG_CHECK(size(pair_first) == size(pair_second), PETSC_ERR_ARG_SIZ, 'each pair has two nodes')
-    if (allocated(mesh%node_owner)) deallocate (mesh%node_owner)
-    allocate (mesh%node_owner(mesh%n_nodes), source=0)
+    allocate (partition%node_owner(mesh%n_nodes), source=0)
     status = 0
-    if (rank == 0) call share_nodes(mesh, pair_first, pair_second, n_ranks, status)
+    if (rank == 0) call share_nodes(mesh, pair_first, pair_second, n_ranks, partition%node_owner, status)
     PetscCallMPI(MPI_Bcast(status, 1, MPI_INTEGER, 0, comm, ierr))
     SIG_CHECK(status == 0, PETSC_ERR_LIB, 'METIS could not partition the mesh (out of memory?)')
-    PetscCallMPI(MPI_Bcast(mesh%node_owner, mesh%n_nodes, MPI_INTEGER, 0, comm, ierr))
-    call share_cells(mesh)
+    PetscCallMPI(MPI_Bcast(partition%node_owner, mesh%n_nodes, MPI_INTEGER, 0, comm, ierr))
+    call share_cells(mesh, partition)
   end subroutine partition_mesh
 
-  subroutine share_nodes(mesh, pair_first, pair_second, n_ranks, status)
-    type(mesh_t), intent(inout) :: mesh
+  subroutine share_nodes(mesh, pair_first, pair_second, n_ranks, node_owner, status)
+    type(mesh_t), intent(in) :: mesh
     integer, intent(in) :: pair_first(:), pair_second(:)
     integer, intent(in) :: n_ranks
+    integer, intent(inout) :: node_owner(:)
     integer, intent(out) :: status
     integer, allocatable :: vertex_of_node(:), offsets(:), neighbors(:), weights(:), part(:)
     integer :: n_vertices, i_node
@@ -57,18 +58,17 @@ contains
       weights(vertex_of_node(i_node)) = weights(vertex_of_node(i_node)) + 1
     end do
     status = sig_partition_graph(n_vertices, offsets, neighbors - 1, weights, n_ranks, seed, part)
-    if (status == 0) mesh%node_owner = part(vertex_of_node)
+    if (status == 0) node_owner = part(vertex_of_node)
   end subroutine share_nodes
 
-  pure subroutine share_cells(mesh)
-    type(mesh_t), intent(inout) :: mesh
+  pure subroutine share_cells(mesh, partition)
+    type(mesh_t), intent(in) :: mesh
+    type(mesh_partition_t), intent(inout) :: partition
     integer :: i_cell
 
-    if (allocated(mesh%cell_owner)) deallocate (mesh%cell_owner)
-    allocate (mesh%cell_owner(mesh%n_cells))
+    allocate (partition%cell_owner(mesh%n_cells))
     do i_cell = 1, mesh%n_cells
-      mesh%cell_owner(i_cell) = most_frequent(mesh%node_owner(mesh%cell_nodes(mesh%cell_offsets(i_cell) + 1: &
-                                                                              mesh%cell_offsets(i_cell + 1))))
+      partition%cell_owner(i_cell) = most_frequent(partition%node_owner(nodes_of_cell(mesh, i_cell)))
     end do
   end subroutine share_cells
 

@@ -3,14 +3,14 @@
 !> Fortran face of the PETSc corners that live in C, and the exchange between replicated arrays and distributed vectors.
 module sig_petsc_support
   use, intrinsic :: iso_c_binding, only: c_char, c_double, c_int, c_intptr_t, c_null_char
-  use mpi, only: MPI_Allreduce, MPI_Comm_rank, MPI_Comm_size, MPI_DOUBLE_PRECISION, MPI_IN_PLACE, MPI_MAX, MPI_SUM
+  use mpi, only: MPI_Allreduce, MPI_Bcast, MPI_Comm_rank, MPI_Comm_size, MPI_DOUBLE_PRECISION, MPI_IN_PLACE, MPI_MAX, MPI_SUM
   use sig_kinds, only: rk
   use sig_text, only: append_text, split, string_t
   use petsc
   implicit none(type, external)
   private
   public :: start_petsc, end_petsc, insert_petsc_options, unused_petsc_options, library_versions
-  public :: create_matrix, multiply_block, create_vector, rank_and_size, sum_over_ranks, max_over_ranks
+  public :: create_matrix, multiply_block, create_vector, rank_and_size, broadcast_columns, sum_over_ranks, max_over_ranks
   public :: precondition_failed, has_multigrid_vi
   public :: message_size
 
@@ -233,6 +233,20 @@ contains
 
     call MPI_Allreduce(MPI_IN_PLACE, values, size(values), MPI_DOUBLE_PRECISION, MPI_MAX, comm, ierr)
   end subroutine max_block
+
+  !> Gives the first rank's values to all. Collective on comm. Column by column: counts stay below 2**31.
+  subroutine broadcast_columns(values, comm, ierr)
+    !> same shape on all ranks
+    real(rk), contiguous, intent(inout) :: values(:, :)
+    MPI_Comm, intent(in) :: comm
+    PetscErrorCode, intent(out) :: ierr
+    integer :: i
+
+    ierr = 0
+    do i = 1, size(values, 2)
+      PetscCallMPI(MPI_Bcast(values(:, i), size(values, 1), MPI_DOUBLE_PRECISION, 0, comm, ierr))
+    end do
+  end subroutine broadcast_columns
 
   !> What SIG_CHECK calls: records the place on PETSc's error stack.
   subroutine precondition_failed(code, sentence, file, line, ierr)

@@ -14,7 +14,7 @@ module sig_condensed
   use sig_contact_solver, only: contact_solver_t
   use sig_contact_state, only: contact_state_t, reason_converged, reason_no_complementary_solution, reason_pulled_off
   use sig_contact_system, only: contact_system_t
-  use sig_free_response, only: factor_without_contact, held_dofs, solve_free_response
+  use sig_free_response, only: factor_without_contact, held_dofs, solve_free_response, solve_lifting
   use sig_holding, only: anchors_t, find_anchors
   use sig_kinds, only: rk
   use sig_lcp, only: lcp_failed_ray, lcp_solution_t, lcp_workspace_t, solve_lcp
@@ -31,6 +31,8 @@ module sig_condensed
     integer :: reason = 0
     !> [length] G, rows of this rank, shape (n_local_dofs, n_driving_terms); with anchors (n_local_dofs, n_terms)
     real(rk), allocatable :: free_response(:, :)
+    !> [length] the same for prescribed displacements alone, shape (n_local_dofs, n_prescribed_terms)
+    real(rk), allocatable :: lifting(:, :)
     !> [length/force] H, rows of this rank, shape (n_local_dofs, n_rows)
     real(rk), allocatable :: contact_response(:, :)
     !> [length/force] W, replicated, shape (n_rows, n_rows)
@@ -71,6 +73,7 @@ contains
     if (self%reason == reason_converged) then
       call find_anchors(system%motions, self%anchors)
       PetscCall(solve_free_response(system, linear_solver, system%boundary%n_driving_terms, self%free_response, ierr, self%anchors))
+      PetscCall(solve_lifting(system, linear_solver, self%lifting, ierr))
       PetscCall(solve_contact(self, system, linear_solver, ierr))
       PetscCall(close_pairs(system, self%free_response, free_closing, ierr))
       PetscCall(close_pairs(system, self%contact_response, self%compliance, ierr))
@@ -344,7 +347,7 @@ contains
     PetscErrorCode, intent(out) :: ierr
 
     ierr = 0
-    if (allocated(self%free_response)) deallocate (self%free_response, self%contact_response)
+    if (allocated(self%free_response)) deallocate (self%free_response, self%lifting, self%contact_response)
     if (allocated(self%compliance)) deallocate (self%compliance, self%free_opening)
   end subroutine destroy
 end module sig_condensed

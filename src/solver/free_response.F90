@@ -9,11 +9,10 @@ module sig_free_response
   use sig_kinds, only: rk
   use sig_linear_algebra, only: unit_vector
   use sig_linear_solver, only: constrain, linear_solver_t, set_near_null_space
-  use sig_petsc_support, only: sum_over_ranks
   use petsc
   implicit none(type, external)
   private
-  public :: factor_without_contact, held_dofs, solve_free_response, compute_lifting
+  public :: factor_without_contact, held_dofs, solve_free_response, solve_lifting, compute_lifting
 
 contains
 
@@ -122,8 +121,31 @@ contains
     forces = forces - system%operator%apply_transpose(multipliers, size(forces))
   end function balanced_load
 
-  !> Responses to the terms of the prescribed displacements, on every rank and in natural order, with a factorization of their
-  !> own. Collective.
+  !> Responses to the terms of the prescribed displacements alone, loads left out. Collective.
+  subroutine solve_lifting(system, linear_solver, response, ierr)
+    type(contact_system_t), intent(inout) :: system
+    !> from factor_without_contact
+    type(linear_solver_t), intent(inout) :: linear_solver
+    !> [length] rows of this rank, shape (n_local_dofs, n_prescribed_terms)
+    real(rk), allocatable, intent(out) :: response(:, :)
+    PetscErrorCode, intent(out) :: ierr
+
+    ierr = 0
+    if (has_lifting(system)) then
+      PetscCall(solve_free_response(system, linear_solver, size(system%boundary%prescribed_values, 2), response, ierr))
+    else
+      allocate (response(system%map%n_local_dofs, size(system%boundary%prescribed_values, 2)), source=0.0_rk)
+    end if
+  end subroutine solve_lifting
+
+  !> Some value is prescribed that is not zero.
+  pure logical function has_lifting(system)
+    type(contact_system_t), intent(in) :: system
+
+    has_lifting = any(abs(system%boundary%prescribed_values) > 0)
+  end function has_lifting
+
+  !> The same on every rank and in natural order, with a factorization of their own where there is anything to lift. Collective.
   subroutine compute_lifting(system, is_multigrid, response, reason, ierr)
     type(contact_system_t), intent(inout) :: system
     logical, intent(in) :: is_multigrid
@@ -134,24 +156,22 @@ contains
     PetscErrorCode, intent(out) :: ierr
     type(linear_solver_t) :: linear_solver
     real(rk), allocatable :: local(:, :)
-    integer :: i_term, n_terms
 
-    n_terms = size(system%boundary%prescribed_values, 2)
-    allocate (response(system%map%n_dofs, n_terms), source=0.0_rk)
-    reason = reason_converged
     ierr = 0
-    if (.not. any([(has_prescribed_values(system, i_term), i_term=1, n_terms)])) return
-    linear_solver%is_multigrid = is_multigrid
-    PetscCall(factor_without_contact(system, linear_solver, ierr))
-    if (linear_solver%reason == reason_converged) then
-      PetscCall(solve_free_response(system, linear_solver, n_terms, local, ierr))
-      response(system%map%local_dofs, :) = local
-      do i_term = 1, n_terms
-        PetscCall(sum_over_ranks(system%comm, response(:, i_term), ierr))
-      end do
+    reason = reason_converged
+    allocate (local(system%map%n_local_dofs, 0))
+    if (has_lifting(system)) then
+      linear_solver%is_multigrid = is_multigrid
+      PetscCall(factor_without_contact(system, linear_solver, ierr))
+      reason = linear_solver%reason
+      if (reason == reason_converged) then
+        PetscCall(solve_lifting(system, linear_solver, local, ierr))
+        ! conjugate gradients may fail here
+        reason = linear_solver%reason
+      end if
+      if (reason /= reason_converged) local = 0
+      PetscCall(linear_solver%destroy(ierr))
     end if
-    reason = linear_solver%reason
-    if (reason /= reason_converged) response = 0
-    PetscCall(linear_solver%destroy(ierr))
+    PetscCall(system%share_columns(local, size(system%boundary%prescribed_values, 2), response, ierr))
   end subroutine compute_lifting
 end module sig_free_response

@@ -9,17 +9,18 @@ module sig_field_output
   use sig_error_broadcast, only: broadcast_error
   use sig_errors, only: error_t
   use sig_field_file, only: field_file_t
+  use sig_full_order, only: team_t
   use sig_kinds, only: rk
   use sig_mesh, only: find_group
   use sig_model, only: model_t
   use sig_multiplier_fit, only: multiplier_fit_workspace_t
   use sig_online_model, only: online_model_t
   use sig_parameter_space, only: format_point
-  use sig_point_solver, only: point_solver_t
   use sig_problem, only: body_at, force_unit, parameter_names, problem_t, stress_unit
   use sig_query, only: answer_t, query_t
   use sig_reconstruction, only: reconstruct_displacement, reconstruct_multipliers
   use sig_solver_options, only: refuse_unused_options
+  use sig_state_broadcast, only: broadcast_state
   use sig_stop_request, only: agree_to_stop
   use sig_stress, only: cell_stresses, nodal_stresses, von_mises
   use sig_surface_measure, only: nodal_areas
@@ -35,7 +36,8 @@ module sig_field_output
     type(contact_state_t), allocatable :: states(:)
     !> a signal came before all were solved
     logical :: is_stopped = .false.
-    !> [s] wall time of the assembly, of all that the solver does once (the assembly too), of writing
+    !> [s] wall time of the partition, of the assembly, of all that the solver does once (these too), of writing
+    real(rk) :: partition_seconds = 0
     real(rk) :: assembly_seconds = 0
     real(rk) :: setup_seconds = 0
     real(rk) :: output_seconds = 0
@@ -43,11 +45,13 @@ module sig_field_output
 
 contains
 
-  !> Solves the points and writes fields.h5 and fields.xdmf. Collective on all ranks, for which the problem was loaded.
+  !> Solves the points and writes fields.h5 and fields.xdmf. Collective on all ranks.
   !>
-  !> A signal ends it after the current point, and then nothing is written.
-  subroutine write_fields(problem, points, folder, solved, error, ierr, model)
+  !> A signal ends it after the current points, and then nothing is written.
+  subroutine write_fields(problem, team, points, folder, solved, error, ierr, model)
     type(problem_t), intent(in) :: problem
+    !> ready; shares out the points
+    type(team_t), intent(inout) :: team
     !> shape (n_parameters, n_points), checked
     real(rk), intent(in) :: points(:, :)
     character(*), intent(in) :: folder
@@ -55,53 +59,86 @@ contains
     type(error_t), allocatable, intent(out) :: error
     PetscErrorCode, intent(out) :: ierr
     type(model_t), intent(in), optional :: model
-    type(online_model_t) :: online
-    type(query_t) :: query
-    type(point_solver_t) :: solver
-    character(:), allocatable :: message
-    type(field_file_t) :: file
-    real(rk), allocatable :: areas(:), theta(:, :)
     real(rk) :: start
-    integer :: i, i_bad_point, i_bad_source, rank
 
-    allocate (solved%states(size(points, 2)))
-    PetscCall(solver%create(problem, problem%plan, PETSC_COMM_WORLD, ierr))
-    solved%assembly_seconds = solver%system%assembly_seconds
-    solved%setup_seconds = solver%setup_seconds
-    do i = 1, size(points, 2)
-      PetscCall(solver%solve(problem, points(:, i), solved%states(i), ierr))
-      PetscCall(agree_to_stop(PETSC_COMM_WORLD, solved%is_stopped, ierr))
-      if (i == 1) then
-        PetscCall(refuse_unused_options(problem%plan%type, error, ierr))
-      end if
-      if (solved%is_stopped .or. allocated(error)) exit
-    end do
-    PetscCall(solver%destroy(ierr))
+    solved%partition_seconds = team%solver%system%partition_seconds
+    solved%assembly_seconds = team%solver%system%assembly_seconds
+    solved%setup_seconds = team%solver%setup_seconds
+    PetscCall(solve_points(problem, team, points, solved, error, ierr))
     if (solved%is_stopped .or. allocated(error)) return
     start = wall_time()
-    call MPI_Comm_rank(PETSC_COMM_WORLD, rank, ierr)
-    if (rank == 0) then
-      areas = contact_areas(problem)
-      call evaluate_points(problem%terms, points, theta, i_bad_point, i_bad_source)
-      call file%create(folder // '/fields.h5', problem%mesh, problem%deck%units%length, parameter_names(problem%deck), error)
-      if (.not. allocated(error)) then
-        call write_contact(problem, file)
-        if (present(model)) then
-          online%model = model
-          call online%prepare(message)
-          if (.not. allocated(message)) call query%create(online, message)
-        end if
-        do i = 1, size(points, 2)
-          call write_point(problem, points(:, i), theta(:, i), solved%states(i), areas, file)
-          if (present(model) .and. .not. allocated(message)) call write_reduced(problem, points(:, i), online, query, file)
-        end do
-        call query%destroy()
-        call file%close(error)
+    if (team%groups%world_rank == 0) then
+      if (present(model)) then
+        call write_file(problem, points, folder, solved%states, error, model)
+      else
+        call write_file(problem, points, folder, solved%states, error)
       end if
     end if
     PetscCall(broadcast_error(error, PETSC_COMM_WORLD, ierr))
     solved%output_seconds = wall_time() - start
   end subroutine write_fields
+
+  !> As many points at a time as there are groups; all ranks know all states afterwards. Collective on all ranks.
+  subroutine solve_points(problem, team, points, solved, error, ierr)
+    type(problem_t), intent(in) :: problem
+    type(team_t), intent(inout) :: team
+    real(rk), intent(in) :: points(:, :)
+    type(solved_points_t), intent(inout) :: solved
+    type(error_t), allocatable, intent(out) :: error
+    PetscErrorCode, intent(out) :: ierr
+    integer :: first, i, last
+
+    ierr = 0
+    allocate (solved%states(size(points, 2)))
+    do first = 1, size(points, 2), team%groups%n_groups
+      last = min(first + team%groups%n_groups - 1, size(points, 2))
+      do i = first, last
+        if (.not. team%groups%has_point(i)) cycle
+        PetscCall(team%solver%solve(problem, points(:, i), solved%states(i), ierr))
+      end do
+      do i = first, last
+        PetscCall(broadcast_state(solved%states(i), team%groups%leader_of(i), PETSC_COMM_WORLD, ierr))
+      end do
+      PetscCall(agree_to_stop(PETSC_COMM_WORLD, solved%is_stopped, ierr))
+      if (first == 1) then
+        PetscCall(refuse_unused_options(problem%plan%type, error, ierr))
+      end if
+      if (solved%is_stopped .or. allocated(error)) return
+    end do
+  end subroutine solve_points
+
+  !> Local: one rank writes.
+  subroutine write_file(problem, points, folder, states, error, model)
+    type(problem_t), intent(in) :: problem
+    real(rk), intent(in) :: points(:, :)
+    character(*), intent(in) :: folder
+    type(contact_state_t), intent(in) :: states(:)
+    type(error_t), allocatable, intent(out) :: error
+    type(model_t), intent(in), optional :: model
+    type(online_model_t) :: online
+    type(query_t) :: query
+    type(field_file_t) :: file
+    character(:), allocatable :: message
+    real(rk), allocatable :: areas(:), theta(:, :)
+    integer :: i, i_bad_point, i_bad_source
+
+    areas = contact_areas(problem)
+    call evaluate_points(problem%terms, points, theta, i_bad_point, i_bad_source)
+    call file%create(folder // '/fields.h5', problem%mesh, problem%deck%units%length, parameter_names(problem%deck), error)
+    if (allocated(error)) return
+    call write_contact(problem, file)
+    if (present(model)) then
+      online%model = model
+      call online%prepare(message)
+      if (.not. allocated(message)) call query%create(online, message)
+    end if
+    do i = 1, size(points, 2)
+      call write_point(problem, points(:, i), theta(:, i), states(i), areas, file)
+      if (present(model) .and. .not. allocated(message)) call write_reduced(problem, points(:, i), online, query, file)
+    end do
+    call query%destroy()
+    call file%close(error)
+  end subroutine write_file
 
   !> Which nodes face each other; the same for all points.
   subroutine write_contact(problem, file)

@@ -2,8 +2,8 @@
 #include "signorom/macros.h"
 !> Training points chosen one round after the other among the deck's candidates; a killed run goes on where it was.
 module sig_greedy_selection
-  use sig_deck_config, only: deck_config_t
   use sig_errors, only: error_t, make_error
+  use sig_full_order, only: full_order_t
   use sig_greedy_record, only: begin_selection, is_complete
   use sig_kinds, only: rk
   use sig_parameter_space, only: build_points
@@ -20,8 +20,9 @@ module sig_greedy_selection
 contains
 
   !> Makes snapshots.h5 and selection.csv in the folder. Collective on all ranks; errors are known to all.
-  subroutine select_points(deck, folder, outcome, selection, error, ierr)
-    type(deck_config_t), intent(in) :: deck
+  subroutine select_points(full_order, folder, outcome, selection, error, ierr)
+    !> loaded
+    type(full_order_t), target, intent(inout) :: full_order
     !> results folder, which this run has locked
     character(*), intent(in) :: folder
     type(sampling_result_t), intent(out) :: outcome
@@ -29,51 +30,46 @@ contains
     type(selection_t), intent(out) :: selection
     type(error_t), allocatable, intent(out) :: error
     PetscErrorCode, intent(out) :: ierr
-    type(sampler_t) :: sampler
     real(rk), allocatable :: candidates(:, :)
-    integer :: n_at_a_time
 
     ierr = 0
-    call build_points(deck%training, deck%parameters, candidates, error)
-    if (allocated(error)) return
-    if (size(candidates, 2) < deck%greedy%n_initial) then
-      call make_error(error, 'the greedy selection begins with ' // counted(deck%greedy%n_initial, 'point') // &
-        ' (initial); there ' // are(size(candidates, 2)) // ' only ' // counted(size(candidates, 2), 'candidate'), &
-        deck%path, deck%training%line, &
-        deck%training%column)
-      return
-    end if
-    n_at_a_time = size(candidates, 2)
-    if (deck%greedy%indicator == 'defect') n_at_a_time = max(deck%greedy%n_initial, deck%greedy%batch)
-    PetscCall(sampler%create(deck, n_at_a_time, error, ierr))
-    if (.not. allocated(error)) then
-      PetscCall(select_missing(sampler, folder, candidates, outcome, selection, error, ierr))
-    end if
-    PetscCall(sampler%destroy(ierr))
+    associate (deck => full_order%problem%deck)
+      call build_points(deck%training, deck%parameters, candidates, error)
+      if (allocated(error)) return
+      if (size(candidates, 2) < deck%greedy%n_initial) then
+        call make_error(error, 'the greedy selection begins with ' // counted(deck%greedy%n_initial, 'point') // &
+          ' (initial); there ' // are(size(candidates, 2)) // ' only ' // counted(size(candidates, 2), 'candidate'), &
+          deck%path, deck%training%line, deck%training%column)
+        return
+      end if
+    end associate
+    PetscCall(select_missing(full_order, folder, candidates, outcome, selection, error, ierr))
   end subroutine select_points
 
-  subroutine select_missing(sampler, folder, candidates, outcome, selection, error, ierr)
-    type(sampler_t), intent(inout) :: sampler
+  subroutine select_missing(full_order, folder, candidates, outcome, selection, error, ierr)
+    type(full_order_t), target, intent(inout) :: full_order
     character(*), intent(in) :: folder
     real(rk), intent(in) :: candidates(:, :)
     type(sampling_result_t), intent(inout) :: outcome
     type(selection_t), intent(out) :: selection
     type(error_t), allocatable, intent(out) :: error
     PetscErrorCode, intent(out) :: ierr
+    type(sampler_t) :: sampler
     logical :: is_done
 
     ierr = 0
-    call begin_selection(sampler%problem, candidates, folder, selection, error)
+    call begin_selection(full_order%problem, candidates, folder, selection, error)
     if (allocated(error)) return
-    PetscCall(is_complete(sampler%problem, folder, selection, is_done, error, ierr))
+    PetscCall(is_complete(full_order%problem, folder, selection, is_done, error, ierr))
     outcome%n_points = size(selection%indicators)
     outcome%n_found = outcome%n_points
     if (allocated(error) .or. is_done) return
-    if (sampler%problem%deck%greedy%indicator == 'defect') then
-      PetscCall(select_by_defect(sampler, folder, candidates, outcome, selection, error, ierr))
+    if (full_order%problem%deck%greedy%indicator == 'defect') then
+      PetscCall(select_by_defect(full_order, folder, candidates, outcome, selection, error, ierr))
     else
       ! a matter of a moment once the candidates are solved
       call selection%shorten(0)
+      PetscCall(sampler%create(full_order, size(candidates, 2), ierr))
       PetscCall(select_by_projection(sampler, folder, candidates, outcome, selection, error, ierr))
     end if
   end subroutine select_missing

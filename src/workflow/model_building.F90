@@ -4,6 +4,7 @@
 module sig_model_building
   use sig_errors, only: error_t, make_error
   use sig_file_system, only: file_exists
+  use sig_full_order, only: full_order_t
   use sig_full_order_operator, only: condense_full_order
   use sig_kinds, only: rk
   use sig_model, only: model_t
@@ -25,8 +26,9 @@ contains
   !> Collective on all ranks; the model is the same on each.
   !>
   !> Errors: those of the training; candidates of clusters.target that are not solved yet.
-  subroutine build_model(problem, folder, snapshots, model, refinement, error, ierr)
-    type(problem_t), intent(in) :: problem
+  subroutine build_model(full_order, folder, snapshots, model, refinement, error, ierr)
+    !> loaded
+    type(full_order_t), intent(inout) :: full_order
     !> results folder
     character(*), intent(in) :: folder
     type(snapshot_set_t), intent(in) :: snapshots
@@ -39,16 +41,16 @@ contains
 
     ierr = 0
     allocate (refinement%rounds(0))
-    if (problem%deck%clusters%target%is_used) then
-      call read_candidates(problem, store_in(folder, candidate_store), candidates, error)
+    if (full_order%problem%deck%clusters%target%is_used) then
+      call read_candidates(full_order%problem, store_in(folder, candidate_store), candidates, error)
       if (allocated(error)) return
       ! its queries need it
-      PetscCall(condense_full_order(problem, model%full_order, ierr))
-      PetscCall(refine(problem, snapshots, candidates, model, refinement, error, ierr))
+      PetscCall(condense_full_order(full_order, model%full_order, ierr))
+      PetscCall(refine(full_order%problem, snapshots, candidates, model, refinement, error, ierr))
     else
-      PetscCall(train(problem, snapshots, model, error, ierr))
+      PetscCall(train(full_order%problem, snapshots, model, error, ierr))
       if (allocated(error)) return
-      PetscCall(condense_full_order(problem, model%full_order, ierr))
+      PetscCall(condense_full_order(full_order, model%full_order, ierr))
       call fill_start_sets(model)
     end if
   end subroutine build_model

@@ -21,6 +21,7 @@ module sig_model_defect
   use sig_online_model, only: online_model_t
   use sig_petsc_support, only: multiply_block, rank_and_size, sum_over_ranks
   use sig_pod, only: compute_pod_of_rows
+  use sig_point_solver, only: point_solver_t
   use sig_problem, only: problem_t
   use sig_query, only: answer_t, query_t
   use sig_reconstruction, only: reconstruct_displacement, reconstruct_multipliers
@@ -33,8 +34,9 @@ module sig_model_defect
   type :: model_defect_t
     !> the full-order model is condensed: the defect is a bound of the energy error
     logical :: is_bound = .false.
-    type(contact_system_t), private :: system
-    type(condensed_t), private :: condensed
+    !> of the full order, which owns them; no operator where it is not condensed
+    type(contact_system_t), pointer, private :: system => null()
+    type(condensed_t), pointer, private :: condensed => null()
     type(contact_error_bound_t), private :: contact
     !> R, coordinates of the columns [G, -H, lifting, basis]; the first n_full belong to the full-order model
     real(rk), allocatable, private :: columns(:, :)
@@ -47,7 +49,6 @@ module sig_model_defect
     procedure :: create
     procedure :: measure
     procedure :: true_errors
-    procedure :: destroy
     procedure, private :: prepare
     procedure, private :: bound_at
     procedure, private :: energy_norm
@@ -61,18 +62,20 @@ module sig_model_defect
 
 contains
 
-  !> Condenses the full-order model where that is possible. Collective on all ranks, for which the problem was loaded.
-  subroutine create(self, problem, ierr)
+  !> Condenses the full-order model where that is possible. Collective on all ranks.
+  subroutine create(self, problem, solver, ierr)
     class(model_defect_t), intent(inout) :: self
     type(problem_t), intent(in) :: problem
+    !> of all ranks as one group; it outlives this object
+    type(point_solver_t), target, intent(inout) :: solver
     PetscErrorCode, intent(out) :: ierr
 
-    PetscCall(self%system%create(PETSC_COMM_WORLD, problem%mesh, problem%body, problem%boundary, problem%pairs, ierr))
+    self%system => solver%system
     PetscCall(MatNorm(self%system%stiffness, NORM_INFINITY, self%stiffness_norm, ierr))
     ! with anchors the unknowns of W are not the multipliers alone
     if (problem%plan%linear == 'gamg' .or. self%system%motions%n_free > 0) return
     if (.not. fits_condensed(self%system%map%n_dofs, problem%operator%n_rows)) return
-    PetscCall(self%condensed%create(self%system, ierr))
+    PetscCall(solver%condense(self%condensed, ierr))
     if (self%condensed%reason /= reason_converged) return
     call self%contact%create(self%condensed%compliance)
     self%is_bound = self%contact%is_valid
@@ -254,12 +257,4 @@ contains
     relative = ieee_value(relative, ieee_positive_inf)
     if (whole > 0) relative = part / whole
   end function relative
-
-  subroutine destroy(self, ierr)
-    class(model_defect_t), intent(inout) :: self
-    PetscErrorCode, intent(out) :: ierr
-
-    PetscCall(self%condensed%destroy(ierr))
-    PetscCall(self%system%destroy(ierr))
-  end subroutine destroy
 end module sig_model_defect

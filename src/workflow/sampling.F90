@@ -4,17 +4,17 @@
 !> goes on where it was.
 module sig_sampling
   use sig_contact_state, only: contact_state_t, reason_converged
-  use sig_deck_config, only: deck_config_t, point_set_config_t
+  use sig_deck_config, only: point_set_config_t
   use sig_error_broadcast, only: broadcast_error
   use sig_errors, only: error_t
+  use sig_full_order, only: full_order_t, team_t
   use sig_kinds, only: rk
   use sig_materials, only: varying_constants
   use sig_parameter_space, only: build_points
   use sig_point_batches, only: deal_points, point_batches_t
-  use sig_point_solver, only: point_solver_t
-  use sig_problem, only: announce_plan, check_points, load_problem, problem_t
+  use sig_problem, only: announce_plan, check_points, problem_t
   use sig_progress, only: progress_t
-  use sig_rank_groups, only: create_rank_groups, rank_groups_t
+  use sig_rank_groups, only: rank_groups_t
   use sig_snapshot_buffer, only: snapshot_buffer_t
   use sig_snapshot_merge, only: find_finished_points, merge_snapshots, store_t
   use sig_snapshot_shard, only: snapshot_record_t
@@ -38,23 +38,21 @@ module sig_sampling
     integer :: n_stiffnesses = 0
   end type sampling_result_t
 
-  !> A loaded problem and its solver, for one set of points or several.
+  !> The command's problem and the team that shares out one set of points or several; the full order owns both.
   type :: sampler_t
-    type(problem_t) :: problem
-    type(rank_groups_t) :: groups
-    type(point_solver_t) :: solver
-    logical, private :: has_solver = .false.
+    type(problem_t), pointer :: problem => null()
+    type(team_t), pointer :: team => null()
   contains
     procedure :: create
     procedure :: solve_missing
-    procedure :: destroy
   end type sampler_t
 
 contains
 
   !> Solves a set of points of the deck into a store. Collective on all ranks; errors are known to all.
-  subroutine sample(deck, point_set, store, outcome, error, ierr)
-    type(deck_config_t), intent(in) :: deck
+  subroutine sample(full_order, point_set, store, outcome, error, ierr)
+    !> loaded
+    type(full_order_t), target, intent(inout) :: full_order
     type(point_set_config_t), intent(in) :: point_set
     !> in the results folder, which this run has locked
     type(store_t), intent(in) :: store
@@ -65,26 +63,23 @@ contains
     real(rk), allocatable :: points(:, :)
 
     ierr = 0
-    call build_points(point_set, deck%parameters, points, error)
+    call build_points(point_set, full_order%problem%deck%parameters, points, error)
     if (allocated(error)) return
-    PetscCall(sampler%create(deck, size(points, 2), error, ierr))
-    if (.not. allocated(error)) then
-      PetscCall(sampler%solve_missing(store, points, outcome, error, ierr))
-    end if
-    PetscCall(sampler%destroy(ierr))
+    PetscCall(sampler%create(full_order, size(points, 2), ierr))
+    PetscCall(sampler%solve_missing(store, points, outcome, error, ierr))
   end subroutine sample
 
-  !> Loads the problem on groups of ranks; the solver waits for the first point that is missing. Collective on all ranks.
-  subroutine create(self, deck, n_points, error, ierr)
+  !> Chooses the team; its solver waits for the first point that is missing. Collective on all ranks.
+  subroutine create(self, full_order, n_points, ierr)
     class(sampler_t), intent(inout) :: self
-    type(deck_config_t), intent(in) :: deck
+    !> loaded
+    type(full_order_t), target, intent(inout) :: full_order
     !> most points at a time: more groups would idle
     integer, intent(in) :: n_points
-    type(error_t), allocatable, intent(out) :: error
     PetscErrorCode, intent(out) :: ierr
 
-    PetscCall(create_rank_groups(deck%training%n_groups, n_points, self%groups, ierr))
-    PetscCall(load_problem(deck, self%groups%comm, self%problem, error, ierr))
+    self%problem => full_order%problem
+    PetscCall(full_order%team_for(self%problem%deck%training%n_groups, n_points, self%team, ierr))
   end subroutine create
 
   !> Solves the points that the store lacks; then the store is one file again. Collective on all ranks.
@@ -110,25 +105,10 @@ contains
     outcome%n_found = count(is_done)
     if (is_merged) return
     to_do = pack([(i, i=1, size(is_done))], .not. is_done)
-    if (.not. self%has_solver) then
-      if (size(to_do) > 0) call announce_plan(self%problem, points)
-      PetscCall(self%solver%create(self%problem, self%problem%plan, self%groups%comm, ierr))
-      self%has_solver = .true.
-    end if
+    if (size(to_do) > 0 .and. .not. self%team%is_ready) call announce_plan(self%problem, points)
+    PetscCall(self%team%make_ready(self%problem, ierr))
     PetscCall(solve_and_merge(self, store, points, to_do, outcome, error, ierr))
   end subroutine solve_missing
-
-  subroutine destroy(self, ierr)
-    class(sampler_t), intent(inout) :: self
-    PetscErrorCode, intent(out) :: ierr
-
-    ierr = 0
-    if (self%has_solver) then
-      PetscCall(self%solver%destroy(ierr))
-    end if
-    self%has_solver = .false.
-    PetscCall(self%groups%destroy(ierr))
-  end subroutine destroy
 
   subroutine solve_and_merge(self, store, points, to_do, outcome, error, ierr)
     type(sampler_t), intent(inout) :: self
@@ -145,13 +125,13 @@ contains
     stopped = merge(1.0_rk, 0.0_rk, outcome%is_stopped)
     PetscCall(max_over_ranks(PETSC_COMM_WORLD, stopped, ierr))
     outcome%is_stopped = stopped > 0
-    counts = [outcome%n_failed, merge(self%solver%n_stiffnesses, 0, self%groups%is_leader())]
+    counts = [outcome%n_failed, merge(self%team%solver%n_stiffnesses, 0, self%team%groups%is_leader())]
     PetscCall(sum_over_ranks(PETSC_COMM_WORLD, counts, ierr))
     outcome%n_failed = nint(counts(1))
     outcome%n_stiffnesses = nint(counts(2))
-    PetscCall(close_buffer(self%groups, allocated(error) .or. outcome%is_stopped, buffer, error, ierr))
+    PetscCall(close_buffer(self%team%groups, allocated(error) .or. outcome%is_stopped, buffer, error, ierr))
     if (allocated(error) .or. outcome%is_stopped) return
-    PetscCall(merge_snapshots(self%problem, self%groups, self%solver%system, store, points, buffer%records, error, ierr))
+    PetscCall(merge_snapshots(self%problem, self%team, store, points, buffer%records, error, ierr))
   end subroutine solve_and_merge
 
   !> The rank that merges keeps what it has not written; the others write, and so do all where nothing is merged. Collective on
@@ -188,14 +168,14 @@ contains
     integer :: first, i, last
 
     ierr = 0
-    if (self%groups%is_leader()) then
-      call buffer%create(store%shard_path(self%groups%i_group), self%problem%provenance, size(points, 1), &
-        self%solver%system%map%n_dofs, self%solver%system%operator%n_rows, error)
+    if (self%team%groups%is_leader()) then
+      call buffer%create(store%shard_path(self%team%groups%i_group), self%problem%provenance, size(points, 1), &
+        self%team%solver%system%map%n_dofs, self%team%solver%system%operator%n_rows, error)
     end if
     PetscCall(broadcast_error(error, PETSC_COMM_WORLD, ierr))
     if (allocated(error)) return
-    call deal_points(varying_constants(self%problem%deck, self%problem%material_terms, points), self%groups%i_group, &
-      self%groups%n_groups, self%solver%n_points_at_once(), own)
+    call deal_points(varying_constants(self%problem%deck, self%problem%material_terms, points), self%team%groups%i_group, &
+      self%team%groups%n_groups, self%team%solver%n_points_at_once(), own)
     call progress%start('sampling', size(points, 2))
     last = 0
     do i = 1, size(own%ends)
@@ -205,13 +185,13 @@ contains
       if (i == 1 .and. .not. allocated(error)) then
         PetscCall(refuse_unused_options(self%problem%plan%type, error, ierr))
       end if
-      PetscCall(agree_to_stop(self%groups%comm, outcome%is_stopped, ierr))
-      call progress%advance(min(last * self%groups%n_groups, size(points, 2)))
+      PetscCall(agree_to_stop(self%team%groups%comm, outcome%is_stopped, ierr))
+      call progress%advance(min(last * self%team%groups%n_groups, size(points, 2)))
       if (allocated(error) .or. outcome%is_stopped) exit
     end do
     call progress%finish()
     ! the other groups may not end in time
-    if (outcome%is_stopped .and. self%groups%is_leader() .and. .not. allocated(error)) call buffer%flush(error)
+    if (outcome%is_stopped .and. self%team%groups%is_leader() .and. .not. allocated(error)) call buffer%flush(error)
     PetscCall(broadcast_error(error, PETSC_COMM_WORLD, ierr))
   end subroutine solve_points
 
@@ -227,15 +207,15 @@ contains
     type(snapshot_record_t) :: records(size(points, 2))
     integer :: i
 
-    PetscCall(self%solver%solve_points(self%problem, points, states, ierr))
-    if (self%groups%is_leader()) then
+    PetscCall(self%team%solver%solve_points(self%problem, points, states, ierr))
+    if (self%team%groups%is_leader()) then
       outcome%n_failed = outcome%n_failed + count(states%reason /= reason_converged)
       do i = 1, size(states)
         call make_record(points(:, i), states(i), records(i))
       end do
       call buffer%add(records, error)
     end if
-    PetscCall(broadcast_error(error, self%groups%comm, ierr))
+    PetscCall(broadcast_error(error, self%team%groups%comm, ierr))
   end subroutine solve_batch
 
   !> The fields move from the state to the record.

@@ -9,6 +9,7 @@ module sig_selection_by_defect
   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   use sig_errors, only: error_t, exit_internal, make_error
   use sig_farthest_points, only: farthest_points
+  use sig_full_order, only: full_order_t, team_t
   use sig_greedy_record, only: box_of, keep_selection, log_choice, stop_reason
   use sig_kinds, only: rk
   use sig_log, only: log_info
@@ -16,7 +17,7 @@ module sig_selection_by_defect
   use sig_model_defect, only: model_defect_t
   use sig_multiplier_fit, only: multiplier_fit_workspace_t
   use sig_online_model, only: online_model_t
-  use sig_problem, only: load_problem, problem_t
+  use sig_problem, only: problem_t
   use sig_query, only: answer_t, query_t
   use sig_reconstruction, only: reconstruct_displacement, reconstruct_multipliers
   use sig_sampling, only: sampler_t, sampling_result_t
@@ -35,8 +36,8 @@ module sig_selection_by_defect
 
   !> What goes from round to round.
   type :: rounds_t
-    !> loaded on all ranks; its models have one cluster
-    type(problem_t) :: problem
+    type(problem_t), pointer :: problem => null()
+    type(sampler_t) :: sampler
     type(store_t) :: store
     type(model_defect_t) :: defect
     !> the last round's points: how many, and the model's answers there, shape (n_dofs, n_new) and (n_multipliers, n_new); none in
@@ -49,8 +50,9 @@ module sig_selection_by_defect
 contains
 
   !> Collective on all ranks; the selection is the same on each.
-  subroutine select_by_defect(sampler, folder, candidates, outcome, selection, error, ierr)
-    type(sampler_t), intent(inout) :: sampler
+  subroutine select_by_defect(full_order, folder, candidates, outcome, selection, error, ierr)
+    !> loaded
+    type(full_order_t), target, intent(inout) :: full_order
     character(*), intent(in) :: folder
     !> shape (n_parameters, n_candidates)
     real(rk), intent(in) :: candidates(:, :)
@@ -60,33 +62,35 @@ contains
     type(error_t), allocatable, intent(out) :: error
     PetscErrorCode, intent(out) :: ierr
     type(rounds_t) :: rounds
+    type(team_t), pointer :: whole_team
 
     ierr = 0
-    call need_fixed_stiffness(sampler%problem%deck, error)
+    call need_fixed_stiffness(full_order%problem%deck, error)
     if (allocated(error)) then
       error%hint = 'the defect is that of a reduced model; training.greedy.indicator: projection needs none'
       return
     end if
-    PetscCall(load_problem(sampler%problem%deck, PETSC_COMM_WORLD, rounds%problem, error, ierr))
-    if (allocated(error)) return
-    rounds%problem%deck%clusters%number = 1
+    rounds%problem => full_order%problem
     rounds%store = store_t(folder, snapshot_store)
-    PetscCall(rounds%defect%create(rounds%problem, ierr))
+    associate (greedy => rounds%problem%deck%greedy)
+      PetscCall(rounds%sampler%create(full_order, max(greedy%n_initial, greedy%batch), ierr))
+    end associate
+    PetscCall(full_order%whole_team(whole_team, ierr))
+    PetscCall(rounds%defect%create(rounds%problem, whole_team%solver, ierr))
     if (.not. rounds%defect%is_bound) call log_info('the full-order model cannot be condensed: the defect is the size of the ' // &
       'residuals, which bounds no error')
     call cut_at_end(rounds%problem, selection)
     if (size(selection%indicators) == 0) call begin_far_apart(rounds%problem, candidates, selection)
     do while (selection%stopped_by == '')
-      PetscCall(solve_new_points(rounds, sampler, folder, outcome, selection, error, ierr))
+      PetscCall(solve_new_points(rounds, folder, outcome, selection, error, ierr))
       if (allocated(error) .or. outcome%is_stopped) exit
       PetscCall(choose_new_points(rounds, candidates, selection, error, ierr))
       if (allocated(error)) exit
     end do
     if (.not. (allocated(error) .or. outcome%is_stopped)) then
-      if (sampler%groups%world_rank == 0) call put_in_order(rounds%problem, rounds%store, selection%points, error)
-      PetscCall(keep_selection(rounds%problem, folder, selection, sampler%groups%world_rank == 0, error, ierr))
+      if (rounds%sampler%team%groups%world_rank == 0) call put_in_order(rounds%problem, rounds%store, selection%points, error)
+      PetscCall(keep_selection(rounds%problem, folder, selection, rounds%sampler%team%groups%world_rank == 0, error, ierr))
     end if
-    PetscCall(rounds%defect%destroy(ierr))
   end subroutine select_by_defect
 
   !> Leaves out the choices behind the deck's end, which may come earlier than that of the run that made them.
@@ -115,9 +119,8 @@ contains
   end subroutine begin_far_apart
 
   !> Full-order solutions of the last choices, the errors that the model had there, and the table. Collective on all ranks.
-  subroutine solve_new_points(rounds, sampler, folder, outcome, selection, error, ierr)
+  subroutine solve_new_points(rounds, folder, outcome, selection, error, ierr)
     type(rounds_t), intent(inout) :: rounds
-    type(sampler_t), intent(inout) :: sampler
     character(*), intent(in) :: folder
     !> of all rounds
     type(sampling_result_t), intent(inout) :: outcome
@@ -126,7 +129,7 @@ contains
     PetscErrorCode, intent(out) :: ierr
     type(sampling_result_t) :: round
 
-    PetscCall(sampler%solve_missing(rounds%store, selection%points, round, error, ierr))
+    PetscCall(rounds%sampler%solve_missing(rounds%store, selection%points, round, error, ierr))
     if (allocated(error)) return
     if (outcome%n_points == 0) outcome%n_found = round%n_found
     outcome%n_points = round%n_points
@@ -135,7 +138,7 @@ contains
     outcome%is_stopped = round%is_stopped
     if (outcome%is_stopped) return
     PetscCall(compare_answers(rounds, selection, error, ierr))
-    PetscCall(keep_selection(rounds%problem, folder, selection, sampler%groups%world_rank == 0, error, ierr))
+    PetscCall(keep_selection(rounds%problem, folder, selection, rounds%sampler%team%groups%world_rank == 0, error, ierr))
     PetscCall(agree_to_stop(PETSC_COMM_WORLD, outcome%is_stopped, ierr))
   end subroutine solve_new_points
 

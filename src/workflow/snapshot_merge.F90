@@ -6,15 +6,13 @@
 module sig_snapshot_merge
   use mpi, only: MPI_Barrier, MPI_Bcast, MPI_Comm_rank, MPI_LOGICAL
   use sig_contact_state, only: reason_converged, reason_text
-  use sig_contact_system, only: contact_system_t
   use sig_error_broadcast, only: broadcast_error
   use sig_errors, only: error_t, exit_not_converged, make_error
   use sig_file_system, only: file_exists, list_files, remove_file
-  use sig_free_response, only: compute_lifting
+  use sig_full_order, only: team_t
   use sig_kinds, only: rk
   use sig_log, only: log_warning
   use sig_problem, only: force_unit, parameter_names, parameter_units, problem_t
-  use sig_rank_groups, only: rank_groups_t
   use sig_snapshot_shard, only: append_records, read_shard, snapshot_record_t
   use sig_snapshot_store, only: all_points, merge_records, pick_records, read_snapshot_set, records_of_set, snapshot_set_t, &
     write_snapshots
@@ -213,10 +211,10 @@ contains
   end subroutine put_in_order
 
   !> One file of everything, then the shards go. Collective on all ranks.
-  subroutine merge_snapshots(problem, groups, system, store, points, fresh, error, ierr)
+  subroutine merge_snapshots(problem, team, store, points, fresh, error, ierr)
     type(problem_t), intent(in) :: problem
-    type(rank_groups_t), intent(in) :: groups
-    type(contact_system_t), intent(inout) :: system
+    !> ready
+    type(team_t), intent(inout) :: team
     type(store_t), intent(in) :: store
     real(rk), intent(in) :: points(:, :)
     !> records that the first rank has not written to a shard, none elsewhere; gone afterwards
@@ -228,14 +226,14 @@ contains
 
     if (.not. problem%has_fixed_stiffness) then
       ! nothing can be lifted once and for all
-      allocate (response(system%map%n_dofs, 0))
-    else if (groups%i_group == 1) then
-      PetscCall(compute_lifting(system, problem%plan%linear == 'gamg', response, reason, ierr))
+      allocate (response(problem%mesh%n_dim * problem%mesh%n_nodes, 0))
+    else if (team%groups%i_group == 1) then
+      PetscCall(team%solver%lifting(response, reason, ierr))
       if (reason /= reason_converged) call make_error(error, 'no elastic response to the prescribed values: ' // &
         reason_text(reason), problem%deck%path, exit_code=exit_not_converged)
     end if
     call MPI_Barrier(PETSC_COMM_WORLD, ierr)
-    if (groups%world_rank == 0 .and. .not. allocated(error)) call write_merged(problem, store, points, fresh, response, error)
+    if (team%groups%world_rank == 0 .and. .not. allocated(error)) call write_merged(problem, store, points, fresh, response, error)
     PetscCall(broadcast_error(error, PETSC_COMM_WORLD, ierr))
   end subroutine merge_snapshots
 

@@ -28,20 +28,21 @@ contains
     type(model_t), intent(out) :: model
     type(error_t), allocatable, intent(out) :: error
     PetscErrorCode, intent(out) :: ierr
-    !> a model on the way to another one says no warnings
+    !> a model on the way to another one has one cluster and says no warnings
     logical, intent(in), optional :: is_draft
     type(cluster_t), allocatable :: clusters(:)
     type(snapshot_set_t) :: converged
     logical :: is_silent
-    integer :: k
+    integer :: k, n_clusters
 
     ierr = 0
     is_silent = .false.
     if (present(is_draft)) is_silent = is_draft
+    n_clusters = merge(1, problem%deck%clusters%number, is_silent)
     call select_converged(problem, snapshots, is_silent, converged, error)
     if (allocated(error)) return
     call fill_model_header(problem, converged, model)
-    PetscCall(divide_snapshots(problem%deck, problem%deck%clusters%number, converged, model, clusters, error, ierr))
+    PetscCall(divide_snapshots(problem%deck, n_clusters, converged, model, clusters, error, ierr))
     if (allocated(error)) return
     allocate (model%clusters(size(clusters)))
     PetscCall(train_clusters(problem, converged, clusters, [(k, k=1, size(clusters))], model%clusters, error, ierr))

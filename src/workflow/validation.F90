@@ -10,6 +10,7 @@ module sig_validation
   use sig_kinds, only: rk
   use sig_model, only: model_t
   use sig_online_model, only: online_model_t
+  use sig_full_order, only: team_t
   use sig_point_solver, only: point_solver_t
   use sig_problem, only: problem_t
   use sig_progress, only: progress_t
@@ -58,9 +59,10 @@ module sig_validation
 contains
 
   !> Collective on all ranks; the result is the same on each.
-  subroutine validate(problem, groups, model, points, outcome, error, ierr)
+  subroutine validate(problem, team, model, points, outcome, error, ierr)
     type(problem_t), intent(in) :: problem
-    type(rank_groups_t), intent(in) :: groups
+    !> shares out the points
+    type(team_t), intent(inout) :: team
     type(model_t), intent(in) :: model
     !> shape (n_parameters, n_points), checked
     real(rk), intent(in) :: points(:, :)
@@ -69,7 +71,6 @@ contains
     PetscErrorCode, intent(out) :: ierr
     type(online_model_t) :: online
     type(query_t) :: query
-    type(point_solver_t) :: solver
     character(:), allocatable :: message
     real(rk) :: table(n_errors + 7, size(points, 2))
 
@@ -82,16 +83,15 @@ contains
       call make_error(error, 'the model cannot answer: ' // message, problem%deck%path, exit_code=exit_internal)
       return
     end if
-    PetscCall(solver%create(problem, problem%plan, groups%comm, ierr))
-    outcome%setup_seconds = solver%setup_seconds
-    PetscCall(compare_points(problem, groups, online, query, solver, points, outcome%is_stopped, table, ierr))
-    PetscCall(solver%destroy(ierr))
+    PetscCall(team%make_ready(problem, ierr))
+    outcome%setup_seconds = team%solver%setup_seconds
+    PetscCall(compare_points(problem, team%groups, online, query, team%solver, points, outcome%is_stopped, table, ierr))
     if (outcome%is_stopped) then
       call query%destroy()
       return
     end if
     call unpack_table(table, outcome)
-    PetscCall(time_refactored(problem, groups, points, outcome%refactored_seconds, ierr))
+    PetscCall(time_refactored(problem, team%groups, points, outcome%refactored_seconds, ierr))
     call time_queries(online, query, points, outcome%query_seconds)
     PetscCall(max_over_ranks(PETSC_COMM_WORLD, outcome%query_seconds, ierr))
     call query%destroy()

@@ -9,7 +9,6 @@ module solver_cases
   use sig_elastic_body, only: create_elastic_body, elastic_body_t
   use sig_kinds, only: rk
   use sig_mesh, only: mesh_t
-  use sig_mesh_partition, only: partition_mesh
   use sig_node_pairs, only: node_pairs_t
   use sig_petsc_support, only: create_matrix
   use stacked_blocks, only: node_at, prescribe, stack_mesh, stack_pairs, stack_t
@@ -191,9 +190,6 @@ contains
     type(case_t), intent(inout) :: case
     PetscErrorCode, intent(out) :: ierr
 
-    associate (pairs => case%pairs, is_pair => case%pairs%second_node > 0)
-      PetscCall(partition_mesh(case%mesh, pack(pairs%first_node, is_pair), pack(pairs%second_node, is_pair), comm, ierr))
-    end associate
     PetscCall(case%system%create(comm, case%mesh, case%body, boundary, case%pairs, ierr))
   end subroutine finish
 

@@ -3,11 +3,13 @@
 !> A full-order problem ready to be solved at parameter points: system, solver and terms of one group of ranks.
 module sig_point_solver
   use sig_clock, only: wall_time
+  use sig_condensed, only: condensed_t
   use sig_contact_residuals, only: measure_points, measure_residuals
   use sig_contact_solver, only: contact_solver_t
-  use sig_contact_state, only: contact_state_t
+  use sig_contact_state, only: contact_state_t, reason_converged
   use sig_contact_system, only: contact_system_t
   use sig_elastic_body, only: elastic_body_t
+  use sig_free_response, only: compute_lifting
   use sig_kinds, only: rk
   use sig_problem, only: body_at, problem_t
   use sig_solver_choice, only: choose_solver
@@ -28,17 +30,21 @@ module sig_point_solver
     real(rk) :: setup_seconds = 0
     !> how often the stiffness was assembled and the solver made ready for it
     integer :: n_stiffnesses = 0
+    !> where the solver is another one and a stage asked for the condensed operator
+    type(condensed_t), allocatable, private :: condensed
   contains
     procedure :: create
     procedure :: solve
     procedure :: solve_points
     procedure :: n_points_at_once
+    procedure :: condense
+    procedure :: lifting
     procedure :: destroy
   end type point_solver_t
 
 contains
 
-  !> Collective on comm, for which the problem was loaded. A stiffness that depends on the parameters waits for the first point.
+  !> Collective on comm. A stiffness that depends on the parameters waits for the first point.
   subroutine create(self, problem, plan, comm, ierr)
     class(point_solver_t), intent(inout) :: self
     type(problem_t), intent(in) :: problem
@@ -132,6 +138,49 @@ contains
     n_points = self%solver%n_points_at_once(self%system)
   end function n_points_at_once
 
+  !> The condensed operator of the system: the solver itself, or one that is made once. Collective.
+  !>
+  !> Requires: the stiffness does not depend on the parameters. The point solver keeps it.
+  subroutine condense(self, condensed, ierr)
+    class(point_solver_t), target, intent(inout) :: self
+    type(condensed_t), pointer, intent(out) :: condensed
+    PetscErrorCode, intent(out) :: ierr
+
+    ierr = 0
+    select type (solver => self%solver)
+    type is (condensed_t)
+      condensed => solver
+      return
+    end select
+    if (.not. allocated(self%condensed)) then
+      allocate (self%condensed)
+      PetscCall(self%condensed%create(self%system, ierr))
+    end if
+    condensed => self%condensed
+  end subroutine condense
+
+  !> Elastic responses to the terms of the prescribed displacements, without contact, on every rank. Collective.
+  !>
+  !> Requires: as condense.
+  subroutine lifting(self, response, reason, ierr)
+    class(point_solver_t), intent(inout) :: self
+    !> [length] natural, shape (n_dofs, n_prescribed_terms)
+    real(rk), allocatable, intent(out) :: response(:, :)
+    !> reason_converged, or why K could not be factored
+    integer, intent(out) :: reason
+    PetscErrorCode, intent(out) :: ierr
+
+    select type (solver => self%solver)
+    type is (condensed_t)
+      reason = solver%reason
+      if (reason == reason_converged) then
+        PetscCall(self%system%share_columns(solver%lifting, size(solver%lifting, 2), response, ierr))
+      end if
+    class default
+      PetscCall(compute_lifting(self%system, solver%is_multigrid, response, reason, ierr))
+    end select
+  end subroutine lifting
+
   subroutine destroy(self, ierr)
     class(point_solver_t), intent(inout) :: self
     PetscErrorCode, intent(out) :: ierr
@@ -140,6 +189,10 @@ contains
     call self%terms%destroy()
     if (self%n_stiffnesses > 0) then
       PetscCall(self%solver%destroy(ierr))
+    end if
+    if (allocated(self%condensed)) then
+      PetscCall(self%condensed%destroy(ierr))
+      deallocate (self%condensed)
     end if
     PetscCall(self%system%destroy(ierr))
   end subroutine destroy

@@ -21,7 +21,7 @@ module sig_problem
   use sig_mechanical_models, only: coordinate_names, is_plane, mechanical_model, mechanical_model_t
   use sig_mesh, only: mesh_t
   use sig_mesh_checks, only: material_of_cells, nodes_of_zone
-  use sig_mesh_load, only: load_mesh, partition_mesh
+  use sig_mesh_load, only: load_mesh
   use sig_node_pairs, only: find_node_pairs, node_pairs_t
   use sig_parameter_space, only: format_point
   use sig_petsc_support, only: has_multigrid_vi
@@ -57,17 +57,16 @@ module sig_problem
     type(string_t), allocatable :: notes(:)
     !> sentences of what makes its answers doubtful
     type(string_t), allocatable :: warnings(:)
-    !> [s] wall time of reading the mesh, of loads and pairs, of the partition
+    !> [s] wall time of reading the mesh, of loads and pairs
     real(rk) :: mesh_seconds = 0
     real(rk) :: pairing_seconds = 0
-    real(rk) :: partition_seconds = 0
     !> hash of the physical part of the deck and of the mesh file: what makes two snapshots comparable
     character(16) :: provenance = ''
   end type problem_t
 
 contains
 
-  !> Collective on comm, for which the mesh is partitioned. Errors are the same on all its ranks.
+  !> Collective on comm. Problem and errors are the same on all its ranks.
   subroutine load_problem(deck, comm, problem, error, ierr)
     type(deck_config_t), intent(in) :: deck
     MPI_Comm, intent(in) :: comm
@@ -91,11 +90,6 @@ contains
     call create_contact(deck, problem, error)
     if (allocated(error)) return
     problem%pairing_seconds = wall_time() - start
-    start = wall_time()
-    associate (pairs => problem%pairs, is_pair => problem%pairs%second_node > 0)
-      PetscCall(partition_mesh(problem%mesh, pack(pairs%first_node, is_pair), pack(pairs%second_node, is_pair), comm, ierr))
-    end associate
-    problem%partition_seconds = wall_time() - start
     call check_zones(deck, problem%mesh, error)
     if (allocated(error)) return
     call plan_solving(problem, error)

@@ -7,7 +7,7 @@ module sig_rank_groups
   use petsc
   implicit none(type, external)
   private
-  public :: rank_groups_t, create_rank_groups
+  public :: rank_groups_t, create_rank_groups, number_of_groups
 
   type :: rank_groups_t
     integer :: n_groups = 1
@@ -28,7 +28,17 @@ module sig_rank_groups
 
 contains
 
-  !> Collective on all ranks. Neighboring ranks share a group. Groups = 0 means as many as there are ranks and points.
+  !> Wanted groups, 0 meaning one per rank; never more than there are ranks or points.
+  pure integer function number_of_groups(n_wanted, n_points, n_ranks) result(n_groups)
+    integer, intent(in) :: n_wanted
+    integer, intent(in) :: n_points
+    integer, intent(in) :: n_ranks
+
+    n_groups = max(1, min(n_ranks, n_points))
+    if (n_wanted > 0) n_groups = min(n_wanted, n_groups)
+  end function number_of_groups
+
+  !> Collective on all ranks. Neighboring ranks share a group. Arguments as for number_of_groups.
   subroutine create_rank_groups(n_wanted, n_points, groups, ierr)
     integer, intent(in) :: n_wanted
     integer, intent(in) :: n_points
@@ -37,8 +47,7 @@ contains
     integer :: n_group_ranks
 
     PetscCall(rank_and_size(PETSC_COMM_WORLD, groups%world_rank, groups%n_ranks, ierr))
-    groups%n_groups = max(1, min(groups%n_ranks, n_points))
-    if (n_wanted > 0) groups%n_groups = min(n_wanted, groups%n_groups)
+    groups%n_groups = number_of_groups(n_wanted, n_points, groups%n_ranks)
     groups%i_group = groups%world_rank * groups%n_groups / groups%n_ranks + 1
     call MPI_Comm_split(PETSC_COMM_WORLD, groups%i_group, groups%world_rank, groups%comm, ierr)
     PetscCall(rank_and_size(groups%comm, groups%group_rank, n_group_ranks, ierr))

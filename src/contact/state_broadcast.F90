@@ -1,0 +1,80 @@
+! SPDX-License-Identifier: BSD-3-Clause
+#include "signorom/macros.h"
+!> Hands a solution from the rank that knows it to the others.
+module sig_state_broadcast
+  use mpi, only: MPI_Bcast, MPI_Comm_rank, MPI_DOUBLE_PRECISION, MPI_INTEGER, MPI_LOGICAL
+  use sig_contact_state, only: contact_state_t
+  use sig_kinds, only: rk
+  use petsc
+  implicit none(type, external)
+  private
+  public :: broadcast_state
+
+contains
+
+  !> Collective on comm; the others' states are replaced.
+  subroutine broadcast_state(state, root, comm, ierr)
+    type(contact_state_t), intent(inout) :: state
+    !> rank in comm, 0-based
+    integer, intent(in) :: root
+    MPI_Comm, intent(in) :: comm
+    PetscErrorCode, intent(out) :: ierr
+    integer :: counts(3)
+    real(rk) :: numbers(6)
+
+    counts = [state%n_iterations, state%n_linear_iterations, state%reason]
+    PetscCallMPI(MPI_Bcast(counts, size(counts), MPI_INTEGER, root, comm, ierr))
+    state%n_iterations = counts(1)
+    state%n_linear_iterations = counts(2)
+    state%reason = counts(3)
+    associate (r => state%residuals)
+      numbers = [r%equilibrium, r%penetration, r%negative_multiplier, r%complementarity, r%force_balance, state%seconds]
+      PetscCallMPI(MPI_Bcast(numbers, size(numbers), MPI_DOUBLE_PRECISION, root, comm, ierr))
+      r%equilibrium = numbers(1)
+      r%penetration = numbers(2)
+      r%negative_multiplier = numbers(3)
+      r%complementarity = numbers(4)
+      r%force_balance = numbers(5)
+    end associate
+    state%seconds = numbers(6)
+    PetscCall(broadcast_values(state%displacement, root, comm, ierr))
+    PetscCall(broadcast_values(state%multipliers, root, comm, ierr))
+    PetscCall(broadcast_values(state%reactions, root, comm, ierr))
+    PetscCall(broadcast_flags(state%is_active, root, comm, ierr))
+  end subroutine broadcast_state
+
+  !> An array that the root lacks is lacking everywhere.
+  subroutine broadcast_values(values, root, comm, ierr)
+    real(rk), allocatable, intent(inout) :: values(:)
+    integer, intent(in) :: root
+    MPI_Comm, intent(in) :: comm
+    PetscErrorCode, intent(out) :: ierr
+    integer :: n, rank
+
+    PetscCallMPI(MPI_Comm_rank(comm, rank, ierr))
+    n = -1
+    if (allocated(values)) n = size(values)
+    PetscCallMPI(MPI_Bcast(n, 1, MPI_INTEGER, root, comm, ierr))
+    if (rank /= root .and. allocated(values)) deallocate (values)
+    if (n < 0) return
+    if (rank /= root) allocate (values(n))
+    PetscCallMPI(MPI_Bcast(values, n, MPI_DOUBLE_PRECISION, root, comm, ierr))
+  end subroutine broadcast_values
+
+  subroutine broadcast_flags(flags, root, comm, ierr)
+    logical, allocatable, intent(inout) :: flags(:)
+    integer, intent(in) :: root
+    MPI_Comm, intent(in) :: comm
+    PetscErrorCode, intent(out) :: ierr
+    integer :: n, rank
+
+    PetscCallMPI(MPI_Comm_rank(comm, rank, ierr))
+    n = -1
+    if (allocated(flags)) n = size(flags)
+    PetscCallMPI(MPI_Bcast(n, 1, MPI_INTEGER, root, comm, ierr))
+    if (rank /= root .and. allocated(flags)) deallocate (flags)
+    if (n < 0) return
+    if (rank /= root) allocate (flags(n))
+    PetscCallMPI(MPI_Bcast(flags, n, MPI_LOGICAL, root, comm, ierr))
+  end subroutine broadcast_flags
+end module sig_state_broadcast

@@ -1,0 +1,152 @@
+! SPDX-License-Identifier: BSD-3-Clause
+#include "signorom/macros.h"
+!> The owner of a command's full-order problem: deck and mesh are read once, and every solver is made once.
+!>
+!> Ranks work in groups on different points. Each way to split them is a team with a solver of its own, which waits until a stage
+!> needs it and then serves all later stages.
+module sig_full_order
+  use sig_deck_config, only: deck_config_t
+  use sig_errors, only: error_t
+  use sig_petsc_support, only: rank_and_size
+  use sig_point_solver, only: point_solver_t
+  use sig_problem, only: load_problem, problem_t
+  use sig_rank_groups, only: create_rank_groups, number_of_groups, rank_groups_t
+  use petsc
+  implicit none(type, external)
+  private
+  public :: full_order_t, team_t
+
+  !> All ranks in groups of nearly equal size, and the solver of this rank's group.
+  type :: team_t
+    type(rank_groups_t) :: groups
+    type(point_solver_t) :: solver
+    !> the solver was made
+    logical :: is_ready = .false.
+  contains
+    procedure :: make_ready
+    procedure, private :: destroy => destroy_team
+  end type team_t
+
+  !> Teams stay where they are in memory while others join.
+  type :: team_pointer_t
+    type(team_t), pointer :: team => null()
+  end type team_pointer_t
+
+  type :: full_order_t
+    !> the same on all ranks
+    type(problem_t) :: problem
+    !> deck and mesh were read
+    logical :: is_loaded = .false.
+    type(team_pointer_t), allocatable, private :: teams(:)
+  contains
+    procedure :: load
+    procedure :: team_for
+    procedure :: ready_team
+    procedure :: whole_team
+    procedure :: destroy
+  end type full_order_t
+
+contains
+
+  !> Reads and checks the problem of a deck, unless that was done. Collective on all ranks; errors are the same on each.
+  subroutine load(self, deck, error, ierr)
+    class(full_order_t), intent(inout) :: self
+    type(deck_config_t), intent(in) :: deck
+    type(error_t), allocatable, intent(out) :: error
+    PetscErrorCode, intent(out) :: ierr
+
+    ierr = 0
+    if (self%is_loaded) return
+    allocate (self%teams(0))
+    PetscCall(load_problem(deck, PETSC_COMM_WORLD, self%problem, error, ierr))
+    self%is_loaded = .not. allocated(error)
+  end subroutine load
+
+  !> The team that shares out points: as many groups as are wanted (0: one per rank), and no more than points. Collective on all
+  !> ranks. The owner keeps it.
+  subroutine team_for(self, n_wanted, n_points, team, ierr)
+    class(full_order_t), intent(inout) :: self
+    integer, intent(in) :: n_wanted
+    integer, intent(in) :: n_points
+    type(team_t), pointer, intent(out) :: team
+    PetscErrorCode, intent(out) :: ierr
+    type(team_pointer_t) :: added
+    integer :: i, n_groups, n_ranks, rank
+
+    PetscCall(rank_and_size(PETSC_COMM_WORLD, rank, n_ranks, ierr))
+    n_groups = number_of_groups(n_wanted, n_points, n_ranks)
+    do i = 1, size(self%teams)
+      team => self%teams(i)%team
+      if (team%groups%n_groups == n_groups) return
+    end do
+    allocate (added%team)
+    team => added%team
+    PetscCall(create_rank_groups(n_groups, n_points, team%groups, ierr))
+    self%teams = [self%teams, added]
+  end subroutine team_for
+
+  !> A team whose solver is there already; all ranks as one group where none is. Collective on all ranks.
+  subroutine ready_team(self, team, ierr)
+    class(full_order_t), intent(inout) :: self
+    type(team_t), pointer, intent(out) :: team
+    PetscErrorCode, intent(out) :: ierr
+    integer :: i
+
+    ierr = 0
+    do i = 1, size(self%teams)
+      team => self%teams(i)%team
+      if (team%is_ready) return
+    end do
+    PetscCall(self%whole_team(team, ierr))
+  end subroutine ready_team
+
+  !> All ranks as one group, with its solver. Collective on all ranks.
+  subroutine whole_team(self, team, ierr)
+    class(full_order_t), intent(inout) :: self
+    type(team_t), pointer, intent(out) :: team
+    PetscErrorCode, intent(out) :: ierr
+
+    PetscCall(self%team_for(1, 1, team, ierr))
+    PetscCall(team%make_ready(self%problem, ierr))
+  end subroutine whole_team
+
+  !> Makes the solver of the plan, once. Collective on all ranks.
+  subroutine make_ready(self, problem, ierr)
+    class(team_t), intent(inout) :: self
+    type(problem_t), intent(in) :: problem
+    PetscErrorCode, intent(out) :: ierr
+
+    ierr = 0
+    if (self%is_ready) return
+    PetscCall(self%solver%create(problem, problem%plan, self%groups%comm, ierr))
+    self%is_ready = .true.
+  end subroutine make_ready
+
+  !> Collective on all ranks.
+  subroutine destroy_team(self, ierr)
+    class(team_t), intent(inout) :: self
+    PetscErrorCode, intent(out) :: ierr
+
+    ierr = 0
+    if (self%is_ready) then
+      PetscCall(self%solver%destroy(ierr))
+    end if
+    PetscCall(self%groups%destroy(ierr))
+  end subroutine destroy_team
+
+  !> Collective on all ranks. Pointers to teams are void afterwards.
+  subroutine destroy(self, ierr)
+    class(full_order_t), intent(inout) :: self
+    PetscErrorCode, intent(out) :: ierr
+    integer :: i
+
+    ierr = 0
+    if (.not. allocated(self%teams)) return
+    do i = 1, size(self%teams)
+      PetscCall(self%teams(i)%team%destroy(ierr))
+      deallocate (self%teams(i)%team)
+    end do
+    deallocate (self%teams)
+    self%is_loaded = .false.
+  end subroutine destroy
+end module sig_full_order
