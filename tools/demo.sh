@@ -28,9 +28,9 @@ make_mesh() {
 
 run_program() {
   if [ "$n_cores" -ge 2 ]; then
-    mpirun --oversubscribe --bind-to none -n 2 $program run $deck
+    mpirun --oversubscribe --bind-to none -n 2 $program run $deck --benchmark
   else
-    $program run $deck
+    $program run $deck --benchmark
   fi
 }
 

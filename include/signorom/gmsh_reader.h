@@ -4,6 +4,7 @@
 #define SIG_GMSH_READER_H
 
 #include <stddef.h>
+#include <stdint.h>
 
 typedef struct sig_gmsh sig_gmsh;
 
@@ -21,6 +22,9 @@ int sig_gmsh_parse(const char *bytes, size_t n_bytes, sig_gmsh **mesh);
 
 /* Null-terminated sentence; *line is 1-based, 0 in binary parts, where the sentence names the byte. */
 void sig_gmsh_message(const sig_gmsh *mesh, char message[SIG_GMSH_MESSAGE_SIZE], int *line);
+
+/* FNV-1a of the file's bytes. */
+uint64_t sig_gmsh_hash(const sig_gmsh *mesh);
 
 /* sizes[5]: n_nodes, n_elements, n_element_nodes, n_memberships, n_groups. */
 void sig_gmsh_sizes(const sig_gmsh *mesh, int sizes[5]);

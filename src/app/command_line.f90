@@ -19,6 +19,7 @@ module sig_command_line
     character(:), allocatable :: output
     logical :: is_quiet = .false.
     logical :: is_strict = .false.
+    logical :: has_benchmark = .false.
     !> of predict; 0 = as many as there are processors
     integer :: n_threads = 0
     !> what goes to PETSc's options database: `-name value ...`
@@ -86,6 +87,8 @@ contains
       command%is_quiet = .true.
     case ('--strict')
       command%is_strict = .true.
+    case ('--benchmark')
+      command%has_benchmark = .true.
     case ('--at')
       call take_value(arguments, i, value, error)
       if (allocated(error)) return
@@ -172,6 +175,8 @@ contains
       call make_error(error, command%name // ' works without PETSc and takes no option of it:' // command%petsc_options)
     else if (command%at /= '' .and. .not. (command%name == 'predict' .or. command%name == 'solve')) then
       call make_error(error, '--at goes with predict and solve, not with ' // command%name)
+    else if (command%has_benchmark .and. .not. (command%name == 'run' .or. command%name == 'validate')) then
+      call make_error(error, '--benchmark goes with run and validate, not with ' // command%name)
     else if (command%name /= 'predict' .and. (command%points /= '' .or. command%output /= '' .or. command%is_strict &
       .or. command%n_threads > 0)) then
       call make_error(error, '--points, --output, --strict and --threads go with predict, not with ' // command%name)
@@ -194,7 +199,7 @@ contains
   function option_words() result(words)
     type(string_t), allocatable :: words(:)
 
-    words = split('--help,--version,--quiet,--strict,--at,--points,--output,--threads', ',')
+    words = split('--help,--version,--quiet,--strict,--benchmark,--at,--points,--output,--threads', ',')
   end function option_words
 
   logical function is_in(word, words)
@@ -244,6 +249,7 @@ contains
       '  --output FILE   where the CSV of predict goes instead of the terminal' // nl // &
       '  --threads N     threads of predict; as many as there are processors without it' // nl // &
       '  --strict        a point outside the trained box is an error, not a warning (predict)' // nl // &
+      '  --benchmark     measure the times of queries and of a solver that factors anew (validate, run)' // nl // &
       '  --quiet         say nothing but warnings and errors' // nl // &
       '  --help, --version' // nl // &
       '  -fom_..., -active_set_..., -vi_..., -pod_...   options of PETSc, after the file; they beat the deck''s petsc_options' // &

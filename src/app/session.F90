@@ -33,6 +33,8 @@ module sig_session
     logical :: has_failed = .false.
     !> the terminal shows which solver works
     logical :: has_plan = .false.
+    !> --benchmark: validation measures times, too
+    logical :: has_benchmark = .false.
     type(directory_lock_t) :: lock
     !> the deck's problem, from the first stage that needs it on
     type(full_order_t) :: full_order
@@ -57,6 +59,7 @@ contains
     integer :: i
 
     call MPI_Comm_rank(PETSC_COMM_WORLD, self%rank, ierr)
+    self%has_benchmark = command%has_benchmark
     if (self%rank == 0) call read_text_file(command%file, self%deck_text, error)
     PetscCall(broadcast_error(error, PETSC_COMM_WORLD, ierr))
     if (allocated(error)) then
@@ -145,7 +148,7 @@ contains
     if (self%exit_code == exit_user) return
     PetscCall(unused_petsc_options(options, ierr))
     do i = 1, size(options)
-      if (is_for_another_command(options(i)%text, command%name, self%deck%solver%type)) cycle
+      if (is_for_another_command(options(i)%text, command, self%deck%solver%type)) cycle
       call make_error(error, 'the PETSc option ' // options(i)%text // ' was not used', &
         hint='-fom_ goes with condensed, -active_set_ and -vi_ with their solvers, -pod_ with train')
       call self%fail(error)
@@ -156,24 +159,24 @@ contains
   pure logical function is_for_another_command(option, command, solver)
     !> with its hyphen
     character(*), intent(in) :: option
-    character(*), intent(in) :: command
+    type(command_t), intent(in) :: command
     !> type of the deck's solver
     character(*), intent(in) :: solver
     logical :: is_solving
 
-    is_solving = command == 'run' .or. command == 'sample' .or. command == 'solve' .or. command == 'validate'
-    ! run has work for both
-    is_for_another_command = solver == 'auto' .and. command /= 'run' .and. &
+    is_solving = any(command%name == [character(8) :: 'run', 'sample', 'solve', 'validate'])
+    ! either may be the one that auto takes
+    is_for_another_command = solver == 'auto' .and. .not. command%has_benchmark .and. &
       (index(option, '-fom_') == 1 .or. index(option, '-active_set_') == 1)
     if (is_for_another_command) return
     if (index(option, '-fom_') == 1) then
       is_for_another_command = .not. (is_solving .and. solver == 'condensed')
     else if (index(option, '-active_set_') == 1) then
-      is_for_another_command = .not. (command == 'run' .or. command == 'validate' .or. (is_solving .and. solver == 'active_set'))
+      is_for_another_command = .not. (command%has_benchmark .or. (is_solving .and. solver == 'active_set'))
     else if (index(option, '-vi_') == 1) then
       is_for_another_command = .not. (is_solving .and. solver == 'snesvi')
     else if (index(option, '-pod_') == 1) then
-      is_for_another_command = .not. (command == 'run' .or. command == 'train')
+      is_for_another_command = .not. (command%name == 'run' .or. command%name == 'train')
     end if
   end function is_for_another_command
 end module sig_session

@@ -172,7 +172,7 @@ contains
       if (.not. allocated(error)) call read_own_model(session, problem, model, error)
       if (.not. allocated(error)) then
         PetscCall(session%full_order%team_for(session%deck%test%n_groups, size(points, 2), team, ierr))
-        PetscCall(validate(problem, team, model, points, outcome, error, ierr))
+        PetscCall(validate(problem, team, model, points, session%has_benchmark, outcome, error, ierr))
       end if
       if (.not. allocated(error)) then
         PetscCall(keep_validation(session, model, outcome, report, error, ierr))
@@ -221,9 +221,7 @@ contains
     type(team_t), pointer :: team
     type(model_t) :: model
     type(solved_points_t) :: solved
-    type(reaction_t), allocatable :: reactions(:)
     type(error_t), allocatable :: error
-    integer :: i
 
     call announce_stiffness(session)
     PetscCall(session%full_order%load(session%deck, error, ierr))
@@ -247,25 +245,37 @@ contains
       return
     end if
     PetscCall(describe_problem(session%full_order%problem, report, ierr))
-    call report%add('units/force', force_unit(session%deck))
-    call report%add('units/stress', stress_unit(session%deck))
-    call report%add('times/partition', solved%partition_seconds)
-    call report%add('times/assembly', solved%assembly_seconds)
-    call report%add('times/setup', solved%setup_seconds)
-    call report%add('times/output', solved%output_seconds)
-    call report_states(session%deck, points, solved%states, report)
-    call warn_of_residuals(pack(solved%states%residuals%equilibrium, solved%states%reason == reason_converged), report)
-    do i = 1, size(solved%states)
-      if (solved%states(i)%reason /= reason_converged) call log_warning('not converged at ' // &
-        format_point(session%deck%parameters, points(:, i)) // ': ' // reason_text(solved%states(i)%reason))
-      call boundary_reactions(session%full_order%problem%mesh, session%deck%boundary_conditions, solved%states(i)%reactions, reactions)
-      call report_reactions(i, reactions, report)
-    end do
+    call report_fields(session%full_order%problem, points, solved, report)
     call write_report(session, report)
     call log_info('fields at ' // counted(size(points, 2), 'point') // ': ' // session%folder // '/fields.xdmf' // &
       accuracy_text(session%deck, pack(solved%states%residuals, solved%states%reason == reason_converged)))
     if (any(solved%states%reason /= reason_converged)) session%exit_code = exit_not_converged
   end subroutine fields_stage
+
+  !> What the full-order points took and how they ended; reactions.
+  subroutine report_fields(problem, points, solved, report)
+    type(problem_t), intent(in) :: problem
+    real(rk), intent(in) :: points(:, :)
+    type(solved_points_t), intent(in) :: solved
+    type(run_report_t), intent(inout) :: report
+    type(reaction_t), allocatable :: reactions(:)
+    integer :: i
+
+    call report%add('units/force', force_unit(problem%deck))
+    call report%add('units/stress', stress_unit(problem%deck))
+    call report%add('times/partition', solved%partition_seconds)
+    call report%add('times/assembly', solved%assembly_seconds)
+    call report%add('times/setup', solved%setup_seconds)
+    call report%add('times/output', solved%output_seconds)
+    call report_states(problem%deck, points, solved%states, report)
+    call warn_of_residuals(pack(solved%states%residuals%equilibrium, solved%states%reason == reason_converged), report)
+    do i = 1, size(solved%states)
+      if (solved%states(i)%reason /= reason_converged) call log_warning('not converged at ' // &
+        format_point(problem%deck%parameters, points(:, i)) // ': ' // reason_text(solved%states(i)%reason))
+      call boundary_reactions(problem%mesh, problem%deck%boundary_conditions, solved%states(i)%reactions, reactions)
+      call report_reactions(i, reactions, report)
+    end do
+  end subroutine report_fields
 
   !> What ran on what. Collective on all ranks.
   subroutine describe_problem(problem, report, ierr)

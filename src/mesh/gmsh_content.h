@@ -49,7 +49,8 @@ typedef struct {
 
 struct sig_gmsh {
   sig_scanner scanner;
-  int version; /* 22 or 41 */
+  int version;   /* 22 or 41 */
+  uint64_t hash; /* of the file's bytes */
   int n_nodes;
   int *node_tags;
   double *coordinates;

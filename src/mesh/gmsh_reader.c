@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "gmsh_content.h"
+#include "signorom/checksum.h"
 #include "signorom/file_system.h"
 
 /* $MeshFormat: version, file type, size of size_t; in binary files a 1 follows that tells the byte order. */
@@ -167,6 +168,7 @@ int sig_gmsh_parse(const char *bytes, size_t n_bytes, sig_gmsh **mesh) {
   sig_scanner *s = &(*mesh)->scanner;
   s->bytes = copy;
   s->size = n_bytes;
+  (*mesh)->hash = sig_fnv1a(bytes, n_bytes, SIG_FNV1A_SEED);
   const bool is_good = scan_file(*mesh) && resolve_nodes(*mesh);
   s->bytes = NULL;
   free(copy);
@@ -193,6 +195,8 @@ void sig_gmsh_message(const sig_gmsh *mesh, char message[SIG_GMSH_MESSAGE_SIZE],
   memcpy(message, mesh->scanner.message, SIG_GMSH_MESSAGE_SIZE);
   *line = mesh->scanner.line;
 }
+
+uint64_t sig_gmsh_hash(const sig_gmsh *mesh) { return mesh->hash; }
 
 void sig_gmsh_sizes(const sig_gmsh *mesh, int sizes[5]) {
   sizes[0] = mesh->n_nodes;

@@ -1,11 +1,11 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> The C side of this layer, as declared in include/signorom/{gmsh_reader,partition}.h.
 module sig_mesh_c_interfaces
-  use, intrinsic :: iso_c_binding, only: c_char, c_double, c_int, c_ptr, c_size_t
+  use, intrinsic :: iso_c_binding, only: c_char, c_double, c_int, c_int64_t, c_ptr, c_size_t
   implicit none(type, external)
   private
   public :: sig_gmsh_read, sig_gmsh_message, sig_gmsh_sizes, sig_gmsh_nodes, sig_gmsh_elements, sig_gmsh_memberships
-  public :: sig_gmsh_group, sig_gmsh_free, sig_partition_graph
+  public :: sig_gmsh_group, sig_gmsh_hash, sig_gmsh_free, sig_partition_graph
   public :: gmsh_ok, gmsh_invalid, gmsh_unreadable, gmsh_no_memory, gmsh_message_size
 
   integer(c_int), parameter :: gmsh_ok = 0, gmsh_invalid = 1, gmsh_unreadable = 2, gmsh_no_memory = 3
@@ -25,6 +25,11 @@ module sig_mesh_c_interfaces
       character(kind=c_char), intent(inout) :: message(*)
       integer(c_int), intent(out) :: line
     end subroutine sig_gmsh_message
+
+    pure integer(c_int64_t) function sig_gmsh_hash(mesh) bind(c)
+      import :: c_int64_t, c_ptr
+      type(c_ptr), intent(in), value :: mesh
+    end function sig_gmsh_hash
 
     subroutine sig_gmsh_sizes(mesh, sizes) bind(c)
       import :: c_int, c_ptr

@@ -3,12 +3,13 @@
 module sig_mesh_file
   use, intrinsic :: iso_c_binding, only: c_char, c_int, c_null_char, c_ptr, c_size_t
   use sig_c_strings, only: from_c
+  use sig_checksum, only: hash_digits
   use sig_errors, only: error_t, make_error
   use sig_file_system, only: system_reason
   use sig_kinds, only: rk
   use sig_mesh_c_interfaces, only: gmsh_invalid, gmsh_message_size, gmsh_no_memory, gmsh_ok, gmsh_unreadable, &
-    sig_gmsh_elements, sig_gmsh_free, sig_gmsh_group, sig_gmsh_memberships, sig_gmsh_message, sig_gmsh_nodes, sig_gmsh_read, &
-    sig_gmsh_sizes
+    sig_gmsh_elements, sig_gmsh_free, sig_gmsh_group, sig_gmsh_hash, sig_gmsh_memberships, sig_gmsh_message, &
+    sig_gmsh_nodes, sig_gmsh_read, sig_gmsh_sizes
   use sig_text, only: string_t
   implicit none(type, external)
   private
@@ -36,6 +37,8 @@ module sig_mesh_file
     integer, allocatable :: group_tags(:)
     !> empty where the file gives no name
     type(string_t), allocatable :: group_names(:)
+    !> FNV-1a of the file's bytes, 16 hexadecimal digits
+    character(16) :: hash = ''
   end type raw_mesh_t
 
 contains
@@ -80,6 +83,7 @@ contains
     type(raw_mesh_t), intent(inout) :: raw
     integer(c_int) :: sizes(5)
 
+    raw%hash = hash_digits(sig_gmsh_hash(handle))
     call sig_gmsh_sizes(handle, sizes)
     raw%n_nodes = sizes(1)
     raw%n_elements = sizes(2)

@@ -2,7 +2,6 @@
 !> From a gmsh file to a checked mesh, on one rank.
 module sig_mesh_read
   use sig_cell_quality, only: orient_cells
-  use sig_checksum, only: hash_of_file
   use sig_errors, only: error_t
   use sig_kinds, only: rk
   use sig_mesh, only: mesh_t
@@ -29,8 +28,7 @@ contains
     if (allocated(error)) return
     call build_mesh(raw, n_dim, length_factor, path, mesh, error)
     if (allocated(error)) return
+    mesh%file_hash = raw%hash
     call orient_cells(mesh, path, error)
-    if (allocated(error)) return
-    call hash_of_file(path, mesh%file_hash, error)
   end subroutine read_mesh
 end module sig_mesh_read

@@ -8,6 +8,7 @@ module sig_error_norms
   use sig_domain_energy, only: domain_energy_t
   use sig_kinds, only: rk
   use sig_online_model, only: online_model_t
+  use sig_petsc_support, only: multiply_block, sum_over_ranks
   use sig_query, only: answer_t
   use sig_reconstruction, only: reconstruct_displacement
   use petsc
@@ -31,50 +32,81 @@ module sig_error_norms
 
 contains
 
-  !> Collective on the system's communicator.
-  subroutine measure_errors(system, domain, online, answer, state, errors, ierr)
+  !> Errors at several points, with one pass over K for all of them. Collective on the system's communicator.
+  subroutine measure_errors(system, domains, online, answers, states, errors, ierr)
     type(contact_system_t), intent(inout) :: system
-    !> cells of the answer's cluster
-    type(domain_energy_t), intent(in) :: domain
+    !> cells of each cluster's domain, shape (n_clusters)
+    type(domain_energy_t), intent(in) :: domains(:)
     !> prepared
     type(online_model_t), intent(in) :: online
-    type(answer_t), intent(in) :: answer
-    type(contact_state_t), intent(in) :: state
-    type(point_errors_t), intent(out) :: errors
+    !> shape (n_points)
+    type(answer_t), intent(in) :: answers(:)
+    type(contact_state_t), intent(in) :: states(:)
+    type(point_errors_t), intent(out) :: errors(:)
     PetscErrorCode, intent(out) :: ierr
     real(rk), allocatable :: displacement(:)
-    real(rk) :: energies(2), energies_full(2), load(size(state%displacement))
+    real(rk) :: fields(system%map%n_dofs, 2 * size(states)), energies(2, 2 * size(states))
+    integer :: i, n
 
-    call reconstruct_displacement(online%model, answer, displacement)
-    errors%displacement = displacement_error(displacement, state%displacement)
-    errors%multipliers_rid = rid_error(online, answer, state%multipliers)
-    errors%multipliers_all = reconstruction_error(online, answer, state%multipliers)
-    load = system%load(answer%theta)
-    associate (cluster => online%model%clusters(answer%cluster))
-      PetscCall(measure_energies(system, domain, cluster%interior_dofs, load, displacement, energies, ierr))
-      PetscCall(measure_energies(system, domain, cluster%interior_dofs, load, state%displacement, energies_full, ierr))
-    end associate
-    errors%energy = abs(energies(1) - energies_full(1))
-    errors%energy_rid = abs(energies(2) - energies_full(2))
-    errors%energy_relative = relative(errors%energy, abs(energies_full(1)))
-    errors%energy_rid_relative = relative(errors%energy_rid, abs(energies_full(2)))
+    n = size(states)
+    do i = 1, n
+      call reconstruct_displacement(online%model, answers(i), displacement)
+      fields(:, i) = displacement
+      fields(:, n + i) = states(i)%displacement
+      errors(i)%displacement = displacement_error(displacement, states(i)%displacement)
+      errors(i)%multipliers_rid = rid_error(online, answers(i), states(i)%multipliers)
+      errors(i)%multipliers_all = reconstruction_error(online, answers(i), states(i)%multipliers)
+    end do
+    PetscCall(measure_energies(system, domains, online, answers, fields, energies, ierr))
+    errors%energy = abs(energies(1, :n) - energies(1, n + 1:))
+    errors%energy_rid = abs(energies(2, :n) - energies(2, n + 1:))
+    do i = 1, n
+      errors(i)%energy_relative = relative(errors(i)%energy, abs(energies(1, n + i)))
+      errors(i)%energy_rid_relative = relative(errors(i)%energy_rid, abs(energies(2, n + i)))
+    end do
   end subroutine measure_errors
 
-  !> 1/2 u' K u - F' u on the bodies and on the reduced domain. Collective.
-  subroutine measure_energies(system, domain, interior_dofs, load, displacement, energies, ierr)
+  !> 1/2 u' K u - F' u of each field on the bodies and on the reduced domain. Collective.
+  subroutine measure_energies(system, domains, online, answers, fields, energies, ierr)
     type(contact_system_t), intent(inout) :: system
-    type(domain_energy_t), intent(in) :: domain
-    !> A
-    integer, intent(in) :: interior_dofs(:)
-    !> [force] natural, shape (n_dofs)
-    real(rk), intent(in) :: load(:)
-    real(rk), intent(in) :: displacement(:)
-    real(rk), intent(out) :: energies(2)
+    type(domain_energy_t), intent(in) :: domains(:)
+    type(online_model_t), intent(in) :: online
+    type(answer_t), intent(in) :: answers(:)
+    !> [length] natural; of the answers, then of the full-order model; shape (n_dofs, 2 * n_points)
+    real(rk), intent(in) :: fields(:, :)
+    !> [force*length] shape (2, 2 * n_points)
+    real(rk), intent(out) :: energies(:, :)
     PetscErrorCode, intent(out) :: ierr
-    real(rk) :: forces(size(displacement))
+    real(rk) :: load(system%map%n_dofs), strain_energies(size(fields, 2))
+    integer :: i, k
 
-    PetscCall(system%apply_stiffness(displacement, forces, ierr))
-    energies(1) = dot_product(displacement, forces) / 2 - dot_product(load, displacement)
-    energies(2) = domain%strain_energy(displacement) - dot_product(load(interior_dofs), displacement(interior_dofs))
+    PetscCall(measure_strain_energies(system, fields, strain_energies, ierr))
+    do i = 1, size(fields, 2)
+      k = modulo(i - 1, size(answers)) + 1
+      load = system%load(answers(k)%theta)
+      energies(1, i) = strain_energies(i) - dot_product(load, fields(:, i))
+      associate (dofs => online%model%clusters(answers(k)%cluster)%interior_dofs)
+        energies(2, i) = domains(answers(k)%cluster)%strain_energy(fields(:, i)) - dot_product(load(dofs), fields(dofs, i))
+      end associate
+    end do
   end subroutine measure_energies
+
+  !> 1/2 u' K u of each field. Collective.
+  subroutine measure_strain_energies(system, fields, energies, ierr)
+    type(contact_system_t), intent(inout) :: system
+    real(rk), intent(in) :: fields(:, :)
+    !> [force*length] shape (n_fields)
+    real(rk), intent(out) :: energies(:)
+    PetscErrorCode, intent(out) :: ierr
+    real(rk), allocatable :: local(:, :), forces(:, :)
+    integer :: i
+
+    local = fields(system%map%local_dofs, :)
+    allocate (forces, mold=local)
+    PetscCall(multiply_block(system%stiffness, local, forces, ierr))
+    do i = 1, size(energies)
+      energies(i) = dot_product(local(:, i), forces(:, i)) / 2
+    end do
+    PetscCall(sum_over_ranks(system%comm, energies, ierr))
+  end subroutine measure_strain_energies
 end module sig_error_norms

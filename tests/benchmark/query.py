@@ -30,7 +30,8 @@ def main():
         results = folder / "results" / "case_b"
         times = {}
         for command in ("sample", "train", "validate"):
-            cpu, wall, _ = cpu_of([program, command, "case_b.yaml", "--quiet"], folder)
+            options = ["--quiet", "--benchmark"] if command == "validate" else ["--quiet"]
+            cpu, wall, _ = cpu_of([program, command, "case_b.yaml", *options], folder)
             print(f"{command}: {cpu:.2f} s of CPU time, {wall:.2f} s")
             if command != "sample":
                 times |= yaml.safe_load((results / "report.yaml").read_text())["times"]

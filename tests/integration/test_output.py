@@ -32,7 +32,7 @@ def study(signorom, tmp_path_factory):
     """Folder of a finished run on the small half disks."""
     folder = tmp_path_factory.mktemp("study")
     deck = write_deck("small_disks", folder)
-    signorom("run", deck.name, folder=folder)
+    signorom("run", deck.name, "--benchmark", folder=folder)
     return folder
 
 

@@ -1,0 +1,106 @@
+! SPDX-License-Identifier: BSD-3-Clause
+#include "signorom/macros.h"
+!> What answers cost beside full-order solutions: asked for by --benchmark, for it factors the stiffness again and again.
+module sig_benchmark
+  use sig_clock, only: wall_time
+  use sig_contact_state, only: contact_state_t
+  use sig_kinds, only: rk
+  use sig_online_model, only: online_model_t
+  use sig_petsc_support, only: max_over_ranks
+  use sig_point_solver, only: point_solver_t
+  use sig_problem, only: problem_t
+  use sig_query, only: answer_t, query_t
+  use sig_rank_groups, only: rank_groups_t
+  use sig_solver_plan, only: solver_plan_t
+  use sig_statistics, only: summarize, statistics_t
+  use petsc
+  implicit none(type, external)
+  private
+  public :: benchmark_t, run_benchmark
+
+  type :: benchmark_t
+    !> the benchmark was run
+    logical :: is_done = .false.
+    !> [s] wall time: refactored active set per point (median), a query (mean)
+    real(rk) :: refactored_seconds = 0
+    real(rk) :: query_seconds = 0
+  end type benchmark_t
+
+  !> largest number of points on which the refactored solver is timed
+  integer, parameter :: n_timed_points = 5
+  !> [s] least time over which the queries are repeated
+  real(rk), parameter :: query_time = 0.2_rk
+
+contains
+
+  !> Collective on all ranks; the result is the same on each.
+  subroutine run_benchmark(problem, groups, online, query, points, benchmark, ierr)
+    type(problem_t), intent(in) :: problem
+    type(rank_groups_t), intent(in) :: groups
+    !> prepared
+    type(online_model_t), intent(in) :: online
+    type(query_t), intent(inout) :: query
+    !> shape (n_parameters, n_points)
+    real(rk), intent(in) :: points(:, :)
+    type(benchmark_t), intent(out) :: benchmark
+    PetscErrorCode, intent(out) :: ierr
+
+    PetscCall(time_refactored(problem, groups, points, benchmark%refactored_seconds, ierr))
+    call time_queries(online, query, points, benchmark%query_seconds)
+    PetscCall(max_over_ranks(PETSC_COMM_WORLD, benchmark%query_seconds, ierr))
+    benchmark%is_done = .true.
+  end subroutine run_benchmark
+
+  !> What a point costs without condensation: an active set that factors at every step. The first group measures.
+  subroutine time_refactored(problem, groups, points, median, ierr)
+    type(problem_t), intent(in) :: problem
+    type(rank_groups_t), intent(in) :: groups
+    real(rk), intent(in) :: points(:, :)
+    real(rk), intent(out) :: median
+    PetscErrorCode, intent(out) :: ierr
+    type(point_solver_t) :: solver
+    type(solver_plan_t) :: plan
+    type(contact_state_t) :: state
+    type(statistics_t) :: seconds
+    real(rk) :: times(min(n_timed_points, size(points, 2)))
+    integer :: i, i_point
+
+    median = 0
+    ierr = 0
+    if (groups%i_group == 1) then
+      plan = problem%plan
+      plan%type = 'active_set'
+      PetscCall(solver%create(problem, plan, groups%comm, ierr))
+      do i = 1, size(times)
+        i_point = 1 + (i - 1) * (size(points, 2) - 1) / max(1, size(times) - 1)
+        PetscCall(solver%solve(problem, points(:, i_point), state, ierr))
+        times(i) = state%seconds
+      end do
+      PetscCall(solver%destroy(ierr))
+      seconds = summarize(times)
+      median = seconds%median
+    end if
+    PetscCall(max_over_ranks(PETSC_COMM_WORLD, median, ierr))
+  end subroutine time_refactored
+
+  !> Mean time of a query over all points, repeated until the clock can be trusted. Local.
+  subroutine time_queries(online, query, points, seconds)
+    type(online_model_t), intent(in) :: online
+    type(query_t), intent(inout) :: query
+    real(rk), intent(in) :: points(:, :)
+    real(rk), intent(out) :: seconds
+    type(answer_t) :: answer
+    real(rk) :: start
+    integer :: i, n_queries
+
+    n_queries = 0
+    start = wall_time()
+    do while (wall_time() - start < query_time)
+      do i = 1, size(points, 2)
+        call query%evaluate(online, points(:, i), answer)
+      end do
+      n_queries = n_queries + size(points, 2)
+    end do
+    seconds = (wall_time() - start) / n_queries
+  end subroutine time_queries
+end module sig_benchmark
