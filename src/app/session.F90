@@ -33,6 +33,8 @@ module sig_session
     logical :: has_failed = .false.
     !> the terminal shows which solver works
     logical :: has_plan = .false.
+    !> the command is run: its stages leave nothing to earlier commands
+    logical :: is_whole_run = .false.
     !> --benchmark: validation measures times, too
     logical :: has_benchmark = .false.
     type(directory_lock_t) :: lock
@@ -59,6 +61,7 @@ contains
     integer :: i
 
     call MPI_Comm_rank(PETSC_COMM_WORLD, self%rank, ierr)
+    self%is_whole_run = command%name == 'run'
     self%has_benchmark = command%has_benchmark
     if (self%rank == 0) call read_text_file(command%file, self%deck_text, error)
     PetscCall(broadcast_error(error, PETSC_COMM_WORLD, ierr))

@@ -8,7 +8,7 @@ module sig_study
   use sig_error_broadcast, only: broadcast_error
   use sig_errors, only: error_t, exit_not_converged, exit_stopped, make_error
   use sig_field_output, only: solved_points_t, write_fields
-  use sig_file_system, only: file_exists
+  use sig_file_system, only: file_exists, read_text_file
   use sig_full_order, only: team_t
   use sig_greedy_record, only: training_points
   use sig_contact_state, only: reason_converged, reason_text
@@ -42,6 +42,14 @@ module sig_study
   implicit none(type, external)
   private
   public :: train_stage, validate_stage, fields_stage, stop_if_asked
+
+  !> what a stage says in the report, where another one may say more: of the training, of the model, of its errors, of fields
+  integer, parameter :: key_length = 26
+  character(*), parameter :: train_keys(4) = [character(key_length) :: 'sampling', 'iterations', 'residuals', 'refinement']
+  character(*), parameter :: model_keys(1) = [character(key_length) :: 'reduction']
+  character(*), parameter :: error_keys(7) = [character(key_length) :: 'errors', 'answers', 'speed_up', 'times/query', &
+    'times/full_order_setup', 'times/full_order_per_point', 'times/refactored_per_point']
+  character(*), parameter :: field_keys(1) = [character(key_length) :: 'points']
 
 contains
 
@@ -108,7 +116,7 @@ contains
       call session%fail(error)
       return
     end if
-    call write_report(session, report)
+    call write_report(session, [train_keys, model_keys, error_keys], report)
     call log_info('trained ' // model_text(model) // ': ' // model_path(session))
     if (any(snapshots%reasons /= reason_converged)) session%exit_code = exit_not_converged
   end subroutine train_stage
@@ -204,7 +212,7 @@ contains
     end if
     PetscCall(broadcast_error(error, PETSC_COMM_WORLD, ierr))
     if (allocated(error)) return
-    call write_report(session, report)
+    call write_report(session, [model_keys, error_keys], report)
     call warn_of_errors(outcome)
     call log_info('validated at ' // counted(size(outcome%points, 2), 'point') // ': ' // session%folder // '/validation.csv')
     if (any(outcome%reason_full_order /= reason_converged)) session%exit_code = exit_not_converged
@@ -246,7 +254,7 @@ contains
     end if
     PetscCall(describe_problem(session%full_order%problem, report, ierr))
     call report_fields(session%full_order%problem, points, solved, report)
-    call write_report(session, report)
+    call write_report(session, field_keys, report)
     call log_info('fields at ' // counted(size(points, 2), 'point') // ': ' // session%folder // '/fields.xdmf' // &
       accuracy_text(session%deck, pack(solved%states%residuals, solved%states%reason == reason_converged)))
     if (any(solved%states%reason /= reason_converged)) session%exit_code = exit_not_converged
@@ -291,6 +299,7 @@ contains
     call report%add('solver/reason', problem%plan%reason)
     call report%add('solver/notes', problem%notes)
     call report%add('solver/warnings', problem%warnings)
+    call report%add('provenance', problem%provenance)
     call report%add('stiffness/depends_on_parameters', .not. problem%has_fixed_stiffness)
     PetscCall(library_versions(versions, ierr))
     call report%add('version/petsc', versions(1)%text)
@@ -361,12 +370,27 @@ contains
     path = session%folder // '/model.h5'
   end function model_path
 
-  subroutine write_report(session, report)
+  !> What earlier commands on the same deck and mesh reported stays, but for what this stage makes anew. `run` is all stages.
+  subroutine write_report(session, renewed, report)
     type(session_t), intent(inout) :: session
-    type(run_report_t), intent(in) :: report
+    !> sections, and keys of sections
+    character(*), intent(in) :: renewed(:)
+    type(run_report_t), intent(inout) :: report
     type(error_t), allocatable :: error
+    type(string_t) :: left_out(size(renewed))
+    character(:), allocatable :: earlier, path
+    integer :: i
 
-    if (session%rank == 0) call report%write(session%folder // '/report.yaml', error)
+    if (session%rank /= 0) return
+    path = session%folder // '/report.yaml'
+    do i = 1, size(renewed)
+      left_out(i)%text = trim(renewed(i))
+    end do
+    if (file_exists(path) .and. .not. session%is_whole_run) then
+      call read_text_file(path, earlier, error)
+      if (.not. allocated(error)) call report%complete(earlier, left_out)
+    end if
+    call report%write(path, error)
     if (allocated(error)) call session%fail(error)
   end subroutine write_report
 end module sig_study

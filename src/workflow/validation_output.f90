@@ -15,6 +15,7 @@ module sig_validation_output
   use sig_run_report, only: run_report_t
   use sig_statistics, only: measured_statistics, statistics_t
   use sig_text, only: append_text, counted, csv_number, string_t, to_text
+  use sig_text_buffer, only: text_buffer_t
   use sig_validation, only: error_names, n_errors, validation_t
   implicit none(type, external)
   private
@@ -31,22 +32,21 @@ contains
     type(validation_t), intent(in) :: outcome
     character(*), intent(in) :: path
     type(error_t), allocatable, intent(out) :: error
-    character(:), allocatable :: text
+    type(text_buffer_t) :: buffer
     integer :: i, i_error
 
-    text = ''
     do i = 1, size(deck%parameters)
-      text = text // deck%parameters(i)%name // ','
+      call buffer%add(deck%parameters(i)%name // ',')
     end do
-    text = text // 'cluster'
+    call buffer%add('cluster')
     do i_error = 1, n_errors
-      text = text // ',' // trim(error_names(i_error))
+      call buffer%add(',' // trim(error_names(i_error)))
     end do
-    text = text // ',n_active,n_active_full_order,solver,n_solutions,full_order' // new_line('a')
+    call buffer%add(',n_active,n_active_full_order,solver,n_solutions,full_order' // new_line('a'))
     do i = 1, size(outcome%points, 2)
-      text = text // table_row(outcome, i) // new_line('a')
+      call buffer%add(table_row(outcome, i) // new_line('a'))
     end do
-    call write_text_file(path, text, error)
+    call write_text_file(path, buffer%text(), error)
   end subroutine write_validation_table
 
   function table_row(outcome, i) result(row)

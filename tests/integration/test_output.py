@@ -62,6 +62,35 @@ def test_files(results):
     ]
 
 
+def keys_of(section, path=""):
+    """All key paths of nested mappings."""
+    if not isinstance(section, dict):
+        return {path}
+    return {key for name, below in section.items() for key in keys_of(below, f"{path}/{name}")}
+
+
+def test_stages_complete_the_report(signorom, report, tmp_path):
+    """One command after the other says what `run` says; what a later training makes wrong is gone."""
+    deck = write_deck("small_disks", tmp_path)
+    path = tmp_path / "results" / "small_disks" / "report.yaml"
+
+    def report_after(*arguments):
+        signorom(*arguments, folder=tmp_path)
+        return yaml.safe_load(path.read_text())
+
+    signorom("sample", deck.name, folder=tmp_path)
+    report_after("solve", deck.name)
+    report_after("train", deck.name)
+    assert keys_of(report_after("validate", deck.name, "--benchmark")) == keys_of(report)
+    trained = report_after("train", deck.name)
+    assert "errors" not in trained
+    assert "speed_up" not in trained
+    assert "query" not in trained["times"]
+    assert trained["points"].keys() == report["points"].keys()
+    deck.write_text(deck.read_text().replace("title: Two small half disks", "title: Others"))
+    assert "points" not in report_after("train", deck.name)
+
+
 def test_report_echoes_the_deck(signorom, study, report):
     """The effective deck, with every default."""
     effective = yaml.safe_load(signorom("check", "small_disks.yaml", folder=study))
