@@ -345,8 +345,8 @@ PLANTED = [
     # workflow
     Planted(
         SRC + "workflow/error_norms.F90",
-        "domain%strain_energy(displacement) - dot_product(load(interior_dofs), displacement(interior_dofs))",
-        "domain%strain_energy(displacement) + 0 * sum(load(interior_dofs))",
+        "%strain_energy(fields(:, i)) - dot_product(load(dofs), fields(dofs, i))",
+        "%strain_energy(fields(:, i)) + 0 * sum(load(dofs))",
         "the energy on the reduced domain forgets the work of loads",
         "verification.test_(loads|half_disks)",
     ),
@@ -372,7 +372,7 @@ PLANTED = [
         "integration.test_refinement",
     ),
     Planted(
-        SRC + "workflow/contact_summary.f90",
+        SRC + "full_order/contact_summary.f90",
         "gap = gap + theta(pairs%gap_term(members(k)), i_point)",
         "gap = gap + 0 * theta(pairs%gap_term(members(k)), i_point)",
         "gaps in the summary forget the parameters",
@@ -401,7 +401,7 @@ PLANTED = [
         "integration.test_predict",
     ),
     # Python tool
-    Planted(POST + "mesh.py", "counts == 1]", "counts >= 1]", "inner edges are drawn as the boundary"),
+    Planted(POST + "mesh.py", "edges[counts == 1]", "edges[counts >= 1]", "inner edges are drawn as the boundary"),
     Planted(
         POST + "mesh.py",
         "for i in range(1, len(cell) - 1)]",
