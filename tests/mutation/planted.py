@@ -401,7 +401,9 @@ PLANTED = [
         "integration.test_predict",
     ),
     # Python tool
-    Planted(POST + "mesh.py", "edges[counts == 1]", "edges[counts >= 1]", "inner edges are drawn as the boundary"),
+    Planted(
+        POST + "mesh.py", "edges[counts == 1]", "edges[counts >= 1]", "inner edges are drawn as the boundary"
+    ),
     Planted(
         POST + "mesh.py",
         "for i in range(1, len(cell) - 1)]",

@@ -58,7 +58,10 @@ class Tree:
 
     def configure(self) -> None:
         done = self.run(
-            ["cmake", "-G", "Ninja", "-S", ".", "-B", str(self.build_folder), "-DCMAKE_BUILD_TYPE=Debug"],
+            [
+                *("cmake", "-G", "Ninja", "-S", ".", "-B", str(self.build_folder)),
+                *("-DCMAKE_BUILD_TYPE=Debug", "-DSIG_BUILD_TESTS=ON"),
+            ],
             BUILD_LIMIT,
         )
         if done.returncode != 0:
