@@ -7,10 +7,16 @@
 
 #include <hdf5.h>
 
+struct sig_h5_collection;
+
 struct sig_h5_file {
   hid_t id;
-  uint64_t size;   /* [byte] of a file that is read */
-  uint64_t n_left; /* [byte] that may still be read from it, see sig_h5_take */
+  int is_image;
+  uint64_t size;                         /* [byte] of a file that is read */
+  uint64_t head;                         /* [byte] before HDF5's part of it, the caller's */
+  uint64_t n_left;                       /* [byte] that may still be read from it, see sig_h5_take */
+  struct sig_h5_collection *collections; /* of texts that were read, by address */
+  size_t n_collections;
 };
 
 /* An address cut at its @: the object's path and, for attributes, the name in it. */
@@ -44,6 +50,15 @@ int sig_h5_check_item(const struct sig_h5_file *file, const struct sig_h5_item *
 
 /* Books what is read: 0 where a file of this size cannot hold so much, however often it points at the same bytes. */
 int sig_h5_take(struct sig_h5_file *file, uint64_t n_bytes);
+
+/* What a text of any length refers to: an object of a collection in the file. The bytes live until the file is closed.
+ * 0 where there is none, or where the collection is damaged. */
+int sig_h5_find_object_of_heap(struct sig_h5_file *file, uint64_t address, uint64_t index, const unsigned char **bytes,
+                               uint64_t *size);
+void sig_h5_free_heap(struct sig_h5_file *file);
+
+/* An integer of `n` bytes, the lowest first. */
+uint64_t sig_h5_decode(const unsigned char *bytes, int n);
 
 /* Texts of any length in memory and in the file; for H5Tclose. */
 hid_t sig_h5_text_type(H5T_cset_t character_set);

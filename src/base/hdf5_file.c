@@ -27,14 +27,18 @@ static int open_failure(const char *name) {
 /* Every value is read once, 4-byte integers perhaps as reals; texts cost a little more than their characters. */
 static void measure(sig_h5_file *file) {
   const uint64_t times = 8, for_texts = 1 << 20;
-  hsize_t size = 0;
+  hsize_t size = 0, head = 0;
   if (H5Fget_filesize(file->id, &size) < 0) size = 0;
+  const hid_t properties = H5Fget_create_plist(file->id);
+  H5Pget_userblock(properties, &head);
+  H5Pclose(properties);
   file->size = size;
+  file->head = head;
   file->n_left = times * size + for_texts;
 }
 
 static int wrap_file(hid_t id, sig_h5_file **file) {
-  *file = malloc(sizeof **file);
+  *file = calloc(1, sizeof **file);
   if (!*file) {
     H5Fclose(id);
     return SIG_H5_NO_READ;
@@ -98,8 +102,9 @@ static hid_t open_core(const char *name, hid_t properties) { return H5Fopen(name
 static int start_image(hid_t (*start)(const char *, hid_t), const void *bytes, size_t size, sig_h5_file **file) {
   const size_t increment = 1 << 20;
   char name[32];
-  *file = malloc(sizeof **file);
+  *file = calloc(1, sizeof **file);
   if (!*file) return SIG_H5_NO_READ;
+  (*file)->is_image = 1;
   snprintf(name, sizeof name, "%p", (void *)*file);
   forbid_work_at_exit();
   H5E_BEGIN_TRY {
@@ -147,6 +152,7 @@ int sig_h5_close(sig_h5_file *file) {
   if (!file) return SIG_H5_OK;
   H5E_BEGIN_TRY { failed = H5Fclose(file->id); }
   H5E_END_TRY;
+  sig_h5_free_heap(file);
   free(file);
   return failed < 0 ? SIG_H5_NO_WRITE : SIG_H5_OK;
 }

@@ -59,9 +59,9 @@ static int open_item(const sig_h5_file *file, const char *text, size_t length, s
   return status;
 }
 
-static herr_t read_raw(const struct sig_h5_item *item, hid_t memory_type, hid_t transfer, void *values) {
+static herr_t read_raw(const struct sig_h5_item *item, hid_t memory_type, void *values) {
   if (item->is_attribute) return H5Aread(item->id, memory_type, values);
-  return H5Dread(item->id, memory_type, H5S_ALL, H5S_ALL, transfer, values);
+  return H5Dread(item->id, memory_type, H5S_ALL, H5S_ALL, H5P_DEFAULT, values);
 }
 
 /* HDF5 knows numbers of any width and layout; only the usual ones are worth the risk. */
@@ -124,7 +124,7 @@ static int read_numbers(sig_h5_file *file, const struct sig_h5_item *item, int t
   if (found != SIG_H5_INTEGER && found != type) return SIG_H5_NO_READ;
   if (!sig_h5_take(file, (uint64_t)count_of(item) * size)) return SIG_H5_TOO_LARGE;
   const hid_t memory_type = type == SIG_H5_REAL ? H5T_NATIVE_DOUBLE : H5T_NATIVE_INT;
-  return read_raw(item, memory_type, H5P_DEFAULT, values) < 0 ? SIG_H5_NO_READ : SIG_H5_OK;
+  return read_raw(item, memory_type, values) < 0 ? SIG_H5_NO_READ : SIG_H5_OK;
 }
 
 int sig_h5_read(sig_h5_file *file, const char *address, size_t length, int type, void *values) {
@@ -142,7 +142,7 @@ int sig_h5_read(sig_h5_file *file, const char *address, size_t length, int type,
 }
 
 /* Text i of `n` starts at texts[i]; packs them into one block. */
-static int pack_texts(int64_t n, char *const *texts, const size_t *sizes, char **characters, int64_t **ends) {
+static int pack_texts(int64_t n, const char *const *texts, const size_t *sizes, char **characters, int64_t **ends) {
   size_t total = 0;
   for (int64_t i = 0; i < n; i++) total += sizes[i];
   *characters = malloc(total + 1);
@@ -158,13 +158,13 @@ static int pack_texts(int64_t n, char *const *texts, const size_t *sizes, char *
 }
 
 /* h5py and others write texts of fixed width too: padded by nulls or blanks. */
-static int read_fixed_texts(const struct sig_h5_item *item, hid_t type, int64_t n, char **texts, size_t *sizes,
+static int read_fixed_texts(const struct sig_h5_item *item, hid_t type, int64_t n, const char **texts, size_t *sizes,
                             void **block) {
   const size_t width = H5Tget_size(type);
   const int is_blank_padded = H5Tget_strpad(type) == H5T_STR_SPACEPAD;
   char *values = malloc((size_t)n * width + 1);
   *block = values;
-  if (!values || read_raw(item, type, H5P_DEFAULT, values) < 0) return SIG_H5_NO_READ;
+  if (!values || read_raw(item, type, values) < 0) return SIG_H5_NO_READ;
   for (int64_t i = 0; i < n; i++) {
     texts[i] = values + (size_t)i * width;
     sizes[i] = strnlen(texts[i], width);
@@ -173,54 +173,73 @@ static int read_fixed_texts(const struct sig_h5_item *item, hid_t type, int64_t 
   return SIG_H5_OK;
 }
 
-/* Many texts may point at the same characters of the file: each of them is booked. */
-static void *allocate_text(size_t size, void *file) { return sig_h5_take(file, size) ? malloc(size) : NULL; }
+/* A text of any length as it stands in the file: its length, and where its characters are. */
+enum { REFERENCE_SIZE = 4 + 8 + 4, LENGTH_SIZE = 4, ADDRESS_SIZE = 8, INDEX_SIZE = 4 };
 
-static void free_text(void *text, void *file) {
-  (void)file;
-  free(text);
+/* A conversion of HDF5 that converts nothing. */
+static herr_t keep_references(hid_t from, hid_t to, H5T_cdata_t *data, size_t n, size_t stride, size_t other_stride,
+                              void *values, void *background, hid_t transfer) {
+  (void)n, (void)stride, (void)other_stride, (void)values, (void)background, (void)transfer;
+  if (data->command != H5T_CONV_INIT) return 0;
+  data->need_bkg = H5T_BKG_NO;
+  return H5Tget_size(from) == REFERENCE_SIZE && H5Tget_size(to) == REFERENCE_SIZE ? 0 : -1;
 }
 
-static int read_variable_texts(sig_h5_file *file, const struct sig_h5_item *item, hid_t file_type, int64_t n,
-                               char **characters, int64_t **ends) {
-  char **texts = calloc((size_t)(n + 1), sizeof *texts);
-  size_t *sizes = calloc((size_t)(n + 1), sizeof *sizes);
-  const hid_t type = sig_h5_text_type(H5Tget_cset(file_type));
-  const hid_t space = sig_h5_space_of(item);
-  const hid_t transfer = H5Pcreate(H5P_DATASET_XFER);
+/* HDF5 gives texts without a look at where they stand; bytes that mean nothing to it, it gives as they are. */
+static int read_references(const struct sig_h5_item *item, unsigned char *references) {
+  const char *name = "signorom references";
+  const hid_t text = sig_h5_text_type(H5T_CSET_UTF8), bytes = H5Tcreate(H5T_OPAQUE, REFERENCE_SIZE);
   int status = SIG_H5_NO_READ;
-  if (texts && sizes && H5Pset_vlen_mem_manager(transfer, allocate_text, file, free_text, NULL) >= 0) {
-    if (read_raw(item, type, transfer, texts) >= 0) {
-      for (int64_t i = 0; i < n; i++) sizes[i] = texts[i] ? strlen(texts[i]) : 0;
-      status = pack_texts(n, texts, sizes, characters, ends);
-    }
-    H5Dvlen_reclaim(type, space, transfer, texts);
+  if (H5Tregister(H5T_PERS_SOFT, name, text, bytes, keep_references) >= 0) {
+    if (read_raw(item, bytes, references) >= 0) status = SIG_H5_OK;
+    H5Tunregister(H5T_PERS_SOFT, name, text, bytes, keep_references);
   }
-  H5Pclose(transfer);
-  H5Sclose(space);
-  H5Tclose(type);
-  free(sizes);
-  free(texts);
+  H5Tclose(bytes);
+  H5Tclose(text);
+  return status;
+}
+
+/* Many texts may point at the same characters of the file: each of them is booked. */
+static int follow_reference(sig_h5_file *file, const unsigned char *reference, const char **text, size_t *size) {
+  const uint64_t length = sig_h5_decode(reference, LENGTH_SIZE);
+  const uint64_t address = sig_h5_decode(reference + LENGTH_SIZE, ADDRESS_SIZE);
+  const uint64_t index = sig_h5_decode(reference + LENGTH_SIZE + ADDRESS_SIZE, INDEX_SIZE);
+  const unsigned char *bytes;
+  uint64_t n_bytes;
+  if (address == 0) return SIG_H5_OK; /* an empty text */
+  if (!sig_h5_find_object_of_heap(file, address, index, &bytes, &n_bytes) || length > n_bytes) return SIG_H5_NO_READ;
+  if (!sig_h5_take(file, length)) return SIG_H5_TOO_LARGE;
+  *text = (const char *)bytes;
+  *size = strnlen(*text, length);
+  return SIG_H5_OK;
+}
+
+static int read_variable_texts(sig_h5_file *file, const struct sig_h5_item *item, int64_t n, const char **texts,
+                               size_t *sizes, void **block) {
+  unsigned char *references = malloc((size_t)n * REFERENCE_SIZE + 1);
+  *block = references;
+  if (!references) return SIG_H5_NO_READ;
+  int status = read_references(item, references);
+  for (int64_t i = 0; i < n && !status; i++)
+    status = follow_reference(file, references + i * REFERENCE_SIZE, texts + i, sizes + i);
   return status;
 }
 
 static int read_item_texts(sig_h5_file *file, const struct sig_h5_item *item, int64_t n, char **characters,
                            int64_t **ends) {
-  const hid_t file_type = sig_h5_type_of(item);
+  const hid_t type = sig_h5_type_of(item);
+  const char **texts = calloc((size_t)(n + 1), sizeof *texts);
+  size_t *sizes = calloc((size_t)(n + 1), sizeof *sizes);
+  void *block = NULL;
   int status = SIG_H5_NO_READ;
-  if (kind_of(file_type) == SIG_H5_TEXT && H5Tis_variable_str(file_type) > 0) {
-    status = read_variable_texts(file, item, file_type, n, characters, ends);
-  } else if (kind_of(file_type) == SIG_H5_TEXT) {
-    char **texts = calloc((size_t)(n + 1), sizeof *texts);
-    size_t *sizes = calloc((size_t)(n + 1), sizeof *sizes);
-    void *block = NULL;
-    if (texts && sizes) status = read_fixed_texts(item, file_type, n, texts, sizes, &block);
-    if (!status) status = pack_texts(n, texts, sizes, characters, ends);
-    free(block);
-    free(sizes);
-    free(texts);
-  }
-  H5Tclose(file_type);
+  if (texts && sizes && kind_of(type) == SIG_H5_TEXT)
+    status = H5Tis_variable_str(type) > 0 ? read_variable_texts(file, item, n, texts, sizes, &block)
+                                          : read_fixed_texts(item, type, n, texts, sizes, &block);
+  if (!status) status = pack_texts(n, texts, sizes, characters, ends);
+  free(block);
+  free(sizes);
+  free(texts);
+  H5Tclose(type);
   return status;
 }
 
