@@ -11,4 +11,7 @@ void sig_memory_use(double *peak, double *limit);
 void sig_begin_memory_watch(void);
 void sig_end_memory_watch(void);
 
+/* Ends the process with exit code 2 and a sentence where less than so many bytes are left below the limit. */
+void sig_need_memory(double n_bytes);
+
 #endif

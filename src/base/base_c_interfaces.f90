@@ -10,7 +10,7 @@ module sig_base_c_interfaces
   public :: sig_random_below, sig_random_fraction
   public :: sig_install_stop_signals, sig_is_stop_requested, sig_set_last_words, sig_is_terminal
   public :: sig_run_shell
-  public :: sig_memory_use, sig_begin_memory_watch, sig_end_memory_watch
+  public :: sig_memory_use, sig_begin_memory_watch, sig_end_memory_watch, sig_need_memory
   public :: sig_file_kind, sig_make_directories, sig_read_file, sig_write_file, sig_commit_file, sig_rename_file
   public :: sig_note_partial_file, sig_remove_file, sig_lock_directory, sig_unlock_directory, sig_list_files
   public :: sig_error_text, sig_free, sig_program_path
@@ -78,6 +78,11 @@ module sig_base_c_interfaces
 
     subroutine sig_end_memory_watch() bind(c)
     end subroutine sig_end_memory_watch
+
+    subroutine sig_need_memory(n_bytes) bind(c)
+      import :: c_double
+      real(c_double), value :: n_bytes
+    end subroutine sig_need_memory
 
     integer(c_int) function sig_run_shell(command) bind(c)
       import :: c_char, c_int

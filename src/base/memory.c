@@ -61,3 +61,14 @@ void sig_end_memory_watch(void) {
   set_timer(0);
   signal(SIGPROF, SIG_DFL);
 }
+
+void sig_need_memory(double n_bytes) {
+  double peak, limit;
+  sig_memory_use(&peak, &limit);
+  if (limit <= 0 || limit - peak >= n_bytes) return;
+  snprintf(sentence, sizeof sentence,
+           "error: too little memory: this process may take %.0f MB of address space (ulimit -v), takes %.0f MB before "
+           "any work and needs at least %.0f MB more\n",
+           limit / 1e6, peak / 1e6, n_bytes / 1e6);
+  give_up(0);
+}

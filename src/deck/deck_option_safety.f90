@@ -10,8 +10,8 @@ module sig_deck_option_safety
   character(*), parameter :: hint_of_all = '; such options go on the command line'
   !> what an option's name holds that shows something: it takes the name of a file, or of a kind of file, as its value
   character(*), parameter :: showing(5) = [character(8) :: 'view', 'monitor', 'reason', 'draw', 'save']
-  !> what it holds that is never for a deck: a folder to write to, code to run
-  character(*), parameter :: forbidden(2) = [character(10) :: 'ooc_tmpdir', 'python']
+  !> what it holds that is never for a deck: factors in files (MUMPS's control 22) and their folder, code to run
+  character(*), parameter :: forbidden(3) = [character(10) :: 'ooc', 'icntl_22', 'python']
 
   character(*), parameter :: letters = 'abcdefghijklmnopqrstuvwxyz'
 

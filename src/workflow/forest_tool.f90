@@ -74,7 +74,9 @@ contains
 
     if (is_named()) then
       call get_environment_variable(variable, value)
-      places = [string_t(trim(value))]
+      ! by hand: gfortran 12 loses the text of a constructor inside an array constructor
+      allocate (places(1))
+      places(1)%text = trim(value)
       return
     end if
     folder = program_folder()

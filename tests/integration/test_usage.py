@@ -103,7 +103,7 @@ def test_lone_process_has_no_session_folder(signorom, tmp_path, monkeypatch):
     assert list(sessions.iterdir()) == []
 
 
-@pytest.mark.parametrize("limit", [250, 300, 350])
+@pytest.mark.parametrize("limit", [250, 300, 350, 400, 420, 450])
 def test_too_little_memory(signorom, tmp_path, limit):
     """[MB] OpenBLAS asks for 128 MB in a loop without an end; other libraries fail in their own way, but they end."""
     if needs_library(signorom.executable, "libasan"):
