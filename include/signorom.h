@@ -67,7 +67,7 @@ typedef struct {
 
 /* What is known of an answer. Set `size` before the call: `signorom_answer answer = SIGNOROM_ANSWER;`. Later versions
  * append members; a program that was compiled with an older header says so by its smaller size, and they are not
- * written. */
+ * written. An answer of zeros is one of the first version, whose members end with n_solutions. */
 typedef struct {
   size_t size; /* sizeof(signorom_answer) */
   int code;    /* SIGNOROM_OK or SIGNOROM_NO_ANSWER */

@@ -92,7 +92,8 @@ contains
     if (c_associated(answer)) call tell(handle, code, n_bytes, answer)
   end function signorom_query
 
-  !> The caller has said how large its answers are. A program with a newer header has larger ones.
+  !> The caller has said how large its answers are. A program with a newer header has larger ones; zero, as in an answer that was
+  !> filled with zeros, means the first version of the struct, which every later one begins with.
   logical function has_size(handle, answer, n_bytes)
     type(context_handle_t), intent(inout) :: handle
     !> or null
@@ -100,13 +101,16 @@ contains
     !> 0 for null
     integer(c_size_t), intent(out) :: n_bytes
     type(c_answer_t), pointer :: told
+    !> no version will be as large: it is what an uninitialized answer says
+    integer(c_size_t), parameter :: too_large = 65536
 
     n_bytes = 0
     has_size = .true.
     if (.not. c_associated(answer)) return
     call c_f_pointer(answer, told)
     n_bytes = told%size
-    has_size = n_bytes >= c_sizeof(told)
+    if (n_bytes == 0) n_bytes = c_sizeof(told)
+    has_size = n_bytes >= c_sizeof(told) .and. n_bytes < too_large
     if (.not. has_size) call keep(handle%message, 'the size of the answer is not set: signorom_answer answer = SIGNOROM_ANSWER;')
   end function has_size
 
