@@ -30,7 +30,7 @@ int sig_expression_create(const char *text, size_t text_length, const char *name
 int sig_expression_evaluate(sig_expression *expression, const double *values, double *result);
 
 /* 1 when name `i` (0-based) occurs in the text, whatever its value. */
-int sig_expression_uses(const sig_expression *expression, int i);
+int sig_expression_uses(sig_expression *expression, int i);
 
 void sig_expression_free(sig_expression *expression);
 

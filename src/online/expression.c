@@ -25,6 +25,7 @@ struct sig_expression {
   muParserHandle_t parser;
   double *values; /* muParser holds pointers into it */
   int *places;    /* of each name among the caller's values */
+  bool *is_used;  /* of each name; null until somebody asks */
   int n_names;
 };
 
@@ -172,20 +173,29 @@ int sig_expression_evaluate(sig_expression *expression, const double *values, do
   return !is_failed && isfinite(*result);
 }
 
-int sig_expression_uses(const sig_expression *expression, int i) {
-  int n_used = mupGetExprVarNum(expression->parser);
+// muParser reads the whole text again for each of these calls, so they are made once for all names.
+static bool find_used(sig_expression *expression) {
+  expression->is_used = calloc((size_t)expression->n_names + 1, sizeof *expression->is_used);
+  if (!expression->is_used) return false;
+  const int n_used = mupGetExprVarNum(expression->parser);
   for (int k = 0; k < n_used; k++) {
     const muChar_t *name = NULL;
     muFloat_t *value = NULL;
     mupGetExprVar(expression->parser, (unsigned)k, &name, &value);
-    if (value == &expression->values[i]) return 1;
+    if (value >= expression->values && value < expression->values + expression->n_names)
+      expression->is_used[value - expression->values] = true;
   }
-  return 0;
+  return true;
+}
+
+int sig_expression_uses(sig_expression *expression, int i) {
+  return (expression->is_used || find_used(expression)) && expression->is_used[i];
 }
 
 void sig_expression_free(sig_expression *expression) {
   if (!expression) return;
   if (expression->parser) mupRelease(expression->parser);
+  free(expression->is_used);
   free(expression->places);
   free(expression->values);
   free(expression);
