@@ -124,7 +124,14 @@ contains
     largest = min(problem%deck%clusters%max_number, n_items(problem, attempt%snapshots))
     do n_clusters = 1, largest
       PetscCall(start_attempt(problem, candidates, full_order, n_clusters, attempt, error, ierr))
-      if (allocated(error)) return
+      if (allocated(error)) then
+        if (n_clusters == 1) return
+        ! fewer clusters have a model, which may be the best one
+        call log_warning('no division into ' // to_text(n_clusters) // ' or more clusters: ' // error%message)
+        deallocate (error)
+        largest = n_clusters - 1
+        exit
+      end if
       call keep_round(problem%deck%clusters, 'number', 0, attempt, best, outcome)
       PetscCall(agree_to_stop(PETSC_COMM_WORLD, outcome%is_stopped, ierr))
       if (outcome%is_reached .or. outcome%is_stopped) exit

@@ -260,3 +260,16 @@ def test_candidates_that_are_all_trained_on(signorom, tmp_path):
     assert re.search(
         r"shifted_disks.yaml:\d+:\d+: error: there is no candidate to measure on: each of the 21", message
     )
+
+
+def test_number_that_cannot_be_trained_ends_the_search(signorom, tmp_path):
+    """One of four clusters of this wide grid has bodies that never touch: the best of fewer clusters stays."""
+    wanted = "clusters: {number: auto, max_number: 4, target: {error: 1.0e-16, candidates: {sobol: 40}}}"
+    deck = write_deck(
+        "small_disks", tmp_path, **{"min: 0.15": "min: 0.01", "reduction:": f"{wanted}\nreduction:"}
+    )
+    done = signorom.run("run", deck.name, folder=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert "warning: no division into 4 or more clusters: " in done.stdout + done.stderr
+    assert "no number of clusters up to 3 does better" in done.stdout + done.stderr
+    assert (tmp_path / "results" / "small_disks" / "model.h5").exists()
