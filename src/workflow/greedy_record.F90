@@ -8,21 +8,17 @@ module sig_greedy_record
   use sig_deck_echo_words, only: count_or_word, tolerance_or_none
   use sig_error_broadcast, only: broadcast_error
   use sig_errors, only: error_t, make_error
+  use sig_greedy_rules, only: box_of
   use sig_kinds, only: rk
-  use sig_log, only: log_info
-  use sig_parameter_space, only: build_points, format_point
+  use sig_parameter_space, only: build_points
   use sig_problem, only: parameter_names, problem_t
-  use sig_selection, only: read_selection, selection_t, stopped_by_budget, stopped_by_candidates, stopped_by_tolerance, &
-    write_selection
+  use sig_selection, only: read_selection, selection_t, write_selection
   use sig_snapshot_merge, only: find_finished_points, snapshot_store, store_t
-  use sig_text, only: csv_number, to_text
+  use sig_text, only: to_text
   use petsc
   implicit none(type, external)
   private
-  public :: begin_selection, is_complete, keep_selection, log_choice, training_points, stop_reason, box_of
-
-  !> [-] a candidate with a smaller indicator differs from the chosen ones by rounding
-  real(rk), parameter :: rounding = 1.0e-13_rk
+  public :: begin_selection, is_complete, keep_selection, training_points
 
 contains
 
@@ -60,14 +56,6 @@ contains
     end associate
     settings = hash_digits(fnv1a(text, fnv1a(candidates, fnv1a(box_of(problem%deck), fnv1a_seed))))
   end function settings_of
-
-  !> Minimum and maximum of each parameter, shape (2, n_parameters).
-  pure function box_of(deck) result(box)
-    type(deck_config_t), intent(in) :: deck
-    real(rk), allocatable :: box(:, :)
-
-    box = transpose(reshape([deck%parameters%minimum, deck%parameters%maximum], [size(deck%parameters), 2]))
-  end function box_of
 
   !> What an earlier run has chosen, perhaps nothing. Local; the same on all ranks.
   !>
@@ -136,37 +124,4 @@ contains
       selection_path(folder), hint='run first: signorom sample ' // problem%deck%path)
     points = selection%points
   end subroutine training_points
-
-  !> Why no further point is chosen; empty where one is.
-  pure function stop_reason(deck, n_chosen, largest) result(reason)
-    type(deck_config_t), intent(in) :: deck
-    integer, intent(in) :: n_chosen
-    !> [-] indicator of the candidates that are left; negative where none is
-    real(rk), intent(in) :: largest
-    character(:), allocatable :: reason
-
-    reason = ''
-    if (largest < 0) then
-      reason = stopped_by_candidates
-    else if (largest <= deck%greedy%tolerance .and. deck%greedy%tolerance > 0) then
-      reason = stopped_by_tolerance
-    else if (largest <= rounding) then
-      reason = stopped_by_candidates
-    else if (n_chosen >= deck%greedy%max_points) then
-      reason = stopped_by_budget
-    end if
-  end function stop_reason
-
-  !> `greedy point 6: projection error 1.2e-02 at P1 = 5.0 MPa, h1 = 0.6 mm`
-  subroutine log_choice(deck, i_point, what, indicator, point)
-    type(deck_config_t), intent(in) :: deck
-    integer, intent(in) :: i_point
-    !> name of the indicator
-    character(*), intent(in) :: what
-    real(rk), intent(in) :: indicator
-    real(rk), intent(in) :: point(:)
-
-    call log_info('greedy point ' // to_text(i_point) // ': ' // what // ' ' // csv_number(indicator) // ' at ' // &
-      format_point(deck%parameters, point))
-  end subroutine log_choice
 end module sig_greedy_record

@@ -10,7 +10,8 @@ module sig_selection_by_defect
   use sig_errors, only: error_t, exit_internal, make_error
   use sig_farthest_points, only: farthest_points
   use sig_full_order, only: full_order_t, team_t
-  use sig_greedy_record, only: box_of, keep_selection, log_choice, stop_reason
+  use sig_greedy_record, only: keep_selection
+  use sig_greedy_rules, only: box_of, cut_at_end, pick_worst
   use sig_kinds, only: rk
   use sig_log, only: log_info
   use sig_materials, only: need_fixed_stiffness
@@ -27,7 +28,6 @@ module sig_selection_by_defect
   use sig_start_sets, only: fill_start_sets
   use sig_stop_request, only: agree_to_stop
   use sig_text, only: counted
-  use sig_ties, only: first_largest
   use sig_training, only: train
   use petsc
   implicit none(type, external)
@@ -79,7 +79,7 @@ contains
     PetscCall(rounds%defect%create(rounds%problem, whole_team%solver, ierr))
     if (.not. rounds%defect%is_bound) call log_info('the full-order model cannot be condensed: the defect is the size of the ' // &
       'residuals, which bounds no error')
-    call cut_at_end(rounds%problem, selection)
+    call cut_at_end(rounds%problem%deck, selection)
     if (size(selection%indicators) == 0) call begin_far_apart(rounds%problem, candidates, selection)
     do while (selection%stopped_by == '')
       PetscCall(solve_new_points(rounds, folder, outcome, selection, error, ierr))
@@ -92,21 +92,6 @@ contains
       PetscCall(keep_selection(rounds%problem, folder, selection, rounds%sampler%team%groups%world_rank == 0, error, ierr))
     end if
   end subroutine select_by_defect
-
-  !> Leaves out the choices behind the deck's end, which may come earlier than that of the run that made them.
-  subroutine cut_at_end(problem, selection)
-    type(problem_t), intent(in) :: problem
-    type(selection_t), intent(inout) :: selection
-    integer :: i, n
-
-    n = min(size(selection%indicators), problem%deck%greedy%max_points)
-    do i = problem%deck%greedy%n_initial + 1, n
-      if (selection%indicators(i) > problem%deck%greedy%tolerance) cycle
-      n = i - 1
-      exit
-    end do
-    call selection%shorten(n)
-  end subroutine cut_at_end
 
   subroutine begin_far_apart(problem, candidates, selection)
     type(problem_t), intent(in) :: problem
@@ -189,7 +174,7 @@ contains
       return
     end if
     PetscCall(rounds%defect%measure(online, query, candidates, defects, ierr))
-    call pick(rounds%problem, candidates, defects, selection, chosen)
+    call pick_worst(rounds%problem%deck, candidates, defects, selection, chosen)
     call keep_answers(rounds, online, query, candidates(:, chosen))
     call query%destroy()
   end subroutine choose_new_points
@@ -214,62 +199,6 @@ contains
     end if
     call fill_start_sets(online%model)
   end subroutine train_draft
-
-  !> Appends the worst candidates, or says why none; a round keeps its points apart, as neighbors are worst together.
-  subroutine pick(problem, candidates, defects, selection, chosen)
-    type(problem_t), intent(in) :: problem
-    real(rk), intent(in) :: candidates(:, :)
-    !> [-] negative afterwards where a candidate is taken or too near to one of this round
-    real(rk), intent(inout) :: defects(:)
-    type(selection_t), intent(inout) :: selection
-    !> numbers of the candidates, 1-based
-    integer, allocatable, intent(out) :: chosen(:)
-    real(rk) :: box(2, size(candidates, 1)), largest
-    integer :: i, n
-
-    box = box_of(problem%deck)
-    allocate (chosen(0))
-    n = size(selection%indicators)
-    do i = 1, n
-      call leave_out(candidates, box, selection%points(:, i), 0.0_rk, defects)
-    end do
-    selection%largest_left = max(0.0_rk, maxval(defects))
-    do while (size(chosen) < problem%deck%greedy%batch)
-      largest = maxval(defects)
-      if (stop_reason(problem%deck, n + size(chosen), largest) /= '') exit
-      i = first_largest(defects)
-      call selection%append(candidates(:, i:i), defects(i:i))
-      chosen = [chosen, i]
-      call log_choice(problem%deck, n + size(chosen), 'defect', defects(i), candidates(:, i))
-      call leave_out(candidates, box, candidates(:, i), half_spacing(n + problem%deck%greedy%batch, size(box, 2)), defects)
-    end do
-    if (size(chosen) == 0) selection%stopped_by = stop_reason(problem%deck, n, largest)
-  end subroutine pick
-
-  !> Half the distance of so many points that fill the unit box evenly.
-  pure real(rk) function half_spacing(n_points, n_parameters)
-    integer, intent(in) :: n_points
-    integer, intent(in) :: n_parameters
-
-    half_spacing = real(n_points, rk)**(-1.0_rk / n_parameters) / 2
-  end function half_spacing
-
-  !> Marks the candidates nearer to a place than the distance, and those at the place.
-  pure subroutine leave_out(candidates, box, place, distance, defects)
-    real(rk), intent(in) :: candidates(:, :)
-    real(rk), intent(in) :: box(:, :)
-    real(rk), intent(in) :: place(:)
-    !> [-] with the sides of the box as unit
-    real(rk), intent(in) :: distance
-    real(rk), intent(inout) :: defects(:)
-    !> [-] two points as near as this are one
-    real(rk), parameter :: rounding = 1.0e-12_rk
-    integer :: i
-
-    do i = 1, size(defects)
-      if (norm2((candidates(:, i) - place) / (box(2, :) - box(1, :))) < max(distance, rounding)) defects(i) = -1
-    end do
-  end subroutine leave_out
 
   !> What the model says at the points that will be solved. Local.
   subroutine keep_answers(rounds, online, query, points)

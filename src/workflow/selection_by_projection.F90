@@ -12,7 +12,8 @@ module sig_selection_by_projection
   use sig_errors, only: error_t, exit_not_converged, make_error
   use sig_farthest_points, only: farthest_points
   use sig_greedy_projection, only: greedy_projection_t
-  use sig_greedy_record, only: box_of, keep_selection, log_choice, stop_reason
+  use sig_greedy_record, only: keep_selection
+  use sig_greedy_rules, only: box_of, log_choice, stop_reason
   use sig_kinds, only: rk
   use sig_problem, only: problem_t
   use sig_sampling, only: sampler_t, sampling_result_t

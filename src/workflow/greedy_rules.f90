@@ -1,0 +1,131 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> Rules of a greedy choice: which candidates a round takes, and when it ends.
+module sig_greedy_rules
+  use sig_deck_config, only: deck_config_t
+  use sig_kinds, only: rk
+  use sig_log, only: log_info
+  use sig_parameter_space, only: format_point
+  use sig_selection, only: selection_t, stopped_by_budget, stopped_by_candidates, stopped_by_tolerance
+  use sig_text, only: csv_number, to_text
+  use sig_ties, only: first_largest
+  implicit none(type, external)
+  private
+  public :: box_of, cut_at_end, log_choice, pick_worst, stop_reason
+
+  !> [-] a candidate with a smaller indicator differs from the chosen ones by rounding
+  real(rk), parameter :: negligible = 1.0e-13_rk
+
+contains
+
+  !> Minimum and maximum of each parameter, shape (2, n_parameters).
+  pure function box_of(deck) result(box)
+    type(deck_config_t), intent(in) :: deck
+    real(rk), allocatable :: box(:, :)
+
+    box = transpose(reshape([deck%parameters%minimum, deck%parameters%maximum], [size(deck%parameters), 2]))
+  end function box_of
+
+  !> Leaves out the choices behind the deck's end, which may come earlier than that of the run that made them.
+  subroutine cut_at_end(deck, selection)
+    type(deck_config_t), intent(in) :: deck
+    type(selection_t), intent(inout) :: selection
+    integer :: i, n
+
+    n = min(size(selection%indicators), deck%greedy%max_points)
+    do i = deck%greedy%n_initial + 1, n
+      if (selection%indicators(i) > deck%greedy%tolerance) cycle
+      n = i - 1
+      exit
+    end do
+    call selection%shorten(n)
+  end subroutine cut_at_end
+
+  !> Appends the worst candidates, or says why none; a round keeps its points apart, as neighbors are worst together.
+  subroutine pick_worst(deck, candidates, defects, selection, chosen)
+    type(deck_config_t), intent(in) :: deck
+    real(rk), intent(in) :: candidates(:, :)
+    !> [-] negative afterwards where a candidate is taken or too near to one of this round
+    real(rk), intent(inout) :: defects(:)
+    type(selection_t), intent(inout) :: selection
+    !> numbers of the candidates, 1-based
+    integer, allocatable, intent(out) :: chosen(:)
+    real(rk) :: box(2, size(candidates, 1)), largest
+    integer :: i, n
+
+    box = box_of(deck)
+    allocate (chosen(0))
+    n = size(selection%indicators)
+    do i = 1, n
+      call leave_out(candidates, box, selection%points(:, i), 0.0_rk, defects)
+    end do
+    selection%largest_left = max(0.0_rk, maxval(defects))
+    do while (size(chosen) < deck%greedy%batch)
+      largest = maxval(defects)
+      if (stop_reason(deck, n + size(chosen), largest) /= '') exit
+      i = first_largest(defects)
+      call selection%append(candidates(:, i:i), defects(i:i))
+      chosen = [chosen, i]
+      call log_choice(deck, n + size(chosen), 'defect', defects(i), candidates(:, i))
+      call leave_out(candidates, box, candidates(:, i), half_spacing(n + deck%greedy%batch, size(box, 2)), defects)
+    end do
+    if (size(chosen) == 0) selection%stopped_by = stop_reason(deck, n, largest)
+  end subroutine pick_worst
+
+  !> Half the distance of so many points that fill the unit box evenly.
+  pure real(rk) function half_spacing(n_points, n_parameters)
+    integer, intent(in) :: n_points
+    integer, intent(in) :: n_parameters
+
+    half_spacing = real(n_points, rk)**(-1.0_rk / n_parameters) / 2
+  end function half_spacing
+
+  !> Marks the candidates nearer to a place than the distance, and those at the place.
+  pure subroutine leave_out(candidates, box, place, distance, defects)
+    real(rk), intent(in) :: candidates(:, :)
+    real(rk), intent(in) :: box(:, :)
+    real(rk), intent(in) :: place(:)
+    !> [-] with the sides of the box as unit
+    real(rk), intent(in) :: distance
+    real(rk), intent(inout) :: defects(:)
+    !> [-] two points as near as this are one
+    real(rk), parameter :: rounding = 1.0e-12_rk
+    integer :: i
+
+    do i = 1, size(defects)
+      if (norm2((candidates(:, i) - place) / (box(2, :) - box(1, :))) < max(distance, rounding)) defects(i) = -1
+    end do
+  end subroutine leave_out
+
+  !> Why no further point is chosen; empty where one is.
+  pure function stop_reason(deck, n_chosen, largest) result(reason)
+    type(deck_config_t), intent(in) :: deck
+    integer, intent(in) :: n_chosen
+    !> [-] indicator of the candidates that are left; negative where none is
+    real(rk), intent(in) :: largest
+    character(:), allocatable :: reason
+
+    reason = ''
+    if (largest < 0) then
+      reason = stopped_by_candidates
+    else if (largest <= deck%greedy%tolerance .and. deck%greedy%tolerance > 0) then
+      reason = stopped_by_tolerance
+    else if (largest <= negligible) then
+      reason = stopped_by_candidates
+    else if (n_chosen >= deck%greedy%max_points) then
+      reason = stopped_by_budget
+    end if
+  end function stop_reason
+
+  !> `greedy point 6: projection error 1.2e-02 at P1 = 5.0 MPa, h1 = 0.6 mm`
+  subroutine log_choice(deck, i_point, what, indicator, point)
+    type(deck_config_t), intent(in) :: deck
+    integer, intent(in) :: i_point
+    !> name of the indicator
+    character(*), intent(in) :: what
+    real(rk), intent(in) :: indicator
+    real(rk), intent(in) :: point(:)
+
+    call log_info('greedy point ' // to_text(i_point) // ': ' // what // ' ' // csv_number(indicator) // ' at ' // &
+      format_point(deck%parameters, point))
+  end subroutine log_choice
+end module sig_greedy_rules
