@@ -42,6 +42,26 @@ enum sig_h5_path sig_h5_find_object(hid_t file, const char *path) {
   return found;
 }
 
+/* HDF5 1.12 gave these another meaning. */
+#if !H5_VERSION_GE(1, 12, 0)
+typedef H5L_info_t H5L_info1_t;
+typedef H5O_info_t H5O_info1_t;
+#define H5Lget_info1 H5Lget_info
+#endif
+
+int sig_h5_place_of(hid_t file, const char *path, uint64_t *address) {
+  H5L_info1_t link;
+  H5O_info1_t object;
+  if (sig_h5_is_root(path)) {
+    if (H5Oget_info2(file, &object, H5O_INFO_BASIC) < 0) return 0;
+    *address = object.addr;
+    return 1;
+  }
+  if (H5Lget_info1(file, path, &link, H5P_DEFAULT) < 0 || link.type != H5L_TYPE_HARD) return 0;
+  *address = link.u.address;
+  return 1;
+}
+
 hid_t sig_h5_text_type(H5T_cset_t character_set) {
   const hid_t type = H5Tcopy(H5T_C_S1);
   H5Tset_size(type, H5T_VARIABLE);

@@ -32,8 +32,14 @@ int sig_h5_cut_address(const char *text, size_t length, struct sig_h5_address *a
 int sig_h5_is_root(const char *path);
 
 /* What a path leads to. Links other than the plain ones of groups lead out of the file, or round about in it. */
-enum sig_h5_path { SIG_H5_PATH_NONE, SIG_H5_PATH_PLAIN, SIG_H5_PATH_LINK };
+enum sig_h5_path { SIG_H5_PATH_NONE, SIG_H5_PATH_PLAIN, SIG_H5_PATH_LINK, SIG_H5_PATH_DAMAGED };
 enum sig_h5_path sig_h5_find_object(hid_t file, const char *path);
+
+/* The place of the header of an object that was found. 0 where there is none. */
+int sig_h5_place_of(hid_t file, const char *path, uint64_t *address);
+
+/* Whether HDF5 may open the object whose header stands there, and its attributes. */
+int sig_h5_check_header(const struct sig_h5_file *file, uint64_t address);
 
 /* A dataset or an attribute that is open. */
 struct sig_h5_item {
@@ -56,6 +62,9 @@ int sig_h5_take(struct sig_h5_file *file, uint64_t n_bytes);
 int sig_h5_find_object_of_heap(struct sig_h5_file *file, uint64_t address, uint64_t index, const unsigned char **bytes,
                                uint64_t *size);
 void sig_h5_free_heap(struct sig_h5_file *file);
+
+/* Bytes from an address on; 0 where the file does not hold them. */
+int sig_h5_read_bytes(const struct sig_h5_file *file, uint64_t address, uint64_t size, void *bytes);
 
 /* An integer of `n` bytes, the lowest first. */
 uint64_t sig_h5_decode(const unsigned char *bytes, int n);

@@ -37,8 +37,7 @@ uint64_t sig_h5_decode(const unsigned char *bytes, int n) {
   return value;
 }
 
-/* 0 where the file does not hold them. */
-static int read_bytes(const struct sig_h5_file *file, uint64_t address, uint64_t size, void *bytes) {
+int sig_h5_read_bytes(const struct sig_h5_file *file, uint64_t address, uint64_t size, void *bytes) {
   void *handle = NULL;
   if (file->head > file->size || address > file->size - file->head || size > file->size - file->head - address)
     return 0;
@@ -86,12 +85,12 @@ static int find_place(const struct sig_h5_file *file, uint64_t address, uint64_t
 static int read_collection(const struct sig_h5_file *file, struct sig_h5_collection *collection, size_t *i) {
   static const unsigned char mark[] = {'G', 'C', 'O', 'L', 1};
   unsigned char head[HEAD];
-  if (!read_bytes(file, collection->address, HEAD, head) || memcmp(head, mark, sizeof mark) != 0) return 0;
+  if (!sig_h5_read_bytes(file, collection->address, HEAD, head) || memcmp(head, mark, sizeof mark) != 0) return 0;
   collection->size = sig_h5_decode(head + 8, 8);
   if (collection->size < smallest_collection || collection->size > file->size || collection->size % 8 != 0) return 0;
   if (!find_place(file, collection->address, collection->size, i)) return 0;
   collection->bytes = malloc(collection->size);
-  return collection->bytes && read_bytes(file, collection->address, collection->size, collection->bytes) &&
+  return collection->bytes && sig_h5_read_bytes(file, collection->address, collection->size, collection->bytes) &&
          list_objects(collection);
 }
 

@@ -5,19 +5,24 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* A group counts, too, and so does a link, of which reading then says why it is not followed. */
-static enum sig_h5_path find_item(hid_t file, const struct sig_h5_address *address) {
-  const enum sig_h5_path found = sig_h5_find_object(file, address->object);
-  if (found != SIG_H5_PATH_PLAIN || !address->attribute) return found;
+/* A group counts, too, and so does a link or what is damaged, of which reading then says why it is not read. */
+static enum sig_h5_path find_item(const struct sig_h5_file *file, const struct sig_h5_address *address) {
+  uint64_t place;
+  const enum sig_h5_path found = sig_h5_find_object(file->id, address->object);
+  if (found != SIG_H5_PATH_PLAIN) return found;
+  if (!sig_h5_place_of(file->id, address->object, &place) || !sig_h5_check_header(file, place))
+    return SIG_H5_PATH_DAMAGED;
+  if (!address->attribute) return found;
   const char *object = sig_h5_is_root(address->object) ? "/" : address->object;
-  return H5Aexists_by_name(file, object, address->attribute, H5P_DEFAULT) > 0 ? SIG_H5_PATH_PLAIN : SIG_H5_PATH_NONE;
+  const htri_t exists = H5Aexists_by_name(file->id, object, address->attribute, H5P_DEFAULT);
+  return exists > 0 ? SIG_H5_PATH_PLAIN : SIG_H5_PATH_NONE;
 }
 
 int sig_h5_has(sig_h5_file *file, const char *address, size_t length) {
   struct sig_h5_address cut;
   int exists = 0;
   if (!sig_h5_cut_address(address, length, &cut)) return 0;
-  H5E_BEGIN_TRY { exists = find_item(file->id, &cut) != SIG_H5_PATH_NONE; }
+  H5E_BEGIN_TRY { exists = find_item(file, &cut) != SIG_H5_PATH_NONE; }
   H5E_END_TRY;
   sig_free(cut.object);
   return exists;
@@ -45,11 +50,14 @@ static int open_item(const sig_h5_file *file, const char *text, size_t length, s
   struct sig_h5_address address;
   if (!sig_h5_cut_address(text, length, &address)) return SIG_H5_NO_READ;
   int status = SIG_H5_MISSING;
-  switch (find_item(file->id, &address)) {
+  switch (find_item(file, &address)) {
   case SIG_H5_PATH_NONE:
     break;
   case SIG_H5_PATH_LINK:
     status = SIG_H5_ELSEWHERE;
+    break;
+  case SIG_H5_PATH_DAMAGED:
+    status = SIG_H5_NO_READ;
     break;
   case SIG_H5_PATH_PLAIN:
     status = open_found(file, &address, item);

@@ -49,6 +49,12 @@ PLANTED = [
         "the last number of a record is not part of its hash",
     ),
     Planted(
+        SRC + "base/hdf5_header.c",
+        "n_values <= (size - at) / value_size",
+        "n_values <= size / value_size",
+        "values of an attribute may stand behind it",
+    ),
+    Planted(
         SRC + "base/file_seal.c",
         "if (status == SIG_SEAL_FINE && hash != sealed_hash)",
         "if (status == SIG_SEAL_FINE && hash == 0)",

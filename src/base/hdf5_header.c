@@ -1,0 +1,100 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The header of a group or dataset is a list of messages in one or more blocks of the file (section IV.A of the
+ * format's specification 3.0). HDF5 1.10 believes the sizes of an attribute's parts and the number of its dimensions,
+ * and reads behind the message where they are wrong, even of an attribute that nobody asked for. So headers are read
+ * here first. Our files have headers of version 1. */
+#include "hdf5_address.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+enum { HEADER_HEAD = 16, MESSAGE_HEAD = 8, WORD = 8, MAX_BLOCKS = 256, MAX_DIMENSIONS = 32 }; /* heads in bytes */
+enum { SPACE_MESSAGE = 0x01, TYPE_MESSAGE = 0x03, ATTRIBUTE_MESSAGE = 0x0c, CONTINUATION_MESSAGE = 0x10 };
+enum { IS_SHARED = 2, HAS_MAXIMA = 1, NULL_SPACE = 2 };
+
+struct block {
+  uint64_t address, size;
+};
+
+/* Blocks that are still to be read, and the bytes that they may have together. */
+struct blocks {
+  struct block list[MAX_BLOCKS];
+  size_t n;
+  uint64_t n_left;
+};
+
+static int add_block(struct blocks *blocks, uint64_t address, uint64_t size) {
+  if (blocks->n == MAX_BLOCKS || size > blocks->n_left) return 0;
+  blocks->n_left -= size;
+  blocks->list[blocks->n++] = (struct block){address, size};
+  return 1;
+}
+
+/* A data space: whether it ends within `size` bytes; the number of its values. */
+static int check_space(const unsigned char *space, uint64_t size, uint64_t *n_values) {
+  if (size < 4 || space[0] < 1 || space[0] > 2) return 0;
+  const uint64_t rank = space[1], start = space[0] == 1 ? 8 : 4, n_lists = space[2] & HAS_MAXIMA ? 2 : 1;
+  if (rank > MAX_DIMENSIONS || size < start + n_lists * rank * WORD) return 0;
+  *n_values = space[0] == 2 && space[3] == NULL_SPACE ? 0 : 1;
+  for (uint64_t i = 0; i < rank; i++) {
+    const uint64_t n = sig_h5_decode(space + start + i * WORD, WORD);
+    if (n > 0 && *n_values > UINT64_MAX / n) return 0;
+    *n_values *= n;
+  }
+  return 1;
+}
+
+/* An attribute is a head, its name, its type, its data space and its values; in version 1 the three in the middle are
+ * filled up to whole words. */
+static int check_attribute(const unsigned char *attribute, uint64_t size) {
+  if (size < MESSAGE_HEAD + 1 || attribute[0] < 1 || attribute[0] > 3) return 0;
+  if (attribute[0] > 1 && attribute[1] != 0) return 0; /* parts that stand elsewhere */
+  uint64_t sizes[3], starts[3], at = attribute[0] == 3 ? 9 : 8, n_values;
+  for (int i = 0; i < 3; i++) {
+    sizes[i] = sig_h5_decode(attribute + 2 + 2 * i, 2);
+    starts[i] = at;
+    at += attribute[0] == 1 ? (sizes[i] + WORD - 1) / WORD * WORD : sizes[i];
+  }
+  if (at > size || sizes[0] == 0 || sizes[1] < 8) return 0;
+  if (attribute[starts[0] + sizes[0] - 1] != '\0') return 0;
+  if (!check_space(attribute + starts[2], sizes[2], &n_values)) return 0;
+  const uint64_t value_size = sig_h5_decode(attribute + starts[1] + 4, 4);
+  return value_size > 0 && n_values <= (size - at) / value_size;
+}
+
+static int check_message(struct blocks *blocks, uint64_t type, int flags, const unsigned char *body, uint64_t size) {
+  uint64_t n_values;
+  const int is_ours = type == SPACE_MESSAGE || type == TYPE_MESSAGE || type == ATTRIBUTE_MESSAGE;
+  if (is_ours && flags & IS_SHARED) return 0;
+  if (type == SPACE_MESSAGE) return check_space(body, size, &n_values);
+  if (type == ATTRIBUTE_MESSAGE) return check_attribute(body, size);
+  if (type != CONTINUATION_MESSAGE) return 1;
+  return size >= 2 * WORD && add_block(blocks, sig_h5_decode(body, WORD), sig_h5_decode(body + WORD, WORD));
+}
+
+static int check_messages(struct blocks *blocks, const unsigned char *bytes, uint64_t size) {
+  uint64_t at = 0;
+  while (size - at >= MESSAGE_HEAD) {
+    const uint64_t type = sig_h5_decode(bytes + at, 2), body_size = sig_h5_decode(bytes + at + 2, 2);
+    const int flags = bytes[at + 4];
+    at += MESSAGE_HEAD;
+    if (body_size > size - at || !check_message(blocks, type, flags, bytes + at, body_size)) return 0;
+    at += body_size;
+  }
+  return 1;
+}
+
+int sig_h5_check_header(const struct sig_h5_file *file, uint64_t address) {
+  unsigned char head[HEADER_HEAD];
+  struct blocks blocks = {.n = 0, .n_left = file->size};
+  if (!sig_h5_read_bytes(file, address, sizeof head, head) || head[0] != 1) return 0;
+  int is_fine = add_block(&blocks, address + HEADER_HEAD, sig_h5_decode(head + 8, 4));
+  for (size_t i = 0; i < blocks.n && is_fine; i++) {
+    const struct block block = blocks.list[i];
+    unsigned char *bytes = malloc(block.size + 1);
+    is_fine = bytes && sig_h5_read_bytes(file, block.address, block.size, bytes) &&
+              check_messages(&blocks, bytes, block.size);
+    free(bytes);
+  }
+  return is_fine;
+}
