@@ -77,11 +77,19 @@ int sig_find_target(const char *path, size_t length, char **target, int *is_dire
   return code;
 }
 
-int sig_open_direct(const char *target) { return open(target, O_WRONLY | O_APPEND | O_NOCTTY | O_CLOEXEC); }
+static int open_direct(const char *target) { return open(target, O_WRONLY | O_APPEND | O_NOCTTY | O_CLOEXEC); }
 
-int sig_open_partial(const char *partial) {
+/* Anew, and never through a link; -1 and errno on a failure. */
+static int open_partial(const char *partial, const char *target) {
+  struct stat status;
+  const int is_there = stat(target, &status) == 0;
   unlink(partial); /* of a run that was killed, or a link that somebody put there */
-  return open(partial, O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+  /* Nobody else may look into what will replace a private file. */
+  const mode_t mode = is_there ? status.st_mode & 0777 : 0666;
+  const int descriptor = open(partial, O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, mode);
+  /* what the umask took away; some file systems have no modes */
+  if (descriptor >= 0 && is_there) (void)fchmod(descriptor, mode);
+  return descriptor;
 }
 
 int sig_write_all(int descriptor, const char *bytes, size_t size) {
@@ -104,7 +112,7 @@ static int open_target(sig_output_stream *stream, const char *path, size_t lengt
     if (!stream->partial) return ENOMEM;
   }
   if (!is_direct) sig_note_partial_file(stream->partial, strlen(stream->partial));
-  stream->descriptor = is_direct ? sig_open_direct(stream->target) : sig_open_partial(stream->partial);
+  stream->descriptor = is_direct ? open_direct(stream->target) : open_partial(stream->partial, stream->target);
   return stream->descriptor < 0 ? errno : 0;
 }
 

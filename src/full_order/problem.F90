@@ -78,7 +78,7 @@ contains
 
     problem%deck = deck
     start = wall_time()
-    PetscCall(load_mesh(deck%mesh, length_factor(deck), comm, problem%mesh, error, ierr))
+    PetscCall(load_mesh(deck%mesh, deck%path, length_factor(deck), comm, problem%mesh, error, ierr))
     if (allocated(error)) return
     problem%mesh_seconds = wall_time() - start
     start = wall_time()

@@ -15,6 +15,9 @@ module sig_mesh_file
   private
   public :: raw_mesh_t, read_raw_mesh
 
+  !> how the message begins where the file is missing, a folder, or not ours to read
+  character(*), parameter, public :: unreadable_mesh = 'cannot read the mesh file'
+
   !> Nodes in the file's order; elements of at least one physical group only. All indices 1-based.
   type :: raw_mesh_t
     integer :: n_nodes = 0
@@ -59,7 +62,7 @@ contains
       call report_invalid(handle, path, error)
     case (gmsh_unreadable)
       call sig_gmsh_sizes(handle, sizes)
-      call make_error(error, 'cannot read the mesh file: ' // system_reason(sizes(1)), file=path)
+      call make_error(error, unreadable_mesh // ' ''' // path // ''': ' // system_reason(sizes(1)), file=path)
     case default
       call make_error(error, 'not enough memory to read the mesh file', file=path)
     end select

@@ -11,6 +11,7 @@ module sig_mesh_load
   use sig_mesh, only: mesh_t
   use sig_mesh_axis, only: check_radii
   use sig_mesh_broadcast, only: broadcast_mesh
+  use sig_mesh_file, only: unreadable_mesh
   use sig_mesh_read, only: read_mesh
   use petsc
   implicit none(type, external)
@@ -20,8 +21,10 @@ module sig_mesh_load
 contains
 
   !> Rank 0 reads and checks, all get the mesh or the error. Collective on comm.
-  subroutine load_mesh(config, length_factor, comm, mesh, error, ierr)
+  subroutine load_mesh(config, deck_path, length_factor, comm, mesh, error, ierr)
     type(mesh_config_t), intent(in) :: config
+    !> for messages
+    character(*), intent(in) :: deck_path
     !> [units.length / mesh.length_unit]
     real(rk), intent(in) :: length_factor
     MPI_Comm, intent(in) :: comm
@@ -35,10 +38,23 @@ contains
     PetscCallMPI(MPI_Comm_rank(comm, rank, ierr))
     if (rank == 0) then
       call read_mesh(config%path, model%n_dim, length_factor, mesh, error)
+      if (allocated(error)) call blame_deck(config, deck_path, error)
       if (model%is_round .and. .not. allocated(error)) call check_radii(mesh, config%path, error)
     end if
     PetscCall(broadcast_error(error, comm, ierr))
     if (allocated(error)) return
     PetscCall(broadcast_mesh(mesh, comm, ierr))
   end subroutine load_mesh
+
+  !> A file that cannot be read is a matter of the line that names it.
+  subroutine blame_deck(config, deck_path, error)
+    type(mesh_config_t), intent(in) :: config
+    character(*), intent(in) :: deck_path
+    type(error_t), intent(inout) :: error
+
+    if (index(error%message, unreadable_mesh) /= 1) return
+    error%file = deck_path
+    error%line = config%line
+    error%column = config%column
+  end subroutine blame_deck
 end module sig_mesh_load

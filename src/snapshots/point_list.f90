@@ -18,6 +18,8 @@ module sig_point_list
 
   !> points that are read at a time when all are wanted
   integer, parameter :: block_size = 1000
+  !> what some programs put before the first line of a UTF-8 file
+  character(*), parameter :: byte_order_mark = char(239) // char(187) // char(191)
 
   type :: point_list_t
     private
@@ -152,6 +154,7 @@ contains
       call read_line(self, line, is_line, error)
       if (.not. is_line) return
       self%i_line = self%i_line + 1
+      if (self%i_line == 1 .and. index(line, byte_order_mark) == 1) line = line(len(byte_order_mark) + 1:)
       is_found = has_content(line)
     end do
   end subroutine read_content
@@ -255,9 +258,31 @@ contains
     type(string_t), intent(in) :: names(:)
     character(:), allocatable :: hint
 
+    hint = separator_hint(word)
+    if (len(hint) > 0) return
     hint = did_you_mean(word, names)
     if (len(hint) > 0) hint = 'did you mean ''' // hint // '''?'
   end function suggestion
+
+  !> What to do about a line with semicolons or tabs.
+  pure function separator_hint(line) result(hint)
+    character(*), intent(in) :: line
+    character(:), allocatable :: hint
+
+    hint = ''
+    if (scan(line, ';' // achar(9)) > 0) hint = 'commas part the values, and the decimal sign is a point (0.5,1.25)'
+  end function separator_hint
+
+  !> What to do about a line with another number of values than there are columns.
+  pure function count_hint(line, n_values, n_columns) result(hint)
+    character(*), intent(in) :: line
+    integer, intent(in) :: n_values
+    integer, intent(in) :: n_columns
+    character(:), allocatable :: hint
+
+    hint = separator_hint(line)
+    if (n_values > n_columns .and. len(hint) == 0) hint = 'commas part the values: a decimal sign must be a point (0.5)'
+  end function count_hint
 
   subroutine read_row(path, i_line, line, names, columns, point, error, box)
     character(*), intent(in) :: path
@@ -277,14 +302,15 @@ contains
     call split_fields(line, fields, starts)
     if (size(fields) /= size(columns)) then
       call make_error(error, 'this line has ' // counted(size(fields), 'value') // '; ' // to_text(size(columns)) // &
-        ' ' // are(size(columns)) // ' needed', path, i_line, starts(min(size(fields), size(columns) + 1)))
+        ' ' // are(size(columns)) // ' needed', path, i_line, starts(min(size(fields), size(columns) + 1)), &
+        count_hint(line, size(fields), size(columns)))
       return
     end if
     do i_field = 1, size(fields)
       associate (word => fields(i_field)%text, i_name => columns(i_field))
         call read_real(word, point(i_name), is_valid)
         if (.not. is_valid) then
-          call make_error(error, '''' // word // ''' is not a number', path, i_line, starts(i_field))
+          call make_error(error, '''' // word // ''' is not a number', path, i_line, starts(i_field), separator_hint(word))
           return
         end if
         if (.not. present(box)) cycle

@@ -103,11 +103,11 @@ CHANGES = {
     ),
     "mesh_that_is_missing": (
         {"two_blocks.msh": "nothing.msh"},
-        ["nothing.msh", "o such file"],
+        ["patch.yaml:3:14: error: cannot read the mesh file", "nothing.msh", "o such file"],
     ),
     "mesh_that_is_a_directory": (
         {"two_blocks.msh": "invalid"},
-        ["invalid", "directory|folder"],
+        ["patch.yaml:3:14: error: cannot read the mesh file", "invalid", "directory|folder"],
     ),
     "mesh_that_is_no_mesh": (
         {"two_blocks.msh": "make_meshes.sh"},

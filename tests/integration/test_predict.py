@@ -185,6 +185,24 @@ def test_wrong_list_of_points(signorom, model_folder, content, message):
     assert re.match(message, words), words
 
 
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        (
+            "squeeze;shift\n0.2;0.1\n",
+            r"points.csv:1:1: error: unknown column 'squeeze;shift'[^$]*commas part",
+        ),
+        ("squeeze,shift\n0.2;0.1\n", r"points.csv:2:1: error: [^$]*commas part"),
+        ("squeeze,shift\n0,2,0,1\n", r"points.csv:2:5: error: .*4 values[^$]*a decimal sign must be a point"),
+    ],
+    ids=["semicolons", "semicolons_below", "decimal_commas"],
+)
+def test_list_of_a_spreadsheet_gets_a_hint(signorom, model_folder, content, message):
+    (model_folder / "points.csv").write_text(content)
+    words = refuse(signorom, "predict", "model.h5", "--points", "points.csv", folder=model_folder)
+    assert re.match(message, words), words
+
+
 def put_version(version):
     """How to say that another version wrote the file."""
 
@@ -301,6 +319,16 @@ def test_output_replaces_an_older_file(signorom, model_folder):
         "predict", "model.h5", "--at", "squeeze=0.2,shift=0", "--output", "answers.csv", folder=model_folder
     )
     assert read_table(model_folder / "answers.csv")["squeeze"] == [0.2]
+
+
+def test_output_keeps_the_mode_of_an_older_file(signorom, model_folder):
+    for mode in (0o600, 0o666):
+        path = model_folder / f"answers_{mode:o}.csv"
+        path.write_text("old\n")
+        path.chmod(mode)
+        signorom("predict", "model.h5", "--at", "squeeze=0.2,shift=0", "--output", path, folder=model_folder)
+        assert path.read_text() != "old\n"
+        assert path.stat().st_mode & 0o777 == mode
 
 
 def test_order_and_bytes_do_not_depend_on_the_threads(signorom, model_folder):
