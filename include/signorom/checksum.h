@@ -15,8 +15,4 @@ uint64_t sig_fnv1a(const void *bytes, size_t size, uint64_t seed);
 /* Hash of doubles, word by word: many times as fast, and another value than sig_fnv1a of the same bytes. */
 uint64_t sig_hash_of_doubles(const double *values, size_t n);
 
-/* Hash of a file's bytes, read in pieces. `path` has `length` characters, no terminator.
- * Returns 0, or errno of what failed. */
-int sig_fnv1a_of_file(const char *path, size_t length, uint64_t seed, uint64_t *hash);
-
 #endif

@@ -9,7 +9,8 @@ module sig_check
   use sig_kinds, only: rk
   use sig_log, only: log_info
   use sig_parameter_space, only: build_points
-  use sig_problem, only: check_points, inert_pair_names, problem_t
+  use sig_point_checks, only: check_points
+  use sig_problem, only: inert_pair_names, problem_t
   use sig_session, only: session_t
   use sig_solver_plan, only: plan_text
   use sig_text, only: counted, join, string_t, to_text

@@ -20,7 +20,8 @@ module sig_study
   use sig_model_file, only: read_model, write_model
   use sig_parameter_space, only: build_points, format_point
   use sig_petsc_support, only: library_versions, rank_and_size
-  use sig_problem, only: announce_plan, check_points, force_unit, inert_pair_names, problem_t, stress_unit
+  use sig_point_checks, only: check_points
+  use sig_problem, only: announce_plan, force_unit, inert_pair_names, problem_t, stress_unit
   use sig_reactions, only: boundary_reactions, reaction_t
   use sig_refinement, only: refinement_result_t
   use sig_refinement_rounds, only: report_refinement, write_refinement_table

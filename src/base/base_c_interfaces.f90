@@ -6,7 +6,7 @@ module sig_base_c_interfaces
   implicit none(type, external)
   private
   public :: strlen
-  public :: sig_fnv1a, sig_fnv1a_of_file
+  public :: sig_fnv1a
   public :: sig_random_below, sig_random_fraction
   public :: sig_install_stop_signals, sig_is_stop_requested, sig_set_last_words, sig_is_terminal
   public :: sig_run_shell
@@ -48,14 +48,6 @@ module sig_base_c_interfaces
       integer(c_size_t), value :: size
       integer(c_int64_t), value :: seed
     end function sig_fnv1a
-
-    integer(c_int) function sig_fnv1a_of_file(path, length, seed, hash) bind(c)
-      import :: c_char, c_int, c_int64_t, c_size_t
-      character(kind=c_char), intent(in) :: path(*)
-      integer(c_size_t), value :: length
-      integer(c_int64_t), value :: seed
-      integer(c_int64_t), intent(out) :: hash
-    end function sig_fnv1a_of_file
 
     subroutine sig_install_stop_signals(grace) bind(c)
       import :: c_double

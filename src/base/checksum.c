@@ -1,10 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "signorom/checksum.h"
 
-#include "signorom/file_system.h"
-
-#include <errno.h>
-#include <stdio.h>
 #include <string.h>
 
 uint64_t sig_fnv1a(const void *bytes, size_t size, uint64_t seed) {
@@ -40,22 +36,4 @@ uint64_t sig_hash_of_doubles(const double *values, size_t n) {
   for (; i < n; i++) a = mix(a, &values[i]);
   const uint64_t chains[] = {a, b, c, d};
   return sig_fnv1a(chains, sizeof chains, SIG_FNV1A_SEED);
-}
-
-int sig_fnv1a_of_file(const char *path, size_t length, uint64_t seed, uint64_t *hash) {
-  char *name = sig_copy_text(path, length);
-  if (!name) return ENOMEM;
-  FILE *file = fopen(name, "rb");
-  const int open_error = file ? 0 : errno;
-  sig_free(name);
-  if (!file) return open_error;
-
-  unsigned char block[1 << 16];
-  *hash = seed;
-  size_t n;
-  errno = 0;
-  while ((n = fread(block, 1, sizeof block, file)) > 0) *hash = sig_fnv1a(block, n, *hash);
-  const int status = ferror(file) ? (errno ? errno : EIO) : 0;
-  fclose(file);
-  return status;
 }

@@ -1,15 +1,13 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> Checksums (FNV-1a, 64 bits): tell changed files apart; no protection against intent.
 module sig_checksum
-  use, intrinsic :: iso_c_binding, only: c_int, c_size_t
-  use sig_base_c_interfaces, only: sig_fnv1a, sig_fnv1a_of_file
+  use, intrinsic :: iso_c_binding, only: c_size_t
+  use sig_base_c_interfaces, only: sig_fnv1a
   use sig_c_strings, only: to_c
-  use sig_errors, only: error_t, make_error
-  use sig_file_system, only: system_reason
   use sig_kinds, only: lk, rk
   implicit none(type, external)
   private
-  public :: hash_of_text, hash_of_file, fnv1a, fnv1a_seed, hash_digits
+  public :: hash_of_text, fnv1a, fnv1a_seed, hash_digits
 
   !> FNV's offset basis, z'cbf29ce484222325', as a signed number
   integer(lk), parameter :: fnv1a_seed = -3750763034362895579_lk
@@ -29,24 +27,6 @@ contains
 
     digits = hash_digits(fnv1a(text, fnv1a_seed))
   end function hash_of_text
-
-  !> 16 hexadecimal digits of a file's bytes. Errors: the file cannot be read.
-  subroutine hash_of_file(path, digits, error)
-    character(*), intent(in) :: path
-    !> zeros on an error
-    character(16), intent(out) :: digits
-    type(error_t), allocatable, intent(out) :: error
-    integer(lk) :: hash
-    integer(c_int) :: code
-
-    digits = '0000000000000000'
-    code = sig_fnv1a_of_file(path, len(path, c_size_t), fnv1a_seed, hash)
-    if (code == 0) then
-      digits = hash_digits(hash)
-    else
-      call make_error(error, 'cannot read the file: ' // system_reason(code), file=path)
-    end if
-  end subroutine hash_of_file
 
   !> A hash as 16 lower-case hexadecimal digits.
   pure function hash_digits(hash) result(digits)

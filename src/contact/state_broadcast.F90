@@ -2,7 +2,7 @@
 #include "signorom/macros.h"
 !> Hands a solution from the rank that knows it to the others.
 module sig_state_broadcast
-  use mpi, only: MPI_Bcast, MPI_Comm_rank, MPI_DOUBLE_PRECISION, MPI_INTEGER, MPI_LOGICAL
+  use mpi, only: MPI_Bcast, MPI_Comm_rank, MPI_DOUBLE_PRECISION, MPI_INTEGER
   use sig_contact_state, only: contact_state_t
   use sig_kinds, only: rk
   use petsc
@@ -21,6 +21,7 @@ contains
     PetscErrorCode, intent(out) :: ierr
     integer :: counts(3)
     real(rk) :: numbers(6)
+    real(rk), allocatable :: flags(:)
 
     counts = [state%n_iterations, state%n_linear_iterations, state%reason]
     PetscCallMPI(MPI_Bcast(counts, size(counts), MPI_INTEGER, root, comm, ierr))
@@ -40,7 +41,10 @@ contains
     PetscCall(broadcast_values(state%displacement, root, comm, ierr))
     PetscCall(broadcast_values(state%multipliers, root, comm, ierr))
     PetscCall(broadcast_values(state%reactions, root, comm, ierr))
-    PetscCall(broadcast_flags(state%is_active, root, comm, ierr))
+    if (allocated(state%is_active)) flags = merge(1.0_rk, 0.0_rk, state%is_active)
+    PetscCall(broadcast_values(flags, root, comm, ierr))
+    if (allocated(state%is_active)) deallocate (state%is_active)
+    if (allocated(flags)) state%is_active = flags > 0
   end subroutine broadcast_state
 
   !> An array that the root lacks is lacking everywhere.
@@ -60,21 +64,4 @@ contains
     if (rank /= root) allocate (values(n))
     PetscCallMPI(MPI_Bcast(values, n, MPI_DOUBLE_PRECISION, root, comm, ierr))
   end subroutine broadcast_values
-
-  subroutine broadcast_flags(flags, root, comm, ierr)
-    logical, allocatable, intent(inout) :: flags(:)
-    integer, intent(in) :: root
-    MPI_Comm, intent(in) :: comm
-    PetscErrorCode, intent(out) :: ierr
-    integer :: n, rank
-
-    PetscCallMPI(MPI_Comm_rank(comm, rank, ierr))
-    n = -1
-    if (allocated(flags)) n = size(flags)
-    PetscCallMPI(MPI_Bcast(n, 1, MPI_INTEGER, root, comm, ierr))
-    if (rank /= root .and. allocated(flags)) deallocate (flags)
-    if (n < 0) return
-    if (rank /= root) allocate (flags(n))
-    PetscCallMPI(MPI_Bcast(flags, n, MPI_LOGICAL, root, comm, ierr))
-  end subroutine broadcast_flags
 end module sig_state_broadcast

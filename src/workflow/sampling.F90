@@ -12,7 +12,8 @@ module sig_sampling
   use sig_materials, only: varying_constants
   use sig_parameter_space, only: build_points
   use sig_point_batches, only: deal_points, point_batches_t
-  use sig_problem, only: announce_plan, check_points, problem_t
+  use sig_point_checks, only: check_points
+  use sig_problem, only: announce_plan, problem_t
   use sig_progress, only: progress_t
   use sig_rank_groups, only: rank_groups_t
   use sig_snapshot_buffer, only: snapshot_buffer_t

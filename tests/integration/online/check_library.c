@@ -2,7 +2,7 @@
 /* check_library MODEL N: asks N points of the box from several threads that share a model, and compares bit by bit with
  * one thread; counts what a query allocates; gives wrong arguments. Prints what it counted; ends with 1 where something
  * is wrong. */
-#include <signorom.h>
+#include "random_points.h"
 
 #include <pthread.h>
 #include <stdio.h>
@@ -48,18 +48,6 @@ static void *work(void *argument) {
         signorom_query_many(job->context, job->n, job->points + (size_t)job->first * sizes.n_parameters,
                             job->answers + job->first, job->multipliers + (size_t)job->first * sizes.n_contacts);
   return NULL;
-}
-
-static double *random_points(const signorom_model *model, int n_parameters, int n) {
-  double *points = malloc((size_t)n * n_parameters * sizeof *points);
-  unsigned long long state = 20220430;
-  for (int i = 0; i < n * n_parameters; i++) {
-    double minimum, maximum;
-    signorom_get_parameter(model, i % n_parameters, NULL, NULL, &minimum, &maximum);
-    state = state * 6364136223846793005ULL + 1442695040888963407ULL;
-    points[i] = minimum + (maximum - minimum) * (double)(state >> 11) / 9007199254740992.0;
-  }
-  return points;
 }
 
 static int compare_threads(const signorom_model *model, const signorom_sizes *sizes, const double *points, int n) {

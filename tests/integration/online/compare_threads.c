@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* compare_threads MODEL THREADS N: each thread asks N points of the box (each begins at another one) and compares every
  * answer bit by bit with that of one thread alone. Prints how many differ; ends with 1 where some do. */
-#include <signorom.h>
+#include "random_points.h"
 
 #include <pthread.h>
 #include <stdio.h>
@@ -51,18 +51,6 @@ static void *work(void *argument) {
   }
   free(forces);
   return NULL;
-}
-
-static double *random_points(const signorom_model *model, int n_parameters, int n) {
-  double *points = malloc((size_t)n * n_parameters * sizeof *points);
-  unsigned long long state = 20220430;
-  for (int i = 0; i < n * n_parameters; i++) {
-    double minimum, maximum;
-    signorom_get_parameter(model, i % n_parameters, NULL, NULL, &minimum, &maximum);
-    state = state * 6364136223846793005ULL + 1442695040888963407ULL;
-    points[i] = minimum + (maximum - minimum) * (double)(state >> 11) / 9007199254740992.0;
-  }
-  return points;
 }
 
 /* Runs the jobs side by side: how many of their answers differ. */

@@ -3,7 +3,8 @@
 
 from importlib.metadata import PackageNotFoundError, version
 
-from signorom_post.online import Answer, LibraryError, Model, ModelError, NoAnswerError
+from signorom_post.library import LibraryError
+from signorom_post.online import Answer, Model, ModelError, NoAnswerError
 
 try:
     __version__ = version("signorom-post")

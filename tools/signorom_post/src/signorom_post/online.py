@@ -1,16 +1,15 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Ask a trained model: `Model("model.h5").query(P1=170.0, h1=3.2)`, in the deck's units.
 
-The answers are those of the library `libsignorom_online`. It is looked for where the variable SIGNOROM_LIBRARY points,
-then where the loader looks, then in the build folder of the sources.
+The answers are those of the library `libsignorom_online`.
 """
 
 import ctypes
 import os
 import threading
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
-from ctypes import POINTER, byref, c_char_p, c_double, c_int, c_size_t, c_void_p
+from contextlib import contextmanager
+from ctypes import byref, c_char_p, c_double, c_int, c_void_p
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
@@ -20,11 +19,7 @@ import numpy as np
 
 from signorom_post.arrays import FloatArray, IntArray
 from signorom_post.errors import InputError
-
-# the interface that this module knows
-SONAME = "libsignorom_online.so.0"
-METHODS = ("none", "active_set", "block_pivoting", "lemke", "condensed")
-NO_ANSWER = 1
+from signorom_post.library import METHODS, NO_ANSWER, CAnswer, CSizes, doubles, ints, load_library, text_of
 
 
 class ModelError(InputError):
@@ -33,114 +28,6 @@ class ModelError(InputError):
 
 class NoAnswerError(Exception):
     """A point at which the model has no answer."""
-
-
-class LibraryError(Exception):
-    """The online library is missing or is not one."""
-
-
-class _Sizes(ctypes.Structure):
-    """signorom_sizes."""
-
-    _fields_ = [
-        (name, c_int)
-        for name in (
-            "n_parameters",
-            "n_clusters",
-            "n_contacts",
-            "n_nodes",
-            "n_dimensions",
-            "n_dofs",
-            "n_training_points",
-            "has_full_order_multipliers",
-            "has_full_order_displacement",
-        )
-    ]
-
-
-class _Answer(ctypes.Structure):
-    """signorom_answer."""
-
-    _fields_ = [
-        ("size", c_size_t),
-        *(
-            (name, c_int)
-            for name in (
-                "code",
-                "method",
-                "cluster",
-                "n_modes",
-                "n_domain_contacts",
-                "n_active",
-                "n_iterations",
-                "is_inside_box",
-            )
-        ),
-        ("distance", c_double),
-        ("residual", c_double),
-        ("n_solutions", c_int),
-    ]
-
-
-_DOUBLES = POINTER(c_double)
-_INTS = POINTER(c_int)
-_SIGNATURES = {
-    "signorom_open": (c_int, [c_char_p, POINTER(c_void_p)]),
-    "signorom_model_message": (c_char_p, [c_void_p]),
-    "signorom_close": (None, [c_void_p]),
-    "signorom_get_sizes": (c_int, [c_void_p, POINTER(_Sizes)]),
-    "signorom_text": (c_char_p, [c_void_p, c_int]),
-    "signorom_get_parameter": (
-        c_int,
-        [c_void_p, c_int, POINTER(c_char_p), POINTER(c_char_p), _DOUBLES, _DOUBLES],
-    ),
-    "signorom_get_contacts": (c_int, [c_void_p, _INTS, _INTS]),
-    "signorom_get_nodes": (c_int, [c_void_p, _INTS, _DOUBLES]),
-    "signorom_get_domain_contacts": (c_int, [c_void_p, c_int, _INTS, _INTS]),
-    "signorom_get_next_cluster": (c_int, [c_void_p, _DOUBLES, _INTS]),
-    "signorom_create_context": (c_int, [c_void_p, POINTER(c_void_p)]),
-    "signorom_message": (c_char_p, [c_void_p]),
-    "signorom_free_context": (None, [c_void_p]),
-    "signorom_query": (c_int, [c_void_p, _DOUBLES, POINTER(_Answer)]),
-    "signorom_query_many": (c_int, [c_void_p, c_int, _DOUBLES, POINTER(_Answer), _DOUBLES]),
-    "signorom_get_domain_multipliers": (c_int, [c_void_p, _DOUBLES]),
-    "signorom_get_multipliers": (c_int, [c_void_p, _DOUBLES]),
-    "signorom_get_coordinates": (c_int, [c_void_p, _DOUBLES]),
-    "signorom_get_displacement": (c_int, [c_void_p, _DOUBLES]),
-    "signorom_get_displacement_at": (c_int, [c_void_p, c_int, _INTS, _DOUBLES]),
-}
-
-
-def find_library() -> str:
-    """Path or name of the online library: SIGNOROM_LIBRARY, the loader's path, the build folder of the sources."""
-    named = os.environ.get("SIGNOROM_LIBRARY")
-    if named:
-        return named
-    with suppress(OSError):
-        ctypes.CDLL(SONAME)
-        return SONAME
-    for root in Path(__file__).resolve().parents:
-        built = sorted(root.glob("build/*/src/online/libsignorom_online.so"), key=lambda p: p.stat().st_mtime)
-        if built:
-            return str(built[-1])
-    raise LibraryError(
-        f"{SONAME} was not found: set SIGNOROM_LIBRARY to its path, or install it where the loader looks (ldconfig, "
-        "LD_LIBRARY_PATH)"
-    )
-
-
-def load_library() -> ctypes.CDLL:
-    """The online library with the signatures of signorom.h."""
-    path = find_library()
-    try:
-        library = ctypes.CDLL(path)
-        for name, (result, arguments) in _SIGNATURES.items():
-            function = getattr(library, name)
-            function.restype = result
-            function.argtypes = arguments
-    except (OSError, AttributeError) as error:
-        raise LibraryError(f"the library {path} cannot be used: {error}") from error
-    return library
 
 
 @dataclass(frozen=True)
@@ -219,7 +106,7 @@ class _Handles:
             raise
 
     def _failure(self, message: bytes | None) -> ModelError:
-        sentence = _text(message) or "no memory for the model"
+        sentence = text_of(message) or "no memory for the model"
         return ModelError(self.path, sentence.removeprefix(f"{self.path}: error: "))
 
     @contextmanager
@@ -290,7 +177,7 @@ class Model:
         self._path = str(Path(path).absolute())
         self._handles = _Handles(os.fspath(path))
         self._library = self._handles.library
-        self._sizes = _Sizes()
+        self._sizes = CSizes()
         with self._handles.model() as model:
             self._library.signorom_get_sizes(model, byref(self._sizes))
             self.parameters = [self._parameter(model, i) for i in range(self._sizes.n_parameters)]
@@ -305,7 +192,7 @@ class Model:
         self._library.signorom_get_parameter(
             model, i, byref(name), byref(unit), byref(minimum), byref(maximum)
         )
-        return Parameter(_text(name.value), _text(unit.value), minimum.value, maximum.value)
+        return Parameter(text_of(name.value), text_of(unit.value), minimum.value, maximum.value)
 
     def close(self) -> None:
         """Free the model, as soon as no other thread is asking it; asking it afterwards is an error."""
@@ -325,7 +212,7 @@ class Model:
 
     def _told(self, kind: int) -> str:
         with self._handles.model() as model:
-            return _text(self._library.signorom_text(model, kind))
+            return text_of(self._library.signorom_text(model, kind))
 
     @property
     def title(self) -> str:
@@ -356,7 +243,7 @@ class Model:
         """Tags of the mesh file of the first and the second node of each contact pair."""
         first, second = (np.zeros(self._sizes.n_contacts, dtype=np.intc) for _ in range(2))
         with self._handles.model() as model:
-            self._library.signorom_get_contacts(model, _ints(first), _ints(second))
+            self._library.signorom_get_contacts(model, ints(first), ints(second))
         return first.astype(np.int64), second.astype(np.int64)
 
     @property
@@ -365,7 +252,7 @@ class Model:
         tags = np.zeros(self._sizes.n_nodes, dtype=np.intc)
         coordinates = np.zeros((self._sizes.n_nodes, self._sizes.n_dimensions))
         with self._handles.model() as model:
-            self._library.signorom_get_nodes(model, _ints(tags), _doubles(coordinates))
+            self._library.signorom_get_nodes(model, ints(tags), doubles(coordinates))
         return tags.astype(np.int64), coordinates
 
     def query(self, *, nodes: list[int] | IntArray | None = None, **values: float) -> Answer:
@@ -375,10 +262,10 @@ class Model:
         """
         point = np.array([values[name] for name in self._checked(values)], dtype=float)
         indices = None if nodes is None else self._indices_of(nodes)
-        told = _Answer(size=ctypes.sizeof(_Answer))
+        told = CAnswer(size=ctypes.sizeof(CAnswer))
         with self._handles.model() as model, self._handles.context() as context:
-            if self._library.signorom_query(context, _doubles(point), byref(told)):
-                raise NoAnswerError(_text(self._library.signorom_message(context)))
+            if self._library.signorom_query(context, doubles(point), byref(told)):
+                raise NoAnswerError(text_of(self._library.signorom_message(context)))
             return Answer(
                 point={parameter.name: float(values[parameter.name]) for parameter in self.parameters},
                 multipliers=self._get(context, "signorom_get_multipliers", self._sizes.n_contacts),
@@ -403,13 +290,13 @@ class Model:
         points = np.ascontiguousarray(points, dtype=float)
         if points.ndim != 2 or points.shape[1] != len(self.parameters):
             raise ValueError(f"points must have shape (n_points, {len(self.parameters)}), not {points.shape}")
-        told = (_Answer * len(points))()
+        told = (CAnswer * len(points))()
         for answer in told[:1]:
-            answer.size = ctypes.sizeof(_Answer)
+            answer.size = ctypes.sizeof(CAnswer)
         multipliers = np.zeros((len(points), self._sizes.n_contacts))
         with self._handles.context() as context:
             self._library.signorom_query_many(
-                context, len(points), _doubles(points), told, _doubles(multipliers)
+                context, len(points), doubles(points), told, doubles(multipliers)
             )
         multipliers[[answer.code == NO_ANSWER for answer in told]] = np.nan
         return multipliers
@@ -424,14 +311,14 @@ class Model:
                 raise TypeError(f"no value for the parameter '{name}'")
         return names
 
-    def _domain_contacts(self, model: c_void_p, told: _Answer) -> IntArray:
+    def _domain_contacts(self, model: c_void_p, told: CAnswer) -> IntArray:
         contacts = np.zeros(told.n_domain_contacts, dtype=np.intc)
-        self._library.signorom_get_domain_contacts(model, told.cluster, None, _ints(contacts))
+        self._library.signorom_get_domain_contacts(model, told.cluster, None, ints(contacts))
         return contacts.astype(np.int64)
 
     def _next_cluster(self, model: c_void_p, point: FloatArray) -> int | None:
         cluster = c_int()
-        self._library.signorom_get_next_cluster(model, _doubles(point), byref(cluster))
+        self._library.signorom_get_next_cluster(model, doubles(point), byref(cluster))
         return cluster.value if cluster.value >= 0 else None
 
     def _indices_of(self, nodes: list[int] | IntArray) -> IntArray:
@@ -451,24 +338,12 @@ class Model:
             return self._get(context, "signorom_get_displacement", self._sizes.n_dofs).reshape(-1, n)
         displacement = np.zeros((len(indices), n))
         self._library.signorom_get_displacement_at(
-            context, len(indices), _ints(indices), _doubles(displacement)
+            context, len(indices), ints(indices), doubles(displacement)
         )
         return displacement
 
     def _get(self, context: c_void_p, name: str, n: int) -> FloatArray:
         values = np.zeros(max(n, 1))
-        if getattr(self._library, name)(context, _doubles(values)):
-            raise NoAnswerError(_text(self._library.signorom_message(context)))
+        if getattr(self._library, name)(context, doubles(values)):
+            raise NoAnswerError(text_of(self._library.signorom_message(context)))
         return values[:n]
-
-
-def _text(value: bytes | None) -> str:
-    return (value or b"").decode("utf-8", "replace")
-
-
-def _doubles(array: FloatArray) -> "ctypes._Pointer[c_double]":
-    return array.ctypes.data_as(_DOUBLES)
-
-
-def _ints(array: IntArray) -> "ctypes._Pointer[c_int]":
-    return array.ctypes.data_as(_INTS)

@@ -1,0 +1,96 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> Whether a problem can be asked at points of its parameters, before any of them is solved.
+module sig_point_checks
+  use sig_errors, only: error_t, make_error
+  use sig_kinds, only: rk
+  use sig_materials, only: check_materials
+  use sig_parameter_space, only: format_point
+  use sig_problem, only: problem_t
+  use sig_term_values, only: evaluate_points
+  use sig_text, only: to_text
+  implicit none(type, external)
+  private
+  public :: check_points
+
+contains
+
+  !> Refuses points where an elastic constant is out of its range, where a prescribed value or a load is not finite, or where a
+  !> pair whose two sides are prescribed penetrates.
+  subroutine check_points(problem, points, error)
+    type(problem_t), intent(in) :: problem
+    !> shape (n_parameters, n_points)
+    real(rk), intent(in) :: points(:, :)
+    type(error_t), allocatable, intent(out) :: error
+    real(rk), allocatable :: theta(:, :)
+    integer :: i_bad_point, i_bad_source, i_point
+
+    if (.not. problem%has_fixed_stiffness) call check_materials(problem%deck, problem%material_terms, points, error)
+    if (allocated(error)) return
+    call evaluate_points(problem%terms, points, theta, i_bad_point, i_bad_source)
+    if (i_bad_point > 0) then
+      call refuse_point(problem, points(:, i_bad_point), i_bad_source, error)
+      return
+    end if
+    if (problem%inert%n_rows == 0) return
+    do i_point = 1, size(points, 2)
+      call check_inert_pairs(problem, points(:, i_point), theta(:, i_point), error)
+      if (allocated(error)) return
+    end do
+  end subroutine check_points
+
+  !> Names the first expression that has no finite value at a point.
+  subroutine refuse_point(problem, point, i_source, error)
+    type(problem_t), intent(in) :: problem
+    real(rk), intent(in) :: point(:)
+    !> of the terms
+    integer, intent(in) :: i_source
+    type(error_t), allocatable, intent(out) :: error
+
+    associate (source => problem%terms%sources(i_source))
+      call make_error(error, 'the expression ''' // source%text // ''' is not finite at ' // &
+        format_point(problem%deck%parameters, point), problem%deck%path, source%line, source%column)
+    end associate
+  end subroutine refuse_point
+
+  !> The gap of a pair without a multiplier is a matter of prescribed values alone.
+  subroutine check_inert_pairs(problem, point, theta, error)
+    type(problem_t), intent(in) :: problem
+    real(rk), intent(in) :: point(:)
+    real(rk), intent(in) :: theta(:)
+    type(error_t), allocatable, intent(out) :: error
+    !> [-] of the gap: rounding of the deck's numbers
+    real(rk), parameter :: rounding = 1.0e-12_rk
+    real(rk) :: displacement(problem%mesh%n_dim * problem%mesh%n_nodes), opening(problem%inert%n_rows), gap(problem%inert%n_rows)
+    integer :: k
+
+    displacement = problem%boundary%prescribed_displacement(theta)
+    gap = matmul(problem%inert%gap, theta)
+    opening = gap - problem%inert%apply(displacement)
+    do k = 1, problem%inert%n_rows
+      if (opening(k) >= -rounding * max(abs(gap(k)), maxval(abs(displacement)))) cycle
+      associate (contact => problem%deck%contact(problem%pairs%contact_entry(problem%inert%pair_of_row(k))))
+        call make_error(error, 'the prescribed displacements press ' // pressed_text(problem, k, &
+          to_text(-opening(k)) // ' ' // problem%deck%units%length) // ' at ' // &
+          format_point(problem%deck%parameters, point) // '; both are prescribed, so no contact force can part them', &
+          problem%deck%path, contact%first%line, contact%first%column, &
+          'the gap of this pair is ' // to_text(gap(k)) // ' ' // problem%deck%units%length // ': narrow the parameter range')
+      end associate
+      return
+    end do
+  end subroutine check_inert_pairs
+
+  !> `nodes 3 and 8 of the contact surfaces 0.1 m into each other`, `node 3 0.1 m into the obstacle`
+  pure function pressed_text(problem, k, depth) result(text)
+    type(problem_t), intent(in) :: problem
+    !> inert row
+    integer, intent(in) :: k
+    character(*), intent(in) :: depth
+    character(:), allocatable :: text
+
+    associate (inert => problem%inert, tags => problem%mesh%node_tags)
+      text = 'node ' // to_text(tags(inert%first_node(k))) // ' ' // depth // ' into the obstacle'
+      if (inert%second_node(k) > 0) text = 'nodes ' // to_text(tags(inert%first_node(k))) // ' and ' // &
+        to_text(tags(inert%second_node(k))) // ' of the contact surfaces ' // depth // ' into each other'
+    end associate
+  end function pressed_text
+end module sig_point_checks

@@ -1,0 +1,140 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The C library `libsignorom_online` as ctypes sees it: where it is, its functions, structures and arrays.
+
+It is looked for where the variable SIGNOROM_LIBRARY points, then where the loader looks, then in the build folder of
+the sources.
+"""
+
+import ctypes
+import os
+from contextlib import suppress
+from ctypes import POINTER, c_char_p, c_double, c_int, c_size_t, c_void_p
+from pathlib import Path
+
+from signorom_post.arrays import FloatArray, IntArray
+
+# the interface that this module knows
+SONAME = "libsignorom_online.so.0"
+# values of signorom_answer.code and .method
+NO_ANSWER = 1
+METHODS = ("none", "active_set", "block_pivoting", "lemke", "condensed")
+
+
+class LibraryError(Exception):
+    """The online library is missing or is not one."""
+
+
+class CSizes(ctypes.Structure):
+    """signorom_sizes."""
+
+    _fields_ = [
+        (name, c_int)
+        for name in (
+            "n_parameters",
+            "n_clusters",
+            "n_contacts",
+            "n_nodes",
+            "n_dimensions",
+            "n_dofs",
+            "n_training_points",
+            "has_full_order_multipliers",
+            "has_full_order_displacement",
+        )
+    ]
+
+
+class CAnswer(ctypes.Structure):
+    """signorom_answer."""
+
+    _fields_ = [
+        ("size", c_size_t),
+        *(
+            (name, c_int)
+            for name in (
+                "code",
+                "method",
+                "cluster",
+                "n_modes",
+                "n_domain_contacts",
+                "n_active",
+                "n_iterations",
+                "is_inside_box",
+            )
+        ),
+        ("distance", c_double),
+        ("residual", c_double),
+        ("n_solutions", c_int),
+    ]
+
+
+_DOUBLES = POINTER(c_double)
+_INTS = POINTER(c_int)
+_SIGNATURES = {
+    "signorom_open": (c_int, [c_char_p, POINTER(c_void_p)]),
+    "signorom_model_message": (c_char_p, [c_void_p]),
+    "signorom_close": (None, [c_void_p]),
+    "signorom_get_sizes": (c_int, [c_void_p, POINTER(CSizes)]),
+    "signorom_text": (c_char_p, [c_void_p, c_int]),
+    "signorom_get_parameter": (
+        c_int,
+        [c_void_p, c_int, POINTER(c_char_p), POINTER(c_char_p), _DOUBLES, _DOUBLES],
+    ),
+    "signorom_get_contacts": (c_int, [c_void_p, _INTS, _INTS]),
+    "signorom_get_nodes": (c_int, [c_void_p, _INTS, _DOUBLES]),
+    "signorom_get_domain_contacts": (c_int, [c_void_p, c_int, _INTS, _INTS]),
+    "signorom_get_next_cluster": (c_int, [c_void_p, _DOUBLES, _INTS]),
+    "signorom_create_context": (c_int, [c_void_p, POINTER(c_void_p)]),
+    "signorom_message": (c_char_p, [c_void_p]),
+    "signorom_free_context": (None, [c_void_p]),
+    "signorom_query": (c_int, [c_void_p, _DOUBLES, POINTER(CAnswer)]),
+    "signorom_query_many": (c_int, [c_void_p, c_int, _DOUBLES, POINTER(CAnswer), _DOUBLES]),
+    "signorom_get_domain_multipliers": (c_int, [c_void_p, _DOUBLES]),
+    "signorom_get_multipliers": (c_int, [c_void_p, _DOUBLES]),
+    "signorom_get_coordinates": (c_int, [c_void_p, _DOUBLES]),
+    "signorom_get_displacement": (c_int, [c_void_p, _DOUBLES]),
+    "signorom_get_displacement_at": (c_int, [c_void_p, c_int, _INTS, _DOUBLES]),
+}
+
+
+def find_library() -> str:
+    """Path or name of the online library: SIGNOROM_LIBRARY, the loader's path, the build folder of the sources."""
+    named = os.environ.get("SIGNOROM_LIBRARY")
+    if named:
+        return named
+    with suppress(OSError):
+        ctypes.CDLL(SONAME)
+        return SONAME
+    for root in Path(__file__).resolve().parents:
+        built = sorted(root.glob("build/*/src/online/libsignorom_online.so"), key=lambda p: p.stat().st_mtime)
+        if built:
+            return str(built[-1])
+    raise LibraryError(
+        f"{SONAME} was not found: set SIGNOROM_LIBRARY to its path, or install it where the loader looks (ldconfig, "
+        "LD_LIBRARY_PATH)"
+    )
+
+
+def load_library() -> ctypes.CDLL:
+    """The online library with the signatures of signorom.h."""
+    path = find_library()
+    try:
+        library = ctypes.CDLL(path)
+        for name, (result, arguments) in _SIGNATURES.items():
+            function = getattr(library, name)
+            function.restype = result
+            function.argtypes = arguments
+    except (OSError, AttributeError) as error:
+        raise LibraryError(f"the library {path} cannot be used: {error}") from error
+    return library
+
+
+def text_of(value: bytes | None) -> str:
+    return (value or b"").decode("utf-8", "replace")
+
+
+def doubles(array: FloatArray) -> "ctypes._Pointer[c_double]":
+    return array.ctypes.data_as(_DOUBLES)
+
+
+def ints(array: IntArray) -> "ctypes._Pointer[c_int]":
+    return array.ctypes.data_as(_INTS)
