@@ -13,7 +13,7 @@ from pathlib import Path
 
 from timing import ROOT, build, cpu_of, load_text
 
-sys.path.append(str(ROOT / "tests" / "integration"))
+sys.path += [str(ROOT / "tests" / folder) for folder in ("integration", "support")]
 from c_programs import compile_c
 from decks import copy_deck
 
