@@ -15,10 +15,10 @@ enum { SIG_LINEAR_DONE = 1, SIG_LINEAR_FAILED = -1, SIG_LINEAR_SINGULAR = -2 };
    failures too, without a trace. The KSP is created here and destroyed by sig_linear_solver_destroy. */
 int sig_linear_solver_create(intptr_t matrix, const char *prefix, int kind, intptr_t *ksp, int *reason, char *message);
 
-/* Turns the finest interpolation P of GAMG into R P, R = `reflection` orthogonal and symmetric: the levels, built for a
+/* Turns the finest interpolation P of GAMG into R P, R = `change` of full rank: the levels, built for a
    matrix of displacements u, then serve matrices of the unknowns R u. Nothing happens where options chose another
    preconditioner. */
-int sig_linear_solver_change_unknowns(intptr_t ksp, intptr_t reflection);
+int sig_linear_solver_change_unknowns(intptr_t ksp, intptr_t change);
 
 /* Makes a KSP ready again after the entries of its matrix changed within their pattern: GAMG keeps its interpolation
    and computes the matrices of its levels anew. */

@@ -61,10 +61,10 @@ contains
     if (problem%deck%greedy%is_used) training_text = counted(size(training, 2), 'candidate') // ' for training'
     text = '# sizes: ' // counted(problem%mesh%n_nodes, 'node') // ', ' // counted(problem%mesh%n_cells, 'cell') // ', ' // &
       counted(problem%mesh%n_dim * problem%mesh%n_nodes, 'dof') // ' (' // to_text(size(problem%boundary%prescribed_dofs)) // &
-      ' prescribed), ' // counted(problem%pairs%n_pairs, 'contact pair') // ', ' // &
-      counted(problem%operator%n_rows, 'multiplier') // new_line('a') // '# points: ' // training_text // ', ' // &
+      ' prescribed), ' // counted(problem%rows%n_rows + problem%inert%n_rows, 'contact pair') // ', ' // &
+      counted(problem%rows%n_rows, 'multiplier') // new_line('a') // '# points: ' // training_text // ', ' // &
       to_text(size(test, 2)) // ' test'
-    contact = contact_lines(problem%deck, problem%pairs, problem%inert%pair_of_row, problem%terms, &
+    contact = contact_lines(problem%deck, problem%rows, problem%inert, problem%terms, &
       reshape([training, test, problem%deck%output%points], [size(training, 1), &
       size(training, 2) + size(test, 2) + size(problem%deck%output%points, 2)]))
     do i = 1, size(contact)

@@ -311,7 +311,7 @@ contains
     call report%add('times/mesh', problem%mesh_seconds)
     call report%add('times/pairing', problem%pairing_seconds)
     call report_sizes(problem%mesh%n_nodes, problem%mesh%n_cells, problem%mesh%n_dim * problem%mesh%n_nodes, &
-      problem%operator%n_rows, inert_pair_names(problem), report)
+      problem%rows%n_rows, inert_pair_names(problem), report)
   end subroutine describe_problem
 
   !> The model of this folder, if it was trained for this deck and mesh.
@@ -345,7 +345,7 @@ contains
     integer :: i
 
     has_sizes_of = model%n_dim == problem%mesh%n_dim .and. model%n_nodes == problem%mesh%n_nodes .and. &
-      model%n_multipliers == problem%operator%n_rows .and. model%terms%n_terms() == problem%terms%n_terms() .and. &
+      model%n_multipliers == problem%rows%n_rows .and. model%terms%n_terms() == problem%terms%n_terms() .and. &
       size(model%parameter_names) == size(problem%deck%parameters)
     do i = 1, size(model%clusters)
       has_sizes_of = has_sizes_of .and. all(model%clusters(i)%cells <= size(problem%mesh%cell_types))

@@ -109,25 +109,24 @@ contains
     real(rk), intent(out) :: largest_contact
     !> [force] resultant of reactions, loads and obstacles along each component, then the sums of their sizes
     real(rk), intent(out) :: sums(:)
-    real(rk) :: load(system%map%n_dofs), part
+    real(rk) :: contact(size(forces)), load(system%map%n_dofs)
     integer :: i, i_local, k, n
 
     n = system%map%n_dim
     sums = 0
-    ! K u is what all of them do together: contact forces cancel pair by pair, but for obstacles
+    ! K u is what all of them do together: contact forces cancel row by row, but for obstacles
     do i = system%first_balanced, n
       sums(i) = sum(forces(i::n))
     end do
-    largest_contact = 0
-    do k = 1, system%operator%n_rows
-      do i = 1, system%operator%n_entries(k)
-        i_local = system%map%local_index(system%operator%dofs(i, k))
-        if (i_local == 0) cycle
-        part = system%operator%coefficients(i, k) * multipliers(k)
-        forces(i_local) = forces(i_local) + part
-        largest_contact = max(largest_contact, abs(part))
+    contact = 0
+    do k = 1, system%rows%n_rows
+      do i = system%rows%offsets(k) + 1, system%rows%offsets(k + 1)
+        i_local = system%map%local_index(system%rows%dofs(i))
+        if (i_local > 0) contact(i_local) = contact(i_local) + system%rows%coefficients(i) * multipliers(k)
       end do
     end do
+    largest_contact = largest_size(contact)
+    forces = forces + contact
     load = system%load(theta)
     do i = 1, size(loaded)
       i_local = system%map%local_index(loaded(i))
@@ -147,12 +146,12 @@ contains
     !> [force/length] forces below this times the largest displacement count as this
     real(rk), intent(in) :: smallest_per_length
     type(contact_state_t), intent(inout) :: state
-    real(rk) :: gap(system%operator%n_rows), opening(system%operator%n_rows), smallest_force, displacement_size
+    real(rk) :: gap(system%rows%n_rows), opening(system%rows%n_rows), smallest_force, displacement_size
     integer :: i_component, n
 
     n = system%map%n_dim
     gap = system%gap(theta)
-    opening = gap - system%operator%apply(state%displacement)
+    opening = gap - system%rows%apply(state%displacement)
     displacement_size = largest_size(state%displacement)
     smallest_force = smallest_per_length * displacement_size
     associate (r => state%residuals)
@@ -161,7 +160,7 @@ contains
       r%negative_multiplier = relative(max(0.0_rk, maxval(-state%multipliers)), maxval(abs(state%multipliers)))
       r%complementarity = relative(abs(dot_product(state%multipliers, opening)), maxval(abs(state%multipliers)) * &
         max(maxval(abs(gap)), displacement_size))
-      ! contact forces cancel pair by pair; radial forces of a turned body balance by the hoop stress
+      ! contact forces cancel row by row; radial forces of a turned body balance by the hoop stress
       r%force_balance = maxval([(relative(abs(sums(i_component)), max(smallest_force, sums(n + 1) + sums(n + 2))), &
         i_component=system%first_balanced, n)])
     end associate

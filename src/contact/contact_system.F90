@@ -5,13 +5,12 @@ module sig_contact_system
   use sig_assembly, only: assemble_stiffness, fill_stiffness
   use sig_boundary_conditions, only: boundary_conditions_t
   use sig_clock, only: wall_time
-  use sig_contact_operator, only: contact_operator_t, create_contact_operator
+  use sig_contact_rows, only: contact_rows_t
   use sig_dof_map, only: create_dof_map, dof_map_t
   use sig_elastic_body, only: elastic_body_t
   use sig_kinds, only: rk
   use sig_mesh, only: mesh_partition_t, mesh_t
   use sig_mesh_partition, only: partition_mesh
-  use sig_node_pairs, only: node_pairs_t
   use sig_petsc_support, only: create_vector, rank_and_size, sum_over_ranks
   use sig_rigid_motions, only: create_rigid_motions, rigid_motions_t
   use petsc
@@ -23,9 +22,8 @@ module sig_contact_system
     MPI_Comm :: comm = MPI_COMM_NULL
     type(dof_map_t) :: map
     type(boundary_conditions_t) :: boundary
-    !> rows with a multiplier, and rows whose displacements are all prescribed
-    type(contact_operator_t) :: operator
-    type(contact_operator_t) :: inert
+    !> rows with a multiplier
+    type(contact_rows_t) :: rows
     !> bodies, and the rigid motions that nothing prescribed holds
     type(rigid_motions_t) :: motions
     !> forces balance along the components from this one on: not along r in axisymmetry
@@ -55,30 +53,30 @@ module sig_contact_system
 contains
 
   !> Collective on comm, for which the mesh is partitioned.
-  subroutine create(self, comm, mesh, body, boundary, pairs, ierr)
+  subroutine create(self, comm, mesh, body, boundary, rows, ierr)
     class(contact_system_t), intent(out) :: self
     MPI_Comm, intent(in) :: comm
     type(mesh_t), intent(in) :: mesh
     type(elastic_body_t), intent(in) :: body
     type(boundary_conditions_t), intent(in) :: boundary
-    type(node_pairs_t), intent(in) :: pairs
+    type(contact_rows_t), intent(in) :: rows
     PetscErrorCode, intent(out) :: ierr
     type(mesh_partition_t) :: partition
     real(rk) :: start
+    integer, allocatable :: tied_first(:), tied_second(:)
     integer :: rank, n_ranks
 
     self%comm = comm
     self%boundary = boundary
+    self%rows = rows
     if (body%mechanics%is_round) self%first_balanced = 2
     start = wall_time()
-    associate (is_pair => pairs%second_node > 0)
-      PetscCall(partition_mesh(mesh, pack(pairs%first_node, is_pair), pack(pairs%second_node, is_pair), comm, partition, ierr))
-    end associate
+    call rows%tied_nodes(mesh%n_nodes, tied_first, tied_second)
+    PetscCall(partition_mesh(mesh, tied_first, tied_second, comm, partition, ierr))
     self%partition_seconds = wall_time() - start
     PetscCall(rank_and_size(comm, rank, n_ranks, ierr))
     call create_dof_map(mesh, partition, rank, n_ranks, self%map)
-    call create_contact_operator(pairs, mesh%n_dim, boundary%n_terms, boundary%is_prescribed, self%operator, self%inert)
-    call create_rigid_motions(mesh, body%mechanics%is_round, boundary%is_prescribed, self%operator, self%motions)
+    call create_rigid_motions(mesh, body%mechanics%is_round, boundary%is_prescribed, rows, self%motions)
     start = wall_time()
     PetscCall(assemble_stiffness(comm, mesh, body, self%map, self%stiffness, ierr))
     self%assembly_seconds = wall_time() - start
@@ -113,9 +111,9 @@ contains
     class(contact_system_t), intent(in) :: self
     real(rk), intent(in) :: theta(:)
     !> [length] shape (n_rows)
-    real(rk) :: gap(self%operator%n_rows)
+    real(rk) :: gap(self%rows%n_rows)
 
-    gap = matmul(self%operator%gap, theta)
+    gap = matmul(self%rows%gap, theta)
   end function gap
 
   !> F(mu). Local.

@@ -4,7 +4,7 @@
 !> Modes are scaled by the size of their body, so every decision about their rank is free of units.
 module sig_rigid_motions
   use sig_bodies, only: find_bodies
-  use sig_contact_operator, only: contact_operator_t
+  use sig_contact_rows, only: contact_rows_t
   use sig_kinds, only: rk
   use sig_mesh, only: mesh_t
   use sig_singular_values, only: svd
@@ -49,15 +49,15 @@ module sig_rigid_motions
 
 contains
 
-  subroutine create_rigid_motions(mesh, is_round, is_prescribed, operator, motions)
+  subroutine create_rigid_motions(mesh, is_round, is_prescribed, rows, motions)
     type(mesh_t), intent(in) :: mesh
     !> axisymmetric
     logical, intent(in) :: is_round
     !> natural dofs, shape (n_dofs)
     logical, intent(in) :: is_prescribed(:)
-    type(contact_operator_t), intent(in) :: operator
+    type(contact_rows_t), intent(in) :: rows
     type(rigid_motions_t), intent(out) :: motions
-    integer :: i_node, k
+    integer :: i, k
 
     motions%is_round = is_round
     motions%n_rigid = n_rigid_modes(mesh%n_dim, is_round)
@@ -65,14 +65,13 @@ contains
     call find_bodies(mesh, motions%body_of_node, motions%n_bodies)
     call measure_bodies(motions)
     call find_free_motions(is_prescribed, motions)
-    allocate (motions%closing(operator%n_rows, motions%n_free), source=0.0_rk)
-    do k = 1, operator%n_rows
-      do i_node = 1, operator%n_entries(k) / mesh%n_dim
-        associate (node => merge(operator%first_node(k), operator%second_node(k), i_node == 1), n => mesh%n_dim)
-          motions%closing(k, :) = motions%closing(k, :) + &
-            matmul(operator%coefficients((i_node - 1) * n + 1:i_node * n, k), motions%at_node(node))
-        end associate
-      end do
+    allocate (motions%closing(rows%n_rows, motions%n_free), source=0.0_rk)
+    do k = 1, rows%n_rows
+      associate (nodes => rows%nodes_of(k), coefficients => reshape(rows%coefficients_of(k), [mesh%n_dim, size(rows%nodes_of(k))]))
+        do i = 1, size(nodes)
+          motions%closing(k, :) = motions%closing(k, :) + matmul(coefficients(:, i), motions%at_node(nodes(i)))
+        end do
+      end associate
     end do
   end subroutine create_rigid_motions
 

@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> What was found to touch what, before anything is solved: a line per contact entry of the deck.
 module sig_contact_summary
+  use sig_contact_rows, only: contact_rows_t
   use sig_deck_config, only: deck_config_t
   use sig_kinds, only: rk
-  use sig_node_pairs, only: node_pairs_t
   use sig_surface_pair, only: short_text
   use sig_term_set, only: term_set_t
   use sig_term_values, only: evaluate_points
@@ -15,28 +15,28 @@ module sig_contact_summary
 contains
 
   !> `contact[1]: lower_arc - upper_arc, 55 pairs (2 inert), gaps 0.1 to 2.1 m`: the smallest and the largest gap over the points.
-  function contact_lines(deck, pairs, inert_pairs, terms, points) result(lines)
+  function contact_lines(deck, rows, inert, terms, points) result(lines)
     type(deck_config_t), intent(in) :: deck
-    type(node_pairs_t), intent(in) :: pairs
-    !> those without a multiplier
-    integer, intent(in) :: inert_pairs(:)
+    !> with a multiplier
+    type(contact_rows_t), intent(in) :: rows
+    !> without
+    type(contact_rows_t), intent(in) :: inert
     type(term_set_t), intent(in) :: terms
     !> shape (n_parameters, n_points), checked
     real(rk), intent(in) :: points(:, :)
     type(string_t), allocatable :: lines(:)
     real(rk), allocatable :: theta(:, :)
-    logical :: is_inert(pairs%n_pairs)
     integer :: i, i_bad_point, i_bad_source, i_entry
 
     allocate (lines(0))
     call evaluate_points(terms, points, theta, i_bad_point, i_bad_source)
-    is_inert = .false.
-    is_inert(inert_pairs) = .true.
     do i_entry = 1, size(deck%contact)
-      associate (members => pack([(i, i=1, pairs%n_pairs)], pairs%contact_entry == i_entry))
+      associate (active => pack([(i, i=1, rows%n_rows)], rows%contact_entry == i_entry), &
+        idle => pack([(i, i=1, inert%n_rows)], inert%contact_entry == i_entry))
         call append_text(lines, 'contact[' // to_text(i_entry) // ']: ' // names_text(deck, i_entry) // &
-          count_text(deck%contact(i_entry)%has_obstacle, size(members), count(is_inert(members))) // &
-          gaps_text(pairs, members, theta, deck%units%length))
+          count_text(deck%contact(i_entry)%has_obstacle, size(active) + size(idle), size(idle)) // &
+          gaps_text(reshape([transpose(rows%gap(active, :)), transpose(inert%gap(idle, :))], &
+          [size(theta, 1), size(active) + size(idle)]), theta, deck%units%length))
       end associate
     end do
   end function contact_lines
@@ -66,27 +66,26 @@ contains
   end function count_text
 
   !> Empty without points.
-  pure function gaps_text(pairs, members, theta, unit) result(text)
-    type(node_pairs_t), intent(in) :: pairs
-    integer, intent(in) :: members(:)
+  pure function gaps_text(gaps, theta, unit) result(text)
+    !> [length] D of each row by term, shape (n_terms, n)
+    real(rk), intent(in) :: gaps(:, :)
     real(rk), intent(in) :: theta(:, :)
     character(*), intent(in) :: unit
     character(:), allocatable :: text
-    real(rk) :: smallest, largest, gap
-    integer :: i_point, k
+    real(rk) :: smallest, largest
+    integer :: i, i_point
 
     text = ''
-    if (size(members) == 0 .or. size(theta, 2) == 0) return
+    if (size(gaps, 2) == 0 .or. size(theta, 2) == 0) return
     smallest = huge(smallest)
     largest = -huge(largest)
-    do i_point = 1, size(theta, 2)
-      do k = 1, size(members)
-        gap = pairs%initial_gap(members(k))
-        if (pairs%gap_term(members(k)) > 0) gap = gap + theta(pairs%gap_term(members(k)), i_point)
-        smallest = min(smallest, gap)
-        largest = max(largest, gap)
+    ! of many terms, most are those of a load
+    associate (used => pack([(i, i=1, size(gaps, 1))], any(abs(gaps) > 0, dim=2)))
+      do i_point = 1, size(theta, 2)
+        smallest = min(smallest, minval(matmul(theta(used, i_point), gaps(used, :))))
+        largest = max(largest, maxval(matmul(theta(used, i_point), gaps(used, :))))
       end do
-    end do
+    end associate
     text = ', gaps ' // short_text(smallest) // ' to ' // short_text(largest) // ' ' // unit
   end function gaps_text
 end module sig_contact_summary

@@ -5,7 +5,7 @@ module sig_point_checks
   use sig_kinds, only: rk
   use sig_materials, only: check_materials
   use sig_parameter_space, only: format_point
-  use sig_problem, only: problem_t
+  use sig_problem, only: problem_t, tags_text
   use sig_term_values, only: evaluate_points
   use sig_text, only: to_text
   implicit none(type, external)
@@ -68,7 +68,7 @@ contains
     opening = gap - problem%inert%apply(displacement)
     do k = 1, problem%inert%n_rows
       if (opening(k) >= -rounding * max(abs(gap(k)), maxval(abs(displacement)))) cycle
-      associate (contact => problem%deck%contact(problem%pairs%contact_entry(problem%inert%pair_of_row(k))))
+      associate (contact => problem%deck%contact(problem%inert%contact_entry(k)))
         call make_error(error, 'the prescribed displacements press ' // pressed_text(problem, k, &
           to_text(-opening(k)) // ' ' // problem%deck%units%length) // ' at ' // &
           format_point(problem%deck%parameters, point) // '; both are prescribed, so no contact force can part them', &
@@ -88,9 +88,11 @@ contains
     character(:), allocatable :: text
 
     associate (inert => problem%inert, tags => problem%mesh%node_tags)
-      text = 'node ' // to_text(tags(inert%first_node(k))) // ' ' // depth // ' into the obstacle'
-      if (inert%second_node(k) > 0) text = 'nodes ' // to_text(tags(inert%first_node(k))) // ' and ' // &
-        to_text(tags(inert%second_node(k))) // ' of the contact surfaces ' // depth // ' into each other'
+      if (size(inert%second_nodes_of(k)) > 0) then
+        text = 'nodes ' // tags_text(tags(inert%nodes_of(k)), ' and ') // ' of the contact surfaces ' // depth // ' into each other'
+      else
+        text = 'node ' // tags_text(tags(inert%nodes_of(k)), ' and ') // ' ' // depth // ' into the obstacle'
+      end if
     end associate
   end function pressed_text
 end module sig_point_checks

@@ -56,7 +56,7 @@ contains
 
     start = wall_time()
     self%n_stiffnesses = 0
-    PetscCall(self%system%create(comm, problem%mesh, problem%body, problem%boundary, problem%pairs, ierr))
+    PetscCall(self%system%create(comm, problem%mesh, problem%body, problem%boundary, problem%rows, ierr))
     call self%terms%create(problem%terms, message)
     PetscCall(choose_solver(plan, problem%deck%solver%max_iterations, self%solver, ierr))
     if (problem%has_fixed_stiffness) then

@@ -7,7 +7,7 @@ module sig_problem
   use sig_boundary_conditions, only: boundary_conditions_t, create_boundary_conditions
   use sig_checksum, only: hash_of_text
   use sig_clock, only: wall_time
-  use sig_contact_operator, only: contact_operator_t, create_contact_operator
+  use sig_contact_rows, only: contact_rows_t, separate_inert_rows
   use sig_contact_summary, only: contact_lines
   use sig_deck_config, only: deck_config_t
   use sig_deck_echo, only: echo_physics
@@ -22,6 +22,7 @@ module sig_problem
   use sig_mesh, only: mesh_t
   use sig_mesh_checks, only: material_of_cells, nodes_of_zone
   use sig_mesh_load, only: load_mesh
+  use sig_node_pair_rows, only: areas_of_pairs, create_node_pair_rows
   use sig_node_pairs, only: find_node_pairs, node_pairs_t
   use sig_petsc_support, only: has_multigrid_vi
   use sig_rigid_motions, only: create_rigid_motions, rigid_motions_t
@@ -32,7 +33,7 @@ module sig_problem
   implicit none(type, external)
   private
   public :: problem_t, load_problem, announce_plan, body_at
-  public :: parameter_names, parameter_units, force_unit, stress_unit, inert_pair_names
+  public :: parameter_names, parameter_units, force_unit, stress_unit, inert_pair_names, tags_text
 
   type :: problem_t
     type(deck_config_t) :: deck
@@ -45,10 +46,9 @@ module sig_problem
     !> prescribed displacements and loads, and the terms that they are made of
     type(boundary_conditions_t) :: boundary
     type(term_set_t) :: terms
-    type(node_pairs_t) :: pairs
     !> rows with a multiplier, and rows whose displacements are all prescribed
-    type(contact_operator_t) :: operator
-    type(contact_operator_t) :: inert
+    type(contact_rows_t) :: rows
+    type(contact_rows_t) :: inert
     !> which solver, and why
     type(solver_plan_t) :: plan
     !> sentences about bodies that only contact holds
@@ -103,14 +103,14 @@ contains
     type(problem_size_t) :: sizes
     character(:), allocatable :: message
 
-    call create_rigid_motions(problem%mesh, problem%body%mechanics%is_round, problem%boundary%is_prescribed, problem%operator, &
+    call create_rigid_motions(problem%mesh, problem%body%mechanics%is_round, problem%boundary%is_prescribed, problem%rows, &
       motions)
     problem%warnings = material_warnings(problem%deck)
     call check_bodies(problem%deck, problem%mesh, motions, problem%notes, error)
     if (allocated(error)) return
     sizes%n_dim = problem%mesh%n_dim
     sizes%n_dofs = problem%mesh%n_dim * problem%mesh%n_nodes
-    sizes%n_multipliers = problem%operator%n_rows
+    sizes%n_multipliers = problem%rows%n_rows
     sizes%n_points = most_points_per_stiffness(problem%deck, problem%material_terms)
     sizes%is_floating = motions%n_free > 0
     sizes%has_multigrid_vi = has_multigrid_vi()
@@ -128,7 +128,7 @@ contains
     type(string_t), allocatable :: lines(:)
     integer :: i
 
-    lines = contact_lines(problem%deck, problem%pairs, problem%inert%pair_of_row, problem%terms, points)
+    lines = contact_lines(problem%deck, problem%rows, problem%inert, problem%terms, points)
     do i = 1, size(lines)
       call log_info(lines(i)%text)
     end do
@@ -199,14 +199,17 @@ contains
     type(deck_config_t), intent(in) :: deck
     type(problem_t), intent(inout) :: problem
     type(error_t), allocatable, intent(out) :: error
+    type(node_pairs_t) :: pairs
+    type(contact_rows_t) :: all_rows
 
-    call find_node_pairs(problem%mesh, deck%contact, deck%path, problem%pairs, error)
+    call find_node_pairs(problem%mesh, deck%contact, deck%path, pairs, error)
     if (allocated(error)) return
-    call set_initial_gaps(problem%mesh, deck%contact, deck%path, problem%terms, problem%pairs, error)
+    call set_initial_gaps(problem%mesh, deck%contact, deck%path, problem%terms, pairs, error)
     if (allocated(error)) return
     problem%boundary%n_terms = problem%terms%n_terms()
-    call create_contact_operator(problem%pairs, problem%mesh%n_dim, problem%boundary%n_terms, &
-      problem%boundary%is_prescribed, problem%operator, problem%inert)
+    call create_node_pair_rows(pairs, areas_of_pairs(problem%mesh, problem%body, deck%contact, pairs), problem%boundary%n_terms, &
+      all_rows)
+    call separate_inert_rows(all_rows, problem%boundary%is_prescribed, problem%rows, problem%inert)
   end subroutine create_contact
 
   !> From the mesh file's unit of length to the deck's.
@@ -239,14 +242,26 @@ contains
 
     allocate (names(problem%inert%n_rows))
     do k = 1, size(names)
-      names(k)%text = to_text(problem%mesh%node_tags(problem%inert%first_node(k))) // ' - '
-      if (problem%inert%second_node(k) > 0) then
-        names(k)%text = names(k)%text // to_text(problem%mesh%node_tags(problem%inert%second_node(k)))
-      else
-        names(k)%text = names(k)%text // 'obstacle'
-      end if
+      associate (tags => problem%mesh%node_tags, second => problem%inert%second_nodes_of(k))
+        names(k)%text = tags_text(tags(problem%inert%first_nodes_of(k)), ' ') // ' - obstacle'
+        if (size(second) > 0) names(k)%text = tags_text(tags(problem%inert%first_nodes_of(k)), ' ') // ' - ' // &
+          tags_text(tags(second), ' ')
+      end associate
     end do
   end function inert_pair_names
+
+  !> Numbers with a separator between them.
+  pure function tags_text(tags, separator) result(text)
+    integer, intent(in) :: tags(:)
+    character(*), intent(in) :: separator
+    character(:), allocatable :: text
+    integer :: i
+
+    text = to_text(tags(1))
+    do i = 2, size(tags)
+      text = text // separator // to_text(tags(i))
+    end do
+  end function tags_text
 
   !> Unit of multipliers and reactions: a plane model's forces are per unit thickness, an axisymmetric one's for the full turn.
   pure function force_unit(deck) result(unit)

@@ -1,12 +1,12 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> The finite element shape functions of contact nodes, along the contact normal: what a basis is enriched with, (12).
 module sig_hat_functions
-  use sig_contact_operator, only: contact_operator_t
+  use sig_contact_rows, only: contact_rows_t
   use sig_kinds, only: rk
   use sig_reduced_domain, only: reduced_domain_t
   implicit none(type, external)
   private
-  public :: hat_set_t, hats_of_pairs, hats_of_all_nodes, hat_columns, select_hats
+  public :: hat_set_t, hats_of_rows, hats_of_all_nodes, hat_columns, select_hats
 
   !> [-] a component of the unit normal below this is rounding of the deck's direction
   real(rk), parameter :: negligible = 1.0e-12_rk
@@ -25,12 +25,12 @@ module sig_hat_functions
 
 contains
 
-  !> One hat per contact row of the domain, in their order: on the node of one body or, where that cannot move along the normal,
-  !> of the other.
+  !> One hat per contact row of the domain, in their order: on the node of one side or, where that has none that can move along the
+  !> normal, of the other.
   !>
-  !> The two hats of a pair have the same contact row but for the sign, so they do the same to kappa. Source: section 3.3. Local.
-  pure function hats_of_pairs(operator, domain, is_prescribed, is_second) result(hats)
-    type(contact_operator_t), intent(in) :: operator
+  !> The two hats of a row have the same contact row but for the sign, so they do the same to kappa. Source: section 3.3. Local.
+  pure function hats_of_rows(rows, domain, is_prescribed, is_second) result(hats)
+    type(contact_rows_t), intent(in) :: rows
     type(reduced_domain_t), intent(in) :: domain
     !> shape (n_dofs), natural
     logical, intent(in) :: is_prescribed(:)
@@ -40,8 +40,8 @@ contains
     type(hat_set_t) :: preferred, other
     integer :: i
 
-    preferred = hats_of_side(operator, domain, is_prescribed, is_second)
-    other = hats_of_side(operator, domain, is_prescribed, .not. is_second)
+    preferred = hats_of_side(rows, domain, is_prescribed, is_second)
+    other = hats_of_side(rows, domain, is_prescribed, .not. is_second)
     hats = preferred
     do i = 1, size(hats%rows)
       if (abs(preferred%entries(i)) > 0) cycle
@@ -50,11 +50,11 @@ contains
       hats%entries(i) = other%entries(i)
     end do
     hats = select_hats(hats, movable(hats))
-  end function hats_of_pairs
+  end function hats_of_rows
 
   !> Both hats of every pair, L_C = A_c of [9]: all of one body, then those of the other.
-  pure function hats_of_all_nodes(operator, domain, is_prescribed, is_second) result(hats)
-    type(contact_operator_t), intent(in) :: operator
+  pure function hats_of_all_nodes(rows, domain, is_prescribed, is_second) result(hats)
+    type(contact_rows_t), intent(in) :: rows
     type(reduced_domain_t), intent(in) :: domain
     logical, intent(in) :: is_prescribed(:)
     !> start with the second body
@@ -63,43 +63,43 @@ contains
     type(hat_set_t) :: one, other
     integer :: n
 
-    one = hats_of_side(operator, domain, is_prescribed, is_second)
-    other = hats_of_side(operator, domain, is_prescribed, .not. is_second)
+    one = hats_of_side(rows, domain, is_prescribed, is_second)
+    other = hats_of_side(rows, domain, is_prescribed, .not. is_second)
     n = size(one%rows)
     hats%rows = [one%rows, other%rows]
     hats%nodes = [one%nodes, other%nodes]
-    allocate (hats%values(operator%n_dim, 2 * n))
+    allocate (hats%values(rows%n_dim, 2 * n))
     hats%values(:, :n) = one%values
     hats%values(:, n + 1:) = other%values
     hats%entries = [one%entries, other%entries]
     hats = select_hats(hats, movable(hats))
   end function hats_of_all_nodes
 
-  !> The hats of one body, with zeros where nothing can move.
-  pure function hats_of_side(operator, domain, is_prescribed, is_second) result(hats)
-    type(contact_operator_t), intent(in) :: operator
+  !> The hats of one side, with zeros where nothing can move: on the owners, or where a second side is one node. A node that meets
+  !> other rows has none, because a hat must leave them alone.
+  pure function hats_of_side(rows, domain, is_prescribed, is_second) result(hats)
+    type(contact_rows_t), intent(in) :: rows
     type(reduced_domain_t), intent(in) :: domain
     logical, intent(in) :: is_prescribed(:)
     logical, intent(in) :: is_second
     type(hat_set_t) :: hats
-    integer :: i, start
+    integer :: i, n_rows(size(is_prescribed) / rows%n_dim), row, start
 
+    n_rows = rows%rows_per_node(size(n_rows))
     hats%rows = [(i, i=1, size(domain%contact_rows))]
-    if (is_second) then
-      hats%nodes = operator%second_node(domain%contact_rows)
-    else
-      hats%nodes = operator%first_node(domain%contact_rows)
-    end if
-    start = merge(operator%n_dim, 0, is_second)
-    allocate (hats%values(operator%n_dim, size(hats%rows)), source=0.0_rk)
+    allocate (hats%nodes(size(hats%rows)), source=0)
+    allocate (hats%values(rows%n_dim, size(hats%rows)), source=0.0_rk)
     allocate (hats%entries(size(hats%rows)), source=0.0_rk)
     do i = 1, size(hats%rows)
-      ! an obstacle cannot move
-      if (hats%nodes(i) == 0) cycle
-      associate (row => domain%contact_rows(i), normal => operator%coefficients(:operator%n_dim, domain%contact_rows(i)))
-        hats%values(:, i) = merge(0.0_rk, normal, is_prescribed(operator%dofs(start + 1:start + operator%n_dim, row)) .or. &
-          abs(normal) <= negligible)
-        hats%entries(i) = dot_product(operator%coefficients(start + 1:start + operator%n_dim, row), hats%values(:, i))
+      row = domain%contact_rows(i)
+      start = merge(rows%splits(row), rows%offsets(row), is_second)
+      if (is_second .and. rows%offsets(row + 1) - start /= rows%n_dim) cycle
+      associate (dofs => rows%dofs(start + 1:start + rows%n_dim), normal => rows%coefficients( &
+        rows%offsets(row) + 1:rows%offsets(row) + rows%n_dim))
+        hats%nodes(i) = (dofs(1) - 1) / rows%n_dim + 1
+        if (n_rows(hats%nodes(i)) > 1) cycle
+        hats%values(:, i) = merge(0.0_rk, normal, is_prescribed(dofs) .or. abs(normal) <= negligible)
+        hats%entries(i) = dot_product(rows%coefficients(start + 1:start + rows%n_dim), hats%values(:, i))
       end associate
     end do
   end function hats_of_side

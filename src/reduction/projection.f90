@@ -2,7 +2,7 @@
 !> The blocks of the hyper-reduced system (10): stiffness, load and contact rows seen through the basis, on the reduced domain.
 module sig_projection
   use sig_cell_stiffness, only: cell_dofs, cell_stiffness
-  use sig_contact_operator, only: contact_operator_t
+  use sig_contact_rows, only: contact_rows_t
   use sig_elastic_body, only: elastic_body_t
   use sig_kinds, only: rk
   use sig_load_pattern, only: load_pattern_t
@@ -30,10 +30,10 @@ contains
   !>
   !> V[A]' K[A, A+I] V[A+I] and the like, A and I of the domain; the load is V[A]' (F[A] - K[A, A+I] lifting).
   !> Source: (10). Local. Cost: size of the domain times (n_modes + n_terms) * n_modes.
-  subroutine project(mesh, body, operator, loads, domain, basis, lifting, blocks)
+  subroutine project(mesh, body, rows, loads, domain, basis, lifting, blocks)
     type(mesh_t), intent(in) :: mesh
     type(elastic_body_t), intent(in) :: body
-    type(contact_operator_t), intent(in) :: operator
+    type(contact_rows_t), intent(in) :: rows
     type(load_pattern_t), intent(in) :: loads
     type(reduced_domain_t), intent(in) :: domain
     !> V, shape (n_dofs, n_modes)
@@ -46,14 +46,14 @@ contains
 
     tests = transpose(basis(domain%interior_dofs, :))
     blocks%reduced_stiffness = matmul(tests, stiffness_rows(mesh, body, domain, basis))
-    allocate (blocks%load(size(basis, 2), size(operator%gap, 2)), source=0.0_rk)
+    allocate (blocks%load(size(basis, 2), size(rows%gap, 2)), source=0.0_rk)
     blocks%load(:, :size(lifting, 2)) = -matmul(tests, stiffness_rows(mesh, body, domain, lifting))
     do i = 1, loads%n_entries()
       if (position_in(domain%interior_dofs, loads%dofs(i)) == 0) cycle
       blocks%load(:, loads%terms(i)) = blocks%load(:, loads%terms(i)) + basis(loads%dofs(i), :) * loads%values(i)
     end do
-    blocks%contact_matrix = project_contact_rows(operator, domain, basis)
-    blocks%gap = project_gap(operator, domain, lifting)
+    blocks%contact_matrix = project_contact_rows(rows, domain, basis)
+    blocks%gap = project_gap(rows, domain, lifting)
   end subroutine project
 
   !> K[A, A+I] * fields[A+I, :], shape (size of A, n_fields).
@@ -83,8 +83,8 @@ contains
   end function stiffness_rows
 
   !> Contact rows of the domain through the basis: B[A_lambda, A_c] V[A_c], shape (size of A_lambda, n_modes). Source: (10), (11).
-  pure function project_contact_rows(operator, domain, basis) result(contact_matrix)
-    type(contact_operator_t), intent(in) :: operator
+  pure function project_contact_rows(rows, domain, basis) result(contact_matrix)
+    type(contact_rows_t), intent(in) :: rows
     type(reduced_domain_t), intent(in) :: domain
     !> V, shape (n_dofs, n_modes)
     real(rk), intent(in) :: basis(:, :)
@@ -95,30 +95,29 @@ contains
     contact_matrix = 0
     do i_row = 1, size(domain%contact_rows)
       associate (row => domain%contact_rows(i_row))
-        do i_entry = 1, operator%n_entries(row)
-          if (position_in(domain%contact_dofs, operator%dofs(i_entry, row)) == 0) cycle
-          contact_matrix(i_row, :) = contact_matrix(i_row, :) + operator%coefficients(i_entry, row) &
-            * basis(operator%dofs(i_entry, row), :)
+        do i_entry = rows%offsets(row) + 1, rows%offsets(row + 1)
+          if (position_in(domain%contact_dofs, rows%dofs(i_entry)) == 0) cycle
+          contact_matrix(i_row, :) = contact_matrix(i_row, :) + rows%coefficients(i_entry) * basis(rows%dofs(i_entry), :)
         end do
       end associate
     end do
   end function project_contact_rows
 
   !> What the lifting leaves of the gaps: D[A_lambda] - B[A_lambda, :] lifting, shape (size of A_lambda, n_terms).
-  pure function project_gap(operator, domain, lifting) result(gap)
-    type(contact_operator_t), intent(in) :: operator
+  pure function project_gap(rows, domain, lifting) result(gap)
+    type(contact_rows_t), intent(in) :: rows
     type(reduced_domain_t), intent(in) :: domain
     !> [length] of the leading terms, shape (n_dofs, n_lifted_terms)
     real(rk), intent(in) :: lifting(:, :)
     !> [length]
-    real(rk) :: gap(size(domain%contact_rows), size(operator%gap, 2))
+    real(rk) :: gap(size(domain%contact_rows), size(rows%gap, 2))
     integer :: i_row, row
 
-    gap = operator%gap(domain%contact_rows, :)
+    gap = rows%gap(domain%contact_rows, :)
     do i_row = 1, size(domain%contact_rows)
       row = domain%contact_rows(i_row)
-      associate (n => operator%n_entries(row), n_lifted => size(lifting, 2))
-        gap(i_row, :n_lifted) = gap(i_row, :n_lifted) - matmul(operator%coefficients(:n, row), lifting(operator%dofs(:n, row), :))
+      associate (n_lifted => size(lifting, 2))
+        gap(i_row, :n_lifted) = gap(i_row, :n_lifted) - matmul(rows%coefficients_of(row), lifting(rows%dofs_of(row), :))
       end associate
     end do
   end function project_gap
@@ -145,7 +144,7 @@ contains
 
   !> Rank that snapshots in equilibrium can give at most: K V vanishes but where a force drives the body (method.md trap 1).
   !>
-  !> The two dofs of a pair carry opposite forces, so a contact row counts once. A hat function is in no equilibrium: it adds one.
+  !> The sides of a contact row carry opposite forces, so a row counts once. A hat function is in no equilibrium: it adds one.
   pure integer function expected_stiffness_rank(domain, driven_dofs, n_hats, n_modes) result(rank)
     type(reduced_domain_t), intent(in) :: domain
     !> loaded dofs, and prescribed dofs on which the basis does not vanish; natural

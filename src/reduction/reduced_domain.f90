@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> The reduced integration domain (RID): the few cells on which the reduced equations are written, and its sets of unknowns.
 module sig_reduced_domain
-  use sig_contact_operator, only: contact_operator_t
+  use sig_contact_rows, only: contact_rows_t
   use sig_mesh, only: cells_around_nodes, mesh_t, nodes_of_cell
   implicit none(type, external)
   private
@@ -11,7 +11,7 @@ module sig_reduced_domain
   type :: reduced_domain_t
     !> L: nodes that the domain was asked to hold
     integer, allocatable :: seed_nodes(:)
-    !> L': partners of seed nodes, then partners of other interior nodes that had to be added to close the pairs
+    !> L': partners of seed nodes, then partners of other interior nodes that had to be added to close the rows
     integer, allocatable :: facing_nodes(:)
     !> Omega_A: every cell that touches a seed or facing node
     integer, allocatable :: cells(:)
@@ -38,59 +38,78 @@ module sig_reduced_domain
     integer :: n_interior = 0
   end type growth_t
 
+  !> Nodes that contact rows tie to node i: partners(offsets(i) + 1 : offsets(i + 1)), repetitions included.
+  type :: ties_t
+    integer, allocatable :: offsets(:)
+    integer, allocatable :: partners(:)
+  end type ties_t
+
 contains
 
-  !> Domain around the seed nodes, with whole contact pairs only: an interior node's partner is interior too.
+  !> Domain around the seed nodes, with whole contact rows only: all nodes that a row ties to an interior node are interior too.
   !>
   !> Source: (4)-(9). Paper: (4) adds the partners of L only; a node of A outside L could still face a node outside A, so the
-  !> partner's cells are added until no such pair is left (method.md section 2.3).
+  !> partners' cells are added until no row is cut: an equation of A then has all its contact forces, and a row all its motions.
+  !> Rows that share nodes bring each other.
   !> Local. Cost: one pass over the mesh's connectivity, then the size of the domain.
-  pure subroutine build_reduced_domain(mesh, operator, seed_nodes, has_partners, domain)
+  pure subroutine build_reduced_domain(mesh, rows, seed_nodes, has_partners, domain)
     type(mesh_t), intent(in) :: mesh
-    !> its pairs are the ones that count; an inert pair has no row
-    type(contact_operator_t), intent(in) :: operator
+    type(contact_rows_t), intent(in) :: rows
     !> natural, in any order, repetitions allowed
     integer, intent(in) :: seed_nodes(:)
     !> partners join (Fig. 2b); otherwise contact nodes without partner have no equations (Fig. 2a, the way of [9])
     logical, intent(in) :: has_partners
     type(reduced_domain_t), intent(out) :: domain
     type(growth_t) :: growth
+    type(ties_t) :: ties
     logical, allocatable :: is_seed(:), is_facing(:)
-    integer, allocatable :: partner(:)
     integer :: i_seed
 
     allocate (is_seed(mesh%n_nodes), is_facing(mesh%n_nodes), source=.false.)
     is_seed(seed_nodes) = .true.
     domain%seed_nodes = true_indices(is_seed)
-    partner = partner_of_nodes(operator, mesh%n_nodes)
+    call find_ties(rows, mesh%n_nodes, ties)
     call start_growth(mesh, growth)
     do i_seed = 1, size(domain%seed_nodes)
-      associate (node => domain%seed_nodes(i_seed))
-        call take_cells_around(mesh, node, growth)
-        if (partner(node) == 0 .or. .not. has_partners) cycle
-        if (.not. is_seed(partner(node))) is_facing(partner(node)) = .true.
-        call take_cells_around(mesh, partner(node), growth)
-      end associate
+      call take_cells_around(mesh, domain%seed_nodes(i_seed), growth)
+      if (has_partners) call take_partners(mesh, ties, domain%seed_nodes(i_seed), growth, is_facing)
     end do
     if (has_partners) then
-      call close_pairs(mesh, partner, growth, is_facing)
+      call close_rows(mesh, ties, growth, is_facing)
     else
-      call remove_unpaired(partner, growth)
+      call remove_unpaired(rows, growth, mesh%n_nodes)
     end if
-    domain%facing_nodes = true_indices(is_facing)
-    call collect_sets(mesh, operator, growth, domain)
+    domain%facing_nodes = true_indices(is_facing .and. .not. is_seed)
+    call collect_sets(mesh, rows, growth, domain)
   end subroutine build_reduced_domain
 
-  !> Node on the other side of the contact, 0 where there is none; shape (n_nodes).
-  pure function partner_of_nodes(operator, n_nodes) result(partner)
-    type(contact_operator_t), intent(in) :: operator
+  !> Each node's partners: row by row, all nodes of the rows that it meets, itself included.
+  pure subroutine find_ties(rows, n_nodes, ties)
+    type(contact_rows_t), intent(in) :: rows
     integer, intent(in) :: n_nodes
-    integer, allocatable :: partner(:)
+    type(ties_t), intent(out) :: ties
+    integer :: i, k, next(n_nodes)
 
-    allocate (partner(n_nodes), source=0)
-    partner(operator%first_node) = operator%second_node
-    partner(pack(operator%second_node, operator%second_node > 0)) = pack(operator%first_node, operator%second_node > 0)
-  end function partner_of_nodes
+    allocate (ties%offsets(n_nodes + 1), source=0)
+    do k = 1, rows%n_rows
+      associate (nodes => rows%nodes_of(k))
+        ties%offsets(nodes + 1) = ties%offsets(nodes + 1) + size(nodes)
+      end associate
+    end do
+    do i = 1, n_nodes
+      ties%offsets(i + 1) = ties%offsets(i) + ties%offsets(i + 1)
+    end do
+    allocate (ties%partners(ties%offsets(n_nodes + 1)))
+    next = ties%offsets(:n_nodes)
+    do k = 1, rows%n_rows
+      associate (nodes => rows%nodes_of(k))
+        do i = 1, size(nodes)
+          ties%partners(next(nodes(i)) + 1:next(nodes(i)) + size(nodes)) = nodes
+        end do
+        next(nodes) = next(nodes) + size(nodes)
+      end associate
+    end do
+  end subroutine find_ties
 
   pure subroutine start_growth(mesh, growth)
     type(mesh_t), intent(in) :: mesh
@@ -124,10 +143,28 @@ contains
     end do
   end subroutine take_cells_around
 
-  !> Adds partners of interior nodes, and of those that become interior by it, until none is missing.
-  pure subroutine close_pairs(mesh, partner, growth, is_facing)
+  !> Adds the supports of a node's partners.
+  pure subroutine take_partners(mesh, ties, node, growth, is_facing)
     type(mesh_t), intent(in) :: mesh
-    integer, intent(in) :: partner(:)
+    type(ties_t), intent(in) :: ties
+    integer, intent(in) :: node
+    type(growth_t), intent(inout) :: growth
+    logical, intent(inout) :: is_facing(:)
+    integer :: i
+
+    do i = ties%offsets(node) + 1, ties%offsets(node + 1)
+      associate (partner => ties%partners(i))
+        if (partner == node) cycle
+        is_facing(partner) = .true.
+        call take_cells_around(mesh, partner, growth)
+      end associate
+    end do
+  end subroutine take_partners
+
+  !> Adds partners of interior nodes, and of those that become interior by it, until none is missing.
+  pure subroutine close_rows(mesh, ties, growth, is_facing)
+    type(mesh_t), intent(in) :: mesh
+    type(ties_t), intent(in) :: ties
     type(growth_t), intent(inout) :: growth
     logical, intent(inout) :: is_facing(:)
     integer :: i_interior, node
@@ -135,26 +172,36 @@ contains
     i_interior = 0
     do while (i_interior < growth%n_interior)
       i_interior = i_interior + 1
-      node = partner(growth%interior_nodes(i_interior))
-      if (node == 0) cycle
-      if (growth%n_outside(node) == 0) cycle
-      is_facing(node) = .true.
-      call take_cells_around(mesh, node, growth)
+      node = growth%interior_nodes(i_interior)
+      associate (partners => ties%partners(ties%offsets(node) + 1:ties%offsets(node + 1)))
+        if (any(growth%n_outside(partners) > 0)) call take_partners(mesh, ties, node, growth, is_facing)
+      end associate
     end do
-  end subroutine close_pairs
+  end subroutine close_rows
 
-  !> Takes contact nodes whose partner is not interior from the interior nodes; their cells stay.
-  pure subroutine remove_unpaired(partner, growth)
-    integer, intent(in) :: partner(:)
+  !> Takes contact nodes with a partner that is not interior from the interior nodes, and then those that they leave without
+  !> theirs; their cells stay.
+  pure subroutine remove_unpaired(rows, growth, n_nodes)
+    type(contact_rows_t), intent(in) :: rows
     type(growth_t), intent(inout) :: growth
+    integer, intent(in) :: n_nodes
     integer, allocatable :: nodes(:)
-    logical :: is_complete(0:size(partner))
+    logical :: is_interior(n_nodes), was_interior(n_nodes)
+    integer :: k
 
     nodes = growth%interior_nodes(:growth%n_interior)
-    is_complete = .false.
-    is_complete(nodes) = .true.
-    is_complete(0) = .true.
-    nodes = pack(nodes, is_complete(partner(nodes)))
+    is_interior = .false.
+    is_interior(nodes) = .true.
+    do
+      was_interior = is_interior
+      do k = 1, rows%n_rows
+        associate (row_nodes => rows%nodes_of(k))
+          if (.not. all(is_interior(row_nodes))) is_interior(row_nodes) = .false.
+        end associate
+      end do
+      if (all(is_interior .eqv. was_interior)) exit
+    end do
+    nodes = pack(nodes, is_interior(nodes))
     growth%n_interior = size(nodes)
     growth%interior_nodes(:size(nodes)) = nodes
   end subroutine remove_unpaired
@@ -162,13 +209,13 @@ contains
   !> Reads the sets off a finished domain.
   !>
   !> (7) asks for K_ij /= 0: I is all that is left on the cells that touch an interior node.
-  pure subroutine collect_sets(mesh, operator, growth, domain)
+  pure subroutine collect_sets(mesh, rows, growth, domain)
     type(mesh_t), intent(in) :: mesh
-    type(contact_operator_t), intent(in) :: operator
+    type(contact_rows_t), intent(in) :: rows
     type(growth_t), intent(in) :: growth
     type(reduced_domain_t), intent(inout) :: domain
     logical :: is_interior(mesh%n_nodes), is_interface(mesh%n_nodes), is_contact(mesh%n_dim * mesh%n_nodes)
-    logical :: is_row(operator%n_rows)
+    logical :: is_row(rows%n_rows)
     integer :: i_cell, i_entry, i_row, dof
 
     domain%cells = true_indices(growth%is_inside)
@@ -186,10 +233,10 @@ contains
 
     is_contact = .false.
     is_row = .false.
-    do i_row = 1, operator%n_rows
-      do i_entry = 1, operator%n_entries(i_row)
-        dof = operator%dofs(i_entry, i_row)
-        if (operator%coefficients(i_entry, i_row) == 0 .or. .not. is_interior((dof - 1) / mesh%n_dim + 1)) cycle
+    do i_row = 1, rows%n_rows
+      do i_entry = rows%offsets(i_row) + 1, rows%offsets(i_row + 1)
+        dof = rows%dofs(i_entry)
+        if (rows%coefficients(i_entry) == 0 .or. .not. is_interior((dof - 1) / mesh%n_dim + 1)) cycle
         is_contact(dof) = .true.
         is_row(i_row) = .true.
       end do

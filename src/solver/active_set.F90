@@ -18,10 +18,10 @@ module sig_active_set
   type, extends(contact_solver_t) :: active_set_t
     type(bound_form_t) :: form
     type(linear_solver_t) :: linear_solver
-    !> of the step at hand: R K R and forces where closed pairs and prescribed dofs are held
+    !> of the step at hand: T' K T and forces where closed pairs and prescribed dofs are held
     Mat :: matrix
     Vec :: rhs
-    !> reflected unknowns of the last step: where conjugate gradients start
+    !> unknowns of the bound form of the last step: where conjugate gradients start
     Vec :: solution
     !> accuracy of the steps of the point at hand: index into tolerance_levels
     integer :: level = 1
@@ -35,7 +35,7 @@ module sig_active_set
   type :: step_t
     !> [-] values of the terms
     real(rk), allocatable :: theta(:)
-    !> [force] reflected loads, natural
+    !> [force] loads on the unknowns, natural
     real(rk), allocatable :: forces(:)
     !> [force] work of the loads on the free motions, and the sum of the sizes of its parts, shape (n_free)
     real(rk), allocatable :: work(:)
@@ -43,9 +43,9 @@ module sig_active_set
     !> held dofs, natural, and [length] what they are held at, natural, shape (n_dofs)
     integer, allocatable :: dofs(:)
     real(rk), allocatable :: values(:)
-    !> [length] reflected unknowns, natural
+    !> [length] unknowns of the bound form, natural
     real(rk), allocatable :: unknowns(:)
-    !> [force] R (K R x - F), natural
+    !> [force] T' (K T x - F), natural
     real(rk), allocatable :: residual(:)
     !> [force] shape (n_rows)
     real(rk), allocatable :: multipliers(:)
@@ -80,13 +80,14 @@ contains
     end if
   end subroutine create
 
-  !> Multigrid for the bodies apart, K without contact in the place of R K R: each aggregate lies in one body, so that its
+  !> Multigrid for the bodies apart, K without contact in the place of T' K T: each aggregate lies in one body, so that its
   !> rigid motions let bodies slide and part. Every set then keeps this interpolation.
   subroutine build_levels(self, system, ierr)
     type(active_set_t), intent(inout) :: self
     type(contact_system_t), intent(in) :: system
     PetscErrorCode, intent(out) :: ierr
     real(rk) :: nothing(system%map%n_dofs)
+    Mat :: inverse
 
     nothing = 0
     PetscCall(MatAXPY(self%matrix, 1.0_rk, system%stiffness, SUBSET_NONZERO_PATTERN, ierr))
@@ -94,7 +95,9 @@ contains
     PetscCall(set_near_null_space(system, self%matrix, ierr))
     PetscCall(self%linear_solver%factor(self%matrix, 'active_set_', ierr))
     if (self%linear_solver%reason == reason_converged) then
-      PetscCall(self%linear_solver%change_unknowns(self%form%reflection, ierr))
+      PetscCall(self%form%create_inverse(system, inverse, ierr))
+      PetscCall(self%linear_solver%change_unknowns(inverse, ierr))
+      PetscCall(MatDestroy(inverse, ierr))
     else
       ! its reason stays
       PetscCall(self%linear_solver%destroy(ierr))
@@ -111,11 +114,11 @@ contains
     PetscErrorCode, intent(out) :: ierr
     type(step_t) :: step
     logical, allocatable :: history(:, :)
-    logical :: next(system%operator%n_rows), is_single
+    logical :: next(system%rows%n_rows), is_single
 
     is_single = .false.
     self%level = 1
-    allocate (state%is_active(system%operator%n_rows), source=.true.)
+    allocate (state%is_active(system%rows%n_rows), source=.true.)
     history = reshape(state%is_active, [size(next), 1])
     state%reason = reason_max_iterations
     do while (state%n_iterations < self%max_iterations)
@@ -195,7 +198,7 @@ contains
     step%forces = system%load(theta)
     step%work = system%motions%work(step%forces)
     step%work_size = system%motions%work_size(step%forces)
-    call self%form%reflect(system, step%forces)
+    call self%form%to_forces_on_unknowns(system, step%forces)
     allocate (step%unknowns(system%map%n_dofs), step%residual(system%map%n_dofs), source=0.0_rk)
     step%values = system%prescribed_displacement(theta)
     step%values(self%form%bounded_dofs) = self%form%bounds(system, theta)
@@ -302,7 +305,7 @@ contains
     type(contact_state_t), intent(inout) :: state
 
     state%displacement = unknowns
-    call form%reflect(system, state%displacement)
+    call form%to_displacement(system, state%displacement)
     state%multipliers = merge(max(form%multipliers(residual), 0.0_rk), 0.0_rk, state%is_active)
   end subroutine finish_state
 

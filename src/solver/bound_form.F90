@@ -1,32 +1,38 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 #include "signorom/macros.h"
-!> The contact problem with simple bounds: in reflected unknowns, B_k u <= D_k becomes x_j <= bound for one unknown j per pair.
+!> The contact problem with simple bounds: in unknowns x with u = T x, B_k u <= D_k becomes x_j <= bound for one unknown j per row.
 !>
-!> For q_k = B_k' / |B_k| on the free dofs, the reflection I - 2 v v' with v along q_k - e_j swaps q_k and e_j. Pairs share
-!> no node, so all reflections together are one orthogonal, symmetric matrix R: K becomes R K R and stays positive definite,
-!> and lambda_k is the residual of row j over -|B_k|.
+!> The free dofs of a row are its own, or shared with other rows (a node of the second side that faces several nodes). With q_k
+!> the unit vector of its coefficients on its own dofs, of size |B_k|, and s_k = those on shared dofs / |B_k|: the reflection
+!> I - 2 v v' with v along q_k - e_j swaps q_k and e_j on the own dofs, and x_j = q_k' u + s_k' u, so that u = R (x - e_j s_k' x).
+!> Own dofs belong to one row each, hence all rows together are one change of unknowns T: K becomes T' K T and stays symmetric
+!> and positive definite, and lambda_k is the residual of unknown j over -|B_k|. Rows that share nothing make T = R, orthogonal.
 module sig_bound_form
   use sig_contact_system, only: contact_system_t
   use sig_kinds, only: rk
-  use sig_petsc_support, only: create_matrix
+  use sig_petsc_support, only: create_matrix, precondition_failed
   use petsc
   implicit none(type, external)
   private
   public :: bound_form_t
 
   type :: bound_form_t
-    !> R, and R K R on all dofs
-    Mat :: reflection
+    !> T, and T' K T on all dofs
+    Mat :: transformation
     Mat :: matrix
-    !> [-] |B_k| on the free dofs, shape (n_rows)
+    !> [-] |B_k| on the row's own free dofs, shape (n_rows)
     real(rk), allocatable :: norms(:)
     !> natural dof whose place the bounded unknown of row k takes, shape (n_rows)
     integer, allocatable :: bounded_dofs(:)
-    !> [-] v of row k on operator%dofs(:, k), unit length or zero, 0 beyond its entries, shape (2 * n_dim, n_rows)
-    real(rk), allocatable :: reflectors(:, :)
+    !> [-] v and s of the rows, one after the other as rows%dofs; v of unit length or zero
+    real(rk), allocatable :: reflectors(:)
+    real(rk), allocatable :: shares(:)
   contains
     procedure :: create
-    procedure :: reflect
+    procedure :: create_inverse
+    procedure :: to_displacement
+    procedure :: to_unknowns
+    procedure :: to_forces_on_unknowns
     procedure :: bounds
     procedure :: multipliers
     procedure :: destroy
@@ -34,87 +40,209 @@ module sig_bound_form
 
 contains
 
-  !> Collective.
+  !> Requires: each row has a free dof of its own with a coefficient. Collective.
   subroutine create(self, system, ierr)
     class(bound_form_t), intent(out) :: self
     type(contact_system_t), intent(in) :: system
     PetscErrorCode, intent(out) :: ierr
 
     call set_reflectors(self, system)
-    PetscCall(assemble_reflection(self, system, self%reflection, ierr))
-    PetscCall(MatPtAP(system%stiffness, self%reflection, MAT_INITIAL_MATRIX, 2.0_rk, self%matrix, ierr))
+    SIG_CHECK(all(self%norms > 0), PETSC_ERR_ARG_WRONG, 'each contact row has a free dof that no other row meets')
+    PetscCall(assemble(self, system, .false., self%transformation, ierr))
+    PetscCall(MatPtAP(system%stiffness, self%transformation, MAT_INITIAL_MATRIX, 2.0_rk, self%matrix, ierr))
     ! what a second product would use is as large as K
     PetscCall(MatProductClear(self%matrix, ierr))
     PetscCall(MatSetOption(self%matrix, MAT_SYMMETRIC, PETSC_TRUE, ierr))
   end subroutine create
 
+  !> The inverse of T, which the caller destroys. Collective.
+  subroutine create_inverse(self, system, inverse, ierr)
+    class(bound_form_t), intent(in) :: self
+    type(contact_system_t), intent(in) :: system
+    Mat, intent(out) :: inverse
+    PetscErrorCode, intent(out) :: ierr
+
+    PetscCall(assemble(self, system, .true., inverse, ierr))
+  end subroutine create_inverse
+
   pure subroutine set_reflectors(self, system)
     class(bound_form_t), intent(inout) :: self
     type(contact_system_t), intent(in) :: system
-    real(rk) :: direction(2 * system%map%n_dim), length
-    integer :: k, n, place
+    real(rk), allocatable :: direction(:)
+    logical, allocatable :: is_own(:), is_free(:)
+    real(rk) :: length
+    integer :: k, place
 
-    associate (operator => system%operator)
-      allocate (self%norms(operator%n_rows), self%bounded_dofs(operator%n_rows))
-      allocate (self%reflectors(2 * operator%n_dim, operator%n_rows))
-      do k = 1, operator%n_rows
-        n = operator%n_entries(k)
-        direction = 0
-        direction(:n) = merge(0.0_rk, operator%coefficients(:n, k), system%boundary%is_prescribed(operator%dofs(:n, k)))
-        self%norms(k) = norm2(direction)
-        direction = direction / self%norms(k)
-        place = maxloc(abs(direction), dim=1)
-        self%bounded_dofs(k) = operator%dofs(place, k)
-        direction(place) = direction(place) - 1
-        length = norm2(direction)
-        self%reflectors(:, k) = 0
-        if (length > 0) self%reflectors(:, k) = direction / length
+    associate (rows => system%rows)
+      allocate (self%norms(rows%n_rows), self%bounded_dofs(rows%n_rows))
+      allocate (self%reflectors(size(rows%dofs)), self%shares(size(rows%dofs)), source=0.0_rk)
+      is_own = has_single_row(system)
+      do k = 1, rows%n_rows
+        associate (dofs => rows%dofs_of(k), first => rows%offsets(k) + 1, last => rows%offsets(k + 1))
+          is_free = .not. system%boundary%is_prescribed(dofs)
+          direction = merge(rows%coefficients(first:last), 0.0_rk, is_free .and. is_own(dofs))
+          self%norms(k) = norm2(direction)
+          if (.not. self%norms(k) > 0) cycle
+          self%shares(first:last) = merge(rows%coefficients(first:last), 0.0_rk, is_free .and. .not. is_own(dofs)) / self%norms(k)
+          direction = direction / self%norms(k)
+          place = maxloc(abs(direction), dim=1)
+          self%bounded_dofs(k) = dofs(place)
+          direction(place) = direction(place) - 1
+          length = norm2(direction)
+          if (length > 0) self%reflectors(first:last) = direction / length
+        end associate
       end do
     end associate
   end subroutine set_reflectors
 
-  !> R as a matrix: the identity and one full block per contact row. Both nodes of a pair have one owner.
-  subroutine assemble_reflection(self, system, reflection, ierr)
+  !> Dofs of nodes that one row meets, shape (n_dofs).
+  pure function has_single_row(system) result(is_single)
+    type(contact_system_t), intent(in) :: system
+    logical, allocatable :: is_single(:)
+
+    associate (map => system%map)
+      associate (n_rows => system%rows%rows_per_node(map%n_dofs / map%n_dim))
+        is_single = reshape(spread(n_rows == 1, 1, map%n_dim), [map%n_dofs])
+      end associate
+    end associate
+  end function has_single_row
+
+  !> T or its inverse as a matrix: the identity and one block per contact row, own dofs by all dofs of the row.
+  subroutine assemble(self, system, is_inverse, matrix, ierr)
     class(bound_form_t), intent(in) :: self
     type(contact_system_t), intent(in) :: system
-    Mat, intent(out) :: reflection
+    logical, intent(in) :: is_inverse
+    Mat, intent(out) :: matrix
     PetscErrorCode, intent(out) :: ierr
-    integer :: i, k, n, n_blocks
-    integer, allocatable :: dofs_0(:), two(:)
+    integer :: i, k
+    integer, allocatable :: dofs_0(:), own(:)
     real(rk), allocatable :: block(:, :)
+    logical, allocatable :: is_single(:)
 
-    n_blocks = system%map%n_local_dofs / system%map%n_dim
-    allocate (two(n_blocks), source=2)
-    PetscCall(create_matrix(system%comm, system%map%n_local_dofs, system%map%n_dim, two, two - 2, reflection, ierr))
-    do i = system%map%first_dof_0, system%map%first_dof_0 + system%map%n_local_dofs - 1
-      PetscCall(MatSetValue(reflection, i, i, 1.0_rk, ADD_VALUES, ierr))
-    end do
-    do k = 1, system%operator%n_rows
-      n = system%operator%n_entries(k)
-      dofs_0 = system%map%distributed_0(system%operator%dofs(:n, k))
-      if (dofs_0(1) < system%map%first_dof_0 .or. dofs_0(1) >= system%map%first_dof_0 + system%map%n_local_dofs) cycle
-      block = -2 * spread(self%reflectors(:n, k), 2, n) * spread(self%reflectors(:n, k), 1, n)
-      PetscCall(MatSetValues(reflection, n, dofs_0, n, dofs_0, block, ADD_VALUES, ierr))
-    end do
-    PetscCall(MatAssemblyBegin(reflection, MAT_FINAL_ASSEMBLY, ierr))
-    PetscCall(MatAssemblyEnd(reflection, MAT_FINAL_ASSEMBLY, ierr))
-  end subroutine assemble_reflection
+    is_single = has_single_row(system)
+    PetscCall(create_pattern(system, is_single, matrix, ierr))
+    associate (map => system%map, rows => system%rows)
+      do i = map%first_dof_0, map%first_dof_0 + map%n_local_dofs - 1
+        PetscCall(MatSetValue(matrix, i, i, 1.0_rk, ADD_VALUES, ierr))
+      end do
+      do k = 1, rows%n_rows
+        dofs_0 = map%distributed_0(rows%dofs_of(k))
+        own = pack([(i, i=1, size(dofs_0))], is_single(rows%dofs_of(k)) .and. dofs_0 >= map%first_dof_0 .and. &
+          dofs_0 < map%first_dof_0 + map%n_local_dofs)
+        block = transpose(block_of_row(self, system, k, own, is_inverse))
+        PetscCall(MatSetValues(matrix, size(own), dofs_0(own), size(dofs_0), dofs_0, block, ADD_VALUES, ierr))
+      end do
+    end associate
+    PetscCall(MatAssemblyBegin(matrix, MAT_FINAL_ASSEMBLY, ierr))
+    PetscCall(MatAssemblyEnd(matrix, MAT_FINAL_ASSEMBLY, ierr))
+  end subroutine assemble
 
-  !> R x, in place: from displacements to reflected unknowns and back. Local.
-  pure subroutine reflect(self, system, values)
+  !> What T, or its inverse, has beside the identity: -2 v v' - q s', or -2 v v' + e_j s'; shape (size(own), dofs of the row).
+  pure function block_of_row(self, system, k, own, is_inverse) result(block)
+    class(bound_form_t), intent(in) :: self
+    type(contact_system_t), intent(in) :: system
+    integer, intent(in) :: k
+    !> entries of the row, 1-based in it
+    integer, intent(in) :: own(:)
+    logical, intent(in) :: is_inverse
+    real(rk), allocatable :: block(:, :)
+    real(rk), allocatable :: lever(:)
+
+    associate (first => system%rows%offsets(k) + 1, last => system%rows%offsets(k + 1))
+      associate (v => self%reflectors(first:last), s => self%shares(first:last), &
+        e => merge(1.0_rk, 0.0_rk, system%rows%dofs_of(k) == self%bounded_dofs(k)))
+        lever = e
+        if (.not. is_inverse) lever = 2 * v * dot_product(v, e) - e
+        block = -2 * spread(v(own), 2, size(v)) * spread(v, 1, size(own)) + &
+          spread(lever(own), 2, size(v)) * spread(s, 1, size(own))
+      end associate
+    end associate
+  end function block_of_row
+
+  !> A matrix with room for one block per node, and for the nodes of its row where a node meets one.
+  subroutine create_pattern(system, is_single, matrix, ierr)
+    type(contact_system_t), intent(in) :: system
+    !> shape (n_dofs)
+    logical, intent(in) :: is_single(:)
+    Mat, intent(out) :: matrix
+    PetscErrorCode, intent(out) :: ierr
+    integer, allocatable :: diagonal(:), off_diagonal(:), places(:)
+    integer :: i, i_node, k
+
+    associate (map => system%map, rows => system%rows)
+      allocate (diagonal(map%n_local_dofs / map%n_dim), source=1)
+      allocate (off_diagonal(size(diagonal)), source=0)
+      do k = 1, rows%n_rows
+        associate (dofs => rows%dofs(rows%offsets(k) + 1:rows%offsets(k + 1):map%n_dim))
+          places = [(map%local_index(dofs(i)), i=1, size(dofs))]
+          do i = 1, size(dofs)
+            if (places(i) == 0 .or. .not. is_single(dofs(i))) cycle
+            i_node = (places(i) - 1) / map%n_dim + 1
+            diagonal(i_node) = count(places > 0)
+            off_diagonal(i_node) = count(places == 0)
+          end do
+        end associate
+      end do
+      PetscCall(create_matrix(system%comm, map%n_local_dofs, map%n_dim, diagonal, off_diagonal, matrix, ierr))
+    end associate
+  end subroutine create_pattern
+
+  !> T x, in place. Local.
+  pure subroutine to_displacement(self, system, values)
     class(bound_form_t), intent(in) :: self
     type(contact_system_t), intent(in) :: system
     !> natural, shape (n_dofs)
     real(rk), intent(inout) :: values(:)
     integer :: k
 
-    do k = 1, system%operator%n_rows
-      associate (n => system%operator%n_entries(k))
-        associate (dofs => system%operator%dofs(:n, k), v => self%reflectors(:n, k))
-          values(dofs) = values(dofs) - 2 * v * dot_product(v, values(dofs))
+    do k = 1, system%rows%n_rows
+      associate (first => system%rows%offsets(k) + 1, last => system%rows%offsets(k + 1), j => self%bounded_dofs(k))
+        values(j) = values(j) - dot_product(self%shares(first:last), values(system%rows%dofs(first:last)))
+        call reflect(self%reflectors(first:last), system%rows%dofs(first:last), values)
+      end associate
+    end do
+  end subroutine to_displacement
+
+  !> The inverse of T times u, in place. Local.
+  pure subroutine to_unknowns(self, system, values)
+    class(bound_form_t), intent(in) :: self
+    type(contact_system_t), intent(in) :: system
+    !> natural, shape (n_dofs)
+    real(rk), intent(inout) :: values(:)
+    integer :: k
+
+    do k = 1, system%rows%n_rows
+      associate (first => system%rows%offsets(k) + 1, last => system%rows%offsets(k + 1), j => self%bounded_dofs(k))
+        call reflect(self%reflectors(first:last), system%rows%dofs(first:last), values)
+        values(j) = values(j) + dot_product(self%shares(first:last), values(system%rows%dofs(first:last)))
+      end associate
+    end do
+  end subroutine to_unknowns
+
+  !> T' f, in place: from forces on the dofs to those that do the same work on the unknowns. Local.
+  pure subroutine to_forces_on_unknowns(self, system, values)
+    class(bound_form_t), intent(in) :: self
+    type(contact_system_t), intent(in) :: system
+    !> natural, shape (n_dofs)
+    real(rk), intent(inout) :: values(:)
+    integer :: k
+
+    do k = 1, system%rows%n_rows
+      associate (first => system%rows%offsets(k) + 1, last => system%rows%offsets(k + 1), j => self%bounded_dofs(k))
+        associate (dofs => system%rows%dofs(first:last))
+          call reflect(self%reflectors(first:last), dofs, values)
+          values(dofs) = values(dofs) - self%shares(first:last) * values(j)
         end associate
       end associate
     end do
+  end subroutine to_forces_on_unknowns
+
+  pure subroutine reflect(v, dofs, values)
+    real(rk), intent(in) :: v(:)
+    integer, intent(in) :: dofs(:)
+    real(rk), intent(inout) :: values(:)
+
+    values(dofs) = values(dofs) - 2 * v * dot_product(v, values(dofs))
   end subroutine reflect
 
   !> Upper bounds of the bounded unknowns: (D - B u_D) / |B_k|. Local.
@@ -123,12 +251,12 @@ contains
     type(contact_system_t), intent(in) :: system
     real(rk), intent(in) :: theta(:)
     !> [length] shape (n_rows)
-    real(rk) :: bounds(system%operator%n_rows)
+    real(rk) :: bounds(system%rows%n_rows)
 
-    bounds = (system%gap(theta) - system%operator%apply(system%prescribed_displacement(theta))) / self%norms
+    bounds = (system%gap(theta) - system%rows%apply(system%prescribed_displacement(theta))) / self%norms
   end function bounds
 
-  !> lambda_k from the residual R (K R x - F). Local.
+  !> lambda_k from the residual T' (K T x - F). Local.
   pure function multipliers(self, residual)
     class(bound_form_t), intent(in) :: self
     !> [force] natural, shape (n_dofs)
@@ -143,7 +271,7 @@ contains
     class(bound_form_t), intent(inout) :: self
     PetscErrorCode, intent(out) :: ierr
 
-    PetscCall(MatDestroy(self%reflection, ierr))
+    PetscCall(MatDestroy(self%transformation, ierr))
     PetscCall(MatDestroy(self%matrix, ierr))
   end subroutine destroy
 end module sig_bound_form

@@ -77,7 +77,7 @@ contains
       PetscCall(solve_contact(self, system, linear_solver, ierr))
       PetscCall(close_pairs(system, self%free_response, free_closing, ierr))
       PetscCall(close_pairs(system, self%contact_response, self%compliance, ierr))
-      self%free_opening = system%operator%gap
+      self%free_opening = system%rows%gap
       associate (driven => self%free_opening(:, :size(free_closing, 2)))
         driven = driven - free_closing
       end associate
@@ -99,9 +99,9 @@ contains
     integer :: first, k, last, t
 
     is_held = held_dofs(system)
-    allocate (self%contact_response(system%map%n_local_dofs, system%operator%n_rows))
-    do first = 1, system%operator%n_rows, chunk
-      last = min(first + chunk - 1, system%operator%n_rows)
+    allocate (self%contact_response(system%map%n_local_dofs, system%rows%n_rows))
+    do first = 1, system%rows%n_rows, chunk
+      last = min(first + chunk - 1, system%rows%n_rows)
       allocate (rhs(system%map%n_local_dofs, last - first + 1), source=0.0_rk)
       do k = first, last
         call add_row(system, is_held, k, 1.0_rk, rhs(:, k - first + 1))
@@ -125,11 +125,11 @@ contains
     real(rk), intent(inout) :: column(:)
     integer :: i, i_local
 
-    do i = 1, system%operator%n_entries(k)
-      if (is_held(system%operator%dofs(i, k))) cycle
-      i_local = system%map%local_index(system%operator%dofs(i, k))
+    do i = system%rows%offsets(k) + 1, system%rows%offsets(k + 1)
+      if (is_held(system%rows%dofs(i))) cycle
+      i_local = system%map%local_index(system%rows%dofs(i))
       if (i_local == 0) cycle
-      column(i_local) = column(i_local) + factor * system%operator%coefficients(i, k)
+      column(i_local) = column(i_local) + factor * system%rows%coefficients(i)
     end do
   end subroutine add_row
 
@@ -144,13 +144,13 @@ contains
     integer :: i, i_column, i_local, k
 
     ierr = 0
-    allocate (closing(system%operator%n_rows, size(columns, 2)), source=0.0_rk)
+    allocate (closing(system%rows%n_rows, size(columns, 2)), source=0.0_rk)
     do i_column = 1, size(columns, 2)
-      do k = 1, system%operator%n_rows
-        do i = 1, system%operator%n_entries(k)
-          i_local = system%map%local_index(system%operator%dofs(i, k))
+      do k = 1, system%rows%n_rows
+        do i = system%rows%offsets(k) + 1, system%rows%offsets(k + 1)
+          i_local = system%map%local_index(system%rows%dofs(i))
           if (i_local == 0) cycle
-          closing(k, i_column) = closing(k, i_column) + system%operator%coefficients(i, k) * columns(i_local, i_column)
+          closing(k, i_column) = closing(k, i_column) + system%rows%coefficients(i) * columns(i_local, i_column)
         end do
       end do
       PetscCall(sum_over_ranks(system%comm, closing(:, i_column), ierr))
@@ -232,7 +232,7 @@ contains
     type(contact_system_t), intent(in) :: system
     real(rk) :: work
 
-    associate (n_rows => real(system%operator%n_rows, rk))
+    associate (n_rows => real(system%rows%n_rows, rk))
       work = 2 * system%map%n_dofs * (n_rows + system%boundary%n_driving_terms) + n_rows**3
     end associate
     n_points = nint(max(1.0_rk, min(real(most_points_at_once, rk), work_at_once / work)))
@@ -248,7 +248,7 @@ contains
     real(rk), allocatable :: unknowns(:, :), local(:, :)
     integer :: i
 
-    allocate (unknowns(system%operator%n_rows, size(states)), local(system%map%n_local_dofs, size(states)), source=0.0_rk)
+    allocate (unknowns(system%rows%n_rows, size(states)), local(system%map%n_local_dofs, size(states)), source=0.0_rk)
     if (self%reason == reason_converged) then
       call solve_multipliers(self, theta, states, unknowns)
       call add_product(1.0_rk, self%free_response, theta(:size(self%free_response, 2), :), local)
@@ -257,7 +257,7 @@ contains
       do i = 1, size(states)
         states(i)%multipliers = unknowns(:, i)
         states(i)%reason = self%reason
-        allocate (states(i)%is_active(system%operator%n_rows), source=.false.)
+        allocate (states(i)%is_active(system%rows%n_rows), source=.false.)
       end do
     end if
     PetscCall(share_displacements(system, local, states, ierr))

@@ -31,7 +31,7 @@ contains
 
     ierr = 0
     linear_solver%reason = reason_floating_body
-    allocate (all_closed(system%operator%n_rows), source=.true.)
+    allocate (all_closed(system%rows%n_rows), source=.true.)
     if (.not. system%motions%are_held_by(all_closed)) return
     nothing = 0
     dofs = pack([(i, i=1, system%map%n_dofs)], held_dofs(system))
@@ -112,13 +112,13 @@ contains
     real(rk), intent(in) :: theta(:)
     !> [force] natural, shape (n_dofs)
     real(rk) :: forces(system%map%n_dofs)
-    real(rk) :: multipliers(system%operator%n_rows)
+    real(rk) :: multipliers(system%rows%n_rows)
 
     forces = system%load(theta)
     if (size(anchors%rows) == 0) return
     multipliers = 0
     multipliers(anchors%rows) = matmul(system%motions%work(forces), anchors%amplitudes)
-    forces = forces - system%operator%apply_transpose(multipliers, size(forces))
+    forces = forces - system%rows%apply_transpose(multipliers, size(forces))
   end function balanced_load
 
   !> Responses to the terms of the prescribed displacements alone, loads left out. Collective.

@@ -110,13 +110,13 @@ contains
 
   !> From here on the levels of multigrid serve matrices of the unknowns R u: the fields that their interpolation holds stay.
   !> Nothing to do for other preconditioners, which options may choose. Collective.
-  subroutine change_unknowns(self, reflection, ierr)
+  subroutine change_unknowns(self, change, ierr)
     class(linear_solver_t), intent(inout) :: self
-    !> R, orthogonal and symmetric
-    Mat, intent(in) :: reflection
+    !> R, of full rank
+    Mat, intent(in) :: change
     PetscErrorCode, intent(out) :: ierr
 
-    ierr = sig_linear_solver_change_unknowns(self%ksp, reflection%v)
+    ierr = sig_linear_solver_change_unknowns(self%ksp, change%v)
   end subroutine change_unknowns
 
   !> After new values in the matrix, whose pattern stays: multigrid keeps its aggregates and interpolation. Collective.

@@ -151,7 +151,7 @@ int sig_linear_solver_create(intptr_t matrix, const char *prefix, int kind, intp
   return 0;
 }
 
-int sig_linear_solver_change_unknowns(intptr_t handle, intptr_t reflection) {
+int sig_linear_solver_change_unknowns(intptr_t handle, intptr_t change) {
   PC pc;
   Mat interpolation, changed;
   PetscBool is_gamg;
@@ -163,7 +163,7 @@ int sig_linear_solver_change_unknowns(intptr_t handle, intptr_t reflection) {
   PetscCall(PCMGGetLevels(pc, &n_levels));
   if (n_levels < 2) return 0;
   PetscCall(PCMGGetInterpolation(pc, n_levels - 1, &interpolation));
-  PetscCall(MatMatMult((Mat)reflection, interpolation, MAT_INITIAL_MATRIX, PETSC_DEFAULT, &changed));
+  PetscCall(MatMatMult((Mat)change, interpolation, MAT_INITIAL_MATRIX, PETSC_DEFAULT, &changed));
   PetscCall(MatProductClear(changed));
   PetscCall(PCMGSetInterpolation(pc, n_levels - 1, changed));
   PetscCall(PCMGSetRestriction(pc, n_levels - 1, changed));

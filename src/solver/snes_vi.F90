@@ -19,7 +19,7 @@ module sig_snes_vi
 
   type, extends(contact_solver_t) :: snes_vi_t
     type(bound_form_t) :: form
-    !> [force/length] norm of R K R: largest sum of a row's sizes
+    !> [force/length] norm of T' K T: largest sum of a row's sizes
     real(rk) :: largest_stiffness = 0
   contains
     procedure :: create
@@ -55,7 +55,7 @@ contains
 
     values = system%prescribed_displacement(theta)
     forces = system%load(theta)
-    call self%form%reflect(system, forces)
+    call self%form%to_forces_on_unknowns(system, forces)
     PetscCall(constrain(system, self%form%matrix, system%boundary%prescribed_dofs, values, forces, constrained, rhs, ierr))
     PetscCall(scales(self, system, theta, values, forces, length_scale, force_scale, ierr))
     PetscCall(fill_bounds(self, system, theta, length_scale, upper, ierr))
@@ -85,7 +85,7 @@ contains
     real(rk), intent(in) :: theta(:)
     !> [length] prescribed displacements, natural
     real(rk), intent(in) :: values(:)
-    !> [force] reflected loads, natural
+    !> [force] loads on the unknowns, natural
     real(rk), intent(in) :: loads(:)
     real(rk), intent(out) :: length_scale
     real(rk), intent(out) :: force_scale

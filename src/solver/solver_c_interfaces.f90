@@ -19,9 +19,9 @@ module sig_solver_c_interfaces
       integer(c_int) :: status
     end function sig_linear_solver_create
 
-    function sig_linear_solver_change_unknowns(ksp, reflection) result(status) bind(c)
+    function sig_linear_solver_change_unknowns(ksp, change) result(status) bind(c)
       import :: c_int, c_intptr_t
-      integer(c_intptr_t), value :: ksp, reflection
+      integer(c_intptr_t), value :: ksp, change
       integer(c_int) :: status
     end function sig_linear_solver_change_unknowns
 

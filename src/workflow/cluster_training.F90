@@ -83,7 +83,7 @@ contains
       if (allocated(own_error) .and. i == i_failed) call move_alloc(own_error, error)
       PetscCall(broadcast_error(error, PETSC_COMM_WORLD, ierr))
       if (allocated(error)) return
-      call complete_cluster(trained(i), problem%mesh%n_dim * problem%mesh%n_nodes, problem%operator%n_rows)
+      call complete_cluster(trained(i), problem%mesh%n_dim * problem%mesh%n_nodes, problem%rows%n_rows)
       if (groups%n_groups == 1) cycle
       PetscCall(share_cluster(groups%leader_of(i), groups%world_rank, trained(i), error, ierr))
       if (allocated(error)) return
@@ -150,7 +150,7 @@ contains
     if (allocated(error)) return
     if (size(snapshots%reasons) == 1) call append_text(cluster%warnings, 'trained on one snapshot: the model knows no other ' // &
       'state than that of its training point; take more training points')
-    call keep_dual_snapshots(problem%operator, snapshots, cluster)
+    call keep_dual_snapshots(problem%rows, snapshots, cluster)
   end subroutine train_cluster
 
   !> A domain without contact pairs answers every point without contact forces, and its error there cannot be measured.
@@ -159,8 +159,8 @@ contains
     type(reduced_domain_t), intent(in) :: domain
     type(error_t), allocatable, intent(out) :: error
 
-    if (size(domain%contact_rows) > 0 .or. problem%operator%n_rows == 0) return
-    call make_error(error, 'none of the ' // to_text(problem%operator%n_rows) // ' contact pairs lies in the reduced integration ' &
+    if (size(domain%contact_rows) > 0 .or. problem%rows%n_rows == 0) return
+    call make_error(error, 'none of the ' // to_text(problem%rows%n_rows) // ' contact pairs lies in the reduced integration ' &
       // 'domain (' // to_text(size(domain%cells)) // ' cells): its answers would have no contact forces', problem%deck%path, &
       hint='add a contact surface to reduction.zones_of_interest, set reduction.dual_pod_tolerance, or take more training points ' &
       // 'with contact or a smaller reduction.pod_tolerance')

@@ -4,6 +4,7 @@
 module sig_field_output
   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   use sig_clock, only: wall_time
+  use sig_contact_rows, only: contact_rows_t
   use sig_contact_state, only: contact_state_t
   use sig_elastic_body, only: elastic_body_t
   use sig_error_broadcast, only: broadcast_error
@@ -11,7 +12,6 @@ module sig_field_output
   use sig_field_file, only: field_file_t
   use sig_full_order, only: team_t
   use sig_kinds, only: rk
-  use sig_mesh, only: find_group
   use sig_model, only: model_t
   use sig_multiplier_fit, only: multiplier_fit_workspace_t
   use sig_online_model, only: online_model_t
@@ -23,7 +23,6 @@ module sig_field_output
   use sig_state_broadcast, only: broadcast_state
   use sig_stop_request, only: agree_to_stop
   use sig_stress, only: cell_stresses, nodal_stresses, von_mises
-  use sig_surface_measure, only: nodal_areas
   use sig_term_values, only: evaluate_points
   use petsc
   implicit none(type, external)
@@ -119,10 +118,9 @@ contains
     type(query_t) :: query
     type(field_file_t) :: file
     character(:), allocatable :: message
-    real(rk), allocatable :: areas(:), theta(:, :)
+    real(rk), allocatable :: theta(:, :)
     integer :: i, i_bad_point, i_bad_source
 
-    areas = contact_areas(problem)
     call evaluate_points(problem%terms, points, theta, i_bad_point, i_bad_source)
     call file%create(folder // '/fields.h5', problem%mesh, problem%deck%units%length, parameter_names(problem%deck), error)
     if (allocated(error)) return
@@ -133,7 +131,7 @@ contains
       if (.not. allocated(message)) call query%create(online, message)
     end if
     do i = 1, size(points, 2)
-      call write_point(problem, points(:, i), theta(:, i), states(i), areas, file)
+      call write_point(problem, points(:, i), theta(:, i), states(i), file)
       if (present(model) .and. .not. allocated(message)) call write_reduced(problem, points(:, i), online, query, file)
     end do
     call query%destroy()
@@ -145,18 +143,17 @@ contains
     type(problem_t), intent(in) :: problem
     type(field_file_t), intent(inout) :: file
 
-    call file%add_shared_array('contact/first_nodes', problem%operator%first_node, '-', &
+    call file%add_shared_array('contact/first_nodes', problem%rows%owners(), '-', &
       'node of each contact row on the first surface, 1-based, order of the mesh file')
-    call file%add_shared_array('contact/second_nodes', problem%operator%second_node, '-', &
+    call file%add_shared_array('contact/second_nodes', problem%rows%facing(), '-', &
       'node of each contact row on the second surface, 0 = a rigid obstacle')
   end subroutine write_contact
 
-  subroutine write_point(problem, point, theta, state, areas, file)
+  subroutine write_point(problem, point, theta, state, file)
     type(problem_t), intent(in) :: problem
     real(rk), intent(in) :: point(:)
     real(rk), intent(in) :: theta(:)
     type(contact_state_t), intent(in) :: state
-    real(rk), intent(in) :: areas(:)
     type(field_file_t), intent(inout) :: file
 
     associate (deck => problem%deck, n_dim => problem%mesh%n_dim, n_nodes => problem%mesh%n_nodes)
@@ -164,7 +161,7 @@ contains
       if (deck%output%has_displacement) call file%add_node_field('displacement', &
         reshape(state%displacement, [n_dim, n_nodes]), deck%units%length, 'displacement, full-order model')
       if (deck%output%has_contact) then
-        call write_contact_fields(problem, theta, state, areas, file)
+        call write_contact_fields(problem, theta, state, file)
       end if
       if (deck%output%has_stress) call write_stress_fields(problem, point, state%displacement, file)
     end associate
@@ -191,26 +188,23 @@ contains
     call file%add_node_field('von_mises_smoothed', von_mises(smoothed), unit, 'von Mises stress of the smoothed stress')
   end subroutine write_stress_fields
 
-  subroutine write_contact_fields(problem, theta, state, areas, file)
+  subroutine write_contact_fields(problem, theta, state, file)
     type(problem_t), intent(in) :: problem
     real(rk), intent(in) :: theta(:)
     type(contact_state_t), intent(in) :: state
-    !> [length**(n_dim - 1)] shape (n_nodes)
-    real(rk), intent(in) :: areas(:)
     type(field_file_t), intent(inout) :: file
-    real(rk) :: gap(problem%mesh%n_nodes), force(problem%mesh%n_dim, problem%mesh%n_nodes), opening(problem%operator%n_rows)
+    real(rk) :: gap(problem%mesh%n_nodes), force(problem%mesh%n_dim, problem%mesh%n_nodes), opening(problem%rows%n_rows)
 
-    associate (operator => problem%operator, deck => problem%deck)
+    associate (rows => problem%rows, deck => problem%deck)
       ! What the other body does to each node: the opposite of B' lambda, which the stiffness balances.
-      force = -reshape(operator%apply_transpose(state%multipliers, size(force)), shape(force))
-      opening = matmul(operator%gap, theta) - operator%apply(state%displacement)
-      gap = ieee_value(gap, ieee_quiet_nan)
-      gap(operator%first_node) = opening
-      gap(pack(operator%second_node, operator%second_node > 0)) = pack(opening, operator%second_node > 0)
+      force = -reshape(rows%apply_transpose(state%multipliers, size(force)), shape(force))
+      opening = matmul(rows%gap, theta) - rows%apply(state%displacement)
+      gap = nodal_gaps(rows, opening, size(gap))
       call file%add_node_field('contact_force', force, force_unit(problem%deck), 'contact force on the node, full-order model')
-      call file%add_node_field('contact_pressure', pressures(norm2(force, dim=1), areas), stress_unit(deck), &
-        'contact force over the area that the node stands for')
-      call file%add_node_field('gap', gap, deck%units%length, 'open distance of the pair; no number off the contact surfaces')
+      call file%add_node_field('contact_pressure', pressures(norm2(force, dim=1), rows%nodal_areas(size(gap))), &
+        stress_unit(deck), 'contact force over the area that the node stands for')
+      call file%add_node_field('gap', gap, deck%units%length, &
+        'open distance, the smallest of the rows at the node; no number off the contact surfaces')
       call file%add_array('multipliers_full_order', state%multipliers, force_unit(problem%deck), &
         'contact force of each row, full-order model')
     end associate
@@ -226,7 +220,7 @@ contains
     type(multiplier_fit_workspace_t) :: workspace
     real(rk), allocatable :: displacement(:)
     real(rk) :: multipliers(online%model%n_multipliers)
-    integer :: has_cell(problem%mesh%n_cells), has_row(problem%operator%n_rows)
+    integer :: has_cell(problem%mesh%n_cells), has_row(problem%rows%n_rows)
 
     call query%evaluate(online, point, answer)
     call reconstruct_displacement(online%model, answer, displacement)
@@ -243,28 +237,24 @@ contains
       'contact force of each row, reduced model; outside the reduced domain reconstructed')
   end subroutine write_reduced
 
-  !> Area of each contact node, on whichever surface it lies.
-  pure function contact_areas(problem) result(areas)
-    type(problem_t), intent(in) :: problem
-    real(rk) :: areas(problem%mesh%n_nodes)
-    integer :: i
+  !> Opening at each contact node, the smallest of the rows that it meets.
+  pure function nodal_gaps(rows, opening, n_nodes) result(gap)
+    type(contact_rows_t), intent(in) :: rows
+    !> [length] shape (n_rows)
+    real(rk), intent(in) :: opening(:)
+    integer, intent(in) :: n_nodes
+    !> [length] no number where no row is
+    real(rk) :: gap(n_nodes)
+    integer :: k
 
-    areas = 0
-    do i = 1, size(problem%deck%contact)
-      associate (contact => problem%deck%contact(i))
-        areas = areas + surface_areas(problem, contact%first%text)
-        if (.not. contact%has_obstacle) areas = areas + surface_areas(problem, contact%second%text)
+    gap = huge(gap)
+    do k = 1, rows%n_rows
+      associate (nodes => rows%nodes_of(k))
+        gap(nodes) = min(gap(nodes), opening(k))
       end associate
     end do
-  end function contact_areas
-
-  pure function surface_areas(problem, name) result(areas)
-    type(problem_t), intent(in) :: problem
-    character(*), intent(in) :: name
-    real(rk) :: areas(problem%mesh%n_nodes)
-
-    areas = nodal_areas(problem%mesh, problem%body, problem%mesh%groups(find_group(problem%mesh, name))%entities)
-  end function surface_areas
+    where (rows%rows_per_node(n_nodes) == 0) gap = ieee_value(gap, ieee_quiet_nan)
+  end function nodal_gaps
 
   !> force / area, zero where no contact surface is.
   elemental real(rk) function pressures(force, area)

@@ -32,7 +32,7 @@ contains
     real(rk) :: displacement_size, multiplier_size
 
     ierr = 0
-    associate (problem => full_order%problem, n_rows => full_order%problem%operator%n_rows, &
+    associate (problem => full_order%problem, n_rows => full_order%problem%rows%n_rows, &
       n_terms => full_order%problem%boundary%n_terms, room => full_order%problem%deck%reduction%max_full_order_size)
       multiplier_size = number_size * n_rows * (n_rows + n_terms)
       displacement_size = number_size * problem%mesh%n_dim * problem%mesh%n_nodes * (n_rows + n_terms)

@@ -51,16 +51,16 @@ contains
     model%n_dofs = problem%mesh%n_dim * problem%mesh%n_nodes
     model%node_tags = problem%mesh%node_tags
     model%coordinates = problem%mesh%coordinates
-    associate (operator => problem%operator)
-      model%n_multipliers = operator%n_rows
-      model%first_node_tags = problem%mesh%node_tags(operator%first_node)
+    associate (rows => problem%rows, first_nodes => problem%rows%owners(), second_nodes => problem%rows%facing())
+      model%n_multipliers = rows%n_rows
+      model%first_node_tags = problem%mesh%node_tags(first_nodes)
       ! an obstacle has no node: tag 0, and the place of the node that faces it
-      associate (other_node => merge(operator%second_node, operator%first_node, operator%second_node > 0))
-        model%second_node_tags = merge(problem%mesh%node_tags(other_node), 0, operator%second_node > 0)
+      associate (other_node => merge(second_nodes, first_nodes, second_nodes > 0))
+        model%second_node_tags = merge(problem%mesh%node_tags(other_node), 0, second_nodes > 0)
         model%second_coordinates = problem%mesh%coordinates(:, other_node)
       end associate
-      model%first_coordinates = problem%mesh%coordinates(:, operator%first_node)
-      model%gap = operator%gap
+      model%first_coordinates = problem%mesh%coordinates(:, first_nodes)
+      model%gap = rows%gap
     end associate
   end subroutine fill_contact
 end module sig_model_header

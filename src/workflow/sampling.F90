@@ -171,7 +171,7 @@ contains
     ierr = 0
     if (self%team%groups%is_leader()) then
       call buffer%create(store%shard_path(self%team%groups%i_group), self%problem%provenance, size(points, 1), &
-        self%team%solver%system%map%n_dofs, self%team%solver%system%operator%n_rows, error)
+        self%team%solver%system%map%n_dofs, self%team%solver%system%rows%n_rows, error)
     end if
     PetscCall(broadcast_error(error, PETSC_COMM_WORLD, ierr))
     if (allocated(error)) return

@@ -145,7 +145,7 @@ contains
     shards = store%shards()
     do i = 1, size(shards)
       call read_shard(store%folder // '/' // shards(i)%text, problem%provenance, size(points, 1), &
-        problem%mesh%n_dim * problem%mesh%n_nodes, problem%operator%n_rows, found, n_dropped, error)
+        problem%mesh%n_dim * problem%mesh%n_nodes, problem%rows%n_rows, found, n_dropped, error)
       if (allocated(error)) return
       if (n_dropped > 0) call log_warning(shards(i)%text // ' ends in ' // counted(n_dropped, 'damaged record') // &
         ', as a killed run leaves them; what is lost is solved again')
@@ -171,7 +171,7 @@ contains
     ! no point was solved yet: nothing has a size
     if (size(set%reasons) == 0) return
     n_free_responses = size(set%free_response, 2)
-    if (size(set%parameter_names) /= size(problem%deck%parameters) .or. size(set%multipliers, 1) /= problem%operator%n_rows .or. &
+    if (size(set%parameter_names) /= size(problem%deck%parameters) .or. size(set%multipliers, 1) /= problem%rows%n_rows .or. &
       size(set%displacement, 1) /= problem%mesh%n_dim * problem%mesh%n_nodes .or. n_free_responses > problem%terms%n_terms()) &
       call make_error(error, 'the snapshots are not those of this deck and mesh: their sizes differ', file=path, &
         hint='remove the file and sample again')

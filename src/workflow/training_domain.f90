@@ -1,6 +1,7 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> Where a reduced model writes its equations: interpolation points of its modes, zones of the deck, nodes of prescribed values.
 module sig_training_domain
+  use sig_contact_rows, only: contact_rows_t
   use sig_deim, only: deim_rows
   use sig_errors, only: error_t
   use sig_kinds, only: rk
@@ -28,18 +29,17 @@ contains
     !> nodes where the prescribed rows are imposed
     integer, allocatable, intent(out) :: anchors(:)
     type(error_t), allocatable, intent(out) :: error
-    integer, allocatable :: rows(:), zone(:)
+    type(contact_rows_t) :: dual_rows
+    integer, allocatable :: dual_nodes(:), zone(:)
 
     call find_zone_nodes(problem, training_points, zone, error)
     if (allocated(error)) return
     call anchor_nodes(problem, anchors, error)
     if (allocated(error)) return
-    rows = deim_rows(dual_modes)
-    associate (second_nodes => problem%operator%second_node(rows))
-      call build_reduced_domain(problem%mesh, problem%operator, [nodes_of_dofs(deim_rows(modes), problem%mesh%n_dim), &
-        problem%operator%first_node(rows), pack(second_nodes, second_nodes > 0), anchors, zone], &
-        problem%deck%reduction%unpaired_nodes == 'join', domain)
-    end associate
+    dual_rows = problem%rows%select(deim_rows(dual_modes))
+    dual_nodes = nodes_of_dofs(dual_rows%dofs, problem%mesh%n_dim)
+    call build_reduced_domain(problem%mesh, problem%rows, [nodes_of_dofs(deim_rows(modes), problem%mesh%n_dim), dual_nodes, &
+      anchors, zone], problem%deck%reduction%unpaired_nodes == 'join', domain)
   end subroutine choose_domain
 
   !> Where the prescribed rows are imposed: the middle node of each boundary that the parameters move.

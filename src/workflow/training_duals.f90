@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> What the reconstruction of multipliers outside the reduced integration domain is made of.
 module sig_training_duals
-  use sig_contact_operator, only: contact_operator_t
+  use sig_contact_rows, only: contact_rows_t
   use sig_kinds, only: rk
   use sig_model, only: reduced_model_t
   use sig_snapshot_store, only: snapshot_set_t
@@ -12,32 +12,31 @@ module sig_training_duals
 contains
 
   !> Multipliers of the snapshots, and the normal displacements of snapshots, basis and lifting. Requires: the basis.
-  subroutine keep_dual_snapshots(operator, snapshots, cluster)
-    type(contact_operator_t), intent(in) :: operator
+  subroutine keep_dual_snapshots(rows, snapshots, cluster)
+    type(contact_rows_t), intent(in) :: rows
     type(snapshot_set_t), intent(in) :: snapshots
     type(reduced_model_t), intent(inout) :: cluster
 
     cluster%dual_snapshots = snapshots%multipliers
-    cluster%contact_displacement_snapshots = normal_displacements(operator, snapshots%displacement)
-    cluster%contact_value_basis = normal_displacements(operator, cluster%basis)
-    cluster%contact_value_lifting = normal_displacements(operator, cluster%lifting)
+    cluster%contact_displacement_snapshots = normal_displacements(rows, snapshots%displacement)
+    cluster%contact_value_basis = normal_displacements(rows, cluster%basis)
+    cluster%contact_value_lifting = normal_displacements(rows, cluster%lifting)
   end subroutine keep_dual_snapshots
 
-  !> Displacement along n of the first nodes, then of the second nodes; 0 for obstacles.
-  pure function normal_displacements(operator, fields) result(values)
-    type(contact_operator_t), intent(in) :: operator
+  !> Displacement along n that each row sees of the first side, then of the second side; 0 for obstacles.
+  pure function normal_displacements(rows, fields) result(values)
+    type(contact_rows_t), intent(in) :: rows
     !> [length] shape (n_dofs, n_fields)
     real(rk), intent(in) :: fields(:, :)
     !> [length] shape (2 * n_rows, n_fields)
-    real(rk) :: values(2 * operator%n_rows, size(fields, 2))
-    integer :: k, n
+    real(rk) :: values(2 * rows%n_rows, size(fields, 2))
+    integer :: k
 
-    n = operator%n_dim
     values = 0
-    do k = 1, operator%n_rows
-      associate (dofs => operator%dofs(:, k), normal => operator%coefficients(:n, k))
-        values(k, :) = matmul(normal, fields(dofs(:n), :))
-        if (operator%second_node(k) > 0) values(operator%n_rows + k, :) = matmul(normal, fields(dofs(n + 1:), :))
+    do k = 1, rows%n_rows
+      associate (first => rows%offsets(k) + 1, split => rows%splits(k), last => rows%offsets(k + 1))
+        values(k, :) = matmul(rows%coefficients(first:split), fields(rows%dofs(first:split), :))
+        values(rows%n_rows + k, :) = -matmul(rows%coefficients(split + 1:last), fields(rows%dofs(split + 1:last), :))
       end associate
     end do
   end function normal_displacements

@@ -4,7 +4,7 @@ module sig_training_system
   use sig_dirichlet_rows, only: impose_dirichlet_rows
   use sig_enrichment, only: choose_hats, enrichment_path_t, enrichment_rule_t
   use sig_errors, only: error_t, make_error
-  use sig_hat_functions, only: hat_columns, hat_set_t, hats_of_all_nodes, hats_of_pairs, select_hats
+  use sig_hat_functions, only: hat_columns, hat_set_t, hats_of_all_nodes, hats_of_rows, select_hats
   use sig_kinds, only: rk
   use sig_model, only: reduced_model_t
   use sig_problem, only: problem_t
@@ -40,7 +40,7 @@ contains
     call split_prescribed(problem, snapshots, anchors, modes, cluster, error)
     if (allocated(error)) return
     call enrich(problem, domain, modes, hats, cluster)
-    call project(problem%mesh, problem%body, problem%operator, problem%boundary%loads, domain, cluster%basis, &
+    call project(problem%mesh, problem%body, problem%rows, problem%boundary%loads, domain, cluster%basis, &
       cluster%lifting, blocks)
     call keep_blocks(blocks, cluster)
     cluster%primal_rank_expected = expected_stiffness_rank(domain, &
@@ -64,12 +64,12 @@ contains
       rule%max_hats = merge(0, config%max_hats, config%type == 'none')
       rule%rank_tolerance = problem%deck%reduction%rank_tolerance
       if (rule%is_greedy) then
-        hats = hats_of_pairs(problem%operator, domain, problem%boundary%is_prescribed, config%side == 'second')
+        hats = hats_of_rows(problem%rows, domain, problem%boundary%is_prescribed, config%side == 'second')
       else
-        hats = hats_of_all_nodes(problem%operator, domain, problem%boundary%is_prescribed, config%side == 'second')
+        hats = hats_of_all_nodes(problem%rows, domain, problem%boundary%is_prescribed, config%side == 'second')
       end if
     end associate
-    call choose_hats(project_contact_rows(problem%operator, domain, modes), hats%rows, hats%entries, rule, path)
+    call choose_hats(project_contact_rows(problem%rows, domain, modes), hats%rows, hats%entries, rule, path)
     hats = select_hats(hats, path%chosen)
     call append_columns(cluster%basis, hat_columns(hats, size(modes, 1)))
     call keep_path(path, hats, domain, size(modes, 2), cluster)

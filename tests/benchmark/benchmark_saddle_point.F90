@@ -48,7 +48,7 @@ program benchmark_saddle_point
   if (errors%n_errors() > 0) error stop error_report(errors%errors(1))
   PetscCallA(load_problem(deck, PETSC_COMM_WORLD, problem, error, ierr))
   if (allocated(error)) error stop error_report(error)
-  PetscCallA(system%create(PETSC_COMM_WORLD, problem%mesh, problem%body, problem%boundary, problem%pairs, ierr))
+  PetscCallA(system%create(PETSC_COMM_WORLD, problem%mesh, problem%body, problem%boundary, problem%rows, ierr))
   call evaluate_points(problem%terms, snapshots%parameters, theta, i_bad_point, i_bad_source)
   do i = 1, n_points
     i_point = 1 + nint((i - 1) * (size(theta, 2) - 1) / real(max(1, n_points - 1), rk))
@@ -72,13 +72,13 @@ contains
     PetscErrorCode, intent(out) :: ierr
     !> [-] of the largest displacement or multiplier: rounding, which changes no status
     real(rk), parameter :: rounding = 1.0e-12_rk
-    logical :: is_closed(system%operator%n_rows), next(system%operator%n_rows)
-    real(rk) :: penetration(system%operator%n_rows)
+    logical :: is_closed(system%rows%n_rows), next(system%rows%n_rows)
+    real(rk) :: penetration(system%rows%n_rows)
 
     is_closed = .false.
     do n_steps = 1, max_steps
       PetscCall(solve_with_closed(theta, is_closed, displacement, multipliers, ierr))
-      penetration = system%operator%apply(displacement) - system%gap(theta)
+      penetration = system%rows%apply(displacement) - system%gap(theta)
       next = merge(multipliers >= -rounding * maxval(abs(multipliers)), penetration > rounding * maxval(abs(displacement)), &
         is_closed)
       if (all(next .eqv. is_closed)) return
@@ -111,7 +111,7 @@ contains
     PetscCall(system%get(rhs, answer, ierr))
     PetscCall(VecGetArrayF90(whole, values, ierr))
     values(:n) = answer
-    values(n + 1:) = merge(scale * (system%gap(theta) - system%operator%apply(system%prescribed_displacement(theta))), 0.0_rk, &
+    values(n + 1:) = merge(scale * (system%gap(theta) - system%rows%apply(system%prescribed_displacement(theta))), 0.0_rk, &
       is_closed)
     PetscCall(VecRestoreArrayF90(whole, values, ierr))
     PetscCall(linear_solver%factor(saddle, 'fom_', ierr))
@@ -139,11 +139,12 @@ contains
     PetscErrorCode, intent(out) :: ierr
     integer, parameter :: max_row = 200
     integer :: columns(max_row), i, k, n, n_columns, n_entries(system%map%n_dofs + size(is_closed))
-    real(rk) :: entries(max_row), coefficients(size(system%operator%dofs, 1))
+    real(rk) :: entries(max_row)
+    real(rk), allocatable :: coefficients(:)
 
     n = system%map%n_dofs
     n_entries(:n) = 2
-    n_entries(n + 1:) = size(system%operator%dofs, 1) + 1
+    n_entries(n + 1:) = system%rows%offsets(2:) - system%rows%offsets(:size(is_closed)) + 1
     do i = 0, n - 1
       PetscCall(MatGetRow(stiffness, i, n_columns, columns, entries, ierr))
       n_entries(i + 1) = n_entries(i + 1) + n_columns
@@ -158,9 +159,9 @@ contains
       PetscCall(MatRestoreRow(stiffness, i, n_columns, columns, entries, ierr))
     end do
     do k = 1, size(is_closed)
-      coefficients = merge(scale * system%operator%coefficients(:, k), 0.0_rk, is_closed(k) .and. &
-        .not. system%boundary%is_prescribed(system%operator%dofs(:, k)))
-      associate (dofs_0 => system%operator%dofs(:, k) - 1, row_0 => n + k - 1)
+      coefficients = merge(scale * system%rows%coefficients_of(k), 0.0_rk, is_closed(k) .and. &
+        .not. system%boundary%is_prescribed(system%rows%dofs_of(k)))
+      associate (dofs_0 => system%rows%dofs_of(k) - 1, row_0 => n + k - 1)
         PetscCall(MatSetValues(saddle, 1, [row_0], size(dofs_0), dofs_0, coefficients, INSERT_VALUES, ierr))
         PetscCall(MatSetValues(saddle, size(dofs_0), dofs_0, 1, [row_0], coefficients, INSERT_VALUES, ierr))
         PetscCall(MatSetValue(saddle, row_0, row_0, merge(0.0_rk, scale, is_closed(k)), INSERT_VALUES, ierr))

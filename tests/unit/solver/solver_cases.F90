@@ -4,18 +4,20 @@
 module solver_cases
   use dense_contact, only: dense_stiffness, solve_by_enumeration
   use sig_boundary_conditions, only: boundary_conditions_t
+  use sig_contact_rows, only: contact_rows_t, create_contact_rows
   use sig_contact_state, only: contact_state_t
   use sig_contact_system, only: contact_system_t
   use sig_elastic_body, only: create_elastic_body, elastic_body_t
   use sig_kinds, only: rk
   use sig_mesh, only: mesh_t
+  use sig_node_pair_rows, only: create_node_pair_rows
   use sig_node_pairs, only: node_pairs_t
   use sig_petsc_support, only: create_matrix
   use stacked_blocks, only: node_at, prescribe, stack_mesh, stack_pairs, stack_t
   use petsc
   implicit none(type, external)
   private
-  public :: case_t, create_bars, create_oblique, create_sandwich, create_loose, create_rider, create_small
+  public :: case_t, create_bars, create_oblique, create_patches, create_sandwich, create_loose, create_rider, create_small
   public :: bar_state, pressure_of_bars
 
   !> A system, and what it was made of.
@@ -140,16 +142,52 @@ contains
     PetscErrorCode, intent(out) :: ierr
     type(boundary_conditions_t) :: boundary
 
-    PetscCall(start(stack_t(n_x=4, n_y=2, n_blocks=2, gap=0.1_rk), 0.35_rk, [0.28_rk, 0.96_rk], case, ierr))
-    case%mesh%coordinates(1, :) = case%mesh%coordinates(1, :) + 0.1_rk * sin(3 * case%mesh%coordinates(2, :))
+    call hold_oblique(case, boundary, ierr)
     case%pairs%initial_gap = [0.05_rk, 0.12_rk, 0.01_rk, 0.02_rk, 0.35_rk]
     case%pairs%second_node(3) = 0
+    PetscCall(finish(comm, boundary, case, ierr))
+  end subroutine create_oblique
+
+  !> Mesh, bodies and supports of the oblique blocks. Local.
+  subroutine hold_oblique(case, boundary, ierr)
+    type(case_t), intent(out) :: case
+    type(boundary_conditions_t), intent(out) :: boundary
+    PetscErrorCode, intent(out) :: ierr
+
+    PetscCall(start(stack_t(n_x=4, n_y=2, n_blocks=2, gap=0.1_rk), 0.35_rk, [0.28_rk, 0.96_rk], case, ierr))
+    case%mesh%coordinates(1, :) = case%mesh%coordinates(1, :) + 0.1_rk * sin(3 * case%mesh%coordinates(2, :))
     call hold_ends(case, boundary)
     call prescribe(boundary, case%mesh, [node_at(case%stack, 1, 0, 2)], 1, 0.01_rk, 0.0_rk)
     call prescribe(boundary, case%mesh, [node_at(case%stack, 2, 3, 0)], 1, 0.0_rk, 0.1_rk)
     call prescribe(boundary, case%mesh, [node_at(case%stack, 2, 3, 0)], 2, 0.0_rk, -0.9_rk)
-    PetscCall(finish(comm, boundary, case, ierr))
-  end subroutine create_oblique
+  end subroutine hold_oblique
+
+  !> The oblique blocks, but each of the five nodes below faces unequal shares of two or three nodes above, which several rows
+  !> meet; the third one faces an obstacle. Collective on comm.
+  subroutine create_patches(comm, case, ierr)
+    MPI_Comm, intent(in) :: comm
+    type(case_t), intent(out) :: case
+    PetscErrorCode, intent(out) :: ierr
+    integer, parameter :: n_second(5) = [2, 3, 0, 2, 2]
+    integer, parameter :: columns(14) = [0, 0, 1, 1, 0, 1, 2, 2, 3, 3, 4, 4, 3, 4]
+    real(rk), parameter :: shares(14) = [-1.0_rk, 0.7_rk, 0.3_rk, -1.0_rk, 0.2_rk, 0.5_rk, 0.3_rk, -1.0_rk, -1.0_rk, 0.7_rk, &
+      0.3_rk, -1.0_rk, 0.4_rk, 0.6_rk]
+    real(rk), parameter :: normal(2) = [0.28_rk, 0.96_rk]
+    type(boundary_conditions_t) :: boundary
+    type(contact_rows_t) :: rows
+    real(rk) :: gap(5, 2), areas(5)
+    integer :: entries(5), i
+
+    call hold_oblique(case, boundary, ierr)
+    gap = 0
+    gap(:, 1) = [0.05_rk, 0.12_rk, 0.01_rk, 0.02_rk, 0.15_rk]
+    areas = 1
+    entries = 1
+    call create_contact_rows(spread(1, 1, 5), n_second, [(node_at(case%stack, merge(1, 2, shares(i) < 0), columns(i), &
+      merge(2, 0, shares(i) < 0)), i=1, size(columns))], spread(normal, 2, size(shares)) * spread(-shares, 1, 2), gap, areas, &
+      entries, rows)
+    PetscCall(case%system%create(comm, case%mesh, case%body, boundary, rows, ierr))
+  end subroutine create_patches
 
   !> Mesh, bodies and pairs. Local, but a step of a create procedure.
   subroutine start(stack, poisson_ratio, direction, case, ierr)
@@ -189,8 +227,11 @@ contains
     type(boundary_conditions_t), intent(in) :: boundary
     type(case_t), intent(inout) :: case
     PetscErrorCode, intent(out) :: ierr
+    type(contact_rows_t) :: rows
 
-    PetscCall(case%system%create(comm, case%mesh, case%body, boundary, case%pairs, ierr))
+    ierr = 0
+    call create_node_pair_rows(case%pairs, spread(1.0_rk, 1, case%pairs%n_pairs), boundary%n_terms, rows)
+    PetscCall(case%system%create(comm, case%mesh, case%body, boundary, rows, ierr))
   end subroutine finish
 
   !> p = (push - all gaps) / (sum of height / E), 0 while a gap is open.
@@ -245,7 +286,7 @@ contains
     type(contact_state_t) :: state
     logical :: is_found
 
-    call solve_by_enumeration(self%dense(), self%system%boundary, self%system%operator, theta, state%displacement, &
+    call solve_by_enumeration(self%dense(), self%system%boundary, self%system%rows, theta, state%displacement, &
       state%multipliers, is_found)
     if (.not. is_found) deallocate (state%displacement)
   end function reference

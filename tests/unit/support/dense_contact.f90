@@ -3,7 +3,7 @@
 module dense_contact
   use sig_boundary_conditions, only: boundary_conditions_t
   use sig_cell_stiffness, only: cell_dofs, cell_stiffness
-  use sig_contact_operator, only: contact_operator_t
+  use sig_contact_rows, only: contact_rows_t
   use sig_elastic_body, only: elastic_body_t
   use sig_kinds, only: rk
   use sig_linear_algebra, only: solve_dense
@@ -30,11 +30,11 @@ contains
   end function dense_stiffness
 
   !> The one of the 2**n_rows active sets whose solution meets all inequalities.
-  subroutine solve_by_enumeration(stiffness, boundary, operator, theta, displacement, multipliers, is_found)
+  subroutine solve_by_enumeration(stiffness, boundary, rows, theta, displacement, multipliers, is_found)
     !> [force/length] shape (n_dofs, n_dofs)
     real(rk), intent(in) :: stiffness(:, :)
     type(boundary_conditions_t), intent(in) :: boundary
-    type(contact_operator_t), intent(in) :: operator
+    type(contact_rows_t), intent(in) :: rows
     real(rk), intent(in) :: theta(:)
     !> [length] shape (n_dofs)
     real(rk), allocatable, intent(out) :: displacement(:)
@@ -44,13 +44,13 @@ contains
     !> [-] of the largest displacement and multiplier: rounding of dense solves
     real(rk), parameter :: rounding = 1.0e-10_rk
     integer :: i_set, i_row
-    logical :: is_closed(operator%n_rows)
+    logical :: is_closed(rows%n_rows)
 
-    allocate (displacement(size(stiffness, 1)), multipliers(operator%n_rows))
-    do i_set = 0, 2**operator%n_rows - 1
-      is_closed = [(btest(i_set, i_row - 1), i_row=1, operator%n_rows)]
-      call solve_closed(stiffness, boundary, operator, theta, is_closed, displacement, multipliers)
-      associate (opening => matmul(operator%gap, theta) - operator%apply(displacement))
+    allocate (displacement(size(stiffness, 1)), multipliers(rows%n_rows))
+    do i_set = 0, 2**rows%n_rows - 1
+      is_closed = [(btest(i_set, i_row - 1), i_row=1, rows%n_rows)]
+      call solve_closed(stiffness, boundary, rows, theta, is_closed, displacement, multipliers)
+      associate (opening => matmul(rows%gap, theta) - rows%apply(displacement))
         is_found = all(opening >= -rounding * maxval(abs(displacement))) .and. &
           all(multipliers >= -rounding * maxval(abs(multipliers)))
       end associate
@@ -59,10 +59,10 @@ contains
   end subroutine solve_by_enumeration
 
   !> K u + B' lambda = F on the free dofs, u = u_D on the others, B u = D on closed rows, lambda = 0 on open ones.
-  subroutine solve_closed(stiffness, boundary, operator, theta, is_closed, displacement, multipliers)
+  subroutine solve_closed(stiffness, boundary, rows, theta, is_closed, displacement, multipliers)
     real(rk), intent(in) :: stiffness(:, :)
     type(boundary_conditions_t), intent(in) :: boundary
-    type(contact_operator_t), intent(in) :: operator
+    type(contact_rows_t), intent(in) :: rows
     real(rk), intent(in) :: theta(:)
     logical, intent(in) :: is_closed(:)
     real(rk), intent(out) :: displacement(:)
@@ -72,16 +72,16 @@ contains
     logical :: is_singular
 
     n = size(stiffness, 1)
-    allocate (matrix(n + operator%n_rows, n + operator%n_rows), rhs(n + operator%n_rows), source=0.0_rk)
-    allocate (solution(n + operator%n_rows))
+    allocate (matrix(n + rows%n_rows, n + rows%n_rows), rhs(n + rows%n_rows), source=0.0_rk)
+    allocate (solution(n + rows%n_rows))
     matrix(:n, :n) = stiffness
     rhs(:n) = boundary%loads%forces(theta, n)
-    do k = 1, operator%n_rows
-      associate (dofs => operator%dofs(:operator%n_entries(k), k))
-        matrix(dofs, n + k) = operator%coefficients(:size(dofs), k)
-        matrix(n + k, dofs) = operator%coefficients(:size(dofs), k)
+    do k = 1, rows%n_rows
+      associate (dofs => rows%dofs_of(k))
+        matrix(dofs, n + k) = rows%coefficients_of(k)
+        matrix(n + k, dofs) = rows%coefficients_of(k)
       end associate
-      rhs(n + k) = dot_product(operator%gap(k, :), theta)
+      rhs(n + k) = dot_product(rows%gap(k, :), theta)
       if (is_closed(k)) cycle
       matrix(n + k, :) = 0
       matrix(n + k, n + k) = 1

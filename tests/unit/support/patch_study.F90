@@ -70,7 +70,7 @@ contains
     real(rk) :: strain
 
     strain = max(0.0_rk, push - patch_gap) / 2
-    associate (y => problem%mesh%coordinates(2, :), x => problem%mesh%coordinates(1, problem%operator%first_node))
+    associate (y => problem%mesh%coordinates(2, :), x => problem%mesh%coordinates(1, problem%rows%owners()))
       allocate (state%displacement(2 * problem%mesh%n_nodes), source=0.0_rk)
       state%displacement(2::2) = merge(-strain * y, strain * (2 + patch_gap - y) - push, y < 1 + patch_gap / 2)
       state%multipliers = patch_modulus * strain * spacing * merge(0.5_rk, 1.0_rk, x < close .or. x > 1 - close)
@@ -91,7 +91,7 @@ contains
     set%provenance = problem%provenance
     set%parameter_names = parameter_names(problem%deck)
     set%parameters = reshape(pushes, [1, size(pushes)])
-    allocate (set%displacement(n_dofs, size(pushes)), set%multipliers(problem%operator%n_rows, size(pushes)))
+    allocate (set%displacement(n_dofs, size(pushes)), set%multipliers(problem%rows%n_rows, size(pushes)))
     allocate (set%n_iterations(size(pushes)), source=1)
     allocate (set%reasons(size(pushes)), source=reason_converged)
     allocate (set%residuals(5, size(pushes)), set%seconds(size(pushes)), source=0.0_rk)

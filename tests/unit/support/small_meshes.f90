@@ -1,13 +1,13 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> Small meshes built in code, so that a test of what comes after the mesh needs no file.
 module small_meshes
-  use sig_contact_operator, only: contact_operator_t
+  use sig_contact_rows, only: contact_rows_t, create_contact_rows
   use sig_element_types, only: element_type_of_gmsh
   use sig_kinds, only: rk
   use sig_mesh, only: mesh_t
   implicit none(type, external)
   private
-  public :: two_block_mesh, two_block_operator
+  public :: two_block_mesh, two_block_rows
 
 contains
 
@@ -47,26 +47,20 @@ contains
   end subroutine two_block_mesh
 
   !> Contact between the two blocks along y: one row per node of the faces, from the left; the second term of the gap is 0.
-  subroutine two_block_operator(n_x, n_y, gap, n_terms, operator)
+  subroutine two_block_rows(n_x, n_y, gap, n_terms, rows)
     integer, intent(in) :: n_x, n_y
     real(rk), intent(in) :: gap
     integer, intent(in) :: n_terms
-    type(contact_operator_t), intent(out) :: operator
-    integer :: i
+    type(contact_rows_t), intent(out) :: rows
+    real(rk) :: gaps(n_x + 1, n_terms)
+    integer :: i, ones(n_x + 1)
 
-    operator%n_rows = n_x + 1
-    operator%n_dim = 2
-    operator%pair_of_row = [(i, i=1, n_x + 1)]
-    operator%first_node = [(n_y * (n_x + 1) + i, i=1, n_x + 1)]
-    operator%second_node = operator%first_node + n_x + 1
-    allocate (operator%n_entries(n_x + 1), source=4)
-    allocate (operator%dofs(4, n_x + 1), operator%coefficients(4, n_x + 1))
-    do i = 1, n_x + 1
-      operator%dofs(:, i) = [2 * operator%first_node(i) - 1, 2 * operator%first_node(i), &
-        2 * operator%second_node(i) - 1, 2 * operator%second_node(i)]
-      operator%coefficients(:, i) = [0.0_rk, 1.0_rk, 0.0_rk, -1.0_rk]
-    end do
-    allocate (operator%gap(n_x + 1, n_terms), source=0.0_rk)
-    operator%gap(:, 1) = gap
-  end subroutine two_block_operator
+    gaps = 0
+    gaps(:, 1) = gap
+    ones = 1
+    associate (first => n_y * (n_x + 1) + [(i, i=1, n_x + 1)], normals => spread([0.0_rk, 1.0_rk, 0.0_rk, -1.0_rk], 2, n_x + 1))
+      call create_contact_rows(ones, ones, [(first(i), first(i) + n_x + 1, i=1, n_x + 1)], &
+        reshape(normals, [2, 2 * (n_x + 1)]), gaps, 0.0_rk * gaps(:, 1) + 1, ones, rows)
+    end associate
+  end subroutine two_block_rows
 end module small_meshes

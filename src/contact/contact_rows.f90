@@ -1,0 +1,274 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> The contact matrix B and the gap D of (3) as sparse rows of any length, whatever made them: a pair of nodes, a node and an
+!> obstacle, a node and a patch of the other surface. They are few beside the dofs, so every rank holds all of them.
+module sig_contact_rows
+  use sig_kinds, only: rk
+  implicit none(type, external)
+  private
+  public :: contact_rows_t, create_contact_rows, separate_inert_rows
+
+  !> Row k says: coefficients(i) u(dofs(i)), summed over i = offsets(k) + 1 ... offsets(k + 1), <= gap(k, :) . theta.
+  !>
+  !> Each node of a row stands there with all its components. The owner comes first: the node of the first side at which the
+  !> multiplier sits, as a nodal force; its coefficients are the normal, from the first side to the second.
+  type :: contact_rows_t
+    integer :: n_rows = 0
+    integer :: n_dim = 0
+    !> shape (n_rows + 1)
+    integer, allocatable :: offsets(:)
+    !> entries up to splits(k) belong to the first side, the others to the second one, which an obstacle lacks; shape (n_rows)
+    integer, allocatable :: splits(:)
+    !> natural, shape (offsets(n_rows + 1))
+    integer, allocatable :: dofs(:)
+    !> [-] same shape
+    real(rk), allocatable :: coefficients(:)
+    !> [length] D = gap * theta, shape (n_rows, n_terms)
+    real(rk), allocatable :: gap(:, :)
+    !> [length**(n_dim - 1)] what the row stands for: pressure = multiplier / area; shape (n_rows)
+    real(rk), allocatable :: areas(:)
+    !> entry of the deck's contact section that made the row, shape (n_rows)
+    integer, allocatable :: contact_entry(:)
+  contains
+    procedure :: apply
+    procedure :: apply_transpose
+    procedure :: dofs_of
+    procedure :: coefficients_of
+    procedure :: owners
+    procedure :: facing
+    procedure :: nodes_of
+    procedure :: first_nodes_of
+    procedure :: second_nodes_of
+    procedure :: rows_per_node
+    procedure :: tied_nodes
+    procedure :: nodal_areas
+    procedure :: select
+  end type contact_rows_t
+
+contains
+
+  !> Rows from the lists of their nodes.
+  pure subroutine create_contact_rows(n_first, n_second, nodes, weights, gap, areas, contact_entry, rows)
+    !> nodes of either side of each row, shape (n_rows)
+    integer, intent(in) :: n_first(:), n_second(:)
+    !> row by row: its owner, the other nodes of its first side, the nodes of its second side
+    integer, intent(in) :: nodes(:)
+    !> [-] coefficients of the nodes' components, shape (n_dim, size(nodes))
+    real(rk), intent(in) :: weights(:, :)
+    !> [length] shape (n_rows, n_terms)
+    real(rk), intent(in) :: gap(:, :)
+    !> [length**(n_dim - 1)] shape (n_rows)
+    real(rk), intent(in) :: areas(:)
+    integer, intent(in) :: contact_entry(:)
+    type(contact_rows_t), intent(out) :: rows
+    integer :: i, k
+
+    rows%n_rows = size(n_first)
+    rows%n_dim = size(weights, 1)
+    allocate (rows%offsets(rows%n_rows + 1), source=0)
+    do k = 1, rows%n_rows
+      rows%offsets(k + 1) = rows%offsets(k) + rows%n_dim * (n_first(k) + n_second(k))
+    end do
+    rows%splits = rows%offsets(:rows%n_rows) + rows%n_dim * n_first
+    allocate (rows%dofs(size(weights)))
+    do i = 1, rows%n_dim
+      rows%dofs(i::rows%n_dim) = rows%n_dim * (nodes - 1) + i
+    end do
+    rows%coefficients = reshape(weights, [size(weights)])
+    rows%gap = gap
+    rows%areas = areas
+    rows%contact_entry = contact_entry
+  end subroutine create_contact_rows
+
+  !> Takes the rows that meet only prescribed displacements from the others: they get no multiplier, their gaps are checked.
+  pure subroutine separate_inert_rows(all_rows, is_prescribed, rows, inert)
+    type(contact_rows_t), intent(in) :: all_rows
+    !> shape (n_dofs), natural
+    logical, intent(in) :: is_prescribed(:)
+    type(contact_rows_t), intent(out) :: rows
+    type(contact_rows_t), intent(out) :: inert
+    !> a component of the unit normal below this is rounding of the deck's direction
+    real(rk), parameter :: negligible = 1.0e-12_rk
+    logical :: is_inert(all_rows%n_rows)
+    integer :: k
+
+    do k = 1, all_rows%n_rows
+      is_inert(k) = .not. any(.not. is_prescribed(all_rows%dofs_of(k)) .and. abs(all_rows%coefficients_of(k)) > negligible)
+    end do
+    rows = all_rows%select(pack([(k, k=1, all_rows%n_rows)], .not. is_inert))
+    inert = all_rows%select(pack([(k, k=1, all_rows%n_rows)], is_inert))
+  end subroutine separate_inert_rows
+
+  !> B u: how far each row has closed.
+  pure function apply(self, displacement) result(closing)
+    class(contact_rows_t), intent(in) :: self
+    !> [length] shape (n_dofs)
+    real(rk), intent(in) :: displacement(:)
+    !> [length] shape (n_rows)
+    real(rk) :: closing(self%n_rows)
+    integer :: k
+
+    do k = 1, self%n_rows
+      associate (first => self%offsets(k) + 1, last => self%offsets(k + 1))
+        closing(k) = dot_product(self%coefficients(first:last), displacement(self%dofs(first:last)))
+      end associate
+    end do
+  end function apply
+
+  !> B' lambda: the contact forces that the bodies' stiffness has to balance, on every dof.
+  pure function apply_transpose(self, multipliers, n_dofs) result(forces)
+    class(contact_rows_t), intent(in) :: self
+    !> [force] shape (n_rows)
+    real(rk), intent(in) :: multipliers(:)
+    integer, intent(in) :: n_dofs
+    !> [force] shape (n_dofs)
+    real(rk) :: forces(n_dofs)
+    integer :: i, k
+
+    forces = 0
+    do k = 1, self%n_rows
+      do i = self%offsets(k) + 1, self%offsets(k + 1)
+        forces(self%dofs(i)) = forces(self%dofs(i)) + self%coefficients(i) * multipliers(k)
+      end do
+    end do
+  end function apply_transpose
+
+  !> Natural dofs of a row, the owner's first.
+  pure function dofs_of(self, row) result(dofs)
+    class(contact_rows_t), intent(in) :: self
+    integer, intent(in) :: row
+    integer :: dofs(self%offsets(row + 1) - self%offsets(row))
+
+    dofs = self%dofs(self%offsets(row) + 1:self%offsets(row + 1))
+  end function dofs_of
+
+  pure function coefficients_of(self, row) result(coefficients)
+    class(contact_rows_t), intent(in) :: self
+    integer, intent(in) :: row
+    !> [-]
+    real(rk) :: coefficients(self%offsets(row + 1) - self%offsets(row))
+
+    coefficients = self%coefficients(self%offsets(row) + 1:self%offsets(row + 1))
+  end function coefficients_of
+
+  !> Natural node of each row at which its multiplier sits.
+  pure function owners(self)
+    class(contact_rows_t), intent(in) :: self
+    integer :: owners(self%n_rows)
+
+    owners = (self%dofs(self%offsets(:self%n_rows) + 1) - 1) / self%n_dim + 1
+  end function owners
+
+  !> Natural node of each row that faces its owner, the first one of the second side; 0 for an obstacle.
+  pure function facing(self)
+    class(contact_rows_t), intent(in) :: self
+    integer :: facing(self%n_rows)
+    integer :: k
+
+    facing = 0
+    do k = 1, self%n_rows
+      if (self%splits(k) < self%offsets(k + 1)) facing(k) = (self%dofs(self%splits(k) + 1) - 1) / self%n_dim + 1
+    end do
+  end function facing
+
+  !> Natural nodes of a row, the owner first, then the rest of the first side, then the second side.
+  pure function nodes_of(self, row) result(nodes)
+    class(contact_rows_t), intent(in) :: self
+    integer, intent(in) :: row
+    integer, allocatable :: nodes(:)
+
+    nodes = [self%first_nodes_of(row), self%second_nodes_of(row)]
+  end function nodes_of
+
+  pure function first_nodes_of(self, row) result(nodes)
+    class(contact_rows_t), intent(in) :: self
+    integer, intent(in) :: row
+    integer :: nodes((self%splits(row) - self%offsets(row)) / self%n_dim)
+
+    nodes = (self%dofs(self%offsets(row) + 1:self%splits(row):self%n_dim) - 1) / self%n_dim + 1
+  end function first_nodes_of
+
+  !> Empty for an obstacle.
+  pure function second_nodes_of(self, row) result(nodes)
+    class(contact_rows_t), intent(in) :: self
+    integer, intent(in) :: row
+    integer :: nodes((self%offsets(row + 1) - self%splits(row)) / self%n_dim)
+
+    nodes = (self%dofs(self%splits(row) + 1:self%offsets(row + 1):self%n_dim) - 1) / self%n_dim + 1
+  end function second_nodes_of
+
+  !> How many rows each node meets.
+  pure function rows_per_node(self, n_nodes) result(n)
+    class(contact_rows_t), intent(in) :: self
+    integer, intent(in) :: n_nodes
+    integer :: n(n_nodes)
+    integer :: k
+
+    n = 0
+    do k = 1, self%n_rows
+      associate (nodes => self%nodes_of(k))
+        n(nodes) = n(nodes) + 1
+      end associate
+    end do
+  end function rows_per_node
+
+  !> Nodes that one row ties to one other node, and nothing else does: best kept on one rank.
+  pure subroutine tied_nodes(self, n_nodes, first, second)
+    class(contact_rows_t), intent(in) :: self
+    integer, intent(in) :: n_nodes
+    !> same shape, no node twice
+    integer, allocatable, intent(out) :: first(:), second(:)
+    integer :: k, n(n_nodes), nodes(2, self%n_rows)
+    logical :: is_tied(self%n_rows)
+
+    n = self%rows_per_node(n_nodes)
+    is_tied = .false.
+    do k = 1, self%n_rows
+      if (self%splits(k) - self%offsets(k) /= self%n_dim .or. self%offsets(k + 1) - self%splits(k) /= self%n_dim) cycle
+      nodes(:, k) = self%nodes_of(k)
+      is_tied(k) = all(n(nodes(:, k)) == 1)
+    end do
+    first = pack(nodes(1, :), is_tied)
+    second = pack(nodes(2, :), is_tied)
+  end subroutine tied_nodes
+
+  !> Area that each node stands for on either side, by its shares of the rows: contact force / area is the pressure there.
+  pure function nodal_areas(self, n_nodes) result(areas)
+    class(contact_rows_t), intent(in) :: self
+    integer, intent(in) :: n_nodes
+    !> [length**(n_dim - 1)] zero off the contact surfaces
+    real(rk) :: areas(n_nodes)
+    integer :: i, k
+
+    areas = 0
+    do k = 1, self%n_rows
+      do i = self%offsets(k) + 1, self%offsets(k + 1), self%n_dim
+        associate (node => (self%dofs(i) - 1) / self%n_dim + 1)
+          areas(node) = areas(node) + self%areas(k) * norm2(self%coefficients(i:i + self%n_dim - 1))
+        end associate
+      end do
+    end do
+  end function nodal_areas
+
+  !> Some of the rows, in the given order.
+  pure function select(self, indices) result(rows)
+    class(contact_rows_t), intent(in) :: self
+    integer, intent(in) :: indices(:)
+    type(contact_rows_t) :: rows
+    integer :: i, k
+
+    associate (entries => [((i, i=self%offsets(indices(k)) + 1, self%offsets(indices(k) + 1)), k=1, size(indices))])
+      rows%dofs = self%dofs(entries)
+      rows%coefficients = self%coefficients(entries)
+    end associate
+    rows%n_rows = size(indices)
+    rows%n_dim = self%n_dim
+    allocate (rows%offsets(rows%n_rows + 1), source=0)
+    do k = 1, rows%n_rows
+      rows%offsets(k + 1) = rows%offsets(k) + self%offsets(indices(k) + 1) - self%offsets(indices(k))
+    end do
+    rows%splits = rows%offsets(:rows%n_rows) + self%splits(indices) - self%offsets(indices)
+    rows%gap = self%gap(indices, :)
+    rows%areas = self%areas(indices)
+    rows%contact_entry = self%contact_entry(indices)
+  end function select
+end module sig_contact_rows
