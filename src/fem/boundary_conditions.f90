@@ -9,7 +9,7 @@ module sig_boundary_conditions
   use sig_mesh_checks, only: nodes_of_boundary
   use sig_term_set, only: term_set_t
   use sig_text, only: to_text
-  use sig_value_terms, only: split_value, value_terms_t
+  use sig_value_terms, only: split_sum, value_terms_t
   implicit none(type, external)
   private
   public :: boundary_conditions_t, create_boundary_conditions
@@ -119,32 +119,61 @@ contains
     type(term_set_t), intent(inout) :: terms
     type(boundary_conditions_t), intent(inout) :: conditions
     type(error_t), allocatable, intent(out) :: error
-    integer :: term_of_dof(size(entry_of_dof)), i, i_component, i_dof, i_entry
-    real(rk) :: value_of_dof(size(entry_of_dof))
-    type(value_terms_t) :: parts
+    type(value_terms_t), allocatable :: parts(:)
+    integer, allocatable :: dofs(:)
+    integer :: i, i_component, i_entry
 
-    term_of_dof = 1
-    value_of_dof = 0
+    conditions%is_prescribed = entry_of_dof > 0
+    conditions%prescribed_dofs = pack([(i, i=1, size(entry_of_dof))], conditions%is_prescribed)
+    allocate (conditions%prescribed_values(size(conditions%prescribed_dofs), 0))
     do i_entry = 1, size(entries)
       do i_component = 1, mesh%n_dim
         if (.not. entries(i_entry)%is_prescribed(i_component)) cycle
-        associate (dofs => pack([(i, i=1, size(entry_of_dof))], entry_of_dof == i_entry .and. &
-          [(modulo(i - 1, mesh%n_dim) + 1 == i_component, i=1, size(entry_of_dof))]))
-          call split_value(mesh, (dofs - 1) / mesh%n_dim + 1, entries(i_entry)%displacement(i_component), deck_path, terms, &
-            parts, error)
-          if (allocated(error)) return
-          term_of_dof(dofs) = parts%terms
-          value_of_dof(dofs) = parts%factors
+        dofs = pack([(i, i=1, size(entry_of_dof))], entry_of_dof == i_entry .and. &
+          [(modulo(i - 1, mesh%n_dim) + 1 == i_component, i=1, size(entry_of_dof))])
+        call split_sum(mesh, (dofs - 1) / mesh%n_dim + 1, entries(i_entry)%displacement(i_component), deck_path, terms, parts, &
+          error)
+        if (allocated(error)) return
+        call add_values(dofs, parts, terms%n_terms(), conditions)
+      end do
+    end do
+    conditions%n_terms = terms%n_terms()
+    call widen(conditions%prescribed_values, conditions%n_terms)
+  end subroutine collect_terms
+
+  !> The parts of one component of an entry.
+  pure subroutine add_values(dofs, parts, n_terms, conditions)
+    !> ascending
+    integer, intent(in) :: dofs(:)
+    type(value_terms_t), intent(in) :: parts(:)
+    integer, intent(in) :: n_terms
+    type(boundary_conditions_t), intent(inout) :: conditions
+    integer :: i, i_part, row
+
+    call widen(conditions%prescribed_values, n_terms)
+    row = 0
+    do i = 1, size(dofs)
+      row = row + 1
+      do while (conditions%prescribed_dofs(row) /= dofs(i))
+        row = row + 1
+      end do
+      do i_part = 1, size(parts)
+        associate (value => conditions%prescribed_values(row, parts(i_part)%terms(i)))
+          value = value + parts(i_part)%factors(i)
         end associate
       end do
     end do
-    conditions%is_prescribed = entry_of_dof > 0
-    conditions%prescribed_dofs = pack([(i_dof, i_dof=1, size(entry_of_dof))], conditions%is_prescribed)
-    conditions%n_terms = terms%n_terms()
-    allocate (conditions%prescribed_values(size(conditions%prescribed_dofs), conditions%n_terms), source=0.0_rk)
-    do i = 1, size(conditions%prescribed_dofs)
-      i_dof = conditions%prescribed_dofs(i)
-      conditions%prescribed_values(i, term_of_dof(i_dof)) = value_of_dof(i_dof)
-    end do
-  end subroutine collect_terms
+  end subroutine add_values
+
+  !> Columns of zeros behind those that are there.
+  pure subroutine widen(values, n_columns)
+    real(rk), allocatable, intent(inout) :: values(:, :)
+    integer, intent(in) :: n_columns
+    real(rk), allocatable :: wider(:, :)
+
+    if (size(values, 2) >= n_columns) return
+    allocate (wider(size(values, 1), n_columns), source=0.0_rk)
+    wider(:, :size(values, 2)) = values
+    call move_alloc(wider, values)
+  end subroutine widen
 end module sig_boundary_conditions

@@ -1,7 +1,8 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> Pressure and traction on named surfaces -> terms and patterns of forces.
 !>
-!> Value and window without parameters: part of term 1. A value without coordinates on a window without parameters: one term.
+!> On a window without parameters: a value without parameters is part of term 1, one without coordinates is a term, and a sum of
+!> products of what depends on the parameters and what depends on the place has a term per product.
 !> Otherwise every loaded dof is a term of its own, whose value is the nodal force.
 module sig_surface_load
   use sig_deck_config, only: load_config_t, value_config_t
@@ -15,6 +16,7 @@ module sig_surface_load
   use sig_term_set, only: source_surface, term_set_t, term_source_t
   use sig_term_values, only: facet_forces
   use sig_text, only: to_text
+  use sig_value_products, only: product_t, split_products
   use sig_window_rule, only: facet_rule, facet_rule_t, window_t
   implicit none(type, external)
   private
@@ -93,23 +95,27 @@ contains
     integer, intent(inout) :: term_of_dof(:)
     type(load_pattern_t), intent(inout) :: pattern
     type(error_t), allocatable, intent(out) :: error
-    type(value_config_t) :: unit
+    type(product_t), allocatable :: products(:)
+    type(value_config_t) :: place
     real(rk) :: forces(mesh%n_dim * mesh%n_nodes)
-    integer :: i_term
+    integer :: i, i_term
+    logical :: is_split
 
-    if (.not. (load%minimum%is_constant .and. load%maximum%is_constant) .or. &
-        (value%uses_coordinates .and. value%uses_parameters)) then
+    call split_products(value%text, terms%parameter_names, terms%coordinate_names, products, is_split)
+    if (.not. (is_split .and. load%minimum%is_constant .and. load%maximum%is_constant)) then
       call add_dof_terms(mesh, load, i_group, component, value, orientations, terms, term_of_dof, pattern)
       return
     end if
-    i_term = 1
-    unit = value
-    if (value%uses_parameters) then
-      unit%text = '1'
-      call terms%add_expression(value%text, value%line, value%column, i_term)
-    end if
-    call integrate(mesh, load, i_group, component, unit, orientations, terms, deck_path, forces, error)
-    if (.not. allocated(error)) call pattern%add_forces(i_term, forces)
+    place = value
+    do i = 1, size(products)
+      i_term = 1
+      if (products(i)%of_parameters /= '') &
+        call terms%add_expression(products(i)%of_parameters, value%line, value%column, i_term)
+      place%text = products(i)%of_place
+      call integrate(mesh, load, i_group, component, place, orientations, terms, deck_path, forces, error)
+      if (allocated(error)) return
+      call pattern%add_forces(i_term, forces)
+    end do
   end subroutine add_part
 
   !> Nodal forces of a load without parameters.

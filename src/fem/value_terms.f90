@@ -8,9 +8,10 @@ module sig_value_terms
   use sig_mesh, only: mesh_t
   use sig_term_set, only: source_places, term_set_t, term_source_t
   use sig_text, only: string_t, to_text
+  use sig_value_products, only: product_t, split_products
   implicit none(type, external)
   private
-  public :: value_terms_t, split_value
+  public :: value_terms_t, split_sum, split_value
 
   !> Value at node k: factors(k) * theta(terms(k)).
   type :: value_terms_t
@@ -19,6 +20,42 @@ module sig_value_terms
   end type value_terms_t
 
 contains
+
+  !> As split_value, but a sum of products, of what depends on the parameters and what depends on the place, has a term per product.
+  !> The value at node k is the sum over the parts.
+  subroutine split_sum(mesh, nodes, value, deck_path, terms, parts, error)
+    type(mesh_t), intent(in) :: mesh
+    integer, intent(in) :: nodes(:)
+    type(value_config_t), intent(in) :: value
+    character(*), intent(in) :: deck_path
+    type(term_set_t), intent(inout) :: terms
+    type(value_terms_t), allocatable, intent(out) :: parts(:)
+    type(error_t), allocatable, intent(out) :: error
+    type(product_t), allocatable :: products(:)
+    type(value_config_t) :: place
+    integer :: i, i_term
+    logical :: is_split
+
+    is_split = .false.
+    if (value%uses_coordinates .and. value%uses_parameters) &
+      call split_products(value%text, terms%parameter_names, terms%coordinate_names, products, is_split)
+    if (.not. is_split) then
+      allocate (parts(1))
+      call split_value(mesh, nodes, value, deck_path, terms, parts(1), error)
+      return
+    end if
+    allocate (parts(size(products)))
+    place = value
+    place%uses_parameters = .false.
+    do i = 1, size(products)
+      place%text = products(i)%of_place
+      call split_value(mesh, nodes, place, deck_path, terms, parts(i), error)
+      if (allocated(error)) return
+      if (products(i)%of_parameters == '') cycle
+      call terms%add_expression(products(i)%of_parameters, value%line, value%column, i_term)
+      parts(i)%terms = i_term
+    end do
+  end subroutine split_sum
 
   !> A value without parameters belongs to term 1; one without coordinates is a term; with both, every node is a term.
   !>
