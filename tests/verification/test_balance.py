@@ -42,15 +42,29 @@ def shrink_fit(point):
     return {"z": 0.0}, 2 * np.pi * (10 * point["bore_pressure"] + 20 * 6.31) * 2
 
 
+def bracket(point):
+    """The bolt on 9.1 mm, along both axes; the strip 5.7 mm wide on a shelf that falls by 1.3 mm on 24.7 mm."""
+    strip = point["P"] * 5.7
+    return {"x": -0.23 * point["bolt"] * 9.1 - strip * 1.3 / 24.7, "y": -point["bolt"] * 9.1 - strip}, 1.0
+
+
+def saddle(point):
+    """The bolt on 10.2 x 9.7 mm; the strip up to 5.3 mm wide on a slope of 9.5 and 3.5 mm, from z = 0 to 25.1 mm."""
+    strip = min(point["place"] + 5.3, 25.1) - max(point["place"], 0)
+    return {"y": -point["bolt"] * 10.2 * 9.7 - 13.7 * strip * np.hypot(9.5, 3.5)}, 1.0
+
+
 # deck -> resultant of its loads at a point [force], and the size of what cancels where it is 0
 RESULTANTS = {
     "blocks": blocks,
+    "bracket": bracket,
     "hertz_cylinder": hertz_cylinder,
     "pellet_cladding": pellet_cladding,
     "pellet_cladding_clusters": pellet_cladding,
     "pellet_cladding_greedy": pellet_cladding,
     "pellet_cladding_three_parameters": two_pressures,
     "pellet_cladding_whole_edges": pellet_cladding,
+    "saddle": saddle,
     "shrink_fit": shrink_fit,
     "sphere": sphere,
 }
