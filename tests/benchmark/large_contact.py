@@ -1,0 +1,228 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
+"""A model of a large contact beside the dense solver that starts warm and factors anew, in one run.
+
+build/venv/bin/python tests/benchmark/large_contact.py flange       # or indenter, where nothing can be gained
+build/venv/bin/python tests/benchmark/large_contact.py flange --points 50 --set "method: condensed"
+
+Answers of `predict` against the full-order solver at random points of the box; then medians of single queries by the C
+interface, and of a primal-dual active set on W lambda + q from model.h5 that starts at the closed pairs of the nearest
+training point and factors W_AA by LAPACK in every pass: time, and operations, |A|^3 / 3 + 2 q |A| per pass.
+"""
+
+import argparse
+import csv
+import re
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import h5py
+import numpy as np
+import scipy.linalg
+import scipy.spatial
+import yaml
+from timing import ROOT, build, cpu_of, load_text
+
+sys.path.append(str(ROOT / "tests" / "support"))
+from decks import copy_deck
+
+SAME_SOLUTION = 1e-9
+SEED = 1495
+MAX_PASSES = 50
+# names that expressions of decks have and Python has elsewhere
+NAMES = {"sqrt": np.sqrt, "exp": np.exp, "cos": np.cos, "sin": np.sin, "abs": np.abs, "_pi": np.pi}
+NAMES |= {"max": np.maximum, "min": np.minimum}
+
+
+def write_points(path, names, points):
+    """As a deck and predict read them."""
+    path.write_text("\n".join([",".join(names), *(",".join(map(repr, row)) for row in points.tolist()), ""]))
+
+
+def sample(program, folder, name, points, solver):
+    """Multipliers of the full order at points; CPU time of the whole command per point."""
+    deck = folder / f"{name}_{solver}.yaml"
+    text = re.sub(r"training: .*", "training: {file: points.csv}", (folder / f"{name}.yaml").read_text())
+    deck.write_text(f"{text}solver: {{type: {solver}}}\n")
+    cpu, _, _ = cpu_of([program, "sample", deck.name, "--quiet"], folder)
+    with h5py.File(folder / "results" / deck.stem / "snapshots.h5") as file:
+        if (file["reasons"][()] <= 0).any():
+            sys.exit(f"{solver} found no solution at some point")
+        return file["multipliers"][()], cpu / len(points)
+
+
+def predict(program, folder, model, n_contacts):
+    """Multipliers of the model at the points; nan where it has no answer."""
+    cpu_of([program, "predict", model, "--points", "points.csv", "--output", "answers.csv"], folder)
+    with (folder / "answers.csv").open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    columns = [column for column in rows[0] if column.startswith("lambda_")]
+    if len(columns) != n_contacts:
+        sys.exit(f"predict tells {len(columns)} forces, there are {n_contacts} contacts")
+    return np.array([[float(row[column] or "nan") for column in columns] for row in rows])
+
+
+class DenseProblem:
+    """0 <= lambda, W lambda + q(mu) >= 0, complementary; W and the terms of q from a model file."""
+
+    def __init__(self, path, names):
+        """Read and compile the terms: expressions of the parameters, and of places."""
+        with h5py.File(path) as file:
+            self.compliance = file["full_order/compliance"][()]
+            self.openings = file["full_order/free_opening"][()]
+            self.sources = []
+            for source in file["terms/sources"].values():
+                text = source["text"][()].decode().replace("^", "**")
+                if source["dof_terms"].size:
+                    sys.exit("windows that move are not for this script")
+                self.sources.append(
+                    (compile(text, "term", "eval"), source["terms"][()] - 1, source["places"][()])
+                )
+            self.axes = [axis.decode() for axis in file["terms/coordinate_names"][()]]
+        self.names = names
+
+    def opening(self, point):
+        """q(mu)."""
+        theta = np.ones(len(self.openings))
+        for code, terms, places in self.sources:
+            known = NAMES | dict(zip(self.names, point, strict=True))
+            if places.size:
+                known |= dict(zip(self.axes, places.T, strict=True))
+            theta[terms] = eval(code, {"__builtins__": {}}, known)
+        return theta @ self.openings
+
+    def solve(self, q, is_closed):
+        """Forces, operations, passes."""
+        operations = 0.0
+        for i_pass in range(1, MAX_PASSES + 1):
+            closed = np.flatnonzero(is_closed)
+            forces = np.zeros(len(q))
+            w = q
+            if len(closed):
+                columns = self.compliance[closed]
+                factor = scipy.linalg.cho_factor(columns[:, closed], lower=True, check_finite=False)
+                forces[closed] = scipy.linalg.cho_solve(factor, -q[closed], check_finite=False)
+                w = q + forces[closed] @ columns
+                operations += len(closed) ** 3 / 3 + 2 * len(q) * len(closed)
+            following = np.where(is_closed, forces > 0, w < -1e-13 * np.abs(q).max())
+            if (following == is_closed).all():
+                return forces, operations, i_pass
+            is_closed = following
+        sys.exit("the dense solver did not converge")
+
+
+def time_dense(results, names, points):
+    """Forces, seconds, operations and passes of each point."""
+    problem = DenseProblem(results / "model.h5", names)
+    with h5py.File(results / "snapshots.h5") as file:
+        known, sets = file["parameters"][()], file["multipliers"][()] > 0
+    low, high = known.min(axis=0), known.max(axis=0)
+    tree = scipy.spatial.cKDTree((known - low) / (high - low))
+    found = []
+    for point in points:
+        start = time.perf_counter()
+        nearest = tree.query((point - low) / (high - low))[1]
+        forces, operations, n_passes = problem.solve(problem.opening(point), sets[nearest])
+        found.append((forces, time.perf_counter() - start, operations, n_passes))
+    return [np.array(values) for values in zip(*found, strict=True)]
+
+
+def time_queries(folder, library, model, n_points):
+    """What query_times tells."""
+    compiled = [
+        "cc",
+        "-O2",
+        str(Path(__file__).with_name("query_times.c")),
+        f"-I{ROOT}/include",
+        f"-L{library}",
+    ]
+    compiled += ["-lsignorom_online", f"-Wl,-rpath,{library}", "-o", str(folder / "query_times")]
+    subprocess.run(compiled, check=True)
+    done = subprocess.run(
+        [folder / "query_times", model, str(n_points)], check=False, stdout=subprocess.PIPE, text=True
+    )
+    return done.stdout
+
+
+def error_text(found, expected):
+    """Median and largest error of the points that have an answer, and how many have none."""
+    errors = np.linalg.norm(found - expected, axis=1) / np.linalg.norm(expected, axis=1)
+    is_answered = np.isfinite(errors)
+    largest = errors[is_answered].max(initial=0.0)
+    text = f"median {np.median(errors[is_answered]):.1e}, largest {largest:.1e}, no answer at {(~is_answered).sum()}"
+    return text, bool(is_answered.all() and largest <= SAME_SOLUTION)
+
+
+def make_deck(arguments, folder):
+    """The deck with the points and keys of the command line; names and ends of the parameters."""
+    deck = copy_deck(ROOT / "input" / f"{arguments.deck}.yaml", folder)
+    text = deck.read_text().replace("training: {sobol: 200}", f"training: {{sobol: {arguments.snapshots}}}")
+    keys = ", ".join(filter(None, ["max_full_order_size: 400", arguments.set]))
+    deck.write_text(re.sub(r"\nreduction: .*", "", text).rstrip() + f"\nreduction: {{{keys}}}\n")
+    ranges = yaml.safe_load(deck.read_text())["parameters"]
+    low, high = (np.array([entry[end] for entry in ranges.values()]) for end in ("min", "max"))
+    return list(ranges), low, high
+
+
+def compare(arguments, program, folder, names, points):
+    """Train, then the model and active_set against the condensed full order; its forces."""
+    name = arguments.deck
+    for command in ("sample", "train"):
+        cpu, _, _ = cpu_of([program, command, f"{name}.yaml", "--quiet"], folder)
+        print(f"{command}: {cpu:.1f} s of CPU time", flush=True)
+    model = folder / "results" / name / "model.h5"
+    print(f"model.h5: {model.stat().st_size / 1e6:.0f} MB; {load_text()}")
+    write_points(folder / "points.csv", names, points)
+    expected, cpu = sample(program, folder, name, points, "condensed")
+    print(f"full order, condensed: {1e3 * cpu:.1f} ms of CPU time per point, with set-up and displacements")
+    text, is_same = error_text(predict(program, folder, model, expected.shape[1]), expected)
+    print(f"predict against it at {len(points)} points: {text}: {'same' if is_same else 'NOT the same'}")
+    chosen = points[: arguments.active_set]
+    if len(chosen):
+        write_points(folder / "points.csv", names, chosen)
+        active, _ = sample(program, folder, name, chosen, "active_set")
+        print(
+            f"active_set against condensed at {len(chosen)}: {error_text(active, expected[: len(chosen)])[0]}"
+        )
+    return expected
+
+
+def main():
+    """One deck."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("deck", choices=["flange", "indenter"])
+    parser.add_argument("--points", type=int, default=200)
+    parser.add_argument("--snapshots", type=int, default=200)
+    parser.add_argument("--active-set", type=int, default=2, help="points that active_set solves, too")
+    parser.add_argument("--set", default="", help="more keys of `reduction`, as in YAML")
+    parser.add_argument("--program", type=Path, help="default: build/release/signorom, brought up to date")
+    arguments = parser.parse_args()
+    program = (arguments.program or build("signorom", "signorom_online")[0]).resolve()
+    with tempfile.TemporaryDirectory() as place:
+        folder = Path(place)
+        names, low, high = make_deck(arguments, folder)
+        points = np.random.default_rng(SEED).uniform(low, high, (arguments.points, len(names)))
+        expected = compare(arguments, program, folder, names, points)
+        results = folder / "results" / arguments.deck
+        forces, seconds, operations, passes = time_dense(results, names, points)
+        print(f"dense solver against condensed: {error_text(forces, expected)[0]}")
+        n_closed = (expected > 0).sum(axis=1)
+        print(
+            f"closed: {n_closed.min()} to {n_closed.max()}, median {np.median(n_closed):.0f} of {len(expected[0])}"
+        )
+        print(
+            f"dense solver, warm, factors anew: median {1e6 * np.median(seconds):.0f} us, "
+            f"{np.median(operations):.2e} operations, {np.median(passes):.0f} passes"
+        )
+        print(
+            time_queries(folder, program.parent / "src" / "online", results / "model.h5", len(points)), end=""
+        )
+
+
+if __name__ == "__main__":
+    main()
