@@ -106,9 +106,16 @@ const char *signorom_text(const signorom_model *model, int kind);
 /* Any of the pointers may be null. */
 int signorom_get_parameter(const signorom_model *model, int i, const char **name, const char **unit, double *minimum,
                            double *maximum);
-/* Tags of the mesh file, [n_contacts] each: the pair of nodes of each contact; the second one is 0 for a rigid
- * obstacle. */
-int signorom_get_contacts(const signorom_model *model, int *first_tags, int *second_tags);
+/* Nodes of one side of the contacts: side 0 is the first one, which carries the contact forces, 1 the second one. Those
+ * of contact i are the entries starts[i] ... starts[i + 1] - 1 of the other arrays; ask for starts [n_contacts + 1]
+ * first, its last entry is their length n. tags [n] are those of the mesh file, weights [n] the share of the contact's
+ * force on each node, coordinates [n][n_dimensions] its place. On side 0 the first node of each contact is the one that
+ * its force and its multiplier belong to; on side 1 a rigid obstacle has no node, and neighboring contacts may share
+ * nodes. Any pointer may be null. */
+int signorom_get_contact_nodes(const signorom_model *model, int side, int *starts, int *tags, double *weights,
+                               double *coordinates);
+/* Areas [n_contacts], in plane models lengths: contact pressure = contact force / area. */
+int signorom_get_contact_areas(const signorom_model *model, double *areas);
 /* Tags of the mesh file [n_nodes] and coordinates [n_nodes][n_dimensions]; either may be null. */
 int signorom_get_nodes(const signorom_model *model, int *tags, double *coordinates);
 /* Contacts of the reduced integration domain: their number, and (unless null) which, ascending. */

@@ -147,7 +147,7 @@ contains
     if (size(model%clusters) > 1) text = text // 'next_cluster,'
     text = text // 'status,solver,n_solutions,n_active,contact_force'
     do i = 1, model%n_multipliers
-      text = text // ',lambda_' // to_text(model%first_node_tags(i))
+      text = text // ',lambda_' // to_text(model%first_side%owner_tag(i))
     end do
   end function table_header
 

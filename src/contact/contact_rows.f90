@@ -34,12 +34,12 @@ module sig_contact_rows
     procedure :: dofs_of
     procedure :: coefficients_of
     procedure :: owners
-    procedure :: facing
     procedure :: nodes_of
     procedure :: first_nodes_of
     procedure :: second_nodes_of
     procedure :: rows_per_node
     procedure :: tied_nodes
+    procedure :: list_side
     procedure :: nodal_areas
     procedure :: select
   end type contact_rows_t
@@ -158,18 +158,6 @@ contains
     owners = (self%dofs(self%offsets(:self%n_rows) + 1) - 1) / self%n_dim + 1
   end function owners
 
-  !> Natural node of each row that faces its owner, the first one of the second side; 0 for an obstacle.
-  pure function facing(self)
-    class(contact_rows_t), intent(in) :: self
-    integer :: facing(self%n_rows)
-    integer :: k
-
-    facing = 0
-    do k = 1, self%n_rows
-      if (self%splits(k) < self%offsets(k + 1)) facing(k) = (self%dofs(self%splits(k) + 1) - 1) / self%n_dim + 1
-    end do
-  end function facing
-
   !> Natural nodes of a row, the owner first, then the rest of the first side, then the second side.
   pure function nodes_of(self, row) result(nodes)
     class(contact_rows_t), intent(in) :: self
@@ -230,6 +218,30 @@ contains
     first = pack(nodes(1, :), is_tied)
     second = pack(nodes(2, :), is_tied)
   end subroutine tied_nodes
+
+  !> Nodes of one side of all rows, for files: those of row k are starts(k) + 1 ... starts(k + 1), the owner first.
+  pure subroutine list_side(self, is_second, starts, nodes, weights)
+    class(contact_rows_t), intent(in) :: self
+    logical, intent(in) :: is_second
+    !> shape (n_rows + 1)
+    integer, allocatable, intent(out) :: starts(:)
+    !> natural
+    integer, allocatable, intent(out) :: nodes(:)
+    !> [-] share of the row's force on each node, shape (size(nodes))
+    real(rk), allocatable, intent(out) :: weights(:)
+    integer :: first(self%n_rows), last(self%n_rows), i, k
+
+    first = merge(self%splits, self%offsets(:self%n_rows), is_second) + 1
+    last = merge(self%offsets(2:), self%splits, is_second)
+    allocate (starts(self%n_rows + 1), source=0)
+    do k = 1, self%n_rows
+      starts(k + 1) = starts(k) + (last(k) + 1 - first(k)) / self%n_dim
+    end do
+    associate (entries => [((i, i=first(k), last(k), self%n_dim), k=1, self%n_rows)])
+      nodes = (self%dofs(entries) - 1) / self%n_dim + 1
+      weights = [(norm2(self%coefficients(entries(i):entries(i) + self%n_dim - 1)), i=1, size(entries))]
+    end associate
+  end subroutine list_side
 
   !> Area that each node stands for on either side, by its shares of the rows: contact force / area is the pressure there.
   pure function nodal_areas(self, n_nodes) result(areas)

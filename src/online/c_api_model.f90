@@ -6,6 +6,7 @@ module sig_c_api_model
     put_reals, ready_model
   use sig_c_strings, only: from_c
   use sig_errors, only: error_report, error_t
+  use sig_model, only: contact_side_t
   use sig_model_description, only: describe_model
   use sig_model_file, only: read_model
   implicit none(type, external)
@@ -158,18 +159,47 @@ contains
     code = code_ok
   end function signorom_get_parameter
 
-  integer(c_int) function signorom_get_contacts(model, first_tags, second_tags) result(code) bind(c)
+  integer(c_int) function signorom_get_contact_nodes(model, side, starts, tags, weights, coordinates) result(code) bind(c)
     type(c_ptr), value :: model
-    type(c_ptr), value :: first_tags, second_tags
+    integer(c_int), value :: side
+    type(c_ptr), value :: starts, tags, weights, coordinates
     type(model_handle_t), pointer :: handle
 
     code = bad_argument
     handle => ready_model(model)
     if (.not. associated(handle)) return
-    call put_integers(handle%online%model%first_node_tags, first_tags)
-    call put_integers(handle%online%model%second_node_tags, second_tags)
+    select case (side)
+    case (0)
+      call put_side(handle%online%model%first_side, starts, tags, weights, coordinates)
+    case (1)
+      call put_side(handle%online%model%second_side, starts, tags, weights, coordinates)
+    case default
+      return
+    end select
     code = code_ok
-  end function signorom_get_contacts
+  end function signorom_get_contact_nodes
+
+  subroutine put_side(side, starts, tags, weights, coordinates)
+    type(contact_side_t), intent(in) :: side
+    type(c_ptr), intent(in) :: starts, tags, weights, coordinates
+
+    call put_integers(side%starts, starts)
+    call put_integers(side%tags, tags)
+    call put_reals(side%weights, weights)
+    call put_reals(reshape(side%coordinates, [size(side%coordinates)]), coordinates)
+  end subroutine put_side
+
+  integer(c_int) function signorom_get_contact_areas(model, areas) result(code) bind(c)
+    type(c_ptr), value :: model
+    type(c_ptr), value :: areas
+    type(model_handle_t), pointer :: handle
+
+    code = bad_argument
+    handle => ready_model(model)
+    if (.not. associated(handle)) return
+    call put_reals(handle%online%model%areas, areas)
+    code = code_ok
+  end function signorom_get_contact_areas
 
   integer(c_int) function signorom_get_nodes(model, tags, coordinates) result(code) bind(c)
     type(c_ptr), value :: model

@@ -8,12 +8,13 @@ module sig_model
   use sig_text, only: string_t
   implicit none(type, external)
   private
-  public :: model_t, reduced_model_t, enrichment_history_t, full_order_t, validation_statistics_t, complete_model, complete_cluster
+  public :: model_t, contact_side_t, reduced_model_t, enrichment_history_t, full_order_t, validation_statistics_t
+  public :: complete_model, complete_cluster
 
-  !> layout of the file; a change that an older reader would misread raises it (3 is the first of a release)
-  integer, parameter, public :: model_format_version = 3
+  !> layout of the file; a change that an older reader would misread raises it (4 is the first of a release)
+  integer, parameter, public :: model_format_version = 4
   !> oldest layout that is still read
-  integer, parameter, public :: oldest_model_format = 3
+  integer, parameter, public :: oldest_model_format = 4
   !> the two values of model_t%reconstruction
   character(*), parameter, public :: reconstruct_with_displacements = 'multipliers_and_displacements'
   character(*), parameter, public :: reconstruct_from_multipliers = 'multipliers'
@@ -122,6 +123,20 @@ module sig_model
     procedure :: has_displacement
   end type full_order_t
 
+  !> Nodes of one side of all contacts; those of contact k are starts(k) + 1 ... starts(k + 1).
+  type :: contact_side_t
+    !> shape (n_multipliers + 1)
+    integer, allocatable :: starts(:)
+    !> tags of the mesh file; on the first side the node that carries the contact's force comes first
+    integer, allocatable :: tags(:)
+    !> [-] share of the contact's force on each node, shape (size(tags))
+    real(rk), allocatable :: weights(:)
+    !> [length] shape (n_dim, size(tags))
+    real(rk), allocatable :: coordinates(:, :)
+  contains
+    procedure :: owner_tag
+  end type contact_side_t
+
   !> Errors against the full-order model over a test set; no entries until validated.
   type :: validation_statistics_t
     !> e_u, e_lambda_rid, ...; all arrays have their length
@@ -163,13 +178,13 @@ module sig_model
     integer, allocatable :: node_tags(:)
     !> [length] shape (n_dim, n_nodes), or none
     real(rk), allocatable :: coordinates(:, :)
-    !> tags of the mesh file, the second one 0 for a rigid obstacle, shape (n_multipliers)
-    integer, allocatable :: first_node_tags(:)
-    integer, allocatable :: second_node_tags(:)
-    !> [length] shape (n_dim, n_multipliers)
-    real(rk), allocatable :: first_coordinates(:, :)
-    real(rk), allocatable :: second_coordinates(:, :)
-    !> [length per unit of theta] initial gaps of all pairs, shape (n_multipliers, n_terms)
+    !> at least one node per contact
+    type(contact_side_t) :: first_side
+    !> no node where a contact is that with a rigid obstacle
+    type(contact_side_t) :: second_side
+    !> [length, or its square but in plane models] pressure = multiplier / area, shape (n_multipliers)
+    real(rk), allocatable :: areas(:)
+    !> [length per unit of theta] initial gaps of all contacts, shape (n_multipliers, n_terms)
     real(rk), allocatable :: gap(:, :)
     !> [-]
     real(rk) :: pod_tolerance = 0
@@ -211,10 +226,9 @@ contains
     if (model%terms%n_terms() == 0) call start_terms(model%parameter_names, [string_t ::], .false., model%terms)
     call fill_missing(model%node_tags)
     call fill_missing(model%coordinates, model%n_dim)
-    call fill_missing(model%first_node_tags)
-    call fill_missing(model%second_node_tags)
-    call fill_missing(model%first_coordinates, model%n_dim)
-    call fill_missing(model%second_coordinates, model%n_dim)
+    call complete_side(model%first_side, model%n_dim, model%n_multipliers)
+    call complete_side(model%second_side, model%n_dim, model%n_multipliers)
+    call fill_missing(model%areas)
     call fill_missing(model%gap, model%n_multipliers)
     call fill_missing(model%validation%names)
     call fill_missing(model%validation%minimum)
@@ -232,6 +246,17 @@ contains
       call complete_cluster(model%clusters(i_cluster), model%n_dofs, model%n_multipliers)
     end do
   end subroutine complete_model
+
+  pure subroutine complete_side(side, n_dim, n_multipliers)
+    type(contact_side_t), intent(inout) :: side
+    integer, intent(in) :: n_dim
+    integer, intent(in) :: n_multipliers
+
+    if (.not. allocated(side%starts)) allocate (side%starts(n_multipliers + 1), source=0)
+    call fill_missing(side%tags)
+    call fill_missing(side%weights)
+    call fill_missing(side%coordinates, n_dim)
+  end subroutine complete_side
 
   !> The same for one cluster.
   pure subroutine complete_cluster(cluster, n_dofs, n_multipliers)
@@ -268,6 +293,14 @@ contains
     call fill_missing(cluster%history%stiffness_conditions)
     call fill_missing(cluster%warnings)
   end subroutine complete_cluster
+
+  !> Of the first side: tag of the node that carries the force of contact k.
+  pure integer function owner_tag(self, k)
+    class(contact_side_t), intent(in) :: self
+    integer, intent(in) :: k
+
+    owner_tag = self%tags(self%starts(k) + 1)
+  end function owner_tag
 
   !> The multipliers of all contacts can be answered.
   pure logical function has_multipliers(self)

@@ -5,7 +5,7 @@ module sig_model_check
   use sig_bits, only: n_words
   use sig_expression, only: is_identifier
   use sig_kinds, only: rk
-  use sig_model, only: enrichment_history_t, full_order_t, model_t, reduced_model_t, validation_statistics_t
+  use sig_model, only: contact_side_t, enrichment_history_t, full_order_t, model_t, reduced_model_t, validation_statistics_t
   use sig_term_check, only: are_sound_terms
   use sig_text, only: to_text
   implicit none(type, external)
@@ -82,11 +82,28 @@ contains
 
     name = ''
     if (.not. is_matrix(model%gap, model%n_multipliers, model%terms%n_terms())) name = 'gap'
-    if (size(model%first_node_tags) /= model%n_multipliers) name = 'first_node_tags'
-    if (size(model%second_node_tags) /= model%n_multipliers) name = 'second_node_tags'
-    if (any(shape(model%first_coordinates) /= [model%n_dim, model%n_multipliers])) name = 'first_coordinates'
-    if (any(shape(model%second_coordinates) /= [model%n_dim, model%n_multipliers])) name = 'second_coordinates'
+    if (size(model%areas) /= model%n_multipliers .or. .not. all(ieee_is_finite(model%areas))) name = 'contact/areas'
+    if (.not. is_side(model%first_side, 1, model%n_multipliers, model%n_dim)) name = 'contact/first'
+    if (.not. is_side(model%second_side, 0, model%n_multipliers, model%n_dim)) name = 'contact/second'
   end function find_contact_mismatch
+
+  !> The lists of nodes follow one another and have their coordinates.
+  pure logical function is_side(side, n_least, n_multipliers, n_dim)
+    type(contact_side_t), intent(in) :: side
+    !> nodes of each contact at least
+    integer, intent(in) :: n_least
+    integer, intent(in) :: n_multipliers
+    integer, intent(in) :: n_dim
+
+    is_side = .false.
+    associate (starts => side%starts)
+      ! sums of numbers that may be any could overflow
+      if (size(starts) - 1 /= n_multipliers) return
+      if (any(starts < 0 .or. starts > size(side%tags)) .or. starts(1) /= 0 .or. starts(size(starts)) /= size(side%tags)) return
+      is_side = all(starts(2:) - starts(:n_multipliers) >= n_least) .and. size(side%weights) == size(side%tags) .and. &
+        all(ieee_is_finite(side%weights)) .and. is_matrix(side%coordinates, n_dim, size(side%tags))
+    end associate
+  end function is_side
 
   pure function find_cluster_mismatch(model, cluster) result(name)
     type(model_t), intent(in) :: model

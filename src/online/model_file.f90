@@ -7,8 +7,8 @@ module sig_model_file
   use sig_hdf5_reader, only: h5_reader_t
   use sig_hdf5_writer, only: h5_writer_t
   use sig_kinds, only: rk
-  use sig_model, only: complete_model, full_order_t, model_format_version, model_t, oldest_model_format, reduced_model_t, &
-    validation_statistics_t
+  use sig_model, only: complete_model, contact_side_t, full_order_t, model_format_version, model_t, oldest_model_format, &
+    reduced_model_t, validation_statistics_t
   use sig_model_check, only: find_mismatch
   use sig_term_file, only: read_terms, write_terms
   use sig_text, only: to_text
@@ -84,15 +84,28 @@ contains
     call write_terms(file, model%terms, length)
     call file%write('/mesh/node_tags', model%node_tags, description='tags of the mesh file, a node per entry')
     call file%write('/mesh/coordinates', model%coordinates, length, 'a node per row')
-    call file%write('/contact/first_node_tags', model%first_node_tags, description='tags of the mesh file, a pair per entry')
-    call file%write('/contact/second_node_tags', model%second_node_tags, description='tags of the mesh file, a pair per entry')
-    call file%write('/contact/first_coordinates', model%first_coordinates, length, 'a node per row')
-    call file%write('/contact/second_coordinates', model%second_coordinates, length, 'a node per row')
+    call write_side(file, '/contact/first', model%first_side, length)
+    call write_side(file, '/contact/second', model%second_side, length)
+    call file%write('/contact/areas', model%areas, length, 'its square but in plane models; pressure = contact force / area')
     call file%write('/contact/gap', model%gap, length, 'initial gaps, a term per row')
     call file%write('/reduction/pod_tolerance', model%pod_tolerance, '1')
     call file%write('/reduction/dirichlet', model%dirichlet)
     call file%write('/reduction/reconstruction', model%reconstruction)
   end subroutine write_problem
+
+  subroutine write_side(file, group, side, length)
+    type(h5_writer_t), intent(inout) :: file
+    character(*), intent(in) :: group
+    type(contact_side_t), intent(in) :: side
+    character(*), intent(in) :: length
+
+    call file%write(group // '/starts', side%starts, description= &
+      'nodes of contact i (from 0) are the entries from starts(i) up to, without, starts(i + 1); none: a rigid obstacle')
+    call file%write(group // '/tags', side%tags, description= &
+      'of the mesh file; on the first side the owner of the force comes first')
+    call file%write(group // '/weights', side%weights, '1', 'share of the contact''s force on the node')
+    call file%write(group // '/coordinates', side%coordinates, length, 'a node per row')
+  end subroutine write_side
 
   subroutine write_full_order(file, full_order, length, force)
     type(h5_writer_t), intent(inout) :: file
@@ -182,15 +195,26 @@ contains
     call read_terms(file, path, model%parameter_names, model%terms, error)
     call file%read('/mesh/node_tags', model%node_tags, error)
     call file%read('/mesh/coordinates', model%coordinates, error)
-    call file%read('/contact/first_node_tags', model%first_node_tags, error)
-    call file%read('/contact/second_node_tags', model%second_node_tags, error)
-    call file%read('/contact/first_coordinates', model%first_coordinates, error)
-    call file%read('/contact/second_coordinates', model%second_coordinates, error)
+    call read_side(file, '/contact/first', model%first_side, error)
+    call read_side(file, '/contact/second', model%second_side, error)
+    call file%read('/contact/areas', model%areas, error)
     call file%read('/contact/gap', model%gap, error)
     call file%read('/reduction/pod_tolerance', model%pod_tolerance, error)
     call file%read('/reduction/dirichlet', model%dirichlet, error)
     call file%read('/reduction/reconstruction', model%reconstruction, error)
   end subroutine read_problem
+
+  subroutine read_side(file, group, side, error)
+    type(h5_reader_t), intent(in) :: file
+    character(*), intent(in) :: group
+    type(contact_side_t), intent(inout) :: side
+    type(error_t), allocatable, intent(inout) :: error
+
+    call file%read(group // '/starts', side%starts, error)
+    call file%read(group // '/tags', side%tags, error)
+    call file%read(group // '/weights', side%weights, error)
+    call file%read(group // '/coordinates', side%coordinates, error)
+  end subroutine read_side
 
   subroutine read_parameters(file, model, error)
     type(h5_reader_t), intent(in) :: file

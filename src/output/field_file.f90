@@ -14,8 +14,8 @@ module sig_field_file
   private
   public :: field_file_t
 
-  !> 2: symmetric tensors in VTK's order; 1 had xx, xy, xz, yy, yz, zz
-  integer, parameter :: format_version = 2
+  !> 3: contact rows of several nodes on either side; 2: symmetric tensors in VTK's order; 1 had xx, xy, xz, yy, yz, zz
+  integer, parameter :: format_version = 3
 
   !> create; then per point start_point and its fields; close. Both files appear with close.
   !>
@@ -315,7 +315,7 @@ contains
     call self%file%write(self%group // '/' // name, values, unit, description)
   end subroutine add_integer_array
 
-  !> An array that does not depend on the point; the name is a path from the file's root, e.g. `contact/first_nodes`.
+  !> An array that does not depend on the point; the name is a path from the file's root, e.g. `contact/areas`.
   subroutine add_shared_reals(self, name, values, unit, description)
     class(field_file_t), intent(inout) :: self
     character(*), intent(in) :: name

@@ -28,7 +28,7 @@ contains
   !> One hat per contact row of the domain, in their order: on the node of one side or, where that has none that can move along the
   !> normal, of the other.
   !>
-  !> The two hats of a row have the same contact row but for the sign, so they do the same to kappa. Source: section 3.3. Local.
+  !> The hats of both sides have the same contact row but for the sign, so they do the same to kappa. Source: section 3.3. Local.
   pure function hats_of_rows(rows, domain, is_prescribed, is_second) result(hats)
     type(contact_rows_t), intent(in) :: rows
     type(reduced_domain_t), intent(in) :: domain

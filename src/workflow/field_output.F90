@@ -6,12 +6,14 @@ module sig_field_output
   use sig_clock, only: wall_time
   use sig_contact_rows, only: contact_rows_t
   use sig_contact_state, only: contact_state_t
+  use sig_deck_config, only: deck_config_t
   use sig_elastic_body, only: elastic_body_t
   use sig_error_broadcast, only: broadcast_error
   use sig_errors, only: error_t
   use sig_field_file, only: field_file_t
   use sig_full_order, only: team_t
   use sig_kinds, only: rk
+  use sig_mechanical_models, only: is_plane, mechanical_model
   use sig_model, only: model_t
   use sig_multiplier_fit, only: multiplier_fit_workspace_t
   use sig_online_model, only: online_model_t
@@ -143,11 +145,37 @@ contains
     type(problem_t), intent(in) :: problem
     type(field_file_t), intent(inout) :: file
 
-    call file%add_shared_array('contact/first_nodes', problem%rows%owners(), '-', &
-      'node of each contact row on the first surface, 1-based, order of the mesh file')
-    call file%add_shared_array('contact/second_nodes', problem%rows%facing(), '-', &
-      'node of each contact row on the second surface, 0 = a rigid obstacle')
+    call write_side(problem%rows, .false., 'contact/first', file)
+    call write_side(problem%rows, .true., 'contact/second', file)
+    call file%add_shared_array('contact/areas', problem%rows%areas, area_unit(problem%deck), &
+      'area of each contact row: pressure = multiplier / area')
   end subroutine write_contact
+
+  !> Of what a contact row stands for: a length per unit thickness in the plane, an area of the full turn in axisymmetry.
+  pure function area_unit(deck) result(unit)
+    type(deck_config_t), intent(in) :: deck
+    character(:), allocatable :: unit
+
+    unit = deck%units%length
+    if (.not. is_plane(mechanical_model(deck%mesh%model))) unit = unit // '2'
+  end function area_unit
+
+  subroutine write_side(rows, is_second, group, file)
+    type(contact_rows_t), intent(in) :: rows
+    logical, intent(in) :: is_second
+    !> from the root
+    character(*), intent(in) :: group
+    type(field_file_t), intent(inout) :: file
+    integer, allocatable :: nodes(:), starts(:)
+    real(rk), allocatable :: weights(:)
+
+    call rows%list_side(is_second, starts, nodes, weights)
+    call file%add_shared_array(group // '/starts', starts, '-', &
+      'nodes of contact row k (from 0) are the entries from starts(k) up to, without, starts(k + 1); none: a rigid obstacle')
+    call file%add_shared_array(group // '/nodes', nodes, '-', '1-based, order of the mesh file; the first one of a row on the ' // &
+      'first surface carries its multiplier')
+    call file%add_shared_array(group // '/weights', weights, '-', 'share of the row''s contact force on the node')
+  end subroutine write_side
 
   subroutine write_point(problem, point, theta, state, file)
     type(problem_t), intent(in) :: problem

@@ -2,7 +2,7 @@
 !> The part of a model that does not depend on its clusters: where it comes from, its parameters, terms and contact pairs.
 module sig_model_header
   use sig_deck_echo, only: echo_deck
-  use sig_model, only: model_t
+  use sig_model, only: contact_side_t, model_t
   use sig_problem, only: force_unit, parameter_names, parameter_units, problem_t
   use sig_snapshot_store, only: snapshot_set_t
   use sig_version, only: code_version
@@ -51,16 +51,21 @@ contains
     model%n_dofs = problem%mesh%n_dim * problem%mesh%n_nodes
     model%node_tags = problem%mesh%node_tags
     model%coordinates = problem%mesh%coordinates
-    associate (rows => problem%rows, first_nodes => problem%rows%owners(), second_nodes => problem%rows%facing())
-      model%n_multipliers = rows%n_rows
-      model%first_node_tags = problem%mesh%node_tags(first_nodes)
-      ! an obstacle has no node: tag 0, and the place of the node that faces it
-      associate (other_node => merge(second_nodes, first_nodes, second_nodes > 0))
-        model%second_node_tags = merge(problem%mesh%node_tags(other_node), 0, second_nodes > 0)
-        model%second_coordinates = problem%mesh%coordinates(:, other_node)
-      end associate
-      model%first_coordinates = problem%mesh%coordinates(:, first_nodes)
-      model%gap = rows%gap
-    end associate
+    model%n_multipliers = problem%rows%n_rows
+    model%gap = problem%rows%gap
+    model%areas = problem%rows%areas
+    call fill_side(problem, .false., model%first_side)
+    call fill_side(problem, .true., model%second_side)
   end subroutine fill_contact
+
+  subroutine fill_side(problem, is_second, side)
+    type(problem_t), intent(in) :: problem
+    logical, intent(in) :: is_second
+    type(contact_side_t), intent(out) :: side
+    integer, allocatable :: nodes(:)
+
+    call problem%rows%list_side(is_second, side%starts, nodes, side%weights)
+    side%tags = problem%mesh%node_tags(nodes)
+    side%coordinates = problem%mesh%coordinates(:, nodes)
+  end subroutine fill_side
 end module sig_model_header

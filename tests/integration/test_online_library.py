@@ -137,7 +137,8 @@ def test_python_agrees_with_predict(signorom, post, model):
     row = predict(signorom, model, **POINT)
     with post.Model(model) as asked:
         answer = asked.query(**POINT)
-        tags = asked.contact_tags[0]
+        side = asked.contact_sides[0]
+        tags = side.tags[side.starts[:-1]]
         many = asked.query_many(np.array([list(POINT.values()), [0.2, 0.0]]))
     assert answer.multipliers == pytest.approx(forces_of(row), rel=1e-15)
     assert [f"lambda_{tag}" for tag in tags] == [name for name in row if name.startswith("lambda_")]
@@ -145,6 +146,20 @@ def test_python_agrees_with_predict(signorom, post, model):
     assert (answer.method, answer.is_inside_box) == ("active_set", True)
     assert answer.residual < 1e-12
     assert (many[0] == answer.multipliers).all()
+
+
+def test_python_tells_the_nodes_of_contacts(post, model):
+    """Each pair has one node on either side, which face each other in x; the areas add up to the first surface."""
+    with post.Model(model) as asked:
+        first, second = asked.contact_sides
+        areas, (tags, coordinates) = asked.contact_areas, asked.nodes
+    assert (first.starts == np.arange(len(areas) + 1)).all()
+    assert (first.weights == 1).all()
+    for side in (first, second):
+        places = coordinates[[int(np.flatnonzero(tags == tag)[0]) for tag in side.tags]]
+        np.testing.assert_array_equal(side.coordinates, places)
+    np.testing.assert_allclose(first.coordinates[:, 0], second.coordinates[:, 0], atol=1e-12)
+    assert (areas > 0).all()
 
 
 def test_python_tells_the_displacement(post, model):
@@ -242,7 +257,7 @@ def test_describe_tells_what_a_reader_wants(signorom, post, model):
         "e_lambda_rid",
         "by active_set",
         "the full-order model answers (forces and displacements)",
-        "model format 3",
+        "model format 4",
     ):
         assert words in text, text
     with post.Model(model) as asked:

@@ -199,7 +199,7 @@ def test_fields_are_complete(results):
         assert list(file["points"]) == ["0001", "0002"]
         assert file["mesh/coordinates"].shape == (88, 3)
         assert file["mesh/topology"].shape == (128, 3)
-        first, second = file["contact/first_nodes"][()] - 1, file["contact/second_nodes"][()] - 1
+        first, second = (file[f"contact/{side}/nodes"][()] - 1 for side in ("first", "second"))
         coordinates = file["mesh/coordinates"][()]
         np.testing.assert_allclose(coordinates[first, 0], coordinates[second, 0], atol=1e-12)
         for point, squeeze in zip(file["points"].values(), (0.2, 0.4), strict=True):

@@ -251,7 +251,19 @@ PLANTED = [
         "modes(:, 5) = [place(3), 0.0_rk, place(1)]",
         "a rotation about y that is none",
     ),
+    Planted(
+        SRC + "contact/contact_rows.f90",
+        "areas(node) + self%areas(k) * norm2(self%coefficients(i:i + self%n_dim - 1))",
+        "areas(node) + self%areas(k)",
+        "nodes of the second side count the whole area of each row",
+    ),
     # solver
+    Planted(
+        SRC + "solver/bound_form.F90",
+        "self%shares(first:last) * values(j)",
+        "0 * self%shares(first:last) * values(j)",
+        "forces forget the nodes that rows share",
+    ),
     Planted(
         SRC + "solver/holding.f90",
         "if (multipliers(k) <= multipliers(best)) cycle",
@@ -310,8 +322,8 @@ PLANTED = [
     ),
     Planted(
         SRC + "reduction/hat_functions.f90",
-        "is_prescribed(operator%dofs(start + 1:start + operator%n_dim, row)) .or. &",
-        "is_prescribed(operator%dofs(1:operator%n_dim, row)) .or. &",
+        "merge(0.0_rk, normal, is_prescribed(dofs) .or.",
+        "merge(0.0_rk, normal, is_prescribed(rows%dofs(rows%offsets(row) + 1:rows%offsets(row) + rows%n_dim)) .or.",
         "hats of the second side ask whether the first side is held",
     ),
     Planted(
@@ -379,8 +391,8 @@ PLANTED = [
     ),
     Planted(
         SRC + "full_order/contact_summary.f90",
-        "gap = gap + theta(pairs%gap_term(members(k)), i_point)",
-        "gap = gap + 0 * theta(pairs%gap_term(members(k)), i_point)",
+        "any(abs(gaps) > 0, dim=2)",
+        "[(i == 1, i=1, size(gaps, 1))]",
         "gaps in the summary forget the parameters",
         "integration.test_(initial_gap|obstacles|usage)",
     ),

@@ -29,7 +29,7 @@ def answers(request, signorom, tmp_path_factory):
     changes = {POINTS: f"points: [{points}]"}
     fields, report = solve_input(signorom, "blocks", folder, changes, n_ranks=request.param)
     with h5py.File(folder / "results" / "blocks" / "fields.h5") as file:
-        rows = [file[f"contact/{side}_nodes"][()] - 1 for side in ("first", "second")]
+        rows = [file[f"contact/{side}/nodes"][()] - 1 for side in ("first", "second")]
         return fields, file["mesh/coordinates"][()], rows, report
 
 

@@ -34,7 +34,7 @@ def solve(signorom, folder, mode, changes):
     signorom("solve", deck, folder=folder)
     path = folder / "results" / DECKS[mode] / "fields.h5"
     with h5py.File(path) as file:
-        rows = file["contact/first_nodes"][()] - 1
+        rows = file["contact/first/nodes"][()] - 1
     return [read_fields(path, i + 1) for i in range(len(EXPECTED[mode]))], rows
 
 

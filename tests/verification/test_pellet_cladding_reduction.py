@@ -59,7 +59,7 @@ def train(signorom, folder, domain, n_extra, maximum):
 def read_history(results):
     """Attributes of the cluster and the path of Algorithm 1, with heights of pairs."""
     with h5py.File(results / "model.h5") as file:
-        heights = file["contact/first_coordinates"][:, 1]
+        heights = file["contact/first/coordinates"][:, 1]
         cluster = file["clusters/1"]
         history = {name: values[()] for name, values in cluster["enrichment"].items()}
         history["hats"] = heights[history.pop("rows")[1:] - 1]

@@ -49,7 +49,7 @@ def test_without_a_second_pressure_it_is_case_b(signorom, tmp_path, figures):
     fields = solve_at(signorom, tmp_path, [(p["pressure"], p["length"], 0.0) for p in EXPECTED])
     heights = read_mesh(MESHES / "pellet_cladding.msh").coordinates[:, 1]
     with h5py.File(tmp_path / "results" / NAME / "fields.h5") as file:
-        rows = np.argsort(heights[file["contact/first_nodes"][()] - 1])
+        rows = np.argsort(heights[file["contact/first/nodes"][()] - 1])
     worst = 0.0
     for field, point in zip(fields, EXPECTED, strict=True):
         expected = np.array(point["multipliers"])

@@ -3,7 +3,7 @@
 module tiny_model
   use, intrinsic :: ieee_arithmetic, only: ieee_positive_inf, ieee_value
   use sig_kinds, only: rk
-  use sig_model, only: model_t, reconstruct_with_displacements, reduced_model_t
+  use sig_model, only: contact_side_t, model_t, reconstruct_with_displacements, reduced_model_t
   use sig_term_set, only: start_terms
   use sig_text, only: string_t
   implicit none(type, external)
@@ -39,10 +39,11 @@ contains
     model%n_dofs = 4
     model%n_dim = 2
     model%n_multipliers = 3
-    model%first_node_tags = [11, 12, 13]
-    model%second_node_tags = [21, 22, 23]
-    model%first_coordinates = reshape([0.0_rk, 0.0_rk, 1.0_rk, 0.0_rk, 2.0_rk, 0.0_rk], [2, 3])
-    model%second_coordinates = reshape([0.0_rk, 0.5_rk, 1.0_rk, 0.25_rk, 2.0_rk, 0.125_rk], [2, 3])
+    model%first_side = contact_side_t([0, 1, 2, 3], [11, 12, 13], [1.0_rk, 1.0_rk, 1.0_rk], &
+      reshape([0.0_rk, 0.0_rk, 1.0_rk, 0.0_rk, 2.0_rk, 0.0_rk], [2, 3]))
+    model%second_side = contact_side_t([0, 2, 3, 3], [21, 22, 22], [0.3_rk, 0.7_rk, 1.0_rk], &
+      reshape([0.0_rk, 0.5_rk, 1.0_rk, 0.25_rk, 1.0_rk, 0.25_rk], [2, 3]))
+    model%areas = [0.5_rk, 1.0_rk, 0.5_rk]
     model%gap = reshape([1.0_rk, 3.0_rk, 2.0_rk, 0.0_rk, 0.0_rk, 0.0_rk], [3, 2])
     model%pod_tolerance = 1.0e-8_rk
     model%dirichlet = 'elastic_lifting'

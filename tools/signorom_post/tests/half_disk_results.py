@@ -117,12 +117,15 @@ def write_dataset(
 def write_fields(path: Path, disks: HalfDisks, points: tuple[float, ...] = POINTS) -> None:
     with h5py.File(path, "w") as file:
         file.attrs["format"] = "signorom fields"
-        file.attrs["format_version"] = 2
+        file.attrs["format_version"] = 3
         write_dataset(file, "mesh/coordinates", disks.coordinates, "m")
         write_dataset(file, "mesh/topology", disks.cells)
         write_dataset(file, "mesh/cell_types", np.full(len(disks.cells), 4))
-        write_dataset(file, "contact/first_nodes", disks.first_nodes + 1)
-        write_dataset(file, "contact/second_nodes", disks.second_nodes + 1)
+        for side, nodes in (("first", disks.first_nodes), ("second", disks.second_nodes)):
+            write_dataset(file, f"contact/{side}/starts", np.arange(disks.n_pairs + 1))
+            write_dataset(file, f"contact/{side}/nodes", nodes + 1)
+            write_dataset(file, f"contact/{side}/weights", np.ones(disks.n_pairs))
+        write_dataset(file, "contact/areas", np.full(disks.n_pairs, np.pi / disks.n_sectors), "m")
         for number, squeeze in enumerate(points, start=1):
             write_point(file.create_group(f"points/{number:04d}"), disks, squeeze)
 
@@ -166,7 +169,7 @@ def write_snapshots(path: Path, disks: HalfDisks) -> None:
 def write_model(path: Path, disks: HalfDisks, n_clusters: int = 1) -> None:
     with h5py.File(path, "w") as file:
         file.attrs["format"] = "signorom model"
-        file.attrs["format_version"] = 3
+        file.attrs["format_version"] = 4
         file["deck"] = DECK
         file["title"] = "Two half disks pressed together"
         file["units/length"], file["units/force"] = "m", "N"

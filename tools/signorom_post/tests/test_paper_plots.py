@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from half_disk_results import HalfDisks
+from pairs import contact_of_pairs
 from pictures import check_picture, lines_of
 
 from signorom_post.mesh import Mesh
@@ -156,7 +157,7 @@ def two_blocks() -> Mesh:
 
 
 def test_two_bodies(tmp_path: Path) -> None:
-    fields = FieldFile(tmp_path, two_blocks(), [], np.array([1, 2]), np.array([4, 7]))
+    fields = FieldFile(tmp_path, two_blocks(), [], contact_of_pairs(np.array([1, 2]), np.array([4, 7])))
     with styled():
         figure = two_bodies(fields, np.arange(8) < 4, 3.2)
         check_picture(figure, tmp_path / "figure.png")

@@ -20,6 +20,7 @@ from half_disk_results import (
 from matplotlib.collections import PathCollection, PolyCollection, TriMesh
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
+from pairs import contact_of_pairs
 from pictures import check_picture, lines_of
 
 from signorom_post.arrays import Quantity
@@ -70,7 +71,7 @@ def test_contact_pressure_stands_at_the_contact_nodes(fields: FieldFile, tmp_pat
         check_picture(figure, tmp_path / "figure.png")
     dots = [c for c in figure.axes[1].collections if isinstance(c, PathCollection)]
     (active,) = [c for c in dots if c.get_gid() == "active"]
-    nodes = np.concatenate([fields.first_nodes, fields.second_nodes])
+    nodes = fields.contact.nodes_of()
     pressure = fields.points[1].fields["contact_pressure"].values[nodes]
     np.testing.assert_array_equal(active.get_array(), pressure[pressure > 0])
     assert sum(len(c.get_offsets()) for c in dots) == len(nodes)
@@ -183,7 +184,7 @@ def test_bar_of_flat_bodies_lies_below_them(tmp_path: Path) -> None:
     displacement = {"displacement": Quantity(0.1 * points, "mm")}
     point = FieldPoint("load = 1", ["load"], np.ones(1), displacement)
     none = np.empty(0, dtype=np.int64)
-    flat = FieldFile(Path("fields.h5"), Mesh(points, cells, 2, "mm"), [point], none, none)
+    flat = FieldFile(Path("fields.h5"), Mesh(points, cells, 2, "mm"), [point], contact_of_pairs(none, none))
     with styled():
         figure = initial_and_deformed(flat, point)
         check_picture(figure, tmp_path / "figure.png")

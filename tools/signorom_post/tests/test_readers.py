@@ -20,13 +20,14 @@ from half_disk_results import (
     write_validation,
 )
 
+from signorom_post.contact import Contact, ContactSide
 from signorom_post.readers.enrichment import read_enrichment
 from signorom_post.readers.fields import FieldFile, read_fields
 from signorom_post.readers.model import read_model
 from signorom_post.readers.validation import read_validation
 from signorom_post.results import Results
 
-FORMAT = {"format": "signorom fields", "format_version": 2}
+FORMAT = {"format": "signorom fields", "format_version": 3}
 
 
 def test_mesh_comes_with_unit_and_dimension(fields: FieldFile, disks: HalfDisks) -> None:
@@ -43,22 +44,23 @@ def test_mesh_edges_obey_euler(fields: FieldFile) -> None:
 
 
 def test_contact_indices_become_0_based(fields: FieldFile, disks: HalfDisks) -> None:
-    np.testing.assert_array_equal(fields.first_nodes, disks.first_nodes)
-    np.testing.assert_array_equal(fields.second_nodes, disks.second_nodes)
+    np.testing.assert_array_equal(fields.contact.owners, disks.first_nodes)
+    np.testing.assert_array_equal(fields.contact.second.nodes, disks.second_nodes)
+    np.testing.assert_array_equal(
+        fields.contact.nodes_of(np.array([2])), [disks.first_nodes[2], disks.second_nodes[2]]
+    )
     np.testing.assert_array_equal(fields.points[0].reduced_rows, disks.reduced_rows)
 
 
-def test_obstacles_have_no_node(fields: FieldFile, disks: HalfDisks) -> None:
-    with_obstacle = FieldFile(
-        fields.path,
-        fields.mesh,
-        fields.points,
-        fields.first_nodes[:2],
-        np.array([-1, fields.second_nodes[1]]),
-    )
-    expected = [*disks.first_nodes[:2], disks.second_nodes[1]]
-    np.testing.assert_array_equal(with_obstacle.contact_nodes(), expected)
-    np.testing.assert_array_equal(with_obstacle.contact_nodes(np.array([0])), expected[:1])
+def test_rows_have_any_number_of_nodes() -> None:
+    """An obstacle, then rows of two nodes of the second side, of which they share one."""
+    first = ContactSide(np.array([0, 1, 2, 3]), np.array([5, 6, 7]), np.ones(3))
+    second = ContactSide(np.array([0, 0, 2, 4]), np.array([10, 11, 11, 12]), np.array([0.3, 0.7, 0.4, 0.6]))
+    contact = Contact(first, second, np.ones(3))
+    assert contact.nodes_of().tolist() == [5, 6, 7, 10, 11, 12]
+    assert contact.nodes_of(np.array([0])).tolist() == [5]
+    assert contact.nodes_of(np.array([1])).tolist() == [6, 10, 11]
+    assert contact.nodes_of(np.array([], dtype=int)).size == 0
 
 
 def test_each_point_has_its_fields(fields: FieldFile, disks: HalfDisks) -> None:

@@ -129,7 +129,7 @@ def _multipliers(results: Results, _options: FigureOptions) -> Iterator[tuple[st
     fields = results.fields
     if not any("multipliers_full_order" in point.fields for point in fields.points):
         raise NotDrawableError(f"{fields.path}: no point has the field 'multipliers_full_order'")
-    if fields.first_nodes.size == 0:
+    if fields.contact.n_rows == 0:
         raise NotDrawableError(f"{fields.path}: there are no contact pairs")
     if fields.mesh.n_dim == 3:
         yield "", contact_surface(fields)

@@ -41,12 +41,26 @@ class Parameter:
 
 
 @dataclass(frozen=True)
+class ContactNodes:
+    """Nodes of one side of the contacts; those of contact i are the entries from starts[i] up to starts[i + 1]."""
+
+    #: shape (n_contacts + 1)
+    starts: IntArray
+    #: of the mesh file; on the first side the node that carries the contact's force comes first; none: a rigid obstacle
+    tags: IntArray
+    #: share of the contact's force on each node, shape of `tags`
+    weights: FloatArray
+    #: [length unit of the model] shape (len(tags), n_dimensions)
+    coordinates: FloatArray
+
+
+@dataclass(frozen=True)
 class Answer:
     """What the model says at one point; arrays are the caller's own."""
 
     #: values of the parameters
     point: dict[str, float]
-    #: contact force of each pair [force unit of the model], shape (n_contacts)
+    #: force of each contact [force unit of the model], shape (n_contacts)
     multipliers: FloatArray
     #: the same in the reduced integration domain of this cluster only, shape (n_domain_contacts)
     domain_multipliers: FloatArray
@@ -239,12 +253,28 @@ class Model:
         return self._told(5)
 
     @property
-    def contact_tags(self) -> tuple[IntArray, IntArray]:
-        """Tags of the mesh file of the first and the second node of each contact pair."""
-        first, second = (np.zeros(self._sizes.n_contacts, dtype=np.intc) for _ in range(2))
+    def contact_sides(self) -> tuple[ContactNodes, ContactNodes]:
+        """Nodes of the contacts: the first side, which carries the forces, and the second one."""
+        return self._side(0), self._side(1)
+
+    def _side(self, side: int) -> ContactNodes:
+        starts = np.zeros(self._sizes.n_contacts + 1, dtype=np.intc)
         with self._handles.model() as model:
-            self._library.signorom_get_contacts(model, ints(first), ints(second))
-        return first.astype(np.int64), second.astype(np.int64)
+            get = self._library.signorom_get_contact_nodes
+            get(model, side, ints(starts), None, None, None)
+            tags = np.zeros(starts[-1], dtype=np.intc)
+            weights = np.zeros(starts[-1])
+            coordinates = np.zeros((starts[-1], self._sizes.n_dimensions))
+            get(model, side, None, ints(tags), doubles(weights), doubles(coordinates))
+        return ContactNodes(starts.astype(np.int64), tags.astype(np.int64), weights, coordinates)
+
+    @property
+    def contact_areas(self) -> FloatArray:
+        """Contact pressure = contact force / area; in plane models lengths. Shape (n_contacts)."""
+        areas = np.zeros(self._sizes.n_contacts)
+        with self._handles.model() as model:
+            self._library.signorom_get_contact_areas(model, doubles(areas))
+        return areas
 
     @property
     def nodes(self) -> tuple[IntArray, FloatArray]:

@@ -15,12 +15,14 @@ def figure_8(study: Study) -> Outcome:
     (results,) = study.runs.results([Variant(12, None, has_fields=True)])
     fields = results.fields
     radius, height = fields.mesh.coordinates[:, 0], fields.mesh.coordinates[:, 1]
-    is_fuel = radius < 0.5 * (radius[fields.first_nodes].mean() + radius[fields.second_nodes].mean())
+    is_fuel = radius < 0.5 * (
+        radius[fields.contact.owners].mean() + radius[fields.contact.second.nodes].mean()
+    )
     sizes = {
         "nodes": (fields.mesh.n_nodes, published.N_NODES),
         "nodes of the fuel": (int(is_fuel.sum()), published.N_FUEL_NODES),
         "nodes of the cladding": (int((~is_fuel).sum()), published.N_CLADDING_NODES),
-        "contact pairs": (len(fields.first_nodes), published.N_PAIRS),
+        "contact pairs": (fields.contact.n_rows, published.N_PAIRS),
     }
     table = [{"quantity": name, "value": ours, "paper": paper} for name, (ours, paper) in sizes.items()]
     lengths = {

@@ -73,7 +73,7 @@ def domain_table(fields: FieldFile, cluster: Cluster) -> list[Row]:
     kinds = {
         "seed node": (cluster.seed_nodes, places),
         "facing node": (cluster.facing_nodes, places),
-        "contact pair": (cluster.contact_rows, places[fields.first_nodes]),
+        "contact pair": (cluster.contact_rows, places[fields.contact.owners]),
         "cell": (cluster.cells, centers),
     }
     return [

@@ -44,7 +44,7 @@ def figure_14(study: Study) -> Outcome:
 def _forces(results: Results, domain: int, error: float) -> ContactForces:
     fields = results.fields
     point = _point(results)
-    height = fields.mesh.coordinates[fields.first_nodes, 1]
+    height = fields.mesh.coordinates[fields.contact.owners, 1]
     rows = point.reduced_rows
     full = fields.field(point, "multipliers_full_order")
     return ContactForces(

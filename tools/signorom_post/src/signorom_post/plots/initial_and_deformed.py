@@ -40,7 +40,7 @@ def initial_and_deformed(
         shown = fields.field(point, "contact_pressure")
         label = with_unit("contact pressure", shown.unit)
         limits = (0.0, float(shown.values.max()) or 1.0)
-        nodes = fields.contact_nodes()
+        nodes = fields.contact.nodes_of()
         is_open = shown.values[nodes] == 0.0
         for axes, points, is_white in ((left, initial, np.ones_like(is_open)), (right, deformed, is_open)):
             draw_mesh(axes, mesh, points)

@@ -101,7 +101,7 @@ def _spread(n_items: int, n_chosen: int) -> list[int]:
 
 def _positions(fields: FieldFile) -> tuple[int, FloatArray]:
     """Number and values of the coordinate along which the first surface is longest, shape (n_contacts)."""
-    coordinates = fields.mesh.coordinates[fields.first_nodes]
+    coordinates = fields.mesh.coordinates[fields.contact.owners]
     i_axis = int(np.argmax(np.ptp(coordinates, axis=0)))
     return i_axis, coordinates[:, i_axis]
 

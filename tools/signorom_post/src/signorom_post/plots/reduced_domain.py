@@ -30,17 +30,17 @@ def reduced_domain(fields: FieldFile, cluster: Cluster | None, names: tuple[str,
     """Cells of the reduced integration domain on the mesh at rest, with seed, facing and contact nodes.
 
     Without a model (`cluster` is None) the cells are those of the first point of the field file and
-    neither seeds nor facing nodes are drawn. Contact nodes are both nodes of the pairs in the domain.
+    neither seeds nor facing nodes are drawn. Contact nodes are those of the rows in the domain, on both sides.
     `names` are those of the axes. In three dimensions see solid_figures.
     """
     mesh = fields.mesh
     cells = _cells(fields, cluster)
     rows = fields.points[0].reduced_rows if fields.points else np.empty(0, dtype=np.int64)
-    if cluster is not None and fields.first_nodes.size:
-        rows = _checked(fields, cluster.contact_rows, fields.first_nodes.size)
+    if cluster is not None and fields.contact.n_rows:
+        rows = _checked(fields, cluster.contact_rows, fields.contact.n_rows)
     if mesh.n_dim == 3:
         return reduced_domain_solid(fields, cells, rows)
-    nodes = {"contact": fields.contact_nodes(rows)}
+    nodes = {"contact": fields.contact.nodes_of(rows)}
     if cluster is not None:
         nodes["facing"] = np.setdiff1d(
             _checked(fields, cluster.facing_nodes, mesh.n_nodes), cluster.seed_nodes

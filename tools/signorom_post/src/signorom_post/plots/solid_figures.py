@@ -11,7 +11,6 @@ from matplotlib.patches import Patch
 from matplotlib.tri import Triangulation
 
 from signorom_post.arrays import FloatArray, IntArray, with_unit
-from signorom_post.errors import InputError
 from signorom_post.mesh import Faces
 from signorom_post.plots.captions import deformed_title, magnification
 from signorom_post.plots.surface import draw_surface, frame_surface, one_color, view
@@ -60,7 +59,7 @@ def reduced_domain_solid(fields: FieldFile, cells: IntArray, rows: IntArray) -> 
     draw_surface(left, mesh.coordinates, faces, colors)
     own = mesh.faces_of(cells)
     draw_surface(right, mesh.coordinates, own, one_color(own, SKY_BLUE))
-    nodes = fields.contact_nodes(rows)
+    nodes = fields.contact.nodes_of(rows)
     style = {
         "s": 14,
         "c": VERMILLION,
@@ -95,9 +94,8 @@ def contact_surface(fields: FieldFile) -> Figure:
     if any("multipliers_reduced" in point.fields for point in chosen):
         kinds.append("multipliers_reduced")
     faces = _contact_faces(fields)
-    areas = _nodal_areas(fields.mesh.coordinates, faces, fields.first_nodes)
     pressures = {
-        (kind, i): point.fields[kind].values / areas
+        (kind, i): point.fields[kind].values / fields.contact.areas
         for kind in kinds
         for i, point in enumerate(chosen)
         if kind in point.fields
@@ -110,8 +108,8 @@ def contact_surface(fields: FieldFile) -> Figure:
         1.6 + 2.6 * len(chosen), max(2.8, 1.2 + (height + 0.2) * len(kinds)), has_equal_axes=True
     )
     panels = figure.subplots(len(kinds), len(chosen), squeeze=False, sharex=True, sharey=True)
-    local = np.searchsorted(np.sort(fields.first_nodes), faces.triangles)
-    triangles = Triangulation(*flat.T, np.argsort(fields.first_nodes)[local])
+    local = np.searchsorted(np.sort(fields.contact.owners), faces.triangles)
+    triangles = Triangulation(*flat.T, np.argsort(fields.contact.owners)[local])
     for (kind, i), values in pressures.items():
         axes = panels[kinds.index(kind), i]
         axes.tripcolor(
@@ -139,29 +137,13 @@ def _colors(norm: Normalize, values: FloatArray) -> FloatArray:
 
 
 def _contact_faces(fields: FieldFile) -> Faces:
-    """Outer faces whose nodes all belong to the first surface."""
+    """Outer faces whose nodes all carry a contact force."""
     faces = fields.mesh.outer_faces
-    return faces.take(np.flatnonzero(np.isin(faces.nodes, fields.first_nodes).all(axis=1)))
-
-
-def _nodal_areas(points: FloatArray, faces: Faces, nodes: IntArray) -> FloatArray:
-    """Each face gives equal parts to its corners: exact for triangles and parallelograms; shape of `nodes`."""
-    areas = np.zeros(len(points))
-    corners = points[faces.nodes]
-    sizes = 0.5 * np.linalg.norm(
-        np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1]), axis=1
-    )
-    for face, n_corners, size in zip(faces.nodes, faces.n_corners, sizes, strict=True):
-        areas[face[:n_corners]] += size / n_corners
-    if np.any(areas[nodes] == 0.0):
-        raise InputError(
-            "fields.h5", "a contact node lies on no outer face; the contact surface cannot be drawn"
-        )
-    return areas[nodes]
+    return faces.take(np.flatnonzero(np.isin(faces.nodes, fields.contact.owners).all(axis=1)))
 
 
 def _flattened(fields: FieldFile) -> tuple[FloatArray, str]:
     """The first surface in the two directions in which it is longest, and their names."""
-    points = fields.mesh.coordinates[fields.first_nodes]
+    points = fields.mesh.coordinates[fields.contact.owners]
     axes = np.sort(np.argsort(np.ptp(points, axis=0), kind="stable")[1:])
     return points[:, axes], "".join("xyz"[i] for i in axes)

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from signorom_post.arrays import FloatArray, IntArray, Quantity, format_number
+from signorom_post.contact import Contact, ContactSide
 from signorom_post.errors import InputError
 from signorom_post.mesh import Mesh
 from signorom_post.readers.hdf5_input import Hdf5Input
@@ -41,14 +42,7 @@ class FieldFile:
     path: Path
     mesh: Mesh
     points: list[FieldPoint]
-    #: nodes of each contact pair on the first and on the second body, -1 for a rigid obstacle, shape (n_contacts)
-    first_nodes: IntArray
-    second_nodes: IntArray
-
-    def contact_nodes(self, rows: IntArray | slice = slice(None)) -> IntArray:
-        """Nodes of some pairs: the first ones, then the second ones that there are."""
-        second_nodes = self.second_nodes[rows]
-        return np.concatenate([self.first_nodes[rows], second_nodes[second_nodes >= 0]])
+    contact: Contact
 
     def field(self, point: FieldPoint, name: str) -> Quantity:
         """A field of a point, or an error that names the file."""
@@ -60,20 +54,36 @@ class FieldFile:
 def read_fields(path: Path) -> FieldFile:
     """Read and check fields.h5."""
     with Hdf5Input(path) as file:
-        file.check_format("signorom fields", 2)
+        file.check_format("signorom fields", 3)
         mesh = _read_mesh(file)
-        first_nodes = _optional_indices(file, "/contact/first_nodes", mesh.n_nodes)
-        second_nodes = _optional_indices(file, "/contact/second_nodes", mesh.n_nodes, lowest=0)
-        if first_nodes.size != second_nodes.size:
-            raise file.fail("'/contact/first_nodes' and '/contact/second_nodes' differ in length")
+        contact = _read_contact(file, mesh.n_nodes)
         points = [
-            _read_point(file, f"/points/{name}", mesh, first_nodes.size) for name in file.names("/points")
+            _read_point(file, f"/points/{name}", mesh, contact.n_rows) for name in file.names("/points")
         ]
-    return FieldFile(path, mesh, points, first_nodes, second_nodes)
+    return FieldFile(path, mesh, points, contact)
 
 
-def _optional_indices(file: Hdf5Input, name: str, n_items: int, lowest: int = 1) -> IntArray:
-    return file.indices(name, n_items, lowest) if file.has(name) else np.empty(0, dtype=np.int64)
+def _read_contact(file: Hdf5Input, n_nodes: int) -> Contact:
+    if not file.has("/contact"):
+        side = ContactSide(np.zeros(1, dtype=np.int64), np.empty(0, dtype=np.int64), np.empty(0))
+        return Contact(side, side, np.empty(0))
+    areas = file.reals("/contact/areas", 1)
+    return Contact(
+        _read_side(file, "/contact/first", n_nodes, areas.size, n_least=1),
+        _read_side(file, "/contact/second", n_nodes, areas.size, n_least=0),
+        areas,
+    )
+
+
+def _read_side(file: Hdf5Input, group: str, n_nodes: int, n_rows: int, n_least: int) -> ContactSide:
+    starts = file.integers(f"{group}/starts")
+    nodes = file.indices(f"{group}/nodes", n_nodes)
+    weights = file.reals(f"{group}/weights", 1)
+    if starts.size != n_rows + 1 or starts[0] != 0 or starts[-1] != nodes.size or nodes.size != weights.size:
+        raise file.fail(f"the datasets of '{group}' and '/contact/areas' do not fit each other")
+    if np.any(np.diff(starts) < n_least):
+        raise file.fail(f"'{group}/starts' does not ascend")
+    return ContactSide(starts, nodes, weights)
 
 
 def _read_mesh(file: Hdf5Input) -> Mesh:

@@ -82,7 +82,7 @@ class Model:
 def read_model(path: Path) -> Model:
     """Read and check model.h5."""
     with Hdf5Input(path) as file:
-        file.check_format("signorom model", 3)
+        file.check_format("signorom model", 4)
         names = file.texts("/parameters/names")
         units = file.texts("/parameters/units")
         points = file.reals("/parameters/training_points", 2)
