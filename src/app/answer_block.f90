@@ -5,9 +5,10 @@ module sig_answer_block
   use sig_base_c_interfaces, only: sig_run_threads
   use sig_kinds, only: rk
   use sig_model, only: model_t
-  use sig_multiplier_fit, only: multiplier_fit_workspace_t
+  use sig_rooms, only: rooms_t
   use sig_online_model, only: online_model_t
-  use sig_query, only: answer_t, method_name, n_query_methods, query_t, reason_text
+  use sig_answer, only: answer_t, bound_text, method_name, n_answer_methods, reason_text
+  use sig_query, only: query_t
   use sig_reconstruction, only: reconstruct_multipliers
   use sig_signals, only: is_stop_requested
   use sig_text, only: to_text
@@ -19,8 +20,8 @@ module sig_answer_block
   type :: asker_t
     type(query_t) :: query
     type(answer_t) :: answer
-    type(multiplier_fit_workspace_t) :: workspace
-    !> points by method, 0 = none; shape (0:n_query_methods)
+    type(rooms_t) :: rooms
+    !> points by method, 0 = none; shape (0:n_answer_methods)
     integer, allocatable :: counts(:)
     !> points where the reduced problem has several solutions
     integer :: n_several = 0
@@ -39,6 +40,7 @@ module sig_answer_block
     integer, allocatable :: methods(:)
     integer, allocatable :: reasons(:)
     integer, allocatable :: n_solutions(:)
+    real(rk), allocatable :: bounds(:)
     logical, allocatable :: is_outside(:)
   contains
     procedure :: create
@@ -63,9 +65,10 @@ contains
     self%online => online
     allocate (self%askers(n_threads), self%points(size(online%model%parameter_names), capacity))
     allocate (self%multipliers(online%model%n_multipliers, capacity), self%clusters(capacity))
-    allocate (self%methods(capacity), self%reasons(capacity), self%n_solutions(capacity), self%is_outside(capacity))
+    allocate (self%methods(capacity), self%reasons(capacity), self%n_solutions(capacity), self%bounds(capacity), &
+      self%is_outside(capacity))
     do i = 1, n_threads
-      allocate (self%askers(i)%counts(0:n_query_methods), source=0)
+      allocate (self%askers(i)%counts(0:n_answer_methods), source=0)
       call self%askers(i)%query%create(online, message)
       if (allocated(message)) return
     end do
@@ -98,21 +101,22 @@ contains
         if (is_stop_requested()) exit
         call asker%query%evaluate(self%online, self%points(:, i), asker%answer)
         self%is_outside(i) = .not. asker%answer%is_inside_box
-        call reconstruct_multipliers(self%online, asker%answer, asker%workspace, self%multipliers(:, i))
+        call reconstruct_multipliers(self%online, asker%answer, asker%rooms, self%multipliers(:, i))
         self%clusters(i) = asker%answer%cluster
         self%methods(i) = merge(asker%answer%method, 0, asker%answer%reason > 0)
         self%reasons(i) = asker%answer%reason
         self%n_solutions(i) = asker%answer%n_solutions
+        self%bounds(i) = asker%answer%relative_bound
         asker%counts(self%methods(i)) = asker%counts(self%methods(i)) + 1
         if (asker%answer%n_solutions > 1) asker%n_several = asker%n_several + 1
       end do
     end associate
   end subroutine answer_share
 
-  !> How many points each method answered so far; those without an answer stand first. Shape (n_query_methods + 1).
+  !> How many points each method answered so far; those without an answer stand first. Shape (n_answer_methods + 1).
   pure function counts(self)
     class(answer_block_t), intent(in) :: self
-    integer :: counts(0:n_query_methods)
+    integer :: counts(0:n_answer_methods)
     integer :: i
 
     counts = 0
@@ -130,7 +134,7 @@ contains
       call self%askers(i)%query%destroy()
     end do
     deallocate (self%askers, self%points, self%multipliers, self%clusters, self%methods, self%reasons, self%n_solutions, &
-      self%is_outside)
+      self%bounds, self%is_outside)
   end subroutine destroy
 
   !> Column lambda_k is the contact force of pair k, named by the first node's tag in the mesh file.
@@ -144,8 +148,8 @@ contains
       text = text // model%parameter_names(i)%text // ','
     end do
     text = text // 'cluster,'
-    if (size(model%clusters) > 1) text = text // 'next_cluster,'
-    text = text // 'status,solver,n_solutions,n_active,contact_force'
+    if (model%n_clusters() > 1) text = text // 'next_cluster,'
+    text = text // 'status,solver,n_solutions,error_bound,n_active,contact_force'
     do i = 1, model%n_multipliers
       text = text // ',lambda_' // to_text(model%first_side%owner_tag(i))
     end do
@@ -163,7 +167,7 @@ contains
       text = text // to_text(self%points(k, i)) // ','
     end do
     text = text // to_text(self%clusters(i)) // ','
-    if (size(self%online%model%clusters) > 1) text = text // &
+    if (self%online%model%n_clusters() > 1) text = text // &
       to_text(self%online%model%choice%next_cluster(self%points(:, i))) // ','
     if (self%reasons(i) > 0) then
       text = text // 'answered,'
@@ -172,6 +176,7 @@ contains
     end if
     associate (multipliers => self%multipliers(:, i))
       text = text // method_name(self%methods(i)) // ',' // to_text(self%n_solutions(i)) // ',' // &
+        bound_text(self%bounds(i)) // ',' // &
         to_text(count(multipliers > 0)) // ',' // to_text(sum(multipliers))
       do k = 1, size(multipliers)
         text = text // ',' // to_text(multipliers(k))

@@ -18,7 +18,7 @@ module sig_predict
   use sig_petsc_support, only: max_over_ranks
   use sig_point_argument, only: parse_point
   use sig_point_list, only: point_list_t
-  use sig_query, only: method_name, n_query_methods
+  use sig_answer, only: method_name, n_answer_methods
   use sig_signals, only: is_stop_requested, say_when_ended
   use sig_text, only: counted, to_text
   use petsc
@@ -184,12 +184,12 @@ contains
     type(command_t), intent(in) :: command
     type(answer_block_t), intent(in) :: block
     character(:), allocatable :: text
-    integer :: counts(0:n_query_methods), i
+    integer :: counts(0:n_answer_methods), i
 
     if (command%output == '') return
     counts = block%counts()
     text = ''
-    do i = 0, n_query_methods
+    do i = 0, n_answer_methods
       if (counts(i) > 0) text = text // ', ' // to_text(counts(i)) // ' by ' // method_name(i)
     end do
     call log_info(counted(sum(counts), 'answer') // ' (' // text(3:) // '): ' // command%output)

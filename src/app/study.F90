@@ -37,6 +37,7 @@ module sig_study
   use sig_text, only: counted, string_t, to_text
   use sig_clock, only: wall_time
   use sig_validation, only: validate, validation_t
+  use sig_verdict, only: judge_validation, validation_table, verdict_t
   use sig_validation_output, only: keep_statistics, report_validation, warn_of_errors, &
     write_validation_table
   use petsc
@@ -197,6 +198,7 @@ contains
     type(run_report_t), intent(inout) :: report
     type(error_t), allocatable, intent(out) :: error
     PetscErrorCode, intent(out) :: ierr
+    type(verdict_t) :: verdict
 
     ierr = 0
     if (outcome%is_stopped) then
@@ -205,8 +207,9 @@ contains
     end if
     PetscCall(describe_problem(session%full_order%problem, report, ierr))
     call report_model(model, report)
-    call report_validation(session%deck, session%full_order%problem%plan%type, outcome, report)
-    call keep_statistics(outcome, model)
+    verdict = judge_validation(outcome, session%deck%accepted_error)
+    call report_validation(session%deck, session%full_order%problem%plan%type, outcome, verdict, report)
+    call keep_statistics(outcome, verdict, model)
     if (session%rank == 0) then
       call write_validation_table(session%deck, outcome, session%folder // '/validation.csv', error)
       if (.not. allocated(error)) call write_model(model_path(session), model, error)
@@ -215,8 +218,14 @@ contains
     if (allocated(error)) return
     call write_report(session, [model_keys, error_keys], report)
     call warn_of_errors(outcome)
-    call log_info('validated at ' // counted(size(outcome%points, 2), 'point') // ': ' // session%folder // '/validation.csv')
-    if (any(outcome%reason_full_order /= reason_converged)) session%exit_code = exit_not_converged
+    call log_info('validated at ' // counted(size(outcome%points, 2), 'point') // ': ' // session%folder // '/validation.csv' // &
+      new_line('a') // validation_table(outcome, verdict))
+    if (verdict%is_accepted) then
+      call log_info(verdict%sentence)
+    else
+      call log_warning(verdict%sentence)
+    end if
+    if (any(outcome%reason_full_order /= reason_converged) .or. verdict%n_unanswered > 0) session%exit_code = exit_not_converged
   end subroutine keep_validation
 
   !> fields.h5 and fields.xdmf at the given points, with the reduced answers where there is a model.
@@ -347,8 +356,8 @@ contains
     has_sizes_of = model%n_dim == problem%mesh%n_dim .and. model%n_nodes == problem%mesh%n_nodes .and. &
       model%n_multipliers == problem%rows%n_rows .and. model%terms%n_terms() == problem%terms%n_terms() .and. &
       size(model%parameter_names) == size(problem%deck%parameters)
-    do i = 1, size(model%clusters)
-      has_sizes_of = has_sizes_of .and. all(model%clusters(i)%cells <= size(problem%mesh%cell_types))
+    do i = 1, model%n_clusters()
+      has_sizes_of = has_sizes_of .and. all(model%parts(i)%reduced%cells() <= size(problem%mesh%cell_types))
     end do
   end function has_sizes_of
   !> Of the full-order solutions, to the terminal and to the report.

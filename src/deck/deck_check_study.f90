@@ -36,6 +36,10 @@ contains
     call check_points(tree, 'test', config%parameters, config%test)
     if (config%reduction%max_full_order_size < 0) call tree%report_at('reduction.max_full_order_size', &
       'is ' // to_text(config%reduction%max_full_order_size) // ' MB; it must not be negative (0 = keep none)')
+    if (config%reduction%max_transforms_size < 0) call tree%report_at('reduction.max_transforms_size', &
+      'is ' // to_text(config%reduction%max_transforms_size) // ' MB; it must not be negative (0 = keep none)')
+    if (.not. config%accepted_error > 0) call tree%report_at('validation.accept', &
+      'is ' // to_text(config%accepted_error) // '; it must be greater than 0')
     call check_clusters(tree, config)
     call check_reduction(tree, config%reduction)
     call check_output_points(tree, config%parameters, config%output%points)

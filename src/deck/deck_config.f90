@@ -269,7 +269,7 @@ module sig_deck_config
   end type clusters_config_t
 
   type :: reduction_config_t
-    !> hhr
+    !> auto (default): condensed where the problem fits into max_full_order_size, else hhr; condensed; hhr
     character(:), allocatable :: method
     !> [-] energy tail of the POD, (20); default 1.0e-8
     real(rk) :: pod_tolerance = 1.0e-8_rk
@@ -299,6 +299,10 @@ module sig_deck_config
     !> [MB] >= 0 that the model may spend on the condensed full-order operator, which answers where the reduced model has no
     !> answer: for the multipliers, and if there is room for the displacement too; 0 = none; default 64
     real(rk) :: max_full_order_size = 64
+    !> [MB] >= 0 that a condensed model may spend on pivot transforms, which make its answers fast; default 256
+    real(rk) :: max_transforms_size = 256
+    !> [-] certificate.max_error: > 0; 0 = none; < 0 = auto (default)
+    real(rk) :: max_error = -1
   end type reduction_config_t
 
   type :: output_config_t
@@ -337,6 +341,8 @@ module sig_deck_config
     type(point_set_config_t) :: test
     type(clusters_config_t) :: clusters
     type(reduction_config_t) :: reduction
+    !> [-] validation.accept > 0: largest p95 of e_lambda_all of a model that is good enough; default 0.05
+    real(rk) :: accepted_error = 0.05_rk
     type(output_config_t) :: output
     !> PETSc options with the prefixes fom_, active_set_, vi_, pod_; may be empty
     character(:), allocatable :: petsc_options

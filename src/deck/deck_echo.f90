@@ -37,6 +37,7 @@ contains
     if (config%has_training) yaml = yaml // 'training: ' // training_set(config%greedy, config%training, config%parameters) // eol
     if (config%has_test) yaml = yaml // 'test: ' // point_set(config%test, config%parameters) // eol
     yaml = yaml // clusters_section(config%clusters, config%parameters) // reduction_section(config%reduction)
+    yaml = yaml // 'validation: {accept: ' // to_text(config%accepted_error) // '}' // eol
     yaml = yaml // output_section(config%output, config%parameters) // &
       'petsc_options: ' // yaml_text(config%petsc_options) // eol
   end function echo_deck
@@ -274,8 +275,18 @@ contains
       count_or_word(reduction%enrichment%max_hats, huge(1), 'none') // '}' // eol // &
       '  rank_tolerance: ' // to_text(reduction%rank_tolerance) // eol // &
       '  reconstruction: ' // reduction%reconstruction // eol // &
-      '  max_full_order_size: ' // to_text(reduction%max_full_order_size) // eol
+      '  max_full_order_size: ' // to_text(reduction%max_full_order_size) // eol // &
+      '  max_transforms_size: ' // to_text(reduction%max_transforms_size) // eol // &
+      'certificate: {max_error: ' // limit_text(reduction%max_error) // '}' // eol
   end function reduction_section
+
+  pure function limit_text(limit) result(text)
+    real(rk), intent(in) :: limit
+    character(:), allocatable :: text
+
+    text = 'auto'
+    if (limit >= 0) text = tolerance_or_none(limit)
+  end function limit_text
 
   pure function zone_list(reduction) result(yaml)
     type(reduction_config_t), intent(in) :: reduction

@@ -11,7 +11,7 @@ module sig_deck_read_reduction
   private
   public :: read_reduction, read_count_or_word, read_tolerance_or_none
 
-  character(*), parameter :: methods(1) = [character(3) :: 'hhr']
+  character(*), parameter :: methods(3) = [character(9) :: 'auto', 'condensed', 'hhr']
   character(*), parameter :: dirichlet_treatments(2) = [character(15) :: 'elastic_lifting', 'multiplier']
   character(*), parameter :: unpaired_treatments(2) = [character(6) :: 'join', 'remove']
   character(*), parameter :: enrichments(3) = [character(6) :: 'none', 'greedy', 'all']
@@ -35,6 +35,7 @@ contains
     reduction%enrichment%side = trim(sides(1))
     allocate (reduction%zones_of_interest(0))
     i_reduction = get_mapping(tree, root_node, 'reduction', .false.)
+    call read_certificate(tree, reduction)
     if (i_reduction == 0) return
     call get_choice(tree, i_reduction, 'method', .false., methods, reduction%method)
     call read_modes(tree, i_reduction, reduction)
@@ -45,8 +46,31 @@ contains
     call get_number(tree, i_reduction, 'rank_tolerance', .false., reduction%rank_tolerance)
     call get_choice(tree, i_reduction, 'reconstruction', .false., reconstructions, reduction%reconstruction)
     call get_number(tree, i_reduction, 'max_full_order_size', .false., reduction%max_full_order_size)
+    call get_number(tree, i_reduction, 'max_transforms_size', .false., reduction%max_transforms_size)
     call tree%close_mapping(i_reduction)
   end subroutine read_reduction
+
+  !> The section `certificate`.
+  subroutine read_certificate(tree, reduction)
+    type(deck_tree_t), intent(inout) :: tree
+    type(reduction_config_t), intent(inout) :: reduction
+    integer :: i_certificate, i_node
+    logical :: is_valid
+
+    i_certificate = get_mapping(tree, root_node, 'certificate', .false.)
+    if (i_certificate == 0) return
+    i_node = tree%find(i_certificate, 'max_error')
+    if (i_node > 0) then
+      if (is_word(tree, i_node, 'none')) then
+        reduction%max_error = 0
+      else if (.not. is_word(tree, i_node, 'auto')) then
+        call number_of(tree, i_node, reduction%max_error, is_valid)
+        if (is_valid .and. reduction%max_error <= 0) call tree%report(i_node, 'is ' // tree%nodes(i_node)%text // &
+          '; it must be auto, none, or greater than 0')
+      end if
+    end if
+    call tree%close_mapping(i_certificate)
+  end subroutine read_certificate
 
   !> How many modes the domain, the basis and the multipliers get.
   subroutine read_modes(tree, i_reduction, reduction)

@@ -30,8 +30,21 @@ contains
     call read_point_set(tree, 'test', config%parameters, config%has_test, config%test)
     call read_clusters(tree, config%parameters, config%clusters)
     call read_reduction(tree, mechanical_model(config%mesh%model), config%reduction)
+    call read_validation(tree, config%accepted_error)
     call read_output(tree, config)
   end subroutine read_study
+
+  subroutine read_validation(tree, accepted_error)
+    type(deck_tree_t), intent(inout) :: tree
+    !> [-]
+    real(rk), intent(inout) :: accepted_error
+    integer :: i_validation
+
+    i_validation = get_mapping(tree, root_node, 'validation', .false.)
+    if (i_validation == 0) return
+    call get_number(tree, i_validation, 'accept', .false., accepted_error)
+    call tree%close_mapping(i_validation)
+  end subroutine read_validation
 
   subroutine read_solver(tree, solver)
     type(deck_tree_t), intent(inout) :: tree

@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> How far approximate contact forces can be from the solution of the complementarity problem 0 <= lambda, w = W lambda + q >= 0.
 module sig_contact_error_bound
-  use sig_dense_kernels, only: factor_cholesky, multiply, solve_cholesky
+  use sig_dense_kernels, only: factor_cholesky, solve_cholesky
   use sig_kinds, only: rk
   implicit none(type, external)
   private
@@ -11,10 +11,10 @@ module sig_contact_error_bound
   type :: contact_error_bound_t
     !> W is symmetric positive definite: otherwise there is no bound
     logical :: is_valid = .false.
-    !> [length/force] shape (n, n)
-    real(rk), allocatable, private :: compliance(:, :)
-    !> its Cholesky factor
+    !> [sqrt(length/force)] Cholesky factor of W, shape (n, n)
     real(rk), allocatable, private :: factor(:, :)
+    !> [force/length] of W's diagonal, inverted, shape (n)
+    real(rk), allocatable, private :: stiffness(:)
   contains
     procedure :: create
     procedure :: evaluate
@@ -27,10 +27,13 @@ contains
     class(contact_error_bound_t), intent(out) :: self
     !> W, shape (n, n)
     real(rk), intent(in) :: compliance(:, :)
-    integer :: info
+    integer :: i, info
 
-    self%compliance = compliance
     self%factor = compliance
+    allocate (self%stiffness(size(compliance, 1)))
+    do i = 1, size(compliance, 1)
+      self%stiffness(i) = 1 / max(compliance(i, i), tiny(1.0_rk))
+    end do
     call factor_cholesky(size(compliance, 1), self%factor, info)
     self%is_valid = info == 0
   end subroutine create
@@ -44,22 +47,22 @@ contains
   !> across a wide gap is no contact).
   !>
   !> Requires: is_valid.
-  real(rk) function evaluate(self, lambda, free_opening) result(bound)
+  real(rk) function evaluate(self, lambda, opening, enough) result(bound)
     class(contact_error_bound_t), intent(in) :: self
     !> [force] lambda_r >= 0, shape (n)
     real(rk), contiguous, intent(in) :: lambda(:)
-    !> [length] q, shape (n)
-    real(rk), intent(in) :: free_opening(:)
-    real(rk) :: opening(size(lambda)), stiffness(size(lambda))
-    integer :: i
+    !> [length] w = W lambda + q, shape (n)
+    real(rk), contiguous, intent(in) :: opening(:)
+    !> a bound of the first set as small as this needs no second one; default 0
+    real(rk), intent(in), optional :: enough
 
     bound = 0
     if (size(lambda) == 0) return
-    opening = free_opening
-    call multiply(1.0_rk, self%compliance, lambda, 1.0_rk, opening)
-    stiffness = [(1 / self%compliance(i, i), i=1, size(lambda))]
-    bound = min(self%bound_of_set(lambda, opening, lambda > 0), &
-                self%bound_of_set(lambda, opening, lambda > stiffness * opening))
+    bound = self%bound_of_set(lambda, opening, lambda > 0)
+    if (present(enough)) then
+      if (bound <= enough) return
+    end if
+    bound = min(bound, self%bound_of_set(lambda, opening, lambda > self%stiffness * opening))
   end function evaluate
 
   real(rk) function bound_of_set(self, lambda, opening, is_in_set) result(bound)

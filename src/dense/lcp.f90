@@ -11,7 +11,7 @@ module sig_lcp
     lcp_solved, lcp_workspace_t, sign_tolerance, sum_rows
   implicit none(type, external)
   private
-  public :: solve_lcp, find_other_solution, lcp_solution_t, lcp_workspace_t, lcp_method_name, lcp_reason_text
+  public :: solve_lcp, change_sets, find_other_solution, lcp_solution_t, lcp_workspace_t, lcp_method_name, lcp_reason_text
   public :: lcp_active_set, lcp_block_pivoting, lcp_lemke
   public :: lcp_solved, lcp_failed_accuracy, lcp_failed_input, lcp_failed_iterations, lcp_failed_ray
 
@@ -78,6 +78,28 @@ contains
       if (is_done) return
     end do
   end subroutine solve_in
+
+  !> The active set method alone, from a set that is nearly the answer's, for a matrix that is known to be finite and not symmetric:
+  !> a set of k unknowns costs k^3 / 3 + 2 n k operations, and nothing grows with n^2. Not solved: solve_lcp may do it.
+  subroutine change_sets(matrix, q, is_active_start, solution, workspace)
+    !> shape (n, n)
+    real(rk), intent(in) :: matrix(:, :)
+    !> shape (n)
+    real(rk), intent(in) :: q(:)
+    !> shape (n)
+    logical, intent(in) :: is_active_start(:)
+    type(lcp_solution_t), intent(inout) :: solution
+    !> its w is M z + q where solved
+    type(lcp_workspace_t), intent(inout) :: workspace
+    logical :: is_done
+
+    call start_solution(size(q), solution)
+    call workspace%reserve(size(q))
+    workspace%is_symmetric = .false.
+    if (.not. all(ieee_is_finite(q))) return
+    solution%is_active = is_active_start
+    call try_active_set(matrix, q, solution, workspace, is_done)
+  end subroutine change_sets
 
   !> Looks for another solution of a problem that is solved, by the active set method alone from another start.
   !>

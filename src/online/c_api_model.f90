@@ -6,7 +6,7 @@ module sig_c_api_model
     put_reals, ready_model
   use sig_c_strings, only: from_c
   use sig_errors, only: error_report, error_t
-  use sig_model, only: contact_side_t
+  use sig_model, only: contact_side_t, model_t
   use sig_model_description, only: describe_model
   use sig_model_file, only: read_model
   implicit none(type, external)
@@ -105,17 +105,30 @@ contains
     call c_f_pointer(sizes, target)
     associate (whole => handle%online%model)
       target%n_parameters = size(whole%parameter_names)
-      target%n_clusters = size(whole%clusters)
+      target%n_clusters = whole%n_clusters()
       target%n_contacts = whole%n_multipliers
       target%n_nodes = whole%n_nodes
       target%n_dimensions = whole%n_dim
       target%n_dofs = whole%n_dofs
       target%n_training_points = size(whole%training_points, 2)
-      target%has_full_order_multipliers = merge(1, 0, whole%full_order%has_multipliers())
-      target%has_full_order_displacement = merge(1, 0, whole%full_order%has_displacement())
+      target%has_full_order_multipliers = merge(1, 0, whole%has_fallback .or. whole%parts(1)%reduced%is_exact())
+      target%has_full_order_displacement = merge(1, 0, has_exact_field(whole))
     end associate
     code = code_ok
   end function signorom_get_sizes
+
+  !> A part that answers all contacts exactly knows the displacement, too.
+  pure logical function has_exact_field(model)
+    type(model_t), intent(in) :: model
+    integer :: i
+
+    has_exact_field = .false.
+    do i = 1, size(model%parts)
+      associate (part => model%parts(i)%reduced)
+        has_exact_field = has_exact_field .or. (part%is_exact() .and. part%has_displacement())
+      end associate
+    end do
+  end function has_exact_field
 
   type(c_ptr) function signorom_text(model, kind) result(text) bind(c)
     type(c_ptr), value :: model
@@ -239,8 +252,8 @@ contains
     code = bad_argument
     handle => ready_model(model)
     if (.not. associated(handle)) return
-    if (cluster < 0 .or. cluster >= size(handle%online%model%clusters)) return
-    associate (rows => handle%online%model%clusters(cluster + 1)%contact_rows)
+    if (cluster < 0 .or. cluster >= handle%online%model%n_clusters()) return
+    associate (rows => handle%online%model%parts(cluster + 1)%reduced%contact_rows())
       call put_integers([size(rows)], n)
       call put_integers(rows - 1, contacts)
     end associate

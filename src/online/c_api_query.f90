@@ -6,7 +6,7 @@ module sig_c_api_query
   use sig_c_handles, only: answered_context, bad_argument, bad_model, code_ok, context_handle_t, keep, no_answer, no_memory, &
     put_reals, ready_context, ready_model
   use sig_kinds, only: rk
-  use sig_query, only: query_failed_term
+  use sig_answer, only: answer_failed_bound, answer_failed_pulled_off, answer_failed_term
   use sig_reconstruction, only: displacement_of_dof, fill_displacement, reconstruct_multipliers
   implicit none(type, external)
   private
@@ -17,7 +17,11 @@ module sig_c_api_query
     integer(c_int) :: code, method, cluster, n_modes, n_domain_contacts, n_active, n_iterations, is_inside_box
     real(c_double) :: distance, residual
     integer(c_int) :: n_solutions
+    real(c_double) :: bound, relative_bound
   end type c_answer_t
+
+  !> size of the first version, which ends with n_solutions and what fills it up
+  integer(c_size_t), parameter :: first_size = 64
 
 contains
 
@@ -109,8 +113,8 @@ contains
     if (.not. c_associated(answer)) return
     call c_f_pointer(answer, told)
     n_bytes = told%size
-    if (n_bytes == 0) n_bytes = c_sizeof(told)
-    has_size = n_bytes >= c_sizeof(told) .and. n_bytes < too_large
+    if (n_bytes == 0) n_bytes = first_size
+    has_size = n_bytes >= first_size .and. n_bytes < too_large
     if (.not. has_size) call keep(handle%message, 'the size of the answer is not set: signorom_answer answer = SIGNOROM_ANSWER;')
   end function has_size
 
@@ -133,8 +137,12 @@ contains
     type(context_handle_t), intent(inout) :: handle
 
     select case (handle%answer%reason)
-    case (query_failed_term)
+    case (answer_failed_term)
       call keep(handle%message, 'a term of the model is infinite or not a number at this point')
+    case (answer_failed_bound)
+      call keep(handle%message, 'the error may be larger than certificate.max_error allows')
+    case (answer_failed_pulled_off)
+      call keep(handle%message, 'the loads pull a body off that only contact holds: there is no equilibrium')
     case default
       call keep(handle%message, 'the complementarity problem has no solution that can be found at this point')
     end select
@@ -146,15 +154,18 @@ contains
     !> of the caller's answer; what lies behind the members known here stays as it is
     integer(c_size_t), intent(in) :: n_bytes
     type(c_ptr), intent(in) :: place
-    type(c_answer_t), pointer :: told
+    type(c_answer_t), target :: told
+    character(1), pointer :: bytes(:), own(:)
 
-    call c_f_pointer(place, told)
     associate (answer => handle%answer)
       told = c_answer_t(size=n_bytes, code=code, method=merge(answer%method, 0, handle%has_answer), cluster=answer%cluster - 1, &
         n_modes=size(answer%coordinates), n_domain_contacts=size(answer%multipliers_rid), n_active=count(answer%is_active), &
         n_iterations=answer%n_iterations, is_inside_box=merge(1, 0, answer%is_inside_box), distance=answer%distance, &
-        residual=answer%residual, n_solutions=answer%n_solutions)
+        residual=answer%residual, n_solutions=answer%n_solutions, bound=answer%bound, relative_bound=answer%relative_bound)
     end associate
+    call c_f_pointer(place, bytes, [min(n_bytes, c_sizeof(told))])
+    call c_f_pointer(c_loc(told), own, [size(bytes)])
+    bytes = own
   end subroutine tell
 
   integer(c_int) function signorom_query_many(context, n, points, answers, multipliers) result(code) bind(c)
@@ -186,7 +197,7 @@ contains
       if (code_of_point /= code_ok) n_failed = n_failed + 1
       if (c_associated(answers)) call tell(handle, code_of_point, n_bytes, place_of(answers, n_bytes, i))
       if (.not. c_associated(multipliers)) cycle
-      call reconstruct_multipliers(handle%model%online, handle%answer, handle%workspace, forces(:, i))
+      call reconstruct_multipliers(handle%model%online, handle%answer, handle%rooms, forces(:, i))
     end do
     code = code_ok
     if (n_failed == 0) return
@@ -227,7 +238,7 @@ contains
     handle => answered_context(context, multipliers)
     if (.not. associated(handle)) return
     call c_f_pointer(multipliers, target, [handle%model%online%model%n_multipliers])
-    call reconstruct_multipliers(handle%model%online, handle%answer, handle%workspace, target)
+    call reconstruct_multipliers(handle%model%online, handle%answer, handle%rooms, target)
     code = code_ok
   end function signorom_get_multipliers
 

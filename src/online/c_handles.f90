@@ -2,10 +2,11 @@
 !> What the handles of include/signorom.h point at, and how values pass to C.
 module sig_c_handles
   use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_double, c_f_pointer, c_int, c_null_char, c_ptr
+  use sig_answer, only: answer_t
   use sig_kinds, only: rk
-  use sig_multiplier_fit, only: multiplier_fit_workspace_t
   use sig_online_model, only: online_model_t
-  use sig_query, only: answer_t, query_t
+  use sig_query, only: query_t
+  use sig_rooms, only: rooms_t
   implicit none(type, external)
   private
   public :: model_handle_t, context_handle_t, keep, ready_model, ready_context, answered_context, put_integers, put_reals
@@ -35,7 +36,7 @@ module sig_c_handles
     type(model_handle_t), pointer :: model => null()
     type(query_t) :: query
     type(answer_t) :: answer
-    type(multiplier_fit_workspace_t) :: workspace
+    type(rooms_t) :: rooms
     logical :: is_ready = .false.
     !> the last question had an answer
     logical :: has_answer = .false.

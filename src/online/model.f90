@@ -1,127 +1,20 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> A trained model as data: all that a query needs, and what describes it. Nothing here depends on a mesh file or a deck.
 module sig_model
-  use sig_bits, only: n_words
   use sig_kinds, only: rk
+  use sig_missing_parts, only: fill_missing
   use sig_model_choice, only: model_choice_t
   use sig_term_set, only: start_terms, term_set_t
-  use sig_text, only: string_t
+  use sig_reduced, only: model_sizes_t, part_t
+  use sig_text, only: string_t, to_text
   implicit none(type, external)
   private
-  public :: model_t, contact_side_t, reduced_model_t, enrichment_history_t, full_order_t, validation_statistics_t
-  public :: complete_model, complete_cluster
+  public :: model_t, contact_side_t, validation_statistics_t, complete_model, model_sizes
 
-  !> layout of the file; a change that an older reader would misread raises it (4 is the first of a release)
+  !> layout of the file; a change that an older reader would misread raises it (4: parts of several kinds)
   integer, parameter, public :: model_format_version = 4
   !> oldest layout that is still read
   integer, parameter, public :: oldest_model_format = 4
-  !> the two values of model_t%reconstruction
-  character(*), parameter, public :: reconstruct_with_displacements = 'multipliers_and_displacements'
-  character(*), parameter, public :: reconstruct_from_multipliers = 'multipliers'
-
-  !> What Algorithm 1 found: first the modes without hat functions, then an entry per hat, in the order in which they joined.
-  !>
-  !> The leading n_columns columns of the basis make the reduced model of an entry.
-  type :: enrichment_history_t
-    !> multiplier whose pair carries the hat, 1-based among all multipliers; 0 for the first entry
-    integer, allocatable :: rows(:)
-    !> node of the hat, natural, 1-based; 0 for the first entry
-    integer, allocatable :: nodes(:)
-    !> POD modes and hats; with prescribed rows the basis has fewer columns
-    integer, allocatable :: n_columns(:)
-    !> of (11)
-    integer, allocatable :: ranks(:)
-    !> [-] kappa of (11), infinite below full rank
-    real(rk), allocatable :: condition_numbers(:)
-    !> [-] largest singular value of the contact rows over the smallest of the min(rows, columns) ones: what the algorithm lowers
-    real(rk), allocatable :: singular_ratios(:)
-    !> [-] of K_r
-    real(rk), allocatable :: stiffness_conditions(:)
-  end type enrichment_history_t
-
-  !> Reduced model of one cluster.
-  !>
-  !> u = lifting theta' + basis gamma with the leading terms theta', those that prescribe displacements;
-  !> K_r gamma + M' lambda = load theta, M gamma <= gap theta, lambda >= 0 and complementary.
-  !> Source: (10). theta(n_terms) are the values of the model's terms. Numbers of nodes, cells and dofs are natural, 1-based.
-  type :: reduced_model_t
-    !> columns of the basis: what prescribed rows leave of the POD modes, then the hats
-    integer :: n_modes = 0
-    !> POD modes that choose the domain (l of the paper), further ones in the basis, hat functions
-    integer :: n_pod_modes = 0
-    integer :: n_extra_modes = 0
-    integer :: n_hats = 0
-    !> multipliers of the reduced integration domain
-    integer :: n_rows = 0
-    !> [-] V, shape (n_dofs, n_modes)
-    real(rk), allocatable :: basis(:, :)
-    !> [length per unit of theta] of the leading terms; the others prescribe nothing; shape (n_dofs, n_lifted_terms)
-    real(rk), allocatable :: lifting(:, :)
-    !> [force / length] K_r, neither symmetric nor definite, shape (n_modes, n_modes)
-    real(rk), allocatable :: reduced_stiffness(:, :)
-    !> [-] M, shape (n_rows, n_modes)
-    real(rk), allocatable :: contact_matrix(:, :)
-    !> [force per unit of theta] shape (n_modes, n_terms)
-    real(rk), allocatable :: load(:, :)
-    !> [length per unit of theta] shape (n_rows, n_terms)
-    real(rk), allocatable :: gap(:, :)
-    !> A_lambda: index of each row among all multipliers, ascending, shape (n_rows)
-    integer, allocatable :: contact_rows(:)
-    !> L, L', and the cells of the reduced integration domain
-    integer, allocatable :: seed_nodes(:)
-    integer, allocatable :: facing_nodes(:)
-    integer, allocatable :: cells(:)
-    !> A, I, A_c
-    integer, allocatable :: interior_dofs(:)
-    integer, allocatable :: interface_dofs(:)
-    integer, allocatable :: contact_dofs(:)
-    !> its snapshots among the training points, 1-based, ascending
-    integer, allocatable :: training_points(:)
-    !> [force] multipliers of the snapshots, shape (n_multipliers, n_snapshots)
-    real(rk), allocatable :: dual_snapshots(:, :)
-    !> [length] normal displacements of the snapshots, first sides, then second sides, shape (n_contact_values, n_snapshots);
-    !> no rows: the reconstruction uses multipliers only
-    real(rk), allocatable :: contact_displacement_snapshots(:, :)
-    !> [-] the same displacements of basis and lifting, (n_contact_values, n_modes or n_lifted_terms)
-    real(rk), allocatable :: contact_value_basis(:, :)
-    real(rk), allocatable :: contact_value_lifting(:, :)
-    !> active sets of the reduced answers at the training points, as bits: where a query starts, shape (n_words(n_rows), n_points);
-    !> no columns: a query starts with what penetrates
-    integer, allocatable :: start_sets(:, :)
-    !> [length] of the snapshots, descending
-    real(rk), allocatable :: singular_values(:)
-    !> [-] kappa of M, (11); infinite when rank < n_rows
-    real(rk) :: condition_number = 1
-    integer :: rank = 0
-    !> [-] of K_r
-    real(rk) :: stiffness_condition = 1
-    !> of K_r: modes that the equations determine
-    integer :: stiffness_rank = 0
-    !> of the basis on the domain: n_modes, unless columns depend on each other there
-    integer :: basis_rank = 0
-    !> loaded, prescribed and contact dofs in the domain, and hats: as many modes as these the equations can determine
-    integer :: primal_rank_expected = 0
-    type(enrichment_history_t) :: history
-    !> sentences of the training
-    type(string_t), allocatable :: warnings(:)
-  end type reduced_model_t
-
-  !> The full-order model condensed to its multipliers, as far as there was room: what answers where the reduced model has none.
-  !>
-  !> 0 <= lambda, W lambda + free_opening theta >= 0, complementary; u = G theta' - H lambda with the leading terms theta'.
-  type :: full_order_t
-    !> [length/force] W, shape (n_multipliers, n_multipliers); without it the rest is empty too
-    real(rk), allocatable :: compliance(:, :)
-    !> [length per unit of theta] D - B G, shape (n_multipliers, n_terms)
-    real(rk), allocatable :: free_opening(:, :)
-    !> [length per unit of theta] G of the leading terms, the others drive nothing; shape (n_dofs, n_driving_terms), or no columns
-    real(rk), allocatable :: free_response(:, :)
-    !> [length/force] H, shape (n_dofs, n_multipliers), or no columns
-    real(rk), allocatable :: contact_response(:, :)
-  contains
-    procedure :: has_multipliers
-    procedure :: has_displacement
-  end type full_order_t
 
   !> Nodes of one side of all contacts; those of contact k are starts(k) + 1 ... starts(k + 1).
   type :: contact_side_t
@@ -139,6 +32,8 @@ module sig_model
 
   !> Errors against the full-order model over a test set; no entries until validated.
   type :: validation_statistics_t
+    !> whether the errors are small enough, as a sentence; empty until validated
+    character(:), allocatable :: verdict
     !> e_u, e_lambda_rid, ...; all arrays have their length
     type(string_t), allocatable :: names(:)
     real(rk), allocatable :: minimum(:)
@@ -190,25 +85,26 @@ module sig_model
     real(rk) :: pod_tolerance = 0
     !> elastic_lifting or multiplier
     character(:), allocatable :: dirichlet
-    !> reconstruct_with_displacements or reconstruct_from_multipliers
-    character(:), allocatable :: reconstruction
-    type(reduced_model_t), allocatable :: clusters(:)
+    !> [-] largest relative bound of an answer; larger ones fall back or are refused; 0 = no hyper-reduced answer is certified
+    real(rk) :: max_error = 0
+    !> one per cluster, then the fallback if there is one
+    type(part_t), allocatable :: parts(:)
+    logical :: has_fallback = .false.
     !> which cluster answers where; empty with one cluster
     type(model_choice_t) :: choice
-    type(full_order_t) :: full_order
     type(validation_statistics_t) :: validation
+  contains
+    procedure :: n_clusters
+    procedure :: fallback
+    procedure :: group_of
   end type model_t
-
-  interface fill_missing
-    procedure fill_text, fill_texts, fill_integers, fill_integer_matrix, fill_reals, fill_matrix
-  end interface fill_missing
 
 contains
 
   !> Gives every part that is not allocated its empty value, so that nobody has to ask.
   pure subroutine complete_model(model)
     type(model_t), intent(inout) :: model
-    integer :: i_cluster
+    integer :: i
 
     call fill_missing(model%code_version)
     call fill_missing(model%deck_text)
@@ -218,7 +114,6 @@ contains
     call fill_missing(model%length_unit)
     call fill_missing(model%force_unit)
     call fill_missing(model%dirichlet)
-    call fill_missing(model%reconstruction)
     call fill_missing(model%parameter_names)
     call fill_missing(model%parameter_units)
     call fill_missing(model%box, 2)
@@ -230,6 +125,7 @@ contains
     call complete_side(model%second_side, model%n_dim, model%n_multipliers)
     call fill_missing(model%areas)
     call fill_missing(model%gap, model%n_multipliers)
+    call fill_missing(model%validation%verdict)
     call fill_missing(model%validation%names)
     call fill_missing(model%validation%minimum)
     call fill_missing(model%validation%median)
@@ -237,13 +133,9 @@ contains
     call fill_missing(model%validation%maximum)
     call fill_missing(model%validation%method_names)
     call fill_missing(model%validation%method_counts)
-    call fill_missing(model%full_order%compliance, 0)
-    call fill_missing(model%full_order%free_opening, size(model%full_order%compliance, 1))
-    call fill_missing(model%full_order%free_response, model%n_dofs)
-    call fill_missing(model%full_order%contact_response, model%n_dofs)
-    if (.not. allocated(model%clusters)) allocate (model%clusters(0))
-    do i_cluster = 1, size(model%clusters)
-      call complete_cluster(model%clusters(i_cluster), model%n_dofs, model%n_multipliers)
+    if (.not. allocated(model%parts)) allocate (model%parts(0))
+    do i = 1, size(model%parts)
+      call model%parts(i)%reduced%complete(model_sizes(model))
     end do
   end subroutine complete_model
 
@@ -258,41 +150,14 @@ contains
     call fill_missing(side%coordinates, n_dim)
   end subroutine complete_side
 
-  !> The same for one cluster.
-  pure subroutine complete_cluster(cluster, n_dofs, n_multipliers)
-    type(reduced_model_t), intent(inout) :: cluster
-    integer, intent(in) :: n_dofs
-    integer, intent(in) :: n_multipliers
+  !> Of a model that is complete but for its parts.
+  pure function model_sizes(model) result(sizes)
+    type(model_t), intent(in) :: model
+    type(model_sizes_t) :: sizes
 
-    call fill_missing(cluster%basis, n_dofs)
-    call fill_missing(cluster%lifting, n_dofs)
-    call fill_missing(cluster%reduced_stiffness, cluster%n_modes)
-    call fill_missing(cluster%contact_matrix, cluster%n_rows)
-    call fill_missing(cluster%load, cluster%n_modes)
-    call fill_missing(cluster%gap, cluster%n_rows)
-    call fill_missing(cluster%contact_rows)
-    call fill_missing(cluster%seed_nodes)
-    call fill_missing(cluster%facing_nodes)
-    call fill_missing(cluster%cells)
-    call fill_missing(cluster%interior_dofs)
-    call fill_missing(cluster%interface_dofs)
-    call fill_missing(cluster%contact_dofs)
-    call fill_missing(cluster%training_points)
-    call fill_missing(cluster%dual_snapshots, n_multipliers)
-    call fill_missing(cluster%contact_displacement_snapshots, 0)
-    call fill_missing(cluster%contact_value_basis, 0)
-    call fill_missing(cluster%contact_value_lifting, 0)
-    call fill_missing(cluster%start_sets, n_words(cluster%n_rows))
-    call fill_missing(cluster%singular_values)
-    call fill_missing(cluster%history%rows)
-    call fill_missing(cluster%history%nodes)
-    call fill_missing(cluster%history%n_columns)
-    call fill_missing(cluster%history%ranks)
-    call fill_missing(cluster%history%condition_numbers)
-    call fill_missing(cluster%history%singular_ratios)
-    call fill_missing(cluster%history%stiffness_conditions)
-    call fill_missing(cluster%warnings)
-  end subroutine complete_cluster
+    sizes = model_sizes_t(n_dofs=model%n_dofs, n_multipliers=model%n_multipliers, n_terms=model%terms%n_terms(), &
+      n_points=size(model%training_points, 2))
+  end function model_sizes
 
   !> Of the first side: tag of the node that carries the force of contact k.
   pure integer function owner_tag(self, k)
@@ -302,57 +167,28 @@ contains
     owner_tag = self%tags(self%starts(k) + 1)
   end function owner_tag
 
-  !> The multipliers of all contacts can be answered.
-  pure logical function has_multipliers(self)
-    class(full_order_t), intent(in) :: self
+  !> Parts that the choice chooses among.
+  pure integer function n_clusters(self)
+    class(model_t), intent(in) :: self
 
-    has_multipliers = .false.
-    if (allocated(self%compliance)) has_multipliers = size(self%compliance) > 0
-  end function has_multipliers
+    n_clusters = 0
+    if (allocated(self%parts)) n_clusters = size(self%parts) - merge(1, 0, self%has_fallback)
+  end function n_clusters
 
-  !> The displacement can.
-  pure logical function has_displacement(self)
-    class(full_order_t), intent(in) :: self
+  !> The part that answers where a cluster cannot; 0 = none.
+  pure integer function fallback(self)
+    class(model_t), intent(in) :: self
 
-    has_displacement = .false.
-    if (allocated(self%contact_response)) has_displacement = size(self%contact_response) > 0
-  end function has_displacement
+    fallback = merge(self%n_clusters() + 1, 0, self%has_fallback)
+  end function fallback
 
-  pure subroutine fill_text(text)
-    character(:), allocatable, intent(inout) :: text
+  !> Place of a part in the model file.
+  pure function group_of(self, i) result(group)
+    class(model_t), intent(in) :: self
+    integer, intent(in) :: i
+    character(:), allocatable :: group
 
-    if (.not. allocated(text)) text = ''
-  end subroutine fill_text
-
-  pure subroutine fill_texts(texts)
-    type(string_t), allocatable, intent(inout) :: texts(:)
-
-    if (.not. allocated(texts)) allocate (texts(0))
-  end subroutine fill_texts
-
-  pure subroutine fill_integers(values)
-    integer, allocatable, intent(inout) :: values(:)
-
-    if (.not. allocated(values)) allocate (values(0))
-  end subroutine fill_integers
-
-  pure subroutine fill_integer_matrix(values, n_rows)
-    integer, allocatable, intent(inout) :: values(:, :)
-    integer, intent(in) :: n_rows
-
-    if (.not. allocated(values)) allocate (values(n_rows, 0))
-  end subroutine fill_integer_matrix
-
-  pure subroutine fill_reals(values)
-    real(rk), allocatable, intent(inout) :: values(:)
-
-    if (.not. allocated(values)) allocate (values(0))
-  end subroutine fill_reals
-
-  pure subroutine fill_matrix(values, n_rows)
-    real(rk), allocatable, intent(inout) :: values(:, :)
-    integer, intent(in) :: n_rows
-
-    if (.not. allocated(values)) allocate (values(n_rows, 0))
-  end subroutine fill_matrix
+    group = 'fallback'
+    if (i <= self%n_clusters()) group = 'clusters/' // to_text(i)
+  end function group_of
 end module sig_model

@@ -1,14 +1,13 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> A model explained to a person.
 module sig_model_description
+  use sig_description_line, only: eol, line
   use sig_kinds, only: rk
-  use sig_model, only: model_t, reduced_model_t
+  use sig_model, only: model_t
   use sig_text, only: counted, short_number, to_text
   implicit none(type, external)
   private
   public :: describe_model
-
-  character(1), parameter :: eol = new_line('a')
 
 contains
 
@@ -21,22 +20,13 @@ contains
     integer :: i
 
     text = model%title // eol // eol // parameter_lines(model) // eol // size_lines(model) // eol
-    do i = 1, size(model%clusters)
+    do i = 1, model%n_clusters()
       text = text // cluster_lines(model, i) // eol
     end do
-    text = text // full_order_lines(model) // eol // validation_lines(model) // eol // &
+    text = text // fallback_lines(model) // eol // validation_lines(model) // eol // &
       line('written by', 'signorom ' // model%code_version // ', model format ' // to_text(model%format_version)) // &
       line('mesh', model%mesh_hash) // 'provenance' // repeat(' ', 14) // model%provenance
   end function describe_model
-
-  !> `word                    value`
-  pure function line(word, value) result(text)
-    character(*), intent(in) :: word
-    character(*), intent(in) :: value
-    character(:), allocatable :: text
-
-    text = word // repeat(' ', max(1, 24 - len(word))) // value // eol
-  end function line
 
   pure function parameter_lines(model) result(text)
     type(model_t), intent(in) :: model
@@ -58,9 +48,9 @@ contains
     character(:), allocatable :: text
 
     text = ''
-    if (size(model%clusters) == 1) return
-    text = line('clusters', to_text(size(model%clusters)) // ', chosen by cell of the training grid')
-    if (.not. allocated(model%choice%labels)) text = line('clusters', to_text(size(model%clusters)) // &
+    if (model%n_clusters() == 1) return
+    text = line('clusters', to_text(model%n_clusters()) // ', chosen by cell of the training grid')
+    if (.not. allocated(model%choice%labels)) text = line('clusters', to_text(model%n_clusters()) // &
       ', chosen by a random forest')
   end function choice_line
 
@@ -73,53 +63,40 @@ contains
       line('units', 'displacements in ' // model%length_unit // ', contact forces in ' // model%force_unit) // &
       line('terms of the load', to_text(model%terms%n_terms())) // &
       line('POD tolerance', short_number(model%pod_tolerance)) // &
-      line('prescribed values', model%dirichlet) // &
-      line('forces elsewhere', model%reconstruction)
+      line('prescribed values', model%dirichlet)
   end function size_lines
 
   pure function cluster_lines(model, i) result(text)
     type(model_t), intent(in) :: model
     integer, intent(in) :: i
     character(:), allocatable :: text
-    integer :: i_warning
 
-    associate (cluster => model%clusters(i))
-      text = 'reduced model'
-      if (size(model%clusters) > 1) text = text // ' of cluster ' // to_text(i)
+    associate (part => model%parts(i)%reduced)
+      text = 'reduced model (' // part%kind() // ')'
+      if (model%n_clusters() > 1) text = text // ' of cluster ' // to_text(i)
       text = text // eol
-      if (size(model%clusters) > 1) text = text // line('  training points', to_text(size(cluster%training_points)))
-      text = text // line('  modes', to_text(cluster%n_modes)) // &
-        line('  integration domain', counted(size(cluster%cells), 'cell') // ', ' // &
-        counted(cluster%n_rows, 'contact pair')) // &
-        line('  kappa', condition_text(cluster)) // &
-        line('  cond(K_r)', short_number(cluster%stiffness_condition))
-      do i_warning = 1, size(cluster%warnings)
-        if (len(cluster%warnings(i_warning)%text) > 0) text = text // line('  warning', cluster%warnings(i_warning)%text)
-      end do
+      if (model%n_clusters() > 1) text = text // line('  training points', to_text(size(part%training_points())))
+      text = text // part%describe()
     end associate
   end function cluster_lines
 
-  pure function condition_text(cluster) result(text)
-    type(reduced_model_t), intent(in) :: cluster
-    character(:), allocatable :: text
-
-    text = short_number(cluster%condition_number)
-    if (cluster%rank < cluster%n_rows) text = 'infinite (rank ' // to_text(cluster%rank) // ' of ' // to_text(cluster%n_rows) // &
-      ': contact forces of the domain may not be unique)'
-  end function condition_text
-
-  pure function full_order_lines(model) result(text)
+  pure function fallback_lines(model) result(text)
     type(model_t), intent(in) :: model
     character(:), allocatable :: text
+    integer :: i
 
-    if (.not. model%full_order%has_multipliers()) then
-      text = line('without a solution', 'a point where the reduced problem has none gets no answer')
-    else if (model%full_order%has_displacement()) then
+    ! a name for the index: gfortran 12 forgets to evaluate a function there
+    i = model%fallback()
+    if (i == 0) then
+      text = ''
+      if (.not. model%parts(1)%reduced%is_exact()) text = line('without a solution', &
+        'a point where the reduced problem has none gets no answer')
+    else if (model%parts(i)%reduced%has_displacement()) then
       text = line('without a solution', 'the full-order model answers (forces and displacements)')
     else
       text = line('without a solution', 'the full-order model answers (forces; displacements by the reduced basis)')
     end if
-  end function full_order_lines
+  end function fallback_lines
 
   pure function validation_lines(model) result(text)
     type(model_t), intent(in) :: model
@@ -134,6 +111,7 @@ contains
         text = text // line('  ' // validation%names(i)%text, padded(validation%median(i)) // padded(validation%p95(i)) // &
           short_number(validation%maximum(i)))
       end do
+      text = text // line('verdict', validation%verdict)
       do i = 1, size(validation%method_names)
         text = text // line('  by ' // validation%method_names(i)%text, counted(validation%method_counts(i), 'point'))
       end do

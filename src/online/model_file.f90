@@ -1,15 +1,15 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> model.h5: writes a model, reads one, refuses what is none, of another format or changed.
 module sig_model_file
-  use sig_cluster_file, only: read_cluster, write_cluster
   use sig_errors, only: error_t, exit_internal, make_error
   use sig_hdf5_format, only: open_sealed, write_format
   use sig_hdf5_reader, only: h5_reader_t
   use sig_hdf5_writer, only: h5_writer_t
   use sig_kinds, only: rk
-  use sig_model, only: complete_model, contact_side_t, full_order_t, model_format_version, model_t, oldest_model_format, &
-    reduced_model_t, validation_statistics_t
+  use sig_model, only: complete_model, contact_side_t, model_format_version, model_t, oldest_model_format, &
+    validation_statistics_t
   use sig_model_check, only: find_mismatch
+  use sig_reduced_kinds, only: create_reduced, kind_names
   use sig_term_file, only: read_terms, write_terms
   use sig_text, only: to_text
   implicit none(type, external)
@@ -30,7 +30,7 @@ contains
     type(error_t), allocatable, intent(out) :: error
     type(h5_writer_t) :: file
     type(model_t) :: whole
-    integer :: i_cluster
+    integer :: i
 
     whole = model
     call complete_model(whole)
@@ -43,11 +43,11 @@ contains
     if (allocated(error)) return
     call write_header(file, whole)
     call write_problem(file, whole)
-    do i_cluster = 1, size(whole%clusters)
-      call write_cluster(file, '/clusters/' // to_text(i_cluster), whole%clusters(i_cluster), whole%length_unit, whole%force_unit)
+    do i = 1, size(whole%parts)
+      call whole%parts(i)%reduced%write(file, '/' // whole%group_of(i), whole%length_unit, whole%force_unit)
+      call file%write_attribute('/' // whole%group_of(i), 'kind', whole%parts(i)%reduced%kind())
     end do
     call whole%choice%write(file)
-    call write_full_order(file, whole%full_order, whole%length_unit, whole%force_unit)
     call write_validation(file, whole%validation)
     call file%close(error)
   end subroutine write_model
@@ -59,7 +59,7 @@ contains
     call write_format(file, format_name, model_format_version, model%code_version)
     call file%write_attribute('/', 'provenance', model%provenance)
     call file%write_attribute('/', 'mesh_hash', model%mesh_hash)
-    call file%write_attribute('/', 'n_clusters', size(model%clusters))
+    call file%write_attribute('/', 'n_clusters', model%n_clusters())
     call file%write_attribute('/', 'n_nodes', model%n_nodes)
     call file%write_attribute('/', 'n_dofs', model%n_dofs)
     call file%write_attribute('/', 'n_dim', model%n_dim)
@@ -90,7 +90,7 @@ contains
     call file%write('/contact/gap', model%gap, length, 'initial gaps, a term per row')
     call file%write('/reduction/pod_tolerance', model%pod_tolerance, '1')
     call file%write('/reduction/dirichlet', model%dirichlet)
-    call file%write('/reduction/reconstruction', model%reconstruction)
+    call file%write('/certificate/max_error', model%max_error, '1', 'largest relative bound of an answer; 0: no limit')
   end subroutine write_problem
 
   subroutine write_side(file, group, side, length)
@@ -107,26 +107,12 @@ contains
     call file%write(group // '/coordinates', side%coordinates, length, 'a node per row')
   end subroutine write_side
 
-  subroutine write_full_order(file, full_order, length, force)
-    type(h5_writer_t), intent(inout) :: file
-    type(full_order_t), intent(in) :: full_order
-    character(*), intent(in) :: length
-    character(*), intent(in) :: force
-
-    call file%write('/full_order/compliance', full_order%compliance, length // '/(' // force // ')', &
-      'closing of each pair under the contact force of each pair; empty where there was no room')
-    call file%write('/full_order/free_opening', full_order%free_opening, length, 'gap without contact forces, a term per row')
-    call file%write('/full_order/free_response', full_order%free_response, length, &
-      'displacement without contact, a leading term per row')
-    call file%write('/full_order/contact_response', full_order%contact_response, length // '/(' // force // ')', &
-      'displacement against the contact force of each pair, a pair per row')
-  end subroutine write_full_order
-
   subroutine write_validation(file, validation)
     type(h5_writer_t), intent(inout) :: file
     type(validation_statistics_t), intent(in) :: validation
 
     call file%write('/validation/names', validation%names, description='empty until validated')
+    call file%write('/validation/verdict', validation%verdict)
     call file%write('/validation/minimum', validation%minimum)
     call file%write('/validation/median', validation%median)
     call file%write('/validation/p95', validation%p95)
@@ -149,9 +135,8 @@ contains
     if (allocated(error)) return
     call read_header(file, path, model, error)
     if (.not. allocated(error)) call read_problem(file, path, model, error)
-    if (.not. allocated(error)) call read_clusters(file, model%clusters, error)
+    if (.not. allocated(error)) call read_parts(file, path, model, error)
     if (.not. allocated(error)) call model%choice%read(file, path, model%box, error)
-    call read_full_order(file, model%full_order, error)
     call read_validation(file, model%validation, error)
     call file%close()
     if (allocated(error)) return
@@ -166,7 +151,7 @@ contains
     character(*), intent(in) :: path
     type(model_t), intent(inout) :: model
     type(error_t), allocatable, intent(inout) :: error
-    integer :: n_clusters
+    integer :: n_clusters, n_found
 
     call file%read_attribute('/', 'code_version', model%code_version, error)
     call file%read_attribute('/', 'provenance', model%provenance, error)
@@ -176,9 +161,11 @@ contains
     call file%read_attribute('/', 'n_dofs', model%n_dofs, error)
     call file%read_attribute('/', 'n_dim', model%n_dim, error)
     call file%read_attribute('/', 'n_multipliers', model%n_multipliers, error)
-    allocate (model%clusters(file%count_groups('/clusters', n_clusters)))
-    if (size(model%clusters) /= n_clusters .and. .not. allocated(error)) call make_error(error, 'the model says that it has ' // &
-      to_text(n_clusters) // ' clusters; the file holds ' // to_text(size(model%clusters)), file=path, hint=train_hint)
+    model%has_fallback = file%has('/fallback')
+    n_found = file%count_groups('/clusters', n_clusters)
+    allocate (model%parts(n_found + merge(1, 0, model%has_fallback)))
+    if (n_found /= n_clusters .and. .not. allocated(error)) call make_error(error, 'the model says that it has ' // &
+      to_text(n_clusters) // ' clusters; the file holds ' // to_text(n_found), file=path, hint=train_hint)
   end subroutine read_header
 
   subroutine read_problem(file, path, model, error)
@@ -201,7 +188,7 @@ contains
     call file%read('/contact/gap', model%gap, error)
     call file%read('/reduction/pod_tolerance', model%pod_tolerance, error)
     call file%read('/reduction/dirichlet', model%dirichlet, error)
-    call file%read('/reduction/reconstruction', model%reconstruction, error)
+    call file%read('/certificate/max_error', model%max_error, error)
   end subroutine read_problem
 
   subroutine read_side(file, group, side, error)
@@ -232,27 +219,28 @@ contains
     model%box(2, :) = maximum(:size(model%box, 2))
   end subroutine read_parameters
 
-  subroutine read_clusters(file, clusters, error)
+  !> Each part says what kind it is.
+  subroutine read_parts(file, path, model, error)
     type(h5_reader_t), intent(in) :: file
-    type(reduced_model_t), intent(inout) :: clusters(:)
+    character(*), intent(in) :: path
+    type(model_t), intent(inout) :: model
     type(error_t), allocatable, intent(inout) :: error
-    integer :: i_cluster
+    character(:), allocatable :: group, kind
+    integer :: i
 
-    do i_cluster = 1, size(clusters)
-      call read_cluster(file, '/clusters/' // to_text(i_cluster), clusters(i_cluster), error)
+    do i = 1, size(model%parts)
+      group = '/' // model%group_of(i)
+      call file%read_attribute(group, 'kind', kind, error)
+      if (allocated(error)) return
+      call create_reduced(kind, model%parts(i)%reduced)
+      if (.not. allocated(model%parts(i)%reduced)) then
+        call make_error(error, 'the part ''' // group(2:) // ''' is of the kind ''' // kind // '''; known are: ' // kind_names, &
+          file=path, hint=train_hint)
+        return
+      end if
+      call model%parts(i)%reduced%read(file, group, error)
     end do
-  end subroutine read_clusters
-
-  subroutine read_full_order(file, full_order, error)
-    type(h5_reader_t), intent(in) :: file
-    type(full_order_t), intent(inout) :: full_order
-    type(error_t), allocatable, intent(inout) :: error
-
-    call file%read('/full_order/compliance', full_order%compliance, error)
-    call file%read('/full_order/free_opening', full_order%free_opening, error)
-    call file%read('/full_order/free_response', full_order%free_response, error)
-    call file%read('/full_order/contact_response', full_order%contact_response, error)
-  end subroutine read_full_order
+  end subroutine read_parts
 
   subroutine read_validation(file, validation, error)
     type(h5_reader_t), intent(in) :: file
@@ -260,6 +248,7 @@ contains
     type(error_t), allocatable, intent(inout) :: error
 
     call file%read('/validation/names', validation%names, error)
+    call file%read('/validation/verdict', validation%verdict, error)
     call file%read('/validation/minimum', validation%minimum, error)
     call file%read('/validation/median', validation%median, error)
     call file%read('/validation/p95', validation%p95, error)

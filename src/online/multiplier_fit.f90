@@ -7,7 +7,7 @@
 module sig_multiplier_fit
   use sig_kinds, only: rk
   use sig_linear_algebra, only: multiply
-  use sig_model, only: reduced_model_t
+  use sig_hhr_data, only: hhr_data_t
   use sig_nnls, only: nnls_t, nnls_workspace_t
   implicit none(type, external)
   private
@@ -41,15 +41,13 @@ module sig_multiplier_fit
 
 contains
 
-  subroutine prepare(self, cluster, has_displacements)
+  subroutine prepare(self, cluster)
     class(multiplier_fit_t), intent(inout) :: self
-    type(reduced_model_t), intent(in) :: cluster
-    !> fit the displacements too
-    logical, intent(in) :: has_displacements
+    type(hhr_data_t), intent(in) :: cluster
     real(rk), allocatable :: known(:, :)
 
     self%n_rows = cluster%n_rows
-    self%n_values = merge(size(cluster%contact_displacement_snapshots, 1), 0, has_displacements)
+    self%n_values = merge(size(cluster%contact_displacement_snapshots, 1), 0, cluster%fits_displacements)
     self%n_snapshots = size(cluster%dual_snapshots, 2)
     allocate (known(self%n_rows + self%n_values, self%n_snapshots))
     known(:self%n_rows, :) = cluster%dual_snapshots(cluster%contact_rows, :)
@@ -66,7 +64,7 @@ contains
   subroutine evaluate(self, cluster, theta, coordinates, multipliers_rid, workspace, multipliers)
     class(multiplier_fit_t), intent(in) :: self
     !> that of prepare
-    type(reduced_model_t), intent(in) :: cluster
+    type(hhr_data_t), intent(in) :: cluster
     !> values of the model's terms, shape (n_terms)
     real(rk), contiguous, intent(in) :: theta(:)
     !> [length] gamma, shape (n_modes)

@@ -2,32 +2,15 @@
 !> A model made ready for queries: what does not depend on the point is computed once. Any number of threads may share it.
 module sig_online_model
   use sig_kinds, only: rk
-  use sig_linear_algebra, only: lu_t
-  use sig_model, only: complete_model, model_t, reconstruct_with_displacements, reduced_model_t
-  use sig_multiplier_fit, only: multiplier_fit_t
+  use sig_model, only: complete_model, model_t
   use sig_text, only: to_text
   implicit none(type, external)
   private
-  public :: online_model_t, cluster_system_t
-
-  !> One cluster condensed on its multipliers.
-  type :: cluster_system_t
-    integer :: n_rows = 0
-    integer :: n_modes = 0
-    !> W = M K_r^-1 M', shape (n_rows, n_rows)
-    real(rk), allocatable :: condensed(:, :)
-    !> (q, K_r^-1 F) = response theta with q = D - M K_r^-1 F, shape (n_rows + n_modes, n_terms)
-    real(rk), allocatable :: response(:, :)
-    !> gamma = K_r^-1 F - multiplier_response lambda, shape (n_modes, n_rows)
-    real(rk), allocatable :: multiplier_response(:, :)
-  end type cluster_system_t
+  public :: online_model_t
 
   type :: online_model_t
     !> set by the caller before prepare
     type(model_t) :: model
-    !> of each cluster
-    type(cluster_system_t), allocatable :: systems(:)
-    type(multiplier_fit_t), allocatable :: fits(:)
     !> [-] 1 / length of each side of the box, 0 for a side without length; shape (n_parameters)
     real(rk), allocatable :: box_scale(:)
   contains
@@ -42,50 +25,25 @@ module sig_online_model
 
 contains
 
-  !> Condenses each cluster on its multipliers, and prepares the fit of all its multipliers.
+  !> Prepares every part.
   !>
-  !> Errors: message is allocated when a reduced stiffness is numerically singular.
+  !> Errors: message is allocated when a part cannot answer.
   subroutine prepare(self, message)
     class(online_model_t), intent(inout) :: self
     character(:), allocatable, intent(out) :: message
     integer :: i
 
     call complete_model(self%model)
-    if (allocated(self%systems)) deallocate (self%systems, self%fits)
-    allocate (self%systems(size(self%model%clusters)), self%fits(size(self%model%clusters)))
     associate (sides => self%model%box(2, :) - self%model%box(1, :))
       self%box_scale = merge(1 / max(sides, tiny(1.0_rk)), 0.0_rk, sides > 0)
     end associate
-    do i = 1, size(self%systems)
-      call self%fits(i)%prepare(self%model%clusters(i), self%model%reconstruction == reconstruct_with_displacements)
-      call condense(self%model%clusters(i), self%systems(i), message)
+    do i = 1, size(self%model%parts)
+      call self%model%parts(i)%reduced%prepare(message)
       if (.not. allocated(message)) cycle
-      message = 'cluster ' // to_text(i) // ': ' // message
+      if (i <= self%model%n_clusters()) message = 'cluster ' // to_text(i) // ': ' // message
       return
     end do
   end subroutine prepare
-
-  subroutine condense(cluster, system, message)
-    type(reduced_model_t), intent(in) :: cluster
-    type(cluster_system_t), intent(out) :: system
-    character(:), allocatable, intent(out) :: message
-    type(lu_t) :: lu
-
-    call lu%factor(cluster%reduced_stiffness)
-    if (lu%is_singular) then
-      message = 'the reduced stiffness (' // to_text(cluster%n_modes) // ' modes) is numerically singular: its reciprocal ' &
-        // 'condition number is ' // to_text(lu%reciprocal_condition) // '; the equations of the reduced integration domain ' &
-        // 'do not determine every mode (a larger pod_tolerance or a zone of interest mends that)'
-      return
-    end if
-    system%n_rows = cluster%n_rows
-    system%n_modes = cluster%n_modes
-    system%multiplier_response = lu%solve(transpose(cluster%contact_matrix))
-    system%condensed = matmul(cluster%contact_matrix, system%multiplier_response)
-    allocate (system%response(cluster%n_rows + cluster%n_modes, size(cluster%load, 2)))
-    system%response(cluster%n_rows + 1:, :) = lu%solve(cluster%load)
-    system%response(:cluster%n_rows, :) = cluster%gap - matmul(cluster%contact_matrix, system%response(cluster%n_rows + 1:, :))
-  end subroutine condense
 
   !> Training point nearest to a point, sides of the box taken as of length 1; the first of several. 0 without training points.
   pure subroutine nearest_point(self, point, i_nearest, distance)

@@ -1,72 +1,21 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Answers of a reduced model at parameter points: a complementarity problem of the domain's multipliers and two small products.
+!> Answers of a model at parameter points: the part that the choice names, the fallback where it has no answer, a certificate.
 module sig_query
-  use sig_bits, only: unpack_bits
+  use sig_answer, only: answer_failed_bound, answer_failed_size, answer_failed_term, answer_found, answer_t
   use sig_kinds, only: rk
-  use sig_lcp, only: find_other_solution, lcp_active_set, lcp_lemke, lcp_method_name, lcp_reason_text, lcp_solution_t, lcp_solved, &
-    lcp_workspace_t, solve_lcp
-  use sig_linear_algebra, only: multiply
   use sig_online_model, only: online_model_t
-  use sig_solution_choice, only: solution_choice_t
+  use sig_reduced, only: neighbors_t, reduced_t
+  use sig_rooms, only: rooms_t
   use sig_term_values, only: term_values_t
   implicit none(type, external)
   private
-  public :: query_t, answer_t, method_name, reason_text
-
-  !> methods of an answer: those of sig_lcp, and
-  integer, parameter, public :: query_condensed = lcp_lemke + 1
-  integer, parameter, public :: n_query_methods = query_condensed
-
-  !> reasons of an answer beside those of sig_lcp: > 0 answered, < 0 not
-  integer, parameter, public :: query_answered = lcp_solved
-  !> the point has not one value per parameter
-  integer, parameter, public :: query_failed_size = -11
-  !> a term of the model is infinite or not a number there
-  integer, parameter, public :: query_failed_term = -12
-
-  !> Answer at one point; where there is none the arrays are zero.
-  type :: answer_t
-    !> cluster that answered, 1-based
-    integer :: cluster = 1
-    !> [length] gamma, shape (n_modes)
-    real(rk), allocatable :: coordinates(:)
-    !> [force] lambda on the reduced integration domain, shape (n_rows)
-    real(rk), allocatable :: multipliers_rid(:)
-    !> lambda > 0, shape (n_rows)
-    logical, allocatable :: is_active(:)
-    !> [force] lambda on all contacts where the method is query_condensed, shape (n_multipliers)
-    real(rk), allocatable :: multipliers(:)
-    !> one of sig_lcp's methods, or query_condensed: the reduced problem has no solution, the full-order operator of the model
-    !> answered; method_name says it in words
-    integer :: method = 0
-    !> query_answered, one of query_failed_* or one of sig_lcp's; reason_text says it in words
-    integer :: reason = query_failed_size
-    !> linear solves and pivots
-    integer :: n_iterations = 0
-    !> the point lies in the trained box; an answer is given outside too
-    logical :: is_inside_box = .false.
-    !> [-] to the nearest training point, the box taken as of side 1
-    real(rk) :: distance = huge(1.0_rk)
-    !> [-] largest violation of the contact conditions of the problem that was solved, relative to the terms of its row
-    real(rk) :: residual = huge(1.0_rk)
-    !> solutions of the reduced problem that two starts found, 0 without an answer; 2: it has several, and the forces are doubtful
-    integer :: n_solutions = 0
-    !> values of the model's terms, shape (n_terms)
-    real(rk), allocatable :: theta(:)
-  end type answer_t
+  public :: query_t
 
   !> Room and expressions of one thread. After the first answers a query allocates nothing.
   type :: query_t
     private
     type(term_values_t) :: terms
-    type(lcp_workspace_t) :: workspace
-    type(lcp_solution_t) :: solution
-    type(lcp_solution_t) :: other_solution
-    type(lcp_solution_t) :: full_order_solution
-    type(solution_choice_t) :: choice
-    !> (q, free coordinates), shape (n_rows + n_modes of the largest cluster, at least n_multipliers)
-    real(rk), allocatable :: response(:)
-    logical, allocatable :: start(:)
+    type(rooms_t) :: rooms
   contains
     procedure :: create
     procedure :: evaluate
@@ -81,18 +30,18 @@ contains
     !> prepared
     type(online_model_t), intent(in) :: online
     character(:), allocatable, intent(out) :: message
-    integer :: n, n_multipliers
+    integer :: i
 
     call self%destroy()
     call self%terms%create(online%model%terms, message)
     if (allocated(message)) return
-    n_multipliers = online%model%n_multipliers
-    n = max(n_multipliers, maxval(online%systems%n_rows + online%systems%n_modes))
-    allocate (self%response(n), self%start(max(n_multipliers, maxval(online%systems%n_rows))))
+    do i = 1, size(online%model%parts)
+      call self%rooms%enter(online%model, i)
+    end do
   end subroutine create
 
-  !> Answers at one point. The starts depend on the point alone: where an answer is not unique it must not depend on the one before.
-  subroutine evaluate(self, online, point, answer, cluster, starts)
+  !> Answers at one point.
+  subroutine evaluate(self, online, point, answer, cluster)
     class(query_t), intent(inout) :: self
     !> the model of create
     type(online_model_t), intent(in) :: online
@@ -101,199 +50,117 @@ contains
     type(answer_t), intent(inout) :: answer
     !> to be asked whatever the point; default: the model's choice
     integer, intent(in), optional :: cluster
-    !> two active sets to start from, as bits, shape (n_words(n_rows), 2); default: those of training points around the point
-    integer, intent(in), optional :: starts(:, :)
-    integer :: i_nearest, i_opposite, i_source
+    type(neighbors_t) :: near
+    integer :: i_cluster, i_source
     logical :: is_valid
 
-    answer%cluster = 1
-    if (size(point) == size(online%model%box, 2)) answer%cluster = online%model%choice%cluster_of(point)
-    if (present(cluster)) answer%cluster = cluster
-    call start_answer(online, answer)
-    if (size(point) /= size(online%model%box, 2)) return
-    answer%is_inside_box = online%is_inside_box(point)
-    call online%nearest_point(point, i_nearest, answer%distance)
-    call self%terms%evaluate(point, answer%theta, is_valid, i_source)
-    answer%reason = merge(query_answered, query_failed_term, is_valid)
-    if (.not. is_valid) return
-    if (present(starts)) then
-      call solve_reduced(self, online, starts, 1, 2, answer)
-    else
-      call online%opposite_point(point, i_nearest, i_opposite)
-      call solve_reduced(self, online, online%model%clusters(answer%cluster)%start_sets, i_nearest, i_opposite, answer)
-    end if
-    if (answer%reason < 0 .and. online%model%full_order%has_multipliers()) call solve_full_order(self, online, answer)
-    if (answer%reason < 0) return
-    associate (system => online%systems(answer%cluster))
-      answer%coordinates = self%response(system%n_rows + 1:system%n_rows + system%n_modes)
-      call multiply(-1.0_rk, system%multiplier_response, answer%multipliers_rid, 1.0_rk, answer%coordinates)
+    i_cluster = 1
+    if (size(point) == size(online%model%box, 2)) i_cluster = online%model%choice%cluster_of(point)
+    if (present(cluster)) i_cluster = cluster
+    associate (part => online%model%parts(i_cluster)%reduced)
+      call answer%start(i_cluster, online%model%terms%n_terms(), part%n_modes(), part%n_rows(), online%model%n_multipliers)
     end associate
+    if (size(point) /= size(online%model%box, 2)) then
+      answer%reason = answer_failed_size
+      return
+    end if
+    answer%is_inside_box = online%is_inside_box(point)
+    call online%nearest_point(point, near%nearest, answer%distance)
+    call online%opposite_point(point, near%nearest, near%opposite)
+    call self%terms%evaluate(point, answer%theta, is_valid, i_source)
+    answer%reason = merge(answer_found, answer_failed_term, is_valid)
+    if (is_valid) call answer_at(self, online, near, answer)
   end subroutine evaluate
 
-  !> Zeros in arrays of the right size.
-  pure subroutine start_answer(online, answer)
-    type(online_model_t), intent(in) :: online
+  !> By the cluster; by the fallback where that has no answer, or its certificate does not reach the model's limit.
+  subroutine answer_at(self, online, near, answer)
+    class(query_t), intent(inout) :: self
+    type(online_model_t), intent(in), target :: online
+    type(neighbors_t), intent(in) :: near
     type(answer_t), intent(inout) :: answer
+    class(reduced_t), pointer :: judge
+    integer :: fallback
 
-    associate (system => online%systems(answer%cluster))
-      call resize(answer%theta, online%model%terms%n_terms())
-      call resize(answer%coordinates, system%n_modes)
-      call resize(answer%multipliers_rid, system%n_rows)
-      call resize(answer%multipliers, online%model%n_multipliers)
-      if (allocated(answer%is_active)) then
-        if (size(answer%is_active) /= system%n_rows) deallocate (answer%is_active)
-      end if
-      if (.not. allocated(answer%is_active)) allocate (answer%is_active(system%n_rows))
+    fallback = online%model%fallback()
+    judge => null()
+    if (fallback > 0) judge => online%model%parts(fallback)%reduced
+    associate (part => online%model%parts(answer%cluster)%reduced)
+      call part%solve(answer%theta, near, judge, self%rooms%of_part(answer%cluster)%room, answer)
     end associate
-    answer%is_active = .false.
-    answer%method = 0
-    answer%reason = query_failed_size
-    answer%n_iterations = 0
-    answer%is_inside_box = .false.
-    answer%distance = huge(answer%distance)
-    answer%residual = huge(answer%residual)
-    answer%n_solutions = 0
-  end subroutine start_answer
-
-  !> Zeros.
-  pure subroutine resize(values, n)
-    real(rk), allocatable, intent(inout) :: values(:)
-    integer, intent(in) :: n
-
-    if (allocated(values)) then
-      if (size(values) /= n) deallocate (values)
+    if (answer%reason > 0) call certify(self, online, answer)
+    if (answer%reason > 0 .and. is_certain(online, answer)) return
+    if (fallback > 0) then
+      call fall_back(self, online, near, answer)
+    else if (answer%reason > 0) then
+      answer%reason = answer_failed_bound
     end if
-    if (.not. allocated(values)) allocate (values(n))
-    values = 0
-  end subroutine resize
+  end subroutine answer_at
 
-  !> The complementarity problem of the domain, from two active sets; without sets from what penetrates.
-  subroutine solve_reduced(self, online, sets, i_first, i_second, answer)
+  !> The certificate reaches the limit. One that the model cannot give is no reason to refuse an answer: the user is told that there
+  !> is none.
+  pure logical function is_certain(online, answer)
+    type(online_model_t), intent(in) :: online
+    type(answer_t), intent(in) :: answer
+
+    is_certain = online%model%max_error <= 0 .or. answer%relative_bound <= online%model%max_error
+  end function is_certain
+
+  !> Bounds the answer's error, by the part itself or by the fallback.
+  subroutine certify(self, online, answer)
     class(query_t), intent(inout) :: self
     type(online_model_t), intent(in) :: online
-    !> as bits, shape (n_words(n_rows), n_sets)
-    integer, intent(in) :: sets(:, :)
-    !> of them, 0 = none
-    integer, intent(in) :: i_first
-    integer, intent(in) :: i_second
     type(answer_t), intent(inout) :: answer
+    integer :: i
+    logical :: is_own
 
-    associate (system => online%systems(answer%cluster))
-      call multiply(1.0_rk, system%response, answer%theta, 0.0_rk, self%response(:size(system%response, 1)))
-      associate (q => self%response(:system%n_rows), start => self%start(:system%n_rows))
-        if (i_first >= 1 .and. i_first <= size(sets, 2)) then
-          call unpack_bits(sets(:, i_first), start)
-        else
-          start = q < 0
-        end if
-        call solve_lcp(system%condensed, q, start, self%solution, self%workspace)
+    is_own = online%model%parts(answer%part)%reduced%can_certify()
+    i = answer%part
+    if (.not. is_own) then
+      i = online%model%fallback()
+      if (i == 0 .or. online%model%max_error <= 0) return
+      if (.not. online%model%parts(i)%reduced%can_certify()) return
+    end if
+    if (.not. answer%is_whole) then
+      associate (part => online%model%parts(answer%part)%reduced)
+        call part%fill_multipliers(answer, self%rooms%of_part(answer%part)%room, answer%multipliers)
       end associate
-    end associate
-    call take_reduced(self%solution, answer)
-    if (answer%reason < 0 .or. i_second < 1 .or. max(i_first, i_second) > size(sets, 2)) return
-    if (any(sets(:, i_second) /= sets(:, i_first))) call look_for_other(self, online, sets(:, i_second), answer)
-  end subroutine solve_reduced
+      answer%is_whole = .true.
+    end if
+    call online%model%parts(i)%reduced%certify(answer%multipliers, is_own, self%rooms%of_part(i)%room, answer)
+  end subroutine certify
 
-  !> A second solution of the domain's problem, from another active set. The full-order operator of the model, if there is one,
-  !> says which is the answer; else the first one stays.
-  subroutine look_for_other(self, online, set, answer)
+  !> The fallback answers; the cluster gives the displacement where the fallback has none.
+  subroutine fall_back(self, online, near, answer)
     class(query_t), intent(inout) :: self
     type(online_model_t), intent(in) :: online
-    !> as bits, shape (n_words(n_rows))
-    integer, intent(in) :: set(:)
-    !> that of the first start
+    type(neighbors_t), intent(in) :: near
     type(answer_t), intent(inout) :: answer
-    integer :: n_before
-    logical :: is_found
+    integer :: n_iterations
 
-    n_before = answer%n_iterations
-    associate (system => online%systems(answer%cluster))
-      associate (q => self%response(:system%n_rows), start => self%start(:system%n_rows), &
-        free_coordinates => self%response(system%n_rows + 1:system%n_rows + system%n_modes))
-        call unpack_bits(set, start)
-        call find_other_solution(system%condensed, q, start, self%solution, self%other_solution, self%workspace, is_found)
-        if (is_found .and. online%model%full_order%has_multipliers()) then
-          if (self%choice%is_other_better(online, answer%cluster, answer%theta, free_coordinates, self%solution, &
-            self%other_solution)) call take_reduced(self%other_solution, answer)
-        end if
-      end associate
+    n_iterations = answer%n_iterations
+    answer%part = online%model%fallback()
+    associate (part => online%model%parts(answer%part)%reduced, room => self%rooms%of_part(answer%part)%room)
+      call part%solve(answer%theta, near, null_judge(), room, answer)
+      answer%n_iterations = n_iterations + answer%n_iterations
+      if (answer%reason < 0) return
+      call certify(self, online, answer)
+      if (part%has_displacement()) answer%displacement_part = answer%part
     end associate
-    if (is_found) answer%n_solutions = 2
-    answer%n_iterations = n_before + self%other_solution%n_iterations
-  end subroutine look_for_other
-
-  pure subroutine take_reduced(solution, answer)
-    type(lcp_solution_t), intent(in) :: solution
-    type(answer_t), intent(inout) :: answer
-
-    call take_solution(solution, solution%method, answer)
-    answer%multipliers_rid = solution%lambda
-    answer%is_active = solution%is_active
-  end subroutine take_reduced
-
-  !> The complementarity problem of all contacts: W is positive semidefinite, so that it has a solution.
-  !>
-  !> The free coordinates in self%response stay: the displacement is then that of the reduced model under the true multipliers
-  !> unless the model holds more.
-  subroutine solve_full_order(self, online, answer)
-    class(query_t), intent(inout) :: self
-    type(online_model_t), intent(in) :: online
-    type(answer_t), intent(inout) :: answer
-    integer :: n_before
-
-    n_before = answer%n_iterations
-    associate (q => answer%multipliers, start => self%start(:online%model%n_multipliers))
-      call multiply(1.0_rk, online%model%full_order%free_opening, answer%theta, 0.0_rk, q)
-      start = q < 0
-      call solve_lcp(online%model%full_order%compliance, q, start, self%full_order_solution, self%workspace)
-      q = self%full_order_solution%lambda
+    associate (cluster => online%model%parts(answer%cluster)%reduced)
+      call cluster%displace_under(self%rooms%of_part(answer%cluster)%room, answer)
     end associate
-    call take_solution(self%full_order_solution, query_condensed, answer)
-    answer%n_iterations = n_before + answer%n_iterations
-    answer%multipliers_rid = answer%multipliers(online%model%clusters(answer%cluster)%contact_rows)
-    answer%is_active = answer%multipliers_rid > 0
-  end subroutine solve_full_order
+  end subroutine fall_back
 
-  pure subroutine take_solution(solution, method, answer)
-    type(lcp_solution_t), intent(in) :: solution
-    integer, intent(in) :: method
-    type(answer_t), intent(inout) :: answer
+  function null_judge() result(judge)
+    class(reduced_t), pointer :: judge
 
-    answer%method = method
-    answer%reason = solution%reason
-    answer%n_iterations = solution%n_iterations
-    answer%residual = solution%residual
-    answer%n_solutions = merge(1, 0, solution%reason > 0)
-  end subroutine take_solution
+    judge => null()
+  end function null_judge
 
   subroutine destroy(self)
     class(query_t), intent(inout) :: self
 
     call self%terms%destroy()
-    if (allocated(self%response)) deallocate (self%response, self%start)
+    if (allocated(self%rooms%of_part)) deallocate (self%rooms%of_part)
   end subroutine destroy
-
-  !> A method as in reports and tables.
-  pure function method_name(method) result(name)
-    integer, intent(in) :: method
-    character(:), allocatable :: name
-
-    name = 'condensed'
-    if (method < query_condensed) name = lcp_method_name(method)
-  end function method_name
-
-  !> Reason of an answer as a sentence without its full stop.
-  pure function reason_text(reason) result(text)
-    integer, intent(in) :: reason
-    character(:), allocatable :: text
-
-    select case (reason)
-    case (query_failed_size)
-      text = 'the point has not one value per parameter'
-    case (query_failed_term)
-      text = 'a term of the model is infinite or not a number at this point'
-    case default
-      text = 'the complementarity problem ' // lcp_reason_text(reason)
-    end select
-  end function reason_text
 end module sig_query

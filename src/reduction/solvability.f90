@@ -4,7 +4,7 @@ module sig_solvability
   use sig_condition_number, only: condition_number
   use sig_kinds, only: rk
   use sig_linear_algebra, only: lu_t
-  use sig_model, only: reduced_model_t
+  use sig_hhr_data, only: hhr_data_t
   use sig_singular_values, only: singular_values
   use sig_text, only: append_text, counted, short_number, string_t, to_text
   implicit none(type, external)
@@ -20,7 +20,7 @@ contains
   subroutine measure_stiffness(rank_tolerance, cluster)
     !> [-] a singular value below this times the largest counts as zero
     real(rk), intent(in) :: rank_tolerance
-    type(reduced_model_t), intent(inout) :: cluster
+    type(hhr_data_t), intent(inout) :: cluster
     real(rk) :: condition
     integer :: i, n, rank
 
@@ -61,7 +61,7 @@ contains
   !> Hats make K_r badly conditioned on purpose, so a rank that falls short of the tolerance is an error without hats only;
   !> a K_r that is numerically singular always is. Requires: measure_stiffness.
   logical function is_undetermined(cluster)
-    type(reduced_model_t), intent(in) :: cluster
+    type(hhr_data_t), intent(in) :: cluster
     type(lu_t) :: lu
 
     call lu%factor(cluster%reduced_stiffness)
@@ -69,7 +69,7 @@ contains
   end function is_undetermined
 
   function undetermined_text(cluster) result(text)
-    type(reduced_model_t), intent(in) :: cluster
+    type(hhr_data_t), intent(in) :: cluster
     character(:), allocatable :: text
 
     text = 'the equations of the reduced integration domain determine ' // to_text(cluster%stiffness_rank) // ' of ' // &
@@ -79,7 +79,7 @@ contains
 
   !> A sentence per doubt, without full stop. Requires: a measured model.
   function solvability_warnings(cluster, has_all_hats, n_loaded, n_missed) result(warnings)
-    type(reduced_model_t), intent(in) :: cluster
+    type(hhr_data_t), intent(in) :: cluster
     !> both hats of every pair are in the basis
     logical, intent(in) :: has_all_hats
     !> nodes of loaded surfaces, and how many of them the domain does not hold

@@ -3,9 +3,9 @@
 module sig_answer_errors
   use, intrinsic :: ieee_arithmetic, only: ieee_positive_inf, ieee_quiet_nan, ieee_value
   use sig_kinds, only: rk
-  use sig_multiplier_fit, only: multiplier_fit_workspace_t
+  use sig_rooms, only: rooms_t
   use sig_online_model, only: online_model_t
-  use sig_query, only: answer_t
+  use sig_answer, only: answer_t
   use sig_reconstruction, only: reconstruct_displacement, reconstruct_multipliers
   implicit none(type, external)
   private
@@ -51,7 +51,7 @@ contains
     type(answer_t), intent(in) :: answer
     real(rk), intent(in) :: multipliers(:)
 
-    associate (expected => multipliers(online%model%clusters(answer%cluster)%contact_rows))
+    associate (expected => multipliers(online%model%parts(answer%cluster)%reduced%contact_rows()))
       error = relative(norm2(answer%multipliers_rid - expected), norm2(expected))
     end associate
   end function rid_error
@@ -62,10 +62,10 @@ contains
     type(online_model_t), intent(in) :: online
     type(answer_t), intent(in) :: answer
     real(rk), intent(in) :: multipliers(:)
-    type(multiplier_fit_workspace_t) :: workspace
+    type(rooms_t) :: rooms
     real(rk) :: reconstructed(size(multipliers))
 
-    call reconstruct_multipliers(online, answer, workspace, reconstructed)
+    call reconstruct_multipliers(online, answer, rooms, reconstructed)
     error = relative(norm2(reconstructed - multipliers), norm2(multipliers))
   end function reconstruction_error
 

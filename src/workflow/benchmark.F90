@@ -9,7 +9,8 @@ module sig_benchmark
   use sig_petsc_support, only: max_over_ranks
   use sig_point_solver, only: point_solver_t
   use sig_problem, only: problem_t
-  use sig_query, only: answer_t, query_t
+  use sig_answer, only: answer_t
+  use sig_query, only: query_t
   use sig_rank_groups, only: rank_groups_t
   use sig_solver_plan, only: solver_plan_t
   use sig_statistics, only: summarize, statistics_t

@@ -10,7 +10,8 @@ module sig_candidate_pool
   use sig_kinds, only: rk
   use sig_model, only: model_t
   use sig_online_model, only: online_model_t
-  use sig_query, only: answer_t, query_t
+  use sig_answer, only: answer_t
+  use sig_query, only: query_t
   use sig_random_numbers, only: random_t
   use sig_snapshot_store, only: point_index, snapshot_set_t
   use sig_ties, only: tie_tolerance

@@ -2,18 +2,19 @@
 #include "signorom/macros.h"
 !> Snapshots of a cluster -> POD -> reduced integration domain -> reduced system; groups of ranks train different clusters.
 module sig_cluster_training
-  use sig_cluster_file, only: pack_cluster, unpack_cluster
+  use sig_hhr_file, only: pack_cluster, unpack_cluster
   use sig_clustering, only: cluster_t
   use sig_error_broadcast, only: broadcast_bytes, broadcast_error
   use sig_errors, only: error_t, make_error
   use sig_kinds, only: rk
   use sig_log, only: log_warning
-  use sig_model, only: complete_cluster, reduced_model_t
+  use sig_hhr_data, only: complete_cluster, hhr_data_t
+  use sig_model, only: model_t
   use sig_problem, only: problem_t
   use sig_rank_groups, only: create_rank_groups, rank_groups_t
   use sig_reduced_domain, only: reduced_domain_t
   use sig_snapshot_store, only: columns_of, snapshot_set_t
-  use sig_text, only: append_text, to_text
+  use sig_text, only: append_text, string_t, to_text
   use sig_training_domain, only: choose_domain
   use sig_training_duals, only: keep_dual_snapshots
   use sig_training_modes, only: compute_dual_modes, compute_modes, pod_modes_t
@@ -37,11 +38,11 @@ contains
     !> numbers of the clusters to be trained
     integer, intent(in) :: which(:)
     !> of all clusters; the others stay as they are
-    type(reduced_model_t), intent(inout) :: models(:)
+    type(hhr_data_t), intent(inout) :: models(:)
     type(error_t), allocatable, intent(out) :: error
     PetscErrorCode, intent(out) :: ierr
     type(rank_groups_t) :: groups
-    type(reduced_model_t) :: trained(size(which))
+    type(hhr_data_t) :: trained(size(which))
     integer :: i
 
     PetscCall(create_rank_groups(0, size(which), groups, ierr))
@@ -70,7 +71,7 @@ contains
     type(rank_groups_t), intent(in) :: groups
     !> which one this group could not train, where it has an error
     integer, intent(in) :: i_failed
-    type(reduced_model_t), intent(inout) :: trained(:)
+    type(hhr_data_t), intent(inout) :: trained(:)
     !> in: of this group
     type(error_t), allocatable, intent(inout) :: error
     PetscErrorCode, intent(out) :: ierr
@@ -95,7 +96,7 @@ contains
     !> 0-based: rank that has the cluster, and this one
     integer, intent(in) :: root
     integer, intent(in) :: rank
-    type(reduced_model_t), intent(inout) :: cluster
+    type(hhr_data_t), intent(inout) :: cluster
     type(error_t), allocatable, intent(out) :: error
     PetscErrorCode, intent(out) :: ierr
     character(1), allocatable :: bytes(:)
@@ -107,17 +108,18 @@ contains
   end subroutine share_cluster
 
   !> What the training of each cluster found doubtful.
-  subroutine log_cluster_warnings(models)
-    !> of all clusters
-    type(reduced_model_t), intent(in) :: models(:)
+  subroutine log_cluster_warnings(model)
+    type(model_t), intent(in) :: model
+    type(string_t), allocatable :: warnings(:)
     character(:), allocatable :: name
     integer :: i, k
 
     name = ''
-    do k = 1, size(models)
-      if (size(models) > 1) name = 'cluster ' // to_text(k) // ': '
-      do i = 1, size(models(k)%warnings)
-        call log_warning(name // models(k)%warnings(i)%text)
+    do k = 1, model%n_clusters()
+      if (model%n_clusters() > 1) name = 'cluster ' // to_text(k) // ': '
+      warnings = model%parts(k)%reduced%warnings()
+      do i = 1, size(warnings)
+        call log_warning(name // warnings(i)%text)
       end do
     end do
   end subroutine log_cluster_warnings
@@ -128,7 +130,7 @@ contains
     type(snapshot_set_t), intent(in) :: snapshots
     MPI_Comm, intent(in) :: comm
     !> training_points is set
-    type(reduced_model_t), intent(inout) :: cluster
+    type(hhr_data_t), intent(inout) :: cluster
     type(error_t), allocatable, intent(out) :: error
     PetscErrorCode, intent(out) :: ierr
     type(pod_modes_t) :: modes
@@ -151,6 +153,7 @@ contains
     if (size(snapshots%reasons) == 1) call append_text(cluster%warnings, 'trained on one snapshot: the model knows no other ' // &
       'state than that of its training point; take more training points')
     call keep_dual_snapshots(problem%rows, snapshots, cluster)
+    cluster%fits_displacements = problem%deck%reduction%reconstruction == 'multipliers_and_displacements'
   end subroutine train_cluster
 
   !> A domain without contact pairs answers every point without contact forces, and its error there cannot be measured.
@@ -169,7 +172,7 @@ contains
   !> Prescribed rows use up modes.
   subroutine need_unknowns(problem, cluster, error)
     type(problem_t), intent(in) :: problem
-    type(reduced_model_t), intent(in) :: cluster
+    type(hhr_data_t), intent(in) :: cluster
     type(error_t), allocatable, intent(out) :: error
 
     if (cluster%n_modes > 0) return

@@ -3,7 +3,9 @@
 module sig_enrichment_table
   use sig_errors, only: error_t
   use sig_file_system, only: write_text_file
-  use sig_model, only: enrichment_history_t, model_t
+  use sig_hhr_data, only: enrichment_history_t
+  use sig_model, only: model_t
+  use sig_reduced_hhr, only: reduced_hhr_t
   use sig_text, only: csv_number, to_text
   implicit none(type, external)
   private
@@ -20,10 +22,13 @@ contains
     integer :: i, i_cluster
 
     text = 'cluster,hat,pair,node,n_columns,rank,condition_number,singular_ratio,stiffness_condition' // new_line('a')
-    do i_cluster = 1, size(model%clusters)
-      do i = 1, size(model%clusters(i_cluster)%history%rows)
-        text = text // to_text(i_cluster) // ',' // table_row(model%clusters(i_cluster)%history, i) // new_line('a')
-      end do
+    do i_cluster = 1, model%n_clusters()
+      select type (part => model%parts(i_cluster)%reduced)
+      type is (reduced_hhr_t)
+        do i = 1, size(part%data%history%rows)
+          text = text // to_text(i_cluster) // ',' // table_row(part%data%history, i) // new_line('a')
+        end do
+      end select
     end do
     call write_text_file(path, text, error)
   end subroutine write_enrichment_table

@@ -9,7 +9,7 @@ module sig_error_norms
   use sig_kinds, only: rk
   use sig_online_model, only: online_model_t
   use sig_petsc_support, only: multiply_block, sum_over_ranks
-  use sig_query, only: answer_t
+  use sig_answer, only: answer_t
   use sig_reconstruction, only: reconstruct_displacement
   use petsc
   implicit none(type, external)
@@ -85,7 +85,7 @@ contains
       k = modulo(i - 1, size(answers)) + 1
       load = system%load(answers(k)%theta)
       energies(1, i) = strain_energies(i) - dot_product(load, fields(:, i))
-      associate (dofs => online%model%clusters(answers(k)%cluster)%interior_dofs)
+      associate (dofs => online%model%parts(answers(k)%cluster)%reduced%interior_dofs())
         energies(2, i) = domains(answers(k)%cluster)%strain_energy(fields(:, i)) - dot_product(load(dofs), fields(dofs, i))
       end associate
     end do

@@ -15,11 +15,12 @@ module sig_field_output
   use sig_kinds, only: rk
   use sig_mechanical_models, only: is_plane, mechanical_model
   use sig_model, only: model_t
-  use sig_multiplier_fit, only: multiplier_fit_workspace_t
+  use sig_rooms, only: rooms_t
   use sig_online_model, only: online_model_t
   use sig_parameter_space, only: format_point
   use sig_problem, only: body_at, force_unit, parameter_names, problem_t, stress_unit
-  use sig_query, only: answer_t, query_t
+  use sig_answer, only: answer_t
+  use sig_query, only: query_t
   use sig_reconstruction, only: reconstruct_displacement, reconstruct_multipliers
   use sig_solver_options, only: refuse_unused_options
   use sig_state_broadcast, only: broadcast_state
@@ -245,18 +246,18 @@ contains
     type(query_t), intent(inout) :: query
     type(field_file_t), intent(inout) :: file
     type(answer_t) :: answer
-    type(multiplier_fit_workspace_t) :: workspace
+    type(rooms_t) :: rooms
     real(rk), allocatable :: displacement(:)
     real(rk) :: multipliers(online%model%n_multipliers)
     integer :: has_cell(problem%mesh%n_cells), has_row(problem%rows%n_rows)
 
     call query%evaluate(online, point, answer)
     call reconstruct_displacement(online%model, answer, displacement)
-    call reconstruct_multipliers(online, answer, workspace, multipliers)
+    call reconstruct_multipliers(online, answer, rooms, multipliers)
     has_cell = 0
     has_row = 0
-    has_cell(online%model%clusters(answer%cluster)%cells) = 1
-    has_row(online%model%clusters(answer%cluster)%contact_rows) = 1
+    has_cell(online%model%parts(answer%cluster)%reduced%cells()) = 1
+    has_row(online%model%parts(answer%cluster)%reduced%contact_rows()) = 1
     call file%add_cell_field('reduced_domain', has_cell, '-', 'cell of the reduced integration domain that answers')
     call file%add_array('rows_in_reduced_domain', has_row, '-', 'contact row of the reduced integration domain that answers')
     call file%add_node_field('displacement_reduced', reshape(displacement, [problem%mesh%n_dim, problem%mesh%n_nodes]), &

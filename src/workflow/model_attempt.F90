@@ -8,11 +8,14 @@ module sig_model_attempt
   use sig_cluster_training, only: train_clusters
   use sig_errors, only: error_t, make_error
   use sig_kinds, only: rk
-  use sig_model, only: full_order_t, model_t, reduced_model_t
+  use sig_hhr_data, only: hhr_data_t
+  use sig_model, only: model_t
+  use sig_model_parts, only: set_clusters, set_fallback
   use sig_model_header, only: fill_model_header
   use sig_problem, only: problem_t
+  use sig_reduced, only: reduced_t
   use sig_snapshot_store, only: snapshot_set_t
-  use sig_start_sets, only: fill_start_sets
+  use sig_hhr_start_sets, only: fill_start_sets
   use sig_text, only: to_text
   use petsc
   implicit none(type, external)
@@ -23,6 +26,7 @@ module sig_model_attempt
   type :: attempt_t
     type(snapshot_set_t) :: snapshots
     type(division_t) :: division
+    type(hhr_data_t), allocatable :: models(:)
     type(model_t) :: model
     !> candidates that are kept for measuring, and such that may become snapshots
     logical, allocatable :: is_measure(:)
@@ -55,10 +59,10 @@ contains
   end subroutine share_candidates
 
   !> The first division, trained and measured.
-  subroutine start_attempt(problem, candidates, full_order, n_clusters, attempt, error, ierr)
+  subroutine start_attempt(problem, candidates, fallback, n_clusters, attempt, error, ierr)
     type(problem_t), intent(in) :: problem
     type(snapshot_set_t), intent(in) :: candidates
-    type(full_order_t), intent(in) :: full_order
+    class(reduced_t), allocatable, intent(in) :: fallback
     integer, intent(in) :: n_clusters
     !> in: snapshots and candidates that are left
     type(attempt_t), intent(inout) :: attempt
@@ -70,11 +74,12 @@ contains
     call fill_model_header(problem, attempt%snapshots, model)
     PetscCall(divide_snapshots(problem%deck, n_clusters, attempt%snapshots, model, attempt%division%clusters, error, ierr))
     if (allocated(error)) return
-    model%full_order = full_order
+    call set_fallback(model, fallback)
     attempt%division%choice = model%choice
     attempt%division%n_labeled = size(attempt%snapshots%reasons)
-    allocate (model%clusters(0))
     attempt%model = model
+    if (allocated(attempt%models)) deallocate (attempt%models)
+    allocate (attempt%models(0))
     PetscCall(train_attempt(problem, candidates, [(k, k=1, size(attempt%division%clusters))], attempt, error, ierr))
   end subroutine start_attempt
 
@@ -89,16 +94,17 @@ contains
     type(error_t), allocatable, intent(out) :: error
     PetscErrorCode, intent(out) :: ierr
     character(:), allocatable :: message
-    type(reduced_model_t), allocatable :: models(:)
+    type(hhr_data_t), allocatable :: models(:)
     integer :: k
 
     allocate (models(size(attempt%division%clusters)))
-    do k = 1, size(attempt%model%clusters)
-      models(k) = attempt%model%clusters(k)
+    do k = 1, size(attempt%models)
+      models(k) = attempt%models(k)
     end do
     PetscCall(train_clusters(problem, attempt%snapshots, attempt%division%clusters, which, models, error, ierr))
     if (allocated(error)) return
-    call move_alloc(models, attempt%model%clusters)
+    call move_alloc(models, attempt%models)
+    call set_clusters(attempt%model, attempt%models)
     attempt%model%training_points = attempt%snapshots%parameters
     attempt%model%choice = attempt%division%choice
     call fill_start_sets(attempt%model)

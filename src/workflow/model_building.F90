@@ -2,24 +2,32 @@
 #include "signorom/macros.h"
 !> The model of the deck: trained once, or refined to a target error; with the full-order operator and the sets that queries need.
 module sig_model_building
-  use sig_errors, only: error_t, make_error
+  use sig_condensed_training, only: condense_fallback, train_condensed, why_not_condensed
+  use sig_deck_config, only: reduction_config_t
+  use sig_errors, only: error_t, exit_not_converged, make_error
   use sig_file_system, only: file_exists
   use sig_full_order, only: full_order_t
-  use sig_full_order_operator, only: condense_full_order
   use sig_kinds, only: rk
+  use sig_log, only: log_info
   use sig_model, only: model_t
+  use sig_model_parts, only: set_fallback
+  use sig_model_header, only: fill_model_header
   use sig_parameter_space, only: build_points
   use sig_problem, only: problem_t
+  use sig_reduced, only: reduced_t
   use sig_refinement, only: refine, refinement_result_t
   use sig_snapshot_merge, only: candidate_store, read_store, store_in, store_t
   use sig_snapshot_store, only: snapshot_set_t
-  use sig_start_sets, only: fill_start_sets
+  use sig_hhr_start_sets, only: fill_start_sets
   use sig_text, only: counted, to_text
-  use sig_training, only: train
+  use sig_training, only: select_converged, train
   use petsc
   implicit none(type, external)
   private
   public :: build_model
+
+  !> [-] limit of certificates of hyper-reduced models, relative, where the deck says nothing
+  real(rk), parameter :: hyper_reduced_error = 0.05_rk
 
 contains
 
@@ -38,22 +46,85 @@ contains
     type(error_t), allocatable, intent(out) :: error
     PetscErrorCode, intent(out) :: ierr
     type(snapshot_set_t) :: candidates
+    class(reduced_t), allocatable :: fallback
+    logical :: is_condensed
 
     ierr = 0
     allocate (refinement%rounds(0))
-    if (full_order%problem%deck%clusters%target%is_used) then
+    call choose_kind(full_order%problem, is_condensed, error)
+    if (allocated(error)) return
+    if (is_condensed) then
+      PetscCall(build_condensed(full_order, snapshots, model, error, ierr))
+    else if (full_order%problem%deck%clusters%target%is_used) then
       call read_candidates(full_order%problem, store_in(folder, candidate_store), candidates, error)
       if (allocated(error)) return
       ! its queries need it
-      PetscCall(condense_full_order(full_order, model%full_order, ierr))
-      PetscCall(refine(full_order%problem, snapshots, candidates, model, refinement, error, ierr))
+      PetscCall(condense_fallback(full_order, snapshots%multipliers, fallback, ierr))
+      PetscCall(refine(full_order%problem, snapshots, candidates, fallback, model, refinement, error, ierr))
     else
       PetscCall(train(full_order%problem, snapshots, model, error, ierr))
       if (allocated(error)) return
-      PetscCall(condense_full_order(full_order, model%full_order, ierr))
+      PetscCall(condense_fallback(full_order, snapshots%multipliers, fallback, ierr))
+      call set_fallback(model, fallback)
       call fill_start_sets(model)
     end if
+    if (.not. is_condensed) model%max_error = max_error_of(full_order%problem%deck%reduction, hyper_reduced_error)
   end subroutine build_model
+
+  !> reduction.method; auto takes the condensed model where there is room and the deck asks for no clusters. Local.
+  !>
+  !> Errors: condensed is asked for and there is no room.
+  subroutine choose_kind(problem, is_condensed, error)
+    type(problem_t), intent(in) :: problem
+    logical, intent(out) :: is_condensed
+    type(error_t), allocatable, intent(out) :: error
+    character(:), allocatable :: reason
+
+    associate (deck => problem%deck)
+      is_condensed = .false.
+      if (deck%reduction%method == 'hhr') return
+      reason = why_not_condensed(problem)
+      if (deck%clusters%number > 1 .or. deck%clusters%target%is_used) reason = 'the deck asks for clusters'
+      is_condensed = reason == ''
+      if (is_condensed) return
+      if (deck%reduction%method == 'auto') then
+        call log_info('hyper-reduction (reduction.method: auto): ' // reason)
+      else
+        call make_error(error, 'reduction.method is condensed, but ' // reason, deck%path, &
+          hint='take a larger reduction.max_full_order_size, or method: hhr')
+      end if
+    end associate
+  end subroutine choose_kind
+
+  !> [-] The limit of the certificate: where the deck leaves it open, a hyper-reduced model has one.
+  pure real(rk) function max_error_of(reduction, default)
+    type(reduction_config_t), intent(in) :: reduction
+    real(rk), intent(in) :: default
+
+    max_error_of = merge(default, reduction%max_error, reduction%max_error < 0)
+  end function max_error_of
+
+  !> A model of one condensed part. Collective on all ranks.
+  !>
+  !> Errors: no training point has a solution; the stiffness could not be factored.
+  subroutine build_condensed(full_order, snapshots, model, error, ierr)
+    type(full_order_t), intent(inout) :: full_order
+    type(snapshot_set_t), intent(in) :: snapshots
+    type(model_t), intent(out) :: model
+    type(error_t), allocatable, intent(out) :: error
+    PetscErrorCode, intent(out) :: ierr
+    type(snapshot_set_t) :: converged
+
+    ierr = 0
+    call select_converged(full_order%problem, snapshots, .false., converged, error)
+    if (allocated(error)) return
+    call fill_model_header(full_order%problem, converged, model)
+    model%max_error = max_error_of(full_order%problem%deck%reduction, 0.0_rk)
+    allocate (model%parts(1))
+    PetscCall(train_condensed(full_order, converged, model%parts(1)%reduced, error, ierr))
+    if (allocated(error) .or. allocated(model%parts(1)%reduced)) return
+    call make_error(error, 'the stiffness could not be factored', full_order%problem%deck%path, exit_code=exit_not_converged)
+  end subroutine build_condensed
 
   !> Local; the same on all ranks.
   subroutine read_candidates(problem, store, candidates, error)

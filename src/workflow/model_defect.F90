@@ -16,14 +16,16 @@ module sig_model_defect
   use sig_contact_system, only: contact_system_t
   use sig_kinds, only: rk
   use sig_linear_algebra, only: multiply, transposed_product
-  use sig_model, only: reduced_model_t
-  use sig_multiplier_fit, only: multiplier_fit_workspace_t
+  use sig_hhr_data, only: hhr_data_t
+  use sig_rooms, only: rooms_t
+  use sig_model_parts, only: cluster_of
   use sig_online_model, only: online_model_t
   use sig_petsc_support, only: multiply_block, rank_and_size, sum_over_ranks
   use sig_pod, only: compute_pod_of_rows
   use sig_point_solver, only: point_solver_t
   use sig_problem, only: problem_t
-  use sig_query, only: answer_t, query_t
+  use sig_answer, only: answer_t
+  use sig_query, only: query_t
   use sig_reconstruction, only: reconstruct_displacement, reconstruct_multipliers
   use sig_solver_plan, only: fits_condensed
   use petsc
@@ -41,6 +43,8 @@ module sig_model_defect
     !> R, coordinates of the columns [G, -H, lifting, basis]; the first n_full belong to the full-order model
     real(rk), allocatable, private :: columns(:, :)
     integer, private :: n_full = 0
+    !> leading terms that the model's lifting answers
+    integer, private :: n_lifted = 0
     !> U' K U
     real(rk), allocatable, private :: energy(:, :)
     !> [force/length] bound of the eigenvalues of K
@@ -94,16 +98,16 @@ contains
     real(rk), intent(out) :: defects(:)
     PetscErrorCode, intent(out) :: ierr
     type(answer_t) :: answer
-    type(multiplier_fit_workspace_t) :: workspace
+    type(rooms_t) :: rooms
     integer :: first, i, last, n_ranks, rank
 
     defects = 0
     if (self%is_bound) then
-      PetscCall(self%prepare(online%model%clusters(1), ierr))
+      PetscCall(self%prepare(cluster_of(online%model, 1), ierr))
       PetscCall(rank_and_size(PETSC_COMM_WORLD, rank, n_ranks, ierr))
       do i = 1 + rank, size(points, 2), n_ranks
         call query%evaluate(online, points(:, i), answer)
-        defects(i) = self%bound_at(online, answer, workspace)
+        defects(i) = self%bound_at(online, answer, rooms)
       end do
       PetscCall(sum_over_ranks(PETSC_COMM_WORLD, defects, ierr))
     else
@@ -119,7 +123,7 @@ contains
   !> Orthonormal fields for a model's answers and the full-order model's. Collective on all ranks.
   subroutine prepare(self, cluster, ierr)
     class(model_defect_t), intent(inout) :: self
-    type(reduced_model_t), intent(in) :: cluster
+    type(hhr_data_t), intent(in) :: cluster
     PetscErrorCode, intent(out) :: ierr
     real(rk), allocatable :: fields(:, :), forces(:, :), own(:, :), sizes(:), values(:), vectors(:, :)
     integer :: i, n_driving, n_lifted, n_rows
@@ -128,6 +132,7 @@ contains
       n_driving = size(self%condensed%free_response, 2)
       n_rows = size(self%condensed%contact_response, 2)
       n_lifted = size(cluster%lifting, 2)
+      self%n_lifted = n_lifted
       self%n_full = n_driving + n_rows
       allocate (fields(map%n_local_dofs, self%n_full + n_lifted + cluster%n_modes))
       fields(:, :n_driving) = self%condensed%free_response
@@ -156,24 +161,24 @@ contains
   end subroutine prepare
 
   !> Bound of the energy error of an answer over the answer's energy norm. Local.
-  real(rk) function bound_at(self, online, answer, workspace) result(bound)
+  real(rk) function bound_at(self, online, answer, rooms) result(bound)
     class(model_defect_t), intent(in) :: self
     type(online_model_t), intent(in) :: online
     type(answer_t), intent(in) :: answer
-    type(multiplier_fit_workspace_t), intent(inout) :: workspace
-    real(rk) :: multipliers(online%model%n_multipliers)
+    type(rooms_t), intent(inout) :: rooms
+    real(rk) :: multipliers(online%model%n_multipliers), opening(online%model%n_multipliers)
     real(rk) :: reduced(size(self%columns, 1)), balanced(size(self%columns, 1))
 
     bound = ieee_value(bound, ieee_positive_inf)
     if (answer%reason < 0) return
-    call reconstruct_multipliers(online, answer, workspace, multipliers)
+    call reconstruct_multipliers(online, answer, rooms, multipliers)
     multipliers = max(multipliers, 0.0_rk)
-    associate (n_driving => size(self%condensed%free_response, 2), n_lifted => size(online%model%clusters(1)%lifting, 2))
+    associate (n_driving => size(self%condensed%free_response, 2), n_lifted => self%n_lifted)
       call multiply(1.0_rk, self%columns(:, :self%n_full), [answer%theta(:n_driving), multipliers], 0.0_rk, balanced)
       call multiply(1.0_rk, self%columns(:, self%n_full + 1:), [answer%theta(:n_lifted), answer%coordinates], 0.0_rk, reduced)
     end associate
-    bound = relative(self%energy_norm(balanced - reduced) + &
-      self%contact%evaluate(multipliers, matmul(self%condensed%free_opening, answer%theta)), &
+    opening = matmul(self%condensed%free_opening, answer%theta) + matmul(self%condensed%compliance, multipliers)
+    bound = relative(self%energy_norm(balanced - reduced) + self%contact%evaluate(multipliers, opening), &
       max(self%energy_norm(reduced), smallest_share * sqrt(self%stiffness_norm) * norm2(reduced)))
   end function bound_at
 
@@ -198,7 +203,7 @@ contains
     PetscErrorCode, intent(out) :: ierr
     type(contact_state_t) :: states(size(points, 2))
     type(answer_t) :: answer
-    type(multiplier_fit_workspace_t) :: workspace
+    type(rooms_t) :: rooms
     real(rk) :: theta(online%model%terms%n_terms(), size(points, 2))
     logical :: has_answer(size(points, 2))
     integer :: i
@@ -209,7 +214,7 @@ contains
       theta(:, i) = answer%theta
       call reconstruct_displacement(online%model, answer, states(i)%displacement)
       allocate (states(i)%multipliers(online%model%n_multipliers))
-      call reconstruct_multipliers(online, answer, workspace, states(i)%multipliers)
+      call reconstruct_multipliers(online, answer, rooms, states(i)%multipliers)
     end do
     PetscCall(measure_points(system, theta, states, ierr))
     do i = 1, size(states)

@@ -35,7 +35,6 @@ contains
       end do
       model%pod_tolerance = deck%reduction%pod_tolerance
       model%dirichlet = deck%reduction%dirichlet
-      model%reconstruction = deck%reduction%reconstruction
     end associate
     model%training_points = snapshots%parameters
     model%terms = problem%terms

@@ -12,10 +12,11 @@ module sig_refinement
   use sig_errors, only: error_t
   use sig_kinds, only: rk
   use sig_log, only: log_info, log_warning
-  use sig_model, only: full_order_t, model_t
+  use sig_model, only: model_t
   use sig_model_attempt, only: attempt_t, share_candidates, start_attempt, train_attempt
   use sig_problem, only: problem_t
   use sig_refinement_rounds, only: make_round, refinement_round_t, round_text, three_digits, statistic_of, worst_cluster
+  use sig_reduced, only: reduced_t
   use sig_snapshot_store, only: append_snapshots, columns_of, snapshot_set_t
   use sig_stop_request, only: agree_to_stop
   use sig_text, only: to_text
@@ -55,12 +56,13 @@ contains
   !> Builds a model whose error at the candidates is at most clusters.target. Collective on all ranks; the same on each.
   !>
   !> Errors: those of a training in the first round; no candidate to measure on. A later round that cannot be trained is undone.
-  subroutine refine(problem, snapshots, candidates, model, outcome, error, ierr)
+  subroutine refine(problem, snapshots, candidates, fallback, model, outcome, error, ierr)
     type(problem_t), intent(in) :: problem
     type(snapshot_set_t), intent(in) :: snapshots
     !> solutions at clusters.target.candidates
     type(snapshot_set_t), intent(in) :: candidates
-    !> in: its full-order operator
+    !> answers where the clusters cannot, unless it is not allocated
+    class(reduced_t), allocatable, intent(in) :: fallback
     type(model_t), intent(inout) :: model
     type(refinement_result_t), intent(out) :: outcome
     type(error_t), allocatable, intent(out) :: error
@@ -75,9 +77,9 @@ contains
     call share_candidates(problem, candidates, best, error)
     if (allocated(error)) return
     if (problem%deck%clusters%refine%is_used) then
-      PetscCall(grow(problem, candidates, model%full_order, best, outcome, error, ierr))
+      PetscCall(grow(problem, candidates, fallback, best, outcome, error, ierr))
     else
-      PetscCall(raise_number(problem, candidates, model%full_order, best, outcome, error, ierr))
+      PetscCall(raise_number(problem, candidates, fallback, best, outcome, error, ierr))
     end if
     if (allocated(error) .or. outcome%is_stopped) return
     if (allocated(best%model%choice%forest%shares) .and. outcome%best_round < size(outcome%rounds) - 1) then
@@ -86,7 +88,7 @@ contains
       if (allocated(error)) return
     end if
     model = best%model
-    call log_cluster_warnings(model%clusters)
+    call log_cluster_warnings(model)
     if (outcome%is_reached) then
       call log_info(outcome%ending)
     else
@@ -107,10 +109,10 @@ contains
   end subroutine check_start
 
   !> One number of clusters after the other, each a new division; the best one stays where none reaches the target.
-  subroutine raise_number(problem, candidates, full_order, best, outcome, error, ierr)
+  subroutine raise_number(problem, candidates, fallback, best, outcome, error, ierr)
     type(problem_t), intent(in) :: problem
     type(snapshot_set_t), intent(in) :: candidates
-    type(full_order_t), intent(in) :: full_order
+    class(reduced_t), allocatable, intent(in) :: fallback
     !> in: snapshots and candidates
     type(attempt_t), intent(inout) :: best
     type(refinement_result_t), intent(inout) :: outcome
@@ -123,7 +125,7 @@ contains
     attempt = best
     largest = min(problem%deck%clusters%max_number, n_items(problem, attempt%snapshots))
     do n_clusters = 1, largest
-      PetscCall(start_attempt(problem, candidates, full_order, n_clusters, attempt, error, ierr))
+      PetscCall(start_attempt(problem, candidates, fallback, n_clusters, attempt, error, ierr))
       if (allocated(error)) then
         if (n_clusters == 1) return
         ! fewer clusters have a model, which may be the best one
@@ -151,10 +153,10 @@ contains
   !> Snapshots for the cluster with the largest error; where they do not help clearly, two clusters of it.
   !>
   !> A round may harm, too (other interpolation points, other hats): the model of the best one stays.
-  subroutine grow(problem, candidates, full_order, best, outcome, error, ierr)
+  subroutine grow(problem, candidates, fallback, best, outcome, error, ierr)
     type(problem_t), intent(in) :: problem
     type(snapshot_set_t), intent(in) :: candidates
-    type(full_order_t), intent(in) :: full_order
+    class(reduced_t), allocatable, intent(in) :: fallback
     !> in: snapshots and candidates
     type(attempt_t), intent(inout) :: best
     type(refinement_result_t), intent(inout) :: outcome
@@ -167,7 +169,7 @@ contains
 
     attempt = best
     n_first = size(attempt%snapshots%reasons)
-    PetscCall(start_attempt(problem, candidates, full_order, problem%deck%clusters%number, attempt, error, ierr))
+    PetscCall(start_attempt(problem, candidates, fallback, problem%deck%clusters%number, attempt, error, ierr))
     if (allocated(error)) return
     call keep_round(problem%deck%clusters, 'start', 0, attempt, best, outcome)
     allocate (prospects(size(attempt%division%clusters)))

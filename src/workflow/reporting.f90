@@ -5,9 +5,13 @@ module sig_reporting
   use sig_deck_config, only: deck_config_t
   use sig_deck_echo, only: echo_deck
   use sig_kinds, only: rk
-  use sig_model, only: model_t, reduced_model_t
+  use sig_hhr_data, only: hhr_data_t
+  use sig_model, only: model_t
   use sig_parameter_space, only: format_point
   use sig_reactions, only: reaction_t
+  use sig_reduced, only: reduced_t
+  use sig_reduced_condensed, only: reduced_condensed_t
+  use sig_reduced_hhr, only: reduced_hhr_t
   use sig_run_report, only: run_report_t
   use sig_selection, only: selection_t
   use sig_snapshot_store, only: snapshot_set_t
@@ -100,20 +104,36 @@ contains
     integer :: k
 
     call report%add('reduction/dirichlet', model%dirichlet)
-    if (size(model%clusters) == 1) then
-      call report_cluster(model%clusters(1), 'reduction/', report)
+    if (model%n_clusters() == 1) then
+      call report_part(model%parts(1)%reduced, 'reduction/', report)
       return
     end if
-    call report%add('reduction/n_clusters', size(model%clusters))
+    call report%add('reduction/n_clusters', model%n_clusters())
     call report%add('reduction/clustering/loss', model%choice%loss)
     call report%add('reduction/clustering/silhouette', model%choice%silhouette)
-    do k = 1, size(model%clusters)
-      call report_cluster(model%clusters(k), 'reduction/clusters/' // to_text(k) // '/', report)
+    do k = 1, model%n_clusters()
+      call report_part(model%parts(k)%reduced, 'reduction/clusters/' // to_text(k) // '/', report)
     end do
   end subroutine report_model
 
+  subroutine report_part(part, group, report)
+    class(reduced_t), intent(in) :: part
+    !> with its last slash
+    character(*), intent(in) :: group
+    type(run_report_t), intent(inout) :: report
+
+    call report%add(group // 'kind', part%kind())
+    select type (part)
+    type is (reduced_hhr_t)
+      call report_cluster(part%data, group, report)
+    type is (reduced_condensed_t)
+      call report%add(group // 'n_contact_rows', part%n_rows())
+      call report%add(group // 'n_reference_sets', size(part%data%reference_points))
+    end select
+  end subroutine report_part
+
   subroutine report_cluster(cluster, group, report)
-    type(reduced_model_t), intent(in) :: cluster
+    type(hhr_data_t), intent(in) :: cluster
     !> with its last slash
     character(*), intent(in) :: group
     type(run_report_t), intent(inout) :: report
@@ -140,18 +160,30 @@ contains
     character(:), allocatable :: text
     integer :: k
 
-    text = cluster_text(model%clusters(1))
-    if (size(model%clusters) == 1) return
-    text = counted(size(model%clusters), 'cluster')
-    do k = 1, size(model%clusters)
-      text = text // merge(': ', '; ', k == 1) // counted(size(model%clusters(k)%training_points), 'snapshot') // ', ' // &
-        cluster_text(model%clusters(k))
+    text = part_text(model%parts(1)%reduced)
+    if (model%n_clusters() == 1) return
+    text = counted(model%n_clusters(), 'cluster')
+    do k = 1, model%n_clusters()
+      text = text // merge(': ', '; ', k == 1) // counted(size(model%parts(k)%reduced%training_points()), &
+        'snapshot') // ', ' // part_text(model%parts(k)%reduced)
     end do
   end function model_text
 
+  pure function part_text(part) result(text)
+    class(reduced_t), intent(in) :: part
+    character(:), allocatable :: text
+
+    select type (part)
+    type is (reduced_hhr_t)
+      text = cluster_text(part%data)
+    class default
+      text = 'condensed model of ' // counted(part%n_rows(), 'contact row')
+    end select
+  end function part_text
+
   !> `36 + 9 modes and 18 hats (63 reduced unknowns), 33 contact rows with a condition number of 7.496`.
   pure function cluster_text(cluster) result(text)
-    type(reduced_model_t), intent(in) :: cluster
+    type(hhr_data_t), intent(in) :: cluster
     character(:), allocatable :: text
 
     text = counted(cluster%n_pod_modes, 'mode')

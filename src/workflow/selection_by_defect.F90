@@ -16,16 +16,17 @@ module sig_selection_by_defect
   use sig_log, only: log_info
   use sig_materials, only: need_fixed_stiffness
   use sig_model_defect, only: model_defect_t
-  use sig_multiplier_fit, only: multiplier_fit_workspace_t
+  use sig_rooms, only: rooms_t
   use sig_online_model, only: online_model_t
   use sig_problem, only: problem_t
-  use sig_query, only: answer_t, query_t
+  use sig_answer, only: answer_t
+  use sig_query, only: query_t
   use sig_reconstruction, only: reconstruct_displacement, reconstruct_multipliers
   use sig_sampling, only: sampler_t, sampling_result_t
   use sig_selection, only: selection_t
   use sig_snapshot_merge, only: put_in_order, read_store, snapshot_store, store_t
   use sig_snapshot_store, only: snapshot_set_t
-  use sig_start_sets, only: fill_start_sets
+  use sig_hhr_start_sets, only: fill_start_sets
   use sig_stop_request, only: agree_to_stop
   use sig_text, only: counted
   use sig_training, only: train
@@ -207,7 +208,7 @@ contains
     type(query_t), intent(inout) :: query
     real(rk), intent(in) :: points(:, :)
     type(answer_t) :: answer
-    type(multiplier_fit_workspace_t) :: workspace
+    type(rooms_t) :: rooms
     real(rk), allocatable :: displacement(:)
     integer :: i
 
@@ -217,7 +218,7 @@ contains
     do i = 1, rounds%n_new
       call query%evaluate(online, points(:, i), answer)
       call reconstruct_displacement(online%model, answer, displacement)
-      call reconstruct_multipliers(online, answer, workspace, rounds%multipliers(:, i))
+      call reconstruct_multipliers(online, answer, rooms, rounds%multipliers(:, i))
       rounds%displacement(:, i) = displacement
     end do
   end subroutine keep_answers

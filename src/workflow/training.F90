@@ -7,8 +7,10 @@ module sig_training
   use sig_clustering, only: cluster_t
   use sig_contact_state, only: reason_converged
   use sig_errors, only: error_t, exit_not_converged, make_error
+  use sig_hhr_data, only: hhr_data_t
   use sig_log, only: log_warning
   use sig_model, only: model_t
+  use sig_model_parts, only: set_clusters
   use sig_model_header, only: fill_model_header
   use sig_parameter_space, only: format_point
   use sig_problem, only: problem_t
@@ -31,6 +33,7 @@ contains
     !> a model on the way to another one has one cluster and says no warnings
     logical, intent(in), optional :: is_draft
     type(cluster_t), allocatable :: clusters(:)
+    type(hhr_data_t), allocatable :: models(:)
     type(snapshot_set_t) :: converged
     logical :: is_silent
     integer :: k, n_clusters
@@ -44,9 +47,11 @@ contains
     call fill_model_header(problem, converged, model)
     PetscCall(divide_snapshots(problem%deck, n_clusters, converged, model, clusters, error, ierr))
     if (allocated(error)) return
-    allocate (model%clusters(size(clusters)))
-    PetscCall(train_clusters(problem, converged, clusters, [(k, k=1, size(clusters))], model%clusters, error, ierr))
-    if (.not. (allocated(error) .or. is_silent)) call log_cluster_warnings(model%clusters)
+    allocate (models(size(clusters)))
+    PetscCall(train_clusters(problem, converged, clusters, [(k, k=1, size(clusters))], models, error, ierr))
+    if (allocated(error)) return
+    call set_clusters(model, models)
+    if (.not. is_silent) call log_cluster_warnings(model)
   end subroutine train
 
   !> Leaves out the points that the full-order model did not solve.

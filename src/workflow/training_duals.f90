@@ -3,7 +3,7 @@
 module sig_training_duals
   use sig_contact_rows, only: contact_rows_t
   use sig_kinds, only: rk
-  use sig_model, only: reduced_model_t
+  use sig_hhr_data, only: hhr_data_t
   use sig_snapshot_store, only: snapshot_set_t
   implicit none(type, external)
   private
@@ -15,7 +15,7 @@ contains
   subroutine keep_dual_snapshots(rows, snapshots, cluster)
     type(contact_rows_t), intent(in) :: rows
     type(snapshot_set_t), intent(in) :: snapshots
-    type(reduced_model_t), intent(inout) :: cluster
+    type(hhr_data_t), intent(inout) :: cluster
 
     cluster%dual_snapshots = snapshots%multipliers
     cluster%contact_displacement_snapshots = normal_displacements(rows, snapshots%displacement)

@@ -6,7 +6,7 @@ module sig_training_system
   use sig_errors, only: error_t, make_error
   use sig_hat_functions, only: hat_columns, hat_set_t, hats_of_all_nodes, hats_of_rows, select_hats
   use sig_kinds, only: rk
-  use sig_model, only: reduced_model_t
+  use sig_hhr_data, only: hhr_data_t
   use sig_problem, only: problem_t
   use sig_projection, only: expected_stiffness_rank, project, project_contact_rows, projected_blocks_t
   use sig_reduced_domain, only: reduced_domain_t
@@ -31,7 +31,7 @@ contains
     integer, intent(in) :: anchors(:)
     !> V, shape (n_dofs, n_modes)
     real(rk), intent(in) :: modes(:, :)
-    type(reduced_model_t), intent(inout) :: cluster
+    type(hhr_data_t), intent(inout) :: cluster
     type(error_t), allocatable, intent(out) :: error
     type(projected_blocks_t) :: blocks
     type(hat_set_t) :: hats
@@ -54,7 +54,7 @@ contains
     type(reduced_domain_t), intent(in) :: domain
     real(rk), intent(in) :: modes(:, :)
     type(hat_set_t), intent(out) :: hats
-    type(reduced_model_t), intent(inout) :: cluster
+    type(hhr_data_t), intent(inout) :: cluster
     type(enrichment_rule_t) :: rule
     type(enrichment_path_t) :: path
 
@@ -94,7 +94,7 @@ contains
     type(hat_set_t), intent(in) :: hats
     type(reduced_domain_t), intent(in) :: domain
     integer, intent(in) :: n_pod_columns
-    type(reduced_model_t), intent(inout) :: cluster
+    type(hhr_data_t), intent(inout) :: cluster
     integer :: i
 
     cluster%n_hats = size(hats%rows)
@@ -110,7 +110,7 @@ contains
 
   subroutine keep_domain(domain, cluster)
     type(reduced_domain_t), intent(in) :: domain
-    type(reduced_model_t), intent(inout) :: cluster
+    type(hhr_data_t), intent(inout) :: cluster
 
     cluster%seed_nodes = domain%seed_nodes
     cluster%facing_nodes = domain%facing_nodes
@@ -124,7 +124,7 @@ contains
 
   subroutine keep_blocks(blocks, cluster)
     type(projected_blocks_t), intent(in) :: blocks
-    type(reduced_model_t), intent(inout) :: cluster
+    type(hhr_data_t), intent(inout) :: cluster
 
     cluster%n_modes = size(blocks%reduced_stiffness, 1)
     cluster%reduced_stiffness = blocks%reduced_stiffness
@@ -139,7 +139,7 @@ contains
     type(snapshot_set_t), intent(in) :: snapshots
     integer, intent(in) :: anchors(:)
     real(rk), intent(in) :: modes(:, :)
-    type(reduced_model_t), intent(inout) :: cluster
+    type(hhr_data_t), intent(inout) :: cluster
     type(error_t), allocatable, intent(out) :: error
     !> [-] prescribed values that the modes miss by more than this cannot be imposed
     real(rk), parameter :: representable = 1.0e-6_rk
@@ -187,7 +187,7 @@ contains
     !> shape (n_parameters, n_points)
     real(rk), intent(in) :: training_points(:, :)
     type(reduced_domain_t), intent(in) :: domain
-    type(reduced_model_t), intent(inout) :: cluster
+    type(hhr_data_t), intent(inout) :: cluster
     type(error_t), allocatable, intent(out) :: error
     integer, allocatable :: loaded(:)
     integer :: i, n_missed

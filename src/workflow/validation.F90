@@ -16,7 +16,8 @@ module sig_validation
   use sig_point_batches, only: deal_points, point_batches_t
   use sig_problem, only: problem_t
   use sig_progress, only: progress_t
-  use sig_query, only: answer_t, query_t
+  use sig_answer, only: answer_t
+  use sig_query, only: query_t
   use sig_statistics, only: summarize, statistics_t
   use sig_stop_request, only: agree_to_stop
   use petsc
@@ -25,6 +26,8 @@ module sig_validation
   public :: validate, validation_t, n_errors, error_names
 
   integer, parameter :: n_errors = 7
+  !> of the table that ranks share
+  integer, parameter :: n_columns = n_errors + 9
   !> columns of validation.csv
   character(*), parameter :: error_names(n_errors) = [character(22) :: 'e_u', 'e_lambda_rid', 'e_lambda_all', 'e_energy', &
     'e_energy_rid', 'e_energy_relative', 'e_energy_rid_relative']
@@ -43,6 +46,10 @@ module sig_validation
     !> that the answer's two starts found
     integer, allocatable :: n_solutions(:)
     integer, allocatable :: reason_full_order(:)
+    !> [-] certificate of the answer; negative: none
+    real(rk), allocatable :: error_bound(:)
+    !> the model's fallback answered
+    logical, allocatable :: is_fallback(:)
     logical :: is_stopped = .false.
     !> [s] wall time of the deck's solver: once, and per point (median)
     real(rk) :: setup_seconds = 0
@@ -68,7 +75,7 @@ contains
     type(online_model_t) :: online
     type(query_t) :: query
     character(:), allocatable :: message
-    real(rk) :: table(n_errors + 7, size(points, 2))
+    real(rk) :: table(n_columns, size(points, 2))
 
     ierr = 0
     outcome%points = points
@@ -102,7 +109,7 @@ contains
     PetscErrorCode, intent(out) :: ierr
     type(progress_t) :: progress
     type(point_batches_t) :: own
-    type(domain_energy_t) :: domains(size(online%model%clusters))
+    type(domain_energy_t) :: domains(online%model%n_clusters())
     real(rk) :: flag
     integer :: first, i, last
 
@@ -110,7 +117,7 @@ contains
     table = 0
     is_stopped = .false.
     do i = 1, size(domains)
-      call domains(i)%create(problem%mesh, problem%body, online%model%clusters(i)%cells)
+      call domains(i)%create(problem%mesh, problem%body, online%model%parts(i)%reduced%cells())
     end do
     call deal_points(varying_constants(problem%deck, problem%material_terms, points), team%groups%i_group, &
       team%groups%n_groups, team%solver%n_points_at_once(), own)
@@ -167,12 +174,12 @@ contains
     type(answer_t), intent(in) :: answer
     type(contact_state_t), intent(in) :: state
     type(point_errors_t), intent(in) :: errors
-    real(rk) :: column(n_errors + 7)
+    real(rk) :: column(n_columns)
 
     column = [errors%displacement, errors%multipliers_rid, errors%multipliers_all, errors%energy, errors%energy_rid, &
       errors%energy_relative, errors%energy_rid_relative, real(answer%cluster, rk), real(count(answer%is_active), rk), &
       real(count(state%multipliers > 0), rk), real(merge(answer%method, 0, answer%reason > 0), rk), real(state%reason, rk), &
-      state%seconds, real(answer%n_solutions, rk)]
+      state%seconds, real(answer%n_solutions, rk), answer%relative_bound, real(merge(1, 0, answer%part /= answer%cluster), rk)]
   end function table_column
 
   subroutine unpack_table(table, outcome)
@@ -187,6 +194,8 @@ contains
     outcome%method = nint(table(n_errors + 4, :))
     outcome%reason_full_order = nint(table(n_errors + 5, :))
     outcome%n_solutions = nint(table(n_errors + 7, :))
+    outcome%error_bound = table(n_errors + 8, :)
+    outcome%is_fallback = table(n_errors + 9, :) > 0
     seconds = summarize(pack(table(n_errors + 6, :), outcome%reason_full_order == reason_converged))
     outcome%full_order_seconds = seconds%median
   end subroutine unpack_table

@@ -10,13 +10,14 @@ module sig_validation_output
   use sig_log, only: log_warning
   use sig_model, only: model_t
   use sig_parameter_space, only: format_point
-  use sig_query, only: method_name, n_query_methods
+  use sig_answer, only: bound_text, method_name, n_answer_methods
   use sig_reporting, only: report_statistics
   use sig_run_report, only: run_report_t
   use sig_statistics, only: measured_statistics, statistics_t
   use sig_text, only: append_text, counted, csv_number, string_t, to_text
   use sig_text_buffer, only: text_buffer_t
   use sig_validation, only: error_names, n_errors, validation_t
+  use sig_verdict, only: verdict_t
   implicit none(type, external)
   private
   public :: write_validation_table, report_validation, warn_of_errors, keep_statistics
@@ -42,7 +43,7 @@ contains
     do i_error = 1, n_errors
       call buffer%add(',' // trim(error_names(i_error)))
     end do
-    call buffer%add(',n_active,n_active_full_order,solver,n_solutions,full_order' // new_line('a'))
+    call buffer%add(',n_active,n_active_full_order,solver,n_solutions,error_bound,full_order' // new_line('a'))
     do i = 1, size(outcome%points, 2)
       call buffer%add(table_row(outcome, i) // new_line('a'))
     end do
@@ -64,7 +65,8 @@ contains
       row = row // ',' // csv_number(outcome%errors(k, i))
     end do
     row = row // ',' // to_text(outcome%n_active(i)) // ',' // to_text(outcome%n_active_full_order(i)) // ',' // &
-      method_name(outcome%method(i)) // ',' // to_text(outcome%n_solutions(i)) // ',' // status(outcome%reason_full_order(i))
+      method_name(outcome%method(i)) // ',' // to_text(outcome%n_solutions(i)) // ',' // &
+      bound_text(outcome%error_bound(i)) // ',' // status(outcome%reason_full_order(i))
   end function table_row
 
   pure function status(reason) result(text)
@@ -76,11 +78,12 @@ contains
   end function status
 
   !> Errors with their quartiles, where they are largest, and what the answers cost.
-  subroutine report_validation(deck, solver_type, outcome, report)
+  subroutine report_validation(deck, solver_type, outcome, verdict, report)
     type(deck_config_t), intent(in) :: deck
     !> that solved the full-order points
     character(*), intent(in) :: solver_type
     type(validation_t), intent(in) :: outcome
+    type(verdict_t), intent(in) :: verdict
     type(run_report_t), intent(inout) :: report
     type(string_t), allocatable :: names(:)
     integer, allocatable :: counts(:)
@@ -97,6 +100,9 @@ contains
       call report%add('answers/' // names(i_method)%text, counts(i_method))
     end do
     call report%add('answers/several_solutions', count(outcome%n_solutions > 1))
+    call report%add('answers/by_fallback', verdict%n_fallbacks)
+    call report%add('validation/accepted', verdict%is_accepted)
+    call report%add('validation/verdict', verdict%sentence)
     call report%add('errors/e_lambda_rid/no_contact', count(is_no_number(outcome%errors(2, :))))
     call report%add('errors/e_lambda_rid/infinite', count(outcome%errors(2, :) > huge(1.0_rk)))
     call report%add('times/full_order_setup', outcome%setup_seconds)
@@ -137,8 +143,8 @@ contains
     integer, allocatable, intent(out) :: counts(:)
     integer :: i
 
-    allocate (names(n_query_methods + 1), counts(n_query_methods + 1))
-    do i = 0, n_query_methods
+    allocate (names(n_answer_methods + 1), counts(n_answer_methods + 1))
+    do i = 0, n_answer_methods
       names(i + 1)%text = method_name(i)
       counts(i + 1) = count(outcome%method == i)
     end do
@@ -170,8 +176,9 @@ contains
   end function worst_points
 
   !> Statistics for the model file.
-  subroutine keep_statistics(outcome, model)
+  subroutine keep_statistics(outcome, verdict, model)
     type(validation_t), intent(in) :: outcome
+    type(verdict_t), intent(in) :: verdict
     type(model_t), intent(inout) :: model
     type(statistics_t) :: statistics(n_errors)
     integer :: i_error
@@ -182,6 +189,7 @@ contains
       model%validation%names(i_error)%text = trim(error_names(i_error))
       statistics(i_error) = measured_statistics(outcome%errors(i_error, :))
     end do
+    model%validation%verdict = verdict%sentence
     model%validation%minimum = statistics%minimum
     model%validation%median = statistics%median
     model%validation%p95 = statistics%p95

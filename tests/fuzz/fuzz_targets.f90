@@ -13,10 +13,11 @@ module fuzz_targets
   use sig_mesh, only: mesh_t
   use sig_mesh_read, only: read_mesh
   use sig_model_file, only: read_model
-  use sig_multiplier_fit, only: multiplier_fit_workspace_t
+  use sig_rooms, only: rooms_t
   use sig_online_model, only: online_model_t
   use sig_point_list, only: read_points
-  use sig_query, only: answer_t, query_t
+  use sig_answer, only: answer_t
+  use sig_query, only: query_t
   use sig_reconstruction, only: reconstruct_displacement, reconstruct_multipliers
   use sig_selection, only: read_selection, selection_t
   use sig_snapshot_shard, only: read_shard, shard_writer_t, snapshot_record_t
@@ -208,7 +209,7 @@ contains
     type(online_model_t), intent(in) :: online
     type(query_t), intent(inout) :: query
     type(answer_t) :: answer
-    type(multiplier_fit_workspace_t) :: workspace
+    type(rooms_t) :: rooms
     real(rk), allocatable :: displacement(:), multipliers(:)
     integer :: i
 
@@ -217,7 +218,7 @@ contains
       call query%evaluate(online, sum(online%model%box, 1) / 2 * 10.0_rk**(i - 1), answer)
       if (answer%reason <= 0) cycle
       call reconstruct_displacement(online%model, answer, displacement)
-      call reconstruct_multipliers(online, answer, workspace, multipliers)
+      call reconstruct_multipliers(online, answer, rooms, multipliers)
     end do
   end subroutine ask
 end module fuzz_targets

@@ -38,3 +38,12 @@ def library(signorom):
     path = signorom.executable.parent / "src" / "online" / "libsignorom_online.so"
     assert path.is_file(), f"{path} is missing: build the target signorom_online"
     return loadable(path)
+
+
+@pytest.fixture
+def post(library, monkeypatch):
+    """The Python package on the library under test."""
+    monkeypatch.setenv("SIGNOROM_LIBRARY", str(library))
+    import signorom_post
+
+    return signorom_post

@@ -9,7 +9,7 @@ from results import read_table
 from runs import write_deck
 
 ONE_POINT = {"grid: {squeeze: 7, shift: 3}": "file: points.csv"}
-NO_CONTACT = {"reduction: {pod_tolerance: 1.0e-5}": "reduction: {pod_tolerance: 0.9, dirichlet: multiplier}"}
+NO_CONTACT = {"pod_tolerance: 1.0e-5}": "pod_tolerance: 0.9, dirichlet: multiplier}"}
 
 
 def deck_with_one_point(folder, changes=None):
@@ -36,8 +36,7 @@ def test_domain_without_contact_is_refused(signorom, tmp_path):
 def test_model_without_unknowns_is_refused(signorom, tmp_path):
     """The rows of prescribed values take the only mode; the contact surface is in the domain."""
     changes = {
-        "reduction: {pod_tolerance: 1.0e-5}": "reduction: {pod_tolerance: 0.9, dirichlet: multiplier, "
-        "zones_of_interest: [lower_arc]}"
+        "pod_tolerance: 1.0e-5}": "pod_tolerance: 0.9, dirichlet: multiplier, zones_of_interest: [lower_arc]}"
     }
     deck = deck_with_one_point(tmp_path, changes)
     signorom("sample", deck.name, folder=tmp_path)

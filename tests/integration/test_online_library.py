@@ -34,15 +34,6 @@ def model(study):
     return study / "model.h5"
 
 
-@pytest.fixture
-def post(library, monkeypatch):
-    """The Python package on the library under test."""
-    monkeypatch.setenv("SIGNOROM_LIBRARY", str(library))
-    import signorom_post
-
-    return signorom_post
-
-
 @pytest.fixture(scope="module")
 def ask_model(library, tmp_path_factory):
     """The example of the README."""

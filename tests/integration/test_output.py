@@ -185,6 +185,7 @@ def test_validation_table(results):
         "n_active_full_order",
         "solver",
         "n_solutions",
+        "error_bound",
         "full_order",
     ]
     np.testing.assert_allclose(table["squeeze"], np.linspace(0.15, 0.45, N_TEST), rtol=1e-14)

@@ -30,8 +30,8 @@ def changes_of(clusters, points="grid: {squeeze: 7, shift: 3}"):
     """Changes of decks/shifted_disks.yaml; hats, so that multipliers are unique and small errors mean something."""
     return {
         "grid: {squeeze: 7, shift: 3}": points,
-        "reduction: {pod_tolerance: 1.0e-5}": f"clusters: {{{clusters}}}\n"
-        "reduction: {pod_tolerance: 1.0e-5, enrichment: {type: greedy}}",
+        "reduction: {method: hhr, pod_tolerance: 1.0e-5}": f"clusters: {{{clusters}}}\n"
+        "reduction: {method: hhr, pod_tolerance: 1.0e-5, enrichment: {type: greedy}}",
     }
 
 

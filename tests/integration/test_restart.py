@@ -259,7 +259,7 @@ def test_what_does_not_change_the_answers_keeps_the_snapshots(signorom, tmp_path
         .replace("Contact patch test", "Another title")
         .replace("grid: {push: 7}", "grid: {push: 3}")
     )
-    deck.write_text(text + "reduction: {pod_tolerance: 1.0e-4}\n")
+    deck.write_text(text + "reduction: {method: hhr, pod_tolerance: 1.0e-4}\n")
     assert "(5 were there)" in signorom("run", deck.name, folder=tmp_path)
 
 

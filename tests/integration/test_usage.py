@@ -152,7 +152,7 @@ def test_option_that_writes_a_file(signorom, tmp_path):
 def test_bodies_that_never_touch(signorom, tmp_path):
     """They are loaded, so this is what is said: the gap of 0.01 m does not close."""
     deck = write_deck("patch", tmp_path, **{"push: {min: 0.02, max: 0.1": "push: {min: 0.001, max: 0.009"})
-    deck.write_text(deck.read_text().partition("output:")[0])
+    deck.write_text(deck.read_text().partition("output:")[0] + "reduction: {method: hhr}\n")
     signorom("sample", deck.name, folder=tmp_path)
     words = refuse(signorom, "train", deck.name, folder=tmp_path)
     assert "patch.yaml: error: the bodies touch at no training point" in words

@@ -143,4 +143,4 @@ def test_results_behind_links(signorom, folder):
         (far / name).write_text("old")
     signorom("train", "patch.yaml", folder=folder)
     assert all((folder / "results/patch" / name).is_symlink() for name in ("model.h5", "enrichment.csv"))
-    assert "modes" in signorom("describe", far / "model.h5", folder=folder)
+    assert "reduced model" in signorom("describe", far / "model.h5", folder=folder)

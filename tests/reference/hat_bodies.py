@@ -48,7 +48,7 @@ def read(path):
             name: cluster[name][()].T
             for name in ("reduced_stiffness", "contact_matrix", "basis", "load", "gap")
         }
-        model |= {name: values[()].T for name, values in file["full_order"].items()}
+        model |= {name: values[()].T for name, values in file["fallback"].items()}
         model |= {"rows": rows, "heights": source["places"][:, 1], "terms": source["dof_terms"][:, 0] - 1}
     model["reduced_stiffness"] = model["reduced_stiffness"][np.ix_(order, order)]
     model["contact_matrix"], model["basis"] = model["contact_matrix"][:, order], model["basis"][:, order]

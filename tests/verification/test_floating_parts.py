@@ -12,7 +12,7 @@ import pytest
 import yaml
 
 from floating_parts import Bracket, Saddle
-from runs import INPUT, read_snapshots, write_input
+from runs import INPUT, read_snapshots, read_table, write_input
 
 SEED = 1495
 N_POINTS = 500
@@ -110,3 +110,33 @@ def test_contact_forces_balance_the_loads(signorom, tmp_path, part, figures):
         size = np.abs(work) @ forces + np.abs(motions).T @ np.abs(load)
         worst = max(worst, np.abs((work @ forces - motions.T @ load) / size).max())
     figures.at_most(PROBLEM[name], "contact forces against loads", worst, BALANCE, "equilibrium")
+
+
+def predict(signorom, folder, name, points):
+    """Forces of all contacts that `run` with all defaults and then `predict` give."""
+    signorom("run", write_input(name, folder), folder=folder)
+    lines = [",".join(PARTS[name].names), *(",".join(map(repr, point)) for point in points.tolist())]
+    (folder / "asked.csv").write_text("\n".join([*lines, ""]))
+    model = folder / "results" / name / "model.h5"
+    signorom("predict", model, "--points", "asked.csv", "--output", "answers.csv", folder=folder)
+    answers = read_table(folder / "answers.csv")
+    assert set(answers["status"]) == {"answered"}
+    return np.column_stack([values for column, values in answers.items() if column.startswith("lambda_")])
+
+
+def test_default_model_is_exact(signorom, tmp_path, part, figures):
+    """No key of solver or reduction in the deck: every point is answered, with the forces of the full order."""
+    name, _, points, expected = part
+    found = predict(signorom, tmp_path, name, points)
+    source = "an independent code"
+    figures.at_most(
+        PROBLEM[name],
+        f"forces of predict at {N_POINTS} points",
+        largest_error(found, expected),
+        SAME_SOLUTION,
+        source,
+    )
+    chosen = slice(0, N_CHOSEN[name])
+    active = sample(signorom, tmp_path / "active", name, points[chosen], "active_set")["multipliers"]
+    worst = largest_error(found[chosen], active)
+    figures.at_most(PROBLEM[name], "forces of predict", worst, SAME_SOLUTION, "solver active_set")

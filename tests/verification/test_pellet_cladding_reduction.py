@@ -46,7 +46,7 @@ def folder(signorom, tmp_path_factory):
 def train(signorom, folder, domain, n_extra, maximum):
     """Deck and model of a domain, with hats on the cladding until kappa is low enough."""
     section = (
-        f"reduction: {{pod_tolerance: 1.0e-6, extended_pod_tolerance: {EXTENDED_TOLERANCES[n_extra]}, "
+        f"reduction: {{method: hhr, pod_tolerance: 1.0e-6, extended_pod_tolerance: {EXTENDED_TOLERANCES[n_extra]}, "
         f"dual_pod_tolerance: {DUAL_TOLERANCES[domain]}, enrichment: {{type: greedy, side: second, "
         f"max_condition_number: {maximum}}}, max_full_order_size: 0}}\n"
     )
@@ -172,7 +172,9 @@ def test_a_hat_for_every_pair_goes_on_where_ten_ends(signorom, folder, figures):
 
 def test_a_domain_that_misses_the_load_is_said(signorom, folder):
     """Without zones of interest the equations lack most of the loaded nodes (trap 1); the default takes them all."""
-    deck = write_input(NAME, folder, {SECTION: "reduction: {pod_tolerance: 1.0e-4, zones_of_interest: []}\n"})
+    deck = write_input(
+        NAME, folder, {SECTION: "reduction: {method: hhr, pod_tolerance: 1.0e-4, zones_of_interest: []}\n"}
+    )
     results = folder / "results" / NAME
     signorom("train", deck, folder=folder)
     with h5py.File(results / "model.h5") as file:
@@ -185,7 +187,7 @@ def test_a_domain_that_misses_the_load_is_said(signorom, folder):
     said = yaml.safe_load((results / "report.yaml").read_text())["reduction"]["warnings"]
     assert f"do not see the load on {missed} of {len(loaded)} loaded nodes" in said[0]
     assert missed > 10
-    deck = write_input(NAME, folder, {SECTION: "reduction: {pod_tolerance: 1.0e-4}\n"})
+    deck = write_input(NAME, folder, {SECTION: "reduction: {method: hhr, pod_tolerance: 1.0e-4}\n"})
     signorom("train", deck, folder=folder)
     assert not yaml.safe_load((results / "report.yaml").read_text())["reduction"]["warnings"]
 
@@ -200,7 +202,7 @@ def train_clusters(signorom, folder, maximum):
     """Deck and model of three clusters of the training grid, with hats on the cladding until kappa is low enough."""
     section = (
         "clusters: {number: 3}\n"
-        "reduction: {pod_tolerance: 1.0e-8, dual_pod_tolerance: 1.0e-6, "
+        "reduction: {method: hhr, pod_tolerance: 1.0e-8, dual_pod_tolerance: 1.0e-6, "
         f"enrichment: {{type: greedy, side: second, max_condition_number: {maximum}}}, max_full_order_size: 0}}\n"
     )
     changes = {SECTION: section, "test: {grid: {P1: 80, h1: 80}}": "test: {file: points.csv}"}

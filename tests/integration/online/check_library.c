@@ -111,14 +111,15 @@ static int check_sizes(signorom_context *context, const double *points) {
     double later;
   } answers[2] = {{.known = SIGNOROM_ANSWER, .later = 7}, {.known = SIGNOROM_ANSWER, .later = 8}};
   signorom_answer none = SIGNOROM_ANSWER;
-  none.size = sizeof none - 1;
+  none.size = offsetof(signorom_answer, bound) - 1; /* smaller than the first version */
   int is_fine = signorom_query(context, points, &none) == SIGNOROM_BAD_ARGUMENT;
   is_fine &= strstr(signorom_message(context), "SIGNOROM_ANSWER") != NULL;
   is_fine &= signorom_query_many(context, 1, points, &none, NULL) == SIGNOROM_BAD_ARGUMENT;
   none.size = (size_t)1 << 40; /* what was there before: no version is as large */
   is_fine &= signorom_query_many(context, 1, points, &none, NULL) == SIGNOROM_BAD_ARGUMENT;
-  memset(&none, 0, sizeof none);
-  is_fine &= signorom_query(context, points, &none) == SIGNOROM_OK && none.size == sizeof none;
+  memset(&none, 0, sizeof none); /* the first version: what came later is not written */
+  is_fine &= signorom_query(context, points, &none) == SIGNOROM_OK && none.size == offsetof(signorom_answer, bound);
+  is_fine &= none.n_solutions >= 1 && none.bound == 0 && none.relative_bound == 0;
   answers[0].known.size = sizeof answers[0];
   is_fine &= signorom_query_many(context, 2, points, &answers[0].known, NULL) == SIGNOROM_OK;
   is_fine &= answers[0].later == 7 && answers[1].later == 8 && answers[1].known.size == sizeof answers[0];

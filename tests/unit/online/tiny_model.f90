@@ -3,7 +3,11 @@
 module tiny_model
   use, intrinsic :: ieee_arithmetic, only: ieee_positive_inf, ieee_value
   use sig_kinds, only: rk
-  use sig_model, only: contact_side_t, model_t, reconstruct_with_displacements, reduced_model_t
+  use sig_hhr_data, only: hhr_data_t
+  use sig_model, only: contact_side_t, model_t
+  use sig_model_parts, only: set_clusters, set_fallback
+  use sig_reduced, only: reduced_t
+  use sig_reduced_condensed, only: reduced_condensed_t
   use sig_term_set, only: start_terms
   use sig_text, only: string_t
   implicit none(type, external)
@@ -20,6 +24,7 @@ contains
   !> - squeeze = 2: both close: gamma = (1, 2), lambda = F - K_r gamma = (12, 6) - (0, 3) = (12, 3).
   subroutine build_tiny_model(model)
     type(model_t), intent(out) :: model
+    type(hhr_data_t) :: cluster
     integer :: i_term
 
     model%code_version = '0.1.0'
@@ -47,9 +52,8 @@ contains
     model%gap = reshape([1.0_rk, 3.0_rk, 2.0_rk, 0.0_rk, 0.0_rk, 0.0_rk], [3, 2])
     model%pod_tolerance = 1.0e-8_rk
     model%dirichlet = 'elastic_lifting'
-    model%reconstruction = reconstruct_with_displacements
-    allocate (model%clusters(1))
-    call build_cluster(model%clusters(1))
+    call build_cluster(cluster)
+    call set_clusters(model, [cluster])
   end subroutine build_tiny_model
 
   !> Contact of all three pairs as the full-order model would have it: W = diag(1, 2, 4), gaps without contact forces
@@ -58,16 +62,21 @@ contains
   !> squeeze = 1: gaps (1, 3, 2) - (4, 5, 6) = (-3, -2, -4), lambda = (3, 1, 1), u = (-2, 1, 2, 4).
   subroutine add_full_order(model)
     type(model_t), intent(inout) :: model
+    type(reduced_condensed_t), allocatable :: condensed
+    class(reduced_t), allocatable :: fallback
 
-    model%full_order%compliance = reshape([1.0_rk, 0.0_rk, 0.0_rk, 0.0_rk, 2.0_rk, 0.0_rk, 0.0_rk, 0.0_rk, 4.0_rk], [3, 3])
-    model%full_order%free_opening = reshape([1.0_rk, 3.0_rk, 2.0_rk, -4.0_rk, -5.0_rk, -6.0_rk], [3, 2])
-    model%full_order%free_response = reshape([0.0_rk, 0.0_rk, 0.0_rk, 0.0_rk, 1.0_rk, 2.0_rk, 3.0_rk, 4.0_rk], [4, 2])
-    model%full_order%contact_response = reshape([1.0_rk, 0.0_rk, 0.0_rk, 0.0_rk, 0.0_rk, 1.0_rk, 0.0_rk, 0.0_rk, &
+    allocate (condensed)
+    condensed%data%compliance = reshape([1.0_rk, 0.0_rk, 0.0_rk, 0.0_rk, 2.0_rk, 0.0_rk, 0.0_rk, 0.0_rk, 4.0_rk], [3, 3])
+    condensed%data%free_opening = reshape([1.0_rk, 3.0_rk, 2.0_rk, -4.0_rk, -5.0_rk, -6.0_rk], [3, 2])
+    condensed%data%free_response = reshape([0.0_rk, 0.0_rk, 0.0_rk, 0.0_rk, 1.0_rk, 2.0_rk, 3.0_rk, 4.0_rk], [4, 2])
+    condensed%data%contact_response = reshape([1.0_rk, 0.0_rk, 0.0_rk, 0.0_rk, 0.0_rk, 1.0_rk, 0.0_rk, 0.0_rk, &
       0.0_rk, 0.0_rk, 1.0_rk, 0.0_rk], [4, 3])
+    call move_alloc(condensed, fallback)
+    call set_fallback(model, fallback)
   end subroutine add_full_order
 
   subroutine build_cluster(cluster)
-    type(reduced_model_t), intent(out) :: cluster
+    type(hhr_data_t), intent(out) :: cluster
 
     cluster%n_modes = 2
     cluster%n_rows = 2

@@ -182,6 +182,7 @@ def write_model(path: Path, disks: HalfDisks, n_clusters: int = 1) -> None:
 
 
 def write_cluster(group: h5py.Group, disks: HalfDisks) -> None:
+    group.attrs["kind"] = "hhr"
     group.attrs["condition_number"] = 3.217
     group.attrs["rank"] = len(disks.reduced_rows)
     group.attrs["stiffness_condition"] = 412.0

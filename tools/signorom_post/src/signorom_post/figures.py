@@ -113,12 +113,16 @@ def _axis_names(results: Results) -> tuple[str, str]:
     return ("r", "z") if mesh.get("model") == "axisymmetric" else ("x", "y")
 
 
-def _reduced_domain(results: Results, _options: FigureOptions) -> Iterator[tuple[str, Figure]]:
+def _reduced_domain(results: Results, options: FigureOptions) -> Iterator[tuple[str, Figure]]:
     fields, model = results.fields, results.model_if_present
     if model is None:
         if not any("reduced_domain" in point.fields for point in fields.points):
             raise NotDrawableError(f"{fields.path}: no point has the field 'reduced_domain'")
         yield "", reduced_domain(fields, None)
+        return
+    if not model.clusters:
+        if options.only is not None:
+            raise NotDrawableError(f"{model.path}: a condensed model has no reduced integration domain")
         return
     for cluster in model.clusters:
         suffix = f"_{cluster.name}" if len(model.clusters) > 1 else ""
@@ -148,11 +152,19 @@ def _clusters(results: Results, options: FigureOptions) -> Iterator[tuple[str, F
         raise NotDrawableError(f"{results.model.path}: the model has one cluster")
 
 
-def _singular_values(results: Results, _options: FigureOptions) -> Iterator[tuple[str, Figure]]:
-    yield "", singular_values(results.model)
+def _singular_values(results: Results, options: FigureOptions) -> Iterator[tuple[str, Figure]]:
+    if results.model.clusters:
+        yield "", singular_values(results.model)
+    elif options.only is not None:
+        raise NotDrawableError(f"{results.model.path}: a condensed model has no singular values")
 
 
-def _enrichment(results: Results, _options: FigureOptions) -> Iterator[tuple[str, Figure]]:
+def _enrichment(results: Results, options: FigureOptions) -> Iterator[tuple[str, Figure]]:
+    model = results.model_if_present
+    if model is not None and not model.clusters:
+        if options.only is not None:
+            raise NotDrawableError(f"{model.path}: a condensed model has no hat functions")
+        return
     histories = results.enrichment
     if not any(history.n_hats for history in histories):
         raise NotDrawableError(f"{results.folder / 'enrichment.csv'}: the model has no hat functions")

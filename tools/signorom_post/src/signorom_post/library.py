@@ -64,6 +64,8 @@ class CAnswer(ctypes.Structure):
         ("distance", c_double),
         ("residual", c_double),
         ("n_solutions", c_int),
+        ("bound", c_double),
+        ("relative_bound", c_double),
     ]
 
 

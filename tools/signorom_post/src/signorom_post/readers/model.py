@@ -48,6 +48,7 @@ class Model:
     maximum: FloatArray
     #: shape (m, n_parameters)
     training_points: FloatArray
+    #: hyper-reduced local models; none in a condensed model
     clusters: list[Cluster]
     #: energy tail that the basis may lose
     pod_tolerance: float
@@ -88,11 +89,14 @@ def read_model(path: Path) -> Model:
         points = file.reals("/parameters/training_points", 2)
         if len(units) != len(names) or points.shape[1] != len(names):
             raise file.fail("'/parameters' holds names, units and training points of different lengths")
-        clusters = [
-            _read_cluster(file, name) for name in sorted(file.names("/clusters"), key=lambda n: (len(n), n))
-        ]
-        if not clusters:
+        parts = sorted(file.names("/clusters"), key=lambda n: (len(n), n))
+        if not parts:
             raise file.fail("the model has no clusters ('/clusters/1')")
+        clusters = [
+            _read_cluster(file, name)
+            for name in parts
+            if file.attribute(f"/clusters/{name}", "kind") == "hhr"
+        ]
         return Model(
             path=path,
             title=file.text("/title"),

@@ -1,10 +1,10 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> One cluster of a model as a group of an HDF5 file, or as bytes on their way to another rank.
-module sig_cluster_file
+!> A hyper-reduced model as a group of an HDF5 file, or as bytes on their way to another rank.
+module sig_hhr_file
   use sig_errors, only: error_t
   use sig_hdf5_reader, only: h5_reader_t
   use sig_hdf5_writer, only: h5_writer_t
-  use sig_model, only: enrichment_history_t, reduced_model_t
+  use sig_hhr_data, only: enrichment_history_t, hhr_data_t
   implicit none(type, external)
   private
   public :: write_cluster, read_cluster, pack_cluster, unpack_cluster
@@ -18,7 +18,7 @@ contains
   !>
   !> Requires: complete_cluster.
   subroutine pack_cluster(cluster, bytes, error)
-    type(reduced_model_t), intent(in) :: cluster
+    type(hhr_data_t), intent(in) :: cluster
     character(1), allocatable, intent(out) :: bytes(:)
     type(error_t), allocatable, intent(out) :: error
     type(h5_writer_t) :: file
@@ -32,7 +32,7 @@ contains
 
   subroutine unpack_cluster(bytes, cluster, error)
     character(1), intent(in) :: bytes(:)
-    type(reduced_model_t), intent(out) :: cluster
+    type(hhr_data_t), intent(out) :: cluster
     type(error_t), allocatable, intent(out) :: error
     type(h5_reader_t) :: file
 
@@ -44,7 +44,7 @@ contains
   subroutine write_cluster(file, group, cluster, length, force)
     type(h5_writer_t), intent(inout) :: file
     character(*), intent(in) :: group
-    type(reduced_model_t), intent(in) :: cluster
+    type(hhr_data_t), intent(in) :: cluster
     character(*), intent(in) :: length
     character(*), intent(in) :: force
 
@@ -65,6 +65,7 @@ contains
     call write_snapshots(file, group, cluster, length, force)
     call file%write_attribute(group, 'condition_number', cluster%condition_number)
     call file%write_attribute(group, 'rank', cluster%rank)
+    call file%write_attribute(group, 'fits_displacements', merge(1, 0, cluster%fits_displacements))
     call file%write_attribute(group, 'stiffness_condition', cluster%stiffness_condition)
     call file%write_attribute(group, 'primal_rank_expected', cluster%primal_rank_expected)
     call file%write_attribute(group, 'stiffness_rank', cluster%stiffness_rank)
@@ -93,7 +94,7 @@ contains
   subroutine write_snapshots(file, group, cluster, length, force)
     type(h5_writer_t), intent(inout) :: file
     character(*), intent(in) :: group
-    type(reduced_model_t), intent(in) :: cluster
+    type(hhr_data_t), intent(in) :: cluster
     character(*), intent(in) :: length
     character(*), intent(in) :: force
 
@@ -112,8 +113,9 @@ contains
   subroutine read_cluster(file, group, cluster, error)
     type(h5_reader_t), intent(in) :: file
     character(*), intent(in) :: group
-    type(reduced_model_t), intent(inout) :: cluster
+    type(hhr_data_t), intent(inout) :: cluster
     type(error_t), allocatable, intent(inout) :: error
+    integer :: fits_displacements
 
     call file%read(group // '/basis', cluster%basis, error)
     call file%read(group // '/lifting', cluster%lifting, error)
@@ -132,6 +134,8 @@ contains
     call read_snapshots(file, group, cluster, error)
     call file%read_attribute(group, 'condition_number', cluster%condition_number, error)
     call file%read_attribute(group, 'rank', cluster%rank, error)
+    call file%read_attribute(group, 'fits_displacements', fits_displacements, error)
+    cluster%fits_displacements = fits_displacements /= 0
     call file%read_attribute(group, 'stiffness_condition', cluster%stiffness_condition, error)
     call file%read_attribute(group, 'primal_rank_expected', cluster%primal_rank_expected, error)
     call file%read_attribute(group, 'stiffness_rank', cluster%stiffness_rank, error)
@@ -162,7 +166,7 @@ contains
   subroutine read_snapshots(file, group, cluster, error)
     type(h5_reader_t), intent(in) :: file
     character(*), intent(in) :: group
-    type(reduced_model_t), intent(inout) :: cluster
+    type(hhr_data_t), intent(inout) :: cluster
     type(error_t), allocatable, intent(inout) :: error
 
     call file%read(group // '/dual_snapshots', cluster%dual_snapshots, error)
@@ -173,4 +177,4 @@ contains
     call file%read(group // '/singular_values', cluster%singular_values, error)
     call file%read(group // '/warnings', cluster%warnings, error)
   end subroutine read_snapshots
-end module sig_cluster_file
+end module sig_hhr_file

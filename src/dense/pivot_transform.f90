@@ -1,0 +1,83 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> Principal pivot transform of a linear complementarity problem: w = W z + q with the parts w_A and z_A exchanged.
+!>
+!> (z_A, w_I) = M (w_A, z_I) + (-W_AA^-1 q_A, q_I - W_IA W_AA^-1 q_A) with
+!> M = [W_AA^-1, -W_AA^-1 W_AI; W_IA W_AA^-1, W_II - W_IA W_AA^-1 W_AI]. A problem whose solution is nearly A is solved by few
+!> changes of the zero set of the transformed one.
+module sig_pivot_transform
+  use sig_dense_kernels, only: add_product
+  use sig_kinds, only: rk
+  use sig_linear_algebra, only: lu_t
+  implicit none(type, external)
+  private
+  public :: transform_matrix, transform_columns
+
+contains
+
+  !> M of a set. Where W_AA is numerically singular there is none.
+  subroutine transform_matrix(matrix, is_in_set, transform, is_singular)
+    !> W, shape (n, n)
+    real(rk), intent(in) :: matrix(:, :)
+    !> A, shape (n)
+    logical, intent(in) :: is_in_set(:)
+    !> M, shape (n, n)
+    real(rk), intent(out) :: transform(:, :)
+    logical, intent(out) :: is_singular
+    type(lu_t) :: lu
+    integer, allocatable :: a(:), rest(:)
+    real(rk), allocatable :: inverse(:, :), block(:, :), remaining(:, :)
+    integer :: i
+
+    transform = matrix
+    a = pack([(i, i=1, size(is_in_set))], is_in_set)
+    rest = pack([(i, i=1, size(is_in_set))], .not. is_in_set)
+    is_singular = .false.
+    if (size(a) == 0) return
+    call lu%factor(matrix(a, a))
+    is_singular = lu%is_singular
+    if (is_singular) return
+    inverse = lu%solve(identity(size(a)))
+    transform(a, a) = inverse
+    allocate (block(size(rest), size(a)), source=0.0_rk)
+    call add_product(1.0_rk, matrix(rest, a), inverse, block)
+    transform(rest, a) = block
+    remaining = matrix(rest, rest)
+    call add_product(-1.0_rk, block, matrix(a, rest), remaining)
+    transform(rest, rest) = remaining
+    deallocate (block)
+    allocate (block(size(a), size(rest)), source=0.0_rk)
+    call add_product(-1.0_rk, inverse, matrix(a, rest), block)
+    transform(a, rest) = block
+  end subroutine transform_matrix
+
+  !> The right-hand sides q, one per column, of the transformed problem.
+  subroutine transform_columns(transform, is_in_set, columns)
+    !> M of the set, shape (n, n)
+    real(rk), intent(in) :: transform(:, :)
+    !> A, shape (n)
+    logical, intent(in) :: is_in_set(:)
+    !> in: q; shape (n, n_columns)
+    real(rk), intent(inout) :: columns(:, :)
+    real(rk), allocatable :: inside(:, :), changes(:, :)
+    integer, allocatable :: a(:)
+    integer :: i
+
+    a = pack([(i, i=1, size(is_in_set))], is_in_set)
+    inside = columns(a, :)
+    columns(a, :) = 0
+    allocate (changes(size(columns, 1), size(columns, 2)), source=0.0_rk)
+    call add_product(-1.0_rk, transform(:, a), inside, changes)
+    columns = columns + changes
+  end subroutine transform_columns
+
+  pure function identity(n) result(matrix)
+    integer, intent(in) :: n
+    real(rk) :: matrix(n, n)
+    integer :: i
+
+    matrix = 0
+    do i = 1, n
+      matrix(i, i) = 1
+    end do
+  end function identity
+end module sig_pivot_transform

@@ -1,0 +1,171 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> What a model says at a parameter point, and the words for it.
+module sig_answer
+  use sig_kinds, only: rk
+  use sig_lcp, only: lcp_lemke, lcp_method_name, lcp_reason_text, lcp_solution_t, lcp_solved
+  use sig_text, only: csv_number
+  implicit none(type, external)
+  private
+  public :: answer_t, bound_text, method_name, reason_text
+
+  !> methods of an answer: those of sig_lcp, and
+  integer, parameter, public :: answer_condensed = lcp_lemke + 1
+  integer, parameter, public :: n_answer_methods = answer_condensed
+
+  !> reasons of an answer beside those of sig_lcp: > 0 answered, < 0 not
+  integer, parameter, public :: answer_found = lcp_solved
+  !> the point has not one value per parameter
+  integer, parameter, public :: answer_failed_size = -11
+  !> a term of the model is infinite or not a number there
+  integer, parameter, public :: answer_failed_term = -12
+  !> the certificate does not reach certificate.max_error, and nothing better is left
+  integer, parameter, public :: answer_failed_bound = -13
+  !> the loads pull a body off that only contact holds
+  integer, parameter, public :: answer_failed_pulled_off = -14
+
+  !> a bound that the model cannot give
+  real(rk), parameter, public :: no_bound = -1
+
+  !> Answer at one point; where there is none the arrays are zero.
+  type :: answer_t
+    !> part of the model that the choice named, 1-based
+    integer :: cluster = 1
+    !> part that answered: the cluster, or the model's fallback
+    integer :: part = 1
+    !> part whose displacement it is
+    integer :: displacement_part = 1
+    !> [length] gamma of the cluster, shape (n_modes)
+    real(rk), allocatable :: coordinates(:)
+    !> [force] lambda on the contact rows of the cluster, shape (n_rows)
+    real(rk), allocatable :: multipliers_rid(:)
+    !> lambda > 0 there, shape (n_rows)
+    logical, allocatable :: is_active(:)
+    !> [force] lambda on all contacts where is_whole, shape (n_multipliers)
+    real(rk), allocatable :: multipliers(:)
+    logical :: is_whole = .false.
+    !> [force] unknowns of a problem that has others beside the multipliers (openings of anchors), shape (n_multipliers)
+    real(rk), allocatable :: unknowns(:)
+    !> one of sig_lcp's methods, or answer_condensed; method_name says it in words
+    integer :: method = 0
+    !> answer_found, one of answer_failed_* or one of sig_lcp's; reason_text says it in words
+    integer :: reason = answer_failed_size
+    !> linear solves and pivots
+    integer :: n_iterations = 0
+    !> the point lies in the trained box; an answer is given outside too
+    logical :: is_inside_box = .false.
+    !> [-] to the nearest training point, the box taken as of side 1
+    real(rk) :: distance = huge(1.0_rk)
+    !> [-] largest violation of the contact conditions of the problem that was solved, relative to the terms of its row
+    real(rk) :: residual = huge(1.0_rk)
+    !> solutions of the reduced problem that two starts found, 0 without an answer; 2: it has several, and the forces are doubtful
+    integer :: n_solutions = 0
+    !> [sqrt(force*length)] certificate: no less than the error of lambda in the norm of W; no_bound without one
+    real(rk) :: bound = no_bound
+    !> [-] the same over the size of the answer, at least a thousandth of the largest in training; no_bound without one
+    real(rk) :: relative_bound = no_bound
+    !> values of the model's terms, shape (n_terms)
+    real(rk), allocatable :: theta(:)
+  contains
+    procedure :: start
+    procedure :: take_solution
+  end type answer_t
+
+contains
+
+  !> No answer yet: zeros in arrays of the right size.
+  pure subroutine start(self, cluster, n_terms, n_modes, n_rows, n_multipliers)
+    class(answer_t), intent(inout) :: self
+    integer, intent(in) :: cluster
+    integer, intent(in) :: n_terms
+    !> of the cluster
+    integer, intent(in) :: n_modes
+    integer, intent(in) :: n_rows
+    integer, intent(in) :: n_multipliers
+
+    self%cluster = cluster
+    self%part = cluster
+    self%displacement_part = cluster
+    call resize(self%theta, n_terms)
+    call resize(self%coordinates, n_modes)
+    call resize(self%multipliers_rid, n_rows)
+    call resize(self%multipliers, n_multipliers)
+    call resize(self%unknowns, n_multipliers)
+    if (allocated(self%is_active)) then
+      if (size(self%is_active) /= n_rows) deallocate (self%is_active)
+    end if
+    if (.not. allocated(self%is_active)) allocate (self%is_active(n_rows))
+    self%is_active = .false.
+    self%is_whole = .false.
+    self%method = 0
+    self%reason = answer_failed_size
+    self%n_iterations = 0
+    self%is_inside_box = .false.
+    self%distance = huge(self%distance)
+    self%residual = huge(self%residual)
+    self%n_solutions = 0
+    self%bound = no_bound
+    self%relative_bound = no_bound
+  end subroutine start
+
+  !> Zeros.
+  pure subroutine resize(values, n)
+    real(rk), allocatable, intent(inout) :: values(:)
+    integer, intent(in) :: n
+
+    if (allocated(values)) then
+      if (size(values) /= n) deallocate (values)
+    end if
+    if (.not. allocated(values)) allocate (values(n))
+    values = 0
+  end subroutine resize
+
+  !> How a complementarity problem was solved.
+  pure subroutine take_solution(self, solution, method)
+    class(answer_t), intent(inout) :: self
+    type(lcp_solution_t), intent(in) :: solution
+    integer, intent(in) :: method
+
+    self%method = method
+    self%reason = solution%reason
+    self%n_iterations = self%n_iterations + solution%n_iterations
+    self%residual = solution%residual
+    self%n_solutions = merge(1, 0, solution%reason > 0)
+  end subroutine take_solution
+
+  !> A bound as in tables.
+  pure function bound_text(bound) result(text)
+    real(rk), intent(in) :: bound
+    character(:), allocatable :: text
+
+    text = 'none'
+    if (bound >= 0) text = csv_number(bound)
+  end function bound_text
+
+  !> A method as in reports and tables.
+  pure function method_name(method) result(name)
+    integer, intent(in) :: method
+    character(:), allocatable :: name
+
+    name = 'condensed'
+    if (method < answer_condensed) name = lcp_method_name(method)
+  end function method_name
+
+  !> Reason of an answer as a sentence without its full stop.
+  pure function reason_text(reason) result(text)
+    integer, intent(in) :: reason
+    character(:), allocatable :: text
+
+    select case (reason)
+    case (answer_failed_size)
+      text = 'the point has not one value per parameter'
+    case (answer_failed_term)
+      text = 'a term of the model is infinite or not a number at this point'
+    case (answer_failed_bound)
+      text = 'the error may be larger than certificate.max_error allows'
+    case (answer_failed_pulled_off)
+      text = 'the loads pull a body off that only contact holds: there is no equilibrium'
+    case default
+      text = 'the complementarity problem ' // lcp_reason_text(reason)
+    end select
+  end function reason_text
+end module sig_answer

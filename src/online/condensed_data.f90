@@ -1,0 +1,162 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> The full-order problem condensed to its contacts as data: what training makes and a file keeps.
+module sig_condensed_data
+  use sig_bits, only: n_words
+  use sig_errors, only: error_t
+  use sig_hdf5_reader, only: h5_reader_t
+  use sig_hdf5_writer, only: h5_writer_t
+  use sig_kinds, only: rk
+  use sig_missing_parts, only: fill_missing
+  use sig_reduced, only: model_sizes_t
+  use sig_shape_checks, only: are_indices, is_matrix
+  implicit none(type, external)
+  private
+  public :: condensed_data_t
+
+  !> 0 <= z, W z + free_opening theta >= 0, complementary; u = G theta' - H z with the leading terms theta'.
+  !>
+  !> z are the multipliers. Bodies that only contact holds hang on anchors: in the place of the multiplier of an anchor stands its
+  !> opening, and in the place of its opening its multiplier, both times `scale`.
+  type :: condensed_data_t
+    !> [length/force] W, shape (n_multipliers, n_multipliers); symmetric without anchors
+    real(rk), allocatable :: compliance(:, :)
+    !> [length per unit of theta] D - B G, shape (n_multipliers, n_terms)
+    real(rk), allocatable :: free_opening(:, :)
+    !> [length per unit of theta] G of the leading terms, the others drive nothing; shape (n_dofs, n_driving_terms), or no columns
+    real(rk), allocatable :: free_response(:, :)
+    !> [length/force] H, shape (n_dofs, n_multipliers), or no columns
+    real(rk), allocatable :: contact_response(:, :)
+    !> [-] where H has no room: H z is nearly basis (contact_coordinates z), orthonormal columns; shape (n_dofs, n_modes), or none
+    real(rk), allocatable :: basis(:, :)
+    !> [length/force] shape (n_modes, n_multipliers)
+    real(rk), allocatable :: contact_coordinates(:, :)
+    !> 1-based among the multipliers
+    integer, allocatable :: anchors(:)
+    !> [length/force]
+    real(rk) :: scale = 1
+    !> [sqrt(force*length)] largest size of the forces in training, in the norm of W
+    real(rk) :: largest_size = 0
+    !> active sets (z > 0) at the training points, as bits; shape (n_words(n_multipliers), n_points), or no columns
+    integer, allocatable :: start_sets(:, :)
+    !> sets with a principal pivot transform: which training points have them, shape (n_references)
+    integer, allocatable :: reference_points(:)
+    !> the reference nearest to each training point's set, 1-based; shape (n_points), or none
+    integer, allocatable :: reference_of_point(:)
+    !> the transforms side by side, shape (n_multipliers, n_multipliers * n_references)
+    real(rk), allocatable :: transforms(:, :)
+  contains
+    procedure :: complete
+    procedure :: mismatch
+    procedure :: write
+    procedure :: read
+    procedure :: has_field
+  end type condensed_data_t
+
+contains
+
+  !> Gives every part that is not allocated its empty value.
+  pure subroutine complete(self, sizes)
+    class(condensed_data_t), intent(inout) :: self
+    type(model_sizes_t), intent(in) :: sizes
+
+    call fill_missing(self%compliance, sizes%n_multipliers)
+    call fill_missing(self%free_opening, sizes%n_multipliers)
+    call fill_missing(self%free_response, sizes%n_dofs)
+    call fill_missing(self%contact_response, sizes%n_dofs)
+    call fill_missing(self%basis, sizes%n_dofs)
+    if (.not. allocated(self%contact_coordinates)) allocate (self%contact_coordinates(0, sizes%n_multipliers))
+    call fill_missing(self%anchors)
+    call fill_missing(self%start_sets, n_words(sizes%n_multipliers))
+    call fill_missing(self%reference_points)
+    call fill_missing(self%reference_of_point)
+    call fill_missing(self%transforms, sizes%n_multipliers)
+  end subroutine complete
+
+  !> Name of a part whose shape does not fit the model; empty when all fit. Requires: complete.
+  pure function mismatch(self, sizes) result(name)
+    class(condensed_data_t), intent(in) :: self
+    type(model_sizes_t), intent(in) :: sizes
+    character(:), allocatable :: name
+
+    name = ''
+    associate (n => sizes%n_multipliers, n_references => size(self%reference_points))
+      if (.not. is_matrix(self%compliance, n, n)) name = 'compliance'
+      if (.not. is_matrix(self%free_opening, n, sizes%n_terms)) name = 'free_opening'
+      if (.not. (are_indices(self%anchors, n) .and. self%scale > 0)) name = 'anchors'
+      if (size(self%start_sets, 1) /= n_words(n)) name = 'start_sets'
+      if (size(self%start_sets, 2) > 0 .and. size(self%start_sets, 2) /= sizes%n_points) name = 'start_sets'
+      if (.not. are_indices(self%reference_points, size(self%start_sets, 2))) name = 'reference_points'
+      if (n_references > 0 .and. size(self%reference_of_point) /= size(self%start_sets, 2)) name = 'reference_of_point'
+      if (.not. are_indices(self%reference_of_point, n_references)) name = 'reference_of_point'
+      if (.not. is_matrix(self%transforms, n, n * n_references)) name = 'transforms'
+    end associate
+    if (.not. self%has_field()) return
+    if (.not. is_matrix(self%free_response, sizes%n_dofs, min(sizes%n_terms, size(self%free_response, 2)))) name = 'free_response'
+    if (size(self%basis, 2) > 0) then
+      if (.not. is_matrix(self%basis, sizes%n_dofs, size(self%basis, 2))) name = 'basis'
+      if (.not. is_matrix(self%contact_coordinates, size(self%basis, 2), sizes%n_multipliers)) name = 'contact_coordinates'
+    else if (.not. is_matrix(self%contact_response, sizes%n_dofs, sizes%n_multipliers)) then
+      name = 'contact_response'
+    end if
+  end function mismatch
+
+  !> The displacement of all dofs can be answered.
+  pure logical function has_field(self)
+    class(condensed_data_t), intent(in) :: self
+
+    has_field = .false.
+    if (allocated(self%contact_response)) has_field = size(self%contact_response) > 0
+    if (allocated(self%basis)) has_field = has_field .or. size(self%basis) > 0
+  end function has_field
+
+  subroutine write(self, file, group, length, force)
+    class(condensed_data_t), intent(in) :: self
+    type(h5_writer_t), intent(inout) :: file
+    character(*), intent(in) :: group
+    character(*), intent(in) :: length
+    character(*), intent(in) :: force
+
+    call file%write(group // '/compliance', self%compliance, length // '/(' // force // ')', &
+      'closing of each pair under the contact force of each pair')
+    call file%write(group // '/free_opening', self%free_opening, length, 'gap without contact forces, a term per row')
+    call file%write(group // '/free_response', self%free_response, length, 'displacement without contact, a leading term per row')
+    call file%write(group // '/contact_response', self%contact_response, length // '/(' // force // ')', &
+      'displacement against the contact force of each pair, a pair per row')
+    call file%write(group // '/basis', self%basis, '1', 'of the displacement against contact forces, a mode per row')
+    call file%write(group // '/contact_coordinates', self%contact_coordinates, length // '/(' // force // ')', &
+      'of each mode under the contact force of each pair, a pair per row')
+    call file%write(group // '/anchors', self%anchors, description='pairs that hold bodies which only contact holds, 1-based')
+    call file%write(group // '/scale', self%scale, length // '/(' // force // ')', 'of the anchors')
+    call file%write(group // '/largest_size', self%largest_size, 'sqrt(' // force // '*' // length // ')', &
+      'of the contact forces in training, in the norm of the compliance')
+    call file%write(group // '/start_sets', self%start_sets, description= &
+      'active contacts at each training point, a bit per contact, 32 to an integer, a point per row')
+    call file%write(group // '/reference_points', self%reference_points, description= &
+      'training points whose active sets have a pivot transform, 1-based')
+    call file%write(group // '/reference_of_point', self%reference_of_point, description= &
+      'the reference whose set is nearest to that of each training point, 1-based')
+    call file%write(group // '/transforms', self%transforms, description= &
+      'principal pivot transforms, transposed, one below another')
+  end subroutine write
+
+  subroutine read(self, file, group, error)
+    class(condensed_data_t), intent(inout) :: self
+    type(h5_reader_t), intent(in) :: file
+    character(*), intent(in) :: group
+    type(error_t), allocatable, intent(inout) :: error
+
+    call file%read(group // '/compliance', self%compliance, error)
+    call file%read(group // '/free_opening', self%free_opening, error)
+    call file%read(group // '/free_response', self%free_response, error)
+    call file%read(group // '/contact_response', self%contact_response, error)
+    call file%read(group // '/basis', self%basis, error)
+    call file%read(group // '/contact_coordinates', self%contact_coordinates, error)
+    call file%read(group // '/anchors', self%anchors, error)
+    call file%read(group // '/scale', self%scale, error)
+    call file%read(group // '/largest_size', self%largest_size, error)
+    call file%read(group // '/start_sets', self%start_sets, error)
+    call file%read(group // '/reference_points', self%reference_points, error)
+    call file%read(group // '/reference_of_point', self%reference_of_point, error)
+    call file%read(group // '/transforms', self%transforms, error)
+  end subroutine read
+end module sig_condensed_data

@@ -1,0 +1,137 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> A hyper-reduced model of one cluster of snapshots, (10), as data: what training makes and a file keeps.
+module sig_hhr_data
+  use sig_bits, only: n_words
+  use sig_kinds, only: rk
+  use sig_missing_parts, only: fill_missing
+  use sig_text, only: string_t
+  implicit none(type, external)
+  private
+  public :: hhr_data_t, enrichment_history_t, complete_cluster
+
+  !> What Algorithm 1 found: first the modes without hat functions, then an entry per hat, in the order in which they joined.
+  !>
+  !> The leading n_columns columns of the basis make the reduced model of an entry.
+  type :: enrichment_history_t
+    !> multiplier whose pair carries the hat, 1-based among all multipliers; 0 for the first entry
+    integer, allocatable :: rows(:)
+    !> node of the hat, natural, 1-based; 0 for the first entry
+    integer, allocatable :: nodes(:)
+    !> POD modes and hats; with prescribed rows the basis has fewer columns
+    integer, allocatable :: n_columns(:)
+    !> of (11)
+    integer, allocatable :: ranks(:)
+    !> [-] kappa of (11), infinite below full rank
+    real(rk), allocatable :: condition_numbers(:)
+    !> [-] largest singular value of the contact rows over the smallest of the min(rows, columns) ones: what the algorithm lowers
+    real(rk), allocatable :: singular_ratios(:)
+    !> [-] of K_r
+    real(rk), allocatable :: stiffness_conditions(:)
+  end type enrichment_history_t
+
+  !> Hyper-reduced model of one cluster.
+  !>
+  !> u = lifting theta' + basis gamma with the leading terms theta', those that prescribe displacements;
+  !> K_r gamma + M' lambda = load theta, M gamma <= gap theta, lambda >= 0 and complementary.
+  !> Source: (10). theta(n_terms) are the values of the model's terms. Numbers of nodes, cells and dofs are natural, 1-based.
+  type :: hhr_data_t
+    !> columns of the basis: what prescribed rows leave of the POD modes, then the hats
+    integer :: n_modes = 0
+    !> POD modes that choose the domain (l of the paper), further ones in the basis, hat functions
+    integer :: n_pod_modes = 0
+    integer :: n_extra_modes = 0
+    integer :: n_hats = 0
+    !> multipliers of the reduced integration domain
+    integer :: n_rows = 0
+    !> [-] V, shape (n_dofs, n_modes)
+    real(rk), allocatable :: basis(:, :)
+    !> [length per unit of theta] of the leading terms; the others prescribe nothing; shape (n_dofs, n_lifted_terms)
+    real(rk), allocatable :: lifting(:, :)
+    !> [force / length] K_r, neither symmetric nor definite, shape (n_modes, n_modes)
+    real(rk), allocatable :: reduced_stiffness(:, :)
+    !> [-] M, shape (n_rows, n_modes)
+    real(rk), allocatable :: contact_matrix(:, :)
+    !> [force per unit of theta] shape (n_modes, n_terms)
+    real(rk), allocatable :: load(:, :)
+    !> [length per unit of theta] shape (n_rows, n_terms)
+    real(rk), allocatable :: gap(:, :)
+    !> A_lambda: index of each row among all multipliers, ascending, shape (n_rows)
+    integer, allocatable :: contact_rows(:)
+    !> L, L', and the cells of the reduced integration domain
+    integer, allocatable :: seed_nodes(:)
+    integer, allocatable :: facing_nodes(:)
+    integer, allocatable :: cells(:)
+    !> A, I, A_c
+    integer, allocatable :: interior_dofs(:)
+    integer, allocatable :: interface_dofs(:)
+    integer, allocatable :: contact_dofs(:)
+    !> its snapshots among the training points, 1-based, ascending
+    integer, allocatable :: training_points(:)
+    !> [force] multipliers of the snapshots, shape (n_multipliers, n_snapshots)
+    real(rk), allocatable :: dual_snapshots(:, :)
+    !> [length] normal displacements of the snapshots, first sides, then second sides, shape (n_contact_values, n_snapshots)
+    real(rk), allocatable :: contact_displacement_snapshots(:, :)
+    !> the reconstruction fits these displacements, too
+    logical :: fits_displacements = .true.
+    !> [-] the same displacements of basis and lifting, (n_contact_values, n_modes or n_lifted_terms)
+    real(rk), allocatable :: contact_value_basis(:, :)
+    real(rk), allocatable :: contact_value_lifting(:, :)
+    !> active sets of the reduced answers at the training points, as bits: where a query starts, shape (n_words(n_rows), n_points);
+    !> no columns: a query starts with what penetrates
+    integer, allocatable :: start_sets(:, :)
+    !> [length] of the snapshots, descending
+    real(rk), allocatable :: singular_values(:)
+    !> [-] kappa of M, (11); infinite when rank < n_rows
+    real(rk) :: condition_number = 1
+    integer :: rank = 0
+    !> [-] of K_r
+    real(rk) :: stiffness_condition = 1
+    !> of K_r: modes that the equations determine
+    integer :: stiffness_rank = 0
+    !> of the basis on the domain: n_modes, unless columns depend on each other there
+    integer :: basis_rank = 0
+    !> loaded, prescribed and contact dofs in the domain, and hats: as many modes as these the equations can determine
+    integer :: primal_rank_expected = 0
+    type(enrichment_history_t) :: history
+    !> sentences of the training
+    type(string_t), allocatable :: warnings(:)
+  end type hhr_data_t
+
+contains
+
+  !> Gives every part that is not allocated its empty value, so that nobody has to ask.
+  pure subroutine complete_cluster(cluster, n_dofs, n_multipliers)
+    type(hhr_data_t), intent(inout) :: cluster
+    integer, intent(in) :: n_dofs
+    integer, intent(in) :: n_multipliers
+
+    call fill_missing(cluster%basis, n_dofs)
+    call fill_missing(cluster%lifting, n_dofs)
+    call fill_missing(cluster%reduced_stiffness, cluster%n_modes)
+    call fill_missing(cluster%contact_matrix, cluster%n_rows)
+    call fill_missing(cluster%load, cluster%n_modes)
+    call fill_missing(cluster%gap, cluster%n_rows)
+    call fill_missing(cluster%contact_rows)
+    call fill_missing(cluster%seed_nodes)
+    call fill_missing(cluster%facing_nodes)
+    call fill_missing(cluster%cells)
+    call fill_missing(cluster%interior_dofs)
+    call fill_missing(cluster%interface_dofs)
+    call fill_missing(cluster%contact_dofs)
+    call fill_missing(cluster%training_points)
+    call fill_missing(cluster%dual_snapshots, n_multipliers)
+    call fill_missing(cluster%contact_displacement_snapshots, 0)
+    call fill_missing(cluster%contact_value_basis, 0)
+    call fill_missing(cluster%contact_value_lifting, 0)
+    call fill_missing(cluster%start_sets, n_words(cluster%n_rows))
+    call fill_missing(cluster%singular_values)
+    call fill_missing(cluster%history%rows)
+    call fill_missing(cluster%history%nodes)
+    call fill_missing(cluster%history%n_columns)
+    call fill_missing(cluster%history%ranks)
+    call fill_missing(cluster%history%condition_numbers)
+    call fill_missing(cluster%history%singular_ratios)
+    call fill_missing(cluster%history%stiffness_conditions)
+    call fill_missing(cluster%warnings)
+  end subroutine complete_cluster
+end module sig_hhr_data

@@ -1,0 +1,45 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> A hyper-reduced model explained to a person.
+module sig_hhr_description
+  use sig_description_line, only: line
+  use sig_hhr_data, only: hhr_data_t
+  use sig_text, only: counted, short_number, to_text
+  implicit none(type, external)
+  private
+  public :: describe_hhr
+
+contains
+
+  !> Lines, each with its end.
+  pure function describe_hhr(cluster) result(text)
+    type(hhr_data_t), intent(in) :: cluster
+    character(:), allocatable :: text
+    integer :: i
+
+    text = line('  modes', to_text(cluster%n_modes)) // &
+      line('  integration domain', counted(size(cluster%cells), 'cell') // ', ' // counted(cluster%n_rows, 'contact pair')) // &
+      line('  kappa', condition_text(cluster)) // &
+      line('  cond(K_r)', short_number(cluster%stiffness_condition)) // &
+      line('  forces elsewhere', fit_text(cluster))
+    do i = 1, size(cluster%warnings)
+      if (len(cluster%warnings(i)%text) > 0) text = text // line('  warning', cluster%warnings(i)%text)
+    end do
+  end function describe_hhr
+
+  pure function fit_text(cluster) result(text)
+    type(hhr_data_t), intent(in) :: cluster
+    character(:), allocatable :: text
+
+    text = 'fitted to forces and displacements'
+    if (.not. cluster%fits_displacements) text = 'fitted to forces'
+  end function fit_text
+
+  pure function condition_text(cluster) result(text)
+    type(hhr_data_t), intent(in) :: cluster
+    character(:), allocatable :: text
+
+    text = short_number(cluster%condition_number)
+    if (cluster%rank < cluster%n_rows) text = 'infinite (rank ' // to_text(cluster%rank) // ' of ' // to_text(cluster%n_rows) // &
+      ': contact forces of the domain may not be unique)'
+  end function condition_text
+end module sig_hhr_description

@@ -1,0 +1,106 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> The active sets of new hyper-reduced models' answers at the training points, from which queries nearby start.
+module sig_hhr_start_sets
+  use sig_answer, only: answer_t
+  use sig_bits, only: n_words, pack_bits
+  use sig_kinds, only: rk
+  use sig_model, only: complete_model, model_t
+  use sig_online_model, only: online_model_t
+  use sig_reduced, only: neighbors_t, reduced_t, room_t
+  use sig_reduced_hhr, only: reduced_hhr_t
+  use sig_term_values, only: term_values_t
+  implicit none(type, external)
+  private
+  public :: fill_start_sets
+
+contains
+
+  !> Answers of each cluster at every training point, from the full-order contacts and from none: where the reduced problem has
+  !> several solutions, queries nearby shall begin on the better one. A model that cannot answer gets no sets: its user will be
+  !> told why.
+  subroutine fill_start_sets(model)
+    type(model_t), intent(inout) :: model
+    type(online_model_t), target :: online
+    type(term_values_t) :: terms
+    class(reduced_t), pointer :: judge
+    character(:), allocatable :: message
+    logical, allocatable :: is_closed(:, :)
+    integer :: k
+
+    call complete_model(model)
+    do k = 1, model%n_clusters()
+      select type (part => model%parts(k)%reduced)
+      type is (reduced_hhr_t)
+        part%data%start_sets = part%data%start_sets(:, :0)
+      end select
+    end do
+    online%model = model
+    call online%prepare(message)
+    if (.not. allocated(message)) call terms%create(model%terms, message)
+    if (allocated(message)) return
+    judge => null()
+    k = model%fallback()
+    if (k > 0) judge => online%model%parts(k)%reduced
+    call find_closed(model, is_closed)
+    do k = 1, model%n_clusters()
+      select type (part => online%model%parts(k)%reduced)
+      type is (reduced_hhr_t)
+        select type (filled => model%parts(k)%reduced)
+        type is (reduced_hhr_t)
+          call answer_points(part, terms, model%training_points, is_closed, judge, filled%data%start_sets)
+        end select
+      end select
+    end do
+    call terms%destroy()
+  end subroutine fill_start_sets
+
+  !> Sets of one cluster's answers.
+  subroutine answer_points(part, terms, points, is_closed, judge, sets)
+    !> prepared
+    type(reduced_hhr_t), intent(inout) :: part
+    type(term_values_t), intent(inout) :: terms
+    !> shape (n_parameters, n_points)
+    real(rk), intent(in) :: points(:, :)
+    !> shape (n_multipliers, n_points)
+    logical, intent(in) :: is_closed(:, :)
+    class(reduced_t), pointer, intent(in) :: judge
+    !> shape (n_words(n_rows), n_points)
+    integer, allocatable, intent(out) :: sets(:, :)
+    class(room_t), allocatable :: room
+    type(answer_t) :: answer
+    real(rk) :: theta(size(part%data%load, 2))
+    integer :: i, i_source
+    logical :: is_valid
+
+    allocate (sets(n_words(part%data%n_rows), size(points, 2)), source=0)
+    part%data%start_sets = reshape([integer ::], [size(sets, 1), 2], pad=[0])
+    call part%create_room(room)
+    do i = 1, size(points, 2)
+      call terms%evaluate(points(:, i), theta, is_valid, i_source)
+      call answer%start(1, size(theta), part%data%n_modes, part%data%n_rows, size(is_closed, 1))
+      call pack_bits(is_closed(part%data%contact_rows, i), part%data%start_sets(:, 1))
+      if (is_valid) call part%solve(theta, neighbors_t(1, 2), judge, room, answer)
+      call pack_bits(answer%is_active, sets(:, i))
+    end do
+  end subroutine answer_points
+
+  !> Full-order contacts at the training points, those of the clusters' snapshots; open where no cluster has a snapshot.
+  subroutine find_closed(model, is_closed)
+    type(model_t), intent(in) :: model
+    !> shape (n_multipliers, n_points)
+    logical, allocatable, intent(out) :: is_closed(:, :)
+    integer :: i, k
+
+    allocate (is_closed(model%n_multipliers, size(model%training_points, 2)), source=.false.)
+    do k = 1, model%n_clusters()
+      select type (part => model%parts(k)%reduced)
+      type is (reduced_hhr_t)
+        associate (cluster => part%data)
+          do i = 1, min(size(cluster%training_points), size(cluster%dual_snapshots, 2))
+            is_closed(:, cluster%training_points(i)) = cluster%dual_snapshots(:, i) > 0
+          end do
+        end associate
+      end select
+    end do
+  end subroutine find_closed
+end module sig_hhr_start_sets

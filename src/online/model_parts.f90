@@ -1,0 +1,79 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> Trained reduced models as the parts of a model.
+module sig_model_parts
+  use sig_condensed_data, only: condensed_data_t
+  use sig_hhr_data, only: hhr_data_t
+  use sig_model, only: model_t
+  use sig_reduced, only: part_t, reduced_t
+  use sig_reduced_condensed, only: reduced_condensed_t
+  use sig_reduced_hhr, only: reduced_hhr_t
+  implicit none(type, external)
+  private
+  public :: set_clusters, set_fallback, cluster_of, condensed_of
+
+contains
+
+  !> Local models in the order of the clusters; a fallback stays.
+  subroutine set_clusters(model, clusters)
+    type(model_t), intent(inout) :: model
+    type(hhr_data_t), intent(in) :: clusters(:)
+    type(part_t), allocatable :: parts(:)
+    type(reduced_hhr_t), allocatable :: reduced
+    integer :: k
+
+    allocate (parts(size(clusters) + merge(1, 0, model%has_fallback)))
+    do k = 1, size(clusters)
+      allocate (reduced)
+      reduced%data = clusters(k)
+      call move_alloc(reduced, parts(k)%reduced)
+    end do
+    k = model%fallback()
+    if (k > 0) call move_alloc(model%parts(k)%reduced, parts(size(parts))%reduced)
+    call move_alloc(parts, model%parts)
+  end subroutine set_clusters
+
+  !> A part that answers where the clusters cannot; none where it is not allocated.
+  subroutine set_fallback(model, fallback)
+    !> without a fallback
+    type(model_t), intent(inout) :: model
+    class(reduced_t), allocatable, intent(in) :: fallback
+    type(part_t), allocatable :: parts(:)
+    integer :: k, n
+
+    if (.not. allocated(fallback)) return
+    n = model%n_clusters()
+    allocate (parts(n + 1))
+    do k = 1, n
+      call move_alloc(model%parts(k)%reduced, parts(k)%reduced)
+    end do
+    allocate (parts(n + 1)%reduced, source=fallback) ! an assignment would share its arrays (gfortran 12)
+    call move_alloc(parts, model%parts)
+    model%has_fallback = .true.
+  end subroutine set_fallback
+
+  !> What a hyper-reduced part is made of; null where the part is of another kind.
+  function cluster_of(model, k) result(cluster)
+    type(model_t), target, intent(in) :: model
+    integer, intent(in) :: k
+    type(hhr_data_t), pointer :: cluster
+
+    cluster => null()
+    select type (part => model%parts(k)%reduced)
+    type is (reduced_hhr_t)
+      cluster => part%data
+    end select
+  end function cluster_of
+
+  !> The same for a condensed part.
+  function condensed_of(model, k) result(condensed)
+    type(model_t), target, intent(in) :: model
+    integer, intent(in) :: k
+    type(condensed_data_t), pointer :: condensed
+
+    condensed => null()
+    select type (part => model%parts(k)%reduced)
+    type is (reduced_condensed_t)
+      condensed => part%data
+    end select
+  end function condensed_of
+end module sig_model_parts

@@ -1,0 +1,267 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> What every kind of reduced model can do. A kind extends reduced_t in a file of its own and has a line in sig_reduced_kinds;
+!> queries, files, descriptions and the C interface know no more than this.
+module sig_reduced
+  use sig_answer, only: answer_t
+  use sig_errors, only: error_t
+  use sig_hdf5_reader, only: h5_reader_t
+  use sig_hdf5_writer, only: h5_writer_t
+  use sig_kinds, only: rk
+  use sig_text, only: string_t
+  implicit none(type, external)
+  private
+  public :: reduced_t, room_t, part_t, model_sizes_t, neighbors_t, no_energy
+
+  !> of a kind that has no operator of all contacts
+  real(rk), parameter :: no_energy = 0
+
+  !> Sizes of the model that a part belongs to.
+  type :: model_sizes_t
+    integer :: n_dofs = 0
+    integer :: n_multipliers = 0
+    integer :: n_terms = 0
+    !> training points
+    integer :: n_points = 0
+  end type model_sizes_t
+
+  !> Training points around a point, 1-based; 0 = none.
+  type :: neighbors_t
+    integer :: nearest = 0
+    !> the nearest one on the other side
+    integer :: opposite = 0
+  end type neighbors_t
+
+  !> Room that a part needs to answer: one per thread, so that parts never change while they answer.
+  type, abstract :: room_t
+  end type room_t
+
+  type, abstract :: reduced_t
+  contains
+    procedure(kind_name), deferred :: kind
+    procedure(complete_part), deferred :: complete
+    procedure(find_mismatch_in), deferred :: mismatch
+    procedure(prepare_part), deferred :: prepare
+    procedure(make_room), deferred :: create_room
+    procedure(solve_at), deferred :: solve
+    procedure(fill_forces), deferred :: fill_multipliers
+    procedure(fill_field), deferred :: fill_displacement
+    procedure(dof_value), deferred :: displacement_of_dof
+    procedure(index_list), deferred :: contact_rows
+    procedure(size_of), deferred :: n_rows
+    procedure(size_of), deferred :: n_modes
+    procedure(write_part), deferred :: write
+    procedure(read_part), deferred :: read
+    procedure(text_lines), deferred :: describe
+    ! what a kind may offer beyond
+    procedure :: cells => no_indices
+    procedure :: interior_dofs => no_indices
+    procedure :: training_points => no_indices
+    procedure :: warnings => no_warnings
+    procedure :: is_exact => no
+    procedure :: has_displacement => yes
+    procedure :: displace_under => nothing_to_do
+    procedure :: energy => energy_unknown
+    procedure :: can_certify => no
+    procedure :: certify => no_certificate
+  end type reduced_t
+
+  !> A part of a model, whatever its kind.
+  type :: part_t
+    class(reduced_t), allocatable :: reduced
+  end type part_t
+
+  abstract interface
+    !> The word in files.
+    pure function kind_name(self) result(name)
+      import :: reduced_t
+      implicit none(type, external)
+      class(reduced_t), intent(in) :: self
+      character(:), allocatable :: name
+    end function kind_name
+
+    !> Gives everything that is not allocated its empty value.
+    pure subroutine complete_part(self, sizes)
+      import :: model_sizes_t, reduced_t
+      implicit none(type, external)
+      class(reduced_t), intent(inout) :: self
+      type(model_sizes_t), intent(in) :: sizes
+    end subroutine complete_part
+
+    !> Name of something whose shape does not fit, or whose values a query cannot work with; empty when all fit. Requires: complete.
+    pure function find_mismatch_in(self, sizes) result(name)
+      import :: model_sizes_t, reduced_t
+      implicit none(type, external)
+      class(reduced_t), intent(in) :: self
+      type(model_sizes_t), intent(in) :: sizes
+      character(:), allocatable :: name
+    end function find_mismatch_in
+
+    !> Computes what does not depend on the point. Errors: message is allocated when the part cannot answer. Requires: complete.
+    subroutine prepare_part(self, message)
+      import :: reduced_t
+      implicit none(type, external)
+      class(reduced_t), intent(inout) :: self
+      character(:), allocatable, intent(out) :: message
+    end subroutine prepare_part
+
+    subroutine make_room(self, room)
+      import :: reduced_t, room_t
+      implicit none(type, external)
+      class(reduced_t), intent(in) :: self
+      class(room_t), allocatable, intent(out) :: room
+    end subroutine make_room
+
+    !> Answers at a point with these values of the terms. The start depends on the point alone: where an answer is not unique it
+    !> must not depend on the one before.
+    subroutine solve_at(self, theta, near, judge, room, answer)
+      import :: answer_t, neighbors_t, reduced_t, rk, room_t
+      implicit none(type, external)
+      class(reduced_t), intent(in) :: self
+      !> shape (n_terms)
+      real(rk), contiguous, intent(in) :: theta(:)
+      type(neighbors_t), intent(in) :: near
+      !> says by its energy which of two solutions is the better one; null = nobody
+      class(reduced_t), pointer, intent(in) :: judge
+      !> of create_room
+      class(room_t), intent(inout) :: room
+      !> started; reason, method, multipliers and what they belong to are set
+      type(answer_t), intent(inout) :: answer
+    end subroutine solve_at
+
+    !> Contact forces of all contacts from an answer of this part.
+    subroutine fill_forces(self, answer, room, multipliers)
+      import :: answer_t, reduced_t, rk, room_t
+      implicit none(type, external)
+      class(reduced_t), intent(in) :: self
+      type(answer_t), intent(in) :: answer
+      class(room_t), intent(inout) :: room
+      !> [force] >= 0, shape (n_multipliers)
+      real(rk), intent(out) :: multipliers(:)
+    end subroutine fill_forces
+
+    !> Displacement of all dofs.
+    subroutine fill_field(self, answer, displacement)
+      import :: answer_t, reduced_t, rk
+      implicit none(type, external)
+      class(reduced_t), intent(in) :: self
+      type(answer_t), intent(in) :: answer
+      !> [length] shape (n_dofs)
+      real(rk), contiguous, intent(inout) :: displacement(:)
+    end subroutine fill_field
+
+    !> [length] one component of the same, without a temporary array.
+    pure real(rk) function dof_value(self, answer, dof)
+      import :: answer_t, reduced_t, rk
+      implicit none(type, external)
+      class(reduced_t), intent(in) :: self
+      type(answer_t), intent(in) :: answer
+      integer, intent(in) :: dof
+    end function dof_value
+
+    !> 1-based numbers.
+    pure function index_list(self) result(numbers)
+      import :: reduced_t
+      implicit none(type, external)
+      class(reduced_t), intent(in) :: self
+      integer, allocatable :: numbers(:)
+    end function index_list
+
+    pure integer function size_of(self)
+      import :: reduced_t
+      implicit none(type, external)
+      class(reduced_t), intent(in) :: self
+    end function size_of
+
+    subroutine write_part(self, file, group, length, force)
+      import :: h5_writer_t, reduced_t
+      implicit none(type, external)
+      class(reduced_t), intent(in) :: self
+      type(h5_writer_t), intent(inout) :: file
+      character(*), intent(in) :: group
+      !> units
+      character(*), intent(in) :: length
+      character(*), intent(in) :: force
+    end subroutine write_part
+
+    !> Errors: something is missing.
+    subroutine read_part(self, file, group, error)
+      import :: error_t, h5_reader_t, reduced_t
+      implicit none(type, external)
+      class(reduced_t), intent(inout) :: self
+      type(h5_reader_t), intent(in) :: file
+      character(*), intent(in) :: group
+      type(error_t), allocatable, intent(inout) :: error
+    end subroutine read_part
+
+    !> Lines for a person, each with its end.
+    pure function text_lines(self) result(text)
+      import :: reduced_t
+      implicit none(type, external)
+      class(reduced_t), intent(in) :: self
+      character(:), allocatable :: text
+    end function text_lines
+  end interface
+
+contains
+
+  pure function no_indices(self) result(numbers)
+    class(reduced_t), intent(in) :: self
+    integer, allocatable :: numbers(:)
+
+    allocate (numbers(0))
+  end function no_indices
+
+  pure function no_warnings(self) result(warnings)
+    class(reduced_t), intent(in) :: self
+    type(string_t), allocatable :: warnings(:)
+
+    allocate (warnings(0))
+  end function no_warnings
+
+  !> Not offered.
+  pure logical function no(self)
+    class(reduced_t), intent(in) :: self
+
+    no = .false.
+  end function no
+
+  pure logical function yes(self)
+    class(reduced_t), intent(in) :: self
+
+    yes = .true.
+  end function yes
+
+  !> Coordinates under contact forces that another part found, for a displacement that this one has no field for.
+  subroutine nothing_to_do(self, room, answer)
+    class(reduced_t), intent(in) :: self
+    class(room_t), intent(inout) :: room
+    !> multipliers of all contacts are set
+    type(answer_t), intent(inout) :: answer
+  end subroutine nothing_to_do
+
+  !> [force*length] E = 1/2 lambda' W lambda + q' lambda, which the contact forces make least.
+  real(rk) function energy_unknown(self, theta, multipliers, opening) result(energy)
+    class(reduced_t), intent(in) :: self
+    !> shape (n_terms)
+    real(rk), contiguous, intent(in) :: theta(:)
+    !> [force] of all contacts, shape (n_multipliers)
+    real(rk), contiguous, intent(in) :: multipliers(:)
+    !> room, shape (n_multipliers)
+    real(rk), contiguous, intent(inout) :: opening(:)
+
+    energy = no_energy
+  end function energy_unknown
+
+  !> Bounds the error of contact forces, whoever found them.
+  subroutine no_certificate(self, multipliers, is_own, room, answer)
+    class(reduced_t), intent(in) :: self
+    !> [force] >= 0 of all contacts, shape (n_multipliers)
+    real(rk), contiguous, intent(in) :: multipliers(:)
+    !> this part has just solved for them
+    logical, intent(in) :: is_own
+    !> of this part
+    class(room_t), intent(inout) :: room
+    !> theta is set; bound and relative_bound will be
+    type(answer_t), intent(inout) :: answer
+  end subroutine no_certificate
+end module sig_reduced

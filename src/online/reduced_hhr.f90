@@ -1,0 +1,314 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> Hybrid hyper-reduction as a kind of reduced model: (10) condensed on the multipliers of its domain, the others reconstructed.
+module sig_reduced_hhr
+  use sig_answer, only: answer_t
+  use sig_bits, only: unpack_bits
+  use sig_errors, only: error_t
+  use sig_hdf5_reader, only: h5_reader_t
+  use sig_hdf5_writer, only: h5_writer_t
+  use sig_hhr_check, only: find_hhr_mismatch
+  use sig_hhr_data, only: complete_cluster, hhr_data_t
+  use sig_hhr_description, only: describe_hhr
+  use sig_hhr_file, only: read_cluster, write_cluster
+  use sig_hhr_system, only: hhr_system_t
+  use sig_kinds, only: rk
+  use sig_lcp, only: find_other_solution, lcp_solution_t, lcp_workspace_t, solve_lcp
+  use sig_linear_algebra, only: multiply
+  use sig_multiplier_fit, only: multiplier_fit_t, multiplier_fit_workspace_t
+  use sig_reduced, only: model_sizes_t, neighbors_t, reduced_t, room_t
+  use sig_text, only: string_t
+  implicit none(type, external)
+  private
+  public :: reduced_hhr_t
+
+  type, extends(reduced_t) :: reduced_hhr_t
+    type(hhr_data_t) :: data
+    type(hhr_system_t), private :: system
+    type(multiplier_fit_t), private :: fit
+  contains
+    procedure :: kind => kind_of
+    procedure :: complete
+    procedure :: mismatch
+    procedure :: prepare
+    procedure :: create_room
+    procedure :: solve
+    procedure :: fill_multipliers
+    procedure :: fill_displacement
+    procedure :: displacement_of_dof
+    procedure :: contact_rows
+    procedure :: n_rows
+    procedure :: n_modes
+    procedure :: write
+    procedure :: read
+    procedure :: describe
+    procedure :: cells
+    procedure :: interior_dofs
+    procedure :: training_points
+    procedure :: warnings
+    procedure :: displace_under
+  end type reduced_hhr_t
+
+  type, extends(room_t) :: hhr_room_t
+    type(lcp_workspace_t) :: workspace
+    type(lcp_solution_t) :: solution
+    type(lcp_solution_t) :: other_solution
+    type(multiplier_fit_workspace_t) :: fit
+    !> (q, coordinates without contact forces), shape (n_rows + n_modes)
+    real(rk), allocatable :: response(:)
+    !> shape (n_rows)
+    logical, allocatable :: start(:)
+    !> [length] shape (n_modes)
+    real(rk), allocatable :: coordinates(:)
+    !> [force] of all contacts, and what energies need; shape (n_multipliers)
+    real(rk), allocatable :: multipliers(:)
+    real(rk), allocatable :: opening(:)
+  end type hhr_room_t
+
+contains
+
+  pure function kind_of(self) result(name)
+    class(reduced_hhr_t), intent(in) :: self
+    character(:), allocatable :: name
+
+    name = 'hhr'
+  end function kind_of
+
+  pure subroutine complete(self, sizes)
+    class(reduced_hhr_t), intent(inout) :: self
+    type(model_sizes_t), intent(in) :: sizes
+
+    call complete_cluster(self%data, sizes%n_dofs, sizes%n_multipliers)
+  end subroutine complete
+
+  pure function mismatch(self, sizes) result(name)
+    class(reduced_hhr_t), intent(in) :: self
+    type(model_sizes_t), intent(in) :: sizes
+    character(:), allocatable :: name
+
+    name = find_hhr_mismatch(self%data, sizes)
+  end function mismatch
+
+  !> Errors: the reduced stiffness is numerically singular.
+  subroutine prepare(self, message)
+    class(reduced_hhr_t), intent(inout) :: self
+    character(:), allocatable, intent(out) :: message
+
+    call self%fit%prepare(self%data)
+    call self%system%create(self%data, message)
+  end subroutine prepare
+
+  subroutine create_room(self, room)
+    class(reduced_hhr_t), intent(in) :: self
+    class(room_t), allocatable, intent(out) :: room
+    type(hhr_room_t), allocatable :: own
+
+    allocate (own)
+    allocate (own%response(self%data%n_rows + self%data%n_modes), own%start(self%data%n_rows), own%coordinates(self%data%n_modes))
+    allocate (own%multipliers(size(self%data%dual_snapshots, 1)), own%opening(size(self%data%dual_snapshots, 1)))
+    call move_alloc(own, room)
+  end subroutine create_room
+
+  !> The complementarity problem of the domain, from the active sets of two training points; without sets from what penetrates.
+  subroutine solve(self, theta, near, judge, room, answer)
+    class(reduced_hhr_t), intent(in) :: self
+    real(rk), contiguous, intent(in) :: theta(:)
+    type(neighbors_t), intent(in) :: near
+    class(reduced_t), pointer, intent(in) :: judge
+    class(room_t), intent(inout) :: room
+    type(answer_t), intent(inout) :: answer
+    integer :: n_iterations
+
+    select type (room)
+    type is (hhr_room_t)
+      associate (n => self%data%n_rows, sets => self%data%start_sets)
+        call multiply(1.0_rk, self%system%response, theta, 0.0_rk, room%response)
+        if (near%nearest >= 1 .and. near%nearest <= size(sets, 2)) then
+          call unpack_bits(sets(:, near%nearest), room%start)
+        else
+          room%start = room%response(:n) < 0
+        end if
+        call solve_lcp(self%system%condensed, room%response(:n), room%start, room%solution, room%workspace)
+        call take(self, room, room%solution, answer)
+        if (answer%reason < 0 .or. near%opposite < 1 .or. max(near%nearest, near%opposite) > size(sets, 2)) return
+        if (all(sets(:, near%opposite) == sets(:, near%nearest))) return
+        n_iterations = answer%n_iterations
+        call unpack_bits(sets(:, near%opposite), room%start)
+        call look_for_other(self, theta, judge, room, answer)
+        answer%n_iterations = n_iterations + room%other_solution%n_iterations
+      end associate
+    end select
+  end subroutine solve
+
+  !> A second solution, from another active set. The judge says by the energy of all forces which is the answer; without one the
+  !> first stays.
+  !>
+  !> (10) may have several solutions, because its matrix is neither symmetric nor a P-matrix. The full-order forces are the minimum
+  !> of E(lambda) = 1/2 lambda' W lambda + q' lambda over lambda >= 0, W and q those of all contacts, and
+  !> E(lambda_r) - E(lambda) = 1/2 |lambda_r - lambda|^2 in the norm of W + lambda_r' w(lambda), which is not negative.
+  subroutine look_for_other(self, theta, judge, room, answer)
+    class(reduced_hhr_t), intent(in) :: self
+    real(rk), contiguous, intent(in) :: theta(:)
+    class(reduced_t), pointer, intent(in) :: judge
+    !> start is the other set
+    type(hhr_room_t), intent(inout) :: room
+    type(answer_t), intent(inout) :: answer
+    real(rk) :: energy
+    logical :: is_found
+
+    call find_other_solution(self%system%condensed, room%response(:self%data%n_rows), room%start, room%solution, &
+      room%other_solution, room%workspace, is_found)
+    if (.not. is_found) return
+    if (associated(judge)) then
+      energy = force_energy(self, theta, judge, room%solution, room)
+      if (force_energy(self, theta, judge, room%other_solution, room) < energy) call take(self, room, room%other_solution, answer)
+    end if
+    answer%n_solutions = 2
+  end subroutine look_for_other
+
+  !> [force*length] E of the forces of all contacts, those outside of the domain reconstructed.
+  real(rk) function force_energy(self, theta, judge, solution, room) result(energy)
+    class(reduced_hhr_t), intent(in) :: self
+    real(rk), contiguous, intent(in) :: theta(:)
+    class(reduced_t), intent(in) :: judge
+    type(lcp_solution_t), intent(in) :: solution
+    type(hhr_room_t), intent(inout) :: room
+
+    call self%system%coordinates(room%response, solution%lambda, room%coordinates)
+    call self%fit%evaluate(self%data, theta, room%coordinates, solution%lambda, room%fit, room%multipliers)
+    energy = judge%energy(theta, room%multipliers, room%opening)
+  end function force_energy
+
+  subroutine take(self, room, solution, answer)
+    class(reduced_hhr_t), intent(in) :: self
+    type(hhr_room_t), intent(in) :: room
+    type(lcp_solution_t), intent(in) :: solution
+    type(answer_t), intent(inout) :: answer
+
+    answer%n_iterations = 0
+    call answer%take_solution(solution, solution%method)
+    answer%multipliers_rid = solution%lambda
+    answer%is_active = solution%is_active
+    if (solution%reason > 0) call self%system%coordinates(room%response, solution%lambda, answer%coordinates)
+  end subroutine take
+
+  !> Forces of the domain as the answer has them, the fit elsewhere.
+  subroutine fill_multipliers(self, answer, room, multipliers)
+    class(reduced_hhr_t), intent(in) :: self
+    type(answer_t), intent(in) :: answer
+    class(room_t), intent(inout) :: room
+    real(rk), intent(out) :: multipliers(:)
+
+    select type (room)
+    type is (hhr_room_t)
+      call self%fit%evaluate(self%data, answer%theta, answer%coordinates, answer%multipliers_rid, room%fit, multipliers)
+    end select
+  end subroutine fill_multipliers
+
+  !> u = lifting theta + basis gamma, with the terms that prescribe displacements.
+  subroutine fill_displacement(self, answer, displacement)
+    class(reduced_hhr_t), intent(in) :: self
+    type(answer_t), intent(in) :: answer
+    real(rk), contiguous, intent(inout) :: displacement(:)
+
+    call multiply(1.0_rk, self%data%lifting, answer%theta(:size(self%data%lifting, 2)), 0.0_rk, displacement)
+    call multiply(1.0_rk, self%data%basis, answer%coordinates, 1.0_rk, displacement)
+  end subroutine fill_displacement
+
+  pure real(rk) function displacement_of_dof(self, answer, dof) result(displacement)
+    class(reduced_hhr_t), intent(in) :: self
+    type(answer_t), intent(in) :: answer
+    integer, intent(in) :: dof
+
+    associate (lifting => self%data%lifting)
+      displacement = dot_product(lifting(dof, :), answer%theta(:size(lifting, 2))) + &
+        dot_product(self%data%basis(dof, :), answer%coordinates)
+    end associate
+  end function displacement_of_dof
+
+  pure function contact_rows(self) result(numbers)
+    class(reduced_hhr_t), intent(in) :: self
+    integer, allocatable :: numbers(:)
+
+    numbers = self%data%contact_rows
+  end function contact_rows
+
+  pure integer function n_rows(self)
+    class(reduced_hhr_t), intent(in) :: self
+
+    n_rows = self%data%n_rows
+  end function n_rows
+
+  pure integer function n_modes(self)
+    class(reduced_hhr_t), intent(in) :: self
+
+    n_modes = self%data%n_modes
+  end function n_modes
+
+  subroutine write(self, file, group, length, force)
+    class(reduced_hhr_t), intent(in) :: self
+    type(h5_writer_t), intent(inout) :: file
+    character(*), intent(in) :: group
+    character(*), intent(in) :: length
+    character(*), intent(in) :: force
+
+    call write_cluster(file, group, self%data, length, force)
+  end subroutine write
+
+  subroutine read(self, file, group, error)
+    class(reduced_hhr_t), intent(inout) :: self
+    type(h5_reader_t), intent(in) :: file
+    character(*), intent(in) :: group
+    type(error_t), allocatable, intent(inout) :: error
+
+    call read_cluster(file, group, self%data, error)
+  end subroutine read
+
+  pure function describe(self) result(text)
+    class(reduced_hhr_t), intent(in) :: self
+    character(:), allocatable :: text
+
+    text = describe_hhr(self%data)
+  end function describe
+
+  pure function cells(self) result(numbers)
+    class(reduced_hhr_t), intent(in) :: self
+    integer, allocatable :: numbers(:)
+
+    numbers = self%data%cells
+  end function cells
+
+  pure function interior_dofs(self) result(numbers)
+    class(reduced_hhr_t), intent(in) :: self
+    integer, allocatable :: numbers(:)
+
+    numbers = self%data%interior_dofs
+  end function interior_dofs
+
+  pure function training_points(self) result(numbers)
+    class(reduced_hhr_t), intent(in) :: self
+    integer, allocatable :: numbers(:)
+
+    numbers = self%data%training_points
+  end function training_points
+
+  pure function warnings(self)
+    class(reduced_hhr_t), intent(in) :: self
+    type(string_t), allocatable :: warnings(:)
+
+    warnings = self%data%warnings
+  end function warnings
+
+  !> gamma under contact forces that another part found.
+  subroutine displace_under(self, room, answer)
+    class(reduced_hhr_t), intent(in) :: self
+    class(room_t), intent(inout) :: room
+    type(answer_t), intent(inout) :: answer
+
+    select type (room)
+    type is (hhr_room_t)
+      answer%multipliers_rid = answer%multipliers(self%data%contact_rows)
+      answer%is_active = answer%multipliers_rid > 0
+      call self%system%coordinates(room%response, answer%multipliers_rid, answer%coordinates)
+    end select
+  end subroutine displace_under
+end module sig_reduced_hhr

@@ -1,0 +1,34 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> The rooms of a model's parts for one thread, made when a part is first asked.
+module sig_rooms
+  use sig_model, only: model_t
+  use sig_reduced, only: room_t
+  implicit none(type, external)
+  private
+  public :: rooms_t
+
+  type :: room_box_t
+    class(room_t), allocatable :: room
+  end type room_box_t
+
+  type :: rooms_t
+    !> shape (n_parts)
+    type(room_box_t), allocatable :: of_part(:)
+  contains
+    procedure :: enter
+  end type rooms_t
+
+contains
+
+  !> Makes sure that there is a room.
+  subroutine enter(self, model, i)
+    class(rooms_t), intent(inout) :: self
+    !> prepared
+    type(model_t), intent(in) :: model
+    !> part
+    integer, intent(in) :: i
+
+    if (.not. allocated(self%of_part)) allocate (self%of_part(size(model%parts)))
+    if (.not. allocated(self%of_part(i)%room)) call model%parts(i)%reduced%create_room(self%of_part(i)%room)
+  end subroutine enter
+end module sig_rooms

@@ -1,0 +1,34 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> Shapes and values of arrays that came from a file.
+module sig_shape_checks
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+  use sig_kinds, only: rk
+  implicit none(type, external)
+  private
+  public :: are_indices, is_ascending, is_matrix
+
+contains
+
+  !> Of this shape, and without infinite values.
+  pure logical function is_matrix(values, n_rows, n_columns)
+    real(rk), intent(in) :: values(:, :)
+    integer, intent(in) :: n_rows
+    integer, intent(in) :: n_columns
+
+    is_matrix = all(shape(values) == [n_rows, n_columns]) .and. all(ieee_is_finite(values))
+  end function is_matrix
+
+  !> Between 1 and n.
+  pure logical function are_indices(values, n)
+    integer, intent(in) :: values(:)
+    integer, intent(in) :: n
+
+    are_indices = all(values >= 1 .and. values <= n)
+  end function are_indices
+
+  pure logical function is_ascending(values)
+    integer, intent(in) :: values(:)
+
+    is_ascending = all(values(2:) > values(:size(values) - 1))
+  end function is_ascending
+end module sig_shape_checks

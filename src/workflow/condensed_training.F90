@@ -1,0 +1,216 @@
+! SPDX-License-Identifier: BSD-3-Clause
+#include "signorom/macros.h"
+!> The full-order problem condensed to its contacts as a reduced model, as far as the deck gives it room: the whole model, or what
+!> answers where a hyper-reduced one cannot.
+module sig_condensed_training
+  use sig_bits, only: n_words, pack_bits
+  use sig_condensed, only: condensed_t
+  use sig_condensed_data, only: condensed_data_t
+  use sig_contact_state, only: reason_converged
+  use sig_errors, only: error_t
+  use sig_full_order, only: full_order_t, team_t
+  use sig_kinds, only: rk
+  use sig_linear_algebra, only: add_product, multiply, transposed_product
+  use sig_log, only: log_warning
+  use sig_petsc_support, only: broadcast_columns, sum_over_ranks
+  use sig_pod, only: compute_pod
+  use sig_pod_rank, only: pod_rank
+  use sig_problem, only: problem_t
+  use sig_reduced, only: reduced_t
+  use sig_reduced_condensed, only: reduced_condensed_t
+  use sig_reference_sets, only: choose_references
+  use sig_snapshot_store, only: snapshot_set_t
+  use sig_term_values, only: evaluate_points
+  use sig_text, only: to_text
+  use petsc
+  implicit none(type, external)
+  private
+  public :: condense_fallback, train_condensed, why_not_condensed
+
+  !> [MB] of one number
+  real(rk), parameter :: number_size = 8.0e-6_rk
+
+contains
+
+  !> Why the deck's problem cannot be condensed; empty where it can. Local.
+  function why_not_condensed(problem) result(reason)
+    type(problem_t), intent(in) :: problem
+    character(:), allocatable :: reason
+
+    reason = ''
+    associate (room => problem%deck%reduction%max_full_order_size)
+      if (problem%rows%n_rows == 0) then
+        reason = 'there is no contact pair with a free displacement'
+      else if (forces_size(problem) > room) then
+        reason = 'its matrix of all contacts takes ' // to_text(ceiling(forces_size(problem))) // ' MB, more than ' // &
+          'reduction.max_full_order_size'
+      else if (problem%plan%linear == 'gamg') then
+        reason = 'the full-order model is solved by multigrid (solver.linear)'
+      end if
+    end associate
+  end function why_not_condensed
+
+  !> [MB] of W and q.
+  pure real(rk) function forces_size(problem)
+    type(problem_t), intent(in) :: problem
+
+    associate (n_rows => real(problem%rows%n_rows, rk))
+      forces_size = number_size * n_rows * (n_rows + problem%boundary%n_terms)
+    end associate
+  end function forces_size
+
+  !> What answers where a hyper-reduced model has no answer. Collective on all ranks; the same on each.
+  subroutine condense_fallback(full_order, multipliers, part, ierr)
+    !> loaded
+    type(full_order_t), intent(inout) :: full_order
+    !> [force] of the snapshots, shape (n_multipliers, n_snapshots)
+    real(rk), intent(in) :: multipliers(:, :)
+    !> not allocated where there is none
+    class(reduced_t), allocatable, intent(out) :: part
+    PetscErrorCode, intent(out) :: ierr
+    type(reduced_condensed_t), allocatable :: reduced
+    character(:), allocatable :: reason
+
+    ierr = 0
+    reason = why_not_condensed(full_order%problem)
+    if (full_order%problem%rows%n_rows == 0 .or. full_order%problem%deck%reduction%max_full_order_size <= 0) return
+    if (reason /= '') then
+      call log_warning('the model keeps no full-order operator: ' // reason // &
+        '; where the reduced problem has no solution there will be no answer')
+      return
+    end if
+    PetscCall(condense(full_order, reduced, ierr))
+    if (.not. allocated(reduced)) return
+    ! with anchors the unknowns of W are not the multipliers alone
+    if (size(reduced%data%anchors) > 0) return
+    call measure_forces(multipliers, reduced%data)
+    call move_alloc(reduced, part)
+  end subroutine condense_fallback
+
+  !> A model that answers all contacts exactly, with the sets from which queries start. Collective on all ranks; the same on each.
+  !>
+  !> Errors: no snapshot differs from zero.
+  subroutine train_condensed(full_order, snapshots, part, error, ierr)
+    !> loaded
+    type(full_order_t), intent(inout) :: full_order
+    !> solved
+    type(snapshot_set_t), intent(in) :: snapshots
+    !> not allocated where the stiffness could not be factored
+    class(reduced_t), allocatable, intent(out) :: part
+    type(error_t), allocatable, intent(out) :: error
+    PetscErrorCode, intent(out) :: ierr
+    type(reduced_condensed_t), allocatable :: reduced
+
+    PetscCall(condense(full_order, reduced, ierr))
+    if (.not. allocated(reduced)) return
+    if (size(reduced%data%contact_response) == 0) then
+      PetscCall(add_modes(full_order, snapshots, reduced%data, ierr))
+    end if
+    call keep_start_sets(snapshots%multipliers, reduced%data)
+    call measure_forces(snapshots%multipliers, reduced%data)
+    call choose_references(full_order%problem%deck%reduction%max_transforms_size, reduced%data, error)
+    call move_alloc(reduced, part)
+  end subroutine train_condensed
+
+  !> W and q, and G and H where they fit, too. Collective on all ranks; the same on each.
+  subroutine condense(full_order, reduced, ierr)
+    type(full_order_t), intent(inout) :: full_order
+    !> not allocated where the stiffness could not be factored
+    type(reduced_condensed_t), allocatable, intent(out) :: reduced
+    PetscErrorCode, intent(out) :: ierr
+    type(team_t), pointer :: team
+    type(condensed_t), pointer :: condensed
+    real(rk) :: field_size
+
+    PetscCall(full_order%ready_team(team, ierr))
+    PetscCall(team%solver%condense(condensed, ierr))
+    if (condensed%reason /= reason_converged) return
+    allocate (reduced)
+    associate (problem => full_order%problem, data => reduced%data)
+      data%compliance = condensed%compliance
+      data%free_opening = condensed%free_opening
+      data%anchors = condensed%anchors%rows
+      data%scale = condensed%scale
+      associate (n_dofs => problem%mesh%n_dim * problem%mesh%n_nodes, n_rows => problem%rows%n_rows)
+        field_size = number_size * n_dofs * (real(n_rows, rk) + problem%boundary%n_terms)
+        allocate (data%free_response(n_dofs, 0), data%contact_response(n_dofs, 0))
+        if (forces_size(problem) + field_size <= problem%deck%reduction%max_full_order_size) then
+          PetscCall(team%solver%system%share_columns(condensed%free_response, problem%boundary%n_terms, data%free_response, ierr))
+          PetscCall(team%solver%system%share_columns(condensed%contact_response, n_rows, data%contact_response, ierr))
+        end if
+      end associate
+    end associate
+    PetscCall(agree(reduced%data, ierr))
+  end subroutine condense
+
+  !> Groups of ranks condense on their own and may differ by rounding: the first rank's numbers count. Collective on all ranks.
+  subroutine agree(data, ierr)
+    type(condensed_data_t), intent(inout) :: data
+    PetscErrorCode, intent(out) :: ierr
+
+    PetscCall(broadcast_columns(data%compliance, PETSC_COMM_WORLD, ierr))
+    PetscCall(broadcast_columns(data%free_opening, PETSC_COMM_WORLD, ierr))
+    PetscCall(broadcast_columns(data%free_response, PETSC_COMM_WORLD, ierr))
+    PetscCall(broadcast_columns(data%contact_response, PETSC_COMM_WORLD, ierr))
+  end subroutine agree
+
+  !> H by the modes of what contact displaces at the training points. Collective on all ranks.
+  subroutine add_modes(full_order, snapshots, data, ierr)
+    type(full_order_t), intent(inout) :: full_order
+    type(snapshot_set_t), intent(in) :: snapshots
+    type(condensed_data_t), intent(inout) :: data
+    PetscErrorCode, intent(out) :: ierr
+    type(team_t), pointer :: team
+    type(condensed_t), pointer :: condensed
+    real(rk), allocatable :: fields(:, :), modes(:, :), singular_values(:), theta(:, :), own(:, :)
+    integer :: i_bad_point, i_bad_source, n_modes
+
+    PetscCall(full_order%ready_team(team, ierr))
+    PetscCall(team%solver%condense(condensed, ierr))
+    associate (problem => full_order%problem, system => team%solver%system)
+      PetscCall(system%share_columns(condensed%free_response, problem%boundary%n_terms, data%free_response, ierr))
+      PetscCall(broadcast_columns(data%free_response, PETSC_COMM_WORLD, ierr))
+      call evaluate_points(problem%terms, snapshots%parameters, theta, i_bad_point, i_bad_source)
+      fields = snapshots%displacement
+      call add_product(-1.0_rk, data%free_response, theta, fields)
+      PetscCall(compute_pod(fields, PETSC_COMM_WORLD, singular_values, modes, ierr))
+      n_modes = pod_rank(singular_values, problem%deck%reduction%pod_tolerance)
+      data%basis = modes(:, :n_modes)
+      own = data%basis(system%map%local_dofs, :)
+      data%contact_coordinates = transposed_product(own, condensed%contact_response)
+      PetscCall(sum_over_ranks(system%comm, data%contact_coordinates, ierr))
+      PetscCall(broadcast_columns(data%contact_coordinates, PETSC_COMM_WORLD, ierr))
+    end associate
+  end subroutine add_modes
+
+  !> z > 0 at the training points: closed pairs, but open anchors.
+  subroutine keep_start_sets(multipliers, data)
+    !> [force] shape (n_multipliers, n_points)
+    real(rk), intent(in) :: multipliers(:, :)
+    type(condensed_data_t), intent(inout) :: data
+    logical :: is_active(size(multipliers, 1))
+    integer :: i
+
+    allocate (data%start_sets(n_words(size(multipliers, 1)), size(multipliers, 2)))
+    do i = 1, size(multipliers, 2)
+      is_active = multipliers(:, i) > 0
+      is_active(data%anchors) = .not. is_active(data%anchors)
+      call pack_bits(is_active, data%start_sets(:, i))
+    end do
+  end subroutine keep_start_sets
+
+  !> Largest size of the forces in the norm of W.
+  subroutine measure_forces(multipliers, data)
+    real(rk), intent(in) :: multipliers(:, :)
+    type(condensed_data_t), intent(inout) :: data
+    real(rk) :: forces(size(multipliers, 1)), closing(size(multipliers, 1))
+    integer :: i
+
+    do i = 1, size(multipliers, 2)
+      forces = multipliers(:, i)
+      forces(data%anchors) = 0
+      call multiply(1.0_rk, data%compliance, forces, 0.0_rk, closing)
+      data%largest_size = max(data%largest_size, sqrt(max(0.0_rk, dot_product(forces, closing))))
+    end do
+  end subroutine measure_forces
+end module sig_condensed_training

@@ -1,0 +1,117 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> What a validation comes to: a table for the terminal, and one sentence that says whether the model is good enough.
+module sig_verdict
+  use sig_kinds, only: rk
+  use sig_statistics, only: measured_statistics, statistics_t
+  use sig_text, only: counted, short_number, to_text
+  use sig_validation, only: error_names, validation_t
+  implicit none(type, external)
+  private
+  public :: verdict_t, judge_validation, validation_table
+
+  character(1), parameter :: eol = new_line('a')
+  !> rows of the table: e_u, e_lambda_rid, e_lambda_all
+  integer, parameter :: n_shown = 3
+  !> of them the one that decides
+  integer, parameter :: i_decisive = 3
+
+  type :: verdict_t
+    logical :: is_accepted = .false.
+    !> points without an answer; answers by the fallback
+    integer :: n_unanswered = 0
+    integer :: n_fallbacks = 0
+    !> [-] 95 % of the points have no larger e_lambda_all; a point without answer counts as infinite
+    real(rk) :: p95 = 0
+    character(:), allocatable :: sentence
+  end type verdict_t
+
+contains
+
+  !> p95 of the errors of all contact forces against the deck's limit. Points that have no full-order solution do not count.
+  pure function judge_validation(outcome, limit) result(verdict)
+    type(validation_t), intent(in) :: outcome
+    !> [-] validation.accept
+    real(rk), intent(in) :: limit
+    type(verdict_t) :: verdict
+    type(statistics_t) :: statistics
+
+    verdict%n_unanswered = count(outcome%method == 0)
+    verdict%n_fallbacks = count(outcome%is_fallback)
+    statistics = measured_statistics(counted_errors(outcome, i_decisive))
+    verdict%p95 = statistics%p95
+    verdict%is_accepted = verdict%p95 <= limit
+    verdict%sentence = 'p95 of ' // trim(error_names(i_decisive)) // ' is ' // short_number(verdict%p95)
+    if (verdict%is_accepted) then
+      verdict%sentence = 'accepted: ' // verdict%sentence // ', the limit is ' // short_number(limit) // ' (validation.accept)'
+    else
+      verdict%sentence = 'NOT accepted: ' // verdict%sentence // ', the limit is ' // short_number(limit) // &
+        ' (validation.accept); take reduction.method: condensed, more training points, or a smaller reduction.pod_tolerance'
+    end if
+    if (verdict%n_unanswered > 0) verdict%sentence = verdict%sentence // '; ' // counted(verdict%n_unanswered, 'point') // &
+      ' without an answer'
+  end function judge_validation
+
+  !> Errors in which nothing is forgotten: a point without an answer is infinitely wrong; where nothing touches in either model
+  !> nothing is wrong; any other 0/0 counts as infinite.
+  pure function counted_errors(outcome, i_error) result(errors)
+    type(validation_t), intent(in) :: outcome
+    integer, intent(in) :: i_error
+    real(rk), allocatable :: errors(:)
+    integer :: i
+
+    errors = outcome%errors(i_error, :)
+    do i = 1, size(errors)
+      if (outcome%method(i) == 0) then
+        errors(i) = huge(errors)
+      else if (.not. errors(i) >= 0) then
+        errors(i) = merge(0.0_rk, huge(errors), outcome%n_active_full_order(i) == 0)
+      end if
+    end do
+    errors = pack(errors, outcome%reason_full_order > 0)
+  end function counted_errors
+
+  !> Median, p95 and maximum of the errors and of the bound; points without an answer, and by the fallback.
+  pure function validation_table(outcome, verdict) result(text)
+    type(validation_t), intent(in) :: outcome
+    type(verdict_t), intent(in) :: verdict
+    character(:), allocatable :: text
+    integer :: i
+
+    text = repeat(' ', 24) // 'median        95 %          largest' // eol
+    do i = 1, n_shown
+      text = text // row(trim(error_names(i)), counted_errors(outcome, i)) // eol
+    end do
+    if (any(outcome%error_bound >= 0)) text = text // row('error_bound', pack(outcome%error_bound, outcome%error_bound >= 0)) // eol
+    if (.not. all(outcome%error_bound >= 0)) text = text // cell('no error_bound', 24) // &
+      to_text(count(.not. outcome%error_bound >= 0)) // ' of ' // counted(size(outcome%error_bound), 'point') // eol
+    text = text // cell('without an answer', 24) // to_text(verdict%n_unanswered) // ' of ' // &
+      counted(size(outcome%method), 'point') // eol // cell('by the fallback', 24) // to_text(verdict%n_fallbacks)
+  end function validation_table
+
+  pure function row(name, values) result(text)
+    character(*), intent(in) :: name
+    real(rk), intent(in) :: values(:)
+    character(:), allocatable :: text
+    type(statistics_t) :: statistics
+
+    statistics = measured_statistics(values)
+    text = cell(name, 24) // cell(shown(statistics%median), 14) // cell(shown(statistics%p95), 14) // shown(statistics%maximum)
+  end function row
+
+  !> `none` for what a point without an answer has.
+  pure function shown(value) result(text)
+    real(rk), intent(in) :: value
+    character(:), allocatable :: text
+
+    text = 'none'
+    if (value < huge(value)) text = short_number(value)
+  end function shown
+
+  pure function cell(word, width) result(text)
+    character(*), intent(in) :: word
+    integer, intent(in) :: width
+    character(width) :: text
+
+    text = word
+  end function cell
+end module sig_verdict
