@@ -152,7 +152,8 @@ int signorom_get_domain_multipliers(const signorom_context *context, double *mul
 int signorom_get_multipliers(const signorom_context *context, double *multipliers);
 /* Reduced coordinates [n_modes]. */
 int signorom_get_coordinates(const signorom_context *context, double *coordinates);
-/* Displacement of all nodes [n_nodes][n_dimensions], or of chosen ones [n][n_dimensions]. */
+/* Displacement of all nodes [n_nodes][n_dimensions], or of chosen ones [n][n_dimensions]; SIGNOROM_NO_ANSWER where the
+ * model answers contact forces only. */
 int signorom_get_displacement(const signorom_context *context, double *displacement);
 int signorom_get_displacement_at(signorom_context *context, int n, const int *nodes, double *displacement);
 

@@ -7,7 +7,7 @@ module sig_predict
   use sig_base_c_interfaces, only: sig_processor_count
   use sig_command_line, only: command_t
   use sig_error_broadcast, only: broadcast_error
-  use sig_errors, only: error_report, error_t, exit_stopped, exit_success, make_error
+  use sig_errors, only: error_report, error_t, exit_not_converged, exit_stopped, exit_success, make_error
   use sig_kinds, only: rk
   use sig_log, only: log_error, log_info, log_warning
   use sig_model, only: model_t
@@ -37,29 +37,26 @@ contains
     integer, intent(out) :: exit_code
     PetscErrorCode, intent(out) :: ierr
     type(error_t), allocatable :: error
-    logical :: is_stopped
-    real(rk) :: flag
+    real(rk) :: largest_code
     integer :: rank
 
-    is_stopped = .false.
-    call MPI_Comm_rank(PETSC_COMM_WORLD, rank, ierr)
-    if (rank == 0) call predict_points(command, is_stopped, error)
-    PetscCall(broadcast_error(error, PETSC_COMM_WORLD, ierr))
-    flag = merge(1.0_rk, 0.0_rk, is_stopped)
-    PetscCall(max_over_ranks(PETSC_COMM_WORLD, flag, ierr))
     exit_code = exit_success
+    call MPI_Comm_rank(PETSC_COMM_WORLD, rank, ierr)
+    if (rank == 0) call predict_points(command, exit_code, error)
+    PetscCall(broadcast_error(error, PETSC_COMM_WORLD, ierr))
+    largest_code = exit_code
+    PetscCall(max_over_ranks(PETSC_COMM_WORLD, largest_code, ierr))
+    exit_code = nint(largest_code)
     if (allocated(error)) then
       call log_error(error_report(error))
       exit_code = error%exit_code
-    else if (flag > 0) then
-      exit_code = exit_stopped
     end if
   end subroutine predict
 
-  subroutine predict_points(command, is_stopped, error)
+  subroutine predict_points(command, exit_code, error)
     type(command_t), intent(in) :: command
-    !> a signal came before all points had their answers
-    logical, intent(inout) :: is_stopped
+    !> a signal came before all points had their answers, or some have none
+    integer, intent(inout) :: exit_code
     type(error_t), allocatable, intent(out) :: error
     type(online_model_t), target :: online
     type(answer_block_t) :: block
@@ -67,8 +64,10 @@ contains
     character(:), allocatable :: message
     real(rk), allocatable :: points(:, :)
     type(output_stream_t) :: table
+    logical :: is_stopped
     integer :: n_threads
 
+    is_stopped = .false.
     call read_model(command%file, online%model, error)
     if (allocated(error)) return
     n_threads = command%n_threads
@@ -94,8 +93,10 @@ contains
     if (.not. allocated(error)) call answer_blocks(command, list, block, table, is_stopped, error)
     call table%close(error, is_dropped=is_stopped)
     if (is_stopped) then
+      exit_code = exit_stopped
       call say_stopped(command)
     else if (.not. allocated(error)) then
+      call report_unanswered(block, exit_code)
       call report_methods(command, block)
     end if
     call list%close()
@@ -178,6 +179,19 @@ contains
       call log_info('stopped by a signal; nothing was written')
     end if
   end subroutine say_stopped
+
+  !> Points without an answer are marked in the table, and decide about the exit code.
+  subroutine report_unanswered(block, exit_code)
+    type(answer_block_t), intent(in) :: block
+    integer, intent(inout) :: exit_code
+    integer :: counts(0:n_answer_methods)
+
+    counts = block%counts()
+    if (counts(0) == 0) return
+    exit_code = exit_not_converged
+    call log_warning(to_text(counts(0)) // ' of ' // counted(sum(counts), 'point') // &
+      ' without an answer; the column status says why')
+  end subroutine report_unanswered
 
   !> How many answers, and by which methods.
   subroutine report_methods(command, block)

@@ -254,6 +254,16 @@ contains
     code = code_ok
   end function signorom_get_coordinates
 
+  !> Some models answer contact forces only; the message says so.
+  logical function has_displacement(handle)
+    type(context_handle_t), intent(inout) :: handle
+
+    associate (answer => handle%answer, model => handle%model%online%model)
+      has_displacement = model%parts(answer%displacement_part)%reduced%has_displacement()
+    end associate
+    if (.not. has_displacement) call keep(handle%message, 'the model has no displacement: it answers contact forces only')
+  end function has_displacement
+
   integer(c_int) function signorom_get_displacement(context, displacement) result(code) bind(c)
     type(c_ptr), value :: context
     type(c_ptr), value :: displacement
@@ -263,6 +273,9 @@ contains
     code = bad_argument
     handle => answered_context(context, displacement)
     if (.not. associated(handle)) return
+    code = no_answer
+    if (.not. has_displacement(handle)) return
+    code = bad_argument
     call c_f_pointer(displacement, target, [handle%model%online%model%n_dofs])
     call fill_displacement(handle%model%online%model, handle%answer, target)
     code = code_ok
@@ -280,6 +293,9 @@ contains
     code = bad_argument
     handle => answered_context(context, displacement)
     if (.not. associated(handle)) return
+    code = no_answer
+    if (.not. has_displacement(handle)) return
+    code = bad_argument
     if (n < 0 .or. .not. c_associated(nodes)) then
       call keep(handle%message, 'the number of nodes is negative, or the nodes are a null pointer')
       return

@@ -1,6 +1,7 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> From an answer back to the mesh: displacement of every dof, multipliers of every pair.
 module sig_reconstruction
+  use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   use sig_answer, only: answer_t
   use sig_kinds, only: rk
   use sig_model, only: model_t
@@ -12,7 +13,7 @@ module sig_reconstruction
 
 contains
 
-  !> Displacement of the answer.
+  !> Displacement of the answer; no numbers where the model has none.
   subroutine reconstruct_displacement(model, answer, displacement)
     type(model_t), intent(in) :: model
     type(answer_t), intent(in) :: answer
@@ -30,7 +31,13 @@ contains
     !> [length] shape (n_dofs)
     real(rk), contiguous, intent(inout) :: displacement(:)
 
-    call model%parts(answer%displacement_part)%reduced%fill_displacement(answer, displacement)
+    associate (part => model%parts(answer%displacement_part)%reduced)
+      if (part%has_displacement()) then
+        call part%fill_displacement(answer, displacement)
+      else
+        displacement = ieee_value(1.0_rk, ieee_quiet_nan)
+      end if
+    end associate
   end subroutine fill_displacement
 
   !> [length] one component of the same; without a temporary array.
@@ -39,7 +46,13 @@ contains
     type(answer_t), intent(in) :: answer
     integer, intent(in) :: dof
 
-    displacement = model%parts(answer%displacement_part)%reduced%displacement_of_dof(answer, dof)
+    associate (part => model%parts(answer%displacement_part)%reduced)
+      if (part%has_displacement()) then
+        displacement = part%displacement_of_dof(answer, dof)
+      else
+        displacement = ieee_value(1.0_rk, ieee_quiet_nan)
+      end if
+    end associate
   end function displacement_of_dof
 
   !> Contact forces of all contacts; zeros without an answer.

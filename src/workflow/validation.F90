@@ -2,6 +2,7 @@
 #include "signorom/macros.h"
 !> The model against the full-order model at the test points: errors of each, and their statistics.
 module sig_validation
+  use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   use sig_benchmark, only: benchmark_t, run_benchmark
   use sig_contact_state, only: contact_state_t, reason_converged
   use sig_domain_energy, only: domain_energy_t
@@ -186,6 +187,7 @@ contains
     real(rk), intent(in) :: table(:, :)
     type(validation_t), intent(inout) :: outcome
     type(statistics_t) :: seconds
+    integer :: i
 
     outcome%errors = table(:n_errors, :)
     outcome%cluster = nint(table(n_errors + 1, :))
@@ -193,6 +195,10 @@ contains
     outcome%n_active_full_order = nint(table(n_errors + 3, :))
     outcome%method = nint(table(n_errors + 4, :))
     outcome%reason_full_order = nint(table(n_errors + 5, :))
+    ! without a full-order solution there is nothing to compare with
+    do i = 1, size(table, 2)
+      if (outcome%reason_full_order(i) /= reason_converged) outcome%errors(:, i) = ieee_value(1.0_rk, ieee_quiet_nan)
+    end do
     outcome%n_solutions = nint(table(n_errors + 7, :))
     outcome%error_bound = table(n_errors + 8, :)
     outcome%is_fallback = table(n_errors + 9, :) > 0

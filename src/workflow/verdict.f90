@@ -17,8 +17,9 @@ module sig_verdict
 
   type :: verdict_t
     logical :: is_accepted = .false.
-    !> points without an answer; answers by the fallback
+    !> points without an answer where the full-order model has one; where it has none; answers by the fallback
     integer :: n_unanswered = 0
+    integer :: n_unsolved = 0
     integer :: n_fallbacks = 0
     !> [-] 95 % of the points have no larger e_lambda_all; a point without answer counts as infinite
     real(rk) :: p95 = 0
@@ -35,7 +36,8 @@ contains
     type(verdict_t) :: verdict
     type(statistics_t) :: statistics
 
-    verdict%n_unanswered = count(outcome%method == 0)
+    verdict%n_unanswered = count(outcome%method == 0 .and. outcome%reason_full_order > 0)
+    verdict%n_unsolved = count(outcome%reason_full_order <= 0)
     verdict%n_fallbacks = count(outcome%is_fallback)
     statistics = measured_statistics(counted_errors(outcome, i_decisive))
     verdict%p95 = statistics%p95
@@ -47,6 +49,8 @@ contains
       verdict%sentence = 'NOT accepted: ' // verdict%sentence // ', the limit is ' // short_number(limit) // &
         ' (validation.accept); take reduction.method: condensed, more training points, or a smaller reduction.pod_tolerance'
     end if
+    if (verdict%n_unsolved > 0) verdict%sentence = verdict%sentence // '; ' // counted(verdict%n_unsolved, 'point') // &
+      ' without a full-order solution do not count'
     if (verdict%n_unanswered > 0) verdict%sentence = verdict%sentence // '; ' // counted(verdict%n_unanswered, 'point') // &
       ' without an answer'
   end function judge_validation

@@ -131,3 +131,17 @@ def test_figures_of_a_condensed_model(default):
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     assert {"errors.png", "multipliers.png"} <= {path.name for path in (folder / "figures").iterdir()}
+
+
+def test_point_without_an_answer_is_exit_code_3(signorom, tmp_path):
+    """A root of a negative number outside of the box."""
+    rooted = {"{x: 0, y: squeeze}": "{x: 0, y: squeeze + 0 * sqrt(squeeze - 0.05)}"}
+    deck = write_deck("small_disks", tmp_path, **DEFAULT, **rooted)
+    signorom("sample", deck.name, folder=tmp_path)
+    signorom("train", deck.name, folder=tmp_path)
+    model = tmp_path / "results" / "small_disks" / "model.h5"
+    done = signorom.run("predict", model, "--at", "squeeze=0.01", folder=tmp_path)
+    assert done.returncode == 3
+    assert "not a number at this point" in done.stdout
+    assert "1 of 1 point without an answer" in done.stderr
+    assert signorom.run("predict", model, "--at", "squeeze=0.2", folder=tmp_path).returncode == 0

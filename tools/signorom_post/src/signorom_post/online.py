@@ -370,13 +370,17 @@ class Model:
         return chosen.astype(np.intc)
 
     def _displacement(self, context: c_void_p, indices: IntArray | None) -> FloatArray:
+        """NaN where the model answers contact forces only."""
         n = self._sizes.n_dimensions
+        displacement = np.zeros((self._sizes.n_nodes if indices is None else len(indices), n))
         if indices is None:
-            return self._get(context, "signorom_get_displacement", self._sizes.n_dofs).reshape(-1, n)
-        displacement = np.zeros((len(indices), n))
-        self._library.signorom_get_displacement_at(
-            context, len(indices), ints(indices), doubles(displacement)
-        )
+            code = self._library.signorom_get_displacement(context, doubles(displacement))
+        else:
+            code = self._library.signorom_get_displacement_at(
+                context, len(indices), ints(indices), doubles(displacement)
+            )
+        if code:
+            displacement[:] = np.nan
         return displacement
 
     def _get(self, context: c_void_p, name: str, n: int) -> FloatArray:
