@@ -7,7 +7,7 @@
 module sig_pivot_transform
   use sig_dense_kernels, only: add_product
   use sig_kinds, only: rk
-  use sig_linear_algebra, only: lu_t
+  use sig_linear_algebra, only: invert
   implicit none(type, external)
   private
   public :: transform_matrix, transform_columns
@@ -23,7 +23,6 @@ contains
     !> M, shape (n, n)
     real(rk), intent(out) :: transform(:, :)
     logical, intent(out) :: is_singular
-    type(lu_t) :: lu
     integer, allocatable :: a(:), rest(:)
     real(rk), allocatable :: inverse(:, :), block(:, :), remaining(:, :)
     integer :: i
@@ -33,10 +32,9 @@ contains
     rest = pack([(i, i=1, size(is_in_set))], .not. is_in_set)
     is_singular = .false.
     if (size(a) == 0) return
-    call lu%factor(matrix(a, a))
-    is_singular = lu%is_singular
+    allocate (inverse(size(a), size(a)))
+    call invert(matrix(a, a), inverse, is_singular)
     if (is_singular) return
-    inverse = lu%solve(identity(size(a)))
     transform(a, a) = inverse
     allocate (block(size(rest), size(a)), source=0.0_rk)
     call add_product(1.0_rk, matrix(rest, a), inverse, block)
@@ -69,15 +67,4 @@ contains
     call add_product(-1.0_rk, transform(:, a), inside, changes)
     columns = columns + changes
   end subroutine transform_columns
-
-  pure function identity(n) result(matrix)
-    integer, intent(in) :: n
-    real(rk) :: matrix(n, n)
-    integer :: i
-
-    matrix = 0
-    do i = 1, n
-      matrix(i, i) = 1
-    end do
-  end function identity
 end module sig_pivot_transform

@@ -10,10 +10,7 @@ module sig_reduced
   use sig_text, only: string_t
   implicit none(type, external)
   private
-  public :: reduced_t, room_t, part_t, model_sizes_t, neighbors_t, no_energy
-
-  !> of a kind that has no operator of all contacts
-  real(rk), parameter :: no_energy = 0
+  public :: reduced_t, room_t, part_t, model_sizes_t, neighbors_t
 
   !> Sizes of the model that a part belongs to.
   type :: model_sizes_t
@@ -239,7 +236,7 @@ contains
     type(answer_t), intent(inout) :: answer
   end subroutine nothing_to_do
 
-  !> [force*length] E = 1/2 lambda' W lambda + q' lambda, which the contact forces make least.
+  !> [force*length] E = 1/2 lambda' W lambda + q' lambda, which the contact forces make least; 0 of a kind that has no W.
   real(rk) function energy_unknown(self, theta, multipliers, opening) result(energy)
     class(reduced_t), intent(in) :: self
     !> shape (n_terms)
@@ -249,7 +246,7 @@ contains
     !> room, shape (n_multipliers)
     real(rk), contiguous, intent(inout) :: opening(:)
 
-    energy = no_energy
+    energy = 0
   end function energy_unknown
 
   !> Bounds the error of contact forces, whoever found them.

@@ -57,7 +57,8 @@ module sig_reduced_condensed
   type, extends(room_t) :: condensed_room_t
     type(lcp_workspace_t) :: workspace
     type(lcp_solution_t) :: solution
-    !> [length] shape (n_multipliers)
+    !> [length] without forces and with them, shape (n_multipliers)
+    real(rk), allocatable :: free_opening(:)
     real(rk), allocatable :: opening(:)
     real(rk), allocatable :: transformed(:)
     logical, allocatable :: start(:)
@@ -123,7 +124,7 @@ contains
 
     n = size(self%data%compliance, 1)
     allocate (own)
-    allocate (own%opening(n), own%transformed(n), own%start(n))
+    allocate (own%free_opening(n), own%opening(n), own%transformed(n), own%start(n))
     call move_alloc(own, room)
   end subroutine create_room
 
@@ -138,8 +139,8 @@ contains
 
     select type (room)
     type is (condensed_room_t)
-      call multiply(1.0_rk, self%data%free_opening, theta, 0.0_rk, room%opening)
-      call balance_anchors(self%data, theta, room%opening)
+      call multiply(1.0_rk, self%data%free_opening, theta, 0.0_rk, room%free_opening)
+      call balance_anchors(self%data, theta, room%free_opening)
       answer%n_iterations = 0
       call start_set(self%data, near, room)
       answer%reason = lcp_failed_ray
@@ -174,7 +175,7 @@ contains
     if (near%nearest >= 1 .and. near%nearest <= size(data%start_sets, 2)) then
       call unpack_bits(data%start_sets(:, near%nearest), room%start)
     else if (size(data%anchors) == 0) then
-      room%start = room%opening < 0
+      room%start = room%free_opening < 0
     else
       room%start = .true.
       room%start(data%anchors) = .false.
@@ -212,7 +213,7 @@ contains
     type(condensed_room_t), intent(inout) :: room
     type(answer_t), intent(inout) :: answer
 
-    call solve_lcp(self%data%compliance, room%opening, room%start, room%solution, room%workspace)
+    call solve_lcp(self%data%compliance, room%free_opening, room%start, room%solution, room%workspace)
     call answer%take_solution(room%solution, answer_condensed)
     answer%unknowns = room%solution%lambda
   end subroutine solve_whole
@@ -224,6 +225,7 @@ contains
     type(answer_t), intent(inout) :: answer
     integer :: i
 
+    room%opening = room%free_opening
     call multiply(1.0_rk, self%data%compliance, answer%unknowns, 1.0_rk, room%opening)
     answer%multipliers = answer%unknowns
     do i = 1, size(self%data%anchors)
@@ -384,14 +386,14 @@ contains
     type is (condensed_room_t)
       associate (rows => self%free_rows)
         if (size(self%data%anchors) > 0 .and. .not. is_own) return
-        call multiply(1.0_rk, self%data%free_opening, answer%theta, 0.0_rk, room%transformed)
         if (.not. is_own) then
-          room%opening = room%transformed
+          call multiply(1.0_rk, self%data%free_opening, answer%theta, 0.0_rk, room%free_opening)
+          room%opening = room%free_opening
           call multiply(1.0_rk, self%data%compliance, multipliers, 1.0_rk, room%opening)
         end if
         forces = multipliers(rows)
         opening = room%opening(rows)
-        free = room%transformed(rows)
+        free = room%free_opening(rows)
         do i = 1, size(self%data%anchors)
           associate (anchor => self%data%anchors(i))
             if (answer%unknowns(anchor) > 0) free = free + answer%unknowns(anchor) * self%data%compliance(rows, anchor)
