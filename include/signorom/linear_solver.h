@@ -20,9 +20,17 @@ int sig_linear_solver_create(intptr_t matrix, const char *prefix, int kind, intp
    preconditioner. */
 int sig_linear_solver_change_unknowns(intptr_t ksp, intptr_t change);
 
-/* Makes a KSP ready again after the entries of its matrix changed within their pattern: GAMG keeps its interpolation
-   and computes the matrices of its levels anew. */
-int sig_linear_solver_renew(intptr_t ksp, int *reason);
+/* Makes a KSP ready again after the entries of its matrix changed within their pattern: MUMPS keeps its ordering and
+   factors the new numbers, GAMG keeps its interpolation and computes the matrices of its levels anew. */
+int sig_linear_solver_renew(intptr_t ksp, int *reason, char *message);
+
+/* How many solves with the factor take about the time of a factorization, by MUMPS's count of its operations; 0 where
+   nobody counts. */
+int sig_linear_solver_solves_per_factorization(intptr_t ksp, int *n_solves);
+
+/* Makes a KSP ready again after the entries of its factored matrix changed within their pattern: the factor that it has
+   becomes the preconditioner of conjugate gradients, which fail after max_iterations. */
+int sig_linear_solver_keep_factor(intptr_t ksp, int max_iterations);
 
 /* Gives a matrix the fields that cost it next to no energy, which GAMG must reproduce on its coarse levels; arrays hold
    the local rows, shape [n_modes][n_local], and become orthonormal here. */
@@ -34,8 +42,8 @@ int sig_linear_solver_solve_many(intptr_t ksp, int n_columns, int n_local, const
                                  int *reason);
 
 /* Solves for one right-hand side from the solution given, to `tolerance` (relative, in the energy norm) or to the
-   tightest one, that of the options, whichever is larger. A factored matrix is always solved exactly, in 0 iterations.
- */
+   tightest one, that of the options, whichever is larger. A factored matrix is always solved exactly, in 0 iterations,
+   unless it has changed (sig_linear_solver_keep_factor). */
 int sig_linear_solver_solve(intptr_t ksp, intptr_t rhs, double tolerance, intptr_t solution, int *n_iterations,
                             int *reason);
 

@@ -60,6 +60,10 @@ module sig_active_set
   !> the same and the tolerance of conjugate gradients: they get finer each time that the set stands, down to what options say
   real(rk), parameter :: noise_levels(3) = [1.0e-3_rk, 1.0e-5_rk, 1.0e-9_rk]
   real(rk), parameter :: tolerance_levels(3) = [1.0e-3_rk, 1.0e-6_rk, 0.0_rk]
+  !> where the preconditioner is a factor, the tightest tolerance is as good as a new factorization
+  real(rk), parameter :: factor_noise_levels(3) = [1.0e-3_rk, 1.0e-5_rk, rounding]
+  !> where contact changes, conjugate gradients need about as many: a factorization that takes less time is made anew
+  integer, parameter :: usual_iterations = 40
   !> [-] stiffness of held unknowns beside the mean: interpolation moves them with their aggregate, which must cost nothing
   real(rk), parameter :: held_share = 1.0e-6_rk
 
@@ -117,7 +121,7 @@ contains
     logical :: next(system%rows%n_rows), is_single
 
     is_single = .false.
-    self%level = 1
+    self%level = first_level(self, system)
     allocate (state%is_active(system%rows%n_rows), source=.true.)
     history = reshape(state%is_active, [size(next), 1])
     state%reason = reason_max_iterations
@@ -147,6 +151,16 @@ contains
     call finish_state(self%form, system, step%unknowns, step%residual, state)
   end subroutine solve
 
+  !> Coarse; but where bodies hang on single contacts, coarse forces say too soon that nothing holds them, and a factor makes
+  !> fine ones cheap.
+  pure integer function first_level(self, system)
+    class(active_set_t), intent(in) :: self
+    type(contact_system_t), intent(in) :: system
+
+    first_level = 1
+    if (system%motions%n_free > 0 .and. .not. self%is_multigrid) first_level = size(tolerance_levels)
+  end function first_level
+
   !> One step: unknowns of closed pairs sit on their bounds. Conjugate gradients are coarse until the set stands. Collective.
   subroutine solve_with_closed(self, system, theta, state, step, ierr)
     class(active_set_t), intent(inout) :: self
@@ -159,24 +173,53 @@ contains
 
     PetscCall(prepare_step(self, system, theta, state%is_active, step, ierr))
     if (self%is_multigrid) then
-      PetscCall(improve_in_levels(self, system, state, step, ierr))
-    else if (self%linear_solver%reason == reason_converged) then
-      PetscCall(improve(self, system, 0.0_rk, rounding, state, step, ierr))
-      PetscCall(self%linear_solver%destroy(ierr))
+      PetscCall(improve_in_levels(self, system, noise_levels, state, step, ierr))
+    else
+      PetscCall(solve_with_factor(self, system, state, step, ierr))
     end if
   end subroutine solve_with_closed
 
-  !> Conjugate gradients, finer while the set stands.
-  subroutine improve_in_levels(self, system, state, step, ierr)
+  !> By the factor of the set; or by conjugate gradients with the factor of another set, while that takes less time. Collective.
+  subroutine solve_with_factor(self, system, state, step, ierr)
     class(active_set_t), intent(inout) :: self
     type(contact_system_t), intent(inout) :: system
+    type(contact_state_t), intent(inout) :: state
+    type(step_t), intent(inout) :: step
+    PetscErrorCode, intent(out) :: ierr
+    integer :: n_solves
+
+    if (self%linear_solver%ksp /= 0) then
+      PetscCall(self%linear_solver%solves_per_factorization(n_solves, ierr))
+      if (n_solves >= usual_iterations) then
+        PetscCall(self%linear_solver%keep_factor(n_solves, ierr))
+        PetscCall(improve_in_levels(self, system, factor_noise_levels, state, step, ierr))
+        if (self%linear_solver%reason == reason_converged) return
+      end if
+      PetscCall(self%linear_solver%renew(ierr))
+    else
+      PetscCall(self%linear_solver%factor(self%matrix, 'active_set_', ierr))
+    end if
+    if (self%linear_solver%reason == reason_converged) then
+      PetscCall(improve(self, system, 0.0_rk, rounding, state, step, ierr))
+    else
+      ! its reason stays
+      PetscCall(self%linear_solver%destroy(ierr))
+    end if
+  end subroutine solve_with_factor
+
+  !> Conjugate gradients, finer while the set stands.
+  subroutine improve_in_levels(self, system, noise, state, step, ierr)
+    class(active_set_t), intent(inout) :: self
+    type(contact_system_t), intent(inout) :: system
+    !> [-] what changes no status, of each level
+    real(rk), intent(in) :: noise(:)
     type(contact_state_t), intent(inout) :: state
     type(step_t), intent(inout) :: step
     PetscErrorCode, intent(out) :: ierr
 
     ierr = 0
     do while (self%linear_solver%reason == reason_converged)
-      PetscCall(improve(self, system, tolerance_levels(self%level), noise_levels(self%level), state, step, ierr))
+      PetscCall(improve(self, system, tolerance_levels(self%level), noise(self%level), state, step, ierr))
       if (self%level == size(tolerance_levels) .or. any(step%wanted .neqv. state%is_active)) exit
       self%level = self%level + 1
     end do
@@ -211,8 +254,6 @@ contains
     PetscCall(system%put_some(step%dofs, step%values, self%solution, ierr))
     if (self%is_multigrid .and. self%linear_solver%ksp /= 0) then
       PetscCall(self%linear_solver%renew(ierr))
-    else if (.not. self%is_multigrid) then
-      PetscCall(self%linear_solver%factor(self%matrix, 'active_set_', ierr))
     end if
   end subroutine prepare_step
 

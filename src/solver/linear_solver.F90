@@ -11,7 +11,8 @@ module sig_linear_solver
   use sig_log, only: log_warning
   use sig_petsc_support, only: create_vector, message_size
   use sig_solver_c_interfaces, only: sig_linear_solver_change_unknowns, sig_linear_solver_create, sig_linear_solver_destroy, &
-    sig_linear_solver_renew, sig_linear_solver_solve, sig_linear_solver_solve_many, sig_set_near_null_space
+    sig_linear_solver_keep_factor, sig_linear_solver_renew, sig_linear_solver_solve, sig_linear_solver_solve_many, &
+    sig_linear_solver_solves_per_factorization, sig_set_near_null_space
   use petsc
   implicit none(type, external)
   private
@@ -29,6 +30,8 @@ module sig_linear_solver
     procedure :: factor
     procedure :: change_unknowns
     procedure :: renew
+    procedure :: solves_per_factorization
+    procedure :: keep_factor
     procedure :: solve_many
     procedure :: solve_vector
     procedure :: destroy
@@ -119,15 +122,37 @@ contains
     ierr = sig_linear_solver_change_unknowns(self%ksp, change%v)
   end subroutine change_unknowns
 
-  !> After new values in the matrix, whose pattern stays: multigrid keeps its aggregates and interpolation. Collective.
+  !> After new values in the matrix, whose pattern stays: MUMPS keeps its ordering, multigrid its aggregates and interpolation.
+  !> Collective.
   subroutine renew(self, ierr)
     class(linear_solver_t), intent(inout) :: self
     PetscErrorCode, intent(out) :: ierr
+    character(kind=c_char) :: message(message_size)
     integer(c_int) :: reason
 
-    ierr = sig_linear_solver_renew(self%ksp, reason)
+    ierr = sig_linear_solver_renew(self%ksp, reason, message)
     call set_reason(self, reason)
+    if (self%reason == reason_linear_solver) call log_warning('the linear solver: ' // from_c(message))
   end subroutine renew
+
+  !> How many solves take about the time of a factorization; 0 where nobody knows. Collective.
+  subroutine solves_per_factorization(self, n_solves, ierr)
+    class(linear_solver_t), intent(in) :: self
+    integer, intent(out) :: n_solves
+    PetscErrorCode, intent(out) :: ierr
+
+    ierr = sig_linear_solver_solves_per_factorization(self%ksp, n_solves)
+  end subroutine solves_per_factorization
+
+  !> After new values in the matrix, whose pattern stays: its old factor becomes the preconditioner of conjugate gradients, which
+  !> fail, reason_linear_solver, after so many iterations. Collective.
+  subroutine keep_factor(self, max_iterations, ierr)
+    class(linear_solver_t), intent(inout) :: self
+    integer, intent(in) :: max_iterations
+    PetscErrorCode, intent(out) :: ierr
+
+    ierr = sig_linear_solver_keep_factor(self%ksp, max_iterations)
+  end subroutine keep_factor
 
   subroutine set_reason(self, reason)
     class(linear_solver_t), intent(inout) :: self

@@ -19,6 +19,19 @@ static const char MINIMUM_FILL[] = "2";
 enum { MAX_CG_ITERATIONS = 1000 };
 // Relative, energy norm: multipliers then agree with those of Cholesky to 1e-8.
 static const double TIGHTEST = 1e-12;
+// The same where the preconditioner is a factorization: as good as a new one.
+static const double TIGHTEST_WITH_FACTOR = 1e-14;
+// Operations of a solve for each entry of the factor; operations per second of a factorization over those of a solve,
+// which waits for the memory.
+static const double OPERATIONS_PER_ENTRY = 4.0, FACTORIZATION_SPEED = 5.0;
+
+static PetscErrorCode is_factored(KSP ksp, PetscBool *answer) {
+  PC pc;
+
+  PetscCall(KSPGetPC(ksp, &pc));
+  PetscCall(PetscObjectTypeCompareAny((PetscObject)pc, answer, PCCHOLESKY, PCLU, ""));
+  return 0;
+}
 
 static PetscErrorCode prepare_cholesky(KSP ksp, Mat matrix, int workspace) {
   PC pc;
@@ -171,18 +184,78 @@ int sig_linear_solver_change_unknowns(intptr_t handle, intptr_t change) {
   return 0;
 }
 
-int sig_linear_solver_renew(intptr_t handle, int *reason) {
-  char message[SIG_MESSAGE_SIZE];
-  Mat copy, matrix;
+// Numbers only: MUMPS keeps its ordering. Without room it begins anew, as for a first matrix.
+static PetscErrorCode factor_again(KSP ksp, Mat matrix, int *reason, char *message) {
+  PC pc;
+  PetscInt infog[2] = {0, 0}, null_pivots = 0;
 
-  PetscCall(KSPGetOperators((KSP)handle, &copy, &matrix));
-  PetscCall(sig_symmetric_copy_fill(matrix, copy));
+  PetscCall(KSPGetPC(ksp, &pc));
+  PetscCall(PCSetReusePreconditioner(pc, PETSC_FALSE));
+  PetscCall(KSPSetType(ksp, KSPPREONLY));
+  PetscCall(KSPSetOperators(ksp, matrix, matrix));
+  PetscCall(KSPSetUp(ksp));
+  PetscCall(examine(pc, infog, &null_pivots));
+  *reason = null_pivots > 0 ? SIG_LINEAR_SINGULAR : SIG_LINEAR_DONE;
+  if (infog[0] < 0) PetscCall(factor(ksp, matrix, reason, message));
+  return 0;
+}
+
+static PetscErrorCode renew(KSP ksp, int *reason, char *message) {
+  Mat copy, matrix;
+  PetscBool has_factor;
+
+  PetscCall(KSPGetOperators(ksp, &copy, &matrix));
+  PetscCall(is_factored(ksp, &has_factor));
+  if (has_factor) return factor_again(ksp, matrix, reason, message);
+  if (copy != matrix) PetscCall(sig_symmetric_copy_fill(matrix, copy));
   // Set-up would wait for the solve without this.
-  PetscCall(KSPSetOperators((KSP)handle, copy, matrix));
+  PetscCall(KSPSetOperators(ksp, copy, matrix));
+  PetscCall(KSPSetUp(ksp));
+  *reason = SIG_LINEAR_DONE;
+  return 0;
+}
+
+int sig_linear_solver_renew(intptr_t handle, int *reason, char *message) {
+  message[0] = '\0';
   sig_quiet_errors(message);
-  PetscErrorCode status = KSPSetUp((KSP)handle);
+  PetscErrorCode status = renew((KSP)handle, reason, message);
   sig_loud_errors();
-  *reason = status != 0 ? SIG_LINEAR_FAILED : SIG_LINEAR_DONE;
+  if (status != 0) *reason = SIG_LINEAR_FAILED;
+  return 0;
+}
+
+int sig_linear_solver_solves_per_factorization(intptr_t handle, int *n_solves) {
+  PC pc;
+  Mat factor;
+  MatSolverType type;
+  PetscBool has_factor;
+  PetscReal operations;
+  PetscInt entries_or_millions;
+
+  *n_solves = 0;
+  PetscCall(is_factored((KSP)handle, &has_factor));
+  if (!has_factor) return 0;
+  PetscCall(KSPGetPC((KSP)handle, &pc));
+  PetscCall(PCFactorGetMatrix(pc, &factor));
+  PetscCall(MatFactorGetSolverType(factor, &type));
+  if (strcmp(type, MATSOLVERMUMPS) != 0) return 0;
+  PetscCall(MatMumpsGetRinfog(factor, 3, &operations));
+  PetscCall(MatMumpsGetInfog(factor, 29, &entries_or_millions));
+  const double entries = entries_or_millions < 0 ? -1e6 * entries_or_millions : (double)entries_or_millions;
+  *n_solves = (int)PetscMin(operations / (OPERATIONS_PER_ENTRY * FACTORIZATION_SPEED * entries), MAX_CG_ITERATIONS);
+  return 0;
+}
+
+int sig_linear_solver_keep_factor(intptr_t handle, int max_iterations) {
+  KSP ksp = (KSP)handle;
+  PC pc;
+
+  PetscCall(KSPGetPC(ksp, &pc));
+  PetscCall(PCSetReusePreconditioner(pc, PETSC_TRUE));
+  PetscCall(KSPSetType(ksp, KSPCG));
+  PetscCall(KSPSetNormType(ksp, KSP_NORM_NATURAL));
+  PetscCall(KSPSetTolerances(ksp, TIGHTEST_WITH_FACTOR, 0.0, 1e15, max_iterations));
+  PetscCall(KSPSetInitialGuessNonzero(ksp, PETSC_TRUE));
   return 0;
 }
 
@@ -212,14 +285,6 @@ int sig_set_near_null_space(intptr_t matrix, int n_modes, int n_local, const dou
   return 0;
 }
 
-static PetscErrorCode is_factored(KSP ksp, PetscBool *answer) {
-  PC pc;
-
-  PetscCall(KSPGetPC(ksp, &pc));
-  PetscCall(PetscObjectTypeCompareAny((PetscObject)pc, answer, PCCHOLESKY, PCLU, ""));
-  return 0;
-}
-
 static PetscErrorCode iterate(KSP ksp, Vec rhs, double tolerance, Vec solution, int *n_iterations, int *reason) {
   KSPConvergedReason ksp_reason;
   PetscReal tightest, absolute, divergence;
@@ -243,12 +308,13 @@ static PetscErrorCode iterate(KSP ksp, Vec rhs, double tolerance, Vec solution, 
 int sig_linear_solver_solve(intptr_t handle, intptr_t rhs, double tolerance, intptr_t solution, int *n_iterations,
                             int *reason) {
   KSP ksp = (KSP)handle;
-  PetscBool has_factor;
+  PetscBool has_factor, is_preconditioner;
 
   *n_iterations = 0;
   *reason = SIG_LINEAR_DONE;
   PetscCall(is_factored(ksp, &has_factor));
-  if (has_factor) {
+  PetscCall(PetscObjectTypeCompare((PetscObject)ksp, KSPCG, &is_preconditioner));
+  if (has_factor && !is_preconditioner) {
     PC pc;
     PetscCall(KSPGetPC(ksp, &pc));
     PetscCall(PCApply(pc, (Vec)rhs, (Vec)solution));

@@ -5,7 +5,8 @@ module sig_solver_c_interfaces
   implicit none(type, external)
   private
   public :: sig_linear_solver_create, sig_linear_solver_change_unknowns, sig_linear_solver_renew, sig_linear_solver_solve
-  public :: sig_linear_solver_solve_many, sig_linear_solver_destroy, sig_set_near_null_space, sig_snes_vi_solve
+  public :: sig_linear_solver_keep_factor, sig_linear_solver_solve_many, sig_linear_solver_destroy, sig_set_near_null_space
+  public :: sig_linear_solver_solves_per_factorization, sig_snes_vi_solve
 
   interface
     function sig_linear_solver_create(matrix, prefix, kind, ksp, reason, message) result(status) bind(c)
@@ -25,12 +26,27 @@ module sig_solver_c_interfaces
       integer(c_int) :: status
     end function sig_linear_solver_change_unknowns
 
-    function sig_linear_solver_renew(ksp, reason) result(status) bind(c)
-      import :: c_int, c_intptr_t
+    function sig_linear_solver_renew(ksp, reason, message) result(status) bind(c)
+      import :: c_char, c_int, c_intptr_t
       integer(c_intptr_t), value :: ksp
       integer(c_int), intent(out) :: reason
+      character(kind=c_char), intent(out) :: message(*)
       integer(c_int) :: status
     end function sig_linear_solver_renew
+
+    function sig_linear_solver_solves_per_factorization(ksp, n_solves) result(status) bind(c)
+      import :: c_int, c_intptr_t
+      integer(c_intptr_t), value :: ksp
+      integer(c_int), intent(out) :: n_solves
+      integer(c_int) :: status
+    end function sig_linear_solver_solves_per_factorization
+
+    function sig_linear_solver_keep_factor(ksp, max_iterations) result(status) bind(c)
+      import :: c_int, c_intptr_t
+      integer(c_intptr_t), value :: ksp
+      integer(c_int), value :: max_iterations
+      integer(c_int) :: status
+    end function sig_linear_solver_keep_factor
 
     function sig_set_near_null_space(matrix, n_modes, n_local, modes) result(status) bind(c)
       import :: c_double, c_int, c_intptr_t
