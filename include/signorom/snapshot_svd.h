@@ -1,23 +1,34 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Thin singular value decomposition of a tall matrix whose rows are spread over ranks, and the gathering of its result.
-   All matrices are column-major and contiguous; comm is a Fortran communicator handle. Every function returns a PETSc
-   error code, 0 = success; all but sig_thin_svd are collective on comm. */
+/* Singular values and left vectors of a matrix whose rows are spread over ranks, and the gathering of rows. The matrix
+   is handed over column by column and kept once. All arrays are column-major and contiguous; comm is a Fortran
+   communicator handle. Every function returns a PETSc error code, 0 = success, and is collective. */
 #ifndef SIGNOROM_SNAPSHOT_SVD_H
 #define SIGNOROM_SNAPSHOT_SVD_H
+#include <stdint.h>
 
-/* A = left diag(singular_values) right' for the rows of all ranks below each other, by tall-skinny QR (SLEPc BV) and
-   LAPACK's dgesdd of its triangle. rows (n_local, n_columns): this rank's rows, n_local >= 0 and different from rank to
-   rank. singular_values (n_columns), descending, the same on all ranks; left (n_local, n_columns): this rank's rows of
-   the left vectors. Needs n_columns <= rows of all ranks. */
-int sig_tall_svd(int comm, int n_local, int n_columns, const double *rows, double *singular_values, double *left);
+/* Room for n_local rows of this rank (n_local >= 0, different from rank to rank) and n_columns columns of zeros. */
+int sig_snapshot_svd_create(int comm, int n_local, int n_columns, intptr_t *svd);
+
+/* Column `column`, 0-based: the n_local rows of this rank. */
+int sig_snapshot_svd_set_column(intptr_t svd, int column, const double *rows);
+
+/* A = Q triangle with orthonormal columns of Q, by tall-skinny QR (SLEPc's BV). triangle (n_columns, n_columns), zero
+   below its diagonal, the same on all ranks. Q takes the place of A. Needs n_columns <= rows of all ranks. */
+int sig_snapshot_svd_triangle(intptr_t svd, double *triangle);
+
+/* A = left diag(singular_values) right', by the same and SLEPc's SVD object for the triangle. singular_values
+   (n_columns), descending, the same on all ranks. An error where options of the SVD object (-pod_svd_...) leave values
+   out: the tail of the values counts. */
+int sig_snapshot_svd_decompose(intptr_t svd, double *singular_values);
+
+/* After sig_snapshot_svd_decompose, once: the first n_vectors left vectors, shape (n_local, n_vectors). */
+int sig_snapshot_svd_left(intptr_t svd, int n_vectors, double *left);
+
+int sig_snapshot_svd_destroy(intptr_t *svd);
 
 /* The same for a matrix (n_rows, n_columns) of any shape on one rank; with k = min(n_rows, n_columns):
    singular_values (k), left (n_rows, k). */
 int sig_thin_svd(int n_rows, int n_columns, const double *matrix, double *singular_values, double *left);
-
-/* A = Q triangle with orthonormal columns of Q, for the rows of all ranks below each other, as in sig_tall_svd.
-   triangle (n_columns, n_columns), zero below its diagonal, the same on all ranks. */
-int sig_tall_triangle(int comm, int n_local, int n_columns, const double *rows, double *triangle);
 
 /* Rows of all ranks below each other, in rank order: local (n_local, n_columns) -> gathered (n_rows, n_columns)
    everywhere, n_rows = sum of n_local. */

@@ -32,7 +32,7 @@ module sig_study
   use sig_selection, only: selection_t
   use sig_session, only: session_t
   use sig_snapshot_merge, only: read_own_snapshots, snapshots_path
-  use sig_snapshot_store, only: merge_records, records_of_set, snapshot_set_t
+  use sig_snapshot_store, only: snapshot_set_t, take_points
   use sig_stop_request, only: agree_to_stop
   use sig_text, only: counted, string_t, to_text
   use sig_clock, only: wall_time
@@ -144,7 +144,7 @@ contains
     call training_points(problem, session%folder, points, selection, error)
     if (allocated(error)) return
     allocate (is_missing(size(points, 2)))
-    call merge_records(records_of_set(snapshots), points, snapshots, is_missing)
+    call take_points(snapshots, points, is_missing)
     if (any(is_missing)) call make_error(error, 'the file lacks ' // to_text(count(is_missing)) // ' of the ' // &
       counted(size(is_missing), 'training point') // ' of the deck', snapshots_path(session%folder), hint=hint)
   end subroutine read_snapshots

@@ -5,7 +5,7 @@ module sig_dissimilarity
   use sig_grassmann, only: snapshot_angle, subspace_distance, subspace_t
   use sig_kinds, only: rk
   use sig_petsc_support, only: rank_and_size, sum_over_ranks
-  use sig_reduction_c_interfaces, only: sig_tall_triangle
+  use sig_pod, only: pod_t, rows_of_rank
   use petsc
   implicit none(type, external)
   private
@@ -23,8 +23,8 @@ contains
     !> [as snapshots] shape (min(n_dofs, n_snapshots), n_snapshots), the same on all ranks
     real(rk), allocatable, intent(out) :: coordinates(:, :)
     PetscErrorCode, intent(out) :: ierr
-    real(rk), allocatable :: rows(:, :)
-    integer :: first, last, n, n_ranks, rank
+    type(pod_t) :: pod
+    integer :: first, i, last, n
 
     ierr = 0
     n = size(snapshots, 2)
@@ -32,13 +32,13 @@ contains
       coordinates = snapshots
       return
     end if
-    PetscCall(rank_and_size(comm, rank, n_ranks, ierr))
-    first = int(size(snapshots, 1, kind=selected_int_kind(18)) * rank / n_ranks) + 1
-    last = int(size(snapshots, 1, kind=selected_int_kind(18)) * (rank + 1) / n_ranks)
-    rows = snapshots(first:last, :)
-    allocate (coordinates(n, n))
-    ierr = sig_tall_triangle(comm, size(rows, 1), n, rows, coordinates)
-    CHKERRQ(ierr)
+    PetscCall(rows_of_rank(size(snapshots, 1), comm, first, last, ierr))
+    PetscCall(pod%create(last - first + 1, size(snapshots, 1), n, comm, ierr))
+    do i = 1, n
+      PetscCall(pod%set_snapshot(i, snapshots(first:last, i), ierr))
+    end do
+    PetscCall(pod%triangle(coordinates, ierr))
+    PetscCall(pod%destroy(ierr))
   end subroutine snapshot_coordinates
 
   !> Distances (13) of all pairs, symmetric with a zero diagonal. Collective on comm.

@@ -4,7 +4,7 @@ module sig_pod_rank
   use sig_kinds, only: rk
   implicit none(type, external)
   private
-  public :: available_modes, normalize_snapshots, pod_rank, rank_from_energy_tail
+  public :: available_modes, equal_weights, pod_rank, rank_from_energy_tail
 
   !> [-] vectors whose value is this small against the first are rounding of the snapshots, whatever the tolerance asks for
   real(rk), parameter :: noise = 1.0e-13_rk
@@ -30,25 +30,18 @@ contains
     if (size(singular_values) > 0) n_modes = count(singular_values > noise * singular_values(1))
   end function available_modes
 
-  !> Divides each snapshot by its Euclidean norm, so that weak ones count like strong ones; what is rounding beside the largest
-  !> becomes zero.
-  pure subroutine normalize_snapshots(snapshots)
-    !> shape (n_dofs, n_snapshots)
-    real(rk), intent(inout) :: snapshots(:, :)
+  !> Factors that make snapshots equally long, so that weak ones count like strong ones; 0 for what is rounding beside the largest.
+  pure function equal_weights(sizes) result(weights)
+    !> [as snapshots] their Euclidean norms
+    real(rk), intent(in) :: sizes(:)
+    !> [1 / as snapshots]
+    real(rk) :: weights(size(sizes))
     !> [-] a snapshot this small beside the largest is what rounding left of no displacement
     real(rk), parameter :: negligible = 1.0e-10_rk
-    real(rk) :: sizes(size(snapshots, 2))
-    integer :: i
 
-    sizes = norm2(snapshots, dim=1)
-    do i = 1, size(sizes)
-      if (sizes(i) > negligible * maxval(sizes)) then
-        snapshots(:, i) = snapshots(:, i) / sizes(i)
-      else
-        snapshots(:, i) = 0
-      end if
-    end do
-  end subroutine normalize_snapshots
+    weights = 0
+    where (sizes > negligible * maxval(sizes)) weights = 1 / sizes
+  end function equal_weights
 
   !> Smallest l with sum_{i > l} s_i**2 / sum_i s_i**2 < tolerance; all of them where no l does, none where all are zero.
   !>

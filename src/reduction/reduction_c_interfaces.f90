@@ -5,8 +5,9 @@ module sig_reduction_c_interfaces
   use, intrinsic :: iso_c_binding, only: c_int
   implicit none(type, external)
   private
-  public :: k_medoids_options_t, sig_find_medoids, sig_gather_rows, sig_silhouette, sig_tall_svd, &
-    sig_tall_triangle, sig_thin_svd
+  public :: k_medoids_options_t, sig_find_medoids, sig_gather_rows, sig_silhouette, sig_thin_svd
+  public :: sig_snapshot_svd_create, sig_snapshot_svd_decompose, sig_snapshot_svd_destroy, sig_snapshot_svd_left, &
+    sig_snapshot_svd_set_column, sig_snapshot_svd_triangle
 
   integer(c_int), parameter, public :: k_medoids_ok = 0
   integer(c_int), parameter, public :: k_medoids_bad_count = 2
@@ -30,14 +31,48 @@ module sig_reduction_c_interfaces
   end type k_medoids_options_t
 
   interface
-    function sig_tall_svd(comm, n_local, n_columns, rows, singular_values, left) result(status) bind(c)
-      use, intrinsic :: iso_c_binding, only: c_double, c_int
+    function sig_snapshot_svd_create(comm, n_local, n_columns, svd) result(status) bind(c)
+      use, intrinsic :: iso_c_binding, only: c_int, c_intptr_t
       integer(c_int), value :: comm, n_local, n_columns
+      integer(c_intptr_t), intent(out) :: svd
+      integer(c_int) :: status
+    end function sig_snapshot_svd_create
+
+    function sig_snapshot_svd_set_column(svd, column, rows) result(status) bind(c)
+      use, intrinsic :: iso_c_binding, only: c_double, c_int, c_intptr_t
+      integer(c_intptr_t), value :: svd
+      integer(c_int), value :: column
       real(c_double), intent(in) :: rows(*)
+      integer(c_int) :: status
+    end function sig_snapshot_svd_set_column
+
+    function sig_snapshot_svd_triangle(svd, triangle) result(status) bind(c)
+      use, intrinsic :: iso_c_binding, only: c_double, c_int, c_intptr_t
+      integer(c_intptr_t), value :: svd
+      real(c_double), intent(out) :: triangle(*)
+      integer(c_int) :: status
+    end function sig_snapshot_svd_triangle
+
+    function sig_snapshot_svd_decompose(svd, singular_values) result(status) bind(c)
+      use, intrinsic :: iso_c_binding, only: c_double, c_int, c_intptr_t
+      integer(c_intptr_t), value :: svd
       real(c_double), intent(out) :: singular_values(*)
+      integer(c_int) :: status
+    end function sig_snapshot_svd_decompose
+
+    function sig_snapshot_svd_left(svd, n_vectors, left) result(status) bind(c)
+      use, intrinsic :: iso_c_binding, only: c_double, c_int, c_intptr_t
+      integer(c_intptr_t), value :: svd
+      integer(c_int), value :: n_vectors
       real(c_double), intent(out) :: left(*)
       integer(c_int) :: status
-    end function sig_tall_svd
+    end function sig_snapshot_svd_left
+
+    function sig_snapshot_svd_destroy(svd) result(status) bind(c)
+      use, intrinsic :: iso_c_binding, only: c_int, c_intptr_t
+      integer(c_intptr_t), intent(inout) :: svd
+      integer(c_int) :: status
+    end function sig_snapshot_svd_destroy
 
     function sig_thin_svd(n_rows, n_columns, matrix, singular_values, left) result(status) bind(c)
       use, intrinsic :: iso_c_binding, only: c_double, c_int
@@ -47,14 +82,6 @@ module sig_reduction_c_interfaces
       real(c_double), intent(out) :: left(*)
       integer(c_int) :: status
     end function sig_thin_svd
-
-    function sig_tall_triangle(comm, n_local, n_columns, rows, triangle) result(status) bind(c)
-      use, intrinsic :: iso_c_binding, only: c_double, c_int
-      integer(c_int), value :: comm, n_local, n_columns
-      real(c_double), intent(in) :: rows(*)
-      real(c_double), intent(out) :: triangle(*)
-      integer(c_int) :: status
-    end function sig_tall_triangle
 
     function sig_gather_rows(comm, n_local, n_rows, n_columns, local, gathered) result(status) bind(c)
       use, intrinsic :: iso_c_binding, only: c_double, c_int

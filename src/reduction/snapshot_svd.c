@@ -2,122 +2,143 @@
 #include "signorom/snapshot_svd.h"
 
 #include <slepcbv.h>
+#include <slepcsvd.h>
 
-// needs the types of the one above
-#include <slepcblaslapack.h>
+typedef struct {
+  BV basis;       // A, then Q
+  Mat of_triangle; // left vectors of the triangle
+  PetscInt n_local, n_columns;
+} snapshot_svd;
 
-// LAPACK wants an extent of at least one even where there is nothing.
-static PetscBLASInt leading(PetscBLASInt n) { return n > 0 ? n : 1; }
+// Largest k singular values of a matrix on one rank and its left vectors, k columns; all of them or an error.
+static PetscErrorCode decompose(Mat matrix, PetscInt k, double *singular_values, Mat left) {
+  SVD svd;
+  Vec vector;
+  PetscInt n_found;
+  PetscReal value;
+
+  PetscFunctionBegin;
+  PetscCall(SVDCreate(PETSC_COMM_SELF, &svd));
+  PetscCall(SVDSetOptionsPrefix(svd, "pod_"));
+  PetscCall(SVDSetOperators(svd, matrix, NULL));
+  PetscCall(SVDSetType(svd, SVDLAPACK));
+  PetscCall(SVDSetDimensions(svd, k, PETSC_DEFAULT, PETSC_DEFAULT));
+  PetscCall(SVDSetFromOptions(svd));
+  PetscCall(SVDSolve(svd));
+  PetscCall(SVDGetConverged(svd, &n_found));
+  PetscCheck(n_found >= k, PETSC_COMM_SELF, PETSC_ERR_CONV_FAILED,
+             "the options -pod_svd_... leave %d of %d singular values", (int)n_found, (int)k);
+  for (PetscInt i = 0; i < k; i++) {
+    PetscCall(MatDenseGetColumnVecWrite(left, i, &vector));
+    PetscCall(SVDGetSingularTriplet(svd, i, &value, vector, NULL));
+    PetscCall(MatDenseRestoreColumnVecWrite(left, i, &vector));
+    singular_values[i] = value;
+  }
+  PetscCall(SVDDestroy(&svd));
+  PetscFunctionReturn(0);
+}
 
 int sig_thin_svd(int n_rows, int n_columns, const double *matrix, double *singular_values, double *left) {
-  const PetscBLASInt m = n_rows, n = n_columns, k = m < n ? m : n, lda = leading(m), ldvt = leading(k);
-  PetscBLASInt info = 0, work_size = -1, *integers;
-  double *copy, *right, *work, best_size = 0;
+  const PetscInt k = n_rows < n_columns ? n_rows : n_columns;
+  Mat copy, vectors;
+  PetscScalar *entries;
 
   if (k == 0) return 0;
-  PetscCall(PetscMalloc3((size_t)m * n, &copy, (size_t)k * n, &right, (size_t)8 * k, &integers));
-  PetscCall(PetscArraycpy(copy, matrix, (size_t)m * n));
-  LAPACKgesdd_("S", &m, &n, copy, &lda, singular_values, left, &lda, right, &ldvt, &best_size, &work_size, integers,
-               &info);
-  if (info == 0) {
-    work_size = (PetscBLASInt)best_size;
-    PetscCall(PetscMalloc1((size_t)work_size, &work));
-    LAPACKgesdd_("S", &m, &n, copy, &lda, singular_values, left, &lda, right, &ldvt, work, &work_size, integers, &info);
-    PetscCall(PetscFree(work));
-  }
-  PetscCall(PetscFree3(copy, right, integers));
-  PetscCheck(info == 0, PETSC_COMM_SELF, PETSC_ERR_LIB, "LAPACK dgesdd failed with info %d", (int)info);
+  PetscCall(MatCreateSeqDense(PETSC_COMM_SELF, n_rows, n_columns, NULL, &copy));
+  PetscCall(MatDenseGetArrayWrite(copy, &entries));
+  PetscCall(PetscArraycpy(entries, matrix, (size_t)n_rows * (size_t)n_columns));
+  PetscCall(MatDenseRestoreArrayWrite(copy, &entries));
+  PetscCall(MatCreateSeqDense(PETSC_COMM_SELF, n_rows, k, left, &vectors));
+  PetscCall(decompose(copy, k, singular_values, vectors));
+  PetscCall(MatDestroy(&vectors));
+  PetscCall(MatDestroy(&copy));
   return 0;
 }
 
-// Fills a basis vectors object with the rows; an empty rank adds one row of zeros, because LAPACK's QR refuses none at
-// all and zero rows change neither singular values nor the other rows of the left vectors.
-static PetscErrorCode create_basis(MPI_Comm comm, PetscInt n_local, PetscInt n_columns, const double *rows, BV *basis) {
-  const PetscInt n_padded = n_local > 0 ? n_local : 1;
+// An empty rank adds one row of zeros, because LAPACK's QR refuses none at all and zero rows change neither singular
+// values nor the other rows of the left vectors.
+int sig_snapshot_svd_create(int comm, int n_local, int n_columns, intptr_t *handle) {
+  snapshot_svd *self;
 
-  PetscFunctionBegin;
-  PetscCall(BVCreate(comm, basis));
-  PetscCall(BVSetSizes(*basis, n_padded, PETSC_DETERMINE, n_columns));
-  PetscCall(
-      BVSetOrthogonalization(*basis, BV_ORTHOG_CGS, BV_ORTHOG_REFINE_IFNEEDED, PETSC_DEFAULT, BV_ORTHOG_BLOCK_TSQR));
-  PetscCall(BVSetOptionsPrefix(*basis, "pod_"));
-  PetscCall(BVSetFromOptions(*basis));
-  // column by column: newer releases of SLEPc pad the columns of the whole array
-  for (PetscInt column = 0; column < n_columns; column++) {
-    Vec vector;
-    PetscScalar *values;
-    PetscCall(BVGetColumn(*basis, column, &vector));
-    PetscCall(VecGetArrayWrite(vector, &values));
-    values[0] = 0;
-    PetscCall(PetscArraycpy(values, rows + (size_t)column * n_local, (size_t)n_local));
-    PetscCall(VecRestoreArrayWrite(vector, &values));
-    PetscCall(BVRestoreColumn(*basis, column, &vector));
-  }
-  PetscFunctionReturn(0);
+  PetscCall(PetscNew(&self));
+  *handle = (intptr_t)self;
+  self->n_local = n_local;
+  self->n_columns = n_columns;
+  if (n_columns == 0) return 0;
+  PetscCall(BVCreate(MPI_Comm_f2c(comm), &self->basis));
+  PetscCall(BVSetSizes(self->basis, n_local > 0 ? n_local : 1, PETSC_DETERMINE, n_columns));
+  PetscCall(BVSetOrthogonalization(self->basis, BV_ORTHOG_CGS, BV_ORTHOG_REFINE_IFNEEDED, PETSC_DEFAULT,
+                                   BV_ORTHOG_BLOCK_TSQR));
+  PetscCall(BVSetOptionsPrefix(self->basis, "pod_"));
+  PetscCall(BVSetFromOptions(self->basis));
+  return 0;
 }
 
-// The inverse of create_basis.
-static PetscErrorCode read_basis(BV basis, PetscInt n_local, PetscInt n_columns, double *rows) {
-  PetscFunctionBegin;
-  for (PetscInt column = 0; column < n_columns; column++) {
+// Column by column: newer releases of SLEPc pad the columns of the whole array.
+int sig_snapshot_svd_set_column(intptr_t handle, int column, const double *rows) {
+  const snapshot_svd *self = (snapshot_svd *)handle;
+  Vec vector;
+  PetscScalar *values;
+
+  PetscCall(BVGetColumn(self->basis, column, &vector));
+  PetscCall(VecGetArrayWrite(vector, &values));
+  values[0] = 0;
+  PetscCall(PetscArraycpy(values, rows, (size_t)self->n_local));
+  PetscCall(VecRestoreArrayWrite(vector, &values));
+  PetscCall(BVRestoreColumn(self->basis, column, &vector));
+  return 0;
+}
+
+int sig_snapshot_svd_triangle(intptr_t handle, double *triangle) {
+  const snapshot_svd *self = (snapshot_svd *)handle;
+  Mat factor;
+
+  if (self->n_columns == 0) return 0;
+  PetscCall(MatCreateSeqDense(PETSC_COMM_SELF, self->n_columns, self->n_columns, triangle, &factor));
+  PetscCall(BVOrthogonalize(self->basis, factor));
+  PetscCall(MatDestroy(&factor));
+  return 0;
+}
+
+// The triangle is replicated: each rank does the same.
+int sig_snapshot_svd_decompose(intptr_t handle, double *singular_values) {
+  snapshot_svd *self = (snapshot_svd *)handle;
+  const PetscInt n = self->n_columns;
+  Mat triangle;
+
+  if (n == 0) return 0;
+  PetscCall(MatCreateSeqDense(PETSC_COMM_SELF, n, n, NULL, &triangle));
+  PetscCall(MatCreateSeqDense(PETSC_COMM_SELF, n, n, NULL, &self->of_triangle));
+  PetscCall(BVOrthogonalize(self->basis, triangle));
+  PetscCall(decompose(triangle, n, singular_values, self->of_triangle));
+  PetscCall(MatDestroy(&triangle));
+  return 0;
+}
+
+int sig_snapshot_svd_left(intptr_t handle, int n_vectors, double *left) {
+  const snapshot_svd *self = (snapshot_svd *)handle;
+
+  if (n_vectors == 0) return 0;
+  PetscCall(BVMultInPlace(self->basis, self->of_triangle, 0, n_vectors));
+  for (PetscInt column = 0; column < n_vectors; column++) {
     Vec vector;
     const PetscScalar *values;
-    PetscCall(BVGetColumn(basis, column, &vector));
+    PetscCall(BVGetColumn(self->basis, column, &vector));
     PetscCall(VecGetArrayRead(vector, &values));
-    PetscCall(PetscArraycpy(rows + (size_t)column * n_local, values, (size_t)n_local));
+    PetscCall(PetscArraycpy(left + (size_t)column * (size_t)self->n_local, values, (size_t)self->n_local));
     PetscCall(VecRestoreArrayRead(vector, &values));
-    PetscCall(BVRestoreColumn(basis, column, &vector));
+    PetscCall(BVRestoreColumn(self->basis, column, &vector));
   }
-  PetscFunctionReturn(0);
-}
-
-// basis <- left vectors of the matrix that it holds: QR, SVD of the triangle (replicated, so each rank does the same),
-// product.
-static PetscErrorCode replace_by_left_vectors(BV basis, PetscInt n_columns, double *singular_values) {
-  Mat triangle, left_of_triangle;
-  const PetscScalar *entries;
-  PetscScalar *left;
-
-  PetscFunctionBegin;
-  PetscCall(MatCreateSeqDense(PETSC_COMM_SELF, n_columns, n_columns, NULL, &triangle));
-  PetscCall(MatCreateSeqDense(PETSC_COMM_SELF, n_columns, n_columns, NULL, &left_of_triangle));
-  PetscCall(BVOrthogonalize(basis, triangle));
-  PetscCall(MatDenseGetArrayRead(triangle, &entries));
-  PetscCall(MatDenseGetArrayWrite(left_of_triangle, &left));
-  PetscCall((PetscErrorCode)sig_thin_svd(n_columns, n_columns, entries, singular_values, left));
-  PetscCall(MatDenseRestoreArrayWrite(left_of_triangle, &left));
-  PetscCall(MatDenseRestoreArrayRead(triangle, &entries));
-  PetscCall(BVMultInPlace(basis, left_of_triangle, 0, n_columns));
-  PetscCall(MatDestroy(&left_of_triangle));
-  PetscCall(MatDestroy(&triangle));
-  PetscFunctionReturn(0);
-}
-
-int sig_tall_svd(int comm, int n_local, int n_columns, const double *rows, double *singular_values, double *left) {
-  BV basis;
-
-  if (n_columns == 0) return 0;
-  PetscCall(create_basis(MPI_Comm_f2c(comm), n_local, n_columns, rows, &basis));
-  PetscCall(replace_by_left_vectors(basis, n_columns, singular_values));
-  PetscCall(read_basis(basis, n_local, n_columns, left));
-  PetscCall(BVDestroy(&basis));
   return 0;
 }
 
-int sig_tall_triangle(int comm, int n_local, int n_columns, const double *rows, double *triangle) {
-  BV basis;
-  Mat factor;
-  const PetscScalar *entries;
+int sig_snapshot_svd_destroy(intptr_t *handle) {
+  snapshot_svd *self = (snapshot_svd *)*handle;
 
-  if (n_columns == 0) return 0;
-  PetscCall(create_basis(MPI_Comm_f2c(comm), n_local, n_columns, rows, &basis));
-  PetscCall(MatCreateSeqDense(PETSC_COMM_SELF, n_columns, n_columns, NULL, &factor));
-  PetscCall(BVOrthogonalize(basis, factor));
-  PetscCall(MatDenseGetArrayRead(factor, &entries));
-  PetscCall(PetscArraycpy(triangle, entries, (size_t)n_columns * n_columns));
-  PetscCall(MatDenseRestoreArrayRead(factor, &entries));
-  PetscCall(MatDestroy(&factor));
-  PetscCall(BVDestroy(&basis));
+  PetscCall(BVDestroy(&self->basis));
+  PetscCall(MatDestroy(&self->of_triangle));
+  PetscCall(PetscFree(self));
+  *handle = 0;
   return 0;
 }
 

@@ -14,7 +14,7 @@ module sig_snapshot_store
   implicit none(type, external)
   private
   public :: snapshot_set_t, all_points, append_snapshots, columns_of, point_index
-  public :: merge_records, pick_records, records_of_set, write_snapshots, read_snapshot_set
+  public :: pick_records, read_snapshot_set, records_of_set, take_points, write_snapshots
 
   character(*), parameter :: format_name = 'signorom snapshots'
   !> 2: with a seal
@@ -47,25 +47,27 @@ module sig_snapshot_store
 
 contains
 
-  !> Columns of the set in the order of the points, from records in any order; a point without record has no column.
+  !> Brings the columns of a set into the order of the points; a point without snapshot has no column, others are gone.
   !>
-  !> Of several records of one point the last solved one counts. The terms and names of the set are left alone.
-  pure subroutine merge_records(records, points, set, is_missing)
-    type(snapshot_record_t), intent(in) :: records(:)
+  !> Of several snapshots of one point the last solved one counts. Nothing is copied where the order is right already.
+  pure subroutine take_points(set, points, is_missing)
+    type(snapshot_set_t), intent(inout) :: set
     !> shape (n_parameters, n_points)
     real(rk), intent(in) :: points(:, :)
-    type(snapshot_set_t), intent(inout) :: set
     !> shape (n_points)
     logical, intent(out) :: is_missing(:)
-    integer :: record_of_point(size(points, 2)), i_point
+    integer :: column_of_point(size(points, 2)), i
+    integer, allocatable :: numbers(:)
 
-    record_of_point = records_of_points(records, points)
-    is_missing = record_of_point == 0
-    set%parameters = points(:, pack([(i_point, i_point=1, size(points, 2))], .not. is_missing))
-    call fill_columns(records, pack(record_of_point, .not. is_missing), set)
-  end subroutine merge_records
+    column_of_point = columns_of_points(set%parameters, set%reasons, points)
+    is_missing = column_of_point == 0
+    numbers = pack(column_of_point, .not. is_missing)
+    if (size(numbers) /= size(set%reasons) .or. any(numbers /= [(i, i=1, size(numbers))])) set = columns_of(set, numbers)
+    set%parameters = points(:, pack([(i, i=1, size(points, 2))], .not. is_missing))
+  end subroutine take_points
 
-  !> The same as records, without a copy of their fields, which are gone from where they were.
+  !> The records of the points in their order, without a copy of their fields, which are gone from where they were. Of several
+  !> records of one point the last solved one counts.
   pure subroutine pick_records(records, points, picked, is_missing)
     type(snapshot_record_t), intent(inout) :: records(:)
     !> shape (n_parameters, n_points)
@@ -75,8 +77,12 @@ contains
     !> shape (n_points)
     logical, intent(out) :: is_missing(:)
     integer :: record_of_point(size(points, 2)), i_column, i_point
+    real(rk) :: found(size(points, 1), size(records))
 
-    record_of_point = records_of_points(records, points)
+    do i_column = 1, size(records)
+      found(:, i_column) = records(i_column)%parameters
+    end do
+    record_of_point = columns_of_points(found, records%reason, points)
     is_missing = record_of_point == 0
     allocate (picked(count(.not. is_missing)))
     i_column = 0
@@ -88,45 +94,24 @@ contains
     end do
   end subroutine pick_records
 
-  !> Index of each point's record, 0 where there is none.
-  pure function records_of_points(records, points) result(record_of_point)
-    type(snapshot_record_t), intent(in) :: records(:)
+  !> Which of the solutions found is each point's, 0 where there is none.
+  pure function columns_of_points(found, reasons, points) result(column_of_point)
+    !> shape (n_parameters, n_found)
+    real(rk), intent(in) :: found(:, :)
+    !> shape (n_found)
+    integer, intent(in) :: reasons(:)
     real(rk), intent(in) :: points(:, :)
-    integer :: record_of_point(size(points, 2))
-    integer :: i_point, i_record
+    integer :: column_of_point(size(points, 2))
+    integer :: i_column, i_point
 
-    record_of_point = 0
+    column_of_point = 0
     i_point = 0
-    do i_record = 1, size(records)
-      i_point = point_index(points, records(i_record)%parameters, i_point)
+    do i_column = 1, size(reasons)
+      i_point = point_index(points, found(:, i_column), i_point)
       if (i_point == 0) cycle
-      if (record_of_point(i_point) == 0 .or. records(i_record)%reason > 0) record_of_point(i_point) = i_record
+      if (column_of_point(i_point) == 0 .or. reasons(i_column) > 0) column_of_point(i_point) = i_column
     end do
-  end function records_of_points
-
-  pure subroutine fill_columns(records, chosen, set)
-    type(snapshot_record_t), intent(in) :: records(:)
-    !> index of the record of each column
-    integer, intent(in) :: chosen(:)
-    type(snapshot_set_t), intent(inout) :: set
-    integer :: i_column, n_dofs, n_multipliers
-
-    n_dofs = 0
-    n_multipliers = 0
-    if (size(chosen) > 0) n_dofs = size(records(chosen(1))%displacement)
-    if (size(chosen) > 0) n_multipliers = size(records(chosen(1))%multipliers)
-    if (allocated(set%displacement)) deallocate (set%displacement, set%multipliers, set%residuals)
-    allocate (set%displacement(n_dofs, size(chosen)), set%multipliers(n_multipliers, size(chosen)))
-    allocate (set%residuals(n_residuals, size(chosen)))
-    do i_column = 1, size(chosen)
-      set%displacement(:, i_column) = records(chosen(i_column))%displacement
-      set%multipliers(:, i_column) = records(chosen(i_column))%multipliers
-      set%residuals(:, i_column) = records(chosen(i_column))%residuals
-    end do
-    set%n_iterations = records(chosen)%n_iterations
-    set%reasons = records(chosen)%reason
-    set%seconds = records(chosen)%seconds
-  end subroutine fill_columns
+  end function columns_of_points
 
   !> The records that a set was made of.
   pure function records_of_set(set) result(records)

@@ -49,7 +49,11 @@ contains
     do i = 1, size(which)
       if (.not. groups%has_point(i)) cycle
       trained(i)%training_points = clusters(which(i))%snapshots
-      PetscCall(train_cluster(problem, columns_of(snapshots, clusters(which(i))%snapshots), groups%comm, trained(i), error, ierr))
+      if (size(trained(i)%training_points) == size(snapshots%reasons)) then
+        PetscCall(train_cluster(problem, snapshots, groups%comm, trained(i), error, ierr))
+      else
+        PetscCall(train_cluster(problem, columns_of(snapshots, trained(i)%training_points), groups%comm, trained(i), error, ierr))
+      end if
       if (.not. allocated(error)) cycle
       if (size(clusters) > 1) error%message = 'cluster ' // to_text(which(i)) // ': ' // error%message
       exit

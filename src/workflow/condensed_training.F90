@@ -10,10 +10,10 @@ module sig_condensed_training
   use sig_errors, only: error_t
   use sig_full_order, only: full_order_t, team_t
   use sig_kinds, only: rk
-  use sig_linear_algebra, only: add_product, multiply, transposed_product
+  use sig_linear_algebra, only: multiply, transposed_product
   use sig_log, only: log_warning
   use sig_petsc_support, only: broadcast_columns, sum_over_ranks
-  use sig_pod, only: compute_pod
+  use sig_pod, only: pod_t, rows_of_rank
   use sig_pod_rank, only: pod_rank
   use sig_problem, only: problem_t
   use sig_reduced, only: reduced_t
@@ -162,26 +162,45 @@ contains
     PetscErrorCode, intent(out) :: ierr
     type(team_t), pointer :: team
     type(condensed_t), pointer :: condensed
-    real(rk), allocatable :: fields(:, :), modes(:, :), singular_values(:), theta(:, :), own(:, :)
-    integer :: i_bad_point, i_bad_source, n_modes
+    real(rk), allocatable :: own(:, :)
 
     PetscCall(full_order%ready_team(team, ierr))
     PetscCall(team%solver%condense(condensed, ierr))
     associate (problem => full_order%problem, system => team%solver%system)
       PetscCall(system%share_columns(condensed%free_response, problem%boundary%n_terms, data%free_response, ierr))
       PetscCall(broadcast_columns(data%free_response, PETSC_COMM_WORLD, ierr))
-      call evaluate_points(problem%terms, snapshots%parameters, theta, i_bad_point, i_bad_source)
-      fields = snapshots%displacement
-      call add_product(-1.0_rk, data%free_response, theta, fields)
-      PetscCall(compute_pod(fields, PETSC_COMM_WORLD, singular_values, modes, ierr))
-      n_modes = pod_rank(singular_values, problem%deck%reduction%pod_tolerance)
-      data%basis = modes(:, :n_modes)
+      PetscCall(find_modes(problem, snapshots, data, ierr))
       own = data%basis(system%map%local_dofs, :)
       data%contact_coordinates = transposed_product(own, condensed%contact_response)
       PetscCall(sum_over_ranks(system%comm, data%contact_coordinates, ierr))
       PetscCall(broadcast_columns(data%contact_coordinates, PETSC_COMM_WORLD, ierr))
     end associate
   end subroutine add_modes
+
+  !> Modes of u - G theta. Collective on all ranks.
+  subroutine find_modes(problem, snapshots, data, ierr)
+    type(problem_t), intent(in) :: problem
+    type(snapshot_set_t), intent(in) :: snapshots
+    !> its free response is there
+    type(condensed_data_t), intent(inout) :: data
+    PetscErrorCode, intent(out) :: ierr
+    type(pod_t) :: pod
+    real(rk), allocatable :: field(:), theta(:, :)
+    integer :: first, i, i_bad_point, i_bad_source, last
+
+    call evaluate_points(problem%terms, snapshots%parameters, theta, i_bad_point, i_bad_source)
+    associate (n_dofs => size(data%free_response, 1), n_terms => size(data%free_response, 2), n => size(theta, 2))
+      PetscCall(rows_of_rank(n_dofs, PETSC_COMM_WORLD, first, last, ierr))
+      PetscCall(pod%create(last - first + 1, n_dofs, n, PETSC_COMM_WORLD, ierr))
+      do i = 1, n
+        field = snapshots%displacement(first:last, i) - matmul(data%free_response(first:last, :), theta(:n_terms, i))
+        PetscCall(pod%set_snapshot(i, field, ierr))
+      end do
+    end associate
+    PetscCall(pod%decompose(ierr))
+    PetscCall(pod%left_vectors(pod_rank(pod%singular_values, problem%deck%reduction%pod_tolerance), data%basis, ierr))
+    PetscCall(pod%destroy(ierr))
+  end subroutine find_modes
 
   !> z > 0 at the training points: closed pairs, but open anchors.
   subroutine keep_start_sets(multipliers, data)

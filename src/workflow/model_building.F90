@@ -17,10 +17,10 @@ module sig_model_building
   use sig_reduced, only: reduced_t
   use sig_refinement, only: refine, refinement_result_t
   use sig_snapshot_merge, only: candidate_store, read_store, store_in, store_t
-  use sig_snapshot_store, only: snapshot_set_t
+  use sig_snapshot_store, only: columns_of, snapshot_set_t
   use sig_hhr_start_sets, only: fill_start_sets
   use sig_text, only: counted, to_text
-  use sig_training, only: select_converged, train
+  use sig_training, only: find_converged, train
   use petsc
   implicit none(type, external)
   private
@@ -109,15 +109,23 @@ contains
   !> Errors: no training point has a solution; the stiffness could not be factored.
   subroutine build_condensed(full_order, snapshots, model, error, ierr)
     type(full_order_t), intent(inout) :: full_order
-    type(snapshot_set_t), intent(in) :: snapshots
+    type(snapshot_set_t), intent(in), target :: snapshots
     type(model_t), intent(out) :: model
     type(error_t), allocatable, intent(out) :: error
     PetscErrorCode, intent(out) :: ierr
-    type(snapshot_set_t) :: converged
+    type(snapshot_set_t), target :: some
+    type(snapshot_set_t), pointer :: converged
+    integer, allocatable :: numbers(:)
 
     ierr = 0
-    call select_converged(full_order%problem, snapshots, .false., converged, error)
+    call find_converged(full_order%problem, snapshots, .false., numbers, error)
     if (allocated(error)) return
+    ! without a copy where there is nothing to leave out
+    converged => snapshots
+    if (size(numbers) < size(snapshots%reasons)) then
+      some = columns_of(snapshots, numbers)
+      converged => some
+    end if
     call fill_model_header(full_order%problem, converged, model)
     model%max_error = max_error_of(full_order%problem%deck%reduction, 0.0_rk)
     allocate (model%parts(1))

@@ -21,7 +21,7 @@ module sig_refinement
   use sig_stop_request, only: agree_to_stop
   use sig_text, only: to_text
   use sig_ties, only: tie_tolerance
-  use sig_training, only: select_converged
+  use sig_training, only: find_converged
   use petsc
   implicit none(type, external)
   private
@@ -68,11 +68,14 @@ contains
     type(error_t), allocatable, intent(out) :: error
     PetscErrorCode, intent(out) :: ierr
     type(attempt_t) :: best
+    integer, allocatable :: numbers(:)
 
     ierr = 0
     allocate (outcome%rounds(0))
-    call select_converged(problem, snapshots, .false., best%snapshots, error)
-    if (.not. allocated(error)) call check_start(problem, best%snapshots, error)
+    call find_converged(problem, snapshots, .false., numbers, error)
+    if (allocated(error)) return
+    best%snapshots = columns_of(snapshots, numbers)
+    call check_start(problem, best%snapshots, error)
     if (allocated(error)) return
     call share_candidates(problem, candidates, best, error)
     if (allocated(error)) return

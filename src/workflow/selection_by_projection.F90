@@ -21,7 +21,7 @@ module sig_selection_by_projection
   use sig_snapshot_merge, only: candidate_store, read_store, snapshot_store, store_t, write_merged
   use sig_snapshot_shard, only: snapshot_record_t
   use sig_snapshot_store, only: columns_of, records_of_set, snapshot_set_t
-  use sig_training_modes, only: fields_to_compress
+  use sig_training_modes, only: field_to_compress, terms_at
   use petsc
   implicit none(type, external)
   private
@@ -86,13 +86,15 @@ contains
     !> [-] of the largest displacement
     real(rk), parameter :: negligible = 1.0e-10_rk
     real(rk) :: sizes(size(pool%reasons))
+    real(rk), allocatable :: theta(:, :)
     integer :: i
 
-    call fields_to_compress(problem, pool, vectors)
+    theta = terms_at(problem, pool)
     sizes = norm2(pool%displacement, dim=1)
+    allocate (vectors, mold=pool%displacement)
     do i = 1, size(sizes)
       if (pool%reasons(i) == reason_converged .and. sizes(i) > negligible * maxval(sizes)) then
-        vectors(:, i) = vectors(:, i) / sizes(i)
+        vectors(:, i) = field_to_compress(pool, theta, i) / sizes(i)
       else
         vectors(:, i) = 0
       end if

@@ -14,7 +14,7 @@ module sig_snapshot_merge
   use sig_log, only: log_warning
   use sig_problem, only: force_unit, parameter_names, parameter_units, problem_t
   use sig_snapshot_shard, only: append_records, read_shard, snapshot_record_t
-  use sig_snapshot_store, only: all_points, merge_records, pick_records, read_snapshot_set, records_of_set, snapshot_set_t, &
+  use sig_snapshot_store, only: all_points, pick_records, read_snapshot_set, records_of_set, snapshot_set_t, take_points, &
     write_snapshots
   use sig_text, only: counted, string_t, to_text
   use petsc
@@ -190,7 +190,7 @@ contains
     is_missing = .true.
     call read_own_snapshots(problem, store%path(), set, error)
     if (allocated(error)) return
-    call merge_records(records_of_set(set), points, set, is_missing)
+    call take_points(set, points, is_missing)
   end subroutine read_store
 
   !> These points first, all of which are in the store. Local: one rank writes.

@@ -19,14 +19,14 @@ module sig_training
   use petsc
   implicit none(type, external)
   private
-  public :: train, select_converged
+  public :: train, find_converged
 
 contains
 
   !> Builds the reduced model of each cluster of snapshots. Collective on all ranks; the model is the same on each.
   subroutine train(problem, snapshots, model, error, ierr, is_draft)
     type(problem_t), intent(in) :: problem
-    type(snapshot_set_t), intent(in) :: snapshots
+    type(snapshot_set_t), intent(in), target :: snapshots
     type(model_t), intent(out) :: model
     type(error_t), allocatable, intent(out) :: error
     PetscErrorCode, intent(out) :: ierr
@@ -34,7 +34,9 @@ contains
     logical, intent(in), optional :: is_draft
     type(cluster_t), allocatable :: clusters(:)
     type(hhr_data_t), allocatable :: models(:)
-    type(snapshot_set_t) :: converged
+    type(snapshot_set_t), target :: some
+    type(snapshot_set_t), pointer :: converged
+    integer, allocatable :: numbers(:)
     logical :: is_silent
     integer :: k, n_clusters
 
@@ -42,8 +44,14 @@ contains
     is_silent = .false.
     if (present(is_draft)) is_silent = is_draft
     n_clusters = merge(1, problem%deck%clusters%number, is_silent)
-    call select_converged(problem, snapshots, is_silent, converged, error)
+    call find_converged(problem, snapshots, is_silent, numbers, error)
     if (allocated(error)) return
+    ! without a copy where there is nothing to leave out
+    converged => snapshots
+    if (size(numbers) < size(snapshots%reasons)) then
+      some = columns_of(snapshots, numbers)
+      converged => some
+    end if
     call fill_model_header(problem, converged, model)
     PetscCall(divide_snapshots(problem%deck, n_clusters, converged, model, clusters, error, ierr))
     if (allocated(error)) return
@@ -54,18 +62,18 @@ contains
     if (.not. is_silent) call log_cluster_warnings(model)
   end subroutine train
 
-  !> Leaves out the points that the full-order model did not solve.
-  subroutine select_converged(problem, snapshots, is_silent, converged, error)
+  !> Numbers of the points that the full-order model solved. Errors: there is none.
+  subroutine find_converged(problem, snapshots, is_silent, numbers, error)
     type(problem_t), intent(in) :: problem
     type(snapshot_set_t), intent(in) :: snapshots
+    !> without a warning for each of the others
     logical, intent(in) :: is_silent
-    type(snapshot_set_t), intent(out) :: converged
+    integer, allocatable, intent(out) :: numbers(:)
     type(error_t), allocatable, intent(out) :: error
-    integer, allocatable :: kept(:)
     integer :: i
 
-    kept = pack([(i, i=1, size(snapshots%reasons))], snapshots%reasons == reason_converged)
-    if (size(kept) == 0) then
+    numbers = pack([(i, i=1, size(snapshots%reasons))], snapshots%reasons == reason_converged)
+    if (size(numbers) == 0) then
       call make_error(error, 'none of the ' // to_text(size(snapshots%reasons)) // ' training points has a full-order solution', &
         problem%deck%path, exit_code=exit_not_converged)
       return
@@ -75,6 +83,5 @@ contains
       call log_warning('training without ' // format_point(problem%deck%parameters, snapshots%parameters(:, i)) // &
         ', which the full-order model did not solve')
     end do
-    converged = columns_of(snapshots, kept)
-  end subroutine select_converged
+  end subroutine find_converged
 end module sig_training

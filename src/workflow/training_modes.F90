@@ -5,8 +5,8 @@ module sig_training_modes
   use sig_deck_config, only: reduction_config_t
   use sig_errors, only: error_t, make_error
   use sig_kinds, only: rk
-  use sig_pod, only: compute_pod
-  use sig_pod_rank, only: available_modes, normalize_snapshots, pod_rank
+  use sig_pod, only: compute_pod, pod_t, rows_of_rank
+  use sig_pod_rank, only: available_modes, equal_weights, pod_rank
   use sig_problem, only: problem_t
   use sig_snapshot_store, only: snapshot_set_t
   use sig_term_values, only: evaluate_points
@@ -14,7 +14,7 @@ module sig_training_modes
   use petsc
   implicit none(type, external)
   private
-  public :: pod_modes_t, compute_modes, compute_dual_modes, fields_to_compress
+  public :: pod_modes_t, compute_modes, compute_dual_modes, field_to_compress, terms_at
 
   type :: pod_modes_t
     !> descending, of all snapshots
@@ -35,31 +35,71 @@ contains
     type(pod_modes_t), intent(out) :: modes
     type(error_t), allocatable, intent(out) :: error
     PetscErrorCode, intent(out) :: ierr
-    real(rk), allocatable :: fields(:, :), vectors(:, :)
+    type(pod_t) :: pod
 
-    ierr = 0
-    call fields_to_compress(problem, snapshots, fields)
-    if (problem%deck%reduction%is_normalized) call normalize_snapshots(fields)
-    PetscCall(compute_pod(fields, comm, modes%singular_values, vectors, ierr))
+    PetscCall(decompose(problem, snapshots, comm, pod, ierr))
+    modes%singular_values = pod%singular_values
     call count_modes(problem%deck%reduction, problem%deck%path, modes, error)
     if (available_modes(modes%singular_values) == 0) call explain_no_modes(snapshots, problem%deck%path, error)
-    if (allocated(error)) return
-    modes%vectors = vectors(:, :modes%n_domain + modes%n_extra)
+    if (.not. allocated(error)) then
+      PetscCall(pod%left_vectors(modes%n_domain + modes%n_extra, modes%vectors, ierr))
+    end if
+    PetscCall(pod%destroy(ierr))
   end subroutine compute_modes
 
-  !> Whole fields, or what contact adds to the elastic response.
-  subroutine fields_to_compress(problem, snapshots, fields)
+  !> Singular values of the fields, of which each rank keeps its rows. Collective on comm.
+  subroutine decompose(problem, snapshots, comm, pod, ierr)
     type(problem_t), intent(in) :: problem
     type(snapshot_set_t), intent(in) :: snapshots
-    real(rk), allocatable, intent(out) :: fields(:, :)
+    MPI_Comm, intent(in) :: comm
+    type(pod_t), intent(out) :: pod
+    PetscErrorCode, intent(out) :: ierr
+    real(rk) :: weights(size(snapshots%parameters, 2)), field(size(snapshots%displacement, 1))
+    real(rk), allocatable :: theta(:, :)
+    integer :: first, i, last
+
+    theta = terms_at(problem, snapshots)
+    weights = 1
+    if (problem%deck%reduction%is_normalized) &
+      weights = equal_weights([(norm2(field_to_compress(snapshots, theta, i)), i=1, size(weights))])
+    PetscCall(rows_of_rank(size(field), comm, first, last, ierr))
+    PetscCall(pod%create(last - first + 1, size(field), size(weights), comm, ierr))
+    do i = 1, size(weights)
+      field = weights(i) * field_to_compress(snapshots, theta, i)
+      PetscCall(pod%set_snapshot(i, field(first:last), ierr))
+    end do
+    PetscCall(pod%decompose(ierr))
+  end subroutine decompose
+
+  !> Values of the terms whose free response the fields lose: none where the modes carry the prescribed displacements.
+  function terms_at(problem, snapshots) result(theta)
+    type(problem_t), intent(in) :: problem
+    type(snapshot_set_t), intent(in) :: snapshots
+    !> [-] shape (n_terms, n_snapshots)
     real(rk), allocatable :: theta(:, :)
     integer :: i_bad_point, i_bad_source
 
-    fields = snapshots%displacement
-    if (problem%deck%reduction%dirichlet == 'multiplier') return
-    call evaluate_points(problem%terms, snapshots%parameters, theta, i_bad_point, i_bad_source)
-    fields = fields - matmul(snapshots%free_response, theta(:size(snapshots%free_response, 2), :))
-  end subroutine fields_to_compress
+    if (problem%deck%reduction%dirichlet == 'multiplier') then
+      allocate (theta(0, size(snapshots%parameters, 2)))
+    else
+      call evaluate_points(problem%terms, snapshots%parameters, theta, i_bad_point, i_bad_source)
+      theta = theta(:size(snapshots%free_response, 2), :)
+    end if
+  end function terms_at
+
+  !> A whole field, or what contact adds to the elastic response.
+  pure function field_to_compress(snapshots, theta, i) result(field)
+    type(snapshot_set_t), intent(in) :: snapshots
+    !> of terms_at
+    real(rk), intent(in) :: theta(:, :)
+    !> 1-based
+    integer, intent(in) :: i
+    !> [length] shape (n_dofs)
+    real(rk) :: field(size(snapshots%displacement, 1))
+
+    field = snapshots%displacement(:, i)
+    if (size(theta, 1) > 0) field = field - matmul(snapshots%free_response, theta(:, i))
+  end function field_to_compress
 
   !> Source: section 3.4: the domain by the first tolerance, the basis by the second.
   subroutine count_modes(reduction, path, modes, error)
