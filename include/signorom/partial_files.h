@@ -16,6 +16,9 @@ void sig_forget_partial_file(const char *name, size_t length);
 void sig_begin_writing(void);
 void sig_end_writing(void);
 
+/* After a failure with a file: does not return where the process is being ended, whose files are gone then. */
+void sig_let_end_pass(void);
+
 /* Removes what was noted. Waits up to `seconds` for who is between sig_begin_writing and sig_end_writing. The process
  * must end afterwards. */
 void sig_remove_partial_files(double seconds);

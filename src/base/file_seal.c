@@ -3,6 +3,7 @@
 
 #include "signorom/checksum.h"
 #include "signorom/file_system.h"
+#include "signorom/partial_files.h"
 
 #include <errno.h>
 #include <inttypes.h>
@@ -52,9 +53,9 @@ int sig_seal_file(const char *path, size_t length) {
   FILE *file = fopen(name, "r+b");
   int status = file ? 0 : errno;
   sig_free(name);
-  if (!file) return status;
-  status = write_seal(file);
-  if (fclose(file) != 0 && !status) status = errno;
+  if (file) status = write_seal(file);
+  if (file && fclose(file) != 0 && !status) status = errno;
+  if (status) sig_let_end_pass();
   return status;
 }
 

@@ -187,6 +187,7 @@ int sig_commit_file(const char *from, size_t from_length, const char *to, size_t
   if (!code) sig_sync_folder_of(new_name);
   free(new_name);
   free(old_name);
+  if (code) sig_let_end_pass();
   return code;
 }
 
@@ -198,6 +199,7 @@ int sig_rename_file(const char *from, size_t from_length, const char *to, size_t
   if (!code) sig_forget_partial_file(from, from_length);
   free(new_name);
   free(old_name);
+  if (code) sig_let_end_pass();
   return code;
 }
 

@@ -160,5 +160,6 @@ int sig_output_close(sig_output_stream *stream, int is_kept) {
   if (stream->partial && (code || !is_kept)) unlink(stream->partial);
   if (stream->partial) sig_forget_partial_file(stream->partial, strlen(stream->partial));
   free_stream(stream);
+  if (code) sig_let_end_pass();
   return code;
 }

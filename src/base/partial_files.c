@@ -44,6 +44,12 @@ void sig_begin_writing(void) { pthread_mutex_lock(&files_lock); }
 
 void sig_end_writing(void) { pthread_mutex_unlock(&files_lock); }
 
+/* Who ends the process keeps the lock. */
+void sig_let_end_pass(void) {
+  pthread_mutex_lock(&files_lock);
+  pthread_mutex_unlock(&files_lock);
+}
+
 void sig_remove_partial_files(double seconds) {
   struct timespec until;
   clock_gettime(CLOCK_REALTIME, &until);

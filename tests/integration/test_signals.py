@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """SIGINT and SIGTERM where no point is about to be finished: in a call that waits for ever, in answers, in a helper."""
 
+import errno
 import os
 import signal
+import subprocess
 from pathlib import Path
 
 import pytest
@@ -181,3 +183,20 @@ def test_end_of_the_forest(signorom, tmp_path, monkeypatch, number, is_check):
     assert done.stdout.endswith("stopped by a signal; there is no forest yet\n")
     assert done.stderr == ""
     assert not Path(f"/proc/{(tmp_path / 'tool').read_text().strip()}").exists()
+
+
+def test_no_failure_is_told_of_files_that_the_end_removed(tmp_path):
+    """A file of a process that is being ended is gone: its writer waits for the end. Other failures come back at once."""
+    source = HERE.parents[1] / "src" / "base"
+    parts = ["partial_files", "file_system", "output_stream"]
+    program = tmp_path / "commit_at_end"
+    command = ["cc", "-std=gnu11", HERE / "files" / "commit_at_end.c", *(source / f"{part}.c" for part in parts)]
+    command += [f"-I{HERE.parents[1] / 'include'}", "-lpthread", "-o", program]
+    subprocess.run(command, check=True)
+    for ends in [[], ["ends"]]:
+        (tmp_path / "part").touch()
+        found = subprocess.run([program, "part", "whole", *ends], cwd=tmp_path, capture_output=True, text=True)
+        if ends:
+            assert (found.returncode, found.stdout) == (-signal.SIGALRM, "")
+        else:
+            assert (found.returncode, found.stdout) == (0, f"{errno.ENOENT}\n")
