@@ -11,14 +11,16 @@ module sig_contact_error_bound
   type :: contact_error_bound_t
     !> W is symmetric positive definite: otherwise there is no bound
     logical :: is_valid = .false.
-    !> [sqrt(length/force)] Cholesky factor of W, shape (n, n)
+    !> Cholesky factor of W on and below the diagonal, [length/force] W above it; shape (n, n)
     real(rk), allocatable, private :: factor(:, :)
-    !> [force/length] of W's diagonal, inverted, shape (n)
-    real(rk), allocatable, private :: stiffness(:)
+    !> [length/force] of W, shape (n)
+    real(rk), allocatable, private :: diagonal(:)
   contains
     procedure :: create
     procedure :: evaluate
-    procedure, private :: bound_of_set
+    procedure, private :: bound_of_step
+    procedure, private :: times
+    procedure, private :: bound_of
   end type contact_error_bound_t
 
 contains
@@ -30,53 +32,96 @@ contains
     integer :: i, info
 
     self%factor = compliance
-    allocate (self%stiffness(size(compliance, 1)))
-    do i = 1, size(compliance, 1)
-      self%stiffness(i) = 1 / max(compliance(i, i), tiny(1.0_rk))
-    end do
+    self%diagonal = [(compliance(i, i), i=1, size(compliance, 1))]
     call factor_cholesky(size(compliance, 1), self%factor, info)
     self%is_valid = info == 0
   end subroutine create
 
   !> Upper bound of |lambda_r - lambda| in the norm of W, the energy norm of the displacement that the difference causes.
   !>
-  !> For any set S of rows, e = lambda_r - lambda, w = W lambda_r + q: e' W e = e' w - e' w(lambda) <= e' rho + c, as lambda_r
-  !> and w(lambda) are not negative and lambda' w(lambda) = 0, with rho = w on S, min(w, 0) elsewhere, and c the sum of
-  !> lambda_r max(w, 0) elsewhere. With d = |rho| in the norm of W^-1 follows |e| <= d/2 + sqrt(d^2/4 + c). The smaller bound of
-  !> two sets is taken: rows with a force, and rows that the primal-dual active set method would close next (a trace of force
-  !> across a wide gap is no contact).
+  !> For any set S of rows, e = lambda_r - lambda, w = W lambda_r + q: e' W e = e' w - e' w(lambda) <= e' rho + c for any rho that
+  !> is w on S and at most w elsewhere, with c the sum of lambda_r (w - rho) elsewhere: lambda_r, lambda and w(lambda) are not
+  !> negative, and lambda' w(lambda) = 0. With d = |rho| in the norm of W^-1 follows |e| <= d/2 + sqrt(d^2/4 + c).
+  !>
+  !> First S are the rows with a force, and rho is min(w, 0) elsewhere: the bound of an exact answer is rounding. Then S are the
+  !> rows that the primal-dual active set method closes next (a trace of force across a wide gap is no contact), and rho is
+  !> min(W v, w) elsewhere, where W_SS v_S = w_S is what the step changes: on the set of the solution d is the error itself. The
+  !> smallest bound counts.
   !>
   !> Requires: is_valid.
   real(rk) function evaluate(self, lambda, opening, enough) result(bound)
     class(contact_error_bound_t), intent(in) :: self
     !> [force] lambda_r >= 0, shape (n)
     real(rk), contiguous, intent(in) :: lambda(:)
-    !> [length] w = W lambda + q, shape (n)
+    !> [length] w = W lambda_r + q, shape (n)
     real(rk), contiguous, intent(in) :: opening(:)
-    !> a bound of the first set as small as this needs no second one; default 0
+    !> a bound of the first set as small as this needs no other one; default 0
     real(rk), intent(in), optional :: enough
 
     bound = 0
     if (size(lambda) == 0) return
-    bound = self%bound_of_set(lambda, opening, lambda > 0)
+    bound = self%bound_of(lambda, opening, merge(opening, min(opening, 0.0_rk), lambda > 0))
     if (present(enough)) then
       if (bound <= enough) return
     end if
-    bound = min(bound, self%bound_of_set(lambda, opening, lambda > self%stiffness * opening))
+    bound = min(bound, self%bound_of_step(lambda, opening, lambda * self%diagonal > opening))
   end function evaluate
 
-  real(rk) function bound_of_set(self, lambda, opening, is_in_set) result(bound)
+  !> The bound of the set that the primal-dual method closes. It costs a factorization of these rows.
+  real(rk) function bound_of_step(self, lambda, opening, is_closed) result(bound)
     class(contact_error_bound_t), intent(in) :: self
     real(rk), intent(in) :: lambda(:)
     real(rk), intent(in) :: opening(:)
-    logical, intent(in) :: is_in_set(:)
-    real(rk) :: misfit(size(lambda)), force(size(lambda)), square, surplus
+    logical, intent(in) :: is_closed(:)
+    real(rk) :: block(count(is_closed), count(is_closed)), change(count(is_closed))
+    integer :: closed(count(is_closed)), i, info, j
 
-    misfit = merge(opening, min(opening, 0.0_rk), is_in_set)
-    surplus = sum(lambda * max(opening, 0.0_rk), mask=.not. is_in_set)
+    closed = pack([(i, i=1, size(lambda))], is_closed)
+    do i = 1, size(closed)
+      block(i, i) = self%diagonal(closed(i))
+      do j = i + 1, size(closed)
+        block(j, i) = self%factor(closed(i), closed(j))
+      end do
+    end do
+    change = opening(closed)
+    call factor_cholesky(size(closed), block, info)
+    bound = huge(bound)
+    if (info /= 0) return
+    call solve_cholesky(size(closed), block, change)
+    bound = self%bound_of(lambda, opening, merge(opening, min(opening, self%times(closed, change)), is_closed))
+  end function bound_of_step
+
+  !> W v of a vector that is zero but on some rows.
+  pure function times(self, rows, values) result(product)
+    class(contact_error_bound_t), intent(in) :: self
+    integer, intent(in) :: rows(:)
+    !> shape (size(rows))
+    real(rk), intent(in) :: values(:)
+    real(rk) :: product(size(self%diagonal))
+    integer :: i
+
+    product = 0
+    do i = 1, size(rows)
+      associate (k => rows(i))
+        product(:k - 1) = product(:k - 1) + values(i) * self%factor(:k - 1, k)
+        product(k) = product(k) + values(i) * self%diagonal(k)
+        product(k + 1:) = product(k + 1:) + values(i) * self%factor(k, k + 1:)
+      end associate
+    end do
+  end function times
+
+  !> Rows where the misfit is w are in S.
+  real(rk) function bound_of(self, lambda, opening, misfit) result(bound)
+    class(contact_error_bound_t), intent(in) :: self
+    real(rk), intent(in) :: lambda(:)
+    real(rk), intent(in) :: opening(:)
+    !> [length] rho, shape (n)
+    real(rk), intent(in) :: misfit(:)
+    real(rk) :: force(size(lambda)), square
+
     force = misfit
     call solve_cholesky(size(lambda), self%factor, force)
     square = max(0.0_rk, dot_product(misfit, force))
-    bound = sqrt(square) / 2 + sqrt(square / 4 + surplus)
-  end function bound_of_set
+    bound = sqrt(square) / 2 + sqrt(square / 4 + dot_product(lambda, opening - misfit))
+  end function bound_of
 end module sig_contact_error_bound
