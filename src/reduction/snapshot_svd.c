@@ -5,7 +5,7 @@
 #include <slepcsvd.h>
 
 typedef struct {
-  BV basis;       // A, then Q
+  BV basis;        // A, then Q
   Mat of_triangle; // left vectors of the triangle
   PetscInt n_local, n_columns;
 } snapshot_svd;

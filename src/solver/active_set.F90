@@ -4,11 +4,13 @@
 module sig_active_set
   use sig_bound_form, only: bound_form_t
   use sig_contact_solver, only: contact_solver_t
-  use sig_contact_state, only: contact_state_t, reason_converged, reason_max_iterations, reason_pulled_off
+  use sig_contact_state, only: contact_state_t, reason_converged, reason_linear_solver, &
+    reason_max_iterations, reason_pulled_off
   use sig_contact_system, only: contact_system_t
   use sig_holding, only: change_first, first_to_block, is_last_hold, keep_hold, letting_go
   use sig_kinds, only: rk
   use sig_linear_solver, only: hold, linear_solver_t, set_near_null_space
+  use sig_log, only: log_warning
   use sig_petsc_support, only: create_vector
   use petsc
   implicit none(type, external)
@@ -108,9 +110,26 @@ contains
     end if
   end subroutine build_levels
 
+  !> By multigrid while that converges, otherwise by factorizations where the stiffness is small enough for them.
+  subroutine solve(self, system, theta, state, ierr)
+    class(active_set_t), intent(inout) :: self
+    type(contact_system_t), intent(inout) :: system
+    real(rk), intent(in) :: theta(:)
+    type(contact_state_t), intent(out) :: state
+    PetscErrorCode, intent(out) :: ierr
+
+    PetscCall(find_set(self, system, theta, state, ierr))
+    if (state%reason /= reason_linear_solver .or. .not. (self%is_multigrid .and. self%may_factor)) return
+    call log_warning('conjugate gradients with multigrid did not converge: from here on the stiffness is factored')
+    PetscCall(self%linear_solver%destroy(ierr))
+    self%is_multigrid = .false.
+    self%linear_solver%is_multigrid = .false.
+    PetscCall(find_set(self, system, theta, state, ierr))
+  end subroutine solve
+
   !> Starts with every pair closed, so that a body held only by contact is held from the first step on. When the active set comes
   !> back to an earlier one ("ping-pong"), only the first wrong pair changes from then on: that cannot cycle, but needs more steps.
-  subroutine solve(self, system, theta, state, ierr)
+  subroutine find_set(self, system, theta, state, ierr)
     class(active_set_t), intent(inout) :: self
     type(contact_system_t), intent(inout) :: system
     real(rk), intent(in) :: theta(:)
@@ -149,7 +168,7 @@ contains
       state%is_active = next
     end do
     call finish_state(self%form, system, step%unknowns, step%residual, state)
-  end subroutine solve
+  end subroutine find_set
 
   !> Coarse; but where bodies hang on single contacts, coarse forces say too soon that nothing holds them, and a factor makes
   !> fine ones cheap.

@@ -14,6 +14,8 @@ module sig_contact_solver
     integer :: max_iterations = 50
     !> linear systems by conjugate gradients with multigrid instead of factorizations
     logical :: is_multigrid = .false.
+    !> a factorization may take the place of multigrid that fails
+    logical :: may_factor = .false.
   contains
     procedure(create_solver), deferred :: create
     procedure(solve_point), deferred :: solve

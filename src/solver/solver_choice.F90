@@ -36,5 +36,6 @@ contains
     end select
     solver%max_iterations = max_iterations
     solver%is_multigrid = plan%linear == 'gamg'
+    solver%may_factor = plan%may_factor
   end subroutine choose_solver
 end module sig_solver_choice

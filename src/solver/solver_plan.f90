@@ -13,6 +13,8 @@ module sig_solver_plan
     character(:), allocatable :: type
     !> cholesky or gamg
     character(:), allocatable :: linear
+    !> the stiffness is small enough to be factored once, and the deck does not ask for multigrid
+    logical :: may_factor = .true.
     !> why, to stand behind a colon
     character(:), allocatable :: reason
   end type solver_plan_t
@@ -34,8 +36,10 @@ module sig_solver_plan
   integer, parameter :: max_condensed = 5000
   !> [bytes] of K^-1 B' on all ranks
   real(rk), parameter :: max_response = 4.0e9_rk
-  !> a factorization of more dofs takes more time and memory than multigrid: in the plane, in space
-  integer, parameter :: max_factored(2:3) = [500000, 100000]
+  !> one factorization of more dofs for all points takes more time and memory than multigrid: in the plane, in space
+  integer, parameter :: max_condensed_dofs(2:3) = [500000, 100000]
+  !> the same of factorizations in each step: at 7 000 dofs in space both take the same time, at 55 000 multigrid a third of it
+  integer, parameter :: max_factored(2:3) = [500000, 15000]
   !> from this number of points on K^-1 B' is cheaper than factorizations in each step
   integer, parameter :: min_sweep = 4
 
@@ -50,6 +54,7 @@ contains
 
     plan%type = config%type
     plan%linear = config%linear
+    plan%may_factor = config%linear /= 'gamg' .and. sizes%n_dofs <= max_condensed_dofs(sizes%n_dim)
     plan%reason = 'as the deck says'
     if (plan%type == 'auto') call choose_type(config%linear, sizes, plan)
     if (plan%linear == 'auto') call choose_linear(sizes, plan)
@@ -75,7 +80,8 @@ contains
       plan%reason = 'gamg goes with active_set'
     else if (sizes%n_multipliers > max_condensed) then
       plan%reason = to_text(sizes%n_multipliers) // ' multipliers are too many for a dense matrix'
-    else if (8.0_rk * sizes%n_dofs * sizes%n_multipliers > max_response .or. is_large(sizes)) then
+    else if (8.0_rk * sizes%n_dofs * sizes%n_multipliers > max_response .or. &
+      sizes%n_dofs > max_condensed_dofs(sizes%n_dim)) then
       plan%reason = to_text(sizes%n_dofs) // ' dofs are too many to keep the response to each multiplier'
     else if (sizes%n_points < min_sweep) then
       plan%reason = 'fewer than ' // to_text(min_sweep) // &
@@ -99,16 +105,10 @@ contains
     type(solver_plan_t), intent(inout) :: plan
 
     plan%linear = 'cholesky'
-    if (plan%type /= 'active_set' .or. .not. is_large(sizes)) return
+    if (plan%type /= 'active_set' .or. sizes%n_dofs <= max_factored(sizes%n_dim)) return
     plan%linear = 'gamg'
-    plan%reason = plan%reason // ', or to factor'
+    plan%reason = plan%reason // '; multigrid takes less time than factorizations of ' // to_text(sizes%n_dofs) // ' dofs'
   end subroutine choose_linear
-
-  pure logical function is_large(sizes)
-    type(problem_size_t), intent(in) :: sizes
-
-    is_large = sizes%n_dofs > max_factored(sizes%n_dim)
-  end function is_large
 
   !> `solver: active_set, gamg: why`
   pure function plan_text(plan) result(text)

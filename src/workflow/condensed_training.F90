@@ -44,8 +44,8 @@ contains
       else if (forces_size(problem) > room) then
         reason = 'its matrix of all contacts takes ' // to_text(ceiling(forces_size(problem))) // ' MB, more than ' // &
           'reduction.max_full_order_size'
-      else if (problem%plan%linear == 'gamg') then
-        reason = 'the full-order model is solved by multigrid (solver.linear)'
+      else if (.not. problem%plan%may_factor) then
+        reason = 'its stiffness is too large to factor, or solver.linear is gamg'
       end if
     end associate
   end function why_not_condensed

@@ -77,7 +77,7 @@ contains
     self%system => solver%system
     PetscCall(MatNorm(self%system%stiffness, NORM_INFINITY, self%stiffness_norm, ierr))
     ! with anchors the unknowns of W are not the multipliers alone
-    if (problem%plan%linear == 'gamg' .or. self%system%motions%n_free > 0) return
+    if (.not. problem%plan%may_factor .or. self%system%motions%n_free > 0) return
     if (.not. fits_condensed(self%system%map%n_dofs, problem%rows%n_rows)) return
     PetscCall(solver%condense(self%condensed, ierr))
     if (self%condensed%reason /= reason_converged) return

@@ -186,16 +186,23 @@ def test_end_of_the_forest(signorom, tmp_path, monkeypatch, number, is_check):
 
 
 def test_no_failure_is_told_of_files_that_the_end_removed(tmp_path):
-    """A file of a process that is being ended is gone: its writer waits for the end. Other failures come back at once."""
+    """A file of a process that is being ended is gone: its writer waits for the end. Other failures come back."""
     source = HERE.parents[1] / "src" / "base"
     parts = ["partial_files", "file_system", "output_stream"]
     program = tmp_path / "commit_at_end"
-    command = ["cc", "-std=gnu11", HERE / "files" / "commit_at_end.c", *(source / f"{part}.c" for part in parts)]
+    command = [
+        "cc",
+        "-std=gnu11",
+        HERE / "files" / "commit_at_end.c",
+        *(source / f"{part}.c" for part in parts),
+    ]
     command += [f"-I{HERE.parents[1] / 'include'}", "-lpthread", "-o", program]
     subprocess.run(command, check=True)
     for ends in [[], ["ends"]]:
         (tmp_path / "part").touch()
-        found = subprocess.run([program, "part", "whole", *ends], cwd=tmp_path, capture_output=True, text=True)
+        found = subprocess.run(
+            [program, "part", "whole", *ends], cwd=tmp_path, capture_output=True, text=True
+        )
         if ends:
             assert (found.returncode, found.stdout) == (-signal.SIGALRM, "")
         else:

@@ -5,8 +5,8 @@
     build/venv/bin/python tests/verification/certificates.py            # all decks: about an hour
     build/venv/bin/python tests/verification/certificates.py bracket    # one
 
-Samples and trains each deck of input/ that can be trained, then prints the tables of check_certificate. Ends with 1 where
-a bound lies below an error.
+Samples and trains each deck of input/ that can be trained, then prints the tables of check_certificate. Ends with 1
+where a bound lies below an error.
 """
 
 import argparse
@@ -32,7 +32,11 @@ def table_of(deck, build, n_points, folder):
     (folder / deck.name).write_text(text)
     for command in ("sample", "train"):
         done = subprocess.run(
-            [build / "signorom", command, deck.name], cwd=folder, env=ENVIRONMENT, capture_output=True, text=True
+            [build / "signorom", command, deck.name],
+            cwd=folder,
+            env=ENVIRONMENT,
+            capture_output=True,
+            text=True,
         )
         if done.returncode:
             return done.stderr.strip().splitlines()[0], True
@@ -45,10 +49,14 @@ def table_of(deck, build, n_points, folder):
 
 def main():
     """Print the table of each deck."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("decks", nargs="*", help="names in input/; default: all")
     parser.add_argument("--build", type=Path, default=ROOT / "build" / "release")
-    parser.add_argument("--points", type=int, default=10000, help="of a deck with up to 500 contacts; others get 200")
+    parser.add_argument(
+        "--points", type=int, default=10000, help="of a deck with up to 500 contacts; others get 200"
+    )
     arguments = parser.parse_args()
     build = arguments.build.resolve()
     large = {"flange", "indenter"}

@@ -170,7 +170,7 @@ contains
       k = 1 + int(share * size(exact))
       ! a closed contact opens, an open one gets the mean force
       spoiled(k) = merge(0.0_rk, sum(exact) / count(exact > 0), exact(k) > 0)
-    case (4)
+    case default
       spoiled = eoshift(exact, 3)
     end select
   end function spoil
