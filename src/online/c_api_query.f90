@@ -154,7 +154,8 @@ contains
     !> of the caller's answer; what lies behind the members known here stays as it is
     integer(c_size_t), intent(in) :: n_bytes
     type(c_ptr), intent(in) :: place
-    type(c_answer_t), target :: told
+    ! volatile: its bytes are read as characters, which an optimizer need not expect
+    type(c_answer_t), target, volatile :: told
     character(1), pointer :: bytes(:), own(:)
 
     associate (answer => handle%answer)
