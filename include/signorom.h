@@ -53,6 +53,13 @@ typedef enum {
   SIGNOROM_TEXT_DESCRIPTION = 5 /* what `signorom describe` prints */
 } signorom_text_kind;
 
+/* Where the displacement of a node comes from. */
+typedef enum {
+  SIGNOROM_DISPLACEMENT_NONE = 0,
+  SIGNOROM_DISPLACEMENT_BY_MODES = 1,
+  SIGNOROM_DISPLACEMENT_EXACT = 2 /* but for rounding, under the contact forces of the answer */
+} signorom_displacement_source;
+
 typedef struct {
   int n_parameters;
   int n_clusters;
@@ -125,6 +132,9 @@ int signorom_get_contact_nodes(const signorom_model *model, int side, int *start
 int signorom_get_contact_areas(const signorom_model *model, double *areas);
 /* Tags of the mesh file [n_nodes] and coordinates [n_nodes][n_dimensions]; either may be null. */
 int signorom_get_nodes(const signorom_model *model, int *tags, double *coordinates);
+/* Which nodes have displacements [n_nodes], as signorom_displacement_source: those of an answer by the reduced model
+ * itself. With has_full_order_displacement an answer by the method condensed has exact ones everywhere. */
+int signorom_get_displacement_sources(const signorom_model *model, int *sources);
 /* Contacts of the reduced integration domain: their number, and (unless null) which, ascending. */
 int signorom_get_domain_contacts(const signorom_model *model, int cluster, int *n, int *contacts);
 /* The cluster that would answer next at a point [n_parameters]: that of the nearest cell of another one, or the one
@@ -152,8 +162,9 @@ int signorom_get_domain_multipliers(const signorom_context *context, double *mul
 int signorom_get_multipliers(const signorom_context *context, double *multipliers);
 /* Reduced coordinates [n_modes]. */
 int signorom_get_coordinates(const signorom_context *context, double *coordinates);
-/* Displacement of all nodes [n_nodes][n_dimensions], or of chosen ones [n][n_dimensions]; SIGNOROM_NO_ANSWER where the
- * model answers contact forces only. */
+/* Displacement of all nodes [n_nodes][n_dimensions], not a number where a node has none; or of chosen ones
+ * [n][n_dimensions], SIGNOROM_NO_ANSWER where one of them has none. SIGNOROM_NO_ANSWER where the model answers contact
+ * forces only. */
 int signorom_get_displacement(const signorom_context *context, double *displacement);
 int signorom_get_displacement_at(signorom_context *context, int n, const int *nodes, double *displacement);
 

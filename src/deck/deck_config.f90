@@ -9,7 +9,7 @@ module sig_deck_config
   public :: load_config_t
   public :: obstacle_config_t
   public :: boundary_config_t, contact_config_t, solver_config_t, point_set_config_t, reduction_config_t, output_config_t
-  public :: greedy_config_t
+  public :: displacement_config_t, greedy_config_t
   public :: target_config_t, refine_config_t
   public :: clusters_config_t, enrichment_config_t, zone_config_t
 
@@ -268,6 +268,16 @@ module sig_deck_config
     type(refine_config_t) :: refine
   end type clusters_config_t
 
+  !> reduction.displacement: of which nodes a condensed model answers displacements.
+  type :: displacement_config_t
+    !> auto (default): all nodes, exactly where there is room, else by POD modes; none; boundaries
+    character(:), allocatable :: type
+    !> of type boundaries: the nodes with exact displacements
+    type(name_config_t), allocatable :: boundaries(:)
+    !> of type boundaries: none (default) or modes
+    character(:), allocatable :: elsewhere
+  end type displacement_config_t
+
   type :: reduction_config_t
     !> auto (default): condensed where the problem fits into max_full_order_size, else hhr; condensed; hhr
     character(:), allocatable :: method
@@ -296,6 +306,7 @@ module sig_deck_config
     real(rk) :: rank_tolerance = 1.0e-10_rk
     !> multipliers_and_displacements (default) or multipliers: what the non-negative least squares fit
     character(:), allocatable :: reconstruction
+    type(displacement_config_t) :: displacement
     !> [MB] >= 0 that the model may spend on the condensed full-order operator, which answers where the reduced model has no
     !> answer: for the multipliers, and if there is room for the displacement too; 0 = none; default 64
     real(rk) :: max_full_order_size = 64

@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> Configuration -> YAML with every default: what `check` prints, what reports and models keep. Reading it back gives the same.
 module sig_deck_echo
-  use sig_deck_config, only: boundary_config_t, clusters_config_t, contact_config_t, deck_config_t, load_config_t, &
-    material_config_t, name_config_t, obstacle_config_t, output_config_t, parameter_config_t, reduction_config_t, &
+  use sig_deck_config, only: boundary_config_t, clusters_config_t, contact_config_t, deck_config_t, displacement_config_t, &
+    load_config_t, material_config_t, name_config_t, obstacle_config_t, output_config_t, parameter_config_t, reduction_config_t, &
     target_config_t, value_config_t
   use sig_deck_echo_points, only: candidate_set, point_set, training_set
   use sig_deck_echo_words, only: count_or_word, tolerance_or_none, yaml_text
@@ -275,6 +275,7 @@ contains
       count_or_word(reduction%enrichment%max_hats, huge(1), 'none') // '}' // eol // &
       '  rank_tolerance: ' // to_text(reduction%rank_tolerance) // eol // &
       '  reconstruction: ' // reduction%reconstruction // eol // &
+      '  displacement: ' // displacement_text(reduction%displacement) // eol // &
       '  max_full_order_size: ' // to_text(reduction%max_full_order_size) // eol // &
       '  max_transforms_size: ' // to_text(reduction%max_transforms_size) // eol // &
       'certificate: {max_error: ' // limit_text(reduction%max_error) // '}' // eol
@@ -287,6 +288,15 @@ contains
     text = 'auto'
     if (limit >= 0) text = tolerance_or_none(limit)
   end function limit_text
+
+  pure function displacement_text(displacement) result(yaml)
+    type(displacement_config_t), intent(in) :: displacement
+    character(:), allocatable :: yaml
+
+    yaml = displacement%type
+    if (yaml == 'boundaries') yaml = '{boundaries: ' // name_list(displacement%boundaries) // ', elsewhere: ' // &
+      displacement%elsewhere // '}'
+  end function displacement_text
 
   pure function zone_list(reduction) result(yaml)
     type(reduction_config_t), intent(in) :: reduction

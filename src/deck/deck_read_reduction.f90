@@ -1,10 +1,10 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> The section `reduction` of a deck.
 module sig_deck_read_reduction
-  use sig_deck_config, only: enrichment_config_t, reduction_config_t, zone_config_t
+  use sig_deck_config, only: displacement_config_t, enrichment_config_t, reduction_config_t, zone_config_t
   use sig_deck_read_loads, only: read_axis
   use sig_deck_tree, only: deck_tree_t, kind_list, kind_mapping, kind_scalar, root_node, shown
-  use sig_deck_values, only: get_choice, get_mapping, get_name, get_number, get_integer, integer_of, name_of, number_of
+  use sig_deck_values, only: get_choice, get_mapping, get_name, get_names, get_number, get_integer, integer_of, name_of, number_of
   use sig_kinds, only: rk
   use sig_mechanical_models, only: mechanical_model_t
   implicit none(type, external)
@@ -17,6 +17,8 @@ module sig_deck_read_reduction
   character(*), parameter :: enrichments(3) = [character(6) :: 'none', 'greedy', 'all']
   character(*), parameter :: sides(2) = [character(6) :: 'first', 'second']
   character(*), parameter :: reconstructions(2) = [character(29) :: 'multipliers_and_displacements', 'multipliers']
+  character(*), parameter :: displacements(2) = [character(4) :: 'auto', 'none']
+  character(*), parameter :: elsewhere(2) = [character(5) :: 'none', 'modes']
   character(*), parameter :: switches(2) = [character(5) :: 'false', 'true']
 
 contains
@@ -31,6 +33,9 @@ contains
     reduction%dirichlet = trim(dirichlet_treatments(1))
     reduction%unpaired_nodes = trim(unpaired_treatments(1))
     reduction%reconstruction = trim(reconstructions(1))
+    reduction%displacement%type = displacements(1)
+    reduction%displacement%elsewhere = trim(elsewhere(1))
+    allocate (reduction%displacement%boundaries(0))
     reduction%enrichment%type = trim(enrichments(1))
     reduction%enrichment%side = trim(sides(1))
     allocate (reduction%zones_of_interest(0))
@@ -45,6 +50,7 @@ contains
     call read_enrichment(tree, i_reduction, reduction%enrichment)
     call get_number(tree, i_reduction, 'rank_tolerance', .false., reduction%rank_tolerance)
     call get_choice(tree, i_reduction, 'reconstruction', .false., reconstructions, reduction%reconstruction)
+    call read_displacement(tree, i_reduction, reduction%displacement)
     call get_number(tree, i_reduction, 'max_full_order_size', .false., reduction%max_full_order_size)
     call get_number(tree, i_reduction, 'max_transforms_size', .false., reduction%max_transforms_size)
     call tree%close_mapping(i_reduction)
@@ -137,6 +143,32 @@ contains
     is_word = tree%nodes(i_node)%kind == kind_scalar
     if (is_word) is_word = tree%nodes(i_node)%text == word
   end function is_word
+
+  !> `auto`, `none`, or {boundaries: [names], elsewhere: none or modes}.
+  subroutine read_displacement(tree, i_reduction, displacement)
+    type(deck_tree_t), intent(inout) :: tree
+    integer, intent(in) :: i_reduction
+    type(displacement_config_t), intent(inout) :: displacement
+    integer :: i_node
+
+    i_node = tree%find(i_reduction, 'displacement')
+    if (i_node == 0) return
+    if (tree%nodes(i_node)%kind /= kind_mapping) then
+      if (is_word(tree, i_node, displacements(1)) .or. is_word(tree, i_node, displacements(2))) then
+        displacement%type = tree%nodes(i_node)%text
+      else if (tree%nodes(i_node)%kind == kind_scalar) then
+        call tree%report(i_node, 'is ' // shown(tree%nodes(i_node)%text) // &
+          '; it must be auto, none or {boundaries: [...]}')
+      else
+        call tree%report(i_node, 'is ' // tree%kind_name(i_node) // '; it must be auto, none or {boundaries: [...]}')
+      end if
+      return
+    end if
+    displacement%type = 'boundaries'
+    call get_names(tree, i_node, 'boundaries', .true., displacement%boundaries)
+    call get_choice(tree, i_node, 'elsewhere', .false., elsewhere, displacement%elsewhere)
+    call tree%close_mapping(i_node)
+  end subroutine read_displacement
 
   subroutine read_enrichment(tree, i_reduction, enrichment)
     type(deck_tree_t), intent(inout) :: tree

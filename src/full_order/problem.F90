@@ -20,7 +20,7 @@ module sig_problem
   use sig_materials, only: create_material_terms, has_fixed_stiffness, most_points_per_stiffness, set_materials
   use sig_mechanical_models, only: coordinate_names, is_plane, mechanical_model, mechanical_model_t
   use sig_mesh, only: mesh_t
-  use sig_mesh_checks, only: material_of_cells, nodes_of_zone
+  use sig_mesh_checks, only: material_of_cells, nodes_of_boundary, nodes_of_zone
   use sig_mesh_load, only: load_mesh
   use sig_node_pair_rows, only: areas_of_pairs, create_node_pair_rows
   use sig_node_pairs, only: find_node_pairs, node_pairs_t
@@ -141,7 +141,7 @@ contains
     end do
   end subroutine announce_plan
 
-  !> The zones of interest are there: better known now than after the sampling.
+  !> The zones of interest and the boundaries with exact displacements are there: better known now than after the sampling.
   subroutine check_zones(deck, mesh, error)
     type(deck_config_t), intent(in) :: deck
     type(mesh_t), intent(in) :: mesh
@@ -151,6 +151,10 @@ contains
 
     do i = 1, size(deck%reduction%zones_of_interest)
       call nodes_of_zone(mesh, deck%reduction%zones_of_interest(i), deck%path, nodes, error)
+      if (allocated(error)) return
+    end do
+    do i = 1, size(deck%reduction%displacement%boundaries)
+      call nodes_of_boundary(mesh, deck%reduction%displacement%boundaries(i), deck%path, nodes, error)
       if (allocated(error)) return
     end do
   end subroutine check_zones

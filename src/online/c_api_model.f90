@@ -9,6 +9,7 @@ module sig_c_api_model
   use sig_model, only: contact_side_t, model_t
   use sig_model_description, only: describe_model
   use sig_model_file, only: read_model
+  use sig_reduced, only: displacement_exact
   implicit none(type, external)
   private
 
@@ -117,15 +118,16 @@ contains
     code = code_ok
   end function signorom_get_sizes
 
-  !> A part that answers all contacts exactly knows the displacement, too.
+  !> A part that answers all contacts exactly knows the displacement of all nodes, too.
   pure logical function has_exact_field(model)
     type(model_t), intent(in) :: model
-    integer :: i
+    integer :: i, k
 
     has_exact_field = .false.
     do i = 1, size(model%parts)
       associate (part => model%parts(i)%reduced)
-        has_exact_field = has_exact_field .or. (part%is_exact() .and. part%has_displacement())
+        has_exact_field = has_exact_field .or. &
+          all([(part%displacement_source(k) == displacement_exact, k=1, model%n_dofs)])
       end associate
     end do
   end function has_exact_field
@@ -227,6 +229,21 @@ contains
     call put_reals(reshape(handle%online%model%coordinates, [size(handle%online%model%coordinates)]), coordinates)
     code = code_ok
   end function signorom_get_nodes
+
+  integer(c_int) function signorom_get_displacement_sources(model, sources) result(code) bind(c)
+    type(c_ptr), value :: model
+    type(c_ptr), value :: sources
+    type(model_handle_t), pointer :: handle
+    integer :: i
+
+    code = bad_argument
+    handle => ready_model(model)
+    if (.not. associated(handle)) return
+    associate (whole => handle%online%model)
+      call put_integers([(whole%parts(1)%reduced%displacement_source(whole%n_dim * i), i=1, whole%n_nodes)], sources)
+    end associate
+    code = code_ok
+  end function signorom_get_displacement_sources
 
   integer(c_int) function signorom_get_next_cluster(model, point, cluster) result(code) bind(c)
     type(c_ptr), value :: model

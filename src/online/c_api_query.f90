@@ -7,6 +7,7 @@ module sig_c_api_query
     put_reals, ready_context, ready_model
   use sig_kinds, only: rk
   use sig_answer, only: answer_failed_bound, answer_failed_pulled_off, answer_failed_term
+  use sig_reduced, only: displacement_none
   use sig_reconstruction, only: displacement_of_dof, fill_displacement, reconstruct_multipliers
   implicit none(type, external)
   private
@@ -307,6 +308,13 @@ contains
         call keep(handle%message, 'a node is not between 0 and the number of nodes less one')
         return
       end if
+      do i = 1, n
+        if (model%parts(handle%answer%displacement_part)%reduced%displacement_source(model%n_dim * (chosen(i) + 1)) /= &
+          displacement_none) cycle
+        call keep(handle%message, 'a node has no displacement: see reduction.displacement of the deck')
+        code = no_answer
+        return
+      end do
       call c_f_pointer(displacement, target, [model%n_dim, int(n)])
       do i = 1, n
         do k = 1, model%n_dim

@@ -8,7 +8,8 @@ module sig_condensed_data
   use sig_kinds, only: rk
   use sig_missing_parts, only: fill_missing
   use sig_reduced, only: model_sizes_t
-  use sig_shape_checks, only: are_indices, is_matrix
+  use sig_shape_checks, only: are_indices, is_ascending, is_matrix
+  use sig_text, only: string_t
   implicit none(type, external)
   private
   public :: condensed_data_t
@@ -22,11 +23,16 @@ module sig_condensed_data
     real(rk), allocatable :: compliance(:, :)
     !> [length per unit of theta] D - B G, shape (n_multipliers, n_terms)
     real(rk), allocatable :: free_opening(:, :)
-    !> [length per unit of theta] G of the leading terms, the others drive nothing; shape (n_dofs, n_driving_terms), or no columns
+    !> dofs whose displacement is exact, ascending, 1-based: those of all nodes, or of nodes that the deck names; shape (n_exact)
+    integer, allocatable :: exact_dofs(:)
+    !> boundaries of the mesh whose nodes these are; none where they are all or no nodes
+    type(string_t), allocatable :: exact_boundaries(:)
+    !> [length per unit of theta] G of the leading terms, the others drive nothing; of the exact dofs or, where there are modes, of
+    !> all; shape (n_exact or n_dofs, n_driving_terms)
     real(rk), allocatable :: free_response(:, :)
-    !> [length/force] H, shape (n_dofs, n_multipliers), or no columns
+    !> [length/force] H of the exact dofs, shape (n_exact, n_multipliers)
     real(rk), allocatable :: contact_response(:, :)
-    !> [-] where H has no room: H z is nearly basis (contact_coordinates z), orthonormal columns; shape (n_dofs, n_modes), or none
+    !> [-] for the other dofs: H z is nearly basis (contact_coordinates z), orthonormal columns; shape (n_dofs, n_modes), or none
     real(rk), allocatable :: basis(:, :)
     !> [length/force] shape (n_modes, n_multipliers)
     real(rk), allocatable :: contact_coordinates(:, :)
@@ -61,8 +67,10 @@ contains
 
     call fill_missing(self%compliance, sizes%n_multipliers)
     call fill_missing(self%free_opening, sizes%n_multipliers)
-    call fill_missing(self%free_response, sizes%n_dofs)
-    call fill_missing(self%contact_response, sizes%n_dofs)
+    call fill_missing(self%exact_dofs)
+    call fill_missing(self%exact_boundaries)
+    if (.not. allocated(self%free_response)) allocate (self%free_response(0, 0))
+    if (.not. allocated(self%contact_response)) allocate (self%contact_response(0, sizes%n_multipliers))
     call fill_missing(self%basis, sizes%n_dofs)
     if (.not. allocated(self%contact_coordinates)) allocate (self%contact_coordinates(0, sizes%n_multipliers))
     call fill_missing(self%anchors)
@@ -90,23 +98,32 @@ contains
       if (.not. are_indices(self%reference_of_point, n_references)) name = 'reference_of_point'
       if (.not. is_matrix(self%transforms, n, n * n_references)) name = 'transforms'
     end associate
-    if (.not. self%has_field()) return
-    if (.not. is_matrix(self%free_response, sizes%n_dofs, min(sizes%n_terms, size(self%free_response, 2)))) name = 'free_response'
-    if (size(self%basis, 2) > 0) then
-      if (.not. is_matrix(self%basis, sizes%n_dofs, size(self%basis, 2))) name = 'basis'
-      if (.not. is_matrix(self%contact_coordinates, size(self%basis, 2), sizes%n_multipliers)) name = 'contact_coordinates'
-    else if (.not. is_matrix(self%contact_response, sizes%n_dofs, sizes%n_multipliers)) then
-      name = 'contact_response'
-    end if
+    if (len(name) == 0) name = field_mismatch(self, sizes)
   end function mismatch
 
-  !> The displacement of all dofs can be answered.
+  !> The same for what answers displacements.
+  pure function field_mismatch(self, sizes) result(name)
+    class(condensed_data_t), intent(in) :: self
+    type(model_sizes_t), intent(in) :: sizes
+    character(:), allocatable :: name
+    integer :: n_responses
+
+    name = ''
+    associate (exact => self%exact_dofs, n_modes => size(self%basis, 2))
+      n_responses = merge(sizes%n_dofs, size(exact), n_modes > 0)
+      if (.not. is_matrix(self%free_response, n_responses, min(sizes%n_terms, size(self%free_response, 2)))) name = 'free_response'
+      if (.not. is_matrix(self%contact_response, size(exact), sizes%n_multipliers)) name = 'contact_response'
+      if (.not. is_matrix(self%basis, sizes%n_dofs, n_modes)) name = 'basis'
+      if (.not. is_matrix(self%contact_coordinates, n_modes, sizes%n_multipliers)) name = 'contact_coordinates'
+      if (.not. (are_indices(exact, sizes%n_dofs) .and. is_ascending(exact))) name = 'exact_dofs'
+    end associate
+  end function field_mismatch
+
+  !> There is a displacement, if only of some dofs.
   pure logical function has_field(self)
     class(condensed_data_t), intent(in) :: self
 
-    has_field = .false.
-    if (allocated(self%contact_response)) has_field = size(self%contact_response) > 0
-    if (allocated(self%basis)) has_field = has_field .or. size(self%basis) > 0
+    has_field = size(self%exact_dofs) > 0 .or. size(self%basis, 2) > 0
   end function has_field
 
   subroutine write(self, file, group, length, force)
@@ -119,10 +136,15 @@ contains
     call file%write(group // '/compliance', self%compliance, length // '/(' // force // ')', &
       'closing of each pair under the contact force of each pair')
     call file%write(group // '/free_opening', self%free_opening, length, 'gap without contact forces, a term per row')
-    call file%write(group // '/free_response', self%free_response, length, 'displacement without contact, a leading term per row')
+    call file%write(group // '/exact_dofs', self%exact_dofs, description='dofs whose displacement is exact, 1-based')
+    call file%write(group // '/exact_boundaries', self%exact_boundaries, description= &
+      'boundaries whose nodes these are; none: of all nodes')
+    call file%write(group // '/free_response', self%free_response, length, &
+      'displacement without contact, a leading term per row; of the exact dofs, or of all where there is a basis')
     call file%write(group // '/contact_response', self%contact_response, length // '/(' // force // ')', &
-      'displacement against the contact force of each pair, a pair per row')
-    call file%write(group // '/basis', self%basis, '1', 'of the displacement against contact forces, a mode per row')
+      'displacement of the exact dofs against the contact force of each pair, a pair per row')
+    call file%write(group // '/basis', self%basis, '1', &
+      'of the displacement of the other dofs against contact forces, a mode per row')
     call file%write(group // '/contact_coordinates', self%contact_coordinates, length // '/(' // force // ')', &
       'of each mode under the contact force of each pair, a pair per row')
     call file%write(group // '/anchors', self%anchors, description='pairs that hold bodies which only contact holds, 1-based')
@@ -147,6 +169,8 @@ contains
 
     call file%read(group // '/compliance', self%compliance, error)
     call file%read(group // '/free_opening', self%free_opening, error)
+    call file%read(group // '/exact_dofs', self%exact_dofs, error)
+    call file%read(group // '/exact_boundaries', self%exact_boundaries, error)
     call file%read(group // '/free_response', self%free_response, error)
     call file%read(group // '/contact_response', self%contact_response, error)
     call file%read(group // '/basis', self%basis, error)

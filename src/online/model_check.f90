@@ -50,8 +50,9 @@ contains
     if (model%n_multipliers < 0) name = 'n_multipliers'
     if (len(name) > 0) return
     if (model%n_dofs / model%n_dim /= model%n_nodes .or. modulo(model%n_dofs, model%n_dim) /= 0) name = 'n_dofs'
-    ! a number alone may be any: there is a field of this size
-    if (model%n_dofs > 0 .and. .not. any([(model%parts(i)%reduced%has_displacement(), i=1, size(model%parts))])) name = 'n_dofs'
+    ! a number alone may be any: there is an array of this size
+    if (model%n_dofs > 0 .and. size(model%node_tags) == 0 .and. &
+      .not. any([(model%parts(i)%reduced%has_whole_field(model%n_dofs), i=1, size(model%parts))])) name = 'n_dofs'
     if (all(size(model%node_tags) /= [0, model%n_nodes])) name = 'node_tags'
     if (size(model%coordinates, 2) /= size(model%node_tags) .or. size(model%coordinates, 1) /= model%n_dim) name = 'coordinates'
   end function find_size_mismatch

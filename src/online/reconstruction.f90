@@ -6,10 +6,11 @@ module sig_reconstruction
   use sig_kinds, only: rk
   use sig_model, only: model_t
   use sig_online_model, only: online_model_t
+  use sig_reduced, only: displacement_none
   use sig_rooms, only: rooms_t
   implicit none(type, external)
   private
-  public :: reconstruct_displacement, fill_displacement, displacement_of_dof, reconstruct_multipliers
+  public :: has_displacements, reconstruct_displacement, fill_displacement, displacement_of_dof, reconstruct_multipliers
 
 contains
 
@@ -23,6 +24,18 @@ contains
     allocate (displacement(model%n_dofs))
     call fill_displacement(model, answer, displacement)
   end subroutine reconstruct_displacement
+
+  !> Which dofs have a displacement, shape (n_dofs).
+  pure function has_displacements(model, answer) result(is_known)
+    type(model_t), intent(in) :: model
+    type(answer_t), intent(in) :: answer
+    logical, allocatable :: is_known(:)
+    integer :: i
+
+    associate (part => model%parts(answer%displacement_part)%reduced)
+      is_known = [(part%has_displacement() .and. part%displacement_source(i) /= displacement_none, i=1, model%n_dofs)]
+    end associate
+  end function has_displacements
 
   !> The same into an array of the caller.
   subroutine fill_displacement(model, answer, displacement)

@@ -12,6 +12,9 @@ module sig_reduced
   private
   public :: reduced_t, room_t, part_t, model_sizes_t, neighbors_t
 
+  !> where the displacement of a dof comes from
+  integer, parameter, public :: displacement_none = 0, displacement_by_modes = 1, displacement_exact = 2
+
   !> Sizes of the model that a part belongs to.
   type :: model_sizes_t
     integer :: n_dofs = 0
@@ -56,6 +59,8 @@ module sig_reduced
     procedure :: warnings => no_warnings
     procedure :: is_exact => no
     procedure :: has_displacement => yes
+    procedure :: displacement_source => by_modes
+    procedure :: has_whole_field => whole
     procedure :: displace_under => nothing_to_do
     procedure :: energy => energy_unknown
     procedure :: can_certify => no
@@ -136,7 +141,7 @@ module sig_reduced
       real(rk), intent(out) :: multipliers(:)
     end subroutine fill_forces
 
-    !> Displacement of all dofs.
+    !> Displacement of all dofs; no numbers where displacement_source is displacement_none.
     subroutine fill_field(self, answer, displacement)
       import :: answer_t, reduced_t, rk
       implicit none(type, external)
@@ -227,6 +232,22 @@ contains
 
     yes = .true.
   end function yes
+
+  !> Of all dofs.
+  pure logical function whole(self, n_dofs)
+    class(reduced_t), intent(in) :: self
+    integer, intent(in) :: n_dofs
+
+    whole = .true.
+  end function whole
+
+  !> One of displacement_*.
+  pure integer function by_modes(self, dof) result(source)
+    class(reduced_t), intent(in) :: self
+    integer, intent(in) :: dof
+
+    source = displacement_by_modes
+  end function by_modes
 
   !> Coordinates under contact forces that another part found, for a displacement that this one has no field for.
   subroutine nothing_to_do(self, room, answer)

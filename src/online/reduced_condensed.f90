@@ -7,6 +7,7 @@ module sig_reduced_condensed
   use sig_answer, only: answer_condensed, answer_failed_pulled_off, answer_t
   use sig_bits, only: n_words, unpack_bits
   use sig_condensed_data, only: condensed_data_t
+  use sig_condensed_displacement, only: condensed_displacement_of_dof, fill_condensed_displacement, source_of_dof
   use sig_contact_error_bound, only: contact_error_bound_t
   use sig_errors, only: error_t
   use sig_hdf5_reader, only: h5_reader_t
@@ -17,7 +18,7 @@ module sig_reduced_condensed
   use sig_pivot_transform, only: transform_columns
   use sig_reduced, only: model_sizes_t, neighbors_t, reduced_t, room_t
   use sig_description_line, only: line
-  use sig_text, only: counted
+  use sig_text, only: counted, join
   implicit none(type, external)
   private
   public :: reduced_condensed_t
@@ -49,6 +50,8 @@ module sig_reduced_condensed
     procedure :: describe
     procedure :: is_exact
     procedure :: has_displacement
+    procedure :: displacement_source
+    procedure :: has_whole_field
     procedure :: energy
     procedure :: can_certify
     procedure :: certify
@@ -252,36 +255,31 @@ contains
     class(reduced_condensed_t), intent(in) :: self
     type(answer_t), intent(in) :: answer
     real(rk), contiguous, intent(inout) :: displacement(:)
-    real(rk) :: coordinates(size(self%data%basis, 2))
 
-    associate (data => self%data)
-      call multiply(1.0_rk, data%free_response, answer%theta(:size(data%free_response, 2)), 0.0_rk, displacement)
-      if (size(data%basis, 2) > 0) then
-        call multiply(1.0_rk, data%contact_coordinates, answer%unknowns, 0.0_rk, coordinates)
-        call multiply(-1.0_rk, data%basis, coordinates, 1.0_rk, displacement)
-      else
-        call multiply(-1.0_rk, data%contact_response, answer%unknowns, 1.0_rk, displacement)
-      end if
-    end associate
+    call fill_condensed_displacement(self%data, answer%theta, answer%unknowns, displacement)
   end subroutine fill_displacement
 
   pure real(rk) function displacement_of_dof(self, answer, dof) result(displacement)
     class(reduced_condensed_t), intent(in) :: self
     type(answer_t), intent(in) :: answer
     integer, intent(in) :: dof
-    integer :: i
 
-    associate (data => self%data)
-      displacement = dot_product(data%free_response(dof, :), answer%theta(:size(data%free_response, 2)))
-      if (size(data%basis, 2) > 0) then
-        do i = 1, size(data%basis, 2)
-          displacement = displacement - data%basis(dof, i) * dot_product(data%contact_coordinates(i, :), answer%unknowns)
-        end do
-      else
-        displacement = displacement - dot_product(data%contact_response(dof, :), answer%unknowns)
-      end if
-    end associate
+    displacement = condensed_displacement_of_dof(self%data, answer%theta, answer%unknowns, dof)
   end function displacement_of_dof
+
+  pure logical function has_whole_field(self, n_dofs)
+    class(reduced_condensed_t), intent(in) :: self
+    integer, intent(in) :: n_dofs
+
+    has_whole_field = size(self%data%basis, 2) > 0 .or. size(self%data%exact_dofs) == n_dofs
+  end function has_whole_field
+
+  pure integer function displacement_source(self, dof) result(source)
+    class(reduced_condensed_t), intent(in) :: self
+    integer, intent(in) :: dof
+
+    source = source_of_dof(self%data, dof)
+  end function displacement_source
 
   pure function contact_rows(self) result(numbers)
     class(reduced_condensed_t), intent(in) :: self
@@ -328,15 +326,31 @@ contains
     character(:), allocatable :: text
 
     text = line('  forces', 'exact on all ' // counted(self%n_rows(), 'contact pair'))
-    if (size(self%data%basis, 2) > 0) then
-      text = text // line('  displacements', 'by ' // counted(size(self%data%basis, 2), 'mode'))
-    else if (self%has_displacement()) then
-      text = text // line('  displacements', 'exact at all nodes')
-    else
-      text = text // line('  displacements', 'none: there was no room (reduction.max_full_order_size)')
-    end if
+    text = text // line('  displacements', displacement_text(self%data))
     text = text // line('  pivot transforms', counted(size(self%data%reference_points), 'reference set'))
   end function describe
+
+  !> Of which dofs there are displacements, and whether they are exact.
+  pure function displacement_text(data) result(text)
+    type(condensed_data_t), intent(in) :: data
+    character(:), allocatable :: text
+
+    text = 'none: contact forces only'
+    if (size(data%exact_boundaries) > 0) then
+      text = 'exact at the nodes of ' // join(data%exact_boundaries, ', ')
+    else if (size(data%exact_dofs) > 0) then
+      text = 'exact at all nodes'
+    end if
+    associate (n_modes => size(data%basis, 2))
+      if (n_modes > 0 .and. size(data%exact_dofs) > 0) then
+        text = text // ', by ' // counted(n_modes, 'mode') // ' elsewhere'
+      else if (n_modes > 0) then
+        text = 'by ' // counted(n_modes, 'mode')
+      else if (size(data%exact_boundaries) > 0) then
+        text = text // ', none elsewhere'
+      end if
+    end associate
+  end function displacement_text
 
   pure logical function is_exact(self)
     class(reduced_condensed_t), intent(in) :: self

@@ -5,7 +5,7 @@ module sig_shape_checks
   use sig_kinds, only: rk
   implicit none(type, external)
   private
-  public :: are_indices, is_ascending, is_matrix
+  public :: are_indices, is_ascending, is_matrix, place_in_ascending
 
 contains
 
@@ -31,4 +31,25 @@ contains
 
     is_ascending = all(values(2:) > values(:size(values) - 1))
   end function is_ascending
+
+  !> Where a number stands in an ascending list, 0 where it is not there.
+  pure integer function place_in_ascending(list, number) result(place)
+    integer, intent(in) :: list(:)
+    integer, intent(in) :: number
+    integer :: first, last
+
+    first = 1
+    last = size(list)
+    do while (first < last)
+      place = (first + last) / 2
+      if (list(place) < number) then
+        first = place + 1
+      else
+        last = place
+      end if
+    end do
+    place = 0
+    if (first > size(list)) return
+    if (list(first) == number) place = first
+  end function place_in_ascending
 end module sig_shape_checks

@@ -6,7 +6,7 @@ module sig_answer_errors
   use sig_rooms, only: rooms_t
   use sig_online_model, only: online_model_t
   use sig_answer, only: answer_t
-  use sig_reconstruction, only: reconstruct_displacement, reconstruct_multipliers
+  use sig_reconstruction, only: has_displacements, reconstruct_displacement, reconstruct_multipliers
   implicit none(type, external)
   private
   public :: answer_error, displacement_error, relative, rid_error, reconstruction_error
@@ -28,7 +28,7 @@ contains
     select case (name)
     case ('e_u')
       call reconstruct_displacement(online%model, answer, reduced)
-      error = displacement_error(reduced, displacement)
+      error = displacement_error(online, answer, reduced, displacement)
     case ('e_lambda_all')
       error = reconstruction_error(online, answer, multipliers)
     case default
@@ -36,12 +36,18 @@ contains
     end select
   end function answer_error
 
-  !> [-] (17)
-  pure real(rk) function displacement_error(reduced, displacement) result(error)
+  !> [-] (17), on the nodes of which the model answers displacements; no number where there are none.
+  pure real(rk) function displacement_error(online, answer, reduced, displacement) result(error)
+    !> prepared
+    type(online_model_t), intent(in) :: online
+    type(answer_t), intent(in) :: answer
+    !> [length] shape (n_dofs)
     real(rk), intent(in) :: reduced(:)
     real(rk), intent(in) :: displacement(:)
 
-    error = relative(norm2(reduced - displacement), norm2(displacement))
+    associate (is_known => has_displacements(online%model, answer))
+      error = relative(norm2(pack(reduced - displacement, is_known)), norm2(pack(displacement, is_known)))
+    end associate
   end function displacement_error
 
   !> [-] (18) on the reduced domain; no number where nothing touches in either model.

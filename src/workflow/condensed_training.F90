@@ -6,6 +6,7 @@ module sig_condensed_training
   use sig_bits, only: n_words, pack_bits
   use sig_condensed, only: condensed_t
   use sig_condensed_data, only: condensed_data_t
+  use sig_condensed_plan, only: all_dofs_fit, displacement_plan_t, plan_displacements, why_not_condensed
   use sig_contact_state, only: reason_converged
   use sig_errors, only: error_t
   use sig_full_order, only: full_order_t, team_t
@@ -21,43 +22,13 @@ module sig_condensed_training
   use sig_reference_sets, only: choose_references
   use sig_snapshot_store, only: snapshot_set_t
   use sig_term_values, only: evaluate_points
-  use sig_text, only: to_text
+  use sig_text, only: string_t
   use petsc
   implicit none(type, external)
   private
-  public :: condense_fallback, train_condensed, why_not_condensed
-
-  !> [MB] of one number
-  real(rk), parameter :: number_size = 8.0e-6_rk
+  public :: condense_fallback, train_condensed
 
 contains
-
-  !> Why the deck's problem cannot be condensed; empty where it can. Local.
-  function why_not_condensed(problem) result(reason)
-    type(problem_t), intent(in) :: problem
-    character(:), allocatable :: reason
-
-    reason = ''
-    associate (room => problem%deck%reduction%max_full_order_size)
-      if (problem%rows%n_rows == 0) then
-        reason = 'there is no contact pair with a free displacement'
-      else if (forces_size(problem) > room) then
-        reason = 'its matrix of all contacts takes ' // to_text(ceiling(forces_size(problem))) // ' MB, more than ' // &
-          'reduction.max_full_order_size'
-      else if (.not. problem%plan%may_factor) then
-        reason = 'its stiffness is too large to factor, or solver.linear is gamg'
-      end if
-    end associate
-  end function why_not_condensed
-
-  !> [MB] of W and q.
-  pure real(rk) function forces_size(problem)
-    type(problem_t), intent(in) :: problem
-
-    associate (n_rows => real(problem%rows%n_rows, rk))
-      forces_size = number_size * n_rows * (n_rows + problem%boundary%n_terms)
-    end associate
-  end function forces_size
 
   !> What answers where a hyper-reduced model has no answer. Collective on all ranks; the same on each.
   subroutine condense_fallback(full_order, multipliers, part, ierr)
@@ -69,7 +40,9 @@ contains
     class(reduced_t), allocatable, intent(out) :: part
     PetscErrorCode, intent(out) :: ierr
     type(reduced_condensed_t), allocatable :: reduced
+    type(displacement_plan_t) :: plan
     character(:), allocatable :: reason
+    integer :: i
 
     ierr = 0
     reason = why_not_condensed(full_order%problem)
@@ -79,7 +52,11 @@ contains
         '; where the reduced problem has no solution there will be no answer')
       return
     end if
-    PetscCall(condense(full_order, reduced, ierr))
+    ! all nodes or none: the reduced basis has a displacement, too
+    allocate (plan%boundaries(0), plan%exact_dofs(0))
+    if (all_dofs_fit(full_order%problem)) &
+      plan%exact_dofs = [(i, i=1, full_order%problem%mesh%n_dim * full_order%problem%mesh%n_nodes)]
+    PetscCall(condense(full_order, plan, reduced, ierr))
     if (.not. allocated(reduced)) return
     ! with anchors the unknowns of W are not the multipliers alone
     if (size(reduced%data%anchors) > 0) return
@@ -100,10 +77,12 @@ contains
     type(error_t), allocatable, intent(out) :: error
     PetscErrorCode, intent(out) :: ierr
     type(reduced_condensed_t), allocatable :: reduced
+    type(displacement_plan_t) :: plan
 
-    PetscCall(condense(full_order, reduced, ierr))
+    plan = plan_displacements(full_order%problem)
+    PetscCall(condense(full_order, plan, reduced, ierr))
     if (.not. allocated(reduced)) return
-    if (size(reduced%data%contact_response) == 0) then
+    if (plan%has_modes) then
       PetscCall(add_modes(full_order, snapshots, reduced%data, ierr))
     end if
     call keep_start_sets(snapshots%multipliers, reduced%data)
@@ -112,15 +91,15 @@ contains
     call move_alloc(reduced, part)
   end subroutine train_condensed
 
-  !> W and q, and G and H where they fit, too. Collective on all ranks; the same on each.
-  subroutine condense(full_order, reduced, ierr)
+  !> W and q, and G and H of the dofs with exact displacements. Collective on all ranks; the same on each.
+  subroutine condense(full_order, plan, reduced, ierr)
     type(full_order_t), intent(inout) :: full_order
+    type(displacement_plan_t), intent(in) :: plan
     !> not allocated where the stiffness could not be factored
     type(reduced_condensed_t), allocatable, intent(out) :: reduced
     PetscErrorCode, intent(out) :: ierr
     type(team_t), pointer :: team
     type(condensed_t), pointer :: condensed
-    real(rk) :: field_size
 
     PetscCall(full_order%ready_team(team, ierr))
     PetscCall(team%solver%condense(condensed, ierr))
@@ -131,17 +110,35 @@ contains
       data%free_opening = condensed%free_opening
       data%anchors = condensed%anchors%rows
       data%scale = condensed%scale
-      associate (n_dofs => problem%mesh%n_dim * problem%mesh%n_nodes, n_rows => problem%rows%n_rows)
-        field_size = number_size * n_dofs * (real(n_rows, rk) + problem%boundary%n_terms)
-        allocate (data%free_response(n_dofs, 0), data%contact_response(n_dofs, 0))
-        if (forces_size(problem) + field_size <= problem%deck%reduction%max_full_order_size) then
-          PetscCall(team%solver%system%share_columns(condensed%free_response, problem%boundary%n_terms, data%free_response, ierr))
-          PetscCall(team%solver%system%share_columns(condensed%contact_response, n_rows, data%contact_response, ierr))
-        end if
-      end associate
+      data%exact_dofs = plan%exact_dofs
+      data%exact_boundaries = plan%boundaries
+      PetscCall(share_rows(team, condensed%free_response, problem%boundary%n_terms, plan%exact_dofs, data%free_response, ierr))
+      PetscCall(share_rows(team, condensed%contact_response, problem%rows%n_rows, plan%exact_dofs, data%contact_response, ierr))
     end associate
     PetscCall(agree(reduced%data, ierr))
   end subroutine condense
+
+  !> Some rows of distributed columns, on every rank. Collective.
+  subroutine share_rows(team, local, n_columns, dofs, rows, ierr)
+    type(team_t), intent(inout) :: team
+    !> rows of this rank, shape (n_local_dofs, at most n_columns)
+    real(rk), intent(in) :: local(:, :)
+    integer, intent(in) :: n_columns
+    !> natural
+    integer, intent(in) :: dofs(:)
+    !> shape (size(dofs), n_columns)
+    real(rk), allocatable, intent(out) :: rows(:, :)
+    PetscErrorCode, intent(out) :: ierr
+    integer :: i, i_local
+
+    ierr = 0
+    allocate (rows(size(dofs), n_columns), source=0.0_rk)
+    do i = 1, size(dofs)
+      i_local = team%solver%system%map%local_index(dofs(i))
+      if (i_local > 0) rows(i, :size(local, 2)) = local(i_local, :)
+    end do
+    PetscCall(sum_over_ranks(team%solver%system%comm, rows, ierr))
+  end subroutine share_rows
 
   !> Groups of ranks condense on their own and may differ by rounding: the first rank's numbers count. Collective on all ranks.
   subroutine agree(data, ierr)

@@ -53,7 +53,7 @@ contains
       call reconstruct_displacement(online%model, answers(i), displacement)
       fields(:, i) = displacement
       fields(:, n + i) = states(i)%displacement
-      errors(i)%displacement = displacement_error(displacement, states(i)%displacement)
+      errors(i)%displacement = displacement_error(online, answers(i), displacement, states(i)%displacement)
       errors(i)%multipliers_rid = rid_error(online, answers(i), states(i)%multipliers)
       errors(i)%multipliers_all = reconstruction_error(online, answers(i), states(i)%multipliers)
     end do

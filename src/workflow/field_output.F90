@@ -261,10 +261,24 @@ contains
     call file%add_cell_field('reduced_domain', has_cell, '-', 'cell of the reduced integration domain that answers')
     call file%add_array('rows_in_reduced_domain', has_row, '-', 'contact row of the reduced integration domain that answers')
     call file%add_node_field('displacement_reduced', reshape(displacement, [problem%mesh%n_dim, problem%mesh%n_nodes]), &
-      problem%deck%units%length, 'displacement, reduced model')
+      problem%deck%units%length, 'displacement, reduced model; no number where it has none')
+    call file%add_node_field('displacement_reduced_source', displacement_sources(online%model, answer), '-', &
+      'where it comes from: 0 there is none, 1 modes, 2 exact')
     call file%add_array('multipliers_reduced', multipliers, force_unit(problem%deck), &
       'contact force of each row, reduced model; outside the reduced domain reconstructed')
   end subroutine write_reduced
+
+  !> Of each node, one of displacement_*.
+  pure function displacement_sources(model, answer) result(sources)
+    type(model_t), intent(in) :: model
+    type(answer_t), intent(in) :: answer
+    real(rk) :: sources(model%n_nodes)
+    integer :: i
+
+    associate (part => model%parts(answer%displacement_part)%reduced)
+      sources = [(real(part%displacement_source(model%n_dim * i), rk), i=1, model%n_nodes)]
+    end associate
+  end function displacement_sources
 
   !> Opening at each contact node, the smallest of the rows that it meets.
   pure function nodal_gaps(rows, opening, n_nodes) result(gap)

@@ -2,7 +2,8 @@
 #include "signorom/macros.h"
 !> The model of the deck: trained once, or refined to a target error; with the full-order operator and the sets that queries need.
 module sig_model_building
-  use sig_condensed_training, only: condense_fallback, train_condensed, why_not_condensed
+  use sig_condensed_plan, only: is_condensed_model
+  use sig_condensed_training, only: condense_fallback, train_condensed
   use sig_deck_config, only: reduction_config_t
   use sig_errors, only: error_t, exit_not_converged, make_error
   use sig_file_system, only: file_exists
@@ -80,20 +81,16 @@ contains
     type(error_t), allocatable, intent(out) :: error
     character(:), allocatable :: reason
 
-    associate (deck => problem%deck)
-      is_condensed = .false.
-      if (deck%reduction%method == 'hhr') return
-      reason = why_not_condensed(problem)
-      if (deck%clusters%number > 1 .or. deck%clusters%target%is_used) reason = 'the deck asks for clusters'
-      is_condensed = reason == ''
-      if (is_condensed) return
-      if (deck%reduction%method == 'auto') then
-        call log_info('hyper-reduction (reduction.method: auto): ' // reason)
-      else
-        call make_error(error, 'reduction.method is condensed, but ' // reason, deck%path, &
-          hint='take a larger reduction.max_full_order_size, or method: hhr')
-      end if
-    end associate
+    call is_condensed_model(problem, is_condensed, reason)
+    if (reason == '') return
+    if (problem%deck%reduction%method == 'auto') then
+      call log_info('hyper-reduction (reduction.method: auto): ' // reason)
+      if (problem%deck%reduction%displacement%type /= 'auto') call log_info( &
+        'reduction.displacement is of condensed models: a hyper-reduced one has displacements by modes at all nodes')
+    else
+      call make_error(error, 'reduction.method is condensed, but ' // reason, problem%deck%path, &
+        hint='take a larger reduction.max_full_order_size, or method: hhr')
+    end if
   end subroutine choose_kind
 
   !> [-] The limit of the certificate: where the deck leaves it open, a hyper-reduced model has one.

@@ -59,6 +59,10 @@ CHANGES = {
         {"second: upper_face": "second: upperface"},
         ["patch.yaml:12:33: error: ", "'upperface'", "lower_face", "did you mean 'upper_face'?"],
     ),
+    "boundary_with_exact_displacements": (
+        {"{method: hhr}": "{displacement: {boundaries: [topp]}}"},
+        ["patch.yaml:17:41: error: ", "'topp'", "did you mean 'top'?"],
+    ),
     "points_as_contact_surface": (
         {"second: upper_face": "second: top_left"},
         ["patch.yaml:12:33: error: 'top_left' of the mesh is no surface"],

@@ -68,6 +68,7 @@ contains
     allocate (condensed)
     condensed%data%compliance = reshape([1.0_rk, 0.0_rk, 0.0_rk, 0.0_rk, 2.0_rk, 0.0_rk, 0.0_rk, 0.0_rk, 4.0_rk], [3, 3])
     condensed%data%free_opening = reshape([1.0_rk, 3.0_rk, 2.0_rk, -4.0_rk, -5.0_rk, -6.0_rk], [3, 2])
+    condensed%data%exact_dofs = [1, 2, 3, 4]
     condensed%data%free_response = reshape([0.0_rk, 0.0_rk, 0.0_rk, 0.0_rk, 1.0_rk, 2.0_rk, 3.0_rk, 4.0_rk], [4, 2])
     condensed%data%contact_response = reshape([1.0_rk, 0.0_rk, 0.0_rk, 0.0_rk, 0.0_rk, 1.0_rk, 0.0_rk, 0.0_rk, &
       0.0_rk, 0.0_rk, 1.0_rk, 0.0_rk], [4, 3])

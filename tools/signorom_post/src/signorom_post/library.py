@@ -85,6 +85,7 @@ _SIGNATURES = {
     "signorom_get_contact_areas": (c_int, [c_void_p, _DOUBLES]),
     "signorom_get_nodes": (c_int, [c_void_p, _INTS, _DOUBLES]),
     "signorom_get_domain_contacts": (c_int, [c_void_p, c_int, _INTS, _INTS]),
+    "signorom_get_displacement_sources": (c_int, [c_void_p, _INTS]),
     "signorom_get_next_cluster": (c_int, [c_void_p, _DOUBLES, _INTS]),
     "signorom_create_context": (c_int, [c_void_p, POINTER(c_void_p)]),
     "signorom_message": (c_char_p, [c_void_p]),

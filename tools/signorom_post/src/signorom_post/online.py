@@ -21,6 +21,9 @@ from signorom_post.arrays import FloatArray, IntArray
 from signorom_post.errors import InputError
 from signorom_post.library import METHODS, NO_ANSWER, CAnswer, CSizes, doubles, ints, load_library, text_of
 
+#: entries of Model.displacement_sources
+DISPLACEMENT_NONE, DISPLACEMENT_BY_MODES, DISPLACEMENT_EXACT = 0, 1, 2
+
 
 class ModelError(InputError):
     """A model that cannot be read or cannot answer."""
@@ -66,7 +69,8 @@ class Answer:
     domain_multipliers: FloatArray
     #: which contacts these are, counted from 0
     domain_contacts: IntArray
-    #: displacement of each node, or of the chosen ones [length unit of the model], shape (n_nodes, n_dimensions)
+    #: displacement of each node, or of the chosen ones [length unit of the model], NaN where there is none; shape
+    #: (n_nodes, n_dimensions)
     displacement: FloatArray
     #: reduced coordinates, shape (n_modes)
     coordinates: FloatArray
@@ -290,6 +294,14 @@ class Model:
             self._library.signorom_get_nodes(model, ints(tags), doubles(coordinates))
         return tags.astype(np.int64), coordinates
 
+    @property
+    def displacement_sources(self) -> IntArray:
+        """Where the displacement of each node comes from: DISPLACEMENT_NONE, _BY_MODES or _EXACT; shape (n_nodes)."""
+        sources = np.zeros(self._sizes.n_nodes, dtype=np.intc)
+        with self._handles.model() as model:
+            self._library.signorom_get_displacement_sources(model, ints(sources))
+        return sources.astype(np.int64)
+
     def query(self, *, nodes: list[int] | IntArray | None = None, **values: float) -> Answer:
         """Answer at a point, a keyword per parameter; `nodes` (mesh tags) asks for the displacement of these.
 
@@ -370,7 +382,7 @@ class Model:
         return chosen.astype(np.intc)
 
     def _displacement(self, context: c_void_p, indices: IntArray | None) -> FloatArray:
-        """NaN where the model answers contact forces only."""
+        """NaN where there is none."""
         n = self._sizes.n_dimensions
         displacement = np.zeros((self._sizes.n_nodes if indices is None else len(indices), n))
         if indices is None:
@@ -379,6 +391,8 @@ class Model:
             code = self._library.signorom_get_displacement_at(
                 context, len(indices), ints(indices), doubles(displacement)
             )
+            if code:  # one of the nodes has none; the others may
+                return self._displacement(context, None)[indices]
         if code:
             displacement[:] = np.nan
         return displacement

@@ -1,0 +1,129 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> Which kind of model a deck gets, and of which nodes a condensed one answers displacements: known before anything is solved.
+module sig_condensed_plan
+  use sig_errors, only: error_t
+  use sig_kinds, only: rk
+  use sig_mesh_checks, only: nodes_of_boundary
+  use sig_problem, only: problem_t
+  use sig_text, only: string_t, to_text
+  implicit none(type, external)
+  private
+  public :: displacement_plan_t, is_condensed_model, needs_displacements, plan_displacements, why_not_condensed, all_dofs_fit
+
+  !> reduction.displacement for the problem at hand.
+  type :: displacement_plan_t
+    !> ascending, natural; all, none, or those of the named boundaries
+    integer, allocatable :: exact_dofs(:)
+    !> names of the boundaries; none where the deck names none
+    type(string_t), allocatable :: boundaries(:)
+    !> the other dofs by POD modes
+    logical :: has_modes = .false.
+  end type displacement_plan_t
+
+  !> [MB] of one number
+  real(rk), parameter :: number_size = 8.0e-6_rk
+
+contains
+
+  !> The deck's model is a condensed one; where auto decides otherwise or the deck asks in vain there is a reason.
+  subroutine is_condensed_model(problem, is_condensed, reason)
+    type(problem_t), intent(in) :: problem
+    logical, intent(out) :: is_condensed
+    !> why not; empty where it is, and where the deck wants hhr
+    character(:), allocatable, intent(out) :: reason
+
+    is_condensed = .false.
+    reason = ''
+    associate (deck => problem%deck)
+      if (deck%reduction%method == 'hhr') return
+      reason = why_not_condensed(problem)
+      if (deck%clusters%number > 1 .or. deck%clusters%target%is_used) reason = 'the deck asks for clusters'
+    end associate
+    is_condensed = reason == ''
+  end subroutine is_condensed_model
+
+  !> Why the deck's problem cannot be condensed; empty where it can.
+  function why_not_condensed(problem) result(reason)
+    type(problem_t), intent(in) :: problem
+    character(:), allocatable :: reason
+
+    reason = ''
+    associate (room => problem%deck%reduction%max_full_order_size)
+      if (problem%rows%n_rows == 0) then
+        reason = 'there is no contact pair with a free displacement'
+      else if (forces_size(problem) > room) then
+        reason = 'its matrix of all contacts takes ' // to_text(ceiling(forces_size(problem))) // ' MB, more than ' // &
+          'reduction.max_full_order_size'
+      else if (.not. problem%plan%may_factor) then
+        reason = 'its stiffness is too large to factor, or solver.linear is gamg'
+      end if
+    end associate
+  end function why_not_condensed
+
+  !> [MB] of W and q.
+  pure real(rk) function forces_size(problem)
+    type(problem_t), intent(in) :: problem
+
+    associate (n_rows => real(problem%rows%n_rows, rk))
+      forces_size = number_size * n_rows * (n_rows + problem%boundary%n_terms)
+    end associate
+  end function forces_size
+
+  !> There is room for the displacements of all nodes, beside W and q.
+  pure logical function all_dofs_fit(problem)
+    type(problem_t), intent(in) :: problem
+    real(rk) :: fields_size
+
+    associate (n_dofs => problem%mesh%n_dim * problem%mesh%n_nodes)
+      fields_size = number_size * n_dofs * (real(problem%rows%n_rows, rk) + problem%boundary%n_terms)
+    end associate
+    all_dofs_fit = forces_size(problem) + fields_size <= problem%deck%reduction%max_full_order_size
+  end function all_dofs_fit
+
+  !> Of a condensed model.
+  function plan_displacements(problem) result(plan)
+    type(problem_t), intent(in) :: problem
+    type(displacement_plan_t) :: plan
+    logical :: is_exact(problem%mesh%n_nodes)
+    integer :: i, n_dim
+
+    associate (deck => problem%deck%reduction%displacement)
+      is_exact = deck%type == 'auto' .and. all_dofs_fit(problem)
+      plan%has_modes = deck%type == 'auto' .and. .not. all_dofs_fit(problem)
+      allocate (plan%boundaries(size(deck%boundaries)))
+      do i = 1, size(deck%boundaries)
+        plan%boundaries(i)%text = deck%boundaries(i)%text
+        call mark_nodes(problem, i, is_exact)
+      end do
+      if (deck%type == 'boundaries') plan%has_modes = deck%elsewhere == 'modes'
+    end associate
+    n_dim = problem%mesh%n_dim
+    plan%exact_dofs = pack([(i, i=1, n_dim * size(is_exact))], reshape(spread(is_exact, 1, n_dim), [n_dim * size(is_exact)]))
+  end function plan_displacements
+
+  !> Nodes of a boundary that the deck names; that the mesh has it was checked.
+  subroutine mark_nodes(problem, i, is_marked)
+    type(problem_t), intent(in) :: problem
+    integer, intent(in) :: i
+    logical, intent(inout) :: is_marked(:)
+    type(error_t), allocatable :: error
+    integer, allocatable :: nodes(:)
+
+    call nodes_of_boundary(problem%mesh, problem%deck%reduction%displacement%boundaries(i), problem%deck%path, nodes, error)
+    if (.not. allocated(error)) is_marked(nodes) = .true.
+  end subroutine mark_nodes
+
+  !> Training takes the displacements of the snapshots, not the contact forces alone.
+  logical function needs_displacements(problem)
+    type(problem_t), intent(in) :: problem
+    type(displacement_plan_t) :: plan
+    character(:), allocatable :: reason
+    logical :: is_condensed
+
+    call is_condensed_model(problem, is_condensed, reason)
+    needs_displacements = .true.
+    if (.not. is_condensed .or. problem%deck%greedy%is_used) return
+    plan = plan_displacements(problem)
+    needs_displacements = plan%has_modes
+  end function needs_displacements
+end module sig_condensed_plan
