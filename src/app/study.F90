@@ -16,6 +16,7 @@ module sig_study
   use sig_log, only: log_info, log_warning
   use sig_materials, only: need_fixed_stiffness
   use sig_model, only: model_t
+  use sig_condensed_plan, only: needs_displacements
   use sig_model_building, only: build_model
   use sig_model_file, only: read_model, write_model
   use sig_parameter_space, only: build_points, format_point
@@ -31,7 +32,7 @@ module sig_study
   use sig_sampling_stage, only: announce_stiffness, need_training
   use sig_selection, only: selection_t
   use sig_session, only: session_t
-  use sig_snapshot_merge, only: read_own_snapshots, snapshots_path
+  use sig_snapshot_merge, only: lacks_displacements, read_own_snapshots, snapshots_path
   use sig_snapshot_store, only: snapshot_set_t, take_points
   use sig_stop_request, only: agree_to_stop
   use sig_text, only: counted, string_t, to_text
@@ -133,6 +134,7 @@ contains
     real(rk), allocatable :: points(:, :)
     logical, allocatable :: is_missing(:)
     character(:), allocatable :: hint
+    logical :: is_needed
 
     hint = 'run first: signorom sample ' // session%deck%path
     if (.not. file_exists(snapshots_path(session%folder))) then
@@ -141,6 +143,12 @@ contains
     end if
     call read_own_snapshots(problem, snapshots_path(session%folder), snapshots, error)
     if (allocated(error)) return
+    is_needed = needs_displacements(problem)
+    if (is_needed .and. lacks_displacements(snapshots)) then
+      call make_error(error, 'the snapshots hold contact forces only, and this deck''s model needs displacements', &
+        snapshots_path(session%folder), hint=hint // ', which solves them again')
+      return
+    end if
     call training_points(problem, session%folder, points, selection, error)
     if (allocated(error)) return
     allocate (is_missing(size(points, 2)))

@@ -22,7 +22,6 @@ module sig_condensed_training
   use sig_reference_sets, only: choose_references
   use sig_snapshot_store, only: snapshot_set_t
   use sig_term_values, only: evaluate_points
-  use sig_text, only: string_t
   use petsc
   implicit none(type, external)
   private

@@ -95,34 +95,36 @@ contains
     integer, allocatable :: to_do(:)
     logical, allocatable :: is_done(:)
     logical :: is_merged
-    integer :: i
+    integer :: i, n_stored
 
     ierr = 0
     outcome%n_points = size(points, 2)
     call check_points(self%problem, points, error)
     if (allocated(error)) return
-    PetscCall(find_finished_points(self%problem, store, points, is_done, is_merged, error, ierr))
+    PetscCall(find_finished_points(self%problem, store, points, is_done, is_merged, error, ierr, n_stored))
     if (allocated(error)) return
     outcome%n_found = count(is_done)
     if (is_merged) return
     to_do = pack([(i, i=1, size(is_done))], .not. is_done)
     if (size(to_do) > 0 .and. .not. self%team%is_ready) call announce_plan(self%problem, points)
     PetscCall(self%team%make_ready(self%problem, ierr))
-    PetscCall(solve_and_merge(self, store, points, to_do, outcome, error, ierr))
+    PetscCall(solve_and_merge(self, store, points, to_do, n_stored, outcome, error, ierr))
   end subroutine solve_missing
 
-  subroutine solve_and_merge(self, store, points, to_do, outcome, error, ierr)
+  subroutine solve_and_merge(self, store, points, to_do, n_stored, outcome, error, ierr)
     type(sampler_t), intent(inout) :: self
     type(store_t), intent(in) :: store
     real(rk), intent(in) :: points(:, :)
     integer, intent(in) :: to_do(:)
+    !> dofs of which the store keeps displacements: all or none
+    integer, intent(in) :: n_stored
     type(sampling_result_t), intent(inout) :: outcome
     type(error_t), allocatable, intent(out) :: error
     PetscErrorCode, intent(out) :: ierr
     type(snapshot_buffer_t) :: buffer
     real(rk) :: stopped, counts(2)
 
-    PetscCall(solve_points(self, store, points(:, to_do), buffer, outcome, error, ierr))
+    PetscCall(solve_points(self, store, points(:, to_do), n_stored, buffer, outcome, error, ierr))
     stopped = merge(1.0_rk, 0.0_rk, outcome%is_stopped)
     PetscCall(max_over_ranks(PETSC_COMM_WORLD, stopped, ierr))
     outcome%is_stopped = stopped > 0
@@ -132,7 +134,7 @@ contains
     outcome%n_stiffnesses = nint(counts(2))
     PetscCall(close_buffer(self%team%groups, allocated(error) .or. outcome%is_stopped, buffer, error, ierr))
     if (allocated(error) .or. outcome%is_stopped) return
-    PetscCall(merge_snapshots(self%problem, self%team, store, points, buffer%records, error, ierr))
+    PetscCall(merge_snapshots(self%problem, self%team, store, points, n_stored, buffer%records, error, ierr))
   end subroutine solve_and_merge
 
   !> The rank that merges keeps what it has not written; the others write, and so do all where nothing is merged. Collective on
@@ -155,11 +157,12 @@ contains
 
   !> The loop over this group's points, as many at once as the solver likes. A point that did not converge is kept and marked;
   !> a signal ends the loop.
-  subroutine solve_points(self, store, points, buffer, outcome, error, ierr)
+  subroutine solve_points(self, store, points, n_stored, buffer, outcome, error, ierr)
     type(sampler_t), intent(inout) :: self
     type(store_t), intent(in) :: store
     !> those that are left to do, shape (n_parameters, n_points)
     real(rk), intent(in) :: points(:, :)
+    integer, intent(in) :: n_stored
     type(snapshot_buffer_t), intent(inout) :: buffer
     type(sampling_result_t), intent(inout) :: outcome
     type(error_t), allocatable, intent(out) :: error
@@ -171,7 +174,7 @@ contains
     ierr = 0
     if (self%team%groups%is_leader()) then
       call buffer%create(store%shard_path(self%team%groups%i_group), self%problem%provenance, size(points, 1), &
-        self%team%solver%system%map%n_dofs, self%team%solver%system%rows%n_rows, error)
+        n_stored, self%team%solver%system%rows%n_rows, error)
     end if
     PetscCall(broadcast_error(error, PETSC_COMM_WORLD, ierr))
     if (allocated(error)) return
@@ -182,7 +185,7 @@ contains
     do i = 1, size(own%ends)
       first = last + 1
       last = own%ends(i)
-      PetscCall(solve_batch(self, points(:, own%points(first:last)), buffer, outcome, error, ierr))
+      PetscCall(solve_batch(self, points(:, own%points(first:last)), n_stored, buffer, outcome, error, ierr))
       if (i == 1 .and. .not. allocated(error)) then
         PetscCall(refuse_unused_options(self%problem%plan%type, error, ierr))
       end if
@@ -197,9 +200,10 @@ contains
   end subroutine solve_points
 
   !> Solves points and hands them to the group's shard. Collective on the group.
-  subroutine solve_batch(self, points, buffer, outcome, error, ierr)
+  subroutine solve_batch(self, points, n_stored, buffer, outcome, error, ierr)
     type(sampler_t), intent(inout) :: self
     real(rk), intent(in) :: points(:, :)
+    integer, intent(in) :: n_stored
     type(snapshot_buffer_t), intent(inout) :: buffer
     type(sampling_result_t), intent(inout) :: outcome
     type(error_t), allocatable, intent(out) :: error
@@ -212,7 +216,7 @@ contains
     if (self%team%groups%is_leader()) then
       outcome%n_failed = outcome%n_failed + count(states%reason /= reason_converged)
       do i = 1, size(states)
-        call make_record(points(:, i), states(i), records(i))
+        call make_record(points(:, i), n_stored > 0, states(i), records(i))
       end do
       call buffer%add(records, error)
     end if
@@ -220,13 +224,18 @@ contains
   end subroutine solve_batch
 
   !> The fields move from the state to the record.
-  pure subroutine make_record(point, state, record)
+  pure subroutine make_record(point, has_displacement, state, record)
     real(rk), intent(in) :: point(:)
+    logical, intent(in) :: has_displacement
     type(contact_state_t), intent(inout) :: state
     type(snapshot_record_t), intent(out) :: record
 
     record%parameters = point
-    call move_alloc(state%displacement, record%displacement)
+    if (has_displacement) then
+      call move_alloc(state%displacement, record%displacement)
+    else
+      allocate (record%displacement(0))
+    end if
     call move_alloc(state%multipliers, record%multipliers)
     record%n_iterations = state%n_iterations
     record%reason = state%reason

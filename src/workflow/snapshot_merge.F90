@@ -4,14 +4,15 @@
 !>
 !> A store is a file such as snapshots.h5 and the shards snapshots.part-1, ... of a sampling that is not finished.
 module sig_snapshot_merge
-  use mpi, only: MPI_Barrier, MPI_Bcast, MPI_Comm_rank, MPI_LOGICAL
+  use mpi, only: MPI_Barrier, MPI_Bcast, MPI_Comm_rank, MPI_INTEGER, MPI_LOGICAL
+  use sig_condensed_plan, only: needs_displacements
   use sig_contact_state, only: reason_converged, reason_text
   use sig_error_broadcast, only: broadcast_error
   use sig_errors, only: error_t, exit_not_converged, make_error
   use sig_file_system, only: file_exists, list_files, remove_file
   use sig_full_order, only: team_t
   use sig_kinds, only: rk
-  use sig_log, only: log_warning
+  use sig_log, only: log_info, log_warning
   use sig_problem, only: force_unit, parameter_names, parameter_units, problem_t
   use sig_snapshot_shard, only: append_records, read_shard, snapshot_record_t
   use sig_snapshot_store, only: all_points, pick_records, read_snapshot_set, records_of_set, snapshot_set_t, take_points, &
@@ -20,7 +21,8 @@ module sig_snapshot_merge
   use petsc
   implicit none(type, external)
   private
-  public :: find_finished_points, merge_snapshots, put_in_order, read_own_snapshots, read_store, snapshots_path, store_in, store_t
+  public :: find_finished_points, lacks_displacements, merge_snapshots, put_in_order, read_own_snapshots, read_store
+  public :: snapshots_path, store_in, store_t
   public :: write_merged
 
   !> the solutions that a model is trained on, and the pool of solved points from which such are chosen
@@ -85,7 +87,7 @@ contains
   !> Which points are solved already, and whether all of them are merged. Collective on all ranks.
   !>
   !> Errors: snapshots of another deck or mesh.
-  subroutine find_finished_points(problem, store, points, is_done, is_merged, error, ierr)
+  subroutine find_finished_points(problem, store, points, is_done, is_merged, error, ierr, n_stored)
     type(problem_t), intent(in) :: problem
     type(store_t), intent(in) :: store
     real(rk), intent(in) :: points(:, :)
@@ -93,14 +95,17 @@ contains
     logical, intent(out) :: is_merged
     type(error_t), allocatable, intent(out) :: error
     PetscErrorCode, intent(out) :: ierr
+    !> dofs of which the store keeps displacements
+    integer, intent(out), optional :: n_stored
     type(snapshot_record_t), allocatable :: records(:)
     type(string_t), allocatable :: shards(:)
     logical, allocatable :: is_missing(:)
-    integer :: rank, i, i_column
+    integer :: rank, i, i_column, n_dofs
 
     allocate (is_done(size(points, 2)), source=.false.)
     call MPI_Comm_rank(PETSC_COMM_WORLD, rank, ierr)
-    if (rank == 0) call collect_snapshots(problem, store, points, records, is_missing, error)
+    n_dofs = 0
+    if (rank == 0) call collect_snapshots(problem, store, points, records, is_missing, n_dofs, error)
     if (rank == 0 .and. .not. allocated(error)) then
       i_column = 0
       do i = 1, size(points, 2)
@@ -114,10 +119,14 @@ contains
     PetscCall(broadcast_error(error, PETSC_COMM_WORLD, ierr))
     call MPI_Bcast(is_done, size(is_done), MPI_LOGICAL, 0, PETSC_COMM_WORLD, ierr)
     call MPI_Bcast(is_merged, 1, MPI_LOGICAL, 0, PETSC_COMM_WORLD, ierr)
+    call MPI_Bcast(n_dofs, 1, MPI_INTEGER, 0, PETSC_COMM_WORLD, ierr)
+    if (present(n_stored)) n_stored = n_dofs
   end subroutine find_finished_points
 
   !> Everything that stands in the folder: these points first, then others that an earlier deck asked for. Local.
-  subroutine collect_snapshots(problem, store, points, picked, is_missing, error, fresh)
+  !>
+  !> Contact forces alone do not count where the deck needs displacements.
+  subroutine collect_snapshots(problem, store, points, picked, is_missing, n_stored, error, fresh)
     type(problem_t), intent(in) :: problem
     type(store_t), intent(in) :: store
     real(rk), intent(in) :: points(:, :)
@@ -125,6 +134,8 @@ contains
     type(snapshot_record_t), allocatable, intent(out) :: picked(:)
     !> shape (n_points and more)
     logical, allocatable, intent(out) :: is_missing(:)
+    !> dofs of which the store keeps displacements: all where the deck needs them or the file has them, else none
+    integer, intent(out) :: n_stored
     type(error_t), allocatable, intent(out) :: error
     !> records that are not in the folder; their fields are gone afterwards
     type(snapshot_record_t), intent(inout), optional :: fresh(:)
@@ -136,16 +147,22 @@ contains
 
     allocate (records(0))
     wanted = points
+    n_stored = merge(problem%mesh%n_dim * problem%mesh%n_nodes, 0, needs_displacements(problem))
     if (file_exists(store%path())) then
       call read_own_snapshots(problem, store%path(), set, error)
       if (allocated(error)) return
-      records = records_of_set(set)
-      wanted = all_points(points, set)
+      if (lacks_displacements(set) .and. n_stored > 0) then
+        call log_info('the snapshots hold contact forces only, and this deck needs displacements: they are solved again')
+      else
+        if (size(set%reasons) > 0) n_stored = size(set%displacement, 1)
+        records = records_of_set(set)
+        wanted = all_points(points, set)
+      end if
     end if
     shards = store%shards()
     do i = 1, size(shards)
       call read_shard(store%folder // '/' // shards(i)%text, problem%provenance, size(points, 1), &
-        problem%mesh%n_dim * problem%mesh%n_nodes, problem%rows%n_rows, found, n_dropped, error)
+        n_stored, problem%rows%n_rows, found, n_dropped, error)
       if (allocated(error)) return
       if (n_dropped > 0) call log_warning(shards(i)%text // ' ends in ' // counted(n_dropped, 'damaged record') // &
         ', as a killed run leaves them; what is lost is solved again')
@@ -164,18 +181,26 @@ contains
     character(*), intent(in) :: path
     type(snapshot_set_t), intent(out) :: set
     type(error_t), allocatable, intent(out) :: error
-    integer :: n_free_responses
+    integer :: n_dofs, n_free_responses
 
     call read_snapshot_set(path, problem%provenance, set, error)
     if (allocated(error)) return
     ! no point was solved yet: nothing has a size
     if (size(set%reasons) == 0) return
+    n_dofs = problem%mesh%n_dim * problem%mesh%n_nodes
     n_free_responses = size(set%free_response, 2)
     if (size(set%parameter_names) /= size(problem%deck%parameters) .or. size(set%multipliers, 1) /= problem%rows%n_rows .or. &
-      size(set%displacement, 1) /= problem%mesh%n_dim * problem%mesh%n_nodes .or. n_free_responses > problem%terms%n_terms()) &
+      all(size(set%displacement, 1) /= [0, n_dofs]) .or. n_free_responses > problem%terms%n_terms()) &
       call make_error(error, 'the snapshots are not those of this deck and mesh: their sizes differ', file=path, &
         hint='remove the file and sample again')
   end subroutine read_own_snapshots
+
+  !> A set of contact forces, for a condensed model that takes no more.
+  pure logical function lacks_displacements(set)
+    type(snapshot_set_t), intent(in) :: set
+
+    lacks_displacements = size(set%reasons) > 0 .and. size(set%displacement, 1) == 0
+  end function lacks_displacements
 
   !> The solutions at these points, in their order; the file may hold more. Local.
   subroutine read_store(problem, store, points, set, is_missing, error)
@@ -211,12 +236,14 @@ contains
   end subroutine put_in_order
 
   !> One file of everything, then the shards go. Collective on all ranks.
-  subroutine merge_snapshots(problem, team, store, points, fresh, error, ierr)
+  subroutine merge_snapshots(problem, team, store, points, n_stored, fresh, error, ierr)
     type(problem_t), intent(in) :: problem
     !> ready
     type(team_t), intent(inout) :: team
     type(store_t), intent(in) :: store
     real(rk), intent(in) :: points(:, :)
+    !> dofs of which the store keeps displacements
+    integer, intent(in) :: n_stored
     !> records that the first rank has not written to a shard, none elsewhere; gone afterwards
     type(snapshot_record_t), intent(inout) :: fresh(:)
     type(error_t), allocatable, intent(out) :: error
@@ -224,9 +251,9 @@ contains
     real(rk), allocatable :: response(:, :)
     integer :: reason
 
-    if (.not. problem%has_fixed_stiffness) then
-      ! nothing can be lifted once and for all
-      allocate (response(problem%mesh%n_dim * problem%mesh%n_nodes, 0))
+    if (n_stored == 0 .or. .not. problem%has_fixed_stiffness) then
+      ! nobody asks for it, or nothing can be lifted once and for all
+      allocate (response(n_stored, 0))
     else if (team%groups%i_group == 1) then
       PetscCall(team%solver%lifting(response, reason, ierr))
       if (reason /= reason_converged) call make_error(error, 'no elastic response to the prescribed values: ' // &
@@ -249,9 +276,9 @@ contains
     type(snapshot_record_t), allocatable :: records(:)
     type(string_t), allocatable :: shards(:)
     logical, allocatable :: is_missing(:)
-    integer :: i
+    integer :: i, n_stored
 
-    call collect_snapshots(problem, store, points, records, is_missing, error, fresh)
+    call collect_snapshots(problem, store, points, records, is_missing, n_stored, error, fresh)
     if (allocated(error)) return
     study%provenance = problem%provenance
     study%parameter_names = parameter_names(problem%deck)

@@ -11,6 +11,8 @@ import jsonschema
 import pytest
 import yaml
 
+from runs import write_deck
+
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parents[1]
 EXECUTABLE = Path(os.environ.get("SIGNOROM_EXECUTABLE", ROOT / "build" / "ci" / "signorom")).resolve()
@@ -66,7 +68,8 @@ def test_effective_deck_holds_every_key_of_the_schema(tmp_path):
 
 def test_defaults_of_the_schema_are_those_of_the_program(tmp_path):
     content = json.loads((ROOT / "input" / "deck.schema.json").read_text(encoding="utf-8"))
-    effective = yaml.safe_load(check(HERE / "decks" / "patch.yaml", tmp_path).stdout)
+    deck = write_deck("patch", tmp_path, **{"{method: hhr}": "{}"})
+    effective = yaml.safe_load(check(deck, tmp_path).stdout)
     for section in ("units", "solver", "reduction"):
         for key, node in content["properties"][section]["properties"].items():
             if key != "enrichment":

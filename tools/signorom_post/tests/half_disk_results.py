@@ -151,7 +151,7 @@ def write_point(group: h5py.Group, disks: HalfDisks, squeeze: float) -> None:
 def write_snapshots(path: Path, disks: HalfDisks) -> None:
     with h5py.File(path, "w") as file:
         file.attrs["format"] = "signorom snapshots"
-        file.attrs["format_version"] = 1
+        file.attrs["format_version"] = 2
         file.attrs["provenance"] = "0123456789abcdef"
         m = len(TRAINING)
         file["parameter_names"] = ["squeeze"]

@@ -17,7 +17,7 @@ class SnapshotSet:
     parameter_names: list[str]
     #: shape (m, n_parameters)
     parameters: FloatArray
-    #: [length] shape (m, n_dofs)
+    #: [length] shape (m, n_dofs), or (m, 0) where a condensed model needs contact forces only
     displacement: Quantity
     #: [force, or force per length] shape (m, n_multipliers)
     multipliers: Quantity
@@ -34,7 +34,7 @@ class SnapshotSet:
 def read_snapshots(path: Path) -> SnapshotSet:
     """Read and check snapshots.h5."""
     with Hdf5Input(path) as file:
-        file.check_format("signorom snapshots", 1)
+        file.check_format("signorom snapshots", 2)
         names = file.texts("/parameter_names")
         parameters = file.reals("/parameters", 2)
         if parameters.shape[1] != len(names):
