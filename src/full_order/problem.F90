@@ -58,6 +58,8 @@ module sig_problem
     !> [s] wall time of reading the mesh, of loads and pairs
     real(rk) :: mesh_seconds = 0
     real(rk) :: pairing_seconds = 0
+    !> contact alone holds a body
+    logical :: is_floating = .false.
     !> hash of the physical part of the deck and of the mesh file: what makes two snapshots comparable
     character(16) :: provenance = ''
   end type problem_t
@@ -112,7 +114,8 @@ contains
     sizes%n_dofs = problem%mesh%n_dim * problem%mesh%n_nodes
     sizes%n_multipliers = problem%rows%n_rows
     sizes%n_points = most_points_per_stiffness(problem%deck, problem%material_terms)
-    sizes%is_floating = motions%n_free > 0
+    problem%is_floating = motions%n_free > 0
+    sizes%is_floating = problem%is_floating
     sizes%has_multigrid_vi = has_multigrid_vi()
     associate (solver => problem%deck%solver)
       call make_solver_plan(solver, sizes, problem%plan, message)

@@ -23,6 +23,9 @@ module sig_answer
   !> the loads pull a body off that only contact holds
   integer, parameter, public :: answer_failed_pulled_off = -14
 
+  !> contacts that always were open or closed in training are not there
+  integer, parameter, public :: answer_failed_outside = -15
+
   !> a bound that the model cannot give
   real(rk), parameter, public :: no_bound = -1
 
@@ -34,6 +37,8 @@ module sig_answer
     integer :: part = 1
     !> part whose displacement it is
     integer :: displacement_part = 1
+    !> cluster of contacts that answered, of a part that has several; 0 = none
+    integer :: row_cluster = 0
     !> [length] gamma of the cluster, shape (n_modes)
     real(rk), allocatable :: coordinates(:)
     !> [force] lambda on the contact rows of the cluster, shape (n_rows)
@@ -85,6 +90,7 @@ contains
     self%cluster = cluster
     self%part = cluster
     self%displacement_part = cluster
+    self%row_cluster = 0
     call resize(self%theta, n_terms)
     call resize(self%coordinates, n_modes)
     call resize(self%multipliers_rid, n_rows)
@@ -164,6 +170,8 @@ contains
       text = 'the error may be larger than certificate.max_error allows'
     case (answer_failed_pulled_off)
       text = 'the loads pull a body off that only contact holds: there is no equilibrium'
+    case (answer_failed_outside)
+      text = 'contacts change that never did at the training points around'
     case default
       text = 'the complementarity problem ' // lcp_reason_text(reason)
     end select

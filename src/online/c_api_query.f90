@@ -6,7 +6,7 @@ module sig_c_api_query
   use sig_c_handles, only: answered_context, bad_argument, bad_model, code_ok, context_handle_t, keep, no_answer, no_memory, &
     put_reals, ready_context, ready_model
   use sig_kinds, only: rk
-  use sig_answer, only: answer_failed_bound, answer_failed_pulled_off, answer_failed_term
+  use sig_answer, only: answer_failed_bound, answer_failed_outside, answer_failed_pulled_off, answer_failed_term
   use sig_reduced, only: displacement_none
   use sig_reconstruction, only: displacement_of_dof, fill_displacement, reconstruct_multipliers
   implicit none(type, external)
@@ -144,6 +144,8 @@ contains
       call keep(handle%message, 'the error may be larger than certificate.max_error allows')
     case (answer_failed_pulled_off)
       call keep(handle%message, 'the loads pull a body off that only contact holds: there is no equilibrium')
+    case (answer_failed_outside)
+      call keep(handle%message, 'contacts change that never did at the training points around')
     case default
       call keep(handle%message, 'the complementarity problem has no solution that can be found at this point')
     end select

@@ -4,11 +4,12 @@ module sig_reduced_kinds
   use sig_reduced, only: reduced_t
   use sig_reduced_condensed, only: reduced_condensed_t
   use sig_reduced_hhr, only: reduced_hhr_t
+  use sig_reduced_tied, only: reduced_tied_t
   implicit none(type, external)
   private
   public :: create_reduced
 
-  character(*), parameter, public :: kind_names = 'condensed, hhr'
+  character(*), parameter, public :: kind_names = 'condensed, hhr, tied'
 
 contains
 
@@ -22,6 +23,8 @@ contains
       allocate (reduced_condensed_t :: reduced)
     case ('hhr')
       allocate (reduced_hhr_t :: reduced)
+    case ('tied')
+      allocate (reduced_tied_t :: reduced)
     case default
       return
     end select

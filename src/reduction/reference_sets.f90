@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> Which active sets of the training points get a principal pivot transform: medoids in the number of contacts that differ.
 module sig_reference_sets
-  use sig_bits, only: unpack_bits
+  use sig_bits, only: n_words, pack_bits, unpack_bits
   use sig_condensed_data, only: condensed_data_t
   use sig_errors, only: error_t
   use sig_k_medoids, only: find_medoids, k_medoids_options_t, medoids_t
@@ -9,7 +9,7 @@ module sig_reference_sets
   use sig_pivot_transform, only: transform_matrix
   implicit none(type, external)
   private
-  public :: choose_references
+  public :: choose_references, group_sets
 
   !> [MB] of one number
   real(rk), parameter :: number_size = 8.0e-6_rk
@@ -51,6 +51,30 @@ contains
     call transform_sets(candidates(found%medoids), sets, data)
     if (size(data%reference_points) > 0) data%reference_of_point = nearest_sets(sets, data%reference_points)
   end subroutine choose_references
+
+  !> Groups of sets that differ little: each belongs to the nearest of some medoids.
+  !>
+  !> Errors: those of the medoids.
+  subroutine group_sets(sets, n_groups, group_of_set, error)
+    !> shape (n_contacts, n_sets)
+    logical, intent(in) :: sets(:, :)
+    !> fewer where there are not as many different sets
+    integer, intent(in) :: n_groups
+    !> 1-based, shape (n_sets)
+    integer, allocatable, intent(out) :: group_of_set(:)
+    type(error_t), allocatable, intent(out) :: error
+    integer :: words(n_words(size(sets, 1)), size(sets, 2)), i
+    integer, allocatable :: candidates(:)
+    type(medoids_t) :: found
+
+    do i = 1, size(sets, 2)
+      call pack_bits(sets(:, i), words(:, i))
+    end do
+    candidates = distinct_columns(words)
+    call find_medoids(differences(sets(:, candidates)), min(n_groups, size(candidates)), k_medoids_options_t(n_starts=1), found, &
+      error)
+    if (.not. allocated(error)) group_of_set = nearest_sets(sets, candidates(found%medoids))
+  end subroutine group_sets
 
   !> Numbers of the columns that equal none before them.
   pure function distinct_columns(columns) result(numbers)

@@ -8,7 +8,7 @@ module sig_condensed_plan
   use sig_text, only: string_t, to_text
   implicit none(type, external)
   private
-  public :: displacement_plan_t, is_condensed_model, needs_displacements, plan_displacements, why_not_condensed, all_dofs_fit
+  public :: choose_model_kind, displacement_plan_t, needs_displacements, plan_displacements, why_not_condensed, all_dofs_fit
 
   !> reduction.displacement for the problem at hand.
   type :: displacement_plan_t
@@ -25,22 +25,31 @@ module sig_condensed_plan
 
 contains
 
-  !> The deck's model is a condensed one; where auto decides otherwise or the deck asks in vain there is a reason.
-  subroutine is_condensed_model(problem, is_condensed, reason)
+  !> The kind of the deck's model. `tied` is the condensed one where W has no room: the snapshots will say whether that can be.
+  subroutine choose_model_kind(problem, kind, reason)
     type(problem_t), intent(in) :: problem
-    logical, intent(out) :: is_condensed
-    !> why not; empty where it is, and where the deck wants hhr
+    !> condensed, tied or hhr
+    character(:), allocatable, intent(out) :: kind
+    !> why it is not condensed; empty where it is, and where the deck wants hhr
     character(:), allocatable, intent(out) :: reason
 
-    is_condensed = .false.
+    kind = 'hhr'
     reason = ''
     associate (deck => problem%deck)
       if (deck%reduction%method == 'hhr') return
+      if (deck%clusters%number > 1 .or. deck%clusters%target%is_used) then
+        reason = 'the deck asks for clusters'
+        return
+      end if
       reason = why_not_condensed(problem)
-      if (deck%clusters%number > 1 .or. deck%clusters%target%is_used) reason = 'the deck asks for clusters'
+      if (reason == '') then
+        kind = 'condensed'
+      else if (problem%rows%n_rows > 0 .and. forces_size(problem) > deck%reduction%max_full_order_size .and. &
+               deck%reduction%max_full_order_size > 0 .and. .not. problem%is_floating) then
+        kind = 'tied'
+      end if
     end associate
-    is_condensed = reason == ''
-  end subroutine is_condensed_model
+  end subroutine choose_model_kind
 
   !> Why the deck's problem cannot be condensed; empty where it can.
   function why_not_condensed(problem) result(reason)
@@ -117,13 +126,16 @@ contains
   logical function needs_displacements(problem)
     type(problem_t), intent(in) :: problem
     type(displacement_plan_t) :: plan
-    character(:), allocatable :: reason
-    logical :: is_condensed
+    character(:), allocatable :: kind, reason
 
-    call is_condensed_model(problem, is_condensed, reason)
-    needs_displacements = .true.
-    if (.not. is_condensed .or. problem%deck%greedy%is_used) return
-    plan = plan_displacements(problem)
-    needs_displacements = plan%has_modes
+    call choose_model_kind(problem, kind, reason)
+    needs_displacements = problem%deck%greedy%is_used
+    if (kind == 'condensed') then
+      plan = plan_displacements(problem)
+      needs_displacements = needs_displacements .or. plan%has_modes
+    else if (kind == 'hhr' .or. problem%deck%reduction%method == 'auto') then
+      ! auto: hyper-reduction may have to do
+      needs_displacements = .true.
+    end if
   end function needs_displacements
 end module sig_condensed_plan

@@ -2,7 +2,7 @@
 #include "signorom/macros.h"
 !> The model of the deck: trained once, or refined to a target error; with the full-order operator and the sets that queries need.
 module sig_model_building
-  use sig_condensed_plan, only: is_condensed_model
+  use sig_condensed_plan, only: choose_model_kind
   use sig_condensed_training, only: condense_fallback, train_condensed
   use sig_deck_config, only: reduction_config_t
   use sig_errors, only: error_t, exit_not_converged, make_error
@@ -21,6 +21,7 @@ module sig_model_building
   use sig_snapshot_store, only: columns_of, snapshot_set_t
   use sig_hhr_start_sets, only: fill_start_sets
   use sig_text, only: counted, to_text
+  use sig_tied_training, only: train_tied
   use sig_training, only: find_converged, train
   use petsc
   implicit none(type, external)
@@ -52,11 +53,9 @@ contains
 
     ierr = 0
     allocate (refinement%rounds(0))
-    call choose_kind(full_order%problem, is_condensed, error)
-    if (allocated(error)) return
-    if (is_condensed) then
-      PetscCall(build_condensed(full_order, snapshots, model, error, ierr))
-    else if (full_order%problem%deck%clusters%target%is_used) then
+    PetscCall(build_exact(full_order, snapshots, model, is_condensed, error, ierr))
+    if (allocated(error) .or. is_condensed) return
+    if (full_order%problem%deck%clusters%target%is_used) then
       call read_candidates(full_order%problem, store_in(folder, candidate_store), candidates, error)
       if (allocated(error)) return
       ! its queries need it
@@ -69,29 +68,42 @@ contains
       call set_fallback(model, fallback)
       call fill_start_sets(model)
     end if
-    if (.not. is_condensed) model%max_error = max_error_of(full_order%problem%deck%reduction, hyper_reduced_error)
+    model%max_error = max_error_of(full_order%problem%deck%reduction, hyper_reduced_error)
   end subroutine build_model
 
-  !> reduction.method; auto takes the condensed model where there is room and the deck asks for no clusters. Local.
+  !> reduction.method: a model without hyper-reduction, where the deck and the room allow one. Collective on all ranks.
   !>
-  !> Errors: condensed is asked for and there is no room.
-  subroutine choose_kind(problem, is_condensed, error)
-    type(problem_t), intent(in) :: problem
-    logical, intent(out) :: is_condensed
+  !> Errors: the deck asks for one, and there cannot be one; those of the training.
+  subroutine build_exact(full_order, snapshots, model, is_built, error, ierr)
+    type(full_order_t), intent(inout) :: full_order
+    type(snapshot_set_t), intent(in), target :: snapshots
+    type(model_t), intent(out) :: model
+    logical, intent(out) :: is_built
     type(error_t), allocatable, intent(out) :: error
-    character(:), allocatable :: reason
+    PetscErrorCode, intent(out) :: ierr
+    character(:), allocatable :: kind, more, reason
 
-    call is_condensed_model(problem, is_condensed, reason)
-    if (reason == '') return
-    if (problem%deck%reduction%method == 'auto') then
-      call log_info('hyper-reduction (reduction.method: auto): ' // reason)
-      if (problem%deck%reduction%displacement%type /= 'auto') call log_info( &
-        'reduction.displacement is of condensed models: a hyper-reduced one has displacements by modes at all nodes')
-    else
-      call make_error(error, 'reduction.method is condensed, but ' // reason, problem%deck%path, &
-        hint='take a larger reduction.max_full_order_size, or method: hhr')
+    ierr = 0
+    call choose_model_kind(full_order%problem, kind, reason)
+    if (kind /= 'hhr') then
+      more = ''
+      PetscCall(build_condensed(full_order, snapshots, kind, model, more, error, ierr))
+      if (more /= '') reason = reason // '; ' // more
     end if
-  end subroutine choose_kind
+    is_built = kind /= 'hhr' .and. .not. allocated(error)
+    if (is_built) is_built = more == ''
+    if (is_built .or. allocated(error) .or. reason == '') return
+    associate (deck => full_order%problem%deck)
+      if (deck%reduction%method == 'condensed') then
+        call make_error(error, 'reduction.method is condensed, but ' // reason, deck%path, &
+          hint='take a larger reduction.max_full_order_size, or method: hhr')
+      else
+        call log_info('hyper-reduction (reduction.method: auto): ' // reason)
+        if (deck%reduction%displacement%type /= 'auto') call log_info( &
+          'reduction.displacement is of condensed models: a hyper-reduced one has displacements by modes at all nodes')
+      end if
+    end associate
+  end subroutine build_exact
 
   !> [-] The limit of the certificate: where the deck leaves it open, a hyper-reduced model has one.
   pure real(rk) function max_error_of(reduction, default)
@@ -104,10 +116,14 @@ contains
   !> A model of one condensed part. Collective on all ranks.
   !>
   !> Errors: no training point has a solution; the stiffness could not be factored.
-  subroutine build_condensed(full_order, snapshots, model, error, ierr)
+  subroutine build_condensed(full_order, snapshots, kind, model, reason, error, ierr)
     type(full_order_t), intent(inout) :: full_order
     type(snapshot_set_t), intent(in), target :: snapshots
+    !> condensed or tied
+    character(*), intent(in) :: kind
     type(model_t), intent(out) :: model
+    !> why there is no tied one; empty where there is
+    character(:), allocatable, intent(inout) :: reason
     type(error_t), allocatable, intent(out) :: error
     PetscErrorCode, intent(out) :: ierr
     type(snapshot_set_t), target :: some
@@ -126,6 +142,10 @@ contains
     call fill_model_header(full_order%problem, converged, model)
     model%max_error = max_error_of(full_order%problem%deck%reduction, 0.0_rk)
     allocate (model%parts(1))
+    if (kind == 'tied') then
+      PetscCall(train_tied(full_order, converged, model%parts(1)%reduced, reason, error, ierr))
+      return
+    end if
     PetscCall(train_condensed(full_order, converged, model%parts(1)%reduced, error, ierr))
     if (allocated(error) .or. allocated(model%parts(1)%reduced)) return
     call make_error(error, 'the stiffness could not be factored', full_order%problem%deck%path, exit_code=exit_not_converged)

@@ -129,6 +129,8 @@ contains
     type is (reduced_condensed_t)
       call report%add(group // 'n_contact_rows', part%n_rows())
       call report%add(group // 'n_reference_sets', size(part%data%reference_points))
+    class default
+      call report%add(group // 'n_contact_rows', part%n_rows())
     end select
   end subroutine report_part
 

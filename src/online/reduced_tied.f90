@@ -1,0 +1,324 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> A large contact as a kind of reduced model: exact forces on all contacts where only the trained rows change.
+!>
+!> A query solves the rows that change in the cluster of the nearest training point, and looks whether the rows that were taken for
+!> closed still push and those that were taken for open stay open. If not, the other clusters are asked, one after the other; an
+!> answer that none of them can give is refused.
+module sig_reduced_tied
+  use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
+  use sig_answer, only: answer_condensed, answer_failed_outside, answer_t
+  use sig_bits, only: unpack_bits
+  use sig_description_line, only: line
+  use sig_errors, only: error_t
+  use sig_hdf5_reader, only: h5_reader_t
+  use sig_hdf5_writer, only: h5_writer_t
+  use sig_kinds, only: rk
+  use sig_lcp, only: lcp_solution_t, lcp_workspace_t, solve_lcp
+  use sig_linear_algebra, only: multiply
+  use sig_reduced, only: displacement_exact, displacement_none, model_sizes_t, neighbors_t, reduced_t, room_t
+  use sig_shape_checks, only: place_in_ascending
+  use sig_text, only: counted, join, to_text
+  use sig_tied_data, only: row_changing, row_closed, tied_cluster_t, tied_data_t
+  implicit none(type, external)
+  private
+  public :: reduced_tied_t
+
+  !> What a cluster's queries need beside its data.
+  type :: prepared_t
+    !> changing rows, 1-based
+    integer, allocatable :: changing(:)
+    !> [length/force] the operator there, shape (n_changing, n_changing)
+    real(rk), allocatable :: compliance(:, :)
+  end type prepared_t
+
+  type, extends(reduced_t) :: reduced_tied_t
+    type(tied_data_t) :: data
+    type(prepared_t), allocatable, private :: prepared(:)
+  contains
+    procedure :: kind => kind_of
+    procedure :: complete
+    procedure :: mismatch
+    procedure :: prepare
+    procedure :: create_room
+    procedure :: solve
+    procedure :: fill_multipliers
+    procedure :: fill_displacement
+    procedure :: displacement_of_dof
+    procedure :: contact_rows
+    procedure :: n_rows
+    procedure :: n_modes
+    procedure :: write
+    procedure :: read
+    procedure :: describe
+    procedure :: is_exact
+    procedure :: has_displacement
+    procedure :: displacement_source
+    procedure :: has_whole_field
+  end type reduced_tied_t
+
+  type, extends(room_t) :: tied_room_t
+    type(lcp_workspace_t) :: workspace
+    type(lcp_solution_t) :: solution
+    !> [force or length] of all rows, shape (n_multipliers)
+    real(rk), allocatable :: rows(:)
+    logical, allocatable :: start(:)
+  end type tied_room_t
+
+  !> [-] a sign that is wrong by less than this share of the largest of its kind is rounding
+  real(rk), parameter :: rounding = 1.0e-10_rk
+
+contains
+
+  pure function kind_of(self) result(name)
+    class(reduced_tied_t), intent(in) :: self
+    character(:), allocatable :: name
+
+    name = 'tied'
+  end function kind_of
+
+  pure subroutine complete(self, sizes)
+    class(reduced_tied_t), intent(inout) :: self
+    type(model_sizes_t), intent(in) :: sizes
+
+    call self%data%complete(sizes)
+  end subroutine complete
+
+  pure function mismatch(self, sizes) result(name)
+    class(reduced_tied_t), intent(in) :: self
+    type(model_sizes_t), intent(in) :: sizes
+    character(:), allocatable :: name
+
+    name = self%data%mismatch(sizes)
+  end function mismatch
+
+  !> No errors.
+  subroutine prepare(self, message)
+    class(reduced_tied_t), intent(inout) :: self
+    character(:), allocatable, intent(out) :: message
+    integer :: i, k
+
+    if (allocated(self%prepared)) deallocate (self%prepared)
+    allocate (self%prepared(size(self%data%clusters)))
+    do i = 1, size(self%prepared)
+      associate (cluster => self%data%clusters(i), prepared => self%prepared(i))
+        prepared%changing = pack([(k, k=1, size(cluster%status))], cluster%status == row_changing)
+        prepared%compliance = cluster%operator(prepared%changing, :)
+        ! symmetric but for rounding
+        prepared%compliance = (prepared%compliance + transpose(prepared%compliance)) / 2
+      end associate
+    end do
+  end subroutine prepare
+
+  subroutine create_room(self, room)
+    class(reduced_tied_t), intent(in) :: self
+    class(room_t), allocatable, intent(out) :: room
+    type(tied_room_t), allocatable :: own
+
+    allocate (own)
+    allocate (own%rows(self%n_rows()), own%start(self%n_rows()))
+    call move_alloc(own, room)
+  end subroutine create_room
+
+  subroutine solve(self, theta, near, judge, room, answer)
+    class(reduced_tied_t), intent(in) :: self
+    real(rk), contiguous, intent(in) :: theta(:)
+    type(neighbors_t), intent(in) :: near
+    class(reduced_t), pointer, intent(in) :: judge
+    class(room_t), intent(inout) :: room
+    type(answer_t), intent(inout) :: answer
+    integer :: first, i
+
+    select type (room)
+    type is (tied_room_t)
+      first = 1
+      room%start = .false.
+      if (near%nearest >= 1 .and. near%nearest <= size(self%data%cluster_of_point)) then
+        first = self%data%cluster_of_point(near%nearest)
+        call unpack_bits(self%data%start_sets(:, near%nearest), room%start)
+      end if
+      do i = 0, size(self%data%clusters) - 1
+        call solve_cluster(self, modulo(first - 1 + i, size(self%data%clusters)) + 1, theta, room, answer)
+        if (answer%reason > 0) return
+      end do
+    end select
+  end subroutine solve
+
+  !> The changing rows, then a look at the others.
+  subroutine solve_cluster(self, i, theta, room, answer)
+    class(reduced_tied_t), intent(in) :: self
+    !> cluster
+    integer, intent(in) :: i
+    real(rk), contiguous, intent(in) :: theta(:)
+    type(tied_room_t), intent(inout) :: room
+    type(answer_t), intent(inout) :: answer
+    integer :: k
+
+    associate (cluster => self%data%clusters(i), changing => self%prepared(i)%changing)
+      call multiply(1.0_rk, cluster%free, theta, 0.0_rk, room%rows)
+      call solve_lcp(self%prepared(i)%compliance, room%rows(changing), room%start(changing), room%solution, room%workspace)
+      call answer%take_solution(room%solution, answer_condensed)
+      if (answer%reason < 0) return
+      call multiply(1.0_rk, cluster%operator, room%solution%lambda, 1.0_rk, room%rows)
+      if (.not. is_inside(cluster, room%rows)) then
+        answer%reason = answer_failed_outside
+        answer%n_solutions = 0
+        return
+      end if
+      answer%row_cluster = i
+      do k = 1, size(room%rows)
+        answer%multipliers(k) = merge(max(0.0_rk, room%rows(k)), 0.0_rk, cluster%status(k) == row_closed)
+      end do
+      answer%multipliers(changing) = room%solution%lambda
+    end associate
+    answer%is_whole = .true.
+    if (size(answer%multipliers_rid) /= size(answer%multipliers)) return
+    answer%multipliers_rid = answer%multipliers
+    answer%is_active = answer%multipliers > 0
+  end subroutine solve_cluster
+
+  !> Closed rows push, open ones do not penetrate.
+  pure logical function is_inside(cluster, rows)
+    type(tied_cluster_t), intent(in) :: cluster
+    !> forces of closed rows, openings of the others
+    real(rk), intent(in) :: rows(:)
+    real(rk) :: largest(0:2), smallest(0:2)
+    integer :: k, kind
+
+    largest = 0
+    smallest = 0
+    do k = 1, size(rows)
+      kind = merge(row_closed, 0, cluster%status(k) == row_closed)
+      largest(kind) = max(largest(kind), abs(rows(k)))
+      if (cluster%status(k) /= row_changing) smallest(kind) = min(smallest(kind), rows(k))
+    end do
+    is_inside = all(smallest >= -rounding * largest)
+  end function is_inside
+
+  subroutine fill_multipliers(self, answer, room, multipliers)
+    class(reduced_tied_t), intent(in) :: self
+    type(answer_t), intent(in) :: answer
+    class(room_t), intent(inout) :: room
+    real(rk), intent(out) :: multipliers(:)
+
+    multipliers = answer%multipliers
+  end subroutine fill_multipliers
+
+  subroutine fill_displacement(self, answer, displacement)
+    class(reduced_tied_t), intent(in) :: self
+    type(answer_t), intent(in) :: answer
+    real(rk), contiguous, intent(inout) :: displacement(:)
+    real(rk) :: exact(size(self%data%exact_dofs))
+
+    displacement = ieee_value(1.0_rk, ieee_quiet_nan)
+    if (answer%row_cluster == 0) return
+    associate (cluster => self%data%clusters(answer%row_cluster))
+      call multiply(1.0_rk, cluster%free_field, answer%theta, 0.0_rk, exact)
+      call multiply(1.0_rk, cluster%field, answer%multipliers(self%prepared(answer%row_cluster)%changing), 1.0_rk, exact)
+    end associate
+    displacement(self%data%exact_dofs) = exact
+  end subroutine fill_displacement
+
+  pure real(rk) function displacement_of_dof(self, answer, dof) result(displacement)
+    class(reduced_tied_t), intent(in) :: self
+    type(answer_t), intent(in) :: answer
+    integer, intent(in) :: dof
+    integer :: i
+
+    displacement = ieee_value(1.0_rk, ieee_quiet_nan)
+    i = place_in_ascending(self%data%exact_dofs, dof)
+    if (i == 0 .or. answer%row_cluster == 0) return
+    associate (cluster => self%data%clusters(answer%row_cluster), changing => self%prepared(answer%row_cluster)%changing)
+      displacement = dot_product(cluster%free_field(i, :), answer%theta) + &
+        dot_product(cluster%field(i, :), answer%multipliers(changing))
+    end associate
+  end function displacement_of_dof
+
+  pure integer function displacement_source(self, dof) result(source)
+    class(reduced_tied_t), intent(in) :: self
+    integer, intent(in) :: dof
+
+    source = merge(displacement_exact, displacement_none, place_in_ascending(self%data%exact_dofs, dof) > 0)
+  end function displacement_source
+
+  pure logical function has_whole_field(self, n_dofs)
+    class(reduced_tied_t), intent(in) :: self
+    integer, intent(in) :: n_dofs
+
+    has_whole_field = size(self%data%exact_dofs) == n_dofs
+  end function has_whole_field
+
+  pure logical function has_displacement(self)
+    class(reduced_tied_t), intent(in) :: self
+
+    has_displacement = size(self%data%exact_dofs) > 0
+  end function has_displacement
+
+  pure function contact_rows(self) result(numbers)
+    class(reduced_tied_t), intent(in) :: self
+    integer, allocatable :: numbers(:)
+    integer :: i
+
+    numbers = [(i, i=1, self%n_rows())]
+  end function contact_rows
+
+  pure integer function n_rows(self)
+    class(reduced_tied_t), intent(in) :: self
+
+    n_rows = 0
+    if (size(self%data%clusters) > 0) n_rows = size(self%data%clusters(1)%status)
+  end function n_rows
+
+  !> It has no basis.
+  pure integer function n_modes(self)
+    class(reduced_tied_t), intent(in) :: self
+
+    n_modes = 0
+  end function n_modes
+
+  subroutine write(self, file, group, length, force)
+    class(reduced_tied_t), intent(in) :: self
+    type(h5_writer_t), intent(inout) :: file
+    character(*), intent(in) :: group
+    character(*), intent(in) :: length
+    character(*), intent(in) :: force
+
+    call self%data%write(file, group, length, force)
+  end subroutine write
+
+  subroutine read(self, file, group, error)
+    class(reduced_tied_t), intent(inout) :: self
+    type(h5_reader_t), intent(in) :: file
+    character(*), intent(in) :: group
+    type(error_t), allocatable, intent(inout) :: error
+
+    call self%data%read(file, group, error)
+  end subroutine read
+
+  pure function describe(self) result(text)
+    class(reduced_tied_t), intent(in) :: self
+    character(:), allocatable :: text
+    integer :: i
+
+    text = line('  forces', 'exact on all ' // counted(self%n_rows(), 'contact pair') // ', or refused')
+    do i = 1, size(self%data%clusters)
+      associate (status => self%data%clusters(i)%status)
+        text = text // line('  contacts, cluster ' // to_text(i), to_text(count(status == row_changing)) // ' change, ' // &
+          to_text(count(status == row_closed)) // ' always closed, the others always open')
+      end associate
+    end do
+    if (size(self%data%exact_dofs) == 0) then
+      text = text // line('  displacements', 'none: contact forces only')
+    else if (size(self%data%exact_boundaries) > 0) then
+      text = text // line('  displacements', 'exact at the nodes of ' // join(self%data%exact_boundaries, ', ') // &
+        ', none elsewhere')
+    else
+      text = text // line('  displacements', 'exact at all nodes')
+    end if
+  end function describe
+
+  pure logical function is_exact(self)
+    class(reduced_tied_t), intent(in) :: self
+
+    is_exact = .true.
+  end function is_exact
+end module sig_reduced_tied

@@ -1,0 +1,142 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> A large contact condensed to the rows that change, cluster by cluster: what training makes and a file keeps.
+module sig_tied_data
+  use sig_bits, only: n_words
+  use sig_errors, only: error_t
+  use sig_hdf5_reader, only: h5_reader_t
+  use sig_hdf5_writer, only: h5_writer_t
+  use sig_kinds, only: rk
+  use sig_missing_parts, only: fill_missing
+  use sig_reduced, only: model_sizes_t
+  use sig_shape_checks, only: are_indices, is_ascending, is_matrix
+  use sig_text, only: string_t, to_text
+  implicit none(type, external)
+  private
+  public :: tied_cluster_t, tied_data_t
+
+  !> what is known of a row in a cluster
+  integer, parameter, public :: row_open = 0, row_closed = 1, row_changing = 2
+
+  !> Of every row, its force where it is closed and its opening elsewhere: free theta + operator lambda of the changing rows.
+  type :: tied_cluster_t
+    !> row_*, shape (n_multipliers)
+    integer, allocatable :: status(:)
+    !> [force or length per unit of theta] shape (n_multipliers, n_terms)
+    real(rk), allocatable :: free(:, :)
+    !> [-, or length/force] shape (n_multipliers, n_changing); symmetric in the changing rows
+    real(rk), allocatable :: operator(:, :)
+    !> displacement of the exact dofs: free_field theta + field lambda; shapes (n_exact, n_terms), (n_exact, n_changing)
+    real(rk), allocatable :: free_field(:, :)
+    real(rk), allocatable :: field(:, :)
+  end type tied_cluster_t
+
+  type :: tied_data_t
+    type(tied_cluster_t), allocatable :: clusters(:)
+    !> shape (n_points)
+    integer, allocatable :: cluster_of_point(:)
+    !> closed contacts at the training points, as bits; shape (n_words(n_multipliers), n_points)
+    integer, allocatable :: start_sets(:, :)
+    !> dofs with displacements, ascending, 1-based, and the boundaries whose nodes these are
+    integer, allocatable :: exact_dofs(:)
+    type(string_t), allocatable :: exact_boundaries(:)
+  contains
+    procedure :: complete
+    procedure :: mismatch
+    procedure :: write
+    procedure :: read
+  end type tied_data_t
+
+contains
+
+  !> Gives every part that is not allocated its empty value.
+  pure subroutine complete(self, sizes)
+    class(tied_data_t), intent(inout) :: self
+    type(model_sizes_t), intent(in) :: sizes
+
+    if (.not. allocated(self%clusters)) allocate (self%clusters(0))
+    call fill_missing(self%cluster_of_point)
+    call fill_missing(self%start_sets, n_words(sizes%n_multipliers))
+    call fill_missing(self%exact_dofs)
+    call fill_missing(self%exact_boundaries)
+  end subroutine complete
+
+  !> Name of a part whose shape does not fit the model; empty when all fit. Requires: complete.
+  pure function mismatch(self, sizes) result(name)
+    class(tied_data_t), intent(in) :: self
+    type(model_sizes_t), intent(in) :: sizes
+    character(:), allocatable :: name
+    integer :: i, n_changing
+
+    name = ''
+    if (size(self%clusters) == 0) name = 'tied'
+    if (any(shape(self%start_sets) /= [n_words(sizes%n_multipliers), sizes%n_points])) name = 'start_sets'
+    if (size(self%cluster_of_point) /= sizes%n_points .or. .not. are_indices(self%cluster_of_point, size(self%clusters))) &
+      name = 'cluster_of_point'
+    if (.not. (are_indices(self%exact_dofs, sizes%n_dofs) .and. is_ascending(self%exact_dofs))) name = 'exact_dofs'
+    do i = 1, size(self%clusters)
+      associate (cluster => self%clusters(i), n => sizes%n_multipliers, n_exact => size(self%exact_dofs))
+        n_changing = count(cluster%status == row_changing)
+        if (size(cluster%status) /= n .or. any(cluster%status < row_open .or. cluster%status > row_changing)) name = 'tied/status'
+        if (.not. is_matrix(cluster%free, n, sizes%n_terms)) name = 'tied/free'
+        if (.not. is_matrix(cluster%operator, n, n_changing)) name = 'tied/operator'
+        if (.not. is_matrix(cluster%free_field, n_exact, sizes%n_terms)) name = 'tied/free_field'
+        if (.not. is_matrix(cluster%field, n_exact, n_changing)) name = 'tied/field'
+      end associate
+    end do
+  end function mismatch
+
+  subroutine write(self, file, group, length, force)
+    class(tied_data_t), intent(in) :: self
+    type(h5_writer_t), intent(inout) :: file
+    character(*), intent(in) :: group
+    character(*), intent(in) :: length
+    character(*), intent(in) :: force
+    integer :: i
+
+    call file%write(group // '/cluster_of_point', self%cluster_of_point, description='of each training point, 1-based')
+    call file%write(group // '/start_sets', self%start_sets, description= &
+      'closed contacts at each training point, a bit per contact, 32 to an integer, a point per row')
+    call file%write(group // '/exact_dofs', self%exact_dofs, description='dofs whose displacement is exact, 1-based')
+    call file%write(group // '/exact_boundaries', self%exact_boundaries, description='boundaries whose nodes these are')
+    do i = 1, size(self%clusters)
+      associate (cluster => self%clusters(i), place => group // '/tied/' // to_text(i))
+        call file%write(place // '/status', cluster%status, description='of each contact: 0 open, 1 closed, 2 changing')
+        call file%write(place // '/free', cluster%free, description='force (' // force // ') of closed contacts, opening (' // &
+          length // ') of the others, without forces on the changing ones; a term per row')
+        call file%write(place // '/operator', cluster%operator, description= &
+          'what a unit force on each changing contact adds, a changing contact per row')
+        call file%write(place // '/free_field', cluster%free_field, length, 'displacement of the exact dofs, a term per row')
+        call file%write(place // '/field', cluster%field, length // '/(' // force // ')', &
+          'what a unit force on each changing contact adds, a changing contact per row')
+      end associate
+    end do
+  end subroutine write
+
+  subroutine read(self, file, group, error)
+    class(tied_data_t), intent(inout) :: self
+    type(h5_reader_t), intent(in) :: file
+    character(*), intent(in) :: group
+    type(error_t), allocatable, intent(inout) :: error
+    character(:), allocatable :: place
+    integer :: i, n_clusters, n_found
+
+    call file%read(group // '/cluster_of_point', self%cluster_of_point, error)
+    call file%read(group // '/start_sets', self%start_sets, error)
+    call file%read(group // '/exact_dofs', self%exact_dofs, error)
+    call file%read(group // '/exact_boundaries', self%exact_boundaries, error)
+    if (allocated(error)) return
+    ! as many as the points name; a number alone may be any
+    n_clusters = maxval([0, self%cluster_of_point])
+    n_found = file%count_groups(group // '/tied', n_clusters)
+    if (n_found < n_clusters) n_clusters = 0
+    allocate (self%clusters(n_clusters))
+    do i = 1, n_clusters
+      place = group // '/tied/' // to_text(i)
+      call file%read(place // '/status', self%clusters(i)%status, error)
+      call file%read(place // '/free', self%clusters(i)%free, error)
+      call file%read(place // '/operator', self%clusters(i)%operator, error)
+      call file%read(place // '/free_field', self%clusters(i)%free_field, error)
+      call file%read(place // '/field', self%clusters(i)%field, error)
+    end do
+  end subroutine read
+end module sig_tied_data

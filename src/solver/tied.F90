@@ -1,0 +1,181 @@
+! SPDX-License-Identifier: BSD-3-Clause
+#include "signorom/macros.h"
+!> The contact problem with some rows closed for good and others open for good: a dense problem of the rest, without W of all rows.
+!>
+!> With K tied at the closed rows C (B_C u = D_C theta), forces on the changing rows N displace by u = G theta - H lambda_N. One
+!> factorization and N + t solves give, of every row, what it says of a solution: the force of a closed one, the opening of the
+!> others, R theta + S lambda_N. Rows N of that are the complementarity problem; S there is symmetric.
+module sig_tied
+  use sig_bound_form, only: bound_form_t
+  use sig_contact_state, only: reason_converged
+  use sig_contact_system, only: contact_system_t
+  use sig_kinds, only: rk
+  use sig_linear_algebra, only: unit_vector
+  use sig_linear_solver, only: constrain, linear_solver_t
+  use sig_petsc_support, only: multiply_block
+  use sig_tied_data, only: row_changing, row_closed
+  use petsc
+  implicit none(type, external)
+  private
+  public :: solve_tied, tied_response_t
+
+  !> right-hand sides at a time
+  integer, parameter :: chunk = 64
+
+  type :: tied_response_t
+    !> reason_converged, or why the tied stiffness could not be factored
+    integer :: reason = 0
+    !> [force or length per unit of theta] R, shape (n_rows, n_terms)
+    real(rk), allocatable :: free(:, :)
+    !> [-, or length/force] S, shape (n_rows, n_changing)
+    real(rk), allocatable :: operator(:, :)
+    !> [length per unit of theta, length/force] rows of G and -H, shapes (n_dofs, n_terms) and (n_dofs, n_changing)
+    real(rk), allocatable :: free_field(:, :)
+    real(rk), allocatable :: field(:, :)
+  end type tied_response_t
+
+contains
+
+  !> Collective; the same on all ranks of the system. Requires: no body that only contact holds.
+  subroutine solve_tied(system, status, dofs, response, ierr)
+    type(contact_system_t), intent(inout) :: system
+    !> row_*, shape (n_rows)
+    integer, intent(in) :: status(:)
+    !> whose displacements are wanted, natural
+    integer, intent(in) :: dofs(:)
+    type(tied_response_t), intent(out) :: response
+    PetscErrorCode, intent(out) :: ierr
+    type(bound_form_t) :: form
+    type(linear_solver_t) :: linear_solver
+    integer, allocatable :: held(:)
+    real(rk) :: nothing(system%map%n_dofs)
+    Mat :: matrix
+    Vec :: rhs
+
+    nothing = 0
+    PetscCall(form%create(system, ierr))
+    held = [system%boundary%prescribed_dofs, pack(form%bounded_dofs, status == row_closed)]
+    PetscCall(constrain(system, form%matrix, held, nothing, nothing, matrix, rhs, ierr))
+    PetscCall(linear_solver%factor(matrix, 'active_set_', ierr))
+    response%reason = linear_solver%reason
+    if (response%reason == reason_converged) then
+      PetscCall(solve_terms(system, form, linear_solver, status, held, dofs, response, ierr))
+    end if
+    if (response%reason == reason_converged) then
+      PetscCall(solve_forces(system, form, linear_solver, status, held, dofs, response, ierr))
+    end if
+    PetscCall(linear_solver%destroy(ierr))
+    PetscCall(MatDestroy(matrix, ierr))
+    PetscCall(VecDestroy(rhs, ierr))
+    PetscCall(form%destroy(ierr))
+  end subroutine solve_tied
+
+  !> R and G: loads, prescribed displacements and gaps of each term.
+  subroutine solve_terms(system, form, linear_solver, status, held, dofs, response, ierr)
+    type(contact_system_t), intent(inout) :: system
+    type(bound_form_t), intent(in) :: form
+    type(linear_solver_t), intent(inout) :: linear_solver
+    integer, intent(in) :: status(:)
+    integer, intent(in) :: held(:)
+    integer, intent(in) :: dofs(:)
+    type(tied_response_t), intent(inout) :: response
+    PetscErrorCode, intent(out) :: ierr
+    real(rk) :: forces(system%map%n_dofs, system%boundary%n_terms), values(system%map%n_dofs, system%boundary%n_terms)
+    real(rk) :: bounds(size(status), system%boundary%n_terms)
+    real(rk) :: prescribed(system%map%n_dofs)
+    integer :: i
+
+    values = 0
+    do i = 1, size(forces, 2)
+      associate (theta => unit_vector(size(forces, 2), i))
+        forces(:, i) = system%load(theta)
+        call form%to_forces_on_unknowns(system, forces(:, i))
+        bounds(:, i) = form%bounds(system, theta)
+        prescribed = system%prescribed_displacement(theta)
+      end associate
+      prescribed(form%bounded_dofs) = bounds(:, i)
+      values(held, i) = prescribed(held)
+    end do
+    PetscCall(respond(system, form, linear_solver, status, held, dofs, forces, values, response%free, response%free_field, ierr))
+    response%reason = linear_solver%reason
+    do i = 1, size(forces, 2)
+      response%free(:, i) = response%free(:, i) + merge(0.0_rk, form%norms * bounds(:, i), status == row_closed)
+    end do
+  end subroutine solve_terms
+
+  !> S and -H: a unit force on each changing row, which pushes its sides apart.
+  subroutine solve_forces(system, form, linear_solver, status, held, dofs, response, ierr)
+    type(contact_system_t), intent(inout) :: system
+    type(bound_form_t), intent(in) :: form
+    type(linear_solver_t), intent(inout) :: linear_solver
+    integer, intent(in) :: status(:)
+    integer, intent(in) :: held(:)
+    integer, intent(in) :: dofs(:)
+    type(tied_response_t), intent(inout) :: response
+    PetscErrorCode, intent(out) :: ierr
+    integer, allocatable :: changing(:)
+    real(rk), allocatable :: forces(:, :), values(:, :), rows(:, :), fields(:, :)
+    integer :: first, i, last
+
+    ierr = 0
+    changing = pack([(i, i=1, size(status))], status == row_changing)
+    allocate (response%operator(size(status), size(changing)), response%field(size(dofs), size(changing)))
+    do first = 1, size(changing), chunk
+      last = min(first + chunk - 1, size(changing))
+      allocate (forces(system%map%n_dofs, last - first + 1), values(system%map%n_dofs, last - first + 1), source=0.0_rk)
+      do i = first, last
+        forces(form%bounded_dofs(changing(i)), i - first + 1) = -form%norms(changing(i))
+      end do
+      PetscCall(respond(system, form, linear_solver, status, held, dofs, forces, values, rows, fields, ierr))
+      if (linear_solver%reason /= reason_converged) exit
+      response%operator(:, first:last) = rows
+      response%field(:, first:last) = fields
+      deallocate (forces, values)
+    end do
+    response%reason = linear_solver%reason
+  end subroutine solve_forces
+
+  !> Forces of closed rows, minus the displacement along the others, and displacements of some dofs, under forces on the unknowns
+  !> of the bound form while some are held at values. Collective.
+  subroutine respond(system, form, linear_solver, status, held, dofs, forces, values, rows, fields, ierr)
+    type(contact_system_t), intent(inout) :: system
+    type(bound_form_t), intent(in) :: form
+    type(linear_solver_t), intent(inout) :: linear_solver
+    integer, intent(in) :: status(:)
+    integer, intent(in) :: held(:)
+    integer, intent(in) :: dofs(:)
+    !> [force] natural, shape (n_dofs, n_columns)
+    real(rk), intent(in) :: forces(:, :)
+    !> [length] zero where nothing is held, same shape
+    real(rk), intent(in) :: values(:, :)
+    !> shape (n_rows, n_columns)
+    real(rk), allocatable, intent(out) :: rows(:, :)
+    !> shape (size(dofs), n_columns)
+    real(rk), allocatable, intent(out) :: fields(:, :)
+    PetscErrorCode, intent(out) :: ierr
+    real(rk), allocatable :: local(:, :), rhs(:, :), unknowns(:, :), residual(:, :)
+    logical :: is_held(system%map%n_dofs)
+    integer :: i
+
+    is_held = .false.
+    is_held(held) = .true.
+    associate (own => system%map%local_dofs)
+      local = values(own, :)
+      allocate (rhs, mold=local)
+      PetscCall(multiply_block(form%matrix, local, rhs, ierr))
+      rhs = merge(0.0_rk, forces(own, :) - rhs, spread(is_held(own), 2, size(rhs, 2)))
+      PetscCall(linear_solver%solve_many(rhs, local, ierr))
+      local = merge(values(own, :), local, spread(is_held(own), 2, size(rhs, 2)))
+      PetscCall(multiply_block(form%matrix, local, rhs, ierr))
+      rhs = rhs - forces(own, :)
+    end associate
+    PetscCall(system%share_columns(local, size(local, 2), unknowns, ierr))
+    PetscCall(system%share_columns(rhs, size(rhs, 2), residual, ierr))
+    allocate (rows(size(status), size(local, 2)), fields(size(dofs), size(local, 2)))
+    do i = 1, size(rows, 2)
+      rows(:, i) = merge(form%multipliers(residual(:, i)), -form%norms * unknowns(form%bounded_dofs, i), status == row_closed)
+      call form%to_displacement(system, unknowns(:, i))
+      fields(:, i) = unknowns(dofs, i)
+    end do
+  end subroutine respond
+end module sig_tied

@@ -1,0 +1,189 @@
+! SPDX-License-Identifier: BSD-3-Clause
+#include "signorom/macros.h"
+!> A condensed model of a contact whose W has no room: only rows that change in a cluster of training points are kept.
+!>
+!> Clusters are groups of training points whose active sets differ little. In each, rows that are closed at all points are tied,
+!> rows that are open at all points carry nothing; the others and some rings of neighbors around them are the unknowns of the
+!> queries.
+module sig_tied_training
+  use sig_bits, only: n_words, pack_bits
+  use sig_condensed_plan, only: displacement_plan_t, plan_displacements
+  use sig_contact_state, only: reason_converged, reason_text
+  use sig_errors, only: error_t
+  use sig_full_order, only: full_order_t, team_t
+  use sig_kinds, only: rk
+  use sig_log, only: log_info, log_warning
+  use sig_petsc_support, only: broadcast_columns
+  use sig_problem, only: problem_t
+  use sig_reduced, only: reduced_t
+  use sig_reduced_tied, only: reduced_tied_t
+  use sig_reference_sets, only: group_sets
+  use sig_snapshot_store, only: snapshot_set_t
+  use sig_text, only: counted, to_text
+  use sig_tied, only: solve_tied, tied_response_t
+  use sig_tied_data, only: row_changing, row_closed, row_open, tied_cluster_t, tied_data_t
+  use petsc
+  implicit none(type, external)
+  private
+  public :: train_tied, status_of_rows
+
+  !> rings of neighbors around the rows that change at the training points
+  integer, parameter :: n_rings = 2
+  !> more clusters leave each too few training points to know what changes
+  integer, parameter :: most_clusters = 16
+  !> [MB] of one number
+  real(rk), parameter :: number_size = 8.0e-6_rk
+
+contains
+
+  !> Collective on all ranks; the same on each.
+  !>
+  !> Errors: those of the clusters.
+  subroutine train_tied(full_order, snapshots, part, reason, error, ierr)
+    !> loaded, without a body that only contact holds
+    type(full_order_t), intent(inout) :: full_order
+    !> solved
+    type(snapshot_set_t), intent(in) :: snapshots
+    !> not allocated where there is a reason
+    class(reduced_t), allocatable, intent(out) :: part
+    !> why there is no such model; empty where there is
+    character(:), allocatable, intent(out) :: reason
+    type(error_t), allocatable, intent(out) :: error
+    PetscErrorCode, intent(out) :: ierr
+    type(reduced_tied_t), allocatable :: reduced
+    type(displacement_plan_t) :: plan
+    logical :: sets(size(snapshots%multipliers, 1), size(snapshots%multipliers, 2))
+    integer :: i
+
+    ierr = 0
+    allocate (reduced)
+    sets = snapshots%multipliers > 0
+    plan = plan_displacements(full_order%problem)
+    reduced%data%exact_dofs = plan%exact_dofs
+    reduced%data%exact_boundaries = plan%boundaries
+    call divide(full_order%problem, sets, reduced%data, reason, error)
+    if (allocated(error) .or. reason /= '') return
+    allocate (reduced%data%start_sets(n_words(size(sets, 1)), size(sets, 2)))
+    do i = 1, size(sets, 2)
+      call pack_bits(sets(:, i), reduced%data%start_sets(:, i))
+    end do
+    if (plan%has_modes) call log_warning('where the matrix of all contacts has no room there are no modes of displacements: ' // &
+      'the model answers those of the boundaries that reduction.displacement names only')
+    do i = 1, size(reduced%data%clusters)
+      PetscCall(fill_cluster(full_order, i, reduced%data, reason, ierr))
+      if (reason /= '') return
+    end do
+    call move_alloc(reduced, part)
+  end subroutine train_tied
+
+  !> As few clusters as have room. Local.
+  subroutine divide(problem, sets, data, reason, error)
+    type(problem_t), intent(in) :: problem
+    !> closed rows at the training points, shape (n_rows, n_points)
+    logical, intent(in) :: sets(:, :)
+    !> its exact dofs are set
+    type(tied_data_t), intent(inout) :: data
+    character(:), allocatable, intent(out) :: reason
+    type(error_t), allocatable, intent(out) :: error
+    integer :: i, k, n_clusters
+    real(rk) :: least, room
+
+    reason = ''
+    n_clusters = 1
+    least = huge(least)
+    do
+      call group_sets(sets, n_clusters, data%cluster_of_point, error)
+      if (allocated(error)) return
+      if (allocated(data%clusters)) deallocate (data%clusters)
+      allocate (data%clusters(maxval(data%cluster_of_point)))
+      do k = 1, size(data%clusters)
+        data%clusters(k)%status = status_of_rows(problem, sets(:, pack([(i, i=1, size(sets, 2))], data%cluster_of_point == k)))
+      end do
+      room = 0
+      do k = 1, size(data%clusters)
+        room = room + number_size * size(sets, 1) * &
+          real(problem%boundary%n_terms + count(data%clusters(k)%status == row_changing), rk)
+      end do
+      least = min(least, room)
+      if (room <= problem%deck%reduction%max_full_order_size) return
+      if (n_clusters >= min(most_clusters, size(sets, 2))) exit
+      n_clusters = min(2 * n_clusters, most_clusters, size(sets, 2))
+    end do
+    reason = 'the contacts that change take ' // to_text(ceiling(least)) // ' MB, too, even in clusters of the training points'
+  end subroutine divide
+
+  !> What a row is in a cluster. Rows near one that changes at its points may change between them.
+  function status_of_rows(problem, sets) result(status)
+    type(problem_t), intent(in) :: problem
+    !> of the cluster's points, shape (n_rows, n_points)
+    logical, intent(in) :: sets(:, :)
+    !> row_*
+    integer :: status(size(sets, 1))
+    logical :: is_changing(size(sets, 1))
+    integer :: i
+
+    is_changing = any(sets, dim=2) .and. .not. all(sets, dim=2)
+    do i = 1, n_rings
+      call add_ring(problem, is_changing)
+    end do
+    status = merge(row_closed, row_open, all(sets, dim=2))
+    where (is_changing) status = row_changing
+  end function status_of_rows
+
+  !> Rows whose nodes share a cell with those of marked ones are marked, too.
+  subroutine add_ring(problem, is_marked)
+    type(problem_t), intent(in) :: problem
+    logical, intent(inout) :: is_marked(:)
+    logical :: is_node(problem%mesh%n_nodes), is_near(problem%mesh%n_nodes)
+    integer :: i, k
+
+    is_node = .false.
+    do k = 1, size(is_marked)
+      if (is_marked(k)) is_node(problem%rows%nodes_of(k)) = .true.
+    end do
+    is_near = is_node
+    associate (mesh => problem%mesh)
+      do i = 1, mesh%n_cells
+        associate (nodes => mesh%cell_nodes(mesh%cell_offsets(i) + 1:mesh%cell_offsets(i + 1)))
+          if (any(is_node(nodes))) is_near(nodes) = .true.
+        end associate
+      end do
+    end associate
+    do k = 1, size(is_marked)
+      is_marked(k) = is_marked(k) .or. any(is_near(problem%rows%nodes_of(k)))
+    end do
+  end subroutine add_ring
+
+  !> Collective on all ranks; the first rank's numbers count.
+  subroutine fill_cluster(full_order, i, data, reason, ierr)
+    type(full_order_t), intent(inout) :: full_order
+    integer, intent(in) :: i
+    type(tied_data_t), intent(inout) :: data
+    !> why K tied could not be factored; empty where it could
+    character(:), allocatable, intent(out) :: reason
+    PetscErrorCode, intent(out) :: ierr
+    type(team_t), pointer :: team
+    type(tied_response_t) :: response
+
+    reason = ''
+    associate (cluster => data%clusters(i))
+      call log_info('cluster ' // to_text(i) // ': ' // counted(count(cluster%status == row_changing), 'contact') // &
+        ' may change, ' // to_text(count(cluster%status == row_closed)) // ' stay closed, ' // &
+        to_text(count(cluster%status == row_open)) // ' open')
+      PetscCall(full_order%ready_team(team, ierr))
+      PetscCall(solve_tied(team%solver%system, cluster%status, data%exact_dofs, response, ierr))
+      if (response%reason /= reason_converged) then
+        reason = 'with the closed contacts tied, ' // reason_text(response%reason)
+        return
+      end if
+      call move_alloc(response%free, cluster%free)
+      call move_alloc(response%operator, cluster%operator)
+      call move_alloc(response%free_field, cluster%free_field)
+      call move_alloc(response%field, cluster%field)
+      PetscCall(broadcast_columns(cluster%free, PETSC_COMM_WORLD, ierr))
+      PetscCall(broadcast_columns(cluster%operator, PETSC_COMM_WORLD, ierr))
+      PetscCall(broadcast_columns(cluster%free_field, PETSC_COMM_WORLD, ierr))
+      PetscCall(broadcast_columns(cluster%field, PETSC_COMM_WORLD, ierr))
+    end associate
+  end subroutine fill_cluster
+end module sig_tied_training

@@ -1,0 +1,104 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
+"""A gasket plate with more than 7000 contact pairs, whose matrix of all contacts (420 MB) may not be formed.
+
+build/venv/bin/python tests/benchmark/tied_plate.py
+build/venv/bin/python tests/benchmark/tied_plate.py --nodes 30 --snapshots 20     # a small one
+
+Two plates of hexahedra with equal meshes; the upper one is pressed down and tilted until one edge opens. Answers of the
+condensed model against active_set at points between the training points, and the time of each.
+"""
+
+import argparse
+import re
+import sys
+import tempfile
+from pathlib import Path
+
+import h5py
+import numpy as np
+from large_contact import error_text, predict, write_points
+from timing import ROOT, build, cpu_of, load_text
+
+sys.path.append(str(ROOT / "tests" / "support"))
+from block_meshes import Mesh
+
+SEED = 7225
+# of that of the matrix of all contacts: 125 MB for 85 nodes along each side
+ROOM = 0.3
+NAMES = ["press", "tilt_x", "tilt_y"]
+LOW, HIGH = np.array([0.02, 0.45, -0.05]), np.array([0.03, 0.55, 0.05])
+DECK = """\
+title: A gasket plate that opens along one edge
+units: {{length: mm, force: N}}
+mesh: {{file: plate.msh, model: solid}}
+parameters:
+  press: {{min: {low[0]}, max: {high[0]}, unit: mm}}
+  tilt_x: {{min: {low[1]}, max: {high[1]}, unit: mm/m}}
+  tilt_y: {{min: {low[2]}, max: {high[2]}, unit: mm/m}}
+materials:
+  steel: {{regions: [upper], young_modulus: 205.0e3, poisson_ratio: 0.29}}
+  fiber: {{regions: [lower], young_modulus: 6.4e3, poisson_ratio: 0.24}}
+boundary_conditions:
+  - {{boundary: base, displacement: {{x: 0, y: 0, z: 0}}}}
+  - {{boundary: top, displacement: {{x: 0, y: 0, z: "-press + 1e-3 * tilt_x * (x - 60) + 1e-3 * tilt_y * (y - 50)"}}}}
+contact:
+  - {{first: lower_face, second: upper_face, direction: [0, 0, 1]}}
+training: {{latin_hypercube: {snapshots}}}
+reduction: {{method: condensed, max_full_order_size: {room}, displacement: {{boundaries: [upper_face]}}}}
+"""
+
+
+def write_case(folder, n_nodes, n_snapshots):
+    """Mesh and deck."""
+    x, y = np.linspace(0, 120, n_nodes), np.linspace(0, 100, n_nodes)
+    mesh = Mesh()
+    mesh.add_block("lower", [x, y, np.array([-4.0, -2.0, 0.0])], "H8", {(2, 0): "base", (2, 1): "lower_face"})
+    mesh.add_block("upper", [x, y, np.array([0.0, 3.0])], "H8", {(2, 0): "upper_face", (2, 1): "top"})
+    mesh.write(folder / "plate.msh")
+    room = ROOM * 8e-6 * n_nodes**4
+    deck = DECK.format(low=LOW, high=HIGH, snapshots=n_snapshots, room=room)
+    (folder / "plate.yaml").write_text(deck)
+
+
+def main():
+    """Sample, train, compare."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--nodes", type=int, default=85, help="along each side")
+    parser.add_argument("--snapshots", type=int, default=40)
+    parser.add_argument("--points", type=int, default=10)
+    parser.add_argument("--program", type=Path, help="default: build/release/signorom, brought up to date")
+    arguments = parser.parse_args()
+    program = (arguments.program or build("signorom", "signorom_online")[0]).resolve()
+    with tempfile.TemporaryDirectory() as place:
+        folder = Path(place)
+        write_case(folder, arguments.nodes, arguments.snapshots)
+        for command in ("sample", "train"):
+            cpu, _, _ = cpu_of([program, command, "plate.yaml", "--quiet"], folder)
+            print(f"{command}: {cpu:.1f} s of CPU time; {load_text()}", flush=True)
+        model = folder / "results" / "plate" / "model.h5"
+        with h5py.File(model) as file:
+            tied = file["clusters/1/tied"]
+            counts = [np.bincount(cluster["status"][()], minlength=3) for cluster in tied.values()]
+        print(
+            f"model.h5: {model.stat().st_size / 1e6:.0f} MB; open, closed, changing in each cluster: {counts}"
+        )
+        points = np.random.default_rng(SEED).uniform(LOW, HIGH, (arguments.points, 3))
+        write_points(folder / "points.csv", NAMES, points)
+        found = predict(program, folder, model, arguments.nodes**2)
+        check = folder / "check.yaml"
+        text = (folder / "plate.yaml").read_text()
+        check.write_text(re.sub(r"training: .*", "training: {file: points.csv}", text))
+        cpu, _, _ = cpu_of([program, "sample", "check.yaml", "--quiet"], folder)
+        with h5py.File(folder / "results" / "check" / "snapshots.h5") as file:
+            expected = file["multipliers"][()]
+        print(f"full order, active_set: {cpu / len(points):.1f} s of CPU time per point")
+        print(f"predict against it at {len(points)} points: {error_text(found, expected)[0]}")
+        n_closed = (expected > 0).sum(axis=1)
+        print(f"closed: {n_closed.min()} to {n_closed.max()} of {expected.shape[1]}")
+
+
+if __name__ == "__main__":
+    main()
