@@ -71,8 +71,8 @@ class DenseProblem:
     def __init__(self, path, names):
         """Read and compile the terms: expressions of the parameters, and of places."""
         with h5py.File(path) as file:
-            self.compliance = file["full_order/compliance"][()]
-            self.openings = file["full_order/free_opening"][()]
+            self.compliance = file["clusters/1/compliance"][()]
+            self.openings = file["clusters/1/free_opening"][()]
             self.sources = []
             for source in file["terms/sources"].values():
                 text = source["text"][()].decode().replace("^", "**")
