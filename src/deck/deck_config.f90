@@ -227,7 +227,7 @@ module sig_deck_config
     logical :: is_used = .false.
     !> [-] > 0
     real(rk) :: error = 0
-    !> e_lambda_rid (default), e_lambda_all or e_u: a column of validation.csv
+    !> e_lambda_all (default), e_lambda_rid or e_u: a column of validation.csv
     character(:), allocatable :: measure
     !> p95 (default), median or max
     character(:), allocatable :: statistic

@@ -14,7 +14,7 @@ module sig_deck_read_clusters
   character(*), parameter :: opposites(2) = [character(9) :: 'equal', 'different']
   character(*), parameter :: small_treatments(2) = [character(6) :: 'refuse', 'merge']
   character(*), parameter :: cluster_algorithms(2) = [character(11) :: 'faster_pam', 'alternating']
-  character(*), parameter :: measures(3) = [character(12) :: 'e_lambda_rid', 'e_lambda_all', 'e_u']
+  character(*), parameter :: measures(3) = [character(12) :: 'e_lambda_all', 'e_lambda_rid', 'e_u']
   character(*), parameter :: statistics(3) = [character(6) :: 'p95', 'median', 'max']
 
 contains

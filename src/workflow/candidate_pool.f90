@@ -4,7 +4,7 @@
 !> The worst points of a set are no sample of it any more once they are taken: what a model is said to do is measured at points
 !> that are kept for that, by lot.
 module sig_candidate_pool
-  use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_nan, ieee_positive_inf, ieee_quiet_nan, ieee_value
   use sig_answer_errors, only: answer_error
   use sig_contact_state, only: reason_converged
   use sig_kinds, only: rk
@@ -21,7 +21,8 @@ module sig_candidate_pool
 
   !> What a model does at each candidate.
   type :: pool_errors_t
-    !> [-] no number where there is nothing to compare, and at candidates that were not asked for; shape (n_candidates)
+    !> [-] infinite at candidates that failed; no number where nothing touches in either model, and at candidates that were not
+    !> asked for; shape (n_candidates)
     real(rk), allocatable :: values(:)
     !> cluster that answered, 0 at candidates that were not asked for
     integer, allocatable :: cluster(:)
@@ -60,7 +61,7 @@ contains
     is_drawn(numbers(order(:(size(order) + 1) / 2))) = .true.
   end function draw_half
 
-  !> Errors of a model at some of the candidates. Local.
+  !> Errors of a model's clusters at some of the candidates. Local.
   !>
   !> Errors: message is allocated where the model cannot answer at all.
   subroutine measure_candidates(candidates, is_wanted, model, name, errors, message)
@@ -87,10 +88,26 @@ contains
       if (.not. is_wanted(i)) cycle
       call query%evaluate(online, candidates%parameters(:, i), answer)
       errors%cluster(i) = answer%cluster
-      errors%values(i) = answer_error(name, online, answer, candidates%displacement(:, i), candidates%multipliers(:, i))
+      errors%values(i) = error_of_cluster(name, online, answer, candidates%displacement(:, i), candidates%multipliers(:, i))
     end do
     call query%destroy()
   end subroutine measure_candidates
+
+  !> [-] Infinite where the cluster has no answer of its own (the fallback's says nothing about it), and where its error is no
+  !> number although something touches: what cannot be measured must not flatter.
+  real(rk) function error_of_cluster(name, online, answer, displacement, multipliers) result(error)
+    character(*), intent(in) :: name
+    type(online_model_t), intent(in) :: online
+    type(answer_t), intent(in) :: answer
+    !> full-order
+    real(rk), intent(in) :: displacement(:)
+    real(rk), intent(in) :: multipliers(:)
+
+    error = ieee_value(error, ieee_positive_inf)
+    if (answer%reason < 0 .or. answer%part /= answer%cluster) return
+    error = answer_error(name, online, answer, displacement, multipliers)
+    if (ieee_is_nan(error) .and. any(multipliers > 0)) error = ieee_value(error, ieee_positive_inf)
+  end function error_of_cluster
 
   !> The same as if only these candidates had been asked for.
   pure function errors_among(errors, is_chosen) result(chosen)

@@ -15,11 +15,12 @@ module sig_refinement
   use sig_model, only: model_t
   use sig_model_attempt, only: attempt_t, share_candidates, start_attempt, train_attempt
   use sig_problem, only: problem_t
-  use sig_refinement_rounds, only: make_round, refinement_round_t, round_text, three_digits, statistic_of, worst_cluster
+  use sig_refinement_rounds, only: make_round, n_failed, refinement_round_t, round_text, &
+    statistic_of, three_digits, worst_cluster
   use sig_reduced, only: reduced_t
   use sig_snapshot_store, only: append_snapshots, columns_of, snapshot_set_t
   use sig_stop_request, only: agree_to_stop
-  use sig_text, only: to_text
+  use sig_text, only: counted, to_text
   use sig_ties, only: tie_tolerance
   use sig_training, only: find_converged
   use petsc
@@ -245,7 +246,8 @@ contains
     is_done = .not. allocated(failure)
     prospects(k)%may_grow = is_done
     if (is_done) then
-      prospects(k)%is_split_next = error_of(next%errors) > clear_gain * error_of(attempt%errors)
+      prospects(k)%is_split_next = .not. has_gained(problem%deck%clusters%target%statistic, own_errors(attempt%errors), &
+        own_errors(next%errors))
       attempt = next
     else
       call log_warning('cluster ' // to_text(k) // ' gets no more snapshots: ' // failure%message)
@@ -253,12 +255,28 @@ contains
 
   contains
 
-    real(rk) function error_of(errors)
+    function own_errors(errors) result(values)
       type(pool_errors_t), intent(in) :: errors
+      real(rk), allocatable :: values(:)
 
-      error_of = statistic_of(problem%deck%clusters%target%statistic, pack(errors%values, errors%cluster == k .and. next%is_open))
-    end function error_of
+      values = pack(errors%values, errors%cluster == k .and. next%is_open)
+    end function own_errors
   end subroutine try_growth
+
+  !> New snapshots took off enough: of the error or, where it is infinite before and after, of the candidates that fail.
+  pure logical function has_gained(statistic, before, after)
+    character(*), intent(in) :: statistic
+    real(rk), intent(in) :: before(:)
+    real(rk), intent(in) :: after(:)
+    real(rk) :: error
+
+    error = statistic_of(statistic, after)
+    if (error > huge(error)) then
+      has_gained = n_failed(after) <= clear_gain * n_failed(before)
+    else
+      has_gained = error <= clear_gain * statistic_of(statistic, before)
+    end if
+  end function has_gained
 
   subroutine try_split(problem, candidates, k, attempt, prospects, is_done, error, ierr)
     type(problem_t), intent(in) :: problem
@@ -316,11 +334,24 @@ contains
     ! no contact at any candidate proves nothing
     if (latest%errors%n_values == 0) error = ieee_value(error, ieee_positive_inf)
     outcome%is_reached = error <= config%target%error
-    if (n > 0 .and. .not. error < outcome%error * (1 - tie_tolerance)) return
+    if (n > 0) then
+      if (.not. is_better(error, latest%n_failed, outcome%error, outcome%rounds(outcome%best_round + 1)%n_failed)) return
+    end if
     outcome%best_round = n
     outcome%error = error
     best = attempt
   end subroutine keep_round
+
+  !> A smaller error; of two infinite ones that with fewer candidates that failed.
+  pure logical function is_better(error, n_failed, best_error, best_n_failed)
+    real(rk), intent(in) :: error
+    integer, intent(in) :: n_failed
+    real(rk), intent(in) :: best_error
+    integer, intent(in) :: best_n_failed
+
+    is_better = error < best_error * (1 - tie_tolerance)
+    if (error > huge(error)) is_better = best_error > huge(error) .and. n_failed < best_n_failed
+  end function is_better
 
   subroutine end_with(config, reason, outcome)
     type(clusters_config_t), intent(in) :: config
@@ -333,7 +364,12 @@ contains
     if (outcome%rounds(outcome%best_round + 1)%errors%n_values == 0) then
       outcome%ending = 'the model is that of round ' // to_text(outcome%best_round) // ': ' // config%target%measure // &
         ' cannot be measured, because no candidate for measuring has contact forces there'
-    else if (outcome%is_reached) then
+      return
+    end if
+    associate (failed => outcome%rounds(outcome%best_round + 1)%n_failed)
+      if (failed > 0) outcome%ending = outcome%ending // ' (' // counted(failed, 'candidate') // ' failed)'
+    end associate
+    if (outcome%is_reached) then
       outcome%ending = outcome%ending // ', within the target of ' // to_text(config%target%error)
     else
       outcome%ending = outcome%ending // ', above the target of ' // to_text(config%target%error) // '; ' // reason

@@ -12,7 +12,7 @@ module sig_refinement_rounds
   implicit none(type, external)
   private
   public :: refinement_round_t, make_round, report_refinement, round_text, three_digits, &
-    statistic_of, worst_cluster, write_refinement_table
+    n_failed, statistic_of, worst_cluster, write_refinement_table
 
   !> [-] errors above this are counted
   real(rk), parameter :: large_error = 0.1_rk
@@ -28,6 +28,8 @@ module sig_refinement_rounds
     integer :: worst_cluster = 0
     !> [-] at the candidates that are kept for measuring
     type(statistics_t) :: errors
+    !> of them those that failed: infinite errors
+    integer :: n_failed = 0
     !> [-] part of them with an error above 0.1
     real(rk) :: share_above = 0
   end type refinement_round_t
@@ -51,6 +53,7 @@ contains
     round%n_snapshots = n_snapshots
     round%worst_cluster = worst
     round%errors = summarize(errors)
+    round%n_failed = n_failed(errors)
     round%share_above = real(count(errors > large_error), rk) / max(1, round%errors%n_values)
   end function make_round
 
@@ -92,6 +95,13 @@ contains
     end select
   end function statistic_of
 
+  !> Candidates without an answer of their cluster, or without an error that is a number.
+  pure integer function n_failed(values)
+    real(rk), intent(in) :: values(:)
+
+    n_failed = count(values > huge(values))
+  end function n_failed
+
   !> `round 2: 5 snapshots more for cluster 1: 3 clusters of 36 snapshots; e_lambda_rid at 95 candidates: median ..., p95 ..., ...`
   pure function round_text(i_round, round, n_new, measure) result(text)
     !> from 0
@@ -109,6 +119,7 @@ contains
     text = text // counted(round%n_clusters, 'cluster') // ', ' // counted(round%n_snapshots, 'snapshot') // '; ' // measure // &
       ' at ' // counted(round%errors%n_values, 'candidate') // ': median ' // three_digits(round%errors%median) // ', p95 ' // &
       three_digits(round%errors%p95) // ', ' // to_text(nint(100 * round%share_above)) // ' % above 0.1'
+    if (round%n_failed > 0) text = text // ', ' // to_text(round%n_failed) // ' failed'
   end function round_text
 
   !> Three digits for people.
@@ -134,6 +145,7 @@ contains
     call report%add('reduction/refinement/n_rounds', size(rounds) - 1)
     call report%add('reduction/refinement/best_round', best_round)
     call report%add('reduction/refinement/n_candidates', rounds(size(rounds))%errors%n_values)
+    call report%add('reduction/refinement/n_failed', rounds(best_round + 1)%n_failed)
     call report%add('reduction/refinement/target_reached', trim(merge('yes', 'no ', is_reached)))
     call report%add('reduction/refinement/ending', ending)
   end subroutine report_refinement
@@ -146,13 +158,15 @@ contains
     character(:), allocatable :: text
     integer :: i
 
-    text = 'round,action,cluster,n_clusters,n_snapshots,n_candidates,worst_cluster,median,p95,max,share_above_0.1' // new_line('a')
+    text = 'round,action,cluster,n_clusters,n_snapshots,n_candidates,n_failed,worst_cluster,median,p95,max,share_above_0.1' // &
+      new_line('a')
     do i = 1, size(rounds)
       associate (round => rounds(i))
         text = text // to_text(i - 1) // ',' // round%action // ',' // to_text(round%cluster) // ',' // &
           to_text(round%n_clusters) // ',' // to_text(round%n_snapshots) // ',' // to_text(round%errors%n_values) // ',' // &
-          to_text(round%worst_cluster) // ',' // csv_number(round%errors%median) // ',' // csv_number(round%errors%p95) // &
-          ',' // csv_number(round%errors%maximum) // ',' // csv_number(round%share_above) // new_line('a')
+          to_text(round%n_failed) // ',' // to_text(round%worst_cluster) // ',' // csv_number(round%errors%median) // ',' // &
+          csv_number(round%errors%p95) // ',' // csv_number(round%errors%maximum) // ',' // csv_number(round%share_above) // &
+          new_line('a')
       end associate
     end do
     call write_text_file(path, text, error)

@@ -21,7 +21,7 @@ from timing import ROOT, build, cpu_of
 DECK = ROOT / "input" / "pellet_cladding_clusters.yaml"
 CANDIDATES = "candidates: {sobol: 512, seed: 1}"
 # out of reach, so that all is tried
-ALL = f"target: {{error: 1.0e-3, {CANDIDATES}}}"
+ALL = f"target: {{error: 1.0e-3, measure: e_lambda_rid, {CANDIDATES}}}"
 PAPER, FINER, COARSER = "{P1: 10, h1: 50}", "{P1: 12, h1: 50}", "{P1: 8, h1: 25}"
 MORE = "refine: {max_points: 100, points_per_round: 10}"
 WAYS = {

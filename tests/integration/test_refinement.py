@@ -13,7 +13,7 @@ import pytest
 import yaml
 from signorom_post.forest import fit, read_labels
 
-from program import kill, wait_until
+from program import ROOT, kill, wait_until
 from results import read_snapshots, read_table
 from runs import files_in, refuse, write_deck
 
@@ -22,8 +22,8 @@ N_CANDIDATES = 60
 N_ROUND = 4
 CANDIDATES = f"candidates: {{sobol: {N_CANDIDATES}, seed: 3}}"
 REFINE = f"refine: {{max_points: 20, points_per_round: {N_ROUND}}}"
-REGULAR = f"number: 1, max_number: 4, target: {{error: 0.004, {CANDIDATES}}}, {REFINE}"
-NUMBER = f"number: auto, max_number: 3, target: {{error: 1.0e-9, {CANDIDATES}}}"
+REGULAR = f"number: 1, max_number: 4, target: {{error: 0.004, measure: e_lambda_rid, {CANDIDATES}}}, {REFINE}"
+NUMBER = f"number: auto, max_number: 3, target: {{error: 1.0e-9, measure: e_lambda_rid, {CANDIDATES}}}"
 
 
 def changes_of(clusters, points="grid: {squeeze: 7, shift: 3}"):
@@ -273,3 +273,36 @@ def test_number_that_cannot_be_trained_ends_the_search(signorom, tmp_path):
     assert "warning: no division into 4 or more clusters: " in done.stdout + done.stderr
     assert "no number of clusters up to 3 does better" in done.stdout + done.stderr
     assert (tmp_path / "results" / "small_disks" / "model.h5").exists()
+
+
+@pytest.mark.parametrize("measure", ["e_lambda_all", "e_lambda_rid"])
+def test_candidates_that_fail_count(signorom, tmp_path, measure):
+    """Nothing touches on a coarse domain at some points: they have no error there, which counts as infinite."""
+    deck = tmp_path / "bracket.yaml"
+    text = (ROOT / "input" / "bracket.yaml").read_text().replace("../meshes", str(ROOT / "meshes"))
+    text = text.replace("test: {sobol: 500, seed: 1}", "test: {sobol: 100, seed: 1}")
+    wanted = "" if measure == "e_lambda_all" else f"measure: {measure}, "
+    deck.write_text(
+        f"{text}certificate: {{max_error: none}}\n"
+        "reduction: {method: hhr, pod_tolerance: 1.0e-5, enrichment: {type: none}, zones_of_interest: [shelf], "
+        "max_full_order_size: 0}\n"
+        "clusters: {number: auto, max_number: 1, method: irregular, "
+        f"target: {{error: 0.01, {wanted}candidates: {{sobol: 100, seed: 1}}}}}}\n"
+    )
+    done = signorom.run("run", deck.name, folder=tmp_path)
+    results = tmp_path / "results" / "bracket"
+    rows, table = rounds_of(results), read_table(results / "validation.csv")
+    errors = np.where(
+        (np.array(table["solver"]) == "none") | np.isnan(table[measure]), np.inf, table[measure]
+    )
+    n_failed = np.isinf(errors).sum()
+    assert measure == "e_lambda_all" or n_failed > 5
+    assert rows["n_failed"][0] == n_failed
+    assert rows["n_candidates"][0] == 100
+    assert rows["share_above_0.1"][0] == np.mean(errors > 0.1)
+    assert rows["max"][0] == pytest.approx(errors.max(), rel=1e-5)
+    assert (
+        yaml.safe_load((results / "report.yaml").read_text())["reduction"]["refinement"]["n_failed"]
+        == n_failed
+    )
+    assert n_failed == 0 or f"{n_failed} failed" in done.stdout + done.stderr
