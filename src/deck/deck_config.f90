@@ -212,7 +212,7 @@ module sig_deck_config
   end type zone_config_t
 
   type :: enrichment_config_t
-    !> none (default), greedy (Algorithm 1) or all (both hats of every pair)
+    !> auto (default: greedy where (11) fails without hats), none, greedy (Algorithm 1) or all (both hats of every pair)
     character(:), allocatable :: type
     !> [-] greedy ends at this kappa with full rank; at 1 every pair gets a hat; default 10
     real(rk) :: max_condition_number = 10
@@ -297,7 +297,7 @@ module sig_deck_config
     character(:), allocatable :: dirichlet
     !> zones_of_interest: auto (default), every loaded surface where a point of the parameters can load it
     logical :: has_loaded_zones = .true.
-    !> or boundaries whose nodes all join the reduced integration domain
+    !> boundaries whose nodes all join the reduced integration domain, beside auto or in its place
     type(zone_config_t), allocatable :: zones_of_interest(:)
     !> join (default): the cells of a contact node's partner are added; remove: a contact node without partner has no equation
     character(:), allocatable :: unpaired_nodes

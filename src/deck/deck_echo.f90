@@ -307,6 +307,8 @@ contains
     do i = 1, size(entries)
       associate (zone => reduction%zones_of_interest(i))
         entries(i)%text = yaml_text(zone%boundary%text)
+        ! a boundary of this name
+        if (zone%axis == 0 .and. zone%boundary%text == 'auto') entries(i)%text = '{boundary: auto}'
         if (zone%axis == 0) cycle
         entries(i)%text = '{boundary: ' // entries(i)%text // ', window: {axis: ' // zone%axes(zone%axis)
         if (zone%has_minimum) entries(i)%text = entries(i)%text // ', min: ' // to_text(zone%minimum)
@@ -315,7 +317,9 @@ contains
       end associate
     end do
     yaml = '[' // join(entries, ', ') // ']'
-    if (reduction%has_loaded_zones) yaml = 'auto'
+    if (.not. reduction%has_loaded_zones) return
+    yaml = 'auto'
+    if (size(entries) > 0) yaml = '[auto, ' // join(entries, ', ') // ']'
   end function zone_list
 
   pure function output_section(output, parameters) result(yaml)

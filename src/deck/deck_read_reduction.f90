@@ -4,7 +4,8 @@ module sig_deck_read_reduction
   use sig_deck_config, only: displacement_config_t, enrichment_config_t, reduction_config_t, zone_config_t
   use sig_deck_read_loads, only: read_axis
   use sig_deck_tree, only: deck_tree_t, kind_list, kind_mapping, kind_scalar, root_node, shown
-  use sig_deck_values, only: get_choice, get_mapping, get_name, get_names, get_number, get_integer, integer_of, name_of, number_of
+  use sig_deck_values, only: choice_of, get_choice, get_mapping, get_name, get_names, get_number, get_integer, integer_of, &
+    name_of, number_of
   use sig_kinds, only: rk
   use sig_mechanical_models, only: mechanical_model_t
   implicit none(type, external)
@@ -14,7 +15,7 @@ module sig_deck_read_reduction
   character(*), parameter :: methods(3) = [character(9) :: 'auto', 'condensed', 'hhr']
   character(*), parameter :: dirichlet_treatments(2) = [character(15) :: 'elastic_lifting', 'multiplier']
   character(*), parameter :: unpaired_treatments(2) = [character(6) :: 'join', 'remove']
-  character(*), parameter :: enrichments(3) = [character(6) :: 'none', 'greedy', 'all']
+  character(*), parameter :: enrichments(4) = [character(6) :: 'auto', 'none', 'greedy', 'all']
   character(*), parameter :: sides(2) = [character(6) :: 'first', 'second']
   character(*), parameter :: reconstructions(2) = [character(29) :: 'multipliers_and_displacements', 'multipliers']
   character(*), parameter :: displacements(2) = [character(4) :: 'auto', 'none']
@@ -170,29 +171,37 @@ contains
     call tree%close_mapping(i_node)
   end subroutine read_displacement
 
+  !> A type alone, or a mapping with what belongs to it.
   subroutine read_enrichment(tree, i_reduction, enrichment)
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_reduction
     type(enrichment_config_t), intent(inout) :: enrichment
     integer :: i_enrichment
 
+    i_enrichment = tree%find(i_reduction, 'enrichment')
+    if (i_enrichment == 0) return
+    if (tree%nodes(i_enrichment)%kind == kind_scalar) then
+      call choice_of(tree, i_enrichment, enrichments, enrichment%type)
+      return
+    end if
     i_enrichment = get_mapping(tree, i_reduction, 'enrichment', .false.)
     if (i_enrichment == 0) return
-    call get_choice(tree, i_enrichment, 'type', .true., enrichments, enrichment%type)
+    call get_choice(tree, i_enrichment, 'type', .false., enrichments, enrichment%type)
     call get_number(tree, i_enrichment, 'max_condition_number', .false., enrichment%max_condition_number)
     call get_choice(tree, i_enrichment, 'side', .false., sides, enrichment%side)
     call read_count_or_word(tree, i_enrichment, 'max_hats', 'none', 0, enrichment%max_hats)
     call tree%close_mapping(i_enrichment)
   end subroutine read_enrichment
 
-  !> `auto`, or a list of names and of mappings {boundary: name, window: {...}}.
+  !> `auto`, or a list of names, of mappings {boundary: name, window: {...}}, and of the word auto beside them.
   subroutine read_zones(tree, i_reduction, model, reduction)
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_reduction
     type(mechanical_model_t), intent(in) :: model
     type(reduction_config_t), intent(inout) :: reduction
     integer, allocatable :: nodes(:)
-    integer :: i, i_list
+    logical, allocatable :: is_auto(:)
+    integer :: i, i_list, n
 
     i_list = tree%find(i_reduction, 'zones_of_interest')
     if (i_list == 0) return
@@ -203,22 +212,40 @@ contains
       return
     end if
     nodes = tree%children(i_list)
+    is_auto = [(is_word(tree, nodes(i), 'auto'), i=1, size(nodes))]
+    reduction%has_loaded_zones = any(is_auto)
     deallocate (reduction%zones_of_interest)
-    allocate (reduction%zones_of_interest(size(nodes)))
+    allocate (reduction%zones_of_interest(count(.not. is_auto)))
+    n = 0
     do i = 1, size(nodes)
-      reduction%zones_of_interest(i)%boundary%text = ''
-      reduction%zones_of_interest(i)%axes = model%axes
-      if (tree%nodes(nodes(i))%kind == kind_mapping) then
-        call get_name(tree, nodes(i), 'boundary', reduction%zones_of_interest(i)%boundary)
-        call read_window(tree, nodes(i), model, reduction%zones_of_interest(i))
-        call tree%close_mapping(nodes(i))
-      else
-        call name_of(tree, nodes(i), reduction%zones_of_interest(i)%boundary)
+      if (is_auto(i)) then
+        if (any(is_auto(:i - 1))) call tree%report(nodes(i), 'is auto, which the list holds already')
+        cycle
       end if
-      if (is_there(reduction%zones_of_interest(:i - 1), reduction%zones_of_interest(i))) call tree%report(nodes(i), &
-        'is ' // shown(reduction%zones_of_interest(i)%boundary%text) // ', which the list holds already')
+      n = n + 1
+      call read_zone(tree, nodes(i), model, reduction%zones_of_interest(n))
+      if (is_there(reduction%zones_of_interest(:n - 1), reduction%zones_of_interest(n))) call tree%report(nodes(i), &
+        'is ' // shown(reduction%zones_of_interest(n)%boundary%text) // ', which the list holds already')
     end do
   end subroutine read_zones
+
+  !> A name, or {boundary: name, window: {...}}.
+  subroutine read_zone(tree, i_node, model, zone)
+    type(deck_tree_t), intent(inout) :: tree
+    integer, intent(in) :: i_node
+    type(mechanical_model_t), intent(in) :: model
+    type(zone_config_t), intent(inout) :: zone
+
+    zone%boundary%text = ''
+    zone%axes = model%axes
+    if (tree%nodes(i_node)%kind == kind_mapping) then
+      call get_name(tree, i_node, 'boundary', zone%boundary)
+      call read_window(tree, i_node, model, zone)
+      call tree%close_mapping(i_node)
+    else
+      call name_of(tree, i_node, zone%boundary)
+    end if
+  end subroutine read_zone
 
   !> The same boundary as a whole twice.
   pure logical function is_there(zones, zone)

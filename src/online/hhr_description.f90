@@ -6,7 +6,7 @@ module sig_hhr_description
   use sig_text, only: counted, short_number, to_text
   implicit none(type, external)
   private
-  public :: describe_hhr
+  public :: describe_hhr, hats_text
 
 contains
 
@@ -18,6 +18,7 @@ contains
 
     text = line('  modes', to_text(cluster%n_modes)) // &
       line('  integration domain', counted(size(cluster%cells), 'cell') // ', ' // counted(cluster%n_rows, 'contact pair')) // &
+      line('  hat functions', hats_text(cluster)) // &
       line('  kappa', condition_text(cluster)) // &
       line('  cond(K_r)', short_number(cluster%stiffness_condition)) // &
       line('  forces elsewhere', fit_text(cluster))
@@ -25,6 +26,16 @@ contains
       if (len(cluster%warnings(i)%text) > 0) text = text // line('  warning', cluster%warnings(i)%text)
     end do
   end function describe_hhr
+
+  !> How many hats, and the rank of (11) without them: whether the model needs any.
+  pure function hats_text(cluster) result(text)
+    type(hhr_data_t), intent(in) :: cluster
+    character(:), allocatable :: text
+
+    text = to_text(cluster%n_hats)
+    if (size(cluster%history%ranks) == 0) return
+    text = text // '; without them the rank of (11) is ' // to_text(cluster%history%ranks(1)) // ' of ' // to_text(cluster%n_rows)
+  end function hats_text
 
   pure function fit_text(cluster) result(text)
     type(hhr_data_t), intent(in) :: cluster

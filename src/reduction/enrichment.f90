@@ -13,6 +13,8 @@ module sig_enrichment
   type :: enrichment_rule_t
     !> take the best hat each time; otherwise all of them in their order
     logical :: is_greedy = .true.
+    !> none where the rank of (11) is full without hats
+    logical :: is_auto = .false.
     !> [-] greedy ends at this kappa with full rank
     real(rk) :: max_condition_number = 10
     integer :: max_hats = huge(1)
@@ -106,6 +108,8 @@ contains
     type(enrichment_rule_t), intent(in) :: rule
 
     associate (last => size(path%ranks))
+      is_finished = rule%is_auto .and. path%ranks(1) == n_rows
+      if (is_finished) return
       is_finished = rule%is_greedy .and. (size(path%chosen) >= rule%max_hats .or. &
         (path%ranks(last) == n_rows .and. path%condition_numbers(last) <= rule%max_condition_number))
     end associate

@@ -90,17 +90,17 @@ contains
     allocate (warnings(0))
     if (cluster%rank < cluster%n_rows) call append_text(warnings, 'the solvability condition (11) fails: rank ' // &
       to_text(cluster%rank) // ' of ' // counted(cluster%n_rows, 'contact row') // '; multipliers may not be unique ' // &
-      '(reduction.enrichment: {type: greedy} mends that)')
+      '(reduction.enrichment: auto mends that)')
     if (cluster%basis_rank < cluster%n_modes) call append_text(warnings, 'on the reduced integration domain ' // &
       to_text(cluster%n_modes - cluster%basis_rank) // ' of ' // to_text(cluster%n_modes) // ' modes depend on the others')
     if (cluster%stiffness_rank < cluster%n_modes) call append_text(warnings, undetermined_text(cluster))
     if (n_missed > 0) call append_text(warnings, 'the equations of the reduced integration domain do not see the load on ' // &
-      to_text(n_missed) // ' of ' // counted(n_loaded, 'loaded node') // ' (reduction.zones_of_interest: auto takes them all)')
+      to_text(n_missed) // ' of ' // counted(n_loaded, 'loaded node') // ' (auto in reduction.zones_of_interest takes them all)')
     if (cluster%stiffness_condition > large_condition) call append_text(warnings, &
       'the condition number of the reduced stiffness is ' // short_number(cluster%stiffness_condition) // &
       ': answers lose as many digits')
     if (has_all_hats) call append_text(warnings, 'both hats of every pair are in the basis: the contact rows are ' // &
       'conditioned best, but the equations of a part of the mesh hardly determine the answer; ' // &
-      'reduction.enrichment: {type: greedy} takes one hat per pair')
+      'reduction.enrichment: greedy takes one hat per pair')
   end function solvability_warnings
 end module sig_solvability

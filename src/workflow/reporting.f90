@@ -6,6 +6,7 @@ module sig_reporting
   use sig_deck_echo, only: echo_deck
   use sig_kinds, only: rk
   use sig_hhr_data, only: hhr_data_t
+  use sig_hhr_description, only: hats_text
   use sig_model, only: model_t
   use sig_parameter_space, only: format_point
   use sig_reactions, only: reaction_t
@@ -144,6 +145,7 @@ contains
     call report%add(group // 'n_modes', cluster%n_pod_modes)
     call report%add(group // 'n_extra_modes', cluster%n_extra_modes)
     call report%add(group // 'n_hats', cluster%n_hats)
+    call report%add(group // 'hats', hats_text(cluster))
     call report%add(group // 'n_reduced_unknowns', cluster%n_modes)
     call report%add(group // 'n_contact_rows', cluster%n_rows)
     call report%add(group // 'n_cells', size(cluster%cells))
@@ -192,7 +194,7 @@ contains
     if (cluster%n_extra_modes > 0) text = to_text(cluster%n_pod_modes) // ' + ' // counted(cluster%n_extra_modes, 'mode')
     if (cluster%n_hats > 0) text = text // ' and ' // counted(cluster%n_hats, 'hat')
     text = text // ' (' // counted(cluster%n_modes, 'reduced unknown') // '), ' // counted(cluster%n_rows, 'contact row') // &
-      ' with a condition number of ' // short_number(cluster%condition_number)
+      ' with a condition number of ' // short_number(cluster%condition_number) // ', hats: ' // hats_text(cluster)
   end function cluster_text
 
   !> Answers of solve, one line each.

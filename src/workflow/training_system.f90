@@ -60,6 +60,7 @@ contains
 
     associate (config => problem%deck%reduction%enrichment)
       rule%is_greedy = config%type /= 'all'
+      rule%is_auto = config%type == 'auto'
       rule%max_condition_number = config%max_condition_number
       rule%max_hats = merge(0, config%max_hats, config%type == 'none')
       rule%rank_tolerance = problem%deck%reduction%rank_tolerance

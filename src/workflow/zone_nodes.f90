@@ -17,7 +17,7 @@ module sig_zone_nodes
 
 contains
 
-  !> Nodes of the deck's zones or, where it names none, of the loaded surfaces; repetitions are possible.
+  !> Nodes of the loaded surfaces, of the deck's zones, or of both; repetitions are possible.
   !>
   !> Errors: a boundary that the mesh lacks; a window without nodes.
   subroutine find_zone_nodes(problem, training_points, nodes, error)
@@ -31,10 +31,8 @@ contains
     integer :: i
 
     nodes = [integer ::]
-    if (problem%deck%reduction%has_loaded_zones) then
-      call find_loaded_nodes(problem, training_points, nodes, error)
-      return
-    end if
+    if (problem%deck%reduction%has_loaded_zones) call find_loaded_nodes(problem, training_points, nodes, error)
+    if (allocated(error)) return
     do i = 1, size(problem%deck%reduction%zones_of_interest)
       call nodes_of_zone(problem%mesh, problem%deck%reduction%zones_of_interest(i), problem%deck%path, more, error)
       if (allocated(error)) return
