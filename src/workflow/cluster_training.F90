@@ -145,8 +145,7 @@ contains
     PetscCall(compute_modes(problem, snapshots, comm, modes, error, ierr))
     if (allocated(error)) return
     PetscCall(compute_dual_modes(problem, snapshots, comm, dual_modes, ierr))
-    call choose_domain(problem, snapshots%parameters, modes%vectors(:, :modes%n_domain), dual_modes, domain, anchors, error)
-    if (.not. allocated(error)) call need_contacts(problem, domain, error)
+    call choose_domain(problem, snapshots, modes%vectors(:, :modes%n_domain), dual_modes, domain, anchors, error)
     if (allocated(error)) return
     cluster%singular_values = modes%singular_values
     cluster%n_pod_modes = modes%n_domain
@@ -159,19 +158,6 @@ contains
     call keep_dual_snapshots(problem%rows, snapshots, cluster)
     cluster%fits_displacements = problem%deck%reduction%reconstruction == 'multipliers_and_displacements'
   end subroutine train_cluster
-
-  !> A domain without contact pairs answers every point without contact forces, and its error there cannot be measured.
-  subroutine need_contacts(problem, domain, error)
-    type(problem_t), intent(in) :: problem
-    type(reduced_domain_t), intent(in) :: domain
-    type(error_t), allocatable, intent(out) :: error
-
-    if (size(domain%contact_rows) > 0 .or. problem%rows%n_rows == 0) return
-    call make_error(error, 'none of the ' // to_text(problem%rows%n_rows) // ' contact pairs lies in the reduced integration ' &
-      // 'domain (' // to_text(size(domain%cells)) // ' cells): its answers would have no contact forces', problem%deck%path, &
-      hint='add a contact surface to reduction.zones_of_interest, set reduction.dual_pod_tolerance, or take more training points ' &
-      // 'with contact or a smaller reduction.pod_tolerance')
-  end subroutine need_contacts
 
   !> Prescribed rows use up modes.
   subroutine need_unknowns(problem, cluster, error)

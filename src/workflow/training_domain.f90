@@ -1,6 +1,7 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> Where a reduced model writes its equations: interpolation points of its modes, zones of the deck, nodes of prescribed values.
 module sig_training_domain
+  use sig_contact_cover, only: missing_rows, rows_next_to_close
   use sig_contact_rows, only: contact_rows_t
   use sig_deim, only: deim_rows
   use sig_errors, only: error_t
@@ -8,6 +9,8 @@ module sig_training_domain
   use sig_mesh_checks, only: nodes_of_boundary
   use sig_problem, only: problem_t
   use sig_reduced_domain, only: build_reduced_domain, nodes_of_dofs, reduced_domain_t
+  use sig_snapshot_store, only: snapshot_set_t
+  use sig_term_values, only: evaluate_points
   use sig_ties, only: tie_tolerance
   use sig_zone_nodes, only: find_zone_nodes
   implicit none(type, external)
@@ -16,11 +19,11 @@ module sig_training_domain
 
 contains
 
-  !> The reduced integration domain. Errors: a boundary that the mesh lacks, a window without nodes.
-  subroutine choose_domain(problem, training_points, modes, dual_modes, domain, anchors, error)
+  !> The reduced integration domain. With automatic zones, and where it would have no contact row, it grows by rows that its
+  !> snapshots close. Errors: a boundary that the mesh lacks, a window without nodes.
+  subroutine choose_domain(problem, snapshots, modes, dual_modes, domain, anchors, error)
     type(problem_t), intent(in) :: problem
-    !> shape (n_parameters, n_points)
-    real(rk), intent(in) :: training_points(:, :)
+    type(snapshot_set_t), intent(in) :: snapshots
     !> V, shape (n_dofs, n_modes)
     real(rk), intent(in) :: modes(:, :)
     !> shape (n_multipliers, n_dual_modes)
@@ -30,17 +33,50 @@ contains
     integer, allocatable, intent(out) :: anchors(:)
     type(error_t), allocatable, intent(out) :: error
     type(contact_rows_t) :: dual_rows
-    integer, allocatable :: dual_nodes(:), zone(:)
+    integer, allocatable :: contact_nodes(:), seeds(:), zone(:)
 
-    call find_zone_nodes(problem, training_points, zone, error)
+    call find_zone_nodes(problem, snapshots%parameters, zone, error)
     if (allocated(error)) return
     call anchor_nodes(problem, anchors, error)
     if (allocated(error)) return
     dual_rows = problem%rows%select(deim_rows(dual_modes))
-    dual_nodes = nodes_of_dofs(dual_rows%dofs, problem%mesh%n_dim)
-    call build_reduced_domain(problem%mesh, problem%rows, [nodes_of_dofs(deim_rows(modes), problem%mesh%n_dim), dual_nodes, &
-      anchors, zone], problem%deck%reduction%unpaired_nodes == 'join', domain)
+    contact_nodes = nodes_of_dofs(dual_rows%dofs, problem%mesh%n_dim)
+    seeds = [nodes_of_dofs(deim_rows(modes), problem%mesh%n_dim), contact_nodes, anchors, zone]
+    associate (is_joined => problem%deck%reduction%unpaired_nodes == 'join')
+      call build_reduced_domain(problem%mesh, problem%rows, seeds, is_joined, domain)
+      dual_rows = problem%rows%select(lacking_rows(problem, snapshots, domain))
+      if (dual_rows%n_rows == 0) return
+      contact_nodes = nodes_of_dofs(dual_rows%dofs, problem%mesh%n_dim)
+      call build_reduced_domain(problem%mesh, problem%rows, [seeds, contact_nodes], is_joined, domain)
+    end associate
   end subroutine choose_domain
+
+  !> Contact rows that a domain has to have beside its own.
+  !>
+  !> Paper: there the interpolation points of the displacement modes meet enough of them. They need not: without a closed row the
+  !> reduced problem has no contact forces, and says so without any doubt. A deck that names its zones is taken at its word, but for
+  !> a domain without contact rows. Where nothing touches in any snapshot the rows next to touching are taken: no contact is then
+  !> the right answer, until they close.
+  function lacking_rows(problem, snapshots, domain) result(rows)
+    type(problem_t), intent(in) :: problem
+    type(snapshot_set_t), intent(in) :: snapshots
+    type(reduced_domain_t), intent(in) :: domain
+    integer, allocatable :: rows(:)
+    real(rk), allocatable :: openings(:, :), theta(:, :)
+    integer :: i, i_bad_point, i_bad_source
+
+    allocate (rows(0))
+    if (problem%rows%n_rows == 0) return
+    if (size(domain%contact_rows) > 0 .and. .not. problem%deck%reduction%has_loaded_zones) return
+    rows = missing_rows(snapshots%multipliers, domain%contact_rows)
+    if (size(rows) + size(domain%contact_rows) > 0) return
+    call evaluate_points(problem%terms, snapshots%parameters, theta, i_bad_point, i_bad_source)
+    openings = matmul(problem%rows%gap, theta)
+    do i = 1, size(openings, 2)
+      openings(:, i) = openings(:, i) - problem%rows%apply(snapshots%displacement(:, i))
+    end do
+    rows = rows_next_to_close(openings)
+  end function lacking_rows
 
   !> Where the prescribed rows are imposed: the middle node of each boundary that the parameters move.
   !>

@@ -133,7 +133,7 @@ contains
       call make_error(error, 'the contact forces at the training points displace nothing above rounding', path)
     else
       call make_error(error, 'the bodies touch at no training point: every snapshot is the response without contact, ' // &
-        'which needs no mode', path, hint='take training points at which they touch')
+        'which needs no mode', path, hint='take training points at which they touch, or fewer clusters')
     end if
   end subroutine explain_no_modes
 
