@@ -48,8 +48,12 @@ contains
   !> min(W v, w) elsewhere, where W_SS v_S = w_S is what the step changes: on the set of the solution d is the error itself. The
   !> smallest bound counts.
   !>
+  !> Bodies that hang on anchors T: W and the rows are those of the others with closed anchors, all forces are in balance, and
+  !> w = W lambda_r + q + N s under some openings s of the anchors. e' w over all rows is still |e|^2, and as e_T = -N' e the same
+  !> bound holds with rho - N rho_T: opening is then w - N rho_T, and c has a share of the anchors.
+  !>
   !> Requires: is_valid.
-  real(rk) function evaluate(self, lambda, opening, enough) result(bound)
+  real(rk) function evaluate(self, lambda, opening, enough, surplus) result(bound)
     class(contact_error_bound_t), intent(in) :: self
     !> [force] lambda_r >= 0, shape (n)
     real(rk), contiguous, intent(in) :: lambda(:)
@@ -57,22 +61,28 @@ contains
     real(rk), contiguous, intent(in) :: opening(:)
     !> a bound of the first set as small as this needs no other one; default 0
     real(rk), intent(in), optional :: enough
+    !> [force*length] share of c that is not of these rows; default 0
+    real(rk), intent(in), optional :: surplus
+    real(rk) :: more
 
     bound = 0
     if (size(lambda) == 0) return
-    bound = self%bound_of(lambda, opening, merge(opening, min(opening, 0.0_rk), lambda > 0))
+    more = 0
+    if (present(surplus)) more = surplus
+    bound = self%bound_of(lambda, opening, merge(opening, min(opening, 0.0_rk), lambda > 0), more)
     if (present(enough)) then
       if (bound <= enough) return
     end if
-    bound = min(bound, self%bound_of_step(lambda, opening, lambda * self%diagonal > opening))
+    bound = min(bound, self%bound_of_step(lambda, opening, lambda * self%diagonal > opening, more))
   end function evaluate
 
   !> The bound of the set that the primal-dual method closes. It costs a factorization of these rows.
-  real(rk) function bound_of_step(self, lambda, opening, is_closed) result(bound)
+  real(rk) function bound_of_step(self, lambda, opening, is_closed, more) result(bound)
     class(contact_error_bound_t), intent(in) :: self
     real(rk), intent(in) :: lambda(:)
     real(rk), intent(in) :: opening(:)
     logical, intent(in) :: is_closed(:)
+    real(rk), intent(in) :: more
     real(rk) :: block(count(is_closed), count(is_closed)), change(count(is_closed))
     integer :: closed(count(is_closed)), i, info, j
 
@@ -88,7 +98,7 @@ contains
     bound = huge(bound)
     if (info /= 0) return
     call solve_cholesky(size(closed), block, change)
-    bound = self%bound_of(lambda, opening, merge(opening, min(opening, self%times(closed, change)), is_closed))
+    bound = self%bound_of(lambda, opening, merge(opening, min(opening, self%times(closed, change)), is_closed), more)
   end function bound_of_step
 
   !> W v of a vector that is zero but on some rows.
@@ -111,17 +121,19 @@ contains
   end function times
 
   !> Rows where the misfit is w are in S.
-  real(rk) function bound_of(self, lambda, opening, misfit) result(bound)
+  real(rk) function bound_of(self, lambda, opening, misfit, more) result(bound)
     class(contact_error_bound_t), intent(in) :: self
     real(rk), intent(in) :: lambda(:)
     real(rk), intent(in) :: opening(:)
     !> [length] rho, shape (n)
     real(rk), intent(in) :: misfit(:)
+    !> added to c
+    real(rk), intent(in) :: more
     real(rk) :: force(size(lambda)), square
 
     force = misfit
     call solve_cholesky(size(lambda), self%factor, force)
     square = max(0.0_rk, dot_product(misfit, force))
-    bound = sqrt(square) / 2 + sqrt(square / 4 + dot_product(lambda, opening - misfit))
+    bound = sqrt(square) / 2 + sqrt(square / 4 + dot_product(lambda, opening - misfit) + more)
   end function bound_of
 end module sig_contact_error_bound

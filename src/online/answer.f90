@@ -25,6 +25,8 @@ module sig_answer
 
   !> contacts that always were open or closed in training are not there
   integer, parameter, public :: answer_failed_outside = -15
+  !> nothing touches in the reduced integration domain, but the loads or the gaps say that something does elsewhere
+  integer, parameter, public :: answer_failed_blind = -16
 
   !> a bound that the model cannot give
   real(rk), parameter, public :: no_bound = -1
@@ -172,6 +174,8 @@ contains
       text = 'the loads pull a body off that only contact holds: there is no equilibrium'
     case (answer_failed_outside)
       text = 'contacts change that never did at the training points around'
+    case (answer_failed_blind)
+      text = 'nothing touches in the reduced integration domain, but loads or gaps say that something touches elsewhere'
     case default
       text = 'the complementarity problem ' // lcp_reason_text(reason)
     end select

@@ -6,7 +6,8 @@ module sig_c_api_query
   use sig_c_handles, only: answered_context, bad_argument, bad_model, code_ok, context_handle_t, keep, no_answer, no_memory, &
     put_reals, ready_context, ready_model
   use sig_kinds, only: rk
-  use sig_answer, only: answer_failed_bound, answer_failed_outside, answer_failed_pulled_off, answer_failed_term
+  use sig_answer, only: answer_failed_blind, answer_failed_bound, answer_failed_outside, answer_failed_pulled_off, &
+    answer_failed_term
   use sig_reduced, only: displacement_none
   use sig_reconstruction, only: displacement_of_dof, fill_displacement, reconstruct_multipliers
   implicit none(type, external)
@@ -146,6 +147,9 @@ contains
       call keep(handle%message, 'the loads pull a body off that only contact holds: there is no equilibrium')
     case (answer_failed_outside)
       call keep(handle%message, 'contacts change that never did at the training points around')
+    case (answer_failed_blind)
+      call keep(handle%message, &
+        'nothing touches in the reduced integration domain, but loads or gaps say that something touches elsewhere')
     case default
       call keep(handle%message, 'the complementarity problem has no solution that can be found at this point')
     end select

@@ -47,6 +47,12 @@ contains
     name = ''
     associate (n_values => size(cluster%contact_displacement_snapshots, 1), n_snapshots => size(cluster%dual_snapshots, 2))
       if (.not. is_matrix(cluster%dual_snapshots, sizes%n_multipliers, n_snapshots)) name = 'dual_snapshots'
+      if (.not. is_matrix(cluster%contact_gap, sizes%n_multipliers, min(sizes%n_terms, size(cluster%contact_gap, 2)))) &
+        name = 'contact_gap'
+      associate (n_motions => size(cluster%motion_closing, 2))
+        if (.not. is_matrix(cluster%motion_closing, sizes%n_multipliers, n_motions)) name = 'motion_closing'
+        if (.not. is_matrix(cluster%motion_load, sizes%n_terms, n_motions)) name = 'motion_load'
+      end associate
       if (n_values == 0) return
       if (.not. is_matrix(cluster%contact_displacement_snapshots, n_values, n_snapshots)) name = 'contact_displacement_snapshots'
       if (.not. is_matrix(cluster%contact_value_basis, n_values, cluster%n_modes)) name = 'contact_value_basis'

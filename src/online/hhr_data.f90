@@ -76,6 +76,12 @@ module sig_hhr_data
     !> [-] the same displacements of basis and lifting, (n_contact_values, n_modes or n_lifted_terms)
     real(rk), allocatable :: contact_value_basis(:, :)
     real(rk), allocatable :: contact_value_lifting(:, :)
+    !> [length per unit of theta] initial gaps of all contacts, shape (n_multipliers, n_terms), or no columns
+    real(rk), allocatable :: contact_gap(:, :)
+    !> [-] work of each contact force on each rigid motion that only contact holds, shape (n_multipliers, n_motions)
+    real(rk), allocatable :: motion_closing(:, :)
+    !> [force per unit of theta] and of the loads, shape (n_terms, n_motions)
+    real(rk), allocatable :: motion_load(:, :)
     !> active sets of the reduced answers at the training points, as bits: where a query starts, shape (n_words(n_rows), n_points);
     !> no columns: a query starts with what penetrates
     integer, allocatable :: start_sets(:, :)
@@ -123,6 +129,9 @@ contains
     call fill_missing(cluster%contact_displacement_snapshots, 0)
     call fill_missing(cluster%contact_value_basis, 0)
     call fill_missing(cluster%contact_value_lifting, 0)
+    call fill_missing(cluster%contact_gap, n_multipliers)
+    call fill_missing(cluster%motion_closing, n_multipliers)
+    if (.not. allocated(cluster%motion_load)) allocate (cluster%motion_load(size(cluster%load, 2), 0))
     call fill_missing(cluster%start_sets, n_words(cluster%n_rows))
     call fill_missing(cluster%singular_values)
     call fill_missing(cluster%history%rows)

@@ -104,6 +104,10 @@ contains
     call file%write(group // '/contact_value_basis', cluster%contact_value_basis, '1', 'normal displacements, a mode per row')
     call file%write(group // '/contact_value_lifting', cluster%contact_value_lifting, length, &
       'normal displacements, a term per row')
+    call file%write(group // '/contact_gap', cluster%contact_gap, length, 'initial gaps of all pairs, a term per row')
+    call file%write(group // '/motion_closing', cluster%motion_closing, '1', &
+      'closing of each pair by the rigid motions that only contact holds, a motion per row')
+    call file%write(group // '/motion_load', cluster%motion_load, force, 'work of the loads on these motions, a motion per row')
     call file%write(group // '/start_sets', cluster%start_sets, description= &
       'active contact rows of the reduced answer at each training point, a bit per row, 32 to an integer, a point per row')
     call file%write(group // '/singular_values', cluster%singular_values, length, 'without unit where the deck normalizes')
@@ -173,6 +177,9 @@ contains
     call file%read(group // '/contact_displacement_snapshots', cluster%contact_displacement_snapshots, error)
     call file%read(group // '/contact_value_basis', cluster%contact_value_basis, error)
     call file%read(group // '/contact_value_lifting', cluster%contact_value_lifting, error)
+    call file%read(group // '/contact_gap', cluster%contact_gap, error)
+    call file%read(group // '/motion_closing', cluster%motion_closing, error)
+    call file%read(group // '/motion_load', cluster%motion_load, error)
     call file%read(group // '/start_sets', cluster%start_sets, error)
     call file%read(group // '/singular_values', cluster%singular_values, error)
     call file%read(group // '/warnings', cluster%warnings, error)

@@ -3,15 +3,17 @@
 !> is nearest to what an answer knows.
 !>
 !> Known are the multipliers of the domain and, unless the model leaves them out, the normal displacements of all the contact nodes;
-!> each of the two blocks is divided by the size of its snapshots, so that units do not matter.
+!> each of the two blocks is divided by the size of its snapshots, so that units do not matter. The resultants of bodies that only
+!> contact holds are known, too, exactly: the forces are moved to the nearest ones that balance the loads.
 module sig_multiplier_fit
+  use sig_force_balance, only: balance_forces
   use sig_kinds, only: rk
   use sig_linear_algebra, only: multiply
   use sig_hhr_data, only: hhr_data_t
   use sig_nnls, only: nnls_t, nnls_workspace_t
   implicit none(type, external)
   private
-  public :: multiplier_fit_t, multiplier_fit_workspace_t
+  public :: work_of_loads, multiplier_fit_t, multiplier_fit_workspace_t
 
   !> What does not depend on the point.
   type :: multiplier_fit_t
@@ -39,6 +41,9 @@ module sig_multiplier_fit
     real(rk), allocatable :: coefficients(:)
   end type multiplier_fit_workspace_t
 
+  !> [-] work of the loads below this share of its parts is none
+  real(rk), parameter :: rounding = 1.0e-12_rk
+
 contains
 
   subroutine prepare(self, cluster)
@@ -60,7 +65,7 @@ contains
     call self%snapshots%prepare(known)
   end subroutine prepare
 
-  !> Values of the domain stay as they are.
+  !> Values of the domain stay as they are, unless the loads of a body that only contact holds are out of balance.
   subroutine evaluate(self, cluster, theta, coordinates, multipliers_rid, workspace, multipliers)
     class(multiplier_fit_t), intent(in) :: self
     !> that of prepare
@@ -76,6 +81,7 @@ contains
     real(rk), intent(out) :: multipliers(:)
     real(rk) :: residual_norm
     integer :: i
+    logical :: is_balanced
 
     multipliers = 0
     if (any(multipliers_rid > 0) .and. self%n_rows < size(multipliers)) then
@@ -95,7 +101,24 @@ contains
     do i = 1, self%n_rows
       multipliers(cluster%contact_rows(i)) = multipliers_rid(i)
     end do
+    if (size(cluster%motion_load, 2) > 0) &
+      call balance_forces(cluster%motion_closing, work_of_loads(cluster, theta), multipliers, is_balanced)
   end subroutine evaluate
+
+  !> [force] of each rigid motion that only contact holds; 0 where the loads are in equilibrium but for rounding.
+  pure function work_of_loads(cluster, theta) result(work)
+    type(hhr_data_t), intent(in) :: cluster
+    real(rk), intent(in) :: theta(:)
+    real(rk) :: work(size(cluster%motion_load, 2))
+    integer :: i
+
+    do i = 1, size(work)
+      associate (parts => cluster%motion_load(:, i))
+        work(i) = sum(parts * theta)
+        if (abs(work(i)) <= rounding * sum(abs(parts * theta))) work(i) = 0
+      end associate
+    end do
+  end function work_of_loads
 
   subroutine reserve(self, workspace)
     class(multiplier_fit_t), intent(in) :: self

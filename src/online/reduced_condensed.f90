@@ -10,6 +10,7 @@ module sig_reduced_condensed
   use sig_condensed_displacement, only: condensed_displacement_of_dof, fill_condensed_displacement, source_of_dof
   use sig_contact_error_bound, only: contact_error_bound_t
   use sig_errors, only: error_t
+  use sig_hanging_bodies, only: hanging_bodies_t
   use sig_hdf5_reader, only: h5_reader_t
   use sig_hdf5_writer, only: h5_writer_t
   use sig_kinds, only: rk
@@ -32,6 +33,7 @@ module sig_reduced_condensed
     !> pairs that are no anchors, and the norm of their compliance
     integer, allocatable, private :: free_rows(:)
     type(contact_error_bound_t), private :: bound
+    type(hanging_bodies_t), private :: bodies
   contains
     procedure :: kind => kind_of
     procedure :: complete
@@ -117,6 +119,7 @@ contains
     end associate
     self%free_rows = pack([(i, i=1, n)], [(all(self%data%anchors /= i), i=1, n)])
     call self%bound%create(self%data%compliance(self%free_rows, self%free_rows))
+    call self%bodies%create(self%data, self%free_rows)
   end subroutine prepare
 
   subroutine create_room(self, room)
@@ -364,16 +367,25 @@ contains
     has_displacement = self%data%has_field()
   end function has_displacement
 
-  !> [force*length] E = 1/2 lambda' W lambda + q' lambda. Without anchors only.
+  !> [force*length] E = 1/2 lambda' W lambda + q' lambda. With anchors without their rows, and huge of forces that do not balance
+  !> the loads.
   real(rk) function energy(self, theta, multipliers, opening)
     class(reduced_condensed_t), intent(in) :: self
     real(rk), contiguous, intent(in) :: theta(:)
     real(rk), contiguous, intent(in) :: multipliers(:)
     real(rk), contiguous, intent(inout) :: opening(:)
+    real(rk) :: forces(size(multipliers))
 
     call multiply(1.0_rk, self%data%free_opening, theta, 0.0_rk, opening)
-    call multiply(0.5_rk, self%data%compliance, multipliers, 1.0_rk, opening)
-    energy = dot_product(multipliers, opening)
+    forces = multipliers
+    if (size(self%data%anchors) > 0) then
+      energy = huge(energy)
+      call balance_anchors(self%data, theta, opening)
+      if (.not. self%bodies%are_balanced(opening, multipliers)) return
+      forces(self%data%anchors) = 0
+    end if
+    call multiply(0.5_rk, self%data%compliance, forces, 1.0_rk, opening)
+    energy = dot_product(forces, opening)
   end function energy
 
   !> W is positive definite.
@@ -385,41 +397,65 @@ contains
 
   !> |lambda_r - lambda| in the norm of W is at most the bound of sig_contact_error_bound; it is |u(lambda_r) - u| in the norm of K.
   !>
-  !> With anchors only forces of this model itself, which are in equilibrium, have a bound; the norm is then that of the elastic
-  !> parts of the displacements, with closed anchors.
+  !> With anchors the norm is that of the elastic parts of the displacements, with closed anchors, and forces that do not balance
+  !> the loads have no bound: infinite.
   subroutine certify(self, multipliers, is_own, room, answer)
     class(reduced_condensed_t), intent(in) :: self
     real(rk), contiguous, intent(in) :: multipliers(:)
     logical, intent(in) :: is_own
     class(room_t), intent(inout) :: room
     type(answer_t), intent(inout) :: answer
-    real(rk) :: free(size(self%free_rows)), forces(size(self%free_rows)), opening(size(self%free_rows)), size_of_answer
-    integer :: i
+    real(rk) :: closing(size(self%free_rows)), forces(size(self%free_rows)), opening(size(self%free_rows))
+    real(rk) :: size_of_answer, surplus
 
     select type (room)
     type is (condensed_room_t)
-      associate (rows => self%free_rows)
-        if (size(self%data%anchors) > 0 .and. .not. is_own) return
-        if (.not. is_own) then
-          call multiply(1.0_rk, self%data%free_opening, answer%theta, 0.0_rk, room%free_opening)
-          room%opening = room%free_opening
-          call multiply(1.0_rk, self%data%compliance, multipliers, 1.0_rk, room%opening)
-        end if
-        forces = multipliers(rows)
-        opening = room%opening(rows)
-        free = room%free_opening(rows)
-        do i = 1, size(self%data%anchors)
-          associate (anchor => self%data%anchors(i))
-            if (answer%unknowns(anchor) > 0) free = free + answer%unknowns(anchor) * self%data%compliance(rows, anchor)
-          end associate
-        end do
-        size_of_answer = sqrt(max(0.0_rk, dot_product(forces, opening - free)))
-        size_of_answer = max(size_of_answer, smallest_share * self%data%largest_size)
+      call open_rows(self, multipliers, is_own, room, answer, closing, opening)
+      forces = multipliers(self%free_rows)
+      size_of_answer = max(sqrt(max(0.0_rk, dot_product(forces, closing))), smallest_share * self%data%largest_size)
+      if (is_own .or. size(self%data%anchors) == 0) then
         answer%bound = self%bound%evaluate(forces, opening, exact * size_of_answer)
-        answer%relative_bound = relative(answer%bound, size_of_answer)
-      end associate
+      else if (self%bodies%are_balanced(room%free_opening, multipliers)) then
+        call self%bodies%settle(multipliers, opening, surplus)
+        answer%bound = self%bound%evaluate(forces, opening, exact * size_of_answer, surplus)
+      else
+        answer%bound = huge(answer%bound)
+      end if
+      answer%relative_bound = huge(answer%relative_bound)
+      if (answer%bound < huge(answer%bound)) answer%relative_bound = relative(answer%bound, size_of_answer)
     end select
   end subroutine certify
+
+  !> What the forces open on the rows that are no anchors: with the place of the bodies as solved for, or else with closed anchors.
+  subroutine open_rows(self, multipliers, is_own, room, answer, closing, opening)
+    class(reduced_condensed_t), intent(in) :: self
+    real(rk), contiguous, intent(in) :: multipliers(:)
+    logical, intent(in) :: is_own
+    type(condensed_room_t), intent(inout) :: room
+    type(answer_t), intent(in) :: answer
+    !> [length] W lambda
+    real(rk), intent(out) :: closing(:)
+    real(rk), intent(out) :: opening(:)
+    real(rk) :: forces(size(multipliers))
+    integer :: i
+
+    if (.not. is_own) then
+      call multiply(1.0_rk, self%data%free_opening, answer%theta, 0.0_rk, room%free_opening)
+      call balance_anchors(self%data, answer%theta, room%free_opening)
+      forces = multipliers
+      forces(self%data%anchors) = 0
+      room%opening = room%free_opening
+      call multiply(1.0_rk, self%data%compliance, forces, 1.0_rk, room%opening)
+    end if
+    opening = room%opening(self%free_rows)
+    closing = opening - room%free_opening(self%free_rows)
+    if (.not. is_own) return
+    do i = 1, size(self%data%anchors)
+      associate (anchor => self%data%anchors(i))
+        if (answer%unknowns(anchor) > 0) closing = closing - answer%unknowns(anchor) * self%data%compliance(self%free_rows, anchor)
+      end associate
+    end do
+  end subroutine open_rows
 
   !> 0/0 is 0.
   pure real(rk) function relative(part, whole)

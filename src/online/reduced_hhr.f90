@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> Hybrid hyper-reduction as a kind of reduced model: (10) condensed on the multipliers of its domain, the others reconstructed.
 module sig_reduced_hhr
-  use sig_answer, only: answer_t
+  use sig_answer, only: answer_failed_blind, answer_t
   use sig_bits, only: unpack_bits
   use sig_errors, only: error_t
   use sig_hdf5_reader, only: h5_reader_t
@@ -14,7 +14,7 @@ module sig_reduced_hhr
   use sig_kinds, only: rk
   use sig_lcp, only: find_other_solution, lcp_solution_t, lcp_workspace_t, solve_lcp
   use sig_linear_algebra, only: multiply
-  use sig_multiplier_fit, only: multiplier_fit_t, multiplier_fit_workspace_t
+  use sig_multiplier_fit, only: multiplier_fit_t, multiplier_fit_workspace_t, work_of_loads
   use sig_reduced, only: model_sizes_t, neighbors_t, reduced_t, room_t
   use sig_text, only: string_t
   implicit none(type, external)
@@ -25,6 +25,8 @@ module sig_reduced_hhr
     type(hhr_data_t) :: data
     type(hhr_system_t), private :: system
     type(multiplier_fit_t), private :: fit
+    !> [length] largest normal displacement in the snapshots
+    real(rk), private :: largest_value = 0
   contains
     procedure :: kind => kind_of
     procedure :: complete
@@ -64,6 +66,9 @@ module sig_reduced_hhr
     real(rk), allocatable :: opening(:)
   end type hhr_room_t
 
+  !> [-] penetration up to this share of the snapshots' largest normal displacement is what modes leave
+  real(rk), parameter :: noticeable = 1.0e-2_rk
+
 contains
 
   pure function kind_of(self) result(name)
@@ -94,6 +99,7 @@ contains
     character(:), allocatable, intent(out) :: message
 
     call self%fit%prepare(self%data)
+    self%largest_value = maxval([0.0_rk, abs(self%data%contact_displacement_snapshots)])
     call self%system%create(self%data, message)
   end subroutine prepare
 
@@ -108,7 +114,7 @@ contains
     call move_alloc(own, room)
   end subroutine create_room
 
-  !> The complementarity problem of the domain, from the active sets of two training points; without sets from what penetrates.
+  !> The complementarity problem of the domain. No contact forces are no answer where there must be some.
   subroutine solve(self, theta, near, judge, room, answer)
     class(reduced_hhr_t), intent(in) :: self
     real(rk), contiguous, intent(in) :: theta(:)
@@ -116,28 +122,62 @@ contains
     class(reduced_t), pointer, intent(in) :: judge
     class(room_t), intent(inout) :: room
     type(answer_t), intent(inout) :: answer
-    integer :: n_iterations
 
     select type (room)
     type is (hhr_room_t)
-      associate (n => self%data%n_rows, sets => self%data%start_sets)
-        call multiply(1.0_rk, self%system%response, theta, 0.0_rk, room%response)
-        if (near%nearest >= 1 .and. near%nearest <= size(sets, 2)) then
-          call unpack_bits(sets(:, near%nearest), room%start)
-        else
-          room%start = room%response(:n) < 0
-        end if
-        call solve_lcp(self%system%condensed, room%response(:n), room%start, room%solution, room%workspace)
-        call take(self, room, room%solution, answer)
-        if (answer%reason < 0 .or. near%opposite < 1 .or. max(near%nearest, near%opposite) > size(sets, 2)) return
-        if (all(sets(:, near%opposite) == sets(:, near%nearest))) return
-        n_iterations = answer%n_iterations
-        call unpack_bits(sets(:, near%opposite), room%start)
-        call look_for_other(self, theta, judge, room, answer)
-        answer%n_iterations = n_iterations + room%other_solution%n_iterations
-      end associate
+      call solve_from_sets(self, theta, near, judge, room, answer)
+      if (answer%reason < 0 .or. any(answer%multipliers_rid > 0)) return
+      if (is_blind(self, theta, answer, room)) answer%reason = answer_failed_blind
     end select
   end subroutine solve
+
+  !> Without contact forces in the domain: loads on a body that only contact holds, or pairs that penetrate elsewhere.
+  logical function is_blind(self, theta, answer, room)
+    class(reduced_hhr_t), intent(in) :: self
+    real(rk), contiguous, intent(in) :: theta(:)
+    type(answer_t), intent(in) :: answer
+    type(hhr_room_t), intent(inout) :: room
+    real(rk) :: values(2 * size(room%opening))
+
+    is_blind = any(abs(work_of_loads(self%data, theta)) > 0)
+    if (is_blind .or. size(self%data%contact_gap, 2) /= size(theta)) return
+    if (size(self%data%contact_value_basis, 1) /= size(values)) return
+    associate (lifting => self%data%contact_value_lifting, n => size(room%opening))
+      call multiply(1.0_rk, self%data%contact_value_basis, answer%coordinates, 0.0_rk, values)
+      call multiply(1.0_rk, lifting, theta(:size(lifting, 2)), 1.0_rk, values)
+      call multiply(1.0_rk, self%data%contact_gap, theta, 0.0_rk, room%opening)
+      room%opening = room%opening - values(:n) + values(n + 1:)
+    end associate
+    is_blind = any(room%opening < -noticeable * self%largest_value)
+  end function is_blind
+
+  !> From the active sets of two training points; without sets from what penetrates.
+  subroutine solve_from_sets(self, theta, near, judge, room, answer)
+    class(reduced_hhr_t), intent(in) :: self
+    real(rk), contiguous, intent(in) :: theta(:)
+    type(neighbors_t), intent(in) :: near
+    class(reduced_t), pointer, intent(in) :: judge
+    type(hhr_room_t), intent(inout) :: room
+    type(answer_t), intent(inout) :: answer
+    integer :: n_iterations
+
+    associate (n => self%data%n_rows, sets => self%data%start_sets)
+      call multiply(1.0_rk, self%system%response, theta, 0.0_rk, room%response)
+      if (near%nearest >= 1 .and. near%nearest <= size(sets, 2)) then
+        call unpack_bits(sets(:, near%nearest), room%start)
+      else
+        room%start = room%response(:n) < 0
+      end if
+      call solve_lcp(self%system%condensed, room%response(:n), room%start, room%solution, room%workspace)
+      call take(self, room, room%solution, answer)
+      if (answer%reason < 0 .or. near%opposite < 1 .or. max(near%nearest, near%opposite) > size(sets, 2)) return
+      if (all(sets(:, near%opposite) == sets(:, near%nearest))) return
+      n_iterations = answer%n_iterations
+      call unpack_bits(sets(:, near%opposite), room%start)
+      call look_for_other(self, theta, judge, room, answer)
+      answer%n_iterations = n_iterations + room%other_solution%n_iterations
+    end associate
+  end subroutine solve_from_sets
 
   !> A second solution, from another active set. The judge says by the energy of all forces which is the answer; without one the
   !> first stays.
@@ -191,7 +231,7 @@ contains
     if (solution%reason > 0) call self%system%coordinates(room%response, solution%lambda, answer%coordinates)
   end subroutine take
 
-  !> Forces of the domain as the answer has them, the fit elsewhere.
+  !> Forces of the domain as the answer has them, the fit elsewhere; balanced where only contact holds a body.
   subroutine fill_multipliers(self, answer, room, multipliers)
     class(reduced_hhr_t), intent(in) :: self
     type(answer_t), intent(in) :: answer

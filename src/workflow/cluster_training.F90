@@ -155,7 +155,7 @@ contains
     if (allocated(error)) return
     if (size(snapshots%reasons) == 1) call append_text(cluster%warnings, 'trained on one snapshot: the model knows no other ' // &
       'state than that of its training point; take more training points')
-    call keep_dual_snapshots(problem%rows, snapshots, cluster)
+    call keep_dual_snapshots(problem, snapshots, cluster)
     cluster%fits_displacements = problem%deck%reduction%reconstruction == 'multipliers_and_displacements'
   end subroutine train_cluster
 

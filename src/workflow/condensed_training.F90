@@ -57,8 +57,6 @@ contains
       plan%exact_dofs = [(i, i=1, full_order%problem%mesh%n_dim * full_order%problem%mesh%n_nodes)]
     PetscCall(condense(full_order, plan, reduced, ierr))
     if (.not. allocated(reduced)) return
-    ! with anchors the unknowns of W are not the multipliers alone
-    if (size(reduced%data%anchors) > 0) return
     call measure_forces(multipliers, reduced%data)
     call move_alloc(reduced, part)
   end subroutine condense_fallback

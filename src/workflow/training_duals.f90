@@ -4,6 +4,9 @@ module sig_training_duals
   use sig_contact_rows, only: contact_rows_t
   use sig_kinds, only: rk
   use sig_hhr_data, only: hhr_data_t
+  use sig_linear_algebra, only: unit_vector
+  use sig_problem, only: problem_t
+  use sig_rigid_motions, only: create_rigid_motions, rigid_motions_t
   use sig_snapshot_store, only: snapshot_set_t
   implicit none(type, external)
   private
@@ -11,8 +14,39 @@ module sig_training_duals
 
 contains
 
-  !> Multipliers of the snapshots, and the normal displacements of snapshots, basis and lifting. Requires: the basis.
-  subroutine keep_dual_snapshots(rows, snapshots, cluster)
+  !> Multipliers of the snapshots, the normal displacements of snapshots, basis and lifting, and what is known without them: gaps
+  !> and resultants. Requires: the basis.
+  subroutine keep_dual_snapshots(problem, snapshots, cluster)
+    type(problem_t), intent(in) :: problem
+    type(snapshot_set_t), intent(in) :: snapshots
+    type(hhr_data_t), intent(inout) :: cluster
+
+    associate (rows => problem%rows)
+      call keep_contact_values(rows, snapshots, cluster)
+      cluster%contact_gap = rows%gap
+    end associate
+    call keep_resultants(problem, cluster)
+  end subroutine keep_dual_snapshots
+
+  !> Z'F = Z'B' lambda of the rigid motions Z that no prescribed displacement holds.
+  subroutine keep_resultants(problem, cluster)
+    type(problem_t), intent(in) :: problem
+    type(hhr_data_t), intent(inout) :: cluster
+    type(rigid_motions_t) :: motions
+    integer :: n_dofs, n_terms, t
+
+    call create_rigid_motions(problem%mesh, problem%body%mechanics%is_round, problem%boundary%is_prescribed, problem%rows, motions)
+    n_dofs = problem%mesh%n_dim * problem%mesh%n_nodes
+    n_terms = size(problem%rows%gap, 2)
+    cluster%motion_closing = motions%closing
+    allocate (cluster%motion_load(n_terms, motions%n_free))
+    if (motions%n_free == 0) return
+    do t = 1, n_terms
+      cluster%motion_load(t, :) = motions%work(problem%boundary%loads%forces(unit_vector(n_terms, t), n_dofs))
+    end do
+  end subroutine keep_resultants
+
+  subroutine keep_contact_values(rows, snapshots, cluster)
     type(contact_rows_t), intent(in) :: rows
     type(snapshot_set_t), intent(in) :: snapshots
     type(hhr_data_t), intent(inout) :: cluster
@@ -21,7 +55,7 @@ contains
     cluster%contact_displacement_snapshots = normal_displacements(rows, snapshots%displacement)
     cluster%contact_value_basis = normal_displacements(rows, cluster%basis)
     cluster%contact_value_lifting = normal_displacements(rows, cluster%lifting)
-  end subroutine keep_dual_snapshots
+  end subroutine keep_contact_values
 
   !> Displacement along n that each row sees of the first side, then of the second side; 0 for obstacles.
   pure function normal_displacements(rows, fields) result(values)

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import yaml
 
+from program import ROOT
 from results import read_table
 from runs import refuse, write_deck
 
@@ -16,6 +17,7 @@ HHR = "reduction: {method: hhr, "
 DEFAULT = {HHR: "reduction: {"}
 NO_LIMIT = "certificate: {max_error: none}"
 EXACT = 1e-12  # what a certificate calls exact
+LOOSE = 6  # measured 4.1: the place of a body is found by its forces, which are wrong themselves
 ROUNDING = 1e-9  # of the largest error: |e|_W is a difference of numbers that may agree to many digits
 
 
@@ -89,6 +91,69 @@ def test_bound_is_never_below_the_error(post, default, bounded):
                 effectivities.append(answer.bound / error)
     assert len(effectivities) > 50  # elsewhere the answer is exact but for rounding
     assert np.median(effectivities) <= 2
+
+
+def floating_deck(folder, *sections):
+    """A part that only contact holds, with further sections in its deck."""
+    deck = folder / "bracket.yaml"
+    text = (ROOT / "input" / "bracket.yaml").read_text().replace("../meshes", str(ROOT / "meshes"))
+    deck.write_text("\n".join([text, *sections, ""]))
+    return deck.name
+
+
+def test_bound_holds_for_bodies_that_only_contact_holds(signorom, post, tmp_path):
+    """Hyper-reduced forces of a bracket: resultants of the exact ones; |e| in the norm with closed anchors."""
+    models = {}
+    for name, *sections in (
+        ("exact",),
+        ("reduced", "reduction: {method: hhr}", "certificate: {max_error: 1.0e+9}"),
+    ):
+        (tmp_path / name).mkdir()
+        deck = floating_deck(tmp_path / name, *sections)
+        signorom("sample", deck, folder=tmp_path / name)
+        signorom("train", deck, folder=tmp_path / name)
+        models[name] = tmp_path / name / "results" / "bracket" / "model.h5"
+    with h5py.File(models["reduced"]) as file:
+        compliance, anchors = file["fallback/compliance"][()].T, file["fallback/anchors"][()] - 1
+        closing = file["clusters/1/motion_closing"][()]
+    others = np.setdiff1d(np.arange(len(compliance)), anchors)
+    random = np.random.default_rng(5)
+    effectivities = []
+    with post.Model(models["reduced"]) as reduced, post.Model(models["exact"]) as exact:
+        for bolt, pressure, place in random.uniform([17, 0, 7.3], [93, 64, 21.9], (300, 3)):
+            point = {"bolt": bolt, "P": pressure, "place": place}
+            answer, force = reduced.query(**point), exact.query(**point).multipliers
+            np.testing.assert_allclose(closing @ answer.multipliers, closing @ force, atol=1e-9 * force.sum())
+            wrong = (answer.multipliers - force)[others]
+            error = np.sqrt(max(0.0, wrong @ compliance[np.ix_(others, others)] @ wrong))
+            assert answer.bound >= error * (1 - ROUNDING)
+            effectivities.append(answer.bound / error)
+    assert np.median(effectivities) <= LOOSE
+
+
+@pytest.mark.parametrize("room", ["64", "0"])
+def test_no_force_is_no_answer_where_loads_are_carried(signorom, tmp_path, room):
+    """A coarse domain on which nothing touches at some points: by the fallback, or refused with its reason."""
+    reduction = "method: hhr, pod_tolerance: 1.0e-5, enrichment: none, zones_of_interest: [shelf]"
+    deck = floating_deck(tmp_path, f"reduction: {{{reduction}, max_full_order_size: {room}}}")
+    done = signorom.run("run", deck, folder=tmp_path)
+    table = read_table(tmp_path / "results/bracket/validation.csv")
+    errors, is_blind = np.array(table["e_lambda_all"]), table["n_active"] == 0
+    is_refused = np.array(table["solver"]) == "none"
+    assert is_blind.sum() > 5
+    assert done.returncode == (3 if room == "0" else 0)
+    if room == "0":
+        np.testing.assert_array_equal(is_refused, is_blind)
+        point = [f"{name}={float(table[name][is_blind][0])!r}" for name in ("bolt", "P", "place")]
+        asked = signorom.run(
+            "predict", "model.h5", "--at", ",".join(point), folder=tmp_path / "results" / "bracket"
+        )
+        assert asked.returncode == 3
+        assert "nothing touches in the reduced integration domain" in asked.stdout
+    else:
+        assert not is_refused.any()
+        assert max(errors[np.array(table["solver"]) == "condensed"]) <= 1e-8
+        assert max(map(float, table["error_bound"])) <= 0.05
 
 
 def test_answers_above_the_limit_fall_back(signorom, tmp_path):

@@ -1,0 +1,93 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> Contact forces that keep the balance with the loads of bodies which only contact holds: A lambda = b.
+module sig_force_balance
+  use sig_kinds, only: rk
+  use sig_linear_algebra, only: solve_dense
+  implicit none(type, external)
+  private
+  public :: balance_forces, keep_balance
+
+  !> [-] work that is left, relative to its parts: of forces that are found, and of such that count as balanced
+  real(rk), parameter :: rounding = 1.0e-13_rk
+  real(rk), parameter :: balanced = 1.0e-11_rk
+  integer, parameter :: most_steps = 50
+  !> [-] of the curvature, so that a step exists where the closed rows do not hold the bodies
+  real(rk), parameter :: damping = 1.0e-10_rk
+
+contains
+
+  !> The nearest forces that are not negative and in balance: the projection on {lambda >= 0, A lambda = b}, which holds the
+  !> solution, so that no error of the forces (Euclidean) grows.
+  !>
+  !> lambda(y) = max(0, lambda_r + A' y); y makes |lambda(y)|^2/2 - b'y least, a convex function with the gradient A lambda(y) - b.
+  !> Newton's method with halved steps. Local.
+  subroutine balance_forces(matrix, work, forces, is_balanced)
+    !> A', work of each force on each motion; shape (n, n_motions)
+    real(rk), intent(in) :: matrix(:, :)
+    !> b, that of the loads; shape (n_motions)
+    real(rk), intent(in) :: work(:)
+    !> [force] shape (n)
+    real(rk), intent(inout) :: forces(:)
+    !> false: no forces >= 0 keep this balance; they are left as they were
+    logical, intent(out) :: is_balanced
+    real(rk) :: y(size(work)), step(size(work)), rest(size(work)), given(size(forces)), value, length
+    logical :: is_singular
+    integer :: i_step
+
+    given = forces
+    y = 0
+    do i_step = 0, most_steps
+      rest = matmul(forces, matrix) - work
+      is_balanced = all(abs(rest) <= rounding * (matmul(forces, abs(matrix)) + abs(work)))
+      if (is_balanced .or. i_step == most_steps) exit
+      call solve_dense(curvature(matrix, forces > 0), -rest, step, is_singular)
+      if (is_singular) exit
+      value = dual(forces, y)
+      length = 1
+      do while (length > epsilon(length))
+        forces = max(0.0_rk, given + matmul(matrix, y + length * step))
+        if (dual(forces, y + length * step) <= value + 1.0e-4_rk * length * dot_product(rest, step) + rounding * abs(value)) exit
+        length = length / 2
+      end do
+      y = y + length * step
+    end do
+    if (.not. is_balanced) is_balanced = keep_balance(matrix, work, forces)
+    if (.not. is_balanced) forces = given
+
+  contains
+
+    pure real(rk) function dual(forces, y)
+      real(rk), intent(in) :: forces(:)
+      real(rk), intent(in) :: y(:)
+
+      dual = dot_product(forces, forces) / 2 - dot_product(work, y)
+    end function dual
+  end subroutine balance_forces
+
+  !> A lambda = b but for rounding.
+  pure logical function keep_balance(matrix, work, forces)
+    real(rk), intent(in) :: matrix(:, :)
+    real(rk), intent(in) :: work(:)
+    !> [force] >= 0
+    real(rk), intent(in) :: forces(:)
+
+    keep_balance = all(abs(matmul(forces, matrix) - work) <= balanced * (matmul(forces, abs(matrix)) + abs(work)))
+  end function keep_balance
+
+  !> A D A' of the rows that carry force.
+  pure function curvature(matrix, is_loaded) result(square)
+    real(rk), intent(in) :: matrix(:, :)
+    logical, intent(in) :: is_loaded(:)
+    real(rk) :: square(size(matrix, 2), size(matrix, 2))
+    integer :: i, j
+    real(rk) :: shift
+
+    shift = damping * sum(matrix**2)
+    do j = 1, size(square, 2)
+      do i = 1, size(square, 1)
+        square(i, j) = sum(matrix(:, i) * matrix(:, j), mask=is_loaded)
+      end do
+      square(j, j) = square(j, j) + shift
+    end do
+  end function curvature
+end module sig_force_balance

@@ -1,0 +1,88 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> Bodies that only contact holds, as a condensed problem has them: they hang on anchors, and have to be brought to a place before
+!> anything can be said about contact forces that somebody else found.
+module sig_hanging_bodies
+  use sig_condensed_data, only: condensed_data_t
+  use sig_force_balance, only: keep_balance
+  use sig_kinds, only: rk
+  use sig_linear_algebra, only: solve_dense
+  implicit none(type, external)
+  private
+  public :: hanging_bodies_t
+
+  type :: hanging_bodies_t
+    private
+    !> rows that are anchors, T, and the others
+    integer, allocatable :: anchors(:)
+    integer, allocatable :: others(:)
+    !> [-] N: what openings of the anchors open on the others, shape (n_others, n_anchors)
+    real(rk), allocatable :: reach(:, :)
+    !> [-] [N; 1]: work of each contact force on each free motion, shape (n_multipliers, n_anchors)
+    real(rk), allocatable :: work(:, :)
+    real(rk) :: scale = 1
+  contains
+    procedure :: create
+    procedure :: are_balanced
+    procedure :: settle
+  end type hanging_bodies_t
+
+contains
+
+  subroutine create(self, data, others)
+    class(hanging_bodies_t), intent(out) :: self
+    type(condensed_data_t), intent(in) :: data
+    !> rows that are no anchors
+    integer, intent(in) :: others(:)
+    integer :: t
+
+    self%anchors = data%anchors
+    self%others = others
+    self%scale = data%scale
+    self%reach = data%compliance(others, data%anchors) / data%scale
+    allocate (self%work(size(data%compliance, 1), size(data%anchors)), source=0.0_rk)
+    self%work(others, :) = self%reach
+    do t = 1, size(data%anchors)
+      self%work(data%anchors(t), t) = 1
+    end do
+  end subroutine create
+
+  !> Forces balance the loads but for rounding; free_opening: (D - B G) theta of the condensed problem, which holds the work of the
+  !> loads in the rows of the anchors.
+  logical function are_balanced(self, free_opening, forces)
+    class(hanging_bodies_t), intent(in) :: self
+    real(rk), intent(in) :: free_opening(:)
+    !> [force] >= 0 of all contacts
+    real(rk), intent(in) :: forces(:)
+
+    are_balanced = keep_balance(self%work, free_opening(self%anchors) / self%scale, forces)
+  end function are_balanced
+
+  !> The bodies at the place where the sum of forces times squared openings is least, anchors included: closed rows are where forces
+  !> are, and traces of force far away do not pull. Any place gives a bound; it costs n t^2 operations.
+  subroutine settle(self, forces, opening, surplus)
+    class(hanging_bodies_t), intent(in) :: self
+    !> [force] >= 0 of all contacts
+    real(rk), intent(in) :: forces(:)
+    !> [length] of the others: in with closed anchors, out C lambda + q + N (s - rho_T)
+    real(rk), intent(inout) :: opening(:)
+    !> [force*length] c of the anchors
+    real(rk), intent(out) :: surplus
+    real(rk) :: s(size(self%anchors)), square(size(s), size(s)), pull(size(s))
+    logical :: is_held(size(s)), is_singular
+    integer :: t
+
+    associate (own => forces(self%others), at_anchors => forces(self%anchors))
+      square = matmul(transpose(self%reach * spread(own, 2, size(s))), self%reach)
+      do t = 1, size(s)
+        square(t, t) = square(t, t) + at_anchors(t)
+        pull(t) = -sum(self%reach(:, t) * own * opening)
+      end do
+      ! without a hold of all motions they stay at rest
+      call solve_dense(square, pull, s, is_singular)
+      is_held = at_anchors > s / self%scale
+      ! rho_T is s of held anchors, else what they penetrate
+      opening = opening + matmul(self%reach, merge(0.0_rk, max(s, 0.0_rk), is_held))
+      surplus = sum(at_anchors * max(s, 0.0_rk), mask=.not. is_held)
+    end associate
+  end subroutine settle
+end module sig_hanging_bodies
