@@ -12,8 +12,8 @@ from signorom_post.cli import main
 from signorom_post.errors import InputError
 from signorom_post.paper import published
 from signorom_post.paper.comparison import Comparison, about, at_most, count, exactly, markdown_table, percent
-from signorom_post.paper.program import find_base_deck, find_program
 from signorom_post.paper.variants import IRREGULAR_POINTS, Variant
+from signorom_post.program import find_base_deck, find_program
 
 
 def test_irregular_points_are_those_of_the_deck() -> None:

@@ -4,14 +4,11 @@
 import argparse
 import csv
 import os
-import signal
 import sys
 import time
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from types import FrameType
 
 from signorom_post.errors import InputError
 from signorom_post.figures import FORMATS
@@ -25,9 +22,9 @@ from signorom_post.paper.forces import figure_14
 from signorom_post.paper.irregular import figure_19, figure_20, figure_21, figure_22
 from signorom_post.paper.maps import figure_11, figure_13
 from signorom_post.paper.outcome import Entry, Outcome, Row, Study
-from signorom_post.paper.program import find_base_deck, find_program
 from signorom_post.paper.runs import Runs
 from signorom_post.paper.table_1 import table_1
+from signorom_post.program import find_base_deck, find_program, terminable
 from signorom_post.style import save, styled
 
 #: what can be made, in the order of the paper's figures
@@ -123,7 +120,7 @@ def make_paper(options: PaperOptions) -> list[Comparison]:
     runs = Runs(options.output / "runs", find_program(), find_base_deck(), options.n_jobs, _say)
     study = Study(runs, options.n_map)
     comparisons: list[Comparison] = []
-    with _terminable():
+    with terminable():
         for name, entry in ENTRIES.items():
             if name not in options.only:
                 continue
@@ -162,17 +159,3 @@ def _write_csv(path: Path, rows: Sequence[Row]) -> None:
 
 def _say(text: str) -> None:
     print(text, file=sys.stderr, flush=True)
-
-
-@contextmanager
-def _terminable() -> Iterator[None]:
-    """SIGTERM ends the runs as Ctrl-C does."""
-
-    def interrupt(_number: int, _frame: FrameType | None) -> None:
-        raise KeyboardInterrupt
-
-    before = signal.signal(signal.SIGTERM, interrupt)
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGTERM, before)

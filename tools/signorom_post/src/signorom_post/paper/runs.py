@@ -5,7 +5,6 @@ import hashlib
 import os
 import shutil
 import subprocess
-import sys
 import time
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
@@ -18,6 +17,7 @@ import yaml
 
 from signorom_post.errors import InputError
 from signorom_post.paper.variants import GRID, IRREGULAR, POINTS, Variant, with_load, with_training
+from signorom_post.program import USABLE, program_environment
 from signorom_post.readers.hdf5_input import Hdf5Input
 from signorom_post.results import Results
 
@@ -27,15 +27,6 @@ FINGERPRINT, FINISHED = "fingerprint", "finished"
 IRREGULAR_FILE = "points.csv"
 #: folder of the snapshots
 SNAPSHOTS = {GRID: "snapshots", IRREGULAR: "irregular_snapshots"}
-#: exit codes of a run whose results can be used: all done; done, but some points did not converge
-USABLE = (0, 3)
-#: one core per run
-ENVIRONMENT = {
-    "OMP_NUM_THREADS": "1",
-    "OPENBLAS_NUM_THREADS": "1",
-    "OMPI_MCA_btl_vader_single_copy_mechanism": "none",
-    "HWLOC_HIDE_ERRORS": "2",
-}
 
 
 @dataclass(frozen=True)
@@ -126,7 +117,7 @@ class Runs:
                 process = subprocess.Popen(
                     [self._program, job.command, "deck.yaml"],
                     cwd=job.folder,
-                    env=_environment(),
+                    env=program_environment(),
                     stdin=subprocess.DEVNULL,
                     stdout=output,
                     stderr=subprocess.STDOUT,
@@ -174,12 +165,6 @@ class Runs:
                 if process.poll() is None:
                     process.terminate()
         pool.shutdown(wait=True, cancel_futures=True)
-
-
-def _environment() -> dict[str, str]:
-    """The program starts the tool that trains the forest: the one that runs now."""
-    path = os.pathsep.join([str(Path(sys.executable).parent), os.environ.get("PATH", os.defpath)])
-    return os.environ | ENVIRONMENT | {"PATH": path}
 
 
 def _deck_text(job: Job) -> str:

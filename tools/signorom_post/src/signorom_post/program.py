@@ -1,16 +1,28 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Where the program and the deck of case b are."""
+"""Where the program and the deck of case b are, and how the program is started and ended."""
 
 import os
 import shutil
+import signal
 import sys
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from types import FrameType
 
 from signorom_post.errors import InputError
 
 VARIABLE = "SIGNOROM_EXECUTABLE"
 BASE_DECK = Path("input/pellet_cladding_whole_edges.yaml")
+#: exit codes of a run whose results can be used: all done; done, but some points did not converge
+USABLE = (0, 3)
+#: one core per run
+ENVIRONMENT = {
+    "OMP_NUM_THREADS": "1",
+    "OPENBLAS_NUM_THREADS": "1",
+    "OMPI_MCA_btl_vader_single_copy_mechanism": "none",
+    "HWLOC_HIDE_ERRORS": "2",
+}
 
 
 def find_program() -> Path:
@@ -45,3 +57,23 @@ def _roots() -> Iterator[Path]:
     """Folders that may be the clone: the current one, that of the environment and of this file, upwards."""
     for start in (Path.cwd(), Path(sys.prefix), Path(__file__).resolve()):
         yield from (start, *start.parents)
+
+
+def program_environment() -> dict[str, str]:
+    """The program starts the tool that trains the forest: the one that runs now."""
+    path = os.pathsep.join([str(Path(sys.executable).parent), os.environ.get("PATH", os.defpath)])
+    return os.environ | ENVIRONMENT | {"PATH": path}
+
+
+@contextmanager
+def terminable() -> Iterator[None]:
+    """SIGTERM ends the runs as Ctrl-C does."""
+
+    def interrupt(_number: int, _frame: FrameType | None) -> None:
+        raise KeyboardInterrupt
+
+    before = signal.signal(signal.SIGTERM, interrupt)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)
