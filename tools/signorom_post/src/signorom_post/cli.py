@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from signorom_post import __version__
+from signorom_post.compare.command import add_compare_command
 from signorom_post.errors import InputError
 from signorom_post.figures import BUILDERS, COLORS, FORMATS, FigureOptions, write_figures
 from signorom_post.forest import random_forest_class, train_forest
@@ -99,6 +100,7 @@ def _parser() -> argparse.ArgumentParser:
     )
     verification.add_argument("--output", metavar="DIR", type=Path, help="default: RESULTS_DIR/table")
     verification.set_defaults(run=_run_verification)
+    add_compare_command(commands, _positive)
     add_paper_command(commands)
     return parser
 

@@ -52,7 +52,7 @@ def format_summary(report: dict[str, Any]) -> str:
             blocks.append(_table(heading, list(_entries(rest, key, _value))))
             blocks.append(_cluster_table(section["clusters"]))
         else:
-            show = {"times": _duration, "speed_up": _factor}.get(key, _value)
+            show = {"times": duration, "speed_up": _factor}.get(key, _value)
             blocks.append(_table(heading, list(_entries(section, key, show))))
     if len(blocks) == 1:
         blocks.append("The report has none of the sections " + ", ".join(SECTIONS) + ".")
@@ -160,7 +160,7 @@ def _error(value: Any) -> str:
     return ABSENT if number is None else f"{number:.1e}" if math.isfinite(number) else str(number)
 
 
-def _duration(value: Any) -> str:
+def duration(value: Any) -> str:
     """Seconds with a legible unit: 21.3 us, 1.50 ms, 12.3 s, 2 min 5 s."""
     seconds = as_number(value)
     if seconds is None or not math.isfinite(seconds) or seconds < 0:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""report.yaml: what a run did, as nested keys."""
+"""report.yaml, what a run did, and other YAML files, as nested keys."""
 
 from pathlib import Path
 from typing import Any
@@ -12,9 +12,14 @@ from signorom_post.readers.hdf5_input import require_file
 
 def read_report(path: Path) -> dict[str, Any]:
     """Read report.yaml; which sections it has depends on the commands that were run."""
+    return read_sections(path, "report")
+
+
+def read_sections(path: Path, kind: str) -> dict[str, Any]:
+    """Read a YAML file of named sections; `kind` says what it should be."""
     require_file(path)
     try:
-        report = yaml.safe_load(path.read_text(encoding="utf-8"))
+        sections = yaml.safe_load(path.read_text(encoding="utf-8"))
     except yaml.MarkedYAMLError as error:
         line = f" (line {error.problem_mark.line + 1})" if error.problem_mark else ""
         raise InputError(path, f"this is not YAML{line}") from error
@@ -22,6 +27,6 @@ def read_report(path: Path) -> dict[str, Any]:
         raise InputError(path, "this is not YAML") from error
     except OSError as error:
         raise InputError(path, f"the file cannot be read ({error.strerror})") from error
-    if not isinstance(report, dict):
-        raise InputError(path, "this is not a report: it has no sections")
-    return report
+    if not isinstance(sections, dict):
+        raise InputError(path, f"this is not a {kind}: it has no sections")
+    return sections

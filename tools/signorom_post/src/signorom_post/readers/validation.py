@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from signorom_post.arrays import FloatArray
+from signorom_post.arrays import BoolArray, FloatArray
 from signorom_post.errors import InputError
 from signorom_post.readers.csv_input import CsvInput
 
@@ -33,8 +33,22 @@ class Validation:
     parameters: FloatArray
     #: numeric columns by name, shape (n_points) each; an error is nan where it is not defined
     columns: dict[str, FloatArray]
-    #: what solved each point
+    #: what solved each point; none: without an answer
     solvers: list[str]
+    #: the full-order model has a solution there, shape (n_points)
+    has_solution: BoolArray
+
+    def counted_errors(self, name: str) -> FloatArray:
+        """Errors in which nothing is forgotten, as `validate` does: a point without an answer is infinitely wrong.
+
+        Where nothing touches in either model nothing is wrong; any other 0/0 counts as infinite. Points that have no
+        full-order solution are left out.
+        """
+        errors = self.columns[name]
+        n_active = self.columns["n_active_full_order"]
+        errors = np.where(np.isnan(errors), np.where(n_active == 0, 0.0, np.inf), errors)
+        errors[[solver == "none" for solver in self.solvers]] = np.inf
+        return errors[self.has_solution]
 
 
 def read_validation(path: Path) -> Validation:
@@ -44,10 +58,13 @@ def read_validation(path: Path) -> Validation:
     if n_parameters == 0:
         raise InputError(path, "there is no parameter column before 'cluster'")
     names = file.header[:n_parameters]
+    solvers = file.texts("solver")
+    statuses = file.texts("full_order") if "full_order" in file.header else ["converged"] * len(solvers)
     return Validation(
         path=path,
         parameter_names=names,
         parameters=np.column_stack([file.numbers(name) for name in names]),
         columns={name: file.numbers(name) for name in NUMERIC_COLUMNS},
-        solvers=file.texts("solver"),
+        solvers=solvers,
+        has_solution=np.array([status == "converged" for status in statuses]),
     )

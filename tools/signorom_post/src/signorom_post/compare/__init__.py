@@ -1,0 +1,2 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Models of one problem beside each other: sizes, times, errors."""

@@ -1,0 +1,81 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""`signorom-post compare`: one table of all models of a problem."""
+
+import argparse
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+from signorom_post.compare.entries import read_study
+from signorom_post.compare.table import explanation, format_markdown, write_csv
+from signorom_post.compare.timing import query_time
+from signorom_post.compare.variants import run_variants
+from signorom_post.errors import InputError
+from signorom_post.library import LibraryError
+from signorom_post.program import terminable
+
+
+def add_compare_command(
+    commands: "argparse._SubParsersAction[argparse.ArgumentParser]", positive: Callable[[str], int]
+) -> None:
+    """The command and its options."""
+    compare = commands.add_parser(
+        "compare", help="print a table of models of one problem: sizes, times, errors"
+    )
+    compare.add_argument(
+        "results", metavar="RESULTS_DIR", type=Path, nargs="*", help="left by signorom run DECK --benchmark"
+    )
+    compare.add_argument(
+        "--run", metavar="FILE", dest="variants", type=Path, help="make the models of this file first"
+    )
+    compare.add_argument("--output", metavar="DIR", type=Path, help="of --run; default: results/compare/FILE")
+    compare.add_argument("--csv", metavar="FILE", type=Path, help="the table's numbers, too")
+    compare.add_argument(
+        "--points", metavar="N", type=positive, default=1000, help="that a query is timed at; default: 1000"
+    )
+    compare.add_argument("--seed", metavar="N", type=positive, default=1, help="of these points; default: 1")
+    compare.add_argument("--no-times", action="store_true", help="leave out what depends on the machine")
+    compare.set_defaults(run=_run)
+
+
+def _run(options: argparse.Namespace) -> int:
+    if bool(options.results) == bool(options.variants):
+        raise InputError("signorom-post compare", "either results folders or --run FILE must be given")
+    try:
+        folders = options.results or _make(options)
+        study = read_study(folders, _timer(options))
+        if options.csv:
+            write_csv(options.csv, [*study.full_order, *study.models])
+    except OSError as error:
+        raise InputError(
+            error.filename or "signorom-post compare", f"cannot be used ({error.strerror})"
+        ) from error
+    has_times = not options.no_times
+    print(format_markdown(study, has_times))
+    print(f"\n{explanation(study, has_times, options.points, options.seed)}")
+    return 0
+
+
+def _make(options: argparse.Namespace) -> list[Path]:
+    output = options.output or Path("results/compare") / options.variants.stem
+    with terminable():
+        return run_variants(options.variants, output, _say)
+
+
+def _timer(options: argparse.Namespace) -> Callable[[Path], float | None]:
+    """Times a query of a model file, unless times are not wanted or there is no library."""
+
+    def time_of(path: Path) -> float | None:
+        if options.no_times:
+            return None
+        try:
+            return query_time(path, options.points, options.seed)
+        except LibraryError as error:
+            _say(f"queries are not timed: {error}")
+            return None
+
+    return time_of
+
+
+def _say(text: str) -> None:
+    print(text, file=sys.stderr, flush=True)

@@ -1,0 +1,89 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A file that names models of one deck, and the runs that make them.
+
+deck: ../half_disks.yaml
+models:
+  paper: {}                                   # as in the deck
+  condensed: {reduction: {method: condensed}} # these sections in place of the deck's; null: without the section
+"""
+
+import re
+import subprocess
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from signorom_post.errors import InputError
+from signorom_post.program import USABLE, find_program, program_environment
+from signorom_post.readers.report import read_sections
+
+#: of a model: it is a folder's name
+NAME = re.compile(r"[A-Za-z0-9][\w.-]*")
+
+
+def run_variants(path: Path, output: Path, say: Callable[[str], None]) -> list[Path]:
+    """Run each model of the file in its folder below `output`; returns the folders. Snapshots that are there stay."""
+    decks = read_variants(path)
+    program = find_program()
+    folders = []
+    for name, deck in decks.items():
+        say(f"{name} ...")
+        folder = output / name
+        folder.mkdir(parents=True, exist_ok=True)
+        (folder / "deck.yaml").write_text(yaml.safe_dump(deck, sort_keys=False), encoding="utf-8")
+        _run(program, folder)
+        folders.append(folder)
+    return folders
+
+
+def read_variants(path: Path) -> dict[str, dict[str, Any]]:
+    """The deck of each model; results lie beside it."""
+    file = read_sections(path, "list of models")
+    if set(file) != {"deck", "models"} or not isinstance(file["models"], dict) or not file["models"]:
+        raise InputError(
+            path, "this needs two keys: 'deck', a file, and 'models', each with sections of its own"
+        )
+    base_path = path.parent / str(file["deck"])
+    base = _with_whole_paths(read_sections(base_path, "deck"), base_path.parent)
+    decks = {}
+    for name, changes in file["models"].items():
+        if not NAME.fullmatch(str(name)):
+            raise InputError(path, f"the model's name '{name}' is no name of a folder")
+        if not isinstance(changes, dict):
+            raise InputError(path, f"the model '{name}' needs sections of a deck; {{}}: the deck as it is")
+        deck = base | changes | {"output": {"directory": "."}}
+        decks[str(name)] = {section: value for section, value in deck.items() if value is not None}
+    return decks
+
+
+def _with_whole_paths(deck: dict[str, Any], folder: Path) -> dict[str, Any]:
+    """A deck that may stand in another folder."""
+    for section in ("mesh", "training", "test"):
+        values = deck.get(section)
+        if isinstance(values, dict) and "file" in values:
+            deck[section] = values | {"file": str((folder / str(values["file"])).resolve())}
+    return deck
+
+
+def _run(program: Path, folder: Path) -> None:
+    log = folder / "log.txt"
+    with log.open("wb") as output:
+        process = subprocess.Popen(
+            [program, "run", "deck.yaml", "--benchmark"],
+            cwd=folder,
+            env=program_environment(),
+            stdin=subprocess.DEVNULL,
+            stdout=output,
+            stderr=subprocess.STDOUT,
+        )
+        try:
+            code = process.wait()
+        except BaseException:
+            process.terminate()
+            process.wait()
+            raise
+    if code not in USABLE:
+        said = log.read_text(encoding="utf-8", errors="replace").strip() or "it said nothing"
+        raise InputError(log, f"{program.name} run ended with exit code {code}:\n{said}")
