@@ -168,7 +168,8 @@ def test_multipliers_of_many_points_are_thinned_out(tmp_path: Path) -> None:
     assert texts == ["0.2", "0.24", "0.28", "0.32", "0.36", "0.4"]
 
 
-def test_multipliers_without_a_reduced_model_have_no_markers_in_the_legend(fields: FieldFile) -> None:
+def test_multipliers_without_a_reduced_model_have_no_markers_in_the_legend(folder: Path) -> None:
+    fields = read_fields(folder / "fields.h5")
     for point in fields.points:
         point.fields.pop("multipliers_reduced")
     with styled():
