@@ -49,12 +49,4 @@ int sig_list_files(const char *path, size_t length, const char *prefix, size_t p
 /* Path of the running program with links resolved, null-terminated; ENAMETOOLONG where it needs more than `size`. */
 int sig_program_path(char *path, size_t size);
 
-/* The system's words for an errno, null-terminated, cut at `size` bytes. */
-void sig_error_text(int code, char *text, size_t size);
-
-/* Null-terminated copy, for sig_free; null when out of memory. */
-char *sig_copy_text(const char *text, size_t length);
-
-void sig_free(void *block);
-
 #endif

@@ -13,9 +13,6 @@ typedef struct sig_output_stream sig_output_stream;
  * pipe, which is written to and never replaced. */
 int sig_find_target(const char *path, size_t length, char **target, int *is_direct);
 
-/* All the bytes, whatever a single write takes. */
-int sig_write_all(int descriptor, const char *bytes, size_t size);
-
 /* An empty path is the standard output. A file that is there keeps its mode. */
 int sig_output_open(const char *path, size_t length, sig_output_stream **stream);
 

@@ -4,7 +4,7 @@ module sig_log
   use, intrinsic :: iso_c_binding, only: c_int, c_size_t
   use sig_base_c_interfaces, only: sig_write_all
   use sig_errors, only: error_t, make_error
-  use sig_file_system, only: system_reason
+  use sig_system, only: system_reason
   implicit none(type, external)
   private
   public :: start_log, log_info, log_warning, log_error, lost_output

@@ -8,6 +8,7 @@
 #include "gmsh_content.h"
 #include "signorom/checksum.h"
 #include "signorom/file_system.h"
+#include "signorom/system.h"
 
 /* $MeshFormat: version, file type, size of size_t; in binary files a 1 follows that tells the byte order. */
 static bool scan_format(sig_gmsh *mesh) {

@@ -5,7 +5,7 @@ module sig_mesh_file
   use sig_c_strings, only: from_c
   use sig_checksum, only: hash_digits
   use sig_errors, only: error_t, make_error
-  use sig_file_system, only: system_reason
+  use sig_system, only: system_reason
   use sig_kinds, only: rk
   use sig_mesh_c_interfaces, only: gmsh_invalid, gmsh_message_size, gmsh_no_memory, gmsh_ok, gmsh_unreadable, &
     sig_gmsh_elements, sig_gmsh_free, sig_gmsh_group, sig_gmsh_hash, sig_gmsh_memberships, sig_gmsh_message, &

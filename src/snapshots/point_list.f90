@@ -7,9 +7,10 @@
 !> with too few or too many values, something that is no number, a value outside the box, no point at all.
 module sig_point_list
   use, intrinsic :: iso_c_binding, only: c_int, c_size_t
-  use sig_base_c_interfaces, only: sig_close_descriptor, sig_open_to_read, sig_read_some
+  use sig_files_c_interfaces, only: sig_close_descriptor, sig_open_to_read, sig_read_some
   use sig_errors, only: error_t, make_error
-  use sig_file_system, only: file_exists, is_directory, system_reason
+  use sig_file_system, only: file_exists, is_directory
+  use sig_system, only: system_reason
   use sig_kinds, only: rk
   use sig_text, only: are, counted, did_you_mean, join, read_real, split, string_t, to_text
   implicit none(type, external)

@@ -12,6 +12,7 @@
 #include "signorom/checksum.h"
 #include "signorom/file_system.h"
 #include "signorom/partial_files.h"
+#include "signorom/system.h"
 
 enum { N_SIZES = 4, FORMAT_VERSION = 2, BYTE_ORDER_MARK = 0x01020304 };
 

@@ -3,7 +3,7 @@
 module sig_snapshot_shard
   use, intrinsic :: iso_c_binding, only: c_associated, c_int, c_int64_t, c_null_ptr, c_ptr, c_size_t
   use sig_errors, only: error_t, make_error
-  use sig_file_system, only: system_reason
+  use sig_system, only: system_reason
   use sig_kinds, only: rk
   use sig_snapshots_c_interfaces, only: sig_shard_append, sig_shard_close, sig_shard_open, sig_shard_read
   implicit none(type, external)

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "hdf5_address.h"
 #include "signorom/file_system.h"
+#include "signorom/system.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -4,6 +4,7 @@
 
 #include "signorom/file_system.h"
 #include "signorom/partial_files.h"
+#include "signorom/system.h"
 
 #include <errno.h>
 #include <fcntl.h>
@@ -90,17 +91,6 @@ static int open_partial(const char *partial, const char *target) {
   /* what the umask took away; some file systems have no modes */
   if (descriptor >= 0 && is_there) (void)fchmod(descriptor, mode);
   return descriptor;
-}
-
-int sig_write_all(int descriptor, const char *bytes, size_t size) {
-  while (size > 0) {
-    const ssize_t n = write(descriptor, bytes, size);
-    if (n < 0 && errno == EINTR) continue;
-    if (n < 0) return errno;
-    bytes += n;
-    size -= (size_t)n;
-  }
-  return 0;
 }
 
 static int open_target(sig_output_stream *stream, const char *path, size_t length) {

@@ -2,7 +2,7 @@
 !> Checksums (FNV-1a, 64 bits): tell changed files apart; no protection against intent.
 module sig_checksum
   use, intrinsic :: iso_c_binding, only: c_size_t
-  use sig_base_c_interfaces, only: sig_fnv1a
+  use sig_files_c_interfaces, only: sig_fnv1a
   use sig_c_strings, only: to_c
   use sig_kinds, only: lk, rk
   implicit none(type, external)

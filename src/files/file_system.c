@@ -15,16 +15,7 @@
 #include <unistd.h>
 
 #include "signorom/partial_files.h"
-
-char *sig_copy_text(const char *text, size_t length) {
-  char *copy = malloc(length + 1);
-  if (!copy) return NULL;
-  memcpy(copy, text, length);
-  copy[length] = '\0';
-  return copy;
-}
-
-void sig_free(void *block) { free(block); }
+#include "signorom/system.h"
 
 /* Path and ending as a new text; null when out of memory. */
 static char *path_with(const char *path, size_t length, const char *ending) {
@@ -33,10 +24,6 @@ static char *path_with(const char *path, size_t length, const char *ending) {
   memcpy(joined, path, length);
   strcpy(joined + length, ending);
   return joined;
-}
-
-void sig_error_text(int code, char *text, size_t size) {
-  if (strerror_r(code, text, size) != 0) snprintf(text, size, "system error %d", code);
 }
 
 int sig_file_kind(const char *path, size_t length) {

@@ -2,9 +2,9 @@
 !> Seals at the head of files: a file that was cut off or changed is refused before a library stumbles over it.
 module sig_file_seal
   use, intrinsic :: iso_c_binding, only: c_int, c_int64_t, c_size_t
-  use sig_base_c_interfaces, only: sig_check_seal, sig_seal_file
+  use sig_files_c_interfaces, only: sig_check_seal, sig_seal_file
   use sig_errors, only: error_t, make_error
-  use sig_file_system, only: system_reason
+  use sig_system, only: system_reason
   use sig_text, only: to_text
   implicit none(type, external)
   private

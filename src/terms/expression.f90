@@ -3,7 +3,7 @@
 module sig_expression
   use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_double, c_int, c_null_char, c_null_ptr, c_ptr, c_size_t
   use sig_kinds, only: rk
-  use sig_online_c_interfaces, only: sig_expression_create, sig_expression_evaluate, sig_expression_free, sig_expression_uses
+  use sig_terms_c_interfaces, only: sig_expression_create, sig_expression_evaluate, sig_expression_free, sig_expression_uses
   use sig_text, only: append_text, did_you_mean, join, string_t, to_text
   implicit none(type, external)
   private

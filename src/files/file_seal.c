@@ -4,6 +4,7 @@
 #include "signorom/checksum.h"
 #include "signorom/file_system.h"
 #include "signorom/partial_files.h"
+#include "signorom/system.h"
 
 #include <errno.h>
 #include <inttypes.h>

@@ -2,10 +2,11 @@
 !> Lines on their way to the standard output, a file, a device or a pipe: no write fails without a word.
 module sig_output_stream
   use, intrinsic :: iso_c_binding, only: c_associated, c_int, c_null_ptr, c_ptr, c_size_t
-  use sig_base_c_interfaces, only: sig_find_target, sig_free, sig_output_close, sig_output_open, sig_output_write
+  use sig_base_c_interfaces, only: sig_free
+  use sig_files_c_interfaces, only: sig_find_target, sig_output_close, sig_output_open, sig_output_write
   use sig_c_strings, only: from_c
   use sig_errors, only: error_t, make_error
-  use sig_file_system, only: system_reason
+  use sig_system, only: system_reason
   implicit none(type, external)
   private
   public :: output_stream_t, find_target

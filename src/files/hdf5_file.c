@@ -5,6 +5,7 @@
 #include "hdf5_address.h"
 #include "signorom/file_system.h"
 #include "signorom/partial_files.h"
+#include "signorom/system.h"
 
 #include <stdio.h>
 #include <stdlib.h>

@@ -5,7 +5,7 @@
 !> same bytes. Local: one rank owns the file.
 module sig_hdf5_reader
   use, intrinsic :: iso_c_binding, only: c_associated, c_int, c_null_ptr, c_ptr, c_size_t
-  use sig_base_c_interfaces, only: sig_h5_close, sig_h5_has, sig_h5_open_image
+  use sig_files_c_interfaces, only: sig_h5_close, sig_h5_has, sig_h5_open_image
   use sig_errors, only: error_t, exit_internal, make_error
   use sig_hdf5_access, only: find_shape, integer_type, open_hdf5, read_array, read_texts, real_type, text_type
   use sig_kinds, only: rk

@@ -5,10 +5,11 @@
 !> for h5py, with the same bytes. Local: one rank owns the file.
 module sig_hdf5_writer
   use, intrinsic :: iso_c_binding, only: c_associated, c_int, c_int64_t, c_null_ptr, c_ptr, c_size_t
-  use sig_base_c_interfaces, only: sig_commit_file, sig_h5_close, sig_h5_create_image, sig_h5_get_image, sig_h5_image_size
+  use sig_files_c_interfaces, only: sig_commit_file, sig_h5_close, sig_h5_create_image, sig_h5_get_image, sig_h5_image_size
   use sig_errors, only: error_t, exit_internal, make_error
   use sig_file_seal, only: seal_file, seal_size
-  use sig_file_system, only: remove_file, system_reason
+  use sig_file_system, only: remove_file
+  use sig_system, only: system_reason
   use sig_hdf5_access, only: column_t, create_hdf5, integer_type, real_type, write_array, write_columns, write_texts
   use sig_kinds, only: rk
   use sig_output_stream, only: find_target

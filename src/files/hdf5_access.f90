@@ -5,8 +5,9 @@
 !> Only sig_hdf5_reader and sig_hdf5_writer call it; they give it types and generic names.
 module sig_hdf5_access
   use, intrinsic :: iso_c_binding, only: c_f_pointer, c_int, c_int64_t, c_loc, c_null_ptr, c_ptr, c_size_t
-  use sig_base_c_interfaces, only: sig_free, sig_h5_create, sig_h5_describe, sig_h5_open, sig_h5_read, &
-    sig_h5_read_texts, sig_h5_write, sig_h5_write_rows, sig_h5_write_texts
+  use sig_base_c_interfaces, only: sig_free
+  use sig_files_c_interfaces, only: sig_h5_create, sig_h5_describe, sig_h5_open, sig_h5_read, sig_h5_read_texts, sig_h5_write, &
+    sig_h5_write_rows, sig_h5_write_texts
   use sig_c_strings, only: from_c
   use sig_errors, only: error_t, make_error
   use sig_file_system, only: file_exists, is_directory

@@ -2,6 +2,7 @@
 #include "hdf5_address.h"
 
 #include "signorom/file_system.h"
+#include "signorom/system.h"
 
 #include <string.h>
 

@@ -2,19 +2,21 @@
 !> Files and folders; what goes wrong comes back as a sentence with the path. Local: one rank calls.
 module sig_file_system
   use, intrinsic :: iso_c_binding, only: c_char, c_int, c_long, c_ptr, c_size_t
-  use sig_base_c_interfaces, only: sig_error_text, sig_file_kind, sig_free, sig_list_files, sig_lock_directory, &
-    sig_make_directories, sig_note_partial_file, sig_program_path, sig_read_file, sig_remove_file, sig_rename_file, &
-    sig_unlock_directory, sig_write_file
+  use sig_base_c_interfaces, only: sig_free
+  use sig_files_c_interfaces, only: sig_file_kind, sig_list_files, sig_lock_directory, sig_make_directories, &
+    sig_note_partial_file, sig_program_path, sig_read_file, sig_remove_file, sig_rename_file, sig_unlock_directory, &
+    sig_write_file
   use sig_c_strings, only: from_c
   use sig_errors, only: error_t, make_error
   use sig_kinds, only: lk
+  use sig_system, only: system_reason
   use sig_text, only: split, string_t, to_text
   implicit none(type, external)
   private
   public :: file_exists, is_directory, make_directories
   public :: read_text_file, write_text_file, rename_file, remove_file, note_partial_file, list_files
   public :: directory_lock_t, lock_directory, unlock_directory
-  public :: directory_of, base_name, program_folder, system_reason
+  public :: directory_of, base_name, program_folder
 
   ! as in file_system.h
   integer(c_int), parameter :: no_file = 0, plain_file = 1, directory = 2
@@ -239,17 +241,4 @@ contains
     i_dot = index(name, '.', back=.true.)
     if (i_dot > 1) name = name(:i_dot - 1)
   end function base_name
-
-  !> The system's words for an errno, without a capital: `no such file or directory`.
-  function system_reason(code) result(text)
-    integer(c_int), intent(in) :: code
-    character(:), allocatable :: text
-    character(kind=c_char) :: buffer(128)
-
-    call sig_error_text(code, buffer, size(buffer, kind=c_size_t))
-    text = from_c(buffer)
-    if (len(text) > 1) then
-      if (text(1:1) >= 'A' .and. text(1:1) <= 'Z') text(1:1) = achar(iachar(text(1:1)) + 32)
-    end if
-  end function system_reason
 end module sig_file_system

@@ -1,0 +1,33 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "signorom/system.h"
+
+#include <errno.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+char *sig_copy_text(const char *text, size_t length) {
+  char *copy = malloc(length + 1);
+  if (!copy) return NULL;
+  memcpy(copy, text, length);
+  copy[length] = '\0';
+  return copy;
+}
+
+void sig_free(void *block) { free(block); }
+
+void sig_error_text(int code, char *text, size_t size) {
+  if (strerror_r(code, text, size) != 0) snprintf(text, size, "system error %d", code);
+}
+
+int sig_write_all(int descriptor, const char *bytes, size_t size) {
+  while (size > 0) {
+    const ssize_t n = write(descriptor, bytes, size);
+    if (n < 0 && errno == EINTR) continue;
+    if (n < 0) return errno;
+    bytes += n;
+    size -= (size_t)n;
+  }
+  return 0;
+}

@@ -1,0 +1,25 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> The system's words.
+module sig_system
+  use, intrinsic :: iso_c_binding, only: c_char, c_int, c_size_t
+  use sig_base_c_interfaces, only: sig_error_text
+  use sig_c_strings, only: from_c
+  implicit none(type, external)
+  private
+  public :: system_reason
+
+contains
+
+  !> The system's words for an errno, without a capital: `no such file or directory`.
+  function system_reason(code) result(text)
+    integer(c_int), intent(in) :: code
+    character(:), allocatable :: text
+    character(kind=c_char) :: buffer(128)
+
+    call sig_error_text(code, buffer, size(buffer, kind=c_size_t))
+    text = from_c(buffer)
+    if (len(text) > 1) then
+      if (text(1:1) >= 'A' .and. text(1:1) <= 'Z') text(1:1) = achar(iachar(text(1:1)) + 32)
+    end if
+  end function system_reason
+end module sig_system
