@@ -18,14 +18,14 @@ N_VALUES = 2 + 3 + 1 + 8  # doubles of a record of fuzz_seeds.f90
 
 
 def fnv1a(data: bytes, value: int = SEED) -> int:
-    """FNV-1a of 64 bits, as src/base/checksum.c."""
+    """FNV-1a of 64 bits, as src/files/checksum.c."""
     for byte in data:
         value = (value ^ byte) * 0x100000001B3 & MASK
     return value
 
 
 def hash_of_doubles(data: bytes) -> int:
-    """Four chains over the words, as src/base/checksum.c."""
+    """Four chains over the words, as src/files/checksum.c."""
     words = struct.unpack(f"<{len(data) // 8}Q", data)
     chains = [SEED, SEED + 1, SEED + 2, SEED + 3]
     n_four = len(words) // 4 * 4

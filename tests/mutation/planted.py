@@ -43,19 +43,19 @@ PLANTED = [
         "the last of equal ones instead of the first",
     ),
     Planted(
-        SRC + "base/checksum.c",
+        SRC + "files/checksum.c",
         "for (; i < n; i++) a = mix",
         "for (; i + 1 < n; i++) a = mix",
         "the last number of a record is not part of its hash",
     ),
     Planted(
-        SRC + "base/hdf5_header.c",
+        SRC + "files/hdf5_header.c",
         "n_values <= (size - at) / value_size",
         "n_values <= size / value_size",
         "values of an attribute may stand behind it",
     ),
     Planted(
-        SRC + "base/file_seal.c",
+        SRC + "files/file_seal.c",
         "if (status == SIG_SEAL_FINE && hash != sealed_hash)",
         "if (status == SIG_SEAL_FINE && hash == 0)",
         "a changed byte breaks no seal",
@@ -123,7 +123,7 @@ PLANTED = [
         "the displacement at one dof of a condensed answer has the wrong sign of the contact forces",
     ),
     Planted(
-        SRC + "online/window_rule.f90",
+        SRC + "terms/window_rule.f90",
         "high <= window%minimum .or. low >= window%maximum",
         "high < window%minimum .or. low > window%maximum",
         "a facet that only touches the window counts as cut: its part there has no area",
@@ -334,7 +334,7 @@ PLANTED = [
         "verification.test_loads",
     ),
     Planted(
-        SRC + "reduction/silhouette.c",
+        SRC + "reduction/clustering/silhouette.c",
         "sums[own] / (sizes[own] - 1)",
         "sums[own] / sizes[own]",
         "a silhouette with itself as neighbor",
@@ -362,28 +362,28 @@ PLANTED = [
     ),
     # workflow
     Planted(
-        SRC + "workflow/error_norms.F90",
+        SRC + "workflow/validation/error_norms.F90",
         "%strain_energy(fields(:, i)) - dot_product(load(dofs), fields(dofs, i))",
         "%strain_energy(fields(:, i)) + 0 * sum(load(dofs))",
         "the energy on the reduced domain forgets the work of loads",
         "verification.test_(loads|half_disks)",
     ),
     Planted(
-        SRC + "workflow/greedy_rules.f90",
+        SRC + "workflow/selection/greedy_rules.f90",
         "**(-1.0_rk / n_parameters) / 2",
         "**(-1.0_rk) / 2",
         "points of a batch may stand too close in several parameters",
         "integration.test_greedy",
     ),
     Planted(
-        SRC + "workflow/greedy_rules.f90",
+        SRC + "workflow/selection/greedy_rules.f90",
         "do i = deck%greedy%n_initial + 1, n",
         "do i = deck%greedy%n_initial + 2, n",
         "a selection that is taken up again with another tolerance ends late",
         "integration.test_greedy",
     ),
     Planted(
-        SRC + "workflow/candidate_pool.f90",
+        SRC + "workflow/refinement/candidate_pool.f90",
         "order(:(size(order) + 1) / 2)",
         "order(:size(order) / 2)",
         "half of one candidate is none",
