@@ -16,7 +16,7 @@ contains
   !> basis and V C^+ g the lifting of a problem without prescribed rows; its solution is that with multipliers for them.
   !> Rows that depend on others (both ends of a symmetric body, a fixed component that no mode moves) drop out by the rank.
   !> Values that the basis cannot take are met in the sense of least squares; the caller knows for which theta that matters.
-  !> Source: method.md section 2.4. Local.
+  !> Local.
   subroutine impose_dirichlet_rows(basis, dofs, values, rank_tolerance, free_basis, lifting, rank)
     !> V, shape (n_dofs, n_modes)
     real(rk), intent(in) :: basis(:, :)

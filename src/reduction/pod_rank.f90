@@ -45,7 +45,8 @@ contains
 
   !> Smallest l with sum_{i > l} s_i**2 / sum_i s_i**2 < tolerance; all of them where no l does, none where all are zero.
   !>
-  !> Source: (20), read as the energy tail; method.md section 2 says why not its square root or s_l / s_1. Local.
+  !> Source: (20), read as the energy tail: with it both cases of the paper get the numbers of modes that the paper tells, with its
+  !> square root or with s_l / s_1 they do not. Local.
   pure integer function rank_from_energy_tail(singular_values, tolerance) result(n_modes)
     !> [-] descending, >= 0
     real(rk), intent(in) :: singular_values(:)

@@ -142,7 +142,7 @@ contains
     position = 0
   end function position_in
 
-  !> Rank that snapshots in equilibrium can give at most: K V vanishes but where a force drives the body (method.md trap 1).
+  !> Rank that snapshots in equilibrium can give at most: K V vanishes but where a force drives the body.
   !>
   !> The sides of a contact row carry opposite forces, so a row counts once. A hat function is in no equilibrium: it adds one.
   pure integer function expected_stiffness_rank(domain, driven_dofs, n_hats, n_modes) result(rank)

@@ -187,8 +187,8 @@ def test_end_of_the_forest(signorom, tmp_path, monkeypatch, number, is_check):
 
 def test_no_failure_is_told_of_files_that_the_end_removed(tmp_path):
     """A file of a process that is being ended is gone: its writer waits for the end. Other failures come back."""
-    source = HERE.parents[1] / "src" / "base"
-    parts = ["partial_files", "file_system", "output_stream"]
+    source = HERE.parents[1] / "src"
+    parts = ["base/partial_files", "base/system", "files/file_system", "files/output_stream"]
     program = tmp_path / "commit_at_end"
     command = [
         "cc",

@@ -16,7 +16,7 @@ RANK_TOLERANCE = 1e-10
 
 
 def first_largest(values):
-    """Lowest index whose value is the largest within 1e-8 relative (architecture.md, rule 2.9)."""
+    """Lowest index whose value is the largest within 1e-8 relative."""
     values = np.asarray(values)
     return int(np.flatnonzero(values >= values.max() * (1 - TIE))[0])
 
@@ -123,7 +123,7 @@ class ReducedModel:
 
 
 def condition_number(matrix):
-    """sigma_max / sigma_{rows}, infinite below full row rank: (11), method.md section 2.5."""
+    """sigma_max / sigma_{rows}, infinite below full row rank: (11)."""
     values = np.linalg.svd(matrix, compute_uv=False)
     rank = int((values > RANK_TOLERANCE * values[0]).sum())
     return float(values[0] / values[-1]) if rank == len(matrix) else np.inf

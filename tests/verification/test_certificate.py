@@ -16,7 +16,7 @@ from runs import INPUT
 CHECK = find_program().executable.parent / "tests" / "check_certificate"
 N_POINTS = 400
 LINE = re.compile(r"^(.{24}) +(\d+) points +(\d+) violations(?: +\d+ errors, effectivity +([\d.]+))?", re.M)
-# method.md, section 5: the forces of a model, and spoiled ones
+# of the forces of a model, and of spoiled ones
 LARGEST_MEDIAN = 2.0
 
 

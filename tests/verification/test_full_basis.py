@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Consistency (verification.md D13): all modes on the whole mesh reproduce the full-order model.
+"""Consistency: all modes on the whole mesh reproduce the full-order model.
 
 A solution is the response to the prescribed values plus K^-1 B' lambda: with as many independent snapshots as
 contact pairs, the modes span every solution in the box, not only the training points.

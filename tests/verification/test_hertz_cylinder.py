@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Cylinder on a block (verification.md D2, NAFEMS): half-width by a fit, peak pressure, elliptical distribution."""
+"""Cylinder on a block (NAFEMS): half-width by a fit, peak pressure, elliptical distribution."""
 
 import numpy as np
 import pytest

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Contact patch test (verification.md D1): uniform pressure E U / H, linear displacement."""
+"""Contact patch test: uniform pressure E U / H, linear displacement."""
 
 import numpy as np
 import pytest

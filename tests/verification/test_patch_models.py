@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Contact patch test (verification.md D1) for every element and mechanical model, on distorted meshes.
+"""Contact patch test for every element and mechanical model, on distorted meshes.
 
 Uniaxial stress p = E' U / H with E' = E / (1 - nu^2) in plane strain and E elsewhere; the sides move by eps_side times
 the distance from the support. Linear displacements, constant stress: in the span of every element.

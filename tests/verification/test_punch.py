@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Flat rigid punch (verification.md D10): the force distribution away from the edges converges with order 1."""
+"""Flat rigid punch: the force distribution away from the edges converges with order 1."""
 
 import numpy as np
 import pytest

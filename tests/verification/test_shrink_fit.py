@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Two rings shrunk onto each other (verification.md D12), free and held ends, against Lamé."""
+"""Two rings shrunk onto each other, free and held ends, against Lamé."""
 
 import numpy as np
 import pytest

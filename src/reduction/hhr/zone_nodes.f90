@@ -42,7 +42,7 @@ contains
 
   !> Nodes of loaded surfaces on which the load differs from zero at a training point or in a corner of the box.
   !>
-  !> Source: method.md section 2.4. A body force is no surface: its equations are everywhere.
+  !> A body force is no surface: its equations are everywhere.
   subroutine find_loaded_nodes(problem, training_points, nodes, error)
     type(problem_t), intent(in) :: problem
     real(rk), intent(in) :: training_points(:, :)
