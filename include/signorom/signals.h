@@ -21,8 +21,8 @@ void sig_set_stop_grace(double grace);
 /* 1 once a signal came, else 0. For any thread. */
 int sig_is_stop_requested(void);
 
-/* What a process says on standard output when its grace is over; empty = nothing. Cut after some 200 bytes. */
-void sig_set_last_words(const char *text, size_t length);
+/* What a process says on a descriptor when its grace is over; empty = nothing. Cut after some 200 bytes. */
+void sig_set_last_words(const char *text, size_t length, int descriptor);
 
 /* Called before a process ends whose grace is over, so that it may end others that wait for it. */
 void sig_set_end_of_others(void (*end_others)(void));

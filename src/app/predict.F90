@@ -29,6 +29,9 @@ module sig_predict
   !> points that are read, answered and written at a time
   integer, parameter :: block_size = 2000
 
+  !> whoever reads the terminal's table must know it
+  character(*), parameter :: lines_missing = 'stopped by a signal; the answers of the last points are missing'
+
 contains
 
   !> Rank 0 works: a query is too short to share. Collective on all ranks, which all get the exit code.
@@ -89,6 +92,7 @@ contains
     else if (.not. allocated(error)) then
       call next_block(command, list, block, error)
     end if
+    if (command%output == '') call say_when_ended('warning: ' // lines_missing, is_warning=.true.)
     if (.not. allocated(error)) call table%open(command%output, error)
     if (.not. allocated(error)) call answer_blocks(command, list, block, table, is_stopped, error)
     call table%close(error, is_dropped=is_stopped)
@@ -168,13 +172,12 @@ contains
       ' points lie outside the trained box; the first is named above')
   end subroutine answer_blocks
 
-  !> Whoever reads the terminal's table must know that lines are missing.
   subroutine say_stopped(command)
     type(command_t), intent(in) :: command
 
     call say_when_ended('')
     if (command%output == '') then
-      call log_warning('stopped by a signal; the answers of the last points are missing')
+      call log_warning(lines_missing)
     else
       call log_info('stopped by a signal; nothing was written')
     end if

@@ -32,10 +32,11 @@ module sig_base_c_interfaces
       real(c_double), value :: grace
     end subroutine sig_install_stop_signals
 
-    subroutine sig_set_last_words(text, length) bind(c)
-      import :: c_char, c_size_t
+    subroutine sig_set_last_words(text, length, descriptor) bind(c)
+      import :: c_char, c_int, c_size_t
       character(kind=c_char), intent(in) :: text(*)
       integer(c_size_t), value :: length
+      integer(c_int), value :: descriptor
     end subroutine sig_set_last_words
 
     subroutine sig_memory_use(peak, limit) bind(c)

@@ -25,6 +25,7 @@ static sem_t stop_wish;
 static double stop_grace = 1;
 static void (*end_of_others)(void) = NULL;
 static char last_words[256];
+static int words_descriptor = STDOUT_FILENO;
 static pthread_mutex_t words_lock = PTHREAD_MUTEX_INITIALIZER;
 
 /* The plain way, where there is no thread to go the long one. */
@@ -53,7 +54,7 @@ static void say_last_words(void) {
   pthread_mutex_lock(&words_lock);
   /* behind a bar on the terminal */
   if (last_words[0] && isatty(STDERR_FILENO)) (void)!write(STDERR_FILENO, "\n", 1);
-  (void)!write(STDOUT_FILENO, last_words, strlen(last_words));
+  (void)!write(words_descriptor, last_words, strlen(last_words));
   pthread_mutex_unlock(&words_lock);
 }
 
@@ -118,12 +119,13 @@ void sig_set_stop_grace(double grace) { stop_grace = grace; }
 
 int sig_is_stop_requested(void) { return is_stop_wished != 0; }
 
-void sig_set_last_words(const char *text, size_t length) {
+void sig_set_last_words(const char *text, size_t length, int descriptor) {
   const size_t n = length < sizeof last_words - 2 ? length : sizeof last_words - 2;
   pthread_mutex_lock(&words_lock);
   memcpy(last_words, text, n);
   if (n > 0) last_words[n] = '\n';
   last_words[n > 0 ? n + 1 : 0] = '\0';
+  words_descriptor = descriptor;
   pthread_mutex_unlock(&words_lock);
 }
 

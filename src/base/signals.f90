@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> SIGINT and SIGTERM as a wish to stop, asked for between two pieces of work; where no one asks in time, the process is ended.
 module sig_signals
-  use, intrinsic :: iso_c_binding, only: c_size_t
+  use, intrinsic :: iso_c_binding, only: c_int, c_size_t
   use sig_base_c_interfaces, only: sig_install_stop_signals, sig_is_stop_requested, sig_set_last_words
   use sig_kinds, only: rk
   implicit none(type, external)
@@ -23,10 +23,15 @@ contains
     is_stop_requested = sig_is_stop_requested() == 1
   end function is_stop_requested
 
-  !> What standard output gets where the process is ended; empty: nothing.
-  subroutine say_when_ended(text)
+  !> What standard output, or standard error, gets where the process is ended; empty: nothing.
+  subroutine say_when_ended(text, is_warning)
     character(*), intent(in) :: text
+    !> to standard error; default: no
+    logical, intent(in), optional :: is_warning
+    integer(c_int) :: descriptor
 
-    call sig_set_last_words(text, len(text, c_size_t))
+    descriptor = 1
+    if (present(is_warning)) descriptor = merge(2, 1, is_warning)
+    call sig_set_last_words(text, len(text, c_size_t), descriptor)
   end subroutine say_when_ended
 end module sig_signals
