@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* What reading and writing of HDF5 files share; for src/base/hdf5_*.c only. */
+/* What reading and writing of HDF5 files share; for src/files/hdf5_*.c only. */
 #ifndef SIG_HDF5_ADDRESS_H
 #define SIG_HDF5_ADDRESS_H
 
@@ -12,6 +12,7 @@ struct sig_h5_collection;
 struct sig_h5_file {
   hid_t id;
   int is_image;
+  int descriptor;                        /* of a file that HDF5 has not opened yet, with id < 0 */
   uint64_t size;                         /* [byte] of a file that is read */
   uint64_t head;                         /* [byte] before HDF5's part of it, the caller's */
   uint64_t n_left;                       /* [byte] that may still be read from it, see sig_h5_take */
@@ -40,6 +41,9 @@ int sig_h5_place_of(hid_t file, const char *path, uint64_t *address);
 
 /* Whether HDF5 may open the object whose header stands there, and its attributes. */
 int sig_h5_check_header(const struct sig_h5_file *file, uint64_t address);
+
+/* Whether it may open a file of so many bytes at all; 1, too, for what is no HDF5 file. */
+int sig_h5_check_root(int descriptor, uint64_t size);
 
 /* A dataset or an attribute that is open. */
 struct sig_h5_item {

@@ -7,9 +7,11 @@
 #include "signorom/partial_files.h"
 #include "signorom/system.h"
 
+#include <fcntl.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 static herr_t find_lock_message(unsigned depth, const H5E_error2_t *entry, void *is_locked) {
@@ -78,6 +80,17 @@ int sig_h5_create(const char *path, size_t length, size_t n_free, sig_h5_file **
   return status;
 }
 
+/* 1, too, for what cannot be opened: HDF5 says why. */
+static int has_fine_root(const char *name) {
+  struct stat status;
+  const int descriptor = open(name, O_RDONLY | O_CLOEXEC | O_NONBLOCK);
+  if (descriptor < 0) return 1;
+  const int is_plain = fstat(descriptor, &status) == 0 && S_ISREG(status.st_mode);
+  const int is_fine = !is_plain || sig_h5_check_root(descriptor, (uint64_t)status.st_size);
+  close(descriptor);
+  return is_fine;
+}
+
 int sig_h5_open(const char *path, size_t length, sig_h5_file **file) {
   int status;
   *file = NULL;
@@ -85,8 +98,9 @@ int sig_h5_open(const char *path, size_t length, sig_h5_file **file) {
   if (!name) return SIG_H5_NO_READ;
   forbid_work_at_exit();
   H5E_BEGIN_TRY {
-    const hid_t id = H5Fopen(name, H5F_ACC_RDONLY, H5P_DEFAULT);
-    status = id >= 0 ? wrap_file(id, file) : open_failure(name);
+    const int is_fine = has_fine_root(name);
+    const hid_t id = is_fine ? H5Fopen(name, H5F_ACC_RDONLY, H5P_DEFAULT) : H5I_INVALID_HID;
+    status = id >= 0 ? wrap_file(id, file) : is_fine ? open_failure(name) : SIG_H5_DAMAGED;
   }
   H5E_END_TRY;
   sig_free(name);

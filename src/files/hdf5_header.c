@@ -98,3 +98,20 @@ int sig_h5_check_header(const struct sig_h5_file *file, uint64_t address) {
   }
   return is_fine;
 }
+
+/* HDF5 reads the header of the root group when it opens a file, which begins behind 0, 512, 1024, 2048 ... bytes. */
+int sig_h5_check_root(int descriptor, uint64_t size) {
+  static const unsigned char mark[8] = {0x89, 'H', 'D', 'F', '\r', '\n', 0x1a, '\n'};
+  enum { VERSION = 8, OFFSET_SIZE = 13, LENGTH_SIZE = 14, ROOT_HEADER = 64, SUPERBLOCK = 96 };
+  unsigned char bytes[SUPERBLOCK];
+  struct sig_h5_file file = {.id = H5I_INVALID_HID, .descriptor = descriptor, .size = size};
+  for (uint64_t head = 0; head < size; head = head ? 2 * head : 512) {
+    file.head = head;
+    if (!sig_h5_read_bytes(&file, 0, SUPERBLOCK, bytes)) return 1; /* HDF5 says what is missing */
+    if (memcmp(bytes, mark, sizeof mark) != 0) continue;
+    /* other versions are not ours, and have other headers */
+    if (bytes[VERSION] != 0 || bytes[OFFSET_SIZE] != WORD || bytes[LENGTH_SIZE] != WORD) return 0;
+    return sig_h5_check_header(&file, sig_h5_decode(bytes + ROOT_HEADER, WORD));
+  }
+  return 1;
+}

@@ -41,8 +41,9 @@ int sig_h5_read_bytes(const struct sig_h5_file *file, uint64_t address, uint64_t
   void *handle = NULL;
   if (file->head > file->size || address > file->size - file->head || size > file->size - file->head - address)
     return 0;
-  if (H5Fget_vfd_handle(file->id, H5P_DEFAULT, &handle) < 0) return 0;
   const uint64_t position = file->head + address;
+  if (file->id < 0) return pread(file->descriptor, bytes, size, (off_t)position) == (ssize_t)size;
+  if (H5Fget_vfd_handle(file->id, H5P_DEFAULT, &handle) < 0) return 0;
   if (!file->is_image) return pread(*(int *)handle, bytes, size, (off_t)position) == (ssize_t)size;
   memcpy(bytes, *(unsigned char **)handle + position, size);
   return 1;
