@@ -11,6 +11,9 @@ void sig_error_text(int code, char *text, size_t size);
 /* Null-terminated copy, for sig_free; null when out of memory. */
 char *sig_copy_text(const char *text, size_t length);
 
+/* `length` characters of the first text, then the second one; for sig_free; null when out of memory. */
+char *sig_join_text(const char *first, size_t length, const char *second);
+
 void sig_free(void *block);
 
 /* All the bytes, whatever a single write takes. */

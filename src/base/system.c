@@ -15,6 +15,14 @@ char *sig_copy_text(const char *text, size_t length) {
   return copy;
 }
 
+char *sig_join_text(const char *first, size_t length, const char *second) {
+  char *joined = malloc(length + strlen(second) + 1);
+  if (!joined) return NULL;
+  memcpy(joined, first, length);
+  strcpy(joined + length, second);
+  return joined;
+}
+
 void sig_free(void *block) { free(block); }
 
 void sig_error_text(int code, char *text, size_t size) {

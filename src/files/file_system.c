@@ -17,15 +17,6 @@
 #include "signorom/partial_files.h"
 #include "signorom/system.h"
 
-/* Path and ending as a new text; null when out of memory. */
-static char *path_with(const char *path, size_t length, const char *ending) {
-  char *joined = malloc(length + strlen(ending) + 1);
-  if (!joined) return NULL;
-  memcpy(joined, path, length);
-  strcpy(joined + length, ending);
-  return joined;
-}
-
 int sig_file_kind(const char *path, size_t length) {
   struct stat status;
   char *name = sig_copy_text(path, length);
@@ -223,7 +214,7 @@ static int open_lock(const char *name, int *lock) {
 int sig_lock_directory(const char *path, size_t length, int *descriptor, long *process) {
   *descriptor = -1;
   *process = 0;
-  char *name = path_with(path, length, "/.lock");
+  char *name = sig_join_text(path, length, "/.lock");
   if (!name) return ENOMEM;
   int lock;
   const int open_code = open_lock(name, &lock);

@@ -25,19 +25,11 @@ struct sig_output_stream {
   char buffer[buffer_size];
 };
 
-static char *join(const char *first, size_t length, const char *second) {
-  char *joined = malloc(length + strlen(second) + 1);
-  if (!joined) return NULL;
-  memcpy(joined, first, length);
-  strcpy(joined + length, second);
-  return joined;
-}
-
 /* Where a symbolic link leads; relative ones start in its own folder. Null: out of memory. */
 static char *next_of(const char *name, const char *link) {
   const char *slash = strrchr(name, '/');
   if (link[0] == '/' || !slash) return sig_copy_text(link, strlen(link));
-  return join(name, (size_t)(slash - name) + 1, link);
+  return sig_join_text(name, (size_t)(slash - name) + 1, link);
 }
 
 /* Replaces *name by what it leads to, step by step: realpath knows no file that is still to be made. The links of /proc
@@ -98,7 +90,7 @@ static int open_target(sig_output_stream *stream, const char *path, size_t lengt
   int code = sig_find_target(path, length, &stream->target, &is_direct);
   if (code) return code;
   if (!is_direct) {
-    stream->partial = join(stream->target, strlen(stream->target), ".partial");
+    stream->partial = sig_join_text(stream->target, strlen(stream->target), ".partial");
     if (!stream->partial) return ENOMEM;
   }
   if (!is_direct) sig_note_partial_file(stream->partial, strlen(stream->partial));
