@@ -1,115 +1,16 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "signorom/linear_solver.h"
 
-#include <petscksp.h>
-#include <stdio.h>
 #include <string.h>
 
+#include "factorization.h"
 #include "signorom/petsc_support.h"
 #include "signorom/symmetric_copy.h"
 
-// Room that MUMPS gets over its own estimate, in percent; doubled on each workspace failure.
-enum { FIRST_WORKSPACE = 60, LARGEST_WORKSPACE = 1000 };
 // Right-hand sides per call of MatMatSolve: more only costs memory.
 enum { CHUNK = 64 };
-// Up to this many unknowns a better ordering than approximate minimum fill takes longer than it saves.
-enum { SMALL = 20000 };
-static const char MINIMUM_FILL[] = "2";
-// Far more iterations than a working preconditioner needs.
-enum { MAX_CG_ITERATIONS = 1000 };
 // Relative, energy norm: multipliers then agree with those of Cholesky to 1e-8.
 static const double TIGHTEST = 1e-12;
-// The same where the preconditioner is a factorization: as good as a new one.
-static const double TIGHTEST_WITH_FACTOR = 1e-14;
-// Operations of a solve for each entry of the factor; operations per second of a factorization over those of a solve,
-// which waits for the memory.
-static const double OPERATIONS_PER_ENTRY = 4.0, FACTORIZATION_SPEED = 5.0;
-
-static PetscErrorCode is_factored(KSP ksp, PetscBool *answer) {
-  PC pc;
-
-  PetscCall(KSPGetPC(ksp, &pc));
-  PetscCall(PetscObjectTypeCompareAny((PetscObject)pc, answer, PCCHOLESKY, PCLU, ""));
-  return 0;
-}
-
-static PetscErrorCode prepare_cholesky(KSP ksp, Mat matrix, int workspace) {
-  PC pc;
-  Mat factor;
-
-  PetscCall(KSPReset(ksp));
-  PetscCall(KSPSetOperators(ksp, matrix, matrix));
-  PetscCall(KSPSetType(ksp, KSPPREONLY));
-  PetscCall(KSPGetPC(ksp, &pc));
-  PetscCall(PCSetType(pc, PCCHOLESKY));
-  PetscCall(PCFactorSetMatSolverType(pc, MATSOLVERMUMPS));
-  PetscCall(KSPSetFromOptions(ksp));
-  PetscCall(PCFactorSetUpMatSolverType(pc));
-  PetscCall(PCFactorGetMatrix(pc, &factor));
-  PetscCall(MatMumpsSetIcntl(factor, 14, workspace));
-  // Without null-pivot detection MUMPS answers a singular matrix with numbers of size 1e10 and no error.
-  PetscCall(MatMumpsSetIcntl(factor, 24, 1));
-  PetscCall(MatMumpsSetCntl(factor, 3, 1e-10));
-  return 0;
-}
-
-// KSPSetUp with an ordering that suits the size. It goes through the options: on one rank PETSc 3.18 overwrites what
-// MatMumpsSetIcntl says about it.
-static PetscErrorCode set_up(KSP ksp, Mat matrix) {
-  const char *prefix;
-  char option[64];
-  PetscBool is_given;
-  PetscInt n;
-
-  PetscCall(KSPGetOptionsPrefix(ksp, &prefix));
-  PetscCall(PetscOptionsHasName(NULL, prefix, "-mat_mumps_icntl_7", &is_given));
-  PetscCall(MatGetSize(matrix, &n, NULL));
-  if (n > SMALL || is_given) return KSPSetUp(ksp);
-  snprintf(option, sizeof option, "-%smat_mumps_icntl_7", prefix);
-  PetscCall(PetscOptionsSetValue(NULL, option, MINIMUM_FILL));
-  const PetscErrorCode status = KSPSetUp(ksp);
-  PetscCall(PetscOptionsClearValue(NULL, option));
-  return status;
-}
-
-// What the factorization says: MUMPS's own codes and null pivots; of other packages, which the options may choose,
-// whether it worked.
-static PetscErrorCode examine(PC pc, PetscInt infog[2], PetscInt *null_pivots) {
-  Mat factor;
-  MatSolverType type;
-
-  PetscCall(PCFactorGetMatrix(pc, &factor));
-  PetscCall(MatFactorGetSolverType(factor, &type));
-  if (strcmp(type, MATSOLVERMUMPS) == 0) {
-    PetscCall(MatMumpsGetInfog(factor, 1, &infog[0]));
-    PetscCall(MatMumpsGetInfog(factor, 2, &infog[1]));
-    PetscCall(MatMumpsGetInfog(factor, 28, null_pivots));
-  } else {
-    MatFactorError error;
-    PetscCall(MatFactorGetError(factor, &error));
-    infog[0] = error == MAT_FACTOR_NOERROR ? 0 : -10;
-    *null_pivots = 0;
-  }
-  return 0;
-}
-
-static PetscErrorCode factor(KSP ksp, Mat matrix, int *reason, char *message) {
-  PC pc;
-  PetscInt infog[2] = {-9, 0}, null_pivots = 0;
-
-  for (int workspace = FIRST_WORKSPACE; (infog[0] == -8 || infog[0] == -9) && workspace < LARGEST_WORKSPACE;
-       workspace *= 2) {
-    PetscCall(prepare_cholesky(ksp, matrix, workspace));
-    PetscCall(set_up(ksp, matrix));
-    PetscCall(KSPGetPC(ksp, &pc));
-    PetscCall(examine(pc, infog, &null_pivots));
-  }
-  *reason = infog[0] < 0 ? SIG_LINEAR_FAILED : null_pivots > 0 ? SIG_LINEAR_SINGULAR : SIG_LINEAR_DONE;
-  if (infog[0] < 0)
-    snprintf(message, SIG_MESSAGE_SIZE, "the factorization failed: INFOG(1) = %d, INFOG(2) = %d of MUMPS",
-             (int)infog[0], (int)infog[1]);
-  return 0;
-}
 
 static PetscErrorCode prepare_gamg(KSP ksp, Mat matrix) {
   PetscReal no_edge = 0.0;
@@ -144,7 +45,7 @@ static PetscErrorCode make_ready(KSP ksp, Mat matrix, int kind, int *reason, cha
     PetscCall(prepare_gamg(ksp, matrix));
     *reason = SIG_LINEAR_DONE;
   } else {
-    PetscCall(factor(ksp, matrix, reason, message));
+    PetscCall(sig_factor(ksp, matrix, reason, message));
   }
   return 0;
 }
@@ -184,29 +85,13 @@ int sig_linear_solver_change_unknowns(intptr_t handle, intptr_t change) {
   return 0;
 }
 
-// Numbers only: MUMPS keeps its ordering. Without room it begins anew, as for a first matrix.
-static PetscErrorCode factor_again(KSP ksp, Mat matrix, int *reason, char *message) {
-  PC pc;
-  PetscInt infog[2] = {0, 0}, null_pivots = 0;
-
-  PetscCall(KSPGetPC(ksp, &pc));
-  PetscCall(PCSetReusePreconditioner(pc, PETSC_FALSE));
-  PetscCall(KSPSetType(ksp, KSPPREONLY));
-  PetscCall(KSPSetOperators(ksp, matrix, matrix));
-  PetscCall(KSPSetUp(ksp));
-  PetscCall(examine(pc, infog, &null_pivots));
-  *reason = null_pivots > 0 ? SIG_LINEAR_SINGULAR : SIG_LINEAR_DONE;
-  if (infog[0] < 0) PetscCall(factor(ksp, matrix, reason, message));
-  return 0;
-}
-
 static PetscErrorCode renew(KSP ksp, int *reason, char *message) {
   Mat copy, matrix;
   PetscBool has_factor;
 
   PetscCall(KSPGetOperators(ksp, &copy, &matrix));
-  PetscCall(is_factored(ksp, &has_factor));
-  if (has_factor) return factor_again(ksp, matrix, reason, message);
+  PetscCall(sig_is_factored(ksp, &has_factor));
+  if (has_factor) return sig_factor_again(ksp, matrix, reason, message);
   if (copy != matrix) PetscCall(sig_symmetric_copy_fill(matrix, copy));
   // Set-up would wait for the solve without this.
   PetscCall(KSPSetOperators(ksp, copy, matrix));
@@ -221,41 +106,6 @@ int sig_linear_solver_renew(intptr_t handle, int *reason, char *message) {
   PetscErrorCode status = renew((KSP)handle, reason, message);
   sig_loud_errors();
   if (status != 0) *reason = SIG_LINEAR_FAILED;
-  return 0;
-}
-
-int sig_linear_solver_solves_per_factorization(intptr_t handle, int *n_solves) {
-  PC pc;
-  Mat factor;
-  MatSolverType type;
-  PetscBool has_factor;
-  PetscReal operations;
-  PetscInt entries_or_millions;
-
-  *n_solves = 0;
-  PetscCall(is_factored((KSP)handle, &has_factor));
-  if (!has_factor) return 0;
-  PetscCall(KSPGetPC((KSP)handle, &pc));
-  PetscCall(PCFactorGetMatrix(pc, &factor));
-  PetscCall(MatFactorGetSolverType(factor, &type));
-  if (strcmp(type, MATSOLVERMUMPS) != 0) return 0;
-  PetscCall(MatMumpsGetRinfog(factor, 3, &operations));
-  PetscCall(MatMumpsGetInfog(factor, 29, &entries_or_millions));
-  const double entries = entries_or_millions < 0 ? -1e6 * entries_or_millions : (double)entries_or_millions;
-  *n_solves = (int)PetscMin(operations / (OPERATIONS_PER_ENTRY * FACTORIZATION_SPEED * entries), MAX_CG_ITERATIONS);
-  return 0;
-}
-
-int sig_linear_solver_keep_factor(intptr_t handle, int max_iterations) {
-  KSP ksp = (KSP)handle;
-  PC pc;
-
-  PetscCall(KSPGetPC(ksp, &pc));
-  PetscCall(PCSetReusePreconditioner(pc, PETSC_TRUE));
-  PetscCall(KSPSetType(ksp, KSPCG));
-  PetscCall(KSPSetNormType(ksp, KSP_NORM_NATURAL));
-  PetscCall(KSPSetTolerances(ksp, TIGHTEST_WITH_FACTOR, 0.0, 1e15, max_iterations));
-  PetscCall(KSPSetInitialGuessNonzero(ksp, PETSC_TRUE));
   return 0;
 }
 
@@ -312,7 +162,7 @@ int sig_linear_solver_solve(intptr_t handle, intptr_t rhs, double tolerance, int
 
   *n_iterations = 0;
   *reason = SIG_LINEAR_DONE;
-  PetscCall(is_factored(ksp, &has_factor));
+  PetscCall(sig_is_factored(ksp, &has_factor));
   PetscCall(PetscObjectTypeCompare((PetscObject)ksp, KSPCG, &is_preconditioner));
   if (has_factor && !is_preconditioner) {
     PC pc;
@@ -396,7 +246,7 @@ int sig_linear_solver_solve_many(intptr_t handle, int n_columns, int n_local, co
   PetscBool has_factor;
 
   *reason = SIG_LINEAR_DONE;
-  PetscCall(is_factored(ksp, &has_factor));
+  PetscCall(sig_is_factored(ksp, &has_factor));
   if (has_factor) return solve_chunks(ksp, n_columns, n_local, rhs, solution);
   for (int i = 0; i < n_columns && *reason == SIG_LINEAR_DONE; i++) {
     size_t offset = (size_t)i * (size_t)n_local;
