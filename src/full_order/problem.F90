@@ -58,8 +58,8 @@ module sig_problem
     !> [s] wall time of reading the mesh, of loads and pairs
     real(rk) :: mesh_seconds = 0
     real(rk) :: pairing_seconds = 0
-    !> contact alone holds a body
-    logical :: is_floating = .false.
+    !> of the bodies; free ones are held by contact alone
+    type(rigid_motions_t) :: motions
     !> hash of the physical part of the deck and of the mesh file: what makes two snapshots comparable
     character(16) :: provenance = ''
   end type problem_t
@@ -101,21 +101,19 @@ contains
   subroutine plan_solving(problem, error)
     type(problem_t), intent(inout) :: problem
     type(error_t), allocatable, intent(out) :: error
-    type(rigid_motions_t) :: motions
     type(problem_size_t) :: sizes
     character(:), allocatable :: message
 
     call create_rigid_motions(problem%mesh, problem%body%mechanics%is_round, problem%boundary%is_prescribed, problem%rows, &
-      motions)
+      problem%motions)
     problem%warnings = material_warnings(problem%deck)
-    call check_bodies(problem%deck, problem%mesh, motions, problem%notes, error)
+    call check_bodies(problem%deck, problem%mesh, problem%motions, problem%notes, error)
     if (allocated(error)) return
     sizes%n_dim = problem%mesh%n_dim
     sizes%n_dofs = problem%mesh%n_dim * problem%mesh%n_nodes
     sizes%n_multipliers = problem%rows%n_rows
     sizes%n_points = most_points_per_stiffness(problem%deck, problem%material_terms)
-    problem%is_floating = motions%n_free > 0
-    sizes%is_floating = problem%is_floating
+    sizes%is_floating = problem%motions%n_free > 0
     sizes%has_multigrid_vi = has_multigrid_vi()
     associate (solver => problem%deck%solver)
       call make_solver_plan(solver, sizes, problem%plan, message)

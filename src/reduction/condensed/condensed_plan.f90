@@ -45,7 +45,7 @@ contains
       if (reason == '') then
         kind = 'condensed'
       else if (problem%rows%n_rows > 0 .and. forces_size(problem) > deck%reduction%max_full_order_size .and. &
-               deck%reduction%max_full_order_size > 0 .and. .not. problem%is_floating) then
+               deck%reduction%max_full_order_size > 0 .and. problem%motions%n_free == 0) then
         kind = 'tied'
       end if
     end associate

@@ -6,7 +6,6 @@ module sig_training_duals
   use sig_hhr_data, only: hhr_data_t
   use sig_linear_algebra, only: unit_vector
   use sig_problem, only: problem_t
-  use sig_rigid_motions, only: create_rigid_motions, rigid_motions_t
   use sig_snapshot_store, only: snapshot_set_t
   implicit none(type, external)
   private
@@ -32,18 +31,18 @@ contains
   subroutine keep_resultants(problem, cluster)
     type(problem_t), intent(in) :: problem
     type(hhr_data_t), intent(inout) :: cluster
-    type(rigid_motions_t) :: motions
     integer :: n_dofs, n_terms, t
 
-    call create_rigid_motions(problem%mesh, problem%body%mechanics%is_round, problem%boundary%is_prescribed, problem%rows, motions)
     n_dofs = problem%mesh%n_dim * problem%mesh%n_nodes
     n_terms = size(problem%rows%gap, 2)
-    cluster%motion_closing = motions%closing
-    allocate (cluster%motion_load(n_terms, motions%n_free))
-    if (motions%n_free == 0) return
-    do t = 1, n_terms
-      cluster%motion_load(t, :) = motions%work(problem%boundary%loads%forces(unit_vector(n_terms, t), n_dofs))
-    end do
+    associate (motions => problem%motions)
+      cluster%motion_closing = motions%closing
+      allocate (cluster%motion_load(n_terms, motions%n_free))
+      if (motions%n_free == 0) return
+      do t = 1, n_terms
+        cluster%motion_load(t, :) = motions%work(problem%boundary%loads%forces(unit_vector(n_terms, t), n_dofs))
+      end do
+    end associate
   end subroutine keep_resultants
 
   subroutine keep_contact_values(rows, snapshots, cluster)
