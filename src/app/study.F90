@@ -2,16 +2,15 @@
 #include "signorom/macros.h"
 !> The stages of a study on one results folder: each reads the file of the stage before and writes its own.
 module sig_study
-  use sig_accuracy_warnings, only: equilibrium_warning
   use sig_deck_echo, only: differing_setting
   use sig_enrichment_table, only: write_enrichment_table
   use sig_error_broadcast, only: broadcast_error
   use sig_errors, only: error_t, exit_not_converged, exit_stopped, make_error
   use sig_field_output, only: solved_points_t, write_fields
-  use sig_file_system, only: file_exists, read_text_file
+  use sig_file_system, only: file_exists
   use sig_full_order, only: team_t
   use sig_greedy_record, only: training_points
-  use sig_contact_state, only: reason_converged, reason_text
+  use sig_contact_state, only: reason_converged
   use sig_kinds, only: rk
   use sig_log, only: log_info, log_warning
   use sig_materials, only: need_fixed_stiffness
@@ -19,28 +18,25 @@ module sig_study
   use sig_condensed_plan, only: needs_displacements
   use sig_model_building, only: build_model
   use sig_model_file, only: read_model, write_model
-  use sig_parameter_space, only: build_points, format_point
-  use sig_petsc_support, only: library_versions, rank_and_size
+  use sig_parameter_space, only: build_points
   use sig_point_checks, only: check_points
-  use sig_problem, only: announce_plan, force_unit, inert_pair_names, problem_t, stress_unit
-  use sig_reactions, only: boundary_reactions, reaction_t
+  use sig_problem, only: announce_plan, problem_t
   use sig_refinement, only: refinement_result_t
   use sig_refinement_rounds, only: report_refinement, write_refinement_table
-  use sig_reporting, only: accuracy_text, model_text, report_deck, report_model, report_reactions, report_selection, &
-    report_sizes, report_snapshots, report_states
+  use sig_reporting, only: accuracy_text, model_text, report_model, report_selection, report_snapshots
   use sig_run_report, only: run_report_t
   use sig_sampling_stage, only: announce_stiffness, need_training
   use sig_selection, only: selection_t
   use sig_session, only: session_t
   use sig_snapshot_merge, only: lacks_displacements, read_own_snapshots, snapshots_path
   use sig_snapshot_store, only: snapshot_set_t, take_points
+  use sig_stage_report, only: describe_problem, report_fields, warn_of_residuals, write_report
   use sig_stop_request, only: agree_to_stop
-  use sig_text, only: counted, string_t, to_text
+  use sig_text, only: counted, to_text
   use sig_clock, only: wall_time
   use sig_validation, only: validate, validation_t
   use sig_verdict, only: judge_validation, validation_table, verdict_t
-  use sig_validation_output, only: keep_statistics, report_validation, warn_of_errors, &
-    write_validation_table
+  use sig_validation_output, only: keep_statistics, report_validation, warn_of_errors, write_validation_table
   use petsc
   implicit none(type, external)
   private
@@ -278,59 +274,6 @@ contains
     if (any(solved%states%reason /= reason_converged)) session%exit_code = exit_not_converged
   end subroutine fields_stage
 
-  !> What the full-order points took and how they ended; reactions.
-  subroutine report_fields(problem, points, solved, report)
-    type(problem_t), intent(in) :: problem
-    real(rk), intent(in) :: points(:, :)
-    type(solved_points_t), intent(in) :: solved
-    type(run_report_t), intent(inout) :: report
-    type(reaction_t), allocatable :: reactions(:)
-    integer :: i
-
-    call report%add('units/force', force_unit(problem%deck))
-    call report%add('units/stress', stress_unit(problem%deck))
-    call report%add('times/partition', solved%partition_seconds)
-    call report%add('times/assembly', solved%assembly_seconds)
-    call report%add('times/setup', solved%setup_seconds)
-    call report%add('times/output', solved%output_seconds)
-    call report_states(problem%deck, points, solved%states, report)
-    call warn_of_residuals(pack(solved%states%residuals%equilibrium, solved%states%reason == reason_converged), report)
-    do i = 1, size(solved%states)
-      if (solved%states(i)%reason /= reason_converged) call log_warning('not converged at ' // &
-        format_point(problem%deck%parameters, points(:, i)) // ': ' // reason_text(solved%states(i)%reason))
-      call boundary_reactions(problem%mesh, problem%deck%boundary_conditions, solved%states(i)%reactions, reactions)
-      call report_reactions(i, reactions, report)
-    end do
-  end subroutine report_fields
-
-  !> What ran on what. Collective on all ranks.
-  subroutine describe_problem(problem, report, ierr)
-    type(problem_t), intent(in) :: problem
-    type(run_report_t), intent(inout) :: report
-    PetscErrorCode, intent(out) :: ierr
-    type(string_t), allocatable :: versions(:)
-    integer :: rank, n_ranks
-
-    call report_deck(problem%deck, report)
-    call report%add('solver/type', problem%plan%type)
-    call report%add('solver/linear', problem%plan%linear)
-    call report%add('solver/reason', problem%plan%reason)
-    call report%add('solver/notes', problem%notes)
-    call report%add('solver/warnings', problem%warnings)
-    call report%add('provenance', problem%provenance)
-    call report%add('stiffness/depends_on_parameters', .not. problem%has_fixed_stiffness)
-    PetscCall(library_versions(versions, ierr))
-    call report%add('version/petsc', versions(1)%text)
-    call report%add('version/slepc', versions(2)%text)
-    call report%add('version/mpi', versions(3)%text)
-    PetscCall(rank_and_size(PETSC_COMM_WORLD, rank, n_ranks, ierr))
-    call report%add('sizes/n_ranks', n_ranks)
-    call report%add('times/mesh', problem%mesh_seconds)
-    call report%add('times/pairing', problem%pairing_seconds)
-    call report_sizes(problem%mesh%n_nodes, problem%mesh%n_cells, problem%mesh%n_dim * problem%mesh%n_nodes, &
-      problem%rows%n_rows, inert_pair_names(problem), report)
-  end subroutine describe_problem
-
   !> The model of this folder, if it was trained for this deck and mesh.
   subroutine read_own_model(session, problem, model, error)
     type(session_t), intent(in) :: session
@@ -368,18 +311,6 @@ contains
       has_sizes_of = has_sizes_of .and. all(model%parts(i)%reduced%cells() <= size(problem%mesh%cell_types))
     end do
   end function has_sizes_of
-  !> Of the full-order solutions, to the terminal and to the report.
-  subroutine warn_of_residuals(residuals, report)
-    !> [-] of equilibrium, solved points
-    real(rk), intent(in) :: residuals(:)
-    type(run_report_t), intent(inout) :: report
-    character(:), allocatable :: warning
-
-    warning = equilibrium_warning(residuals)
-    if (warning == '') return
-    call log_warning(warning)
-    call report%add('residuals/warning', warning)
-  end subroutine warn_of_residuals
 
   function model_path(session) result(path)
     type(session_t), intent(in) :: session
@@ -387,28 +318,4 @@ contains
 
     path = session%folder // '/model.h5'
   end function model_path
-
-  !> What earlier commands on the same deck and mesh reported stays, but for what this stage makes anew. `run` is all stages.
-  subroutine write_report(session, renewed, report)
-    type(session_t), intent(inout) :: session
-    !> sections, and keys of sections
-    character(*), intent(in) :: renewed(:)
-    type(run_report_t), intent(inout) :: report
-    type(error_t), allocatable :: error
-    type(string_t) :: left_out(size(renewed))
-    character(:), allocatable :: earlier, path
-    integer :: i
-
-    if (session%rank /= 0) return
-    path = session%folder // '/report.yaml'
-    do i = 1, size(renewed)
-      left_out(i)%text = trim(renewed(i))
-    end do
-    if (file_exists(path) .and. .not. session%is_whole_run) then
-      call read_text_file(path, earlier, error)
-      if (.not. allocated(error)) call report%complete(earlier, left_out)
-    end if
-    call report%write(path, error)
-    if (allocated(error)) call session%fail(error)
-  end subroutine write_report
 end module sig_study
