@@ -59,14 +59,14 @@ contains
     if (present(cluster)) i_cluster = cluster
     associate (part => online%model%parts(i_cluster)%reduced)
       call answer%start(i_cluster, online%model%terms%n_terms(), part%n_modes(), part%n_rows(), online%model%n_multipliers)
+      if (size(point) /= size(online%model%box, 2)) then
+        answer%reason = answer_failed_size
+        return
+      end if
+      answer%is_inside_box = online%is_inside_box(point)
+      call online%nearest_point(point, near%nearest, answer%distance)
+      if (part%starts_from_two_sides()) call online%opposite_point(point, near%nearest, near%opposite)
     end associate
-    if (size(point) /= size(online%model%box, 2)) then
-      answer%reason = answer_failed_size
-      return
-    end if
-    answer%is_inside_box = online%is_inside_box(point)
-    call online%nearest_point(point, near%nearest, answer%distance)
-    call online%opposite_point(point, near%nearest, near%opposite)
     call self%terms%evaluate(point, answer%theta, is_valid, i_source)
     answer%reason = merge(answer_found, answer_failed_term, is_valid)
     if (is_valid) call answer_at(self, online, near, answer)

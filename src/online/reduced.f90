@@ -27,7 +27,7 @@ module sig_reduced
   !> Training points around a point, 1-based; 0 = none.
   type :: neighbors_t
     integer :: nearest = 0
-    !> the nearest one on the other side
+    !> the nearest one on the other side, where the part starts from two sides
     integer :: opposite = 0
   end type neighbors_t
 
@@ -58,6 +58,7 @@ module sig_reduced
     procedure :: training_points => no_indices
     procedure :: warnings => no_warnings
     procedure :: is_exact => no
+    procedure :: starts_from_two_sides => no
     procedure :: has_displacement => yes
     procedure :: displacement_source => by_modes
     procedure :: has_whole_field => whole

@@ -48,6 +48,7 @@ module sig_reduced_hhr
     procedure :: training_points
     procedure :: warnings
     procedure :: displace_under
+    procedure :: starts_from_two_sides
   end type reduced_hhr_t
 
   type, extends(room_t) :: hhr_room_t
@@ -337,6 +338,13 @@ contains
 
     warnings = self%data%warnings
   end function warnings
+
+  !> (10) may have several solutions.
+  pure logical function starts_from_two_sides(self)
+    class(reduced_hhr_t), intent(in) :: self
+
+    starts_from_two_sides = .true.
+  end function starts_from_two_sides
 
   !> gamma under contact forces that another part found.
   subroutine displace_under(self, room, answer)
