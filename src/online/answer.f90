@@ -75,6 +75,7 @@ module sig_answer
   contains
     procedure :: start
     procedure :: take_solution
+    procedure :: take_all_forces
   end type answer_t
 
 contains
@@ -139,6 +140,16 @@ contains
     self%residual = solution%residual
     self%n_solutions = merge(1, 0, solution%reason > 0)
   end subroutine take_solution
+
+  !> The multipliers of all contacts are set: those of the part's contact rows, too, where these are all contacts.
+  pure subroutine take_all_forces(self)
+    class(answer_t), intent(inout) :: self
+
+    self%is_whole = .true.
+    if (size(self%multipliers_rid) /= size(self%multipliers)) return
+    self%multipliers_rid = self%multipliers
+    self%is_active = self%multipliers > 0
+  end subroutine take_all_forces
 
   !> A bound as in tables.
   pure function bound_text(bound) result(text)

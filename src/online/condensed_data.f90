@@ -6,6 +6,7 @@ module sig_condensed_data
   use sig_hdf5_reader, only: h5_reader_t
   use sig_hdf5_writer, only: h5_writer_t
   use sig_kinds, only: rk
+  use sig_linear_algebra, only: multiply
   use sig_missing_parts, only: fill_missing
   use sig_reduced, only: model_sizes_t
   use sig_shape_checks, only: are_indices, is_ascending, is_matrix
@@ -56,7 +57,11 @@ module sig_condensed_data
     procedure :: write
     procedure :: read
     procedure :: has_field
+    procedure :: open_freely
   end type condensed_data_t
+
+  !> [-] a load that works less than this share of its parts on a free motion is in equilibrium
+  real(rk), parameter :: rounding = 1.0e-12_rk
 
 contains
 
@@ -125,6 +130,23 @@ contains
 
     has_field = size(self%exact_dofs) > 0 .or. size(self%basis, 2) > 0
   end function has_field
+
+  !> free_opening theta, where loads on a free motion that are in equilibrium but for rounding are so.
+  subroutine open_freely(self, theta, opening)
+    class(condensed_data_t), intent(in) :: self
+    !> shape (n_terms)
+    real(rk), contiguous, intent(in) :: theta(:)
+    !> [length] shape (n_multipliers)
+    real(rk), contiguous, intent(inout) :: opening(:)
+    integer :: i
+
+    call multiply(1.0_rk, self%free_opening, theta, 0.0_rk, opening)
+    do i = 1, size(self%anchors)
+      associate (row => self%anchors(i))
+        if (abs(opening(row)) <= rounding * sum(abs(self%free_opening(row, :) * theta))) opening(row) = 0
+      end associate
+    end do
+  end subroutine open_freely
 
   subroutine write(self, file, group, length, force)
     class(condensed_data_t), intent(in) :: self

@@ -5,12 +5,12 @@
 !> the transformed problem is solved, in which only the contacts that differ from the reference are unknown.
 module sig_reduced_condensed
   use sig_answer, only: answer_condensed, answer_failed_pulled_off, answer_t
-  use sig_bits, only: n_words, unpack_bits
+  use sig_bits, only: unpack_bits
+  use sig_condensed_certificate, only: condensed_certificate_t
   use sig_condensed_data, only: condensed_data_t
   use sig_condensed_displacement, only: condensed_displacement_of_dof, fill_condensed_displacement, source_of_dof
-  use sig_contact_error_bound, only: contact_error_bound_t
+  use sig_description_line, only: line
   use sig_errors, only: error_t
-  use sig_hanging_bodies, only: hanging_bodies_t
   use sig_hdf5_reader, only: h5_reader_t
   use sig_hdf5_writer, only: h5_writer_t
   use sig_kinds, only: rk
@@ -18,22 +18,19 @@ module sig_reduced_condensed
   use sig_linear_algebra, only: multiply
   use sig_pivot_transform, only: transform_columns
   use sig_reduced, only: model_sizes_t, neighbors_t, reduced_t, room_t
-  use sig_description_line, only: line
-  use sig_text, only: counted, join
+  use sig_reduced_exact, only: displacement_text, reduced_exact_t
+  use sig_text, only: counted
   implicit none(type, external)
   private
   public :: reduced_condensed_t
 
-  type, extends(reduced_t) :: reduced_condensed_t
+  type, extends(reduced_exact_t) :: reduced_condensed_t
     type(condensed_data_t) :: data
     !> q of each transform, times theta; shape (n_multipliers, n_terms, n_references)
     real(rk), allocatable, private :: transformed_opening(:, :, :)
     !> the sets of the references, shape (n_multipliers, n_references)
     logical, allocatable, private :: reference_sets(:, :)
-    !> pairs that are no anchors, and the norm of their compliance
-    integer, allocatable, private :: free_rows(:)
-    type(contact_error_bound_t), private :: bound
-    type(hanging_bodies_t), private :: bodies
+    type(condensed_certificate_t), private :: certificate
   contains
     procedure :: kind => kind_of
     procedure :: complete
@@ -41,16 +38,12 @@ module sig_reduced_condensed
     procedure :: prepare
     procedure :: create_room
     procedure :: solve
-    procedure :: fill_multipliers
     procedure :: fill_displacement
     procedure :: displacement_of_dof
-    procedure :: contact_rows
     procedure :: n_rows
-    procedure :: n_modes
     procedure :: write
     procedure :: read
     procedure :: describe
-    procedure :: is_exact
     procedure :: has_displacement
     procedure :: displacement_source
     procedure :: has_whole_field
@@ -68,13 +61,6 @@ module sig_reduced_condensed
     real(rk), allocatable :: transformed(:)
     logical, allocatable :: start(:)
   end type condensed_room_t
-
-  !> [-] a load that works less than this share of its parts on a free motion is in equilibrium
-  real(rk), parameter :: rounding = 1.0e-12_rk
-  !> [-] a bound is relative to the answer's size, but at least to this share of the largest in training
-  real(rk), parameter :: smallest_share = 1.0e-3_rk
-  !> [-] a relative bound up to this is called exact
-  real(rk), parameter :: exact = 1.0e-12_rk
 
 contains
 
@@ -117,9 +103,7 @@ contains
           self%transformed_opening(:, :, i))
       end do
     end associate
-    self%free_rows = pack([(i, i=1, n)], [(all(self%data%anchors /= i), i=1, n)])
-    call self%bound%create(self%data%compliance(self%free_rows, self%free_rows))
-    call self%bodies%create(self%data, self%free_rows)
+    call self%certificate%create(self%data)
   end subroutine prepare
 
   subroutine create_room(self, room)
@@ -145,8 +129,7 @@ contains
 
     select type (room)
     type is (condensed_room_t)
-      call multiply(1.0_rk, self%data%free_opening, theta, 0.0_rk, room%free_opening)
-      call balance_anchors(self%data, theta, room%free_opening)
+      call self%data%open_freely(theta, room%free_opening)
       answer%n_iterations = 0
       call start_set(self%data, near, room)
       answer%reason = lcp_failed_ray
@@ -157,20 +140,6 @@ contains
       if (answer%reason > 0) call take_forces(self, room, answer)
     end select
   end subroutine solve
-
-  !> Loads that are in equilibrium but for rounding are so.
-  pure subroutine balance_anchors(data, theta, opening)
-    type(condensed_data_t), intent(in) :: data
-    real(rk), intent(in) :: theta(:)
-    real(rk), intent(inout) :: opening(:)
-    integer :: i
-
-    do i = 1, size(data%anchors)
-      associate (row => data%anchors(i))
-        if (abs(opening(row)) <= rounding * sum(abs(data%free_opening(row, :) * theta))) opening(row) = 0
-      end associate
-    end do
-  end subroutine balance_anchors
 
   !> The set of the nearest training point; without one what penetrates, and with anchors all pairs, which hold the bodies.
   subroutine start_set(data, near, room)
@@ -239,20 +208,8 @@ contains
         answer%multipliers(row) = merge(0.0_rk, max(0.0_rk, room%opening(row)) / self%data%scale, answer%unknowns(row) > 0)
       end associate
     end do
-    answer%is_whole = .true.
-    if (size(answer%multipliers_rid) /= size(answer%multipliers)) return
-    answer%multipliers_rid = answer%multipliers
-    answer%is_active = answer%multipliers > 0
+    call answer%take_all_forces()
   end subroutine take_forces
-
-  subroutine fill_multipliers(self, answer, room, multipliers)
-    class(reduced_condensed_t), intent(in) :: self
-    type(answer_t), intent(in) :: answer
-    class(room_t), intent(inout) :: room
-    real(rk), intent(out) :: multipliers(:)
-
-    multipliers = answer%multipliers
-  end subroutine fill_multipliers
 
   subroutine fill_displacement(self, answer, displacement)
     class(reduced_condensed_t), intent(in) :: self
@@ -284,26 +241,11 @@ contains
     source = source_of_dof(self%data, dof)
   end function displacement_source
 
-  pure function contact_rows(self) result(numbers)
-    class(reduced_condensed_t), intent(in) :: self
-    integer, allocatable :: numbers(:)
-    integer :: i
-
-    numbers = [(i, i=1, self%n_rows())]
-  end function contact_rows
-
   pure integer function n_rows(self)
     class(reduced_condensed_t), intent(in) :: self
 
     n_rows = size(self%data%compliance, 1)
   end function n_rows
-
-  !> It has no basis.
-  pure integer function n_modes(self)
-    class(reduced_condensed_t), intent(in) :: self
-
-    n_modes = 0
-  end function n_modes
 
   subroutine write(self, file, group, length, force)
     class(reduced_condensed_t), intent(in) :: self
@@ -329,37 +271,10 @@ contains
     character(:), allocatable :: text
 
     text = line('  forces', 'exact on all ' // counted(self%n_rows(), 'contact pair'))
-    text = text // line('  displacements', displacement_text(self%data))
+    text = text // line('  displacements', displacement_text(self%data%exact_boundaries, &
+      size(self%data%exact_dofs), size(self%data%basis, 2)))
     text = text // line('  pivot transforms', counted(size(self%data%reference_points), 'reference set'))
   end function describe
-
-  !> Of which dofs there are displacements, and whether they are exact.
-  pure function displacement_text(data) result(text)
-    type(condensed_data_t), intent(in) :: data
-    character(:), allocatable :: text
-
-    text = 'none: contact forces only'
-    if (size(data%exact_boundaries) > 0) then
-      text = 'exact at the nodes of ' // join(data%exact_boundaries, ', ')
-    else if (size(data%exact_dofs) > 0) then
-      text = 'exact at all nodes'
-    end if
-    associate (n_modes => size(data%basis, 2))
-      if (n_modes > 0 .and. size(data%exact_dofs) > 0) then
-        text = text // ', by ' // counted(n_modes, 'mode') // ' elsewhere'
-      else if (n_modes > 0) then
-        text = 'by ' // counted(n_modes, 'mode')
-      else if (size(data%exact_boundaries) > 0) then
-        text = text // ', none elsewhere'
-      end if
-    end associate
-  end function displacement_text
-
-  pure logical function is_exact(self)
-    class(reduced_condensed_t), intent(in) :: self
-
-    is_exact = .true.
-  end function is_exact
 
   pure logical function has_displacement(self)
     class(reduced_condensed_t), intent(in) :: self
@@ -367,102 +282,33 @@ contains
     has_displacement = self%data%has_field()
   end function has_displacement
 
-  !> [force*length] E = 1/2 lambda' W lambda + q' lambda. With anchors without their rows, and huge of forces that do not balance
-  !> the loads.
+  !> [force*length] E = 1/2 lambda' W lambda + q' lambda, huge of forces that do not balance the loads.
   real(rk) function energy(self, theta, multipliers, opening)
     class(reduced_condensed_t), intent(in) :: self
     real(rk), contiguous, intent(in) :: theta(:)
     real(rk), contiguous, intent(in) :: multipliers(:)
     real(rk), contiguous, intent(inout) :: opening(:)
-    real(rk) :: forces(size(multipliers))
 
-    call multiply(1.0_rk, self%data%free_opening, theta, 0.0_rk, opening)
-    forces = multipliers
-    if (size(self%data%anchors) > 0) then
-      energy = huge(energy)
-      call balance_anchors(self%data, theta, opening)
-      if (.not. self%bodies%are_balanced(opening, multipliers)) return
-      forces(self%data%anchors) = 0
-    end if
-    call multiply(0.5_rk, self%data%compliance, forces, 1.0_rk, opening)
-    energy = dot_product(forces, opening)
+    energy = self%certificate%energy(self%data, theta, multipliers, opening)
   end function energy
 
   !> W is positive definite.
   pure logical function can_certify(self)
     class(reduced_condensed_t), intent(in) :: self
 
-    can_certify = self%bound%is_valid
+    can_certify = self%certificate%is_valid()
   end function can_certify
 
-  !> |lambda_r - lambda| in the norm of W is at most the bound of sig_contact_error_bound; it is |u(lambda_r) - u| in the norm of K.
-  !>
-  !> With anchors the norm is that of the elastic parts of the displacements, with closed anchors, and forces that do not balance
-  !> the loads have no bound: infinite.
   subroutine certify(self, multipliers, is_own, room, answer)
     class(reduced_condensed_t), intent(in) :: self
     real(rk), contiguous, intent(in) :: multipliers(:)
     logical, intent(in) :: is_own
     class(room_t), intent(inout) :: room
     type(answer_t), intent(inout) :: answer
-    real(rk) :: closing(size(self%free_rows)), forces(size(self%free_rows)), opening(size(self%free_rows))
-    real(rk) :: size_of_answer, surplus
 
     select type (room)
     type is (condensed_room_t)
-      call open_rows(self, multipliers, is_own, room, answer, closing, opening)
-      forces = multipliers(self%free_rows)
-      size_of_answer = max(sqrt(max(0.0_rk, dot_product(forces, closing))), smallest_share * self%data%largest_size)
-      if (is_own .or. size(self%data%anchors) == 0) then
-        answer%bound = self%bound%evaluate(forces, opening, exact * size_of_answer)
-      else if (self%bodies%are_balanced(room%free_opening, multipliers)) then
-        call self%bodies%settle(multipliers, opening, surplus)
-        answer%bound = self%bound%evaluate(forces, opening, exact * size_of_answer, surplus)
-      else
-        answer%bound = huge(answer%bound)
-      end if
-      answer%relative_bound = huge(answer%relative_bound)
-      if (answer%bound < huge(answer%bound)) answer%relative_bound = relative(answer%bound, size_of_answer)
+      call self%certificate%certify(self%data, multipliers, is_own, room%free_opening, room%opening, answer)
     end select
   end subroutine certify
-
-  !> What the forces open on the rows that are no anchors: with the place of the bodies as solved for, or else with closed anchors.
-  subroutine open_rows(self, multipliers, is_own, room, answer, closing, opening)
-    class(reduced_condensed_t), intent(in) :: self
-    real(rk), contiguous, intent(in) :: multipliers(:)
-    logical, intent(in) :: is_own
-    type(condensed_room_t), intent(inout) :: room
-    type(answer_t), intent(in) :: answer
-    !> [length] W lambda
-    real(rk), intent(out) :: closing(:)
-    real(rk), intent(out) :: opening(:)
-    real(rk) :: forces(size(multipliers))
-    integer :: i
-
-    if (.not. is_own) then
-      call multiply(1.0_rk, self%data%free_opening, answer%theta, 0.0_rk, room%free_opening)
-      call balance_anchors(self%data, answer%theta, room%free_opening)
-      forces = multipliers
-      forces(self%data%anchors) = 0
-      room%opening = room%free_opening
-      call multiply(1.0_rk, self%data%compliance, forces, 1.0_rk, room%opening)
-    end if
-    opening = room%opening(self%free_rows)
-    closing = opening - room%free_opening(self%free_rows)
-    if (.not. is_own) return
-    do i = 1, size(self%data%anchors)
-      associate (anchor => self%data%anchors(i))
-        if (answer%unknowns(anchor) > 0) closing = closing - answer%unknowns(anchor) * self%data%compliance(self%free_rows, anchor)
-      end associate
-    end do
-  end subroutine open_rows
-
-  !> 0/0 is 0.
-  pure real(rk) function relative(part, whole)
-    real(rk), intent(in) :: part
-    real(rk), intent(in) :: whole
-
-    relative = 0
-    if (part > 0) relative = part / max(whole, tiny(whole))
-  end function relative
 end module sig_reduced_condensed

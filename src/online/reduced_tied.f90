@@ -16,8 +16,9 @@ module sig_reduced_tied
   use sig_lcp, only: lcp_solution_t, lcp_workspace_t, solve_lcp
   use sig_linear_algebra, only: multiply
   use sig_reduced, only: displacement_exact, displacement_none, model_sizes_t, neighbors_t, reduced_t, room_t
+  use sig_reduced_exact, only: displacement_text, reduced_exact_t
   use sig_shape_checks, only: place_in_ascending
-  use sig_text, only: counted, join, to_text
+  use sig_text, only: counted, to_text
   use sig_tied_data, only: row_changing, row_closed, tied_cluster_t, tied_data_t
   implicit none(type, external)
   private
@@ -31,7 +32,7 @@ module sig_reduced_tied
     real(rk), allocatable :: compliance(:, :)
   end type prepared_t
 
-  type, extends(reduced_t) :: reduced_tied_t
+  type, extends(reduced_exact_t) :: reduced_tied_t
     type(tied_data_t) :: data
     type(prepared_t), allocatable, private :: prepared(:)
   contains
@@ -41,16 +42,12 @@ module sig_reduced_tied
     procedure :: prepare
     procedure :: create_room
     procedure :: solve
-    procedure :: fill_multipliers
     procedure :: fill_displacement
     procedure :: displacement_of_dof
-    procedure :: contact_rows
     procedure :: n_rows
-    procedure :: n_modes
     procedure :: write
     procedure :: read
     procedure :: describe
-    procedure :: is_exact
     procedure :: has_displacement
     procedure :: displacement_source
     procedure :: has_whole_field
@@ -170,10 +167,7 @@ contains
       end do
       answer%multipliers(changing) = room%solution%lambda
     end associate
-    answer%is_whole = .true.
-    if (size(answer%multipliers_rid) /= size(answer%multipliers)) return
-    answer%multipliers_rid = answer%multipliers
-    answer%is_active = answer%multipliers > 0
+    call answer%take_all_forces()
   end subroutine solve_cluster
 
   !> Closed rows push, open ones do not penetrate.
@@ -193,15 +187,6 @@ contains
     end do
     is_inside = all(smallest >= -rounding * largest)
   end function is_inside
-
-  subroutine fill_multipliers(self, answer, room, multipliers)
-    class(reduced_tied_t), intent(in) :: self
-    type(answer_t), intent(in) :: answer
-    class(room_t), intent(inout) :: room
-    real(rk), intent(out) :: multipliers(:)
-
-    multipliers = answer%multipliers
-  end subroutine fill_multipliers
 
   subroutine fill_displacement(self, answer, displacement)
     class(reduced_tied_t), intent(in) :: self
@@ -253,27 +238,12 @@ contains
     has_displacement = size(self%data%exact_dofs) > 0
   end function has_displacement
 
-  pure function contact_rows(self) result(numbers)
-    class(reduced_tied_t), intent(in) :: self
-    integer, allocatable :: numbers(:)
-    integer :: i
-
-    numbers = [(i, i=1, self%n_rows())]
-  end function contact_rows
-
   pure integer function n_rows(self)
     class(reduced_tied_t), intent(in) :: self
 
     n_rows = 0
     if (size(self%data%clusters) > 0) n_rows = size(self%data%clusters(1)%status)
   end function n_rows
-
-  !> It has no basis.
-  pure integer function n_modes(self)
-    class(reduced_tied_t), intent(in) :: self
-
-    n_modes = 0
-  end function n_modes
 
   subroutine write(self, file, group, length, force)
     class(reduced_tied_t), intent(in) :: self
@@ -306,19 +276,6 @@ contains
           to_text(count(status == row_closed)) // ' always closed, the others always open')
       end associate
     end do
-    if (size(self%data%exact_dofs) == 0) then
-      text = text // line('  displacements', 'none: contact forces only')
-    else if (size(self%data%exact_boundaries) > 0) then
-      text = text // line('  displacements', 'exact at the nodes of ' // join(self%data%exact_boundaries, ', ') // &
-        ', none elsewhere')
-    else
-      text = text // line('  displacements', 'exact at all nodes')
-    end if
+    text = text // line('  displacements', displacement_text(self%data%exact_boundaries, size(self%data%exact_dofs), 0))
   end function describe
-
-  pure logical function is_exact(self)
-    class(reduced_tied_t), intent(in) :: self
-
-    is_exact = .true.
-  end function is_exact
 end module sig_reduced_tied

@@ -1,0 +1,159 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> How good contact forces are, by the condensed problem of all contacts: their energy, and a bound of their error.
+!>
+!> The derivation stands in the README of this folder.
+module sig_condensed_certificate
+  use sig_answer, only: answer_t
+  use sig_condensed_data, only: condensed_data_t
+  use sig_contact_error_bound, only: contact_error_bound_t
+  use sig_hanging_bodies, only: hanging_bodies_t
+  use sig_kinds, only: rk
+  use sig_linear_algebra, only: multiply
+  implicit none(type, external)
+  private
+  public :: condensed_certificate_t
+
+  type :: condensed_certificate_t
+    private
+    !> rows that are no anchors, 1-based, and the norm of their compliance
+    integer, allocatable :: free_rows(:)
+    type(contact_error_bound_t) :: bound
+    type(hanging_bodies_t) :: bodies
+  contains
+    procedure :: create
+    procedure :: is_valid
+    procedure :: energy
+    procedure :: certify
+  end type condensed_certificate_t
+
+  !> [-] a bound is relative to the answer's size, but at least to this share of the largest in training
+  real(rk), parameter :: smallest_share = 1.0e-3_rk
+  !> [-] a relative bound up to this is called exact
+  real(rk), parameter :: exact = 1.0e-12_rk
+
+contains
+
+  !> Factors W. No errors.
+  subroutine create(self, data)
+    class(condensed_certificate_t), intent(inout) :: self
+    type(condensed_data_t), intent(in) :: data
+    integer :: i, n
+
+    n = size(data%compliance, 1)
+    self%free_rows = pack([(i, i=1, n)], [(all(data%anchors /= i), i=1, n)])
+    call self%bound%create(data%compliance(self%free_rows, self%free_rows))
+    call self%bodies%create(data, self%free_rows)
+  end subroutine create
+
+  !> W is positive definite.
+  pure logical function is_valid(self)
+    class(condensed_certificate_t), intent(in) :: self
+
+    is_valid = self%bound%is_valid
+  end function is_valid
+
+  !> [force*length] E = 1/2 lambda' W lambda + q' lambda. With anchors without their rows, and huge of forces that do not balance
+  !> the loads.
+  real(rk) function energy(self, data, theta, multipliers, opening)
+    class(condensed_certificate_t), intent(in) :: self
+    !> of create
+    type(condensed_data_t), intent(in) :: data
+    !> shape (n_terms)
+    real(rk), contiguous, intent(in) :: theta(:)
+    !> [force] of all contacts, shape (n_multipliers)
+    real(rk), contiguous, intent(in) :: multipliers(:)
+    !> room, shape (n_multipliers)
+    real(rk), contiguous, intent(inout) :: opening(:)
+    real(rk) :: forces(size(multipliers))
+
+    call data%open_freely(theta, opening)
+    forces = multipliers
+    if (size(data%anchors) > 0) then
+      energy = huge(energy)
+      if (.not. self%bodies%are_balanced(opening, multipliers)) return
+      forces(data%anchors) = 0
+    end if
+    call multiply(0.5_rk, data%compliance, forces, 1.0_rk, opening)
+    energy = dot_product(forces, opening)
+  end function energy
+
+  !> |lambda_r - lambda| in the norm of W is at most the bound of sig_contact_error_bound; it is |u(lambda_r) - u| in the norm of K.
+  !>
+  !> With anchors the norm is that of the elastic parts of the displacements, with closed anchors, and forces that do not balance
+  !> the loads have no bound: infinite.
+  subroutine certify(self, data, multipliers, is_own, free_opening, opening, answer)
+    class(condensed_certificate_t), intent(in) :: self
+    !> of create
+    type(condensed_data_t), intent(in) :: data
+    !> [force] >= 0 of all contacts, shape (n_multipliers)
+    real(rk), contiguous, intent(in) :: multipliers(:)
+    !> the condensed problem has just been solved for them; free_opening and opening are its own
+    logical, intent(in) :: is_own
+    !> [length] q and w, shape (n_multipliers); computed where they are not the problem's own
+    real(rk), contiguous, intent(inout) :: free_opening(:)
+    real(rk), contiguous, intent(inout) :: opening(:)
+    !> theta is set, and unknowns where is_own; bound and relative_bound will be
+    type(answer_t), intent(inout) :: answer
+    real(rk) :: closing(size(self%free_rows)), forces(size(self%free_rows)), place(size(self%free_rows))
+    real(rk) :: size_of_answer, surplus
+
+    if (.not. is_own) call open_under(data, answer%theta, multipliers, free_opening, opening)
+    place = opening(self%free_rows)
+    closing = place - free_opening(self%free_rows)
+    if (is_own) call close_anchors(self, data, answer%unknowns, closing)
+    forces = multipliers(self%free_rows)
+    size_of_answer = max(sqrt(max(0.0_rk, dot_product(forces, closing))), smallest_share * data%largest_size)
+    if (is_own .or. size(data%anchors) == 0) then
+      answer%bound = self%bound%evaluate(forces, place, exact * size_of_answer)
+    else if (self%bodies%are_balanced(free_opening, multipliers)) then
+      call self%bodies%settle(multipliers, place, surplus)
+      answer%bound = self%bound%evaluate(forces, place, exact * size_of_answer, surplus)
+    else
+      answer%bound = huge(answer%bound)
+    end if
+    answer%relative_bound = huge(answer%relative_bound)
+    if (answer%bound < huge(answer%bound)) answer%relative_bound = relative(answer%bound, size_of_answer)
+  end subroutine certify
+
+  !> q and w of forces that somebody else found, with closed anchors.
+  subroutine open_under(data, theta, multipliers, free_opening, opening)
+    type(condensed_data_t), intent(in) :: data
+    real(rk), contiguous, intent(in) :: theta(:)
+    real(rk), contiguous, intent(in) :: multipliers(:)
+    real(rk), contiguous, intent(out) :: free_opening(:)
+    real(rk), contiguous, intent(out) :: opening(:)
+    real(rk) :: forces(size(multipliers))
+
+    call data%open_freely(theta, free_opening)
+    forces = multipliers
+    forces(data%anchors) = 0
+    opening = free_opening
+    call multiply(1.0_rk, data%compliance, forces, 1.0_rk, opening)
+  end subroutine open_under
+
+  !> Takes what the openings of the anchors contribute out of W z.
+  subroutine close_anchors(self, data, unknowns, closing)
+    class(condensed_certificate_t), intent(in) :: self
+    type(condensed_data_t), intent(in) :: data
+    !> z
+    real(rk), intent(in) :: unknowns(:)
+    !> [length] on the free rows
+    real(rk), intent(inout) :: closing(:)
+    integer :: i
+
+    do i = 1, size(data%anchors)
+      associate (anchor => data%anchors(i))
+        if (unknowns(anchor) > 0) closing = closing - unknowns(anchor) * data%compliance(self%free_rows, anchor)
+      end associate
+    end do
+  end subroutine close_anchors
+
+  !> 0/0 is 0.
+  pure real(rk) function relative(part, whole)
+    real(rk), intent(in) :: part
+    real(rk), intent(in) :: whole
+
+    relative = 0
+    if (part > 0) relative = part / max(whole, tiny(whole))
+  end function relative
+end module sig_condensed_certificate
