@@ -13,6 +13,9 @@
 /* y = alpha a x + beta y, shapes (m, n), (n), (m). With beta = 0 it does not matter what y holds. */
 void sig_multiply(int m, int n, double alpha, const double *a, int lda, const double *x, double beta, double *y);
 
+/* y += a x of an x that is mostly zero: columns of zeros are not read. Shapes (m, n), (n), (m). */
+void sig_add_few_columns(int m, int n, const double *a, int lda, const double *x, double *y);
+
 /* y = alpha a' x + beta y, shapes (m, n), (m), (n). */
 void sig_multiply_transpose(int m, int n, double alpha, const double *a, int lda, const double *x, double beta,
                             double *y);
@@ -41,6 +44,9 @@ int sig_factor_cholesky(int n, double *a, int lda);
 
 /* x = A^-1 b in place for n_rhs columns, with the factor of sig_factor_cholesky. */
 void sig_solve_cholesky(int n, int n_rhs, const double *factor, int ldf, double *b, int ldb);
+
+/* b = L^-1 b in place: b' A^-1 b is then the sum of squares. */
+void sig_reduce_cholesky(int n, const double *factor, int ldf, double *b);
 
 /* As sig_reciprocal_condition_lu. */
 double sig_reciprocal_condition_cholesky(int n, const double *factor, int ldf, double norm, double *work, int *signs);

@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> How far approximate contact forces can be from the solution of the complementarity problem 0 <= lambda, w = W lambda + q >= 0.
 module sig_contact_error_bound
-  use sig_dense_kernels, only: factor_cholesky, solve_cholesky
+  use sig_dense_kernels, only: factor_cholesky, reduce_cholesky, solve_cholesky
   use sig_kinds, only: rk
   implicit none(type, external)
   private
@@ -129,11 +129,12 @@ contains
     real(rk), intent(in) :: misfit(:)
     !> added to c
     real(rk), intent(in) :: more
-    real(rk) :: force(size(lambda)), square
+    !> L^-1 rho
+    real(rk) :: reduced(size(lambda)), square
 
-    force = misfit
-    call solve_cholesky(size(lambda), self%factor, force)
-    square = max(0.0_rk, dot_product(misfit, force))
+    reduced = misfit
+    call reduce_cholesky(size(lambda), self%factor, reduced)
+    square = dot_product(reduced, reduced)
     bound = sqrt(square) / 2 + sqrt(square / 4 + dot_product(lambda, opening - misfit) + more)
   end function bound_of
 end module sig_contact_error_bound

@@ -5,6 +5,7 @@ module sig_dense_c_interfaces
   implicit none(type, external)
   private
   public :: sig_multiply, sig_multiply_transpose, sig_add_product, sig_factor_lu, sig_solve_lu, sig_reciprocal_condition_lu
+  public :: sig_add_few_columns, sig_reduce_cholesky
   public :: sig_factor_cholesky, sig_solve_cholesky, sig_reciprocal_condition_cholesky, sig_largest_size, sig_sum_of_sizes
 
   interface
@@ -16,6 +17,22 @@ module sig_dense_c_interfaces
       real(c_double), intent(in) :: a(*), x(*)
       real(c_double), intent(inout) :: y(*)
     end subroutine sig_multiply
+
+    pure subroutine sig_add_few_columns(m, n, a, lda, x, y) bind(c)
+      import :: c_double, c_int
+      implicit none(type, external)
+      integer(c_int), value, intent(in) :: m, n, lda
+      real(c_double), intent(in) :: a(*), x(*)
+      real(c_double), intent(inout) :: y(*)
+    end subroutine sig_add_few_columns
+
+    pure subroutine sig_reduce_cholesky(n, factor, ldf, b) bind(c)
+      import :: c_double, c_int
+      implicit none(type, external)
+      integer(c_int), value, intent(in) :: n, ldf
+      real(c_double), intent(in) :: factor(*)
+      real(c_double), intent(inout) :: b(*)
+    end subroutine sig_reduce_cholesky
 
     pure subroutine sig_multiply_transpose(m, n, alpha, a, lda, x, beta, y) bind(c)
       import :: c_double, c_int

@@ -301,6 +301,10 @@ static int factor_triangle(int n, double *a, ptrdiff_t lda) {
 
 int sig_factor_cholesky(int n, double *a, int lda) { return factor_triangle(n, a, lda); }
 
+void sig_reduce_cholesky(int n, const double *factor, int ldf, double *b) {
+  sig_solve_triangle(SIG_LOWER, n, 1, factor, ldf, b, n);
+}
+
 void sig_solve_cholesky(int n, int n_rhs, const double *factor, int ldf, double *b, int ldb) {
   sig_solve_triangle(SIG_LOWER, n, n_rhs, factor, ldf, b, ldb);
   sig_solve_triangle(SIG_LOWER_T, n, n_rhs, factor, ldf, b, ldb);

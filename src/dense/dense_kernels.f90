@@ -4,14 +4,15 @@
 !> Nothing is allocated, nothing is kept: any number of threads may call them, and the same numbers give the same bits.
 module sig_dense_kernels
   use, intrinsic :: iso_c_binding, only: c_int
-  use sig_dense_c_interfaces, only: sig_add_product, sig_factor_cholesky, sig_factor_lu, sig_largest_size, sig_multiply, &
-    sig_multiply_transpose, sig_reciprocal_condition_cholesky, sig_reciprocal_condition_lu, sig_solve_cholesky, sig_solve_lu, &
-    sig_sum_of_sizes
+  use sig_dense_c_interfaces, only: sig_add_few_columns, sig_add_product, sig_factor_cholesky, sig_factor_lu, sig_largest_size, &
+    sig_multiply, sig_multiply_transpose, sig_reciprocal_condition_cholesky, sig_reciprocal_condition_lu, sig_reduce_cholesky, &
+    sig_solve_cholesky, sig_solve_lu, sig_sum_of_sizes
   use sig_kinds, only: rk
   implicit none(type, external)
   private
-  public :: multiply, multiply_transpose, add_product, add_transposed_product, transposed_product
-  public :: factor_lu, solve_lu, reciprocal_condition_lu, factor_cholesky, solve_cholesky, reciprocal_condition_cholesky
+  public :: multiply, multiply_transpose, add_few_columns, add_product, add_transposed_product, transposed_product
+  public :: factor_lu, solve_lu, reciprocal_condition_lu, factor_cholesky, solve_cholesky, reduce_cholesky
+  public :: reciprocal_condition_cholesky
   public :: largest_size, sum_of_sizes
 
   interface solve_lu
@@ -33,6 +34,18 @@ contains
 
     call sig_multiply(size(y), size(x), alpha, a, size(a, 1), x, beta, y)
   end subroutine multiply
+
+  !> y = y + a x of an x that is mostly zero: only the columns of its other entries are read.
+  subroutine add_few_columns(a, x, y)
+    !> shape (m, n)
+    real(rk), contiguous, intent(in) :: a(:, :)
+    !> shape (n)
+    real(rk), contiguous, intent(in) :: x(:)
+    !> shape (m)
+    real(rk), contiguous, intent(inout) :: y(:)
+
+    call sig_add_few_columns(size(y), size(x), a, size(a, 1), x, y)
+  end subroutine add_few_columns
 
   !> y = alpha a' x + beta y, without a temporary array.
   subroutine multiply_transpose(alpha, a, x, beta, y)
@@ -155,6 +168,16 @@ contains
 
     call sig_solve_cholesky(n, 1_c_int, factor, size(factor, 1), b, size(b))
   end subroutine solve_cholesky
+
+  !> b = L^-1 b with the factor of factor_cholesky: b' A^-1 b is then the sum of squares.
+  subroutine reduce_cholesky(n, factor, b)
+    integer, intent(in) :: n
+    real(rk), contiguous, intent(in) :: factor(:, :)
+    !> shape (>= n)
+    real(rk), contiguous, intent(inout) :: b(:)
+
+    call sig_reduce_cholesky(n, factor, size(factor, 1), b)
+  end subroutine reduce_cholesky
 
   !> As reciprocal_condition_lu, from the factor of factor_cholesky.
   real(rk) function reciprocal_condition_cholesky(n, factor, norm, work, signs) result(reciprocal)

@@ -142,6 +142,34 @@ void sig_multiply(int m, int n, double alpha, const double *a, int lda, const do
   }
 }
 
+/* y += sum_k t_k a_k over four columns anywhere. */
+SIG_FOR_EACH_PROCESSOR
+static void add_four_columns(int m, const double *const *a, const double *restrict t, double *restrict y) {
+  const double *restrict a0 = a[0], *restrict a1 = a[1], *restrict a2 = a[2], *restrict a3 = a[3];
+  for (int i = 0; i < m; i++) {
+    double sum = y[i] + a0[i] * t[0];
+    sum += a1[i] * t[1];
+    sum += a2[i] * t[2];
+    sum += a3[i] * t[3];
+    y[i] = sum;
+  }
+}
+
+void sig_add_few_columns(int m, int n, const double *a, int lda, const double *x, double *y) {
+  const double *columns[4];
+  double t[4];
+  int n_found = 0;
+  for (int j = 0; j < n; j++) {
+    if (x[j] == 0) continue;
+    columns[n_found] = a + (ptrdiff_t)j * lda;
+    t[n_found++] = x[j];
+    if (n_found < 4) continue;
+    add_four_columns(m, columns, t, y);
+    n_found = 0;
+  }
+  for (int k = 0; k < n_found; k++) sig_add_columns(m, 1, columns[k], lda, t + k, y);
+}
+
 void sig_multiply_transpose(int m, int n, double alpha, const double *a, int lda, const double *x, double beta,
                             double *y) {
   double products[64];

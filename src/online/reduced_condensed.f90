@@ -15,6 +15,7 @@ module sig_reduced_condensed
   use sig_hdf5_writer, only: h5_writer_t
   use sig_kinds, only: rk
   use sig_lcp, only: change_sets, lcp_failed_ray, lcp_solution_t, lcp_workspace_t, solve_lcp
+  use sig_dense_kernels, only: add_few_columns
   use sig_linear_algebra, only: multiply
   use sig_pivot_transform, only: transform_columns
   use sig_reduced, only: model_sizes_t, neighbors_t, reduced_t, room_t
@@ -201,7 +202,7 @@ contains
     integer :: i
 
     room%opening = room%free_opening
-    call multiply(1.0_rk, self%data%compliance, answer%unknowns, 1.0_rk, room%opening)
+    call add_few_columns(self%data%compliance, answer%unknowns, room%opening)
     answer%multipliers = answer%unknowns
     do i = 1, size(self%data%anchors)
       associate (row => self%data%anchors(i))
