@@ -5,9 +5,10 @@ module sig_answer_block
   use sig_base_c_interfaces, only: sig_run_threads
   use sig_kinds, only: rk
   use sig_model, only: model_t
+  use sig_reasons, only: reason_text
   use sig_rooms, only: rooms_t
   use sig_online_model, only: online_model_t
-  use sig_answer, only: answer_t, bound_text, method_name, n_answer_methods, reason_text
+  use sig_answer, only: answer_t, bound_text, method_name, n_answer_methods
   use sig_query, only: query_t
   use sig_reconstruction, only: reconstruct_multipliers
   use sig_signals, only: is_stop_requested

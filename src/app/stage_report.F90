@@ -3,7 +3,6 @@
 !> What the stages of a study write into their common report.
 module sig_stage_report
   use sig_accuracy_warnings, only: equilibrium_warning
-  use sig_contact_state, only: reason_converged, reason_text
   use sig_errors, only: error_t
   use sig_field_output, only: solved_points_t
   use sig_file_system, only: file_exists, read_text_file
@@ -13,6 +12,7 @@ module sig_stage_report
   use sig_petsc_support, only: library_versions, rank_and_size
   use sig_problem, only: force_unit, inert_pair_names, problem_t, stress_unit
   use sig_reactions, only: boundary_reactions, reaction_t
+  use sig_reasons, only: reason_converged, reason_text
   use sig_reporting, only: report_deck, report_reactions, report_sizes, report_states
   use sig_run_report, only: run_report_t
   use sig_session, only: session_t
@@ -35,7 +35,7 @@ contains
     call report_deck(problem%deck, report)
     call report%add('solver/type', problem%plan%type)
     call report%add('solver/linear', problem%plan%linear)
-    call report%add('solver/reason', problem%plan%reason)
+    call report%add('solver/reason', problem%plan%why)
     call report%add('solver/notes', problem%notes)
     call report%add('solver/warnings', problem%warnings)
     call report%add('provenance', problem%provenance)

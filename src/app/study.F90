@@ -10,7 +10,6 @@ module sig_study
   use sig_file_system, only: file_exists
   use sig_full_order, only: team_t
   use sig_greedy_record, only: training_points
-  use sig_contact_state, only: reason_converged
   use sig_kinds, only: rk
   use sig_log, only: log_info, log_warning
   use sig_materials, only: need_fixed_stiffness
@@ -21,6 +20,7 @@ module sig_study
   use sig_parameter_space, only: build_points
   use sig_point_checks, only: check_points
   use sig_problem, only: announce_plan, problem_t
+  use sig_reasons, only: reason_converged
   use sig_refinement, only: refinement_result_t
   use sig_refinement_rounds, only: report_refinement, write_refinement_table
   use sig_reporting, only: accuracy_text, model_text, report_model, report_selection, report_snapshots

@@ -4,17 +4,7 @@ module sig_contact_state
   use sig_kinds, only: rk
   implicit none(type, external)
   private
-  public :: contact_state_t, residuals_t, reason_text
-  public :: reason_converged, reason_max_iterations, reason_linear_solver, reason_floating_body
-  public :: reason_no_complementary_solution, reason_line_search, reason_pulled_off
-
-  integer, parameter :: reason_converged = 1
-  integer, parameter :: reason_max_iterations = -1
-  integer, parameter :: reason_linear_solver = -3
-  integer, parameter :: reason_floating_body = -4
-  integer, parameter :: reason_no_complementary_solution = -5
-  integer, parameter :: reason_line_search = -6
-  integer, parameter :: reason_pulled_off = -7
+  public :: contact_state_t, residuals_t
 
   !> How well (3) is met, each relative to the size of what it compares.
   type :: residuals_t
@@ -42,37 +32,10 @@ module sig_contact_state
     integer :: n_iterations = 0
     !> of conjugate gradients, in all these together
     integer :: n_linear_iterations = 0
-    !> > 0 solved, < 0 failed: one of the named constants
+    !> > 0 solved, < 0 failed: one of sig_reasons
     integer :: reason = 0
     type(residuals_t) :: residuals
     !> [s] wall time of the solve
     real(rk) :: seconds = 0
   end type contact_state_t
-
-contains
-
-  !> The reason as a sentence's end.
-  pure function reason_text(reason) result(text)
-    integer, intent(in) :: reason
-    character(:), allocatable :: text
-
-    select case (reason)
-    case (reason_converged)
-      text = 'converged'
-    case (reason_max_iterations)
-      text = 'the active set still changed after the largest allowed number of iterations'
-    case (reason_linear_solver)
-      text = 'the linear solver failed'
-    case (reason_floating_body)
-      text = 'the stiffness is singular: a body is not held'
-    case (reason_no_complementary_solution)
-      text = 'the linear complementarity problem has no solution that the pivoting methods find'
-    case (reason_line_search)
-      text = 'the line search found no descent'
-    case (reason_pulled_off)
-      text = 'there is no equilibrium: the loads pull a body off the contacts that hold it'
-    case default
-      text = 'unknown reason'
-    end select
-  end function reason_text
 end module sig_contact_state

@@ -28,12 +28,12 @@ contains
     if (config%solver%type == 'condensed' .and. config%solver%linear == 'gamg') call tree%report_at('solver.linear', &
       'is ''gamg''; with type condensed it must be cholesky or auto', 'gamg goes with type: active_set')
     if (config%greedy%is_used) then
-      call check_points(tree, 'training.greedy.candidates', config%parameters, config%training)
+      call check_point_set(tree, 'training.greedy.candidates', config%parameters, config%training)
       call check_greedy(tree, config%greedy, config%training)
     else
-      call check_points(tree, 'training', config%parameters, config%training)
+      call check_point_set(tree, 'training', config%parameters, config%training)
     end if
-    call check_points(tree, 'test', config%parameters, config%test)
+    call check_point_set(tree, 'test', config%parameters, config%test)
     if (config%reduction%max_full_order_size < 0) call tree%report_at('reduction.max_full_order_size', &
       'is ' // to_text(config%reduction%max_full_order_size) // ' MB; it must not be negative (0 = keep none)')
     if (config%reduction%max_transforms_size < 0) call tree%report_at('reduction.max_transforms_size', &
@@ -50,7 +50,7 @@ contains
     if (len(complaint) > 0) call tree%report_at('petsc_options', 'has ' // complaint)
   end subroutine check_study
 
-  subroutine check_points(tree, section, parameters, points)
+  subroutine check_point_set(tree, section, parameters, points)
     type(deck_tree_t), intent(inout) :: tree
     character(*), intent(in) :: section
     type(parameter_config_t), intent(in) :: parameters(:)
@@ -63,7 +63,7 @@ contains
       'serves up to ' // to_text(max_sobol_parameters) // ' parameters; the deck has ' // to_text(size(parameters)) // &
       ' (latin_hypercube has no limit)')
     if (points%seed < 0) call tree%report_at(section // '.seed', 'is ' // to_text(points%seed) // '; it must be at least 0')
-  end subroutine check_points
+  end subroutine check_point_set
 
   !> Errors: the budget does not hold the initial points; more initial points than candidates.
   subroutine check_greedy(tree, greedy, candidates)
@@ -133,7 +133,7 @@ contains
     associate (clusters => config%clusters)
       if (clusters%target%error <= 0) call tree%report_at('clusters.target.error', 'is ' // to_text(clusters%target%error) // &
         '; it must be greater than 0')
-      call check_points(tree, 'clusters.target.candidates', config%parameters, clusters%target%candidates)
+      call check_point_set(tree, 'clusters.target.candidates', config%parameters, clusters%target%candidates)
       if (clusters%number > 0 .and. .not. clusters%refine%is_used) call tree%report_at('clusters.target', &
         'is given for a fixed number of clusters; it goes with number: auto, or with refine', &
         'refine: {max_points: 100} adds snapshots and splits clusters until the target is met')

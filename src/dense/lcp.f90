@@ -6,14 +6,14 @@ module sig_lcp
   use sig_lcp_active_set, only: run_active_set
   use sig_lcp_block_pivoting, only: run_block_pivoting
   use sig_lcp_lemke, only: run_lemke
-  use sig_lcp_types, only: evaluate_set, lcp_active_set, lcp_block_pivoting, lcp_failed_accuracy, lcp_failed_cycle, &
-    lcp_failed_input, lcp_failed_iterations, lcp_failed_ray, lcp_lemke, lcp_method_name, lcp_reason_text, lcp_solution_t, &
-    lcp_solved, lcp_workspace_t, sign_tolerance, sum_rows
+  use sig_lcp_types, only: evaluate_set, lcp_active_set, lcp_block_pivoting, lcp_lemke, lcp_method_name, lcp_solution_t, &
+    lcp_workspace_t, sign_tolerance, sum_rows
+  use sig_reasons, only: reason_converged, reason_cycle, reason_ill_conditioned, reason_max_pivots, reason_not_finite, &
+    reason_ray
   implicit none(type, external)
   private
-  public :: solve_lcp, change_sets, find_other_solution, lcp_solution_t, lcp_workspace_t, lcp_method_name, lcp_reason_text
+  public :: solve_lcp, change_sets, find_other_solution, lcp_solution_t, lcp_workspace_t, lcp_method_name
   public :: lcp_active_set, lcp_block_pivoting, lcp_lemke
-  public :: lcp_solved, lcp_failed_accuracy, lcp_failed_input, lcp_failed_iterations, lcp_failed_ray
 
   !> largest accepted error of an answer, relative to the terms summed in each row
   real(rk), parameter :: accepted_residual = 1.0e-8_rk
@@ -58,7 +58,7 @@ contains
 
     call start_solution(size(q), solution)
     if (.not. (is_finite(matrix) .and. all(ieee_is_finite(q)))) return
-    solution%reason = lcp_solved
+    solution%reason = reason_converged
     solution%residual = 0
     if (all(q >= 0)) return
     call workspace%reserve(size(q))
@@ -140,7 +140,7 @@ contains
     solution%lambda = 0
     solution%is_active = .false.
     solution%method = lcp_active_set
-    solution%reason = lcp_failed_input
+    solution%reason = reason_not_finite
     solution%n_iterations = 0
     solution%residual = huge(solution%residual)
   end subroutine start_solution
@@ -194,7 +194,7 @@ contains
     call set_covering(matrix, i_path, workspace%covering(:size(q)))
     call run_lemke(matrix, q, workspace, solution%is_active, solution%reason, n_pivots)
     solution%n_iterations = solution%n_iterations + n_pivots
-    if (solution%reason == lcp_solved) then
+    if (solution%reason == reason_converged) then
       solution%lambda = workspace%lambda(:size(q))
       call evaluate_set(matrix, q, solution%is_active, workspace)
       if (workspace%is_singular) workspace%lambda(:size(q)) = solution%lambda
@@ -225,22 +225,22 @@ contains
   pure subroutine finish(matrix, q, workspace, solution, is_done)
     real(rk), intent(in) :: matrix(:, :)
     real(rk), intent(in) :: q(:)
-    !> its lambda is defined when solution%reason is lcp_solved
+    !> its lambda is defined when solution%reason is reason_converged
     type(lcp_workspace_t), intent(inout) :: workspace
     type(lcp_solution_t), intent(inout) :: solution
     logical, intent(out) :: is_done
     real(rk) :: smallest
 
     solution%lambda = 0
-    if (solution%reason == lcp_solved) then
+    if (solution%reason == reason_converged) then
       associate (lambda => workspace%lambda(:size(q)))
         smallest = sign_tolerance * maxval(lambda)
         where (lambda > smallest) solution%lambda = lambda
       end associate
       call measure_residual(matrix, q, workspace, solution)
-      if (.not. solution%residual <= accepted_residual) solution%reason = lcp_failed_accuracy
+      if (.not. solution%residual <= accepted_residual) solution%reason = reason_ill_conditioned
     end if
-    is_done = solution%reason == lcp_solved
+    is_done = solution%reason == reason_converged
     if (.not. is_done) then
       solution%lambda = 0
       solution%residual = huge(solution%residual)

@@ -3,7 +3,8 @@
 module sig_lcp_active_set
   use sig_bits, only: n_words, pack_bits
   use sig_kinds, only: rk
-  use sig_lcp_types, only: evaluate_set, lcp_failed_cycle, lcp_solved, lcp_workspace_t, usual_sets
+  use sig_lcp_types, only: evaluate_set, lcp_workspace_t, usual_sets
+  use sig_reasons, only: reason_converged, reason_cycle
   implicit none(type, external)
   private
   public :: run_active_set
@@ -20,7 +21,7 @@ contains
     logical, intent(inout) :: is_active(:)
     !> its lambda is the answer when solved
     type(lcp_workspace_t), intent(inout) :: workspace
-    !> lcp_solved or lcp_failed_cycle
+    !> reason_converged or reason_cycle
     integer, intent(out) :: reason
     !> linear solves
     integer, intent(out) :: n_iterations
@@ -30,7 +31,7 @@ contains
 
     n = n_words(size(q))
     max_sets = max(usual_sets, size(q) + 1)
-    reason = lcp_failed_cycle
+    reason = reason_cycle
     call pack_bits(is_active, workspace%history(:n, 1))
     n_iterations = 0
     do i_set = 1, max_sets
@@ -41,7 +42,7 @@ contains
       call evaluate_set(matrix, q, is_active, workspace)
       if (workspace%is_singular) return
       if (.not. any(workspace%is_violated(:size(q)))) then
-        reason = lcp_solved
+        reason = reason_converged
         return
       end if
       do i = 1, size(q)

@@ -3,7 +3,8 @@
 module sig_lcp_block_pivoting
   use sig_bits, only: n_words, pack_bits
   use sig_kinds, only: rk
-  use sig_lcp_types, only: evaluate_set, lcp_failed_cycle, lcp_solved, lcp_workspace_t
+  use sig_lcp_types, only: evaluate_set, lcp_workspace_t
+  use sig_reasons, only: reason_converged, reason_cycle
   implicit none(type, external)
   private
   public :: run_block_pivoting
@@ -27,14 +28,14 @@ contains
     logical, intent(inout) :: is_active(:)
     !> its lambda is the answer when solved
     type(lcp_workspace_t), intent(inout) :: workspace
-    !> lcp_solved or lcp_failed_cycle
+    !> reason_converged or reason_cycle
     integer, intent(out) :: reason
     !> linear solves
     integer, intent(out) :: n_iterations
     integer :: fewest, i, max_solves, n_single, n_trials, n_violated
     logical :: is_back
 
-    reason = lcp_failed_cycle
+    reason = reason_cycle
     fewest = size(q) + 1
     n_trials = max_trials
     n_single = 0
@@ -44,7 +45,7 @@ contains
       if (workspace%is_singular) return
       n_violated = count(workspace%is_violated(:size(q)))
       if (n_violated == 0) then
-        reason = lcp_solved
+        reason = reason_converged
         return
       end if
       n_single = merge(n_single + 1, 0, n_violated >= fewest .and. n_trials == 0)

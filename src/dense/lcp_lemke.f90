@@ -4,7 +4,8 @@
 !> The tableau of w - W lambda - d z0 = q is kept in the workspace. Variables: 1..n w, n+1..2n lambda, 2n+1 z0; last column: values.
 module sig_lcp_lemke
   use sig_kinds, only: rk
-  use sig_lcp_types, only: lcp_failed_iterations, lcp_failed_ray, lcp_solved, lcp_workspace_t
+  use sig_lcp_types, only: lcp_workspace_t
+  use sig_reasons, only: reason_converged, reason_max_pivots, reason_ray
   implicit none(type, external)
   private
   public :: run_lemke
@@ -30,7 +31,7 @@ contains
     type(lcp_workspace_t), intent(inout) :: workspace
     !> indices whose lambda is in the last basis, shape (n)
     logical, intent(out) :: is_active(:)
-    !> lcp_solved, lcp_failed_ray or lcp_failed_iterations
+    !> reason_converged, reason_ray or reason_max_pivots
     integer, intent(out) :: reason
     !> pivots
     integer, intent(out) :: n_iterations
@@ -43,20 +44,20 @@ contains
     max_pivots = 20 * n + 100
     entering = 2 * n + 1
     i_row = first_row(workspace, n)
-    reason = lcp_failed_iterations
+    reason = reason_max_pivots
     do n_iterations = 1, max_pivots
       leaving = workspace%basis(i_row)
       call pivot(workspace, n, i_row, entering)
       if (leaving == 2 * n + 1) then
         call read_solution(matrix, q, workspace, is_active)
-        reason = lcp_solved
+        reason = reason_converged
         return
       end if
       entering = complement(leaving, n)
       call find_leaving_row(workspace, n, entering, i_row)
-      reason = lcp_failed_ray
+      reason = reason_ray
       if (i_row == 0) return
-      reason = lcp_failed_iterations
+      reason = reason_max_pivots
     end do
     n_iterations = max_pivots
   end subroutine run_lemke

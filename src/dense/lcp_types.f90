@@ -6,27 +6,15 @@ module sig_lcp_types
     solve_cholesky, solve_lu
   use sig_kinds, only: rk
   use sig_linear_algebra, only: singular_reciprocal
+  use sig_reasons, only: reason_not_finite
   implicit none(type, external)
   private
-  public :: lcp_solution_t, lcp_workspace_t, lcp_method_name, lcp_reason_text, evaluate_set, sum_rows
+  public :: lcp_solution_t, lcp_workspace_t, lcp_method_name, evaluate_set, sum_rows
 
   !> method that gave the answer (or tried last)
   integer, parameter, public :: lcp_active_set = 1
   integer, parameter, public :: lcp_block_pivoting = 2
   integer, parameter, public :: lcp_lemke = 3
-
-  !> reasons: > 0 solved, < 0 failed
-  integer, parameter, public :: lcp_solved = 1
-  !> an entry of the matrix or of q is not finite
-  integer, parameter, public :: lcp_failed_input = -1
-  !> Lemke's path ended on a secondary ray: most often there is no solution
-  integer, parameter, public :: lcp_failed_ray = -2
-  !> more steps than the method allows
-  integer, parameter, public :: lcp_failed_iterations = -3
-  !> an answer was found, but round-off has spoiled it
-  integer, parameter, public :: lcp_failed_accuracy = -4
-  !> an index set came back, or its matrix is singular: the next method takes over
-  integer, parameter, public :: lcp_failed_cycle = -5
 
   !> A sign is wrong only beyond this times the size of what was summed, so that ties do not flicker by round-off.
   real(rk), parameter, public :: sign_tolerance = 1.0e-12_rk
@@ -45,8 +33,8 @@ module sig_lcp_types
     logical, allocatable :: is_active(:)
     !> lcp_active_set, lcp_block_pivoting or lcp_lemke
     integer :: method = lcp_active_set
-    !> lcp_solved or one of lcp_failed_*
-    integer :: reason = lcp_failed_input
+    !> one of sig_reasons
+    integer :: reason = reason_not_finite
     !> linear solves and pivots of all the methods tried
     integer :: n_iterations = 0
     !> [-] largest violation of the conditions, relative to what is summed in its row; huge without an answer
@@ -356,27 +344,4 @@ contains
       name = 'none'
     end select
   end function lcp_method_name
-
-  !> A reason in words, to stand after "the complementarity problem ".
-  pure function lcp_reason_text(reason) result(text)
-    integer, intent(in) :: reason
-    character(:), allocatable :: text
-
-    select case (reason)
-    case (lcp_solved)
-      text = 'is solved'
-    case (lcp_failed_input)
-      text = 'has an entry that is not a finite number'
-    case (lcp_failed_ray)
-      text = 'has no solution that Lemke''s method can reach'
-    case (lcp_failed_iterations)
-      text = 'took more pivots than allowed'
-    case (lcp_failed_accuracy)
-      text = 'is too ill-conditioned for a reliable answer'
-    case (lcp_failed_cycle)
-      text = 'made the index sets cycle'
-    case default
-      text = 'ended for an unknown reason'
-    end select
-  end function lcp_reason_text
 end module sig_lcp_types

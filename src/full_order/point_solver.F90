@@ -6,12 +6,13 @@ module sig_point_solver
   use sig_condensed, only: condensed_t
   use sig_contact_residuals, only: measure_points, measure_residuals
   use sig_contact_solver, only: contact_solver_t
-  use sig_contact_state, only: contact_state_t, reason_converged
+  use sig_contact_state, only: contact_state_t
   use sig_contact_system, only: contact_system_t
   use sig_elastic_body, only: elastic_body_t
   use sig_free_response, only: compute_lifting
   use sig_kinds, only: rk
   use sig_problem, only: body_at, problem_t
+  use sig_reasons, only: reason_converged
   use sig_solver_choice, only: choose_solver
   use sig_solver_plan, only: solver_plan_t
   use sig_term_values, only: term_values_t

@@ -2,31 +2,16 @@
 !> What a model says at a parameter point, and the words for it.
 module sig_answer
   use sig_kinds, only: rk
-  use sig_lcp, only: lcp_lemke, lcp_method_name, lcp_reason_text, lcp_solution_t, lcp_solved
+  use sig_lcp, only: lcp_lemke, lcp_method_name, lcp_solution_t
+  use sig_reasons, only: reason_bad_point
   use sig_text, only: csv_number
   implicit none(type, external)
   private
-  public :: answer_t, bound_text, method_name, reason_text
+  public :: answer_t, bound_text, method_name
 
   !> methods of an answer: those of sig_lcp, and
   integer, parameter, public :: answer_condensed = lcp_lemke + 1
   integer, parameter, public :: n_answer_methods = answer_condensed
-
-  !> reasons of an answer beside those of sig_lcp: > 0 answered, < 0 not
-  integer, parameter, public :: answer_found = lcp_solved
-  !> the point has not one value per parameter
-  integer, parameter, public :: answer_failed_size = -11
-  !> a term of the model is infinite or not a number there
-  integer, parameter, public :: answer_failed_term = -12
-  !> the certificate does not reach certificate.max_error, and nothing better is left
-  integer, parameter, public :: answer_failed_bound = -13
-  !> the loads pull a body off that only contact holds
-  integer, parameter, public :: answer_failed_pulled_off = -14
-
-  !> contacts that always were open or closed in training are not there
-  integer, parameter, public :: answer_failed_outside = -15
-  !> nothing touches in the reduced integration domain, but the loads or the gaps say that something does elsewhere
-  integer, parameter, public :: answer_failed_blind = -16
 
   !> a bound that the model cannot give
   real(rk), parameter, public :: no_bound = -1
@@ -54,8 +39,8 @@ module sig_answer
     real(rk), allocatable :: unknowns(:)
     !> one of sig_lcp's methods, or answer_condensed; method_name says it in words
     integer :: method = 0
-    !> answer_found, one of answer_failed_* or one of sig_lcp's; reason_text says it in words
-    integer :: reason = answer_failed_size
+    !> one of sig_reasons
+    integer :: reason = reason_bad_point
     !> linear solves and pivots
     integer :: n_iterations = 0
     !> the point lies in the trained box; an answer is given outside too
@@ -106,7 +91,7 @@ contains
     self%is_active = .false.
     self%is_whole = .false.
     self%method = 0
-    self%reason = answer_failed_size
+    self%reason = reason_bad_point
     self%n_iterations = 0
     self%is_inside_box = .false.
     self%distance = huge(self%distance)
@@ -168,27 +153,4 @@ contains
     name = 'condensed'
     if (method < answer_condensed) name = lcp_method_name(method)
   end function method_name
-
-  !> Reason of an answer as a sentence without its full stop.
-  pure function reason_text(reason) result(text)
-    integer, intent(in) :: reason
-    character(:), allocatable :: text
-
-    select case (reason)
-    case (answer_failed_size)
-      text = 'the point has not one value per parameter'
-    case (answer_failed_term)
-      text = 'a term of the model is infinite or not a number at this point'
-    case (answer_failed_bound)
-      text = 'the error may be larger than certificate.max_error allows'
-    case (answer_failed_pulled_off)
-      text = 'the loads pull a body off that only contact holds: there is no equilibrium'
-    case (answer_failed_outside)
-      text = 'contacts change that never did at the training points around'
-    case (answer_failed_blind)
-      text = 'nothing touches in the reduced integration domain, but loads or gaps say that something touches elsewhere'
-    case default
-      text = 'the complementarity problem ' // lcp_reason_text(reason)
-    end select
-  end function reason_text
 end module sig_answer

@@ -6,8 +6,7 @@ module sig_c_api_query
   use sig_c_handles, only: answered_context, bad_argument, bad_model, code_ok, context_handle_t, keep, no_answer, no_memory, &
     put_reals, ready_context, ready_model
   use sig_kinds, only: rk
-  use sig_answer, only: answer_failed_blind, answer_failed_bound, answer_failed_outside, answer_failed_pulled_off, &
-    answer_failed_term
+  use sig_reasons, only: put_reason, reason_length
   use sig_reduced, only: displacement_none
   use sig_reconstruction, only: displacement_of_dof, fill_displacement, reconstruct_multipliers
   implicit none(type, external)
@@ -133,26 +132,12 @@ contains
     call keep_reason(handle)
   end subroutine ask
 
-  !> No text function here: several threads may be at this place, and gfortran 12 keeps the lengths of their results in static
-  !> variables.
   subroutine keep_reason(handle)
     type(context_handle_t), intent(inout) :: handle
+    character(reason_length) :: text
 
-    select case (handle%answer%reason)
-    case (answer_failed_term)
-      call keep(handle%message, 'a term of the model is infinite or not a number at this point')
-    case (answer_failed_bound)
-      call keep(handle%message, 'the error may be larger than certificate.max_error allows')
-    case (answer_failed_pulled_off)
-      call keep(handle%message, 'the loads pull a body off that only contact holds: there is no equilibrium')
-    case (answer_failed_outside)
-      call keep(handle%message, 'contacts change that never did at the training points around')
-    case (answer_failed_blind)
-      call keep(handle%message, &
-        'nothing touches in the reduced integration domain, but loads or gaps say that something touches elsewhere')
-    case default
-      call keep(handle%message, 'the complementarity problem has no solution that can be found at this point')
-    end select
+    call put_reason(handle%answer%reason, text)
+    call keep(handle%message, trim(text))
   end subroutine keep_reason
 
   subroutine tell(handle, code, n_bytes, place)

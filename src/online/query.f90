@@ -1,9 +1,10 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> Answers of a model at parameter points: the part that the choice names, the fallback where it has no answer, a certificate.
 module sig_query
-  use sig_answer, only: answer_failed_bound, answer_failed_size, answer_failed_term, answer_found, answer_t
+  use sig_answer, only: answer_t
   use sig_kinds, only: rk
   use sig_online_model, only: online_model_t
+  use sig_reasons, only: reason_bad_point, reason_bad_term, reason_converged, reason_large_bound
   use sig_reduced, only: neighbors_t, reduced_t
   use sig_rooms, only: rooms_t
   use sig_term_values, only: term_values_t
@@ -60,7 +61,7 @@ contains
     associate (part => online%model%parts(i_cluster)%reduced)
       call answer%start(i_cluster, online%model%terms%n_terms(), part%n_modes(), part%n_rows(), online%model%n_multipliers)
       if (size(point) /= size(online%model%box, 2)) then
-        answer%reason = answer_failed_size
+        answer%reason = reason_bad_point
         return
       end if
       answer%is_inside_box = online%is_inside_box(point)
@@ -68,7 +69,7 @@ contains
       if (part%starts_from_two_sides()) call online%opposite_point(point, near%nearest, near%opposite)
     end associate
     call self%terms%evaluate(point, answer%theta, is_valid, i_source)
-    answer%reason = merge(answer_found, answer_failed_term, is_valid)
+    answer%reason = merge(reason_converged, reason_bad_term, is_valid)
     if (is_valid) call answer_at(self, online, near, answer)
   end subroutine evaluate
 
@@ -92,7 +93,7 @@ contains
     if (fallback > 0) then
       call fall_back(self, online, near, answer)
     else if (answer%reason > 0) then
-      answer%reason = answer_failed_bound
+      answer%reason = reason_large_bound
     end if
   end subroutine answer_at
 

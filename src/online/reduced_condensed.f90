@@ -4,7 +4,7 @@
 !> A query starts from the active set of the nearest training point. Where that has a reference with a principal pivot transform,
 !> the transformed problem is solved, in which only the contacts that differ from the reference are unknown.
 module sig_reduced_condensed
-  use sig_answer, only: answer_condensed, answer_failed_pulled_off, answer_t
+  use sig_answer, only: answer_condensed, answer_t
   use sig_bits, only: unpack_bits
   use sig_condensed_certificate, only: condensed_certificate_t
   use sig_condensed_data, only: condensed_data_t
@@ -14,10 +14,11 @@ module sig_reduced_condensed
   use sig_hdf5_reader, only: h5_reader_t
   use sig_hdf5_writer, only: h5_writer_t
   use sig_kinds, only: rk
-  use sig_lcp, only: change_sets, lcp_failed_ray, lcp_solution_t, lcp_workspace_t, solve_lcp
+  use sig_lcp, only: change_sets, lcp_solution_t, lcp_workspace_t, solve_lcp
   use sig_dense_kernels, only: add_few_columns
   use sig_linear_algebra, only: multiply
   use sig_pivot_transform, only: transform_columns
+  use sig_reasons, only: reason_pulled_off, reason_ray
   use sig_reduced, only: model_sizes_t, neighbors_t, reduced_t, room_t
   use sig_reduced_exact, only: displacement_text, reduced_exact_t
   use sig_text, only: counted
@@ -133,11 +134,11 @@ contains
       call self%data%open_freely(theta, room%free_opening)
       answer%n_iterations = 0
       call start_set(self%data, near, room)
-      answer%reason = lcp_failed_ray
+      answer%reason = reason_ray
       if (near%nearest >= 1 .and. near%nearest <= size(self%data%reference_of_point)) &
         call solve_transformed(self, self%data%reference_of_point(near%nearest), theta, room, answer)
       if (answer%reason < 0) call solve_whole(self, room, answer)
-      if (answer%reason == lcp_failed_ray .and. size(self%data%anchors) > 0) answer%reason = answer_failed_pulled_off
+      if (answer%reason == reason_ray .and. size(self%data%anchors) > 0) answer%reason = reason_pulled_off
       if (answer%reason > 0) call take_forces(self, room, answer)
     end select
   end subroutine solve

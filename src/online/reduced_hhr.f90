@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> Hybrid hyper-reduction as a kind of reduced model: (10) condensed on the multipliers of its domain, the others reconstructed.
 module sig_reduced_hhr
-  use sig_answer, only: answer_failed_blind, answer_t
+  use sig_answer, only: answer_t
   use sig_bits, only: unpack_bits
   use sig_errors, only: error_t
   use sig_hdf5_reader, only: h5_reader_t
@@ -15,6 +15,7 @@ module sig_reduced_hhr
   use sig_lcp, only: find_other_solution, lcp_solution_t, lcp_workspace_t, solve_lcp
   use sig_linear_algebra, only: multiply
   use sig_multiplier_fit, only: multiplier_fit_t, multiplier_fit_workspace_t, work_of_loads
+  use sig_reasons, only: reason_blind
   use sig_reduced, only: model_sizes_t, neighbors_t, reduced_t, room_t
   use sig_text, only: string_t
   implicit none(type, external)
@@ -128,7 +129,7 @@ contains
     type is (hhr_room_t)
       call solve_from_sets(self, theta, near, judge, room, answer)
       if (answer%reason < 0 .or. any(answer%multipliers_rid > 0)) return
-      if (is_blind(self, theta, answer, room)) answer%reason = answer_failed_blind
+      if (is_blind(self, theta, answer, room)) answer%reason = reason_blind
     end select
   end subroutine solve
 

@@ -6,7 +6,7 @@
 !> answer that none of them can give is refused.
 module sig_reduced_tied
   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
-  use sig_answer, only: answer_condensed, answer_failed_outside, answer_t
+  use sig_answer, only: answer_condensed, answer_t
   use sig_bits, only: unpack_bits
   use sig_description_line, only: line
   use sig_errors, only: error_t
@@ -15,6 +15,7 @@ module sig_reduced_tied
   use sig_kinds, only: rk
   use sig_lcp, only: lcp_solution_t, lcp_workspace_t, solve_lcp
   use sig_linear_algebra, only: multiply
+  use sig_reasons, only: reason_outside
   use sig_reduced, only: displacement_exact, displacement_none, model_sizes_t, neighbors_t, reduced_t, room_t
   use sig_reduced_exact, only: displacement_text, reduced_exact_t
   use sig_shape_checks, only: place_in_ascending
@@ -157,7 +158,7 @@ contains
       if (answer%reason < 0) return
       call multiply(1.0_rk, cluster%operator, room%solution%lambda, 1.0_rk, room%rows)
       if (.not. is_inside(cluster, room%rows)) then
-        answer%reason = answer_failed_outside
+        answer%reason = reason_outside
         answer%n_solutions = 0
         return
       end if

@@ -4,14 +4,14 @@
 module sig_active_set
   use sig_bound_form, only: bound_form_t
   use sig_contact_solver, only: contact_solver_t
-  use sig_contact_state, only: contact_state_t, reason_converged, reason_linear_solver, &
-    reason_max_iterations, reason_pulled_off
+  use sig_contact_state, only: contact_state_t
   use sig_contact_system, only: contact_system_t
   use sig_holding, only: change_first, first_to_block, is_last_hold, keep_hold, letting_go
   use sig_kinds, only: rk
   use sig_linear_solver, only: hold, linear_solver_t, set_near_null_space
   use sig_log, only: log_warning
   use sig_petsc_support, only: create_vector
+  use sig_reasons, only: reason_converged, reason_linear_solver, reason_max_iterations, reason_pulled_off
   use petsc
   implicit none(type, external)
   private

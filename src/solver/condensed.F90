@@ -12,15 +12,16 @@
 !> forces are scaled by a compliance, so that all unknowns are forces.
 module sig_condensed
   use sig_contact_solver, only: contact_solver_t
-  use sig_contact_state, only: contact_state_t, reason_converged, reason_no_complementary_solution, reason_pulled_off
+  use sig_contact_state, only: contact_state_t
   use sig_contact_system, only: contact_system_t
   use sig_free_response, only: factor_without_contact, held_dofs, solve_free_response, solve_lifting
   use sig_holding, only: anchors_t, find_anchors
   use sig_kinds, only: rk
-  use sig_lcp, only: lcp_failed_ray, lcp_solution_t, lcp_workspace_t, solve_lcp
+  use sig_lcp, only: lcp_solution_t, lcp_workspace_t, solve_lcp
   use sig_linear_algebra, only: add_product, unit_vector
   use sig_linear_solver, only: linear_solver_t
   use sig_petsc_support, only: sum_over_ranks
+  use sig_reasons, only: reason_converged, reason_no_complementary_solution, reason_pulled_off, reason_ray
   use petsc
   implicit none(type, external)
   private
@@ -75,8 +76,8 @@ contains
       PetscCall(solve_free_response(system, linear_solver, system%boundary%n_driving_terms, self%free_response, ierr, self%anchors))
       PetscCall(solve_lifting(system, linear_solver, self%lifting, ierr))
       PetscCall(solve_contact(self, system, linear_solver, ierr))
-      PetscCall(close_pairs(system, self%free_response, free_closing, ierr))
-      PetscCall(close_pairs(system, self%contact_response, self%compliance, ierr))
+      PetscCall(close_rows(system, self%free_response, free_closing, ierr))
+      PetscCall(close_rows(system, self%contact_response, self%compliance, ierr))
       self%free_opening = system%rows%gap
       associate (driven => self%free_opening(:, :size(free_closing, 2)))
         driven = driven - free_closing
@@ -134,7 +135,7 @@ contains
   end subroutine add_row
 
   !> B times distributed columns; replicated.
-  subroutine close_pairs(system, columns, closing, ierr)
+  subroutine close_rows(system, columns, closing, ierr)
     type(contact_system_t), intent(in) :: system
     !> rows of this rank, shape (n_local_dofs, n_columns)
     real(rk), intent(in) :: columns(:, :)
@@ -155,7 +156,7 @@ contains
       end do
       PetscCall(sum_over_ranks(system%comm, closing(:, i_column), ierr))
     end do
-  end subroutine close_pairs
+  end subroutine close_rows
 
   !> Moves G and H until the anchors are closed, and puts openings of the anchors in the place of their forces. Local.
   subroutine close_anchors(self, system)
@@ -320,7 +321,7 @@ contains
       state%multipliers(rows) = max(0.0_rk, opening(rows) + matmul(self%compliance(rows, :), solution%lambda)) / self%scale
       state%is_active(rows) = .not. solution%is_active(rows)
     end associate
-    if (solution%reason == lcp_failed_ray) state%reason = reason_pulled_off
+    if (solution%reason == reason_ray) state%reason = reason_pulled_off
   end subroutine load_anchors
 
   !> Rows of each rank -> whole fields on every rank. Collective.

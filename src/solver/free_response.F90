@@ -3,12 +3,12 @@
 !> Elastic responses without contact, one field per term: to prescribed displacements and loads, or to the former alone,
 !> which lifts them into the bodies.
 module sig_free_response
-  use sig_contact_state, only: reason_converged, reason_floating_body
   use sig_contact_system, only: contact_system_t
   use sig_holding, only: anchors_t
   use sig_kinds, only: rk
   use sig_linear_algebra, only: unit_vector
   use sig_linear_solver, only: constrain, linear_solver_t, set_near_null_space
+  use sig_reasons, only: reason_converged, reason_floating_body
   use petsc
   implicit none(type, external)
   private

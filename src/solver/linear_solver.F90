@@ -5,11 +5,11 @@
 module sig_linear_solver
   use, intrinsic :: iso_c_binding, only: c_char, c_int, c_intptr_t, c_null_char
   use sig_c_strings, only: from_c
-  use sig_contact_state, only: reason_converged, reason_floating_body, reason_linear_solver
   use sig_contact_system, only: contact_system_t
   use sig_kinds, only: rk
   use sig_log, only: log_warning
   use sig_petsc_support, only: create_vector, message_size
+  use sig_reasons, only: reason_converged, reason_floating_body, reason_linear_solver
   use sig_solver_c_interfaces, only: sig_linear_solver_change_unknowns, sig_linear_solver_create, sig_linear_solver_destroy, &
     sig_linear_solver_keep_factor, sig_linear_solver_renew, sig_linear_solver_solve, sig_linear_solver_solve_many, &
     sig_linear_solver_solves_per_factorization, sig_set_near_null_space

@@ -16,7 +16,7 @@ module sig_solver_plan
     !> the stiffness is small enough to be factored once, and the deck does not ask for multigrid
     logical :: may_factor = .true.
     !> why, to stand behind a colon
-    character(:), allocatable :: reason
+    character(:), allocatable :: why
   end type solver_plan_t
 
   !> What the choice depends on.
@@ -55,7 +55,7 @@ contains
     plan%type = config%type
     plan%linear = config%linear
     plan%may_factor = config%linear /= 'gamg' .and. sizes%n_dofs <= max_condensed_dofs(sizes%n_dim)
-    plan%reason = 'as the deck says'
+    plan%why = 'as the deck says'
     if (plan%type == 'auto') call choose_type(config%linear, sizes, plan)
     if (plan%linear == 'auto') call choose_linear(sizes, plan)
     if (plan%type == 'condensed' .and. sizes%n_multipliers > max_condensed) then
@@ -77,18 +77,18 @@ contains
 
     plan%type = 'active_set'
     if (linear == 'gamg') then
-      plan%reason = 'gamg goes with active_set'
+      plan%why = 'gamg goes with active_set'
     else if (sizes%n_multipliers > max_condensed) then
-      plan%reason = to_text(sizes%n_multipliers) // ' multipliers are too many for a dense matrix'
+      plan%why = to_text(sizes%n_multipliers) // ' multipliers are too many for a dense matrix'
     else if (8.0_rk * sizes%n_dofs * sizes%n_multipliers > max_response .or. &
       sizes%n_dofs > max_condensed_dofs(sizes%n_dim)) then
-      plan%reason = to_text(sizes%n_dofs) // ' dofs are too many to keep the response to each multiplier'
+      plan%why = to_text(sizes%n_dofs) // ' dofs are too many to keep the response to each multiplier'
     else if (sizes%n_points < min_sweep) then
-      plan%reason = 'fewer than ' // to_text(min_sweep) // &
+      plan%why = 'fewer than ' // to_text(min_sweep) // &
         ' points with one stiffness do not pay for the response to each multiplier'
     else
       plan%type = 'condensed'
-      plan%reason = to_text(sizes%n_points) // ' points share one factorization'
+      plan%why = to_text(sizes%n_points) // ' points share one factorization'
     end if
   end subroutine choose_type
 
@@ -107,7 +107,7 @@ contains
     plan%linear = 'cholesky'
     if (plan%type /= 'active_set' .or. sizes%n_dofs <= max_factored(sizes%n_dim)) return
     plan%linear = 'gamg'
-    plan%reason = plan%reason // '; multigrid takes less time than factorizations of ' // to_text(sizes%n_dofs) // ' dofs'
+    plan%why = plan%why // '; multigrid takes less time than factorizations of ' // to_text(sizes%n_dofs) // ' dofs'
   end subroutine choose_linear
 
   !> `solver: active_set, gamg: why`
@@ -115,6 +115,6 @@ contains
     type(solver_plan_t), intent(in) :: plan
     character(:), allocatable :: text
 
-    text = 'solver: ' // plan%type // ', ' // plan%linear // ': ' // plan%reason
+    text = 'solver: ' // plan%type // ', ' // plan%linear // ': ' // plan%why
   end function plan_text
 end module sig_solver_plan

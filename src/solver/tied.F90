@@ -7,12 +7,12 @@
 !> others, R theta + S lambda_N. Rows N of that are the complementarity problem; S there is symmetric.
 module sig_tied
   use sig_bound_form, only: bound_form_t
-  use sig_contact_state, only: reason_converged
   use sig_contact_system, only: contact_system_t
   use sig_kinds, only: rk
   use sig_linear_algebra, only: unit_vector
   use sig_linear_solver, only: constrain, linear_solver_t
   use sig_petsc_support, only: multiply_block
+  use sig_reasons, only: reason_converged
   use sig_tied_data, only: row_changing, row_closed
   use petsc
   implicit none(type, external)

@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> What the stages of a study found, as sections of report.yaml. Each stage's section can be made from its file alone.
 module sig_reporting
-  use sig_contact_state, only: contact_state_t, reason_converged, reason_text, residuals_t
+  use sig_contact_state, only: contact_state_t, residuals_t
   use sig_deck_config, only: deck_config_t
   use sig_deck_echo, only: echo_deck
   use sig_kinds, only: rk
@@ -10,6 +10,7 @@ module sig_reporting
   use sig_model, only: model_t
   use sig_parameter_space, only: format_point
   use sig_reactions, only: reaction_t
+  use sig_reasons, only: reason_converged, reason_text
   use sig_reduced, only: reduced_t
   use sig_reduced_condensed, only: reduced_condensed_t
   use sig_reduced_hhr, only: reduced_hhr_t

@@ -5,7 +5,6 @@
 !> Arguments: deck, its snapshots.h5, number of points (spread evenly over the snapshots). One rank. Prints a line per point:
 !> steps, CPU seconds, largest differences of u and lambda from the snapshot (relative to the largest entries of the sweep).
 program benchmark_saddle_point
-  use sig_contact_state, only: reason_converged
   use sig_contact_system, only: contact_system_t
   use sig_deck_config, only: deck_config_t
   use sig_deck_read, only: read_deck
@@ -15,6 +14,7 @@ program benchmark_saddle_point
   use sig_linear_solver, only: constrain, linear_solver_t
   use sig_petsc_support, only: create_matrix, create_vector, end_petsc, insert_petsc_options, start_petsc
   use sig_problem, only: load_problem, problem_t
+  use sig_reasons, only: reason_converged
   use sig_snapshot_store, only: read_snapshot_set, snapshot_set_t
   use sig_term_values, only: evaluate_points
   use petsc

@@ -7,7 +7,6 @@ module sig_condensed_training
   use sig_condensed, only: condensed_t
   use sig_condensed_data, only: condensed_data_t
   use sig_condensed_plan, only: all_dofs_fit, displacement_plan_t, plan_displacements, why_not_condensed
-  use sig_contact_state, only: reason_converged
   use sig_errors, only: error_t
   use sig_full_order, only: full_order_t, team_t
   use sig_kinds, only: rk
@@ -17,6 +16,7 @@ module sig_condensed_training
   use sig_pod, only: pod_t, rows_of_rank
   use sig_pod_rank, only: pod_rank
   use sig_problem, only: problem_t
+  use sig_reasons, only: reason_converged
   use sig_reduced, only: reduced_t
   use sig_reduced_condensed, only: reduced_condensed_t
   use sig_reference_sets, only: choose_references

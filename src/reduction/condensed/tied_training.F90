@@ -8,13 +8,13 @@
 module sig_tied_training
   use sig_bits, only: n_words, pack_bits
   use sig_condensed_plan, only: displacement_plan_t, plan_displacements
-  use sig_contact_state, only: reason_converged, reason_text
   use sig_errors, only: error_t
   use sig_full_order, only: full_order_t, team_t
   use sig_kinds, only: rk
   use sig_log, only: log_info, log_warning
   use sig_petsc_support, only: broadcast_columns
   use sig_problem, only: problem_t
+  use sig_reasons, only: reason_converged, reason_text
   use sig_reduced, only: reduced_t
   use sig_reduced_tied, only: reduced_tied_t
   use sig_reference_sets, only: group_sets

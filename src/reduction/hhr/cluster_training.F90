@@ -140,17 +140,17 @@ contains
     type(pod_modes_t) :: modes
     real(rk), allocatable :: dual_modes(:, :)
     type(reduced_domain_t) :: domain
-    integer, allocatable :: anchors(:)
+    integer, allocatable :: moved_nodes(:)
 
     PetscCall(compute_modes(problem, snapshots, comm, modes, error, ierr))
     if (allocated(error)) return
     PetscCall(compute_dual_modes(problem, snapshots, comm, dual_modes, ierr))
-    call choose_domain(problem, snapshots, modes%vectors(:, :modes%n_domain), dual_modes, domain, anchors, error)
+    call choose_domain(problem, snapshots, modes%vectors(:, :modes%n_domain), dual_modes, domain, moved_nodes, error)
     if (allocated(error)) return
     cluster%singular_values = modes%singular_values
     cluster%n_pod_modes = modes%n_domain
     cluster%n_extra_modes = modes%n_extra
-    call build_system(problem, snapshots, domain, anchors, modes%vectors, cluster, error)
+    call build_system(problem, snapshots, domain, moved_nodes, modes%vectors, cluster, error)
     if (.not. allocated(error)) call need_unknowns(problem, cluster, error)
     if (allocated(error)) return
     if (size(snapshots%reasons) == 1) call append_text(cluster%warnings, 'trained on one snapshot: the model knows no other ' // &

@@ -21,7 +21,7 @@ contains
 
   !> The reduced integration domain. With automatic zones, and where it would have no contact row, it grows by rows that its
   !> snapshots close. Errors: a boundary that the mesh lacks, a window without nodes.
-  subroutine choose_domain(problem, snapshots, modes, dual_modes, domain, anchors, error)
+  subroutine choose_domain(problem, snapshots, modes, dual_modes, domain, moved_nodes, error)
     type(problem_t), intent(in) :: problem
     type(snapshot_set_t), intent(in) :: snapshots
     !> V, shape (n_dofs, n_modes)
@@ -30,18 +30,18 @@ contains
     real(rk), intent(in) :: dual_modes(:, :)
     type(reduced_domain_t), intent(out) :: domain
     !> nodes where the prescribed rows are imposed
-    integer, allocatable, intent(out) :: anchors(:)
+    integer, allocatable, intent(out) :: moved_nodes(:)
     type(error_t), allocatable, intent(out) :: error
     type(contact_rows_t) :: dual_rows
     integer, allocatable :: contact_nodes(:), seeds(:), zone(:)
 
     call find_zone_nodes(problem, snapshots%parameters, zone, error)
     if (allocated(error)) return
-    call anchor_nodes(problem, anchors, error)
+    call find_moved_nodes(problem, moved_nodes, error)
     if (allocated(error)) return
     dual_rows = problem%rows%select(deim_rows(dual_modes))
     contact_nodes = nodes_of_dofs(dual_rows%dofs, problem%mesh%n_dim)
-    seeds = [nodes_of_dofs(deim_rows(modes), problem%mesh%n_dim), contact_nodes, anchors, zone]
+    seeds = [nodes_of_dofs(deim_rows(modes), problem%mesh%n_dim), contact_nodes, moved_nodes, zone]
     associate (is_joined => problem%deck%reduction%unpaired_nodes == 'join')
       call build_reduced_domain(problem%mesh, problem%rows, seeds, is_joined, domain)
       dual_rows = problem%rows%select(lacking_rows(problem, snapshots, domain))
@@ -81,7 +81,7 @@ contains
   !> Where the prescribed rows are imposed: the middle node of each boundary that the parameters move.
   !>
   !> Paper: section 5.1 adds "two nodes on the top and bottom surfaces". A lifting needs none.
-  subroutine anchor_nodes(problem, nodes, error)
+  subroutine find_moved_nodes(problem, nodes, error)
     type(problem_t), intent(in) :: problem
     integer, allocatable, intent(out) :: nodes(:)
     type(error_t), allocatable, intent(out) :: error
@@ -95,7 +95,7 @@ contains
       if (allocated(error)) return
       if (is_moved(problem, candidates)) nodes = [nodes, middle_node(problem%mesh%coordinates(:, candidates), candidates)]
     end do
-  end subroutine anchor_nodes
+  end subroutine find_moved_nodes
 
   !> Some prescribed value on the nodes is not zero for all parameters.
   pure logical function is_moved(problem, nodes)

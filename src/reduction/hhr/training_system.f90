@@ -24,11 +24,11 @@ contains
   !> Enriches, projects, and measures what makes the reduced problem solvable: kappa, the rank of (11), cond(K_r), trap 1.
   !>
   !> Errors: modes that miss the prescribed values, or that the equations of the domain do not determine.
-  subroutine build_system(problem, snapshots, domain, anchors, modes, cluster, error)
+  subroutine build_system(problem, snapshots, domain, moved_nodes, modes, cluster, error)
     type(problem_t), intent(in) :: problem
     type(snapshot_set_t), intent(in) :: snapshots
     type(reduced_domain_t), intent(in) :: domain
-    integer, intent(in) :: anchors(:)
+    integer, intent(in) :: moved_nodes(:)
     !> V, shape (n_dofs, n_modes)
     real(rk), intent(in) :: modes(:, :)
     type(hhr_data_t), intent(inout) :: cluster
@@ -37,7 +37,7 @@ contains
     type(hat_set_t) :: hats
 
     call keep_domain(domain, cluster)
-    call split_prescribed(problem, snapshots, anchors, modes, cluster, error)
+    call split_prescribed(problem, snapshots, moved_nodes, modes, cluster, error)
     if (allocated(error)) return
     call enrich(problem, domain, modes, hats, cluster)
     call project(problem%mesh, problem%body, problem%rows, problem%boundary%loads, domain, cluster%basis, &
@@ -135,10 +135,10 @@ contains
   end subroutine keep_blocks
 
   !> Displacement = lifting * theta + basis * gamma, either way of treating the prescribed values.
-  subroutine split_prescribed(problem, snapshots, anchors, modes, cluster, error)
+  subroutine split_prescribed(problem, snapshots, moved_nodes, modes, cluster, error)
     type(problem_t), intent(in) :: problem
     type(snapshot_set_t), intent(in) :: snapshots
-    integer, intent(in) :: anchors(:)
+    integer, intent(in) :: moved_nodes(:)
     real(rk), intent(in) :: modes(:, :)
     type(hhr_data_t), intent(inout) :: cluster
     type(error_t), allocatable, intent(out) :: error
@@ -154,7 +154,7 @@ contains
       return
     end if
     rows = pack([(i, i=1, size(problem%boundary%prescribed_dofs))], &
-      [(any(anchors == (problem%boundary%prescribed_dofs(i) - 1) / problem%mesh%n_dim + 1), &
+      [(any(moved_nodes == (problem%boundary%prescribed_dofs(i) - 1) / problem%mesh%n_dim + 1), &
       i=1, size(problem%boundary%prescribed_dofs))])
     call impose_dirichlet_rows(modes, problem%boundary%prescribed_dofs(rows), problem%boundary%prescribed_values(rows, :), &
       problem%deck%reduction%rank_tolerance, cluster%basis, cluster%lifting, rank)

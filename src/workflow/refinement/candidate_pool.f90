@@ -6,13 +6,13 @@
 module sig_candidate_pool
   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan, ieee_positive_inf, ieee_quiet_nan, ieee_value
   use sig_answer_errors, only: answer_error
-  use sig_contact_state, only: reason_converged
   use sig_kinds, only: rk
   use sig_model, only: model_t
   use sig_online_model, only: online_model_t
   use sig_answer, only: answer_t
   use sig_query, only: query_t
   use sig_random_numbers, only: random_t
+  use sig_reasons, only: reason_converged
   use sig_snapshot_store, only: point_index, snapshot_set_t
   use sig_ties, only: tie_tolerance
   implicit none(type, external)

@@ -3,7 +3,7 @@
 !> Points -> stored solutions: groups of ranks solve different points, every finished point is on disk at once, a killed run
 !> goes on where it was.
 module sig_sampling
-  use sig_contact_state, only: contact_state_t, reason_converged
+  use sig_contact_state, only: contact_state_t
   use sig_deck_config, only: point_set_config_t
   use sig_error_broadcast, only: broadcast_error
   use sig_errors, only: error_t
@@ -16,6 +16,7 @@ module sig_sampling
   use sig_problem, only: announce_plan, problem_t
   use sig_progress, only: progress_t
   use sig_rank_groups, only: rank_groups_t
+  use sig_reasons, only: reason_converged
   use sig_snapshot_buffer, only: snapshot_buffer_t
   use sig_snapshot_merge, only: find_finished_points, merge_snapshots, store_t
   use sig_snapshot_shard, only: snapshot_record_t

@@ -10,7 +10,7 @@ module sig_greedy_rules
   use sig_ties, only: first_largest
   implicit none(type, external)
   private
-  public :: box_of, cut_at_end, log_choice, pick_worst, stop_reason
+  public :: box_of, cut_at_end, log_choice, pick_worst, selection_end
 
   !> [-] a candidate with a smaller indicator differs from the chosen ones by rounding
   real(rk), parameter :: negligible = 1.0e-13_rk
@@ -61,14 +61,14 @@ contains
     selection%largest_left = max(0.0_rk, maxval(defects))
     do while (size(chosen) < deck%greedy%batch)
       largest = maxval(defects)
-      if (stop_reason(deck, n + size(chosen), largest) /= '') exit
+      if (selection_end(deck, n + size(chosen), largest) /= '') exit
       i = first_largest(defects)
       call selection%append(candidates(:, i:i), defects(i:i))
       chosen = [chosen, i]
       call log_choice(deck, n + size(chosen), 'defect', defects(i), candidates(:, i))
       call leave_out(candidates, box, candidates(:, i), half_spacing(n + deck%greedy%batch, size(box, 2)), defects)
     end do
-    if (size(chosen) == 0) selection%stopped_by = stop_reason(deck, n, largest)
+    if (size(chosen) == 0) selection%stopped_by = selection_end(deck, n, largest)
   end subroutine pick_worst
 
   !> Half the distance of so many points that fill the unit box evenly.
@@ -97,7 +97,7 @@ contains
   end subroutine leave_out
 
   !> Why no further point is chosen; empty where one is.
-  pure function stop_reason(deck, n_chosen, largest) result(reason)
+  pure function selection_end(deck, n_chosen, largest) result(reason)
     type(deck_config_t), intent(in) :: deck
     integer, intent(in) :: n_chosen
     !> [-] indicator of the candidates that are left; negative where none is
@@ -114,7 +114,7 @@ contains
     else if (n_chosen >= deck%greedy%max_points) then
       reason = stopped_by_budget
     end if
-  end function stop_reason
+  end function selection_end
 
   !> `greedy point 6: projection error 1.2e-02 at P1 = 5.0 MPa, h1 = 0.6 mm`
   subroutine log_choice(deck, i_point, what, indicator, point)

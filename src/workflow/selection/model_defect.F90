@@ -12,11 +12,12 @@ module sig_model_defect
   use sig_condensed, only: condensed_t
   use sig_contact_error_bound, only: contact_error_bound_t
   use sig_contact_residuals, only: measure_points
-  use sig_contact_state, only: contact_state_t, reason_converged
+  use sig_contact_state, only: contact_state_t
   use sig_contact_system, only: contact_system_t
   use sig_kinds, only: rk
   use sig_linear_algebra, only: multiply, transposed_product
   use sig_hhr_data, only: hhr_data_t
+  use sig_reasons, only: reason_converged
   use sig_rooms, only: rooms_t
   use sig_model_parts, only: cluster_of
   use sig_online_model, only: online_model_t

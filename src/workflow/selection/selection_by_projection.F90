@@ -7,15 +7,15 @@
 module sig_selection_by_projection
   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   use mpi, only: MPI_Comm_rank
-  use sig_contact_state, only: reason_converged
   use sig_error_broadcast, only: broadcast_error
   use sig_errors, only: error_t, exit_not_converged, make_error
   use sig_farthest_points, only: farthest_points
   use sig_greedy_projection, only: greedy_projection_t
   use sig_greedy_record, only: keep_selection
-  use sig_greedy_rules, only: box_of, log_choice, stop_reason
+  use sig_greedy_rules, only: box_of, log_choice, selection_end
   use sig_kinds, only: rk
   use sig_problem, only: problem_t
+  use sig_reasons, only: reason_converged
   use sig_sampling, only: sampler_t, sampling_result_t
   use sig_selection, only: selection_t
   use sig_snapshot_merge, only: candidate_store, read_store, snapshot_store, store_t, write_merged
@@ -129,7 +129,7 @@ contains
     do
       call greedy%find_worst(i, error)
       selection%largest_left = error
-      selection%stopped_by = stop_reason(problem%deck, size(chosen), error)
+      selection%stopped_by = selection_end(problem%deck, size(chosen), error)
       if (selection%stopped_by /= '') exit
       call greedy%take(i)
       call selection%append(candidates(:, i:i), [error])

@@ -5,7 +5,6 @@ module sig_training
   use sig_cluster_division, only: divide_snapshots
   use sig_cluster_training, only: log_cluster_warnings, train_clusters
   use sig_clustering, only: cluster_t
-  use sig_contact_state, only: reason_converged
   use sig_errors, only: error_t, exit_not_converged, make_error
   use sig_hhr_data, only: hhr_data_t
   use sig_log, only: log_warning
@@ -14,6 +13,7 @@ module sig_training
   use sig_model_header, only: fill_model_header
   use sig_parameter_space, only: format_point
   use sig_problem, only: problem_t
+  use sig_reasons, only: reason_converged
   use sig_snapshot_store, only: columns_of, snapshot_set_t
   use sig_text, only: to_text
   use petsc

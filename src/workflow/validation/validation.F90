@@ -4,7 +4,7 @@
 module sig_validation
   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   use sig_benchmark, only: benchmark_t, run_benchmark
-  use sig_contact_state, only: contact_state_t, reason_converged
+  use sig_contact_state, only: contact_state_t
   use sig_domain_energy, only: domain_energy_t
   use sig_error_norms, only: measure_errors, point_errors_t
   use sig_errors, only: error_t, exit_internal, make_error
@@ -19,6 +19,7 @@ module sig_validation
   use sig_progress, only: progress_t
   use sig_answer, only: answer_t
   use sig_query, only: query_t
+  use sig_reasons, only: reason_converged
   use sig_statistics, only: summarize, statistics_t
   use sig_stop_request, only: agree_to_stop
   use petsc

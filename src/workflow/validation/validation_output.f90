@@ -2,7 +2,6 @@
 !> The validation as validation.csv, as a section of the report, and as statistics in the model.
 module sig_validation_output
   use sig_accuracy_warnings, only: error_warnings
-  use sig_contact_state, only: reason_converged
   use sig_deck_config, only: deck_config_t
   use sig_errors, only: error_t
   use sig_file_system, only: write_text_file
@@ -11,6 +10,7 @@ module sig_validation_output
   use sig_model, only: model_t
   use sig_parameter_space, only: format_point
   use sig_answer, only: bound_text, method_name, n_answer_methods
+  use sig_reasons, only: reason_converged
   use sig_reporting, only: report_statistics
   use sig_run_report, only: run_report_t
   use sig_statistics, only: measured_statistics, statistics_t

@@ -2,13 +2,14 @@
 #include "signorom/macros.h"
 !> The contact patch test of tests/integration/decks/patch.yaml and its solution by formula.
 module patch_study
-  use sig_contact_state, only: contact_state_t, reason_converged
+  use sig_contact_state, only: contact_state_t
   use sig_deck_config, only: deck_config_t
   use sig_deck_read, only: read_deck
   use sig_errors, only: error_list_t, error_t, make_error
   use sig_file_system, only: read_text_file
   use sig_kinds, only: rk
   use sig_problem, only: load_problem, parameter_names, problem_t
+  use sig_reasons, only: reason_converged
   use sig_snapshot_store, only: snapshot_set_t
   use petsc
   implicit none(type, external)

@@ -1,0 +1,114 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> Why a solver or a model has an answer at a parameter point, or has none. One list for all layers: files keep these numbers.
+module sig_reasons
+  implicit none(type, external)
+  private
+  public :: reason_text, put_reason
+
+  !> > 0: there is an answer; < 0: there is none
+  integer, parameter, public :: reason_converged = 1
+
+  ! of the full-order model
+  integer, parameter, public :: reason_max_iterations = -1
+  integer, parameter, public :: reason_linear_solver = -3
+  integer, parameter, public :: reason_floating_body = -4
+  integer, parameter, public :: reason_no_complementary_solution = -5
+  integer, parameter, public :: reason_line_search = -6
+  !> of a condensed model, too
+  integer, parameter, public :: reason_pulled_off = -7
+
+  ! of a reduced model
+  !> the point has not one value per parameter
+  integer, parameter, public :: reason_bad_point = -11
+  !> a term of the model is infinite or not a number there
+  integer, parameter, public :: reason_bad_term = -12
+  !> the certificate does not reach certificate.max_error, and nothing better is left
+  integer, parameter, public :: reason_large_bound = -13
+  !> contacts that always were open or closed in training are not there
+  integer, parameter, public :: reason_outside = -15
+  !> nothing touches in the reduced integration domain, but the loads or the gaps say that something does elsewhere
+  integer, parameter, public :: reason_blind = -16
+
+  ! of a dense complementarity problem
+  !> an entry of the matrix or of q is not finite
+  integer, parameter, public :: reason_not_finite = -21
+  !> Lemke's path ended on a secondary ray: most often there is no solution
+  integer, parameter, public :: reason_ray = -22
+  !> more steps than the method allows
+  integer, parameter, public :: reason_max_pivots = -23
+  !> an answer was found, but round-off has spoiled it
+  integer, parameter, public :: reason_ill_conditioned = -24
+  !> an index set came back, or its matrix is singular: the next method takes over
+  integer, parameter, public :: reason_cycle = -25
+
+  !> room for the longest sentence
+  integer, parameter, public :: reason_length = 128
+
+contains
+
+  !> The reason as a sentence without its full stop.
+  pure function reason_text(reason) result(text)
+    integer, intent(in) :: reason
+    character(:), allocatable :: text
+    character(reason_length) :: sentence
+
+    call put_reason(reason, sentence)
+    text = trim(sentence)
+  end function reason_text
+
+  !> The same for several threads: gfortran 12 keeps the lengths of what text functions return in static variables.
+  pure subroutine put_reason(reason, text)
+    integer, intent(in) :: reason
+    !> at least of reason_length
+    character(*), intent(out) :: text
+
+    select case (reason)
+    case (reason_converged)
+      text = 'converged'
+    case (reason_max_iterations)
+      text = 'the active set still changed after the largest allowed number of iterations'
+    case (reason_linear_solver)
+      text = 'the linear solver failed'
+    case (reason_floating_body)
+      text = 'the stiffness is singular: a body is not held'
+    case (reason_no_complementary_solution)
+      text = 'the linear complementarity problem has no solution that the pivoting methods find'
+    case (reason_line_search)
+      text = 'the line search found no descent'
+    case (reason_pulled_off)
+      text = 'there is no equilibrium: the loads pull a body off the contacts that hold it'
+    case (reason_bad_point)
+      text = 'the point has not one value per parameter'
+    case (reason_bad_term)
+      text = 'a term of the model is infinite or not a number at this point'
+    case (reason_large_bound)
+      text = 'the error may be larger than certificate.max_error allows'
+    case (reason_outside)
+      text = 'contacts change that never did at the training points around'
+    case (reason_blind)
+      text = 'nothing touches in the reduced integration domain, but loads or gaps say that something touches elsewhere'
+    case default
+      call put_lcp_reason(reason, text)
+    end select
+  end subroutine put_reason
+
+  pure subroutine put_lcp_reason(reason, text)
+    integer, intent(in) :: reason
+    character(*), intent(out) :: text
+
+    select case (reason)
+    case (reason_not_finite)
+      text = 'the complementarity problem has an entry that is not a finite number'
+    case (reason_ray)
+      text = 'the complementarity problem has no solution that Lemke''s method can reach'
+    case (reason_max_pivots)
+      text = 'the complementarity problem took more pivots than allowed'
+    case (reason_ill_conditioned)
+      text = 'the complementarity problem is too ill-conditioned for a reliable answer'
+    case (reason_cycle)
+      text = 'the index sets of the complementarity problem came back'
+    case default
+      text = 'unknown reason'
+    end select
+  end subroutine put_lcp_reason
+end module sig_reasons
