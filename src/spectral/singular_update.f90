@@ -50,7 +50,7 @@ contains
     !> c, shape (n_rows)
     real(rk), intent(in) :: column(:)
     real(rk), allocatable :: poles(:), weights(:)
-    real(rk) :: smallest
+    real(rk) :: components(size(space%values)), smallest
     integer :: n
 
     n = size(space%values)
@@ -63,7 +63,9 @@ contains
     end if
     associate (first => size(poles) - n)
       poles(first + 1:) = space%values(n:1:-1)
-      weights(first + 1:) = matmul(column, space%left(:, n:1:-1))
+      ! gfortran's matmul writes beyond its work space where a long matrix comes with reversed columns
+      components = matmul(column, space%left)
+      weights(first + 1:) = components(n:1:-1)
     end associate
     smallest = smallest_root(poles, weights)
     ratio = ieee_value(ratio, ieee_positive_inf)
