@@ -17,11 +17,11 @@ import pytest
 import yaml
 from half_disk_results import REPORT, write_results, write_validation
 
+from signorom_post.answer import Parameter
 from signorom_post.arrays import FloatArray
 from signorom_post.cli import main
 from signorom_post.compare import command, timing
 from signorom_post.compare.variants import read_variants
-from signorom_post.online import Parameter
 
 ROOT = Path(__file__).resolve().parents[3]
 VARIANTS = sorted((ROOT / "input" / "compare").glob("*.yaml"))

@@ -3,8 +3,9 @@
 
 from importlib.metadata import PackageNotFoundError, version
 
+from signorom_post.answer import Answer, ModelError, NoAnswerError
 from signorom_post.library import LibraryError
-from signorom_post.online import Answer, Model, ModelError, NoAnswerError
+from signorom_post.online import Model
 
 try:
     __version__ = version("signorom-post")
