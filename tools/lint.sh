@@ -37,6 +37,7 @@ check 'codespell' $tools/codespell .
 # what it says about PETSc's type macros in .F90 files is on standard error, and expected
 check 'fortitude' $tools/fortitude check --quiet --output-format concise "${fortran[@]}" 2> >(grep -v '^warning: Syntax errors' >&2)
 check 'shell syntax' shell_syntax
+check 'planted errors (tests/mutation)' $tools/python tests/mutation/run.py --check
 if [ $is_fast = 0 ]; then
   check 'fprettify (tools/format_fortran.py)' $tools/python tools/format_fortran.py --check "${fortran[@]}" "${tests[@]}"
 fi

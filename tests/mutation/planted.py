@@ -75,8 +75,8 @@ PLANTED = [
     ),
     Planted(
         SRC + "dense/contact_error_bound.f90",
-        "bound = sqrt(square) / 2 + sqrt(square / 4 + surplus)",
-        "bound = sqrt(square) / 2 + sqrt(square / 4)",
+        "sqrt(square / 4 + dot_product(lambda, opening - misfit) + more)",
+        "sqrt(square / 4 + more)",
         "the bound forgets forces across open gaps",
     ),
     Planted(
@@ -117,9 +117,9 @@ PLANTED = [
         "distances to cells count layers instead of sides of the box",
     ),
     Planted(
-        SRC + "online/reconstruction.f90",
-        "- dot_product(model%full_order%contact_response(dof, :), answer%multipliers)",
-        "+ dot_product(model%full_order%contact_response(dof, :), answer%multipliers)",
+        SRC + "online/condensed_displacement.f90",
+        "displacement - dot_product(data%contact_response(i_exact, :), unknowns)",
+        "displacement + dot_product(data%contact_response(i_exact, :), unknowns)",
         "the displacement at one dof of a condensed answer has the wrong sign of the contact forces",
     ),
     Planted(
@@ -303,8 +303,8 @@ PLANTED = [
     ),
     Planted(
         SRC + "snapshots/snapshot_store.f90",
-        "if (record_of_point(i_point) == 0 .or. records(i_record)%reason > 0)",
-        "if (record_of_point(i_point) == 0)",
+        "if (column_of_point(i_point) == 0 .or. reasons(i_column) > 0)",
+        "if (column_of_point(i_point) == 0)",
         "a point that failed first stays failed",
     ),
     Planted(
@@ -316,8 +316,8 @@ PLANTED = [
     # reduction
     Planted(
         SRC + "reduction/pod_rank.f90",
-        "if (sizes(i) > negligible * maxval(sizes)) then",
-        "if (sizes(i) > negligible) then",
+        "where (sizes > negligible * maxval(sizes))",
+        "where (sizes > negligible)",
         "what is negligible depends on the unit of length",
     ),
     Planted(

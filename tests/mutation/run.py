@@ -99,15 +99,35 @@ def try_stage(tree: Tree, target: str, pattern: str) -> list[str] | str:
     return f"NOT APPLIED: no test {pattern}" if failed is None else failed
 
 
+def not_applied(root: Path, planted: Planted) -> str:
+    """Why an error cannot be planted; empty where it can."""
+    path = root / planted.file
+    if not path.is_file():
+        return "NOT APPLIED: there is no such file"
+    count = path.read_text().count(planted.old)
+    return "" if count == 1 else f"NOT APPLIED: the text stands {count} times in the file"
+
+
+def check() -> int:
+    """Whether every error can still be planted, without a build."""
+    problems = [
+        f"{planted.file}: {planted.why}\n    {why}"
+        for planted in PLANTED
+        if (why := not_applied(ROOT, planted))
+    ]
+    print(*problems, sep="\n", end="\n" if problems else "")
+    return 1 if problems else 0
+
+
 def try_planted(tree: Tree, planted: Planted, known: dict[str, list[str]]) -> str:
     """What caught the error; `SURVIVED`, or why it could not be tried.
 
     `known` keeps, by their pattern, the tests that fail without an error: they catch nothing.
     """
+    if why := not_applied(tree.root, planted):
+        return why
     path = tree.root / planted.file
     text = path.read_text()
-    if text.count(planted.old) != 1:
-        return f"NOT APPLIED: the text stands {text.count(planted.old)} times in the file"
     for target, pattern in test_stages(planted):
         if pattern not in known:
             known[pattern] = try_stage(tree, target, pattern)
@@ -132,7 +152,10 @@ def main() -> int:
     parser.add_argument(
         "--folder", type=Path, help="for the copy and its build, kept (default: a temporary one)"
     )
+    parser.add_argument("--check", action="store_true", help="only look whether each can still be planted")
     options = parser.parse_args()
+    if options.check:
+        return check()
     folder = options.folder or Path(tempfile.mkdtemp(prefix="mutation"))
     survivors = 0
     known: dict[str, list[str]] = {}
