@@ -7,7 +7,9 @@ build/venv/bin/python tests/benchmark/large_contact.py flange --points 50 --set 
 
 Answers of `predict` against the full-order solver at random points of the box; then medians of single queries by the C
 interface, and of a primal-dual active set on W lambda + q from model.h5 that starts at the closed pairs of the nearest
-training point and factors W_AA by LAPACK in every pass: time, and operations, |A|^3 / 3 + 2 q |A| per pass.
+training point and factors W_AA by LAPACK in every pass: time, and operations, |A|^3 / 3 + 2 q |A| per pass. A query that
+changes k pairs of a reference takes 2 k^3 / 3 + 2 q k per pass, 2 q n_terms for the transformed q, and with the openings
+and the bound of all pairs 2 q |A| + q^2 more. Ratios are of each point; the worst point has the smallest.
 """
 
 import argparse
@@ -114,9 +116,46 @@ class DenseProblem:
         sys.exit("the dense solver did not converge")
 
 
+class TransformedProblem:
+    """The same with principal pivot transforms, as a query does it: counts operations."""
+
+    def __init__(self, path):
+        """Read the transforms and the sets."""
+        with h5py.File(path) as file:
+            group = file["clusters/1"]
+            n = len(group["compliance"])
+            bits = group["start_sets"][()].astype("<u4").view(np.uint8)
+            self.sets = np.unpackbits(bits, axis=1, bitorder="little")[:, :n].astype(bool)
+            self.reference_of_point = group["reference_of_point"][()] - 1
+            self.references = self.sets[group["reference_points"][()] - 1]
+            self.columns = group["transforms"][()].reshape(len(self.references), n, n)
+
+    def count(self, q, n_terms, i_nearest):
+        """Operations of a query, pairs that its last set changes, passes."""
+        i_reference = self.reference_of_point[i_nearest]
+        columns, reference = self.columns[i_reference], self.references[i_reference]
+        q = np.where(reference, 0.0, q) - q[reference] @ columns[reference]
+        is_changed = self.sets[i_nearest] ^ reference
+        n, operations = len(q), 2.0 * len(q) * n_terms
+        for i_pass in range(1, MAX_PASSES + 1):
+            changed = np.flatnonzero(is_changed)
+            z = np.zeros(n)
+            z[changed] = np.linalg.solve(columns[np.ix_(changed, changed)].T, -q[changed])
+            w = q + z[changed] @ columns[changed]
+            operations += 2 * len(changed) ** 3 / 3 + 2 * n * len(changed)
+            smallest = 1e-12 * (np.abs(z).max(initial=0.0)), 1e-12 * np.abs(w).max()
+            following = np.where(is_changed, z >= -smallest[0], w < -smallest[1])
+            if (following == is_changed).all():
+                n_closed = (is_changed ^ reference).sum()
+                return operations + 2.0 * n * n_closed + float(n) ** 2, len(changed), i_pass
+            is_changed = following
+        sys.exit("the transformed problem did not converge")
+
+
 def time_dense(results, names, points):
-    """Forces, seconds, operations and passes of each point."""
+    """Forces, seconds, operations and passes of each point; operations, changes and passes of the query."""
     problem = DenseProblem(results / "model.h5", names)
+    transformed = TransformedProblem(results / "model.h5")
     with h5py.File(results / "snapshots.h5") as file:
         known, sets = file["parameters"][()], file["multipliers"][()] > 0
     low, high = known.min(axis=0), known.max(axis=0)
@@ -125,13 +164,17 @@ def time_dense(results, names, points):
     for point in points:
         start = time.perf_counter()
         nearest = tree.query((point - low) / (high - low))[1]
-        forces, operations, n_passes = problem.solve(problem.opening(point), sets[nearest])
-        found.append((forces, time.perf_counter() - start, operations, n_passes))
+        q = problem.opening(point)
+        forces, operations, n_passes = problem.solve(q, sets[nearest])
+        elapsed = time.perf_counter() - start
+        found.append(
+            (forces, elapsed, operations, n_passes, *transformed.count(q, len(problem.openings), nearest))
+        )
     return [np.array(values) for values in zip(*found, strict=True)]
 
 
-def time_queries(folder, library, model, n_points):
-    """What query_times tells."""
+def time_queries(folder, library, model, points):
+    """What query_times tells: of random points, and the seconds of each given point."""
     compiled = [
         "cc",
         "-O2",
@@ -141,10 +184,17 @@ def time_queries(folder, library, model, n_points):
     ]
     compiled += ["-lsignorom_online", f"-Wl,-rpath,{library}", "-o", str(folder / "query_times")]
     subprocess.run(compiled, check=True)
-    done = subprocess.run(
-        [folder / "query_times", model, str(n_points)], check=False, stdout=subprocess.PIPE, text=True
-    )
-    return done.stdout
+    np.savetxt(folder / "points.txt", points, fmt="%.17g")
+    command = [folder / "query_times", model, str(len(points))]
+    text = subprocess.run(command, check=False, stdout=subprocess.PIPE, text=True).stdout
+    done = subprocess.run([*command, folder / "points.txt"], check=True, stdout=subprocess.PIPE, text=True)
+    return text, np.array([float(line) for line in done.stdout.split()])
+
+
+def ratio_text(ours, theirs):
+    """Median and worst of the ratios of the points."""
+    ratios = theirs / ours
+    return f"median {np.median(ratios):.0f}, worst point {ratios.min():.1f}"
 
 
 def error_text(found, expected):
@@ -209,7 +259,7 @@ def main():
         points = np.random.default_rng(SEED).uniform(low, high, (arguments.points, len(names)))
         expected = compare(arguments, program, folder, names, points)
         results = folder / "results" / arguments.deck
-        forces, seconds, operations, passes = time_dense(results, names, points)
+        forces, seconds, operations, passes, fewer, changes, _ = time_dense(results, names, points)
         print(f"dense solver against condensed: {error_text(forces, expected)[0]}")
         n_closed = (expected > 0).sum(axis=1)
         print(
@@ -219,8 +269,14 @@ def main():
             f"dense solver, warm, factors anew: median {1e6 * np.median(seconds):.0f} us, "
             f"{np.median(operations):.2e} operations, {np.median(passes):.0f} passes"
         )
+        text, own = time_queries(folder, program.parent / "src" / "online", results / "model.h5", points)
+        print(text, end="")
         print(
-            time_queries(folder, program.parent / "src" / "online", results / "model.h5", len(points)), end=""
+            f"query at the points: median {1e6 * np.median(own):.0f} us, largest {1e6 * own.max():.0f} us, "
+            f"{np.median(fewer):.2e} operations, {np.median(changes):.0f} pairs differ from the reference"
+        )
+        print(
+            f"dense solver over query: time {ratio_text(own, seconds)}; operations {ratio_text(fewer, operations)}"
         )
 
 

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* query_times MODEL N: wall time of single queries at N random points of the trained box, of the contact forces
-   everywhere after them, and what answered. */
+   everywhere after them, and what answered.
+   query_times MODEL N POINTS: seconds of a query with the contact forces everywhere at each of N points of a file. */
 #define _POSIX_C_SOURCE 199309L
 #include <signorom.h>
 
@@ -30,6 +31,29 @@ static void draw(const signorom_model *model, int n_parameters, unsigned long lo
   }
 }
 
+/* As many points as the file has of these; the model answers each once before. */
+static int tell_points(signorom_context *context, const signorom_sizes *sizes, const char *path, int n,
+                       double *multipliers) {
+  signorom_answer answer = SIGNOROM_ANSWER;
+  double point[most_parameters];
+  FILE *file = fopen(path, "r");
+  if (!file) return 2;
+  for (int i = 0; i < n; i++) {
+    double elapsed = 0;
+    for (int k = 0; k < sizes->n_parameters; k++)
+      if (fscanf(file, "%lf", &point[k]) != 1) return 2;
+    for (int turn = 0; turn < 2; turn++) {
+      const double start = seconds();
+      if (signorom_query(context, point, &answer)) return 1;
+      signorom_get_multipliers(context, multipliers);
+      elapsed = seconds() - start;
+    }
+    printf("%.9g\n", elapsed);
+  }
+  fclose(file);
+  return 0;
+}
+
 /* Median and 99th percentile, in microseconds. */
 static void tell(const char *what, double *times, int n) {
   qsort(times, (size_t)n, sizeof *times, compare);
@@ -44,7 +68,7 @@ int main(int argc, char **argv) {
   int counts[5] = {0}, n_several = 0;
   unsigned long long state = 20220430;
   double point[most_parameters];
-  if (argc != 3) return 2;
+  if (argc != 3 && argc != 4) return 2;
   const int n = atoi(argv[2]);
   if (signorom_open(argv[1], &model) || signorom_create_context(model, &context)) {
     fprintf(stderr, "%s\n", signorom_model_message(model));
@@ -54,6 +78,7 @@ int main(int argc, char **argv) {
   double *times = calloc((size_t)n, sizeof *times), *times_everywhere = calloc((size_t)n, sizeof *times);
   double *multipliers = calloc((size_t)sizes.n_contacts, sizeof *multipliers);
   if (!times || !times_everywhere || !multipliers || sizes.n_parameters > most_parameters) return 2;
+  if (argc == 4) return tell_points(context, &sizes, argv[3], n, multipliers);
   for (int i = -n_warm; i < n; i++) {
     draw(model, sizes.n_parameters, &state, point);
     const double start = seconds();
