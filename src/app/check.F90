@@ -71,6 +71,9 @@ contains
       text = text // new_line('a') // '# ' // contact(i)%text
     end do
     text = text // new_line('a') // '# ' // plan_text(problem%plan)
+    do i = 1, size(problem%contact_notes)
+      text = text // new_line('a') // '# note: ' // problem%contact_notes(i)%text
+    end do
     do i = 1, size(problem%notes)
       text = text // new_line('a') // '# note: ' // problem%notes(i)%text
     end do

@@ -37,6 +37,7 @@ contains
     call report%add('solver/linear', problem%plan%linear)
     call report%add('solver/reason', problem%plan%why)
     call report%add('solver/notes', problem%notes)
+    call report%add('contact/notes', problem%contact_notes)
     call report%add('solver/warnings', problem%warnings)
     call report%add('provenance', problem%provenance)
     call report%add('stiffness/depends_on_parameters', .not. problem%has_fixed_stiffness)

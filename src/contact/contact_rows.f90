@@ -42,6 +42,7 @@ module sig_contact_rows
     procedure :: list_side
     procedure :: nodal_areas
     procedure :: select
+    procedure :: append
   end type contact_rows_t
 
 contains
@@ -283,4 +284,26 @@ contains
     rows%areas = self%areas(indices)
     rows%contact_entry = self%contact_entry(indices)
   end function select
+
+  !> Other rows behind these, with the gaps of terms that are not there yet.
+  pure subroutine append(self, more)
+    class(contact_rows_t), intent(inout) :: self
+    !> at least as many terms
+    type(contact_rows_t), intent(in) :: more
+    real(rk) :: gap(self%n_rows + more%n_rows, size(more%gap, 2))
+
+    gap = 0
+    gap(:self%n_rows, :size(self%gap, 2)) = self%gap
+    gap(self%n_rows + 1:, :) = more%gap
+    self%gap = gap
+    associate (n_entries => size(self%dofs))
+      self%splits = [self%splits, more%splits + n_entries]
+      self%offsets = [self%offsets, more%offsets(2:) + n_entries]
+    end associate
+    self%dofs = [self%dofs, more%dofs]
+    self%coefficients = [self%coefficients, more%coefficients]
+    self%areas = [self%areas, more%areas]
+    self%contact_entry = [self%contact_entry, more%contact_entry]
+    self%n_rows = self%n_rows + more%n_rows
+  end subroutine append
 end module sig_contact_rows

@@ -142,6 +142,11 @@ module sig_deck_config
     real(rk), allocatable :: direction(:)
     integer :: direction_line = 0
     integer :: direction_column = 0
+    !> auto, node_to_node or mortar
+    character(12) :: formulation = 'auto'
+    !> [length] mortar: surfaces that are farther apart never touch; otherwise (default) 50 times the longest edge of both
+    logical :: has_search_distance = .false.
+    real(rk) :: search_distance = 0
     !> [-] largest lateral offset of a pair relative to the mesh size of the first surface; default 1.0e-6 along a direction,
     !> averaged_tolerance along averaged normals
     real(rk) :: pairing_tolerance = 1.0e-6_rk

@@ -197,7 +197,8 @@ contains
     end if
     yaml = yaml // ', second: ' // yaml_text(contact%second%text)
     if (contact%has_direction) yaml = yaml // ', direction: ' // number_list(contact%direction)
-    yaml = yaml // ', pairing_tolerance: ' // to_text(contact%pairing_tolerance)
+    yaml = yaml // ', formulation: ' // trim(contact%formulation) // ', pairing_tolerance: ' // to_text(contact%pairing_tolerance)
+    if (contact%has_search_distance) yaml = yaml // ', search_distance: ' // to_text(contact%search_distance)
     if (contact%has_initial_gap) yaml = yaml // ', initial_gap: ' // value_text(contact%initial_gap)
     yaml = yaml // '}'
   end function contact_entry

@@ -10,6 +10,7 @@ module sig_deck_read_contact
   public :: read_contact
 
   character(*), parameter :: obstacle_types(2) = [character(10) :: 'half_space', 'sphere']
+  character(*), parameter :: formulations(3) = [character(12) :: 'auto', 'node_to_node', 'mortar']
   character(*), parameter :: without_friction = 'contact is frictionless'
   character(*), parameter :: of_parameters = 'a number or an expression of the parameters'
 
@@ -19,6 +20,7 @@ contains
   subroutine read_contact(tree, contact)
     type(deck_tree_t), intent(inout) :: tree
     type(contact_config_t), allocatable, intent(out) :: contact(:)
+    character(:), allocatable :: formulation
     integer, allocatable :: nodes(:)
     integer :: i, i_list
 
@@ -43,7 +45,12 @@ contains
         contact(i)%has_direction = tree%find(nodes(i), 'direction') > 0
         if (.not. contact(i)%has_direction) contact(i)%pairing_tolerance = averaged_tolerance
         call read_direction(tree, nodes(i), .false., contact(i))
+        formulation = trim(contact(i)%formulation)
+        call get_choice(tree, nodes(i), 'formulation', .false., formulations, formulation)
+        contact(i)%formulation = formulation
         call get_number(tree, nodes(i), 'pairing_tolerance', .false., contact(i)%pairing_tolerance)
+        contact(i)%has_search_distance = tree%find(nodes(i), 'search_distance') > 0
+        call get_number(tree, nodes(i), 'search_distance', .false., contact(i)%search_distance)
         call read_initial_gap(tree, nodes(i), contact(i))
       end if
       call tree%refuse_key(nodes(i), 'friction', without_friction)

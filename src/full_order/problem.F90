@@ -7,13 +7,13 @@ module sig_problem
   use sig_boundary_conditions, only: boundary_conditions_t, create_boundary_conditions
   use sig_checksum, only: hash_of_text
   use sig_clock, only: wall_time
+  use sig_contact_building, only: build_contact_rows
   use sig_contact_rows, only: contact_rows_t, separate_inert_rows
   use sig_contact_summary, only: contact_lines
   use sig_deck_config, only: deck_config_t
   use sig_deck_echo, only: echo_physics
   use sig_elastic_body, only: create_elastic_body, elastic_body_t
   use sig_errors, only: error_t, make_error
-  use sig_initial_gap, only: set_initial_gaps
   use sig_kinds, only: rk
   use sig_loads, only: create_loads
   use sig_log, only: log_info, log_warning
@@ -22,8 +22,6 @@ module sig_problem
   use sig_mesh, only: mesh_t
   use sig_mesh_checks, only: material_of_cells, nodes_of_boundary, nodes_of_zone
   use sig_mesh_load, only: load_mesh
-  use sig_node_pair_rows, only: areas_of_pairs, create_node_pair_rows
-  use sig_node_pairs, only: find_node_pairs, node_pairs_t
   use sig_petsc_support, only: has_multigrid_vi
   use sig_rigid_motions, only: create_rigid_motions, rigid_motions_t
   use sig_solver_plan, only: make_solver_plan, plan_text, problem_size_t, solver_plan_t
@@ -51,6 +49,8 @@ module sig_problem
     type(contact_rows_t) :: inert
     !> which solver, and why
     type(solver_plan_t) :: plan
+    !> sentences about surfaces whose nodes do not match
+    type(string_t), allocatable :: contact_notes(:)
     !> sentences about bodies that only contact holds
     type(string_t), allocatable :: notes(:)
     !> sentences of what makes its answers doubtful
@@ -134,6 +134,9 @@ contains
       call log_info(lines(i)%text)
     end do
     call log_info(plan_text(problem%plan))
+    do i = 1, size(problem%contact_notes)
+      call log_info('note: ' // problem%contact_notes(i)%text)
+    end do
     do i = 1, size(problem%notes)
       call log_info('note: ' // problem%notes(i)%text)
     end do
@@ -204,16 +207,12 @@ contains
     type(deck_config_t), intent(in) :: deck
     type(problem_t), intent(inout) :: problem
     type(error_t), allocatable, intent(out) :: error
-    type(node_pairs_t) :: pairs
     type(contact_rows_t) :: all_rows
 
-    call find_node_pairs(problem%mesh, deck%contact, deck%path, pairs, error)
-    if (allocated(error)) return
-    call set_initial_gaps(problem%mesh, deck%contact, deck%path, problem%terms, pairs, error)
+    call build_contact_rows(deck, problem%mesh, problem%body, problem%boundary, problem%terms, all_rows, problem%contact_notes, &
+      error)
     if (allocated(error)) return
     problem%boundary%n_terms = problem%terms%n_terms()
-    call create_node_pair_rows(pairs, areas_of_pairs(problem%mesh, problem%body, deck%contact, pairs), problem%boundary%n_terms, &
-      all_rows)
     call separate_inert_rows(all_rows, problem%boundary%is_prescribed, problem%rows, problem%inert)
   end subroutine create_contact
 

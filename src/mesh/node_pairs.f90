@@ -29,31 +29,52 @@ module sig_node_pairs
 
 contains
 
-  !> Pairs of all contact entries. Local. Cost: O(n log n) in the nodes of the surfaces.
+  !> Pairs of all contact entries whose formulation is node_to_node, or auto and where the nodes face each other one to one. Local.
+  !> Cost: O(n log n) in the nodes of the surfaces.
   !>
   !> Errors: unknown surface, a direction of no use, surfaces that do not face each other, nodes without partner, a node in two
   !> pairs; with the entry's place in the deck.
-  pure subroutine find_node_pairs(mesh, contact, deck_path, pairs, error)
+  pure subroutine find_node_pairs(mesh, contact, deck_path, pairs, error, is_paired)
     type(mesh_t), intent(in) :: mesh
     type(contact_config_t), intent(in) :: contact(:)
     character(*), intent(in) :: deck_path
     type(node_pairs_t), intent(out) :: pairs
     type(error_t), allocatable, intent(out) :: error
+    !> the entry has pairs, otherwise it needs mortar; shape (size(contact)). Without it all entries must have pairs
+    logical, allocatable, intent(out), optional :: is_paired(:)
     type(surface_pair_t) :: surfaces
-    type(pairing_t) :: pairing
+    type(pairing_t) :: before, pairing
     integer :: i_entry
 
+    if (present(is_paired)) allocate (is_paired(size(contact)), source=.true.)
     allocate (pairing%partner(mesh%n_nodes), pairing%entry(mesh%n_nodes), source=0)
     allocate (pairing%is_first(mesh%n_nodes), source=.false.)
     allocate (pairing%normals(mesh%n_dim, mesh%n_nodes), source=0.0_rk)
     do i_entry = 1, size(contact)
       call open_surfaces(mesh, contact, i_entry, deck_path, surfaces, error)
       if (allocated(error)) return
-      call pair_surfaces(mesh, surfaces, pairing, error)
+      before = pairing
+      if (contact(i_entry)%formulation /= 'mortar') call pair_surfaces(mesh, surfaces, pairing, error)
+      if (present(is_paired)) is_paired(i_entry) = .not. needs_mortar(mesh%n_dim, contact(i_entry), allocated(error))
+      if (present(is_paired) .and. allocated(error)) then
+        if (is_paired(i_entry)) return
+        deallocate (error)
+        pairing = before
+      end if
       if (allocated(error)) return
     end do
     call collect_pairs(mesh, pairing, pairs)
   end subroutine find_node_pairs
+
+  !> By the deck, or because the nodes could not be paired.
+  pure logical function needs_mortar(n_dim, entry, has_failed)
+    integer, intent(in) :: n_dim
+    type(contact_config_t), intent(in) :: entry
+    logical, intent(in) :: has_failed
+
+    needs_mortar = .not. entry%has_obstacle .and. &
+      (entry%formulation == 'mortar' .or. has_failed .and. entry%formulation == 'auto' .and. n_dim == 2)
+  end function needs_mortar
 
   pure subroutine collect_pairs(mesh, pairing, pairs)
     type(mesh_t), intent(in) :: mesh

@@ -93,7 +93,8 @@ contains
     end if
     call refuse(surfaces, surface, to_text(size(lonely_nodes)) // ' of ' // to_text(n_nodes) // " nodes of '" // surface%text // &
                 "' have no partner on '" // other%text // "'; " // reason, error, &
-                'node-to-node contact needs facing nodes one to one: mesh both surfaces alike, or name only what faces')
+                'node-to-node contact needs facing nodes one to one: mesh both surfaces alike, name only what faces, or take ' // &
+                'formulation: mortar in the plane and in axisymmetry')
   end subroutine refuse_unpaired
 
   !> A node that has a partner would get another one.

@@ -1,0 +1,134 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> What a mortar contact integrates over its first surface: areas, gaps, and the shares of the nodes of the second surface.
+module sig_mortar_sums
+  use sig_kinds, only: rk
+  implicit none(type, external)
+  private
+  public :: mortar_sums_t
+
+  !> Sums of integrals with the dual function Phi_j of each node j of the first surface.
+  type :: mortar_sums_t
+    !> [length**(n_dim - 1)] integral of Phi_j, shape (n_nodes)
+    real(rk), allocatable :: areas(:)
+    !> [length**n_dim] integral of Phi_j g, shape (n_nodes)
+    real(rk), allocatable :: gaps(:)
+    !> integrals of Phi_j N_l: node j, node l and value of entries 1 to n_shares
+    integer :: n_shares = 0
+    integer, allocatable :: firsts(:)
+    integer, allocatable :: seconds(:)
+    real(rk), allocatable :: shares(:)
+    !> [length**(n_dim - 1)] of the first surface: all of it, what faces the second, and what faces it beyond the search distance
+    real(rk) :: whole = 0
+    real(rk) :: covered = 0
+    real(rk) :: far = 0
+  contains
+    procedure :: start
+    procedure :: add_shares
+    procedure :: collect
+  end type mortar_sums_t
+
+contains
+
+  subroutine start(self, n_nodes)
+    class(mortar_sums_t), intent(out) :: self
+    integer, intent(in) :: n_nodes
+
+    allocate (self%areas(n_nodes), self%gaps(n_nodes), source=0.0_rk)
+    allocate (self%firsts(64), self%seconds(64), self%shares(64))
+  end subroutine start
+
+  !> Integrals of Phi_j N_l over a piece.
+  pure subroutine add_shares(self, firsts, seconds, values)
+    class(mortar_sums_t), intent(inout) :: self
+    integer, intent(in) :: firsts(:)
+    integer, intent(in) :: seconds(:)
+    !> shape (size(firsts), size(seconds))
+    real(rk), intent(in) :: values(:, :)
+    integer :: l
+
+    if (self%n_shares + size(values) > size(self%shares)) then
+      self%firsts = [self%firsts, self%firsts]
+      self%seconds = [self%seconds, self%seconds]
+      self%shares = [self%shares, self%shares]
+    end if
+    do l = 1, size(seconds)
+      associate (from => self%n_shares + 1, to => self%n_shares + size(firsts))
+        self%firsts(from:to) = firsts
+        self%seconds(from:to) = seconds(l)
+        self%shares(from:to) = values(:, l)
+      end associate
+      self%n_shares = self%n_shares + size(firsts)
+    end do
+  end subroutine add_shares
+
+  !> w_jl, the share of each node of the second surface in the row of a node of the first: those of owner k are
+  !> offsets(k) + 1 ... offsets(k + 1), ascending by node. Their sum is 1, because the N_l sum up to 1.
+  pure subroutine collect(self, owners, offsets, nodes, shares)
+    class(mortar_sums_t), intent(in) :: self
+    !> with areas
+    integer, intent(in) :: owners(:)
+    integer, allocatable, intent(out) :: offsets(:)
+    integer, allocatable, intent(out) :: nodes(:)
+    !> [-]
+    real(rk), allocatable, intent(out) :: shares(:)
+    !> [-] rounding of integrals that are zero: nodes beside the one that faces the owner
+    real(rk), parameter :: negligible = 1.0e-12_rk
+    integer, allocatable :: next(:), order(:), own_nodes(:)
+    real(rk), allocatable :: own_shares(:)
+    integer :: k
+
+    call sort_by_first(self, next, order)
+    allocate (offsets(size(owners) + 1), source=0)
+    allocate (nodes(0), shares(0))
+    do k = 1, size(owners)
+      call sum_by_node(self, order(next(owners(k)) + 1:next(owners(k) + 1)), own_nodes, own_shares)
+      associate (is_kept => abs(own_shares) > negligible * self%areas(owners(k)))
+        own_nodes = pack(own_nodes, is_kept)
+        own_shares = pack(own_shares, is_kept)
+      end associate
+      nodes = [nodes, own_nodes]
+      shares = [shares, own_shares / sum(own_shares)]
+      offsets(k + 1) = size(nodes)
+    end do
+  end subroutine collect
+
+  !> Entries by their first node: those of node j are order(next(j) + 1:next(j + 1)).
+  pure subroutine sort_by_first(self, next, order)
+    class(mortar_sums_t), intent(in) :: self
+    integer, allocatable, intent(out) :: next(:), order(:)
+    integer :: i, place(size(self%areas))
+
+    allocate (next(size(self%areas) + 1), source=0)
+    allocate (order(self%n_shares))
+    do i = 1, self%n_shares
+      next(self%firsts(i) + 1) = next(self%firsts(i) + 1) + 1
+    end do
+    do i = 2, size(next)
+      next(i) = next(i) + next(i - 1)
+    end do
+    place = next(:size(place))
+    do i = 1, self%n_shares
+      associate (first => self%firsts(i))
+        place(first) = place(first) + 1
+        order(place(first)) = i
+      end associate
+    end do
+  end subroutine sort_by_first
+
+  !> Sums of some entries by their second node, nodes ascending.
+  pure subroutine sum_by_node(self, entries, nodes, sums)
+    class(mortar_sums_t), intent(in) :: self
+    integer, intent(in) :: entries(:)
+    integer, allocatable, intent(out) :: nodes(:)
+    real(rk), allocatable, intent(out) :: sums(:)
+    integer :: last
+
+    allocate (nodes(0), sums(0))
+    last = 0
+    do while (any(self%seconds(entries) > last))
+      last = minval(pack(self%seconds(entries), self%seconds(entries) > last))
+      nodes = [nodes, last]
+      sums = [sums, sum(pack(self%shares(entries), self%seconds(entries) == last))]
+    end do
+  end subroutine sum_by_node
+end module sig_mortar_sums

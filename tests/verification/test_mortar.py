@@ -1,0 +1,158 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Contact of surfaces whose nodes do not match, in the plane and in axisymmetry: dual mortar against known answers."""
+
+import re
+
+import numpy as np
+import pytest
+
+import shrink_fit
+from block_meshes import Mesh, consistent_areas
+from gmsh_mesh import make_mesh
+from runs import MESHES, read_fields, read_snapshots, write_deck, write_deck_with, write_input
+
+TOLERANCE = 1e-10
+YOUNG_MODULUS = 2.0e6
+HEIGHT = 2.0
+STROKE = 0.1
+PATCH = "patch test, nodes that do not match"
+SOLVERS = ("condensed", "active_set", "snesvi")
+FACES = ("lower_face", "upper_face")
+CONTACT = "first: lower_face, second: upper_face"
+
+
+def blocks(path, n_lower, n_upper, element="T3", angle=0.0):
+    """Two blocks, 1 wide and 1 high each, that meet at height 0 with different edges, turned by an angle."""
+    mesh = Mesh()
+    for name, n, floor, face in (("lower", n_lower, -1.0, 1), ("upper", n_upper, 0.0, 0)):
+        # unequal edges
+        across = np.linspace(0, 1, n + 1) ** 1.2
+        sides = {(1, face): f"{name}_face", (1, 1 - face): "bottom" if face else "top", (0, 0): "left"}
+        mesh.add_block(name, [across, np.linspace(floor, floor + 1, 4)], element, sides, 0.2, seed=n)
+    turned = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+    mesh.coordinates[:, :2] = mesh.coordinates[:, :2] @ turned.T
+    mesh.write(path)
+    return mesh
+
+
+def patch_deck(folder, model, supports, contact=CONTACT, solver="condensed"):
+    """The deck of the patch tests with nodes that need not match."""
+    entries = "".join(f"\n  - {{boundary: {name}, displacement: {{{values}}}}}" for name, values in supports)
+    return write_deck_with(
+        "patch_models",
+        folder,
+        {
+            "model: plane_strain": f"model: {model}",
+            "boundary_conditions: []": f"boundary_conditions:{entries}",
+            f"{CONTACT}, direction: [0, 1]": contact,
+            "solver: {type: condensed}": f"solver: {{type: {solver}}}\ntraining: {{grid: {{stroke: 2}}}}",
+        },
+    )
+
+
+def largest_error(mesh, snapshots, name, pressure, is_round=False):
+    """Of the forces on the nodes of the first surface against a uniform pressure."""
+    nodes = mesh.nodes_of(name)
+    expected = pressure * consistent_areas(mesh, name, is_round)[nodes]
+    return np.abs(snapshots["multipliers"][-1] - expected).max() / expected.max()
+
+
+@pytest.mark.parametrize("sizes", [(4, 7), (7, 4), (3, 11)])
+@pytest.mark.parametrize("element", ["T3", "Q4"])
+@pytest.mark.parametrize("model", ["plane_strain", "axisymmetric"])
+def test_uniform_pressure(signorom, tmp_path, figures, model, element, sizes):
+    """nu = 0: E U / H everywhere; forces by the areas of the first surface's nodes, displacements linear."""
+    up, across = ("z", "r") if model == "axisymmetric" else ("y", "x")
+    mesh = blocks(tmp_path / "blocks.msh", *sizes, element)
+    supports = [("bottom", f"{across}: 0, {up}: 0"), ("top", f"{across}: 0, {up}: -stroke")]
+    deck = patch_deck(tmp_path, model, supports)
+    said = signorom("sample", deck, folder=tmp_path)
+    assert "mortar, because the nodes do not face each other one to one: 100.0 % of" in said
+    snapshots = read_snapshots(tmp_path / "results" / deck.stem / "snapshots.h5")
+    pressure = YOUNG_MODULUS * STROKE / HEIGHT
+    worst = largest_error(mesh, snapshots, "lower_face", pressure, model == "axisymmetric")
+    figures.at_most(PATCH, f"forces, {model}, {element}, {sizes}", worst, TOLERANCE, "uniform pressure")
+
+
+@pytest.mark.parametrize("n_ranks", [1, 3])
+@pytest.mark.parametrize("solver", SOLVERS)
+@pytest.mark.parametrize("first", FACES)
+def test_turned_blocks(signorom, tmp_path, figures, first, solver, n_ranks):
+    """Turned by 30 degrees, either side as the first one, every solver."""
+    mesh = blocks(tmp_path / "blocks.msh", 4, 9, angle=np.pi / 6)
+    down = f"x: {np.sin(np.pi / 6):.17g} * stroke, y: -{np.cos(np.pi / 6):.17g} * stroke"
+    second = FACES[1 - FACES.index(first)]
+    supports = [("bottom", "x: 0, y: 0"), ("top", down)]
+    deck = patch_deck(tmp_path, "plane_strain", supports, f"first: {first}, second: {second}", solver)
+    signorom("sample", deck, folder=tmp_path, n_ranks=n_ranks)
+    snapshots = read_snapshots(tmp_path / "results" / deck.stem / "snapshots.h5")
+    worst = largest_error(mesh, snapshots, first, YOUNG_MODULUS * STROKE / HEIGHT)
+    quantity = f"forces, turned, {first} first, {solver}, ranks: {n_ranks}"
+    figures.at_most(PATCH, quantity, worst, TOLERANCE, "uniform pressure")
+
+
+def test_matching_nodes_give_pairs(signorom, tmp_path, figures):
+    """On flat faces with matching nodes mortar is node-to-node contact."""
+    found = {}
+    for formulation in ("node_to_node", "mortar"):
+        folder = tmp_path / formulation
+        folder.mkdir()
+        entry = f"direction: [0, 1], formulation: {formulation}"
+        deck = write_deck("patch", folder, **{"direction: [0, 1]": entry})
+        signorom("sample", deck, folder=folder)
+        found[formulation] = read_snapshots(folder / "results" / "patch" / "snapshots.h5")["multipliers"]
+    pairs = found["node_to_node"]
+    worst = np.abs(found["mortar"] - pairs).max() / np.abs(pairs).max()
+    figures.at_most("matching nodes", "forces of mortar", worst, 1e-12, "node_to_node")
+
+
+def test_forces_balance_where_a_part_is_covered(signorom, tmp_path, figures):
+    """A narrow stamp on a wide block: the forces on both sides have one resultant, and no moment is left."""
+    mesh = Mesh()
+    wide, narrow = np.linspace(0, 2, 15), np.linspace(0.37, 1.41, 9)
+    mesh.add_block(
+        "lower", [wide, np.linspace(-1, 0, 6)], "Q4", {(1, 0): "bottom", (1, 1): "lower_face"}, 0.2, 1
+    )
+    mesh.add_block(
+        "upper", [narrow, np.linspace(0, 1, 6)], "Q4", {(1, 0): "upper_face", (1, 1): "top"}, 0.2, 2
+    )
+    mesh.write(tmp_path / "blocks.msh")
+    supports = [("bottom", "x: 0, y: 0"), ("top", "x: 0, y: -stroke")]
+    deck = patch_deck(tmp_path, "plane_strain", supports)
+    deck.write_text(f"{deck.read_text()}reduction: {{method: hhr}}\n")
+    said = signorom("sample", deck, folder=tmp_path)
+    share = 100 * (narrow[-1] - narrow[0]) / 2
+    told = re.search(r"one to one: (\S+) % of 'lower_face' faces 'upper_face'", said)
+    assert told
+    assert float(told[1]) == pytest.approx(share, rel=1e-5)
+    signorom("solve", deck, folder=tmp_path)
+    fields = read_fields(tmp_path / "results" / deck.stem / "fields.h5")
+    forces = fields["contact_force"][:, :2]
+    lower, upper = mesh.nodes_of("lower_face"), mesh.nodes_of("upper_face")
+    size = np.abs(forces[lower, 1]).sum()
+    assert size > 0
+    x = mesh.coordinates[:, 0]
+    left_over = np.abs(forces[lower].sum(axis=0) + forces[upper].sum(axis=0)).max() / size
+    moment = abs((x * forces[:, 1])[lower].sum() + (x * forces[:, 1])[upper].sum()) / size
+    figures.at_most("stamp on a block", "resultant of both sides", left_over, 1e-12, "equilibrium")
+    figures.at_most("stamp on a block", "moment of both sides", moment, 1e-12, "equilibrium")
+
+
+@pytest.mark.parametrize("first", ["inner_face", "outer_face"])
+def test_shrink_fit(signorom, tmp_path, figures, first):
+    """Edges of 1 to 2.3: Lame's pressure whichever side comes first."""
+    source = (MESHES / "shrink_fit.geo").read_text()
+    old = "Transfinite Curve {first + 1, first + 3} = n_axial + 1;"
+    assert source.count(old) == 1
+    (tmp_path / "rings.geo").write_text(source.replace(old, old.replace("n_axial", "n_axial + 4 * ring")))
+    make_mesh(tmp_path / "rings.geo", tmp_path / "rings.msh")
+    second = {"inner_face": "outer_face", "outer_face": "inner_face"}[first]
+    old = "first: inner_face, second: outer_face, direction: [1, 0]"
+    deck = write_input("shrink_fit", tmp_path, {old: f"first: {first}, second: {second}"})
+    deck.write_text(deck.read_text().replace(str(MESHES / "shrink_fit.msh"), str(tmp_path / "rings.msh")))
+    signorom("sample", deck, folder=tmp_path)
+    forces = read_snapshots(tmp_path / "results" / "shrink_fit" / "snapshots.h5")["multipliers"][0]
+    expected = shrink_fit.pressure("held") * 2 * np.pi * (shrink_fit.MIDDLE / 2) * 2
+    figures.compare(
+        "shrink fit, edges 1 to 2.3", f"force, {first} first", forces.sum(), expected, 1e-3, "Lamé", "N"
+    )
