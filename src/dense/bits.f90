@@ -3,7 +3,7 @@
 module sig_bits
   implicit none(type, external)
   private
-  public :: n_words, pack_bits, unpack_bits
+  public :: n_words, pack_bits, pack_columns, unpack_bits, unpack_columns
 
   integer, parameter :: word_size = bit_size(1)
 
@@ -37,4 +37,28 @@ contains
       flags(i) = btest(words((i - 1) / word_size + 1), modulo(i - 1, word_size))
     end do
   end subroutine unpack_bits
+
+  !> Each column of flags on its own.
+  pure function pack_columns(flags) result(words)
+    logical, intent(in) :: flags(:, :)
+    integer :: words(n_words(size(flags, 1)), size(flags, 2))
+    integer :: i
+
+    do i = 1, size(flags, 2)
+      call pack_bits(flags(:, i), words(:, i))
+    end do
+  end function pack_columns
+
+  pure function unpack_columns(words, n_flags) result(flags)
+    !> shape (n_words(n_flags), n)
+    integer, intent(in) :: words(:, :)
+    !> of a column
+    integer, intent(in) :: n_flags
+    logical :: flags(n_flags, size(words, 2))
+    integer :: i
+
+    do i = 1, size(words, 2)
+      call unpack_bits(words(:, i), flags(:, i))
+    end do
+  end function unpack_columns
 end module sig_bits

@@ -9,6 +9,7 @@ module sig_condensed_plan
   implicit none(type, external)
   private
   public :: choose_model_kind, displacement_plan_t, needs_displacements, plan_displacements, why_not_condensed, all_dofs_fit
+  public :: number_size
 
   !> reduction.displacement for the problem at hand.
   type :: displacement_plan_t

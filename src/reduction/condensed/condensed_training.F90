@@ -3,7 +3,7 @@
 !> The full-order problem condensed to its contacts as a reduced model, as far as the deck gives it room: the whole model, or what
 !> answers where a hyper-reduced one cannot.
 module sig_condensed_training
-  use sig_bits, only: n_words, pack_bits
+  use sig_bits, only: pack_columns
   use sig_condensed, only: condensed_t
   use sig_condensed_data, only: condensed_data_t
   use sig_condensed_plan, only: all_dofs_fit, displacement_plan_t, plan_displacements, why_not_condensed
@@ -201,15 +201,11 @@ contains
     !> [force] shape (n_multipliers, n_points)
     real(rk), intent(in) :: multipliers(:, :)
     type(condensed_data_t), intent(inout) :: data
-    logical :: is_active(size(multipliers, 1))
-    integer :: i
+    logical :: is_active(size(multipliers, 1), size(multipliers, 2))
 
-    allocate (data%start_sets(n_words(size(multipliers, 1)), size(multipliers, 2)))
-    do i = 1, size(multipliers, 2)
-      is_active = multipliers(:, i) > 0
-      is_active(data%anchors) = .not. is_active(data%anchors)
-      call pack_bits(is_active, data%start_sets(:, i))
-    end do
+    is_active = multipliers > 0
+    is_active(data%anchors, :) = .not. is_active(data%anchors, :)
+    data%start_sets = pack_columns(is_active)
   end subroutine keep_start_sets
 
   !> Largest size of the forces in the norm of W.

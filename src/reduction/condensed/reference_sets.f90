@@ -1,8 +1,9 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> Which active sets of the training points get a principal pivot transform: medoids in the number of contacts that differ.
 module sig_reference_sets
-  use sig_bits, only: n_words, pack_bits, unpack_bits
+  use sig_bits, only: pack_columns, unpack_columns
   use sig_condensed_data, only: condensed_data_t
+  use sig_condensed_plan, only: number_size
   use sig_errors, only: error_t
   use sig_k_medoids, only: find_medoids, k_medoids_options_t, medoids_t
   use sig_kinds, only: rk
@@ -11,8 +12,6 @@ module sig_reference_sets
   private
   public :: choose_references, group_sets
 
-  !> [MB] of one number
-  real(rk), parameter :: number_size = 8.0e-6_rk
   !> more gain little
   integer, parameter :: most_references = 32
   !> the dissimilarities of more sets would take long; of more points every n-th is a candidate
@@ -35,10 +34,7 @@ contains
     integer :: i, n, n_references
 
     n = size(data%compliance, 1)
-    allocate (sets(n, size(data%start_sets, 2)))
-    do i = 1, size(sets, 2)
-      call unpack_bits(data%start_sets(:, i), sets(:, i))
-    end do
+    sets = unpack_columns(data%start_sets, n)
     candidates = distinct_columns(data%start_sets)
     n_references = min(most_references, size(candidates), int(max_size / (number_size * real(n, rk)**2)))
     allocate (data%reference_points(0), data%reference_of_point(0))
@@ -63,14 +59,10 @@ contains
     !> 1-based, shape (n_sets)
     integer, allocatable, intent(out) :: group_of_set(:)
     type(error_t), allocatable, intent(out) :: error
-    integer :: words(n_words(size(sets, 1)), size(sets, 2)), i
     integer, allocatable :: candidates(:)
     type(medoids_t) :: found
 
-    do i = 1, size(sets, 2)
-      call pack_bits(sets(:, i), words(:, i))
-    end do
-    candidates = distinct_columns(words)
+    candidates = distinct_columns(pack_columns(sets))
     call find_medoids(differences(sets(:, candidates)), min(n_groups, size(candidates)), k_medoids_options_t(n_starts=1), found, &
       error)
     if (.not. allocated(error)) group_of_set = nearest_sets(sets, candidates(found%medoids))

@@ -6,8 +6,8 @@
 !> rows that are open at all points carry nothing; the others and some rings of neighbors around them are the unknowns of the
 !> queries.
 module sig_tied_training
-  use sig_bits, only: n_words, pack_bits
-  use sig_condensed_plan, only: displacement_plan_t, plan_displacements
+  use sig_bits, only: pack_columns
+  use sig_condensed_plan, only: displacement_plan_t, number_size, plan_displacements
   use sig_errors, only: error_t
   use sig_full_order, only: full_order_t, team_t
   use sig_kinds, only: rk
@@ -31,8 +31,6 @@ module sig_tied_training
   integer, parameter :: n_rings = 2
   !> more clusters leave each too few training points to know what changes
   integer, parameter :: most_clusters = 16
-  !> [MB] of one number
-  real(rk), parameter :: number_size = 8.0e-6_rk
 
 contains
 
@@ -63,10 +61,7 @@ contains
     reduced%data%exact_boundaries = plan%boundaries
     call divide(full_order%problem, sets, reduced%data, reason, error)
     if (allocated(error) .or. reason /= '') return
-    allocate (reduced%data%start_sets(n_words(size(sets, 1)), size(sets, 2)))
-    do i = 1, size(sets, 2)
-      call pack_bits(sets(:, i), reduced%data%start_sets(:, i))
-    end do
+    reduced%data%start_sets = pack_columns(sets)
     if (plan%has_modes) call log_warning('where the matrix of all contacts has no room there are no modes of displacements: ' // &
       'the model answers those of the boundaries that reduction.displacement names only')
     do i = 1, size(reduced%data%clusters)
