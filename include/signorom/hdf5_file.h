@@ -68,6 +68,10 @@ int sig_h5_describe(sig_h5_file *file, const char *address, size_t length, int *
 /* `values`: room for what sig_h5_describe told, as double or int (integers may be read as double). */
 int sig_h5_read(sig_h5_file *file, const char *address, size_t length, int type, void *values);
 
+/* A block of a matrix of numbers, 0-based; row by row into `values`. */
+int sig_h5_read_part(sig_h5_file *file, const char *address, size_t length, int64_t first_row, int64_t n_rows,
+                     int64_t first_column, int64_t n_columns, double *values);
+
 /* `*characters` and `*ends` as in sig_h5_write_texts, for sig_free; null on a failure. */
 int sig_h5_read_texts(sig_h5_file *file, const char *address, size_t length, int64_t *n, char **characters,
                       int64_t **ends);

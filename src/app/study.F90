@@ -28,8 +28,8 @@ module sig_study
   use sig_sampling_stage, only: announce_stiffness, need_training
   use sig_selection, only: selection_t
   use sig_session, only: session_t
-  use sig_snapshot_merge, only: lacks_displacements, read_own_snapshots, snapshots_path
-  use sig_snapshot_store, only: snapshot_set_t, take_points
+  use sig_snapshot_merge, only: lacks_displacements, read_spread, snapshot_store, snapshots_path, store_in
+  use sig_snapshot_store, only: snapshot_set_t
   use sig_stage_report, only: describe_problem, report_fields, warn_of_residuals, write_report
   use sig_stop_request, only: agree_to_stop
   use sig_text, only: counted, to_text
@@ -81,7 +81,9 @@ contains
     if (.not. allocated(error)) then
       PetscCall(session%full_order%load(session%deck, error, ierr))
     end if
-    if (.not. allocated(error)) call read_snapshots(session, session%full_order%problem, snapshots, selection, error)
+    if (.not. allocated(error)) then
+      PetscCall(read_snapshots(session, session%full_order%problem, snapshots, selection, error, ierr))
+    end if
     if (.not. allocated(error)) then
       PetscCall(stop_if_asked(session, ierr))
       if (session%exit_code == exit_stopped) return
@@ -120,35 +122,34 @@ contains
     if (any(snapshots%reasons /= reason_converged)) session%exit_code = exit_not_converged
   end subroutine train_stage
 
-  !> The snapshots of the deck's training points; the file may hold more.
-  subroutine read_snapshots(session, problem, snapshots, selection, error)
+  !> The snapshots of the deck's training points, their dofs spread over the ranks; the file may hold more. Collective on all ranks.
+  subroutine read_snapshots(session, problem, snapshots, selection, error, ierr)
     type(session_t), intent(in) :: session
     type(problem_t), intent(in) :: problem
     type(snapshot_set_t), intent(out) :: snapshots
     type(selection_t), intent(out) :: selection
     type(error_t), allocatable, intent(out) :: error
+    PetscErrorCode, intent(out) :: ierr
     real(rk), allocatable :: points(:, :)
     logical, allocatable :: is_missing(:)
     character(:), allocatable :: hint
-    logical :: is_needed
 
+    ierr = 0
     hint = 'run first: signorom sample ' // session%deck%path
     if (.not. file_exists(snapshots_path(session%folder))) then
       call make_error(error, 'there are no snapshots yet', snapshots_path(session%folder), hint=hint)
       return
     end if
-    call read_own_snapshots(problem, snapshots_path(session%folder), snapshots, error)
+    call training_points(problem, session%folder, points, selection, error)
     if (allocated(error)) return
-    is_needed = needs_displacements(problem)
-    if (is_needed .and. lacks_displacements(snapshots)) then
+    allocate (is_missing(size(points, 2)))
+    PetscCall(read_spread(problem, store_in(session%folder, snapshot_store), points, snapshots, is_missing, error, ierr))
+    if (allocated(error)) return
+    if (needs_displacements(problem) .and. lacks_displacements(snapshots)) then
       call make_error(error, 'the snapshots hold contact forces only, and this deck''s model needs displacements', &
         snapshots_path(session%folder), hint=hint // ', which solves them again')
       return
     end if
-    call training_points(problem, session%folder, points, selection, error)
-    if (allocated(error)) return
-    allocate (is_missing(size(points, 2)))
-    call take_points(snapshots, points, is_missing)
     if (any(is_missing)) call make_error(error, 'the file lacks ' // to_text(count(is_missing)) // ' of the ' // &
       counted(size(is_missing), 'training point') // ' of the deck', snapshots_path(session%folder), hint=hint)
   end subroutine read_snapshots

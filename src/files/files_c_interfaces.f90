@@ -2,7 +2,7 @@
 !> The C side of this layer, as declared in include/signorom/{checksum,file_seal,file_system,hdf5_file,output_stream}.h, and what
 !> it needs of partial_files.h.
 module sig_files_c_interfaces
-  use, intrinsic :: iso_c_binding, only: c_char, c_int, c_int64_t, c_long, c_ptr, c_size_t
+  use, intrinsic :: iso_c_binding, only: c_char, c_double, c_int, c_int64_t, c_long, c_ptr, c_size_t
   implicit none(type, external)
   private
   public :: sig_fnv1a, sig_file_kind, sig_make_directories, sig_read_file, sig_write_file, sig_commit_file, &
@@ -10,7 +10,7 @@ module sig_files_c_interfaces
     sig_program_path, sig_seal_file, sig_check_seal, sig_open_to_read, sig_read_some, sig_close_descriptor, &
     sig_find_target, sig_output_open, sig_output_write, sig_output_close, sig_h5_create_image, sig_h5_open_image, &
     sig_h5_image_size, sig_h5_get_image, sig_h5_create, sig_h5_open, sig_h5_close, sig_h5_write, sig_h5_write_rows, &
-    sig_h5_write_texts, sig_h5_has, sig_h5_describe, sig_h5_read, sig_h5_read_texts
+    sig_h5_write_texts, sig_h5_has, sig_h5_describe, sig_h5_read, sig_h5_read_part, sig_h5_read_texts
 
   interface
     pure integer(c_int64_t) function sig_fnv1a(bytes, size, seed) bind(c)
@@ -268,6 +268,15 @@ module sig_files_c_interfaces
       integer(c_int), value :: type
       type(*), intent(inout) :: values(*)
     end function sig_h5_read
+
+    integer(c_int) function sig_h5_read_part(file, address, length, first_row, n_rows, first_column, n_columns, values) bind(c)
+      import :: c_char, c_double, c_int, c_int64_t, c_ptr, c_size_t
+      type(c_ptr), value :: file
+      character(kind=c_char), intent(in) :: address(*)
+      integer(c_size_t), value :: length
+      integer(c_int64_t), value :: first_row, n_rows, first_column, n_columns
+      real(c_double), intent(inout) :: values(*)
+    end function sig_h5_read_part
 
     integer(c_int) function sig_h5_read_texts(file, address, length, n, characters, ends) bind(c)
       import :: c_char, c_int, c_int64_t, c_ptr, c_size_t

@@ -6,8 +6,8 @@
 module sig_hdf5_access
   use, intrinsic :: iso_c_binding, only: c_f_pointer, c_int, c_int64_t, c_loc, c_null_ptr, c_ptr, c_size_t
   use sig_base_c_interfaces, only: sig_free
-  use sig_files_c_interfaces, only: sig_h5_create, sig_h5_describe, sig_h5_open, sig_h5_read, sig_h5_read_texts, sig_h5_write, &
-    sig_h5_write_rows, sig_h5_write_texts
+  use sig_files_c_interfaces, only: sig_h5_create, sig_h5_describe, sig_h5_open, sig_h5_read, sig_h5_read_part, sig_h5_read_texts, &
+    sig_h5_write, sig_h5_write_rows, sig_h5_write_texts
   use sig_c_strings, only: from_c
   use sig_errors, only: error_t, make_error
   use sig_file_system, only: file_exists, is_directory
@@ -15,7 +15,7 @@ module sig_hdf5_access
   use sig_text, only: string_t, to_text
   implicit none(type, external)
   private
-  public :: create_hdf5, open_hdf5, write_array, write_columns, write_texts, find_shape, read_array, read_texts
+  public :: create_hdf5, open_hdf5, write_array, write_columns, write_texts, find_shape, read_array, read_columns, read_texts
   public :: column_t, real_type, integer_type, text_type
 
   !> Where a column of a matrix stands in memory.
@@ -252,6 +252,25 @@ contains
     status = sig_h5_read(handle, address, len(address, c_size_t), type, values)
     if (status /= 0) call report_read(path, address, status, error)
   end subroutine read_array
+
+  !> Reads rows of neighboring columns of a matrix, both in Fortran's order.
+  subroutine read_columns(handle, path, address, first_row, i_column, values, error)
+    type(c_ptr), intent(in) :: handle
+    character(*), intent(in) :: path
+    character(*), intent(in) :: address
+    !> 1-based
+    integer, intent(in) :: first_row
+    !> the first one, 1-based
+    integer, intent(in) :: i_column
+    !> shape (n_rows, n_columns)
+    real(rk), contiguous, intent(inout) :: values(:, :)
+    type(error_t), allocatable, intent(out) :: error
+    integer(c_int) :: status
+
+    status = sig_h5_read_part(handle, address, len(address, c_size_t), i_column - 1_c_int64_t, size(values, 2, c_int64_t), &
+      first_row - 1_c_int64_t, size(values, 1, c_int64_t), values)
+    if (status /= 0) call report_read(path, address, status, error)
+  end subroutine read_columns
 
   !> Reads texts; a scalar text is a list of one.
   subroutine read_texts(handle, path, address, texts, error)

@@ -150,6 +150,49 @@ int sig_h5_read(sig_h5_file *file, const char *address, size_t length, int type,
   return status;
 }
 
+/* Rows start[0], ... and of each the numbers start[1], ... of a matrix. */
+static int read_part(sig_h5_file *file, const struct sig_h5_item *item, const hsize_t start[2], const hsize_t count[2],
+                     double *values) {
+  hsize_t sizes[2];
+  const hid_t file_type = sig_h5_type_of(item), space = sig_h5_space_of(item);
+  const int kind = kind_of(file_type);
+  H5Tclose(file_type);
+  int status = SIG_H5_NO_READ;
+  if (!item->is_attribute && (kind == SIG_H5_REAL || kind == SIG_H5_INTEGER) &&
+      H5Sget_simple_extent_ndims(space) == 2 && H5Sget_simple_extent_dims(space, sizes, NULL) >= 0 &&
+      start[0] <= sizes[0] && count[0] <= sizes[0] - start[0] && start[1] <= sizes[1] &&
+      count[1] <= sizes[1] - start[1])
+    status = sig_h5_take(file, count[0] * count[1] * sizeof *values) ? SIG_H5_OK : SIG_H5_TOO_LARGE;
+  if (!status) {
+    const hid_t memory = H5Screate_simple(2, count, NULL);
+    if (H5Sselect_hyperslab(space, H5S_SELECT_SET, start, NULL, count, NULL) < 0 ||
+        H5Dread(item->id, H5T_NATIVE_DOUBLE, memory, space, H5P_DEFAULT, values) < 0)
+      status = SIG_H5_NO_READ;
+    H5Sclose(memory);
+  }
+  H5Sclose(space);
+  return status;
+}
+
+int sig_h5_read_part(sig_h5_file *file, const char *address, size_t length, int64_t first_row, int64_t n_rows,
+                     int64_t first_column, int64_t n_columns, double *values) {
+  int status;
+  if (first_row < 0 || n_rows < 0 || first_column < 0 || n_columns < 0) return SIG_H5_NO_READ;
+  const hsize_t start[2] = {(hsize_t)first_row, (hsize_t)first_column};
+  const hsize_t count[2] = {(hsize_t)n_rows, (hsize_t)n_columns};
+  if (count[0] == 0 || count[1] == 0) return SIG_H5_OK;
+  H5E_BEGIN_TRY {
+    struct sig_h5_item item;
+    status = open_item(file, address, length, &item);
+    if (!status) {
+      status = read_part(file, &item, start, count, values);
+      close_item(&item);
+    }
+  }
+  H5E_END_TRY;
+  return status;
+}
+
 /* Text i of `n` starts at texts[i]; packs them into one block. */
 static int pack_texts(int64_t n, const char *const *texts, const size_t *sizes, char **characters, int64_t **ends) {
   size_t total = 0;

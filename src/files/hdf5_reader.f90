@@ -7,7 +7,8 @@ module sig_hdf5_reader
   use, intrinsic :: iso_c_binding, only: c_associated, c_int, c_null_ptr, c_ptr, c_size_t
   use sig_files_c_interfaces, only: sig_h5_close, sig_h5_has, sig_h5_open_image
   use sig_errors, only: error_t, exit_internal, make_error
-  use sig_hdf5_access, only: find_shape, integer_type, open_hdf5, read_array, read_texts, real_type, text_type
+  use sig_hdf5_access, only: find_shape, integer_type, open_hdf5, read_array, read_columns, read_texts, real_type, &
+    text_type
   use sig_kinds, only: rk
   use sig_text, only: string_t, to_text
   implicit none(type, external)
@@ -30,6 +31,7 @@ module sig_hdf5_reader
     procedure :: has_attribute
     procedure :: count_groups
     procedure :: get_shape
+    procedure :: read_block
     generic :: read => read_real, read_real_1, read_real_2, read_real_3, read_integer, read_integer_1, read_integer_2, &
       read_text, read_text_1
     generic :: read_attribute => read_real_attribute, read_real_1_attribute, read_integer_attribute, &
@@ -120,6 +122,44 @@ contains
 
     call shape_for(self, name, 0_c_int, -1, shape, error)
   end subroutine get_shape
+
+  !> Some rows of some columns of a matrix, in Fortran's order, and nothing else of it into memory.
+  !>
+  !> Errors: as those of read; rows or columns that are not there.
+  subroutine read_block(self, name, first, last, columns, values, error)
+    class(h5_reader_t), intent(in) :: self
+    character(*), intent(in) :: name
+    !> rows, 1-based
+    integer, intent(in) :: first
+    integer, intent(in) :: last
+    !> 1-based, in any order
+    integer, intent(in) :: columns(:)
+    !> shape (last - first + 1, size(columns))
+    real(rk), allocatable, intent(out) :: values(:, :)
+    type(error_t), allocatable, intent(inout) :: error
+    integer, allocatable :: n(:)
+    integer :: i, i_end
+
+    call shape_for(self, name, real_type, 2, n, error)
+    allocate (values(max(0, last - first + 1), size(columns)), source=0.0_rk)
+    i = 1
+    do while (i <= size(columns) .and. .not. allocated(error))
+      i_end = end_of_run(columns, i)
+      call read_columns(self%handle, self%path, name, first, columns(i), values(:, i:i_end), error)
+      i = i_end + 1
+    end do
+  end subroutine read_block
+
+  !> Where the numbers that follow each other from the i-th on end.
+  pure integer function end_of_run(numbers, i) result(i_end)
+    integer, intent(in) :: numbers(:)
+    integer, intent(in) :: i
+
+    do i_end = i, size(numbers) - 1
+      if (numbers(i_end + 1) /= numbers(i_end) + 1) return
+    end do
+    i_end = size(numbers)
+  end function end_of_run
 
   subroutine read_real(self, name, value, error)
     class(h5_reader_t), intent(in) :: self

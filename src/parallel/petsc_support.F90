@@ -10,7 +10,8 @@ module sig_petsc_support
   implicit none(type, external)
   private
   public :: start_petsc, end_petsc, insert_petsc_options, unused_petsc_options, library_versions
-  public :: create_matrix, multiply_block, create_vector, rank_and_size, broadcast_columns, sum_over_ranks, max_over_ranks
+  public :: create_matrix, multiply_block, create_vector, rank_and_size, rows_of_rank
+  public :: broadcast_columns, sum_over_ranks, max_over_ranks
   public :: precondition_failed, has_multigrid_vi
   public :: message_size
 
@@ -198,6 +199,31 @@ contains
     call MPI_Comm_rank(comm, rank, ierr)
     call MPI_Comm_size(comm, n_ranks, ierr)
   end subroutine rank_and_size
+
+  !> First and last of the rows that a rank takes of a matrix: nearly equal slices.
+  subroutine rows_of_rank(n_rows, comm, first, last, ierr)
+    integer, intent(in) :: n_rows
+    MPI_Comm, intent(in) :: comm
+    integer, intent(out) :: first
+    integer, intent(out) :: last
+    PetscErrorCode, intent(out) :: ierr
+    integer :: n_ranks, rank
+
+    first = 0
+    last = 0
+    PetscCall(rank_and_size(comm, rank, n_ranks, ierr))
+    first = slice_end(n_rows, rank, n_ranks) + 1
+    last = slice_end(n_rows, rank + 1, n_ranks)
+  end subroutine rows_of_rank
+
+  !> Last row of the first i_slice of n_slices nearly equal slices, safe against overflow of a plain product.
+  pure integer function slice_end(n_rows, i_slice, n_slices)
+    integer, intent(in) :: n_rows
+    integer, intent(in) :: i_slice
+    integer, intent(in) :: n_slices
+
+    slice_end = i_slice * (n_rows / n_slices) + min(i_slice, modulo(n_rows, n_slices))
+  end function slice_end
 
   !> Sums an array over the ranks, in place. Collective on comm.
   subroutine sum_vector(comm, values, ierr)

@@ -2,19 +2,21 @@
 #include "signorom/macros.h"
 !> Proper orthogonal decomposition: the left singular vectors of the snapshots are the modes.
 !>
-!> Tall: QR over the ranks, SVD of its triangle on each. Wide (fewer dofs than snapshots): small, so every rank decomposes the
+!> Tall: QR over the ranks, SVD of its triangle on one. Wide (fewer dofs than snapshots): small, so every rank decomposes the
 !> whole matrix. The snapshots are handed over one by one and kept once, spread over the ranks.
 module sig_pod
   use, intrinsic :: iso_c_binding, only: c_intptr_t
   use sig_kinds, only: rk
-  use sig_petsc_support, only: rank_and_size
+  use sig_petsc_support, only: rows_of_rank, sum_over_ranks
+  use sig_pod_rank, only: equal_weights
   use sig_reduction_c_interfaces, only: sig_gather_rows, sig_snapshot_svd_create, sig_snapshot_svd_decompose, &
     sig_snapshot_svd_destroy, sig_snapshot_svd_left, sig_snapshot_svd_set_column, sig_snapshot_svd_triangle, sig_thin_svd
   use sig_ties, only: first_largest
+  use sig_training_set, only: training_set_t
   use petsc
   implicit none(type, external)
   private
-  public :: pod_t, compute_pod, compute_pod_of_rows, rows_of_rank
+  public :: pod_t, compute_pod, compute_pod_of_rows, contact_part, decompose_contact_parts
 
   !> A decomposition on its way: create, set_snapshot for each, decompose or triangle, left_vectors once, destroy.
   type :: pod_t
@@ -151,30 +153,56 @@ contains
     if (self%svd /= 0) ierr = sig_snapshot_svd_destroy(self%svd)
   end subroutine destroy
 
-  !> First and last of the rows that a rank takes of a matrix which all ranks hold: nearly equal slices.
-  subroutine rows_of_rank(n_rows, comm, first, last, ierr)
-    integer, intent(in) :: n_rows
+  !> Singular values of what contact adds to the elastic response, u_i - G theta_i. Collective on comm, over which the dofs of the
+  !> snapshots are spread.
+  subroutine decompose_contact_parts(snapshots, response, theta, is_normalized, comm, pod, ierr)
+    type(training_set_t), intent(in) :: snapshots
+    !> [length] G, all dofs of it on every rank, shape (n_dofs, n_terms)
+    real(rk), intent(in) :: response(:, :)
+    !> [-] shape (n_terms, n_snapshots); without terms the fields stay whole
+    real(rk), intent(in) :: theta(:, :)
+    !> all parts count alike
+    logical, intent(in) :: is_normalized
     MPI_Comm, intent(in) :: comm
-    integer, intent(out) :: first
-    integer, intent(out) :: last
+    type(pod_t), intent(out) :: pod
     PetscErrorCode, intent(out) :: ierr
-    integer :: n_ranks, rank
+    real(rk) :: weights(size(theta, 2))
+    real(rk), allocatable :: own_response(:, :)
+    integer :: i
 
-    first = 0
-    last = 0
-    PetscCall(rank_and_size(comm, rank, n_ranks, ierr))
-    first = slice_end(n_rows, rank, n_ranks) + 1
-    last = slice_end(n_rows, rank + 1, n_ranks)
-  end subroutine rows_of_rank
+    ierr = 0
+    associate (first => snapshots%first_dof, last => snapshots%first_dof + snapshots%n_own - 1)
+      own_response = response(first:last, :size(theta, 1))
+    end associate
+    weights = 1
+    if (is_normalized) then
+      do i = 1, size(weights)
+        weights(i) = norm2(contact_part(snapshots, own_response, theta, i))**2
+      end do
+      PetscCall(sum_over_ranks(comm, weights, ierr))
+      weights = equal_weights(sqrt(weights))
+    end if
+    PetscCall(pod%create(snapshots%n_own, snapshots%n_dofs, size(weights), comm, ierr))
+    do i = 1, size(weights)
+      PetscCall(pod%set_snapshot(i, weights(i) * contact_part(snapshots, own_response, theta, i), ierr))
+    end do
+    PetscCall(pod%decompose(ierr))
+  end subroutine decompose_contact_parts
 
-  !> Last row of the first i_slice of n_slices nearly equal slices, safe against overflow of a plain product.
-  pure integer function slice_end(n_rows, i_slice, n_slices)
-    integer, intent(in) :: n_rows
-    integer, intent(in) :: i_slice
-    integer, intent(in) :: n_slices
+  !> [length] u_i - G theta_i at the dofs of this rank. Local.
+  pure function contact_part(snapshots, own_response, theta, i) result(field)
+    type(training_set_t), intent(in) :: snapshots
+    !> [length] this rank's dofs of G, shape (n_own, n_terms)
+    real(rk), intent(in) :: own_response(:, :)
+    !> [-] shape (n_terms, n_snapshots)
+    real(rk), intent(in) :: theta(:, :)
+    !> 1-based
+    integer, intent(in) :: i
+    real(rk) :: field(snapshots%n_own)
 
-    slice_end = i_slice * (n_rows / n_slices) + min(i_slice, modulo(n_rows, n_slices))
-  end function slice_end
+    field = snapshots%displacement(i)%values
+    if (size(theta, 1) > 0) field = field - matmul(own_response, theta(:, i))
+  end function contact_part
 
   !> Thin singular value decomposition of snapshots that every rank holds; the work is shared, the result is everywhere.
   !> Collective on comm.

@@ -100,7 +100,25 @@ int sig_snapshot_svd_triangle(intptr_t handle, double *triangle) {
   return 0;
 }
 
-// The triangle is replicated: each rank does the same.
+// Every rank has the triangle, but one decomposes it: that takes the memory of some twenty triangles.
+static PetscErrorCode decompose_on_first(MPI_Comm comm, Mat triangle, PetscInt n, double *singular_values, Mat left) {
+  PetscMPIInt rank;
+  PetscScalar *entries;
+  int status = 0;
+
+  PetscFunctionBegin;
+  PetscCallMPI(MPI_Comm_rank(comm, &rank));
+  if (rank == 0) status = (int)decompose(triangle, n, singular_values, left);
+  PetscCallMPI(MPI_Bcast(&status, 1, MPI_INT, 0, comm));
+  PetscCall((PetscErrorCode)status);
+  PetscCallMPI(MPI_Bcast(singular_values, (int)n, MPI_DOUBLE, 0, comm));
+  PetscCall(MatDenseGetArray(left, &entries));
+  for (PetscInt column = 0; column < n; column++)
+    PetscCallMPI(MPI_Bcast(entries + (size_t)column * (size_t)n, (int)n, MPI_DOUBLE, 0, comm));
+  PetscCall(MatDenseRestoreArray(left, &entries));
+  PetscFunctionReturn(0);
+}
+
 int sig_snapshot_svd_decompose(intptr_t handle, double *singular_values) {
   snapshot_svd *self = (snapshot_svd *)handle;
   const PetscInt n = self->n_columns;
@@ -110,7 +128,8 @@ int sig_snapshot_svd_decompose(intptr_t handle, double *singular_values) {
   PetscCall(MatCreateSeqDense(PETSC_COMM_SELF, n, n, NULL, &triangle));
   PetscCall(MatCreateSeqDense(PETSC_COMM_SELF, n, n, NULL, &self->of_triangle));
   PetscCall(BVOrthogonalize(self->basis, triangle));
-  PetscCall(decompose(triangle, n, singular_values, self->of_triangle));
+  PetscCall(
+      decompose_on_first(PetscObjectComm((PetscObject)self->basis), triangle, n, singular_values, self->of_triangle));
   PetscCall(MatDestroy(&triangle));
   return 0;
 }

@@ -13,13 +13,14 @@ module sig_snapshot_store
   use sig_version, only: code_version
   implicit none(type, external)
   private
-  public :: snapshot_set_t, all_points, append_snapshots, columns_of, point_index
+  public :: snapshot_set_t, all_points, columns_of, point_index
   public :: pick_records, read_snapshot_set, records_of_set, take_points, write_snapshots
 
   character(*), parameter :: format_name = 'signorom snapshots'
   !> 2: with a seal
   integer, parameter :: format_version = 2
   character(*), parameter :: sample_hint = 'remove the file; signorom sample DECK writes one'
+  character(*), parameter :: sample_again = 'remove the file and sample again'
 
   !> m solved points, one per column.
   type :: snapshot_set_t
@@ -28,8 +29,11 @@ module sig_snapshot_store
     type(string_t), allocatable :: parameter_names(:)
     !> shape (n_parameters, m)
     real(rk), allocatable :: parameters(:, :)
-    !> [length] natural, shape (n_dofs, m)
+    !> [length] natural, of the dofs from first_dof on that this rank has; shape (n_own, m)
     real(rk), allocatable :: displacement(:, :)
+    integer :: first_dof = 1
+    !> of all ranks; 0 where the set has contact forces only
+    integer :: n_dofs = 0
     !> [force] shape (n_multipliers, m)
     real(rk), allocatable :: multipliers(:, :)
     integer, allocatable :: n_iterations(:)
@@ -49,20 +53,21 @@ contains
 
   !> Brings the columns of a set into the order of the points; a point without snapshot has no column, others are gone.
   !>
-  !> Of several snapshots of one point the last solved one counts. Nothing is copied where the order is right already.
-  pure subroutine take_points(set, points, is_missing)
+  !> Of several snapshots of one point the last solved one counts.
+  pure subroutine take_points(set, points, is_missing, numbers)
     type(snapshot_set_t), intent(inout) :: set
     !> shape (n_parameters, n_points)
     real(rk), intent(in) :: points(:, :)
     !> shape (n_points)
     logical, intent(out) :: is_missing(:)
+    !> of the columns taken
+    integer, allocatable, intent(out) :: numbers(:)
     integer :: column_of_point(size(points, 2)), i
-    integer, allocatable :: numbers(:)
 
     column_of_point = columns_of_points(set%parameters, set%reasons, points)
     is_missing = column_of_point == 0
     numbers = pack(column_of_point, .not. is_missing)
-    if (size(numbers) /= size(set%reasons) .or. any(numbers /= [(i, i=1, size(numbers))])) set = columns_of(set, numbers)
+    set = columns_of(set, numbers)
     set%parameters = points(:, pack([(i, i=1, size(points, 2))], .not. is_missing))
   end subroutine take_points
 
@@ -132,7 +137,7 @@ contains
     end do
   end function records_of_set
 
-  !> The snapshots with these numbers; what belongs to all of them stays.
+  !> The snapshots with these numbers; what belongs to all of them stays. Displacements may be missing.
   pure function columns_of(set, numbers) result(chosen)
     type(snapshot_set_t), intent(in) :: set
     !> 1-based
@@ -144,37 +149,15 @@ contains
     if (allocated(set%term_texts)) chosen%term_texts = set%term_texts
     if (allocated(set%free_response)) chosen%free_response = set%free_response
     chosen%parameters = set%parameters(:, numbers)
-    chosen%displacement = set%displacement(:, numbers)
+    if (allocated(set%displacement)) chosen%displacement = set%displacement(:, numbers)
+    chosen%first_dof = set%first_dof
+    chosen%n_dofs = set%n_dofs
     chosen%multipliers = set%multipliers(:, numbers)
     chosen%n_iterations = set%n_iterations(numbers)
     chosen%reasons = set%reasons(numbers)
     chosen%residuals = set%residuals(:, numbers)
     chosen%seconds = set%seconds(numbers)
   end function columns_of
-
-  !> Further snapshots behind those of a set.
-  pure subroutine append_snapshots(set, further)
-    type(snapshot_set_t), intent(inout) :: set
-    type(snapshot_set_t), intent(in) :: further
-
-    set%parameters = side_by_side(set%parameters, further%parameters)
-    set%displacement = side_by_side(set%displacement, further%displacement)
-    set%multipliers = side_by_side(set%multipliers, further%multipliers)
-    set%residuals = side_by_side(set%residuals, further%residuals)
-    set%n_iterations = [set%n_iterations, further%n_iterations]
-    set%reasons = [set%reasons, further%reasons]
-    set%seconds = [set%seconds, further%seconds]
-  end subroutine append_snapshots
-
-  pure function side_by_side(a, b) result(both)
-    real(rk), intent(in) :: a(:, :)
-    real(rk), intent(in) :: b(:, :)
-    real(rk), allocatable :: both(:, :)
-
-    allocate (both(size(a, 1), size(a, 2) + size(b, 2)))
-    both(:, :size(a, 2)) = a
-    both(:, size(a, 2) + 1:) = b
-  end function side_by_side
 
   !> The given points, then those of the set that are not among them.
   pure function all_points(points, set) result(all)
@@ -268,25 +251,54 @@ contains
       'complementarity (relative), force balance (relative)')
   end subroutine write_fields
 
-  !> Reads snapshots.h5.
+  !> Reads snapshots.h5. Only what is asked for of the displacements comes into memory.
   !>
   !> Errors: no such file, no HDF5, no snapshots, another format version, cut off or changed, another provenance, datasets that do
   !> not fit together, a solution that is not finite.
-  subroutine read_snapshot_set(path, provenance, set, error)
+  subroutine read_snapshot_set(path, provenance, set, error, dofs, points, is_missing)
     character(*), intent(in) :: path
     !> what the deck and mesh in use have; blank accepts any
     character(*), intent(in) :: provenance
     type(snapshot_set_t), intent(out) :: set
     type(error_t), allocatable, intent(out) :: error
+    !> first and last whose displacements are read; default: all
+    integer, intent(in), optional :: dofs(2)
+    !> what there is of these points, in their order, instead of the whole file; shape (n_parameters, n_points)
+    real(rk), intent(in), optional :: points(:, :)
+    !> points without a snapshot, shape (n_points)
+    logical, intent(out), optional :: is_missing(:)
     type(h5_reader_t) :: file
-    integer :: version
+    integer, allocatable :: numbers(:)
+    integer :: i, version
 
+    if (present(is_missing)) is_missing = .true.
     call open_sealed(file, path, format_name, [format_version, format_version], sample_hint, version, error)
     if (allocated(error)) return
+    call read_small_parts(file, path, provenance, set, error)
+    if (.not. allocated(error)) then
+      numbers = [(i, i=1, size(set%reasons))]
+      if (present(points)) call take_points(set, points, is_missing, numbers)
+      call read_displacement(file, numbers, set, error, dofs)
+    end if
+    call file%close()
+    if (.not. allocated(error)) call refuse_no_numbers(path, set, error)
+  end subroutine read_snapshot_set
+
+  !> All but the displacements, of which the number of dofs is told.
+  !>
+  !> Errors: datasets that do not fit together, a point that is not finite.
+  subroutine read_small_parts(file, path, provenance, set, error)
+    type(h5_reader_t), intent(in) :: file
+    character(*), intent(in) :: path
+    character(*), intent(in) :: provenance
+    type(snapshot_set_t), intent(inout) :: set
+    type(error_t), allocatable, intent(inout) :: error
+    integer, allocatable :: shape(:)
+
     call read_head(file, path, provenance, set, error)
     call file%read('/parameter_names', set%parameter_names, error)
     call file%read('/parameters', set%parameters, error)
-    call file%read('/displacement', set%displacement, error)
+    call file%get_shape('/displacement', shape, error)
     call file%read('/multipliers', set%multipliers, error)
     call file%read('/iterations', set%n_iterations, error)
     call file%read('/reasons', set%reasons, error)
@@ -294,32 +306,47 @@ contains
     call file%read('/seconds', set%seconds, error)
     call file%read('/term_texts', set%term_texts, error)
     call file%read('/free_response', set%free_response, error)
-    call file%close()
     if (allocated(error)) return
-    if (has_matching_shapes(set)) then
-      call refuse_no_numbers(path, set, error)
-    else
+    if (size(shape) == 2) set%n_dofs = shape(1)
+    if (.not. has_matching_shapes(set, shape)) then
       call make_error(error, 'the snapshots are damaged: the datasets do not fit together', file=path)
+    else if (.not. all(ieee_is_finite(set%parameters))) then
+      ! before points are looked for: that one would be found nowhere
+      call make_error(error, 'the snapshots are damaged: a point holds infinite values or no numbers', file=path, hint=sample_again)
     end if
-  end subroutine read_snapshot_set
+  end subroutine read_small_parts
+
+  subroutine read_displacement(file, numbers, set, error, dofs)
+    type(h5_reader_t), intent(in) :: file
+    !> of the columns in the file
+    integer, intent(in) :: numbers(:)
+    type(snapshot_set_t), intent(inout) :: set
+    type(error_t), allocatable, intent(inout) :: error
+    integer, intent(in), optional :: dofs(2)
+    integer :: last
+
+    last = set%n_dofs
+    if (present(dofs)) then
+      set%first_dof = dofs(1)
+      last = min(last, dofs(2))
+    end if
+    call file%read_block('/displacement', set%first_dof, last, numbers, set%displacement, error)
+  end subroutine read_displacement
 
   !> What was solved must be numbers: one that is none would spoil every mode. Errors: a snapshot that is not, named by its point.
   subroutine refuse_no_numbers(path, set, error)
     character(*), intent(in) :: path
     type(snapshot_set_t), intent(in) :: set
     type(error_t), allocatable, intent(out) :: error
-    character(*), parameter :: hint = 'remove the file and sample again'
     integer :: i
 
-    if (.not. all(ieee_is_finite(set%parameters))) call make_error(error, &
-      'the snapshots are damaged: a point holds infinite values or no numbers', file=path, hint=hint)
     if (.not. all(ieee_is_finite(set%free_response))) call make_error(error, &
-      'the snapshots are damaged: the free response holds infinite values or no numbers', file=path, hint=hint)
+      'the snapshots are damaged: the free response holds infinite values or no numbers', file=path, hint=sample_again)
     do i = 1, size(set%reasons)
       if (set%reasons(i) <= 0) cycle
       if (all(ieee_is_finite(set%displacement(:, i))) .and. all(ieee_is_finite(set%multipliers(:, i)))) cycle
       call make_error(error, 'the snapshots are damaged: that of ' // format_point(set%parameter_names, set%parameters(:, i)) // &
-        ' holds infinite values or no numbers', file=path, hint=hint)
+        ' holds infinite values or no numbers', file=path, hint=sample_again)
       return
     end do
   end subroutine refuse_no_numbers
@@ -342,14 +369,18 @@ contains
     end if
   end subroutine read_head
 
-  pure logical function has_matching_shapes(set) result(is_matching)
+  pure logical function has_matching_shapes(set, shape) result(is_matching)
     type(snapshot_set_t), intent(in) :: set
+    !> of the displacements
+    integer, intent(in) :: shape(:)
     integer :: n_snapshots
 
+    is_matching = .false.
+    if (size(shape) /= 2) return
     n_snapshots = size(set%parameters, 2)
-    is_matching = all([size(set%displacement, 2), size(set%multipliers, 2), size(set%n_iterations), size(set%reasons), &
+    is_matching = all([shape(2), size(set%multipliers, 2), size(set%n_iterations), size(set%reasons), &
       size(set%residuals, 2), size(set%seconds)] == n_snapshots) &
       .and. size(set%parameter_names) == size(set%parameters, 1) .and. size(set%residuals, 1) == n_residuals &
-      .and. size(set%free_response, 2) == size(set%term_texts) .and. size(set%free_response, 1) == size(set%displacement, 1)
+      .and. size(set%free_response, 2) == size(set%term_texts) .and. size(set%free_response, 1) == shape(1)
   end function has_matching_shapes
 end module sig_snapshot_store

@@ -11,26 +11,32 @@ program benchmark_cells
   use sig_grid_cells, only: grid_cells_t
   use sig_k_medoids, only: find_medoids, k_medoids_options_t, medoids_t
   use sig_kinds, only: rk
-  use sig_petsc_support, only: end_petsc, start_petsc
+  use sig_petsc_support, only: end_petsc, rows_of_rank, start_petsc
   use sig_snapshot_store, only: read_snapshot_set, snapshot_set_t
+  use sig_training_set, only: take_snapshots, training_set_t
   use petsc
   implicit none(type, external)
   character(1024) :: argument
   type(error_t), allocatable :: error
   type(grid_cells_t) :: cells
   type(medoids_t) :: found
-  type(snapshot_set_t) :: snapshots
+  type(snapshot_set_t), target :: set
+  type(training_set_t) :: snapshots
   type(subspace_t), allocatable :: subspaces(:)
   real(rk), allocatable :: coordinates(:, :), dissimilarity(:, :)
   real(rk) :: pod_tolerance, times(5)
-  integer :: i, n_clusters, rank
+  integer :: dofs(2), i, n_clusters, rank
   PetscErrorCode :: ierr
 
   PetscCallA(start_petsc(ierr))
   call MPI_Comm_rank(PETSC_COMM_WORLD, rank, ierr)
   call get_command_argument(1, argument)
-  call read_snapshot_set(trim(argument), '', snapshots, error)
+  call read_snapshot_set(trim(argument), '', set, error, [1, 0])
   if (allocated(error)) error stop error_report(error)
+  PetscCallA(rows_of_rank(set%n_dofs, PETSC_COMM_WORLD, dofs(1), dofs(2), ierr))
+  call read_snapshot_set(trim(argument), '', set, error, dofs)
+  if (allocated(error)) error stop error_report(error)
+  snapshots = take_snapshots(set, [(i, i=1, size(set%reasons))])
   call get_command_argument(2, argument)
   read (argument, *) n_clusters
   call get_command_argument(3, argument)
@@ -41,9 +47,9 @@ program benchmark_cells
     read (argument, *) cells%n_values(i)
   end do
   times(1) = processor_time()
-  PetscCallA(snapshot_coordinates(snapshots%displacement, PETSC_COMM_WORLD, coordinates, ierr))
+  PetscCallA(snapshot_coordinates(snapshots, PETSC_COMM_WORLD, coordinates, ierr))
   times(2) = processor_time()
-  subspaces = cell_subspaces(coordinates, cells, pod_tolerance)
+  subspaces = cell_subspaces(coordinates, cells, [(i, i=1, cells%n_cells())], pod_tolerance)
   times(3) = processor_time()
   PetscCallA(dissimilarity_of_subspaces(subspaces, PETSC_COMM_WORLD, dissimilarity, ierr))
   times(4) = processor_time()

@@ -2,8 +2,7 @@
 #include "signorom/macros.h"
 !> Divides the training points into the clusters that the deck asks for, and prepares the choice of a cluster at any point.
 module sig_cluster_division
-  use sig_clustering, only: cell_subspaces, check_clusters, check_snapshots, cluster_t, clusters_of_cells, clusters_of_snapshots, &
-    find_identical
+  use sig_clustering, only: cell_subspaces, check_clusters, check_snapshots, cluster_t, clusters_of_cells, clusters_of_snapshots
   use sig_deck_config, only: clusters_config_t, deck_config_t
   use sig_dissimilarity, only: dissimilarity_of_snapshots, dissimilarity_of_subspaces, snapshot_coordinates
   use sig_errors, only: error_t, make_error
@@ -16,8 +15,9 @@ module sig_cluster_division
   use sig_model, only: model_t
   use sig_model_choice, only: model_choice_t
   use sig_parameter_space, only: format_point
-  use sig_snapshot_store, only: snapshot_set_t
+  use sig_snapshot_lengths, only: find_identical, snapshot_lengths
   use sig_text, only: are, counted, to_text
+  use sig_training_set, only: training_set_t
   use petsc
   implicit none(type, external)
   private
@@ -34,25 +34,26 @@ contains
     !> 0: as many as are best separated
     integer, intent(in) :: n_clusters
     !> those with a full-order solution, in the order of the deck's training points
-    type(snapshot_set_t), intent(in) :: snapshots
+    type(training_set_t), intent(in) :: snapshots
     !> its header is filled
     type(model_t), intent(inout) :: model
     type(cluster_t), allocatable, intent(out) :: clusters(:)
     type(error_t), allocatable, intent(out) :: error
     PetscErrorCode, intent(out) :: ierr
-    real(rk), allocatable :: coordinates(:, :)
+    real(rk), allocatable :: coordinates(:, :), lengths(:)
     integer :: i
 
     ierr = 0
     if (n_clusters == 1) then
       allocate (clusters(1))
-      clusters(1)%snapshots = [(i, i=1, size(snapshots%parameters, 2))]
+      clusters(1)%snapshots = [(i, i=1, snapshots%n_snapshots())]
       return
     end if
-    call check_snapshots(snapshots%displacement, model%parameter_names, snapshots%parameters, error)
+    PetscCall(snapshot_lengths(snapshots, PETSC_COMM_WORLD, lengths, ierr))
+    call check_snapshots(lengths, model%parameter_names, snapshots%parameters, error)
     if (.not. allocated(error)) then
-      call warn_of_identical(deck, snapshots)
-      PetscCall(snapshot_coordinates(snapshots%displacement, PETSC_COMM_WORLD, coordinates, ierr))
+      PetscCall(warn_of_identical(deck, snapshots, lengths, ierr))
+      PetscCall(snapshot_coordinates(snapshots, PETSC_COMM_WORLD, coordinates, ierr))
       if (deck%clusters%method == 'regular') then
         PetscCall(divide_cells(deck, n_clusters, coordinates, model, clusters, error, ierr))
       else
@@ -63,12 +64,14 @@ contains
     if (len(error%file) == 0) error%file = deck%path
   end subroutine divide_snapshots
 
-  subroutine warn_of_identical(deck, snapshots)
+  subroutine warn_of_identical(deck, snapshots, lengths, ierr)
     type(deck_config_t), intent(in) :: deck
-    type(snapshot_set_t), intent(in) :: snapshots
+    type(training_set_t), intent(in) :: snapshots
+    real(rk), intent(in) :: lengths(:)
+    PetscErrorCode, intent(out) :: ierr
     integer :: i_earlier, i_snapshot
 
-    call find_identical(snapshots%displacement, i_snapshot, i_earlier)
+    PetscCall(find_identical(snapshots, lengths, PETSC_COMM_WORLD, i_snapshot, i_earlier, ierr))
     if (i_snapshot == 0) return
     call log_warning('the snapshots at ' // format_point(deck%parameters, snapshots%parameters(:, i_earlier)) // ' and at ' // &
       format_point(deck%parameters, snapshots%parameters(:, i_snapshot)) // ' are equal; one of them says nothing')

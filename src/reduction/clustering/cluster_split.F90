@@ -13,7 +13,7 @@ module sig_cluster_split
   use sig_k_medoids, only: find_medoids, medoids_t
   use sig_kinds, only: rk
   use sig_model_choice, only: model_choice_t
-  use sig_snapshot_store, only: snapshot_set_t
+  use sig_training_set, only: training_set_t
   use petsc
   implicit none(type, external)
   private
@@ -25,7 +25,7 @@ module sig_cluster_split
     type(model_choice_t) :: choice
     !> the first so many snapshots trained its forest
     integer :: n_labeled = 0
-    !> ranks that share the work of a split
+    !> ranks that share the work of a split, over which the dofs of the snapshots are spread
     integer :: comm = MPI_COMM_WORLD
   end type division_t
 
@@ -37,7 +37,7 @@ contains
   subroutine split_cluster(deck, snapshots, k, division, is_split, error, ierr)
     type(deck_config_t), intent(in) :: deck
     !> all that are trained on
-    type(snapshot_set_t), intent(in) :: snapshots
+    type(training_set_t), intent(in) :: snapshots
     integer, intent(in) :: k
     type(division_t), intent(inout) :: division
     !> false where a half would have too few snapshots: the division stays as it is
@@ -61,7 +61,7 @@ contains
     if (allocated(labels)) then
       division%choice%labels = labels
     else
-      division%n_labeled = size(snapshots%parameters, 2)
+      division%n_labeled = snapshots%n_snapshots()
       PetscCall(restore_forest(deck, snapshots, division, error, ierr))
     end if
   end subroutine split_cluster
@@ -69,7 +69,7 @@ contains
   !> The forest of a division and its files in the results folder. Collective on division%comm. Errors: it cannot be trained.
   subroutine restore_forest(deck, snapshots, division, error, ierr)
     type(deck_config_t), intent(in) :: deck
-    type(snapshot_set_t), intent(in) :: snapshots
+    type(training_set_t), intent(in) :: snapshots
     type(division_t), intent(inout) :: division
     type(error_t), allocatable, intent(out) :: error
     PetscErrorCode, intent(out) :: ierr
@@ -84,7 +84,7 @@ contains
   !> By the angles between the bases of its cells. What was added to the grid goes with its cell.
   subroutine halve_cells(deck, snapshots, k, division, labels, halves, ierr)
     type(deck_config_t), intent(in) :: deck
-    type(snapshot_set_t), intent(in) :: snapshots
+    type(training_set_t), intent(in) :: snapshots
     integer, intent(in) :: k
     type(division_t), intent(inout) :: division
     !> of all cells afterwards
@@ -102,7 +102,7 @@ contains
       labels = division%choice%labels
       n_grid = product(cells%n_values)
       n_clusters = size(division%clusters) + 1
-      PetscCall(snapshot_coordinates(snapshots%displacement(:, :n_grid), division%comm, coordinates, ierr))
+      PetscCall(snapshot_coordinates(snapshots%select([(i, i=1, n_grid)]), division%comm, coordinates, ierr))
       own = pack([(i, i=1, size(labels))], labels == k)
       subspaces = cell_subspaces(coordinates, cells, own, deck%clusters%cell_pod_tolerance)
       PetscCall(dissimilarity_of_subspaces(subspaces, division%comm, dissimilarity, ierr))
@@ -129,7 +129,7 @@ contains
   !> By the angles between its snapshots.
   subroutine halve_snapshots(deck, snapshots, cluster, comm, halves, ierr)
     type(deck_config_t), intent(in) :: deck
-    type(snapshot_set_t), intent(in) :: snapshots
+    type(training_set_t), intent(in) :: snapshots
     type(cluster_t), intent(in) :: cluster
     MPI_Comm, intent(in) :: comm
     type(cluster_t), intent(out) :: halves(2)
@@ -137,7 +137,7 @@ contains
     real(rk), allocatable :: coordinates(:, :), dissimilarity(:, :)
     logical :: is_second(size(cluster%snapshots))
 
-    PetscCall(snapshot_coordinates(snapshots%displacement(:, cluster%snapshots), comm, coordinates, ierr))
+    PetscCall(snapshot_coordinates(snapshots%select(cluster%snapshots), comm, coordinates, ierr))
     associate (is_signed => deck%clusters%opposite_snapshots == 'different')
       PetscCall(dissimilarity_of_snapshots(coordinates, is_signed, comm, dissimilarity, ierr))
     end associate

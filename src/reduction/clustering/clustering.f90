@@ -11,7 +11,7 @@ module sig_clustering
   use sig_text, only: counted, string_t, to_text
   implicit none(type, external)
   private
-  public :: cluster_t, check_snapshots, find_identical, cell_subspaces, clusters_of_cells, clusters_of_snapshots, check_clusters
+  public :: cluster_t, check_snapshots, cell_subspaces, clusters_of_cells, clusters_of_snapshots, check_clusters
 
   !> Snapshots of one cluster.
   type :: cluster_t
@@ -22,9 +22,9 @@ module sig_clustering
 contains
 
   !> Every snapshot must have a direction. Errors: a snapshot that is zero, named by its point.
-  subroutine check_snapshots(snapshots, names, points, error)
-    !> shape (n_dofs, n_snapshots)
-    real(rk), intent(in) :: snapshots(:, :)
+  subroutine check_snapshots(lengths, names, points, error)
+    !> Euclidean norms, shape (n_snapshots)
+    real(rk), intent(in) :: lengths(:)
     !> of the parameters
     type(string_t), intent(in) :: names(:)
     !> shape (n_parameters, n_snapshots)
@@ -32,36 +32,14 @@ contains
     type(error_t), allocatable, intent(out) :: error
     integer :: i
 
-    do i = 1, size(snapshots, 2)
-      if (any(abs(snapshots(:, i)) > 0)) cycle
+    do i = 1, size(lengths)
+      if (lengths(i) > 0) cycle
       call make_error(error, 'snapshot ' // to_text(i) // ' (' // format_point(names, points(:, i)) // &
         ') is zero: it has no direction that could be compared with others', &
         hint='leave points without load and without prescribed displacement out of the training set')
       return
     end do
   end subroutine check_snapshots
-
-  !> The first snapshot that equals an earlier one, and that one; 0 where all differ.
-  !>
-  !> No error: a load that lies on whole edges is the same at two points of the parameters, and k-medoids bears it.
-  pure subroutine find_identical(snapshots, i_snapshot, i_earlier)
-    !> shape (n_dofs, n_snapshots)
-    real(rk), intent(in) :: snapshots(:, :)
-    integer, intent(out) :: i_snapshot
-    integer, intent(out) :: i_earlier
-    real(rk), parameter :: rounding = 1.0e-14_rk
-    real(rk) :: lengths(size(snapshots, 2))
-
-    lengths = norm2(snapshots, dim=1)
-    do i_snapshot = 2, size(snapshots, 2)
-      do i_earlier = 1, i_snapshot - 1
-        if (abs(lengths(i_snapshot) - lengths(i_earlier)) > rounding * lengths(i_snapshot)) cycle
-        if (norm2(snapshots(:, i_snapshot) - snapshots(:, i_earlier)) <= rounding * lengths(i_snapshot)) return
-      end do
-    end do
-    i_snapshot = 0
-    i_earlier = 0
-  end subroutine find_identical
 
   !> POD of the snapshots at the corners of each wanted cell. Source: section 4.1. Local.
   function cell_subspaces(coordinates, cells, wanted, pod_tolerance) result(subspaces)

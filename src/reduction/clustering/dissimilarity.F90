@@ -5,7 +5,9 @@ module sig_dissimilarity
   use sig_grassmann, only: snapshot_angle, subspace_distance, subspace_t
   use sig_kinds, only: rk
   use sig_petsc_support, only: rank_and_size, sum_over_ranks
-  use sig_pod, only: pod_t, rows_of_rank
+  use sig_pod, only: pod_t
+  use sig_reduction_c_interfaces, only: sig_gather_rows
+  use sig_training_set, only: training_set_t
   use petsc
   implicit none(type, external)
   private
@@ -15,31 +17,47 @@ contains
 
   !> The snapshots in an orthonormal basis of what they span: angles and lengths are kept, the number of dofs is gone.
   !>
-  !> Triangle of one thin QR. Collective on comm.
+  !> Triangle of one thin QR; where there are more snapshots than dofs, the snapshots themselves. Collective on comm, over which the
+  !> dofs are spread.
   subroutine snapshot_coordinates(snapshots, comm, coordinates, ierr)
-    !> shape (n_dofs, n_snapshots), the same on all ranks
-    real(rk), intent(in) :: snapshots(:, :)
+    type(training_set_t), intent(in) :: snapshots
     MPI_Comm, intent(in) :: comm
     !> [as snapshots] shape (min(n_dofs, n_snapshots), n_snapshots), the same on all ranks
     real(rk), allocatable, intent(out) :: coordinates(:, :)
     PetscErrorCode, intent(out) :: ierr
     type(pod_t) :: pod
-    integer :: first, i, last, n
+    integer :: i, n
 
-    ierr = 0
-    n = size(snapshots, 2)
-    if (size(snapshots, 1) <= n) then
-      coordinates = snapshots
+    n = snapshots%n_snapshots()
+    if (snapshots%n_dofs <= n) then
+      PetscCall(gather_fields(snapshots, comm, coordinates, ierr))
       return
     end if
-    PetscCall(rows_of_rank(size(snapshots, 1), comm, first, last, ierr))
-    PetscCall(pod%create(last - first + 1, size(snapshots, 1), n, comm, ierr))
+    PetscCall(pod%create(snapshots%n_own, snapshots%n_dofs, n, comm, ierr))
     do i = 1, n
-      PetscCall(pod%set_snapshot(i, snapshots(first:last, i), ierr))
+      PetscCall(pod%set_snapshot(i, snapshots%displacement(i)%values, ierr))
     end do
     PetscCall(pod%triangle(coordinates, ierr))
     PetscCall(pod%destroy(ierr))
   end subroutine snapshot_coordinates
+
+  !> All dofs on every rank, for snapshots of few dofs. Collective on comm.
+  subroutine gather_fields(snapshots, comm, fields, ierr)
+    type(training_set_t), intent(in) :: snapshots
+    MPI_Comm, intent(in) :: comm
+    !> shape (n_dofs, n_snapshots)
+    real(rk), allocatable, intent(out) :: fields(:, :)
+    PetscErrorCode, intent(out) :: ierr
+    real(rk), allocatable :: own(:, :)
+    integer :: i
+
+    allocate (own(snapshots%n_own, snapshots%n_snapshots()))
+    do i = 1, size(own, 2)
+      own(:, i) = snapshots%displacement(i)%values
+    end do
+    allocate (fields(snapshots%n_dofs, size(own, 2)))
+    ierr = sig_gather_rows(comm, size(own, 1), size(fields, 1), size(fields, 2), own, fields)
+  end subroutine gather_fields
 
   !> Distances (13) of all pairs, symmetric with a zero diagonal. Collective on comm.
   subroutine dissimilarity_of_subspaces(subspaces, comm, dissimilarity, ierr)

@@ -13,15 +13,15 @@ module sig_condensed_training
   use sig_linear_algebra, only: multiply, transposed_product
   use sig_log, only: log_warning
   use sig_petsc_support, only: broadcast_columns, sum_over_ranks
-  use sig_pod, only: pod_t, rows_of_rank
+  use sig_pod, only: decompose_contact_parts, pod_t
   use sig_pod_rank, only: pod_rank
   use sig_problem, only: problem_t
   use sig_reasons, only: reason_converged
   use sig_reduced, only: reduced_t
   use sig_reduced_condensed, only: reduced_condensed_t
   use sig_reference_sets, only: choose_references
-  use sig_snapshot_store, only: snapshot_set_t
   use sig_term_values, only: evaluate_points
+  use sig_training_set, only: training_set_t
   use petsc
   implicit none(type, external)
   private
@@ -68,7 +68,7 @@ contains
     !> loaded
     type(full_order_t), intent(inout) :: full_order
     !> solved
-    type(snapshot_set_t), intent(in) :: snapshots
+    type(training_set_t), intent(in) :: snapshots
     !> not allocated where the stiffness could not be factored
     class(reduced_t), allocatable, intent(out) :: part
     type(error_t), allocatable, intent(out) :: error
@@ -82,8 +82,8 @@ contains
     if (plan%has_modes) then
       PetscCall(add_modes(full_order, snapshots, reduced%data, ierr))
     end if
-    call keep_start_sets(snapshots%multipliers, reduced%data)
-    call measure_forces(snapshots%multipliers, reduced%data)
+    call keep_start_sets(snapshots%forces(), reduced%data)
+    call measure_forces(snapshots%forces(), reduced%data)
     call choose_references(full_order%problem%deck%reduction%max_transforms_size, reduced%data, error)
     call move_alloc(reduced, part)
   end subroutine train_condensed
@@ -151,7 +151,7 @@ contains
   !> H by the modes of what contact displaces at the training points. Collective on all ranks.
   subroutine add_modes(full_order, snapshots, data, ierr)
     type(full_order_t), intent(inout) :: full_order
-    type(snapshot_set_t), intent(in) :: snapshots
+    type(training_set_t), intent(in) :: snapshots
     type(condensed_data_t), intent(inout) :: data
     PetscErrorCode, intent(out) :: ierr
     type(team_t), pointer :: team
@@ -174,24 +174,17 @@ contains
   !> Modes of u - G theta. Collective on all ranks.
   subroutine find_modes(problem, snapshots, data, ierr)
     type(problem_t), intent(in) :: problem
-    type(snapshot_set_t), intent(in) :: snapshots
+    type(training_set_t), intent(in) :: snapshots
     !> its free response is there
     type(condensed_data_t), intent(inout) :: data
     PetscErrorCode, intent(out) :: ierr
     type(pod_t) :: pod
-    real(rk), allocatable :: field(:), theta(:, :)
-    integer :: first, i, i_bad_point, i_bad_source, last
+    real(rk), allocatable :: theta(:, :)
+    integer :: i_bad_point, i_bad_source
 
     call evaluate_points(problem%terms, snapshots%parameters, theta, i_bad_point, i_bad_source)
-    associate (n_dofs => size(data%free_response, 1), n_terms => size(data%free_response, 2), n => size(theta, 2))
-      PetscCall(rows_of_rank(n_dofs, PETSC_COMM_WORLD, first, last, ierr))
-      PetscCall(pod%create(last - first + 1, n_dofs, n, PETSC_COMM_WORLD, ierr))
-      do i = 1, n
-        field = snapshots%displacement(first:last, i) - matmul(data%free_response(first:last, :), theta(:n_terms, i))
-        PetscCall(pod%set_snapshot(i, field, ierr))
-      end do
-    end associate
-    PetscCall(pod%decompose(ierr))
+    theta = theta(:size(data%free_response, 2), :)
+    PetscCall(decompose_contact_parts(snapshots, data%free_response, theta, .false., PETSC_COMM_WORLD, pod, ierr))
     PetscCall(pod%left_vectors(pod_rank(pod%singular_values, problem%deck%reduction%pod_tolerance), data%basis, ierr))
     PetscCall(pod%destroy(ierr))
   end subroutine find_modes

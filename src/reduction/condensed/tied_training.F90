@@ -18,10 +18,10 @@ module sig_tied_training
   use sig_reduced, only: reduced_t
   use sig_reduced_tied, only: reduced_tied_t
   use sig_reference_sets, only: group_sets
-  use sig_snapshot_store, only: snapshot_set_t
   use sig_text, only: counted, to_text
   use sig_tied, only: solve_tied, tied_response_t
   use sig_tied_data, only: row_changing, row_closed, row_open, tied_cluster_t, tied_data_t
+  use sig_training_set, only: training_set_t
   use petsc
   implicit none(type, external)
   private
@@ -41,7 +41,7 @@ contains
     !> loaded, without a body that only contact holds
     type(full_order_t), intent(inout) :: full_order
     !> solved
-    type(snapshot_set_t), intent(in) :: snapshots
+    type(training_set_t), intent(in) :: snapshots
     !> not allocated where there is a reason
     class(reduced_t), allocatable, intent(out) :: part
     !> why there is no such model; empty where there is
@@ -50,12 +50,12 @@ contains
     PetscErrorCode, intent(out) :: ierr
     type(reduced_tied_t), allocatable :: reduced
     type(displacement_plan_t) :: plan
-    logical :: sets(size(snapshots%multipliers, 1), size(snapshots%multipliers, 2))
+    logical, allocatable :: sets(:, :)
     integer :: i
 
     ierr = 0
     allocate (reduced)
-    sets = snapshots%multipliers > 0
+    sets = snapshots%forces() > 0
     plan = plan_displacements(full_order%problem)
     reduced%data%exact_dofs = plan%exact_dofs
     reduced%data%exact_boundaries = plan%boundaries

@@ -2,6 +2,7 @@
 #include "signorom/macros.h"
 !> Snapshots of a cluster -> POD -> reduced integration domain -> reduced system; groups of ranks train different clusters.
 module sig_cluster_training
+  use mpi, only: MPI_Allreduce, MPI_INTEGER, MPI_MIN
   use sig_hhr_file, only: pack_cluster, unpack_cluster
   use sig_clustering, only: cluster_t
   use sig_error_broadcast, only: broadcast_bytes, broadcast_error
@@ -13,11 +14,11 @@ module sig_cluster_training
   use sig_problem, only: problem_t
   use sig_rank_groups, only: create_rank_groups, rank_groups_t
   use sig_reduced_domain, only: reduced_domain_t
-  use sig_snapshot_store, only: columns_of, snapshot_set_t
   use sig_text, only: append_text, string_t, to_text
   use sig_training_domain, only: choose_domain
-  use sig_training_duals, only: keep_dual_snapshots
+  use sig_training_duals, only: keep_dual_snapshots, snapshot_contact_values
   use sig_training_modes, only: compute_dual_modes, compute_modes, pod_modes_t
+  use sig_training_set, only: training_set_t
   use sig_training_system, only: build_system
   use petsc
   implicit none(type, external)
@@ -32,8 +33,8 @@ contains
   !> model has changed.
   subroutine train_clusters(problem, snapshots, clusters, which, models, error, ierr)
     type(problem_t), intent(in) :: problem
-    !> solved, the same on all ranks
-    type(snapshot_set_t), intent(in) :: snapshots
+    !> solved, their dofs spread over all ranks
+    type(training_set_t), intent(in) :: snapshots
     type(cluster_t), intent(in) :: clusters(:)
     !> numbers of the clusters to be trained
     integer, intent(in) :: which(:)
@@ -43,28 +44,63 @@ contains
     PetscErrorCode, intent(out) :: ierr
     type(rank_groups_t) :: groups
     type(hhr_data_t) :: trained(size(which))
-    integer :: i
+    integer :: first, i, i_failed, last
 
     PetscCall(create_rank_groups(0, size(which), groups, ierr))
-    do i = 1, size(which)
-      if (.not. groups%has_point(i)) cycle
-      trained(i)%training_points = clusters(which(i))%snapshots
-      if (size(trained(i)%training_points) == size(snapshots%reasons)) then
-        PetscCall(train_cluster(problem, snapshots, groups%comm, trained(i), error, ierr))
-      else
-        PetscCall(train_cluster(problem, columns_of(snapshots, trained(i)%training_points), groups%comm, trained(i), error, ierr))
-      end if
-      if (.not. allocated(error)) cycle
-      if (size(clusters) > 1) error%message = 'cluster ' // to_text(which(i)) // ': ' // error%message
-      exit
+    do first = 1, size(which), groups%n_groups
+      last = min(first + groups%n_groups - 1, size(which))
+      PetscCall(train_round(problem, snapshots, clusters, which(first:last), groups, trained(first:last), i_failed, error, ierr))
+      PetscCallMPI(MPI_Allreduce(i_failed, i, 1, MPI_INTEGER, MPI_MIN, PETSC_COMM_WORLD, ierr))
+      if (i <= last - first + 1) exit
     end do
-    PetscCall(exchange_clusters(problem, groups, i, trained, error, ierr))
+    if (allocated(error) .and. size(clusters) > 1) error%message = 'cluster ' // to_text(which(first + i_failed - 1)) // ': ' // &
+      error%message
+    PetscCall(exchange_clusters(problem, groups, first + i_failed - 1, trained, error, ierr))
     PetscCall(groups%destroy(ierr))
     if (allocated(error)) return
     do i = 1, size(which)
       models(which(i)) = trained(i)
     end do
   end subroutine train_clusters
+
+  !> Some clusters, one for each group: all ranks compress the snapshots, of which each has some dofs, then each group goes on with
+  !> its cluster. Collective on all ranks.
+  subroutine train_round(problem, snapshots, clusters, which, groups, trained, i_failed, error, ierr)
+    type(problem_t), intent(in) :: problem
+    type(training_set_t), intent(in) :: snapshots
+    type(cluster_t), intent(in) :: clusters(:)
+    !> numbers of the clusters of this round
+    integer, intent(in) :: which(:)
+    type(rank_groups_t), intent(in) :: groups
+    type(hhr_data_t), intent(inout) :: trained(:)
+    !> the first of the round that could not be trained, as far as this rank knows; beyond the last where there is none
+    integer, intent(out) :: i_failed
+    !> why
+    type(error_t), allocatable, intent(inout) :: error
+    PetscErrorCode, intent(out) :: ierr
+    type(error_t), allocatable :: own_error
+    type(pod_modes_t) :: modes, own_modes
+    type(training_set_t) :: own, some
+    real(rk), allocatable :: contact_values(:, :)
+
+    ierr = 0
+    do i_failed = 1, size(which)
+      some = snapshots%select(clusters(which(i_failed))%snapshots)
+      PetscCall(compute_modes(problem, some, PETSC_COMM_WORLD, modes, error, ierr))
+      if (allocated(error)) exit
+      PetscCall(snapshot_contact_values(problem%rows, some, PETSC_COMM_WORLD, contact_values, ierr))
+      if (i_failed /= groups%i_group) cycle
+      own = some
+      own_modes = modes
+      trained(i_failed)%training_points = clusters(which(i_failed))%snapshots
+      call move_alloc(contact_values, trained(i_failed)%contact_displacement_snapshots)
+    end do
+    if (groups%i_group >= i_failed) return
+    PetscCall(train_cluster(problem, own, groups%comm, own_modes, trained(groups%i_group), own_error, ierr))
+    if (.not. allocated(own_error)) return
+    i_failed = groups%i_group
+    call move_alloc(own_error, error)
+  end subroutine train_round
 
   !> Makes every trained cluster known to all ranks. Collective on all ranks.
   !>
@@ -129,23 +165,24 @@ contains
   end subroutine log_cluster_warnings
 
   !> One local model. Collective on comm.
-  subroutine train_cluster(problem, snapshots, comm, cluster, error, ierr)
+  subroutine train_cluster(problem, snapshots, comm, modes, cluster, error, ierr)
     type(problem_t), intent(in) :: problem
-    type(snapshot_set_t), intent(in) :: snapshots
+    type(training_set_t), intent(in) :: snapshots
     MPI_Comm, intent(in) :: comm
-    !> training_points is set
+    !> of the snapshots, all dofs
+    type(pod_modes_t), intent(in) :: modes
+    !> what the snapshots alone tell is set: training_points, contact_displacement_snapshots
     type(hhr_data_t), intent(inout) :: cluster
     type(error_t), allocatable, intent(out) :: error
     PetscErrorCode, intent(out) :: ierr
-    type(pod_modes_t) :: modes
     real(rk), allocatable :: dual_modes(:, :)
     type(reduced_domain_t) :: domain
     integer, allocatable :: moved_nodes(:)
 
-    PetscCall(compute_modes(problem, snapshots, comm, modes, error, ierr))
-    if (allocated(error)) return
     PetscCall(compute_dual_modes(problem, snapshots, comm, dual_modes, ierr))
-    call choose_domain(problem, snapshots, modes%vectors(:, :modes%n_domain), dual_modes, domain, moved_nodes, error)
+    associate (values => cluster%contact_displacement_snapshots, vectors => modes%vectors(:, :modes%n_domain))
+      call choose_domain(problem, snapshots, values, vectors, dual_modes, domain, moved_nodes, error)
+    end associate
     if (allocated(error)) return
     cluster%singular_values = modes%singular_values
     cluster%n_pod_modes = modes%n_domain
@@ -153,7 +190,7 @@ contains
     call build_system(problem, snapshots, domain, moved_nodes, modes%vectors, cluster, error)
     if (.not. allocated(error)) call need_unknowns(problem, cluster, error)
     if (allocated(error)) return
-    if (size(snapshots%reasons) == 1) call append_text(cluster%warnings, 'trained on one snapshot: the model knows no other ' // &
+    if (snapshots%n_snapshots() == 1) call append_text(cluster%warnings, 'trained on one snapshot: the model knows no other ' // &
       'state than that of its training point; take more training points')
     call keep_dual_snapshots(problem, snapshots, cluster)
     cluster%fits_displacements = problem%deck%reduction%reconstruction == 'multipliers_and_displacements'

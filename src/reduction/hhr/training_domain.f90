@@ -9,9 +9,9 @@ module sig_training_domain
   use sig_mesh_checks, only: nodes_of_boundary
   use sig_problem, only: problem_t
   use sig_reduced_domain, only: build_reduced_domain, nodes_of_dofs, reduced_domain_t
-  use sig_snapshot_store, only: snapshot_set_t
   use sig_term_values, only: evaluate_points
   use sig_ties, only: tie_tolerance
+  use sig_training_set, only: training_set_t
   use sig_zone_nodes, only: find_zone_nodes
   implicit none(type, external)
   private
@@ -21,9 +21,11 @@ contains
 
   !> The reduced integration domain. With automatic zones, and where it would have no contact row, it grows by rows that its
   !> snapshots close. Errors: a boundary that the mesh lacks, a window without nodes.
-  subroutine choose_domain(problem, snapshots, modes, dual_modes, domain, moved_nodes, error)
+  subroutine choose_domain(problem, snapshots, contact_values, modes, dual_modes, domain, moved_nodes, error)
     type(problem_t), intent(in) :: problem
-    type(snapshot_set_t), intent(in) :: snapshots
+    type(training_set_t), intent(in) :: snapshots
+    !> [length] of snapshot_contact_values
+    real(rk), intent(in) :: contact_values(:, :)
     !> V, shape (n_dofs, n_modes)
     real(rk), intent(in) :: modes(:, :)
     !> shape (n_multipliers, n_dual_modes)
@@ -44,7 +46,7 @@ contains
     seeds = [nodes_of_dofs(deim_rows(modes), problem%mesh%n_dim), contact_nodes, moved_nodes, zone]
     associate (is_joined => problem%deck%reduction%unpaired_nodes == 'join')
       call build_reduced_domain(problem%mesh, problem%rows, seeds, is_joined, domain)
-      dual_rows = problem%rows%select(lacking_rows(problem, snapshots, domain))
+      dual_rows = problem%rows%select(lacking_rows(problem, snapshots, contact_values, domain))
       if (dual_rows%n_rows == 0) return
       contact_nodes = nodes_of_dofs(dual_rows%dofs, problem%mesh%n_dim)
       call build_reduced_domain(problem%mesh, problem%rows, [seeds, contact_nodes], is_joined, domain)
@@ -57,24 +59,23 @@ contains
   !> reduced problem has no contact forces, and says so without any doubt. A deck that names its zones is taken at its word, but for
   !> a domain without contact rows. Where nothing touches in any snapshot the rows next to touching are taken: no contact is then
   !> the right answer, until they close.
-  function lacking_rows(problem, snapshots, domain) result(rows)
+  function lacking_rows(problem, snapshots, contact_values, domain) result(rows)
     type(problem_t), intent(in) :: problem
-    type(snapshot_set_t), intent(in) :: snapshots
+    type(training_set_t), intent(in) :: snapshots
+    real(rk), intent(in) :: contact_values(:, :)
     type(reduced_domain_t), intent(in) :: domain
     integer, allocatable :: rows(:)
     real(rk), allocatable :: openings(:, :), theta(:, :)
-    integer :: i, i_bad_point, i_bad_source
+    integer :: i_bad_point, i_bad_source, n
 
     allocate (rows(0))
     if (problem%rows%n_rows == 0) return
     if (size(domain%contact_rows) > 0 .and. .not. problem%deck%reduction%has_loaded_zones) return
-    rows = missing_rows(snapshots%multipliers, domain%contact_rows)
+    rows = missing_rows(snapshots%forces(), domain%contact_rows)
     if (size(rows) + size(domain%contact_rows) > 0) return
     call evaluate_points(problem%terms, snapshots%parameters, theta, i_bad_point, i_bad_source)
-    openings = matmul(problem%rows%gap, theta)
-    do i = 1, size(openings, 2)
-      openings(:, i) = openings(:, i) - problem%rows%apply(snapshots%displacement(:, i))
-    end do
+    n = problem%rows%n_rows
+    openings = matmul(problem%rows%gap, theta) - (contact_values(:n, :) - contact_values(n + 1:, :))
     rows = rows_next_to_close(openings)
   end function lacking_rows
 

@@ -5,16 +5,17 @@ module sig_training_modes
   use sig_deck_config, only: reduction_config_t
   use sig_errors, only: error_t, make_error
   use sig_kinds, only: rk
-  use sig_pod, only: compute_pod, pod_t, rows_of_rank
-  use sig_pod_rank, only: available_modes, equal_weights, pod_rank
+  use sig_pod, only: compute_pod, decompose_contact_parts, pod_t
+  use sig_pod_rank, only: available_modes, pod_rank
   use sig_problem, only: problem_t
-  use sig_snapshot_store, only: snapshot_set_t
+  use sig_snapshot_lengths, only: snapshot_lengths
   use sig_term_values, only: evaluate_points
   use sig_text, only: counted, to_text
+  use sig_training_set, only: training_set_t
   use petsc
   implicit none(type, external)
   private
-  public :: pod_modes_t, compute_modes, compute_dual_modes, field_to_compress, terms_at
+  public :: pod_modes_t, compute_modes, compute_dual_modes, terms_at
 
   type :: pod_modes_t
     !> descending, of all snapshots
@@ -27,79 +28,47 @@ module sig_training_modes
 
 contains
 
-  !> Collective on comm. Errors: no snapshot differs from zero; the deck wants more modes than there are.
+  !> Collective on comm, over which the dofs of the snapshots are spread.
+  !>
+  !> Errors: no snapshot differs from zero; the deck wants more modes than there are.
   subroutine compute_modes(problem, snapshots, comm, modes, error, ierr)
     type(problem_t), intent(in) :: problem
-    type(snapshot_set_t), intent(in) :: snapshots
+    type(training_set_t), intent(in) :: snapshots
     MPI_Comm, intent(in) :: comm
     type(pod_modes_t), intent(out) :: modes
     type(error_t), allocatable, intent(out) :: error
     PetscErrorCode, intent(out) :: ierr
     type(pod_t) :: pod
 
-    PetscCall(decompose(problem, snapshots, comm, pod, ierr))
+    associate (is_normalized => problem%deck%reduction%is_normalized)
+      PetscCall(decompose_contact_parts(snapshots, snapshots%free_response, terms_at(problem, snapshots), is_normalized, comm, pod, ierr))
+    end associate
     modes%singular_values = pod%singular_values
     call count_modes(problem%deck%reduction, problem%deck%path, modes, error)
-    if (available_modes(modes%singular_values) == 0) call explain_no_modes(snapshots, problem%deck%path, error)
+    if (available_modes(modes%singular_values) == 0) then
+      PetscCall(explain_no_modes(snapshots, problem%deck%path, comm, error, ierr))
+    end if
     if (.not. allocated(error)) then
       PetscCall(pod%left_vectors(modes%n_domain + modes%n_extra, modes%vectors, ierr))
     end if
     PetscCall(pod%destroy(ierr))
   end subroutine compute_modes
 
-  !> Singular values of the fields, of which each rank keeps its rows. Collective on comm.
-  subroutine decompose(problem, snapshots, comm, pod, ierr)
-    type(problem_t), intent(in) :: problem
-    type(snapshot_set_t), intent(in) :: snapshots
-    MPI_Comm, intent(in) :: comm
-    type(pod_t), intent(out) :: pod
-    PetscErrorCode, intent(out) :: ierr
-    real(rk) :: weights(size(snapshots%parameters, 2)), field(size(snapshots%displacement, 1))
-    real(rk), allocatable :: theta(:, :)
-    integer :: first, i, last
-
-    theta = terms_at(problem, snapshots)
-    weights = 1
-    if (problem%deck%reduction%is_normalized) &
-      weights = equal_weights([(norm2(field_to_compress(snapshots, theta, i)), i=1, size(weights))])
-    PetscCall(rows_of_rank(size(field), comm, first, last, ierr))
-    PetscCall(pod%create(last - first + 1, size(field), size(weights), comm, ierr))
-    do i = 1, size(weights)
-      field = weights(i) * field_to_compress(snapshots, theta, i)
-      PetscCall(pod%set_snapshot(i, field(first:last), ierr))
-    end do
-    PetscCall(pod%decompose(ierr))
-  end subroutine decompose
-
   !> Values of the terms whose free response the fields lose: none where the modes carry the prescribed displacements.
   function terms_at(problem, snapshots) result(theta)
     type(problem_t), intent(in) :: problem
-    type(snapshot_set_t), intent(in) :: snapshots
+    type(training_set_t), intent(in) :: snapshots
     !> [-] shape (n_terms, n_snapshots)
     real(rk), allocatable :: theta(:, :)
     integer :: i_bad_point, i_bad_source
 
     if (problem%deck%reduction%dirichlet == 'multiplier') then
-      allocate (theta(0, size(snapshots%parameters, 2)))
+      allocate (theta(0, snapshots%n_snapshots()))
     else
       call evaluate_points(problem%terms, snapshots%parameters, theta, i_bad_point, i_bad_source)
       theta = theta(:size(snapshots%free_response, 2), :)
     end if
   end function terms_at
-
-  !> A whole field, or what contact adds to the elastic response.
-  pure function field_to_compress(snapshots, theta, i) result(field)
-    type(snapshot_set_t), intent(in) :: snapshots
-    !> of terms_at
-    real(rk), intent(in) :: theta(:, :)
-    !> 1-based
-    integer, intent(in) :: i
-    !> [length] shape (n_dofs)
-    real(rk) :: field(size(snapshots%displacement, 1))
-
-    field = snapshots%displacement(:, i)
-    if (size(theta, 1) > 0) field = field - matmul(snapshots%free_response, theta(:, i))
-  end function field_to_compress
 
   !> Source: section 3.4: the domain by the first tolerance, the basis by the second.
   subroutine count_modes(reduction, path, modes, error)
@@ -121,15 +90,19 @@ contains
       hint='take fewer modes, or more training points')
   end subroutine count_modes
 
-  !> Why there is nothing to compress: no load, or no contact.
-  subroutine explain_no_modes(snapshots, path, error)
-    type(snapshot_set_t), intent(in) :: snapshots
+  !> Why there is nothing to compress: no load, or no contact. Collective on comm.
+  subroutine explain_no_modes(snapshots, path, comm, error, ierr)
+    type(training_set_t), intent(in) :: snapshots
     character(*), intent(in) :: path
+    MPI_Comm, intent(in) :: comm
     type(error_t), allocatable, intent(out) :: error
+    PetscErrorCode, intent(out) :: ierr
+    real(rk), allocatable :: lengths(:)
 
-    if (.not. any(abs(snapshots%displacement) > 0)) then
+    PetscCall(snapshot_lengths(snapshots, comm, lengths, ierr))
+    if (.not. any(lengths > 0)) then
       call make_error(error, 'all snapshots are zero: no training point loads the bodies', path)
-    else if (any(snapshots%multipliers > 0)) then
+    else if (any(snapshots%forces() > 0)) then
       call make_error(error, 'the contact forces at the training points displace nothing above rounding', path)
     else
       call make_error(error, 'the bodies touch at no training point: every snapshot is the response without contact, ' // &
@@ -137,12 +110,13 @@ contains
     end if
   end subroutine explain_no_modes
 
-  !> Modes of the multipliers, shape (n_multipliers, n_modes); none without a tolerance or without contact. Collective on comm.
+  !> Modes of the multipliers, shape (n_multipliers, n_modes); none without a tolerance or without contact. Collective on comm,
+  !> whose ranks share the work.
   !>
   !> Source: section 5.2: "this dual POD RB is only used for the RID expansion".
   subroutine compute_dual_modes(problem, snapshots, comm, vectors, ierr)
     type(problem_t), intent(in) :: problem
-    type(snapshot_set_t), intent(in) :: snapshots
+    type(training_set_t), intent(in) :: snapshots
     MPI_Comm, intent(in) :: comm
     real(rk), allocatable, intent(out) :: vectors(:, :)
     PetscErrorCode, intent(out) :: ierr
@@ -152,10 +126,10 @@ contains
     ierr = 0
     n_modes = 0
     if (problem%deck%reduction%dual_pod_tolerance > 0) then
-      PetscCall(compute_pod(snapshots%multipliers, comm, singular_values, all_vectors, ierr))
+      PetscCall(compute_pod(snapshots%forces(), comm, singular_values, all_vectors, ierr))
       n_modes = pod_rank(singular_values, problem%deck%reduction%dual_pod_tolerance)
     else
-      allocate (all_vectors(size(snapshots%multipliers, 1), 0))
+      allocate (all_vectors(problem%rows%n_rows, 0))
     end if
     vectors = all_vectors(:, :n_modes)
   end subroutine compute_dual_modes

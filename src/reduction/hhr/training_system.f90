@@ -10,10 +10,10 @@ module sig_training_system
   use sig_problem, only: problem_t
   use sig_projection, only: expected_stiffness_rank, project, project_contact_rows, projected_blocks_t
   use sig_reduced_domain, only: reduced_domain_t
-  use sig_snapshot_store, only: snapshot_set_t
   use sig_solvability, only: is_undetermined, measure_stiffness, rank_on_domain, solvability_warnings, undetermined_text
   use sig_term_values, only: evaluate_points
   use sig_text, only: to_text
+  use sig_training_set, only: training_set_t
   use sig_zone_nodes, only: find_loaded_nodes
   implicit none(type, external)
   private
@@ -26,7 +26,7 @@ contains
   !> Errors: modes that miss the prescribed values, or that the equations of the domain do not determine.
   subroutine build_system(problem, snapshots, domain, moved_nodes, modes, cluster, error)
     type(problem_t), intent(in) :: problem
-    type(snapshot_set_t), intent(in) :: snapshots
+    type(training_set_t), intent(in) :: snapshots
     type(reduced_domain_t), intent(in) :: domain
     integer, intent(in) :: moved_nodes(:)
     !> V, shape (n_dofs, n_modes)
@@ -137,7 +137,7 @@ contains
   !> Displacement = lifting * theta + basis * gamma, either way of treating the prescribed values.
   subroutine split_prescribed(problem, snapshots, moved_nodes, modes, cluster, error)
     type(problem_t), intent(in) :: problem
-    type(snapshot_set_t), intent(in) :: snapshots
+    type(training_set_t), intent(in) :: snapshots
     integer, intent(in) :: moved_nodes(:)
     real(rk), intent(in) :: modes(:, :)
     type(hhr_data_t), intent(inout) :: cluster
@@ -169,7 +169,7 @@ contains
   !> Term by term the modes may miss them (both sides of a symmetric body move together): only their sum has to fit.
   real(rk) function prescribed_misfit(problem, snapshots, rows, lifting) result(misfit)
     type(problem_t), intent(in) :: problem
-    type(snapshot_set_t), intent(in) :: snapshots
+    type(training_set_t), intent(in) :: snapshots
     !> which of the prescribed dofs
     integer, intent(in) :: rows(:)
     real(rk), intent(in) :: lifting(:, :)

@@ -5,7 +5,7 @@
 !> that are kept for that, by lot.
 module sig_candidate_pool
   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan, ieee_positive_inf, ieee_quiet_nan, ieee_value
-  use sig_answer_errors, only: answer_error
+  use sig_answer_errors, only: displacement_squares, forces_error, relative
   use sig_kinds, only: rk
   use sig_model, only: model_t
   use sig_online_model, only: online_model_t
@@ -17,7 +17,8 @@ module sig_candidate_pool
   use sig_ties, only: tie_tolerance
   implicit none(type, external)
   private
-  public :: pool_errors_t, usable_candidates, draw_half, measure_candidates, errors_among, worst_candidates
+  public :: pool_errors_t, usable_candidates, draw_half, measure_candidates, finish_displacement_errors, errors_among
+  public :: worst_candidates
 
   !> What a model does at each candidate.
   type :: pool_errors_t
@@ -26,20 +27,24 @@ module sig_candidate_pool
     real(rk), allocatable :: values(:)
     !> cluster that answered, 0 at candidates that were not asked for
     integer, allocatable :: cluster(:)
+    !> [length^2] displacement_squares of this rank's dofs where the error is e_u, else 0; shape (2, n_candidates)
+    real(rk), allocatable :: squares(:, :)
   end type pool_errors_t
 
 contains
 
   !> Which candidates were solved, move something, and are not trained on already.
-  pure function usable_candidates(candidates, training_points) result(is_usable)
+  pure function usable_candidates(candidates, lengths, training_points) result(is_usable)
     type(snapshot_set_t), intent(in) :: candidates
+    !> [length] Euclidean norms of the displacements, shape (n_candidates)
+    real(rk), intent(in) :: lengths(:)
     !> shape (n_parameters, n_points)
     real(rk), intent(in) :: training_points(:, :)
     !> shape (n_candidates)
     logical :: is_usable(size(candidates%reasons))
     integer :: i
 
-    is_usable = candidates%reasons == reason_converged .and. any(abs(candidates%displacement) > 0, dim=1)
+    is_usable = candidates%reasons == reason_converged .and. lengths > 0
     do i = 1, size(is_usable)
       if (point_index(training_points, candidates%parameters(:, i), i - 1) > 0) is_usable(i) = .false.
     end do
@@ -61,7 +66,8 @@ contains
     is_drawn(numbers(order(:(size(order) + 1) / 2))) = .true.
   end function draw_half
 
-  !> Errors of a model's clusters at some of the candidates. Local.
+  !> Errors of a model's clusters at some of the candidates. Local; where the error is e_u, of which a rank has its part, they are
+  !> to be finished.
   !>
   !> Errors: message is allocated where the model cannot answer at all.
   subroutine measure_candidates(candidates, is_wanted, model, name, errors, message)
@@ -80,6 +86,7 @@ contains
 
     allocate (errors%values(size(is_wanted)), source=ieee_value(1.0_rk, ieee_quiet_nan))
     allocate (errors%cluster(size(is_wanted)), source=0)
+    allocate (errors%squares(2, size(is_wanted)), source=0.0_rk)
     online%model = model
     call online%prepare(message)
     if (.not. allocated(message)) call query%create(online, message)
@@ -88,26 +95,44 @@ contains
       if (.not. is_wanted(i)) cycle
       call query%evaluate(online, candidates%parameters(:, i), answer)
       errors%cluster(i) = answer%cluster
-      errors%values(i) = error_of_cluster(name, online, answer, candidates%displacement(:, i), candidates%multipliers(:, i))
+      ! the fallback's answer says nothing about the cluster
+      errors%values(i) = ieee_value(1.0_rk, ieee_positive_inf)
+      if (answer%reason < 0 .or. answer%part /= answer%cluster) cycle
+      if (name == 'e_u') then
+        errors%values(i) = 0
+        errors%squares(:, i) = displacement_squares(online, answer, candidates%first_dof, candidates%displacement(:, i))
+      else
+        associate (multipliers => candidates%multipliers(:, i))
+          errors%values(i) = measurable(forces_error(name, online, answer, multipliers), multipliers)
+        end associate
+      end if
     end do
     call query%destroy()
   end subroutine measure_candidates
 
-  !> [-] Infinite where the cluster has no answer of its own (the fallback's says nothing about it), and where its error is no
-  !> number although something touches: what cannot be measured must not flatter.
-  real(rk) function error_of_cluster(name, online, answer, displacement, multipliers) result(error)
-    character(*), intent(in) :: name
-    type(online_model_t), intent(in) :: online
-    type(answer_t), intent(in) :: answer
+  !> e_u of the squares, which are those of all dofs now. Local.
+  pure subroutine finish_displacement_errors(candidates, errors)
+    type(snapshot_set_t), intent(in) :: candidates
+    type(pool_errors_t), intent(inout) :: errors
+    integer :: i
+
+    do i = 1, size(errors%values)
+      if (.not. abs(errors%values(i)) <= 0) cycle
+      associate (lengths => sqrt(errors%squares(:, i)))
+        errors%values(i) = measurable(relative(lengths(1), lengths(2)), candidates%multipliers(:, i))
+      end associate
+    end do
+  end subroutine finish_displacement_errors
+
+  !> [-] Infinite where an error is no number although something touches: what cannot be measured must not flatter.
+  pure real(rk) function measurable(error, multipliers)
+    real(rk), intent(in) :: error
     !> full-order
-    real(rk), intent(in) :: displacement(:)
     real(rk), intent(in) :: multipliers(:)
 
-    error = ieee_value(error, ieee_positive_inf)
-    if (answer%reason < 0 .or. answer%part /= answer%cluster) return
-    error = answer_error(name, online, answer, displacement, multipliers)
-    if (ieee_is_nan(error) .and. any(multipliers > 0)) error = ieee_value(error, ieee_positive_inf)
-  end function error_of_cluster
+    measurable = error
+    if (ieee_is_nan(error) .and. any(multipliers > 0)) measurable = ieee_value(error, ieee_positive_inf)
+  end function measurable
 
   !> The same as if only these candidates had been asked for.
   pure function errors_among(errors, is_chosen) result(chosen)

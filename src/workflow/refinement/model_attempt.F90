@@ -2,7 +2,8 @@
 #include "signorom/macros.h"
 !> A model of a refinement with what it was made of: divided, trained, and measured at the candidates.
 module sig_model_attempt
-  use sig_candidate_pool, only: draw_half, errors_among, measure_candidates, pool_errors_t, usable_candidates
+  use sig_candidate_pool, only: draw_half, errors_among, finish_displacement_errors, measure_candidates, pool_errors_t, &
+    usable_candidates
   use sig_cluster_division, only: divide_snapshots
   use sig_cluster_split, only: division_t
   use sig_cluster_training, only: train_clusters
@@ -12,11 +13,14 @@ module sig_model_attempt
   use sig_model, only: model_t
   use sig_model_parts, only: set_clusters, set_fallback
   use sig_model_header, only: fill_model_header
+  use sig_petsc_support, only: sum_over_ranks
   use sig_problem, only: problem_t
   use sig_reduced, only: reduced_t
+  use sig_snapshot_lengths, only: snapshot_lengths
   use sig_snapshot_store, only: snapshot_set_t
   use sig_hhr_start_sets, only: fill_start_sets
   use sig_text, only: to_text
+  use sig_training_set, only: take_snapshots, training_set_t
   use petsc
   implicit none(type, external)
   private
@@ -24,7 +28,7 @@ module sig_model_attempt
 
   !> A model, what it was made of, and how well it does.
   type :: attempt_t
-    type(snapshot_set_t) :: snapshots
+    type(training_set_t) :: snapshots
     type(division_t) :: division
     type(hhr_data_t), allocatable :: models(:)
     type(model_t) :: model
@@ -39,15 +43,23 @@ module sig_model_attempt
 
 contains
 
-  !> Half of the candidates may become snapshots; where none may, all are for measuring. Errors: there is none to measure on.
-  subroutine share_candidates(problem, candidates, attempt, error)
+  !> Half of the candidates may become snapshots; where none may, all are for measuring. Collective on all ranks.
+  !>
+  !> Errors: there is none to measure on.
+  subroutine share_candidates(problem, candidates, attempt, error, ierr)
     type(problem_t), intent(in) :: problem
     type(snapshot_set_t), intent(in) :: candidates
     type(attempt_t), intent(inout) :: attempt
     type(error_t), allocatable, intent(out) :: error
+    PetscErrorCode, intent(out) :: ierr
+    type(training_set_t) :: pool
+    real(rk), allocatable :: lengths(:)
+    integer :: i
 
+    pool = take_snapshots(candidates, [(i, i=1, size(candidates%reasons))])
+    PetscCall(snapshot_lengths(pool, PETSC_COMM_WORLD, lengths, ierr))
     associate (clusters => problem%deck%clusters)
-      attempt%is_open = usable_candidates(candidates, attempt%snapshots%parameters)
+      attempt%is_open = usable_candidates(candidates, lengths, attempt%snapshots%parameters)
       attempt%is_measure = attempt%is_open
       if (.not. any(attempt%is_measure)) call make_error(error, 'there is no candidate to measure on: each of the ' // &
         to_text(size(attempt%is_open)) // ' is a training point, moves nothing, or has no full-order solution', &
@@ -76,7 +88,7 @@ contains
     if (allocated(error)) return
     call set_fallback(model, fallback)
     attempt%division%choice = model%choice
-    attempt%division%n_labeled = size(attempt%snapshots%reasons)
+    attempt%division%n_labeled = attempt%snapshots%n_snapshots()
     attempt%model = model
     if (allocated(attempt%models)) deallocate (attempt%models)
     allocate (attempt%models(0))
@@ -110,8 +122,11 @@ contains
     call fill_start_sets(attempt%model)
     associate (measure => problem%deck%clusters%target%measure)
       call measure_candidates(candidates, attempt%is_measure .or. attempt%is_open, attempt%model, measure, attempt%errors, message)
+      if (allocated(message)) call make_error(error, message, problem%deck%path)
+      if (measure /= 'e_u' .or. allocated(message)) return
     end associate
-    if (allocated(message)) call make_error(error, message, problem%deck%path)
+    PetscCall(sum_over_ranks(PETSC_COMM_WORLD, attempt%errors%squares, ierr))
+    call finish_displacement_errors(candidates, attempt%errors)
   end subroutine train_attempt
 
   !> [-] errors that tell how good the model is.

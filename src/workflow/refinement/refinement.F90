@@ -18,11 +18,13 @@ module sig_refinement
   use sig_refinement_rounds, only: make_round, n_failed, refinement_round_t, round_text, &
     statistic_of, three_digits, worst_cluster
   use sig_reduced, only: reduced_t
-  use sig_snapshot_store, only: append_snapshots, columns_of, snapshot_set_t
+  use sig_snapshot_lengths, only: snapshot_lengths
+  use sig_snapshot_store, only: snapshot_set_t
   use sig_stop_request, only: agree_to_stop
   use sig_text, only: counted, to_text
   use sig_ties, only: tie_tolerance
-  use sig_training, only: find_converged
+  use sig_training, only: take_solved
+  use sig_training_set, only: take_snapshots, training_set_t
   use petsc
   implicit none(type, external)
   private
@@ -59,9 +61,10 @@ contains
   !> Errors: those of a training in the first round; no candidate to measure on. A later round that cannot be trained is undone.
   subroutine refine(problem, snapshots, candidates, fallback, model, outcome, error, ierr)
     type(problem_t), intent(in) :: problem
-    type(snapshot_set_t), intent(in) :: snapshots
-    !> solutions at clusters.target.candidates
-    type(snapshot_set_t), intent(in) :: candidates
+    !> their dofs spread over all ranks
+    type(snapshot_set_t), intent(in), target :: snapshots
+    !> solutions at clusters.target.candidates, likewise
+    type(snapshot_set_t), intent(in), target :: candidates
     !> answers where the clusters cannot, unless it is not allocated
     class(reduced_t), allocatable, intent(in) :: fallback
     type(model_t), intent(inout) :: model
@@ -69,16 +72,14 @@ contains
     type(error_t), allocatable, intent(out) :: error
     PetscErrorCode, intent(out) :: ierr
     type(attempt_t) :: best
-    integer, allocatable :: numbers(:)
 
     ierr = 0
     allocate (outcome%rounds(0))
-    call find_converged(problem, snapshots, .false., numbers, error)
+    call take_solved(problem, snapshots, .false., best%snapshots, error)
     if (allocated(error)) return
-    best%snapshots = columns_of(snapshots, numbers)
-    call check_start(problem, best%snapshots, error)
+    PetscCall(check_start(problem, best%snapshots, error, ierr))
     if (allocated(error)) return
-    call share_candidates(problem, candidates, best, error)
+    PetscCall(share_candidates(problem, candidates, best, error, ierr))
     if (allocated(error)) return
     if (problem%deck%clusters%refine%is_used) then
       PetscCall(grow(problem, candidates, fallback, best, outcome, error, ierr))
@@ -100,14 +101,17 @@ contains
     end if
   end subroutine refine
 
-  !> What a later division needs. Errors: a grid with holes, a snapshot without direction.
-  subroutine check_start(problem, snapshots, error)
+  !> What a later division needs. Collective on all ranks. Errors: a grid with holes, a snapshot without direction.
+  subroutine check_start(problem, snapshots, error, ierr)
     type(problem_t), intent(in) :: problem
-    type(snapshot_set_t), intent(in) :: snapshots
+    type(training_set_t), intent(in) :: snapshots
     type(error_t), allocatable, intent(out) :: error
+    PetscErrorCode, intent(out) :: ierr
+    real(rk), allocatable :: lengths(:)
 
-    if (problem%deck%clusters%method == 'regular') call need_whole_grid(problem%deck, size(snapshots%reasons), error)
-    if (.not. allocated(error)) call check_snapshots(snapshots%displacement, snapshots%parameter_names, snapshots%parameters, error)
+    PetscCall(snapshot_lengths(snapshots, PETSC_COMM_WORLD, lengths, ierr))
+    if (problem%deck%clusters%method == 'regular') call need_whole_grid(problem%deck, size(lengths), error)
+    if (.not. allocated(error)) call check_snapshots(lengths, snapshots%parameter_names, snapshots%parameters, error)
     if (.not. allocated(error)) return
     if (len(error%file) == 0) error%file = problem%deck%path
   end subroutine check_start
@@ -148,9 +152,9 @@ contains
   !> As many clusters as can be made.
   pure integer function n_items(problem, snapshots)
     type(problem_t), intent(in) :: problem
-    type(snapshot_set_t), intent(in) :: snapshots
+    type(training_set_t), intent(in) :: snapshots
 
-    n_items = size(snapshots%reasons)
+    n_items = snapshots%n_snapshots()
     if (problem%deck%clusters%method == 'regular') n_items = product(problem%deck%training%grid - 1)
   end function n_items
 
@@ -159,7 +163,7 @@ contains
   !> A round may harm, too (other interpolation points, other hats): the model of the best one stays.
   subroutine grow(problem, candidates, fallback, best, outcome, error, ierr)
     type(problem_t), intent(in) :: problem
-    type(snapshot_set_t), intent(in) :: candidates
+    type(snapshot_set_t), intent(in), target :: candidates
     class(reduced_t), allocatable, intent(in) :: fallback
     !> in: snapshots and candidates
     type(attempt_t), intent(inout) :: best
@@ -172,7 +176,7 @@ contains
     logical :: is_done, is_split
 
     attempt = best
-    n_first = size(attempt%snapshots%reasons)
+    n_first = attempt%snapshots%n_snapshots()
     PetscCall(start_attempt(problem, candidates, fallback, problem%deck%clusters%number, attempt, error, ierr))
     if (allocated(error)) return
     call keep_round(problem%deck%clusters, 'start', 0, attempt, best, outcome)
@@ -180,7 +184,7 @@ contains
     do
       PetscCall(agree_to_stop(PETSC_COMM_WORLD, outcome%is_stopped, ierr))
       if (outcome%is_reached .or. outcome%is_stopped) exit
-      call choose_step(problem%deck%clusters, attempt, size(attempt%snapshots%reasons) - n_first, prospects, k, is_split)
+      call choose_step(problem%deck%clusters, attempt, attempt%snapshots%n_snapshots() - n_first, prospects, k, is_split)
       if (k == 0) exit
       if (is_split) then
         PetscCall(try_split(problem, candidates, k, attempt, prospects, is_done, error, ierr))
@@ -221,7 +225,8 @@ contains
   !> The worst candidates of a cluster become its snapshots. What they gain is seen at the others, before and after.
   subroutine try_growth(problem, candidates, k, n_first, attempt, prospects, is_done, ierr)
     type(problem_t), intent(in) :: problem
-    type(snapshot_set_t), intent(in) :: candidates
+    !> outlives the attempt
+    type(snapshot_set_t), intent(in), target :: candidates
     integer, intent(in) :: k
     !> snapshots before the first round
     integer, intent(in) :: n_first
@@ -234,13 +239,13 @@ contains
     integer, allocatable :: numbers(:)
     integer :: i, n
 
-    n = size(attempt%snapshots%reasons)
+    n = attempt%snapshots%n_snapshots()
     associate (config => problem%deck%clusters%refine)
       numbers = worst_candidates(attempt%open_errors(), k, min(config%points_per_round, config%max_points - (n - n_first)))
     end associate
     next = attempt
     next%is_open(numbers) = .false.
-    call append_snapshots(next%snapshots, columns_of(candidates, numbers))
+    call next%snapshots%append(take_snapshots(candidates, numbers))
     next%division%clusters(k)%snapshots = [next%division%clusters(k)%snapshots, [(n + i, i=1, size(numbers))]]
     PetscCall(train_attempt(problem, candidates, [k], next, failure, ierr))
     is_done = .not. allocated(failure)
@@ -321,7 +326,7 @@ contains
     real(rk) :: error
 
     n = size(outcome%rounds)
-    associate (n_snapshots => size(attempt%snapshots%reasons))
+    associate (n_snapshots => attempt%snapshots%n_snapshots())
       n_before = n_snapshots
       if (n > 0) n_before = outcome%rounds(n)%n_snapshots
       n_clusters = size(attempt%division%clusters)

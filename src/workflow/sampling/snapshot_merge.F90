@@ -10,18 +10,18 @@ module sig_snapshot_merge
   use sig_errors, only: error_t, exit_not_converged, make_error
   use sig_file_system, only: file_exists, list_files, remove_file
   use sig_full_order, only: team_t
+  use sig_petsc_support, only: rows_of_rank
   use sig_kinds, only: rk
   use sig_log, only: log_info, log_warning
   use sig_problem, only: force_unit, parameter_names, parameter_units, problem_t
   use sig_reasons, only: reason_converged, reason_text
   use sig_snapshot_shard, only: append_records, read_shard, snapshot_record_t
-  use sig_snapshot_store, only: all_points, pick_records, read_snapshot_set, records_of_set, snapshot_set_t, take_points, &
-    write_snapshots
+  use sig_snapshot_store, only: all_points, pick_records, read_snapshot_set, records_of_set, snapshot_set_t, write_snapshots
   use sig_text, only: counted, string_t, to_text
   use petsc
   implicit none(type, external)
   private
-  public :: find_finished_points, lacks_displacements, merge_snapshots, put_in_order, read_own_snapshots, read_store
+  public :: find_finished_points, lacks_displacements, merge_snapshots, put_in_order, read_spread, read_store
   public :: snapshots_path, store_in, store_t
   public :: write_merged
 
@@ -154,7 +154,7 @@ contains
       if (lacks_displacements(set) .and. n_stored > 0) then
         call log_info('the snapshots hold contact forces only, and this deck needs displacements: they are solved again')
       else
-        if (size(set%reasons) > 0) n_stored = size(set%displacement, 1)
+        if (size(set%reasons) > 0) n_stored = set%n_dofs
         records = records_of_set(set)
         wanted = all_points(points, set)
       end if
@@ -176,21 +176,25 @@ contains
   !> The snapshots of this deck and mesh. Local.
   !>
   !> Errors: those of read_snapshot_set; fields of another size than the problem's, which a provenance can hide.
-  subroutine read_own_snapshots(problem, path, set, error)
+  subroutine read_own_snapshots(problem, path, set, error, dofs, points, is_missing)
     type(problem_t), intent(in) :: problem
     character(*), intent(in) :: path
     type(snapshot_set_t), intent(out) :: set
     type(error_t), allocatable, intent(out) :: error
+    !> as for read_snapshot_set
+    integer, intent(in), optional :: dofs(2)
+    real(rk), intent(in), optional :: points(:, :)
+    logical, intent(out), optional :: is_missing(:)
     integer :: n_dofs, n_free_responses
 
-    call read_snapshot_set(path, problem%provenance, set, error)
+    call read_snapshot_set(path, problem%provenance, set, error, dofs, points, is_missing)
     if (allocated(error)) return
     ! no point was solved yet: nothing has a size
     if (size(set%reasons) == 0) return
     n_dofs = problem%mesh%n_dim * problem%mesh%n_nodes
     n_free_responses = size(set%free_response, 2)
     if (size(set%parameter_names) /= size(problem%deck%parameters) .or. size(set%multipliers, 1) /= problem%rows%n_rows .or. &
-      all(size(set%displacement, 1) /= [0, n_dofs]) .or. n_free_responses > problem%terms%n_terms()) &
+      all(set%n_dofs /= [0, n_dofs]) .or. n_free_responses > problem%terms%n_terms()) &
       call make_error(error, 'the snapshots are not those of this deck and mesh: their sizes differ', file=path, &
         hint='remove the file and sample again')
   end subroutine read_own_snapshots
@@ -199,7 +203,7 @@ contains
   pure logical function lacks_displacements(set)
     type(snapshot_set_t), intent(in) :: set
 
-    lacks_displacements = size(set%reasons) > 0 .and. size(set%displacement, 1) == 0
+    lacks_displacements = size(set%reasons) > 0 .and. set%n_dofs == 0
   end function lacks_displacements
 
   !> The solutions at these points, in their order; the file may hold more. Local.
@@ -212,11 +216,25 @@ contains
     logical, intent(out) :: is_missing(:)
     type(error_t), allocatable, intent(out) :: error
 
-    is_missing = .true.
-    call read_own_snapshots(problem, store%path(), set, error)
-    if (allocated(error)) return
-    call take_points(set, points, is_missing)
+    call read_own_snapshots(problem, store%path(), set, error, points=points, is_missing=is_missing)
   end subroutine read_store
+
+  !> The same with the displacements spread over the ranks, none where the deck needs none. Collective on all ranks.
+  subroutine read_spread(problem, store, points, set, is_missing, error, ierr)
+    type(problem_t), intent(in) :: problem
+    type(store_t), intent(in) :: store
+    real(rk), intent(in) :: points(:, :)
+    type(snapshot_set_t), intent(out) :: set
+    logical, intent(out) :: is_missing(:)
+    type(error_t), allocatable, intent(out) :: error
+    PetscErrorCode, intent(out) :: ierr
+    integer :: dofs(2)
+
+    PetscCall(rows_of_rank(problem%mesh%n_dim * problem%mesh%n_nodes, PETSC_COMM_WORLD, dofs(1), dofs(2), ierr))
+    if (.not. needs_displacements(problem)) dofs = [1, 0]
+    call read_own_snapshots(problem, store%path(), set, error, dofs, points, is_missing)
+    PetscCall(broadcast_error(error, PETSC_COMM_WORLD, ierr))
+  end subroutine read_spread
 
   !> These points first, all of which are in the store. Local: one rank writes.
   subroutine put_in_order(problem, store, points, error)

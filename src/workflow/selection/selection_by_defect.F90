@@ -24,7 +24,7 @@ module sig_selection_by_defect
   use sig_reconstruction, only: reconstruct_displacement, reconstruct_multipliers
   use sig_sampling, only: sampler_t, sampling_result_t
   use sig_selection, only: selection_t
-  use sig_snapshot_merge, only: put_in_order, read_store, snapshot_store, store_t
+  use sig_snapshot_merge, only: put_in_order, read_spread, read_store, snapshot_store, store_t
   use sig_snapshot_store, only: snapshot_set_t
   use sig_hhr_start_sets, only: fill_start_sets
   use sig_stop_request, only: agree_to_stop
@@ -191,7 +191,7 @@ contains
     logical :: is_missing(size(selection%indicators))
 
     ierr = 0
-    call read_store(rounds%problem, rounds%store, selection%points, snapshots, is_missing, error)
+    PetscCall(read_spread(rounds%problem, rounds%store, selection%points, snapshots, is_missing, error, ierr))
     if (allocated(error)) return
     PetscCall(train(rounds%problem, snapshots, online%model, error, ierr, is_draft=.true.))
     if (allocated(error)) then

@@ -14,6 +14,7 @@ module sig_selection_by_projection
   use sig_greedy_record, only: keep_selection
   use sig_greedy_rules, only: box_of, log_choice, selection_end
   use sig_kinds, only: rk
+  use sig_pod, only: contact_part
   use sig_problem, only: problem_t
   use sig_reasons, only: reason_converged
   use sig_sampling, only: sampler_t, sampling_result_t
@@ -21,7 +22,8 @@ module sig_selection_by_projection
   use sig_snapshot_merge, only: candidate_store, read_store, snapshot_store, store_t, write_merged
   use sig_snapshot_shard, only: snapshot_record_t
   use sig_snapshot_store, only: columns_of, records_of_set, snapshot_set_t
-  use sig_training_modes, only: field_to_compress, terms_at
+  use sig_training_modes, only: terms_at
+  use sig_training_set, only: take_snapshots, training_set_t
   use petsc
   implicit none(type, external)
   private
@@ -80,21 +82,24 @@ contains
   !> Fields relative to the size of their displacement; zeros where there is no solution, or one that is rounding.
   subroutine vectors_to_represent(problem, pool, vectors)
     type(problem_t), intent(in) :: problem
+    !> all dofs of it
     type(snapshot_set_t), intent(in) :: pool
     !> [-] shape (n_dofs, n_candidates)
     real(rk), allocatable, intent(out) :: vectors(:, :)
     !> [-] of the largest displacement
     real(rk), parameter :: negligible = 1.0e-10_rk
     real(rk) :: sizes(size(pool%reasons))
+    type(training_set_t) :: snapshots
     real(rk), allocatable :: theta(:, :)
     integer :: i
 
-    theta = terms_at(problem, pool)
+    snapshots = take_snapshots(pool, [(i, i=1, size(sizes))])
+    theta = terms_at(problem, snapshots)
     sizes = norm2(pool%displacement, dim=1)
     allocate (vectors, mold=pool%displacement)
     do i = 1, size(sizes)
       if (pool%reasons(i) == reason_converged .and. sizes(i) > negligible * maxval(sizes)) then
-        vectors(:, i) = field_to_compress(pool, theta, i) / sizes(i)
+        vectors(:, i) = contact_part(snapshots, pool%free_response, theta, i) / sizes(i)
       else
         vectors(:, i) = 0
       end if

@@ -17,12 +17,13 @@ module sig_model_building
   use sig_problem, only: problem_t
   use sig_reduced, only: reduced_t
   use sig_refinement, only: refine, refinement_result_t
-  use sig_snapshot_merge, only: candidate_store, read_store, store_in, store_t
-  use sig_snapshot_store, only: columns_of, snapshot_set_t
+  use sig_snapshot_merge, only: candidate_store, read_spread, store_in, store_t
+  use sig_snapshot_store, only: snapshot_set_t
   use sig_hhr_start_sets, only: fill_start_sets
   use sig_text, only: counted, to_text
   use sig_tied_training, only: train_tied
-  use sig_training, only: find_converged, train
+  use sig_training, only: take_solved, train
+  use sig_training_set, only: training_set_t
   use petsc
   implicit none(type, external)
   private
@@ -41,13 +42,14 @@ contains
     type(full_order_t), intent(inout) :: full_order
     !> results folder
     character(*), intent(in) :: folder
-    type(snapshot_set_t), intent(in) :: snapshots
+    !> their dofs spread over all ranks; the displacements may be gone afterwards
+    type(snapshot_set_t), intent(inout) :: snapshots
     type(model_t), intent(out) :: model
     !> without rounds where the deck has no target
     type(refinement_result_t), intent(out) :: refinement
     type(error_t), allocatable, intent(out) :: error
     PetscErrorCode, intent(out) :: ierr
-    type(snapshot_set_t) :: candidates
+    type(snapshot_set_t), target :: candidates
     class(reduced_t), allocatable :: fallback
     logical :: is_condensed
 
@@ -56,7 +58,7 @@ contains
     PetscCall(build_exact(full_order, snapshots, model, is_condensed, error, ierr))
     if (allocated(error) .or. is_condensed) return
     if (full_order%problem%deck%clusters%target%is_used) then
-      call read_candidates(full_order%problem, store_in(folder, candidate_store), candidates, error)
+      PetscCall(read_candidates(full_order%problem, store_in(folder, candidate_store), candidates, error, ierr))
       if (allocated(error)) return
       ! its queries need it
       PetscCall(condense_fallback(full_order, snapshots%multipliers, fallback, ierr))
@@ -64,6 +66,8 @@ contains
     else
       PetscCall(train(full_order%problem, snapshots, model, error, ierr))
       if (allocated(error)) return
+      ! the operator wants room, too
+      deallocate (snapshots%displacement)
       PetscCall(condense_fallback(full_order, snapshots%multipliers, fallback, ierr))
       call set_fallback(model, fallback)
       call fill_start_sets(model)
@@ -126,41 +130,35 @@ contains
     character(:), allocatable, intent(inout) :: reason
     type(error_t), allocatable, intent(out) :: error
     PetscErrorCode, intent(out) :: ierr
-    type(snapshot_set_t), target :: some
-    type(snapshot_set_t), pointer :: converged
-    integer, allocatable :: numbers(:)
+    type(training_set_t) :: solved
 
     ierr = 0
-    call find_converged(full_order%problem, snapshots, .false., numbers, error)
+    call take_solved(full_order%problem, snapshots, .false., solved, error)
     if (allocated(error)) return
-    ! without a copy where there is nothing to leave out
-    converged => snapshots
-    if (size(numbers) < size(snapshots%reasons)) then
-      some = columns_of(snapshots, numbers)
-      converged => some
-    end if
-    call fill_model_header(full_order%problem, converged, model)
+    call fill_model_header(full_order%problem, solved, model)
     model%max_error = max_error_of(full_order%problem%deck%reduction, 0.0_rk)
     allocate (model%parts(1))
     if (kind == 'tied') then
-      PetscCall(train_tied(full_order, converged, model%parts(1)%reduced, reason, error, ierr))
+      PetscCall(train_tied(full_order, solved, model%parts(1)%reduced, reason, error, ierr))
       return
     end if
-    PetscCall(train_condensed(full_order, converged, model%parts(1)%reduced, error, ierr))
+    PetscCall(train_condensed(full_order, solved, model%parts(1)%reduced, error, ierr))
     if (allocated(error) .or. allocated(model%parts(1)%reduced)) return
     call make_error(error, 'the stiffness could not be factored', full_order%problem%deck%path, exit_code=exit_not_converged)
   end subroutine build_condensed
 
-  !> Local; the same on all ranks.
-  subroutine read_candidates(problem, store, candidates, error)
+  !> Of each candidate the dofs of this rank. Collective on all ranks.
+  subroutine read_candidates(problem, store, candidates, error, ierr)
     type(problem_t), intent(in) :: problem
     type(store_t), intent(in) :: store
     type(snapshot_set_t), intent(out) :: candidates
     type(error_t), allocatable, intent(out) :: error
+    PetscErrorCode, intent(out) :: ierr
     character(:), allocatable :: hint
     real(rk), allocatable :: points(:, :)
     logical, allocatable :: is_missing(:)
 
+    ierr = 0
     hint = 'run first: signorom sample ' // problem%deck%path
     if (.not. file_exists(store%path())) then
       call make_error(error, 'there are no solved candidates yet', store%path(), hint=hint)
@@ -169,7 +167,7 @@ contains
     call build_points(problem%deck%clusters%target%candidates, problem%deck%parameters, points, error)
     if (allocated(error)) return
     allocate (is_missing(size(points, 2)))
-    call read_store(problem, store, points, candidates, is_missing, error)
+    PetscCall(read_spread(problem, store, points, candidates, is_missing, error, ierr))
     if (any(is_missing) .and. .not. allocated(error)) call make_error(error, 'the file lacks ' // to_text(count(is_missing)) // &
       ' of the ' // counted(size(is_missing), 'candidate') // ' of the deck', store%path(), hint=hint)
   end subroutine read_candidates

@@ -4,7 +4,7 @@ module sig_model_header
   use sig_deck_echo, only: echo_deck
   use sig_model, only: contact_side_t, model_t
   use sig_problem, only: force_unit, parameter_names, parameter_units, problem_t
-  use sig_snapshot_store, only: snapshot_set_t
+  use sig_training_set, only: training_set_t
   use sig_version, only: code_version
   implicit none(type, external)
   private
@@ -15,7 +15,7 @@ contains
   !> Local.
   subroutine fill_model_header(problem, snapshots, model)
     type(problem_t), intent(in) :: problem
-    type(snapshot_set_t), intent(in) :: snapshots
+    type(training_set_t), intent(in) :: snapshots
     type(model_t), intent(inout) :: model
     integer :: i
 

@@ -14,18 +14,20 @@ module sig_training
   use sig_parameter_space, only: format_point
   use sig_problem, only: problem_t
   use sig_reasons, only: reason_converged
-  use sig_snapshot_store, only: columns_of, snapshot_set_t
+  use sig_snapshot_store, only: snapshot_set_t
   use sig_text, only: to_text
+  use sig_training_set, only: take_snapshots, training_set_t
   use petsc
   implicit none(type, external)
   private
-  public :: train, find_converged
+  public :: train, take_solved
 
 contains
 
   !> Builds the reduced model of each cluster of snapshots. Collective on all ranks; the model is the same on each.
   subroutine train(problem, snapshots, model, error, ierr, is_draft)
     type(problem_t), intent(in) :: problem
+    !> their dofs spread over all ranks
     type(snapshot_set_t), intent(in), target :: snapshots
     type(model_t), intent(out) :: model
     type(error_t), allocatable, intent(out) :: error
@@ -34,9 +36,7 @@ contains
     logical, intent(in), optional :: is_draft
     type(cluster_t), allocatable :: clusters(:)
     type(hhr_data_t), allocatable :: models(:)
-    type(snapshot_set_t), target :: some
-    type(snapshot_set_t), pointer :: converged
-    integer, allocatable :: numbers(:)
+    type(training_set_t) :: solved
     logical :: is_silent
     integer :: k, n_clusters
 
@@ -44,36 +44,31 @@ contains
     is_silent = .false.
     if (present(is_draft)) is_silent = is_draft
     n_clusters = merge(1, problem%deck%clusters%number, is_silent)
-    call find_converged(problem, snapshots, is_silent, numbers, error)
+    call take_solved(problem, snapshots, is_silent, solved, error)
     if (allocated(error)) return
-    ! without a copy where there is nothing to leave out
-    converged => snapshots
-    if (size(numbers) < size(snapshots%reasons)) then
-      some = columns_of(snapshots, numbers)
-      converged => some
-    end if
-    call fill_model_header(problem, converged, model)
-    PetscCall(divide_snapshots(problem%deck, n_clusters, converged, model, clusters, error, ierr))
+    call fill_model_header(problem, solved, model)
+    PetscCall(divide_snapshots(problem%deck, n_clusters, solved, model, clusters, error, ierr))
     if (allocated(error)) return
     allocate (models(size(clusters)))
-    PetscCall(train_clusters(problem, converged, clusters, [(k, k=1, size(clusters))], models, error, ierr))
+    PetscCall(train_clusters(problem, solved, clusters, [(k, k=1, size(clusters))], models, error, ierr))
     if (allocated(error)) return
     call set_clusters(model, models)
     if (.not. is_silent) call log_cluster_warnings(model)
   end subroutine train
 
-  !> Numbers of the points that the full-order model solved. Errors: there is none.
-  subroutine find_converged(problem, snapshots, is_silent, numbers, error)
+  !> The points that the full-order model solved. Errors: there is none.
+  subroutine take_solved(problem, snapshots, is_silent, solved, error)
     type(problem_t), intent(in) :: problem
-    type(snapshot_set_t), intent(in) :: snapshots
+    !> outlives what is taken
+    type(snapshot_set_t), intent(in), target :: snapshots
     !> without a warning for each of the others
     logical, intent(in) :: is_silent
-    integer, allocatable, intent(out) :: numbers(:)
+    type(training_set_t), intent(out) :: solved
     type(error_t), allocatable, intent(out) :: error
     integer :: i
 
-    numbers = pack([(i, i=1, size(snapshots%reasons))], snapshots%reasons == reason_converged)
-    if (size(numbers) == 0) then
+    solved = take_snapshots(snapshots, pack([(i, i=1, size(snapshots%reasons))], snapshots%reasons == reason_converged))
+    if (solved%n_snapshots() == 0) then
       call make_error(error, 'none of the ' // to_text(size(snapshots%reasons)) // ' training points has a full-order solution', &
         problem%deck%path, exit_code=exit_not_converged)
       return
@@ -83,5 +78,5 @@ contains
       call log_warning('training without ' // format_point(problem%deck%parameters, snapshots%parameters(:, i)) // &
         ', which the full-order model did not solve')
     end do
-  end subroutine find_converged
+  end subroutine take_solved
 end module sig_training

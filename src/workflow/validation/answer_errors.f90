@@ -9,32 +9,46 @@ module sig_answer_errors
   use sig_reconstruction, only: has_displacements, reconstruct_displacement, reconstruct_multipliers
   implicit none(type, external)
   private
-  public :: answer_error, displacement_error, relative, rid_error, reconstruction_error
+  public :: displacement_error, displacement_squares, forces_error, relative, rid_error, reconstruction_error
 
 contains
 
-  !> One of the three by its name in validation.csv: e_u, e_lambda_rid, e_lambda_all.
-  real(rk) function answer_error(name, online, answer, displacement, multipliers) result(error)
+  !> One of the two of the forces by its name in validation.csv: e_lambda_rid, e_lambda_all.
+  real(rk) function forces_error(name, online, answer, multipliers) result(error)
     character(*), intent(in) :: name
     !> prepared
     type(online_model_t), intent(in) :: online
     type(answer_t), intent(in) :: answer
-    !> [length] full-order, shape (n_dofs)
-    real(rk), intent(in) :: displacement(:)
     !> [force] full-order, shape (n_multipliers)
     real(rk), intent(in) :: multipliers(:)
-    real(rk), allocatable :: reduced(:)
 
-    select case (name)
-    case ('e_u')
-      call reconstruct_displacement(online%model, answer, reduced)
-      error = displacement_error(online, answer, reduced, displacement)
-    case ('e_lambda_all')
+    if (name == 'e_lambda_all') then
       error = reconstruction_error(online, answer, multipliers)
-    case default
+    else
       error = rid_error(online, answer, multipliers)
-    end select
-  end function answer_error
+    end if
+  end function forces_error
+
+  !> [length^2] Both squares of (17) over some dofs, as far as the model answers displacements: of what the answer misses, of the
+  !> solution.
+  function displacement_squares(online, answer, first_dof, displacement) result(squares)
+    !> prepared
+    type(online_model_t), intent(in) :: online
+    type(answer_t), intent(in) :: answer
+    integer, intent(in) :: first_dof
+    !> [length] full-order, of the dofs from first_dof on
+    real(rk), intent(in) :: displacement(:)
+    real(rk) :: squares(2)
+    real(rk), allocatable :: reduced(:)
+    logical :: is_known(online%model%n_dofs)
+
+    call reconstruct_displacement(online%model, answer, reduced)
+    is_known = has_displacements(online%model, answer)
+    associate (first => first_dof, last => first_dof + size(displacement) - 1)
+      squares(1) = norm2(pack(reduced(first:last) - displacement, is_known(first:last)))**2
+      squares(2) = norm2(pack(displacement, is_known(first:last)))**2
+    end associate
+  end function displacement_squares
 
   !> [-] (17), on the nodes of which the model answers displacements; no number where there are none.
   pure real(rk) function displacement_error(online, answer, reduced, displacement) result(error)

@@ -8,13 +8,14 @@ module patch_study
   use sig_errors, only: error_list_t, error_t, make_error
   use sig_file_system, only: read_text_file
   use sig_kinds, only: rk
+  use sig_petsc_support, only: rows_of_rank
   use sig_problem, only: load_problem, parameter_names, problem_t
   use sig_reasons, only: reason_converged
   use sig_snapshot_store, only: snapshot_set_t
   use petsc
   implicit none(type, external)
   private
-  public :: read_patch, load_patch, patch_state, patch_snapshots, patch_modulus, patch_gap
+  public :: read_patch, load_patch, patch_state, patch_snapshots, patch_modulus, patch_gap, spread_rows
 
   !> [Pa] and [m] of the deck and its mesh
   real(rk), parameter :: patch_modulus = 2.0e6_rk
@@ -82,13 +83,13 @@ contains
     state%reason = reason_converged
   end function patch_state
 
-  !> Snapshots at these pushes by the formulas.
+  !> Snapshots at these pushes by the formulas, spread over all ranks.
   subroutine patch_snapshots(problem, pushes, set)
     type(problem_t), intent(in) :: problem
     real(rk), intent(in) :: pushes(:)
     type(snapshot_set_t), intent(out) :: set
     type(contact_state_t) :: state
-    integer :: i, n_dofs
+    integer :: i, ierr, n_dofs
 
     n_dofs = 2 * problem%mesh%n_nodes
     set%provenance = problem%provenance
@@ -107,5 +108,18 @@ contains
     ! without contact the upper block follows the push (term 2) as a whole
     allocate (set%free_response(n_dofs, 2), source=0.0_rk)
     set%free_response(2::2, 2) = merge(0.0_rk, 1.0_rk, problem%mesh%coordinates(2, :) < 1 + patch_gap / 2)
+    call spread_rows(PETSC_COMM_WORLD, set, ierr)
   end subroutine patch_snapshots
+
+  !> Of displacements that every rank has, each keeps its rows.
+  subroutine spread_rows(comm, set, ierr)
+    MPI_Comm, intent(in) :: comm
+    type(snapshot_set_t), intent(inout) :: set
+    PetscErrorCode, intent(out) :: ierr
+    integer :: last
+
+    set%n_dofs = size(set%displacement, 1)
+    PetscCall(rows_of_rank(set%n_dofs, comm, set%first_dof, last, ierr))
+    set%displacement = set%displacement(set%first_dof:last, :)
+  end subroutine spread_rows
 end module patch_study

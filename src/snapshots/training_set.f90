@@ -1,0 +1,102 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> Snapshots that a model is trained on: all or some of one or several sets, whose fields stay where they are.
+module sig_training_set
+  use sig_hdf5_writer, only: column_t
+  use sig_kinds, only: rk
+  use sig_snapshot_store, only: snapshot_set_t
+  use sig_text, only: string_t
+  implicit none(type, external)
+  private
+  public :: training_set_t, take_snapshots
+
+  !> Points into the sets that it was taken from: they outlive it and do not change.
+  type :: training_set_t
+    type(string_t), allocatable :: parameter_names(:)
+    !> shape (n_parameters, m)
+    real(rk), allocatable :: parameters(:, :)
+    !> [length] this rank's dofs of each snapshot, from first_dof on; shape (m)
+    type(column_t), allocatable :: displacement(:)
+    integer :: first_dof = 1
+    !> of this rank, of all ranks
+    integer :: n_own = 0
+    integer :: n_dofs = 0
+    !> [force] on all contacts, of each snapshot; shape (m)
+    type(column_t), allocatable :: multipliers(:)
+    !> [length] response to each term without contact, on every rank; shape (n_dofs, n_terms)
+    real(rk), pointer, contiguous :: free_response(:, :) => null()
+  contains
+    procedure :: n_snapshots
+    procedure :: forces
+    procedure :: select => select_snapshots
+    procedure :: append
+  end type training_set_t
+
+contains
+
+  !> The snapshots with these numbers.
+  function take_snapshots(set, numbers) result(taken)
+    type(snapshot_set_t), intent(in), target :: set
+    !> 1-based
+    integer, intent(in) :: numbers(:)
+    type(training_set_t) :: taken
+    integer :: i
+
+    if (allocated(set%parameter_names)) taken%parameter_names = set%parameter_names
+    taken%parameters = set%parameters(:, numbers)
+    taken%first_dof = set%first_dof
+    taken%n_own = size(set%displacement, 1)
+    taken%n_dofs = set%n_dofs
+    if (allocated(set%free_response)) taken%free_response => set%free_response
+    allocate (taken%displacement(size(numbers)), taken%multipliers(size(numbers)))
+    do i = 1, size(numbers)
+      taken%displacement(i)%values => set%displacement(:, numbers(i))
+      taken%multipliers(i)%values => set%multipliers(:, numbers(i))
+    end do
+  end function take_snapshots
+
+  pure integer function n_snapshots(self)
+    class(training_set_t), intent(in) :: self
+
+    n_snapshots = size(self%displacement)
+  end function n_snapshots
+
+  !> [force] A copy of the contact forces, shape (n_multipliers, m). Requires: a snapshot.
+  pure function forces(self) result(matrix)
+    class(training_set_t), intent(in) :: self
+    real(rk), allocatable :: matrix(:, :)
+    integer :: i
+
+    allocate (matrix(size(self%multipliers(1)%values), size(self%multipliers)))
+    do i = 1, size(matrix, 2)
+      matrix(:, i) = self%multipliers(i)%values
+    end do
+  end function forces
+
+  !> Some of them.
+  function select_snapshots(self, numbers) result(some)
+    class(training_set_t), intent(in) :: self
+    !> 1-based
+    integer, intent(in) :: numbers(:)
+    type(training_set_t) :: some
+
+    if (allocated(self%parameter_names)) some%parameter_names = self%parameter_names
+    some%parameters = self%parameters(:, numbers)
+    some%displacement = self%displacement(numbers)
+    some%first_dof = self%first_dof
+    some%n_own = self%n_own
+    some%n_dofs = self%n_dofs
+    some%multipliers = self%multipliers(numbers)
+    some%free_response => self%free_response
+  end function select_snapshots
+
+  !> Further ones, of the same mesh, behind those that are there.
+  subroutine append(self, further)
+    class(training_set_t), intent(inout) :: self
+    type(training_set_t), intent(in) :: further
+
+    self%parameters = reshape([self%parameters, further%parameters], &
+      [size(self%parameters, 1), size(self%parameters, 2) + size(further%parameters, 2)])
+    self%displacement = [self%displacement, further%displacement]
+    self%multipliers = [self%multipliers, further%multipliers]
+  end subroutine append
+end module sig_training_set
