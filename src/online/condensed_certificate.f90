@@ -23,6 +23,7 @@ module sig_condensed_certificate
     procedure :: create
     procedure :: is_valid
     procedure :: energy
+    procedure :: correct
     procedure :: certify
   end type condensed_certificate_t
 
@@ -76,6 +77,24 @@ contains
     call multiply(0.5_rk, data%compliance, forces, 1.0_rk, opening)
     energy = dot_product(forces, opening)
   end function energy
+
+  !> Bodies that only contact holds: forces that somebody else found, without those where contacts are open.
+  subroutine correct(self, data, theta, free_opening, opening, multipliers)
+    class(condensed_certificate_t), intent(in) :: self
+    !> of create
+    type(condensed_data_t), intent(in) :: data
+    !> shape (n_terms)
+    real(rk), contiguous, intent(in) :: theta(:)
+    !> room, shape (n_multipliers)
+    real(rk), contiguous, intent(inout) :: free_opening(:)
+    real(rk), contiguous, intent(inout) :: opening(:)
+    !> [force] >= 0 of all contacts, shape (n_multipliers)
+    real(rk), contiguous, intent(inout) :: multipliers(:)
+
+    if (size(data%anchors) == 0) return
+    call open_under(data, theta, multipliers, free_opening, opening)
+    if (self%bodies%are_balanced(free_opening, multipliers)) call self%bodies%release(opening(self%free_rows), multipliers)
+  end subroutine correct
 
   !> |lambda_r - lambda| in the norm of W is at most the bound of sig_contact_error_bound; it is |u(lambda_r) - u| in the norm of K.
   !>

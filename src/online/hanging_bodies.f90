@@ -3,7 +3,7 @@
 !> anything can be said about contact forces that somebody else found.
 module sig_hanging_bodies
   use sig_condensed_data, only: condensed_data_t
-  use sig_force_balance, only: keep_balance
+  use sig_force_balance, only: balance_forces, keep_balance
   use sig_kinds, only: rk
   use sig_linear_algebra, only: solve_dense
   implicit none(type, external)
@@ -19,11 +19,15 @@ module sig_hanging_bodies
     real(rk), allocatable :: reach(:, :)
     !> [-] [N; 1]: work of each contact force on each free motion, shape (n_multipliers, n_anchors)
     real(rk), allocatable :: work(:, :)
+    !> [length/force] diagonal of C of the others, and the scale of the anchors
+    real(rk), allocatable :: reach_of_force(:)
     real(rk) :: scale = 1
   contains
     procedure :: create
     procedure :: are_balanced
     procedure :: settle
+    procedure :: release
+    procedure, private :: place
   end type hanging_bodies_t
 
 contains
@@ -33,12 +37,13 @@ contains
     type(condensed_data_t), intent(in) :: data
     !> rows that are no anchors
     integer, intent(in) :: others(:)
-    integer :: t
+    integer :: i, t
 
     self%anchors = data%anchors
     self%others = others
     self%scale = data%scale
     self%reach = data%compliance(others, data%anchors) / data%scale
+    self%reach_of_force = [(data%compliance(others(i), others(i)), i=1, size(others))]
     allocate (self%work(size(data%compliance, 1), size(data%anchors)), source=0.0_rk)
     self%work(others, :) = self%reach
     do t = 1, size(data%anchors)
@@ -67,8 +72,29 @@ contains
     real(rk), intent(inout) :: opening(:)
     !> [force*length] c of the anchors
     real(rk), intent(out) :: surplus
-    real(rk) :: s(size(self%anchors)), square(size(s), size(s)), pull(size(s))
-    logical :: is_held(size(s)), is_singular
+    real(rk) :: s(size(self%anchors))
+    logical :: is_held(size(s))
+
+    associate (at_anchors => forces(self%anchors))
+      s = self%place(forces, opening)
+      is_held = at_anchors > s / self%scale
+      ! rho_T is s of held anchors, else what they penetrate
+      opening = opening + matmul(self%reach, merge(0.0_rk, max(s, 0.0_rk), is_held))
+      surplus = sum(at_anchors * max(s, 0.0_rk), mask=.not. is_held)
+    end associate
+  end subroutine settle
+
+  !> [length] openings of the anchors that make the sum of forces times squared openings least; at rest where the forces do not
+  !> hold all motions.
+  function place(self, forces, opening) result(s)
+    class(hanging_bodies_t), intent(in) :: self
+    !> [force] >= 0 of all contacts
+    real(rk), intent(in) :: forces(:)
+    !> [length] of the others, with closed anchors
+    real(rk), intent(in) :: opening(:)
+    real(rk) :: s(size(self%anchors))
+    real(rk) :: square(size(s), size(s)), pull(size(s))
+    logical :: is_singular
     integer :: t
 
     associate (own => forces(self%others), at_anchors => forces(self%anchors))
@@ -77,12 +103,34 @@ contains
         square(t, t) = square(t, t) + at_anchors(t)
         pull(t) = -sum(self%reach(:, t) * own * opening)
       end do
-      ! without a hold of all motions they stay at rest
       call solve_dense(square, pull, s, is_singular)
-      is_held = at_anchors > s / self%scale
-      ! rho_T is s of held anchors, else what they penetrate
-      opening = opening + matmul(self%reach, merge(0.0_rk, max(s, 0.0_rk), is_held))
-      surplus = sum(at_anchors * max(s, 0.0_rk), mask=.not. is_held)
     end associate
-  end subroutine settle
+  end function place
+
+  !> Takes forces away from contacts that are open at the place of the bodies, and balances the others.
+  !>
+  !> A projection on the balance spreads forces over all contacts, far from those that are closed. Each costs lambda w in the
+  !> bound. Where the rest cannot keep the balance, all stay.
+  subroutine release(self, opening, forces)
+    class(hanging_bodies_t), intent(in) :: self
+    !> [length] of the others, C lambda + q with closed anchors
+    real(rk), intent(in) :: opening(:)
+    !> [force] >= 0 of all contacts, in balance
+    real(rk), intent(inout) :: forces(:)
+    real(rk) :: s(size(self%anchors))
+    real(rk), allocatable :: rest(:)
+    logical :: is_closed(size(forces)), is_balanced
+    integer, allocatable :: rows(:)
+    integer :: i
+
+    s = self%place(forces, opening)
+    is_closed(self%anchors) = forces(self%anchors) > s / self%scale
+    is_closed(self%others) = forces(self%others) * self%reach_of_force > opening + matmul(self%reach, s)
+    rows = pack([(i, i=1, size(forces))], is_closed)
+    rest = forces(rows)
+    call balance_forces(self%work(rows, :), matmul(forces, self%work), rest, is_balanced)
+    if (.not. is_balanced) return
+    forces = 0
+    forces(rows) = rest
+  end subroutine release
 end module sig_hanging_bodies

@@ -127,7 +127,10 @@ contains
       end associate
       answer%is_whole = .true.
     end if
-    call online%model%parts(i)%reduced%certify(answer%multipliers, is_own, self%rooms%of_part(i)%room, answer)
+    associate (part => online%model%parts(i)%reduced, room => self%rooms%of_part(i)%room)
+      if (.not. is_own) call part%correct_forces(answer%theta, room, answer%multipliers)
+      call part%certify(answer%multipliers, is_own, room, answer)
+    end associate
   end subroutine certify
 
   !> The fallback answers; the cluster gives the displacement where the fallback has none.

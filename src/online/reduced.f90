@@ -64,6 +64,7 @@ module sig_reduced
     procedure :: has_whole_field => whole
     procedure :: displace_under => nothing_to_do
     procedure :: energy => energy_unknown
+    procedure :: correct_forces => nothing_to_correct
     procedure :: can_certify => no
     procedure :: certify => no_certificate
   end type reduced_t
@@ -270,6 +271,17 @@ contains
 
     energy = 0
   end function energy_unknown
+
+  !> Moves contact forces that another part found where this one sees that they are wrong.
+  subroutine nothing_to_correct(self, theta, room, multipliers)
+    class(reduced_t), intent(in) :: self
+    !> shape (n_terms)
+    real(rk), contiguous, intent(in) :: theta(:)
+    !> of this part
+    class(room_t), intent(inout) :: room
+    !> [force] >= 0 of all contacts, shape (n_multipliers)
+    real(rk), contiguous, intent(inout) :: multipliers(:)
+  end subroutine nothing_to_correct
 
   !> Bounds the error of contact forces, whoever found them.
   subroutine no_certificate(self, multipliers, is_own, room, answer)

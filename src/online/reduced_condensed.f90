@@ -50,6 +50,7 @@ module sig_reduced_condensed
     procedure :: displacement_source
     procedure :: has_whole_field
     procedure :: energy
+    procedure :: correct_forces
     procedure :: can_certify
     procedure :: certify
   end type reduced_condensed_t
@@ -293,6 +294,19 @@ contains
 
     energy = self%certificate%energy(self%data, theta, multipliers, opening)
   end function energy
+
+  !> Bodies that only contact holds: no forces where contacts are open.
+  subroutine correct_forces(self, theta, room, multipliers)
+    class(reduced_condensed_t), intent(in) :: self
+    real(rk), contiguous, intent(in) :: theta(:)
+    class(room_t), intent(inout) :: room
+    real(rk), contiguous, intent(inout) :: multipliers(:)
+
+    select type (room)
+    type is (condensed_room_t)
+      call self%certificate%correct(self%data, theta, room%free_opening, room%opening, multipliers)
+    end select
+  end subroutine correct_forces
 
   !> W is positive definite.
   pure logical function can_certify(self)

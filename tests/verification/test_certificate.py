@@ -22,16 +22,11 @@ LARGEST_MEDIAN = 2.0
 
 @pytest.mark.parametrize("name", ["half_disks", "pellet_cladding_whole_edges", "bracket"])
 def test_bound_is_never_below_the_error(signorom, tmp_path, name):
-    deck = yaml.safe_load((INPUT / f"{name}.yaml").read_text())
-    deck["mesh"]["file"] = str((INPUT / deck["mesh"]["file"]).resolve())
-    (tmp_path / "deck.yaml").write_text(yaml.safe_dump(deck, sort_keys=False))
+    deck = shipped_deck(name)
+    write(tmp_path, deck)
     signorom("sample", "deck.yaml", folder=tmp_path)
     signorom("train", "deck.yaml", folder=tmp_path)
-    command = [CHECK, tmp_path / "results/deck/model.h5", str(N_POINTS), "3"]
-    done = subprocess.run(command, capture_output=True, text=True)
-    print(done.stdout)
-    assert done.returncode == 0, done.stdout + done.stderr
-    lines = LINE.findall(done.stdout)
+    lines, said = check(tmp_path / "results/deck/model.h5")
     # where contact alone holds a body only its answers have a bound, and these are exact
     assert len(lines) == (1 if name == "bracket" else 4)
     for _, n_points, n_violations, median in lines:
@@ -39,4 +34,40 @@ def test_bound_is_never_below_the_error(signorom, tmp_path, name):
         assert int(n_violations) == 0
         assert bool(median) == (name != "bracket")
         assert not median or 1 <= float(median) <= LARGEST_MEDIAN
-    assert "0 without an answer, 0 without a reference" in done.stdout
+    assert "0 without an answer, 0 without a reference" in said
+
+
+@pytest.mark.parametrize("name", ["bracket", "saddle"])
+def test_hyper_reduced_answers_of_floating_bodies(signorom, tmp_path, name):
+    """Their forces come from a projection on the balance, without those on open contacts."""
+    deck = shipped_deck(name)
+    deck["reduction"] = {"method": "hhr"}
+    write(tmp_path, deck)
+    signorom("sample", "deck.yaml", folder=tmp_path)
+    signorom("train", "deck.yaml", folder=tmp_path)
+    lines, _ = check(tmp_path / "results/deck/model.h5")
+    assert len(lines) == 1
+    assert int(lines[0][2]) == 0
+    assert 1 <= float(lines[0][3]) <= LARGEST_MEDIAN
+    assert int(lines[0][1]) == N_POINTS
+
+
+def shipped_deck(name):
+    """A deck of input/, which may stand anywhere."""
+    deck = yaml.safe_load((INPUT / f"{name}.yaml").read_text())
+    deck["mesh"]["file"] = str((INPUT / deck["mesh"]["file"]).resolve())
+    return deck
+
+
+def write(folder, deck):
+    """As deck.yaml."""
+    (folder / "deck.yaml").write_text(yaml.safe_dump(deck, sort_keys=False))
+
+
+def check(*models):
+    """Lines of the table: kind, points, violations, median of the effectivity; and all that was said."""
+    command = [CHECK, models[0], str(N_POINTS), "3", *models[1:]]
+    done = subprocess.run(command, capture_output=True, text=True)
+    print(done.stdout)
+    assert done.returncode == 0, done.stdout + done.stderr
+    return LINE.findall(done.stdout), done.stdout
