@@ -36,6 +36,8 @@ contains
     if (.not. are_indices(cluster%training_points, sizes%n_points)) name = 'training_points'
     if (.not. is_whole(cluster%history)) name = 'enrichment'
     if (len(name) == 0) name = find_snapshot_mismatch(cluster, sizes)
+    if (len(name) == 0) name = cluster%certificate%mismatch(sizes%n_multipliers, sizes%n_terms, &
+      size(cluster%dual_snapshots, 2), cluster%n_rows, size(cluster%motion_closing, 2))
   end function find_hhr_mismatch
 
   !> What multipliers outside the domain are made of.

@@ -3,6 +3,7 @@
 module sig_hhr_data
   use sig_bits, only: n_words
   use sig_kinds, only: rk
+  use sig_lifted_data, only: lifted_data_t
   use sig_missing_parts, only: fill_missing
   use sig_text, only: string_t
   implicit none(type, external)
@@ -82,6 +83,8 @@ module sig_hhr_data
     real(rk), allocatable :: motion_closing(:, :)
     !> [force per unit of theta] and of the loads, shape (n_terms, n_motions)
     real(rk), allocatable :: motion_load(:, :)
+    !> bounds answers where the matrix of all contacts has no room
+    type(lifted_data_t) :: certificate
     !> active sets of the reduced answers at the training points, as bits: where a query starts, shape (n_words(n_rows), n_points);
     !> no columns: a query starts with what penetrates
     integer, allocatable :: start_sets(:, :)
@@ -132,6 +135,7 @@ contains
     call fill_missing(cluster%contact_gap, n_multipliers)
     call fill_missing(cluster%motion_closing, n_multipliers)
     if (.not. allocated(cluster%motion_load)) allocate (cluster%motion_load(size(cluster%load, 2), 0))
+    call cluster%certificate%complete()
     call fill_missing(cluster%start_sets, n_words(cluster%n_rows))
     call fill_missing(cluster%singular_values)
     call fill_missing(cluster%history%rows)

@@ -22,6 +22,8 @@ contains
       line('  kappa', condition_text(cluster)) // &
       line('  cond(K_r)', short_number(cluster%stiffness_condition)) // &
       line('  forces elsewhere', fit_text(cluster))
+    if (cluster%certificate%is_there()) text = text // line('  certificate', 'by a lift and ' // &
+      counted(size(cluster%certificate%pattern_forces, 2), 'force pattern'))
     do i = 1, size(cluster%warnings)
       if (len(cluster%warnings(i)%text) > 0) text = text // line('  warning', cluster%warnings(i)%text)
     end do

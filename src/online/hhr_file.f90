@@ -74,6 +74,7 @@ contains
     call file%write_attribute(group, 'n_extra_modes', cluster%n_extra_modes)
     call file%write_attribute(group, 'n_hats', cluster%n_hats)
     call write_history(file, group // '/enrichment', cluster%history)
+    if (cluster%certificate%is_there()) call cluster%certificate%write(file, group // '/certificate', length, force)
   end subroutine write_cluster
 
   subroutine write_history(file, group, history)
@@ -148,6 +149,7 @@ contains
     call file%read_attribute(group, 'n_extra_modes', cluster%n_extra_modes, error)
     call file%read_attribute(group, 'n_hats', cluster%n_hats, error)
     call read_history(file, group // '/enrichment', cluster%history, error)
+    if (file%has(group // '/certificate')) call cluster%certificate%read(file, group // '/certificate', error)
     cluster%n_modes = size(cluster%basis, 2)
     cluster%n_rows = size(cluster%contact_rows)
   end subroutine read_cluster

@@ -4,7 +4,8 @@
 !>
 !> Known are the multipliers of the domain and, unless the model leaves them out, the normal displacements of all the contact nodes;
 !> each of the two blocks is divided by the size of its snapshots, so that units do not matter. The resultants of bodies that only
-!> contact holds are known, too, exactly: the forces are moved to the nearest ones that balance the loads.
+!> contact holds are known, too, exactly: the forces are moved to the nearest ones that balance the loads, or, where the openings of
+!> other forces are not known, the combination and the forces of the domain are.
 module sig_multiplier_fit
   use sig_force_balance, only: balance_forces
   use sig_kinds, only: rk
@@ -26,19 +27,28 @@ module sig_multiplier_fit
     !> [1/force], [1/length] of the two blocks
     real(rk) :: multiplier_scale = 1
     real(rk) :: displacement_scale = 1
+    !> the forces have to stay a combination
+    logical :: is_bound_to_snapshots = .false.
+    !> [force] of the snapshots outside of the domain, and the work of a unit of it on each motion, shapes (n_snapshots) and
+    !> (n_snapshots, n_motions)
+    real(rk), allocatable :: outside_size(:)
+    real(rk), allocatable :: outside_work(:, :)
   contains
     procedure :: prepare
     procedure :: evaluate
+    procedure, private :: combine
+    procedure, private :: balance
   end type multiplier_fit_t
 
   !> Room; as long as one cluster answers nothing is allocated after the first point. One per thread.
   type :: multiplier_fit_workspace_t
-    private
-    type(nnls_workspace_t) :: nnls
+    type(nnls_workspace_t), private :: nnls
     !> shape (n_rows + n_values)
-    real(rk), allocatable :: known(:)
-    !> shape (n_snapshots)
+    real(rk), allocatable, private :: known(:)
+    !> [-] >= 0, of the combination, shape (n_snapshots)
     real(rk), allocatable :: coefficients(:)
+    !> [force] of the domain, shape (n_rows)
+    real(rk), allocatable, private :: forces(:)
   end type multiplier_fit_workspace_t
 
   !> [-] work of the loads below this share of its parts is none
@@ -63,7 +73,24 @@ contains
       known(self%n_rows + 1:, :) = self%displacement_scale * cluster%contact_displacement_snapshots
     end if
     call self%snapshots%prepare(known)
+    self%is_bound_to_snapshots = cluster%certificate%is_there() .and. size(cluster%motion_load, 2) > 0
+    if (self%is_bound_to_snapshots) call measure_outside(self, cluster)
   end subroutine prepare
+
+  !> What the snapshots do outside of the domain, for a balance.
+  subroutine measure_outside(self, cluster)
+    class(multiplier_fit_t), intent(inout) :: self
+    type(hhr_data_t), intent(in) :: cluster
+    real(rk) :: outside(size(cluster%dual_snapshots, 1), size(cluster%dual_snapshots, 2))
+    integer :: i
+
+    outside = cluster%dual_snapshots
+    outside(cluster%contact_rows, :) = 0
+    self%outside_size = [(norm2(outside(:, i)), i=1, self%n_snapshots)]
+    where (.not. self%outside_size > 0) self%outside_size = 1
+    self%outside_work = matmul(transpose(outside), cluster%motion_closing) / &
+      spread(self%outside_size, 2, size(cluster%motion_closing, 2))
+  end subroutine measure_outside
 
   !> Values of the domain stay as they are, unless the loads of a body that only contact holds are out of balance.
   subroutine evaluate(self, cluster, theta, coordinates, multipliers_rid, workspace, multipliers)
@@ -80,12 +107,12 @@ contains
     !> [force] >= 0, shape (n_multipliers)
     real(rk), intent(out) :: multipliers(:)
     real(rk) :: residual_norm
-    integer :: i
     logical :: is_balanced
 
-    multipliers = 0
+    call reserve(self, workspace)
+    workspace%coefficients = 0
+    workspace%forces(:) = multipliers_rid
     if (any(multipliers_rid > 0) .and. self%n_rows < size(multipliers)) then
-      call reserve(self, workspace)
       workspace%known(:self%n_rows) = self%multiplier_scale * multipliers_rid
       if (self%n_values > 0) then
         associate (displacements => workspace%known(self%n_rows + 1:), lifting => cluster%contact_value_lifting)
@@ -94,16 +121,57 @@ contains
         end associate
       end if
       call self%snapshots%solve(workspace%known, workspace%nnls, workspace%coefficients, residual_norm)
-      do i = 1, self%n_snapshots
-        if (workspace%coefficients(i) > 0) multipliers = multipliers + workspace%coefficients(i) * cluster%dual_snapshots(:, i)
-      end do
     end if
-    do i = 1, self%n_rows
-      multipliers(cluster%contact_rows(i)) = multipliers_rid(i)
-    end do
-    if (size(cluster%motion_load, 2) > 0) &
+    if (self%is_bound_to_snapshots) call self%balance(cluster, theta, workspace%coefficients, workspace%forces)
+    call self%combine(cluster, workspace%coefficients, workspace%forces, multipliers)
+    if (size(cluster%motion_load, 2) > 0 .and. .not. self%is_bound_to_snapshots) &
       call balance_forces(cluster%motion_closing, work_of_loads(cluster, theta), multipliers, is_balanced)
   end subroutine evaluate
+
+  !> The combination outside of the domain, the forces of the domain there.
+  subroutine combine(self, cluster, coefficients, forces, multipliers)
+    class(multiplier_fit_t), intent(in) :: self
+    type(hhr_data_t), intent(in) :: cluster
+    real(rk), intent(in) :: coefficients(:)
+    !> [force] of the domain, shape (n_rows)
+    real(rk), intent(in) :: forces(:)
+    real(rk), intent(out) :: multipliers(:)
+    integer :: i
+
+    multipliers = 0
+    do i = 1, self%n_snapshots
+      if (coefficients(i) > 0) multipliers = multipliers + coefficients(i) * cluster%dual_snapshots(:, i)
+    end do
+    do i = 1, self%n_rows
+      multipliers(cluster%contact_rows(i)) = forces(i)
+    end do
+  end subroutine combine
+
+  !> The nearest combination and forces of the domain in balance; as they were where there are none.
+  subroutine balance(self, cluster, theta, coefficients, forces)
+    class(multiplier_fit_t), intent(in) :: self
+    type(hhr_data_t), intent(in) :: cluster
+    real(rk), intent(in) :: theta(:)
+    real(rk), intent(inout) :: coefficients(:)
+    !> [force] of the domain, shape (n_rows)
+    real(rk), intent(inout) :: forces(:)
+    real(rk) :: parts(self%n_snapshots + self%n_rows), work(size(parts), size(cluster%motion_load, 2))
+    logical :: is_balanced
+    integer :: i
+
+    associate (m => self%n_snapshots)
+      parts(:m) = coefficients * self%outside_size
+      parts(m + 1:) = forces
+      work(:m, :) = self%outside_work
+      do i = 1, self%n_rows
+        work(m + i, :) = cluster%motion_closing(cluster%contact_rows(i), :)
+      end do
+      call balance_forces(work, work_of_loads(cluster, theta), parts, is_balanced)
+      if (.not. is_balanced) return
+      coefficients = parts(:m) / self%outside_size
+      forces = parts(m + 1:)
+    end associate
+  end subroutine balance
 
   !> [force] of each rigid motion that only contact holds; 0 where the loads are in equilibrium but for rounding.
   pure function work_of_loads(cluster, theta) result(work)
@@ -125,10 +193,12 @@ contains
     type(multiplier_fit_workspace_t), intent(inout) :: workspace
 
     if (allocated(workspace%known)) then
-      if (size(workspace%known) == self%n_rows + self%n_values .and. size(workspace%coefficients) == self%n_snapshots) return
-      deallocate (workspace%known, workspace%coefficients)
+      if (all([size(workspace%known), size(workspace%coefficients), size(workspace%forces)] == &
+        [self%n_rows + self%n_values, self%n_snapshots, self%n_rows])) return
+      deallocate (workspace%known, workspace%coefficients, workspace%forces)
     end if
     allocate (workspace%known(self%n_rows + self%n_values), workspace%coefficients(self%n_snapshots))
+    allocate (workspace%forces(self%n_rows))
   end subroutine reserve
 
   !> 1 / Frobenius norm; 1 for zeros.

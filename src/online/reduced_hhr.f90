@@ -12,6 +12,7 @@ module sig_reduced_hhr
   use sig_hhr_file, only: read_cluster, write_cluster
   use sig_hhr_system, only: hhr_system_t
   use sig_kinds, only: rk
+  use sig_lifted_certificate, only: lifted_certificate_t
   use sig_lcp, only: find_other_solution, lcp_solution_t, lcp_workspace_t, solve_lcp
   use sig_linear_algebra, only: multiply
   use sig_multiplier_fit, only: multiplier_fit_t, multiplier_fit_workspace_t, work_of_loads
@@ -26,6 +27,7 @@ module sig_reduced_hhr
     type(hhr_data_t) :: data
     type(hhr_system_t), private :: system
     type(multiplier_fit_t), private :: fit
+    type(lifted_certificate_t), private :: certificate
     !> [length] largest normal displacement in the snapshots
     real(rk), private :: largest_value = 0
   contains
@@ -50,6 +52,8 @@ module sig_reduced_hhr
     procedure :: warnings
     procedure :: displace_under
     procedure :: starts_from_two_sides
+    procedure :: can_certify
+    procedure :: certify
   end type reduced_hhr_t
 
   type, extends(room_t) :: hhr_room_t
@@ -101,6 +105,7 @@ contains
     character(:), allocatable, intent(out) :: message
 
     call self%fit%prepare(self%data)
+    call self%certificate%prepare(self%data)
     self%largest_value = maxval([0.0_rk, abs(self%data%contact_displacement_snapshots)])
     call self%system%create(self%data, message)
   end subroutine prepare
@@ -360,4 +365,26 @@ contains
       call self%system%coordinates(room%response, answer%multipliers_rid, answer%coordinates)
     end select
   end subroutine displace_under
+
+  !> W of all contacts had no room.
+  pure logical function can_certify(self)
+    class(reduced_hhr_t), intent(in) :: self
+
+    can_certify = self%certificate%is_there
+  end function can_certify
+
+  !> Of the forces that fill_multipliers has made last, with this room.
+  subroutine certify(self, multipliers, is_own, room, answer)
+    class(reduced_hhr_t), intent(in) :: self
+    real(rk), contiguous, intent(in) :: multipliers(:)
+    logical, intent(in) :: is_own
+    class(room_t), intent(inout) :: room
+    type(answer_t), intent(inout) :: answer
+
+    if (.not. is_own) return
+    select type (room)
+    type is (hhr_room_t)
+      call self%certificate%certify(self%data, room%fit%coefficients, multipliers, answer)
+    end select
+  end subroutine certify
 end module sig_reduced_hhr

@@ -25,7 +25,7 @@ module sig_condensed
   use petsc
   implicit none(type, external)
   private
-  public :: condensed_t
+  public :: add_row, close_rows, condensed_t
 
   type, extends(contact_solver_t) :: condensed_t
     !> reason_converged, or why the stiffness could not be factored

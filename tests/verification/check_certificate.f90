@@ -1,8 +1,9 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> usage: check_certificate MODEL N_POINTS SEED
+!> usage: check_certificate MODEL N_POINTS SEED [CONDENSED_MODEL]
 !>
-!> Bounds of forces against their true error in the norm of W, at random points of a model that has W: of its own answers, and of
-!> spoiled ones (exact forces with 1 % noise, with one wrong status, with the edge of the contact off by three nodes). One line
+!> Bounds of forces against their true error in the norm of W, at random points of a model: of its own answers, and of spoiled
+!> ones (exact forces with 1 % noise, with one wrong status, with the edge of the contact off by three nodes). W is the model's own
+!> or that of a condensed model of the same problem, whose W then also says what spoiled forces open. One line
 !> each: kind, points, bounds below the error, effectivity (bound over error: median, 95 %, largest). Errors below 1e-10 of the
 !> answer are rounding and have no effectivity. The exact forces come from W without the start of a query, with
 !> more than 500 contacts from the query itself; where contact alone holds
@@ -12,12 +13,14 @@ program check_certificate
   use sig_answer, only: answer_t
   use sig_errors, only: error_t
   use sig_kinds, only: rk
+  use sig_lifted_certificate, only: lifted_certificate_t
   use sig_model_file, only: read_model
   use sig_online_model, only: online_model_t
   use sig_query, only: query_t
   use sig_random_numbers, only: random_t
   use sig_reduced, only: neighbors_t, reduced_t, room_t
   use sig_reduced_condensed, only: reduced_condensed_t
+  use sig_reduced_hhr, only: reduced_hhr_t
   use sig_statistics, only: statistics_t, summarize
   implicit none(type, external)
 
@@ -37,7 +40,12 @@ program check_certificate
     real(rk), allocatable :: effectivities(:)
   end type record_t
 
-  type(online_model_t) :: online
+  type(online_model_t), target :: online
+  type(online_model_t), target :: condensed
+  !> where W is
+  type(online_model_t), pointer :: reference
+  !> of clusters that have no W
+  type(lifted_certificate_t), allocatable :: lifted(:)
   type(record_t) :: records(n_kinds)
   type(random_t) :: random
   integer :: i_exact, n_points, n_unanswered, n_unsolved
@@ -63,8 +71,23 @@ contains
     if (allocated(message)) call give_up(message)
     ! every answer stands, however large its bound
     online%model%max_error = huge(online%model%max_error)
-    i_exact = online%model%fallback()
+    reference => online
+    if (command_argument_count() > 3) then
+      call read_model(argument(4), condensed%model, error)
+      if (allocated(error)) call give_up(error%message)
+      call condensed%prepare(message)
+      if (allocated(message)) call give_up(message)
+      reference => condensed
+    end if
+    i_exact = reference%model%fallback()
     if (i_exact == 0) i_exact = 1
+    allocate (lifted(online%model%n_clusters()))
+    do k = 1, size(lifted)
+      select type (part => online%model%parts(k)%reduced)
+      type is (reduced_hhr_t)
+        call lifted(k)%prepare(part%data)
+      end select
+    end do
     do k = 1, n_kinds
       allocate (records(k)%effectivities(0))
     end do
@@ -119,7 +142,7 @@ contains
     type(answer_t) :: exact
 
     judge => null()
-    select type (part => online%model%parts(i_exact)%reduced)
+    select type (part => reference%model%parts(i_exact)%reduced)
     type is (reduced_condensed_t)
       exact = answer
       call part%create_room(room)
@@ -141,13 +164,20 @@ contains
     real(rk), intent(in) :: exact(:)
     type(answer_t), intent(inout) :: answer
     real(rk), allocatable :: spoiled(:)
+    real(rk) :: bound
     integer :: k
 
     if (.not. any(exact > 0)) return
     do k = 2, n_kinds
       spoiled = spoil(exact, k)
-      call part%certify(spoiled, .false., room, answer)
-      call compare(part, exact, spoiled, answer%bound, records(k))
+      if (lifted(answer%cluster)%is_there) then
+        bound = lifted(answer%cluster)%bound%evaluate(spoiled, matmul(part%data%compliance, spoiled) + &
+          matmul(part%data%free_opening, answer%theta))
+      else
+        call part%certify(spoiled, .false., room, answer)
+        bound = answer%bound
+      end if
+      call compare(part, exact, spoiled, bound, records(k))
     end do
   end subroutine check_spoiled
 

@@ -16,8 +16,9 @@ from runs import INPUT
 CHECK = find_program().executable.parent / "tests" / "check_certificate"
 N_POINTS = 400
 LINE = re.compile(r"^(.{24}) +(\d+) points +(\d+) violations(?: +\d+ errors, effectivity +([\d.]+))?", re.M)
-# of the forces of a model, and of spoiled ones
+# of the forces of a model, and of spoiled ones; where W is not there
 LARGEST_MEDIAN = 2.0
+LARGEST_LIFTED_MEDIAN = 3.0
 
 
 @pytest.mark.parametrize("name", ["half_disks", "pellet_cladding_whole_edges", "bracket"])
@@ -50,6 +51,30 @@ def test_hyper_reduced_answers_of_floating_bodies(signorom, tmp_path, name):
     assert int(lines[0][2]) == 0
     assert 1 <= float(lines[0][3]) <= LARGEST_MEDIAN
     assert int(lines[0][1]) == N_POINTS
+
+
+@pytest.mark.parametrize("name", ["half_disks", "pellet_cladding_whole_edges", "bracket"])
+def test_bound_without_the_matrix_of_all_contacts(signorom, tmp_path, name):
+    """By a lift and the snapshots; W, for the errors, comes from a condensed model of the same snapshots."""
+    deck = shipped_deck(name)
+    deck["certificate"] = {"max_error": 0.05}
+    deck["reduction"] = deck.get("reduction", {}) | {"method": "hhr"}
+    write(tmp_path, deck)
+    signorom("sample", "deck.yaml", folder=tmp_path)
+    # a stiffness that may not be factored is none that W comes from
+    write(tmp_path, deck | {"solver": {"linear": "gamg"}})
+    said = signorom("train", "deck.yaml", folder=tmp_path)
+    assert "certificate without the matrix of all contacts" in said
+    model = tmp_path / "results/deck/model.h5"
+    reduced = model.rename(tmp_path / "reduced.h5")
+    write(tmp_path, deck | {"reduction": {"method": "condensed"}})
+    signorom("train", "deck.yaml", folder=tmp_path)
+    lines, _ = check(reduced, model)
+    assert len(lines) == (1 if name == "bracket" else 4)
+    for _, n_points, n_violations, median in lines:
+        assert int(n_points) > 0.9 * N_POINTS
+        assert int(n_violations) == 0
+        assert not median or 1 <= float(median) <= LARGEST_LIFTED_MEDIAN
 
 
 def shipped_deck(name):

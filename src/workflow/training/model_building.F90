@@ -9,6 +9,7 @@ module sig_model_building
   use sig_file_system, only: file_exists
   use sig_full_order, only: full_order_t
   use sig_kinds, only: rk
+  use sig_lifted_training, only: add_certificates
   use sig_log, only: log_info
   use sig_model, only: model_t
   use sig_model_parts, only: set_fallback
@@ -73,6 +74,8 @@ contains
       call fill_start_sets(model)
     end if
     model%max_error = max_error_of(full_order%problem%deck%reduction, hyper_reduced_error)
+    if (allocated(fallback) .or. allocated(error) .or. model%max_error <= 0) return
+    PetscCall(add_certificates(full_order, model, ierr))
   end subroutine build_model
 
   !> reduction.method: a model without hyper-reduction, where the deck and the room allow one. Collective on all ranks.

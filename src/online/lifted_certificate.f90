@@ -1,0 +1,109 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> The certificate of a hyper-reduced model that has not the matrix W of all contacts.
+!>
+!> Its forces are a combination of the snapshots' and of unit forces on rows of its domain, and so are the openings W lambda. Forces
+!> that anybody has moved since have no bound.
+module sig_lifted_certificate
+  use sig_answer, only: answer_t
+  use sig_force_balance, only: keep_balance
+  use sig_hhr_data, only: hhr_data_t
+  use sig_kinds, only: rk
+  use sig_lifted_error_bound, only: lifted_error_bound_t
+  use sig_linear_algebra, only: multiply, solve_dense
+  use sig_multiplier_fit, only: work_of_loads
+  implicit none(type, external)
+  private
+  public :: lifted_certificate_t
+
+  type :: lifted_certificate_t
+    logical :: is_there = .false.
+    type(lifted_error_bound_t) :: bound
+  contains
+    procedure :: prepare
+    procedure :: certify
+  end type lifted_certificate_t
+
+  !> [-] a bound is relative to the answer's size, but at least to this share of the largest in training
+  real(rk), parameter :: smallest_share = 1.0e-3_rk
+  !> [-] of the largest force: what a sum of forces may be off by
+  real(rk), parameter :: rounding = 1.0e-13_rk
+
+contains
+
+  subroutine prepare(self, cluster)
+    class(lifted_certificate_t), intent(inout) :: self
+    type(hhr_data_t), intent(in) :: cluster
+
+    self%is_there = cluster%certificate%is_there()
+    if (.not. self%is_there) return
+    associate (data => cluster%certificate)
+      call self%bound%create(data%pattern_forces, data%pattern_opening, cluster%motion_closing, data%lift, reach_of(cluster))
+    end associate
+  end subroutine prepare
+
+  !> [length/force] About the diagonal of W, from the entries that are known: it says how far a force reaches.
+  pure function reach_of(cluster) result(reach)
+    type(hhr_data_t), intent(in) :: cluster
+    real(rk), allocatable :: reach(:)
+    real(rk) :: factor
+    integer :: i
+
+    reach = cluster%certificate%lift%diagonal()
+    factor = 0
+    do i = 1, cluster%n_rows
+      associate (row => cluster%contact_rows(i))
+        factor = factor + reach(row) * cluster%certificate%row_opening(row, i) / cluster%n_rows
+      end associate
+    end do
+    reach = factor / max(reach, tiny(factor))
+  end function reach_of
+
+  !> Bounds the error of an answer's forces on all contacts.
+  subroutine certify(self, cluster, coefficients, multipliers, answer)
+    class(lifted_certificate_t), intent(in) :: self
+    !> that of prepare
+    type(hhr_data_t), intent(in) :: cluster
+    !> [-] >= 0, of the snapshots, from which the forces outside of the domain were made; shape (n_snapshots)
+    real(rk), contiguous, intent(in) :: coefficients(:)
+    !> [force] >= 0 of all contacts, shape (n_multipliers)
+    real(rk), contiguous, intent(in) :: multipliers(:)
+    !> theta is set; bound and relative_bound will be, unless nothing can be said
+    type(answer_t), intent(inout) :: answer
+    real(rk) :: closing(size(multipliers)), opening(size(multipliers)), rest(size(multipliers)), size_of_answer
+
+    associate (data => cluster%certificate)
+      rest = multipliers
+      call multiply(-1.0_rk, cluster%dual_snapshots, coefficients, 1.0_rk, rest)
+      call multiply(1.0_rk, data%snapshot_opening, coefficients, 0.0_rk, closing)
+      call multiply(1.0_rk, data%row_opening, rest(cluster%contact_rows), 1.0_rk, closing)
+      rest(cluster%contact_rows) = 0
+      if (any(abs(rest) > rounding * maxval(multipliers))) return
+      call multiply(1.0_rk, data%free_opening, answer%theta, 0.0_rk, opening)
+      opening = opening + closing
+      size_of_answer = max(size_of(cluster, multipliers, closing), smallest_share * data%largest_size)
+    end associate
+    answer%bound = huge(answer%bound)
+    answer%relative_bound = huge(answer%relative_bound)
+    if (.not. keep_balance(cluster%motion_closing, work_of_loads(cluster, answer%theta), multipliers)) return
+    answer%bound = self%bound%evaluate(multipliers, opening)
+    answer%relative_bound = 0
+    if (answer%bound > 0) answer%relative_bound = answer%bound / max(size_of_answer, tiny(size_of_answer))
+  end subroutine certify
+
+  !> [sqrt(force*length)] Forces in the norm of W: the square root of their work on what they open, the anchors closed.
+  real(rk) function size_of(cluster, multipliers, closing)
+    type(hhr_data_t), intent(in) :: cluster
+    real(rk), intent(in) :: multipliers(:)
+    !> [length] W lambda
+    real(rk), intent(in) :: closing(:)
+    real(rk) :: place(size(cluster%motion_closing, 2)), work
+    logical :: is_singular
+
+    work = dot_product(multipliers, closing)
+    associate (motions => cluster%motion_closing, anchors => cluster%certificate%anchors)
+      call solve_dense(motions(anchors, :), -closing(anchors), place, is_singular)
+      work = work + dot_product(matmul(multipliers, motions), place)
+    end associate
+    size_of = sqrt(max(0.0_rk, work))
+  end function size_of
+end module sig_lifted_certificate

@@ -1,0 +1,191 @@
+! SPDX-License-Identifier: BSD-3-Clause
+#include "signorom/macros.h"
+!> What hyper-reduced models need to bound their answers where the matrix W of all contacts has no room.
+!>
+!> W Lambda of the snapshots is what they close less than without contact, B (u_free - u); only the rows of the domains and the
+!> terms cost solves.
+module sig_lifted_training
+  use sig_condensed, only: condensed_t
+  use sig_contact_columns, only: contact_columns_t
+  use sig_contact_lift, only: contact_lift_t
+  use sig_full_order, only: full_order_t, team_t
+  use sig_hhr_data, only: hhr_data_t
+  use sig_kinds, only: rk
+  use sig_linear_algebra, only: transposed_product
+  use sig_log, only: log_info, log_warning
+  use sig_model, only: model_t
+  use sig_model_parts, only: cluster_of
+  use sig_petsc_support, only: broadcast_columns
+  use sig_reasons, only: reason_converged
+  use sig_singular_values, only: svd
+  use sig_term_values, only: evaluate_points
+  use sig_text, only: to_text
+  use petsc
+  implicit none(type, external)
+  private
+  public :: add_certificates
+
+  !> force patterns of a cluster
+  integer, parameter :: most_patterns = 20
+  !> snapshots that they are made of, at most
+  integer, parameter :: most_samples = 300
+  !> [-] of the largest energy: patterns below are rounding
+  real(rk), parameter :: negligible = 1.0e-10_rk
+  !> [MB] of one number
+  real(rk), parameter :: number_size = 8.0e-6_rk
+
+contains
+
+  !> Gives every cluster its own, if all have room together. Collective on all ranks; the same on each.
+  subroutine add_certificates(full_order, model, ierr)
+    !> loaded, with a stiffness that does not depend on the parameters
+    type(full_order_t), intent(inout) :: full_order
+    !> of hyper-reduced clusters
+    type(model_t), target, intent(inout) :: model
+    PetscErrorCode, intent(out) :: ierr
+    type(contact_columns_t) :: columns
+    type(contact_lift_t) :: lift
+    type(hhr_data_t), pointer :: cluster
+    integer, allocatable :: chosen(:)
+    real(rk) :: room
+    integer :: i, k
+
+    ierr = 0
+    room = full_order%problem%deck%reduction%max_full_order_size
+    if (room <= 0 .or. model%n_multipliers == 0) return
+    if (size_of_certificates(model) > room) then
+      call log_warning('answers will have no certificate: what it takes has ' // to_text(ceiling(size_of_certificates(model))) // &
+        ' MB, more than reduction.max_full_order_size')
+      return
+    end if
+    chosen = rows_of_domains(model)
+    PetscCall(solve_columns(full_order, chosen, columns, lift, ierr))
+    if (columns%reason /= reason_converged .or. .not. lift%is_possible) then
+      call log_warning('answers will have no certificate: ' // why_not(columns))
+      return
+    end if
+    do k = 1, model%n_clusters()
+      cluster => cluster_of(model, k)
+      call fill_certificate(model, columns, columns%columns(:, [(findloc(chosen, cluster%contact_rows(i), dim=1), &
+        i=1, cluster%n_rows)]), lift, cluster)
+    end do
+    call log_info('certificate without the matrix of all contacts: by ' // to_text(size(chosen)) // &
+      ' of its columns and the snapshots')
+  end subroutine add_certificates
+
+  function why_not(columns) result(reason)
+    type(contact_columns_t), intent(in) :: columns
+    character(:), allocatable :: reason
+
+    reason = 'the stiffness could not be factored'
+    if (columns%reason == reason_converged) reason = 'a contact pair has no node of its own that is free to move'
+  end function why_not
+
+  !> [MB] of all clusters, but for the lift.
+  real(rk) function size_of_certificates(model) result(room)
+    type(model_t), target, intent(in) :: model
+    type(hhr_data_t), pointer :: cluster
+    integer :: k
+
+    room = 0
+    do k = 1, model%n_clusters()
+      cluster => cluster_of(model, k)
+      room = room + number_size * model%n_multipliers * (model%terms%n_terms() + size(cluster%dual_snapshots, 2) + &
+        cluster%n_rows + 2 * most_patterns)
+    end do
+  end function size_of_certificates
+
+  !> Contact rows of all domains, ascending.
+  function rows_of_domains(model) result(rows)
+    type(model_t), target, intent(in) :: model
+    integer, allocatable :: rows(:)
+    type(hhr_data_t), pointer :: cluster
+    logical :: is_chosen(model%n_multipliers)
+    integer :: i, k
+
+    is_chosen = .false.
+    do k = 1, model%n_clusters()
+      cluster => cluster_of(model, k)
+      is_chosen(cluster%contact_rows) = .true.
+    end do
+    rows = pack([(i, i=1, size(is_chosen))], is_chosen)
+  end function rows_of_domains
+
+  !> Collective on all ranks; the first rank's numbers count.
+  subroutine solve_columns(full_order, chosen, columns, lift, ierr)
+    type(full_order_t), intent(inout) :: full_order
+    integer, intent(in) :: chosen(:)
+    type(contact_columns_t), intent(out) :: columns
+    type(contact_lift_t), intent(out) :: lift
+    PetscErrorCode, intent(out) :: ierr
+    type(team_t), pointer :: team
+    real(rk), allocatable :: values(:, :)
+
+    PetscCall(full_order%ready_team(team, ierr))
+    associate (system => team%solver%system)
+      select type (solver => team%solver%solver)
+      type is (condensed_t)
+        call columns%take(solver, chosen)
+      class default
+        PetscCall(columns%solve(system, solver%is_multigrid .or. .not. full_order%problem%plan%may_factor, chosen, ierr))
+      end select
+      if (columns%reason /= reason_converged) return
+      PetscCall(lift%create(system, full_order%problem%mesh, ierr))
+    end associate
+    if (.not. lift%is_possible) return
+    PetscCall(broadcast_columns(columns%free_opening, PETSC_COMM_WORLD, ierr))
+    PetscCall(broadcast_columns(columns%columns, PETSC_COMM_WORLD, ierr))
+    values = reshape(lift%stiffness%values, [size(lift%stiffness%values), 1])
+    PetscCall(broadcast_columns(values, PETSC_COMM_WORLD, ierr))
+    lift%stiffness%values = values(:, 1)
+  end subroutine solve_columns
+
+  !> Local.
+  subroutine fill_certificate(model, columns, own_columns, lift, cluster)
+    type(model_t), intent(in) :: model
+    type(contact_columns_t), intent(in) :: columns
+    !> [length/force] of W, of the rows of the cluster's domain
+    real(rk), intent(in) :: own_columns(:, :)
+    type(contact_lift_t), intent(in) :: lift
+    type(hhr_data_t), intent(inout) :: cluster
+    real(rk), allocatable :: balanced(:, :), theta(:, :)
+    integer :: i_bad_point, i_bad_source
+
+    call evaluate_points(model%terms, model%training_points(:, cluster%training_points), theta, i_bad_point, i_bad_source)
+    associate (data => cluster%certificate, n => model%n_multipliers, values => cluster%contact_displacement_snapshots)
+      data%free_opening = columns%free_opening
+      data%row_opening = own_columns
+      data%anchors = columns%anchors%rows
+      data%lift = lift%stiffness
+      data%snapshot_opening = matmul(model%gap - data%free_opening, theta) - (values(:n, :) - values(n + 1:, :))
+      balanced = cluster%dual_snapshots
+      balanced(data%anchors, :) = balanced(data%anchors, :) - matmul(transpose(columns%anchors%closing), balanced)
+      call choose_patterns(balanced, data%snapshot_opening, data%largest_size, data%pattern_forces, data%pattern_opening)
+    end associate
+  end subroutine fill_certificate
+
+  !> Modes of the snapshots' forces in the norm of W: of the displacements that they cause. Local.
+  subroutine choose_patterns(forces, openings, largest_size, patterns, pattern_openings)
+    !> [force] Lambda in balance, and W Lambda; shape (n_multipliers, n_snapshots)
+    real(rk), intent(in) :: forces(:, :)
+    real(rk), intent(in) :: openings(:, :)
+    !> [sqrt(force*length)] of the snapshots
+    real(rk), intent(out) :: largest_size
+    !> of energy 1, shape (n_multipliers, n_patterns)
+    real(rk), allocatable, intent(out) :: patterns(:, :)
+    real(rk), allocatable, intent(out) :: pattern_openings(:, :)
+    real(rk), allocatable :: gram(:, :), u(:, :), s(:), vt(:, :), weights(:, :)
+    integer, allocatable :: some(:)
+    integer :: i, n
+
+    largest_size = sqrt(maxval([0.0_rk, (dot_product(forces(:, i), openings(:, i)), i=1, size(forces, 2))]))
+    n = min(size(forces, 2), most_samples)
+    some = [(1 + ((i - 1) * size(forces, 2)) / n, i=1, n)]
+    gram = transposed_product(forces(:, some), openings(:, some))
+    call svd((gram + transpose(gram)) / 2, u, s, vt)
+    n = min(most_patterns, count(s > negligible * maxval([0.0_rk, s])))
+    weights = u(:, :n) / spread(sqrt(s(:n)), 1, size(some))
+    patterns = matmul(forces(:, some), weights)
+    pattern_openings = matmul(openings(:, some), weights)
+  end subroutine choose_patterns
+end module sig_lifted_training

@@ -1,0 +1,116 @@
+! SPDX-License-Identifier: BSD-3-Clause
+#include "signorom/macros.h"
+!> Some columns of the matrix W of all contacts, and the openings without contact forces, where the whole of W has no room.
+!>
+!> Bodies that only contact holds hang on anchors, whose forces balance all that acts on them; where the bodies are is open.
+module sig_contact_columns
+  use sig_condensed, only: add_row, close_rows, condensed_t
+  use sig_contact_system, only: contact_system_t
+  use sig_free_response, only: factor_without_contact, held_dofs, solve_free_response
+  use sig_holding, only: anchors_t, find_anchors
+  use sig_kinds, only: rk
+  use sig_linear_solver, only: linear_solver_t
+  use sig_reasons, only: reason_converged
+  use petsc
+  implicit none(type, external)
+  private
+  public :: contact_columns_t
+
+  type :: contact_columns_t
+    !> reason_converged, or why K could not be factored
+    integer :: reason = 0
+    !> [length per unit of theta] D - B G, shape (n_rows, n_terms)
+    real(rk), allocatable :: free_opening(:, :)
+    !> [length/force] of the chosen rows, shape (n_rows, n_chosen); zero of an anchor
+    real(rk), allocatable :: columns(:, :)
+    type(anchors_t) :: anchors
+  contains
+    procedure :: solve
+    procedure :: take
+  end type contact_columns_t
+
+  !> right-hand sides made at a time
+  integer, parameter :: chunk = 64
+
+contains
+
+  !> One factorization, n_driving_terms + n_chosen solves; the same on all ranks of the system. Collective.
+  subroutine solve(self, system, is_multigrid, chosen, ierr)
+    class(contact_columns_t), intent(inout) :: self
+    type(contact_system_t), intent(inout) :: system
+    !> conjugate gradients instead of a factorization
+    logical, intent(in) :: is_multigrid
+    !> rows, 1-based
+    integer, intent(in) :: chosen(:)
+    PetscErrorCode, intent(out) :: ierr
+    type(linear_solver_t) :: linear_solver
+    real(rk), allocatable :: response(:, :), closing(:, :)
+
+    linear_solver%is_multigrid = is_multigrid
+    PetscCall(factor_without_contact(system, linear_solver, ierr))
+    self%reason = linear_solver%reason
+    if (self%reason == reason_converged) then
+      call find_anchors(system%motions, self%anchors)
+      PetscCall(solve_free_response(system, linear_solver, system%boundary%n_driving_terms, response, ierr, self%anchors))
+      PetscCall(close_rows(system, response, closing, ierr))
+      self%free_opening = system%rows%gap
+      associate (driven => self%free_opening(:, :size(closing, 2)))
+        driven = driven - closing
+      end associate
+      PetscCall(solve_chosen(self, system, linear_solver, chosen, ierr))
+      ! conjugate gradients may fail here
+      self%reason = linear_solver%reason
+    end if
+    PetscCall(linear_solver%destroy(ierr))
+  end subroutine solve
+
+  !> B K^-1 (B' - B_T' N') of the chosen rows.
+  subroutine solve_chosen(self, system, linear_solver, chosen, ierr)
+    type(contact_columns_t), intent(inout) :: self
+    type(contact_system_t), intent(in) :: system
+    type(linear_solver_t), intent(inout) :: linear_solver
+    integer, intent(in) :: chosen(:)
+    PetscErrorCode, intent(out) :: ierr
+    real(rk), allocatable :: rhs(:, :), response(:, :), closing(:, :)
+    logical, allocatable :: is_held(:)
+    integer :: first, i, last, t
+
+    ierr = 0
+    is_held = held_dofs(system)
+    allocate (self%columns(system%rows%n_rows, size(chosen)))
+    do first = 1, size(chosen), chunk
+      last = min(first + chunk - 1, size(chosen))
+      allocate (rhs(system%map%n_local_dofs, last - first + 1), source=0.0_rk)
+      allocate (response, mold=rhs)
+      do i = first, last
+        call add_row(system, is_held, chosen(i), 1.0_rk, rhs(:, i - first + 1))
+        do t = 1, size(self%anchors%rows)
+          call add_row(system, is_held, self%anchors%rows(t), -self%anchors%closing(chosen(i), t), rhs(:, i - first + 1))
+        end do
+      end do
+      PetscCall(linear_solver%solve_many(rhs, response, ierr))
+      PetscCall(close_rows(system, response, closing, ierr))
+      self%columns(:, first:last) = closing
+      deallocate (rhs, response)
+    end do
+  end subroutine solve_chosen
+
+  !> The same from a condensed operator that is there, with closed anchors. Local.
+  subroutine take(self, condensed, chosen)
+    class(contact_columns_t), intent(inout) :: self
+    type(condensed_t), intent(in) :: condensed
+    integer, intent(in) :: chosen(:)
+    logical :: is_anchor(size(condensed%compliance, 1))
+
+    self%reason = condensed%reason
+    if (self%reason /= reason_converged) return
+    self%anchors = condensed%anchors
+    self%free_opening = condensed%free_opening
+    self%columns = condensed%compliance(:, chosen)
+    ! in the place of an anchor stands its opening
+    is_anchor = .false.
+    is_anchor(self%anchors%rows) = .true.
+    where (spread(is_anchor, 2, size(self%free_opening, 2))) self%free_opening = 0
+    where (spread(is_anchor, 2, size(chosen)) .or. spread(is_anchor(chosen), 1, size(is_anchor))) self%columns = 0
+  end subroutine take
+end module sig_contact_columns
