@@ -59,6 +59,7 @@ contains
     call open_surfaces(mesh, contact, i_entry, deck_path, surfaces, error)
     if (allocated(error)) return
     call refuse_common_node(mesh, surfaces, error)
+    if (.not. allocated(error)) call refuse_curved_edges(mesh, surfaces, error)
     if (allocated(error)) return
     call open_side(mesh, contact(i_entry)%first%text, first)
     call open_side(mesh, contact(i_entry)%second%text, second)
@@ -209,6 +210,27 @@ contains
     call refuse(surfaces, surfaces%entry%first, node_text(mesh, node) // ' is in another contact, too', error, &
       'give each contact surfaces with nodes of their own')
   end subroutine refuse_other_contact
+
+  !> Errors: edges with more than two nodes.
+  pure subroutine refuse_curved_edges(mesh, surfaces, error)
+    type(mesh_t), intent(in) :: mesh
+    type(surface_pair_t), intent(in) :: surfaces
+    type(error_t), allocatable, intent(out) :: error
+
+    if (is_linear(mesh, surfaces%entry%first%text) .and. is_linear(mesh, surfaces%entry%second%text)) return
+    call refuse(surfaces, surfaces%entry%first, 'the nodes of the surfaces do not face each other one to one, and their edges ' // &
+      'have mid-side nodes: mortar is there for linear elements only', error, &
+      'mesh both surfaces alike, or take linear elements')
+  end subroutine refuse_curved_edges
+
+  pure logical function is_linear(mesh, name)
+    type(mesh_t), intent(in) :: mesh
+    character(*), intent(in) :: name
+
+    associate (facets => mesh%groups(find_group(mesh, name))%entities)
+      is_linear = all(mesh%facet_offsets(facets + 1) - mesh%facet_offsets(facets) == 2)
+    end associate
+  end function is_linear
 
   !> Errors: every node overlaps by more than an element.
   pure subroutine check_overlap(surfaces, sites, first, error)
