@@ -1,10 +1,13 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> Stress of each cell (the mean over it), smoothed at the nodes, and von Mises' equivalent.
+!>
+!> Of a quadratic cell the nodes get what is linear in it, too (shape_functions.f90).
 module sig_stress
   use sig_cell_stiffness, only: cell_dofs
   use sig_elastic_body, only: elastic_body_t
   use sig_elasticity, only: n_stresses
   use sig_element_matrices, only: strains_at_point
+  use sig_element_types, only: element_types
   use sig_kinds, only: rk
   use sig_mesh, only: mesh_t, nodes_of_cell
   use sig_ties, only: first_largest
@@ -31,22 +34,21 @@ contains
     end do
   end function cell_stresses
 
-  !> Stress at each node: the mean of the cells around it, weighted by their volumes.
+  !> Stress at each node: the mean of what the cells around it have there, weighted by their volumes.
   !>
   !> Where materials share a node, stresses jump: there only the material with most volume around the node counts (of equal
   !> ones the first of the deck), so that one material's stress does not smear into the other's. Local.
-  pure function nodal_stresses(mesh, body, displacement, stresses) result(smoothed)
+  pure function nodal_stresses(mesh, body, displacement) result(smoothed)
     type(mesh_t), intent(in) :: mesh
     type(elastic_body_t), intent(in) :: body
     !> [length] shape (n_dofs)
     real(rk), intent(in) :: displacement(:)
-    !> [force/length**2] of the cells, shape (n_stresses, n_cells)
-    real(rk), intent(in) :: stresses(:, :)
     !> [force/length**2] shape (n_stresses, n_nodes)
     real(rk) :: smoothed(n_stresses, mesh%n_nodes)
     real(rk) :: volumes(size(body%hooke, 3), mesh%n_nodes), volume(mesh%n_cells), strain(size(body%hooke, 1))
     integer :: i_cell, i_node, material(mesh%n_nodes), n
     integer, allocatable :: nodes(:)
+    real(rk), allocatable :: own(:, :)
 
     volumes = 0
     do i_cell = 1, mesh%n_cells
@@ -59,10 +61,12 @@ contains
     material = [(first_largest(volumes(:, i_node)), i_node=1, mesh%n_nodes)]
     smoothed = 0
     do i_cell = 1, mesh%n_cells
-      do n = mesh%cell_offsets(i_cell) + 1, mesh%cell_offsets(i_cell + 1)
-        i_node = mesh%cell_nodes(n)
+      nodes = nodes_of_cell(mesh, i_cell)
+      own = stresses_at_nodes(mesh, body, i_cell, displacement)
+      do n = 1, size(nodes)
+        i_node = nodes(n)
         if (body%material_of_cell(i_cell) /= material(i_node)) cycle
-        smoothed(:, i_node) = smoothed(:, i_node) + stresses(:, i_cell) * (volume(i_cell) / volumes(material(i_node), i_node))
+        smoothed(:, i_node) = smoothed(:, i_node) + own(:, n) * (volume(i_cell) / volumes(material(i_node), i_node))
       end do
     end do
   end function nodal_stresses
@@ -77,6 +81,35 @@ contains
     equivalent = sqrt(((stresses(1, :) - stresses(2, :))**2 + (stresses(2, :) - stresses(3, :))**2 + &
       (stresses(3, :) - stresses(1, :))**2) / 2 + 3 * sum(stresses(4:6, :)**2, dim=1))
   end function von_mises
+
+  !> Stresses of one cell at its nodes: the mean of a linear one, else carried over from the integration points.
+  pure function stresses_at_nodes(mesh, body, i_cell, displacement) result(stresses)
+    type(mesh_t), intent(in) :: mesh
+    type(elastic_body_t), intent(in) :: body
+    integer, intent(in) :: i_cell
+    real(rk), intent(in) :: displacement(:)
+    !> [force/length**2] shape (n_stresses, nodes of the cell)
+    real(rk), allocatable :: stresses(:, :)
+    real(rk) :: strain(size(body%hooke, 1)), volume
+    real(rk), allocatable :: coordinates(:, :), local(:), matrix(:, :), strains(:, :)
+    integer :: i_point
+
+    associate (i_type => mesh%cell_types(i_cell), to_stress => body%stress_matrix(:, :, body%material_of_cell(i_cell)))
+      if (element_types(i_type)%order == 1) then
+        call measure_cell(mesh, body, i_cell, displacement, strain, volume)
+        stresses = spread(matmul(to_stress, strain), 2, element_types(i_type)%n_nodes)
+        return
+      end if
+      coordinates = mesh%coordinates(:, nodes_of_cell(mesh, i_cell))
+      local = displacement(cell_dofs(mesh, i_cell))
+      allocate (matrix(size(strain), size(local)), strains(size(strain), body%tables(i_type)%n_points))
+      do i_point = 1, body%tables(i_type)%n_points
+        call strains_at_point(body%mechanics, body%tables(i_type), i_point, coordinates, matrix, volume)
+        strains(:, i_point) = matmul(matrix, local)
+      end do
+      stresses = matmul(to_stress, matmul(strains, transpose(body%tables(i_type)%to_nodes)))
+    end associate
+  end function stresses_at_nodes
 
   !> Mean strain of a cell and its volume.
   pure subroutine measure_cell(mesh, body, i_cell, displacement, strain, total)

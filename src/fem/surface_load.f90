@@ -8,6 +8,7 @@ module sig_surface_load
   use sig_deck_config, only: load_config_t, value_config_t
   use sig_errors, only: error_t, make_error
   use sig_expression, only: expression_t
+  use sig_facet_points, only: facet_rule_t, window_t
   use sig_kinds, only: rk
   use sig_load_pattern, only: load_pattern_t
   use sig_mesh, only: mesh_t, nodes_of_facet
@@ -17,7 +18,7 @@ module sig_surface_load
   use sig_term_values, only: facet_forces
   use sig_text, only: to_text
   use sig_value_products, only: product_t, split_products
-  use sig_window_rule, only: facet_rule, facet_rule_t, window_t
+  use sig_window_rule, only: facet_rule
   implicit none(type, external)
   private
   public :: add_surface_load
@@ -185,7 +186,8 @@ contains
       place_of_node = 0
       place_of_node(nodes) = [(i, i=1, size(nodes))]
       source%places = mesh%coordinates(:, nodes)
-      allocate (source%facets(4, size(facets)), source%dof_terms(mesh%n_dim, size(nodes)), source=0)
+      n = max(4, maxval(mesh%facet_offsets(facets + 1) - mesh%facet_offsets(facets)))
+      allocate (source%facets(n, size(facets)), source%dof_terms(mesh%n_dim, size(nodes)), source=0)
       do i = 1, size(facets)
         n = mesh%facet_offsets(facets(i) + 1) - mesh%facet_offsets(facets(i))
         source%facets(:n, i) = place_of_node(nodes_of_facet(mesh, facets(i)))

@@ -11,6 +11,7 @@ module sig_contact_building
   use sig_mortar_rows, only: add_mortar_rows
   use sig_node_pair_rows, only: areas_of_pairs, create_node_pair_rows
   use sig_node_pairs, only: find_node_pairs, node_pairs_t
+  use sig_quadratic_contact, only: check_axis
   use sig_term_set, only: term_set_t
   use sig_text, only: append_text, string_t, to_text
   implicit none(type, external)
@@ -39,6 +40,8 @@ contains
 
     allocate (notes(0))
     call find_node_pairs(mesh, deck%contact, deck%path, pairs, error, is_paired)
+    if (allocated(error)) return
+    if (body%mechanics%is_round) call check_axis(mesh, deck%contact, deck%path, error)
     if (.not. allocated(error)) call set_initial_gaps(mesh, deck%contact, deck%path, terms, pairs, error)
     if (allocated(error)) return
     call create_node_pair_rows(pairs, areas_of_pairs(mesh, body, deck%contact, pairs), terms%n_terms(), rows)

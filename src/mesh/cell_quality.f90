@@ -1,10 +1,12 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> Cells with a volume: inside-out ones are turned, flat ones are refused.
 module sig_cell_quality
-  use sig_element_types, only: element_types
+  use sig_element_types, only: element_types, mirrored_order, n_element_types
   use sig_errors, only: error_t, make_error
   use sig_kinds, only: rk
   use sig_mesh, only: group_t, mesh_t, nodes_of_cell
+  use sig_quadrature, only: quadrature_rule
+  use sig_shape_functions, only: create_shape_table, shape_table_t
   use sig_text, only: to_text
   implicit none(type, external)
   private
@@ -23,8 +25,10 @@ contains
     !> mesh file, for messages
     character(*), intent(in) :: path
     type(error_t), allocatable, intent(out) :: error
+    type(shape_table_t) :: tables(n_element_types)
     integer :: i_cell
 
+    call tabulate_curved(mesh, tables)
     do i_cell = 1, mesh%n_cells
       associate (qualities => corner_qualities(mesh, i_cell))
         ! turned around so that a NaN from huge coordinates is refused too
@@ -37,22 +41,59 @@ contains
         end if
       end associate
       if (allocated(error)) return
+      if (element_types(mesh%cell_types(i_cell))%order == 1) cycle
+      associate (quality => point_quality(mesh, i_cell, tables(mesh%cell_types(i_cell))))
+        if (.not. quality >= min_quality) call refuse_cell(mesh, i_cell, 'is folded by its mid-side nodes', quality, path, error)
+      end associate
+      if (allocated(error)) return
     end do
   end subroutine orient_cells
+
+  !> Tables of the quadratic elements that the mesh has.
+  pure subroutine tabulate_curved(mesh, tables)
+    type(mesh_t), intent(in) :: mesh
+    type(shape_table_t), intent(inout) :: tables(n_element_types)
+    real(rk), allocatable :: points(:, :), weights(:)
+    integer :: i_type
+
+    do i_type = 1, n_element_types
+      if (element_types(i_type)%order == 1 .or. .not. any(mesh%cell_types == i_type)) cycle
+      call quadrature_rule(i_type, points, weights)
+      call create_shape_table(i_type, points, weights, tables(i_type))
+    end do
+  end subroutine tabulate_curved
+
+  !> Smallest determinant of the directions along the reference axes at the integration points.
+  pure real(rk) function point_quality(mesh, i_cell, table) result(quality)
+    type(mesh_t), intent(in) :: mesh
+    integer, intent(in) :: i_cell
+    type(shape_table_t), intent(in) :: table
+    real(rk) :: directions(mesh%n_dim, mesh%n_dim)
+    integer :: i_point, j
+
+    quality = 1
+    do i_point = 1, table%n_points
+      directions = matmul(mesh%coordinates(:, nodes_of_cell(mesh, i_cell)), transpose(table%gradients(:, :, i_point)))
+      do j = 1, mesh%n_dim
+        directions(:, j) = direction(directions(:, j))
+      end do
+      if (.not. determinant(directions) >= quality) quality = determinant(directions)
+    end do
+  end function point_quality
 
   !> Determinant of the directions of the edges at each corner: 1 = right angles, 0 = flat, negative = inside out there.
   pure function corner_qualities(mesh, i_cell) result(qualities)
     type(mesh_t), intent(in) :: mesh
     integer, intent(in) :: i_cell
-    !> [-] shape (nodes of the cell)
+    !> [-] shape (corners of the cell)
     real(rk), allocatable :: qualities(:)
     real(rk) :: directions(mesh%n_dim, mesh%n_dim)
     integer, allocatable :: nodes(:)
     integer :: i, j, neighbor
 
     nodes = nodes_of_cell(mesh, i_cell)
-    allocate (qualities(size(nodes)))
-    do i = 1, size(nodes)
+    allocate (qualities(element_types(mesh%cell_types(i_cell))%n_corners))
+    do i = 1, size(qualities)
       do j = 1, mesh%n_dim
         neighbor = nodes(element_types(mesh%cell_types(i_cell))%corner_neighbors(j, i))
         directions(:, j) = direction(mesh%coordinates(:, neighbor) - mesh%coordinates(:, nodes(i)))
@@ -89,7 +130,7 @@ contains
 
     nodes = nodes_of_cell(mesh, i_cell)
     mesh%cell_nodes(mesh%cell_offsets(i_cell) + 1:mesh%cell_offsets(i_cell + 1)) = &
-      nodes(element_types(mesh%cell_types(i_cell))%mirrored_order(:size(nodes)))
+      nodes(mirrored_order(mesh%cell_types(i_cell)))
   end subroutine mirror_cell
 
   pure subroutine refuse_cell(mesh, i_cell, fault, quality, path, error)

@@ -196,14 +196,14 @@ static bool scan_type(sig_scanner *s, const sig_gmsh_element_type **type) {
   *type = sig_gmsh_find_type(number);
   if (*type == NULL)
     return sig_scan_fail(s, at,
-                         "elements of gmsh type %lld are not supported; 3-node triangles, 4-node quadrilaterals, "
-                         "4-node tetrahedra and 8-node hexahedra are",
+                         "elements of gmsh type %lld are not supported; triangles, quadrilaterals, tetrahedra and "
+                         "hexahedra of the first and the second order are",
                          (long long)number);
   if (!(*type)->is_supported)
     return sig_scan_fail(s, at,
-                         "the mesh has a %s, which is not supported; only linear triangles, quadrilaterals, "
-                         "tetrahedra and hexahedra are%s",
-                         (*type)->name, number > 7 ? " (set Mesh.ElementOrder = 1)" : "");
+                         "the mesh has a %s, which is not supported; only triangles, quadrilaterals, tetrahedra and "
+                         "hexahedra of the first and the second order are%s",
+                         (*type)->name, number > 20 ? " (set Mesh.ElementOrder = 2)" : "");
   return true;
 }
 

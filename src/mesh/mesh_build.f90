@@ -6,6 +6,7 @@ module sig_mesh_build
   use sig_kinds, only: rk
   use sig_mesh, only: group_t, mesh_t
   use sig_mesh_file, only: raw_mesh_t
+  use sig_mid_nodes, only: check_mid_nodes
   use sig_text, only: to_text
   implicit none(type, external)
   private
@@ -18,7 +19,8 @@ contains
 
   !> Local. Elements that occur several times count once, nodes without a cell are dropped, the order of the file is kept.
   !>
-  !> Errors: another dimension than wanted, no named cells, cells of a group without a name, a plane mesh out of its plane.
+  !> Errors: another dimension than wanted, no named cells, cells of a group without a name, a plane mesh out of its plane,
+  !> linear and quadratic elements on one edge.
   subroutine build_mesh(raw, n_dim, length_factor, path, mesh, error)
     type(raw_mesh_t), intent(in) :: raw
     !> 2 or 3: dimension of the model
@@ -35,6 +37,8 @@ contains
     call check_dimension(raw, n_dim, path, error)
     if (allocated(error)) return
     call check_names(raw, n_dim, path, error)
+    if (allocated(error)) return
+    call check_mid_nodes(raw, n_dim, path, error)
     if (allocated(error)) return
     call number_cells(raw, n_dim, cell_of_element, node_of_raw_node)
     call check_plane(raw, node_of_raw_node, n_dim, path, error)

@@ -1,8 +1,10 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> Size and outward normal of the facets of a named surface.
 module sig_surface_geometry
+  use sig_element_types, only: element_type_with, element_types
   use sig_kinds, only: rk
   use sig_mesh, only: cells_around_nodes, mesh_t, nodes_of_cell, nodes_of_facet
+  use sig_shape_functions, only: shape_coefficients, shape_slopes
   implicit none(type, external)
   private
   public :: surface_geometry_t, measure_surface, averaged_normals
@@ -64,7 +66,7 @@ contains
     found = pack(cells, has_all)
   end function cells_with_facet
 
-  !> Normal of a facet, of either sense, times its length or area.
+  !> Normal of a facet, of either sense, times its length or area; of a quadratic one by its corners.
   pure function area_vector(mesh, i_facet) result(vector)
     type(mesh_t), intent(in) :: mesh
     integer, intent(in) :: i_facet
@@ -74,7 +76,7 @@ contains
     integer :: n
 
     nodes = nodes_of_facet(mesh, i_facet)
-    n = size(nodes)
+    n = element_types(element_type_with(mesh%n_dim - 1, size(nodes)))%n_corners
     if (mesh%n_dim == 2) then
       a = mesh%coordinates(:, nodes(2)) - mesh%coordinates(:, nodes(1))
       vector = [a(2), -a(1)]
@@ -99,7 +101,7 @@ contains
     real(rk), allocatable :: normals(:, :)
     !> [-] share of the facets' area below which the rest of a sum is rounding
     real(rk), parameter :: cancelled = 1.0e-9_rk
-    real(rk), allocatable :: vectors(:, :), areas(:)
+    real(rk), allocatable :: vectors(:, :), areas(:), own(:, :)
     integer :: i, j
 
     allocate (vectors(mesh%n_dim, mesh%n_nodes), source=0.0_rk)
@@ -107,8 +109,9 @@ contains
     associate (facets => mesh%groups(i_group)%entities, group_nodes => mesh%groups(i_group)%nodes)
       do i = 1, size(facets)
         associate (nodes => nodes_of_facet(mesh, facets(i)))
+          own = nodal_normals(mesh%coordinates(:, nodes), area_vectors(:, i))
           do j = 1, size(nodes)
-            vectors(:, nodes(j)) = vectors(:, nodes(j)) + area_vectors(:, i) / size(nodes)
+            vectors(:, nodes(j)) = vectors(:, nodes(j)) + own(:, j) / size(nodes)
             areas(nodes(j)) = areas(nodes(j)) + norm2(area_vectors(:, i)) / size(nodes)
           end do
         end associate
@@ -121,6 +124,40 @@ contains
       end do
     end associate
   end function averaged_normals
+
+  !> The facet's area vector for each of its nodes, of a quadratic facet turned into its normal there.
+  pure function nodal_normals(vertices, area_vector) result(vectors)
+    !> [length] shape (n_dim, n_nodes)
+    real(rk), intent(in) :: vertices(:, :)
+    real(rk), intent(in) :: area_vector(:)
+    real(rk) :: vectors(size(vertices, 1), size(vertices, 2))
+    real(rk) :: normal(size(vertices, 1)), tangents(3, 2)
+    integer :: i, i_dim, i_type
+
+    vectors = spread(area_vector, 2, size(vertices, 2))
+    i_type = element_type_with(size(vertices, 1) - 1, size(vertices, 2))
+    if (element_types(i_type)%order == 1) return
+    tangents = 0
+    do i = 1, size(vertices, 2)
+      do i_dim = 1, size(vertices, 1) - 1
+        tangents(:size(vertices, 1), i_dim) = matmul(vertices, shape_slopes(i_type, shape_coefficients(i_type), &
+          element_types(i_type)%reference_nodes(:size(vertices, 1) - 1, i), i_dim))
+      end do
+      if (size(vertices, 1) == 2) tangents(3, 2) = 1
+      normal = cross(tangents(:, 1), tangents(:, 2), size(vertices, 1))
+      if (norm2(normal) > 0) vectors(:, i) = sign(norm2(area_vector) / norm2(normal), dot_product(normal, area_vector)) * normal
+    end do
+  end function nodal_normals
+
+  !> First components of a cross product.
+  pure function cross(a, b, n)
+    real(rk), intent(in) :: a(3), b(3)
+    integer, intent(in) :: n
+    real(rk) :: cross(n), whole(3)
+
+    whole = [a(2) * b(3) - a(3) * b(2), a(3) * b(1) - a(1) * b(3), a(1) * b(2) - a(2) * b(1)]
+    cross = whole(:n)
+  end function cross
 
   pure function center(mesh, nodes) result(place)
     type(mesh_t), intent(in) :: mesh

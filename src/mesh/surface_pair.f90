@@ -21,6 +21,8 @@ module sig_surface_pair
     integer, allocatable :: first_nodes(:)
     !> none of an obstacle
     integer, allocatable :: second_nodes(:)
+    integer, allocatable :: first_facets(:)
+    integer, allocatable :: second_facets(:)
     !> [-] from the first body to the second at each first node, shape (n_dim, n_first_nodes)
     real(rk), allocatable :: normals(:, :)
     !> [-] averaged outward normals of the second surface, shape (n_dim, n_second_nodes); only without a fixed direction

@@ -6,6 +6,7 @@ module sig_surface_pairing
   use sig_kinds, only: rk
   use sig_mesh, only: mesh_t
   use sig_mesh_checks, only: group_of_surface
+  use sig_quadratic_contact, only: check_partners, check_weights
   use sig_surface_geometry, only: averaged_normals, measure_surface, surface_geometry_t
   use sig_surface_pair, only: direction_text, node_text, offset_text, pairing_t, place_text, refuse, refuse_facing, &
     refuse_second_pair, refuse_unpaired, surface_pair_t
@@ -36,13 +37,16 @@ contains
     surfaces%entry = contact(i_entry)
     surfaces%deck_path = deck_path
     surfaces%second_nodes = [integer ::]
+    surfaces%second_facets = [integer ::]
     call group_of_surface(mesh, surfaces%entry%first, deck_path, first_group, error)
     if (allocated(error)) return
     surfaces%first_nodes = mesh%groups(first_group)%nodes
+    surfaces%first_facets = mesh%groups(first_group)%entities
     if (.not. surfaces%entry%has_obstacle) then
       call group_of_surface(mesh, surfaces%entry%second, deck_path, second_group, error)
       if (allocated(error)) return
       surfaces%second_nodes = mesh%groups(second_group)%nodes
+      surfaces%second_facets = mesh%groups(second_group)%entities
       call measure(mesh, surfaces, surfaces%entry%second, second_group, second, error)
       if (allocated(error)) return
     end if
@@ -62,7 +66,7 @@ contains
     end if
   end subroutine open_surfaces
 
-  !> Mesh size and facets of a surface. Errors: a facet inside a body.
+  !> Mesh size and facets of a surface. Errors: a facet inside a body, one whose corners bear no pressure.
   pure subroutine measure(mesh, surfaces, surface, i_group, geometry, error)
     type(mesh_t), intent(in) :: mesh
     type(surface_pair_t), intent(in) :: surfaces
@@ -73,7 +77,10 @@ contains
     integer :: i_node
 
     call measure_surface(mesh, i_group, geometry)
-    if (geometry%inner_facet == 0) return
+    if (geometry%inner_facet == 0) then
+      call check_weights(mesh, surfaces, surface, mesh%groups(i_group)%entities, error)
+      return
+    end if
     i_node = mesh%facet_nodes(mesh%facet_offsets(geometry%inner_facet) + 1)
     call refuse(surfaces, surface, "the surface '" // surface%text // "' lies inside a body at " // node_text(mesh, i_node) // &
                 '; contact needs two bodies with nodes of their own', error, &
@@ -160,7 +167,7 @@ contains
 
   !> Gives every node of the first surface its partner on the second.
   !>
-  !> Errors: surfaces that do not face each other, nodes without partner, a node in two pairs.
+  !> Errors: surfaces that do not face each other, nodes without partner, a node in two pairs, quadratic facets that face others.
   pure subroutine pair_surfaces(mesh, surfaces, pairing, error)
     type(mesh_t), intent(in) :: mesh
     type(surface_pair_t), intent(in) :: surfaces
@@ -198,6 +205,8 @@ contains
     else if (largest_gap < -surfaces%mesh_size) then
       call refuse_facing(surfaces, error, 'at the start every pair overlaps by ' // to_text(-largest_gap) // &
                          ' or more, which is more than an element; is the direction or the position of a body wrong?')
+    else
+      call check_partners(mesh, surfaces, pairing, error)
     end if
   end subroutine pair_surfaces
 

@@ -77,6 +77,7 @@ contains
   subroutine write_topology(self, mesh)
     class(field_file_t), intent(inout) :: self
     type(mesh_t), intent(in) :: mesh
+    integer, allocatable :: uniform(:, :)
     integer :: i_cell
 
     self%mesh = xdmf_mesh_t(n_nodes=mesh%n_nodes, n_cells=mesh%n_cells)
@@ -86,12 +87,15 @@ contains
     if (all(mesh%cell_types == mesh%cell_types(1))) then
       self%mesh%cell_type = element_types(mesh%cell_types(1))%xdmf_type
       self%mesh%n_cell_nodes = element_types(mesh%cell_types(1))%n_nodes
-      call self%file%write('/mesh/topology', reshape(mesh%cell_nodes - 1, [self%mesh%n_cell_nodes, mesh%n_cells]), &
-        '-', 'nodes of each cell, from 0')
+      allocate (uniform(self%mesh%n_cell_nodes, mesh%n_cells))
+      do i_cell = 1, mesh%n_cells
+        uniform(:, i_cell) = output_nodes(mesh, i_cell)
+      end do
+      call self%file%write('/mesh/topology', uniform, '-', 'nodes of each cell in VTK''s order, from 0')
     else
       associate (topology => mixed_topology(mesh))
         self%mesh%n_mixed_entries = size(topology)
-        call self%file%write('/mesh/topology', topology, '', 'per cell its XDMF type, then its nodes, from 0')
+        call self%file%write('/mesh/topology', topology, '', 'per cell its XDMF type, then its nodes in VTK''s order, from 0')
       end associate
     end if
   end subroutine write_topology
@@ -113,11 +117,21 @@ contains
         n_entries = n_entries + 1
         buffer(n_entries) = n
       end if
-      buffer(n_entries + 1:n_entries + n) = nodes_of_cell(mesh, i_cell) - 1
+      buffer(n_entries + 1:n_entries + n) = output_nodes(mesh, i_cell)
       n_entries = n_entries + n
     end do
     topology = buffer(:n_entries)
   end function mixed_topology
+
+  !> Nodes of a cell, from 0, in VTK's order.
+  pure function output_nodes(mesh, i_cell) result(nodes)
+    type(mesh_t), intent(in) :: mesh
+    integer, intent(in) :: i_cell
+    integer, allocatable :: nodes(:)
+
+    nodes = nodes_of_cell(mesh, i_cell) - 1
+    nodes = nodes(element_types(mesh%cell_types(i_cell))%output_order(:size(nodes)))
+  end function output_nodes
 
   !> Starts the next point.
   subroutine start_point(self, label, parameters)

@@ -1,6 +1,7 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> XDMF 3: the small XML file that tells ParaView and VTK what the arrays of an HDF5 file mean.
 module sig_xdmf
+  use sig_element_types, only: element_types, n_element_types
   use sig_text, only: string_t, to_text
   implicit none(type, external)
   private
@@ -86,23 +87,12 @@ contains
   pure function topology_name(cell_type) result(name)
     integer, intent(in) :: cell_type
     character(:), allocatable :: name
+    integer :: i
 
-    select case (cell_type)
-    case (1)
-      name = 'Polyvertex'
-    case (2)
-      name = 'Polyline'
-    case (4)
-      name = 'Triangle'
-    case (5)
-      name = 'Quadrilateral'
-    case (6)
-      name = 'Tetrahedron'
-    case (9)
-      name = 'Hexahedron'
-    case default
-      name = 'Mixed'
-    end select
+    name = 'Mixed'
+    do i = 1, n_element_types
+      if (element_types(i)%xdmf_type == cell_type) name = trim(element_types(i)%xdmf_name)
+    end do
   end function topology_name
 
   pure function grid_text(h5_name, mesh, mesh_part, grid, i_grid) result(text)

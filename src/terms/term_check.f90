@@ -2,13 +2,14 @@
 !> Whether the terms of a model hang together: what a query takes for granted of them.
 module sig_term_check
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+  use sig_element_types, only: element_type_with, max_facet_nodes
   use sig_term_set, only: source_expression, source_places, source_surface, term_set_t, term_source_t
   implicit none(type, external)
   private
   public :: are_sound_terms
 
-  !> nodes of an edge and most nodes of a face
-  integer, parameter :: n_edge_nodes = 2, most_face_nodes = 4, fewest_face_nodes = 3
+  !> rows of the table of facets: most nodes of a linear one, whatever the facets are
+  integer, parameter :: fewest_rows = 4
 
 contains
 
@@ -69,14 +70,12 @@ contains
     integer, intent(in) :: n_dim
     integer :: i, n_nodes
 
-    has_sound_facets = size(source%facets, 1) == most_face_nodes .and. &
+    has_sound_facets = size(source%facets, 1) >= fewest_rows .and. size(source%facets, 1) <= max_facet_nodes .and. &
       all(source%facets >= 0 .and. source%facets <= size(source%places, 2))
     do i = 1, size(source%facets, 2)
       if (.not. has_sound_facets) return
       n_nodes = count(source%facets(:, i) > 0)
-      has_sound_facets = all(source%facets(:n_nodes, i) > 0)
-      if (n_dim == 2) has_sound_facets = has_sound_facets .and. n_nodes == n_edge_nodes
-      if (n_dim == 3) has_sound_facets = has_sound_facets .and. n_nodes >= fewest_face_nodes
+      has_sound_facets = all(source%facets(:n_nodes, i) > 0) .and. element_type_with(n_dim - 1, n_nodes) > 0
     end do
   end function has_sound_facets
 end module sig_term_check

@@ -30,7 +30,7 @@ module sig_term_set
     character(:), allocatable :: minimum
     character(:), allocatable :: maximum
     logical :: is_cut = .true.
-    !> places of each facet, filled up with 0, shape (4, n_facets)
+    !> places of each facet, filled up with 0, shape (4 or more, n_facets)
     integer, allocatable :: facets(:, :)
     !> +1 where the order of a facet's nodes gives the outward normal, else -1
     integer, allocatable :: orientations(:)

@@ -2,10 +2,11 @@
 !> Values of the terms at parameter points: the expressions of a term set, ready for use.
 module sig_term_values
   use sig_expression, only: expression_t
+  use sig_facet_points, only: facet_rule_t, window_t
   use sig_kinds, only: rk
   use sig_term_set, only: source_expression, source_places, source_surface, term_set_t, term_source_t
   use sig_text, only: string_t
-  use sig_window_rule, only: facet_cut, facet_inside, facet_position, facet_rule_t, find_facet_rule, window_t
+  use sig_window_rule, only: facet_box, facet_cut, facet_inside, facet_position, find_facet_rule
   implicit none(type, external)
   private
   public :: term_values_t, evaluate_points, facet_forces
@@ -15,7 +16,7 @@ module sig_term_values
   !> What one facet needs at every point.
   type :: facet_table_t
     integer :: n_nodes = 0
-    !> [length] box of its nodes, shape (n_dim)
+    !> [length] box around it, shape (n_dim)
     real(rk), allocatable :: lower(:)
     real(rk), allocatable :: upper(:)
     !> [length] shape (n_dim, n_nodes)
@@ -120,8 +121,8 @@ contains
         facet%n_nodes = count(source%facets(:, i) > 0)
         facet%vertices = source%places(:, source%facets(:facet%n_nodes, i))
         facet%dof_terms = source%dof_terms(:, source%facets(:facet%n_nodes, i))
-        facet%lower = minval(facet%vertices, dim=2)
-        facet%upper = maxval(facet%vertices, dim=2)
+        allocate (facet%lower(size(facet%vertices, 1)), facet%upper(size(facet%vertices, 1)))
+        call facet_box(facet%vertices, source%is_cut, facet%lower, facet%upper)
         call find_facet_rule(facet%vertices, window_t(), rule)
         call facet_forces(rule, source%component, source%orientations(i), terms%is_round, one, [real(rk) ::], &
           facet%unit_forces, is_valid)

@@ -5,55 +5,28 @@
 !> the window leaves a piece of t, whose ends are rational functions of s between those s where a bound crosses a side. Gauss
 !> points in t on that piece and in s between these borders are exact for triangles and parallelograms (polynomials), and to 1e-9
 !> or better for quadrilaterals whose opposite sides differ by a factor of 5. The integral is a continuous function of the window.
+!> Quadratic facets: curved_rule.f90.
 module sig_window_rule
+  use sig_curved_rule, only: add_curved_edge, add_curved_face
+  use sig_element_types, only: corner_type, element_type_with, element_types
+  use sig_facet_points, only: add_point, cross, facet_rule_t, fine_points, fine_weights, gauss_points, gauss_weights, make_room, &
+    n_fine, n_gauss, window_t
   use sig_kinds, only: rk
+  use sig_shape_functions, only: shape_coefficients, shape_values
   implicit none(type, external)
   private
-  public :: window_t, facet_rule_t, facet_rule, find_facet_rule, facet_position
+  public :: facet_rule, find_facet_rule, facet_position, facet_box
   public :: facet_outside, facet_cut, facet_inside
-
-  type :: window_t
-    !> coordinate that it bounds, 0 = no window
-    integer :: axis = 0
-    !> [length]
-    real(rk) :: minimum = -huge(1.0_rk)
-    real(rk) :: maximum = huge(1.0_rk)
-    !> cut facets at the bounds; otherwise a facet counts wholly, and only where all of it is inside
-    logical :: is_cut = .true.
-  end type window_t
 
   !> where a facet lies relative to a window
   integer, parameter :: facet_outside = 0, facet_cut = 1, facet_inside = 2
 
-  !> Integration points of one facet, none where it is outside.
-  type :: facet_rule_t
-    integer :: n_points = 0
-    !> [length] shape (n_dim, n_points)
-    real(rk), allocatable :: places(:, :)
-    !> [-] shape functions, shape (n_nodes, n_points)
-    real(rk), allocatable :: values(:, :)
-    !> [length**(n_dim - 1)] weight times normal, by the order of the nodes, shape (n_dim, n_points)
-    real(rk), allocatable :: area_vectors(:, :)
-  end type facet_rule_t
-
-  !> Gauss points on (0, 1) and their weights: exact for polynomials of degree 7
-  integer, parameter :: n_gauss = 4
-  real(rk), parameter :: inner = sqrt(3.0_rk / 7 - sqrt(6.0_rk / 5) * 2 / 7), outer = sqrt(3.0_rk / 7 + sqrt(6.0_rk / 5) * 2 / 7)
-  real(rk), parameter :: gauss_points(n_gauss) = [1 - outer, 1 - inner, 1 + inner, 1 + outer] / 2
-  real(rk), parameter :: gauss_weights(n_gauss) = [18 - sqrt(30.0_rk), 18 + sqrt(30.0_rk), 18 + sqrt(30.0_rk), &
-    18 - sqrt(30.0_rk)] / 72
-  !> the same with 12 points, those above 1/2 mirrored: for the rational functions along which a bound cuts an uneven quadrilateral
-  integer, parameter :: n_fine = 12
-  real(rk), parameter :: half_points(6) = [0.12523340851146891547_rk, 0.36783149899818019375_rk, 0.58731795428661744730_rk, &
-    0.76990267419430468704_rk, 0.90411725637047485668_rk, 0.98156063424671925069_rk]
-  real(rk), parameter :: half_weights(6) = [0.24914704581340278500_rk, 0.23349253653835480876_rk, 0.20316742672306592175_rk, &
-    0.16007832854334622633_rk, 0.10693932599531843096_rk, 0.04717533638651182719_rk]
-  real(rk), parameter :: fine_points(n_fine) = [1 - half_points, 1 + half_points] / 2
-  real(rk), parameter :: fine_weights(n_fine) = [half_weights, half_weights] / 2
   !> [-] of a facet's size: a node this little outside is inside (rounding of coordinates and bounds, in any unit)
   real(rk), parameter :: node_tolerance = 1.0e-9_rk
   !> nodes of a triangle at (0, 0), (1, 0), (1, 1), (0, 1)
   integer, parameter :: triangle_corners(4) = [1, 2, 2, 3]
+  !> of a linear face
+  integer, parameter :: most_corners = 4
   !> both ends, and two bounds on two sides
   integer, parameter :: most_borders = 6
 
@@ -67,6 +40,10 @@ contains
     type(facet_rule_t) :: rule
 
     call find_facet_rule(vertices, window, rule)
+    if (rule%n_points == size(rule%places, 2)) return
+    rule%places = rule%places(:, :rule%n_points)
+    rule%values = rule%values(:, :rule%n_points)
+    rule%area_vectors = rule%area_vectors(:, :rule%n_points)
   end function facet_rule
 
   !> The same in arrays that are kept from facet to facet where they are large enough: only the first n_points count then.
@@ -83,25 +60,59 @@ contains
     if (position == facet_inside) bounds%axis = 0
     if (position == facet_outside) then
       call make_room(vertices, 0, rule)
-    else if (size(vertices, 1) == 2) then
+    else if (size(vertices, 1) == 2 .and. size(vertices, 2) == 2) then
       call cut_edge(vertices, bounds, rule)
-    else
+    else if (size(vertices, 1) == 2) then
+      call add_curved_edge(vertices, bounds, rule)
+    else if (size(vertices, 2) <= most_corners) then
       call cut_face(vertices, bounds, rule)
+    else
+      call add_curved_face(vertices, bounds, rule)
     end if
   end subroutine find_facet_rule
 
   pure integer function position_of(vertices, window) result(position)
     real(rk), intent(in) :: vertices(:, :)
     type(window_t), intent(in) :: window
-    real(rk) :: lower(3), upper(3)
-    integer :: k
+    real(rk) :: lower(size(vertices, 1)), upper(size(vertices, 1))
 
-    do k = 1, size(vertices, 1)
+    position = facet_inside
+    if (window%axis == 0) return
+    call facet_box(vertices, window%is_cut, lower, upper)
+    position = facet_position(lower, upper, window)
+  end function position_of
+
+  !> Box of the nodes; of a facet that is cut, whose middle may bulge beyond them, at least as large as the facet.
+  !>
+  !> Its places are those of its corners' linear facet plus sum_i N_i d_i with d_i the further nodes' offset from there, |N_i| <= 1.
+  pure subroutine facet_box(vertices, is_cut, lower, upper)
+    !> [length] shape (n_dim, n_nodes)
+    real(rk), intent(in) :: vertices(:, :)
+    logical, intent(in) :: is_cut
+    !> [length] shape (n_dim)
+    real(rk), intent(out) :: lower(:)
+    real(rk), intent(out) :: upper(:)
+    real(rk) :: bulge(size(lower))
+    integer :: i, k
+
+    do k = 1, size(lower)
       lower(k) = minval(vertices(k, :))
       upper(k) = maxval(vertices(k, :))
     end do
-    position = facet_position(lower(:size(vertices, 1)), upper(:size(vertices, 1)), window)
-  end function position_of
+    if (.not. is_cut .or. size(vertices, 2) <= merge(2, most_corners, size(lower) == 2)) return
+    bulge = 0
+    associate (facet => element_types(element_type_with(size(lower) - 1, size(vertices, 2))), &
+      i_linear => corner_type(element_type_with(size(lower) - 1, size(vertices, 2))))
+      associate (coefficients => shape_coefficients(i_linear))
+        do i = facet%n_corners + 1, facet%n_nodes
+          bulge = bulge + abs(vertices(:, i) - matmul(vertices(:, :facet%n_corners), &
+            shape_values(i_linear, coefficients, facet%reference_nodes(:facet%n_dim, i))))
+        end do
+      end associate
+    end associate
+    lower = lower - bulge
+    upper = upper + bulge
+  end subroutine facet_box
 
   !> From the facet's box alone: outside (its part in the window has no area), inside, or to be cut.
   !>
@@ -323,45 +334,4 @@ contains
       call add_point(vertices, values, weight_of_s * length * gauss_weights(j) * cross(along_s, along_t), rule)
     end do
   end subroutine add_line
-
-  !> Arrays of exactly this size in a new rule; larger ones of one that is used again stay.
-  pure subroutine make_room(vertices, n_points, rule)
-    real(rk), intent(in) :: vertices(:, :)
-    integer, intent(in) :: n_points
-    type(facet_rule_t), intent(inout) :: rule
-
-    if (allocated(rule%places)) then
-      if (size(rule%places, 2) >= n_points .and. size(rule%places, 1) == size(vertices, 1) .and. &
-        size(rule%values, 1) == size(vertices, 2)) return
-      deallocate (rule%places, rule%values, rule%area_vectors)
-    end if
-    allocate (rule%places(size(vertices, 1), n_points), rule%values(size(vertices, 2), n_points))
-    allocate (rule%area_vectors(size(vertices, 1), n_points))
-  end subroutine make_room
-
-  pure subroutine add_point(vertices, values, area_vector, rule)
-    real(rk), intent(in) :: vertices(:, :)
-    real(rk), intent(in) :: values(4)
-    real(rk), intent(in) :: area_vector(3)
-    type(facet_rule_t), intent(inout) :: rule
-    integer :: k
-
-    rule%n_points = rule%n_points + 1
-    associate (i => rule%n_points)
-      rule%values(:, i) = values(:size(vertices, 2))
-      rule%area_vectors(:, i) = area_vector(:size(vertices, 1))
-      rule%places(:, i) = 0
-      do k = 1, size(vertices, 2)
-        rule%places(:, i) = rule%places(:, i) + values(k) * vertices(:, k)
-      end do
-    end associate
-  end subroutine add_point
-
-  pure function cross(a, b)
-    real(rk), intent(in) :: a(3)
-    real(rk), intent(in) :: b(3)
-    real(rk) :: cross(3)
-
-    cross = [a(2) * b(3) - a(3) * b(2), a(3) * b(1) - a(1) * b(3), a(1) * b(2) - a(2) * b(1)]
-  end function cross
 end module sig_window_rule

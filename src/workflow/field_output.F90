@@ -209,7 +209,7 @@ contains
     unit = stress_unit(problem%deck)
     call body_at(problem, point, body)
     stresses = cell_stresses(problem%mesh, body, displacement)
-    smoothed = nodal_stresses(problem%mesh, body, displacement, stresses)
+    smoothed = nodal_stresses(problem%mesh, body, displacement)
     call file%add_cell_field('stress', stresses, unit, 'mean stress of the cell, full-order model')
     call file%add_cell_field('von_mises', von_mises(stresses), unit, 'von Mises stress of the mean stress of the cell')
     call file%add_node_field('stress_smoothed', smoothed, unit, &

@@ -129,9 +129,9 @@ CHANGES = {
         {"two_blocks.msh": "invalid/no_physical_names.msh"},
         ["no_physical_names.msh|patch.yaml", "name"],
     ),
-    "mesh_of_second_order": (
-        {"two_blocks.msh": "invalid/quadratic.msh"},
-        ["quadratic.msh:", "3-node line", "Mesh.ElementOrder = 1"],
+    "mesh_of_third_order": (
+        {"two_blocks.msh": "invalid/cubic.msh"},
+        ["cubic.msh:", "4-node line", "Mesh.ElementOrder = 2"],
     ),
     "mesh_turned_out_of_the_plane": (
         {"two_blocks.msh": "invalid/not_in_plane.msh"},

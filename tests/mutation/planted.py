@@ -348,10 +348,17 @@ PLANTED = [
     # output
     Planted(
         SRC + "output/field_file.f90",
-        "reshape(mesh%cell_nodes - 1, [",
-        "reshape(mesh%cell_nodes, [",
-        "cells of a mesh of one type have nodes from 1",
+        "nodes = nodes_of_cell(mesh, i_cell) - 1",
+        "nodes = nodes_of_cell(mesh, i_cell)",
+        "cells have nodes from 1",
         "integration.test_output",
+    ),
+    Planted(
+        SRC + "output/field_file.f90",
+        "nodes = nodes(element_types(mesh%cell_types(i_cell))%output_order(:size(nodes)))",
+        "nodes = nodes(:)",
+        "T10, H20 and H27 keep gmsh's order in files for VTK",
+        "verification.test_quadratic",
     ),
     Planted(
         SRC + "output/run_report.f90",

@@ -6,6 +6,40 @@ import itertools
 import numpy as np
 
 GMSH_TYPES = {"P1": 15, "L2": 1, "T3": 2, "Q4": 3, "T4": 4, "H8": 5}
+GMSH_TYPES |= {"L3": 8, "T6": 9, "Q8": 16, "Q9": 10, "T10": 11, "H20": 17, "H27": 12}
+DIMENSIONS = {"P1": 0, "L2": 1, "L3": 1, "T3": 2, "Q4": 2, "T6": 2, "Q8": 2, "Q9": 2}
+DIMENSIONS |= {"T4": 3, "H8": 3, "T10": 3, "H20": 3, "H27": 3}
+# Corners (0-based) in whose middle the further nodes sit, in gmsh's order.
+MIDDLES = {"L3": [(0, 1)], "T6": [(0, 1), (1, 2), (0, 2)], "Q8": [(0, 1), (1, 2), (2, 3), (0, 3)]}
+MIDDLES["Q9"] = [*MIDDLES["Q8"], (0, 1, 2, 3)]
+MIDDLES["T10"] = [(0, 1), (1, 2), (0, 2), (0, 3), (2, 3), (1, 3)]
+MIDDLES["H20"] = [
+    (0, 1),
+    (0, 3),
+    (0, 4),
+    (1, 2),
+    (1, 5),
+    (2, 3),
+    (2, 6),
+    (3, 7),
+    (4, 5),
+    (4, 7),
+    (5, 6),
+    (6, 7),
+]
+FACES = [(0, 1, 2, 3), (0, 1, 4, 5), (0, 3, 4, 7), (1, 2, 5, 6), (2, 3, 6, 7), (4, 5, 6, 7)]
+MIDDLES["H27"] = [*MIDDLES["H20"], *FACES, tuple(range(8))]
+# By the element that fills the mesh: what its linear elements become.
+QUADRATIC = {
+    "T6": {"L2": "L3", "T3": "T6"},
+    "Q8": {"L2": "L3", "Q4": "Q8"},
+    "Q9": {"L2": "L3", "Q4": "Q9"},
+    "T6 and Q8": {"L2": "L3", "T3": "T6", "Q4": "Q8"},
+    "T10": {"L2": "L3", "T3": "T6", "T4": "T10"},
+    "H20": {"L2": "L3", "Q4": "Q8", "H8": "H20"},
+    "H27": {"L2": "L3", "Q4": "Q9", "H8": "H27"},
+}
+LINEAR = {"T6": "T3", "Q8": "Q4", "Q9": "Q4", "T6 and Q8": "mixed", "T10": "T4", "H20": "H8", "H27": "H8"}
 # Corners of a box by their 0/1 steps, in gmsh's order.
 BOX = {1: [(0,), (1,)], 2: [(0, 0), (1, 0), (1, 1), (0, 1)]}
 BOX[3] = [(*corner, 0) for corner in BOX[2]] + [(*corner, 1) for corner in BOX[2]]
@@ -73,6 +107,22 @@ class Mesh:
                         nodes.append(number(index))
                     self.elements.append(({"T4": "T3", "H8": "Q4"}.get(name, name), face, nodes))
 
+    def make_quadratic(self, element, regions=None):
+        """Give the elements nodes in the middle of edges, faces and cells; `regions`: of these names only."""
+        places, numbers = list(self.coordinates), {}
+        for i, (kind, name, corners) in enumerate(self.elements):
+            if (regions is not None and name not in regions) or kind not in QUADRATIC[element]:
+                continue
+            full, nodes = QUADRATIC[element][kind], list(corners)
+            for middle in MIDDLES[full]:
+                key = tuple(sorted(corners[j] for j in middle))
+                if key not in numbers:
+                    numbers[key] = len(places)
+                    places.append(self.coordinates[list(key)].mean(axis=0))
+                nodes.append(numbers[key])
+            self.elements[i] = (full, name, nodes)
+        self.coordinates = np.array(places)
+
     def nodes_of(self, name):
         """Sorted nodes of a physical name."""
         return np.unique([node for _, group, nodes in self.elements if group == name for node in nodes])
@@ -83,15 +133,14 @@ class Mesh:
 
     def write(self, path):
         """As gmsh 2.2 ASCII, every number as it is."""
-        dimensions = {"P1": 0, "L2": 1, "T3": 2, "Q4": 2, "T4": 3, "H8": 3}
-        groups = sorted({(dimensions[kind], name) for kind, name, _ in self.elements})
+        groups = sorted({(DIMENSIONS[kind], name) for kind, name, _ in self.elements})
         lines = ["$MeshFormat", "2.2 0 8", "$EndMeshFormat", "$PhysicalNames", str(len(groups))]
         lines += [f'{n_dim} {i} "{name}"' for i, (n_dim, name) in enumerate(groups, 1)]
         lines += ["$EndPhysicalNames", "$Nodes", str(len(self.coordinates))]
         lines += [f"{i} {x!r} {y!r} {z!r}" for i, (x, y, z) in enumerate(self.coordinates.tolist(), 1)]
         lines += ["$EndNodes", "$Elements", str(len(self.elements))]
         for i, (kind, name, nodes) in enumerate(self.elements, 1):
-            tag = groups.index((dimensions[kind], name)) + 1
+            tag = groups.index((DIMENSIONS[kind], name)) + 1
             numbers = " ".join(str(node + 1) for node in nodes)
             lines.append(f"{i} {GMSH_TYPES[kind]} 2 {tag} {tag} {numbers}")
         path.write_text("\n".join([*lines, "$EndElements", ""]))
@@ -106,8 +155,13 @@ def stacked_blocks(element, n_dim, moved=0.25):
     mesh = Mesh()
     below = {(up, 0): "bottom", (up, 1): "lower_face"} | sides
     above = {(up, 0): "upper_face", (up, 1): "top"} | sides
-    mesh.add_block("lower", [*lines, np.array([-1.0, -0.6, -0.2, 0.0])], element, below, moved, seed=1)
-    mesh.add_block("upper", [*lines, np.array([0.0, 0.3, 1.0])], element, above, moved, seed=2)
+    heights = np.array([-1.0, -0.6, -0.2, 0.0])
+    mesh.add_block("lower", [*lines, heights], LINEAR.get(element, element), below, moved, seed=1)
+    mesh.add_block(
+        "upper", [*lines, np.array([0.0, 0.3, 1.0])], LINEAR.get(element, element), above, moved, seed=2
+    )
+    if element in QUADRATIC:
+        mesh.make_quadratic(element)
     return mesh
 
 
@@ -115,6 +169,7 @@ def consistent_areas(mesh, name, is_round=False):
     """Integral of each node's shape function over a named surface, by the formula of each facet.
 
     Edges with 2 pi r: L 2 pi (2 r_1 + r_2) / 6. Triangles and parallelograms: equal parts.
+    Three nodes in a line: Simpson's rule, with 2 pi r still exact; nine nodes: the same in both directions.
     """
     areas = np.zeros(len(mesh.coordinates))
     for nodes in mesh.facets_of(name):
@@ -124,6 +179,13 @@ def consistent_areas(mesh, name, is_round=False):
             r = x[:, 0]
             around = 2 * np.pi * np.array([2 * r[0] + r[1], r[0] + 2 * r[1]]) / 3 if is_round else np.ones(2)
             areas[nodes] += length / 2 * around
+        elif len(nodes) == 3 and abs(np.cross(x[1] - x[0], x[2] - x[0])).max() < 1e-12:
+            length = np.linalg.norm(x[1] - x[0])
+            around = 2 * np.pi * x[:, 0] if is_round else np.ones(3)
+            areas[nodes] += length * np.array([1, 1, 4]) / 6 * around
+        elif len(nodes) == 9:
+            area = np.linalg.norm(np.cross(x[1] - x[0], x[3] - x[0]))
+            areas[nodes] += area * np.array([1, 1, 1, 1, 4, 4, 4, 4, 16]) / 36
         else:
             area = np.linalg.norm(np.cross(x[1] - x[0], x[-1] - x[0])) / (2 if len(nodes) == 3 else 1)
             areas[nodes] += area / len(nodes)

@@ -6,7 +6,7 @@ import pytest
 import yaml
 
 import thick_cylinder
-from block_meshes import Mesh
+from block_meshes import LINEAR, QUADRATIC, Mesh
 from runs import read_fields, write_deck
 
 LEVELS = (8, 16, 32)
@@ -24,15 +24,17 @@ def tubes(element, n):
     mesh.add_block(
         "inner",
         [np.linspace(inner, middle, n + 1), heights],
-        element,
+        LINEAR.get(element, element),
         {(0, 0): "bore", (0, 1): "inner_face"} | ends,
     )
     mesh.add_block(
         "outer",
         [np.linspace(middle, outer, n + 1), heights],
-        element,
+        LINEAR.get(element, element),
         {(0, 0): "outer_face", (0, 1): "rim"} | ends,
     )
+    if element in QUADRATIC:
+        mesh.make_quadratic(element)
     return mesh
 
 
@@ -73,6 +75,40 @@ def test_second_order(signorom, tmp_path, figures, element):
     name = "radial displacement, largest error"
     figures.at_most(problem, f"{name}, {LEVELS[-1]} cells", errors[-1, 0], 1e-3, "Lamé")
     figures.at_most(problem, "contact pressure, worst node", errors[-1, 2], 1e-2, "Lamé")
+
+
+@pytest.mark.parametrize("element", ["T6", "Q8", "Q9"])
+def test_quadratic_elements(signorom, tmp_path, figures, element):
+    """The mean nodal error of u_r falls as h^3 at least, the largest ones of contact pressure and stress at nodes as h^2."""
+    errors = []
+    for n in (4, 8, 16):
+        mesh, fields = solve(signorom, tmp_path / str(n), element, n)
+        is_inner = np.zeros(len(mesh.coordinates), dtype=bool)
+        is_inner[mesh.nodes_of("inner")] = True
+        exact = thick_cylinder.radial_displacement(mesh.coordinates[:, 0], is_inner)
+        pressure = thick_cylinder.contact_pressure()
+        stress = thick_cylinder.stresses(mesh.coordinates[:, 0], is_inner)
+        difference = (fields["displacement"][:, 0] - exact) / thick_cylinder.PUSH
+        errors.append(
+            [
+                np.sqrt(np.mean(difference**2)),
+                np.abs(fields["contact_pressure"][mesh.nodes_of("inner_face")] / pressure - 1).max(),
+                np.abs(fields["stress_smoothed"] - stress).max() / pressure,
+            ]
+        )
+    errors = np.array(errors)
+    orders = np.log2(errors[:-1] / errors[1:]).min(axis=0)
+    problem = f"thick cylinder of two tubes, {element}"
+    for name, order, least in zip(
+        ("mean error of the displacement", "contact pressure", "stress"), orders, (3.0, 1.8, 1.6), strict=True
+    ):
+        figures.at_least(
+            problem, f"order of the {name}", order, least, "quadratic elements", reference=round(least)
+        )
+    for i, (name, limit) in enumerate(
+        [("radial displacement", 1e-5), ("contact pressure", 1e-3), ("stress", 1e-2)]
+    ):
+        figures.at_most(problem, f"{name}, 16 cells", errors[-1, i], limit, "Lamé")
 
 
 def test_stress_of_the_cylinder(signorom, tmp_path):

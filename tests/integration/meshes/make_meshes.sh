@@ -18,7 +18,8 @@ mesh -2 -format msh41 small_disks.tmp.geo -o small_disks.msh
 rm small_disks.tmp.geo
 
 mkdir -p invalid
-mesh -2 -order 2 -format msh41 two_blocks.geo -o invalid/quadratic.msh
+mesh -2 -order 3 -format msh41 two_blocks.geo -o invalid/cubic.msh
+mesh -2 -order 2 -format msh41 two_blocks.geo -o two_blocks_quadratic.msh
 mesh -2 -part 2 -format msh41 two_blocks.geo -o invalid/partitioned.msh
 mesh -2 -part 2 -format msh22 two_blocks.geo -o invalid/partitioned_v22.msh
 mesh -2 -format msh40 two_blocks.geo -o invalid/version_40.msh

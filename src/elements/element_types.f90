@@ -1,0 +1,156 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> Element types as data: a new type is a new row of this table, not a new branch.
+module sig_element_types
+  use sig_kinds, only: rk
+  implicit none(type, external)
+  private
+  public :: element_type_t, element_types, element_type_of_gmsh, element_type_with, corner_type, fullest_type, mirrored_order
+  public :: n_element_types, max_element_nodes, max_facet_nodes
+
+  integer, parameter :: max_element_nodes = 27
+  integer, parameter :: max_facet_nodes = 9
+  integer, parameter :: n_element_types = 13
+  integer, parameter :: max_corners = 8
+
+  !> Shape functions span the listed monomials and are 1 at one reference node, 0 at the others. Corners come first.
+  type :: element_type_t
+    character(8) :: name = ''
+    integer :: gmsh_type = 0
+    integer :: xdmf_type = 0
+    character(16) :: xdmf_name = ''
+    integer :: n_dim = 0
+    integer :: n_nodes = 0
+    integer :: n_corners = 0
+    !> 1 = linear, 2 = quadratic: edges have nodes in their middle
+    integer :: order = 1
+    !> reference nodes in gmsh's order, shape (3, n_nodes) used
+    real(rk) :: reference_nodes(3, max_element_nodes) = 0
+    !> exponents of xi, eta, zeta in each monomial, shape (3, n_nodes) used
+    integer :: monomials(3, max_element_nodes) = 0
+    !> volume of the reference element
+    real(rk) :: reference_volume = 0
+    !> per corner the n_dim corners at the other end of its edges, so turned that their directions are right-handed;
+    !> shape (n_dim, n_corners) used, cells of dimension 2 and 3 only
+    integer :: corner_neighbors(3, max_corners) = 0
+    !> gmsh's nodes in VTK's order, shape (n_nodes) used
+    integer :: output_order(max_element_nodes) = 0
+  end type element_type_t
+
+  ! a shape's linear elements have the first nodes and monomials of its quadratic ones
+  real(rk), parameter :: line_nodes(3, 27) = reshape([real(rk) :: -1, 0, 0, 1, 0, 0, 0, 0, 0], [3, 27], [0.0_rk])
+  real(rk), parameter :: h = 0.5_rk
+  real(rk), parameter :: simplex_nodes(3, 27) = reshape([real(rk) :: 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1, &
+    h, 0, 0, h, h, 0, 0, h, 0, 0, 0, h, 0, h, h, h, 0, h], [3, 27], [0.0_rk])
+  real(rk), parameter :: triangle_nodes(3, 27) = reshape([simplex_nodes(:, :3), simplex_nodes(:, 5:7)], [3, 27], [0.0_rk])
+  real(rk), parameter :: quadrilateral_nodes(3, 27) = reshape([real(rk) :: -1, -1, 0, 1, -1, 0, 1, 1, 0, -1, 1, 0, &
+    0, -1, 0, 1, 0, 0, 0, 1, 0, -1, 0, 0, 0, 0, 0], [3, 27], [0.0_rk])
+  real(rk), parameter :: box_nodes(3, 27) = reshape([real(rk) :: -1, -1, -1, 1, -1, -1, 1, 1, -1, -1, 1, -1, &
+    -1, -1, 1, 1, -1, 1, 1, 1, 1, -1, 1, 1, &
+    0, -1, -1, -1, 0, -1, -1, -1, 0, 1, 0, -1, 1, -1, 0, 0, 1, -1, 1, 1, 0, -1, 1, 0, 0, -1, 1, -1, 0, 1, 1, 0, 1, 0, 1, 1, &
+    0, 0, -1, 0, -1, 0, -1, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0], [3, 27])
+
+  integer, parameter :: line_monomials(3, 27) = reshape([0, 0, 0, 1, 0, 0, 2, 0, 0], [3, 27], [0])
+  integer, parameter :: triangle_monomials(3, 27) = reshape([0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 1, 0, 2, 0, 0, 0, 2, 0], [3, 27], [0])
+  integer, parameter :: simplex_monomials(3, 27) = reshape([0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1, &
+    1, 1, 0, 0, 1, 1, 1, 0, 1, 2, 0, 0, 0, 2, 0, 0, 0, 2], [3, 27], [0])
+  integer, parameter :: quadrilateral_monomials(3, 27) = reshape([0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 1, 0, &
+    2, 0, 0, 0, 2, 0, 2, 1, 0, 1, 2, 0, 2, 2, 0], [3, 27], [0])
+  integer, parameter :: box_monomials(3, 27) = reshape([0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 1, 0, 0, 0, 1, 1, 0, 1, 0, 1, 1, 1, 1, 1, &
+    2, 0, 0, 0, 2, 0, 0, 0, 2, 2, 1, 0, 2, 0, 1, 1, 2, 0, 0, 2, 1, 1, 0, 2, 0, 1, 2, 2, 1, 1, 1, 2, 1, 1, 1, 2, &
+    2, 2, 0, 0, 2, 2, 2, 0, 2, 2, 2, 1, 2, 1, 2, 1, 2, 2, 2, 2, 2], [3, 27])
+
+  integer, parameter :: no_neighbors(3, 8) = 0
+  integer, parameter :: triangle_neighbors(3, 8) = reshape([2, 3, 0, 3, 1, 0, 1, 2, 0], [3, 8], [0])
+  integer, parameter :: quadrilateral_neighbors(3, 8) = reshape([2, 4, 0, 3, 1, 0, 4, 2, 0, 1, 3, 0], [3, 8], [0])
+  integer, parameter :: tetrahedron_neighbors(3, 8) = reshape([2, 3, 4, 1, 4, 3, 1, 2, 4, 1, 3, 2], [3, 8], [0])
+  integer, parameter :: hexahedron_neighbors(3, 8) = reshape([2, 4, 5, 3, 1, 6, 4, 2, 7, 1, 3, 8, &
+    8, 6, 1, 5, 7, 2, 6, 8, 3, 7, 5, 4], [3, 8])
+
+  integer, parameter :: same_order(27) = [1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16, 17, 18, 19, 20, 21, 22, 23, 24, &
+    25, 26, 27]
+  integer, parameter :: tetrahedron_order(27) = [same_order(:8), 10, 9, same_order(11:)]
+  integer, parameter :: hexahedron_order(27) = [same_order(:8), 9, 12, 14, 10, 17, 19, 20, 18, 11, 13, 15, 16, &
+    23, 24, 22, 25, 21, 26, 27]
+
+  !> Points and lines serve as facets; the rest are cells or facets by the dimension of the mesh.
+  type(element_type_t), parameter :: element_types(n_element_types) = [ &
+    element_type_t('point', 15, 1, 'Polyvertex', 0, 1, 1, 1, simplex_nodes, simplex_monomials, 1.0_rk, no_neighbors, same_order), &
+    element_type_t('line', 1, 2, 'Polyline', 1, 2, 2, 1, line_nodes, line_monomials, 2.0_rk, no_neighbors, same_order), &
+    element_type_t('T3', 2, 4, 'Triangle', 2, 3, 3, 1, triangle_nodes, triangle_monomials, 0.5_rk, triangle_neighbors, &
+                   same_order), &
+    element_type_t('Q4', 3, 5, 'Quadrilateral', 2, 4, 4, 1, quadrilateral_nodes, quadrilateral_monomials, 4.0_rk, &
+                   quadrilateral_neighbors, same_order), &
+    element_type_t('T4', 4, 6, 'Tetrahedron', 3, 4, 4, 1, simplex_nodes, simplex_monomials, 1.0_rk / 6, tetrahedron_neighbors, &
+                   same_order), &
+    element_type_t('H8', 5, 9, 'Hexahedron', 3, 8, 8, 1, box_nodes, box_monomials, 8.0_rk, hexahedron_neighbors, same_order), &
+    element_type_t('line3', 8, 34, 'Edge_3', 1, 3, 2, 2, line_nodes, line_monomials, 2.0_rk, no_neighbors, same_order), &
+    element_type_t('T6', 9, 36, 'Triangle_6', 2, 6, 3, 2, triangle_nodes, triangle_monomials, 0.5_rk, triangle_neighbors, &
+                   same_order), &
+    element_type_t('Q8', 16, 37, 'Quadrilateral_8', 2, 8, 4, 2, quadrilateral_nodes, quadrilateral_monomials, 4.0_rk, &
+                   quadrilateral_neighbors, same_order), &
+    element_type_t('Q9', 10, 35, 'Quadrilateral_9', 2, 9, 4, 2, quadrilateral_nodes, quadrilateral_monomials, 4.0_rk, &
+                   quadrilateral_neighbors, same_order), &
+    element_type_t('T10', 11, 38, 'Tetrahedron_10', 3, 10, 4, 2, simplex_nodes, simplex_monomials, 1.0_rk / 6, &
+                   tetrahedron_neighbors, tetrahedron_order), &
+    element_type_t('H20', 17, 48, 'Hexahedron_20', 3, 20, 8, 2, box_nodes, box_monomials, 8.0_rk, hexahedron_neighbors, &
+                   hexahedron_order), &
+    element_type_t('H27', 12, 50, 'Hexahedron_27', 3, 27, 8, 2, box_nodes, box_monomials, 8.0_rk, hexahedron_neighbors, &
+                   hexahedron_order)]
+
+contains
+
+  !> Row of the table with this gmsh number; 0 where the code has no such element.
+  pure integer function element_type_of_gmsh(gmsh_type) result(i_type)
+    integer, intent(in) :: gmsh_type
+
+    do i_type = 1, n_element_types
+      if (element_types(i_type)%gmsh_type == gmsh_type) return
+    end do
+    i_type = 0
+  end function element_type_of_gmsh
+
+  !> Row of the element of this dimension with so many nodes, 0 where there is none.
+  pure integer function element_type_with(n_dim, n_nodes) result(i_type)
+    integer, intent(in) :: n_dim
+    integer, intent(in) :: n_nodes
+
+    do i_type = 1, n_element_types
+      if (element_types(i_type)%n_dim == n_dim .and. element_types(i_type)%n_nodes == n_nodes) return
+    end do
+    i_type = 0
+  end function element_type_with
+
+  !> Row of the linear element of the same shape.
+  pure integer function corner_type(i_type)
+    integer, intent(in) :: i_type
+
+    corner_type = element_type_with(element_types(i_type)%n_dim, element_types(i_type)%n_corners)
+  end function corner_type
+
+  !> Row of the element of the same shape that has most nodes.
+  pure integer function fullest_type(i_type)
+    integer, intent(in) :: i_type
+    integer :: i_other
+
+    fullest_type = i_type
+    do i_other = 1, n_element_types
+      if (corner_type(i_other) /= corner_type(i_type)) cycle
+      if (element_types(i_other)%n_nodes > element_types(fullest_type)%n_nodes) fullest_type = i_other
+    end do
+  end function fullest_type
+
+  !> Order of the nodes that turns a cell inside out: xi and eta change places.
+  pure function mirrored_order(i_type) result(order)
+    integer, intent(in) :: i_type
+    integer :: order(element_types(i_type)%n_nodes)
+    integer :: i_node, j_node
+
+    associate (nodes => element_types(i_type)%reference_nodes)
+      do i_node = 1, size(order)
+        do j_node = 1, size(order)
+          if (all(abs(nodes([2, 1, 3], j_node) - nodes(:, i_node)) < 0.25_rk)) order(i_node) = j_node
+        end do
+      end do
+    end associate
+  end function mirrored_order
+end module sig_element_types

@@ -1,0 +1,179 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> Shape functions of every element type of the table, from its monomials and reference nodes.
+!>
+!> N_i(xi) = sum_j c_ji m_j(xi) with m_j(reference node k) c_ji = delta_ik: one small inverse replaces a branch per element.
+module sig_shape_functions
+  use sig_element_types, only: corner_type, element_type_t, element_types
+  use sig_kinds, only: rk
+  implicit none(type, external)
+  private
+  public :: shape_table_t, create_shape_table, shape_coefficients, shape_values, shape_slopes, corners_of_node
+
+  !> Shape functions and their gradients at the quadrature points of one element type.
+  type :: shape_table_t
+    integer :: n_points = 0
+    !> [-] shape (n_points), sum = volume of the reference element
+    real(rk), allocatable :: weights(:)
+    !> [-] shape (n_nodes, n_points)
+    real(rk), allocatable :: values(:, :)
+    !> [-] d N_i / d xi_d, shape (n_dim, n_nodes, n_points)
+    real(rk), allocatable :: gradients(:, :, :)
+    !> [-] values at the nodes of a quadratic element from those at the points, by least squares; shape (n_nodes, n_points)
+    real(rk), allocatable :: to_nodes(:, :)
+  end type shape_table_t
+
+contains
+
+  !> Tabulates one row of element_types at the given points of its reference element.
+  pure subroutine create_shape_table(i_type, points, weights, table)
+    integer, intent(in) :: i_type
+    !> [-] shape (n_dim, n_points)
+    real(rk), intent(in) :: points(:, :)
+    real(rk), intent(in) :: weights(:)
+    type(shape_table_t), intent(out) :: table
+    real(rk), allocatable :: coefficients(:, :)
+    integer :: i_dim, i_point
+
+    associate (n_dim => element_types(i_type)%n_dim, n_nodes => element_types(i_type)%n_nodes)
+      coefficients = shape_coefficients(i_type)
+      table%n_points = size(weights)
+      table%weights = weights
+      allocate (table%values(n_nodes, size(weights)))
+      allocate (table%gradients(n_dim, n_nodes, size(weights)))
+      do i_point = 1, size(weights)
+        table%values(:, i_point) = shape_values(i_type, coefficients, points(:, i_point))
+        do i_dim = 1, n_dim
+          table%gradients(i_dim, :, i_point) = shape_slopes(i_type, coefficients, points(:, i_point), i_dim)
+        end do
+      end do
+      call extrapolate(i_type, points, weights, table%to_nodes)
+    end associate
+  end subroutine create_shape_table
+
+  !> Linear elements have none; quadratic ones take the linear function of the corners that fits the values at the points best.
+  !> E. Hinton, J. S. Campbell, Int. J. for Num. Methods in Engineering 8 (1974) 461.
+  pure subroutine extrapolate(i_type, points, weights, to_nodes)
+    integer, intent(in) :: i_type
+    real(rk), intent(in) :: points(:, :)
+    real(rk), intent(in) :: weights(:)
+    !> [-] shape (n_nodes, n_points)
+    real(rk), allocatable, intent(out) :: to_nodes(:, :)
+    real(rk), allocatable :: at_points(:, :), coefficients(:, :), inverse(:, :)
+    integer :: i
+
+    associate (element => element_types(i_type), i_corners => corner_type(i_type))
+      if (element%order == 1 .or. size(weights) < element%n_corners) return
+      allocate (to_nodes(element%n_nodes, size(weights)))
+      coefficients = shape_coefficients(i_corners)
+      allocate (at_points(element%n_corners, size(weights)))
+      do i = 1, size(weights)
+        at_points(:, i) = shape_values(i_corners, coefficients, points(:, i))
+      end do
+      inverse = inverted(matmul(at_points, transpose(at_points) * spread(weights, 2, element%n_corners)))
+      do i = 1, element%n_nodes
+        to_nodes(i, :) = weights * matmul(matmul(shape_values(i_corners, coefficients, &
+          element%reference_nodes(:element%n_dim, i)), inverse), at_points)
+      end do
+    end associate
+  end subroutine extrapolate
+
+  !> c of the formula in the head of this file, shape (n_nodes, n_nodes).
+  pure function shape_coefficients(i_type) result(coefficients)
+    integer, intent(in) :: i_type
+    real(rk), allocatable :: coefficients(:, :)
+    real(rk) :: at_nodes(element_types(i_type)%n_nodes, element_types(i_type)%n_nodes)
+    integer :: i_node
+
+    associate (element => element_types(i_type))
+      do i_node = 1, element%n_nodes
+        at_nodes(i_node, :) = monomial_values(element, element%reference_nodes(:element%n_dim, i_node), 0)
+      end do
+    end associate
+    coefficients = inverted(at_nodes)
+  end function shape_coefficients
+
+  !> By elimination with row exchanges; the table's elements have no singular matrix.
+  pure function inverted(matrix) result(inverse)
+    real(rk), intent(in) :: matrix(:, :)
+    real(rk) :: inverse(size(matrix, 1), size(matrix, 1))
+    real(rk) :: rows(size(matrix, 1), 2 * size(matrix, 1))
+    integer :: i, k, n, pivot
+
+    n = size(matrix, 1)
+    rows = 0
+    rows(:, :n) = matrix
+    do k = 1, n
+      rows(k, n + k) = 1
+    end do
+    do k = 1, n
+      pivot = k - 1 + maxloc(abs(rows(k:, k)), dim=1)
+      rows([k, pivot], :) = rows([pivot, k], :)
+      rows(k, :) = rows(k, :) / rows(k, k)
+      do i = 1, n
+        if (i /= k) rows(i, :) = rows(i, :) - rows(i, k) * rows(k, :)
+      end do
+    end do
+    inverse = rows(:, n + 1:)
+  end function inverted
+
+  !> Shape functions at a point of the reference element.
+  pure function shape_values(i_type, coefficients, point) result(values)
+    integer, intent(in) :: i_type
+    !> from shape_coefficients
+    real(rk), intent(in) :: coefficients(:, :)
+    !> [-] shape (n_dim)
+    real(rk), intent(in) :: point(:)
+    real(rk) :: values(size(coefficients, 2))
+
+    values = matmul(monomial_values(element_types(i_type), point, 0), coefficients)
+  end function shape_values
+
+  !> Their derivatives along one direction of the reference element.
+  pure function shape_slopes(i_type, coefficients, point, i_dim) result(slopes)
+    integer, intent(in) :: i_type
+    real(rk), intent(in) :: coefficients(:, :)
+    real(rk), intent(in) :: point(:)
+    integer, intent(in) :: i_dim
+    real(rk) :: slopes(size(coefficients, 2))
+
+    slopes = matmul(monomial_values(element_types(i_type), point, i_dim), coefficients)
+  end function shape_slopes
+
+  !> The corners of the edge, the face or the cell in whose middle a node sits; of a corner itself alone.
+  pure function corners_of_node(i_type, i_node) result(corners)
+    integer, intent(in) :: i_type
+    integer, intent(in) :: i_node
+    integer, allocatable :: corners(:)
+    !> [-] a corner's shape function is 1/8 or more in the middle of what it belongs to, and else 0
+    real(rk), parameter :: smallest_share = 0.1_rk
+    integer :: i
+
+    associate (element => element_types(i_type), i_linear => corner_type(i_type))
+      corners = pack([(i, i=1, element%n_corners)], shape_values(i_linear, shape_coefficients(i_linear), &
+        element%reference_nodes(:element%n_dim, i_node)) > smallest_share)
+    end associate
+  end function corners_of_node
+
+  !> Monomials at a point, or their derivative along one direction (derivative = 0: the values).
+  pure function monomial_values(element, point, derivative) result(values)
+    type(element_type_t), intent(in) :: element
+    real(rk), intent(in) :: point(:)
+    integer, intent(in) :: derivative
+    real(rk) :: values(element%n_nodes)
+    integer :: i_dim, i_monomial, power
+
+    values = 1
+    do i_monomial = 1, element%n_nodes
+      do i_dim = 1, element%n_dim
+        power = element%monomials(i_dim, i_monomial)
+        if (i_dim /= derivative) then
+          values(i_monomial) = values(i_monomial) * point(i_dim)**power
+        else if (power == 0) then
+          values(i_monomial) = 0
+        else
+          values(i_monomial) = values(i_monomial) * power * point(i_dim)**(power - 1)
+        end if
+      end do
+    end do
+  end function monomial_values
+end module sig_shape_functions

@@ -1,0 +1,184 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> Where quadratic facets can be in node-to-node contact.
+!>
+!> A uniform pressure has the nodal forces p times the integrals of N_j: 1/6, 4/6, 1/6 of an edge, 1/36, 4/36, 16/36 of a face of
+!> nine nodes. At the corners of a face of six nodes they are 0, of eight nodes -1/12: a closed gap there has no force, or pulls.
+!> So it is with 2 pi r at the end of an edge on the axis, where r N_j has the integral 0.
+module sig_quadratic_contact
+  use sig_deck_config, only: contact_config_t, name_config_t
+  use sig_element_types, only: element_type_with, element_types
+  use sig_errors, only: error_t
+  use sig_kinds, only: rk
+  use sig_mesh, only: find_group, mesh_t, nodes_of_facet
+  use sig_quadrature, only: quadrature_rule
+  use sig_shape_functions, only: create_shape_table, shape_table_t
+  use sig_surface_pair, only: node_text, pairing_t, refuse, surface_pair_t
+  implicit none(type, external)
+  private
+  public :: check_weights, check_partners, check_axis, has_quadratic, refuse_quadratic_mortar
+
+contains
+
+  !> Errors: a node of a facet has no share of a uniform pressure, or a negative one.
+  pure subroutine check_weights(mesh, surfaces, surface, facets, error)
+    type(mesh_t), intent(in) :: mesh
+    type(surface_pair_t), intent(in) :: surfaces
+    type(name_config_t), intent(in) :: surface
+    integer, intent(in) :: facets(:)
+    type(error_t), allocatable, intent(out) :: error
+    integer :: i, i_type, last_type
+
+    last_type = 0
+    do i = 1, size(facets)
+      associate (nodes => nodes_of_facet(mesh, facets(i)))
+        i_type = element_type_with(mesh%n_dim - 1, size(nodes))
+        if (i_type == last_type .or. element_types(i_type)%order == 1) cycle
+        last_type = i_type
+        if (smallest_share(i_type) > 0) cycle
+        call refuse(surfaces, surface, "the surface '" // surface%text // "' has " // trim(element_types(i_type)%name) // &
+          ' faces, at ' // node_text(mesh, nodes(1)) // '; node-to-node contact cannot take them, because a uniform pressure ' // &
+          'has no force, or a pulling one, on their corners', error, 'mesh the bodies in contact with linear elements ' // &
+          '(Mesh.ElementOrder = 1), or with hexahedra of 27 nodes')
+        return
+      end associate
+    end do
+  end subroutine check_weights
+
+  !> Smallest integral of a shape function over the reference facet, 0 up to rounding and below.
+  pure real(rk) function smallest_share(i_type)
+    integer, intent(in) :: i_type
+    real(rk), parameter :: rounding = 1.0e-12_rk
+    type(shape_table_t) :: table
+    real(rk), allocatable :: points(:, :), weights(:)
+
+    call quadrature_rule(i_type, points, weights)
+    call create_shape_table(i_type, points, weights, table)
+    smallest_share = minval(matmul(table%values, weights)) - rounding
+  end function smallest_share
+
+  !> Errors: a quadratic facet does not face one of the same kind, so that forces and displacements of the two differ.
+  !>
+  !> The last node of such a facet, in its middle, belongs to no other facet.
+  pure subroutine check_partners(mesh, surfaces, pairing, error)
+    type(mesh_t), intent(in) :: mesh
+    type(surface_pair_t), intent(in) :: surfaces
+    type(pairing_t), intent(in) :: pairing
+    type(error_t), allocatable, intent(out) :: error
+    integer :: facet_of_middle(mesh%n_nodes)
+
+    facet_of_middle = 0
+    call note_middles(mesh, surfaces%first_facets, facet_of_middle)
+    call note_middles(mesh, surfaces%second_facets, facet_of_middle)
+    if (.not. any(facet_of_middle > 0)) return
+    call check_side(mesh, surfaces, surfaces%entry%first, surfaces%first_facets, pairing%partner, facet_of_middle, error)
+    if (allocated(error)) return
+    call check_side(mesh, surfaces, surfaces%entry%second, surfaces%second_facets, pairing%partner, facet_of_middle, error)
+  end subroutine check_partners
+
+  !> Quadratic facets by their last node.
+  pure subroutine note_middles(mesh, facets, facet_of_middle)
+    type(mesh_t), intent(in) :: mesh
+    integer, intent(in) :: facets(:)
+    !> shape (n_nodes)
+    integer, intent(inout) :: facet_of_middle(:)
+    integer :: i
+
+    do i = 1, size(facets)
+      associate (nodes => nodes_of_facet(mesh, facets(i)))
+        if (element_types(element_type_with(mesh%n_dim - 1, size(nodes)))%order > 1) facet_of_middle(nodes(size(nodes))) = facets(i)
+      end associate
+    end do
+  end subroutine note_middles
+
+  pure subroutine check_side(mesh, surfaces, surface, facets, partner, facet_of_middle, error)
+    type(mesh_t), intent(in) :: mesh
+    type(surface_pair_t), intent(in) :: surfaces
+    type(name_config_t), intent(in) :: surface
+    integer, intent(in) :: facets(:)
+    integer, intent(in) :: partner(:), facet_of_middle(:)
+    type(error_t), allocatable, intent(out) :: error
+    integer :: i, i_other
+    logical :: is_alike
+
+    do i = 1, size(facets)
+      associate (nodes => nodes_of_facet(mesh, facets(i)))
+        if (element_types(element_type_with(mesh%n_dim - 1, size(nodes)))%order == 1) cycle
+        i_other = facet_of_middle(partner(nodes(size(nodes))))
+        is_alike = i_other > 0
+        if (is_alike) is_alike = has_nodes(nodes_of_facet(mesh, i_other), partner(nodes))
+        if (is_alike) cycle
+        call refuse(surfaces, surface, "a facet of '" // surface%text // "' with a node in its middle, " // &
+          node_text(mesh, nodes(size(nodes))) // ', faces no facet of the same kind', error, &
+          'node-to-node contact needs the same elements on both sides: mesh both with one Mesh.ElementOrder and as many of them')
+        return
+      end associate
+    end do
+  end subroutine check_side
+
+  !> One of the two surfaces has quadratic facets.
+  pure logical function has_quadratic(mesh, surfaces)
+    type(mesh_t), intent(in) :: mesh
+    type(surface_pair_t), intent(in) :: surfaces
+    integer :: i
+
+    has_quadratic = .false.
+    associate (facets => [surfaces%first_facets, surfaces%second_facets])
+      do i = 1, size(facets)
+        associate (i_type => element_type_with(mesh%n_dim - 1, size(nodes_of_facet(mesh, facets(i)))))
+          has_quadratic = has_quadratic .or. element_types(i_type)%order > 1
+        end associate
+      end do
+    end associate
+  end function has_quadratic
+
+  !> Errors: the deck wants mortar for surfaces with quadratic facets.
+  pure subroutine refuse_quadratic_mortar(mesh, surfaces, error)
+    type(mesh_t), intent(in) :: mesh
+    type(surface_pair_t), intent(in) :: surfaces
+    type(error_t), allocatable, intent(out) :: error
+
+    if (surfaces%entry%formulation /= 'mortar') return
+    if (.not. has_quadratic(mesh, surfaces)) return
+    call refuse(surfaces, surfaces%entry%first, 'mortar contact takes linear elements; the surfaces have edges of three nodes', &
+      error, 'mesh the bodies in contact with linear elements (Mesh.ElementOrder = 1), or alike, for node-to-node contact')
+  end subroutine refuse_quadratic_mortar
+
+  !> For axisymmetric models. Errors: a quadratic edge of the first side ends on the axis.
+  pure subroutine check_axis(mesh, contact, deck_path, error)
+    type(mesh_t), intent(in) :: mesh
+    type(contact_config_t), intent(in) :: contact(:)
+    character(*), intent(in) :: deck_path
+    type(error_t), allocatable, intent(out) :: error
+    !> [-] of the edge's extent: a node that near to the axis is on it
+    real(rk), parameter :: rounding = 1.0e-9_rk
+    type(surface_pair_t) :: surfaces
+    integer :: i, i_entry
+
+    surfaces%deck_path = deck_path
+    do i_entry = 1, size(contact)
+      associate (surface => contact(i_entry)%first, facets => mesh%groups(find_group(mesh, contact(i_entry)%first%text))%entities)
+        surfaces%i_entry = i_entry
+        do i = 1, size(facets)
+          associate (radii => mesh%coordinates(1, nodes_of_facet(mesh, facets(i))))
+            if (size(radii) == 2 .or. minval(radii) > rounding * maxval(radii)) cycle
+          end associate
+          call refuse(surfaces, surface, "the surface '" // surface%text // "' has an edge of three nodes that ends on the " // &
+            'axis; node-to-node contact cannot take it, because a uniform pressure has no force on the node at r = 0', error, &
+            'mesh the bodies in contact with linear elements (Mesh.ElementOrder = 1)')
+          return
+        end do
+      end associate
+    end do
+  end subroutine check_axis
+
+  pure logical function has_nodes(nodes, wanted)
+    integer, intent(in) :: nodes(:)
+    integer, intent(in) :: wanted(:)
+    integer :: i
+
+    has_nodes = size(nodes) == size(wanted)
+    do i = 1, size(wanted)
+      has_nodes = has_nodes .and. any(nodes == wanted(i))
+    end do
+  end function has_nodes
+end module sig_quadratic_contact

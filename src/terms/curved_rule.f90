@@ -1,0 +1,317 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> Integration over the part of a quadratic edge or face that lies in a window.
+!>
+!> A face is the image of the unit square (s, t): of a triangle xi = s, eta = (1 - s) t. The coordinate that the window bounds is
+!> quadratic in t at each s, so the pieces of t inside have closed forms; so have those s where a bound crosses a side, between
+!> which these pieces are smooth functions of s. On faces without a cut the points are exact for a pressure that is a quadratic
+!> function of the place, on a cut edge, too.
+module sig_curved_rule
+  use sig_element_types, only: element_type_with, element_types
+  use sig_facet_points, only: add_point, cross, facet_rule_t, fine_points, fine_weights, make_room, n_fine, window_t
+  use sig_kinds, only: rk
+  use sig_shape_functions, only: shape_coefficients, shape_slopes, shape_values
+  implicit none(type, external)
+  private
+  public :: add_curved_edge, add_curved_face
+
+  !> Gauss points on (0, 1) and their weights: exact for polynomials of degree 11
+  integer, parameter :: n_points = 6
+  real(rk), parameter :: half_points(3) = [0.23861918608319690863_rk, 0.66120938646626451366_rk, 0.93246951420315202781_rk]
+  real(rk), parameter :: half_weights(3) = [0.46791393457269104739_rk, 0.36076157304813860757_rk, 0.17132449237917034504_rk]
+  real(rk), parameter :: points(n_points) = [1 - half_points, 1 + half_points] / 2
+  real(rk), parameter :: weights(n_points) = [half_weights, half_weights] / 2
+  !> a quadratic function meets each of two bounds twice
+  integer, parameter :: most_cuts = 4
+  !> both ends, and the cuts of two sides
+  integer, parameter :: most_borders = 2 + 2 * most_cuts
+
+  !> A facet while its points are made.
+  type :: curved_facet_t
+    integer :: i_type = 0
+    !> [-] shape (n_nodes, n_nodes)
+    real(rk), allocatable :: coefficients(:, :)
+    !> [-] reference places of (s, t) = (0, 0), (1, 0), (1, 1), (0, 1), shape (2, 4)
+    real(rk) :: corners(2, 4) = 0
+  end type curved_facet_t
+
+contains
+
+  !> An edge of three nodes, both ends first.
+  pure subroutine add_curved_edge(vertices, window, rule)
+    !> [length] shape (2, 3)
+    real(rk), intent(in) :: vertices(:, :)
+    type(window_t), intent(in) :: window
+    type(facet_rule_t), intent(inout) :: rule
+    real(rk) :: coefficients(size(vertices, 2), size(vertices, 2)), pieces(2, most_cuts), tangent(2), xi
+    integer :: i, i_piece, i_type, n_pieces
+
+    i_type = element_type_with(1, size(vertices, 2))
+    coefficients = shape_coefficients(i_type)
+    call start_pieces(pieces, n_pieces)
+    if (window%axis > 0) call find_pieces(vertices(window%axis, [1, 3, 2]), window, pieces, n_pieces)
+    call make_room(vertices, n_pieces * n_points, rule)
+    do i_piece = 1, n_pieces
+      associate (from => pieces(1, i_piece), length => pieces(2, i_piece) - pieces(1, i_piece))
+        do i = 1, n_points
+          xi = 2 * (from + length * points(i)) - 1
+          tangent = 2 * length * weights(i) * matmul(vertices, shape_slopes(i_type, coefficients, [xi], 1))
+          call add_point(vertices, shape_values(i_type, coefficients, [xi]), [tangent(2), -tangent(1), 0.0_rk], rule)
+        end do
+      end associate
+    end do
+  end subroutine add_curved_edge
+
+  !> A face of six, eight or nine nodes, corners first.
+  pure subroutine add_curved_face(vertices, window, rule)
+    !> [length] shape (3, n_nodes)
+    real(rk), intent(in) :: vertices(:, :)
+    type(window_t), intent(in) :: window
+    type(facet_rule_t), intent(inout) :: rule
+    type(curved_facet_t) :: facet
+    real(rk) :: borders(most_borders)
+    integer :: i, n_strips
+
+    facet%i_type = element_type_with(2, size(vertices, 2))
+    facet%coefficients = shape_coefficients(facet%i_type)
+    facet%corners = chosen_corners(facet%i_type, vertices, window)
+    if (window%axis == 0) then
+      call make_room(vertices, n_points**2, rule)
+      do i = 1, n_points
+        call add_line(facet, vertices, window, points(i), weights(i), rule)
+      end do
+      return
+    end if
+    call find_strips(facet, vertices(window%axis, :), window, borders, n_strips)
+    call make_room(vertices, n_strips * n_fine * most_cuts * n_points, rule)
+    do i = 1, n_strips * n_fine
+      associate (j => (i - 1) / n_fine + 1, k => modulo(i - 1, n_fine) + 1)
+        call add_line(facet, vertices, window, borders(j) + (borders(j + 1) - borders(j)) * fine_points(k), &
+          (borders(j + 1) - borders(j)) * fine_weights(k), rule)
+      end associate
+    end do
+  end subroutine add_curved_face
+
+  !> Reference places of the square's corners, so turned that the coordinate grows along t as much as it can.
+  pure function chosen_corners(i_type, vertices, window) result(corners)
+    integer, intent(in) :: i_type
+    real(rk), intent(in) :: vertices(:, :)
+    type(window_t), intent(in) :: window
+    real(rk) :: corners(2, 4)
+    integer :: i, order(4)
+    real(rk) :: growth(4)
+
+    associate (nodes => element_types(i_type)%reference_nodes, n => element_types(i_type)%n_corners)
+      growth = 0
+      if (window%axis > 0) then
+        do i = 1, n
+          growth(i) = abs(vertices(window%axis, modulo(i - 2, n) + 1) - vertices(window%axis, i))
+        end do
+      end if
+      if (n == 4) growth(:2) = [min(growth(1), growth(3)), min(growth(2), growth(4))]
+      if (n == 4) growth(3:) = 0
+      ! the side s = 0 leads from node i to the one before it
+      i = maxloc(growth, dim=1)
+      order = [i, modulo(i, n) + 1, modulo(i + 1, n) + 1, modulo(i + 2, n) + 1]
+      if (n == 3) order(2:) = [order(2), order(2), order(3)]
+      corners = nodes(:2, order)
+    end associate
+  end function chosen_corners
+
+  !> Ends of strips of s, within which no bound crosses a side t = 0 or t = 1.
+  pure subroutine find_strips(facet, coordinates, window, borders, n_strips)
+    type(curved_facet_t), intent(in) :: facet
+    !> [length] of the nodes along the window's axis
+    real(rk), intent(in) :: coordinates(:)
+    type(window_t), intent(in) :: window
+    !> ascending; the first n_strips + 1 count
+    real(rk), intent(out) :: borders(most_borders)
+    integer, intent(out) :: n_strips
+    real(rk) :: cuts(most_cuts), places(3)
+    integer :: i, i_side, n_cuts
+
+    borders = 1
+    borders(1) = 0
+    n_strips = 1
+    do i_side = 0, 1
+      do i = 1, 3
+        places(i) = coordinate_at(facet, coordinates, [(i - 1) / 2.0_rk, real(i_side, rk)])
+      end do
+      call find_cuts(places, window, cuts, n_cuts)
+      do i = 1, n_cuts
+        call insert(cuts(i), borders, n_strips)
+      end do
+    end do
+  end subroutine find_strips
+
+  pure real(rk) function coordinate_at(facet, coordinates, place)
+    type(curved_facet_t), intent(in) :: facet
+    real(rk), intent(in) :: coordinates(:)
+    !> s and t
+    real(rk), intent(in) :: place(2)
+
+    coordinate_at = dot_product(coordinates, shape_values(facet%i_type, facet%coefficients, &
+      matmul(facet%corners, square_values(place))))
+  end function coordinate_at
+
+  !> Shape functions of the unit square at (s, t).
+  pure function square_values(place) result(values)
+    real(rk), intent(in) :: place(2)
+    real(rk) :: values(4)
+
+    associate (s => place(1), t => place(2))
+      values = [(1 - s) * (1 - t), s * (1 - t), s * t, (1 - s) * t]
+    end associate
+  end function square_values
+
+  !> Keeps the borders in order.
+  pure subroutine insert(cut, borders, n_strips)
+    real(rk), intent(in) :: cut
+    real(rk), intent(inout) :: borders(most_borders)
+    integer, intent(inout) :: n_strips
+    integer :: j
+
+    j = count(borders(:n_strips) < cut)
+    borders(j + 2:n_strips + 2) = borders(j + 1:n_strips + 1)
+    borders(j + 1) = cut
+    n_strips = n_strips + 1
+  end subroutine insert
+
+  !> Points along t at one s.
+  pure subroutine add_line(facet, vertices, window, s, weight_of_s, rule)
+    type(curved_facet_t), intent(in) :: facet
+    real(rk), intent(in) :: vertices(:, :)
+    type(window_t), intent(in) :: window
+    real(rk), intent(in) :: s
+    real(rk), intent(in) :: weight_of_s
+    type(facet_rule_t), intent(inout) :: rule
+    real(rk) :: pieces(2, most_cuts), places(3)
+    integer :: i, i_piece, n_pieces
+
+    call start_pieces(pieces, n_pieces)
+    if (window%axis > 0) then
+      do i = 1, 3
+        places(i) = coordinate_at(facet, vertices(window%axis, :), [s, (i - 1) / 2.0_rk])
+      end do
+      call find_pieces(places, window, pieces, n_pieces)
+    end if
+    do i_piece = 1, n_pieces
+      associate (length => pieces(2, i_piece) - pieces(1, i_piece))
+        do i = 1, n_points
+          call add_face_point(facet, vertices, [s, pieces(1, i_piece) + length * points(i)], weight_of_s * length * weights(i), &
+            rule)
+        end do
+      end associate
+    end do
+  end subroutine add_line
+
+  pure subroutine add_face_point(facet, vertices, place, weight, rule)
+    type(curved_facet_t), intent(in) :: facet
+    real(rk), intent(in) :: vertices(:, :)
+    !> s and t
+    real(rk), intent(in) :: place(2)
+    real(rk), intent(in) :: weight
+    type(facet_rule_t), intent(inout) :: rule
+    real(rk) :: along_s(2), along_t(2), reference(2), tangents(3, 2)
+    integer :: i
+
+    associate (c => facet%corners, s => place(1), t => place(2))
+      reference = matmul(c, square_values(place))
+      along_s = (1 - t) * (c(:, 2) - c(:, 1)) + t * (c(:, 3) - c(:, 4))
+      along_t = (1 - s) * (c(:, 4) - c(:, 1)) + s * (c(:, 3) - c(:, 2))
+    end associate
+    do i = 1, 2
+      tangents(:, i) = matmul(vertices, shape_slopes(facet%i_type, facet%coefficients, reference, i))
+    end do
+    call add_point(vertices, shape_values(facet%i_type, facet%coefficients, reference), &
+      weight * (along_s(1) * along_t(2) - along_s(2) * along_t(1)) * cross(tangents(:, 1), tangents(:, 2)), rule)
+  end subroutine add_face_point
+
+  !> All of (0, 1).
+  pure subroutine start_pieces(pieces, n_pieces)
+    real(rk), intent(out) :: pieces(2, most_cuts)
+    integer, intent(out) :: n_pieces
+
+    pieces = 0
+    pieces(2, 1) = 1
+    n_pieces = 1
+  end subroutine start_pieces
+
+  !> The pieces of (0, 1) on which a quadratic function lies between the bounds.
+  pure subroutine find_pieces(places, window, pieces, n_pieces)
+    !> [length] its values at 0, 1/2 and 1
+    real(rk), intent(in) :: places(3)
+    type(window_t), intent(in) :: window
+    real(rk), intent(out) :: pieces(2, most_cuts)
+    integer, intent(out) :: n_pieces
+    real(rk) :: borders(most_borders), cuts(most_cuts), middle, place
+    integer :: i, n_borders, n_cuts
+
+    borders = 1
+    borders(1) = 0
+    n_borders = 1
+    call find_cuts(places, window, cuts, n_cuts)
+    do i = 1, n_cuts
+      call insert(cuts(i), borders, n_borders)
+    end do
+    n_pieces = 0
+    pieces = 0
+    do i = 1, n_borders
+      middle = (borders(i) + borders(i + 1)) / 2
+      place = places(1) + middle * (slope_at_start(places) + middle * bend(places))
+      if (place < window%minimum .or. place > window%maximum) cycle
+      n_pieces = n_pieces + 1
+      pieces(:, n_pieces) = borders(i:i + 1)
+    end do
+  end subroutine find_pieces
+
+  !> Where on (0, 1) a quadratic function meets one of the bounds.
+  pure subroutine find_cuts(places, window, cuts, n_cuts)
+    !> [length] its values at 0, 1/2 and 1
+    real(rk), intent(in) :: places(3)
+    type(window_t), intent(in) :: window
+    real(rk), intent(out) :: cuts(most_cuts)
+    integer, intent(out) :: n_cuts
+    real(rk) :: bounds(2), discriminant, q
+    integer :: i
+
+    n_cuts = 0
+    cuts = 0
+    bounds = [window%minimum, window%maximum]
+    do i = 1, 2
+      if (abs(bounds(i)) >= huge(1.0_rk)) cycle
+      associate (a => bend(places), b => slope_at_start(places), c => places(1) - bounds(i))
+        discriminant = b**2 - 4 * a * c
+        if (.not. discriminant >= 0) cycle
+        q = -(b + sign(sqrt(discriminant), b)) / 2
+        call keep_cut(q, a, cuts, n_cuts)
+        call keep_cut(c, q, cuts, n_cuts)
+      end associate
+    end do
+  end subroutine find_cuts
+
+  !> Keeps above / below where it lies on (0, 1).
+  pure subroutine keep_cut(above, below, cuts, n_cuts)
+    real(rk), intent(in) :: above
+    real(rk), intent(in) :: below
+    real(rk), intent(inout) :: cuts(most_cuts)
+    integer, intent(inout) :: n_cuts
+
+    if (above * sign(1.0_rk, below) <= 0 .or. abs(above) >= abs(below)) return
+    n_cuts = n_cuts + 1
+    cuts(n_cuts) = above / below
+  end subroutine keep_cut
+
+  !> b of a s**2 + b s + c from the values at 0, 1/2 and 1.
+  pure real(rk) function slope_at_start(places)
+    real(rk), intent(in) :: places(3)
+
+    slope_at_start = 4 * (places(2) - places(1)) - (places(3) - places(1))
+  end function slope_at_start
+
+  !> a of the same.
+  pure real(rk) function bend(places)
+    real(rk), intent(in) :: places(3)
+
+    bend = 2 * (places(3) - places(1)) - 4 * (places(2) - places(1))
+  end function bend
+end module sig_curved_rule
