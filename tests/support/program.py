@@ -16,12 +16,11 @@ ROOT = Path(__file__).resolve().parents[2]
 # [s] long enough for a sanitized build on a busy machine; a hanging program is a failure
 TIME_LIMIT = 600
 
-# One BLAS thread per rank; waiting ranks give their core away; Open MPI refuses root unless told twice; ranks on
+# One BLAS thread per rank; Open MPI refuses root unless told twice; ranks on
 # one machine talk through memory, and Open MPI need not look for networks.
 ENVIRONMENT = {
     "OMP_NUM_THREADS": "1",
     "OPENBLAS_NUM_THREADS": "1",
-    "OMPI_MCA_mpi_yield_when_idle": "1",
     "OMPI_MCA_btl_vader_single_copy_mechanism": "none",
     "OMPI_MCA_btl": "self,vader",
     "OMPI_ALLOW_RUN_AS_ROOT": "1",
@@ -67,12 +66,17 @@ class Program:
         return subprocess.Popen(
             [*launcher(n_ranks), str(self.executable), *map(str, arguments)],
             cwd=folder,
-            env=os.environ | ENVIRONMENT,
+            env=os.environ | ENVIRONMENT | waiting(n_ranks),
             encoding="utf-8",
             errors="replace",
             start_new_session=True,
             **(piped | streams),
         )
+
+
+def waiting(n_ranks):
+    """Ranks that wait for others give their core away. One alone waits for nobody: it would stand behind all else."""
+    return {"OMPI_MCA_mpi_yield_when_idle": str(int(n_ranks > 1))}
 
 
 def launcher(n_ranks):
