@@ -84,7 +84,10 @@ CHANGES = {
         ["patch.yaml:12:"],
     ),
     "mesh_with_shifted_nodes": (
-        {"two_blocks.msh": "invalid/not_facing.msh"},
+        {
+            "two_blocks.msh": "invalid/not_facing.msh",
+            "direction: [0, 1]": "direction: [0, 1], formulation: node_to_node",
+        },
         ["patch.yaml:12:", "node"],
     ),
     "mesh_of_another_dimension": (
