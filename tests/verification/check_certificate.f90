@@ -133,6 +133,7 @@ contains
         call check_answer(answer)
       end if
     end do
+    call query%destroy()
   end subroutine check_points
 
   subroutine check_answer(answer)

@@ -79,7 +79,7 @@ def test_second_order(signorom, tmp_path, figures, element):
 
 @pytest.mark.parametrize("element", ["T6", "Q8", "Q9"])
 def test_quadratic_elements(signorom, tmp_path, figures, element):
-    """The mean nodal error of u_r falls as h^3 at least, the largest ones of contact pressure and stress at nodes as h^2."""
+    """The mean error of u_r falls as h^3 at least, the largest ones of contact pressure and nodal stress as h^2."""
     errors = []
     for n in (4, 8, 16):
         mesh, fields = solve(signorom, tmp_path / str(n), element, n)
