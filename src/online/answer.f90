@@ -7,7 +7,7 @@ module sig_answer
   use sig_text, only: csv_number
   implicit none(type, external)
   private
-  public :: answer_t, bound_text, method_name
+  public :: answer_t, bound_text, comparable_size, method_name
 
   !> methods of an answer: those of sig_lcp, and
   integer, parameter, public :: answer_condensed = lcp_lemke + 1
@@ -61,6 +61,7 @@ module sig_answer
     procedure :: start
     procedure :: take_solution
     procedure :: take_all_forces
+    procedure :: take_bound
   end type answer_t
 
 contains
@@ -135,6 +136,31 @@ contains
     self%multipliers_rid = self%multipliers
     self%is_active = self%multipliers > 0
   end subroutine take_all_forces
+
+  !> The bound and what it is relative to the size of the answer, huge where it is so; 0/0 is 0.
+  pure subroutine take_bound(self, bound, size_of_answer)
+    class(answer_t), intent(inout) :: self
+    !> [sqrt(force*length)]
+    real(rk), intent(in) :: bound
+    !> [sqrt(force*length)] of comparable_size
+    real(rk), intent(in) :: size_of_answer
+
+    self%bound = bound
+    self%relative_bound = huge(bound)
+    ! true of what is no number, too
+    if (.not. bound < huge(bound)) return
+    self%relative_bound = 0
+    if (bound > 0) self%relative_bound = bound / max(size_of_answer, tiny(bound))
+  end subroutine take_bound
+
+  !> [sqrt(force*length)] The size of an answer, at least a share of the largest one in training.
+  pure real(rk) function comparable_size(size_of_forces, largest_size)
+    real(rk), intent(in) :: size_of_forces
+    real(rk), intent(in) :: largest_size
+    real(rk), parameter :: smallest_share = 1.0e-3_rk
+
+    comparable_size = max(size_of_forces, smallest_share * largest_size)
+  end function comparable_size
 
   !> A bound as in tables.
   pure function bound_text(bound) result(text)

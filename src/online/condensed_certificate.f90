@@ -3,7 +3,7 @@
 !>
 !> The derivation stands in the README of this folder.
 module sig_condensed_certificate
-  use sig_answer, only: answer_t
+  use sig_answer, only: answer_t, comparable_size
   use sig_condensed_data, only: condensed_data_t
   use sig_contact_error_bound, only: contact_error_bound_t
   use sig_hanging_bodies, only: hanging_bodies_t
@@ -27,8 +27,6 @@ module sig_condensed_certificate
     procedure :: certify
   end type condensed_certificate_t
 
-  !> [-] a bound is relative to the answer's size, but at least to this share of the largest in training
-  real(rk), parameter :: smallest_share = 1.0e-3_rk
   !> [-] a relative bound up to this is called exact
   real(rk), parameter :: exact = 1.0e-12_rk
 
@@ -121,17 +119,15 @@ contains
     closing = place - free_opening(self%free_rows)
     if (is_own) call close_anchors(self, data, answer%unknowns, closing)
     forces = multipliers(self%free_rows)
-    size_of_answer = max(sqrt(max(0.0_rk, dot_product(forces, closing))), smallest_share * data%largest_size)
+    size_of_answer = comparable_size(sqrt(max(0.0_rk, dot_product(forces, closing))), data%largest_size)
     if (is_own .or. size(data%anchors) == 0) then
-      answer%bound = self%bound%evaluate(forces, place, exact * size_of_answer)
+      call answer%take_bound(self%bound%evaluate(forces, place, exact * size_of_answer), size_of_answer)
     else if (self%bodies%are_balanced(free_opening, multipliers)) then
       call self%bodies%settle(multipliers, place, surplus)
-      answer%bound = self%bound%evaluate(forces, place, exact * size_of_answer, surplus)
+      call answer%take_bound(self%bound%evaluate(forces, place, exact * size_of_answer, surplus), size_of_answer)
     else
-      answer%bound = huge(answer%bound)
+      call answer%take_bound(huge(surplus), size_of_answer)
     end if
-    answer%relative_bound = huge(answer%relative_bound)
-    if (answer%bound < huge(answer%bound)) answer%relative_bound = relative(answer%bound, size_of_answer)
   end subroutine certify
 
   !> q and w of forces that somebody else found, with closed anchors.
@@ -166,13 +162,4 @@ contains
       end associate
     end do
   end subroutine close_anchors
-
-  !> 0/0 is 0.
-  pure real(rk) function relative(part, whole)
-    real(rk), intent(in) :: part
-    real(rk), intent(in) :: whole
-
-    relative = 0
-    if (part > 0) relative = part / max(whole, tiny(whole))
-  end function relative
 end module sig_condensed_certificate

@@ -4,7 +4,7 @@
 !> Its forces are a combination of the snapshots' and of unit forces on rows of its domain, and so are the openings W lambda. Forces
 !> that anybody has moved since have no bound.
 module sig_lifted_certificate
-  use sig_answer, only: answer_t
+  use sig_answer, only: answer_t, comparable_size
   use sig_force_balance, only: keep_balance
   use sig_hhr_data, only: hhr_data_t
   use sig_kinds, only: rk
@@ -23,8 +23,6 @@ module sig_lifted_certificate
     procedure :: certify
   end type lifted_certificate_t
 
-  !> [-] a bound is relative to the answer's size, but at least to this share of the largest in training
-  real(rk), parameter :: smallest_share = 1.0e-3_rk
   !> [-] of the largest force: what a sum of forces may be off by
   real(rk), parameter :: rounding = 1.0e-13_rk
 
@@ -80,14 +78,13 @@ contains
       if (any(abs(rest) > rounding * maxval(multipliers))) return
       call multiply(1.0_rk, data%free_opening, answer%theta, 0.0_rk, opening)
       opening = opening + closing
-      size_of_answer = max(size_of(cluster, multipliers, closing), smallest_share * data%largest_size)
+      size_of_answer = comparable_size(size_of(cluster, multipliers, closing), data%largest_size)
     end associate
-    answer%bound = huge(answer%bound)
-    answer%relative_bound = huge(answer%relative_bound)
-    if (.not. keep_balance(cluster%motion_closing, work_of_loads(cluster, answer%theta), multipliers)) return
-    answer%bound = self%bound%evaluate(multipliers, opening)
-    answer%relative_bound = 0
-    if (answer%bound > 0) answer%relative_bound = answer%bound / max(size_of_answer, tiny(size_of_answer))
+    if (keep_balance(cluster%motion_closing, work_of_loads(cluster, answer%theta), multipliers)) then
+      call answer%take_bound(self%bound%evaluate(multipliers, opening), size_of_answer)
+    else
+      call answer%take_bound(huge(size_of_answer), size_of_answer)
+    end if
   end subroutine certify
 
   !> [sqrt(force*length)] Forces in the norm of W: the square root of their work on what they open, the anchors closed.
