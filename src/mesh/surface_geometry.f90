@@ -84,7 +84,7 @@ contains
       ! half the cross product of two sides of a triangle or of the diagonals of a quadrilateral
       a = mesh%coordinates(:, nodes(n - 1)) - mesh%coordinates(:, nodes(1))
       b = mesh%coordinates(:, nodes(n)) - mesh%coordinates(:, nodes(n - 2))
-      vector = 0.5_rk * [a(2) * b(3) - a(3) * b(2), a(3) * b(1) - a(1) * b(3), a(1) * b(2) - a(2) * b(1)]
+      vector = 0.5_rk * cross(a, b, 3)
     end if
   end function area_vector
 

@@ -6,6 +6,7 @@
 !> terms cost solves.
 module sig_lifted_training
   use sig_condensed, only: condensed_t
+  use sig_condensed_plan, only: number_size
   use sig_contact_columns, only: contact_columns_t
   use sig_contact_lift, only: contact_lift_t
   use sig_full_order, only: full_order_t, team_t
@@ -31,8 +32,6 @@ module sig_lifted_training
   integer, parameter :: most_samples = 300
   !> [-] of the largest energy: patterns below are rounding
   real(rk), parameter :: negligible = 1.0e-10_rk
-  !> [MB] of one number
-  real(rk), parameter :: number_size = 8.0e-6_rk
 
 contains
 
