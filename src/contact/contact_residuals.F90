@@ -68,7 +68,7 @@ contains
     !> [force] of own_prescribed, shape (n_held, n_points)
     real(rk), allocatable, intent(out) :: reactions(:, :)
     PetscErrorCode, intent(out) :: ierr
-    real(rk) :: stiffness_size, largest(n_largest, size(states)), sums(system%map%n_dim + 2, size(states))
+    real(rk) :: largest(n_largest, size(states)), sums(system%map%n_dim + 2, size(states))
     real(rk), allocatable :: columns(:, :), forces(:, :)
     integer, allocatable :: held(:), loaded(:)
     integer :: i
@@ -80,7 +80,6 @@ contains
     do i = 1, size(states)
       columns(:, i) = states(i)%displacement(system%map%local_dofs)
     end do
-    PetscCall(MatNorm(system%stiffness, NORM_INFINITY, stiffness_size, ierr))
     PetscCall(multiply_block(system%stiffness, columns, forces, ierr))
     do i = 1, size(states)
       largest(2, i) = largest_size(forces(:, i))
@@ -92,7 +91,7 @@ contains
     PetscCall(max_over_ranks(system%comm, largest, ierr))
     PetscCall(sum_over_ranks(system%comm, sums, ierr))
     do i = 1, size(states)
-      call compare(system, theta(:, i), largest(:, i), sums(:, i), smallest_share * stiffness_size, states(i))
+      call compare(system, theta(:, i), largest(:, i), sums(:, i), smallest_share * system%stiffness_size, states(i))
     end do
   end subroutine measure_block
 

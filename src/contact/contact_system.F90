@@ -30,6 +30,8 @@ module sig_contact_system
     integer :: first_balanced = 1
     !> K on all dofs, Dirichlet rows included
     Mat :: stiffness
+    !> [force/length] largest sum of the sizes of a row of K
+    real(rk) :: stiffness_size = 0
     !> [s] wall time of the partition of the mesh, of the assembly
     real(rk) :: partition_seconds = 0
     real(rk) :: assembly_seconds = 0
@@ -79,6 +81,7 @@ contains
     call create_rigid_motions(mesh, body%mechanics%is_round, boundary%is_prescribed, rows, self%motions)
     start = wall_time()
     PetscCall(assemble_stiffness(comm, mesh, body, self%map, self%stiffness, ierr))
+    PetscCall(MatNorm(self%stiffness, NORM_INFINITY, self%stiffness_size, ierr))
     self%assembly_seconds = wall_time() - start
     PetscCall(create_vector(comm, self%map%n_local_dofs, self%work_in, ierr))
     PetscCall(create_vector(comm, self%map%n_local_dofs, self%work_out, ierr))
@@ -93,6 +96,7 @@ contains
 
     PetscCall(MatZeroEntries(self%stiffness, ierr))
     PetscCall(fill_stiffness(mesh, body, self%map, self%stiffness, ierr))
+    PetscCall(MatNorm(self%stiffness, NORM_INFINITY, self%stiffness_size, ierr))
   end subroutine update_stiffness
 
   !> u_D(mu) on the prescribed dofs, 0 elsewhere. Local.

@@ -48,8 +48,6 @@ module sig_model_defect
     integer, private :: n_lifted = 0
     !> U' K U
     real(rk), allocatable, private :: energy(:, :)
-    !> [force/length] bound of the eigenvalues of K
-    real(rk), private :: stiffness_norm = 0
   contains
     procedure :: create
     procedure :: measure
@@ -76,7 +74,6 @@ contains
     PetscErrorCode, intent(out) :: ierr
 
     self%system => solver%system
-    PetscCall(MatNorm(self%system%stiffness, NORM_INFINITY, self%stiffness_norm, ierr))
     ! with anchors the unknowns of W are not the multipliers alone
     if (.not. problem%plan%may_factor .or. self%system%motions%n_free > 0) return
     if (.not. fits_condensed(self%system%map%n_dofs, problem%rows%n_rows)) return
@@ -180,7 +177,7 @@ contains
     end associate
     opening = matmul(self%condensed%free_opening, answer%theta) + matmul(self%condensed%compliance, multipliers)
     bound = relative(self%energy_norm(balanced - reduced) + self%contact%evaluate(multipliers, opening), &
-      max(self%energy_norm(reduced), smallest_share * sqrt(self%stiffness_norm) * norm2(reduced)))
+      max(self%energy_norm(reduced), smallest_share * sqrt(self%system%stiffness_size) * norm2(reduced)))
   end function bound_at
 
   !> [sqrt(force*length)] of a field in the coordinates of the orthonormal ones.
@@ -244,7 +241,7 @@ contains
     difference = answered - displacement
     PetscCall(self%system%apply_stiffness(answered, forces, ierr))
     whole = max(sqrt(max(0.0_rk, dot_product(answered, forces))), &
-                smallest_share * sqrt(self%stiffness_norm) * norm2(answered))
+                smallest_share * sqrt(self%system%stiffness_size) * norm2(answered))
     PetscCall(self%system%apply_stiffness(difference, forces, ierr))
     errors(1) = relative(sqrt(max(0.0_rk, dot_product(difference, forces))), whole)
     errors(2) = ieee_value(1.0_rk, ieee_quiet_nan)
