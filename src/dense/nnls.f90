@@ -3,7 +3,7 @@
 module sig_nnls
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   use sig_column_set, only: column_set_t
-  use sig_dense_kernels, only: add_transposed_product, multiply_transpose
+  use sig_dense_kernels, only: add_few_columns, add_transposed_product, multiply_transpose
   use sig_kinds, only: rk
   implicit none(type, external)
   private
@@ -39,6 +39,8 @@ module sig_nnls
     !> [-] products of the columns with rhs and with the residual, shape (n_columns)
     real(rk), allocatable :: rhs_products(:)
     real(rk), allocatable :: gain(:)
+    !> minus the coefficients of all columns, zero outside of the set, shape (n_columns)
+    real(rk), allocatable :: taken(:)
     !> columns that may join the set, shape (n_columns)
     logical, allocatable :: is_candidate(:)
     !> coefficients of the set's columns, the least squares solution, and how far each can go towards it before it is zero
@@ -132,13 +134,15 @@ contains
 
     if (allocated(workspace%gain)) then
       if (size(workspace%rhs) == n_rows .and. size(workspace%gain) == n_columns) return
-      deallocate (workspace%rhs, workspace%residual, workspace%rhs_products, workspace%gain, workspace%is_candidate, &
+      deallocate (workspace%rhs, workspace%residual, workspace%rhs_products, workspace%gain, workspace%taken, &
+        workspace%is_candidate, &
         workspace%x, workspace%solution, workspace%reach, workspace%used_before, workspace%x_before)
     end if
     most = min(n_rows, n_columns)
     call workspace%set%reserve(n_rows, most)
     allocate (workspace%rhs(n_rows), workspace%residual(n_rows))
-    allocate (workspace%rhs_products(n_columns), workspace%gain(n_columns), workspace%is_candidate(n_columns))
+    allocate (workspace%rhs_products(n_columns), workspace%gain(n_columns), workspace%taken(n_columns))
+    allocate (workspace%is_candidate(n_columns))
     allocate (workspace%x(most), workspace%solution(most), workspace%reach(most))
     allocate (workspace%used_before(most), workspace%x_before(most))
   end subroutine reserve
@@ -147,16 +151,17 @@ contains
   subroutine find_gains(self, workspace)
     class(nnls_t), intent(in) :: self
     type(nnls_workspace_t), intent(inout) :: workspace
-    integer :: i
 
     if (size(self%products) == 0) then
       call multiply_transpose(1.0_rk, self%columns, workspace%residual, 0.0_rk, workspace%gain)
       return
     end if
+    workspace%taken = 0
+    associate (n => workspace%set%n)
+      workspace%taken(workspace%set%used(:n)) = -workspace%x(:n)
+    end associate
     workspace%gain = workspace%rhs_products
-    do i = 1, workspace%set%n
-      workspace%gain = workspace%gain - workspace%x(i) * self%products(:, workspace%set%used(i))
-    end do
+    call add_few_columns(self%products, workspace%taken, workspace%gain)
   end subroutine find_gains
 
   !> Takes a column into the set; where that does not lower the residual the column stays out until the set has changed.
