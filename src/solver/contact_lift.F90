@@ -112,44 +112,54 @@ contains
     type(mesh_t), intent(in) :: mesh
     !> without values
     type(sparse_matrix_t), intent(out) :: lift
-    integer, allocatable :: cell_offsets(:), cells(:), found(:), rows_at(:, :)
-    logical :: is_found(rows%n_rows)
-    integer :: i, j, k, node
+    integer, allocatable :: cell_offsets(:), cells(:), rows_at(:, :)
+    integer :: found(rows%n_rows), k, last_of(rows%n_rows), n
 
     call cells_around_nodes(mesh, cell_offsets, cells)
     call list_rows_at_nodes(rows, mesh%n_nodes, rows_at)
     allocate (lift%starts(rows%n_rows + 1), source=0)
-    allocate (lift%columns(0))
-    is_found = .false.
+    last_of = 0
     do k = 1, rows%n_rows
-      allocate (found(0))
-      associate (nodes => rows%nodes_of(k))
-        do node = 1, size(nodes)
-          do i = cell_offsets(nodes(node)) + 1, cell_offsets(nodes(node) + 1)
-            do j = mesh%cell_offsets(cells(i)) + 1, mesh%cell_offsets(cells(i) + 1)
-              call visit(rows_at(:, mesh%cell_nodes(j)))
-            end do
-          end do
-        end do
-      end associate
-      is_found(found) = .false.
-      lift%columns = [lift%columns, found]
-      lift%starts(k + 1) = size(lift%columns)
-      deallocate (found)
+      call look_around(rows%nodes_of(k), k)
+      lift%starts(k + 1) = lift%starts(k) + n
     end do
-    allocate (lift%values(size(lift%columns)), source=0.0_rk)
+    allocate (lift%columns(lift%starts(rows%n_rows + 1)), source=0)
+    allocate (lift%values(lift%starts(rows%n_rows + 1)), source=0.0_rk)
+    last_of = 0
+    do k = 1, rows%n_rows
+      call look_around(rows%nodes_of(k), k)
+      lift%columns(lift%starts(k) + 1:lift%starts(k + 1)) = found(:n)
+    end do
 
   contains
 
-    subroutine visit(others)
-      integer, intent(in) :: others(:)
-      integer :: i_other
+    !> The first n of found are the rows at the cells around some nodes.
+    subroutine look_around(nodes, row)
+      integer, intent(in) :: nodes(:)
+      integer, intent(in) :: row
+      integer :: i, j, node
 
-      do i_other = 1, size(others)
-        if (others(i_other) == 0) cycle
-        if (is_found(others(i_other))) cycle
-        is_found(others(i_other)) = .true.
-        found = [found, others(i_other)]
+      n = 0
+      do node = 1, size(nodes)
+        do i = cell_offsets(nodes(node)) + 1, cell_offsets(nodes(node) + 1)
+          do j = mesh%cell_offsets(cells(i)) + 1, mesh%cell_offsets(cells(i) + 1)
+            call visit(rows_at(:, mesh%cell_nodes(j)), row)
+          end do
+        end do
+      end do
+    end subroutine look_around
+
+    subroutine visit(others, row)
+      integer, intent(in) :: others(:)
+      integer, intent(in) :: row
+      integer :: i
+
+      do i = 1, size(others)
+        if (others(i) == 0) cycle
+        if (last_of(others(i)) == row) cycle
+        last_of(others(i)) = row
+        n = n + 1
+        found(n) = others(i)
       end do
     end subroutine visit
   end subroutine find_neighbors
@@ -178,20 +188,22 @@ contains
   pure function color_rows(lift) result(colors)
     type(sparse_matrix_t), intent(in) :: lift
     integer :: colors(size(lift%starts) - 1)
-    logical :: is_taken(size(colors))
-    integer :: i, j, k
+    integer :: i, j, k, taken_by(size(colors))
 
     colors = 0
+    taken_by = 0
     do k = 1, size(colors)
-      is_taken = .false.
       do i = lift%starts(k) + 1, lift%starts(k + 1)
         associate (near => lift%columns(i))
           do j = lift%starts(near) + 1, lift%starts(near + 1)
-            if (colors(lift%columns(j)) > 0) is_taken(colors(lift%columns(j))) = .true.
+            if (colors(lift%columns(j)) > 0) taken_by(colors(lift%columns(j))) = k
           end do
         end associate
       end do
-      colors(k) = findloc(is_taken, .false., dim=1)
+      colors(k) = 1
+      do while (taken_by(colors(k)) == k)
+        colors(k) = colors(k) + 1
+      end do
     end do
   end function color_rows
 
