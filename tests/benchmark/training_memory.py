@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Memory of `train` on 1, 2 and 4 ranks: 1000 snapshots of two blocks with 13 824 dofs, 256 contacts and two parameters.
 
-build/venv/bin/python tests/benchmark/training_memory.py [--ranks 1 2 4] [--models hhr clusters modes]
+build/venv/bin/python tests/benchmark/training_memory.py [--ranks 1 2 4] [--models hhr fallback clusters modes]
 
 Largest resident memory of each rank, their sum, and the sum with 16 snapshots. Ends with 1 where the sum is more than
 2.5 bytes per byte of the snapshots and 200 MB per rank.
@@ -27,11 +27,12 @@ reduction:
   pod_tolerance: 1.0e-5
   zones_of_interest: [top, lower_face]
   enrichment: {type: greedy, max_hats: 10}
-  max_full_order_size: 0
 """
+ALONE = REDUCTION + "  max_full_order_size: 0\n"
 MODELS = {
-    "hhr": REDUCTION,
-    "clusters": REDUCTION + "clusters: {number: 4, method: regular}",
+    "hhr": ALONE,
+    "fallback": REDUCTION,
+    "clusters": ALONE + "clusters: {number: 4, method: regular}",
     "modes": "reduction: {method: condensed, displacement: {boundaries: [top], elsewhere: modes}}",
 }
 # allowed: bytes for a byte of the snapshots, all ranks together, and for a process
