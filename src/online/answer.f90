@@ -145,10 +145,11 @@ contains
     !> [sqrt(force*length)] of comparable_size
     real(rk), intent(in) :: size_of_answer
 
-    self%bound = bound
+    self%bound = huge(bound)
     self%relative_bound = huge(bound)
     ! true of what is no number, too
     if (.not. bound < huge(bound)) return
+    self%bound = bound
     self%relative_bound = 0
     if (bound > 0) self%relative_bound = bound / max(size_of_answer, tiny(bound))
   end subroutine take_bound
