@@ -8,15 +8,13 @@ module sig_mortar_rows
   use sig_initial_gap, only: set_initial_gaps
   use sig_kinds, only: rk
   use sig_mechanical_models, only: mechanical_model_t
-  use sig_mesh, only: find_group, mesh_t
+  use sig_mesh, only: mesh_t
   use sig_mortar_sums, only: mortar_sums_t
   use sig_mortar_surfaces, only: create_side, integrate_mortar, mortar_side_t
   use sig_node_pairs, only: node_pairs_t
-  use sig_surface_geometry, only: measure_surface, surface_geometry_t
-  use sig_surface_pair, only: node_text, refuse, refuse_facing, short_text, surface_pair_t
+  use sig_surface_pair, only: node_text, refuse, refuse_common_node, refuse_facing, refuse_overlap, short_text, surface_pair_t
   use sig_surface_pairing, only: open_surfaces
   use sig_term_set, only: term_set_t
-  use sig_text, only: to_text
   implicit none(type, external)
   private
   public :: add_mortar_rows
@@ -58,11 +56,10 @@ contains
 
     call open_surfaces(mesh, contact, i_entry, deck_path, surfaces, error)
     if (allocated(error)) return
-    call refuse_common_node(mesh, surfaces, error)
-    if (.not. allocated(error)) call refuse_curved_edges(mesh, surfaces, error)
+    call check_common_nodes(mesh, surfaces, error)
     if (allocated(error)) return
-    call open_side(mesh, contact(i_entry)%first%text, first)
-    call open_side(mesh, contact(i_entry)%second%text, second)
+    call create_side(mesh, surfaces%first_facets, surfaces%first_geometry, first)
+    call create_side(mesh, surfaces%second_facets, surfaces%second_geometry, second)
     limit = default_search * max(first%longest, second%longest)
     if (contact(i_entry)%has_search_distance) limit = contact(i_entry)%search_distance
     sites = sites_of(mesh, surfaces, is_prescribed)
@@ -82,16 +79,6 @@ contains
     call rows%append(more)
     note = cover_text(surfaces, sums, first, second, limit)
   end subroutine add_mortar_rows
-
-  subroutine open_side(mesh, name, side)
-    type(mesh_t), intent(in) :: mesh
-    character(*), intent(in) :: name
-    type(mortar_side_t), intent(out) :: side
-    type(surface_geometry_t) :: geometry
-
-    call measure_surface(mesh, find_group(mesh, name), geometry)
-    call create_side(mesh, mesh%groups(find_group(mesh, name))%entities, geometry, side)
-  end subroutine open_side
 
   !> The nodes of the first surface with their normals. Where a plane of symmetry holds a node, its normal lies in that plane.
   pure function sites_of(mesh, surfaces, is_prescribed) result(sites)
@@ -145,7 +132,7 @@ contains
   end function keep_sites
 
   !> Errors: a node on both surfaces.
-  pure subroutine refuse_common_node(mesh, surfaces, error)
+  pure subroutine check_common_nodes(mesh, surfaces, error)
     type(mesh_t), intent(in) :: mesh
     type(surface_pair_t), intent(in) :: surfaces
     type(error_t), allocatable, intent(out) :: error
@@ -155,10 +142,8 @@ contains
     is_second = .false.
     is_second(surfaces%second_nodes) = .true.
     i = findloc(is_second(surfaces%first_nodes), .true., dim=1)
-    if (i > 0) call refuse(surfaces, surfaces%entry%first, node_text(mesh, surfaces%first_nodes(i)) // &
-      " is on both surfaces, '" // surfaces%entry%first%text // "' and '" // surfaces%entry%second%text // "'", error, &
-      'contact needs two bodies with nodes of their own')
-  end subroutine refuse_common_node
+    if (i > 0) call refuse_common_node(mesh, surfaces, surfaces%first_nodes(i), error)
+  end subroutine check_common_nodes
 
   !> Errors: a node of the first surface that other rows meet, too; one that cannot move along its normal.
   pure subroutine check_rows(mesh, surfaces, is_prescribed, rows, more, error)
@@ -211,27 +196,6 @@ contains
       'give each contact surfaces with nodes of their own')
   end subroutine refuse_other_contact
 
-  !> Errors: edges with more than two nodes.
-  pure subroutine refuse_curved_edges(mesh, surfaces, error)
-    type(mesh_t), intent(in) :: mesh
-    type(surface_pair_t), intent(in) :: surfaces
-    type(error_t), allocatable, intent(out) :: error
-
-    if (is_linear(mesh, surfaces%entry%first%text) .and. is_linear(mesh, surfaces%entry%second%text)) return
-    call refuse(surfaces, surfaces%entry%first, 'the nodes of the surfaces do not face each other one to one, and their edges ' // &
-      'have mid-side nodes: mortar is there for linear elements only', error, &
-      'mesh both surfaces alike, or take linear elements')
-  end subroutine refuse_curved_edges
-
-  pure logical function is_linear(mesh, name)
-    type(mesh_t), intent(in) :: mesh
-    character(*), intent(in) :: name
-
-    associate (facets => mesh%groups(find_group(mesh, name))%entities)
-      is_linear = all(mesh%facet_offsets(facets + 1) - mesh%facet_offsets(facets) == 2)
-    end associate
-  end function is_linear
-
   !> Errors: every node overlaps by more than an element.
   pure subroutine check_overlap(surfaces, sites, first, error)
     type(surface_pair_t), intent(in) :: surfaces
@@ -239,9 +203,7 @@ contains
     type(mortar_side_t), intent(in) :: first
     type(error_t), allocatable, intent(out) :: error
 
-    if (maxval(sites%initial_gap) < -first%longest) call refuse_facing(surfaces, error, 'at the start every node overlaps by ' // &
-      to_text(-maxval(sites%initial_gap)) // ' or more, which is more than an element; is the direction or the position of a ' // &
-      'body wrong?')
+    if (maxval(sites%initial_gap) < -first%longest) call refuse_overlap(surfaces, 'node', -maxval(sites%initial_gap), error)
   end subroutine check_overlap
 
   subroutine create_rows(sites, sums, n_terms, rows)

@@ -79,17 +79,19 @@ contains
 
     call sort_by_first(self, next, order)
     allocate (offsets(size(owners) + 1), source=0)
-    allocate (nodes(0), shares(0))
+    allocate (nodes(self%n_shares), shares(self%n_shares))
     do k = 1, size(owners)
       call sum_by_node(self, order(next(owners(k)) + 1:next(owners(k) + 1)), own_nodes, own_shares)
       associate (is_kept => abs(own_shares) > negligible * self%areas(owners(k)))
         own_nodes = pack(own_nodes, is_kept)
         own_shares = pack(own_shares, is_kept)
       end associate
-      nodes = [nodes, own_nodes]
-      shares = [shares, own_shares / sum(own_shares)]
-      offsets(k + 1) = size(nodes)
+      offsets(k + 1) = offsets(k) + size(own_nodes)
+      nodes(offsets(k) + 1:offsets(k + 1)) = own_nodes
+      shares(offsets(k) + 1:offsets(k + 1)) = own_shares / sum(own_shares)
     end do
+    nodes = nodes(:offsets(size(offsets)))
+    shares = shares(:offsets(size(offsets)))
   end subroutine collect
 
   !> Entries by their first node: those of node j are order(next(j) + 1:next(j + 1)).

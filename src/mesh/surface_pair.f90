@@ -6,11 +6,12 @@ module sig_surface_pair
   use sig_k_d_tree, only: k_d_tree_t
   use sig_kinds, only: rk
   use sig_mesh, only: mesh_t
+  use sig_surface_geometry, only: surface_geometry_t
   use sig_text, only: join, string_t, to_text
   implicit none(type, external)
   private
   public :: surface_pair_t, pairing_t
-  public :: refuse, refuse_facing, refuse_unpaired, refuse_second_pair
+  public :: refuse, refuse_facing, refuse_unpaired, refuse_second_pair, refuse_common_node, refuse_overlap
   public :: offset_text, node_text, place_text, direction_text, short_text
 
   !> One entry of the deck's contact section on the mesh. All indices 1-based.
@@ -23,14 +24,14 @@ module sig_surface_pair
     integer, allocatable :: second_nodes(:)
     integer, allocatable :: first_facets(:)
     integer, allocatable :: second_facets(:)
+    type(surface_geometry_t) :: first_geometry
+    type(surface_geometry_t) :: second_geometry
     !> [-] from the first body to the second at each first node, shape (n_dim, n_first_nodes)
     real(rk), allocatable :: normals(:, :)
     !> [-] averaged outward normals of the second surface, shape (n_dim, n_second_nodes); only without a fixed direction
     real(rk), allocatable :: second_normals(:, :)
     !> places of the second nodes
     type(k_d_tree_t) :: tree
-    !> [length] of the first surface
-    real(rk) :: mesh_size = 0
     !> [length] largest lateral offset of a pair
     real(rk) :: tolerance = 0
   end type surface_pair_t
@@ -114,6 +115,31 @@ contains
                 partner_text(mesh, other) // ' by ' // entry_text(surfaces%i_entry), error)
   end subroutine refuse_second_pair
 
+  !> A node cannot be in contact with itself.
+  pure subroutine refuse_common_node(mesh, surfaces, node, error)
+    type(mesh_t), intent(in) :: mesh
+    type(surface_pair_t), intent(in) :: surfaces
+    integer, intent(in) :: node
+    type(error_t), allocatable, intent(out) :: error
+
+    call refuse(surfaces, surfaces%entry%first, node_text(mesh, node) // " is on both surfaces, '" // &
+                surfaces%entry%first%text // "' and '" // surfaces%entry%second%text // "'", error, &
+                'contact needs two bodies with nodes of their own')
+  end subroutine refuse_common_node
+
+  !> The surfaces overlap everywhere by more than an element.
+  pure subroutine refuse_overlap(surfaces, what, overlap, error)
+    type(surface_pair_t), intent(in) :: surfaces
+    !> what overlaps: pair, node
+    character(*), intent(in) :: what
+    !> [length] the smallest
+    real(rk), intent(in) :: overlap
+    type(error_t), allocatable, intent(out) :: error
+
+    call refuse_facing(surfaces, error, 'at the start every ' // what // ' overlaps by ' // to_text(overlap) // &
+                       ' or more, which is more than an element; is the direction or the position of a body wrong?')
+  end subroutine refuse_overlap
+
   pure function partner_text(mesh, i_node) result(text)
     type(mesh_t), intent(in) :: mesh
     !> 0 = none
@@ -137,7 +163,7 @@ contains
     call surfaces%tree%nearest(mesh%coordinates(:, surfaces%first_nodes(i_first)), nearest, offset, surfaces%normals(:, i_first))
     text = node_text(mesh, surfaces%first_nodes(i_first)) // ' has its nearest one ' // short_text(offset) // &
       ' aside; allowed are ' // short_text(surfaces%tolerance) // ' (pairing_tolerance ' // &
-      to_text(surfaces%entry%pairing_tolerance) // ' times the mesh size ' // short_text(surfaces%mesh_size) // ')'
+      to_text(surfaces%entry%pairing_tolerance) // ' times the mesh size ' // short_text(surfaces%first_geometry%mesh_size) // ')'
   end function offset_text
 
   !> As the deck's messages count.

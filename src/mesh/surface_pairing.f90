@@ -8,8 +8,8 @@ module sig_surface_pairing
   use sig_mesh_checks, only: group_of_surface
   use sig_quadratic_contact, only: check_partners, check_weights
   use sig_surface_geometry, only: averaged_normals, measure_surface, surface_geometry_t
-  use sig_surface_pair, only: direction_text, node_text, offset_text, pairing_t, place_text, refuse, refuse_facing, &
-    refuse_second_pair, refuse_unpaired, surface_pair_t
+  use sig_surface_pair, only: direction_text, node_text, offset_text, pairing_t, place_text, refuse, &
+    refuse_common_node, refuse_facing, refuse_overlap, refuse_second_pair, refuse_unpaired, surface_pair_t
   use sig_text, only: to_text
   implicit none(type, external)
   private
@@ -30,7 +30,7 @@ contains
     character(*), intent(in) :: deck_path
     type(surface_pair_t), intent(out) :: surfaces
     type(error_t), allocatable, intent(out) :: error
-    type(surface_geometry_t) :: first, second
+    type(surface_geometry_t) :: geometry
     integer :: first_group, second_group
 
     surfaces%i_entry = i_entry
@@ -47,21 +47,22 @@ contains
       if (allocated(error)) return
       surfaces%second_nodes = mesh%groups(second_group)%nodes
       surfaces%second_facets = mesh%groups(second_group)%entities
-      call measure(mesh, surfaces, surfaces%entry%second, second_group, second, error)
+      call measure(mesh, surfaces, surfaces%entry%second, second_group, geometry, error)
       if (allocated(error)) return
+      surfaces%second_geometry = geometry
     end if
-    call measure(mesh, surfaces, surfaces%entry%first, first_group, first, error)
+    call measure(mesh, surfaces, surfaces%entry%first, first_group, geometry, error)
     if (allocated(error)) return
-    surfaces%mesh_size = first%mesh_size
-    surfaces%tolerance = surfaces%entry%pairing_tolerance * surfaces%mesh_size
+    surfaces%first_geometry = geometry
+    surfaces%tolerance = surfaces%entry%pairing_tolerance * surfaces%first_geometry%mesh_size
     call surfaces%tree%create(mesh%coordinates(:, surfaces%second_nodes))
     if (surfaces%entry%has_obstacle) then
-      call face_obstacle(first, surfaces, error)
+      call face_obstacle(surfaces, error)
     else if (surfaces%entry%has_direction) then
-      call fix_direction(mesh%n_dim, first, second, surfaces, error)
+      call fix_direction(mesh%n_dim, surfaces, error)
     else
-      surfaces%normals = averaged_normals(mesh, first_group, first%area_vectors)
-      surfaces%second_normals = averaged_normals(mesh, second_group, second%area_vectors)
+      surfaces%normals = averaged_normals(mesh, first_group, surfaces%first_geometry%area_vectors)
+      surfaces%second_normals = averaged_normals(mesh, second_group, surfaces%second_geometry%area_vectors)
       call check_normals(mesh, surfaces, error)
     end if
   end subroutine open_surfaces
@@ -88,9 +89,8 @@ contains
   end subroutine measure
 
   !> One direction for all nodes. Errors: it does not lead out of the first surface and into the second one.
-  pure subroutine fix_direction(n_dim, first, second, surfaces, error)
+  pure subroutine fix_direction(n_dim, surfaces, error)
     integer, intent(in) :: n_dim
-    type(surface_geometry_t), intent(in) :: first, second
     type(surface_pair_t), intent(inout) :: surfaces
     type(error_t), allocatable, intent(out) :: error
     real(rk) :: first_lean, second_lean
@@ -104,8 +104,8 @@ contains
       end if
       if (allocated(error)) return
       surfaces%normals = spread(entry%direction / norm2(entry%direction), 2, size(surfaces%first_nodes))
-      first_lean = lean(first, surfaces%normals(:, 1))
-      second_lean = lean(second, surfaces%normals(:, 1))
+      first_lean = lean(surfaces%first_geometry, surfaces%normals(:, 1))
+      second_lean = lean(surfaces%second_geometry, surfaces%normals(:, 1))
       if (first_lean < -turned_tolerance .and. second_lean > turned_tolerance) then
         call refuse_direction(surfaces, 'the contact direction ' // place_text(entry%direction) // " points from '" // &
                               entry%second%text // "' to '" // entry%first%text // "'; it must point from first to second", &
@@ -117,14 +117,13 @@ contains
   end subroutine fix_direction
 
   !> The direction to an obstacle. Errors: the surface looks away from it.
-  pure subroutine face_obstacle(first, surfaces, error)
-    type(surface_geometry_t), intent(in) :: first
+  pure subroutine face_obstacle(surfaces, error)
     type(surface_pair_t), intent(inout) :: surfaces
     type(error_t), allocatable, intent(out) :: error
 
     associate (entry => surfaces%entry)
       surfaces%normals = spread(entry%direction / norm2(entry%direction), 2, size(surfaces%first_nodes))
-      if (lean(first, surfaces%normals(:, 1)) >= -turned_tolerance) return
+      if (lean(surfaces%first_geometry, surfaces%normals(:, 1)) >= -turned_tolerance) return
       call refuse(surfaces, entry%first, "the outer side of '" // entry%first%text // "' looks away from the obstacle, which " // &
                   'lies in the direction ' // place_text(entry%direction), error, &
                   'the normal of a half space points out of it, the direction of a sphere leads from the surface to it')
@@ -202,9 +201,8 @@ contains
       call refuse_lonely_first(mesh, surfaces, pairing, i_unpaired, n_unpaired, error)
     else if (any(pairing%partner(surfaces%second_nodes) == 0)) then
       call refuse_lonely_second(mesh, surfaces, pairing, error)
-    else if (largest_gap < -surfaces%mesh_size) then
-      call refuse_facing(surfaces, error, 'at the start every pair overlaps by ' // to_text(-largest_gap) // &
-                         ' or more, which is more than an element; is the direction or the position of a body wrong?')
+    else if (largest_gap < -surfaces%first_geometry%mesh_size) then
+      call refuse_overlap(surfaces, 'pair', -largest_gap, error)
     else
       call check_partners(mesh, surfaces, pairing, error)
     end if
@@ -280,9 +278,7 @@ contains
 
     associate (first => surfaces%first_nodes(i_first))
       if (first == second) then
-        call refuse(surfaces, surfaces%entry%first, node_text(mesh, first) // " is on both surfaces, '" // &
-                    surfaces%entry%first%text // "' and '" // surfaces%entry%second%text // "'", error, &
-                    'contact needs two bodies with nodes of their own')
+        call refuse_common_node(mesh, surfaces, first, error)
       else if (pairing%entry(first) /= 0) then
         call refuse_second_pair(mesh, surfaces, pairing, first, second, error)
       else if (pairing%entry(second) /= 0) then
