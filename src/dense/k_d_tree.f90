@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> A k-d tree: which of many points lie near a place or a line, without looking at them all.
+!> A k-d tree: which of many points or balls lie near a place or a line, without looking at them all.
 module sig_k_d_tree
   use, intrinsic :: ieee_arithmetic, only: ieee_positive_inf, ieee_value
   use sig_kinds, only: rk
@@ -16,6 +16,8 @@ module sig_k_d_tree
     integer :: n_points = 0
     !> points in the tree's order, shape (n_dim, n_points)
     real(rk), allocatable :: points(:, :)
+    !> radius of the ball around each point, 0 for points, shape (n_points)
+    real(rk), allocatable :: sizes(:)
     !> the caller's number of each
     integer, allocatable :: numbers(:)
     !> ball of the subtree below each root, shape (n_dim, n_points) and (n_points)
@@ -33,15 +35,19 @@ module sig_k_d_tree
 contains
 
   !> Cost: O(n log n).
-  pure subroutine create(self, points)
+  pure subroutine create(self, points, sizes)
     class(k_d_tree_t), intent(inout) :: self
     !> shape (n_dim, n_points)
     real(rk), intent(in) :: points(:, :)
+    !> radius of a ball around each point that `within` looks for, shape (n_points)
+    real(rk), intent(in), optional :: sizes(:)
     integer :: i
 
     if (allocated(self%radii)) deallocate (self%radii, self%centers)
     self%n_points = size(points, 2)
     self%points = points
+    self%sizes = spread(0.0_rk, 1, self%n_points)
+    if (present(sizes)) self%sizes = sizes
     self%numbers = [(i, i=1, self%n_points)]
     allocate (self%radii(self%n_points), self%centers(size(points, 1), self%n_points), source=0.0_rk)
     call arrange(self, 1, self%n_points)
@@ -60,7 +66,7 @@ contains
     highest = maxval(self%points(:, lo:hi), dim=2)
     self%centers(:, middle) = lowest + (highest - lowest) / 2
     do i = lo, hi
-      self%radii(middle) = max(self%radii(middle), norm2(self%points(:, i) - self%centers(:, middle)))
+      self%radii(middle) = max(self%radii(middle), norm2(self%points(:, i) - self%centers(:, middle)) + self%sizes(i))
     end do
     self%radii(middle) = self%radii(middle) + slack * maxval(abs([lowest, highest]))
     call select_middle(self, maxloc(highest - lowest, dim=1), lo, middle, hi)
@@ -103,10 +109,11 @@ contains
     integer, intent(in) :: i, j
 
     self%points(:, [i, j]) = self%points(:, [j, i])
+    self%sizes([i, j]) = self%sizes([j, i])
     self%numbers([i, j]) = self%numbers([j, i])
   end subroutine swap
 
-  !> The point nearest to a place, or to a line through it; of equally near ones that with the lowest number.
+  !> The point (the center of a ball) nearest to a place, or to a line through it; of equally near ones that with the lowest number.
   !>
   !> Cost: O(log n) as a rule.
   pure subroutine nearest(self, place, number, distance, direction)
@@ -176,7 +183,7 @@ contains
     offset = norm2(vector - dot_product(vector, along) * along)
   end function offset
 
-  !> All points at most `radius` from a place, or from a line through it, ascending.
+  !> All points, or balls, at most `radius` from a place, or from a line through it, ascending.
   pure subroutine within(self, place, radius, numbers, direction)
     class(k_d_tree_t), intent(in) :: self
     real(rk), intent(in) :: place(:)
@@ -205,7 +212,7 @@ contains
 
     if (least_distance(self, place, along, lo, hi) > radius) return
     middle = (lo + hi) / 2
-    if (offset(self%points(:, middle) - place, along) <= radius) numbers = [numbers, self%numbers(middle)]
+    if (offset(self%points(:, middle) - place, along) - self%sizes(middle) <= radius) numbers = [numbers, self%numbers(middle)]
     call search_within(self, place, along, radius, lo, middle - 1, numbers)
     call search_within(self, place, along, radius, middle + 1, hi, numbers)
   end subroutine search_within
