@@ -1,12 +1,17 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Which part of a straight edge in the plane faces which edge of another surface, seen along the edge's normals.
+!> Which part of an edge in the plane faces which edge of another surface, seen along the edge's normals.
 !>
-!> The normals change linearly along the edge, from those of its first node to those of its second one.
+!> Cuts are found on straight edges, with normals that change linearly from the first node to the second one; an edge of three
+!> nodes counts as two of them. Points between the cuts lie on the edges as they are.
 module sig_facing_edges
+  use sig_element_types, only: element_types
+  use sig_facet_shapes, only: facet_shape_t
+  use sig_facing_points, only: facing_points_t
   use sig_kinds, only: rk
+  use sig_mortar_sides, only: mortar_side_t
   implicit none(type, external)
   private
-  public :: facing_piece_t, cut_edge, point_of_edge, normal_of_edge, meet_edge
+  public :: facing_piece_t, cut_edge, face_edge, meet_edge, normal_of_edge
 
   !> A part of an edge that faces one other edge.
   type :: facing_piece_t
@@ -25,8 +30,108 @@ module sig_facing_edges
   real(rk), parameter :: margin = 1.0e-6_rk
   !> [-] normals are opposite enough for contact where their product is below this
   real(rk), parameter :: grazing = -0.1_rk
+  integer, parameter :: n_points = 4
+  !> [-] Gauss on 0 to 1, exact for polynomials of degree 7
+  real(rk), parameter :: outer = 0.5_rk * sqrt((3 + 2 * sqrt(1.2_rk)) / 7), inner = 0.5_rk * sqrt((3 - 2 * sqrt(1.2_rk)) / 7)
+  real(rk), parameter :: places(n_points) = 0.5_rk + [-outer, -inner, inner, outer]
+  real(rk), parameter :: weights(n_points) = 0.5_rk * [(18 - sqrt(30.0_rk)) / 36, (18 + sqrt(30.0_rk)) / 36, &
+    (18 + sqrt(30.0_rk)) / 36, (18 - sqrt(30.0_rk)) / 36]
 
 contains
+
+  !> Integration points of an edge of the first surface where it faces one of the second.
+  subroutine face_edge(shapes, first, i_edge, second, near, limit, points)
+    !> by the row of element_types
+    type(facet_shape_t), intent(in) :: shapes(:)
+    type(mortar_side_t), intent(in) :: first
+    integer, intent(in) :: i_edge
+    type(mortar_side_t), intent(in) :: second
+    !> edges of the second surface that are looked at
+    integer, intent(in) :: near(:)
+    !> [length]
+    real(rk), intent(in) :: limit
+    type(facing_points_t), intent(inout) :: points
+    type(facing_piece_t), allocatable :: pieces(:)
+    real(rk), allocatable :: ends(:, :, :)
+    integer, allocatable :: i_other(:)
+    integer :: i, i_part
+
+    call list_chords(shapes, second, near, ends, i_other)
+    associate (parts => shapes(first%types(i_edge))%parts)
+      do i_part = 1, size(parts, 2)
+        associate (own => first%offsets(i_edge) + parts(:2, i_part))
+          call cut_edge(first%vertices(:, own), first%normals(:, own), ends, second%outward(:, i_other), limit, pieces)
+        end associate
+        pieces%i_other = i_other(pieces%i_other)
+        do i = 1, size(pieces)
+          call add_points(shapes, first, i_edge, parts(:2, i_part), second, pieces(i), points)
+        end do
+      end do
+    end associate
+  end subroutine face_edge
+
+  !> The straight parts of some edges.
+  pure subroutine list_chords(shapes, side, edges, ends, i_edge)
+    type(facet_shape_t), intent(in) :: shapes(:)
+    type(mortar_side_t), intent(in) :: side
+    integer, intent(in) :: edges(:)
+    !> [length] shape (2, 2, n)
+    real(rk), allocatable, intent(out) :: ends(:, :, :)
+    !> that each belongs to
+    integer, allocatable, intent(out) :: i_edge(:)
+    integer :: i, i_part, n
+
+    n = 0
+    do i = 1, size(edges)
+      n = n + size(shapes(side%types(edges(i)))%parts, 2)
+    end do
+    allocate (ends(2, 2, n), i_edge(n))
+    n = 0
+    do i = 1, size(edges)
+      associate (parts => shapes(side%types(edges(i)))%parts)
+        do i_part = 1, size(parts, 2)
+          n = n + 1
+          i_edge(n) = edges(i)
+          ends(:, :, n) = side%vertices(:, side%offsets(edges(i)) + parts(:2, i_part))
+        end do
+      end associate
+    end do
+  end subroutine list_chords
+
+  !> Points of one piece.
+  subroutine add_points(shapes, first, i_edge, part, second, piece, points)
+    type(facet_shape_t), intent(in) :: shapes(:)
+    type(mortar_side_t), intent(in) :: first
+    integer, intent(in) :: i_edge
+    !> nodes of the edge at both ends of its straight part
+    integer, intent(in) :: part(:)
+    type(mortar_side_t), intent(in) :: second
+    type(facing_piece_t), intent(in) :: piece
+    type(facing_points_t), intent(inout) :: points
+    real(rk) :: ends(2), normal(2), opposite(1), place(1), point(2)
+    integer :: i
+    logical :: is_found
+
+    associate (shape => shapes(first%types(i_edge)), own => first%vertices(:, first%offsets(i_edge) + 1: &
+      first%offsets(i_edge + 1)), normals => first%normals(:, first%offsets(i_edge) + 1:first%offsets(i_edge + 1)), &
+      other => shapes(second%types(piece%i_other)), others => second%vertices(:, second%offsets(piece%i_other) + 1: &
+      second%offsets(piece%i_other + 1)))
+      ends = element_types(shape%i_type)%reference_nodes(1, part)
+      do i = 1, n_points
+        place = ends(1) + (ends(2) - ends(1)) * (piece%start + (piece%end - piece%start) * places(i))
+        point = matmul(own, shape%values(place))
+        normal = matmul(normals, shape%values(place))
+        normal = normal / norm2(normal)
+        associate (along => [normal(2), -normal(1)])
+          call other%find_place(reshape(matmul(along, others) - dot_product(along, point), [1, size(others, 2)]), [0.0_rk], &
+            opposite, is_found)
+        end associate
+        if (is_found) call points%add(piece%i_other, piece%is_far, norm2(shape%tangents(own, place)) * &
+          abs(ends(2) - ends(1)) * (piece%end - piece%start) * weights(i), place, opposite, &
+          dot_product(matmul(others, other%values(opposite)) - point, normal))
+      end do
+    end associate
+  end subroutine add_points
 
   !> The edge cut at the nodes of all other edges; each piece with the edge that it faces, the nearest one of several. Pieces that
   !> face nothing are left out.

@@ -9,8 +9,9 @@ module sig_mortar_rows
   use sig_kinds, only: rk
   use sig_mechanical_models, only: mechanical_model_t
   use sig_mesh, only: mesh_t
+  use sig_mortar_sides, only: create_side, mortar_side_t
   use sig_mortar_sums, only: mortar_sums_t
-  use sig_mortar_surfaces, only: create_side, integrate_mortar, mortar_side_t
+  use sig_mortar_surfaces, only: integrate_mortar
   use sig_node_pairs, only: node_pairs_t
   use sig_surface_pair, only: node_text, refuse, refuse_common_node, refuse_facing, refuse_overlap, short_text, surface_pair_t
   use sig_surface_pairing, only: open_surfaces
@@ -58,18 +59,19 @@ contains
     if (allocated(error)) return
     call check_common_nodes(mesh, surfaces, error)
     if (allocated(error)) return
-    call create_side(mesh, surfaces%first_facets, surfaces%first_geometry, first)
+    sites = sites_of(mesh, surfaces, is_prescribed)
+    call create_side(mesh, surfaces%first_facets, surfaces%first_geometry, first, spread_normals(mesh%n_nodes, sites))
     call create_side(mesh, surfaces%second_facets, surfaces%second_geometry, second)
     limit = default_search * max(first%longest, second%longest)
     if (contact(i_entry)%has_search_distance) limit = contact(i_entry)%search_distance
-    sites = sites_of(mesh, surfaces, is_prescribed)
-    call integrate_mortar(mesh, model, first, second, spread_normals(mesh%n_nodes, sites), limit, sums)
-    sites = keep_sites(sites, pack([(i, i=1, sites%n_pairs)], sums%areas(sites%first_node) > 0))
+    call integrate_mortar(model, mesh%n_nodes, first, second, limit, sums)
+    sites = keep_sites(sites, pack([(i, i=1, sites%n_pairs)], sums%has_row(sites%first_node)))
     if (sites%n_pairs == 0) then
       call refuse_facing(surfaces, error, 'no part of the first faces the second' // far_text(sums))
       return
     end if
     sites%initial_gap = sums%gaps(sites%first_node) / sums%areas(sites%first_node)
+    note = cover_text(surfaces, sums, limit) // gap_text(sites%initial_gap, first%longest)
     call check_overlap(surfaces, sites, first, error)
     if (.not. allocated(error)) call set_initial_gaps(mesh, contact, deck_path, terms, sites, error)
     if (allocated(error)) return
@@ -77,7 +79,7 @@ contains
     call check_rows(mesh, surfaces, is_prescribed, rows, more, error)
     if (allocated(error)) return
     call rows%append(more)
-    note = cover_text(surfaces, sums, first, second, limit)
+    note = note // ', shares of up to ' // short_text(largest_share(more)) // finer_text(surfaces, first, second)
   end subroutine add_mortar_rows
 
   !> The nodes of the first surface with their normals. Where a plane of symmetry holds a node, its normal lies in that plane.
@@ -235,22 +237,69 @@ contains
       sums%areas(sites%first_node), sites%contact_entry, rows)
   end subroutine create_rows
 
-  !> `96.2 % of 'plate_top' face 'foot'`, and what makes that doubtful.
-  pure function cover_text(surfaces, sums, first, second, limit) result(text)
+  !> `96.2 % of 'plate_top' faces 'foot'`, and what is left out.
+  pure function cover_text(surfaces, sums, limit) result(text)
     type(surface_pair_t), intent(in) :: surfaces
     type(mortar_sums_t), intent(in) :: sums
-    type(mortar_side_t), intent(in) :: first, second
     real(rk), intent(in) :: limit
     character(:), allocatable :: text
 
     associate (entry => surfaces%entry)
-      text = short_text(100 * sums%covered / sums%whole) // " % of '" // entry%first%text // "' faces '" // entry%second%text // "'"
-      if (sums%far > 0) text = text // ', ' // short_text(100 * sums%far / sums%whole) // ' % beyond the search distance of ' // &
+      text = percent_text(sums%covered, sums) // " of '" // entry%first%text // "' faces '" // entry%second%text // "'"
+      if (sums%far > 0) text = text // ', ' // percent_text(sums%far, sums) // ' beyond the search distance of ' // &
         short_text(limit) // ', where no contact is possible (search_distance)'
-      if (first%longest > second%longest) text = text // "; '" // entry%first%text // "' has the longer edges: contact is " // &
-        'more accurate with the finer surface as first'
+      if (sums%lost > 0) text = text // ', ' // percent_text(sums%lost, sums) // ' in facets of which too little faces it, ' // &
+        'where no contact is possible'
     end associate
   end function cover_text
+
+  pure function percent_text(area, sums) result(text)
+    real(rk), intent(in) :: area
+    type(mortar_sums_t), intent(in) :: sums
+    character(:), allocatable :: text
+
+    text = short_text(100 * area / sums%whole) // ' %'
+  end function percent_text
+
+  !> `, gaps of 0 to 0.02`
+  pure function gap_text(gaps, extent) result(text)
+    real(rk), intent(in) :: gaps(:)
+    !> [length] of an edge
+    real(rk), intent(in) :: extent
+    character(:), allocatable :: text
+    !> [-] of an edge: a smaller gap is rounding
+    real(rk), parameter :: rounding = 1.0e-9_rk
+    real(rk) :: ends(2)
+
+    ends = [minval(gaps), maxval(gaps)]
+    where (abs(ends) < rounding * extent) ends = 0
+    text = ', gaps of ' // short_text(ends(1)) // ' to ' // short_text(ends(2))
+  end function gap_text
+
+  !> [-] of any node of the second side in any row.
+  pure real(rk) function largest_share(rows) result(largest)
+    type(contact_rows_t), intent(in) :: rows
+    integer :: i
+
+    largest = 0
+    associate (coefficients => reshape(rows%coefficients, [rows%n_dim, size(rows%coefficients) / rows%n_dim]))
+      do i = 1, rows%n_rows
+        associate (second => coefficients(:, rows%splits(i) / rows%n_dim + 1:rows%offsets(i + 1) / rows%n_dim))
+          largest = max(largest, maxval(norm2(second, dim=1)))
+        end associate
+      end do
+    end associate
+  end function largest_share
+
+  pure function finer_text(surfaces, first, second) result(text)
+    type(surface_pair_t), intent(in) :: surfaces
+    type(mortar_side_t), intent(in) :: first, second
+    character(:), allocatable :: text
+
+    text = ''
+    if (first%longest > second%longest) text = "; '" // surfaces%entry%first%text // "' has the longer edges: contact is more " // &
+      'accurate with the finer surface as first'
+  end function finer_text
 
   pure function far_text(sums) result(text)
     type(mortar_sums_t), intent(in) :: sums

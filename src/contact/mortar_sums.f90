@@ -10,6 +10,8 @@ module sig_mortar_sums
   type :: mortar_sums_t
     !> [length**(n_dim - 1)] integral of Phi_j, shape (n_nodes)
     real(rk), allocatable :: areas(:)
+    !> [length**(n_dim - 1)] integral of abs(Phi_j), shape (n_nodes)
+    real(rk), allocatable :: sizes(:)
     !> [length**n_dim] integral of Phi_j g, shape (n_nodes)
     real(rk), allocatable :: gaps(:)
     !> integrals of Phi_j N_l: node j, node l and value of entries 1 to n_shares
@@ -17,13 +19,16 @@ module sig_mortar_sums
     integer, allocatable :: firsts(:)
     integer, allocatable :: seconds(:)
     real(rk), allocatable :: shares(:)
-    !> [length**(n_dim - 1)] of the first surface: all of it, what faces the second, and what faces it beyond the search distance
+    !> [length**(n_dim - 1)] of the first surface: all of it, what faces the second, what faces it beyond the search distance, and
+    !> what counts as facing nothing because so little of its facet faces the second
     real(rk) :: whole = 0
     real(rk) :: covered = 0
     real(rk) :: far = 0
+    real(rk) :: lost = 0
   contains
     procedure :: start
     procedure :: add_shares
+    procedure :: has_row
     procedure :: collect
   end type mortar_sums_t
 
@@ -33,7 +38,7 @@ contains
     class(mortar_sums_t), intent(out) :: self
     integer, intent(in) :: n_nodes
 
-    allocate (self%areas(n_nodes), self%gaps(n_nodes), source=0.0_rk)
+    allocate (self%areas(n_nodes), self%sizes(n_nodes), self%gaps(n_nodes), source=0.0_rk)
     allocate (self%firsts(64), self%seconds(64), self%shares(64))
   end subroutine start
 
@@ -60,6 +65,16 @@ contains
       self%n_shares = self%n_shares + size(firsts)
     end do
   end subroutine add_shares
+
+  !> A node faces something, and its shares are of use: none is larger than integral abs(Phi_j) over integral Phi_j.
+  pure elemental logical function has_row(self, node)
+    class(mortar_sums_t), intent(in) :: self
+    integer, intent(in) :: node
+    !> [-]
+    real(rk), parameter :: largest_share = 100.0_rk
+
+    has_row = self%sizes(node) > 0 .and. largest_share * self%areas(node) > self%sizes(node)
+  end function has_row
 
   !> w_jl, the share of each node of the second surface in the row of a node of the first: those of owner k are
   !> offsets(k) + 1 ... offsets(k + 1), ascending by node. Their sum is 1, because the N_l sum up to 1.

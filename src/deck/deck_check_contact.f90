@@ -38,8 +38,6 @@ contains
         'is ' // to_text(entry%pairing_tolerance) // '; it must be greater than 0 and at most 0.5 (times the mesh size)')
       if (entry%has_search_distance .and. entry%search_distance <= 0) call tree%report_at(path // '.search_distance', &
         'is ' // to_text(entry%search_distance) // '; it must be greater than 0')
-      if (entry%formulation == 'mortar' .and. config%mesh%model == 'solid') call tree%report_at(path // '.formulation', &
-        'is ''mortar''; it is there in the plane and in axisymmetry, in space take node_to_node')
       if (entry%has_initial_gap) call check_field(tree, path // '.initial_gap', config%parameters, entry%initial_gap)
     end associate
   end subroutine check_contact

@@ -57,7 +57,7 @@ contains
       if (allocated(error)) return
       before = pairing
       if (contact(i_entry)%formulation /= 'mortar') call pair_surfaces(mesh, surfaces, pairing, error)
-      if (present(is_paired)) is_paired(i_entry) = .not. needs_mortar(mesh%n_dim, contact(i_entry), &
+      if (present(is_paired)) is_paired(i_entry) = .not. needs_mortar(contact(i_entry), &
         allocated(error) .and. .not. has_quadratic(mesh, surfaces))
       if (present(is_paired) .and. allocated(error)) then
         if (is_paired(i_entry)) return
@@ -70,13 +70,12 @@ contains
   end subroutine find_node_pairs
 
   !> By the deck, or because the nodes could not be paired.
-  pure logical function needs_mortar(n_dim, entry, has_failed)
-    integer, intent(in) :: n_dim
+  pure logical function needs_mortar(entry, has_failed)
     type(contact_config_t), intent(in) :: entry
     logical, intent(in) :: has_failed
 
     needs_mortar = .not. entry%has_obstacle .and. &
-      (entry%formulation == 'mortar' .or. has_failed .and. entry%formulation == 'auto' .and. n_dim == 2)
+      (entry%formulation == 'mortar' .or. has_failed .and. entry%formulation == 'auto')
   end function needs_mortar
 
   pure subroutine collect_pairs(mesh, pairing, pairs)

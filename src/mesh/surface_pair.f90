@@ -97,7 +97,7 @@ contains
     call refuse(surfaces, surface, to_text(size(lonely_nodes)) // ' of ' // to_text(n_nodes) // " nodes of '" // surface%text // &
                 "' have no partner on '" // other%text // "'; " // reason, error, &
                 'node-to-node contact needs facing nodes one to one: mesh both surfaces alike, name only what faces, or take ' // &
-                'formulation: mortar in the plane and in axisymmetry')
+                'formulation: mortar')
   end subroutine refuse_unpaired
 
   !> A node that has a partner would get another one.

@@ -1,0 +1,137 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> Convex polygons in a plane, counter-clockwise: what two have in common, and what one has beside the other.
+module sig_convex_polygons
+  use sig_kinds, only: rk
+  implicit none(type, external)
+  private
+  public :: polygon_t, polygon_of, area_of, centroid_of, common_part, rest_of, most_corners
+
+  !> two facets of four corners have a part of eight in common, and each cut of a rest adds one
+  integer, parameter :: most_corners = 32
+
+  type :: polygon_t
+    integer :: n = 0
+    !> [length] shape (2, n) used
+    real(rk) :: corners(2, most_corners) = 0
+  end type polygon_t
+
+  !> [-] of a polygon's extent: a corner that near to a line lies on it
+  real(rk), parameter :: rounding = 1.0e-12_rk
+
+contains
+
+  !> From corners that may go round either way.
+  pure type(polygon_t) function polygon_of(corners) result(polygon)
+    real(rk), intent(in) :: corners(:, :)
+
+    polygon%n = size(corners, 2)
+    polygon%corners(:, :polygon%n) = corners
+    if (area_of(polygon) < 0) polygon%corners(:, :polygon%n) = corners(:, polygon%n:1:-1)
+  end function polygon_of
+
+  !> [length**2] negative where the corners go round clockwise; 0 of fewer than three.
+  pure real(rk) function area_of(polygon) result(area)
+    type(polygon_t), intent(in) :: polygon
+    integer :: i
+
+    area = 0
+    associate (corners => polygon%corners)
+      do i = 3, polygon%n
+        area = area + cross(corners(:, i - 1) - corners(:, 1), corners(:, i) - corners(:, 1)) / 2
+      end do
+    end associate
+  end function area_of
+
+  !> Mean of the corners: a place inside.
+  pure function centroid_of(polygon) result(place)
+    type(polygon_t), intent(in) :: polygon
+    real(rk) :: place(2)
+
+    place = sum(polygon%corners(:, :polygon%n), dim=2) / polygon%n
+  end function centroid_of
+
+  !> I. E. Sutherland, G. W. Hodgman, Communications of the ACM 17 (1974) 32. Without corners where there is nothing in common.
+  pure type(polygon_t) function common_part(one, other) result(part)
+    type(polygon_t), intent(in) :: one, other
+    integer :: i
+
+    if (are_apart(one, other)) return
+    part = one
+    do i = 1, other%n
+      part = left_of_side(part, other, i)
+    end do
+  end function common_part
+
+  !> Polygons that make up one without the other, those without area left out.
+  pure subroutine rest_of(one, other, smallest, rest)
+    type(polygon_t), intent(in) :: one, other
+    !> [length**2] what has less area is nothing
+    real(rk), intent(in) :: smallest
+    type(polygon_t), allocatable, intent(out) :: rest(:)
+    type(polygon_t) :: inside, outside
+    integer :: i
+
+    if (area_of(common_part(one, other)) <= smallest) then
+      rest = [one]
+      return
+    end if
+    allocate (rest(0))
+    inside = one
+    do i = 1, other%n
+      outside = left_of_side(inside, other, i, is_turned=.true.)
+      if (area_of(outside) > smallest) rest = [rest, outside]
+      inside = left_of_side(inside, other, i)
+    end do
+  end subroutine rest_of
+
+  !> Their boxes have nothing in common.
+  pure logical function are_apart(one, other)
+    type(polygon_t), intent(in) :: one, other
+
+    associate (a => one%corners(:, :one%n), b => other%corners(:, :other%n))
+      are_apart = any(maxval(a, dim=2) < minval(b, dim=2) .or. maxval(b, dim=2) < minval(a, dim=2))
+    end associate
+  end function are_apart
+
+  !> The part of a polygon on the left of a side of another one, or on its right; no corners where there is none.
+  pure type(polygon_t) function left_of_side(polygon, other, i_side, is_turned) result(part)
+    type(polygon_t), intent(in) :: polygon, other
+    integer, intent(in) :: i_side
+    logical, intent(in), optional :: is_turned
+    real(rk) :: along(2), heights(most_corners)
+    integer :: i, next
+
+    associate (from => other%corners(:, i_side), to => other%corners(:, modulo(i_side, other%n) + 1), &
+      corners => polygon%corners, n => polygon%n)
+      along = to - from
+      if (present(is_turned)) along = merge(-along, along, is_turned)
+      do i = 1, n
+        heights(i) = cross(along, corners(:, i) - from)
+        if (abs(heights(i)) <= rounding * norm2(along) * max(norm2(along), norm2(corners(:, i) - from))) heights(i) = 0
+      end do
+      if (.not. any(heights(:n) > 0)) return
+      do i = 1, n
+        next = modulo(i, n) + 1
+        if (heights(i) >= 0) call append(corners(:, i), part)
+        if (heights(i) * heights(next) < 0) call append((heights(i) * corners(:, next) - heights(next) * corners(:, i)) / &
+          (heights(i) - heights(next)), part)
+      end do
+    end associate
+  end function left_of_side
+
+  !> A corner beyond the last possible one is left out: some area is lost.
+  pure subroutine append(corner, polygon)
+    real(rk), intent(in) :: corner(2)
+    type(polygon_t), intent(inout) :: polygon
+
+    if (polygon%n == most_corners) return
+    polygon%n = polygon%n + 1
+    polygon%corners(:, polygon%n) = corner
+  end subroutine append
+
+  pure real(rk) function cross(a, b)
+    real(rk), intent(in) :: a(:), b(:)
+
+    cross = a(1) * b(2) - a(2) * b(1)
+  end function cross
+end module sig_convex_polygons

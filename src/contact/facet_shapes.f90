@@ -1,0 +1,140 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> Facets of two surfaces as maps from a reference element: their parts with straight edges, and the way back from a place.
+module sig_facet_shapes
+  use sig_element_types, only: element_types, n_element_types
+  use sig_kinds, only: rk
+  use sig_quadrature, only: quadrature_rule
+  use sig_shape_functions, only: shape_coefficients, shape_slopes, shape_values
+  implicit none(type, external)
+  private
+  public :: facet_shape_t, create_shapes, max_corners
+
+  !> corners of a part
+  integer, parameter :: max_corners = 4
+
+  !> What all facets of one element type have in common.
+  type :: facet_shape_t
+    !> row of element_types, 0 = not there
+    integer :: i_type = 0
+    real(rk), allocatable :: coefficients(:, :)
+    !> [-] a place inside, where a search starts
+    real(rk), allocatable :: middle(:)
+    !> nodes of the parts whose edges count as straight, filled up with 0; shape (max_corners, n_parts)
+    integer, allocatable :: parts(:, :)
+    !> integration over the whole facet
+    real(rk), allocatable :: points(:, :)
+    real(rk), allocatable :: weights(:)
+  contains
+    procedure :: values
+    procedure :: tangents
+    procedure :: find_place
+  end type facet_shape_t
+
+  !> [-] of the facet: a place that is as near as this is found
+  real(rk), parameter :: near_enough = 1.0e-13_rk
+  !> [-] in the reference element: no place of use lies as far outside
+  real(rk), parameter :: far_outside = 100.0_rk
+
+contains
+
+  !> All facets of meshes of a dimension, by the row of element_types.
+  pure subroutine create_shapes(n_dim, shapes)
+    !> of the mesh
+    integer, intent(in) :: n_dim
+    type(facet_shape_t), intent(out) :: shapes(n_element_types)
+    integer :: i_type
+
+    do i_type = 1, n_element_types
+      if (element_types(i_type)%n_dim == n_dim - 1) call create_shape(i_type, shapes(i_type))
+    end do
+  end subroutine create_shapes
+
+  pure subroutine create_shape(i_type, shape)
+    integer, intent(in) :: i_type
+    type(facet_shape_t), intent(out) :: shape
+
+    associate (element => element_types(i_type))
+      shape%i_type = i_type
+      shape%coefficients = shape_coefficients(i_type)
+      shape%middle = sum(element%reference_nodes(:element%n_dim, :element%n_corners), dim=2) / element%n_corners
+      shape%parts = parts_of(element%n_dim, element%n_corners, element%n_nodes)
+      call quadrature_rule(i_type, shape%points, shape%weights)
+    end associate
+  end subroutine create_shape
+
+  !> A linear facet is its own part. A quadratic one is cut at the nodes in its middle, so that neighbors still fit together: an
+  !> edge into two, a face into a part at each corner and, without a node in its middle, one between those of its edges.
+  pure function parts_of(n_dim, n_corners, n_nodes) result(parts)
+    integer, intent(in) :: n_dim, n_corners, n_nodes
+    integer, allocatable :: parts(:, :)
+    integer :: i, n
+
+    n = n_corners
+    if (n_nodes == n) then
+      parts = reshape([(i, i=1, n)], [max_corners, 1], [0])
+    else if (n_dim == 1) then
+      parts = reshape([1, 3, 0, 0, 3, 2, 0, 0], [max_corners, 2])
+    else if (n_nodes == 2 * n) then
+      parts = reshape([([i, n + i, n + 1 + modulo(i - 2, n), 0], i=1, n), [(n + i, i=1, n)]], [max_corners, n + 1], [0])
+    else
+      parts = reshape([([i, n + i, n_nodes, n + 1 + modulo(i - 2, n)], i=1, n)], [max_corners, n])
+    end if
+  end function parts_of
+
+  !> Shape functions at a place of the reference element.
+  pure function values(self, place)
+    class(facet_shape_t), intent(in) :: self
+    !> [-] shape (n_dim)
+    real(rk), intent(in) :: place(:)
+    real(rk) :: values(size(self%coefficients, 2))
+
+    values = shape_values(self%i_type, self%coefficients, place)
+  end function values
+
+  !> Derivatives of the place in space along each direction of the reference element, shape (components, n_dim).
+  pure function tangents(self, vertices, place)
+    class(facet_shape_t), intent(in) :: self
+    !> [length] shape (components, n_nodes)
+    real(rk), intent(in) :: vertices(:, :)
+    real(rk), intent(in) :: place(:)
+    real(rk) :: tangents(size(vertices, 1), size(place))
+    integer :: i_dim
+
+    do i_dim = 1, size(place)
+      tangents(:, i_dim) = matmul(vertices, shape_slopes(self%i_type, self%coefficients, place, i_dim))
+    end do
+  end function tangents
+
+  !> Where on a facet, laid flat in as many components as it has dimensions, a point lies: Newton's method.
+  pure subroutine find_place(self, flat, point, place, is_found)
+    class(facet_shape_t), intent(in) :: self
+    !> [length] shape (n_dim, n_nodes)
+    real(rk), intent(in) :: flat(:, :)
+    !> [length] shape (n_dim)
+    real(rk), intent(in) :: point(:)
+    !> [-] may lie outside of the reference element
+    real(rk), intent(out) :: place(:)
+    logical, intent(out) :: is_found
+    integer, parameter :: most_steps = 30
+    real(rk) :: determinant, extent, rest(size(point)), slopes(size(point), size(point))
+    integer :: i_step
+
+    extent = maxval(maxval(flat, dim=2) - minval(flat, dim=2))
+    place = self%middle
+    do i_step = 1, most_steps
+      rest = point - matmul(flat, self%values(place))
+      is_found = maxval(abs(rest)) <= near_enough * extent
+      if (is_found) return
+      slopes = self%tangents(flat, place)
+      if (size(point) == 1) then
+        determinant = slopes(1, 1)
+        if (abs(determinant) > near_enough * extent) place = place + rest / determinant
+      else
+        determinant = slopes(1, 1) * slopes(2, 2) - slopes(1, 2) * slopes(2, 1)
+        if (abs(determinant) > near_enough * extent**2) place = place + [slopes(2, 2) * rest(1) - slopes(1, 2) * rest(2), &
+          slopes(1, 1) * rest(2) - slopes(2, 1) * rest(1)] / determinant
+      end if
+      if (maxval(abs(place)) > far_outside) return
+    end do
+  end subroutine find_place
+end module sig_facet_shapes

@@ -1,0 +1,84 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> One surface of a mortar contact: its facets with their places, and a tree that finds those near a line.
+module sig_mortar_sides
+  use sig_element_types, only: element_types
+  use sig_k_d_tree, only: k_d_tree_t
+  use sig_kinds, only: rk
+  use sig_mesh, only: mesh_t, nodes_of_facet
+  use sig_surface_geometry, only: surface_geometry_t
+  implicit none(type, external)
+  private
+  public :: mortar_side_t, create_side
+
+  type :: mortar_side_t
+    integer :: n_facets = 0
+    !> what belongs to the nodes of facet i stands at offsets(i) + 1 ... offsets(i + 1)
+    integer, allocatable :: offsets(:)
+    integer, allocatable :: nodes(:)
+    !> [length] shape (n_dim, size(nodes))
+    real(rk), allocatable :: vertices(:, :)
+    !> [-] from the first body to the second, same shape; of the first surface only
+    real(rk), allocatable :: normals(:, :)
+    !> row of element_types, shape (n_facets)
+    integer, allocatable :: types(:)
+    !> [-] outward, shape (n_dim, n_facets)
+    real(rk), allocatable :: outward(:, :)
+    !> [length] the longest edge
+    real(rk) :: longest = 0
+    !> a ball around each facet
+    type(k_d_tree_t) :: balls
+  end type mortar_side_t
+
+contains
+
+  pure subroutine create_side(mesh, facets, geometry, side, normals)
+    type(mesh_t), intent(in) :: mesh
+    !> of the surface
+    integer, intent(in) :: facets(:)
+    !> of the same facets
+    type(surface_geometry_t), intent(in) :: geometry
+    type(mortar_side_t), intent(out) :: side
+    !> [-] at the nodes of the mesh, shape (n_dim, n_nodes)
+    real(rk), intent(in), optional :: normals(:, :)
+    real(rk) :: middles(mesh%n_dim, size(facets)), radii(size(facets))
+    integer :: i
+
+    side%n_facets = size(facets)
+    side%types = mesh%facet_types(facets)
+    side%outward = geometry%area_vectors / spread(norm2(geometry%area_vectors, dim=1), 1, mesh%n_dim)
+    call list_nodes(mesh, facets, side)
+    side%vertices = mesh%coordinates(:, side%nodes)
+    if (present(normals)) side%normals = normals(:, side%nodes)
+    do i = 1, side%n_facets
+      associate (vertices => side%vertices(:, side%offsets(i) + 1:side%offsets(i + 1)))
+        middles(:, i) = sum(vertices, dim=2) / size(vertices, 2)
+        radii(i) = maxval(norm2(vertices - spread(middles(:, i), 2, size(vertices, 2)), dim=1))
+        side%longest = max(side%longest, longest_edge(vertices(:, :element_types(side%types(i))%n_corners)))
+      end associate
+    end do
+    call side%balls%create(middles, radii)
+  end subroutine create_side
+
+  pure subroutine list_nodes(mesh, facets, side)
+    type(mesh_t), intent(in) :: mesh
+    integer, intent(in) :: facets(:)
+    type(mortar_side_t), intent(inout) :: side
+    integer :: i
+
+    allocate (side%offsets(size(facets) + 1), source=0)
+    do i = 1, size(facets)
+      side%offsets(i + 1) = side%offsets(i) + mesh%facet_offsets(facets(i) + 1) - mesh%facet_offsets(facets(i))
+    end do
+    allocate (side%nodes(side%offsets(size(facets) + 1)))
+    do i = 1, size(facets)
+      side%nodes(side%offsets(i) + 1:side%offsets(i + 1)) = nodes_of_facet(mesh, facets(i))
+    end do
+  end subroutine list_nodes
+
+  !> From corner to corner around a facet.
+  pure real(rk) function longest_edge(corners) result(longest)
+    real(rk), intent(in) :: corners(:, :)
+
+    longest = maxval(norm2(corners - cshift(corners, 1, dim=2), dim=1))
+  end function longest_edge
+end module sig_mortar_sides
