@@ -9,8 +9,9 @@
 #include <string.h>
 
 enum { HEADER_HEAD = 16, MESSAGE_HEAD = 8, WORD = 8, MAX_BLOCKS = 256, MAX_DIMENSIONS = 32 }; /* heads in bytes */
-enum { SPACE_MESSAGE = 0x01, TYPE_MESSAGE = 0x03, ATTRIBUTE_MESSAGE = 0x0c, CONTINUATION_MESSAGE = 0x10 };
-enum { IS_SHARED = 2, HAS_MAXIMA = 1, NULL_SPACE = 2 };
+enum { SPACE_MESSAGE = 0x01, TYPE_MESSAGE = 0x03, LAYOUT_MESSAGE = 0x08, ATTRIBUTE_MESSAGE = 0x0c };
+enum { CONTINUATION_MESSAGE = 0x10, IS_SHARED = 2, HAS_MAXIMA = 1, NULL_SPACE = 2 };
+enum { LAYOUT_VERSION = 3, COMPACT_LAYOUT = 0, CONTIGUOUS_LAYOUT = 1 };
 
 struct block {
   uint64_t address, size;
@@ -62,11 +63,18 @@ static int check_attribute(const unsigned char *attribute, uint64_t size) {
   return value_size > 0 && n_values <= (size - at) / value_size;
 }
 
+/* Our data sets are in one piece. HDF5 1.10 divides by the sizes of chunks, whatever they are. */
+static int check_layout(const unsigned char *layout, uint64_t size) {
+  if (size < 4 || layout[0] != LAYOUT_VERSION) return 0;
+  return layout[1] == COMPACT_LAYOUT || (layout[1] == CONTIGUOUS_LAYOUT && size >= 2 + 2 * WORD);
+}
+
 static int check_message(struct blocks *blocks, uint64_t type, int flags, const unsigned char *body, uint64_t size) {
   uint64_t n_values;
-  const int is_ours = type == SPACE_MESSAGE || type == TYPE_MESSAGE || type == ATTRIBUTE_MESSAGE;
+  const int is_ours = type == SPACE_MESSAGE || type == TYPE_MESSAGE || type == LAYOUT_MESSAGE || type == ATTRIBUTE_MESSAGE;
   if (is_ours && flags & IS_SHARED) return 0;
   if (type == SPACE_MESSAGE) return check_space(body, size, &n_values);
+  if (type == LAYOUT_MESSAGE) return check_layout(body, size);
   if (type == ATTRIBUTE_MESSAGE) return check_attribute(body, size);
   if (type != CONTINUATION_MESSAGE) return 1;
   return size >= 2 * WORD && add_block(blocks, sig_h5_decode(body, WORD), sig_h5_decode(body + WORD, WORD));
