@@ -11,7 +11,7 @@ import h5py
 import numpy as np
 import pytest
 
-from program import finish, kill, mpi_needs_large_files, wait_until
+from program import finish, is_sanitized, kill, mpi_needs_large_files, wait_until
 from results import read_snapshots
 from runs import HERE, files_in, on_ranks, refuse, write_deck
 
@@ -138,7 +138,9 @@ def test_signal_ends_the_fields(signorom, tmp_path):
     process.send_signal(signal.SIGINT)
     done = finish(process, 30)
     assert done.returncode == 130
-    assert "stopped by a signal; no fields were written" in done.stdout
+    # with sanitizers a point may take longer than the second after which the process ends by itself
+    words = "stopped by a signal" if is_sanitized(signorom.executable) else "stopped by a signal; no fields were written"
+    assert words in done.stdout
     assert done.stderr == ""
     assert list(files_in(results)) == []
 

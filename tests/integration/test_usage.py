@@ -10,7 +10,7 @@ import time
 
 import pytest
 
-from program import ENVIRONMENT, ROOT, finish, kill, mpi_needs_large_files, needs_library, wait_until
+from program import ENVIRONMENT, ROOT, finish, is_sanitized, kill, mpi_needs_large_files, wait_until
 from runs import SOON, on_ranks, refuse, write_deck
 
 COMMANDS = ("check", "solve", "sample", "train", "validate", "run", "predict", "describe")
@@ -106,7 +106,7 @@ def test_lone_process_has_no_session_folder(signorom, tmp_path, monkeypatch):
 @pytest.mark.parametrize("limit", [250, 300, 350, 400, 420, 450])
 def test_too_little_memory(signorom, tmp_path, limit):
     """[MB] OpenBLAS asks for 128 MB in a loop without an end; other libraries fail in their own way, but they end."""
-    if needs_library(signorom.executable, "libasan"):
+    if is_sanitized(signorom.executable):
         pytest.skip("sanitizers take terabytes of address space")
     deck = write_deck("patch", tmp_path)
     command = f'ulimit -v {limit * 1000}; exec "$0" run "$1"'

@@ -3,6 +3,7 @@
 
 import atexit
 import contextlib
+import functools
 import os
 import re
 import shutil
@@ -13,8 +14,10 @@ import time
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
-# [s] long enough for a sanitized build on a busy machine; a hanging program is a failure
+# [s] long enough for a busy machine; a hanging program is a failure
 TIME_LIMIT = 600
+# so many times longer a program with sanitizers may take
+SANITIZED = 10
 
 # One BLAS thread per rank; Open MPI refuses root unless told twice; ranks on
 # one machine talk through memory, and Open MPI need not look for networks.
@@ -89,7 +92,7 @@ def launcher(n_ranks):
 def finish(process, time_limit=TIME_LIMIT):
     """Wait for a started command; one that does not end is killed with all its ranks, and the test fails."""
     try:
-        stdout, stderr = process.communicate(timeout=time_limit)
+        stdout, stderr = process.communicate(timeout=patience() * time_limit)
     except BaseException:
         kill(process)
         raise
@@ -130,6 +133,17 @@ def needs_library(executable, name):
     return name in subprocess.run(["ldd", executable], capture_output=True, text=True, check=True).stdout
 
 
+@functools.cache
+def is_sanitized(executable):
+    """Whether a program was built with sanitizers."""
+    return needs_library(executable, "libasan")
+
+
+def patience():
+    """What to multiply time limits with."""
+    return SANITIZED if is_sanitized(find_program().executable) else 1
+
+
 def wait_until(condition, process, time_limit=60, pause=0.002):
     """Wait until condition() holds; the process must live on meanwhile."""
     start = time.monotonic()
@@ -137,5 +151,5 @@ def wait_until(condition, process, time_limit=60, pause=0.002):
         if process.poll() is not None:
             done = finish(process)
             raise AssertionError(f"ended too early, exit code {done.returncode}\n{done.stdout}{done.stderr}")
-        assert time.monotonic() - start < time_limit, "nothing happened in time"
+        assert time.monotonic() - start < patience() * time_limit, "nothing happened in time"
         time.sleep(pause)

@@ -53,6 +53,7 @@ program check_certificate
   call start()
   call check_points()
   call print_table()
+  deallocate (lifted)
 
 contains
 
