@@ -11,7 +11,7 @@
 enum { HEADER_HEAD = 16, MESSAGE_HEAD = 8, WORD = 8, MAX_BLOCKS = 256, MAX_DIMENSIONS = 32 }; /* heads in bytes */
 enum { SPACE_MESSAGE = 0x01, TYPE_MESSAGE = 0x03, LAYOUT_MESSAGE = 0x08, ATTRIBUTE_MESSAGE = 0x0c };
 enum { CONTINUATION_MESSAGE = 0x10, IS_SHARED = 2, HAS_MAXIMA = 1, NULL_SPACE = 2 };
-enum { LAYOUT_VERSION = 3, COMPACT_LAYOUT = 0, CONTIGUOUS_LAYOUT = 1 };
+enum { LAYOUT_VERSION = 3, COMPACT_LAYOUT = 0, CONTIGUOUS_LAYOUT = 1, VARIABLE_CLASS = 9, REFERENCE_SIZE = 16 };
 
 struct block {
   uint64_t address, size;
@@ -45,6 +45,12 @@ static int check_space(const unsigned char *space, uint64_t size, uint64_t *n_va
   return 1;
 }
 
+/* A type is its class (4 bits), 28 bits, the size of a value (4 bytes), then what the class wants. What has no fixed length
+ * is a reference of 16 bytes, and HDF5 reads so many whatever the size says. */
+static int check_type(const unsigned char *type, uint64_t size) {
+  return size >= 8 && ((type[0] & 0x0f) != VARIABLE_CLASS || sig_h5_decode(type + 4, 4) == REFERENCE_SIZE);
+}
+
 /* An attribute is a head, its name, its type, its data space and its values; in version 1 the three in the middle are
  * filled up to whole words. */
 static int check_attribute(const unsigned char *attribute, uint64_t size) {
@@ -56,7 +62,7 @@ static int check_attribute(const unsigned char *attribute, uint64_t size) {
     starts[i] = at;
     at += attribute[0] == 1 ? (sizes[i] + WORD - 1) / WORD * WORD : sizes[i];
   }
-  if (at > size || sizes[0] == 0 || sizes[1] < 8) return 0;
+  if (at > size || sizes[0] == 0 || !check_type(attribute + starts[1], sizes[1])) return 0;
   if (attribute[starts[0] + sizes[0] - 1] != '\0') return 0;
   if (!check_space(attribute + starts[2], sizes[2], &n_values)) return 0;
   const uint64_t value_size = sig_h5_decode(attribute + starts[1] + 4, 4);
@@ -74,6 +80,7 @@ static int check_message(struct blocks *blocks, uint64_t type, int flags, const 
   const int is_ours = type == SPACE_MESSAGE || type == TYPE_MESSAGE || type == LAYOUT_MESSAGE || type == ATTRIBUTE_MESSAGE;
   if (is_ours && flags & IS_SHARED) return 0;
   if (type == SPACE_MESSAGE) return check_space(body, size, &n_values);
+  if (type == TYPE_MESSAGE) return check_type(body, size);
   if (type == LAYOUT_MESSAGE) return check_layout(body, size);
   if (type == ATTRIBUTE_MESSAGE) return check_attribute(body, size);
   if (type != CONTINUATION_MESSAGE) return 1;
