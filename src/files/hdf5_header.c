@@ -45,8 +45,8 @@ static int check_space(const unsigned char *space, uint64_t size, uint64_t *n_va
   return 1;
 }
 
-/* A type is its class (4 bits), 28 bits, the size of a value (4 bytes), then what the class wants. What has no fixed length
- * is a reference of 16 bytes, and HDF5 reads so many whatever the size says. */
+/* A type is its class (4 bits), 28 bits, the size of a value (4 bytes), then what the class wants. What has no fixed
+ * length is a reference of 16 bytes, and HDF5 reads so many whatever the size says. */
 static int check_type(const unsigned char *type, uint64_t size) {
   return size >= 8 && ((type[0] & 0x0f) != VARIABLE_CLASS || sig_h5_decode(type + 4, 4) == REFERENCE_SIZE);
 }
@@ -77,7 +77,8 @@ static int check_layout(const unsigned char *layout, uint64_t size) {
 
 static int check_message(struct blocks *blocks, uint64_t type, int flags, const unsigned char *body, uint64_t size) {
   uint64_t n_values;
-  const int is_ours = type == SPACE_MESSAGE || type == TYPE_MESSAGE || type == LAYOUT_MESSAGE || type == ATTRIBUTE_MESSAGE;
+  const int is_ours =
+      type == SPACE_MESSAGE || type == TYPE_MESSAGE || type == LAYOUT_MESSAGE || type == ATTRIBUTE_MESSAGE;
   if (is_ours && flags & IS_SHARED) return 0;
   if (type == SPACE_MESSAGE) return check_space(body, size, &n_values);
   if (type == TYPE_MESSAGE) return check_type(body, size);
