@@ -139,7 +139,11 @@ def test_signal_ends_the_fields(signorom, tmp_path):
     done = finish(process, 30)
     assert done.returncode == 130
     # with sanitizers a point may take longer than the second after which the process ends by itself
-    words = "stopped by a signal" if is_sanitized(signorom.executable) else "stopped by a signal; no fields were written"
+    words = (
+        "stopped by a signal"
+        if is_sanitized(signorom.executable)
+        else "stopped by a signal; no fields were written"
+    )
     assert words in done.stdout
     assert done.stderr == ""
     assert list(files_in(results)) == []

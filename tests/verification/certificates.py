@@ -8,10 +8,12 @@
 
 Samples and trains each deck of input/ that can be trained, then prints the tables of check_certificate: of the model
 that the deck asks for, of a hyper-reduced one, or of one that is to have no room for the matrix of all contacts, which
-then comes from a condensed model of the same snapshots. Ends with 1 where a bound lies below an error.
+then comes from a condensed model of the same snapshots. The Python tool must be on the path. Ends with 1 where a bound
+lies below an error, or a deck could not be trained.
 """
 
 import argparse
+import os
 import subprocess
 import sys
 import tempfile
@@ -44,7 +46,7 @@ def table_of(deck, build, n_points, folder, arguments):
         (folder / "deck.yaml").write_text(yaml.safe_dump(step, sort_keys=False))
         said = run([build / "signorom", command, "deck.yaml"], folder)
         if said.returncode:
-            return said.stderr.strip().splitlines()[0], True
+            return said.stderr.strip().splitlines()[0], False
         if i > 0:
             (folder / "results" / "deck" / "model.h5").rename(models[i - 1])
     said = run([build / "tests" / "check_certificate", models[0], str(n_points), "1", *models[1:]], folder)
@@ -53,7 +55,7 @@ def table_of(deck, build, n_points, folder, arguments):
 
 def run(command, folder):
     """A finished process with what it said."""
-    return subprocess.run(command, cwd=folder, env=ENVIRONMENT, capture_output=True, text=True)
+    return subprocess.run(command, cwd=folder, env=os.environ | ENVIRONMENT, capture_output=True, text=True)
 
 
 def main():
