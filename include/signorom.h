@@ -130,6 +130,19 @@ int signorom_get_contact_nodes(const signorom_model *model, int side, int *start
                                double *coordinates);
 /* Areas [n_contacts], in plane models lengths: contact pressure = contact force / area. */
 int signorom_get_contact_areas(const signorom_model *model, double *areas);
+/* Contacts of the deck: their number (0 in files of earlier programs), the number of components of a moment (3, or 1 in
+ * plane and axisymmetric models), and which of them each contact belongs to [n_contacts], from 0. Any pointer may be
+ * null; ask for the number first: without entries nothing is written to the array. */
+int signorom_get_contact_entries(const signorom_model *model, int *n_entries, int *n_moments, int *entries);
+/* The two surfaces of an entry, as in "lower - upper"; null where there is no such entry. */
+const char *signorom_contact_entry_name(const signorom_model *model, int entry);
+/* What the forces of all contacts [n_contacts] come to on each entry: area that touches [n_entries], resultant on the
+ * first surface [n_entries][n_dimensions], and its moment about the origin of the coordinates [n_entries][n_moments],
+ * on the undeformed mesh; in plane models x F_y - y F_x, and all of it per unit thickness. Axisymmetric models: sums
+ * over the full turn of what acts in the half plane r, z: F_r, F_z and r F_z - z F_r. Where a force is not a number,
+ * its entry has none either. Threads may share the model. */
+int signorom_get_resultants(const signorom_model *model, const double *multipliers, double *areas, double *forces,
+                            double *moments);
 /* Tags of the mesh file [n_nodes] and coordinates [n_nodes][n_dimensions]; either may be null. */
 int signorom_get_nodes(const signorom_model *model, int *tags, double *coordinates);
 /* Which nodes have displacements [n_nodes], as signorom_displacement_source: those of an answer by the reduced model

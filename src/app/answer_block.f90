@@ -48,6 +48,7 @@ module sig_answer_block
     procedure :: answer => answer_points
     procedure :: counts
     procedure :: line
+    procedure, private :: contact_values
     procedure :: destroy
   end type answer_block_t
 
@@ -150,11 +151,32 @@ contains
     end do
     text = text // 'cluster,'
     if (model%n_clusters() > 1) text = text // 'next_cluster,'
-    text = text // 'status,solver,n_solutions,error_bound,n_active,contact_force'
+    text = text // 'status,solver,n_solutions,error_bound,n_active,contact_force' // contact_columns(model)
     do i = 1, model%n_multipliers
       text = text // ',lambda_' // to_text(model%first_side%owner_tag(i))
     end do
   end function table_header
+
+  !> Area, force and moment of each contact of the deck, by its number.
+  function contact_columns(model) result(text)
+    type(model_t), intent(in) :: model
+    character(:), allocatable :: text
+    integer :: i, i_axis
+
+    text = ''
+    associate (axes => model%terms%coordinate_names)
+      do i = 1, model%resultants%n_entries()
+        text = text // ',contact_' // to_text(i) // '_area'
+        do i_axis = 1, model%n_dim
+          text = text // ',contact_' // to_text(i) // '_force_' // axes(i_axis)%text
+        end do
+        if (model%resultants%n_moments() == 1) text = text // ',contact_' // to_text(i) // '_moment'
+        do i_axis = 1, merge(model%n_dim, 0, model%resultants%n_moments() == model%n_dim)
+          text = text // ',contact_' // to_text(i) // '_moment_' // axes(i_axis)%text
+        end do
+      end do
+    end associate
+  end function contact_columns
 
   !> Line of the table for point i.
   function line(self, i) result(text)
@@ -178,10 +200,45 @@ contains
     associate (multipliers => self%multipliers(:, i))
       text = text // method_name(self%methods(i)) // ',' // to_text(self%n_solutions(i)) // ',' // &
         bound_text(self%bounds(i)) // ',' // &
-        to_text(count(multipliers > 0)) // ',' // to_text(sum(multipliers))
+        to_text(count(multipliers > 0)) // ',' // to_text(sum(multipliers)) // self%contact_values(i)
       do k = 1, size(multipliers)
         text = text // ',' // to_text(multipliers(k))
       end do
     end associate
   end function line
+
+  !> Values of contact_columns for point i; no numbers without an answer.
+  function contact_values(self, i) result(text)
+    class(answer_block_t), intent(in) :: self
+    integer, intent(in) :: i
+    character(:), allocatable :: text
+    real(rk) :: areas(self%online%model%resultants%n_entries())
+    real(rk) :: forces(self%online%model%n_dim, size(areas))
+    real(rk) :: moments(self%online%model%resultants%n_moments(), size(areas))
+    integer :: k
+
+    text = ''
+    call self%online%model%resultants%evaluate(self%online%model%areas, self%multipliers(:, i), areas, forces, moments)
+    do k = 1, size(areas)
+      associate (values => [areas(k), forces(:, k), moments(:, k)])
+        if (self%reasons(i) > 0) then
+          text = text // joined(values)
+        else
+          text = text // repeat(',nan', size(values))
+        end if
+      end associate
+    end do
+  end function contact_values
+
+  !> A comma before each.
+  pure function joined(values) result(text)
+    real(rk), intent(in) :: values(:)
+    character(:), allocatable :: text
+    integer :: i
+
+    text = ''
+    do i = 1, size(values)
+      text = text // ',' // to_text(values(i))
+    end do
+  end function joined
 end module sig_answer_block

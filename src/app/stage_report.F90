@@ -14,6 +14,7 @@ module sig_stage_report
   use sig_reactions, only: boundary_reactions, reaction_t
   use sig_reasons, only: reason_converged, reason_text
   use sig_reporting, only: report_deck, report_reactions, report_sizes, report_states
+  use sig_resultants_of_contact, only: report_resultants
   use sig_run_report, only: run_report_t
   use sig_session, only: session_t
   use sig_text, only: string_t
@@ -69,6 +70,7 @@ contains
     call report%add('times/setup', solved%setup_seconds)
     call report%add('times/output', solved%output_seconds)
     call report_states(problem%deck, points, solved%states, report)
+    call report_resultants(problem, solved%states, report)
     call warn_of_residuals(pack(solved%states%residuals%equilibrium, solved%states%reason == reason_converged), report)
     do i = 1, size(solved%states)
       if (solved%states(i)%reason /= reason_converged) call log_warning('not converged at ' // &

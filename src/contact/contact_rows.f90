@@ -41,6 +41,7 @@ module sig_contact_rows
     procedure :: tied_nodes
     procedure :: list_side
     procedure :: nodal_areas
+    procedure :: unit_resultants
     procedure :: select
     procedure :: append
   end type contact_rows_t
@@ -261,6 +262,40 @@ contains
       end do
     end do
   end function nodal_areas
+
+  !> Of each row, the resultant on its first side of a multiplier of 1, and its moment about the origin: x cross f, in the plane
+  !> (and in the half plane of axisymmetry) x f_y - y f_x.
+  pure subroutine unit_resultants(self, coordinates, forces, moments)
+    class(contact_rows_t), intent(in) :: self
+    !> [length] natural, shape (n_dim, n_nodes)
+    real(rk), intent(in) :: coordinates(:, :)
+    !> [-] shape (n_dim, n_rows)
+    real(rk), allocatable, intent(out) :: forces(:, :)
+    !> [length] shape (1 or 3, n_rows)
+    real(rk), allocatable, intent(out) :: moments(:, :)
+    real(rk) :: force(self%n_dim)
+    integer :: i, k, node
+
+    allocate (forces(self%n_dim, self%n_rows), moments(merge(3, 1, self%n_dim == 3), self%n_rows), source=0.0_rk)
+    do k = 1, self%n_rows
+      do i = self%offsets(k) + 1, self%splits(k), self%n_dim
+        ! the coefficients are what the stiffness balances, the opposite of the force
+        force = -self%coefficients(i:i + self%n_dim - 1)
+        node = (self%dofs(i) - 1) / self%n_dim + 1
+        forces(:, k) = forces(:, k) + force
+        moments(:, k) = moments(:, k) + cross_product(coordinates(:, node), force)
+      end do
+    end do
+  end subroutine unit_resultants
+
+  !> Three components, or in the plane the one across it.
+  pure function cross_product(a, b) result(product)
+    real(rk), intent(in) :: a(:), b(:)
+    real(rk), allocatable :: product(:)
+
+    product = [a(1) * b(2) - a(2) * b(1)]
+    if (size(a) == 3) product = [a(2) * b(3) - a(3) * b(2), a(3) * b(1) - a(1) * b(3), product]
+  end function cross_product
 
   !> Some of the rows, in the given order.
   pure function select(self, indices) result(rows)

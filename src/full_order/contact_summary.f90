@@ -10,7 +10,7 @@ module sig_contact_summary
   use sig_text, only: append_text, counted, string_t, to_text
   implicit none(type, external)
   private
-  public :: contact_lines
+  public :: contact_lines, contact_name
 
 contains
 
@@ -33,7 +33,7 @@ contains
     do i_entry = 1, size(deck%contact)
       associate (active => pack([(i, i=1, rows%n_rows)], rows%contact_entry == i_entry), &
         idle => pack([(i, i=1, inert%n_rows)], inert%contact_entry == i_entry))
-        call append_text(lines, 'contact[' // to_text(i_entry) // ']: ' // names_text(deck, i_entry) // &
+        call append_text(lines, 'contact[' // to_text(i_entry) // ']: ' // contact_name(deck, i_entry) // &
           count_text(deck%contact(i_entry)%has_obstacle, size(active) + size(idle), size(idle)) // &
           gaps_text(reshape([transpose(rows%gap(active, :)), transpose(inert%gap(idle, :))], &
           [size(theta, 1), size(active) + size(idle)]), theta, deck%units%length))
@@ -41,7 +41,8 @@ contains
     end do
   end function contact_lines
 
-  pure function names_text(deck, i_entry) result(text)
+  !> `lower_arc - upper_arc` or `lower_arc - rigid sphere`.
+  pure function contact_name(deck, i_entry) result(text)
     type(deck_config_t), intent(in) :: deck
     integer, intent(in) :: i_entry
     character(:), allocatable :: text
@@ -53,7 +54,7 @@ contains
         text = contact%first%text // ' - ' // contact%second%text
       end if
     end associate
-  end function names_text
+  end function contact_name
 
   pure function count_text(has_obstacle, n_pairs, n_inert) result(text)
     logical, intent(in) :: has_obstacle

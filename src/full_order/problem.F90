@@ -31,7 +31,7 @@ module sig_problem
   implicit none(type, external)
   private
   public :: problem_t, load_problem, announce_plan, body_at
-  public :: parameter_names, parameter_units, force_unit, stress_unit, inert_pair_names, tags_text
+  public :: area_unit, force_unit, moment_unit, parameter_names, parameter_units, stress_unit, inert_pair_names, tags_text
 
   type :: problem_t
     type(deck_config_t) :: deck
@@ -275,6 +275,24 @@ contains
     unit = deck%units%force
     if (is_plane(mechanical_model(deck%mesh%model))) unit = unit // '/' // deck%units%length
   end function force_unit
+
+  !> Of moments: of a force per unit thickness in the plane.
+  pure function moment_unit(deck) result(unit)
+    type(deck_config_t), intent(in) :: deck
+    character(:), allocatable :: unit
+
+    unit = deck%units%force // '*' // deck%units%length
+    if (is_plane(mechanical_model(deck%mesh%model))) unit = unit // '/' // deck%units%length
+  end function moment_unit
+
+  !> Of what a contact row stands for: a length per unit thickness in the plane, an area of the full turn in axisymmetry.
+  pure function area_unit(deck) result(unit)
+    type(deck_config_t), intent(in) :: deck
+    character(:), allocatable :: unit
+
+    unit = deck%units%length
+    if (.not. is_plane(mechanical_model(deck%mesh%model))) unit = unit // '2'
+  end function area_unit
 
   !> Name of force / length**2.
   pure function stress_unit(deck) result(unit)

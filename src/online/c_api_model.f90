@@ -72,6 +72,10 @@ contains
         call keep(handle%names(i), model%parameter_names(i)%text)
         call keep(handle%units(i), model%parameter_units(i)%text)
       end do
+      allocate (handle%contact_names(model%resultants%n_entries()))
+      do i = 1, size(handle%contact_names)
+        call keep(handle%contact_names(i), model%resultants%names(i)%text)
+      end do
     end associate
   end subroutine keep_texts
 
@@ -215,6 +219,54 @@ contains
     call put_reals(handle%online%model%areas, areas)
     code = code_ok
   end function signorom_get_contact_areas
+
+  integer(c_int) function signorom_get_contact_entries(model, n_entries, n_moments, entries) result(code) bind(c)
+    type(c_ptr), value :: model
+    type(c_ptr), value :: n_entries, n_moments, entries
+    type(model_handle_t), pointer :: handle
+
+    code = bad_argument
+    handle => ready_model(model)
+    if (.not. associated(handle)) return
+    associate (resultants => handle%online%model%resultants)
+      call put_integers([resultants%n_entries()], n_entries)
+      call put_integers([resultants%n_moments()], n_moments)
+      call put_integers(resultants%entries - 1, entries)
+    end associate
+    code = code_ok
+  end function signorom_get_contact_entries
+
+  type(c_ptr) function signorom_contact_entry_name(model, entry) result(name) bind(c)
+    type(c_ptr), value :: model
+    integer(c_int), value :: entry
+    type(model_handle_t), pointer :: handle
+
+    name = c_null_ptr
+    handle => ready_model(model)
+    if (.not. associated(handle)) return
+    if (entry < 0 .or. entry >= size(handle%contact_names)) return
+    name = c_loc(handle%contact_names(entry + 1)%characters)
+  end function signorom_contact_entry_name
+
+  integer(c_int) function signorom_get_resultants(model, multipliers, areas, forces, moments) result(code) bind(c)
+    type(c_ptr), value :: model
+    type(c_ptr), value :: multipliers, areas, forces, moments
+    type(model_handle_t), pointer :: handle
+    real(c_double), pointer :: given(:), told_areas(:), told_forces(:, :), told_moments(:, :)
+
+    code = bad_argument
+    handle => ready_model(model)
+    if (.not. associated(handle)) return
+    if (.not. all([c_associated(multipliers), c_associated(areas), c_associated(forces), c_associated(moments)])) return
+    associate (whole => handle%online%model, n => handle%online%model%resultants%n_entries())
+      call c_f_pointer(multipliers, given, [whole%n_multipliers])
+      call c_f_pointer(areas, told_areas, [n])
+      call c_f_pointer(forces, told_forces, [whole%n_dim, n])
+      call c_f_pointer(moments, told_moments, [whole%resultants%n_moments(), n])
+      call whole%resultants%evaluate(whole%areas, given, told_areas, told_forces, told_moments)
+    end associate
+    code = code_ok
+  end function signorom_get_resultants
 
   integer(c_int) function signorom_get_nodes(model, tags, coordinates) result(code) bind(c)
     type(c_ptr), value :: model

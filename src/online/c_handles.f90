@@ -30,6 +30,8 @@ module sig_c_handles
     type(c_text_t) :: texts(n_text_kinds)
     type(c_text_t), allocatable :: names(:)
     type(c_text_t), allocatable :: units(:)
+    !> of the contacts of the deck
+    type(c_text_t), allocatable :: contact_names(:)
   end type model_handle_t
 
   type :: context_handle_t

@@ -6,6 +6,7 @@ module sig_model
   use sig_model_choice, only: model_choice_t
   use sig_term_set, only: start_terms, term_set_t
   use sig_reduced, only: model_sizes_t, part_t
+  use sig_resultant_map, only: resultant_map_t
   use sig_text, only: string_t, to_text
   implicit none(type, external)
   private
@@ -79,6 +80,8 @@ module sig_model
     type(contact_side_t) :: second_side
     !> [length, or its square but in plane models] pressure = multiplier / area, shape (n_multipliers)
     real(rk), allocatable :: areas(:)
+    !> what the contact forces come to on each contact of the deck
+    type(resultant_map_t) :: resultants
     !> [length per unit of theta] initial gaps of all contacts, shape (n_multipliers, n_terms)
     real(rk), allocatable :: gap(:, :)
     !> [-]
@@ -124,6 +127,7 @@ contains
     call complete_side(model%first_side, model%n_dim, model%n_multipliers)
     call complete_side(model%second_side, model%n_dim, model%n_multipliers)
     call fill_missing(model%areas)
+    call model%resultants%complete(model%n_dim)
     call fill_missing(model%gap, model%n_multipliers)
     call fill_missing(model%validation%verdict)
     call fill_missing(model%validation%names)

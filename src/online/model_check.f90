@@ -82,6 +82,7 @@ contains
     name = ''
     if (.not. is_matrix(model%gap, model%n_multipliers, model%terms%n_terms())) name = 'gap'
     if (size(model%areas) /= model%n_multipliers .or. .not. all(ieee_is_finite(model%areas))) name = 'contact/areas'
+    if (.not. model%resultants%fits(model%n_dim, model%n_multipliers)) name = 'contact/entries'
     if (.not. is_side(model%first_side, 1, model%n_multipliers, model%n_dim)) name = 'contact/first'
     if (.not. is_side(model%second_side, 0, model%n_multipliers, model%n_dim)) name = 'contact/second'
   end function find_contact_mismatch

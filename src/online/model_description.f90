@@ -59,12 +59,25 @@ contains
     character(:), allocatable :: text
 
     text = line('full-order model', counted(model%n_nodes, 'node') // ', ' // counted(model%n_dofs, 'dof') // ', ' // &
-      counted(model%n_multipliers, 'contact pair')) // &
+      counted(model%n_multipliers, 'contact pair')) // contact_lines(model) // &
       line('units', 'displacements in ' // model%length_unit // ', contact forces in ' // model%force_unit) // &
       line('terms of the load', to_text(model%terms%n_terms())) // &
       line('POD tolerance', short_number(model%pod_tolerance)) // &
       line('prescribed values', model%dirichlet)
   end function size_lines
+
+  !> The contacts of the deck by the numbers that `predict` gives them.
+  pure function contact_lines(model) result(text)
+    type(model_t), intent(in) :: model
+    character(:), allocatable :: text
+    integer :: i
+
+    text = ''
+    do i = 1, model%resultants%n_entries()
+      text = text // line('  contact ' // to_text(i), model%resultants%names(i)%text // ', ' // &
+        counted(count(model%resultants%entries == i), 'contact pair'))
+    end do
+  end function contact_lines
 
   pure function cluster_lines(model, i) result(text)
     type(model_t), intent(in) :: model

@@ -13,12 +13,11 @@ module sig_field_output
   use sig_field_file, only: field_file_t
   use sig_full_order, only: team_t
   use sig_kinds, only: rk
-  use sig_mechanical_models, only: is_plane, mechanical_model
   use sig_model, only: model_t
   use sig_rooms, only: rooms_t
   use sig_online_model, only: online_model_t
   use sig_parameter_space, only: format_point
-  use sig_problem, only: body_at, force_unit, parameter_names, problem_t, stress_unit
+  use sig_problem, only: area_unit, body_at, force_unit, parameter_names, problem_t, stress_unit
   use sig_answer, only: answer_t
   use sig_query, only: query_t
   use sig_reconstruction, only: reconstruct_displacement, reconstruct_multipliers
@@ -151,15 +150,6 @@ contains
     call file%add_shared_array('contact/areas', problem%rows%areas, area_unit(problem%deck), &
       'area of each contact row: pressure = multiplier / area')
   end subroutine write_contact
-
-  !> Of what a contact row stands for: a length per unit thickness in the plane, an area of the full turn in axisymmetry.
-  pure function area_unit(deck) result(unit)
-    type(deck_config_t), intent(in) :: deck
-    character(:), allocatable :: unit
-
-    unit = deck%units%length
-    if (.not. is_plane(mechanical_model(deck%mesh%model))) unit = unit // '2'
-  end function area_unit
 
   subroutine write_side(rows, is_second, group, file)
     type(contact_rows_t), intent(in) :: rows

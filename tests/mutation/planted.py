@@ -257,6 +257,12 @@ PLANTED = [
         "areas(node) + self%areas(k)",
         "nodes of the second side count the whole area of each row",
     ),
+    Planted(
+        SRC + "contact/contact_rows.f90",
+        "force = -self%coefficients(i:i + self%n_dim - 1)",
+        "force = self%coefficients(i:i + self%n_dim - 1)",
+        "resultants of contacts are those on the second surface",
+    ),
     # solver
     Planted(
         SRC + "solver/bound_form.F90",

@@ -4,6 +4,7 @@ module sig_model_header
   use sig_deck_echo, only: echo_deck
   use sig_model, only: contact_side_t, model_t
   use sig_problem, only: force_unit, parameter_names, parameter_units, problem_t
+  use sig_resultants_of_contact, only: create_resultant_map
   use sig_training_set, only: training_set_t
   use sig_version, only: code_version
   implicit none(type, external)
@@ -53,6 +54,7 @@ contains
     model%n_multipliers = problem%rows%n_rows
     model%gap = problem%rows%gap
     model%areas = problem%rows%areas
+    call create_resultant_map(problem, model%resultants)
     call fill_side(problem, .false., model%first_side)
     call fill_side(problem, .true., model%second_side)
   end subroutine fill_contact

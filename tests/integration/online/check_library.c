@@ -91,10 +91,12 @@ static int count_allocations(const signorom_model *model, const signorom_sizes *
   long n_before = 0;
   if (signorom_create_context(model, &context)) return 0;
   double *forces = malloc(((size_t)sizes->n_contacts + 1) * sizeof *forces);
+  double area, force[3], moment[3]; /* of the one contact of the deck */
   for (int i = 0; i < 2 * n; i++) {
     if (i == n) n_before = n_allocations;
     signorom_query(context, points + (size_t)(i % n) * sizes->n_parameters, NULL);
     signorom_get_multipliers(context, forces);
+    signorom_get_resultants(model, forces, &area, force, moment);
   }
   const long n_made = n_allocations - n_before;
   printf("allocations in %d queries: %ld\n", n, n_made);
@@ -153,6 +155,12 @@ static int refuse_wrong_arguments(const signorom_model *model, const signorom_si
   is_fine &= signorom_get_contact_nodes(model, 2, NULL, NULL, NULL, NULL) == SIGNOROM_BAD_ARGUMENT;
   is_fine &= signorom_get_contact_nodes(model, 1, NULL, NULL, NULL, NULL) == SIGNOROM_OK;
   is_fine &= signorom_get_contact_areas(NULL, NULL) == SIGNOROM_BAD_ARGUMENT;
+  is_fine &= signorom_get_contact_entries(NULL, &node, NULL, NULL) == SIGNOROM_BAD_ARGUMENT;
+  is_fine &= signorom_get_contact_entries(model, &node, NULL, NULL) == SIGNOROM_OK && node == 1;
+  is_fine &= signorom_contact_entry_name(model, 0) != NULL && signorom_contact_entry_name(model, 1) == NULL;
+  is_fine &= signorom_contact_entry_name(model, -1) == NULL && signorom_contact_entry_name(NULL, 0) == NULL;
+  is_fine &= signorom_get_resultants(model, NULL, &value, &value, &value) == SIGNOROM_BAD_ARGUMENT;
+  is_fine &= signorom_get_resultants(model, &value, &value, NULL, &value) == SIGNOROM_BAD_ARGUMENT;
   is_fine &= signorom_get_next_cluster(model, NULL, &node) == SIGNOROM_BAD_ARGUMENT;
   is_fine &= signorom_get_next_cluster(model, points, NULL) == SIGNOROM_BAD_ARGUMENT;
   signorom_free_context(context);

@@ -49,6 +49,10 @@ contains
     model%second_side = contact_side_t([0, 2, 3, 3], [21, 22, 22], [0.3_rk, 0.7_rk, 1.0_rk], &
       reshape([0.0_rk, 0.5_rk, 1.0_rk, 0.25_rk, 1.0_rk, 0.25_rk], [2, 3]))
     model%areas = [0.5_rk, 1.0_rk, 0.5_rk]
+    model%resultants%names = [string_t('low - high'), string_t('low - rigid sphere')]
+    model%resultants%entries = [1, 1, 2]
+    model%resultants%unit_forces = reshape([0.0_rk, -1.0_rk, 0.6_rk, -0.8_rk, 1.0_rk, 0.0_rk], [2, 3])
+    model%resultants%unit_moments = reshape([0.0_rk, -0.8_rk, -3.0_rk], [1, 3])
     model%gap = reshape([1.0_rk, 3.0_rk, 2.0_rk, 0.0_rk, 0.0_rk, 0.0_rk], [3, 2])
     model%pod_tolerance = 1.0e-8_rk
     model%dirichlet = 'elastic_lifting'

@@ -113,6 +113,25 @@ def test_each_cluster_has_a_column() -> None:
     ]
 
 
+def test_each_contact_has_a_table() -> None:
+    """Points without an answer, and reports that say something else, do no harm."""
+    answered = {"surfaces": "foot - floor", "area": 0.75, "force": [0.0, -12.5], "moment": [-6.25]}
+    refused = answered | {"area": float("nan"), "force": [float("nan")] * 2, "moment": [float("nan")]}
+    report = {
+        "units": {"contact_area": "m", "force": "N/m", "moment": "N*m/m"},
+        "points": {
+            "1": {"point": "p = 2 Pa", "contacts": {"1": answered}},
+            "2": {"point": "p = 13 Pa", "contacts": {"1": refused}},
+            "3": "nothing",
+        },
+    }
+    assert format_summary(report).strip().splitlines() == [
+        "Contact 1: foot - floor  area [m]  force [N/m]  moment [N*m/m]",
+        "  p = 2 Pa               0.75      0; -12.5     -6.25",
+        "  p = 13 Pa              nan       nan; nan     nan",
+    ]
+
+
 def test_values_of_other_types() -> None:
     text = format_summary({"sizes": {"is_tied": True, "ranks": [1, 2], "inert": None}})
     assert text.splitlines()[1:] == ["  is tied  yes", "  ranks    1; 2", "  inert    -"]

@@ -40,6 +40,22 @@ class ContactNodes:
 
 
 @dataclass(frozen=True)
+class Resultants:
+    """What contact forces come to on each contact of the deck; of many answers with a dimension for these in front.
+
+    Units are those of the model: length (but of plane models: its square), force, force times length.
+    """
+
+    #: area that touches, shape (n_entries)
+    areas: FloatArray
+    #: resultant on the first surface, shape (n_entries, n_dimensions); in axisymmetry the sums of F_r and F_z
+    forces: FloatArray
+    #: its moment about the origin on the undeformed mesh, shape (n_entries, 3), but of plane and axisymmetric models
+    #: (n_entries, 1): x F_y - y F_x, r F_z - z F_r
+    moments: FloatArray
+
+
+@dataclass(frozen=True)
 class Answer:
     """What the model says at one point; arrays are the caller's own."""
 
@@ -47,7 +63,9 @@ class Answer:
     point: dict[str, float]
     #: force of each contact [force unit of the model], shape (n_contacts)
     multipliers: FloatArray
-    #: the same in the reduced integration domain of this cluster only, shape (n_domain_contacts)
+    #: contact area, resultant force and moment of each contact of the deck
+    resultants: Resultants
+    #: the multipliers in the reduced integration domain of this cluster only, shape (n_domain_contacts)
     domain_multipliers: FloatArray
     #: which contacts these are, counted from 0
     domain_contacts: IntArray

@@ -16,7 +16,7 @@ from typing import Self
 
 import numpy as np
 
-from signorom_post.answer import Answer, ContactNodes, ModelError, NoAnswerError, Parameter
+from signorom_post.answer import Answer, ContactNodes, ModelError, NoAnswerError, Parameter, Resultants
 from signorom_post.arrays import FloatArray, IntArray
 from signorom_post.library import METHODS, NO_ANSWER, CAnswer, CSizes, doubles, ints, load_library, text_of
 
@@ -209,6 +209,49 @@ class Model:
         return areas
 
     @property
+    def contact_names(self) -> list[str]:
+        """The two surfaces of each contact of the deck; empty where an earlier program wrote the file."""
+        with self._handles.model() as model:
+            n_entries, _ = self._n_entries(model)
+            names = [self._library.signorom_contact_entry_name(model, i) for i in range(n_entries)]
+        return [text_of(name) for name in names]
+
+    @property
+    def contact_entries(self) -> IntArray:
+        """Which contact of the deck each contact force belongs to, counted from 0; shape (n_contacts)."""
+        with self._handles.model() as model:
+            n_entries, _ = self._n_entries(model)
+            entries = np.zeros(self._sizes.n_contacts if n_entries else 0, dtype=np.intc)
+            self._library.signorom_get_contact_entries(model, None, None, ints(entries))
+        return entries.astype(np.int64)
+
+    def _n_entries(self, model: c_void_p) -> tuple[int, int]:
+        """Contacts of the deck, components of a moment."""
+        n_entries, n_moments = c_int(), c_int()
+        self._library.signorom_get_contact_entries(model, byref(n_entries), byref(n_moments), None)
+        return n_entries.value, n_moments.value
+
+    def resultants(self, multipliers: FloatArray) -> Resultants:
+        """What forces of all contacts [n_contacts] come to, or those of many answers [n_points, n_contacts]."""
+        given = np.ascontiguousarray(multipliers, dtype=float)
+        if given.ndim not in (1, 2) or given.shape[-1] != self._sizes.n_contacts:
+            raise ValueError(
+                f"multipliers must have {self._sizes.n_contacts} columns, not the shape {given.shape}"
+            )
+        points = given.reshape(-1, self._sizes.n_contacts)
+        with self._handles.model() as model:
+            n_entries, n_moments = self._n_entries(model)
+            areas = np.zeros((len(points), n_entries))
+            forces = np.zeros((len(points), n_entries, self._sizes.n_dimensions))
+            moments = np.zeros((len(points), n_entries, n_moments))
+            for i, point in enumerate(points):
+                self._library.signorom_get_resultants(
+                    model, doubles(point), doubles(areas[i]), doubles(forces[i]), doubles(moments[i])
+                )
+        one = given.ndim == 1
+        return Resultants(*(values[0] if one else values for values in (areas, forces, moments)))
+
+    @property
     def nodes(self) -> tuple[IntArray, FloatArray]:
         """Tags of the mesh file and coordinates of all nodes, shapes (n_nodes) and (n_nodes, n_dimensions)."""
         tags = np.zeros(self._sizes.n_nodes, dtype=np.intc)
@@ -236,9 +279,11 @@ class Model:
         with self._handles.model() as model, self._handles.context() as context:
             if self._library.signorom_query(context, doubles(point), byref(told)):
                 raise NoAnswerError(text_of(self._library.signorom_message(context)))
+            multipliers = self._get(context, "signorom_get_multipliers", self._sizes.n_contacts)
             return Answer(
                 point={parameter.name: float(values[parameter.name]) for parameter in self.parameters},
-                multipliers=self._get(context, "signorom_get_multipliers", self._sizes.n_contacts),
+                multipliers=multipliers,
+                resultants=self.resultants(multipliers),
                 domain_multipliers=self._get(
                     context, "signorom_get_domain_multipliers", told.n_domain_contacts
                 ),

@@ -54,6 +54,7 @@ def format_summary(report: dict[str, Any]) -> str:
         else:
             show = {"times": duration, "speed_up": _factor}.get(key, _value)
             blocks.append(_table(heading, list(_entries(section, key, show))))
+    blocks += _contact_tables(report)
     if len(blocks) == 1:
         blocks.append("The report has none of the sections " + ", ".join(SECTIONS) + ".")
     return "\n\n".join(block for block in blocks if block)
@@ -111,6 +112,35 @@ def _cluster_table(clusters: dict[str, dict[str, Any]]) -> str:
         "  ".join([f"{row[0]:<{width}}", *(f"{text:>{w}}" for text, w in zip(row[1:], widths, strict=True))])
         for row in rows
     )
+
+
+def _contact_tables(report: dict[str, Any]) -> Iterator[str]:
+    """For each contact of the deck a row per full-order point: area that touches, resultant force and its moment."""
+    points = _mapping(report.get("points")).values()
+    units = _mapping(report.get("units"))
+    tables: dict[str, list[list[str]]] = {}
+    for point in map(_mapping, points):
+        for number, contact in _mapping(point.get("contacts")).items():
+            contact = _mapping(contact)
+            heading = f"Contact {number}: {_value(contact.get('surfaces'))}"
+            values = [_value(contact.get(key)) for key in ("area", "force", "moment")]
+            tables.setdefault(heading, []).append([f"  {_value(point.get('point'))}", *values])
+    titles = [
+        f"{name} [{units.get(key, ABSENT)}]"
+        for name, key in (("area", "contact_area"), ("force", "force"), ("moment", "moment"))
+    ]
+    for heading, rows in tables.items():
+        cells = [[heading, *titles], *rows]
+        widths = [max(len(row[i]) for row in cells) for i in range(len(cells[0]))]
+        yield "\n".join(
+            "  ".join(f"{text:<{width}}" for text, width in zip(row, widths, strict=True)).rstrip()
+            for row in cells
+        )
+
+
+def _mapping(value: Any) -> dict[Any, Any]:
+    """What a report says where a mapping should be; nothing of anything else."""
+    return value if isinstance(value, dict) else {}
 
 
 def _error_table(heading: str, section: dict[str, Any]) -> str:

@@ -1,0 +1,144 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> What contact forces come to on each contact of the deck: area that touches, resultant force and moment.
+module sig_resultant_map
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_nan, ieee_quiet_nan, ieee_value
+  use sig_errors, only: error_t
+  use sig_hdf5_reader, only: h5_reader_t
+  use sig_hdf5_writer, only: h5_writer_t
+  use sig_kinds, only: rk
+  use sig_missing_parts, only: fill_missing
+  use sig_shape_checks, only: are_indices, is_matrix
+  use sig_text, only: string_t
+  implicit none(type, external)
+  private
+  public :: resultant_map_t
+
+  !> Linear in the multipliers, because geometry and normals are those of the undeformed mesh.
+  !>
+  !> Forces are those on the first surface. The moment, about the origin, is x cross f: three numbers in space, x f_y - y f_x in
+  !> the plane. In axisymmetry both are sums over the full turn of components in the half plane r, z: F_r is what presses in
+  !> radial direction, though it has no resultant in space, and r f_z - z f_r tells where F_z acts.
+  type :: resultant_map_t
+    !> what touches what, an entry of the deck's contact section each; shape (n_entries); none in older files
+    type(string_t), allocatable :: names(:)
+    !> entry of each multiplier, 1-based, shape (n_multipliers)
+    integer, allocatable :: entries(:)
+    !> [-] force of a multiplier of 1, shape (n_dim, n_multipliers)
+    real(rk), allocatable :: unit_forces(:, :)
+    !> [length] moment of a multiplier of 1, shape (1 or 3, n_multipliers)
+    real(rk), allocatable :: unit_moments(:, :)
+  contains
+    procedure :: n_entries
+    procedure :: n_moments
+    procedure :: evaluate
+    procedure :: complete
+    procedure :: fits
+    procedure :: write
+    procedure :: read
+  end type resultant_map_t
+
+contains
+
+  pure integer function n_entries(self)
+    class(resultant_map_t), intent(in) :: self
+
+    n_entries = size(self%names)
+  end function n_entries
+
+  !> Components of a moment.
+  pure integer function n_moments(self)
+    class(resultant_map_t), intent(in) :: self
+
+    n_moments = size(self%unit_moments, 1)
+  end function n_moments
+
+  !> Sums over the multipliers of each entry: areas where they are positive, forces, moments.
+  !>
+  !> Where a multiplier is not a number, no sum of its entry is one. Allocates nothing.
+  pure subroutine evaluate(self, row_areas, multipliers, areas, forces, moments)
+    class(resultant_map_t), intent(in) :: self
+    !> [length**(n_dim - 1)] of each row, shape (n_multipliers)
+    real(rk), intent(in) :: row_areas(:)
+    !> [force] same shape
+    real(rk), intent(in) :: multipliers(:)
+    !> [length**(n_dim - 1)] shape (n_entries)
+    real(rk), intent(out) :: areas(:)
+    !> [force] shape (n_dim, n_entries)
+    real(rk), intent(out) :: forces(:, :)
+    !> [force*length] shape (n_moments, n_entries)
+    real(rk), intent(out) :: moments(:, :)
+    integer :: i, k
+
+    areas = 0
+    forces = 0
+    moments = 0
+    do k = 1, size(self%entries)
+      i = self%entries(k)
+      if (multipliers(k) > 0) areas(i) = areas(i) + row_areas(k)
+      if (ieee_is_nan(multipliers(k))) areas(i) = ieee_value(1.0_rk, ieee_quiet_nan)
+      forces(:, i) = forces(:, i) + multipliers(k) * self%unit_forces(:, k)
+      moments(:, i) = moments(:, i) + multipliers(k) * self%unit_moments(:, k)
+    end do
+  end subroutine evaluate
+
+  !> Empty where nothing was set, as in files of earlier programs.
+  pure subroutine complete(self, n_dim)
+    class(resultant_map_t), intent(inout) :: self
+    integer, intent(in) :: n_dim
+
+    call fill_missing(self%names)
+    call fill_missing(self%entries)
+    call fill_missing(self%unit_forces, n_dim)
+    call fill_missing(self%unit_moments, moments_of(n_dim))
+  end subroutine complete
+
+  !> The shapes are those of a model. Requires: complete, n_dim of 2 or 3.
+  pure logical function fits(self, n_dim, n_multipliers)
+    class(resultant_map_t), intent(in) :: self
+    integer, intent(in) :: n_dim
+    integer, intent(in) :: n_multipliers
+    integer :: n
+
+    n = n_multipliers
+    if (size(self%names) == 0) n = 0
+    fits = size(self%entries) == n .and. are_indices(self%entries, size(self%names)) .and. &
+      is_matrix(self%unit_forces, n_dim, n) .and. is_matrix(self%unit_moments, moments_of(n_dim), n)
+  end function fits
+
+  !> Components of a moment; a file may say anything of n_dim.
+  pure integer function moments_of(n_dim)
+    integer, intent(in) :: n_dim
+
+    moments_of = merge(3, 1, n_dim == 3)
+  end function moments_of
+
+  subroutine write(self, file, length)
+    class(resultant_map_t), intent(in) :: self
+    type(h5_writer_t), intent(inout) :: file
+    !> unit of lengths
+    character(*), intent(in) :: length
+
+    call file%write('/contact/entry_names', self%names, description='entries of the deck''s contact section')
+    call file%write('/contact/entries', self%entries, description='entry of each multiplier, 1-based')
+    call file%write('/contact/unit_forces', self%unit_forces, '1', &
+      'resultant on the first surface of a multiplier of 1, a multiplier per row')
+    call file%write('/contact/unit_moments', self%unit_moments, length, &
+      'its moment about the origin, of the undeformed mesh, a multiplier per row')
+  end subroutine write
+
+  !> Leaves all parts empty where the file has none.
+  subroutine read(self, file, n_dim, error)
+    class(resultant_map_t), intent(inout) :: self
+    type(h5_reader_t), intent(in) :: file
+    integer, intent(in) :: n_dim
+    type(error_t), allocatable, intent(inout) :: error
+
+    if (file%has('/contact/entry_names')) then
+      call file%read('/contact/entry_names', self%names, error)
+      call file%read('/contact/entries', self%entries, error)
+      call file%read('/contact/unit_forces', self%unit_forces, error)
+      call file%read('/contact/unit_moments', self%unit_moments, error)
+    end if
+    call self%complete(n_dim)
+  end subroutine read
+end module sig_resultant_map

@@ -1,0 +1,74 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> Area, resultant force and moment of each contact of the deck: the map for a model, and a full-order answer in the report.
+module sig_resultants_of_contact
+  use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
+  use sig_contact_state, only: contact_state_t
+  use sig_contact_summary, only: contact_name
+  use sig_kinds, only: rk
+  use sig_problem, only: area_unit, moment_unit, problem_t
+  use sig_reasons, only: reason_converged
+  use sig_resultant_map, only: resultant_map_t
+  use sig_run_report, only: run_report_t
+  use sig_text, only: append_text, to_text
+  implicit none(type, external)
+  private
+  public :: create_resultant_map, report_resultants
+
+contains
+
+  !> Local.
+  subroutine create_resultant_map(problem, map)
+    type(problem_t), intent(in) :: problem
+    type(resultant_map_t), intent(out) :: map
+    integer :: i
+
+    allocate (map%names(0))
+    do i = 1, size(problem%deck%contact)
+      call append_text(map%names, contact_name(problem%deck, i))
+    end do
+    map%entries = problem%rows%contact_entry
+    call problem%rows%unit_resultants(problem%mesh%coordinates, map%unit_forces, map%unit_moments)
+    call map%complete(problem%mesh%n_dim)
+  end subroutine create_resultant_map
+
+  !> Of all points; no numbers where a point has no answer.
+  subroutine report_resultants(problem, states, report)
+    type(problem_t), intent(in) :: problem
+    type(contact_state_t), intent(in) :: states(:)
+    type(run_report_t), intent(inout) :: report
+    type(resultant_map_t) :: map
+    real(rk) :: multipliers(problem%rows%n_rows)
+    integer :: i
+
+    call report%add('units/contact_area', area_unit(problem%deck))
+    call report%add('units/moment', moment_unit(problem%deck))
+    call create_resultant_map(problem, map)
+    do i = 1, size(states)
+      multipliers = ieee_value(1.0_rk, ieee_quiet_nan)
+      if (states(i)%reason == reason_converged) multipliers = states(i)%multipliers
+      call report_point(map, problem%rows%areas, multipliers, 'points/' // to_text(i) // '/contacts/', report)
+    end do
+  end subroutine report_resultants
+
+  !> A numbered entry per contact: names may hold what a key may not.
+  subroutine report_point(map, row_areas, multipliers, group, report)
+    type(resultant_map_t), intent(in) :: map
+    !> shape (n_rows)
+    real(rk), intent(in) :: row_areas(:)
+    real(rk), intent(in) :: multipliers(:)
+    !> with its last slash
+    character(*), intent(in) :: group
+    type(run_report_t), intent(inout) :: report
+    real(rk) :: areas(map%n_entries()), forces(size(map%unit_forces, 1), map%n_entries())
+    real(rk) :: moments(map%n_moments(), map%n_entries())
+    integer :: i
+
+    call map%evaluate(row_areas, multipliers, areas, forces, moments)
+    do i = 1, map%n_entries()
+      call report%add(group // to_text(i) // '/surfaces', map%names(i)%text)
+      call report%add(group // to_text(i) // '/area', areas(i))
+      call report%add(group // to_text(i) // '/force', forces(:, i))
+      call report%add(group // to_text(i) // '/moment', moments(:, i))
+    end do
+  end subroutine report_point
+end module sig_resultants_of_contact
