@@ -151,15 +151,17 @@ contains
   subroutine find_gains(self, workspace)
     class(nnls_t), intent(in) :: self
     type(nnls_workspace_t), intent(inout) :: workspace
+    integer :: i
 
     if (size(self%products) == 0) then
       call multiply_transpose(1.0_rk, self%columns, workspace%residual, 0.0_rk, workspace%gain)
       return
     end if
     workspace%taken = 0
-    associate (n => workspace%set%n)
-      workspace%taken(workspace%set%used(:n)) = -workspace%x(:n)
-    end associate
+    ! a loop: gfortran allocates a temporary array for the vector of indices
+    do i = 1, workspace%set%n
+      workspace%taken(workspace%set%used(i)) = -workspace%x(i)
+    end do
     workspace%gain = workspace%rhs_products
     call add_few_columns(self%products, workspace%taken, workspace%gain)
   end subroutine find_gains
