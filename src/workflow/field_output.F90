@@ -2,10 +2,10 @@
 #include "signorom/macros.h"
 !> Fields at the deck's output points: full-order, and reduced where there is a model. What ParaView and the figures show.
 module sig_field_output
-  use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   use sig_clock, only: wall_time
   use sig_contact_rows, only: contact_rows_t
   use sig_contact_state, only: contact_state_t
+  use sig_contact_surfaces, only: contact_surfaces_t, nodal_gaps, pressures
   use sig_deck_config, only: deck_config_t
   use sig_elastic_body, only: elastic_body_t
   use sig_error_broadcast, only: broadcast_error
@@ -46,7 +46,7 @@ module sig_field_output
 
 contains
 
-  !> Solves the points and writes fields.h5 and fields.xdmf. Collective on all ranks.
+  !> Solves the points and writes fields.h5 and fields.xdmf, contact.h5 and contact.xdmf. Collective on all ranks.
   !>
   !> A signal ends it after the current points, and then nothing is written.
   subroutine write_fields(problem, team, points, folder, solved, error, ierr, model)
@@ -119,12 +119,14 @@ contains
     type(online_model_t) :: online
     type(query_t) :: query
     type(field_file_t) :: file
+    type(contact_surfaces_t) :: surfaces
     character(:), allocatable :: message
     real(rk), allocatable :: theta(:, :)
     integer :: i, i_bad_point, i_bad_source
 
     call evaluate_points(problem%terms, points, theta, i_bad_point, i_bad_source)
     call file%create(folder // '/fields.h5', problem%mesh, problem%deck%units%length, parameter_names(problem%deck), error)
+    if (.not. allocated(error)) call surfaces%create(problem, folder, error)
     if (allocated(error)) return
     call write_contact(problem, file)
     if (present(model)) then
@@ -133,11 +135,13 @@ contains
       if (.not. allocated(message)) call query%create(online, message)
     end if
     do i = 1, size(points, 2)
-      call write_point(problem, points(:, i), theta(:, i), states(i), file)
-      if (present(model) .and. .not. allocated(message)) call write_reduced(problem, points(:, i), online, query, file)
+      call write_point(problem, points(:, i), theta(:, i), states(i), file, surfaces)
+      if (present(model) .and. .not. allocated(message)) call write_reduced(problem, points(:, i), online, query, file, &
+        surfaces)
     end do
     call query%destroy()
     call file%close(error)
+    if (.not. allocated(error)) call surfaces%close(error)
   end subroutine write_file
 
   !> Which nodes face each other; the same for all points.
@@ -168,19 +172,20 @@ contains
     call file%add_shared_array(group // '/weights', weights, '-', 'share of the row''s contact force on the node')
   end subroutine write_side
 
-  subroutine write_point(problem, point, theta, state, file)
+  subroutine write_point(problem, point, theta, state, file, surfaces)
     type(problem_t), intent(in) :: problem
     real(rk), intent(in) :: point(:)
     real(rk), intent(in) :: theta(:)
     type(contact_state_t), intent(in) :: state
     type(field_file_t), intent(inout) :: file
+    type(contact_surfaces_t), intent(inout) :: surfaces
 
     associate (deck => problem%deck, n_dim => problem%mesh%n_dim, n_nodes => problem%mesh%n_nodes)
       call file%start_point(format_point(deck%parameters, point), point)
       if (deck%output%has_displacement) call file%add_node_field('displacement', &
         reshape(state%displacement, [n_dim, n_nodes]), deck%units%length, 'displacement, full-order model')
       if (deck%output%has_contact) then
-        call write_contact_fields(problem, theta, state, file)
+        call write_contact_fields(problem, point, theta, state, file, surfaces)
       end if
       if (deck%output%has_stress) call write_stress_fields(problem, point, state%displacement, file)
     end associate
@@ -207,11 +212,13 @@ contains
     call file%add_node_field('von_mises_smoothed', von_mises(smoothed), unit, 'von Mises stress of the smoothed stress')
   end subroutine write_stress_fields
 
-  subroutine write_contact_fields(problem, theta, state, file)
+  subroutine write_contact_fields(problem, point, theta, state, file, surfaces)
     type(problem_t), intent(in) :: problem
+    real(rk), intent(in) :: point(:)
     real(rk), intent(in) :: theta(:)
     type(contact_state_t), intent(in) :: state
     type(field_file_t), intent(inout) :: file
+    type(contact_surfaces_t), intent(inout) :: surfaces
     real(rk) :: gap(problem%mesh%n_nodes), force(problem%mesh%n_dim, problem%mesh%n_nodes), opening(problem%rows%n_rows)
 
     associate (rows => problem%rows, deck => problem%deck)
@@ -227,14 +234,16 @@ contains
       call file%add_array('multipliers_full_order', state%multipliers, force_unit(problem%deck), &
         'contact force of each row, full-order model')
     end associate
+    call surfaces%write_point(problem, point, state, opening)
   end subroutine write_contact_fields
 
-  subroutine write_reduced(problem, point, online, query, file)
+  subroutine write_reduced(problem, point, online, query, file, surfaces)
     type(problem_t), intent(in) :: problem
     real(rk), intent(in) :: point(:)
     type(online_model_t), intent(in) :: online
     type(query_t), intent(inout) :: query
     type(field_file_t), intent(inout) :: file
+    type(contact_surfaces_t), intent(inout) :: surfaces
     type(answer_t) :: answer
     type(rooms_t) :: rooms
     real(rk), allocatable :: displacement(:)
@@ -256,6 +265,7 @@ contains
       'where it comes from: 0 there is none, 1 modes, 2 exact')
     call file%add_array('multipliers_reduced', multipliers, force_unit(problem%deck), &
       'contact force of each row, reduced model; outside the reduced domain reconstructed')
+    call surfaces%write_reduced(problem, multipliers)
   end subroutine write_reduced
 
   !> Of each node, one of displacement_*.
@@ -269,32 +279,4 @@ contains
       sources = [(real(part%displacement_source(model%n_dim * i), rk), i=1, model%n_nodes)]
     end associate
   end function displacement_sources
-
-  !> Opening at each contact node, the smallest of the rows that it meets.
-  pure function nodal_gaps(rows, opening, n_nodes) result(gap)
-    type(contact_rows_t), intent(in) :: rows
-    !> [length] shape (n_rows)
-    real(rk), intent(in) :: opening(:)
-    integer, intent(in) :: n_nodes
-    !> [length] no number where no row is
-    real(rk) :: gap(n_nodes)
-    integer :: k
-
-    gap = huge(gap)
-    do k = 1, rows%n_rows
-      associate (nodes => rows%nodes_of(k))
-        gap(nodes) = min(gap(nodes), opening(k))
-      end associate
-    end do
-    where (rows%rows_per_node(n_nodes) == 0) gap = ieee_value(gap, ieee_quiet_nan)
-  end function nodal_gaps
-
-  !> force / area, zero where no contact surface is.
-  elemental real(rk) function pressures(force, area)
-    real(rk), intent(in) :: force
-    real(rk), intent(in) :: area
-
-    pressures = 0
-    if (area > 0) pressures = force / area
-  end function pressures
 end module sig_field_output

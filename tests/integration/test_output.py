@@ -52,6 +52,8 @@ def test_files(results):
     """Exactly these files; what is hidden is a lock."""
     names = sorted(path.name for path in results.iterdir() if not path.name.startswith("."))
     assert names == [
+        "contact.h5",
+        "contact.xdmf",
         "enrichment.csv",
         "fields.h5",
         "fields.xdmf",
@@ -255,6 +257,32 @@ def test_vtk_opens_the_fields(results, tmp_path):
             np.testing.assert_allclose(step.points, file["mesh/coordinates"][()], rtol=0, atol=1e-7)
             assert {"displacement", "gap", "stress_smoothed"} <= step.nodes.keys()
             assert {"reduced_domain", "stress"} <= step.cells.keys()
+            for name, values in (step.nodes | step.cells).items():
+                np.testing.assert_array_equal(values, point[name][()], err_msg=name)
+
+
+def test_contact_surface_stands_alone(results):
+    """The first surface as cells of its own: the values of the fields at its nodes, and which pairs are closed."""
+    shown = read_with_vtk(results / "contact.xdmf")
+    assert list(shown) == [1.0, 2.0]
+    with h5py.File(results / "contact.h5") as file, h5py.File(results / "fields.h5") as fields:
+        nodes, owners = file["mesh/nodes"][()] - 1, fields["contact/first/nodes"][()] - 1
+        assert (len(nodes), len(owners)) == (15, 13)
+        for step, point, whole in zip(
+            shown.values(), file["points"].values(), fields["points"].values(), strict=True
+        ):
+            assert (len(step.points), step.n_cells) == (15, 14)
+            for name in ("displacement", "contact_force", "contact_pressure", "gap"):
+                np.testing.assert_array_equal(step.nodes[name], whole[name][()][nodes], err_msg=name)
+            # nodes that are prescribed on both sides have no row
+            is_closed = np.isin(nodes, owners[whole["multipliers_full_order"][()] > 0])
+            expected = np.where(is_closed, 2, np.where(np.isin(nodes, owners), 1, 0))
+            np.testing.assert_array_equal(step.nodes["status"], expected)
+            assert 0 < is_closed.sum() < 13
+            reduced = whole["multipliers_reduced"][()] / fields["contact/areas"][()]
+            found = dict(zip(nodes, step.nodes["contact_pressure_reduced"], strict=True))
+            np.testing.assert_allclose([found[node] for node in owners], reduced, rtol=1e-12)
+            np.testing.assert_array_equal(step.cells["contact"], 1)
             for name, values in (step.nodes | step.cells).items():
                 np.testing.assert_array_equal(values, point[name][()], err_msg=name)
 

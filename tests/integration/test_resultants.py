@@ -1,8 +1,12 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Area, resultant force and moment of each contact: those of a uniform pressure, alike in report, CSV, C and Python."""
+"""Area, resultant force and moment of each contact: those of a uniform pressure, alike in report, CSV, C and Python.
+
+The surfaces in contact.xdmf show that pressure.
+"""
 
 from dataclasses import dataclass
 
+import h5py
 import numpy as np
 import pytest
 import yaml
@@ -10,6 +14,7 @@ import yaml
 from block_meshes import Mesh
 from c_programs import compile_c, run_c
 from results import read_table
+from vtk_fields import read_with_vtk
 
 # [-] uniform stress is in the span of the elements: rounding, and what the solvers leave
 EXACT = 1e-9
@@ -152,6 +157,31 @@ def together(areas, forces, moments):
     return np.column_stack([areas, forces, moments])
 
 
+def check_surfaces(results, case, known):
+    """Facets of the first surfaces with uniform pressure; their forces add up to those of the contacts."""
+    size = {"m": 1.0, "mm": 1e3}[case.unit]
+    pressure = YOUNG_MODULUS / size**2 * STROKE / case.n_blocks
+    (shown,) = read_with_vtk(results / "contact.xdmf").values()
+    with h5py.File(results / "contact.h5") as file:
+        topology = file["mesh/topology"][()]
+    edges = [case.edges[min(i, 1)] for i in (0, 2)[: case.n_blocks - 1]]
+    n_cells = [n**2 if case.model == "solid" else n for n in edges]
+    contact = shown.cells["contact"]
+    assert [(contact == i + 1).sum() for i in range(case.n_blocks - 1)] == n_cells
+    assert len(contact) == shown.n_cells == sum(n_cells)
+    for name in ("contact_pressure", "contact_pressure_reduced"):
+        np.testing.assert_allclose(shown.nodes[name], pressure, rtol=EXACT)
+    np.testing.assert_array_equal(shown.nodes["status"], 2)
+    np.testing.assert_allclose(shown.nodes["gap"], 0, atol=EXACT * STROKE * size)
+    n_dim = known[1].shape[1]
+    for name in ("contact_force", "contact_force_reduced"):
+        forces = [
+            shown.nodes[name][np.unique(topology[contact == i + 1])].sum(axis=0)
+            for i in range(case.n_blocks - 1)
+        ]
+        assert_close([np.array(forces)[:, :n_dim]], [known[1]], EXACT)
+
+
 @pytest.mark.parametrize("name", CASES)
 def test_pressed_blocks(signorom, library, post, tmp_path, name):
     case = CASES[name]
@@ -168,6 +198,8 @@ def test_pressed_blocks(signorom, library, post, tmp_path, name):
     is_plane = case.model in ("plane_strain", "plane_stress")
     assert report["units"]["contact_area"] == (length if is_plane else f"{length}2")
     assert report["units"]["moment"] == f"N*{length}" + (f"/{length}" if is_plane else "")
+
+    check_surfaces(tmp_path / "results/blocks", case, known)
 
     stroke = STROKE * (1 if case.unit == "m" else 1e3)
     (tmp_path / "points.csv").write_text(f"stroke\n{stroke}\n{-stroke}\n")

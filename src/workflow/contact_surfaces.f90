@@ -1,0 +1,245 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> The first surfaces of all contacts as cells of their own: contact.h5 and contact.xdmf beside those of the fields.
+module sig_contact_surfaces
+  use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
+  use sig_contact_rows, only: contact_rows_t
+  use sig_contact_state, only: contact_state_t
+  use sig_errors, only: error_t
+  use sig_field_file, only: field_file_t
+  use sig_kinds, only: rk
+  use sig_mesh, only: mesh_t, nodes_of_facet
+  use sig_mesh_checks, only: group_of_surface
+  use sig_parameter_space, only: format_point
+  use sig_problem, only: force_unit, parameter_names, problem_t, stress_unit
+  implicit none(type, external)
+  private
+  public :: contact_surfaces_t, nodal_gaps, pressures
+
+  !> status of a node: not of a row (alone or inert), open, closed
+  integer, parameter :: status_none = 0, status_open = 1, status_closed = 2
+
+  !> create; then write_point and write_reduced for each point; close. Does nothing where the deck has no contact or wants no fields
+  !> of it. Contacts that share a node have one each, so that none hides the other's values. Local: one rank writes.
+  type :: contact_surfaces_t
+    private
+    logical :: is_used = .false.
+    type(field_file_t) :: file
+    !> its cells are facets of the mesh of the bodies
+    type(mesh_t) :: mesh
+    !> entry of the deck's contact section, shape (n_cells)
+    integer, allocatable :: entries(:)
+    !> node of the bodies' mesh, shape (n_nodes)
+    integer, allocatable :: nodes(:)
+    !> nodes of entry i are starts(i) + 1 ... starts(i + 1)
+    integer, allocatable :: starts(:)
+  contains
+    procedure :: create
+    procedure :: write_point
+    procedure :: write_reduced
+    procedure :: close => close_file
+    procedure, private :: add_surface
+  end type contact_surfaces_t
+
+contains
+
+  !> Starts the files. Errors: they cannot be created.
+  subroutine create(self, problem, folder, error)
+    class(contact_surfaces_t), intent(inout) :: self
+    type(problem_t), intent(in) :: problem
+    character(*), intent(in) :: folder
+    type(error_t), allocatable, intent(out) :: error
+    integer :: i
+
+    self%is_used = problem%deck%output%has_contact .and. size(problem%deck%contact) > 0
+    if (.not. self%is_used) return
+    self%mesh%n_dim = problem%mesh%n_dim
+    allocate (self%entries(0), self%nodes(0), self%mesh%cell_types(0), self%mesh%cell_nodes(0))
+    self%starts = [0]
+    self%mesh%cell_offsets = [0]
+    do i = 1, size(problem%deck%contact)
+      call self%add_surface(problem, i, error)
+      if (allocated(error)) return
+    end do
+    self%mesh%n_cells = size(self%entries)
+    self%mesh%n_nodes = size(self%nodes)
+    self%mesh%coordinates = problem%mesh%coordinates(:, self%nodes)
+    call self%file%create(folder // '/contact.h5', self%mesh, problem%deck%units%length, parameter_names(problem%deck), error)
+    if (allocated(error)) return
+    call self%file%add_shared_array('mesh/nodes', self%nodes, '-', 'of the mesh of the bodies, 1-based')
+    call self%file%add_shared_array('mesh/node_tags', problem%mesh%node_tags(self%nodes), '-', 'of the mesh file')
+  end subroutine create
+
+  !> Facets and nodes of the first surface of an entry.
+  subroutine add_surface(self, problem, i_entry, error)
+    class(contact_surfaces_t), intent(inout) :: self
+    type(problem_t), intent(in) :: problem
+    integer, intent(in) :: i_entry
+    type(error_t), allocatable, intent(out) :: error
+    integer, allocatable :: nodes(:), offsets(:), sizes(:)
+    integer :: place(problem%mesh%n_nodes), i, i_group, n
+
+    call group_of_surface(problem%mesh, problem%deck%contact(i_entry)%first, problem%deck%path, i_group, error)
+    if (allocated(error)) return
+    associate (mesh => problem%mesh, group => problem%mesh%groups(i_group))
+      place(group%nodes) = [(size(self%nodes) + i, i=1, size(group%nodes))]
+      self%nodes = [self%nodes, group%nodes]
+      self%starts = [self%starts, size(self%nodes)]
+      self%entries = [self%entries, spread(i_entry, 1, size(group%entities))]
+      self%mesh%cell_types = [self%mesh%cell_types, mesh%facet_types(group%entities)]
+      sizes = mesh%facet_offsets(group%entities + 1) - mesh%facet_offsets(group%entities)
+      allocate (nodes(sum(sizes)), offsets(size(sizes)))
+      n = 0
+      do i = 1, size(sizes)
+        nodes(n + 1:n + sizes(i)) = place(nodes_of_facet(mesh, group%entities(i)))
+        n = n + sizes(i)
+        offsets(i) = size(self%mesh%cell_nodes) + n
+      end do
+      self%mesh%cell_nodes = [self%mesh%cell_nodes, nodes]
+      self%mesh%cell_offsets = [self%mesh%cell_offsets, offsets]
+    end associate
+  end subroutine add_surface
+
+  !> A full-order answer.
+  subroutine write_point(self, problem, point, state, opening)
+    class(contact_surfaces_t), intent(inout) :: self
+    type(problem_t), intent(in) :: problem
+    real(rk), intent(in) :: point(:)
+    type(contact_state_t), intent(in) :: state
+    !> [length] of each row, shape (n_rows)
+    real(rk), intent(in) :: opening(:)
+    real(rk) :: force(self%mesh%n_dim, self%mesh%n_nodes), pressure(self%mesh%n_nodes), gap(self%mesh%n_nodes)
+    real(rk) :: status(self%mesh%n_nodes), displacement(problem%mesh%n_dim, problem%mesh%n_nodes)
+
+    if (.not. self%is_used) return
+    associate (deck => problem%deck)
+      call self%file%start_point(format_point(deck%parameters, point), point)
+      displacement = reshape(state%displacement, shape(displacement))
+      if (deck%output%has_displacement) call self%file%add_node_field('displacement', displacement(:, self%nodes), &
+        deck%units%length, 'displacement, full-order model')
+      call gather(self, problem%rows, state%multipliers, problem%mesh%n_nodes, force, pressure)
+      call gather_state(self, problem%rows, state%multipliers, opening, problem%mesh%n_nodes, gap, status)
+      call self%file%add_node_field('contact_force', force, force_unit(deck), 'force of the other body on the node')
+      call self%file%add_node_field('contact_pressure', pressure, stress_unit(deck), &
+        'contact force over the area that the node stands for')
+      call self%file%add_node_field('gap', gap, deck%units%length, &
+        'open distance, the smallest of the rows at the node; no number where there is none')
+      call self%file%add_node_field('status', status, '-', '0 no row (faces nothing, or inert), 1 open, 2 closed')
+    end associate
+    call self%file%add_cell_field('contact', self%entries, '-', 'entry of the deck''s contact section, 1-based')
+  end subroutine write_point
+
+  !> The answer of a reduced model at the same point.
+  subroutine write_reduced(self, problem, multipliers)
+    class(contact_surfaces_t), intent(inout) :: self
+    type(problem_t), intent(in) :: problem
+    !> [force] shape (n_rows)
+    real(rk), intent(in) :: multipliers(:)
+    real(rk) :: force(self%mesh%n_dim, self%mesh%n_nodes), pressure(self%mesh%n_nodes)
+
+    if (.not. self%is_used) return
+    call gather(self, problem%rows, multipliers, problem%mesh%n_nodes, force, pressure)
+    call self%file%add_node_field('contact_force_reduced', force, force_unit(problem%deck), &
+      'force of the other body on the node, reduced model')
+    call self%file%add_node_field('contact_pressure_reduced', pressure, stress_unit(problem%deck), &
+      'contact force over the area that the node stands for, reduced model')
+  end subroutine write_reduced
+
+  !> Forces and pressures at the nodes, from the rows of their entry alone.
+  subroutine gather(self, all_rows, multipliers, n_nodes, force, pressure)
+    class(contact_surfaces_t), intent(in) :: self
+    type(contact_rows_t), intent(in) :: all_rows
+    real(rk), intent(in) :: multipliers(:)
+    !> of the bodies' mesh
+    integer, intent(in) :: n_nodes
+    !> [force] shape (n_dim, self%mesh%n_nodes)
+    real(rk), intent(out) :: force(:, :)
+    !> [force / area] shape (self%mesh%n_nodes)
+    real(rk), intent(out) :: pressure(:)
+    type(contact_rows_t) :: rows
+    real(rk) :: forces(self%mesh%n_dim, n_nodes), areas(n_nodes)
+    integer, allocatable :: chosen(:)
+    integer :: i, k
+
+    do i = 1, size(self%starts) - 1
+      chosen = pack([(k, k=1, all_rows%n_rows)], all_rows%contact_entry == i)
+      rows = all_rows%select(chosen)
+      ! the opposite of B' lambda, which the stiffness balances
+      forces = -reshape(rows%apply_transpose(multipliers(chosen), size(forces)), shape(forces))
+      areas = rows%nodal_areas(n_nodes)
+      associate (first => self%starts(i) + 1, last => self%starts(i + 1))
+        force(:, first:last) = forces(:, self%nodes(first:last))
+        pressure(first:last) = pressures(norm2(force(:, first:last), dim=1), areas(self%nodes(first:last)))
+      end associate
+    end do
+  end subroutine gather
+
+  !> Gaps and what became of them.
+  subroutine gather_state(self, all_rows, multipliers, opening, n_nodes, gap, status)
+    class(contact_surfaces_t), intent(in) :: self
+    type(contact_rows_t), intent(in) :: all_rows
+    real(rk), intent(in) :: multipliers(:)
+    !> [length] shape (n_rows)
+    real(rk), intent(in) :: opening(:)
+    integer, intent(in) :: n_nodes
+    !> [length] shape (self%mesh%n_nodes)
+    real(rk), intent(out) :: gap(:)
+    !> one of status_*, same shape
+    real(rk), intent(out) :: status(:)
+    type(contact_rows_t) :: rows
+    real(rk) :: gaps(n_nodes), states(n_nodes)
+    integer, allocatable :: chosen(:)
+    integer :: i, k
+
+    do i = 1, size(self%starts) - 1
+      chosen = pack([(k, k=1, all_rows%n_rows)], all_rows%contact_entry == i)
+      rows = all_rows%select(chosen)
+      gaps = nodal_gaps(rows, opening(chosen), n_nodes)
+      states = status_none
+      do k = 1, rows%n_rows
+        associate (nodes => rows%first_nodes_of(k))
+          states(nodes) = max(states(nodes), real(merge(status_closed, status_open, multipliers(chosen(k)) > 0), rk))
+        end associate
+      end do
+      associate (first => self%starts(i) + 1, last => self%starts(i + 1))
+        gap(first:last) = gaps(self%nodes(first:last))
+        status(first:last) = states(self%nodes(first:last))
+      end associate
+    end do
+  end subroutine gather_state
+
+  !> Gives the files their names. Errors: the first failure since create.
+  subroutine close_file(self, error)
+    class(contact_surfaces_t), intent(inout) :: self
+    type(error_t), allocatable, intent(out) :: error
+
+    if (self%is_used) call self%file%close(error)
+  end subroutine close_file
+
+  !> Opening at each contact node, the smallest of the rows that it meets.
+  pure function nodal_gaps(rows, opening, n_nodes) result(gap)
+    type(contact_rows_t), intent(in) :: rows
+    !> [length] shape (n_rows)
+    real(rk), intent(in) :: opening(:)
+    integer, intent(in) :: n_nodes
+    !> [length] no number where no row is
+    real(rk) :: gap(n_nodes)
+    integer :: k
+
+    gap = huge(gap)
+    do k = 1, rows%n_rows
+      associate (nodes => rows%nodes_of(k))
+        gap(nodes) = min(gap(nodes), opening(k))
+      end associate
+    end do
+    where (rows%rows_per_node(n_nodes) == 0) gap = ieee_value(gap, ieee_quiet_nan)
+  end function nodal_gaps
+
+  !> force / area, zero where no contact surface is.
+  elemental real(rk) function pressures(force, area)
+    real(rk), intent(in) :: force
+    real(rk), intent(in) :: area
+
+    pressures = 0
+    if (area > 0) pressures = force / area
+  end function pressures
+end module sig_contact_surfaces
