@@ -13,6 +13,7 @@ module sig_mortar_rows
   use sig_mortar_sums, only: mortar_sums_t
   use sig_mortar_surfaces, only: integrate_mortar
   use sig_node_pairs, only: node_pairs_t
+  use sig_quadratic_contact, only: check_weights
   use sig_surface_pair, only: node_text, refuse, refuse_common_node, refuse_facing, refuse_overlap, short_text, surface_pair_t
   use sig_surface_pairing, only: open_surfaces
   use sig_term_set, only: term_set_t
@@ -58,6 +59,8 @@ contains
     call open_surfaces(mesh, contact, i_entry, deck_path, surfaces, error)
     if (allocated(error)) return
     call check_common_nodes(mesh, surfaces, error)
+    if (.not. allocated(error)) call check_weights(mesh, surfaces, surfaces%entry%first, surfaces%first_facets, &
+      'the first surface of mortar contact', error)
     if (allocated(error)) return
     sites = sites_of(mesh, surfaces, is_prescribed)
     call create_side(mesh, surfaces%first_facets, surfaces%first_geometry, first, spread_normals(mesh%n_nodes, sites))

@@ -10,7 +10,7 @@ module sig_mortar_sums
   type :: mortar_sums_t
     !> [length**(n_dim - 1)] integral of Phi_j, shape (n_nodes)
     real(rk), allocatable :: areas(:)
-    !> [length**(n_dim - 1)] integral of abs(Phi_j), shape (n_nodes)
+    !> [length**(n_dim - 1)] integral of max(abs(Phi_j), abs(N_j)), shape (n_nodes)
     real(rk), allocatable :: sizes(:)
     !> [length**n_dim] integral of Phi_j g, shape (n_nodes)
     real(rk), allocatable :: gaps(:)
@@ -66,7 +66,8 @@ contains
     end do
   end subroutine add_shares
 
-  !> A node faces something, and its shares are of use: none is larger than integral abs(Phi_j) over integral Phi_j.
+  !> A node faces something, and its shares are of use: none is larger than integral abs(Phi_j) over integral Phi_j. A node that has
+  !> no force of a uniform pressure, as that of a quadratic edge on the axis, has no row.
   pure elemental logical function has_row(self, node)
     class(mortar_sums_t), intent(in) :: self
     integer, intent(in) :: node

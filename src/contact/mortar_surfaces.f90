@@ -107,8 +107,9 @@ contains
         return
       end if
       sums%covered = sums%covered + sum(weights)
-      call add_integrals(shapes, first%nodes(from:to), matmul(dual, values) * spread(weights, 1, size(values, 1)), second, points, &
-        sums)
+      values = values * spread(weights, 1, size(values, 1))
+      sums%sizes(first%nodes(from:to)) = sums%sizes(first%nodes(from:to)) + sum(max(abs(matmul(dual, values)), abs(values)), dim=2)
+      call add_integrals(shapes, first%nodes(from:to), matmul(dual, values), second, points, sums)
     end associate
   end subroutine integrate_facet
 
@@ -140,7 +141,6 @@ contains
     integer :: last, p
 
     sums%areas(nodes) = sums%areas(nodes) + sum(duals, dim=2)
-    sums%sizes(nodes) = sums%sizes(nodes) + sum(abs(duals), dim=2)
     sums%gaps(nodes) = sums%gaps(nodes) + matmul(duals, points%gaps(:points%n))
     last = 0
     do while (last < points%n)

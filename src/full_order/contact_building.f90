@@ -41,7 +41,7 @@ contains
     allocate (notes(0))
     call find_node_pairs(mesh, deck%contact, deck%path, pairs, error, is_paired)
     if (allocated(error)) return
-    if (body%mechanics%is_round) call check_axis(mesh, deck%contact, deck%path, error)
+    if (body%mechanics%is_round) call check_axis(mesh, deck%contact, is_paired, deck%path, error)
     if (.not. allocated(error)) call set_initial_gaps(mesh, deck%contact, deck%path, terms, pairs, error)
     if (allocated(error)) return
     call create_node_pair_rows(pairs, areas_of_pairs(mesh, body, deck%contact, pairs), terms%n_terms(), rows)

@@ -5,7 +5,6 @@ module sig_node_pairs
   use sig_errors, only: error_t
   use sig_kinds, only: rk
   use sig_mesh, only: mesh_t
-  use sig_quadratic_contact, only: has_quadratic, refuse_quadratic_mortar
   use sig_surface_pair, only: pairing_t, surface_pair_t
   use sig_surface_pairing, only: gap_of_pair, open_surfaces, pair_surfaces
   implicit none(type, external)
@@ -53,12 +52,10 @@ contains
     allocate (pairing%normals(mesh%n_dim, mesh%n_nodes), source=0.0_rk)
     do i_entry = 1, size(contact)
       call open_surfaces(mesh, contact, i_entry, deck_path, surfaces, error)
-      if (.not. allocated(error)) call refuse_quadratic_mortar(mesh, surfaces, error)
       if (allocated(error)) return
       before = pairing
       if (contact(i_entry)%formulation /= 'mortar') call pair_surfaces(mesh, surfaces, pairing, error)
-      if (present(is_paired)) is_paired(i_entry) = .not. needs_mortar(contact(i_entry), &
-        allocated(error) .and. .not. has_quadratic(mesh, surfaces))
+      if (present(is_paired)) is_paired(i_entry) = .not. needs_mortar(contact(i_entry), allocated(error))
       if (present(is_paired) .and. allocated(error)) then
         if (is_paired(i_entry)) return
         deallocate (error)

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Where quadratic facets can be in node-to-node contact.
+!> Where quadratic facets can be in contact.
 !>
 !> A uniform pressure has the nodal forces p times the integrals of N_j: 1/6, 4/6, 1/6 of an edge, 1/36, 4/36, 16/36 of a face of
 !> nine nodes. At the corners of a face of six nodes they are 0, of eight nodes -1/12: a closed gap there has no force, or pulls.
@@ -15,16 +15,18 @@ module sig_quadratic_contact
   use sig_surface_pair, only: node_text, pairing_t, refuse, surface_pair_t
   implicit none(type, external)
   private
-  public :: check_weights, check_partners, check_axis, has_quadratic, refuse_quadratic_mortar
+  public :: check_weights, check_partners, check_axis
 
 contains
 
   !> Errors: a node of a facet has no share of a uniform pressure, or a negative one.
-  pure subroutine check_weights(mesh, surfaces, surface, facets, error)
+  pure subroutine check_weights(mesh, surfaces, surface, facets, what, error)
     type(mesh_t), intent(in) :: mesh
     type(surface_pair_t), intent(in) :: surfaces
     type(name_config_t), intent(in) :: surface
     integer, intent(in) :: facets(:)
+    !> that cannot take such a facet
+    character(*), intent(in) :: what
     type(error_t), allocatable, intent(out) :: error
     integer :: i, i_type, last_type
 
@@ -36,9 +38,9 @@ contains
         last_type = i_type
         if (smallest_share(i_type) > 0) cycle
         call refuse(surfaces, surface, "the surface '" // surface%text // "' has " // trim(element_types(i_type)%name) // &
-          ' faces, at ' // node_text(mesh, nodes(1)) // '; node-to-node contact cannot take them, because a uniform pressure ' // &
+          ' faces, at ' // node_text(mesh, nodes(1)) // '; ' // what // ' cannot take them, because a uniform pressure ' // &
           'has no force, or a pulling one, on their corners', error, 'mesh the bodies in contact with linear elements ' // &
-          '(Mesh.ElementOrder = 1), or with hexahedra of 27 nodes')
+          '(Mesh.ElementOrder = 1), or with hexahedra of 27 nodes; the second surface of a mortar contact may have such faces')
         return
       end associate
     end do
@@ -115,38 +117,12 @@ contains
     end do
   end subroutine check_side
 
-  !> One of the two surfaces has quadratic facets.
-  pure logical function has_quadratic(mesh, surfaces)
-    type(mesh_t), intent(in) :: mesh
-    type(surface_pair_t), intent(in) :: surfaces
-    integer :: i
-
-    has_quadratic = .false.
-    associate (facets => [surfaces%first_facets, surfaces%second_facets])
-      do i = 1, size(facets)
-        associate (i_type => element_type_with(mesh%n_dim - 1, size(nodes_of_facet(mesh, facets(i)))))
-          has_quadratic = has_quadratic .or. element_types(i_type)%order > 1
-        end associate
-      end do
-    end associate
-  end function has_quadratic
-
-  !> Errors: the deck wants mortar for surfaces with quadratic facets.
-  pure subroutine refuse_quadratic_mortar(mesh, surfaces, error)
-    type(mesh_t), intent(in) :: mesh
-    type(surface_pair_t), intent(in) :: surfaces
-    type(error_t), allocatable, intent(out) :: error
-
-    if (surfaces%entry%formulation /= 'mortar') return
-    if (.not. has_quadratic(mesh, surfaces)) return
-    call refuse(surfaces, surfaces%entry%first, 'mortar contact takes linear elements; the surfaces have edges of three nodes', &
-      error, 'mesh the bodies in contact with linear elements (Mesh.ElementOrder = 1), or alike, for node-to-node contact')
-  end subroutine refuse_quadratic_mortar
-
   !> For axisymmetric models. Errors: a quadratic edge of the first side ends on the axis.
-  pure subroutine check_axis(mesh, contact, deck_path, error)
+  pure subroutine check_axis(mesh, contact, is_paired, deck_path, error)
     type(mesh_t), intent(in) :: mesh
     type(contact_config_t), intent(in) :: contact(:)
+    !> the entry is in node-to-node contact, shape (size(contact))
+    logical, intent(in) :: is_paired(:)
     character(*), intent(in) :: deck_path
     type(error_t), allocatable, intent(out) :: error
     !> [-] of the edge's extent: a node that near to the axis is on it
@@ -156,6 +132,7 @@ contains
 
     surfaces%deck_path = deck_path
     do i_entry = 1, size(contact)
+      if (.not. is_paired(i_entry)) cycle
       associate (surface => contact(i_entry)%first, facets => mesh%groups(find_group(mesh, contact(i_entry)%first%text))%entities)
         surfaces%i_entry = i_entry
         do i = 1, size(facets)
@@ -164,7 +141,7 @@ contains
           end associate
           call refuse(surfaces, surface, "the surface '" // surface%text // "' has an edge of three nodes that ends on the " // &
             'axis; node-to-node contact cannot take it, because a uniform pressure has no force on the node at r = 0', error, &
-            'mesh the bodies in contact with linear elements (Mesh.ElementOrder = 1)')
+            'take formulation: mortar, or mesh the bodies in contact with linear elements (Mesh.ElementOrder = 1)')
           return
         end do
       end associate

@@ -62,16 +62,17 @@ contains
                     column=name%column, hint=hint)
   end subroutine refuse
 
-  pure subroutine refuse_facing(surfaces, error, reason)
+  pure subroutine refuse_facing(surfaces, error, reason, hint)
     type(surface_pair_t), intent(in) :: surfaces
     type(error_t), allocatable, intent(out) :: error
     character(*), intent(in) :: reason
+    character(*), intent(in), optional :: hint
     character(:), allocatable :: line
 
     line = 'the averaged normals of the first'
     if (surfaces%entry%has_direction) line = place_text(surfaces%entry%direction)
     call refuse(surfaces, surfaces%entry%first, "the surfaces '" // surfaces%entry%first%text // "' and '" // &
-                surfaces%entry%second%text // "' do not face each other along " // line // ': ' // reason, error)
+                surfaces%entry%second%text // "' do not face each other along " // line // ': ' // reason, error, hint)
   end subroutine refuse_facing
 
   !> Some nodes of a surface have no partner.

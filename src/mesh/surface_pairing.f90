@@ -67,7 +67,7 @@ contains
     end if
   end subroutine open_surfaces
 
-  !> Mesh size and facets of a surface. Errors: a facet inside a body, one whose corners bear no pressure.
+  !> Mesh size and facets of a surface. Errors: a facet inside a body.
   pure subroutine measure(mesh, surfaces, surface, i_group, geometry, error)
     type(mesh_t), intent(in) :: mesh
     type(surface_pair_t), intent(in) :: surfaces
@@ -78,10 +78,7 @@ contains
     integer :: i_node
 
     call measure_surface(mesh, i_group, geometry)
-    if (geometry%inner_facet == 0) then
-      call check_weights(mesh, surfaces, surface, mesh%groups(i_group)%entities, error)
-      return
-    end if
+    if (geometry%inner_facet == 0) return
     i_node = mesh%facet_nodes(mesh%facet_offsets(geometry%inner_facet) + 1)
     call refuse(surfaces, surface, "the surface '" // surface%text // "' lies inside a body at " // node_text(mesh, i_node) // &
                 '; contact needs two bodies with nodes of their own', error, &
@@ -166,7 +163,8 @@ contains
 
   !> Gives every node of the first surface its partner on the second.
   !>
-  !> Errors: surfaces that do not face each other, nodes without partner, a node in two pairs, quadratic facets that face others.
+  !> Errors: surfaces that do not face each other, nodes without partner, a node in two pairs, quadratic facets that face others, or
+  !> whose corners bear no pressure.
   pure subroutine pair_surfaces(mesh, surfaces, pairing, error)
     type(mesh_t), intent(in) :: mesh
     type(surface_pair_t), intent(in) :: surfaces
@@ -176,6 +174,10 @@ contains
     integer :: i, i_second, i_unpaired, n_unpaired
     real(rk) :: largest_gap
 
+    call check_weights(mesh, surfaces, surfaces%entry%first, surfaces%first_facets, 'node-to-node contact', error)
+    if (.not. allocated(error)) call check_weights(mesh, surfaces, surfaces%entry%second, surfaces%second_facets, &
+      'node-to-node contact', error)
+    if (allocated(error)) return
     if (surfaces%entry%has_obstacle) then
       call pair_with_obstacle(mesh, surfaces, pairing, error)
       return
@@ -303,7 +305,7 @@ contains
 
     if (n_unpaired == size(surfaces%first_nodes)) then
       call refuse_facing(surfaces, error, 'no node of the first has a partner on the second; ' // &
-                         offset_text(mesh, surfaces, i_unpaired))
+                         offset_text(mesh, surfaces, i_unpaired), 'where the nodes do not match take formulation: mortar')
     else
       associate (nodes => surfaces%first_nodes)
         call refuse_unpaired(surfaces, .false., pack(nodes, pairing%partner(nodes) == 0), &

@@ -6,7 +6,7 @@ import re
 import numpy as np
 import pytest
 
-from block_meshes import Mesh, consistent_areas
+from block_meshes import LINEAR, QUADRATIC, Mesh, consistent_areas
 from runs import read_fields, write_deck_with
 
 EXACT = 1e-10
@@ -144,6 +144,29 @@ def test_distorted_quadrilaterals(signorom, tmp_path, figures, first):
     for quantity in ("stress", "displacement", "pressure"):
         name = f"distorted hexahedra, {first} first: {quantity}"
         figures.at_most(PATCH, name, errors[quantity], DISTORTED, "uniform pressure")
+
+
+@pytest.mark.parametrize("elements", [("T10", "H8"), ("H27", "T10"), ("H20", "T4"), ("H27", "H27")])
+def test_quadratic_faces(signorom, tmp_path, figures, elements):
+    """The first surface has faces of 4 or 9 nodes, or triangles; the second, of any kind."""
+    mesh = Mesh()
+    for name, element, n, floor in zip(("lower", "upper"), elements, (3, 4), (-1.0, 0.0), strict=True):
+        side = int(name == "lower")
+        faces = {(2, side): f"{name}_face", (2, 1 - side): "bottom" if side else "top"}
+        lines = [
+            np.linspace(0, 1, n + 1) ** 1.2,
+            np.linspace(0, 1, n) ** 0.9,
+            np.linspace(floor, floor + 1, 3),
+        ]
+        mesh.add_block(name, lines, LINEAR.get(element, element), faces, 0.2, seed=n)
+        if element in QUADRATIC:
+            mesh.make_quadratic(element, [name, *faces.values()])
+    turn(mesh)
+    mesh.write(tmp_path / "blocks.msh")
+    first, second = FACES if elements[0] == "H27" else FACES[::-1]
+    _, fields = solved(signorom, patch_deck(tmp_path, f"first: {first}, second: {second}", down=-UP))
+    worst = max(patch_errors(mesh, fields, first).values())
+    figures.at_most(PATCH, f"{'/'.join(elements)}, {first} first", worst, EXACT, "uniform pressure")
 
 
 @pytest.mark.parametrize("n_ranks", [1, 2, 4])
