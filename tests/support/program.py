@@ -51,9 +51,9 @@ class Program:
         """Executable as an absolute path."""
         self.executable = executable
 
-    def __call__(self, *arguments, folder, n_ranks=1):
+    def __call__(self, *arguments, folder, n_ranks=1, **limits):
         """Run a command in a folder and insist on exit code 0; returns its standard output."""
-        done = self.run(*arguments, folder=folder, n_ranks=n_ranks)
+        done = self.run(*arguments, folder=folder, n_ranks=n_ranks, **limits)
         shown = " ".join(map(str, done.args))
         assert done.returncode == 0, f"{shown}\nexit code {done.returncode}\n{done.stdout}\n{done.stderr}"
         return done.stdout

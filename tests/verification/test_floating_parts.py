@@ -18,6 +18,7 @@ SEED = 1495
 N_POINTS = 500
 # active_set factors K anew in each step; at all points with --all-points
 N_CHOSEN = {"bracket": 40, "saddle": 10}
+PATIENCE = 7200  # s
 # Both codes are exact but for rounding: what is left is the conditioning of K.
 SAME_SOLUTION = 1e-8
 BALANCE = 1e-9
@@ -44,7 +45,7 @@ def draw_points(name):
     return np.vstack([corners, inside])
 
 
-def sample(signorom, folder, name, points, solver=None, n_ranks=1):
+def sample(signorom, folder, name, points, solver=None, n_ranks=1, **limits):
     """Snapshots of a deck at points."""
     folder.mkdir(exist_ok=True)
     deck = write_input(name, folder, {"training: {sobol: 200}": "training: {file: points.csv}"})
@@ -52,7 +53,7 @@ def sample(signorom, folder, name, points, solver=None, n_ranks=1):
         deck.write_text(f"{deck.read_text()}solver: {{type: {solver}}}\n")
     lines = [",".join(PARTS[name].names), *(",".join(map(repr, point)) for point in points.tolist())]
     (folder / "points.csv").write_text("\n".join([*lines, ""]))
-    signorom("sample", deck, folder=folder, n_ranks=n_ranks)
+    signorom("sample", deck, folder=folder, n_ranks=n_ranks, **limits)
     snapshots = read_snapshots(folder / "results" / name / "snapshots.h5")
     assert (snapshots["reasons"] > 0).all()
     np.testing.assert_allclose(snapshots["parameters"], points, rtol=1e-12, atol=1e-12)
@@ -137,7 +138,8 @@ def test_default_model_is_exact(signorom, tmp_path, part, figures, pytestconfig)
         source,
     )
     chosen = slice(0, N_POINTS if pytestconfig.getoption("--all-points") else N_CHOSEN[name])
-    active = sample(signorom, tmp_path / "active", name, points[chosen], "active_set")["multipliers"]
+    folder = tmp_path / "active"
+    active = sample(signorom, folder, name, points[chosen], "active_set", time_limit=PATIENCE)["multipliers"]
     worst = largest_error(found[chosen], active)
     quantity = f"forces of predict at {len(active)} points"
     figures.at_most(PROBLEM[name], quantity, worst, SAME_SOLUTION, "solver active_set")
