@@ -40,7 +40,8 @@ def table_of(deck, build, n_points, folder, arguments):
     if arguments.without_matrix:
         # a stiffness that may not be factored is none that W comes from
         steps[1] = ("train", content | {"solver": {"linear": "gamg"}})
-        steps.append(("train", content | {"reduction": {"method": "condensed"}}))
+        whole = {key: value for key, value in content.items() if key != "clusters"}
+        steps.append(("train", whole | {"reduction": {"method": "condensed"}}))
         models.append(folder / "condensed.h5")
     for i, (command, step) in enumerate(steps):
         (folder / "deck.yaml").write_text(yaml.safe_dump(step, sort_keys=False))
