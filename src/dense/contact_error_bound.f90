@@ -19,6 +19,7 @@ module sig_contact_error_bound
     procedure :: create
     procedure :: evaluate
     procedure, private :: bound_of_step
+    procedure, private :: bound_without
     procedure, private :: times
     procedure, private :: bound_of
   end type contact_error_bound_t
@@ -45,8 +46,9 @@ contains
   !>
   !> First S are the rows with a force, and rho is min(w, 0) elsewhere: the bound of an exact answer is rounding. Then S are the
   !> rows that the primal-dual active set method closes next (a trace of force across a wide gap is no contact), and rho is
-  !> min(W v, w) elsewhere, where W_SS v_S = w_S is what the step changes: on the set of the solution d is the error itself. The
-  !> smallest bound counts.
+  !> min(W v, w) elsewhere, where W_SS v_S = w_S is what the step changes: on the set of the solution d is the error itself. Last,
+  !> without the forces D that this step opens: their own norm and the bound of the rest, because |e| <= |D| + |e - D|; a force
+  !> across a wide gap is worth its own energy, not its work on the gap. The smallest bound counts.
   !>
   !> Bodies that hang on anchors T: W and the rows are those of the others with closed anchors, all forces are in balance, and
   !> w = W lambda_r + q + N s under some openings s of the anchors. e' w over all rows is still |e|^2, and as e_T = -N' e the same
@@ -73,16 +75,18 @@ contains
     if (present(enough)) then
       if (bound <= enough) return
     end if
-    bound = min(bound, self%bound_of_step(lambda, opening, lambda * self%diagonal > opening, more))
+    bound = min(bound, self%bound_of_step(lambda, opening, lambda * self%diagonal > opening, more, .not. present(surplus)))
   end function evaluate
 
   !> The bound of the set that the primal-dual method closes. It costs a factorization of these rows.
-  real(rk) function bound_of_step(self, lambda, opening, is_closed, more) result(bound)
+  real(rk) function bound_of_step(self, lambda, opening, is_closed, more, may_drop) result(bound)
     class(contact_error_bound_t), intent(in) :: self
     real(rk), intent(in) :: lambda(:)
     real(rk), intent(in) :: opening(:)
     logical, intent(in) :: is_closed(:)
     real(rk), intent(in) :: more
+    !> forces need not be in balance, so that some may be left out
+    logical, intent(in) :: may_drop
     real(rk) :: block(count(is_closed), count(is_closed)), change(count(is_closed))
     integer :: closed(count(is_closed)), i, info, j
 
@@ -99,7 +103,32 @@ contains
     if (info /= 0) return
     call solve_cholesky(size(closed), block, change)
     bound = self%bound_of(lambda, opening, merge(opening, min(opening, self%times(closed, change)), is_closed), more)
+    if (may_drop) bound = min(bound, self%bound_without(lambda, opening, is_closed, closed, block))
   end function bound_of_step
+
+  !> The norm of the forces that a step opens, and the bound of the others on the same set.
+  real(rk) function bound_without(self, lambda, opening, is_closed, closed, block) result(bound)
+    class(contact_error_bound_t), intent(in) :: self
+    real(rk), intent(in) :: lambda(:)
+    real(rk), intent(in) :: opening(:)
+    logical, intent(in) :: is_closed(:)
+    !> rows of it, and the factor of W on them
+    integer, intent(in) :: closed(:)
+    real(rk), contiguous, intent(in) :: block(:, :)
+    real(rk) :: change(size(closed)), closing(size(lambda)), rest(size(lambda))
+    integer, allocatable :: opened(:)
+    integer :: i
+
+    bound = huge(bound)
+    opened = pack([(i, i=1, size(lambda))], lambda > 0 .and. .not. is_closed)
+    if (size(opened) == 0) return
+    closing = self%times(opened, lambda(opened))
+    rest = opening - closing
+    change = rest(closed)
+    call solve_cholesky(size(closed), block, change)
+    bound = sqrt(dot_product(lambda(opened), closing(opened))) + &
+      self%bound_of(merge(lambda, 0.0_rk, is_closed), rest, merge(rest, min(rest, self%times(closed, change)), is_closed), 0.0_rk)
+  end function bound_without
 
   !> W v of a vector that is zero but on some rows.
   pure function times(self, rows, values) result(product)
