@@ -11,7 +11,9 @@
 enum { HEADER_HEAD = 16, MESSAGE_HEAD = 8, WORD = 8, MAX_BLOCKS = 256, MAX_DIMENSIONS = 32 }; /* heads in bytes */
 enum { SPACE_MESSAGE = 0x01, TYPE_MESSAGE = 0x03, LAYOUT_MESSAGE = 0x08, ATTRIBUTE_MESSAGE = 0x0c };
 enum { CONTINUATION_MESSAGE = 0x10, IS_SHARED = 2, HAS_MAXIMA = 1, NULL_SPACE = 2 };
-enum { LAYOUT_VERSION = 3, COMPACT_LAYOUT = 0, CONTIGUOUS_LAYOUT = 1, VARIABLE_CLASS = 9, REFERENCE_SIZE = 16 };
+enum { LAYOUT_VERSION = 3, COMPACT_LAYOUT = 0, CONTIGUOUS_LAYOUT = 1, CHUNKED_LAYOUT = 2 };
+enum { VIRTUAL_VERSION = 4, VIRTUAL_LAYOUT = 3 };
+enum { VARIABLE_CLASS = 9, REFERENCE_SIZE = 16 };
 
 struct block {
   uint64_t address, size;
@@ -69,10 +71,24 @@ static int check_attribute(const unsigned char *attribute, uint64_t size) {
   return value_size > 0 && n_values <= (size - at) / value_size;
 }
 
-/* Our data sets are in one piece. HDF5 1.10 divides by the sizes of chunks, whatever they are. */
+/* Their rank, an address and their sizes, by which HDF5 1.10 divides whatever they are. */
+static int check_chunks(const unsigned char *chunks, uint64_t size) {
+  enum { CHUNK_HEAD = 1 + WORD, CHUNK_WORD = 4 };
+  const uint64_t rank = chunks[0];
+  if (rank < 2 || rank > MAX_DIMENSIONS + 1 || size < CHUNK_HEAD + rank * CHUNK_WORD) return 0;
+  for (uint64_t i = 0; i < rank; i++)
+    if (sig_h5_decode(chunks + CHUNK_HEAD + i * CHUNK_WORD, CHUNK_WORD) == 0) return 0;
+  return 1;
+}
+
+/* Ours are in one piece. Others that do no harm are refused with a sentence of their own when they have been opened. */
 static int check_layout(const unsigned char *layout, uint64_t size) {
-  if (size < 4 || layout[0] != LAYOUT_VERSION) return 0;
-  return layout[1] == COMPACT_LAYOUT || (layout[1] == CONTIGUOUS_LAYOUT && size >= 2 + 2 * WORD);
+  if (size < 4) return 0;
+  if (layout[0] == VIRTUAL_VERSION) return layout[1] == VIRTUAL_LAYOUT;
+  if (layout[0] != LAYOUT_VERSION) return 0;
+  if (layout[1] == COMPACT_LAYOUT) return sig_h5_decode(layout + 2, 2) <= size - 4;
+  if (layout[1] == CONTIGUOUS_LAYOUT) return size >= 2 + 2 * WORD;
+  return layout[1] == CHUNKED_LAYOUT && check_chunks(layout + 2, size - 2);
 }
 
 static int check_message(struct blocks *blocks, uint64_t type, int flags, const unsigned char *body, uint64_t size) {
