@@ -2,6 +2,7 @@
 !> The contact matrix B and the gap D of (3) as sparse rows of any length, whatever made them: a pair of nodes, a node and an
 !> obstacle, a node and a patch of the other surface. They are few beside the dofs, so every rank holds all of them.
 module sig_contact_rows
+  use sig_cross_products, only: cross_product, plane_cross_product
   use sig_kinds, only: rk
   implicit none(type, external)
   private
@@ -283,19 +284,14 @@ contains
         force = -self%coefficients(i:i + self%n_dim - 1)
         node = (self%dofs(i) - 1) / self%n_dim + 1
         forces(:, k) = forces(:, k) + force
-        moments(:, k) = moments(:, k) + cross_product(coordinates(:, node), force)
+        if (self%n_dim == 3) then
+          moments(:, k) = moments(:, k) + cross_product(coordinates(:, node), force)
+        else
+          moments(:, k) = moments(:, k) + plane_cross_product(coordinates(:, node), force)
+        end if
       end do
     end do
   end subroutine unit_resultants
-
-  !> Three components, or in the plane the one across it.
-  pure function cross_product(a, b) result(product)
-    real(rk), intent(in) :: a(:), b(:)
-    real(rk), allocatable :: product(:)
-
-    product = [a(1) * b(2) - a(2) * b(1)]
-    if (size(a) == 3) product = [a(2) * b(3) - a(3) * b(2), a(3) * b(1) - a(1) * b(3), product]
-  end function cross_product
 
   !> Some of the rows, in the given order.
   pure function select(self, indices) result(rows)

@@ -1,6 +1,7 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> Convex polygons in a plane, counter-clockwise: what two have in common, and what one has beside the other.
 module sig_convex_polygons
+  use sig_cross_products, only: plane_cross_product
   use sig_kinds, only: rk
   implicit none(type, external)
   private
@@ -37,7 +38,7 @@ contains
     area = 0
     associate (corners => polygon%corners)
       do i = 3, polygon%n
-        area = area + cross(corners(:, i - 1) - corners(:, 1), corners(:, i) - corners(:, 1)) / 2
+        area = area + plane_cross_product(corners(:, i - 1) - corners(:, 1), corners(:, i) - corners(:, 1)) / 2
       end do
     end associate
   end function area_of
@@ -106,7 +107,7 @@ contains
       along = to - from
       if (present(is_turned)) along = merge(-along, along, is_turned)
       do i = 1, n
-        heights(i) = cross(along, corners(:, i) - from)
+        heights(i) = plane_cross_product(along, corners(:, i) - from)
         if (abs(heights(i)) <= rounding * norm2(along) * max(norm2(along), norm2(corners(:, i) - from))) heights(i) = 0
       end do
       if (.not. any(heights(:n) > 0)) return
@@ -128,10 +129,4 @@ contains
     polygon%n = polygon%n + 1
     polygon%corners(:, polygon%n) = corner
   end subroutine append
-
-  pure real(rk) function cross(a, b)
-    real(rk), intent(in) :: a(:), b(:)
-
-    cross = a(1) * b(2) - a(2) * b(1)
-  end function cross
 end module sig_convex_polygons

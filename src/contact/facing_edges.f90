@@ -4,6 +4,7 @@
 !> Cuts are found on straight edges, with normals that change linearly from the first node to the second one; an edge of three
 !> nodes counts as two of them. Points between the cuts lie on the edges as they are.
 module sig_facing_edges
+  use sig_cross_products, only: plane_cross_product
   use sig_element_types, only: element_types
   use sig_facet_shapes, only: facet_shape_t
   use sig_facing_points, only: facing_points_t
@@ -194,9 +195,9 @@ contains
 
     along = ends(:, 2) - ends(:, 1)
     bent = normals(:, 2) - normals(:, 1)
-    constant = cross(ends(:, 1) - point, normals(:, 1))
-    linear = cross(along, normals(:, 1)) + cross(ends(:, 1) - point, bent)
-    square = cross(along, bent)
+    constant = plane_cross_product(ends(:, 1) - point, normals(:, 1))
+    linear = plane_cross_product(along, normals(:, 1)) + plane_cross_product(ends(:, 1) - point, bent)
+    square = plane_cross_product(along, bent)
     place = huge(place)
     root = linear**2 - 4 * square * constant
     if (root < 0) return
@@ -258,13 +259,7 @@ contains
     !> [length] along the normal
     real(rk), intent(out) :: distance
 
-    place = -cross(ends(:, 1) - point, normal) / cross(ends(:, 2) - ends(:, 1), normal)
+    place = -plane_cross_product(ends(:, 1) - point, normal) / plane_cross_product(ends(:, 2) - ends(:, 1), normal)
     distance = dot_product(point_of_edge(ends, place) - point, normal)
   end subroutine meet_edge
-
-  pure real(rk) function cross(a, b)
-    real(rk), intent(in) :: a(:), b(:)
-
-    cross = a(1) * b(2) - a(2) * b(1)
-  end function cross
 end module sig_facing_edges

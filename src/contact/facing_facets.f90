@@ -6,6 +6,7 @@
 !> M. A. Puso, T. A. Laursen, Comput. Methods Appl. Mech. Engrg. 193 (2004) 601.
 module sig_facing_facets
   use sig_convex_polygons, only: area_of, centroid_of, common_part, polygon_of, polygon_t, rest_of
+  use sig_cross_products, only: cross_product
   use sig_element_types, only: element_type_with, element_types
   use sig_facet_shapes, only: facet_shape_t, max_corners
   use sig_facing_points, only: facing_points_t
@@ -105,7 +106,7 @@ contains
     plane%axes(1, least) = 1
     plane%axes(1, :) = plane%axes(1, :) - plane%axes(3, least) * plane%axes(3, :)
     plane%axes(1, :) = plane%axes(1, :) / norm2(plane%axes(1, :))
-    plane%axes(2, :) = cross(plane%axes(3, :), plane%axes(1, :))
+    plane%axes(2, :) = cross_product(plane%axes(3, :), plane%axes(1, :))
   end function plane_of
 
   pure type(view_t) function view_of(shapes, plane, side, i_facet) result(view)
@@ -321,14 +322,7 @@ contains
     real(rk) :: area_vector(3), tangents(3, 2)
 
     tangents = shape%tangents(vertices, place)
-    area_vector = cross(tangents(:, 1), tangents(:, 2))
+    area_vector = cross_product(tangents(:, 1), tangents(:, 2))
     stretch = norm2(area_vector) / abs(area_vector(3))
   end function stretch_at
-
-  pure function cross(a, b)
-    real(rk), intent(in) :: a(3), b(3)
-    real(rk) :: cross(3)
-
-    cross = [a(2) * b(3) - a(3) * b(2), a(3) * b(1) - a(1) * b(3), a(1) * b(2) - a(2) * b(1)]
-  end function cross
 end module sig_facing_facets

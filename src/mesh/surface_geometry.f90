@@ -1,6 +1,7 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> Size and outward normal of the facets of a named surface.
 module sig_surface_geometry
+  use sig_cross_products, only: cross_product
   use sig_element_types, only: element_type_with, element_types
   use sig_kinds, only: rk
   use sig_mesh, only: cells_around_nodes, mesh_t, nodes_of_cell, nodes_of_facet
@@ -84,7 +85,7 @@ contains
       ! half the cross product of two sides of a triangle or of the diagonals of a quadrilateral
       a = mesh%coordinates(:, nodes(n - 1)) - mesh%coordinates(:, nodes(1))
       b = mesh%coordinates(:, nodes(n)) - mesh%coordinates(:, nodes(n - 2))
-      vector = 0.5_rk * cross(a, b, 3)
+      vector = 0.5_rk * cross_product(a, b)
     end if
   end function area_vector
 
@@ -131,7 +132,7 @@ contains
     real(rk), intent(in) :: vertices(:, :)
     real(rk), intent(in) :: area_vector(:)
     real(rk) :: vectors(size(vertices, 1), size(vertices, 2))
-    real(rk) :: normal(size(vertices, 1)), tangents(3, 2)
+    real(rk) :: normal(3), tangents(3, 2)
     integer :: i, i_dim, i_type
 
     vectors = spread(area_vector, 2, size(vertices, 2))
@@ -144,20 +145,12 @@ contains
           element_types(i_type)%reference_nodes(:size(vertices, 1) - 1, i), i_dim))
       end do
       if (size(vertices, 1) == 2) tangents(3, 2) = 1
-      normal = cross(tangents(:, 1), tangents(:, 2), size(vertices, 1))
-      if (norm2(normal) > 0) vectors(:, i) = sign(norm2(area_vector) / norm2(normal), dot_product(normal, area_vector)) * normal
+      normal = cross_product(tangents(:, 1), tangents(:, 2))
+      associate (normal => normal(:size(vertices, 1)))
+        if (norm2(normal) > 0) vectors(:, i) = sign(norm2(area_vector) / norm2(normal), dot_product(normal, area_vector)) * normal
+      end associate
     end do
   end function nodal_normals
-
-  !> First components of a cross product.
-  pure function cross(a, b, n)
-    real(rk), intent(in) :: a(3), b(3)
-    integer, intent(in) :: n
-    real(rk) :: cross(n), whole(3)
-
-    whole = [a(2) * b(3) - a(3) * b(2), a(3) * b(1) - a(1) * b(3), a(1) * b(2) - a(2) * b(1)]
-    cross = whole(:n)
-  end function cross
 
   pure function center(mesh, nodes) result(place)
     type(mesh_t), intent(in) :: mesh

@@ -6,8 +6,9 @@
 !> which these pieces are smooth functions of s. On faces without a cut the points are exact for a pressure that is a quadratic
 !> function of the place, on a cut edge, too.
 module sig_curved_rule
+  use sig_cross_products, only: cross_product
   use sig_element_types, only: element_type_with, element_types
-  use sig_facet_points, only: add_point, cross, facet_rule_t, fine_points, fine_weights, make_room, n_fine, window_t
+  use sig_facet_points, only: add_point, facet_rule_t, fine_points, fine_weights, make_room, n_fine, window_t
   use sig_kinds, only: rk
   use sig_shape_functions, only: shape_coefficients, shape_slopes, shape_values
   implicit none(type, external)
@@ -223,7 +224,7 @@ contains
       tangents(:, i) = matmul(vertices, shape_slopes(facet%i_type, facet%coefficients, reference, i))
     end do
     call add_point(vertices, shape_values(facet%i_type, facet%coefficients, reference), &
-      weight * (along_s(1) * along_t(2) - along_s(2) * along_t(1)) * cross(tangents(:, 1), tangents(:, 2)), rule)
+      weight * (along_s(1) * along_t(2) - along_s(2) * along_t(1)) * cross_product(tangents(:, 1), tangents(:, 2)), rule)
   end subroutine add_face_point
 
   !> All of (0, 1).

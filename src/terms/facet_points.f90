@@ -4,7 +4,7 @@ module sig_facet_points
   use sig_kinds, only: rk
   implicit none(type, external)
   private
-  public :: window_t, facet_rule_t, make_room, add_point, cross
+  public :: window_t, facet_rule_t, make_room, add_point
   public :: n_gauss, gauss_points, gauss_weights, n_fine, fine_points, fine_weights
 
   type :: window_t
@@ -79,12 +79,4 @@ contains
       end do
     end associate
   end subroutine add_point
-
-  pure function cross(a, b)
-    real(rk), intent(in) :: a(3)
-    real(rk), intent(in) :: b(3)
-    real(rk) :: cross(3)
-
-    cross = [a(2) * b(3) - a(3) * b(2), a(3) * b(1) - a(1) * b(3), a(1) * b(2) - a(2) * b(1)]
-  end function cross
 end module sig_facet_points

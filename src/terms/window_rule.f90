@@ -7,9 +7,10 @@
 !> or better for quadrilaterals whose opposite sides differ by a factor of 5. The integral is a continuous function of the window.
 !> Quadratic facets: curved_rule.f90.
 module sig_window_rule
+  use sig_cross_products, only: cross_product
   use sig_curved_rule, only: add_curved_edge, add_curved_face
   use sig_element_types, only: corner_type, element_type_with, element_types
-  use sig_facet_points, only: add_point, cross, facet_rule_t, fine_points, fine_weights, gauss_points, gauss_weights, make_room, &
+  use sig_facet_points, only: add_point, facet_rule_t, fine_points, fine_weights, gauss_points, gauss_weights, make_room, &
     n_fine, n_gauss, window_t
   use sig_kinds, only: rk
   use sig_shape_functions, only: shape_coefficients, shape_values
@@ -331,7 +332,7 @@ contains
       values(corners(4)) = (1 - s) * t
       values(corners(2)) = s * (1 - t)
       values(corners(3)) = values(corners(3)) + s * t
-      call add_point(vertices, values, weight_of_s * length * gauss_weights(j) * cross(along_s, along_t), rule)
+      call add_point(vertices, values, weight_of_s * length * gauss_weights(j) * cross_product(along_s, along_t), rule)
     end do
   end subroutine add_line
 end module sig_window_rule
