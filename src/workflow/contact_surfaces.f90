@@ -6,6 +6,7 @@ module sig_contact_surfaces
   use sig_contact_state, only: contact_state_t
   use sig_errors, only: error_t
   use sig_field_file, only: field_file_t
+  use sig_file_system, only: remove_file
   use sig_kinds, only: rk
   use sig_mesh, only: mesh_t, nodes_of_facet
   use sig_mesh_checks, only: group_of_surface
@@ -17,6 +18,13 @@ module sig_contact_surfaces
 
   !> status of a node: not of a row (alone or inert), open, closed
   integer, parameter :: status_none = 0, status_open = 1, status_closed = 2
+
+  !> Rows of one entry of the deck's contact section.
+  type :: entry_rows_t
+    !> among all rows
+    integer, allocatable :: indices(:)
+    type(contact_rows_t) :: rows
+  end type entry_rows_t
 
   !> create; then write_point and write_reduced for each point; close. Does nothing where the deck has no contact or wants no fields
   !> of it. Contacts that share a node have one each, so that none hides the other's values. Local: one rank writes.
@@ -32,6 +40,8 @@ module sig_contact_surfaces
     integer, allocatable :: nodes(:)
     !> nodes of entry i are starts(i) + 1 ... starts(i + 1)
     integer, allocatable :: starts(:)
+    !> shape (n_entries)
+    type(entry_rows_t), allocatable :: entry_rows(:)
   contains
     procedure :: create
     procedure :: write_point
@@ -48,17 +58,23 @@ contains
     type(problem_t), intent(in) :: problem
     character(*), intent(in) :: folder
     type(error_t), allocatable, intent(out) :: error
-    integer :: i
+    integer :: i, k
 
     self%is_used = problem%deck%output%has_contact .and. size(problem%deck%contact) > 0
-    if (.not. self%is_used) return
+    if (.not. self%is_used) then
+      call remove_old_files(folder, error)
+      return
+    end if
     self%mesh%n_dim = problem%mesh%n_dim
     allocate (self%entries(0), self%nodes(0), self%mesh%cell_types(0), self%mesh%cell_nodes(0))
     self%starts = [0]
     self%mesh%cell_offsets = [0]
+    allocate (self%entry_rows(size(problem%deck%contact)))
     do i = 1, size(problem%deck%contact)
       call self%add_surface(problem, i, error)
       if (allocated(error)) return
+      self%entry_rows(i)%indices = pack([(k, k=1, problem%rows%n_rows)], problem%rows%contact_entry == i)
+      self%entry_rows(i)%rows = problem%rows%select(self%entry_rows(i)%indices)
     end do
     self%mesh%n_cells = size(self%entries)
     self%mesh%n_nodes = size(self%nodes)
@@ -68,6 +84,15 @@ contains
     call self%file%add_shared_array('mesh/nodes', self%nodes, '-', 'of the mesh of the bodies, 1-based')
     call self%file%add_shared_array('mesh/node_tags', problem%mesh%node_tags(self%nodes), '-', 'of the mesh file')
   end subroutine create
+
+  !> Those of an earlier run would stand beside fields of another problem. Errors: they cannot be removed.
+  subroutine remove_old_files(folder, error)
+    character(*), intent(in) :: folder
+    type(error_t), allocatable, intent(out) :: error
+
+    call remove_file(folder // '/contact.xdmf', error)
+    if (.not. allocated(error)) call remove_file(folder // '/contact.h5', error)
+  end subroutine remove_old_files
 
   !> Facets and nodes of the first surface of an entry.
   subroutine add_surface(self, problem, i_entry, error)
@@ -116,8 +141,8 @@ contains
       displacement = reshape(state%displacement, shape(displacement))
       if (deck%output%has_displacement) call self%file%add_node_field('displacement', displacement(:, self%nodes), &
         deck%units%length, 'displacement, full-order model')
-      call gather(self, problem%rows, state%multipliers, problem%mesh%n_nodes, force, pressure)
-      call gather_state(self, problem%rows, state%multipliers, opening, problem%mesh%n_nodes, gap, status)
+      call gather(self, state%multipliers, problem%mesh%n_nodes, force, pressure)
+      call gather_state(self, state%multipliers, opening, problem%mesh%n_nodes, gap, status)
       call self%file%add_node_field('contact_force', force, force_unit(deck), 'force of the other body on the node')
       call self%file%add_node_field('contact_pressure', pressure, stress_unit(deck), &
         'contact force over the area that the node stands for')
@@ -137,7 +162,7 @@ contains
     real(rk) :: force(self%mesh%n_dim, self%mesh%n_nodes), pressure(self%mesh%n_nodes)
 
     if (.not. self%is_used) return
-    call gather(self, problem%rows, multipliers, problem%mesh%n_nodes, force, pressure)
+    call gather(self, multipliers, problem%mesh%n_nodes, force, pressure)
     call self%file%add_node_field('contact_force_reduced', force, force_unit(problem%deck), &
       'force of the other body on the node, reduced model')
     call self%file%add_node_field('contact_pressure_reduced', pressure, stress_unit(problem%deck), &
@@ -145,9 +170,9 @@ contains
   end subroutine write_reduced
 
   !> Forces and pressures at the nodes, from the rows of their entry alone.
-  subroutine gather(self, all_rows, multipliers, n_nodes, force, pressure)
+  subroutine gather(self, multipliers, n_nodes, force, pressure)
     class(contact_surfaces_t), intent(in) :: self
-    type(contact_rows_t), intent(in) :: all_rows
+    !> [force] of all rows
     real(rk), intent(in) :: multipliers(:)
     !> of the bodies' mesh
     integer, intent(in) :: n_nodes
@@ -155,18 +180,15 @@ contains
     real(rk), intent(out) :: force(:, :)
     !> [force / area] shape (self%mesh%n_nodes)
     real(rk), intent(out) :: pressure(:)
-    type(contact_rows_t) :: rows
     real(rk) :: forces(self%mesh%n_dim, n_nodes), areas(n_nodes)
-    integer, allocatable :: chosen(:)
-    integer :: i, k
+    integer :: i
 
-    do i = 1, size(self%starts) - 1
-      chosen = pack([(k, k=1, all_rows%n_rows)], all_rows%contact_entry == i)
-      rows = all_rows%select(chosen)
-      ! the opposite of B' lambda, which the stiffness balances
-      forces = -reshape(rows%apply_transpose(multipliers(chosen), size(forces)), shape(forces))
-      areas = rows%nodal_areas(n_nodes)
-      associate (first => self%starts(i) + 1, last => self%starts(i + 1))
+    do i = 1, size(self%entry_rows)
+      associate (first => self%starts(i) + 1, last => self%starts(i + 1), rows => self%entry_rows(i)%rows, &
+        own => multipliers(self%entry_rows(i)%indices))
+        ! the opposite of B' lambda, which the stiffness balances
+        forces = -reshape(rows%apply_transpose(own, size(forces)), shape(forces))
+        areas = rows%nodal_areas(n_nodes)
         force(:, first:last) = forces(:, self%nodes(first:last))
         pressure(first:last) = pressures(norm2(force(:, first:last), dim=1), areas(self%nodes(first:last)))
       end associate
@@ -174,9 +196,9 @@ contains
   end subroutine gather
 
   !> Gaps and what became of them.
-  subroutine gather_state(self, all_rows, multipliers, opening, n_nodes, gap, status)
+  subroutine gather_state(self, multipliers, opening, n_nodes, gap, status)
     class(contact_surfaces_t), intent(in) :: self
-    type(contact_rows_t), intent(in) :: all_rows
+    !> [force] of all rows
     real(rk), intent(in) :: multipliers(:)
     !> [length] shape (n_rows)
     real(rk), intent(in) :: opening(:)
@@ -185,22 +207,19 @@ contains
     real(rk), intent(out) :: gap(:)
     !> one of status_*, same shape
     real(rk), intent(out) :: status(:)
-    type(contact_rows_t) :: rows
     real(rk) :: gaps(n_nodes), states(n_nodes)
-    integer, allocatable :: chosen(:)
     integer :: i, k
 
-    do i = 1, size(self%starts) - 1
-      chosen = pack([(k, k=1, all_rows%n_rows)], all_rows%contact_entry == i)
-      rows = all_rows%select(chosen)
-      gaps = nodal_gaps(rows, opening(chosen), n_nodes)
-      states = status_none
-      do k = 1, rows%n_rows
-        associate (nodes => rows%first_nodes_of(k))
-          states(nodes) = max(states(nodes), real(merge(status_closed, status_open, multipliers(chosen(k)) > 0), rk))
-        end associate
-      end do
-      associate (first => self%starts(i) + 1, last => self%starts(i + 1))
+    do i = 1, size(self%entry_rows)
+      associate (first => self%starts(i) + 1, last => self%starts(i + 1), rows => self%entry_rows(i)%rows, &
+        indices => self%entry_rows(i)%indices)
+        gaps = nodal_gaps(rows, opening(indices), n_nodes)
+        states = status_none
+        do k = 1, rows%n_rows
+          associate (nodes => rows%first_nodes_of(k))
+            states(nodes) = max(states(nodes), real(merge(status_closed, status_open, multipliers(indices(k)) > 0), rk))
+          end associate
+        end do
         gap(first:last) = gaps(self%nodes(first:last))
         status(first:last) = states(self%nodes(first:last))
       end associate

@@ -287,6 +287,17 @@ def test_contact_surface_stands_alone(results):
                 np.testing.assert_array_equal(values, point[name][()], err_msg=name)
 
 
+def test_contact_surface_of_an_earlier_run_goes(signorom, tmp_path):
+    """A run that writes no fields of contact leaves none of an earlier one."""
+    deck = write_deck("small_disks", tmp_path)
+    files = [tmp_path / "results" / "small_disks" / name for name in ("contact.h5", "contact.xdmf")]
+    signorom("solve", deck.name, "--at", "squeeze=0.4", folder=tmp_path)
+    assert all(file.exists() for file in files)
+    deck.write_text(deck.read_text().replace("output:\n", "output:\n  fields: [displacement]\n"))
+    signorom("solve", deck.name, "--at", "squeeze=0.3", folder=tmp_path)
+    assert not any(file.exists() for file in files)
+
+
 @pytest.mark.parametrize("n_ranks", [1, 3])
 def test_solve_at_a_point(signorom, tmp_path, results, n_ranks):
     """No training, no model: the full-order fields of `run`, at a point of the command line."""
