@@ -1,16 +1,22 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 #include "signorom/macros.h"
-!> The command check: deck and mesh read, every name found, every point looked at; nothing solved, nothing written.
+!> The command check: deck and mesh read, every name found, every point looked at; nothing solved. With --fields it writes what it
+!> found.
 module sig_check
+  use sig_check_fields, only: boundary_groups, write_check_fields
+  use sig_command_line, only: command_t
   use sig_contact_summary, only: contact_lines
+  use sig_deck_config, only: deck_config_t
   use sig_deck_echo, only: echo_deck
+  use sig_error_broadcast, only: broadcast_error
   use sig_errors, only: error_t
   use sig_forest_training, only: warn_of_missing_tool
   use sig_kinds, only: rk
   use sig_log, only: log_info
-  use sig_parameter_space, only: build_points
+  use sig_parameter_space, only: build_points, format_point
+  use sig_point_argument, only: parse_point
   use sig_point_checks, only: check_points
-  use sig_problem, only: inert_pair_names, problem_t
+  use sig_problem, only: inert_pair_names, parameter_names, problem_t
   use sig_session, only: session_t
   use sig_solver_plan, only: plan_text
   use sig_text, only: counted, join, string_t, to_text
@@ -22,11 +28,12 @@ module sig_check
 contains
 
   !> Prints the effective deck, which reads back as the same deck, and the sizes as comments. Collective on all ranks.
-  subroutine check_deck(session, ierr)
+  subroutine check_deck(command, session, ierr)
+    type(command_t), intent(in) :: command
     type(session_t), intent(inout) :: session
     PetscErrorCode, intent(out) :: ierr
     type(error_t), allocatable :: error
-    real(rk), allocatable :: training(:, :), test(:, :)
+    real(rk), allocatable :: training(:, :), test(:, :), shown(:, :)
 
     PetscCall(session%full_order%load(session%deck, error, ierr))
     allocate (training(size(session%deck%parameters), 0), test(size(session%deck%parameters), 0))
@@ -36,6 +43,8 @@ contains
     if (session%deck%has_test .and. .not. allocated(error)) then
       call build_points(session%deck%test, session%deck%parameters, test, error)
     end if
+    if (.not. allocated(error)) call choose_shown(command, session%deck, shown, error)
+    if (.not. allocated(error)) call check_points(session%full_order%problem, shown, error)
     if (.not. allocated(error)) call check_points(session%full_order%problem, training, error)
     if (.not. allocated(error)) call check_points(session%full_order%problem, test, error)
     if (.not. allocated(error)) call check_points(session%full_order%problem, session%deck%output%points, error)
@@ -45,7 +54,62 @@ contains
     end if
     call log_info(echo_deck(session%deck) // sizes_text(session%full_order%problem, training, test))
     PetscCall(warn_of_missing_tool(session%deck, ierr))
+    if (command%has_fields) then
+      PetscCall(write_fields(shown(:, 1), session, ierr))
+    end if
   end subroutine check_deck
+
+  !> The point of --fields: that of --at, or the middle of the parameters. Errors: --at names no point.
+  subroutine choose_shown(command, deck, shown, error)
+    type(command_t), intent(in) :: command
+    type(deck_config_t), intent(in) :: deck
+    !> shape (n_parameters, 1), or no column without --fields
+    real(rk), allocatable, intent(out) :: shown(:, :)
+    type(error_t), allocatable, intent(out) :: error
+
+    if (.not. command%has_fields) then
+      allocate (shown(size(deck%parameters), 0))
+    else if (command%at /= '') then
+      call parse_point(command%at, parameter_names(deck), shown, error)
+    else
+      shown = reshape(deck%parameters%minimum / 2 + deck%parameters%maximum / 2, [size(deck%parameters), 1])
+    end if
+  end subroutine choose_shown
+
+  !> check.h5 and check.xdmf in the results folder. Collective on all ranks.
+  subroutine write_fields(point, session, ierr)
+    real(rk), intent(in) :: point(:)
+    type(session_t), intent(inout) :: session
+    PetscErrorCode, intent(out) :: ierr
+    type(error_t), allocatable :: error
+
+    PetscCall(session%claim_folder(ierr))
+    if (session%has_failed) return
+    if (session%rank == 0) call write_check_fields(session%full_order%problem, point, session%folder, error)
+    PetscCall(broadcast_error(error, PETSC_COMM_WORLD, ierr))
+    if (allocated(error)) then
+      call session%fail(error)
+    else
+      call log_info(boundary_text(session%full_order%problem) // '# fields: ' // session%folder // '/check.xdmf at ' // &
+        format_point(session%deck%parameters, point))
+    end if
+  end subroutine write_fields
+
+  !> Names of the numbers in the field `boundary`, which viewers do not know.
+  function boundary_text(problem) result(text)
+    type(problem_t), intent(in) :: problem
+    character(:), allocatable :: text
+    integer :: i
+
+    text = '# boundaries:'
+    associate (groups => boundary_groups(problem%mesh))
+      do i = 1, size(groups)
+        if (i > 1) text = text // ','
+        text = text // ' ' // to_text(i) // ' ' // problem%mesh%groups(groups(i))%name
+      end do
+    end associate
+    text = text // new_line('a')
+  end function boundary_text
 
   function sizes_text(problem, training, test) result(text)
     type(problem_t), intent(in) :: problem

@@ -20,6 +20,7 @@ module sig_command_line
     logical :: is_quiet = .false.
     logical :: is_strict = .false.
     logical :: has_benchmark = .false.
+    logical :: has_fields = .false.
     !> of predict; 0 = as many as there are processors
     integer :: n_threads = 0
     !> what goes to PETSc's options database: `-name value ...`
@@ -89,6 +90,8 @@ contains
       command%is_strict = .true.
     case ('--benchmark')
       command%has_benchmark = .true.
+    case ('--fields')
+      command%has_fields = .true.
     case ('--at')
       call take_value(arguments, i, value, error)
       if (allocated(error)) return
@@ -173,8 +176,12 @@ contains
         command%file // ' --at squeeze=0.2')
     else if (is_on_model(command) .and. command%petsc_options /= '') then
       call make_error(error, command%name // ' works without PETSc and takes no option of it:' // command%petsc_options)
-    else if (command%at /= '' .and. .not. (command%name == 'predict' .or. command%name == 'solve')) then
-      call make_error(error, '--at goes with predict and solve, not with ' // command%name)
+    else if (command%has_fields .and. command%name /= 'check') then
+      call make_error(error, '--fields goes with check, not with ' // command%name)
+    else if (command%name == 'check' .and. command%at /= '' .and. .not. command%has_fields) then
+      call make_error(error, '--at goes with check only where --fields does, too')
+    else if (command%at /= '' .and. .not. any(command%name == [character(7) :: 'check', 'predict', 'solve'])) then
+      call make_error(error, '--at goes with predict, solve and check --fields, not with ' // command%name)
     else if (command%has_benchmark .and. .not. (command%name == 'run' .or. command%name == 'validate')) then
       call make_error(error, '--benchmark goes with run and validate, not with ' // command%name)
     else if (command%name /= 'predict' .and. (command%points /= '' .or. command%output /= '' .or. command%is_strict &
@@ -199,7 +206,7 @@ contains
   function option_words() result(words)
     type(string_t), allocatable :: words(:)
 
-    words = split('--help,--version,--quiet,--strict,--benchmark,--at,--points,--output,--threads', ',')
+    words = split('--help,--version,--quiet,--strict,--benchmark,--fields,--at,--points,--output,--threads', ',')
   end function option_words
 
   logical function is_in(word, words)
@@ -244,7 +251,9 @@ contains
       '  predict MODEL   answer of the reduced model at one or many points, as CSV' // nl // &
       '  describe MODEL  what the model is, where it is valid and how well it was validated' // nl // nl // &
       'Options:' // nl // &
-      '  --at a=1,b=2    a parameter point (predict, solve)' // nl // &
+      '  --at a=1,b=2    a parameter point (predict, solve, check --fields)' // nl // &
+      '  --fields        write check.xdmf for ParaView: supports, loads, contact at the middle' // nl // &
+      '                  of the parameter ranges or --at (check)' // nl // &
       '  --points FILE   CSV with a column per parameter (predict)' // nl // &
       '  --output FILE   where the CSV of predict goes instead of the terminal' // nl // &
       '  --threads N     threads of predict; as many as there are processors without it' // nl // &

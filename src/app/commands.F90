@@ -87,7 +87,7 @@ contains
 
     PetscCall(session%open(command, ierr))
     if (session%exit_code == exit_success .and. command%name == 'check') then
-      PetscCall(check_deck(session, ierr))
+      PetscCall(check_deck(command, session, ierr))
     else if (session%exit_code == exit_success) then
       PetscCall(session%claim_folder(ierr))
       if (session%exit_code == exit_success) then

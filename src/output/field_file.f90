@@ -40,11 +40,11 @@ module sig_field_file
     generic :: add_node_field => add_node_scalar, add_node_vector
     generic :: add_cell_field => add_cell_scalar, add_cell_integer, add_cell_vector
     generic :: add_array => add_real_array, add_real_matrix, add_integer_array
-    generic :: add_shared_array => add_shared_reals, add_shared_matrix, add_shared_integers
+    generic :: add_shared_array => add_shared_reals, add_shared_matrix, add_shared_integers, add_shared_texts
     procedure :: close => close_file
     procedure, private :: add_node_scalar, add_node_vector, add_cell_scalar, add_cell_integer, add_cell_vector
     procedure, private :: add_real_array, add_real_matrix, add_integer_array
-    procedure, private :: add_shared_reals, add_shared_matrix, add_shared_integers
+    procedure, private :: add_shared_reals, add_shared_matrix, add_shared_integers, add_shared_texts
   end type field_file_t
 
 contains
@@ -359,6 +359,16 @@ contains
 
     call self%file%write('/' // name, values, unit, description)
   end subroutine add_shared_integers
+
+  subroutine add_shared_texts(self, name, values, unit, description)
+    class(field_file_t), intent(inout) :: self
+    character(*), intent(in) :: name
+    type(string_t), intent(in) :: values(:)
+    character(*), intent(in) :: unit
+    character(*), intent(in) :: description
+
+    call self%file%write('/' // name, values, unit, description)
+  end subroutine add_shared_texts
 
   !> Gives both files their names, the XDMF file last. Errors: the first failure since create.
   subroutine close_file(self, error)

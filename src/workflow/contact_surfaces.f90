@@ -2,13 +2,13 @@
 !> The first surfaces of all contacts as cells of their own: contact.h5 and contact.xdmf beside those of the fields.
 module sig_contact_surfaces
   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
+  use sig_cell_collection, only: cell_collection_t
   use sig_contact_rows, only: contact_rows_t
   use sig_contact_state, only: contact_state_t
   use sig_errors, only: error_t
   use sig_field_file, only: field_file_t
   use sig_file_system, only: remove_file
   use sig_kinds, only: rk
-  use sig_mesh, only: mesh_t, nodes_of_facet
   use sig_mesh_checks, only: group_of_surface
   use sig_parameter_space, only: format_point
   use sig_problem, only: force_unit, parameter_names, problem_t, stress_unit
@@ -32,10 +32,8 @@ module sig_contact_surfaces
     private
     logical :: is_used = .false.
     type(field_file_t) :: file
-    !> its cells are facets of the mesh of the bodies
-    type(mesh_t) :: mesh
-    !> entry of the deck's contact section, shape (n_cells)
-    integer, allocatable :: entries(:)
+    !> facets of the mesh of the bodies; the label is the entry of the deck's contact section
+    type(cell_collection_t) :: cells
     !> node of the bodies' mesh, shape (n_nodes)
     integer, allocatable :: nodes(:)
     !> nodes of entry i are starts(i) + 1 ... starts(i + 1)
@@ -65,10 +63,9 @@ contains
       call remove_old_files(folder, error)
       return
     end if
-    self%mesh%n_dim = problem%mesh%n_dim
-    allocate (self%entries(0), self%nodes(0), self%mesh%cell_types(0), self%mesh%cell_nodes(0))
+    call self%cells%start(problem%mesh%n_dim, 1)
+    allocate (self%nodes(0))
     self%starts = [0]
-    self%mesh%cell_offsets = [0]
     allocate (self%entry_rows(size(problem%deck%contact)))
     do i = 1, size(problem%deck%contact)
       call self%add_surface(problem, i, error)
@@ -76,10 +73,9 @@ contains
       self%entry_rows(i)%indices = pack([(k, k=1, problem%rows%n_rows)], problem%rows%contact_entry == i)
       self%entry_rows(i)%rows = problem%rows%select(self%entry_rows(i)%indices)
     end do
-    self%mesh%n_cells = size(self%entries)
-    self%mesh%n_nodes = size(self%nodes)
-    self%mesh%coordinates = problem%mesh%coordinates(:, self%nodes)
-    call self%file%create(folder // '/contact.h5', self%mesh, problem%deck%units%length, parameter_names(problem%deck), error)
+    self%cells%mesh%n_nodes = size(self%nodes)
+    self%cells%mesh%coordinates = problem%mesh%coordinates(:, self%nodes)
+    call self%file%create(folder // '/contact.h5', self%cells%mesh, problem%deck%units%length, parameter_names(problem%deck), error)
     if (allocated(error)) return
     call self%file%add_shared_array('mesh/nodes', self%nodes, '-', 'of the mesh of the bodies, 1-based')
     call self%file%add_shared_array('mesh/node_tags', problem%mesh%node_tags(self%nodes), '-', 'of the mesh file')
@@ -100,27 +96,16 @@ contains
     type(problem_t), intent(in) :: problem
     integer, intent(in) :: i_entry
     type(error_t), allocatable, intent(out) :: error
-    integer, allocatable :: nodes(:), offsets(:), sizes(:)
-    integer :: place(problem%mesh%n_nodes), i, i_group, n
+    integer :: numbers(problem%mesh%n_nodes), i, i_group
 
     call group_of_surface(problem%mesh, problem%deck%contact(i_entry)%first, problem%deck%path, i_group, error)
     if (allocated(error)) return
-    associate (mesh => problem%mesh, group => problem%mesh%groups(i_group))
-      place(group%nodes) = [(size(self%nodes) + i, i=1, size(group%nodes))]
+    associate (group => problem%mesh%groups(i_group))
+      numbers = 0
+      numbers(group%nodes) = [(size(self%nodes) + i, i=1, size(group%nodes))]
       self%nodes = [self%nodes, group%nodes]
       self%starts = [self%starts, size(self%nodes)]
-      self%entries = [self%entries, spread(i_entry, 1, size(group%entities))]
-      self%mesh%cell_types = [self%mesh%cell_types, mesh%facet_types(group%entities)]
-      sizes = mesh%facet_offsets(group%entities + 1) - mesh%facet_offsets(group%entities)
-      allocate (nodes(sum(sizes)), offsets(size(sizes)))
-      n = 0
-      do i = 1, size(sizes)
-        nodes(n + 1:n + sizes(i)) = place(nodes_of_facet(mesh, group%entities(i)))
-        n = n + sizes(i)
-        offsets(i) = size(self%mesh%cell_nodes) + n
-      end do
-      self%mesh%cell_nodes = [self%mesh%cell_nodes, nodes]
-      self%mesh%cell_offsets = [self%mesh%cell_offsets, offsets]
+      call self%cells%add_facets(problem%mesh, group%entities, numbers, [i_entry])
     end associate
   end subroutine add_surface
 
@@ -132,8 +117,9 @@ contains
     type(contact_state_t), intent(in) :: state
     !> [length] of each row, shape (n_rows)
     real(rk), intent(in) :: opening(:)
-    real(rk) :: force(self%mesh%n_dim, self%mesh%n_nodes), pressure(self%mesh%n_nodes), gap(self%mesh%n_nodes)
-    real(rk) :: status(self%mesh%n_nodes), displacement(problem%mesh%n_dim, problem%mesh%n_nodes)
+    real(rk) :: force(self%cells%mesh%n_dim, self%cells%mesh%n_nodes), pressure(self%cells%mesh%n_nodes)
+    real(rk), dimension(self%cells%mesh%n_nodes) :: gap, status
+    real(rk) :: displacement(problem%mesh%n_dim, problem%mesh%n_nodes)
 
     if (.not. self%is_used) return
     associate (deck => problem%deck)
@@ -150,7 +136,7 @@ contains
         'open distance, the smallest of the rows at the node; no number where there is none')
       call self%file%add_node_field('status', status, '-', '0 no row (faces nothing, or inert), 1 open, 2 closed')
     end associate
-    call self%file%add_cell_field('contact', self%entries, '-', 'entry of the deck''s contact section, 1-based')
+    call self%file%add_cell_field('contact', self%cells%labels(1, :), '-', 'entry of the deck''s contact section, 1-based')
   end subroutine write_point
 
   !> The answer of a reduced model at the same point.
@@ -159,7 +145,7 @@ contains
     type(problem_t), intent(in) :: problem
     !> [force] shape (n_rows)
     real(rk), intent(in) :: multipliers(:)
-    real(rk) :: force(self%mesh%n_dim, self%mesh%n_nodes), pressure(self%mesh%n_nodes)
+    real(rk) :: force(self%cells%mesh%n_dim, self%cells%mesh%n_nodes), pressure(self%cells%mesh%n_nodes)
 
     if (.not. self%is_used) return
     call gather(self, multipliers, problem%mesh%n_nodes, force, pressure)
@@ -176,11 +162,11 @@ contains
     real(rk), intent(in) :: multipliers(:)
     !> of the bodies' mesh
     integer, intent(in) :: n_nodes
-    !> [force] shape (n_dim, self%mesh%n_nodes)
+    !> [force] shape (n_dim, self%cells%mesh%n_nodes)
     real(rk), intent(out) :: force(:, :)
-    !> [force / area] shape (self%mesh%n_nodes)
+    !> [force / area] shape (self%cells%mesh%n_nodes)
     real(rk), intent(out) :: pressure(:)
-    real(rk) :: forces(self%mesh%n_dim, n_nodes), areas(n_nodes)
+    real(rk) :: forces(self%cells%mesh%n_dim, n_nodes), areas(n_nodes)
     integer :: i
 
     do i = 1, size(self%entry_rows)
@@ -203,7 +189,7 @@ contains
     !> [length] shape (n_rows)
     real(rk), intent(in) :: opening(:)
     integer, intent(in) :: n_nodes
-    !> [length] shape (self%mesh%n_nodes)
+    !> [length] shape (self%cells%mesh%n_nodes)
     real(rk), intent(out) :: gap(:)
     !> one of status_*, same shape
     real(rk), intent(out) :: status(:)

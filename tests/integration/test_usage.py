@@ -47,7 +47,10 @@ def test_help_names_every_command_and_exit_code(signorom, tmp_path):
             (["check", "a.yaml", "b.yaml"], r"error: unexpected argument 'b.yaml'"),
             (["predict", "model.h5"], r"error: predict needs either --at or --points"),
             (["predict", "model.h5", "--at"], r"error: the option --at needs a value"),
-            (["run", "a.yaml", "--at", "a=1"], r"error: --at goes with predict and solve"),
+            (
+                ["run", "a.yaml", "--at", "a=1"],
+                r"error: --at goes with predict, solve and check --fields, not with run",
+            ),
             (["run", "a.yaml", "--strict"], r"error: .*--strict and --threads go with predict"),
         ]
     ),

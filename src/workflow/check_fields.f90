@@ -1,0 +1,283 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> The set-up of a deck as something to look at before it is solved: check.h5 and check.xdmf.
+module sig_check_fields
+  use sig_cell_collection, only: cell_collection_t
+  use sig_contact_rows, only: contact_rows_t
+  use sig_contact_summary, only: contact_name
+  use sig_contact_surfaces, only: nodal_gaps
+  use sig_errors, only: error_t
+  use sig_field_file, only: field_file_t
+  use sig_kinds, only: rk
+  use sig_mesh, only: mesh_t
+  use sig_mesh_checks, only: group_of_surface
+  use sig_parameter_space, only: format_point
+  use sig_problem, only: area_unit, force_unit, parameter_names, problem_t
+  use sig_term_values, only: evaluate_points
+  use sig_text, only: append_text, string_t
+  implicit none(type, external)
+  private
+  public :: write_check_fields, boundary_groups
+
+  !> Rows of the labels of a cell, and what a cell is.
+  integer, parameter :: n_labels = 6
+  integer, parameter :: label_kind = 1, label_material = 2, label_region = 3, label_boundary = 4, label_contact = 5, label_side = 6
+  integer, parameter :: kind_body = 1, kind_boundary = 2, kind_surface = 3, kind_link = 4
+
+contains
+
+  !> Writes both files for one point of the parameters. Local: one rank writes. Errors: a file cannot be written.
+  subroutine write_check_fields(problem, point, folder, error)
+    type(problem_t), intent(in) :: problem
+    !> checked
+    real(rk), intent(in) :: point(:)
+    character(*), intent(in) :: folder
+    type(error_t), allocatable, intent(out) :: error
+    type(cell_collection_t) :: cells
+    type(contact_rows_t) :: rows
+    type(field_file_t) :: file
+    real(rk), allocatable :: shares(:), theta(:, :)
+    integer :: i_bad_point, i_bad_source
+
+    rows = problem%rows
+    call rows%append(problem%inert)
+    call cells%start(problem%mesh%n_dim, n_labels)
+    call cells%add_bodies(problem%mesh, body_labels(problem))
+    call add_boundaries(problem%mesh, cells)
+    call add_surfaces(problem, cells, error)
+    if (allocated(error)) return
+    call add_links(rows, cells, shares)
+    cells%mesh%n_nodes = problem%mesh%n_nodes
+    cells%mesh%coordinates = problem%mesh%coordinates
+    call file%create(folder // '/check.h5', cells%mesh, problem%deck%units%length, parameter_names(problem%deck), error)
+    if (allocated(error)) return
+    call write_names(problem, file)
+    call evaluate_points(problem%terms, reshape(point, [size(point), 1]), theta, i_bad_point, i_bad_source)
+    call file%start_point(format_point(problem%deck%parameters, point), point)
+    call write_cell_fields(cells, shares, file)
+    call write_driving_fields(problem, theta(:, 1), file)
+    call write_contact_fields(problem, rows, theta(:, 1), file)
+    call file%close(error)
+  end subroutine write_check_fields
+
+  !> Material and region of the cells. A cell of several regions gets the first one.
+  pure function body_labels(problem) result(labels)
+    type(problem_t), intent(in) :: problem
+    integer :: labels(n_labels, problem%mesh%n_cells)
+    integer :: i, i_region
+
+    labels = 0
+    labels(label_kind, :) = kind_body
+    labels(label_material, :) = problem%body%material_of_cell
+    i_region = count(problem%mesh%groups%n_dim == problem%mesh%n_dim)
+    do i = size(problem%mesh%groups), 1, -1
+      if (problem%mesh%groups(i)%n_dim /= problem%mesh%n_dim) cycle
+      labels(label_region, problem%mesh%groups(i)%entities) = i_region
+      i_region = i_region - 1
+    end do
+  end function body_labels
+
+  !> Groups of the mesh that bodies can be held or loaded by: their numbers in the file are their places in this list.
+  pure function boundary_groups(mesh) result(groups)
+    type(mesh_t), intent(in) :: mesh
+    integer, allocatable :: groups(:)
+    integer :: i
+
+    groups = pack([(i, i=1, size(mesh%groups))], mesh%groups%n_dim < mesh%n_dim)
+  end function boundary_groups
+
+  !> Facets of each named boundary; points of one that is made of edges of a solid, or of points.
+  pure subroutine add_boundaries(mesh, cells)
+    type(mesh_t), intent(in) :: mesh
+    type(cell_collection_t), intent(inout) :: cells
+    integer, allocatable :: groups(:)
+    integer :: i, labels(n_labels), same(mesh%n_nodes)
+
+    same = [(i, i=1, mesh%n_nodes)]
+    groups = boundary_groups(mesh)
+    labels = 0
+    labels(label_kind) = kind_boundary
+    do i = 1, size(groups)
+      labels(label_boundary) = i
+      if (mesh%groups(groups(i))%n_dim == mesh%n_dim - 1) then
+        call cells%add_facets(mesh, mesh%groups(groups(i))%entities, same, labels)
+      else
+        call cells%add_points(mesh%groups(groups(i))%nodes, labels)
+      end if
+    end do
+  end subroutine add_boundaries
+
+  !> Facets of both sides of each contact entry. Errors: none after the rows were built.
+  pure subroutine add_surfaces(problem, cells, error)
+    type(problem_t), intent(in) :: problem
+    type(cell_collection_t), intent(inout) :: cells
+    type(error_t), allocatable, intent(out) :: error
+    integer :: i_entry, i_group, side, i, labels(n_labels), same(problem%mesh%n_nodes)
+
+    same = [(i, i=1, problem%mesh%n_nodes)]
+    labels = 0
+    labels(label_kind) = kind_surface
+    do i_entry = 1, size(problem%deck%contact)
+      associate (contact => problem%deck%contact(i_entry))
+        do side = 1, merge(1, 2, contact%has_obstacle)
+          if (side == 1) call group_of_surface(problem%mesh, contact%first, problem%deck%path, i_group, error)
+          if (side == 2) call group_of_surface(problem%mesh, contact%second, problem%deck%path, i_group, error)
+          if (allocated(error)) return
+          labels([label_contact, label_side]) = [i_entry, side]
+          call cells%add_facets(problem%mesh, problem%mesh%groups(i_group)%entities, same, labels)
+        end do
+      end associate
+    end do
+  end subroutine add_surfaces
+
+  !> A line from the owner of each row to each node of its second side.
+  pure subroutine add_links(rows, cells, shares)
+    type(contact_rows_t), intent(in) :: rows
+    type(cell_collection_t), intent(inout) :: cells
+    !> [-] of all cells: part of the row's force that goes to the partner; 0 on what is no line
+    real(rk), allocatable, intent(out) :: shares(:)
+    integer, allocatable :: labels(:, :), nodes(:), row(:), starts(:)
+    real(rk), allocatable :: weights(:)
+    integer :: i, k, owners(rows%n_rows)
+
+    call rows%list_side(.true., starts, nodes, weights)
+    owners = rows%owners()
+    row = [((k, i=starts(k) + 1, starts(k + 1)), k=1, rows%n_rows)]
+    allocate (labels(n_labels, size(nodes)), source=0)
+    labels(label_kind, :) = kind_link
+    labels(label_contact, :) = rows%contact_entry(row)
+    shares = [spread(0.0_rk, 1, cells%mesh%n_cells), weights]
+    call cells%add_lines(owners(row), nodes, labels)
+  end subroutine add_links
+
+  !> What the numbers in the cell fields stand for.
+  subroutine write_names(problem, file)
+    type(problem_t), intent(in) :: problem
+    type(field_file_t), intent(inout) :: file
+    type(string_t), allocatable :: boundaries(:), contacts(:), materials(:), regions(:)
+    integer :: i
+
+    allocate (boundaries(0), contacts(0), materials(0), regions(0))
+    do i = 1, size(problem%deck%materials)
+      call append_text(materials, problem%deck%materials(i)%name)
+    end do
+    do i = 1, size(problem%mesh%groups)
+      if (problem%mesh%groups(i)%n_dim == problem%mesh%n_dim) call append_text(regions, problem%mesh%groups(i)%name)
+    end do
+    associate (groups => boundary_groups(problem%mesh))
+      do i = 1, size(groups)
+        call append_text(boundaries, problem%mesh%groups(groups(i))%name)
+      end do
+    end associate
+    do i = 1, size(problem%deck%contact)
+      call append_text(contacts, contact_name(problem%deck, i))
+    end do
+    call file%add_shared_array('check/materials', materials, '-', 'names of 1, 2, ... in the cell field material')
+    call file%add_shared_array('check/regions', regions, '-', 'names of 1, 2, ... in the cell field region')
+    call file%add_shared_array('check/boundaries', boundaries, '-', 'names of 1, 2, ... in the cell field boundary')
+    call file%add_shared_array('check/contacts', contacts, '-', 'surfaces of 1, 2, ... in the cell field contact')
+  end subroutine write_names
+
+  subroutine write_cell_fields(cells, shares, file)
+    type(cell_collection_t), intent(in) :: cells
+    real(rk), intent(in) :: shares(:)
+    type(field_file_t), intent(inout) :: file
+
+    call file%add_cell_field('kind', cells%labels(label_kind, :), '-', &
+      '1 cell of a body, 2 facet or point of a named boundary, 3 facet of a contact surface, ' // &
+      '4 line from a node with a contact row to a node that it faces')
+    call file%add_cell_field('material', cells%labels(label_material, :), '-', 'of the deck, 1-based; 0 off the bodies')
+    call file%add_cell_field('region', cells%labels(label_region, :), '-', 'of the mesh, 1-based; 0 off the bodies')
+    call file%add_cell_field('boundary', cells%labels(label_boundary, :), '-', 'of the mesh, 1-based; 0 off the boundaries')
+    call file%add_cell_field('contact', cells%labels(label_contact, :), '-', 'entry of the deck''s contact section; else 0')
+    call file%add_cell_field('side', cells%labels(label_side, :), '-', 'of a contact: 1 first, 2 second surface; else 0')
+    call file%add_cell_field('share', shares, '-', 'of a line: part of the contact force that goes to its second end; else 0')
+  end subroutine write_cell_fields
+
+  !> Supports and loads at the point.
+  subroutine write_driving_fields(problem, theta, file)
+    type(problem_t), intent(in) :: problem
+    real(rk), intent(in) :: theta(:)
+    type(field_file_t), intent(inout) :: file
+    real(rk) :: values(problem%mesh%n_dim, problem%mesh%n_nodes)
+
+    values = reshape(merge(1.0_rk, 0.0_rk, problem%boundary%is_prescribed), shape(values))
+    call file%add_node_field('prescribed', values, '-', 'component by component: 1 its displacement is prescribed, 0 it is free')
+    values = reshape(problem%boundary%prescribed_displacement(theta), shape(values))
+    call file%add_node_field('prescribed_displacement', values, problem%deck%units%length, '0 where it is free')
+    values = reshape(problem%boundary%loads%forces(theta, size(values)), shape(values))
+    call file%add_node_field('load', values, force_unit(problem%deck), 'force of all loads on the node')
+  end subroutine write_driving_fields
+
+  !> Who meets whom, along which normal, at which distance.
+  subroutine write_contact_fields(problem, rows, theta, file)
+    type(problem_t), intent(in) :: problem
+    !> those without a multiplier behind the others
+    type(contact_rows_t), intent(in) :: rows
+    real(rk), intent(in) :: theta(:)
+    type(field_file_t), intent(inout) :: file
+    real(rk), dimension(problem%mesh%n_nodes) :: entry, largest, partners, side, status
+    real(rk) :: normals(problem%mesh%n_dim, problem%mesh%n_nodes)
+
+    call list_sides(rows, problem%rows%n_rows, side, entry, status)
+    call list_partners(rows, normals, partners, largest)
+    call file%add_node_field('contact_side', side, '-', '1 on the first side of a contact row, 2 on the second; else 0')
+    call file%add_node_field('contact_entry', entry, '-', 'entry of the deck''s contact section, 1-based; 0 without a row')
+    call file%add_node_field('contact_row', status, '-', &
+      '1 carries a contact force, 2 all its row meets is prescribed (no contact force); else 0')
+    call file%add_node_field('contact_normal', normals, '-', 'from the first surface to the second, at nodes with a row')
+    call file%add_node_field('gap', nodal_gaps(rows, matmul(rows%gap, theta), problem%mesh%n_nodes), problem%deck%units%length, &
+      'open distance before anything moves, the smallest of the rows at the node; no number where there is none')
+    call file%add_node_field('contact_area', rows%nodal_areas(problem%mesh%n_nodes), area_unit(problem%deck), &
+      'area that the node stands for')
+    call file%add_node_field('n_partners', partners, '-', 'nodes that the row of a node meets on the second surface')
+    call file%add_node_field('largest_share', largest, '-', 'of these nodes in the contact force: 1 of a pair')
+  end subroutine write_contact_fields
+
+  !> Which nodes are in rows. A node of the second side of several entries gets the first of them.
+  pure subroutine list_sides(rows, n_with_force, side, entry, status)
+    type(contact_rows_t), intent(in) :: rows
+    !> leading rows with a multiplier
+    integer, intent(in) :: n_with_force
+    !> shape (n_nodes)
+    real(rk), intent(out) :: side(:), entry(:), status(:)
+    integer :: k
+
+    side = 0
+    entry = 0
+    status = 0
+    do k = rows%n_rows, 1, -1
+      side(rows%second_nodes_of(k)) = 2
+      entry(rows%nodes_of(k)) = rows%contact_entry(k)
+    end do
+    do k = 1, rows%n_rows
+      side(rows%first_nodes_of(k)) = 1
+    end do
+    status(rows%owners()) = merge(1, 2, [(k <= n_with_force, k=1, rows%n_rows)])
+  end subroutine list_sides
+
+  !> Normals and the other side, at the owners of the rows.
+  pure subroutine list_partners(rows, normals, partners, largest)
+    type(contact_rows_t), intent(in) :: rows
+    !> [-] shape (n_dim, n_nodes)
+    real(rk), intent(out) :: normals(:, :)
+    !> shape (n_nodes)
+    real(rk), intent(out) :: partners(:), largest(:)
+    integer, allocatable :: nodes(:), starts(:)
+    real(rk), allocatable :: weights(:)
+    integer :: k, owners(rows%n_rows)
+
+    normals = 0
+    partners = 0
+    largest = 0
+    call rows%list_side(.true., starts, nodes, weights)
+    owners = rows%owners()
+    do k = 1, rows%n_rows
+      associate (own => rows%coefficients(rows%offsets(k) + 1:rows%offsets(k) + rows%n_dim), first => starts(k) + 1, &
+        last => starts(k + 1))
+        normals(:, owners(k)) = own / norm2(own)
+        partners(owners(k)) = last + 1 - first
+        if (last >= first) largest(owners(k)) = maxval(weights(first:last))
+      end associate
+    end do
+  end subroutine list_partners
+end module sig_check_fields
