@@ -252,8 +252,8 @@ contains
       '  describe MODEL  what the model is, where it is valid and how well it was validated' // nl // nl // &
       'Options:' // nl // &
       '  --at a=1,b=2    a parameter point (predict, solve, check --fields)' // nl // &
-      '  --fields        write check.xdmf for ParaView: supports, loads, contact at the middle' // nl // &
-      '                  of the parameter ranges or --at (check)' // nl // &
+      '  --fields        write check.xdmf for ParaView and signorom-post check: supports, loads, contact at the' // nl // &
+      '                  middle of the parameter ranges or --at (check)' // nl // &
       '  --points FILE   CSV with a column per parameter (predict)' // nl // &
       '  --output FILE   where the CSV of predict goes instead of the terminal' // nl // &
       '  --threads N     threads of predict; as many as there are processors without it' // nl // &

@@ -153,10 +153,11 @@ contains
   subroutine write_names(problem, file)
     type(problem_t), intent(in) :: problem
     type(field_file_t), intent(inout) :: file
-    type(string_t), allocatable :: boundaries(:), contacts(:), materials(:), regions(:)
+    type(string_t), allocatable :: boundaries(:), contacts(:), materials(:), model(:), regions(:)
     integer :: i
 
-    allocate (boundaries(0), contacts(0), materials(0), regions(0))
+    allocate (boundaries(0), contacts(0), materials(0), model(0), regions(0))
+    call append_text(model, problem%deck%mesh%model)
     do i = 1, size(problem%deck%materials)
       call append_text(materials, problem%deck%materials(i)%name)
     end do
@@ -171,6 +172,7 @@ contains
     do i = 1, size(problem%deck%contact)
       call append_text(contacts, contact_name(problem%deck, i))
     end do
+    call file%add_shared_array('check/model', model, '-', 'mechanical model')
     call file%add_shared_array('check/materials', materials, '-', 'names of 1, 2, ... in the cell field material')
     call file%add_shared_array('check/regions', regions, '-', 'names of 1, 2, ... in the cell field region')
     call file%add_shared_array('check/boundaries', boundaries, '-', 'names of 1, 2, ... in the cell field boundary')

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import h5py
 import numpy as np
 import pytest
+from signorom_post.cli import main
 
 from block_meshes import LINEAR, QUADRATIC, Mesh, consistent_areas
 from decks import copy_deck
@@ -255,6 +256,19 @@ def test_vtk_opens_it(signorom, tmp_path, elements):
     assert shown.nodes.keys() | shown.cells.keys() == setup.fields.keys()
     for name, values in (shown.nodes | shown.cells).items():
         np.testing.assert_array_equal(values, setup.fields[name], err_msg=name)
+
+
+@pytest.mark.parametrize("n_dim", [2, 3])
+def test_pictures(signorom, tmp_path, capsys, n_dim):
+    """The Python tool reads what the program writes."""
+    mesh, _, _ = tilted_blocks(n_dim, {2: ("T6", "Q8"), 3: ("H8", "T10")}[n_dim])
+    mesh.write(tmp_path / "blocks.msh")
+    checked(signorom, write_tilted_deck(tmp_path, n_dim))
+    folder = tmp_path / "results" / "tilted"
+    assert main(["check", str(folder)]) == 0
+    pictures = [folder / "figures" / f"check_{name}.png" for name in ("bodies", "contact_1")]
+    assert capsys.readouterr().out.splitlines() == [str(picture) for picture in pictures]
+    assert all(picture.stat().st_size > 10_000 for picture in pictures)
 
 
 def test_nothing_is_written_unasked(signorom, tmp_path):

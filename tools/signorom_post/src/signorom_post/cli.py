@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from signorom_post import __version__
+from signorom_post.check import add_check_command
 from signorom_post.compare.command import add_compare_command
 from signorom_post.errors import InputError
 from signorom_post.figures import BUILDERS, COLORS, FORMATS, FigureOptions, write_figures
@@ -73,6 +74,7 @@ def _parser() -> argparse.ArgumentParser:
     summary.add_argument("results", metavar="RESULTS_DIR", type=Path, help="for instance results/half_disks")
     summary.set_defaults(run=_run_summary)
 
+    add_check_command(commands)
     forest = commands.add_parser("forest", help="train the random forest that chooses the cluster of a point")
     forest.add_argument(
         "labels",

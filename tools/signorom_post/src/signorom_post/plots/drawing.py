@@ -55,3 +55,9 @@ def frame(axes: Axes, points: FloatArray, unit: str, names: tuple[str, str] = ("
     axes.set_aspect("equal")
     axes.set_xlabel(with_unit(f"${names[0]}$", unit))
     axes.set_ylabel(with_unit(f"${names[1]}$", unit))
+
+
+def marker_scale(mesh: Mesh, points: FloatArray, points_per_unit: float) -> float:
+    """Smaller markers on fine meshes, so that neighbors stay apart; edges of 8 points or more get full size."""
+    lengths = np.linalg.norm(np.diff(points[mesh.edges], axis=1)[:, 0], axis=1)
+    return float(np.clip(np.median(lengths) * points_per_unit / 8.0, 0.4, 1.0))

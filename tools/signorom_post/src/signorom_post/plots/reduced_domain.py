@@ -8,10 +8,9 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from signorom_post.arrays import FloatArray, IntArray
+from signorom_post.arrays import IntArray
 from signorom_post.errors import InputError
-from signorom_post.mesh import Mesh
-from signorom_post.plots.drawing import draw_cells, draw_edges, draw_mesh, frame
+from signorom_post.plots.drawing import draw_cells, draw_edges, draw_mesh, frame, marker_scale
 from signorom_post.plots.solid_figures import reduced_domain_solid
 from signorom_post.readers.fields import FieldFile
 from signorom_post.readers.model import Cluster
@@ -59,7 +58,7 @@ def reduced_domain(fields: FieldFile, cluster: Cluster | None, names: tuple[str,
     draw_edges(axes, points, reduced_mesh.edges, "#2F6F93", 0.6)
     draw_edges(axes, points, mesh.boundary_edges, INK, 0.9)
 
-    scale = _marker_scale(mesh, points, 72.0 * figure_height / max(width, height))
+    scale = marker_scale(mesh, points, 72.0 * figure_height / max(width, height))
     handles: list[Patch | Line2D] = [
         Patch(facecolor=RID_COLOR, edgecolor="#2F6F93", label=f"RID, {len(cells)} cells")
     ]
@@ -77,12 +76,6 @@ def reduced_domain(fields: FieldFile, cluster: Cluster | None, names: tuple[str,
     frame(axes, points, mesh.unit, names)
     axes.legend(handles=handles, loc="center left", bbox_to_anchor=(1.02, 0.5), labelspacing=0.8)
     return figure
-
-
-def _marker_scale(mesh: Mesh, points: FloatArray, points_per_unit: float) -> float:
-    """Smaller markers on fine meshes, so that neighbors stay apart; edges of 8 points or more get full size."""
-    lengths = np.linalg.norm(np.diff(points[mesh.edges], axis=1)[:, 0], axis=1)
-    return float(np.clip(np.median(lengths) * points_per_unit / 8.0, 0.4, 1.0))
 
 
 def _cells(fields: FieldFile, cluster: Cluster | None) -> IntArray:

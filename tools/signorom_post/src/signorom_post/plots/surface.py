@@ -18,9 +18,9 @@ AMBIENT = 0.75
 MOST_EDGES = 8000
 
 
-def view() -> FloatArray:
+def view(azimuth: float = AZIMUTH, elevation: float = ELEVATION) -> FloatArray:
     """Rows: to the right and up in the picture, and towards the viewer."""
-    a, e = np.radians([AZIMUTH, ELEVATION])
+    a, e = np.radians([azimuth, elevation])
     return np.array(
         [
             [-np.sin(a), np.cos(a), 0.0],
@@ -30,12 +30,21 @@ def view() -> FloatArray:
     )
 
 
-def draw_surface(axes: Axes, points: FloatArray, faces: Faces, colors: FloatArray) -> PolyCollection:
-    """The faces that look at the viewer, far ones first; `points` of all nodes, `colors` (n_faces, 3)."""
-    towards = view()
+def normals_of(points: FloatArray, faces: Faces) -> FloatArray:
+    """Outward, of length 1; shape (n_faces, 3)."""
     corners = points[faces.nodes]
     normals = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
     normals /= np.maximum(np.linalg.norm(normals, axis=1), np.finfo(float).tiny)[:, None]
+    return normals
+
+
+def draw_surface(
+    axes: Axes, points: FloatArray, faces: Faces, colors: FloatArray, towards: FloatArray | None = None
+) -> PolyCollection:
+    """The faces that look at the viewer, far ones first; `points` of all nodes, `colors` (n_faces, 3)."""
+    towards = view() if towards is None else towards
+    corners = points[faces.nodes]
+    normals = normals_of(points, faces)
     seen = np.flatnonzero(normals @ towards[2] > 0.0)
     seen = seen[np.argsort((corners[seen] @ towards[2]).mean(axis=1), kind="stable")]
     light = towards.T @ np.array([-0.4, 0.6, 0.7]) / np.linalg.norm([-0.4, 0.6, 0.7])
@@ -57,9 +66,10 @@ def one_color(faces: Faces, color: str) -> FloatArray:
     return np.tile(to_rgb(color), (len(faces.nodes), 1))
 
 
-def frame_surface(axes: Axes, points: FloatArray, unit: str) -> None:
+def frame_surface(axes: Axes, points: FloatArray, unit: str, towards: FloatArray | None = None) -> None:
     """Equal scales without ticks; the directions of the axes and a bar of a round length stand below."""
-    flat = points @ view()[:2].T
+    towards = view() if towards is None else towards
+    flat = points @ towards[:2].T
     low, high = flat.min(axis=0), flat.max(axis=0)
     size = float(np.max(high - low))
     axes.set_xlim(low[0] - 0.05 * size, high[0] + 0.05 * size)
@@ -67,7 +77,7 @@ def frame_surface(axes: Axes, points: FloatArray, unit: str) -> None:
     axes.set_aspect("equal")
     axes.set_axis_off()
     origin = np.array([low[0] + 0.08 * size, low[1] - 0.2 * size])
-    for name, direction in zip("xyz", view()[:2].T, strict=True):
+    for name, direction in zip("xyz", towards[:2].T, strict=True):
         end = origin + 0.1 * size * direction
         axes.annotate(
             "",

@@ -11,10 +11,7 @@ from signorom_post.contact import Contact, ContactSide
 from signorom_post.errors import InputError
 from signorom_post.mesh import Mesh
 from signorom_post.readers.hdf5_input import Hdf5Input
-
-#: XDMF number of a cell type -> (number of nodes, dimension)
-XDMF_CELLS = {4: (3, 2), 5: (4, 2), 6: (4, 3), 9: (8, 3)}
-XDMF_CELLS |= {36: (6, 2), 37: (8, 2), 35: (9, 2), 38: (10, 3), 48: (20, 3), 50: (27, 3)}
+from signorom_post.readers.topology import XDMF_CELLS, cells_of_mixed, drawn_nodes
 
 
 @dataclass(frozen=True)
@@ -95,42 +92,17 @@ def _read_mesh(file: Hdf5Input) -> Mesh:
     if file.quantity("/mesh/topology").values.ndim == 2:
         topology = file.integers("/mesh/topology", 2)
         n_dim = 2 if is_plane or topology.shape[1] == 3 else 3
-        cells = [_drawn(cell, n_dim) for cell in topology]
+        cells = [drawn_nodes(cell, n_dim) for cell in topology]
     else:
-        cells, n_dim = _cells_of_mixed(file, file.integers("/mesh/topology"))
+        mixed, dimensions = cells_of_mixed(file, file.integers("/mesh/topology"), XDMF_CELLS)
+        cells = [drawn_nodes(cell, n_dim) for cell, n_dim in zip(mixed, dimensions, strict=True)]
+        n_dim = max(dimensions, default=2)
     if not cells:
         raise file.fail("the mesh has no cells")
     nodes = np.concatenate(cells)
     if nodes.min() < 0 or nodes.max() >= len(coordinates):
         raise file.fail(f"'/mesh/topology' has a node outside 0..{len(coordinates) - 1}")
     return Mesh(coordinates, cells, n_dim, file.unit("/mesh/coordinates"))
-
-
-def _drawn(nodes: IntArray, n_dim: int) -> IntArray:
-    """Nodes of a cell in pictures: around a plane one, from the middle of a side; the corners of a solid one."""
-    if n_dim == 3:
-        return nodes[: 4 if len(nodes) in (4, 10) else 8]
-    if len(nodes) <= 4:
-        return nodes
-    n_corners = 3 if len(nodes) == 6 else 4
-    return np.column_stack([nodes[n_corners : 2 * n_corners], np.roll(nodes[:n_corners], -1)]).ravel()
-
-
-def _cells_of_mixed(file: Hdf5Input, flat: IntArray) -> tuple[list[IntArray], int]:
-    """Cells of XDMF's mixed list: the type's number, then the nodes, for each cell."""
-    cells, n_dim, start = [], 2, 0
-    while start < len(flat):
-        n_nodes, dimension = XDMF_CELLS.get(int(flat[start]), (0, 0))
-        if n_nodes == 0:
-            raise file.fail(
-                f"'/mesh/topology' has the cell type {flat[start]}; known are {sorted(XDMF_CELLS)}"
-            )
-        if start + 1 + n_nodes > len(flat):
-            raise file.fail("'/mesh/topology' ends within a cell")
-        cells.append(_drawn(flat[start + 1 : start + 1 + n_nodes], dimension))
-        n_dim = max(n_dim, dimension)
-        start += 1 + n_nodes
-    return cells, n_dim
 
 
 def _read_point(file: Hdf5Input, group: str, mesh: Mesh, n_contacts: int) -> FieldPoint:

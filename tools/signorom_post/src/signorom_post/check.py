@@ -1,0 +1,50 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The command `signorom-post check`: what `signorom check DECK --fields` found, as pictures."""
+
+import argparse
+from pathlib import Path
+
+from signorom_post.errors import InputError
+from signorom_post.plots.check_bodies import check_bodies
+from signorom_post.plots.check_contact import check_contact
+from signorom_post.readers.check import CheckFile, find_check_file, read_check
+from signorom_post.style import save, styled
+
+FORMATS = ("png", "pdf", "svg")
+
+
+def add_check_command(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
+    """Its arguments."""
+    check = commands.add_parser("check", help="draw the set-up that `signorom check DECK --fields` wrote")
+    check.add_argument(
+        "file", metavar="RESULTS_DIR|FILE", type=Path, help="results folder, check.h5 or check.xdmf"
+    )
+    check.add_argument("--output", metavar="DIR", type=Path, help="default: figures beside the file")
+    check.add_argument("--format", choices=FORMATS, default="png", help="default: png")
+    check.set_defaults(run=_run)
+
+
+def _run(options: argparse.Namespace) -> int:
+    check = read_check(find_check_file(options.file))
+    output = options.output or check.path.parent / "figures"
+    try:
+        output.mkdir(parents=True, exist_ok=True)
+        for path in write_pictures(check, output, options.format):
+            print(path, flush=True)
+    except OSError as error:
+        raise InputError(
+            error.filename or output, f"pictures cannot be written ({error.strerror})"
+        ) from error
+    return 0
+
+
+def write_pictures(check: CheckFile, output: Path, file_format: str) -> list[Path]:
+    """Bodies with supports and loads, then each contact."""
+    paths = []
+    with styled():
+        paths.append(output / f"check_bodies.{file_format}")
+        save(check_bodies(check), paths[-1])
+        for entry in range(1, len(check.names["contacts"]) + 1):
+            paths.append(output / f"check_contact_{entry}.{file_format}")
+            save(check_contact(check, entry), paths[-1])
+    return paths

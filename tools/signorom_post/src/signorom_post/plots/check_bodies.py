@@ -1,0 +1,239 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The set-up of a deck: regions, named boundaries, supports and loads."""
+
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import to_rgb
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+
+from signorom_post.arrays import FloatArray, IntArray, format_number
+from signorom_post.plots.drawing import draw_cells, draw_edges, frame
+from signorom_post.plots.surface import AZIMUTH, ELEVATION, draw_surface, frame_surface, normals_of, view
+from signorom_post.readers.check import BODY, BOUNDARY, SURFACE, CheckFile
+from signorom_post.style import BLUE, GRAY, INK, VERMILLION, cluster_colors, new_figure
+
+#: share of white in the colors of the regions
+PALE = 0.72
+#: [of the size of the mesh] longest arrow
+ARROW = 0.1
+#: arrows of more nodes cover each other
+MOST_ARROWS = 60
+#: marks of prescribed components: carets that point along them; in space dashes and a ring
+MARKS = (5, 6)
+SOLID_MARKS = ("_", "|", "o")
+#: share of the largest force on a node below which a force is rounding
+NEGLIGIBLE = 1e-9
+
+
+def check_bodies(check: CheckFile) -> Figure:
+    """Supports as marks along the prescribed components, loads and prescribed displacements as arrows."""
+    return _solid(check) if check.mesh.n_dim == 3 else _plane(check)
+
+
+def _plane(check: CheckFile) -> Figure:
+    mesh, points = check.mesh, check.mesh.coordinates[:, :2]
+    width, height = np.ptp(points, axis=0)
+    figure = new_figure(8.6, float(np.clip(4.6 * height / width + 0.9, 3.2, 8.0)), has_equal_axes=True)
+    axes = figure.subplots()
+    regions = check["region"][check.indices(BODY)].astype(int)
+    colors = _region_colors(check)
+    for region in np.unique(regions):
+        draw_cells(
+            axes, points, [mesh.cells[i] for i in np.flatnonzero(regions == region)], colors[region - 1]
+        )
+    draw_edges(axes, points, mesh.edges, "#0000001c", 0.35)
+    draw_edges(axes, points, mesh.boundary_edges, INK, 0.9)
+    frame(axes, points, mesh.unit, check.axis_names[:2])
+    outward = _outward_in_plane(check)
+    _number_boundaries(axes, check, points, np.arange(mesh.n_nodes), outward)
+    _draw_supports(axes, check, points)
+    _draw_arrows(axes, check, points, np.eye(3)[:2], outward)
+    _widen(axes, mesh.size)
+    axes.set_title(check.label)
+    axes.legend(
+        handles=_handles(check, colors), loc="center left", bbox_to_anchor=(1.02, 0.5), labelspacing=0.6
+    )
+    return figure
+
+
+def _solid(check: CheckFile) -> Figure:
+    """From above, and from below on the other side."""
+    mesh = check.mesh
+    figure = new_figure(10.2, 4.6, has_equal_axes=True)
+    faces, colors = mesh.outer_faces, _region_colors(check)
+    rgb = np.array([to_rgb(color) for color in colors])
+    regions = check["region"][check.indices(BODY)].astype(int)[faces.cells]
+    normals = normals_of(mesh.coordinates, faces)
+    outward = np.zeros((mesh.n_nodes, 3))
+    for corner in range(4):
+        np.add.at(outward, faces.nodes[:, corner], normals)
+    # the other body stands before it
+    contact = np.unique(np.concatenate(check.of(SURFACE)))
+    is_covered = np.isin(faces.nodes, contact).all(axis=1)
+    looks = (view(), view(AZIMUTH + 180.0, -ELEVATION))
+    for axes, towards, title in zip(
+        figure.subplots(1, 2), looks, ("from above", "from below, behind"), strict=True
+    ):
+        flat = mesh.coordinates @ towards[:2].T
+        draw_surface(axes, mesh.coordinates, faces, rgb[regions - 1], towards)
+        seen = np.unique(faces.nodes[normals @ towards[2] > 0.0])
+        frame_surface(axes, mesh.coordinates, mesh.unit, towards)
+        _number_boundaries(axes, check, flat, seen, outward @ towards[:2].T)
+        free = np.unique(faces.nodes[(normals @ towards[2] > 0.0) & ~is_covered])
+        _draw_supports(axes, check, flat, free)
+        _draw_arrows(axes, check, flat, towards[:2], outward, free)
+        axes.set_title(title)
+    figure.suptitle(check.label, x=0.01, ha="left", fontsize=10)
+    figure.legend(handles=_handles(check, colors), loc="outside right center", labelspacing=0.6)
+    return figure
+
+
+def _region_colors(check: CheckFile) -> list[Any]:
+    colors = cluster_colors(len(check.names["regions"]))
+    return [tuple(1.0 - (1.0 - PALE) * (1.0 - np.array(to_rgb(color)))) for color in colors]
+
+
+def _outward_in_plane(check: CheckFile) -> FloatArray:
+    """At the nodes of outlines, zero inside; shape (n_nodes, 3), of any length."""
+    mesh = check.mesh
+    outward = np.zeros((mesh.n_nodes, 3))
+    edges = np.vstack([np.column_stack([cell, np.roll(cell, -1)]) for cell in mesh.cells])
+    owners = np.concatenate([np.full(len(cell), i) for i, cell in enumerate(mesh.cells)])
+    _, first, counts = np.unique(np.sort(edges, axis=1), axis=0, return_index=True, return_counts=True)
+    for i in first[counts == 1]:
+        start, end = mesh.coordinates[edges[i]]
+        normal = np.array([end[1] - start[1], start[0] - end[0], 0.0])
+        inside = mesh.coordinates[mesh.cells[owners[i]]].mean(axis=0)
+        outward[edges[i]] += normal if normal @ (start - inside) > 0.0 else -normal
+    return outward
+
+
+def _number_boundaries(
+    axes: Axes, check: CheckFile, flat: FloatArray, seen: IntArray, outward: FloatArray
+) -> None:
+    """The number of each named boundary, inside the body at the node that is nearest to its middle."""
+    shift = 0.035 * float(np.ptp(flat, axis=0).max())
+    for number in range(1, len(check.names["boundaries"]) + 1):
+        cells = [cell for cell in check.of(BOUNDARY, boundary=number) if np.isin(cell, seen).all()]
+        if not cells:
+            continue
+        nodes = np.unique(np.concatenate(cells))
+        places = flat[nodes]
+        node = nodes[np.argmin(np.linalg.norm(places - places.mean(axis=0), axis=1))]
+        direction = -outward[node, :2] / max(float(np.linalg.norm(outward[node, :2])), np.finfo(float).tiny)
+        box = {"boxstyle": "circle,pad=0.2", "facecolor": "white", "edgecolor": GRAY, "linewidth": 0.6}
+        axes.text(
+            *(flat[node] + shift * direction),
+            str(number),
+            ha="center",
+            va="center",
+            fontsize=7,
+            bbox=box,
+            zorder=7,
+        )
+
+
+def _draw_supports(axes: Axes, check: CheckFile, flat: FloatArray, seen: IntArray | None = None) -> None:
+    """A mark per prescribed component."""
+    for component in range(check.mesh.n_dim):
+        nodes = np.flatnonzero(check["prescribed"][:, component])
+        style = _support_style(check, component, len(nodes))
+        nodes = nodes if seen is None else np.intersect1d(nodes, seen)
+        axes.plot(*flat[nodes].T, zorder=5, gid=f"support {component}", **style)
+
+
+def _support_style(check: CheckFile, component: int, n_nodes: int) -> dict[str, Any]:
+    size = 6.0 if n_nodes <= MOST_ARROWS else 3.5
+    marker = (SOLID_MARKS if check.mesh.n_dim == 3 else MARKS)[component]
+    return {
+        "marker": marker,
+        "linestyle": "none",
+        "color": INK,
+        "markersize": size,
+        "markerfacecolor": "none",
+    }
+
+
+def _draw_arrows(
+    axes: Axes,
+    check: CheckFile,
+    flat: FloatArray,
+    directions: FloatArray,
+    outward: FloatArray,
+    seen: IntArray | None = None,
+) -> None:
+    """Loads end where they push, and start where they pull; so do prescribed displacements."""
+    for name, color in (("load", VERMILLION), ("prescribed_displacement", BLUE)):
+        vectors = check[name]
+        sizes = np.linalg.norm(vectors, axis=1)
+        if not sizes.max(initial=0.0) > 0.0:
+            continue
+        nodes = np.flatnonzero(sizes > NEGLIGIBLE * sizes.max())
+        if seen is not None:
+            nodes = np.intersect1d(nodes, seen)
+        nodes = nodes[:: max(1, len(nodes) // MOST_ARROWS)]
+        arrows = ARROW * check.mesh.size * (vectors[nodes] / sizes.max()) @ directions.T
+        pushes = np.einsum("ij,ij->i", vectors[nodes], outward[nodes]) < 0.0
+        for chosen, pivot in ((pushes, "tip"), (~pushes, "tail")):
+            style = {
+                "angles": "xy",
+                "scale_units": "xy",
+                "scale": 1.0,
+                "units": "inches",
+                "width": 0.013,
+                "zorder": 6,
+            }
+            style |= {"color": color, "pivot": pivot, "gid": name, "clip_on": False}
+            axes.quiver(*flat[nodes[chosen]].T, *arrows[chosen].T, **style).set_in_layout(False)
+
+
+def _widen(axes: Axes, size: float) -> None:
+    """Room for arrows."""
+    (left, right), (low, high) = axes.get_xlim(), axes.get_ylim()
+    margin = ARROW * size
+    axes.set_xlim(left - margin, right + margin)
+    axes.set_ylim(low - margin, high + margin)
+
+
+def _handles(check: CheckFile, colors: list[Any]) -> list[Patch | Line2D]:
+    handles: list[Patch | Line2D] = [
+        Patch(facecolor=color, edgecolor=GRAY, label=name)
+        for name, color in zip(check.names["regions"], colors, strict=True)
+    ]
+    for component in range(check.mesh.n_dim):
+        nodes = np.flatnonzero(check["prescribed"][:, component])
+        if nodes.size:
+            label = _support_label(check, component, nodes)
+            handles.append(Line2D([], [], label=label, **_support_style(check, component, 1)))
+    for name, color, text in (
+        ("prescribed_displacement", BLUE, "prescribed displacement"),
+        ("load", VERMILLION, "loads, sum "),
+    ):
+        vectors, unit = check[name], check.fields[name].unit
+        if np.any(vectors):
+            total = ", ".join(format_number(_rounded(vectors, i)) for i in range(check.mesh.n_dim))
+            label = text if name != "load" else f"{text}({total}) {unit}"
+            handles.append(Line2D([], [], color=color, marker=">", markersize=4, label=label))
+    handles += [
+        Line2D([], [], linestyle="none", label=f"{i}  {name}")
+        for i, name in enumerate(check.names["boundaries"], start=1)
+    ]
+    return handles
+
+
+def _rounded(vectors: FloatArray, component: int) -> float:
+    """Sum of a component; what is rounding is zero."""
+    total = float(vectors[:, component].sum())
+    return total if abs(total) > NEGLIGIBLE * float(np.abs(vectors).sum()) else 0.0
+
+
+def _support_label(check: CheckFile, component: int, nodes: IntArray) -> str:
+    values = check["prescribed_displacement"][nodes, component]
+    ends = " to ".join(dict.fromkeys(format_number(value) for value in (values.min(), values.max())))
+    unit = check.fields["prescribed_displacement"].unit if np.any(values) else ""
+    count = f"{len(nodes)} node" + ("s" if len(nodes) != 1 else "")
+    return f"$u_{check.axis_names[component]}$ = {ends} {unit}".rstrip() + f", {count}"

@@ -1,0 +1,235 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The set-up of one contact: both surfaces, initial gaps, normals, who faces whom, and what faces nothing."""
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
+from matplotlib.collections import LineCollection, PolyCollection
+from matplotlib.colors import Normalize
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from signorom_post.arrays import FloatArray, IntArray, format_number, with_unit
+from signorom_post.plots.drawing import draw_cells, draw_edges, frame
+from signorom_post.plots.surface import frame_surface, view
+from signorom_post.readers.check import LINK, SURFACE, CheckFile
+from signorom_post.style import BLUE, BODY, GRAY, INK, LIGHT_GRAY, ORANGE, SEQUENTIAL, VERMILLION, new_figure
+
+#: normals of more nodes cover each other
+MOST_NORMALS = 40
+#: [of the size of the picture] length of normals
+NORMAL = 0.07
+#: [of the size of the mesh] smaller lengths are rounding
+ROUNDING = 1e-9
+#: of facets without a row: gray
+GAPS = mpl.colormaps[SEQUENTIAL].with_extremes(bad=LIGHT_GRAY)
+#: corners; room for directions and scale below a surface on edge
+CUBE = np.array(np.meshgrid([-1, 1], [-1, 1], [-1, 1])).reshape(3, -1).T
+
+
+def check_contact(check: CheckFile, entry: int) -> Figure:
+    """The entry of the deck's contact section, from 1."""
+    return _solid(check, entry) if check.mesh.n_dim == 3 else _plane(check, entry)
+
+
+def _plane(check: CheckFile, entry: int) -> Figure:
+    points = check.mesh.coordinates[:, :2]
+    first, second = check.of(SURFACE, contact=entry, side=1), check.of(SURFACE, contact=entry, side=2)
+    nodes = np.unique(np.concatenate(first + second))
+    low, high = points[nodes].min(axis=0), points[nodes].max(axis=0)
+    size = float((high - low).max())
+    middle, half = 0.5 * (low + high), np.maximum(0.5 * (high - low) + 0.12 * size, 0.3 * size)
+    low, high = middle - half, middle + half
+    width, height = high - low
+    figure = new_figure(8.6, float(np.clip(5.6 * height / width + 1.0, 3.0, 8.0)), has_equal_axes=True)
+    axes = figure.subplots()
+    draw_cells(axes, points, check.mesh.cells, BODY)
+    draw_edges(axes, points, check.mesh.edges, LIGHT_GRAY, 0.4)
+    _draw_links(axes, check, entry, points)
+    axes.add_collection(
+        LineCollection([points[line] for line in second], colors=ORANGE, linewidths=5.0, zorder=3)
+    )
+    gaps = _gap_colors(check, entry)
+    lines = LineCollection([points[line] for line in first], linewidths=2.4, zorder=4, gid="first")
+    lines.set(cmap=GAPS, norm=gaps, array=_of_facets(check, first))
+    axes.add_collection(lines)
+    _draw_normals(axes, check, entry, points, np.eye(3)[:2], NORMAL * size)
+    _mark_nodes(axes, check, entry, points)
+    frame(axes, points[nodes], check.mesh.unit, check.axis_names[:2])
+    axes.set_xlim(low[0], high[0])
+    axes.set_ylim(low[1], high[1])
+    _finish(figure, axes, check, entry, gaps)
+    return figure
+
+
+def _solid(check: CheckFile, entry: int) -> Figure:
+    """Left: the surfaces where they are. Right: the first one alone, laid flat."""
+    points, towards = check.mesh.coordinates, view()
+    first, second = check.of(SURFACE, contact=entry, side=1), check.of(SURFACE, contact=entry, side=2)
+    nodes = np.unique(np.concatenate(first + second))
+    size = float(np.ptp(points[nodes], axis=0).max())
+    flat = points @ towards[:2].T
+    gaps = _gap_colors(check, entry)
+    figure = new_figure(10.6, 4.8, has_equal_axes=True)
+    left, right = figure.subplots(1, 2)
+    left.add_collection(
+        PolyCollection(
+            [flat[face] for face in second], facecolors="none", edgecolors=ORANGE, linewidths=0.7, zorder=3
+        )
+    )
+    _add_faces(left, check, [first[i] for i in _far_first(points, first, towards[2])], flat, gaps)
+    _draw_links(left, check, entry, flat)
+    _draw_normals(left, check, entry, flat, towards[:2], 2.0 * NORMAL * size)
+    middle = 0.5 * (points[nodes].min(axis=0) + points[nodes].max(axis=0))
+    frame_surface(left, middle + 0.5 * size * CUBE, check.mesh.unit)
+    plane, names = _laid_flat(points, first)
+    _add_faces(right, check, first, plane, gaps)
+    _mark_nodes(right, check, entry, plane)
+    frame(right, plane[np.unique(np.concatenate(first))], check.mesh.unit, names)
+    right.set_title("first surface alone")
+    _finish(figure, left, check, entry, gaps)
+    return figure
+
+
+def _add_faces(
+    axes: Axes, check: CheckFile, faces: list[IntArray], flat: FloatArray, gaps: Normalize
+) -> None:
+    edges = "#00000055" if len(faces) <= 4000 else "face"
+    polygons = PolyCollection([flat[face] for face in faces], edgecolors=edges, linewidths=0.3, gid="first")
+    polygons.set(cmap=GAPS, norm=gaps, array=_of_facets(check, faces))
+    axes.add_collection(polygons)
+
+
+def _far_first(points: FloatArray, faces: list[IntArray], towards: FloatArray) -> IntArray:
+    return np.argsort([float((points[face] @ towards).mean()) for face in faces], kind="stable")
+
+
+def _laid_flat(points: FloatArray, faces: list[IntArray]) -> tuple[FloatArray, tuple[str, str]]:
+    """Along the two axes in which the surface is longest."""
+    sizes = np.ptp(points[np.unique(np.concatenate(faces))], axis=0)
+    across, up = np.sort(np.argsort(sizes, kind="stable")[1:])
+    return points[:, [across, up]], ("xyz"[across], "xyz"[up])
+
+
+def _of_facets(check: CheckFile, facets: list[IntArray]) -> FloatArray:
+    """Mean gap of the nodes of each facet; no number where none of them has a row."""
+    gaps = check["gap"]
+    means = np.full(len(facets), np.nan)
+    for i, facet in enumerate(facets):
+        known = gaps[facet][np.isfinite(gaps[facet])]
+        if known.size:
+            means[i] = known.mean()
+    return np.ma.masked_invalid(means)
+
+
+def _owners(check: CheckFile, entry: int) -> IntArray:
+    """Nodes of the first surface that have a row."""
+    return np.flatnonzero((check["contact_row"] > 0) & (check["contact_entry"] == entry))
+
+
+def _gap_colors(check: CheckFile, entry: int) -> Normalize:
+    gaps = check["gap"][_owners(check, entry)]
+    if _is_constant(check, entry):
+        middle = float(gaps.mean()) if gaps.size else 0.0
+        return Normalize(middle - check.mesh.size, middle + check.mesh.size)
+    return Normalize(float(gaps.min()), float(gaps.max()))
+
+
+def _is_constant(check: CheckFile, entry: int) -> bool:
+    gaps = check["gap"][_owners(check, entry)]
+    return not gaps.size or float(np.ptp(gaps)) <= ROUNDING * check.mesh.size
+
+
+def _draw_links(axes: Axes, check: CheckFile, entry: int, flat: FloatArray) -> None:
+    """From each node with a row to those that it faces; paler where the share is smaller."""
+    links = check.indices(LINK, contact=entry)
+    if not links.size:
+        return
+    shares = np.clip(check["share"][links], 0.08, 1.0)
+    colors = np.column_stack([np.tile(0.35, (len(links), 3)), shares])
+    segments = [flat[check.cells[i]] for i in links]
+    axes.add_collection(LineCollection(segments, colors=colors, linewidths=0.7, zorder=2, gid="links"))
+
+
+def _draw_normals(
+    axes: Axes, check: CheckFile, entry: int, flat: FloatArray, directions: FloatArray, length: float
+) -> None:
+    """Some of them, spread over the surface."""
+    nodes = _owners(check, entry)
+    order = np.lexsort(np.round(flat[nodes], 12).T)
+    nodes = nodes[order][:: max(1, len(nodes) // MOST_NORMALS)]
+    arrows = length * check["contact_normal"][nodes] @ directions.T
+    style = {
+        "angles": "xy",
+        "scale_units": "xy",
+        "scale": 1.0,
+        "units": "inches",
+        "width": 0.013,
+        "zorder": 5,
+    }
+    axes.quiver(*flat[nodes].T, *arrows.T, color=BLUE, gid="normals", **style).set_in_layout(False)
+
+
+def _mark_nodes(axes: Axes, check: CheckFile, entry: int, flat: FloatArray) -> None:
+    """Nodes of the first surface without a row, and those whose row is inert."""
+    alone, inert = _alone(check, entry), _inert(check, entry)
+    axes.plot(*flat[alone].T, "x", color=VERMILLION, markersize=6, markeredgewidth=1.4, zorder=6, gid="alone")
+    style = {
+        "markerfacecolor": "white",
+        "markeredgecolor": INK,
+        "markersize": 4.5,
+        "zorder": 6,
+        "gid": "inert",
+    }
+    axes.plot(*flat[inert].T, "s", **style)
+
+
+def _alone(check: CheckFile, entry: int) -> IntArray:
+    nodes = np.unique(np.concatenate(check.of(SURFACE, contact=entry, side=1)))
+    return nodes[check["contact_side"][nodes] == 0]
+
+
+def _inert(check: CheckFile, entry: int) -> IntArray:
+    nodes = _owners(check, entry)
+    return nodes[check["contact_row"][nodes] == 2]
+
+
+def _finish(figure: Figure, axes: Axes, check: CheckFile, entry: int, gaps: Normalize) -> None:
+    """Title, legend, scale of the gaps."""
+    owners, alone, inert = _owners(check, entry), _alone(check, entry), _inert(check, entry)
+    axes.set_title(f"contact {entry}: {check.names['contacts'][entry - 1]}")
+    partners = check["n_partners"][owners]
+    most = int(partners.max(initial=0))
+    facing = {0: "rigid obstacle", 1: "pairs of nodes"}.get(most, f"up to {most} partners of a node")
+    area, unit = float(check["contact_area"][owners].sum()), check.fields["contact_area"].unit
+    handles = [
+        Line2D([], [], color=ORANGE, linewidth=2.0, label="second surface"),
+        Line2D([], [], color=BLUE, marker=">", markersize=4, label="normals, first to second"),
+        Line2D([], [], color=GRAY, linewidth=0.8, label=facing),
+        Line2D([], [], linestyle="none", label=f"nodes with a row: {len(owners)}"),
+        Line2D([], [], linestyle="none", label=f"area {format_number(area)} {unit.replace('2', '²')}"),
+    ]
+    if most == 0:
+        handles = [handles[1], handles[2], *handles[3:]]
+    if inert.size:
+        mark = {"marker": "s", "markerfacecolor": "white", "markeredgecolor": INK, "markersize": 4.5}
+        handles.append(
+            Line2D([], [], linestyle="none", label=f"prescribed on both sides: {len(inert)}", **mark)
+        )
+    if alone.size:
+        mark = {"marker": "x", "color": VERMILLION, "markeredgewidth": 1.4}
+        handles.append(
+            Line2D([], [], linestyle="none", label=f"nodes that face nothing: {len(alone)}", **mark)
+        )
+    unit = check.fields["gap"].unit
+    if _is_constant(check, entry):
+        gap = float(check["gap"][owners[0]]) if owners.size else np.nan
+        gap = 0.0 if abs(gap) < ROUNDING * check.mesh.size else gap
+        handles.append(
+            Line2D([], [], linestyle="none", label=f"gap everywhere {format_number(gap)} {unit}".rstrip())
+        )
+    else:
+        label = with_unit("gap of the first surface", unit)
+        figure.colorbar(ScalarMappable(gaps, GAPS), ax=figure.axes, label=label, pad=0.02, shrink=0.85)
+    figure.legend(handles=handles, loc="outside lower center", ncols=4, columnspacing=1.2)

@@ -1,0 +1,115 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""check.h5: the set-up of a deck before anything is solved."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+
+from signorom_post.arrays import FloatArray, IntArray, Quantity
+from signorom_post.errors import InputError
+from signorom_post.mesh import Mesh
+from signorom_post.readers.hdf5_input import Hdf5Input
+from signorom_post.readers.topology import XDMF_CELLS, XDMF_EDGES, cells_of_mixed, drawn_nodes
+
+#: what a cell is
+BODY, BOUNDARY, SURFACE, LINK = 1, 2, 3, 4
+CELL_FIELDS = ("kind", "material", "region", "boundary", "contact", "side", "share")
+NODE_VECTORS = ("prescribed", "prescribed_displacement", "load", "contact_normal")
+NODE_NUMBERS = ("contact_side", "contact_entry", "contact_row", "gap", "contact_area", "n_partners")
+NAMES = ("materials", "regions", "boundaries", "contacts", "model")
+
+
+@dataclass(frozen=True)
+class CheckFile:
+    """Everything in check.h5; indices are 0-based, numbers of names 1-based."""
+
+    path: Path
+    #: the bodies alone
+    mesh: Mesh
+    #: parameter point
+    label: str
+    #: nodes of each cell, of any kind, in the order of drawing
+    cells: list[IntArray]
+    #: by name: of cells (n_cells), of nodes (n_nodes) or (n_nodes, 3)
+    fields: dict[str, Quantity]
+    #: NAMES -> texts
+    names: dict[str, list[str]]
+
+    def __getitem__(self, name: str) -> FloatArray:
+        """Values of a field."""
+        return self.fields[name].values
+
+    def of(self, kind: int, **labels: int) -> list[IntArray]:
+        """Nodes of the cells of a kind that have such labels."""
+        return [self.cells[i] for i in self.indices(kind, **labels)]
+
+    def indices(self, kind: int, **labels: int) -> IntArray:
+        """These cells."""
+        is_chosen = self["kind"] == kind
+        for name, value in labels.items():
+            is_chosen = is_chosen & (self[name] == value)
+        return np.flatnonzero(is_chosen)
+
+    @cached_property
+    def axis_names(self) -> tuple[str, str, str]:
+        """Of the coordinates."""
+        return ("r", "z", "") if self.names["model"] == ["axisymmetric"] else ("x", "y", "z")
+
+
+def find_check_file(path: Path) -> Path:
+    """check.h5 of a results folder, or beside the XDMF file."""
+    if path.is_dir():
+        return path / "check.h5"
+    return path.with_suffix(".h5") if path.suffix == ".xdmf" else path
+
+
+def read_check(path: Path) -> CheckFile:
+    """Read and check check.h5."""
+    try:
+        with Hdf5Input(path) as file:
+            file.check_format("signorom fields", 3)
+            if not file.has("/check"):
+                raise file.fail("the file has no set-up of a deck; `signorom check DECK --fields` writes one")
+            return _read(file)
+    except InputError as error:
+        if path.exists():
+            raise
+        sentence = f"{error.sentence}; `signorom check DECK --fields` writes one"
+        raise InputError(path, sentence) from error
+
+
+def _read(file: Hdf5Input) -> CheckFile:
+    coordinates = file.reals("/mesh/coordinates", 2)
+    flat = file.integers("/mesh/topology")
+    cells, dimensions = cells_of_mixed(file, flat, XDMF_CELLS | XDMF_EDGES)
+    nodes = np.concatenate([*cells, np.empty(0, dtype=np.int64)])
+    if coordinates.shape[1] != 3 or (nodes.size and (nodes.min() < 0 or nodes.max() >= len(coordinates))):
+        raise file.fail("'/mesh/topology' and '/mesh/coordinates' do not fit each other")
+    fields = {
+        name: file.quantity(f"/points/0001/{name}") for name in (*CELL_FIELDS, *NODE_VECTORS, *NODE_NUMBERS)
+    }
+    _check_shapes(file, fields, len(cells), len(coordinates))
+    names = {name: file.texts(f"/check/{name}") for name in NAMES}
+    drawn = [drawn_nodes(cell, n_dim) for cell, n_dim in zip(cells, dimensions, strict=True)]
+    bodies = np.flatnonzero(fields["kind"].values == BODY)
+    n_dim = max((dimensions[i] for i in bodies), default=0)
+    if n_dim < 2:
+        raise file.fail("there are no bodies")
+    mesh = Mesh(coordinates, [drawn[i] for i in bodies], n_dim, file.unit("/mesh/coordinates"))
+    for entry in range(1, len(names["contacts"]) + 1):
+        if not np.any((fields["contact"].values == entry) & (fields["side"].values == 1)):
+            raise file.fail(f"contact {entry} has no first surface")
+    label = str(file.attribute("/points/0001", "label") or "")
+    return CheckFile(file.path, mesh, label, drawn, fields, names)
+
+
+def _check_shapes(file: Hdf5Input, fields: dict[str, Quantity], n_cells: int, n_nodes: int) -> None:
+    expected = dict.fromkeys(CELL_FIELDS, (n_cells,)) | dict.fromkeys(NODE_NUMBERS, (n_nodes,))
+    expected |= dict.fromkeys(NODE_VECTORS, (n_nodes, 3))
+    for name, shape in expected.items():
+        if fields[name].values.shape != shape:
+            raise file.fail(
+                f"'/points/0001/{name}' has the shape {fields[name].values.shape}; {shape} is needed"
+            )
