@@ -37,6 +37,7 @@ def made_by(line):
     if "tools/demo.sh" in line:
         line = "run " + re.search(r"^deck=(\S+)$", (ROOT / "tools" / "demo.sh").read_text(), re.MULTILINE)[1]
     made += [results_of(deck) for deck in re.findall(r"(?:run|solve) (input/\S+\.yaml)", line)]
+    made += [results_of(deck) for deck in re.findall(r"check (input/\S+\.yaml) --fields", line)]
     made += re.findall(r"(?: -o | --output )(\S+)", line)
     return made
 
