@@ -20,6 +20,8 @@ from signorom_post.style import BLUE, GRAY, INK, VERMILLION, cluster_colors, new
 PALE = 0.72
 #: [of the size of the mesh] longest arrow
 ARROW = 0.1
+#: [of the longest arrow] outside no arrow is shorter, so that small loads are seen beside large ones; smaller ones stay
+SHORTEST, SMALL = 0.3, 0.01
 #: arrows of more nodes cover each other
 MOST_ARROWS = 60
 #: marks of prescribed components: carets that point along them; in space dashes and a ring
@@ -175,8 +177,12 @@ def _draw_arrows(
         nodes = np.flatnonzero(sizes > NEGLIGIBLE * sizes.max())
         if seen is not None:
             nodes = np.intersect1d(nodes, seen)
-        nodes = nodes[:: max(1, len(nodes) // MOST_ARROWS)]
-        arrows = ARROW * check.mesh.size * (vectors[nodes] / sizes.max()) @ directions.T
+        is_outer = np.any(outward[nodes], axis=1)
+        nodes = np.concatenate([_some(nodes[is_outer]), _some(nodes[~is_outer])])
+        is_stretched = (sizes > SMALL * sizes.max()) & np.any(outward, axis=1)
+        lengths = np.where(is_stretched, np.maximum(sizes, SHORTEST * sizes.max()), sizes)
+        stretch = lengths[nodes] / (sizes[nodes] * sizes.max())
+        arrows = ARROW * check.mesh.size * (vectors[nodes] * stretch[:, None]) @ directions.T
         pushes = np.einsum("ij,ij->i", vectors[nodes], outward[nodes]) < 0.0
         for chosen, pivot in ((pushes, "tip"), (~pushes, "tail")):
             style = {
@@ -189,6 +195,10 @@ def _draw_arrows(
             }
             style |= {"color": color, "pivot": pivot, "gid": name, "clip_on": False}
             axes.quiver(*flat[nodes[chosen]].T, *arrows[chosen].T, **style).set_in_layout(False)
+
+
+def _some(nodes: IntArray) -> IntArray:
+    return nodes[:: max(1, len(nodes) // MOST_ARROWS)]
 
 
 def _widen(axes: Axes, size: float) -> None:
