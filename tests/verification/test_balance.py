@@ -54,10 +54,16 @@ def saddle(point):
     return {"y": -point["bolt"] * 10.2 * 9.7 - 13.7 * strip * np.hypot(9.5, 3.5)}, 1.0
 
 
+def dovetail(point):
+    """Gas on the straight side above the fillet of 2.5 mm; the pull goes through curved faces: test_own_meshes.py."""
+    return {"x": point["gas"] * (20 - 2.5 * np.tan(np.pi / 8))}, 1.0
+
+
 # deck -> resultant of its loads at a point [force], and the size of what cancels where it is 0
 RESULTANTS = {
     "blocks": blocks,
     "bracket": bracket,
+    "dovetail": dovetail,
     "hertz_cylinder": hertz_cylinder,
     "pellet_cladding": pellet_cladding,
     "pellet_cladding_clusters": pellet_cladding,
