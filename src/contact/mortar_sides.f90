@@ -1,6 +1,7 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> One surface of a mortar contact: its facets with their places, and a tree that finds those near a line.
 module sig_mortar_sides
+  use sig_facet_bulges, only: find_bulges
   use sig_element_types, only: element_types
   use sig_k_d_tree, only: k_d_tree_t
   use sig_kinds, only: rk
@@ -23,6 +24,8 @@ module sig_mortar_sides
     integer, allocatable :: types(:)
     !> [-] outward, shape (n_dim, n_facets)
     real(rk), allocatable :: outward(:, :)
+    !> [length] how far the surface stands out over the middles of the edges, from each corner to the next; shape (size(nodes))
+    real(rk), allocatable :: bulges(:)
     !> [length] the longest edge
     real(rk) :: longest = 0
     !> a ball around each facet
@@ -56,6 +59,8 @@ contains
         side%longest = max(side%longest, longest_edge(vertices(:, :element_types(side%types(i))%n_corners)))
       end associate
     end do
+    call find_bulges(side%offsets, side%nodes, side%vertices, side%outward, &
+      merge(element_types(side%types)%n_corners, 0, element_types(side%types)%order == 1), side%bulges)
     call side%balls%create(middles, radii)
   end subroutine create_side
 

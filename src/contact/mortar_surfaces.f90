@@ -4,7 +4,7 @@
 !> The dual functions Phi_j of a facet are the combinations of its shape functions N_k with integral Phi_j N_k = delta_jk integral
 !> N_k over the part of the facet that faces the second surface. Everything is computed once, on the undeformed mesh.
 module sig_mortar_surfaces
-  use sig_element_types, only: n_element_types
+  use sig_element_types, only: element_type_with, n_element_types
   use sig_facet_shapes, only: create_shapes, facet_shape_t
   use sig_facing_edges, only: face_edge
   use sig_facing_facets, only: face_facet
@@ -109,7 +109,9 @@ contains
       sums%covered = sums%covered + sum(weights)
       values = values * spread(weights, 1, size(values, 1))
       sums%sizes(first%nodes(from:to)) = sums%sizes(first%nodes(from:to)) + sum(max(abs(matmul(dual, values)), abs(values)), dim=2)
-      call add_integrals(shapes, first%nodes(from:to), matmul(dual, values), second, points, sums)
+      sums%gaps(first%nodes(from:to)) = sums%gaps(first%nodes(from:to)) + &
+        matmul(matmul(dual, values), smooth_gaps(shapes, first, i_facet, second, points))
+      call add_shares(shapes, first%nodes(from:to), matmul(dual, values), second, points, sums)
     end associate
   end subroutine integrate_facet
 
@@ -127,8 +129,49 @@ contains
     dual = spread(matmul(values, weights), 2, size(values, 1)) * dual
   end subroutine find_dual
 
-  !> Integrals of Phi_j, Phi_j g and Phi_j N_l.
-  subroutine add_integrals(shapes, nodes, duals, second, points, sums)
+  !> The gaps at the points between the surfaces that linear facets stand for.
+  pure function smooth_gaps(shapes, first, i_facet, second, points) result(gaps)
+    type(facet_shape_t), intent(in) :: shapes(:)
+    type(mortar_side_t), intent(in) :: first
+    integer, intent(in) :: i_facet
+    type(mortar_side_t), intent(in) :: second
+    type(facing_points_t), intent(in) :: points
+    !> [length] along the normal of the facet, shape (points%n)
+    real(rk) :: gaps(points%n)
+    !> [-] facets that lean more do not face each other
+    real(rk), parameter :: least_cosine = 0.1_rk
+    integer :: p
+
+    do p = 1, points%n
+      associate (i_other => points%i_other(p))
+        gaps(p) = points%gaps(p) - bulge_at(shapes, first, i_facet, points%places(:, p)) - &
+          bulge_at(shapes, second, i_other, points%opposite(:, p)) / &
+          max(least_cosine, -dot_product(first%outward(:, i_facet), second%outward(:, i_other)))
+      end associate
+    end do
+  end function smooth_gaps
+
+  !> How far the surface stands out from a linear facet: the functions of a quadratic facet's nodes in the middles of edges.
+  pure real(rk) function bulge_at(shapes, side, i_facet, place) result(bulge)
+    type(facet_shape_t), intent(in) :: shapes(:)
+    type(mortar_side_t), intent(in) :: side
+    integer, intent(in) :: i_facet
+    real(rk), intent(in) :: place(:)
+    integer :: n_edges, n_nodes
+
+    bulge = 0
+    associate (bulges => side%bulges(side%offsets(i_facet) + 1:side%offsets(i_facet + 1)))
+      if (.not. any(abs(bulges) > 0)) return
+      n_nodes = size(bulges)
+      n_edges = merge(1, n_nodes, n_nodes == 2)
+      associate (values => shapes(element_type_with(size(place), n_nodes + n_edges))%values(place))
+        bulge = dot_product(bulges(:n_edges), values(n_nodes + 1:))
+      end associate
+    end associate
+  end function bulge_at
+
+  !> Integrals of Phi_j and Phi_j N_l.
+  subroutine add_shares(shapes, nodes, duals, second, points, sums)
     type(facet_shape_t), intent(in) :: shapes(:)
     !> of the facet
     integer, intent(in) :: nodes(:)
@@ -141,7 +184,6 @@ contains
     integer :: last, p
 
     sums%areas(nodes) = sums%areas(nodes) + sum(duals, dim=2)
-    sums%gaps(nodes) = sums%gaps(nodes) + matmul(duals, points%gaps(:points%n))
     last = 0
     do while (last < points%n)
       associate (i_other => points%i_other(last + 1), start => last)
@@ -158,7 +200,7 @@ contains
       end associate
       last = p - 1
     end do
-  end subroutine add_integrals
+  end subroutine add_shares
 
   !> [length**(n_dim - 1)] of a whole facet.
   pure real(rk) function area_of(model, shape, vertices) result(area)

@@ -1,9 +1,12 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Sphere on a block in the round (Q4) or a quarter in space (H8): the sphere is a block with a spherical lower face."""
+"""Sphere on a block in the round or a quarter in space, or a cylinder on a block in the plane.
+
+The sphere is a block with a spherical lower face.
+"""
 
 import numpy as np
 
-from block_meshes import Mesh
+from block_meshes import LINEAR, QUADRATIC, Mesh
 
 # [mm]
 RADIUS = 50.0
@@ -22,28 +25,35 @@ def graded(step, n_fine, size, growth):
     return line
 
 
-def sphere_on_block(n_dim, step, n_fine, growth):
-    """Contact faces: the first n_fine steps along each axis; names as in the deck."""
-    across = [graded(step, n_fine, SIZE, growth)] * (n_dim - 1)
-    up = graded(step, n_fine // 2, SIZE, growth)
-    sides = dict(zip([(0, 0), (1, 0)], ["left", "front"], strict=True)) if n_dim == 3 else {(0, 0): "axis"}
-    kind = "H8" if n_dim == 3 else "Q4"
+def sphere_on_block(n_dim, step, n_fine, growth, n_sphere=None, element=None, size=SIZE):
+    """Contact faces: the first n_fine steps along each axis, n_sphere on the sphere; names as in the deck.
+
+    Nodes in the middle of the sphere's edges lie on it, too.
+    """
+    element = element or ("H8" if n_dim == 3 else "Q4")
+    reach = step * n_fine
+    mesh, ends = Mesh(), {}
     below, above = (n_dim - 1, 0), (n_dim - 1, 1)
-    mesh = Mesh()
-    mesh.add_block("block", [*across, -up[::-1]], kind, {below: "block_base", above: "block_face"} | sides)
-    n_block = len(mesh.coordinates)
-    mesh.add_block("sphere", [*across, up], kind, {below: "sphere_face", above: "sphere_top"} | sides)
-    nodes = mesh.coordinates[n_block:]
+    sides = dict(zip([(0, 0), (1, 0)], ["left", "front"], strict=True)) if n_dim == 3 else {(0, 0): "axis"}
+    for name, n in (("block", n_fine), ("sphere", n_sphere or n_fine)):
+        across = [graded(reach / n, n, size, growth)] * (n_dim - 1)
+        up = graded(reach / n, n // 2, size, growth)
+        faces = {below: "sphere_face", above: "sphere_top"}
+        if name == "block":
+            up, faces = -up[::-1], {below: "block_base", above: "block_face"}
+        mesh.add_block(name, [*across, up], LINEAR.get(element, element), faces | sides)
+        ends[f"{name}_face"] = reach * (1 + 0.5 / n)
+    if element in QUADRATIC:
+        mesh.make_quadratic(element)
+    is_sphere = mesh.nodes_of("sphere")
+    nodes = mesh.coordinates[is_sphere]
     squared = np.sum(nodes[:, : n_dim - 1] ** 2, axis=1)
     # beyond the contact any shape does that keeps the cells upright
-    profile = np.minimum(squared / (RADIUS + np.sqrt(np.maximum(0.0, RADIUS**2 - squared))), SIZE / 2)
-    nodes[:, n_dim - 1] += profile * (1 - nodes[:, n_dim - 1] / SIZE)
-    end = step * (n_fine + 0.5)
+    profile = np.minimum(squared / (RADIUS + np.sqrt(np.maximum(0.0, RADIUS**2 - squared))), size / 2)
+    mesh.coordinates[is_sphere, n_dim - 1] += profile * (1 - nodes[:, n_dim - 1] / size)
 
     def is_kept(element):
-        return element[1] not in ("block_face", "sphere_face") or np.all(
-            mesh.coordinates[element[2], : n_dim - 1] < end
-        )
+        return element[1] not in ends or np.all(mesh.coordinates[element[2], : n_dim - 1] < ends[element[1]])
 
     mesh.elements = [element for element in mesh.elements if is_kept(element)]
     return mesh

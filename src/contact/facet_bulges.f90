@@ -1,0 +1,201 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> How far a smooth surface stands out from its linear facets.
+!>
+!> The nodes of linear elements lie on the surface that was meshed, their facets cut off what is curved: h**2 / (8 R) in the middle of
+!> an edge of length h. Where the facets of two surfaces do not match, gaps would be wrong by that, in another way at each place, and
+!> pressures by a share of h / R. So each edge is taken for an arc, from the normals of the surface at its ends. Normals: N. Max,
+!> Journal of Graphics Tools 4 (1999) no. 2, 1: exact where the nodes lie on a sphere or, in the plane, on a circle.
+module sig_facet_bulges
+  use, intrinsic :: iso_fortran_env, only: int64
+  use sig_cross_products, only: cross_product
+  use sig_kinds, only: rk
+  implicit none(type, external)
+  private
+  public :: find_bulges
+
+  !> cosine of 20 degrees: where facets of a node lean more from its normal the surface has an edge
+  real(rk), parameter :: smooth_cosine = 0.93969262078590838_rk
+
+  !> What the surface is at its nodes, shape (largest node).
+  type :: surface_nodes_t
+    !> [-] outward, shape (n_dim, largest node)
+    real(rk), allocatable :: normals(:, :)
+    logical, allocatable :: is_smooth(:)
+    !> [-] sum of the directions of its edges, in space the difference of those at the border: of length 2 where it goes straight
+    !> on; shape (n_dim, largest node)
+    real(rk), allocatable :: border(:, :)
+    !> in space, of the nodes next to it on the border, the one less the other, and the same of their squares: zero where facets
+    !> stand all round; shape (2, largest node)
+    integer(int64), allocatable :: neighbors(:, :)
+  end type surface_nodes_t
+
+contains
+
+  !> Heights of the arcs over the middles of the edges from each corner to the next one. In the plane a facet has one edge.
+  pure subroutine find_bulges(offsets, nodes, vertices, outward, n_corners, bulges)
+    !> what belongs to the nodes of facet i stands at offsets(i) + 1 ... offsets(i + 1)
+    integer, intent(in) :: offsets(:)
+    integer, intent(in) :: nodes(:)
+    !> [length] shape (n_dim, size(nodes))
+    real(rk), intent(in) :: vertices(:, :)
+    !> [-] normals of the facets, shape (n_dim, n_facets)
+    real(rk), intent(in) :: outward(:, :)
+    !> of each facet; 0 = a facet that is curved itself
+    integer, intent(in) :: n_corners(:)
+    !> [length] positive outward, shape (size(nodes))
+    real(rk), allocatable, intent(out) :: bulges(:)
+    type(surface_nodes_t) :: surface
+    logical :: is_known(size(nodes))
+    integer :: i, k, n, next
+
+    allocate (bulges(size(nodes)), source=0.0_rk)
+    surface = nodes_of_surface(offsets, nodes, vertices, outward, n_corners)
+    do i = 1, size(n_corners)
+      n = n_corners(i)
+      do k = 1, merge(1, n, n == 2)
+        associate (first => offsets(i) + k)
+          next = offsets(i) + modulo(k, n) + 1
+          call find_height(surface, nodes([first, next]), vertices(:, next) - vertices(:, first), outward(:, i), bulges(first), &
+            is_known(first))
+        end associate
+      end do
+      if (n == 3) call complete_triangle(vertices(:, offsets(i) + 1:), is_known(offsets(i) + 1:), bulges(offsets(i) + 1:))
+    end do
+  end subroutine find_bulges
+
+  !> The third edge of a triangle at a corner of the surface from the other two: of all curvatures that these allow the smallest.
+  pure subroutine complete_triangle(vertices, is_known, heights)
+    !> [length] the corners first
+    real(rk), intent(in) :: vertices(:, :)
+    !> of the edges from each corner to the next
+    logical, intent(in) :: is_known(:)
+    !> [length] of the same edges
+    real(rk), intent(inout) :: heights(:)
+    real(rk) :: a(3), b(3), product
+    integer :: i
+
+    if (count(is_known(:3)) /= 2) return
+    i = findloc(is_known(:3), .false., dim=1)
+    associate (after => modulo(i, 3) + 1, before => modulo(i - 2, 3) + 1)
+      a = vertices(:, before) - vertices(:, after)
+      b = vertices(:, i) - vertices(:, before)
+      ! height = e . C e / 8 with C = alpha a a' + beta b b'
+      product = dot_product(a, b)
+      associate (aa => sum(a**2), bb => sum(b**2), determinant => sum(a**2)**2 * sum(b**2)**2 - product**4)
+        heights(i) = ((heights(after) * bb**2 - heights(before) * product**2) * (aa + product)**2 + &
+          (heights(before) * aa**2 - heights(after) * product**2) * (bb + product)**2) / determinant
+      end associate
+    end associate
+  end subroutine complete_triangle
+
+  !> Over the middle of an edge: the smaller of what its ends ask for, as one of them may be next to an edge of the part.
+  pure subroutine find_height(surface, ends, along, normal, height, is_known)
+    type(surface_nodes_t), intent(in) :: surface
+    !> two nodes
+    integer, intent(in) :: ends(:)
+    !> [length] from the first to the second
+    real(rk), intent(in) :: along(:)
+    !> [-] of the facet
+    real(rk), intent(in) :: normal(:)
+    real(rk), intent(out) :: height
+    !> an end knows how the surface rises
+    logical, intent(out) :: is_known
+    real(rk) :: rises(2)
+    logical :: knows(2)
+    integer :: i
+
+    knows = [(surface%is_smooth(ends(i)) .and. is_seen(surface, ends(i), ends(3 - i)), i=1, 2)]
+    height = 0
+    is_known = any(knows)
+    if (.not. is_known) return
+    rises = 0
+    do i = 1, 2
+      if (knows(i)) rises(i) = (2 * i - 3) * dot_product(surface%normals(:, ends(i)), along) / &
+        dot_product(surface%normals(:, ends(i)), normal)
+    end do
+    if (all(knows) .and. rises(1) * rises(2) <= 0) return
+    i = minloc(abs(rises), dim=1, mask=knows)
+    ! of a circle: the chord times half the tangent of half the angle between chord and arc
+    height = rises(i) / (2 * (1 + sqrt(1 + rises(i)**2 / sum(along**2))))
+  end subroutine find_height
+
+  !> A node knows how the surface rises towards another one: it is inside of the surface, or the other is the next on the border.
+  pure logical function is_seen(surface, node, other)
+    type(surface_nodes_t), intent(in) :: surface
+    integer, intent(in) :: node, other
+    !> [-] of a border: two edges in the plane that belong to one smooth line differ less; in space it goes straight on
+    real(rk), parameter :: one_edge = 0.8_rk, straight = 1.9_rk
+
+    associate (border => surface%border(:, node), difference => surface%neighbors(1, node), squares => surface%neighbors(2, node))
+      if (size(border) == 2) then
+        is_seen = norm2(border) < one_edge
+      else if (difference == 0) then
+        is_seen = squares == 0
+      else
+        is_seen = norm2(border) > straight .and. &
+          abs(2 * other - squares / difference) == abs(difference)
+      end if
+    end associate
+  end function is_seen
+
+  pure function nodes_of_surface(offsets, nodes, vertices, outward, n_corners) result(surface)
+    integer, intent(in) :: offsets(:), nodes(:)
+    real(rk), intent(in) :: vertices(:, :), outward(:, :)
+    integer, intent(in) :: n_corners(:)
+    type(surface_nodes_t) :: surface
+    integer :: i, k
+
+    allocate (surface%normals(size(vertices, 1), maxval(nodes)), surface%border(size(vertices, 1), maxval(nodes)), source=0.0_rk)
+    allocate (surface%neighbors(2, maxval(nodes)), source=0_int64)
+    do i = 1, size(n_corners)
+      do k = 1, n_corners(i)
+        associate (from => offsets(i) + 1, to => offsets(i) + n_corners(i))
+          call add_corner(nodes(from:to), vertices(:, from:to), outward(:, i), k, surface)
+        end associate
+      end do
+    end do
+    allocate (surface%is_smooth(maxval(nodes)), source=.true.)
+    do i = 1, maxval(nodes)
+      associate (normal => surface%normals(:, i))
+        normal = normal / max(norm2(normal), tiny(1.0_rk))
+      end associate
+    end do
+    do i = 1, size(n_corners)
+      do k = offsets(i) + 1, offsets(i) + n_corners(i)
+        if (dot_product(surface%normals(:, nodes(k)), outward(:, i)) < smooth_cosine) surface%is_smooth(nodes(k)) = .false.
+      end do
+    end do
+  end function nodes_of_surface
+
+  !> What a facet adds to one of its corners. Edges between two facets come once from either side, and cancel.
+  pure subroutine add_corner(nodes, vertices, outward, corner, surface)
+    !> corners of the facet
+    integer, intent(in) :: nodes(:)
+    real(rk), intent(in) :: vertices(:, :)
+    real(rk), intent(in) :: outward(:)
+    integer, intent(in) :: corner
+    type(surface_nodes_t), intent(inout) :: surface
+    real(rk) :: after(size(outward)), before(size(outward)), normal(size(outward)), turn
+    integer(int64) :: ends(2)
+    integer :: i_after, i_before
+
+    i_after = modulo(corner, size(nodes)) + 1
+    i_before = modulo(corner - 2, size(nodes)) + 1
+    after = vertices(:, i_after) - vertices(:, corner)
+    before = vertices(:, i_before) - vertices(:, corner)
+    ends = nodes([i_after, i_before])
+    associate (neighbors => surface%neighbors(:, nodes(corner)), normals => surface%normals(:, nodes(corner)), &
+      border => surface%border(:, nodes(corner)))
+      if (size(outward) == 2) then
+        normals = normals + outward / norm2(after)
+        border = border + after / norm2(after)
+      else
+        normal = cross_product(after, before)
+        turn = sign(1.0_rk, dot_product(normal, outward))
+        normals = normals + turn * normal / (sum(after**2) * sum(before**2))
+        border = border + turn * (after / norm2(after) - before / norm2(before))
+        neighbors = neighbors + nint(turn) * [ends(1) - ends(2), ends(1)**2 - ends(2)**2]
+      end if
+    end associate
+  end subroutine add_corner
+end module sig_facet_bulges

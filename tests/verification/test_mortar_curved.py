@@ -1,0 +1,173 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Curved surfaces whose nodes do not match: a press fit that the mesh holds, a cylinder and a sphere on a block."""
+
+import numpy as np
+import pytest
+
+import hertz
+from block_meshes import LINEAR, QUADRATIC, Mesh
+from lame import ThickCylinder
+from runs import MESHES, solve_deck, write_deck_with, write_input
+from sphere_mesh import RADIUS, SIZE, sphere_on_block
+
+FACES = ("inner_face", "outer_face")
+CONTACT = "first: lower_face, second: upper_face, direction: [0, 1]"
+YOUNG_MODULUS, POISSON_RATIO = 2.0e6, 0.3
+# radii of the rings; the inner one is larger than the hole of the outer one
+INTERFERENCE = 1e-3
+INNER, OUTER = (0.5, 1 + INTERFERENCE), (1.0, 1.5)
+
+
+def press_fit_pressure():
+    """Lame, plane strain: the walls move by the interference."""
+
+    def compliance(radii, **pressure):
+        ring = ThickCylinder(YOUNG_MODULUS, POISSON_RATIO, *radii, **pressure, ends="held")
+        return abs(ring.displacement(1.0))
+
+    moved = compliance((0.5, 1.0), outer_pressure=1.0) + compliance((1.0, 1.5), inner_pressure=1.0)
+    return INTERFERENCE / moved
+
+
+def write_rings(path, element, step, n_high=None):
+    """A quarter of two rings, 8 edges facing 13 at step 1; in space with 2 layers facing 3, ends held."""
+    mesh = Mesh()
+    for i, (name, radii, n) in enumerate((("inner", INNER, 8), ("outer", OUTER, 13))):
+        lines = [np.linspace(*radii, 5 * step + 1), np.linspace(0, np.pi / 2, n * step + 1)]
+        sides = {(0, 1 - i): f"{name}_face", (1, 0): "on_x", (1, 1): "on_y"}
+        if n_high:
+            lines.append(np.linspace(0, 0.5, n_high + i + 1))
+            sides |= {(2, 0): "ends", (2, 1): "ends"}
+        mesh.add_block(name, lines, LINEAR.get(element, element), sides)
+    if element in QUADRATIC:
+        mesh.make_quadratic(element)
+    r, angle = mesh.coordinates[:, 0].copy(), mesh.coordinates[:, 1].copy()
+    mesh.coordinates[:, 0], mesh.coordinates[:, 1] = r * np.cos(angle), r * np.sin(angle)
+    mesh.write(path)
+    return mesh
+
+
+def press(signorom, folder, first, element, step, n_high=None):
+    """Mesh and fields of the rings; no gap in the deck, the mesh has the interference."""
+    mesh = write_rings(folder / "blocks.msh", element, step, n_high)
+    supports = "\n  - {boundary: on_x, displacement: {y: 0}}\n  - {boundary: on_y, displacement: {x: 0}}"
+    changes = {
+        "boundary_conditions: []": "boundary_conditions:" + supports,
+        "[lower, upper]": "[inner, outer]",
+    }
+    second = FACES[1 - FACES.index(first)]
+    changes |= {CONTACT: f"first: {first}, second: {second}", "ratio: 0.0": f"ratio: {POISSON_RATIO}"}
+    if n_high:
+        changes["model: plane_strain"] = "model: solid"
+        changes["boundary_conditions: []"] += "\n  - {boundary: ends, displacement: {z: 0}}"
+    (fields, *_), _ = solve_deck(signorom, write_deck_with("patch_models", folder, changes))
+    return mesh, fields["contact_pressure"]
+
+
+def pressure_error(mesh, name, pressure):
+    """L2 norm of sum p_j N_j - p over the edges of a surface, relative."""
+    exact, places, weights = press_fit_pressure(), *np.polynomial.legendre.leggauss(5)
+    squares = []
+    for nodes in mesh.facets_of(name):
+        values = np.array([(1 - places) / 2, (1 + places) / 2])
+        if len(nodes) == 3:
+            values = np.array([places * (places - 1) / 2, places * (places + 1) / 2, 1 - places**2])
+        squares.append(weights @ (pressure[nodes] @ values / exact - 1) ** 2 / 2)
+    return np.sqrt(np.mean(squares))
+
+
+@pytest.mark.parametrize("first", FACES)
+@pytest.mark.parametrize(("element", "order"), [("Q4", 1.5), ("T3", 1.5), ("Q8", 2), ("T6", 2)])
+def test_press_fit_of_the_mesh(signorom, tmp_path, figures, element, order, first):
+    """The pressure on curved edges converges: of linear elements 1.5, of quadratic ones 2."""
+    problem = f"press fit of the mesh, {element}, {first} first"
+    errors = []
+    for step in (1, 2, 4):
+        folder = tmp_path / str(step)
+        folder.mkdir()
+        mesh, pressure = press(signorom, folder, first, element, step)
+        errors.append(pressure_error(mesh, first, pressure))
+    print(problem, *errors)
+    measured = np.log2(errors[0] / errors[-1]) / 2
+    figures.at_least(problem, "order of the pressure, L2", measured, order, "Lamé")
+    figures.at_most(problem, "pressure with 32 facing 52 edges, L2", errors[-1], 5e-3, "Lamé")
+
+
+@pytest.mark.parametrize("first", FACES)
+@pytest.mark.parametrize(("element", "worst"), [("H8", 0.03), ("T4", 0.15)])
+def test_press_fit_in_space(signorom, tmp_path, figures, element, worst, first):
+    """The same with 16 facing 26 edges and 2 facing 3 layers: the resultant, and the pressure at every node."""
+    problem = f"press fit of the mesh, {element}, {first} first"
+    mesh, pressure = press(signorom, tmp_path, first, element, 2, n_high=2)
+    nodes = mesh.nodes_of(first)
+    exact = press_fit_pressure()
+    found = np.abs(pressure[nodes] / exact - 1)
+    figures.at_most(problem, "pressure at nodes", found.max(), worst, "Lamé")
+    figures.compare(problem, "mean pressure", pressure[nodes].mean(), exact, 0.01, "Lamé", "Pa")
+
+
+# the deck of the sphere in the round: another mesh, cut off as far away as the block
+MESH_OF_DECK = {str(MESHES / "sphere.msh"): "sphere.msh", "{load: 20.0e3}, {load: 50.0e3}, ": ""}
+ROUND = MESH_OF_DECK | {"(_pi * 50^2)": f"(_pi * {SIZE}^2)"}
+# a cylinder in the plane, 16 half-widths to the ends
+WIDE = 100.0
+PLANE = MESH_OF_DECK | {
+    "model: axisymmetric": "model: plane_strain",
+    "axis, displacement: {r: 0}": "axis, displacement: {x: 0}",
+    "base, displacement: {z: 0}": "base, displacement: {y: 0}",
+    "(_pi * 50^2)": f"(2 * {WIDE})",
+    "load: 100.0e3}": f"load: {hertz.NAFEMS_LOAD}}}",
+}
+SIDES = "first: block_face, second: sphere_face, direction: [0, 1]"
+MODULUS = hertz.contact_modulus(*hertz.NAFEMS_MATERIALS)
+CYLINDER = "NAFEMS cylinder on block, nodes that do not match"
+
+
+def fit_contact(signorom, folder, mesh, changes, first=None):
+    """Half-width and peak from the pressures of the first surface, and its nodes' positions and pressures."""
+    mesh.write(folder / "sphere.msh")
+    sides = {None: SIDES, "block_face": SIDES[: SIDES.index(", dir")]}
+    sides["sphere_face"] = "first: sphere_face, second: block_face"
+    (fields,), _ = solve_deck(signorom, write_input("sphere", folder, changes | {SIDES: sides[first]}))
+    nodes = mesh.nodes_of(first or "block_face")
+    x, pressure = mesh.coordinates[nodes, 0], fields["contact_pressure"][nodes]
+    return *hertz.fit(x, pressure), x, pressure
+
+
+@pytest.fixture(scope="module")
+def converged(signorom, tmp_path_factory):
+    """Half-width and peak of the cylinder on a fine mesh with matching nodes of Q9."""
+    mesh = sphere_on_block(2, 0.2, 60, 1.12, element="Q9", size=WIDE)
+    half_width, peak, _, _ = fit_contact(signorom, tmp_path_factory.mktemp("fine"), mesh, PLANE)
+    return half_width, peak
+
+
+@pytest.mark.parametrize("first", ["block_face", "sphere_face"])
+@pytest.mark.parametrize("edges", [(40, 29), (29, 40)])
+@pytest.mark.parametrize(("element", "allowed"), [("Q4", 0.01), ("Q8", 0.003)])
+def test_cylinder(signorom, tmp_path, figures, converged, element, allowed, edges, first):
+    """D2: half-width and peak against the fine matching mesh, and against Hertz."""
+    mesh = sphere_on_block(2, 12 / edges[0], edges[0], 1.15, edges[1], element, WIDE)
+    half_width, peak, _, _ = fit_contact(signorom, tmp_path, mesh, PLANE, first)
+    exact = hertz.nafems_cylinder()
+    case = f"{element}, {edges[0]} facing {edges[1]}, {first} first"
+    figures.compare(CYLINDER, f"a, {case}", half_width, converged[0], allowed, "fine matching mesh", "mm")
+    figures.compare(CYLINDER, f"p0, {case}", peak, converged[1], allowed, "fine matching mesh", "MPa")
+    figures.compare(CYLINDER, f"a against Hertz, {case}", half_width, exact.half_width, 0.015, "Hertz", "mm")
+    figures.compare(CYLINDER, f"p0 against Hertz, {case}", peak, exact.peak, 0.015, "Hertz", "MPa")
+
+
+@pytest.mark.parametrize("first", ["block_face", "sphere_face"])
+@pytest.mark.parametrize("element", ["Q4", "Q8"])
+def test_sphere_in_the_round(signorom, tmp_path, figures, element, first):
+    """Radius and peak of a sphere on a block."""
+    mesh = sphere_on_block(2, 7 / 40, 40, 1.15, 29, element)
+    half_width, peak, x, pressure = fit_contact(signorom, tmp_path, mesh, ROUND, first)
+    exact = hertz.Point(MODULUS, RADIUS, 100e3)
+    problem = f"Hertz sphere on block, nodes that do not match, {element}, {first} first"
+    figures.compare(problem, "radius a at 100 kN", half_width, exact.half_width, 0.015, "Hertz", "mm")
+    figures.compare(problem, "peak p0 of the fit", peak, exact.peak, 0.015, "Hertz", "MPa")
+    if element == "Q8":
+        return
+    at_axis = pressure[np.argmin(x)]
+    figures.compare(problem, "pressure on the axis", at_axis, exact.peak, 0.02, "Hertz", "MPa")
