@@ -3,8 +3,8 @@
 !>
 !> The nodes of linear elements lie on the surface that was meshed, their facets cut off what is curved: h**2 / (8 R) in the middle
 !> of an edge of length h. Where the facets of two surfaces do not match, gaps would be wrong by that, in another way at each place,
-!> and pressures by a share of h / R. So each edge is taken for an arc, from the normals of the surface at its ends. Normals: N. Max,
-!> Journal of Graphics Tools 4 (1999) no. 2, 1: exact where the nodes lie on a sphere or, in the plane, on a circle.
+!> and pressures by a share of h / R. So each edge is taken for an arc, from the normals of the surface at its ends. Normals:
+!> N. Max, Journal of Graphics Tools 4 (1999) no. 2, 1: exact where the nodes lie on a sphere or, in the plane, on a circle.
 module sig_facet_bulges
   use, intrinsic :: iso_fortran_env, only: int64
   use sig_cross_products, only: cross_product
