@@ -26,6 +26,8 @@ module sig_surface_pair
     integer, allocatable :: second_facets(:)
     type(surface_geometry_t) :: first_geometry
     type(surface_geometry_t) :: second_geometry
+    !> [length] smallest and largest coordinates, shape (n_dim, 2); the second one not of an obstacle
+    real(rk), allocatable :: first_box(:, :), second_box(:, :)
     !> [-] from the first body to the second at each first node, shape (n_dim, n_first_nodes)
     real(rk), allocatable :: normals(:, :)
     !> [-] averaged outward normals of the second surface, shape (n_dim, n_second_nodes); only without a fixed direction
@@ -67,13 +69,33 @@ contains
     type(error_t), allocatable, intent(out) :: error
     character(*), intent(in) :: reason
     character(*), intent(in), optional :: hint
-    character(:), allocatable :: line
+    character(:), allocatable :: line, remedy
 
     line = 'the averaged normals of the first'
     if (surfaces%entry%has_direction) line = place_text(surfaces%entry%direction)
+    remedy = where_text(surfaces)
+    if (present(hint)) remedy = hint
     call refuse(surfaces, surfaces%entry%first, "the surfaces '" // surfaces%entry%first%text // "' and '" // &
-                surfaces%entry%second%text // "' do not face each other along " // line // ': ' // reason, error, hint)
+                surfaces%entry%second%text // "' do not face each other along " // line // ': ' // reason, error, remedy)
   end subroutine refuse_facing
+
+  !> Where both surfaces are: wrong names, units and positions are seen from it.
+  pure function where_text(surfaces) result(text)
+    type(surface_pair_t), intent(in) :: surfaces
+    character(:), allocatable :: text
+
+    text = "'" // surfaces%entry%first%text // "' lies within " // box_text(surfaces%first_box) // ", '" // &
+      surfaces%entry%second%text // "' within " // box_text(surfaces%second_box) // &
+      '; name the two that face each other, or mend the direction or the position of a body'
+  end function where_text
+
+  pure function box_text(box) result(text)
+    !> shape (n_dim, 2)
+    real(rk), intent(in) :: box(:, :)
+    character(:), allocatable :: text
+
+    text = place_text(box(:, 1)) // ' to ' // place_text(box(:, 2))
+  end function box_text
 
   !> Some nodes of a surface have no partner.
   pure subroutine refuse_unpaired(surfaces, is_second, lonely_nodes, reason, error)
@@ -137,8 +159,8 @@ contains
     real(rk), intent(in) :: overlap
     type(error_t), allocatable, intent(out) :: error
 
-    call refuse_facing(surfaces, error, 'at the start every ' // what // ' overlaps by ' // to_text(overlap) // &
-                       ' or more, which is more than an element; is the direction or the position of a body wrong?')
+    call refuse_facing(surfaces, error, 'at the start every ' // what // ' overlaps by ' // short_text(overlap) // &
+                       ' or more, which is more than an element')
   end subroutine refuse_overlap
 
   pure function partner_text(mesh, i_node) result(text)

@@ -3,6 +3,7 @@
 module sig_surface_pairing
   use sig_deck_config, only: contact_config_t, name_config_t
   use sig_errors, only: error_t, make_error
+  use sig_folded_surface, only: check_folded
   use sig_kinds, only: rk
   use sig_mesh, only: mesh_t
   use sig_mesh_checks, only: group_of_surface
@@ -50,10 +51,12 @@ contains
       call measure(mesh, surfaces, surfaces%entry%second, second_group, geometry, error)
       if (allocated(error)) return
       surfaces%second_geometry = geometry
+      surfaces%second_box = box_of(mesh, surfaces%second_nodes)
     end if
     call measure(mesh, surfaces, surfaces%entry%first, first_group, geometry, error)
     if (allocated(error)) return
     surfaces%first_geometry = geometry
+    surfaces%first_box = box_of(mesh, surfaces%first_nodes)
     surfaces%tolerance = surfaces%entry%pairing_tolerance * surfaces%first_geometry%mesh_size
     call surfaces%tree%create(mesh%coordinates(:, surfaces%second_nodes))
     if (surfaces%entry%has_obstacle) then
@@ -67,7 +70,7 @@ contains
     end if
   end subroutine open_surfaces
 
-  !> Mesh size and facets of a surface. Errors: a facet inside a body.
+  !> Mesh size and facets of a surface. Errors: a facet inside a body, a surface that lies upon itself.
   pure subroutine measure(mesh, surfaces, surface, i_group, geometry, error)
     type(mesh_t), intent(in) :: mesh
     type(surface_pair_t), intent(in) :: surfaces
@@ -78,12 +81,26 @@ contains
     integer :: i_node
 
     call measure_surface(mesh, i_group, geometry)
-    if (geometry%inner_facet == 0) return
+    if (geometry%inner_facet == 0) then
+      call check_folded(mesh, surfaces, surface, i_group, geometry, error)
+      return
+    end if
     i_node = mesh%facet_nodes(mesh%facet_offsets(geometry%inner_facet) + 1)
     call refuse(surfaces, surface, "the surface '" // surface%text // "' lies inside a body at " // node_text(mesh, i_node) // &
                 '; contact needs two bodies with nodes of their own', error, &
                 'draw the surface once for each body, so that gmsh does not join their nodes')
   end subroutine measure
+
+  !> The smallest and the largest coordinates of some nodes.
+  pure function box_of(mesh, nodes) result(box)
+    type(mesh_t), intent(in) :: mesh
+    integer, intent(in) :: nodes(:)
+    !> [length]
+    real(rk) :: box(mesh%n_dim, 2)
+
+    box(:, 1) = minval(mesh%coordinates(:, nodes), dim=2)
+    box(:, 2) = maxval(mesh%coordinates(:, nodes), dim=2)
+  end function box_of
 
   !> One direction for all nodes. Errors: it does not lead out of the first surface and into the second one.
   pure subroutine fix_direction(n_dim, surfaces, error)

@@ -1,0 +1,57 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> A contact surface that lies upon itself: one name for both sides of an interface.
+module sig_folded_surface
+  use sig_deck_config, only: name_config_t
+  use sig_errors, only: error_t
+  use sig_k_d_tree, only: k_d_tree_t
+  use sig_kinds, only: rk
+  use sig_mesh, only: mesh_t
+  use sig_surface_geometry, only: averaged_normals, surface_geometry_t
+  use sig_surface_pair, only: node_text, refuse, surface_pair_t
+  implicit none(type, external)
+  private
+  public :: check_folded
+
+  !> [-] of the mesh size: nodes that near to each other have no other body between them, not even a foil
+  real(rk), parameter :: near = 1.0e-3_rk
+  !> [-] cosine of normals that are opposite, curved facets and rims included
+  real(rk), parameter :: opposite = -0.5_rk
+  !> [-] of the mesh size: rounding of coordinates
+  real(rk), parameter :: rounding = 1.0e-6_rk
+
+contains
+
+  !> Errors: two nodes of the surface look at each other across no gap, or hardly any. Those of a thin plate look away.
+  pure subroutine check_folded(mesh, surfaces, surface, i_group, geometry, error)
+    type(mesh_t), intent(in) :: mesh
+    type(surface_pair_t), intent(in) :: surfaces
+    !> as the deck has it
+    type(name_config_t), intent(in) :: surface
+    integer, intent(in) :: i_group
+    type(surface_geometry_t), intent(in) :: geometry
+    type(error_t), allocatable, intent(out) :: error
+    type(k_d_tree_t) :: tree
+    integer, allocatable :: others(:)
+    real(rk) :: way(mesh%n_dim)
+    integer :: i, k
+
+    associate (nodes => mesh%groups(i_group)%nodes, normals => averaged_normals(mesh, i_group, geometry%area_vectors), &
+      size_of_edge => geometry%mesh_size)
+      ! a fold at a node without normal has a message of its own
+      if (any(.not. norm2(normals, dim=1) > 0)) return
+      call tree%create(mesh%coordinates(:, nodes))
+      do i = 1, size(nodes)
+        call tree%within(mesh%coordinates(:, nodes(i)), near * size_of_edge, others)
+        do k = 1, size(others)
+          way = mesh%coordinates(:, nodes(others(k))) - mesh%coordinates(:, nodes(i))
+          if (dot_product(normals(:, i), normals(:, others(k))) > opposite) cycle
+          if (dot_product(way, normals(:, i)) < -rounding * size_of_edge) cycle
+          call refuse(surfaces, surface, "the surface '" // surface%text // "' lies upon itself: " // &
+                      node_text(mesh, nodes(i)) // ' and ' // node_text(mesh, nodes(others(k))) // ' look at each other', error, &
+                      'give the two sides names of their own in the .geo file: one is the first surface, the other the second')
+          return
+        end do
+      end do
+    end associate
+  end subroutine check_folded
+end module sig_folded_surface
