@@ -5,9 +5,9 @@
     apt-get install --no-install-recommends paraview python3-paraview
     build/venv/bin/python tests/paraview/check_surfaces.py
 
-CI does not run it: ParaView is about 200 MB of packages. It solves decks of `input`, in the plane with quadratic edges, in
-axisymmetry and in space with lines and points among the cells, with the program that SIGNOROM_EXECUTABLE names (default:
-build/ci/signorom), and starts pvpython. Exit code 1: a reader shows something else.
+CI does not run it: ParaView is about 200 MB of packages. It solves decks of `input`, in the plane with quadratic edges,
+in axisymmetry and in space with lines and points among the cells, with the program that SIGNOROM_EXECUTABLE names
+(default: build/ci/signorom), and starts pvpython. Exit code 1: a reader shows something else.
 """
 
 import os
