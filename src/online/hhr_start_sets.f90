@@ -20,11 +20,8 @@ contains
   !> told why.
   subroutine fill_start_sets(model)
     type(model_t), intent(inout) :: model
-    type(online_model_t), target :: online
-    type(term_values_t) :: terms
-    class(reduced_t), pointer :: judge
-    character(:), allocatable :: message
-    logical, allocatable :: is_closed(:, :)
+    type(online_model_t) :: online
+    class(reduced_t), allocatable :: fallback
     integer :: k
 
     call complete_model(model)
@@ -34,7 +31,26 @@ contains
         part%data%start_sets = part%data%start_sets(:, :0)
       end select
     end do
+    k = model%fallback()
+    ! lent: a copy of it can be larger than all the rest
+    if (k > 0) call move_alloc(model%parts(k)%reduced, fallback)
     online%model = model
+    if (k > 0) call move_alloc(fallback, online%model%parts(k)%reduced)
+    call fill_from(online, model)
+    if (k > 0) call move_alloc(online%model%parts(k)%reduced, model%parts(k)%reduced)
+  end subroutine fill_start_sets
+
+  subroutine fill_from(online, model)
+    !> the model without sets
+    type(online_model_t), target, intent(inout) :: online
+    !> its fallback is not there
+    type(model_t), intent(inout) :: model
+    type(term_values_t) :: terms
+    class(reduced_t), pointer :: judge
+    character(:), allocatable :: message
+    logical, allocatable :: is_closed(:, :)
+    integer :: k
+
     call online%prepare(message)
     if (.not. allocated(message)) call terms%create(model%terms, message)
     if (allocated(message)) return
@@ -52,7 +68,7 @@ contains
       end select
     end do
     call terms%destroy()
-  end subroutine fill_start_sets
+  end subroutine fill_from
 
   !> Sets of one cluster's answers.
   subroutine answer_points(part, terms, points, is_closed, judge, sets)

@@ -32,11 +32,11 @@ contains
     call move_alloc(parts, model%parts)
   end subroutine set_clusters
 
-  !> A part that answers where the clusters cannot; none where it is not allocated.
+  !> A part that answers where the clusters cannot; none where it is not allocated. The model takes it.
   subroutine set_fallback(model, fallback)
     !> without a fallback
     type(model_t), intent(inout) :: model
-    class(reduced_t), allocatable, intent(in) :: fallback
+    class(reduced_t), allocatable, intent(inout) :: fallback
     type(part_t), allocatable :: parts(:)
     integer :: k, n
 
@@ -46,7 +46,7 @@ contains
     do k = 1, n
       call move_alloc(model%parts(k)%reduced, parts(k)%reduced)
     end do
-    allocate (parts(n + 1)%reduced, source=fallback) ! an assignment would share its arrays (gfortran 12)
+    call move_alloc(fallback, parts(n + 1)%reduced)
     call move_alloc(parts, model%parts)
     model%has_fallback = .true.
   end subroutine set_fallback

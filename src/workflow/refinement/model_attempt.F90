@@ -80,13 +80,15 @@ contains
     type(attempt_t), intent(inout) :: attempt
     type(error_t), allocatable, intent(out) :: error
     PetscErrorCode, intent(out) :: ierr
+    class(reduced_t), allocatable :: own
     type(model_t) :: model
     integer :: k
 
     call fill_model_header(problem, attempt%snapshots, model)
     PetscCall(divide_snapshots(problem%deck, n_clusters, attempt%snapshots, model, attempt%division%clusters, error, ierr))
     if (allocated(error)) return
-    call set_fallback(model, fallback)
+    if (allocated(fallback)) allocate (own, source=fallback) ! an assignment would share its arrays (gfortran 12)
+    call set_fallback(model, own)
     attempt%division%choice = model%choice
     attempt%division%n_labeled = attempt%snapshots%n_snapshots()
     attempt%model = model

@@ -74,7 +74,7 @@ contains
       call fill_start_sets(model)
     end if
     model%max_error = max_error_of(full_order%problem%deck%reduction, hyper_reduced_error)
-    if (allocated(fallback) .or. allocated(error) .or. model%max_error <= 0) return
+    if (model%has_fallback .or. allocated(error) .or. model%max_error <= 0) return
     PetscCall(add_certificates(full_order, model, ierr))
   end subroutine build_model
 
