@@ -444,6 +444,40 @@ PLANTED = [
         "one thread more than is allowed",
         "integration.test_predict",
     ),
+    # the set-up before it is solved
+    Planted(
+        SRC + "output/cell_collection.f90",
+        "      n = n + sizes(i)\n      offsets(i) = n",
+        "      offsets(i) = n\n      n = n + sizes(i)",
+        "cells begin where they end",
+    ),
+    Planted(
+        SRC + "workflow/check_fields.f90",
+        "normals(:, owners(k)) = own / norm2(own)",
+        "normals(:, owners(k)) = -own / norm2(own)",
+        "check shows normals that point backwards",
+        "integration.test_check_fields",
+    ),
+    Planted(
+        SRC + "workflow/check_fields.f90",
+        "side(rows%second_nodes_of(k)) = 2",
+        "side(rows%second_nodes_of(k)) = 1",
+        "check shows the second surface as the first",
+        "integration.test_check_fields",
+    ),
+    Planted(
+        SRC + "mesh/folded_surface.f90",
+        "normals(:, others(k))) > opposite) cycle",
+        "normals(:, others(k))) < opposite) cycle",
+        "a surface that lies upon itself is accepted",
+        "integration.test_bad_surfaces",
+    ),
+    Planted(
+        POST + "plots/check_bodies.py",
+        "outward[nodes]) < 0.0",
+        "outward[nodes]) > 0.0",
+        "arrows of a pressure stand inside the body",
+    ),
     # Python tool
     Planted(
         POST + "mesh.py", "edges[counts == 1]", "edges[counts >= 1]", "inner edges are drawn as the boundary"
