@@ -123,9 +123,10 @@ int signorom_get_parameter(const signorom_model *model, int i, const char **name
 /* Nodes of one side of the contacts: side 0 is the first one, which carries the contact forces, 1 the second one. Those
  * of contact i are the entries starts[i] ... starts[i + 1] - 1 of the other arrays; ask for starts [n_contacts + 1]
  * first, its last entry is their length n. tags [n] are those of the mesh file, weights [n] the share of the contact's
- * force on each node, coordinates [n][n_dimensions] its place. On side 0 the first node of each contact is the one that
- * its force and its multiplier belong to; on side 1 a rigid obstacle has no node, and neighboring contacts may share
- * nodes. Any pointer may be null. */
+ * force on each node, which may be negative and sums up to 1, coordinates [n][n_dimensions] its place. On side 0 the
+ * first node of each contact is the one that its force and its multiplier belong to; in the middle of a side of a face
+ * with six or eight nodes the corners at both ends bear -1/3 each. On side 1 a rigid obstacle has no node, and
+ * neighboring contacts may share nodes. Any pointer may be null. */
 int signorom_get_contact_nodes(const signorom_model *model, int side, int *starts, int *tags, double *weights,
                                double *coordinates);
 /* Areas [n_contacts], in plane models lengths: contact pressure = contact force / area. */

@@ -11,7 +11,9 @@ module sig_contact_rows
   !> Row k says: coefficients(i) u(dofs(i)), summed over i = offsets(k) + 1 ... offsets(k + 1), <= gap(k, :) . theta.
   !>
   !> Each node of a row stands there with all its components. The owner comes first: the node of the first side at which the
-  !> multiplier sits, as a nodal force; its coefficients are the normal, from the first side to the second.
+  !> multiplier sits, as a nodal force; its coefficients lie along the normal, from the first side to the second. They are the
+  !> normal where the owner is alone on its side. Other nodes of that side own rows of their own, or none; an owner that other
+  !> rows meet, as a corner of quadratic faces, is no owner of theirs.
   type :: contact_rows_t
     integer :: n_rows = 0
     integer :: n_dim = 0
@@ -41,7 +43,7 @@ module sig_contact_rows
     procedure :: rows_per_node
     procedure :: tied_nodes
     procedure :: list_side
-    procedure :: nodal_areas
+    procedure :: weights_of
     procedure :: unit_resultants
     procedure :: select
     procedure :: append
@@ -232,6 +234,7 @@ contains
     integer, allocatable, intent(out) :: nodes(:)
     !> [-] share of the row's force on each node, shape (size(nodes))
     real(rk), allocatable, intent(out) :: weights(:)
+    real(rk), allocatable :: row_weights(:)
     integer :: first(self%n_rows), last(self%n_rows), i, k
 
     first = merge(self%splits, self%offsets(:self%n_rows), is_second) + 1
@@ -242,27 +245,34 @@ contains
     end do
     associate (entries => [((i, i=first(k), last(k), self%n_dim), k=1, self%n_rows)])
       nodes = (self%dofs(entries) - 1) / self%n_dim + 1
-      weights = [(norm2(self%coefficients(entries(i):entries(i) + self%n_dim - 1)), i=1, size(entries))]
     end associate
+    allocate (weights(size(nodes)))
+    do k = 1, self%n_rows
+      row_weights = self%weights_of(k)
+      associate (from => (first(k) - self%offsets(k) - 1) / self%n_dim, n => starts(k + 1) - starts(k))
+        weights(starts(k) + 1:starts(k + 1)) = row_weights(from + 1:from + n)
+      end associate
+    end do
   end subroutine list_side
 
-  !> Area that each node stands for on either side, by its shares of the rows: contact force / area is the pressure there.
-  pure function nodal_areas(self, n_nodes) result(areas)
+  !> Share of the row's force that each of its nodes bears, negative where it pulls: the first side's and the second side's sum up
+  !> to 1 each.
+  pure function weights_of(self, row) result(weights)
     class(contact_rows_t), intent(in) :: self
-    integer, intent(in) :: n_nodes
-    !> [length**(n_dim - 1)] zero off the contact surfaces
-    real(rk) :: areas(n_nodes)
-    integer :: i, k
+    integer, intent(in) :: row
+    !> [-]
+    real(rk) :: weights((self%offsets(row + 1) - self%offsets(row)) / self%n_dim)
+    integer :: i
 
-    areas = 0
-    do k = 1, self%n_rows
-      do i = self%offsets(k) + 1, self%offsets(k + 1), self%n_dim
-        associate (node => (self%dofs(i) - 1) / self%n_dim + 1)
-          areas(node) = areas(node) + self%areas(k) * norm2(self%coefficients(i:i + self%n_dim - 1))
+    associate (first => self%offsets(row) + 1, n_first => (self%splits(row) - self%offsets(row)) / self%n_dim)
+      do i = 1, size(weights)
+        associate (coefficients => self%coefficients(first + (i - 1) * self%n_dim:first + i * self%n_dim - 1))
+          weights(i) = sign(norm2(coefficients), dot_product(coefficients, self%coefficients(first:first + self%n_dim - 1)))
         end associate
+        if (i > n_first) weights(i) = -weights(i)
       end do
-    end do
-  end function nodal_areas
+    end associate
+  end function weights_of
 
   !> Of each row, the resultant on its first side of a multiplier of 1, and its moment about the origin: x cross f, in the plane
   !> (and in the half plane of axisymmetry) x f_y - y f_x.

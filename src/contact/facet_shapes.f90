@@ -1,6 +1,7 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> Facets of two surfaces as maps from a reference element: their parts with straight edges, and the way back from a place.
 module sig_facet_shapes
+  use sig_changed_basis, only: changed_basis
   use sig_element_types, only: element_types, n_element_types
   use sig_kinds, only: rk
   use sig_quadrature, only: quadrature_rule
@@ -21,6 +22,8 @@ module sig_facet_shapes
     real(rk), allocatable :: middle(:)
     !> nodes of the parts whose edges count as straight, filled up with 0; shape (max_corners, n_parts)
     integer, allocatable :: parts(:, :)
+    !> [-] the basis of positive integrals, as combinations of the shape functions
+    real(rk), allocatable :: changed_basis(:, :)
     !> integration over the whole facet
     real(rk), allocatable :: points(:, :)
     real(rk), allocatable :: weights(:)
@@ -57,6 +60,7 @@ contains
       shape%i_type = i_type
       shape%coefficients = shape_coefficients(i_type)
       shape%middle = sum(element%reference_nodes(:element%n_dim, :element%n_corners), dim=2) / element%n_corners
+      shape%changed_basis = changed_basis(i_type)
       shape%parts = parts_of(element%n_dim, element%n_corners, element%n_nodes)
       call quadrature_rule(i_type, shape%points, shape%weights)
     end associate

@@ -1,19 +1,21 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> Contact rows of two surfaces whose nodes need not match: n_j . (u_j - sum_l w_jl u_l) <= D_j at each node j of the first surface
-!> that faces the second one, with w_jl = integral Phi_j N_l / integral Phi_j and D_j = integral Phi_j g / integral Phi_j.
+!> that faces the second one, with w_jl = integral Phi_j N_l / integral Phi_j and D_j = integral Phi_j g / integral Phi_j; on faces
+!> of six or eight nodes with u~_j of sig_changed_basis in the place of u_j.
 module sig_mortar_rows
-  use sig_contact_rows, only: contact_rows_t, create_contact_rows
+  use sig_contact_rows, only: contact_rows_t
   use sig_deck_config, only: contact_config_t
   use sig_errors, only: error_t
   use sig_initial_gap, only: set_initial_gaps
   use sig_kinds, only: rk
   use sig_mechanical_models, only: mechanical_model_t
   use sig_mesh, only: mesh_t
+  use sig_mortar_entries, only: create_mortar_rows
   use sig_mortar_sides, only: create_side, mortar_side_t
   use sig_mortar_sums, only: mortar_sums_t
   use sig_mortar_surfaces, only: integrate_mortar
+  use sig_mortar_words, only: cover_text, far_text, finer_text, gap_text, largest_share
   use sig_node_pairs, only: node_pairs_t
-  use sig_quadratic_contact, only: check_weights
   use sig_surface_pair, only: node_text, refuse, refuse_common_node, refuse_facing, refuse_overlap, short_text, surface_pair_t
   use sig_surface_pairing, only: open_surfaces
   use sig_term_set, only: term_set_t
@@ -54,13 +56,11 @@ contains
     type(node_pairs_t) :: sites
     type(contact_rows_t) :: more
     real(rk) :: limit
-    integer :: i
+    integer :: n_rows
 
     call open_surfaces(mesh, contact, i_entry, deck_path, surfaces, error)
     if (allocated(error)) return
     call check_common_nodes(mesh, surfaces, error)
-    if (.not. allocated(error)) call check_weights(mesh, surfaces, surfaces%entry%first, surfaces%first_facets, &
-      'the first surface of mortar contact', error)
     if (allocated(error)) return
     sites = sites_of(mesh, surfaces, is_prescribed)
     call create_side(mesh, surfaces%first_facets, surfaces%first_geometry, first, spread_normals(mesh%n_nodes, sites))
@@ -68,17 +68,19 @@ contains
     limit = default_search * max(first%longest, second%longest)
     if (contact(i_entry)%has_search_distance) limit = contact(i_entry)%search_distance
     call integrate_mortar(model, mesh%n_nodes, first, second, limit, sums)
-    sites = keep_sites(sites, pack([(i, i=1, sites%n_pairs)], sums%has_row(sites%first_node)))
-    if (sites%n_pairs == 0) then
+    call keep_sites(sums%has_row(sites%first_node), first, sites, n_rows)
+    if (n_rows == 0) then
       call refuse_facing(surfaces, error, 'no part of the first faces the second' // far_text(sums))
       return
     end if
-    sites%initial_gap = sums%gaps(sites%first_node) / sums%areas(sites%first_node)
-    note = cover_text(surfaces, sums, limit) // gap_text(sites%initial_gap, first%longest)
-    call check_overlap(surfaces, sites, first, error)
+    associate (owners => sites%first_node(:n_rows))
+      sites%initial_gap(:n_rows) = sums%gaps(owners) / sums%areas(owners)
+    end associate
+    note = cover_text(surfaces, sums, limit) // gap_text(sites%initial_gap(:n_rows), first%longest)
+    call check_overlap(surfaces, sites%initial_gap(:n_rows), first, error)
     if (.not. allocated(error)) call set_initial_gaps(mesh, contact, deck_path, terms, sites, error)
     if (allocated(error)) return
-    call create_rows(sites, sums, terms%n_terms(), more)
+    call create_mortar_rows(sites, n_rows, first, sums, contact(i_entry)%has_initial_gap, terms%n_terms(), more)
     call check_rows(mesh, surfaces, is_prescribed, rows, more, error)
     if (allocated(error)) return
     call rows%append(more)
@@ -123,18 +125,32 @@ contains
     normals(:, sites%first_node) = sites%normal
   end function spread_normals
 
-  pure function keep_sites(sites, indices) result(kept)
-    type(node_pairs_t), intent(in) :: sites
-    integer, intent(in) :: indices(:)
-    type(node_pairs_t) :: kept
+  !> The sites with rows, and behind them those that rows take part of: corners without a row beside a mid-side node with one.
+  pure subroutine keep_sites(has_row, first, sites, n_rows)
+    !> of the sites
+    logical, intent(in) :: has_row(:)
+    type(mortar_side_t), intent(in) :: first
+    type(node_pairs_t), intent(inout) :: sites
+    integer, intent(out) :: n_rows
+    logical :: is_end(0:size(first%ends, 2))
+    integer :: i
 
-    kept%n_pairs = size(indices)
-    kept%first_node = sites%first_node(indices)
-    kept%second_node = sites%second_node(indices)
-    kept%normal = sites%normal(:, indices)
-    kept%gap_term = sites%gap_term(indices)
-    kept%contact_entry = sites%contact_entry(indices)
-  end function keep_sites
+    is_end = .false.
+    do i = 1, sites%n_pairs
+      if (has_row(i)) is_end(first%ends(:, sites%first_node(i))) = .true.
+    end do
+    n_rows = count(has_row)
+    associate (kept => [pack([(i, i=1, sites%n_pairs)], has_row), &
+      pack([(i, i=1, sites%n_pairs)], is_end(sites%first_node) .and. .not. has_row)])
+      sites%n_pairs = size(kept)
+      sites%first_node = sites%first_node(kept)
+      sites%second_node = sites%second_node(kept)
+      sites%normal = sites%normal(:, kept)
+      sites%gap_term = sites%gap_term(kept)
+      sites%contact_entry = sites%contact_entry(kept)
+    end associate
+    allocate (sites%initial_gap(sites%n_pairs), source=0.0_rk)
+  end subroutine keep_sites
 
   !> Errors: a node on both surfaces.
   pure subroutine check_common_nodes(mesh, surfaces, error)
@@ -166,8 +182,8 @@ contains
     n_rows_of_node = rows%rows_per_node(mesh%n_nodes)
     do k = 1, more%n_rows
       associate (owner => more%first_nodes_of(k), met => more%second_nodes_of(k))
-        if (n_rows_of_node(owner(1)) > 0) then
-          call refuse_other_contact(mesh, surfaces, owner(1), error)
+        if (any(n_rows_of_node(owner) > 0)) then
+          call refuse_other_contact(mesh, surfaces, owner(findloc(n_rows_of_node(owner) > 0, .true., dim=1)), error)
         else if (any(is_owner(met))) then
           call refuse_other_contact(mesh, surfaces, met(findloc(is_owner(met), .true., dim=1)), error)
         else if (is_stuck(more, k, is_prescribed)) then
@@ -202,113 +218,13 @@ contains
   end subroutine refuse_other_contact
 
   !> Errors: every node overlaps by more than an element.
-  pure subroutine check_overlap(surfaces, sites, first, error)
+  pure subroutine check_overlap(surfaces, gaps, first, error)
     type(surface_pair_t), intent(in) :: surfaces
-    type(node_pairs_t), intent(in) :: sites
+    !> [length] of the rows
+    real(rk), intent(in) :: gaps(:)
     type(mortar_side_t), intent(in) :: first
     type(error_t), allocatable, intent(out) :: error
 
-    if (maxval(sites%initial_gap) < -first%longest) call refuse_overlap(surfaces, 'node', -maxval(sites%initial_gap), error)
+    if (maxval(gaps) < -first%longest) call refuse_overlap(surfaces, 'node', -maxval(gaps), error)
   end subroutine check_overlap
-
-  subroutine create_rows(sites, sums, n_terms, rows)
-    type(node_pairs_t), intent(in) :: sites
-    type(mortar_sums_t), intent(in) :: sums
-    integer, intent(in) :: n_terms
-    type(contact_rows_t), intent(out) :: rows
-    real(rk), allocatable :: gap(:, :), shares(:), weights(:, :)
-    integer, allocatable :: members(:), nodes(:), offsets(:)
-    integer :: i, k, n_dim
-
-    call sums%collect(sites%first_node, offsets, nodes, shares)
-    n_dim = size(sites%normal, 1)
-    allocate (gap(sites%n_pairs, n_terms), source=0.0_rk)
-    gap(:, 1) = sites%initial_gap
-    allocate (weights(n_dim, sites%n_pairs + size(nodes)), members(sites%n_pairs + size(nodes)))
-    do k = 1, sites%n_pairs
-      if (sites%gap_term(k) > 0) gap(k, sites%gap_term(k)) = gap(k, sites%gap_term(k)) + 1
-      associate (own => offsets(k) + k)
-        members(own) = sites%first_node(k)
-        weights(:, own) = sites%normal(:, k)
-        do i = 1, offsets(k + 1) - offsets(k)
-          members(own + i) = nodes(offsets(k) + i)
-          weights(:, own + i) = -shares(offsets(k) + i) * sites%normal(:, k)
-        end do
-      end associate
-    end do
-    call create_contact_rows([(1, k=1, sites%n_pairs)], offsets(2:) - offsets(:sites%n_pairs), members, weights, gap, &
-      sums%areas(sites%first_node), sites%contact_entry, rows)
-  end subroutine create_rows
-
-  !> `96.2 % of 'plate_top' faces 'foot'`, and what is left out.
-  pure function cover_text(surfaces, sums, limit) result(text)
-    type(surface_pair_t), intent(in) :: surfaces
-    type(mortar_sums_t), intent(in) :: sums
-    real(rk), intent(in) :: limit
-    character(:), allocatable :: text
-
-    associate (entry => surfaces%entry)
-      text = percent_text(sums%covered, sums) // " of '" // entry%first%text // "' faces '" // entry%second%text // "'"
-      if (sums%far > 0) text = text // ', ' // percent_text(sums%far, sums) // ' beyond the search distance of ' // &
-        short_text(limit) // ', where no contact is possible (search_distance)'
-      if (sums%lost > 0) text = text // ', ' // percent_text(sums%lost, sums) // ' in facets of which too little faces it, ' // &
-        'where no contact is possible'
-    end associate
-  end function cover_text
-
-  pure function percent_text(area, sums) result(text)
-    real(rk), intent(in) :: area
-    type(mortar_sums_t), intent(in) :: sums
-    character(:), allocatable :: text
-
-    text = short_text(100 * area / sums%whole) // ' %'
-  end function percent_text
-
-  !> `, gaps of 0 to 0.02`
-  pure function gap_text(gaps, extent) result(text)
-    real(rk), intent(in) :: gaps(:)
-    !> [length] of an edge
-    real(rk), intent(in) :: extent
-    character(:), allocatable :: text
-    !> [-] of an edge: a smaller gap is rounding
-    real(rk), parameter :: rounding = 1.0e-9_rk
-    real(rk) :: ends(2)
-
-    ends = [minval(gaps), maxval(gaps)]
-    where (abs(ends) < rounding * extent) ends = 0
-    text = ', gaps of ' // short_text(ends(1)) // ' to ' // short_text(ends(2))
-  end function gap_text
-
-  !> [-] of any node of the second side in any row.
-  pure real(rk) function largest_share(rows) result(largest)
-    type(contact_rows_t), intent(in) :: rows
-    integer :: i
-
-    largest = 0
-    associate (coefficients => reshape(rows%coefficients, [rows%n_dim, size(rows%coefficients) / rows%n_dim]))
-      do i = 1, rows%n_rows
-        associate (second => coefficients(:, rows%splits(i) / rows%n_dim + 1:rows%offsets(i + 1) / rows%n_dim))
-          largest = max(largest, maxval(norm2(second, dim=1)))
-        end associate
-      end do
-    end associate
-  end function largest_share
-
-  pure function finer_text(surfaces, first, second) result(text)
-    type(surface_pair_t), intent(in) :: surfaces
-    type(mortar_side_t), intent(in) :: first, second
-    character(:), allocatable :: text
-
-    text = ''
-    if (first%longest > second%longest) text = "; '" // surfaces%entry%first%text // "' has the longer edges: contact is more " // &
-      'accurate with the finer surface as first'
-  end function finer_text
-
-  pure function far_text(sums) result(text)
-    type(mortar_sums_t), intent(in) :: sums
-    character(:), allocatable :: text
-
-    text = ''
-    if (sums%far > 0) text = ' within the search distance (search_distance)'
-  end function far_text
 end module sig_mortar_rows

@@ -1,8 +1,12 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> One surface of a mortar contact: its facets with their places, and a tree that finds those near a line.
+!>
+!> Where a facet of the first surface has weak corners, all facets of it take the basis of sig_changed_basis: a side that two facets
+!> of different kinds share must have one basis.
 module sig_mortar_sides
-  use sig_facet_bulges, only: find_bulges
+  use sig_changed_basis, only: ends_of_side, has_weak_corners
   use sig_element_types, only: element_types
+  use sig_facet_bulges, only: find_bulges
   use sig_k_d_tree, only: k_d_tree_t
   use sig_kinds, only: rk
   use sig_mesh, only: mesh_t, nodes_of_facet
@@ -28,6 +32,10 @@ module sig_mortar_sides
     real(rk), allocatable :: bulges(:)
     !> [length] the longest edge
     real(rk) :: longest = 0
+    !> its functions are those of the changed basis; of the first surface only
+    logical :: has_changed_basis = .false.
+    !> the corners on both sides of a node whose coefficient in that basis is not its value, 0 elsewhere; shape (2, n_nodes)
+    integer, allocatable :: ends(:, :)
     !> a ball around each facet
     type(k_d_tree_t) :: balls
   end type mortar_side_t
@@ -51,7 +59,10 @@ contains
     side%outward = geometry%area_vectors / spread(norm2(geometry%area_vectors, dim=1), 1, mesh%n_dim)
     call list_nodes(mesh, facets, side)
     side%vertices = mesh%coordinates(:, side%nodes)
-    if (present(normals)) side%normals = normals(:, side%nodes)
+    if (present(normals)) then
+      side%normals = normals(:, side%nodes)
+      call change_basis(mesh%n_nodes, side)
+    end if
     do i = 1, side%n_facets
       associate (vertices => side%vertices(:, side%offsets(i) + 1:side%offsets(i + 1)))
         middles(:, i) = sum(vertices, dim=2) / size(vertices, 2)
@@ -79,6 +90,30 @@ contains
       side%nodes(side%offsets(i) + 1:side%offsets(i + 1)) = nodes_of_facet(mesh, facets(i))
     end do
   end subroutine list_nodes
+
+  pure subroutine change_basis(n_nodes, side)
+    !> of the mesh
+    integer, intent(in) :: n_nodes
+    type(mortar_side_t), intent(inout) :: side
+    integer :: ends(2), i, j, last_type
+
+    allocate (side%ends(2, n_nodes), source=0)
+    last_type = 0
+    do i = 1, side%n_facets
+      if (side%types(i) == last_type) cycle
+      last_type = side%types(i)
+      side%has_changed_basis = side%has_changed_basis .or. has_weak_corners(last_type)
+    end do
+    if (.not. side%has_changed_basis) return
+    do i = 1, side%n_facets
+      associate (nodes => side%nodes(side%offsets(i) + 1:side%offsets(i + 1)))
+        do j = 1, size(nodes)
+          ends = ends_of_side(side%types(i), j)
+          if (ends(1) > 0) side%ends(:, nodes(j)) = nodes(ends)
+        end do
+      end associate
+    end do
+  end subroutine change_basis
 
   !> From corner to corner around a facet.
   pure real(rk) function longest_edge(corners) result(longest)

@@ -27,6 +27,7 @@ module sig_mortar_sums
     real(rk) :: lost = 0
   contains
     procedure :: start
+    procedure :: add_gaps
     procedure :: add_shares
     procedure :: has_row
     procedure :: collect
@@ -41,6 +42,16 @@ contains
     allocate (self%areas(n_nodes), self%sizes(n_nodes), self%gaps(n_nodes), source=0.0_rk)
     allocate (self%firsts(64), self%seconds(64), self%shares(64))
   end subroutine start
+
+  !> Integrals of Phi_j g over a facet.
+  pure subroutine add_gaps(self, nodes, values)
+    class(mortar_sums_t), intent(inout) :: self
+    integer, intent(in) :: nodes(:)
+    !> [length**n_dim] same shape
+    real(rk), intent(in) :: values(:)
+
+    self%gaps(nodes) = self%gaps(nodes) + values
+  end subroutine add_gaps
 
   !> Integrals of Phi_j N_l over a piece.
   pure subroutine add_shares(self, firsts, seconds, values)

@@ -2,7 +2,8 @@
 !> Dual mortar contact of two surfaces whose nodes need not match: integrals over the facets of the first surface.
 !>
 !> The dual functions Phi_j of a facet are the combinations of its shape functions N_k with integral Phi_j N_k = delta_jk integral
-!> N_k over the part of the facet that faces the second surface. Everything is computed once, on the undeformed mesh.
+!> N_k over the part of the facet that faces the second surface; where facets have weak corners, N_k are the functions of
+!> sig_changed_basis. Everything is computed once, on the undeformed mesh.
 module sig_mortar_surfaces
   use sig_element_types, only: element_type_with, n_element_types
   use sig_facet_shapes, only: create_shapes, facet_shape_t
@@ -75,6 +76,10 @@ contains
   end subroutine find_candidates
 
   !> The integrals of one facet over the points at which it faces the second surface.
+  !>
+  !> A row has one normal n_j. The coefficients of its node are values there, those of a vector field, too, but for a changed basis:
+  !> of u = g n on a round surface the coefficient of a mid-side node, along its normal, is larger than g. Its gap must be so, too:
+  !> D_j = n_j . integral Phi_j g n / integral Phi_j, with n = sum N_k n_k.
   subroutine integrate_facet(model, shapes, first, i_facet, second, points, sums)
     type(mechanical_model_t), intent(in) :: model
     !> by the row of element_types
@@ -84,7 +89,7 @@ contains
     type(mortar_side_t), intent(in) :: second
     type(facing_points_t), intent(in) :: points
     type(mortar_sums_t), intent(inout) :: sums
-    real(rk), allocatable :: dual(:, :), values(:, :), weights(:)
+    real(rk), allocatable :: dual(:, :), normals(:, :), values(:, :), weights(:)
     real(rk) :: whole
     logical :: is_singular
     integer :: p
@@ -101,6 +106,10 @@ contains
       sums%far = sums%far + sum(weights, mask=.not. is_near)
       weights = merge(weights, 0.0_rk, is_near)
       if (.not. sum(weights) > 0) return
+      if (first%has_changed_basis) then
+        normals = matmul(first%normals(:, from:to), values)
+        values = matmul(shape%changed_basis, values)
+      end if
       call find_dual(values, weights, dual, is_singular)
       if (sum(weights) < least_cover * whole .or. is_singular) then
         sums%lost = sums%lost + sum(weights)
@@ -109,9 +118,10 @@ contains
       sums%covered = sums%covered + sum(weights)
       values = values * spread(weights, 1, size(values, 1))
       sums%sizes(first%nodes(from:to)) = sums%sizes(first%nodes(from:to)) + sum(max(abs(matmul(dual, values)), abs(values)), dim=2)
-      sums%gaps(first%nodes(from:to)) = sums%gaps(first%nodes(from:to)) + &
-        matmul(matmul(dual, values), smooth_gaps(shapes, first, i_facet, second, points))
-      call add_shares(shapes, first%nodes(from:to), matmul(dual, values), second, points, sums)
+      values = matmul(dual, values)
+      call add_shares(shapes, first%nodes(from:to), values, second, points, sums)
+      if (first%has_changed_basis) values = values * matmul(transpose(first%normals(:, from:to)), normals)
+      call sums%add_gaps(first%nodes(from:to), matmul(values, smooth_gaps(shapes, first, i_facet, second, points)))
     end associate
   end subroutine integrate_facet
 

@@ -5,58 +5,59 @@
 !> nine nodes. At the corners of a face of six nodes they are 0, of eight nodes -1/12: a closed gap there has no force, or pulls.
 !> So it is with 2 pi r at the end of an edge on the axis, where r N_j has the integral 0.
 module sig_quadratic_contact
+  use sig_changed_basis, only: has_weak_corners
   use sig_deck_config, only: contact_config_t, name_config_t
   use sig_element_types, only: element_type_with, element_types
   use sig_errors, only: error_t
   use sig_kinds, only: rk
   use sig_mesh, only: find_group, mesh_t, nodes_of_facet
-  use sig_quadrature, only: quadrature_rule
-  use sig_shape_functions, only: create_shape_table, shape_table_t
   use sig_surface_pair, only: node_text, pairing_t, refuse, surface_pair_t
   implicit none(type, external)
   private
-  public :: check_weights, check_partners, check_axis
+  public :: check_weights, check_partners, check_axis, first_weak_facet
 
 contains
 
-  !> Errors: a node of a facet has no share of a uniform pressure, or a negative one.
-  pure subroutine check_weights(mesh, surfaces, surface, facets, what, error)
+  !> For pairs of nodes. Errors: a node of a facet has no share of a uniform pressure, or a negative one.
+  pure subroutine check_weights(mesh, surfaces, surface, facets, error)
     type(mesh_t), intent(in) :: mesh
     type(surface_pair_t), intent(in) :: surfaces
     type(name_config_t), intent(in) :: surface
     integer, intent(in) :: facets(:)
-    !> that cannot take such a facet
-    character(*), intent(in) :: what
     type(error_t), allocatable, intent(out) :: error
-    integer :: i, i_type, last_type
+    character(:), allocatable :: remedy
+    integer :: i
+
+    i = first_weak_facet(mesh, facets)
+    if (i == 0) return
+    remedy = 'take formulation: mortar, or mesh the bodies in contact with linear elements (Mesh.ElementOrder = 1) or ' // &
+      'hexahedra of 27 nodes'
+    if (surfaces%entry%has_obstacle) remedy = 'mesh the body with linear elements (Mesh.ElementOrder = 1) or hexahedra of 27 ' // &
+      'nodes, or the obstacle as a body'
+    associate (nodes => nodes_of_facet(mesh, facets(i)))
+      call refuse(surfaces, surface, "the surface '" // surface%text // "' has " // &
+        trim(element_types(element_type_with(mesh%n_dim - 1, size(nodes)))%name) // ' faces, at ' // node_text(mesh, nodes(1)) // &
+        '; node-to-node contact cannot take them, because a uniform pressure has no force, or a pulling one, on their corners', &
+        error, remedy)
+    end associate
+  end subroutine check_weights
+
+  !> The first facet of a list with a node that has no share of a uniform pressure, or a negative one; 0 where none has.
+  pure integer function first_weak_facet(mesh, facets) result(i)
+    type(mesh_t), intent(in) :: mesh
+    integer, intent(in) :: facets(:)
+    integer :: last_type
 
     last_type = 0
     do i = 1, size(facets)
-      associate (nodes => nodes_of_facet(mesh, facets(i)))
-        i_type = element_type_with(mesh%n_dim - 1, size(nodes))
-        if (i_type == last_type .or. element_types(i_type)%order == 1) cycle
+      associate (i_type => mesh%facet_types(facets(i)))
+        if (i_type == last_type) cycle
         last_type = i_type
-        if (smallest_share(i_type) > 0) cycle
-        call refuse(surfaces, surface, "the surface '" // surface%text // "' has " // trim(element_types(i_type)%name) // &
-          ' faces, at ' // node_text(mesh, nodes(1)) // '; ' // what // ' cannot take them, because a uniform pressure ' // &
-          'has no force, or a pulling one, on their corners', error, 'mesh the bodies in contact with linear elements ' // &
-          '(Mesh.ElementOrder = 1), or with hexahedra of 27 nodes; the second surface of a mortar contact may have such faces')
-        return
+        if (has_weak_corners(i_type)) return
       end associate
     end do
-  end subroutine check_weights
-
-  !> Smallest integral of a shape function over the reference facet, 0 up to rounding and below.
-  pure real(rk) function smallest_share(i_type)
-    integer, intent(in) :: i_type
-    real(rk), parameter :: rounding = 1.0e-12_rk
-    type(shape_table_t) :: table
-    real(rk), allocatable :: points(:, :), weights(:)
-
-    call quadrature_rule(i_type, points, weights)
-    call create_shape_table(i_type, points, weights, table)
-    smallest_share = minval(matmul(table%values, weights)) - rounding
-  end function smallest_share
+    i = 0
+  end function first_weak_facet
 
   !> Errors: a quadratic facet does not face one of the same kind, so that forces and displacements of the two differ.
   !>

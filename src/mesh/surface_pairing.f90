@@ -191,9 +191,8 @@ contains
     integer :: i, i_second, i_unpaired, n_unpaired
     real(rk) :: largest_gap
 
-    call check_weights(mesh, surfaces, surfaces%entry%first, surfaces%first_facets, 'node-to-node contact', error)
-    if (.not. allocated(error)) call check_weights(mesh, surfaces, surfaces%entry%second, surfaces%second_facets, &
-      'node-to-node contact', error)
+    call check_weights(mesh, surfaces, surfaces%entry%first, surfaces%first_facets, error)
+    if (.not. allocated(error)) call check_weights(mesh, surfaces, surfaces%entry%second, surfaces%second_facets, error)
     if (allocated(error)) return
     if (surfaces%entry%has_obstacle) then
       call pair_with_obstacle(mesh, surfaces, pairing, error)

@@ -4,6 +4,7 @@ module sig_hat_functions
   use sig_contact_rows, only: contact_rows_t
   use sig_kinds, only: rk
   use sig_reduced_domain, only: reduced_domain_t
+  use sig_side_motions, only: find_followers, followers_t, following_motion
   implicit none(type, external)
   private
   public :: hat_set_t, hats_of_rows, hats_of_all_nodes, hat_columns, select_hats
@@ -11,7 +12,8 @@ module sig_hat_functions
   !> [-] a component of the unit normal below this is rounding of the deck's direction
   real(rk), parameter :: negligible = 1.0e-12_rk
 
-  !> Hat i moves one node along the contact normal, as far as no displacement of the node is prescribed.
+  !> Hat i moves one node along the contact normal, as far as no displacement of the node is prescribed. Where other rows meet that
+  !> node, their owners move, too, so that these rows stay as they are.
   type :: hat_set_t
     !> contact row of the domain, shape (n_hats)
     integer, allocatable :: rows(:)
@@ -21,6 +23,10 @@ module sig_hat_functions
     real(rk), allocatable :: values(:, :)
     !> [-] the hat in its own contact row, B hat; all other rows are zero; shape (n_hats)
     real(rk), allocatable :: entries(:)
+    !> owners of other rows that follow hat i, and how: starts(i) + 1 to starts(i + 1); shapes (n_hats + 1), (n), (n_dim, n)
+    integer, allocatable :: starts(:)
+    integer, allocatable :: more_nodes(:)
+    real(rk), allocatable :: more_values(:, :)
   end type hat_set_t
 
 contains
@@ -37,18 +43,12 @@ contains
     !> prefer the second body
     logical, intent(in) :: is_second
     type(hat_set_t) :: hats
-    type(hat_set_t) :: preferred, other
-    integer :: i
+    type(hat_set_t) :: both
+    integer :: i, n
 
-    preferred = hats_of_side(rows, domain, is_prescribed, is_second)
-    other = hats_of_side(rows, domain, is_prescribed, .not. is_second)
-    hats = preferred
-    do i = 1, size(hats%rows)
-      if (abs(preferred%entries(i)) > 0) cycle
-      hats%nodes(i) = other%nodes(i)
-      hats%values(:, i) = other%values(:, i)
-      hats%entries(i) = other%entries(i)
-    end do
+    both = joined(hats_of_side(rows, domain, is_prescribed, is_second), hats_of_side(rows, domain, is_prescribed, .not. is_second))
+    n = size(domain%contact_rows)
+    hats = select_hats(both, [(merge(i, n + i, abs(both%entries(i)) > 0), i=1, n)])
     hats = select_hats(hats, movable(hats))
   end function hats_of_rows
 
@@ -60,49 +60,92 @@ contains
     !> start with the second body
     logical, intent(in) :: is_second
     type(hat_set_t) :: hats
-    type(hat_set_t) :: one, other
-    integer :: n
 
-    one = hats_of_side(rows, domain, is_prescribed, is_second)
-    other = hats_of_side(rows, domain, is_prescribed, .not. is_second)
-    n = size(one%rows)
-    hats%rows = [one%rows, other%rows]
-    hats%nodes = [one%nodes, other%nodes]
-    allocate (hats%values(rows%n_dim, 2 * n))
-    hats%values(:, :n) = one%values
-    hats%values(:, n + 1:) = other%values
-    hats%entries = [one%entries, other%entries]
+    hats = joined(hats_of_side(rows, domain, is_prescribed, is_second), hats_of_side(rows, domain, is_prescribed, .not. is_second))
     hats = select_hats(hats, movable(hats))
   end function hats_of_all_nodes
 
+  pure function joined(one, other) result(hats)
+    type(hat_set_t), intent(in) :: one, other
+    type(hat_set_t) :: hats
+    integer :: n_dim
+
+    n_dim = size(one%values, 1)
+    hats%rows = [one%rows, other%rows]
+    hats%nodes = [one%nodes, other%nodes]
+    hats%values = reshape([one%values, other%values], [n_dim, size(hats%nodes)])
+    hats%entries = [one%entries, other%entries]
+    hats%starts = [one%starts, size(one%more_nodes) + other%starts(2:)]
+    hats%more_nodes = [one%more_nodes, other%more_nodes]
+    hats%more_values = reshape([one%more_values, other%more_values], [n_dim, size(hats%more_nodes)])
+  end function joined
+
   !> The hats of one side, with zeros where nothing can move: on the owners, or where a second side is one node. A node that meets
-  !> other rows has none, because a hat must leave them alone.
+  !> other rows has none, because a hat must leave them alone, unless their owners can follow it.
   pure function hats_of_side(rows, domain, is_prescribed, is_second) result(hats)
     type(contact_rows_t), intent(in) :: rows
     type(reduced_domain_t), intent(in) :: domain
     logical, intent(in) :: is_prescribed(:)
     logical, intent(in) :: is_second
     type(hat_set_t) :: hats
+    type(followers_t) :: followers
     integer :: i, n_rows(size(is_prescribed) / rows%n_dim), row, start
 
     n_rows = rows%rows_per_node(size(n_rows))
+    call find_followers(rows, size(n_rows), is_prescribed, followers)
     hats%rows = [(i, i=1, size(domain%contact_rows))]
     allocate (hats%nodes(size(hats%rows)), source=0)
     allocate (hats%values(rows%n_dim, size(hats%rows)), source=0.0_rk)
     allocate (hats%entries(size(hats%rows)), source=0.0_rk)
+    allocate (hats%starts(size(hats%rows) + 1), source=0)
+    allocate (hats%more_nodes(0), hats%more_values(rows%n_dim, 0))
     do i = 1, size(hats%rows)
+      hats%starts(i + 1) = hats%starts(i)
       row = domain%contact_rows(i)
       start = merge(rows%splits(row), rows%offsets(row), is_second)
       if (is_second .and. rows%offsets(row + 1) - start /= rows%n_dim) cycle
-      associate (dofs => rows%dofs(start + 1:start + rows%n_dim), normal => rows%coefficients( &
-        rows%offsets(row) + 1:rows%offsets(row) + rows%n_dim))
+      associate (dofs => rows%dofs(start + 1:start + rows%n_dim), normal => normal_of(rows, row))
         hats%nodes(i) = (dofs(1) - 1) / rows%n_dim + 1
-        if (n_rows(hats%nodes(i)) > 1) cycle
+        if (merge(n_rows(hats%nodes(i)) > 1, .not. followers%is_possible(row), is_second)) cycle
         hats%values(:, i) = merge(0.0_rk, normal, is_prescribed(dofs) .or. abs(normal) <= negligible)
         hats%entries(i) = dot_product(rows%coefficients(start + 1:start + rows%n_dim), hats%values(:, i))
       end associate
+      if (.not. is_second) call add_followers(rows, row, is_prescribed, followers, i, hats)
     end do
   end function hats_of_side
+
+  !> [-] coefficients of the owner, of the size at which they close the row by 1 where it does not stand alone on its side: along a
+  !> side of a quadratic face that is the function of its middle in the changed basis.
+  pure function normal_of(rows, row) result(normal)
+    type(contact_rows_t), intent(in) :: rows
+    integer, intent(in) :: row
+    real(rk) :: normal(rows%n_dim)
+
+    normal = rows%coefficients(rows%offsets(row) + 1:rows%offsets(row) + rows%n_dim)
+    if (rows%splits(row) - rows%offsets(row) > rows%n_dim) normal = normal / sum(normal**2)
+  end function normal_of
+
+  pure subroutine add_followers(rows, row, is_prescribed, followers, i_hat, hats)
+    type(contact_rows_t), intent(in) :: rows
+    integer, intent(in) :: row
+    logical, intent(in) :: is_prescribed(:)
+    type(followers_t), intent(in) :: followers
+    integer, intent(in) :: i_hat
+    type(hat_set_t), intent(inout) :: hats
+    real(rk) :: answers(rows%n_dim, followers%starts(row + 1) - followers%starts(row))
+    integer :: i, owners(rows%n_rows)
+
+    if (size(answers, 2) == 0) return
+    owners = rows%owners()
+    associate (following => followers%rows(followers%starts(row) + 1:followers%starts(row + 1)), n => size(hats%more_nodes))
+      do i = 1, size(following)
+        answers(:, i) = following_motion(rows, following(i), is_prescribed, hats%nodes(i_hat), hats%values(:, i_hat))
+      end do
+      hats%more_values = reshape([hats%more_values, answers], [rows%n_dim, n + size(following)])
+      hats%more_nodes = [hats%more_nodes, owners(following)]
+    end associate
+    hats%starts(i_hat + 1) = size(hats%more_nodes)
+  end subroutine add_followers
 
   pure function movable(hats) result(indices)
     type(hat_set_t), intent(in) :: hats
@@ -117,11 +160,20 @@ contains
     type(hat_set_t), intent(in) :: hats
     integer, intent(in) :: indices(:)
     type(hat_set_t) :: selected
+    integer, allocatable :: places(:)
+    integer :: i, j
 
     selected%rows = hats%rows(indices)
     selected%nodes = hats%nodes(indices)
     selected%values = hats%values(:, indices)
     selected%entries = hats%entries(indices)
+    allocate (selected%starts(size(indices) + 1), source=0)
+    do i = 1, size(indices)
+      selected%starts(i + 1) = selected%starts(i) + hats%starts(indices(i) + 1) - hats%starts(indices(i))
+    end do
+    places = [((j, j=hats%starts(indices(i)) + 1, hats%starts(indices(i) + 1)), i=1, size(indices))]
+    selected%more_nodes = hats%more_nodes(places)
+    selected%more_values = hats%more_values(:, places)
   end function select_hats
 
   !> The hats as displacement fields, shape (n_dofs, n_hats).
@@ -130,12 +182,15 @@ contains
     integer, intent(in) :: n_dofs
     !> [-]
     real(rk), allocatable :: columns(:, :)
-    integer :: i, n_dim
+    integer :: i, j, n_dim
 
     n_dim = size(hats%values, 1)
     allocate (columns(n_dofs, size(hats%nodes)), source=0.0_rk)
     do i = 1, size(hats%nodes)
       columns(n_dim * (hats%nodes(i) - 1) + 1:n_dim * hats%nodes(i), i) = hats%values(:, i)
+      do j = hats%starts(i) + 1, hats%starts(i + 1)
+        columns(n_dim * (hats%more_nodes(j) - 1) + 1:n_dim * hats%more_nodes(j), i) = hats%more_values(:, j)
+      end do
     end do
   end function hat_columns
 end module sig_hat_functions

@@ -7,7 +7,12 @@
 !> I - 2 v v' with v along q_k - e_j swaps q_k and e_j on the own dofs, and x_j = q_k' u + s_k' u, so that u = R (x - e_j s_k' x).
 !> Own dofs belong to one row each, hence all rows together are one change of unknowns T: K becomes T' K T and stays symmetric
 !> and positive definite, and lambda_k is the residual of unknown j over -|B_k|. Rows that share nothing make T = R, orthogonal.
+!>
+!> The owner of a row may be part of other rows, which have owners of their own: a corner of quadratic faces, and the mid-side nodes
+!> beside it. These rows change their unknowns first, as if the corner were shared; then the corner's own row is alone with it.
+!> With T_1 of the former and T_2 of the latter T = T_1 T_2, because T_2 moves only what T_1 takes as given.
 module sig_bound_form
+  use sig_contact_rows, only: contact_rows_t
   use sig_contact_system, only: contact_system_t
   use sig_kinds, only: rk
   use sig_petsc_support, only: create_matrix, precondition_failed
@@ -22,6 +27,10 @@ module sig_bound_form
     Mat :: matrix
     !> [-] |B_k| on the row's own free dofs, shape (n_rows)
     real(rk), allocatable :: norms(:)
+    !> which rows change their unknowns together, 1 = first; shape (n_rows)
+    integer, allocatable :: levels(:)
+    !> rows by their level, in the order in which T' works on them; T starts with the highest one
+    integer, allocatable :: order(:)
     !> natural dof whose place the bounded unknown of row k takes, shape (n_rows)
     integer, allocatable :: bounded_dofs(:)
     !> [-] v and s of the rows, one after the other as rows%dofs; v of unit length or zero
@@ -48,7 +57,7 @@ contains
 
     call set_reflectors(self, system)
     SIG_CHECK(all(self%norms > 0), PETSC_ERR_ARG_WRONG, 'each contact row has a free dof that no other row meets')
-    PetscCall(assemble(self, system, .false., self%transformation, ierr))
+    PetscCall(assemble_levels(self, system, .false., self%transformation, ierr))
     PetscCall(MatPtAP(system%stiffness, self%transformation, MAT_INITIAL_MATRIX, 2.0_rk, self%matrix, ierr))
     ! what a second product would use is as large as K
     PetscCall(MatProductClear(self%matrix, ierr))
@@ -62,7 +71,7 @@ contains
     Mat, intent(out) :: inverse
     PetscErrorCode, intent(out) :: ierr
 
-    PetscCall(assemble(self, system, .true., inverse, ierr))
+    PetscCall(assemble_levels(self, system, .true., inverse, ierr))
   end subroutine create_inverse
 
   pure subroutine set_reflectors(self, system)
@@ -71,13 +80,17 @@ contains
     real(rk), allocatable :: direction(:)
     logical, allocatable :: is_own(:), is_free(:)
     real(rk) :: length
-    integer :: k, place
+    integer :: i, i_level, k, place
 
     associate (rows => system%rows)
       allocate (self%norms(rows%n_rows), self%bounded_dofs(rows%n_rows))
       allocate (self%reflectors(size(rows%dofs)), self%shares(size(rows%dofs)), source=0.0_rk)
-      is_own = has_single_row(system)
-      do k = 1, rows%n_rows
+      call rank_rows(rows, system%map%n_dofs / rows%n_dim, self%levels, self%order)
+      i_level = 0
+      do i = 1, rows%n_rows
+        k = self%order(i)
+        if (self%levels(k) > i_level) is_own = is_own_dof(self, system, self%levels(k))
+        i_level = self%levels(k)
         associate (dofs => rows%dofs_of(k), first => rows%offsets(k) + 1, last => rows%offsets(k + 1))
           is_free = .not. system%boundary%is_prescribed(dofs)
           direction = merge(rows%coefficients(first:last), 0.0_rk, is_free .and. is_own(dofs))
@@ -95,39 +108,100 @@ contains
     end associate
   end subroutine set_reflectors
 
-  !> Dofs of nodes that one row meets, shape (n_dofs).
-  pure function has_single_row(system) result(is_single)
-    type(contact_system_t), intent(in) :: system
-    logical, allocatable :: is_single(:)
+  !> Level 1: rows whose owners no other row meets; level 2: those whose owners no further row than these meets; and so on.
+  !>
+  !> A row that finds no level gets the last one: its unknown cannot be told from that of another row, and create refuses it.
+  pure subroutine rank_rows(rows, n_nodes, levels, order)
+    type(contact_rows_t), intent(in) :: rows
+    integer, intent(in) :: n_nodes
+    integer, allocatable, intent(out) :: levels(:), order(:)
+    integer :: i_level, k, n(n_nodes), owners(rows%n_rows)
+    logical :: is_next(rows%n_rows)
 
-    associate (map => system%map)
-      associate (n_rows => system%rows%rows_per_node(map%n_dofs / map%n_dim))
-        is_single = reshape(spread(n_rows == 1, 1, map%n_dim), [map%n_dofs])
-      end associate
-    end associate
-  end function has_single_row
+    owners = rows%owners()
+    n = rows%rows_per_node(n_nodes)
+    allocate (levels(rows%n_rows), source=0)
+    allocate (order(0))
+    i_level = 0
+    do while (any(levels == 0))
+      i_level = i_level + 1
+      is_next = levels == 0 .and. n(owners) == 1
+      if (.not. any(is_next)) is_next = levels == 0
+      levels = merge(i_level, levels, is_next)
+      order = [order, pack([(k, k=1, rows%n_rows)], is_next)]
+      do k = 1, rows%n_rows
+        if (is_next(k)) n(rows%nodes_of(k)) = n(rows%nodes_of(k)) - 1
+      end do
+    end do
+  end subroutine rank_rows
 
-  !> T or its inverse as a matrix: the identity and one block per contact row, own dofs by all dofs of the row.
-  subroutine assemble(self, system, is_inverse, matrix, ierr)
+  !> Dofs of nodes that one row meets, not counting rows of lower levels; shape (n_dofs).
+  pure function is_own_dof(self, system, i_level) result(is_own)
     class(bound_form_t), intent(in) :: self
     type(contact_system_t), intent(in) :: system
+    integer, intent(in) :: i_level
+    logical, allocatable :: is_own(:)
+    integer :: k, n(system%map%n_dofs / system%map%n_dim)
+
+    n = 0
+    do k = 1, system%rows%n_rows
+      if (self%levels(k) < i_level) cycle
+      associate (nodes => system%rows%nodes_of(k))
+        n(nodes) = n(nodes) + 1
+      end associate
+    end do
+    is_own = reshape(spread(n == 1, 1, system%map%n_dim), [system%map%n_dofs])
+  end function is_own_dof
+
+  !> T = T_1 T_2 ... or its inverse, ... T_2^-1 T_1^-1.
+  subroutine assemble_levels(self, system, is_inverse, matrix, ierr)
+    class(bound_form_t), intent(in) :: self
+    type(contact_system_t), intent(in) :: system
+    logical, intent(in) :: is_inverse
+    Mat, intent(out) :: matrix
+    PetscErrorCode, intent(out) :: ierr
+    Mat :: next, product
+    integer :: i_level
+
+    PetscCall(assemble(self, system, 1, is_inverse, matrix, ierr))
+    do i_level = 2, maxval([1, self%levels])
+      PetscCall(assemble(self, system, i_level, is_inverse, next, ierr))
+      if (is_inverse) then
+        PetscCall(MatMatMult(next, matrix, MAT_INITIAL_MATRIX, 2.0_rk, product, ierr))
+      else
+        PetscCall(MatMatMult(matrix, next, MAT_INITIAL_MATRIX, 2.0_rk, product, ierr))
+      end if
+      PetscCall(MatProductClear(product, ierr))
+      PetscCall(MatDestroy(next, ierr))
+      PetscCall(MatDestroy(matrix, ierr))
+      matrix = product
+    end do
+  end subroutine assemble_levels
+
+  !> One factor of T or its inverse as a matrix: the identity and one block per contact row of a level, own dofs by all dofs of the
+  !> row.
+  subroutine assemble(self, system, i_level, is_inverse, matrix, ierr)
+    class(bound_form_t), intent(in) :: self
+    type(contact_system_t), intent(in) :: system
+    integer, intent(in) :: i_level
     logical, intent(in) :: is_inverse
     Mat, intent(out) :: matrix
     PetscErrorCode, intent(out) :: ierr
     integer :: i, k
     integer, allocatable :: dofs_0(:), own(:)
     real(rk), allocatable :: block(:, :)
-    logical, allocatable :: is_single(:)
+    logical, allocatable :: is_own(:)
 
-    is_single = has_single_row(system)
-    PetscCall(create_pattern(system, is_single, matrix, ierr))
+    is_own = is_own_dof(self, system, i_level)
+    PetscCall(create_pattern(self, system, i_level, is_own, matrix, ierr))
     associate (map => system%map, rows => system%rows)
       do i = map%first_dof_0, map%first_dof_0 + map%n_local_dofs - 1
         PetscCall(MatSetValue(matrix, i, i, 1.0_rk, ADD_VALUES, ierr))
       end do
       do k = 1, rows%n_rows
+        if (self%levels(k) /= i_level) cycle
         dofs_0 = map%distributed_0(rows%dofs_of(k))
-        own = pack([(i, i=1, size(dofs_0))], is_single(rows%dofs_of(k)) .and. dofs_0 >= map%first_dof_0 .and. &
+        own = pack([(i, i=1, size(dofs_0))], is_own(rows%dofs_of(k)) .and. dofs_0 >= map%first_dof_0 .and. &
           dofs_0 < map%first_dof_0 + map%n_local_dofs)
         block = transpose(block_of_row(self, system, k, own, is_inverse))
         PetscCall(MatSetValues(matrix, size(own), dofs_0(own), size(dofs_0), dofs_0, block, ADD_VALUES, ierr))
@@ -160,10 +234,12 @@ contains
   end function block_of_row
 
   !> A matrix with room for one block per node, and for the nodes of its row where a node meets one.
-  subroutine create_pattern(system, is_single, matrix, ierr)
+  subroutine create_pattern(self, system, i_level, is_own, matrix, ierr)
+    class(bound_form_t), intent(in) :: self
     type(contact_system_t), intent(in) :: system
+    integer, intent(in) :: i_level
     !> shape (n_dofs)
-    logical, intent(in) :: is_single(:)
+    logical, intent(in) :: is_own(:)
     Mat, intent(out) :: matrix
     PetscErrorCode, intent(out) :: ierr
     integer, allocatable :: diagonal(:), off_diagonal(:), places(:)
@@ -173,10 +249,11 @@ contains
       allocate (diagonal(map%n_local_dofs / map%n_dim), source=1)
       allocate (off_diagonal(size(diagonal)), source=0)
       do k = 1, rows%n_rows
+        if (self%levels(k) /= i_level) cycle
         associate (dofs => rows%dofs(rows%offsets(k) + 1:rows%offsets(k + 1):map%n_dim))
           places = [(map%local_index(dofs(i)), i=1, size(dofs))]
           do i = 1, size(dofs)
-            if (places(i) == 0 .or. .not. is_single(dofs(i))) cycle
+            if (places(i) == 0 .or. .not. is_own(dofs(i))) cycle
             i_node = (places(i) - 1) / map%n_dim + 1
             diagonal(i_node) = count(places > 0)
             off_diagonal(i_node) = count(places == 0)
@@ -193,9 +270,10 @@ contains
     type(contact_system_t), intent(in) :: system
     !> natural, shape (n_dofs)
     real(rk), intent(inout) :: values(:)
-    integer :: k
+    integer :: i, k
 
-    do k = 1, system%rows%n_rows
+    do i = system%rows%n_rows, 1, -1
+      k = self%order(i)
       associate (first => system%rows%offsets(k) + 1, last => system%rows%offsets(k + 1), j => self%bounded_dofs(k))
         values(j) = values(j) - dot_product(self%shares(first:last), values(system%rows%dofs(first:last)))
         call reflect(self%reflectors(first:last), system%rows%dofs(first:last), values)
@@ -209,9 +287,10 @@ contains
     type(contact_system_t), intent(in) :: system
     !> natural, shape (n_dofs)
     real(rk), intent(inout) :: values(:)
-    integer :: k
+    integer :: i, k
 
-    do k = 1, system%rows%n_rows
+    do i = 1, system%rows%n_rows
+      k = self%order(i)
       associate (first => system%rows%offsets(k) + 1, last => system%rows%offsets(k + 1), j => self%bounded_dofs(k))
         call reflect(self%reflectors(first:last), system%rows%dofs(first:last), values)
         values(j) = values(j) + dot_product(self%shares(first:last), values(system%rows%dofs(first:last)))
@@ -225,9 +304,10 @@ contains
     type(contact_system_t), intent(in) :: system
     !> natural, shape (n_dofs)
     real(rk), intent(inout) :: values(:)
-    integer :: k
+    integer :: i, k
 
-    do k = 1, system%rows%n_rows
+    do i = 1, system%rows%n_rows
+      k = self%order(i)
       associate (first => system%rows%offsets(k) + 1, last => system%rows%offsets(k + 1), j => self%bounded_dofs(k))
         associate (dofs => system%rows%dofs(first:last))
           call reflect(self%reflectors(first:last), dofs, values)

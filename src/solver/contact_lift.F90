@@ -1,27 +1,28 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 #include "signorom/macros.h"
-!> Displacements L that open or close each contact row by moving its own nodes alone, B L = 1, and their stiffness L' K L.
+!> Displacements L that open or close each contact row by moving its own nodes, B L = 1, and their stiffness L' K L.
 !>
 !> A side moves along the free components of its coefficients, n_free / |n_free|^2. Where both sides can, the stiffer one moves
-!> less, so that the energy is least; where a side has no free component, or meets other rows, too, the other one moves.
+!> less, so that the energy is least; where a side has no free component, or meets other rows, too, the other one moves. Owners
+!> of other rows follow where these meet the row's owner (sig_side_motions).
 module sig_contact_lift
   use sig_contact_rows, only: contact_rows_t
   use sig_contact_system, only: contact_system_t
   use sig_kinds, only: rk
   use sig_lifted_error_bound, only: sparse_matrix_t
   use sig_mesh, only: cells_around_nodes, mesh_t
+  use sig_side_motions, only: find_followers, followers_t, following_motion, movable
   use petsc
   implicit none(type, external)
   private
   public :: contact_lift_t
 
-  !> [-] square of free components below which a side cannot move
-  real(rk), parameter :: negligible = 1.0e-20_rk
-
   type :: contact_lift_t
     !> every row has a side that can move
     logical :: is_possible = .false.
-    !> [-] L on the dofs of the rows, as contact_rows_t has them
+    !> [-] column k of L: values on dofs(starts(k) + 1:starts(k + 1)), natural
+    integer, allocatable :: starts(:)
+    integer, allocatable :: dofs(:)
     real(rk), allocatable :: values(:)
     !> [force/length] L' K L
     type(sparse_matrix_t) :: stiffness
@@ -39,95 +40,153 @@ contains
     PetscErrorCode, intent(out) :: ierr
     real(rk), allocatable :: energy(:), first(:), second(:)
     integer, allocatable :: colors(:)
+    type(followers_t) :: followers
     integer :: k
     real(rk) :: share
 
     ierr = 0
-    associate (rows => system%rows, lift => self%stiffness)
-      call move_sides(rows, mesh%n_nodes, system%boundary%is_prescribed, first, second)
-      self%is_possible = all([(moves(rows, first, k) .or. moves(rows, second, k), k=1, rows%n_rows)])
+    associate (rows => system%rows, lift => self%stiffness, is_prescribed => system%boundary%is_prescribed)
+      call find_followers(rows, mesh%n_nodes, is_prescribed, followers)
+      call list_dofs(rows, followers, self)
+      call move_sides(rows, mesh%n_nodes, is_prescribed, followers, self, first, second)
+      self%is_possible = all([(moves(self, first, k) .or. moves(self, second, k), k=1, rows%n_rows)])
       if (.not. self%is_possible) return
-      call find_neighbors(rows, mesh, lift)
+      call find_neighbors(self, mesh, lift)
       colors = color_rows(lift)
-      PetscCall(probe(system, first, colors, lift, ierr))
+      PetscCall(probe(self, system, first, colors, lift, ierr))
       energy = lift%diagonal()
-      PetscCall(probe(system, second, colors, lift, ierr))
+      PetscCall(probe(self, system, second, colors, lift, ierr))
       associate (other => lift%diagonal())
         do k = 1, rows%n_rows
-          share = merge(1.0_rk, 0.0_rk, moves(rows, first, k))
-          if (moves(rows, first, k) .and. moves(rows, second, k)) share = other(k) / (energy(k) + other(k))
-          associate (from => rows%offsets(k) + 1, to => rows%offsets(k + 1))
+          share = merge(1.0_rk, 0.0_rk, moves(self, first, k))
+          if (moves(self, first, k) .and. moves(self, second, k)) share = other(k) / (energy(k) + other(k))
+          associate (from => self%starts(k) + 1, to => self%starts(k + 1))
             first(from:to) = share * first(from:to) + (1 - share) * second(from:to)
           end associate
         end do
       end associate
-      PetscCall(probe(system, first, colors, lift, ierr))
+      PetscCall(probe(self, system, first, colors, lift, ierr))
     end associate
     call move_alloc(first, self%values)
   end subroutine create
 
-  !> Each side alone, where it can move.
-  subroutine move_sides(rows, n_nodes, is_prescribed, first, second)
+  !> Where each row moves nodes: its own dofs, and those of the owners that follow its own.
+  subroutine list_dofs(rows, followers, lift)
     type(contact_rows_t), intent(in) :: rows
-    integer, intent(in) :: n_nodes
-    logical, intent(in) :: is_prescribed(:)
-    !> [-] on the dofs of the rows; zero of a side that cannot
-    real(rk), allocatable, intent(out) :: first(:), second(:)
-    integer :: k, n(n_nodes)
+    type(followers_t), intent(in) :: followers
+    type(contact_lift_t), intent(inout) :: lift
+    integer :: i, k, n
 
-    n = rows%rows_per_node(n_nodes)
-    allocate (first(size(rows%dofs)), second(size(rows%dofs)), source=0.0_rk)
+    n = size(rows%dofs) + rows%n_dim * size(followers%rows)
+    allocate (lift%starts(rows%n_rows + 1), lift%dofs(n), source=0)
+    n = 0
     do k = 1, rows%n_rows
-      if (all(n(rows%first_nodes_of(k)) == 1)) call move(rows%offsets(k) + 1, rows%splits(k), first)
-      if (all(n(rows%second_nodes_of(k)) == 1)) call move(rows%splits(k) + 1, rows%offsets(k + 1), second)
+      call take(rows%dofs_of(k))
+      do i = followers%starts(k) + 1, followers%starts(k + 1)
+        associate (first => rows%offsets(followers%rows(i)))
+          call take(rows%dofs(first + 1:first + rows%n_dim))
+        end associate
+      end do
+      lift%starts(k + 1) = n
     end do
 
   contains
 
-    !> n_free / |n_free|^2.
+    subroutine take(dofs)
+      integer, intent(in) :: dofs(:)
+
+      lift%dofs(n + 1:n + size(dofs)) = dofs
+      n = n + size(dofs)
+    end subroutine take
+  end subroutine list_dofs
+
+  !> Each side alone, where it can move.
+  subroutine move_sides(rows, n_nodes, is_prescribed, followers, lift, first, second)
+    type(contact_rows_t), intent(in) :: rows
+    integer, intent(in) :: n_nodes
+    logical, intent(in) :: is_prescribed(:)
+    type(followers_t), intent(in) :: followers
+    !> its dofs
+    type(contact_lift_t), intent(in) :: lift
+    !> [-] on these dofs; zero of a side that cannot
+    real(rk), allocatable, intent(out) :: first(:), second(:)
+    integer :: i, k, n(n_nodes)
+
+    n = rows%rows_per_node(n_nodes)
+    allocate (first(size(lift%dofs)), second(size(lift%dofs)), source=0.0_rk)
+    do k = 1, rows%n_rows
+      associate (from => lift%starts(k), n_first => rows%splits(k) - rows%offsets(k), &
+        n_all => rows%offsets(k + 1) - rows%offsets(k))
+        if (followers%is_possible(k)) then
+          call move(rows%offsets(k) + 1, rows%offsets(k) + rows%n_dim, first(from + 1:from + rows%n_dim))
+          do i = followers%starts(k) + 1, followers%starts(k + 1)
+            associate (to => from + n_all + (i - followers%starts(k)) * rows%n_dim)
+              first(to - rows%n_dim + 1:to) = following_motion(rows, followers%rows(i), is_prescribed, &
+                (rows%dofs(rows%offsets(k) + 1) - 1) / rows%n_dim + 1, first(from + 1:from + rows%n_dim))
+            end associate
+          end do
+        end if
+        if (all(n(rows%second_nodes_of(k)) == 1)) call move(rows%splits(k) + 1, rows%offsets(k + 1), &
+          second(from + n_first + 1:from + n_all))
+      end associate
+    end do
+
+  contains
+
+    !> n_free / |n_free|^2 of some entries of the rows.
     subroutine move(from, to, values)
       integer, intent(in) :: from
       integer, intent(in) :: to
-      real(rk), intent(inout) :: values(:)
+      real(rk), intent(out) :: values(:)
       real(rk) :: square
 
-      values(from:to) = merge(0.0_rk, rows%coefficients(from:to), is_prescribed(rows%dofs(from:to)))
-      square = sum(values(from:to)**2)
-      ! a component this small is rounding of a direction
-      values(from:to) = merge(values(from:to) / max(square, tiny(square)), 0.0_rk, square > negligible)
+      values = merge(0.0_rk, rows%coefficients(from:to), is_prescribed(rows%dofs(from:to)))
+      square = sum(values**2)
+      values = merge(values / max(square, tiny(square)), 0.0_rk, square > movable)
     end subroutine move
   end subroutine move_sides
 
-  pure logical function moves(rows, values, k)
-    type(contact_rows_t), intent(in) :: rows
+  pure logical function moves(lift, values, k)
+    type(contact_lift_t), intent(in) :: lift
     real(rk), intent(in) :: values(:)
     integer, intent(in) :: k
 
-    moves = any(abs(values(rows%offsets(k) + 1:rows%offsets(k + 1))) > 0)
+    moves = any(abs(values(lift%starts(k) + 1:lift%starts(k + 1))) > 0)
   end function moves
 
+  !> Nodes that a row may move.
+  pure function moved_nodes(lift, n_dim, k) result(nodes)
+    type(contact_lift_t), intent(in) :: lift
+    integer, intent(in) :: n_dim
+    integer, intent(in) :: k
+    integer, allocatable :: nodes(:)
+
+    nodes = lift%dofs(lift%starts(k) + n_dim:lift%starts(k + 1):n_dim) / n_dim
+  end function moved_nodes
+
   !> Rows that share a cell, as the places of L' K L that may differ from zero.
-  subroutine find_neighbors(rows, mesh, lift)
-    type(contact_rows_t), intent(in) :: rows
+  subroutine find_neighbors(motions, mesh, lift)
+    !> their dofs
+    type(contact_lift_t), intent(in) :: motions
     type(mesh_t), intent(in) :: mesh
     !> without values
     type(sparse_matrix_t), intent(out) :: lift
     integer, allocatable :: cell_offsets(:), cells(:), rows_at(:, :)
-    integer :: found(rows%n_rows), k, last_of(rows%n_rows), n
+    integer :: found(size(motions%starts) - 1), k, last_of(size(motions%starts) - 1), n
 
     call cells_around_nodes(mesh, cell_offsets, cells)
-    call list_rows_at_nodes(rows, mesh%n_nodes, rows_at)
-    allocate (lift%starts(rows%n_rows + 1), source=0)
+    call list_rows_at_nodes(motions, mesh%n_dim, mesh%n_nodes, rows_at)
+    allocate (lift%starts(size(found) + 1), source=0)
     last_of = 0
-    do k = 1, rows%n_rows
-      call look_around(rows%nodes_of(k), k)
+    do k = 1, size(found)
+      call look_around(moved_nodes(motions, mesh%n_dim, k), k)
       lift%starts(k + 1) = lift%starts(k) + n
     end do
-    allocate (lift%columns(lift%starts(rows%n_rows + 1)), source=0)
-    allocate (lift%values(lift%starts(rows%n_rows + 1)), source=0.0_rk)
+    allocate (lift%columns(lift%starts(size(found) + 1)), source=0)
+    allocate (lift%values(lift%starts(size(found) + 1)), source=0.0_rk)
     last_of = 0
-    do k = 1, rows%n_rows
-      call look_around(rows%nodes_of(k), k)
+    do k = 1, size(found)
+      call look_around(moved_nodes(motions, mesh%n_dim, k), k)
       lift%columns(lift%starts(k) + 1:lift%starts(k + 1)) = found(:n)
     end do
 
@@ -164,19 +223,23 @@ contains
     end subroutine visit
   end subroutine find_neighbors
 
-  !> Rows that meet each node, 0 beyond their number; shape (most rows of a node, n_nodes).
-  pure subroutine list_rows_at_nodes(rows, n_nodes, rows_at)
-    type(contact_rows_t), intent(in) :: rows
+  !> Rows that may move each node, 0 beyond their number; shape (most rows of a node, n_nodes).
+  pure subroutine list_rows_at_nodes(motions, n_dim, n_nodes, rows_at)
+    type(contact_lift_t), intent(in) :: motions
+    integer, intent(in) :: n_dim
     integer, intent(in) :: n_nodes
     integer, allocatable, intent(out) :: rows_at(:, :)
     integer, allocatable :: nodes(:)
     integer :: i, k, n(n_nodes)
 
-    n = rows%rows_per_node(n_nodes)
+    n = 0
+    do i = n_dim, size(motions%dofs), n_dim
+      n(motions%dofs(i) / n_dim) = n(motions%dofs(i) / n_dim) + 1
+    end do
     allocate (rows_at(max(1, maxval(n)), n_nodes), source=0)
     n = 0
-    do k = 1, rows%n_rows
-      nodes = rows%nodes_of(k)
+    do k = 1, size(motions%starts) - 1
+      nodes = moved_nodes(motions, n_dim, k)
       do i = 1, size(nodes)
         n(nodes(i)) = n(nodes(i)) + 1
         rows_at(n(nodes(i)), nodes(i)) = k
@@ -208,9 +271,11 @@ contains
   end function color_rows
 
   !> L' K L by a product with K per color. Collective.
-  subroutine probe(system, values, colors, lift, ierr)
+  subroutine probe(motions, system, values, colors, lift, ierr)
+    !> their dofs
+    type(contact_lift_t), intent(in) :: motions
     type(contact_system_t), intent(inout) :: system
-    !> [-] L on the dofs of the rows
+    !> [-] L on these dofs
     real(rk), intent(in) :: values(:)
     integer, intent(in) :: colors(:)
     !> in: its places
@@ -220,7 +285,7 @@ contains
     integer :: color, i, k
 
     ierr = 0
-    associate (offsets => system%rows%offsets, dofs => system%rows%dofs)
+    associate (offsets => motions%starts, dofs => motions%dofs)
       do color = 1, maxval([0, colors])
         field = 0
         do k = 1, size(colors)

@@ -4,12 +4,12 @@ module sig_check_fields
   use sig_cell_collection, only: cell_collection_t
   use sig_contact_rows, only: contact_rows_t
   use sig_contact_summary, only: contact_name
-  use sig_contact_surfaces, only: nodal_gaps
   use sig_errors, only: error_t
   use sig_field_file, only: field_file_t
   use sig_kinds, only: rk
   use sig_mesh, only: mesh_t
   use sig_mesh_checks, only: group_of_surface
+  use sig_nodal_values, only: nodal_areas, nodal_gaps
   use sig_parameter_space, only: format_point
   use sig_problem, only: area_unit, force_unit, parameter_names, problem_t
   use sig_term_values, only: evaluate_points
@@ -229,7 +229,7 @@ contains
     call file%add_node_field('contact_normal', normals, '-', 'from the first surface to the second, at nodes with a row')
     call file%add_node_field('gap', nodal_gaps(rows, matmul(rows%gap, theta), problem%mesh%n_nodes), problem%deck%units%length, &
       'open distance before anything moves, the smallest of the rows at the node; no number where there is none')
-    call file%add_node_field('contact_area', rows%nodal_areas(problem%mesh%n_nodes), area_unit(problem%deck), &
+    call file%add_node_field('contact_area', nodal_areas(rows, problem%mesh%n_nodes), area_unit(problem%deck), &
       'area that the node stands for')
     call file%add_node_field('n_partners', partners, '-', 'nodes that the row of a node meets on the second surface')
     call file%add_node_field('largest_share', largest, '-', 'of these nodes in the contact force: 1 of a pair')
@@ -278,7 +278,7 @@ contains
         last => starts(k + 1))
         normals(:, owners(k)) = own / norm2(own)
         partners(owners(k)) = last + 1 - first
-        if (last >= first) largest(owners(k)) = maxval(weights(first:last))
+        if (last >= first) largest(owners(k)) = maxval(abs(weights(first:last)))
       end associate
     end do
   end subroutine list_partners

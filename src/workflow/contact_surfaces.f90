@@ -1,7 +1,6 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> The first surfaces of all contacts as cells of their own: contact.h5 and contact.xdmf beside those of the fields.
 module sig_contact_surfaces
-  use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   use sig_cell_collection, only: cell_collection_t
   use sig_contact_rows, only: contact_rows_t
   use sig_contact_state, only: contact_state_t
@@ -10,14 +9,12 @@ module sig_contact_surfaces
   use sig_file_system, only: remove_file
   use sig_kinds, only: rk
   use sig_mesh_checks, only: group_of_surface
+  use sig_nodal_values, only: nodal_gaps, nodal_pressures, nodal_status
   use sig_parameter_space, only: format_point
   use sig_problem, only: force_unit, parameter_names, problem_t, stress_unit
   implicit none(type, external)
   private
-  public :: contact_surfaces_t, nodal_gaps, pressures
-
-  !> status of a node: not of a row (alone or inert), open, closed
-  integer, parameter :: status_none = 0, status_open = 1, status_closed = 2
+  public :: contact_surfaces_t
 
   !> Rows of one entry of the deck's contact section.
   type :: entry_rows_t
@@ -131,9 +128,9 @@ contains
       call gather_state(self, state%multipliers, opening, problem%mesh%n_nodes, gap, status)
       call self%file%add_node_field('contact_force', force, force_unit(deck), 'force of the other body on the node')
       call self%file%add_node_field('contact_pressure', pressure, stress_unit(deck), &
-        'contact force over the area that the node stands for')
+        'multiplier over area, on faces of six or eight nodes as a field in their changed basis')
       call self%file%add_node_field('gap', gap, deck%units%length, &
-        'open distance, the smallest of the rows at the node; no number where there is none')
+        'open distance; no number where there is none')
       call self%file%add_node_field('status', status, '-', '0 no row (faces nothing, or inert), 1 open, 2 closed')
     end associate
     call self%file%add_cell_field('contact', self%cells%labels(1, :), '-', 'entry of the deck''s contact section, 1-based')
@@ -152,7 +149,7 @@ contains
     call self%file%add_node_field('contact_force_reduced', force, force_unit(problem%deck), &
       'force of the other body on the node, reduced model')
     call self%file%add_node_field('contact_pressure_reduced', pressure, stress_unit(problem%deck), &
-      'contact force over the area that the node stands for, reduced model')
+      'multiplier over area, as contact_pressure; reduced model')
   end subroutine write_reduced
 
   !> Forces and pressures at the nodes, from the rows of their entry alone.
@@ -166,7 +163,7 @@ contains
     real(rk), intent(out) :: force(:, :)
     !> [force / area] shape (self%cells%mesh%n_nodes)
     real(rk), intent(out) :: pressure(:)
-    real(rk) :: forces(self%cells%mesh%n_dim, n_nodes), areas(n_nodes)
+    real(rk) :: forces(self%cells%mesh%n_dim, n_nodes), all_pressures(n_nodes)
     integer :: i
 
     do i = 1, size(self%entry_rows)
@@ -174,9 +171,9 @@ contains
         own => multipliers(self%entry_rows(i)%indices))
         ! the opposite of B' lambda, which the stiffness balances
         forces = -reshape(rows%apply_transpose(own, size(forces)), shape(forces))
-        areas = rows%nodal_areas(n_nodes)
+        all_pressures = nodal_pressures(rows, own, n_nodes)
         force(:, first:last) = forces(:, self%nodes(first:last))
-        pressure(first:last) = pressures(norm2(force(:, first:last), dim=1), areas(self%nodes(first:last)))
+        pressure(first:last) = all_pressures(self%nodes(first:last))
       end associate
     end do
   end subroutine gather
@@ -191,21 +188,16 @@ contains
     integer, intent(in) :: n_nodes
     !> [length] shape (self%cells%mesh%n_nodes)
     real(rk), intent(out) :: gap(:)
-    !> one of status_*, same shape
+    !> one of status_* of sig_nodal_values, same shape
     real(rk), intent(out) :: status(:)
-    real(rk) :: gaps(n_nodes), states(n_nodes)
-    integer :: i, k
+    real(rk) :: gaps(n_nodes)
+    integer :: i, states(n_nodes)
 
     do i = 1, size(self%entry_rows)
       associate (first => self%starts(i) + 1, last => self%starts(i + 1), rows => self%entry_rows(i)%rows, &
         indices => self%entry_rows(i)%indices)
         gaps = nodal_gaps(rows, opening(indices), n_nodes)
-        states = status_none
-        do k = 1, rows%n_rows
-          associate (nodes => rows%first_nodes_of(k))
-            states(nodes) = max(states(nodes), real(merge(status_closed, status_open, multipliers(indices(k)) > 0), rk))
-          end associate
-        end do
+        states = nodal_status(rows, multipliers(indices), n_nodes)
         gap(first:last) = gaps(self%nodes(first:last))
         status(first:last) = states(self%nodes(first:last))
       end associate
@@ -219,32 +211,4 @@ contains
 
     if (self%is_used) call self%file%close(error)
   end subroutine close_file
-
-  !> Opening at each contact node, the smallest of the rows that it meets.
-  pure function nodal_gaps(rows, opening, n_nodes) result(gap)
-    type(contact_rows_t), intent(in) :: rows
-    !> [length] shape (n_rows)
-    real(rk), intent(in) :: opening(:)
-    integer, intent(in) :: n_nodes
-    !> [length] no number where no row is
-    real(rk) :: gap(n_nodes)
-    integer :: k
-
-    gap = huge(gap)
-    do k = 1, rows%n_rows
-      associate (nodes => rows%nodes_of(k))
-        gap(nodes) = min(gap(nodes), opening(k))
-      end associate
-    end do
-    where (rows%rows_per_node(n_nodes) == 0) gap = ieee_value(gap, ieee_quiet_nan)
-  end function nodal_gaps
-
-  !> force / area, zero where no contact surface is.
-  elemental real(rk) function pressures(force, area)
-    real(rk), intent(in) :: force
-    real(rk), intent(in) :: area
-
-    pressures = 0
-    if (area > 0) pressures = force / area
-  end function pressures
 end module sig_contact_surfaces

@@ -5,7 +5,7 @@ module sig_field_output
   use sig_clock, only: wall_time
   use sig_contact_rows, only: contact_rows_t
   use sig_contact_state, only: contact_state_t
-  use sig_contact_surfaces, only: contact_surfaces_t, nodal_gaps, pressures
+  use sig_contact_surfaces, only: contact_surfaces_t
   use sig_deck_config, only: deck_config_t
   use sig_elastic_body, only: elastic_body_t
   use sig_error_broadcast, only: broadcast_error
@@ -14,6 +14,7 @@ module sig_field_output
   use sig_full_order, only: team_t
   use sig_kinds, only: rk
   use sig_model, only: model_t
+  use sig_nodal_values, only: nodal_gaps, nodal_pressures
   use sig_rooms, only: rooms_t
   use sig_online_model, only: online_model_t
   use sig_parameter_space, only: format_point
@@ -169,7 +170,8 @@ contains
       'nodes of contact row k (from 0) are the entries from starts(k) up to, without, starts(k + 1); none: a rigid obstacle')
     call file%add_shared_array(group // '/nodes', nodes, '-', '1-based, order of the mesh file; the first one of a row on the ' // &
       'first surface carries its multiplier')
-    call file%add_shared_array(group // '/weights', weights, '-', 'share of the row''s contact force on the node')
+    call file%add_shared_array(group // '/weights', weights, '-', &
+      'share of the row''s contact force on the node, negative where it pulls')
   end subroutine write_side
 
   subroutine write_point(problem, point, theta, state, file, surfaces)
@@ -227,8 +229,8 @@ contains
       opening = matmul(rows%gap, theta) - rows%apply(state%displacement)
       gap = nodal_gaps(rows, opening, size(gap))
       call file%add_node_field('contact_force', force, force_unit(problem%deck), 'contact force on the node, full-order model')
-      call file%add_node_field('contact_pressure', pressures(norm2(force, dim=1), rows%nodal_areas(size(gap))), &
-        stress_unit(deck), 'contact force over the area that the node stands for')
+      call file%add_node_field('contact_pressure', nodal_pressures(rows, state%multipliers, size(gap)), stress_unit(deck), &
+        'multiplier over area at nodes of the first surfaces, its mean by shares at those of the second')
       call file%add_node_field('gap', gap, deck%units%length, &
         'open distance, the smallest of the rows at the node; no number off the contact surfaces')
       call file%add_array('multipliers_full_order', state%multipliers, force_unit(problem%deck), &

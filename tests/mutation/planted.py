@@ -189,6 +189,12 @@ PLANTED = [
     ),
     # fem
     Planted(
+        SRC + "elements/changed_basis.f90",
+        "matrix(ends, i) = alpha",
+        "matrix(i, ends) = alpha",
+        "mid-side nodes get part of the corners in place of the other way round",
+    ),
+    Planted(
         SRC + "fem/stress.f90", "sum(stresses(4:6, :)**2", "sum(stresses(4:5, :)**2", "von Mises forgets yz"
     ),
     Planted(
@@ -266,9 +272,29 @@ PLANTED = [
     ),
     Planted(
         SRC + "contact/contact_rows.f90",
-        "areas(node) + self%areas(k) * norm2(self%coefficients(i:i + self%n_dim - 1))",
-        "areas(node) + self%areas(k)",
-        "nodes of the second side count the whole area of each row",
+        "sign(norm2(coefficients), dot_product(coefficients, self%coefficients(first:first + self%n_dim - 1)))",
+        "sign(norm2(coefficients), merge(1, -1, i <= n_first) * 1.0_rk)",
+        "shares that pull push",
+    ),
+    Planted(
+        SRC + "contact/nodal_values.f90",
+        "associate (weight => rows%areas(k) * abs(shares(size(shares) - size(nodes) + 1:)))",
+        "associate (weight => rows%areas(k) * shares(size(shares) - size(nodes) + 1:))",
+        "the mean pressure at a node of the second side is no mean where shares are negative",
+    ),
+    Planted(
+        SRC + "contact/mortar_entries.f90",
+        "weights(1 + i) * dot_product(sites%normal(:, site), sites%normal(:, k))",
+        "weights(1 + i)",
+        "gaps of corners count in full where the normal turns: the pressure of a shrink fit on T10 waves",
+        "verification.test_mortar_weak_corners",
+    ),
+    Planted(
+        SRC + "contact/side_motions.f90",
+        "followers%is_possible = n_met(rows%owners()) == next + 1",
+        "followers%is_possible = n_met(rows%owners()) >= next",
+        "an owner moves though a row that cannot follow meets it, too",
+        "unit.solver|unit.reduction",
     ),
     Planted(
         SRC + "contact/contact_rows.f90",
@@ -277,6 +303,12 @@ PLANTED = [
         "resultants of contacts are those on the second surface",
     ),
     # solver
+    Planted(
+        SRC + "solver/bound_form.F90",
+        "if (self%levels(k) < i_level) cycle",
+        "if (self%levels(k) > i_level) cycle",
+        "the unknowns of corners are told from those of mid-side nodes that changed before",
+    ),
     Planted(
         SRC + "solver/bound_form.F90",
         "self%shares(first:last) * values(j)",

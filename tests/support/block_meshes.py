@@ -170,6 +170,7 @@ def consistent_areas(mesh, name, is_round=False):
 
     Edges with 2 pi r: L 2 pi (2 r_1 + r_2) / 6. Triangles and parallelograms: equal parts.
     Three nodes in a line: Simpson's rule, with 2 pi r still exact; nine nodes: the same in both directions.
+    Six nodes: nothing at the corners; eight nodes: -1/12 there.
     """
     areas = np.zeros(len(mesh.coordinates))
     for nodes in mesh.facets_of(name):
@@ -183,6 +184,11 @@ def consistent_areas(mesh, name, is_round=False):
             length = np.linalg.norm(x[1] - x[0])
             around = 2 * np.pi * x[:, 0] if is_round else np.ones(3)
             areas[nodes] += length * np.array([1, 1, 4]) / 6 * around
+        elif len(nodes) == 6:
+            areas[nodes[3:]] += np.linalg.norm(np.cross(x[1] - x[0], x[2] - x[0])) / 6
+        elif len(nodes) == 8:
+            area = np.linalg.norm(np.cross(x[1] - x[0], x[3] - x[0]))
+            areas[nodes] += area * np.array([-1, -1, -1, -1, 4, 4, 4, 4]) / 12
         elif len(nodes) == 9:
             area = np.linalg.norm(np.cross(x[1] - x[0], x[3] - x[0]))
             areas[nodes] += area * np.array([1, 1, 1, 1, 4, 4, 4, 4, 16]) / 36

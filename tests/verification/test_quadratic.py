@@ -299,13 +299,24 @@ def refusal(signorom, folder, mesh, model="plane_strain", formulation="auto"):
     return done.stderr
 
 
+@pytest.mark.parametrize("obstacle", [False, True])
 @pytest.mark.parametrize(("element", "face"), [("T10", "T6"), ("H20", "Q8")])
-def test_faces_without_corner_weights(signorom, tmp_path, element, face):
-    """As the first surface: refused with the place in the deck, the reason and the remedy."""
-    said = refusal(signorom, tmp_path, stacked_blocks(element, 3), "solid")
+def test_faces_without_corner_weights(signorom, tmp_path, element, face, obstacle):
+    """In pairs of nodes: refused with the place in the deck, the reason and the remedy."""
+    stacked_blocks(element, 3).write(tmp_path / "two.msh")
+    deck = contact_deck(tmp_path, "solid", "node_to_node")
+    if obstacle:
+        wall = "obstacle: {type: half_space, point: [0, 0, 0], normal: [0, 0, -1]}"
+        wall = "obstacle: {type: half_space, point: [0, 0, 0], normal: [0, 0, -1]}"
+        text = deck.read_text().replace("second: upper_face", wall)
+        deck.write_text(text.replace(", direction: [0, 0, 1], formulation: node_to_node", ""))
+    done = signorom.run("check", deck, folder=tmp_path)
+    assert done.returncode == 2, done.stdout + done.stderr
+    said = " ".join(done.stderr.split())
     assert f"two.yaml:9:13: error: contact[1]: the surface 'lower_face' has {face} faces" in said
     assert "a uniform pressure has no force, or a pulling one, on their corners" in said
     assert "Mesh.ElementOrder = 1" in said
+    assert ("formulation: mortar" in said) is not obstacle
 
 
 def test_edge_on_the_axis(signorom, tmp_path):

@@ -17,7 +17,8 @@ module solver_cases
   use petsc
   implicit none(type, external)
   private
-  public :: case_t, create_bars, create_oblique, create_patches, create_sandwich, create_loose, create_rider, create_small
+  public :: case_t, create_bars, create_corners, create_oblique, create_patches, create_sandwich
+  public :: create_loose, create_rider, create_small
   public :: bar_state, pressure_of_bars
 
   !> A system, and what it was made of.
@@ -188,6 +189,37 @@ contains
       entries, rows)
     PetscCall(case%system%create(comm, case%mesh, case%body, boundary, rows, ierr))
   end subroutine create_patches
+
+  !> The oblique blocks, with the second and the fourth node below as middles of the sides of quadratic faces, between the first and
+  !> the third, and the third and the fifth: their rows have part of these corners, and another normal. Nodes above are met by a
+  !> corner's row alone, by rows of both kinds, or by none. Collective on comm.
+  subroutine create_corners(comm, case, ierr)
+    MPI_Comm, intent(in) :: comm
+    type(case_t), intent(out) :: case
+    PetscErrorCode, intent(out) :: ierr
+    integer, parameter :: n_first(5) = [1, 3, 1, 3, 1], n_second(5) = [2, 2, 1, 0, 2]
+    !> a share above is negative
+    integer, parameter :: columns(16) = [0, 0, 1, 1, 0, 2, 1, 2, 2, 2, 3, 2, 4, 4, 3, 4]
+    real(rk), parameter :: weights(16) = [1.0_rk, -0.7_rk, -0.3_rk, 5.0_rk / 3, -1.0_rk / 3, -1.0_rk / 3, -1.2_rk, 0.2_rk, 1.0_rk, &
+      -1.0_rk, 5.0_rk / 3, -1.0_rk / 3, -1.0_rk / 3, 1.0_rk, -0.4_rk, -0.6_rk]
+    logical, parameter :: is_above(16) = [.false., .true., .true., .false., .false., .false., .true., .true., .false., .true., &
+      .false., .false., .false., .false., .true., .true.]
+    real(rk), parameter :: normals(2, 2) = reshape([0.28_rk, 0.96_rk, -0.6_rk, 0.8_rk], [2, 2])
+    integer, parameter :: of_row(16) = [1, 1, 1, 2, 2, 2, 2, 2, 1, 1, 2, 2, 2, 1, 1, 1]
+    type(boundary_conditions_t) :: boundary
+    type(contact_rows_t) :: rows
+    real(rk) :: gap(5, 2), areas(5)
+    integer :: entries(5), i
+
+    call hold_oblique(case, boundary, ierr)
+    gap = 0
+    gap(:, 1) = [0.05_rk, 0.12_rk, 0.01_rk, 0.02_rk, 0.15_rk]
+    areas = 1
+    entries = 1
+    call create_contact_rows(n_first, n_second, [(node_at(case%stack, merge(2, 1, is_above(i)), columns(i), &
+      merge(0, 2, is_above(i))), i=1, size(columns))], normals(:, of_row) * spread(weights, 1, 2), gap, areas, entries, rows)
+    PetscCall(case%system%create(comm, case%mesh, case%body, boundary, rows, ierr))
+  end subroutine create_corners
 
   !> Mesh, bodies and pairs. Local, but a step of a create procedure.
   subroutine start(stack, poisson_ratio, direction, case, ierr)

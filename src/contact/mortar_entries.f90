@@ -1,0 +1,117 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> The entries of mortar rows: the normal at the nodes of the first side, shares of the second one, and the gap.
+!>
+!> In a changed basis the coefficient of a mid-side node takes part of the corners beside it: the row of node j reads
+!> n_j . (u~_j - sum_l w_jl u_l) <= D_j with u~_j = (u_j - alpha (u_a + u_b)) / (1 - 2 alpha), whether or not a and b have rows.
+module sig_mortar_entries
+  use sig_changed_basis, only: end_weight, owner_weight
+  use sig_contact_rows, only: contact_rows_t, create_contact_rows
+  use sig_kinds, only: rk
+  use sig_mortar_sides, only: mortar_side_t
+  use sig_mortar_sums, only: mortar_sums_t
+  use sig_node_pairs, only: node_pairs_t
+  implicit none(type, external)
+  private
+  public :: create_mortar_rows
+
+contains
+
+  !> Rows of the first sites, as many as n_rows. The corners beside their mid-side nodes are sites, too, if the gap is nodal.
+  subroutine create_mortar_rows(sites, n_rows, first, sums, is_nodal_gap, n_terms, rows)
+    type(node_pairs_t), intent(in) :: sites
+    integer, intent(in) :: n_rows
+    type(mortar_side_t), intent(in) :: first
+    type(mortar_sums_t), intent(in) :: sums
+    !> the gaps of the sites are values at their nodes, and not those of their rows
+    logical, intent(in) :: is_nodal_gap
+    integer, intent(in) :: n_terms
+    type(contact_rows_t), intent(out) :: rows
+    real(rk), allocatable :: shares(:), weights(:, :)
+    integer, allocatable :: members(:), nodes(:), offsets(:)
+    integer :: k, n, n_first(n_rows)
+
+    associate (owners => sites%first_node(:n_rows))
+      call sums%collect(owners, offsets, nodes, shares)
+      n_first = merge(3, 1, first%ends(1, owners) > 0)
+      allocate (weights(size(sites%normal, 1), sum(n_first) + size(nodes)), members(sum(n_first) + size(nodes)))
+      n = 0
+      do k = 1, n_rows
+        call add_nodes([owners(k), first%ends(:, owners(k))], first_weights(first, owners(k)), n_first(k))
+        call add_nodes(nodes(offsets(k) + 1:offsets(k + 1)), -shares(offsets(k) + 1:offsets(k + 1)), offsets(k + 1) - offsets(k))
+      end do
+      call create_contact_rows(n_first, offsets(2:) - offsets(:n_rows), members, weights, &
+        gaps_of_rows(sites, n_rows, first, is_nodal_gap, n_terms), sums%areas(owners), sites%contact_entry(:n_rows), rows)
+    end associate
+
+  contains
+
+    !> The first of some nodes along the normal of row k.
+    subroutine add_nodes(new_nodes, new_weights, n_new)
+      integer, intent(in) :: new_nodes(:)
+      !> [-]
+      real(rk), intent(in) :: new_weights(:)
+      integer, intent(in) :: n_new
+      integer :: i
+
+      do i = 1, n_new
+        members(n + i) = new_nodes(i)
+        weights(:, n + i) = new_weights(i) * sites%normal(:, k)
+      end do
+      n = n + n_new
+    end subroutine add_nodes
+  end subroutine create_mortar_rows
+
+  !> [-] of the owner and the two corners beside it, which only a node with a changed coefficient has.
+  pure function first_weights(first, owner) result(weights)
+    type(mortar_side_t), intent(in) :: first
+    integer, intent(in) :: owner
+    real(rk) :: weights(3)
+
+    weights = [1.0_rk, 0.0_rk, 0.0_rk]
+    if (first%ends(1, owner) > 0) weights = [owner_weight, end_weight, end_weight]
+  end function first_weights
+
+  !> D of each row by terms. Values at nodes are transformed as displacements g n are, so that D = n_j . integral Phi_j g n /
+  !> integral Phi_j for every g n that the shape functions can follow.
+  function gaps_of_rows(sites, n_rows, first, is_nodal_gap, n_terms) result(gap)
+    type(node_pairs_t), intent(in) :: sites
+    integer, intent(in) :: n_rows
+    type(mortar_side_t), intent(in) :: first
+    logical, intent(in) :: is_nodal_gap
+    integer, intent(in) :: n_terms
+    !> [length]
+    real(rk) :: gap(n_rows, n_terms)
+    real(rk) :: weights(3)
+    integer :: i, k, site_of(size(first%ends, 2))
+
+    site_of = 0
+    site_of(sites%first_node) = [(i, i=1, sites%n_pairs)]
+    gap = 0
+    do k = 1, n_rows
+      if (.not. is_nodal_gap) then
+        gap(k, 1) = sites%initial_gap(k)
+        cycle
+      end if
+      weights = first_weights(first, sites%first_node(k))
+      call add_gap(k, weights(1))
+      if (first%ends(1, sites%first_node(k)) == 0) cycle
+      do i = 1, 2
+        associate (site => site_of(first%ends(i, sites%first_node(k))))
+          call add_gap(site, weights(1 + i) * dot_product(sites%normal(:, site), sites%normal(:, k)))
+        end associate
+      end do
+    end do
+
+  contains
+
+    subroutine add_gap(site, weight)
+      integer, intent(in) :: site
+      real(rk), intent(in) :: weight
+
+      gap(k, 1) = gap(k, 1) + weight * sites%initial_gap(site)
+      associate (term => sites%gap_term(site))
+        if (term > 0) gap(k, term) = gap(k, term) + weight
+      end associate
+    end subroutine add_gap
+  end function gaps_of_rows
+end module sig_mortar_entries

@@ -1,0 +1,86 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> What a mortar contact says about itself: how much of its first surface faces the second, gaps, shares.
+module sig_mortar_words
+  use sig_contact_rows, only: contact_rows_t
+  use sig_kinds, only: rk
+  use sig_mortar_sides, only: mortar_side_t
+  use sig_mortar_sums, only: mortar_sums_t
+  use sig_surface_pair, only: short_text, surface_pair_t
+  implicit none(type, external)
+  private
+  public :: cover_text, gap_text, far_text, finer_text, largest_share
+
+contains
+
+  !> `96.2 % of 'plate_top' faces 'foot'`, and what is left out.
+  pure function cover_text(surfaces, sums, limit) result(text)
+    type(surface_pair_t), intent(in) :: surfaces
+    type(mortar_sums_t), intent(in) :: sums
+    real(rk), intent(in) :: limit
+    character(:), allocatable :: text
+
+    associate (entry => surfaces%entry)
+      text = percent_text(sums%covered, sums) // " of '" // entry%first%text // "' faces '" // entry%second%text // "'"
+      if (sums%far > 0) text = text // ', ' // percent_text(sums%far, sums) // ' beyond the search distance of ' // &
+        short_text(limit) // ', where no contact is possible (search_distance)'
+      if (sums%lost > 0) text = text // ', ' // percent_text(sums%lost, sums) // ' in facets of which too little faces it, ' // &
+        'where no contact is possible'
+    end associate
+  end function cover_text
+
+  pure function percent_text(area, sums) result(text)
+    real(rk), intent(in) :: area
+    type(mortar_sums_t), intent(in) :: sums
+    character(:), allocatable :: text
+
+    text = short_text(100 * area / sums%whole) // ' %'
+  end function percent_text
+
+  !> `, gaps of 0 to 0.02`
+  pure function gap_text(gaps, extent) result(text)
+    real(rk), intent(in) :: gaps(:)
+    !> [length] of an edge
+    real(rk), intent(in) :: extent
+    character(:), allocatable :: text
+    !> [-] of an edge: a smaller gap is rounding
+    real(rk), parameter :: rounding = 1.0e-9_rk
+    real(rk) :: ends(2)
+
+    ends = [minval(gaps), maxval(gaps)]
+    where (abs(ends) < rounding * extent) ends = 0
+    text = ', gaps of ' // short_text(ends(1)) // ' to ' // short_text(ends(2))
+  end function gap_text
+
+  !> [-] of any node of the second side in any row.
+  pure real(rk) function largest_share(rows) result(largest)
+    type(contact_rows_t), intent(in) :: rows
+    integer :: i
+
+    largest = 0
+    associate (coefficients => reshape(rows%coefficients, [rows%n_dim, size(rows%coefficients) / rows%n_dim]))
+      do i = 1, rows%n_rows
+        associate (second => coefficients(:, rows%splits(i) / rows%n_dim + 1:rows%offsets(i + 1) / rows%n_dim))
+          largest = max(largest, maxval(norm2(second, dim=1)))
+        end associate
+      end do
+    end associate
+  end function largest_share
+
+  pure function finer_text(surfaces, first, second) result(text)
+    type(surface_pair_t), intent(in) :: surfaces
+    type(mortar_side_t), intent(in) :: first, second
+    character(:), allocatable :: text
+
+    text = ''
+    if (first%longest > second%longest) text = "; '" // surfaces%entry%first%text // "' has the longer edges: contact is more " // &
+      'accurate with the finer surface as first'
+  end function finer_text
+
+  pure function far_text(sums) result(text)
+    type(mortar_sums_t), intent(in) :: sums
+    character(:), allocatable :: text
+
+    text = ''
+    if (sums%far > 0) text = ' within the search distance (search_distance)'
+  end function far_text
+end module sig_mortar_words

@@ -1,0 +1,137 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> Values of contact rows as values at the nodes of both surfaces: pressures, gaps, status.
+!>
+!> On the first side row k gives the coefficient of its owner: u~_k = w_1 u_1 + w_2 u_2 + ... with the shares w of its nodes. The
+!> value at the owner is (value of the row - w_2 u_2 - ...) / w_1; where it is alone, that of the row. Gaps u_i stand along the
+!> normals of their nodes, and count with their part along that of the row. A node of the second side has the mean of the rows that
+!> meet it, by their areas and the sizes of its shares.
+module sig_nodal_values
+  use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
+  use sig_contact_rows, only: contact_rows_t
+  use sig_kinds, only: rk
+  implicit none(type, external)
+  private
+  public :: nodal_areas, nodal_pressures, nodal_gaps, nodal_status, status_closed, status_open
+
+  !> status of a node: not of a row (alone or inert), open, closed
+  integer, parameter :: status_none = 0, status_open = 1, status_closed = 2
+
+contains
+
+  !> Of each owner the area of its row; of other nodes their shares of the areas of rows that they meet.
+  pure function nodal_areas(rows, n_nodes) result(areas)
+    type(contact_rows_t), intent(in) :: rows
+    integer, intent(in) :: n_nodes
+    !> [length**(n_dim - 1)] zero off the contact surfaces; an integral of a shape function, which may be negative
+    real(rk) :: areas(n_nodes)
+    integer :: k
+
+    areas = 0
+    do k = 1, rows%n_rows
+      associate (nodes => rows%nodes_of(k))
+        areas(nodes) = areas(nodes) + rows%areas(k) * rows%weights_of(k)
+      end associate
+    end do
+    areas(rows%owners()) = rows%areas
+  end function nodal_areas
+
+  !> Force of each row over its area; zero off the rows.
+  pure function nodal_pressures(rows, multipliers, n_nodes) result(pressures)
+    type(contact_rows_t), intent(in) :: rows
+    !> [force] shape (n_rows)
+    real(rk), intent(in) :: multipliers(:)
+    integer, intent(in) :: n_nodes
+    !> [force / area]
+    real(rk) :: pressures(n_nodes)
+    real(rk) :: sums(n_nodes), of_rows(rows%n_rows), weights(n_nodes)
+    logical :: is_owner(n_nodes)
+    integer :: k
+
+    of_rows = merge(multipliers / max(rows%areas, tiny(1.0_rk)), 0.0_rk, rows%areas > 0)
+    call values_at_owners(rows, of_rows, .false., is_owner, pressures)
+    sums = 0
+    weights = 0
+    do k = 1, rows%n_rows
+      associate (nodes => rows%second_nodes_of(k), shares => rows%weights_of(k))
+        associate (weight => rows%areas(k) * abs(shares(size(shares) - size(nodes) + 1:)))
+          weights(nodes) = weights(nodes) + weight
+          sums(nodes) = sums(nodes) + weight * of_rows(k)
+        end associate
+      end associate
+    end do
+    where (.not. is_owner .and. weights > 0) pressures = sums / weights
+  end function nodal_pressures
+
+  !> Opening at each contact node: at an owner its own, at others the smallest of the rows that they meet.
+  pure function nodal_gaps(rows, opening, n_nodes) result(gaps)
+    type(contact_rows_t), intent(in) :: rows
+    !> [length] shape (n_rows)
+    real(rk), intent(in) :: opening(:)
+    integer, intent(in) :: n_nodes
+    !> [length] no number where no row is
+    real(rk) :: gaps(n_nodes)
+    real(rk) :: least(n_nodes)
+    logical :: is_owner(n_nodes)
+    integer :: k
+
+    call values_at_owners(rows, opening, .true., is_owner, gaps)
+    least = huge(least)
+    do k = 1, rows%n_rows
+      associate (nodes => rows%nodes_of(k))
+        least(nodes) = min(least(nodes), opening(k))
+      end associate
+    end do
+    where (.not. is_owner) gaps = least
+    where (rows%rows_per_node(n_nodes) == 0) gaps = ieee_value(gaps, ieee_quiet_nan)
+  end function nodal_gaps
+
+  !> One of status_* for the nodes of the first side.
+  pure function nodal_status(rows, multipliers, n_nodes) result(status)
+    type(contact_rows_t), intent(in) :: rows
+    real(rk), intent(in) :: multipliers(:)
+    integer, intent(in) :: n_nodes
+    integer :: status(n_nodes)
+
+    status = status_none
+    status(rows%owners()) = merge(status_closed, status_open, multipliers > 0)
+  end function nodal_status
+
+  !> A node of the first side without a row counts as the row that meets it.
+  pure subroutine values_at_owners(rows, of_rows, is_along_normal, is_owner, values)
+    type(contact_rows_t), intent(in) :: rows
+    real(rk), intent(in) :: of_rows(:)
+    logical, intent(in) :: is_along_normal
+    !> shape (n_nodes)
+    logical, intent(out) :: is_owner(:)
+    !> zero elsewhere, same shape
+    real(rk), intent(out) :: values(:)
+    real(rk) :: normals(rows%n_dim, rows%n_rows), others
+    integer :: i, k, row_of(size(is_owner))
+
+    row_of = 0
+    row_of(rows%owners()) = [(k, k=1, rows%n_rows)]
+    is_owner = row_of > 0
+    values = 0
+    values(rows%owners()) = of_rows
+    do k = 1, rows%n_rows
+      normals(:, k) = rows%coefficients(rows%offsets(k) + 1:rows%offsets(k) + rows%n_dim)
+      normals(:, k) = normals(:, k) / norm2(normals(:, k))
+    end do
+    do k = 1, rows%n_rows
+      associate (nodes => rows%first_nodes_of(k), weights => rows%weights_of(k))
+        if (size(nodes) == 1) cycle
+        others = 0
+        do i = 2, size(nodes)
+          if (.not. is_owner(nodes(i))) then
+            others = others + weights(i) * of_rows(k)
+          else if (is_along_normal) then
+            others = others + weights(i) * of_rows(row_of(nodes(i))) * dot_product(normals(:, row_of(nodes(i))), normals(:, k))
+          else
+            others = others + weights(i) * of_rows(row_of(nodes(i)))
+          end if
+        end do
+        values(nodes(1)) = (of_rows(k) - others) / weights(1)
+      end associate
+    end do
+  end subroutine values_at_owners
+end module sig_nodal_values

@@ -1,0 +1,68 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> Another basis for the functions of a facet, with positive integrals where those of the shape functions are not.
+!>
+!> N_corner has the integral 0 on a face of six nodes, and -1/12 of the area on one of eight. With a part alpha of the two mid-side
+!> functions beside it each corner gets some of theirs: N~_corner = N_corner + alpha (N_before + N_after), N~_mid = (1 - 2 alpha)
+!> N_mid. Their sum stays 1. A field has the coefficients u~_corner = u_corner, u~_mid = (u_mid - alpha (u_a + u_b)) / (1 - 2 alpha)
+!> with the corners a and b at the ends of the side. Source: Popp, Wohlmuth, Gee, Wall, SIAM J. Sci. Comput. 34 (2012) B421.
+module sig_changed_basis
+  use sig_element_types, only: element_types
+  use sig_kinds, only: rk
+  use sig_quadrature, only: quadrature_rule
+  use sig_shape_functions, only: corners_of_node, create_shape_table, shape_table_t
+  implicit none(type, external)
+  private
+  public :: has_weak_corners, changed_basis, ends_of_side, owner_weight, end_weight
+
+  !> alpha: integrals of 2/15 and 1/5 of the area on faces of six nodes, of 1/20 and 1/5 on faces of eight
+  real(rk), parameter :: alpha = 0.2_rk
+  !> [-] what a mid-side node and the two corners beside it weigh in the coefficient of the changed basis
+  real(rk), parameter :: owner_weight = 1 / (1 - 2 * alpha)
+  real(rk), parameter :: end_weight = -alpha / (1 - 2 * alpha)
+
+contains
+
+  !> The integral of some shape function over the reference element is not positive.
+  pure logical function has_weak_corners(i_type)
+    !> row of element_types
+    integer, intent(in) :: i_type
+    real(rk), parameter :: rounding = 1.0e-12_rk
+    type(shape_table_t) :: table
+    real(rk), allocatable :: points(:, :), weights(:)
+
+    has_weak_corners = .false.
+    if (element_types(i_type)%order == 1) return
+    call quadrature_rule(i_type, points, weights)
+    call create_shape_table(i_type, points, weights, table)
+    has_weak_corners = minval(matmul(table%values, weights)) <= rounding
+  end function has_weak_corners
+
+  !> N~ = matrix N; the identity where no side has a node in its middle.
+  pure function changed_basis(i_type) result(matrix)
+    integer, intent(in) :: i_type
+    !> [-]
+    real(rk) :: matrix(element_types(i_type)%n_nodes, element_types(i_type)%n_nodes)
+    integer :: ends(2), i
+
+    matrix = 0
+    do i = 1, size(matrix, 1)
+      matrix(i, i) = 1
+      ends = ends_of_side(i_type, i)
+      if (ends(1) == 0) cycle
+      matrix(i, i) = 1 - 2 * alpha
+      matrix(ends, i) = alpha
+    end do
+  end function changed_basis
+
+  !> The corners of a facet between which a node sits in the middle of a side; 0 for other nodes.
+  pure function ends_of_side(i_type, i_node) result(ends)
+    integer, intent(in) :: i_type
+    integer, intent(in) :: i_node
+    integer :: ends(2)
+
+    ends = 0
+    associate (corners => corners_of_node(i_type, i_node))
+      if (size(corners) == 2) ends = corners
+    end associate
+  end function ends_of_side
+end module sig_changed_basis
