@@ -35,6 +35,12 @@ contains
     type(error_t), allocatable :: error
     real(rk), allocatable :: training(:, :), test(:, :), shown(:, :)
 
+    ierr = 0
+    call choose_shown(command, session%deck, shown, error)
+    if (allocated(error)) then
+      call session%fail(error)
+      return
+    end if
     PetscCall(session%full_order%load(session%deck, error, ierr))
     allocate (training(size(session%deck%parameters), 0), test(size(session%deck%parameters), 0))
     if (session%deck%has_training .and. .not. allocated(error)) then
@@ -43,13 +49,16 @@ contains
     if (session%deck%has_test .and. .not. allocated(error)) then
       call build_points(session%deck%test, session%deck%parameters, test, error)
     end if
-    if (.not. allocated(error)) call choose_shown(command, session%deck, shown, error)
     if (.not. allocated(error)) call check_points(session%full_order%problem, shown, error)
     if (.not. allocated(error)) call check_points(session%full_order%problem, training, error)
     if (.not. allocated(error)) call check_points(session%full_order%problem, test, error)
     if (.not. allocated(error)) call check_points(session%full_order%problem, session%deck%output%points, error)
     if (allocated(error)) then
       call session%fail(error)
+      ! what is wrong is best seen
+      if (command%has_fields .and. session%full_order%problem%has_driving) then
+        PetscCall(write_fields(shown(:, 1), session, ierr))
+      end if
       return
     end if
     call log_info(echo_deck(session%deck) // sizes_text(session%full_order%problem, training, test))
@@ -76,15 +85,19 @@ contains
     end if
   end subroutine choose_shown
 
-  !> check.h5 and check.xdmf in the results folder. Collective on all ranks.
+  !> check.h5 and check.xdmf in the results folder, also after an error of the deck. Collective on all ranks.
   subroutine write_fields(point, session, ierr)
     real(rk), intent(in) :: point(:)
     type(session_t), intent(inout) :: session
     PetscErrorCode, intent(out) :: ierr
     type(error_t), allocatable :: error
+    logical :: had_failed
 
+    had_failed = session%has_failed
+    session%has_failed = .false.
     PetscCall(session%claim_folder(ierr))
     if (session%has_failed) return
+    session%has_failed = had_failed
     if (session%rank == 0) call write_check_fields(session%full_order%problem, point, session%folder, error)
     PetscCall(broadcast_error(error, PETSC_COMM_WORLD, ierr))
     if (allocated(error)) then

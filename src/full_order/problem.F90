@@ -8,7 +8,7 @@ module sig_problem
   use sig_checksum, only: hash_of_text
   use sig_clock, only: wall_time
   use sig_contact_building, only: build_contact_rows
-  use sig_contact_rows, only: contact_rows_t, separate_inert_rows
+  use sig_contact_rows, only: contact_rows_t, create_contact_rows, separate_inert_rows
   use sig_contact_summary, only: contact_lines
   use sig_deck_config, only: deck_config_t
   use sig_deck_echo, only: echo_physics
@@ -44,6 +44,8 @@ module sig_problem
     !> prescribed displacements and loads, and the terms that they are made of
     type(boundary_conditions_t) :: boundary
     type(term_set_t) :: terms
+    !> it can be looked at: all but contact is there, even where load_problem ended with an error
+    logical :: has_driving = .false.
     !> rows with a multiplier, and rows whose displacements are all prescribed
     type(contact_rows_t) :: rows
     type(contact_rows_t) :: inert
@@ -87,6 +89,7 @@ contains
     call create_body(deck, material_of_cell, problem)
     call create_driving(deck, problem, error)
     if (allocated(error)) return
+    problem%has_driving = .true.
     call create_contact(deck, problem, error)
     if (allocated(error)) return
     problem%pairing_seconds = wall_time() - start
@@ -211,10 +214,20 @@ contains
 
     call build_contact_rows(deck, problem%mesh, problem%body, problem%boundary, problem%terms, all_rows, problem%contact_notes, &
       error)
-    if (allocated(error)) return
+    if (allocated(error)) call leave_out_rows(problem%mesh%n_dim, problem%terms%n_terms(), all_rows)
     problem%boundary%n_terms = problem%terms%n_terms()
     call separate_inert_rows(all_rows, problem%boundary%is_prescribed, problem%rows, problem%inert)
   end subroutine create_contact
+
+  !> No rows, for a problem whose contacts were refused.
+  pure subroutine leave_out_rows(n_dim, n_terms, rows)
+    integer, intent(in) :: n_dim
+    integer, intent(in) :: n_terms
+    type(contact_rows_t), intent(out) :: rows
+    real(rk) :: gap(0, n_terms), weights(n_dim, 0)
+
+    call create_contact_rows([integer ::], [integer ::], [integer ::], weights, gap, [real(rk) ::], [integer ::], rows)
+  end subroutine leave_out_rows
 
   !> From the mesh file's unit of length to the deck's.
   pure real(rk) function length_factor(deck)

@@ -28,7 +28,7 @@ contains
   !> Writes both files for one point of the parameters. Local: one rank writes. Errors: a file cannot be written.
   subroutine write_check_fields(problem, point, folder, error)
     type(problem_t), intent(in) :: problem
-    !> checked
+    !> where a value is not finite there, supports and loads are 0
     real(rk), intent(in) :: point(:)
     character(*), intent(in) :: folder
     type(error_t), allocatable, intent(out) :: error
@@ -52,6 +52,8 @@ contains
     if (allocated(error)) return
     call write_names(problem, file)
     call evaluate_points(problem%terms, reshape(point, [size(point), 1]), theta, i_bad_point, i_bad_source)
+    ! said before
+    if (i_bad_point > 0) theta = 0
     call file%start_point(format_point(problem%deck%parameters, point), point)
     call write_cell_fields(cells, shares, file)
     call write_driving_fields(problem, theta(:, 1), file)

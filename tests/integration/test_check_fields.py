@@ -271,6 +271,40 @@ def test_pictures(signorom, tmp_path, capsys, n_dim):
     assert all(picture.stat().st_size > 10_000 for picture in pictures)
 
 
+@pytest.mark.parametrize("n_ranks", [1, 3])
+def test_refused_contact_is_seen(signorom, tmp_path, n_ranks):
+    """Surfaces beside each other: the error, and a picture in which every node of the first one faces nothing."""
+    mesh, _, _ = tilted_blocks(2, ("T3", "T3"))
+    upper = np.unique([node for _, name, nodes in mesh.elements if name == "upper" for node in nodes])
+    mesh.coordinates[upper, 0] += 5
+    mesh.write(tmp_path / "blocks.msh")
+    done = signorom.run("check", write_tilted_deck(tmp_path, 2), "--fields", folder=tmp_path, n_ranks=n_ranks)
+    assert done.returncode == 2
+    assert "do not face each other" in done.stderr
+    folder = tmp_path / "results" / "tilted"
+    setup = read_setup(folder / "check.h5")
+    assert np.flatnonzero(setup.fields["prescribed"][:, 0]).size == 4 + 6
+    assert not setup.fields["contact_side"].any()
+    assert np.isnan(setup.fields["gap"]).all()
+    assert setup.of(LINK).size == 0
+    np.testing.assert_array_equal(setup.nodes(setup.of(SURFACE, side=1)), mesh.nodes_of("lower_face"))
+    assert main(["check", str(folder)]) == 0
+
+
+def test_body_that_nothing_holds_is_seen(signorom, tmp_path):
+    """The supports that are there, and the contact."""
+    mesh, _, _ = tilted_blocks(2, ("T3", "T3"))
+    mesh.write(tmp_path / "blocks.msh")
+    deck = write_tilted_deck(tmp_path, 2)
+    deck.write_text("\n".join(line for line in deck.read_text().splitlines() if "boundary: top" not in line))
+    done = signorom.run("check", deck, "--fields", folder=tmp_path)
+    assert done.returncode == 2
+    assert "nothing can hold the body 'upper'" in done.stderr
+    setup = read_setup(tmp_path / "results" / "tilted" / "check.h5")
+    assert np.flatnonzero(setup.fields["prescribed"][:, 0]).size == 4
+    assert setup.of(LINK).size > 0
+
+
 def test_nothing_is_written_unasked(signorom, tmp_path):
     """Neither without the option nor after an error."""
     deck = write_deck("small_disks", tmp_path)

@@ -202,6 +202,9 @@ def _finish(figure: Figure, axes: Axes, check: CheckFile, entry: int, gaps: Norm
     partners = check["n_partners"][owners]
     most = int(partners.max(initial=0))
     facing = {0: "rigid obstacle", 1: "pairs of nodes"}.get(most, f"up to {most} partners of a node")
+    has_second = bool(check.of(SURFACE, contact=entry, side=2))
+    if has_second and not owners.size:
+        facing = "nothing faces each other"
     area, unit = float(check["contact_area"][owners].sum()), check.fields["contact_area"].unit
     handles = [
         Line2D([], [], color=ORANGE, linewidth=2.0, label="second surface"),
@@ -210,7 +213,7 @@ def _finish(figure: Figure, axes: Axes, check: CheckFile, entry: int, gaps: Norm
         Line2D([], [], linestyle="none", label=f"nodes with a row: {len(owners)}"),
         Line2D([], [], linestyle="none", label=f"area {format_number(area)} {unit.replace('2', '²')}"),
     ]
-    if most == 0:
+    if not has_second:
         handles = [handles[1], handles[2], *handles[3:]]
     if inert.size:
         mark = {"marker": "s", "markerfacecolor": "white", "markeredgecolor": INK, "markersize": 4.5}
@@ -223,8 +226,10 @@ def _finish(figure: Figure, axes: Axes, check: CheckFile, entry: int, gaps: Norm
             Line2D([], [], linestyle="none", label=f"nodes that face nothing: {len(alone)}", **mark)
         )
     unit = check.fields["gap"].unit
-    if _is_constant(check, entry):
-        gap = float(check["gap"][owners[0]]) if owners.size else np.nan
+    if not owners.size:
+        pass
+    elif _is_constant(check, entry):
+        gap = float(check["gap"][owners[0]])
         gap = 0.0 if abs(gap) < ROUNDING * check.mesh.size else gap
         handles.append(
             Line2D([], [], linestyle="none", label=f"gap everywhere {format_number(gap)} {unit}".rstrip())
