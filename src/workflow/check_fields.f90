@@ -194,7 +194,8 @@ contains
     call file%add_cell_field('boundary', cells%labels(label_boundary, :), '-', 'of the mesh, 1-based; 0 off the boundaries')
     call file%add_cell_field('contact', cells%labels(label_contact, :), '-', 'entry of the deck''s contact section; else 0')
     call file%add_cell_field('side', cells%labels(label_side, :), '-', 'of a contact: 1 first, 2 second surface; else 0')
-    call file%add_cell_field('share', shares, '-', 'of a line: part of the contact force that goes to its second end; else 0')
+    call file%add_cell_field('share', shares, '-', &
+      'of a line: part of the contact force that goes to its second end, below 0 where it pulls; else 0')
   end subroutine write_cell_fields
 
   !> Supports and loads at the point.

@@ -167,10 +167,18 @@ def write_tilted_deck(folder, n_dim):
 
 @pytest.mark.parametrize(
     ("n_dim", "elements"),
-    [(2, ("Q4", "T3")), (2, ("T6", "Q8")), (3, ("H8", "T4")), (3, ("T4", "T10")), (3, ("H27", "H20"))],
+    [
+        (2, ("Q4", "T3")),
+        (2, ("T6", "Q8")),
+        (3, ("H8", "T4")),
+        (3, ("T4", "T10")),
+        (3, ("H27", "H20")),
+        (3, ("T10", "T10")),
+        (3, ("H20", "T4")),
+    ],
 )
 def test_mortar(signorom, tmp_path, n_dim, elements):
-    """A linear gap between plane faces comes out exactly; areas by their formulas."""
+    """A linear gap between plane faces comes out exactly; shares add up to 1; areas by their formulas."""
     mesh, flat, normal = tilted_blocks(n_dim, elements)
     mesh.write(tmp_path / "blocks.msh")
     said, setup = checked(signorom, write_tilted_deck(tmp_path, n_dim))
@@ -178,12 +186,16 @@ def test_mortar(signorom, tmp_path, n_dim, elements):
     np.testing.assert_allclose(setup.coordinates, mesh.coordinates, rtol=0, atol=ROUNDING)
     lower, upper = mesh.nodes_of("lower_face"), mesh.nodes_of("upper_face")
     has_row = setup.fields["contact_row"] == 1
-    areas = consistent_areas(mesh, "lower_face")
     np.testing.assert_array_equal(np.flatnonzero(has_row), lower)
     np.testing.assert_array_equal(setup.fields["contact_side"][upper], 2)
     np.testing.assert_allclose(setup.fields["contact_normal"][lower], [normal] * len(lower), atol=ROUNDING)
     np.testing.assert_allclose(setup.fields["gap"][lower], CLEARANCE + SLOPE * flat[lower, 0], rtol=1e-9)
-    np.testing.assert_allclose(setup.fields["contact_area"][lower], areas[lower], rtol=1e-9)
+    found = setup.fields["contact_area"]
+    assert found[lower].sum() == pytest.approx(1, rel=1e-9)
+    assert found[upper].sum() == pytest.approx(1, rel=1e-9)
+    # at corners of faces of six and eight nodes the integrals vanish or are negative: another basis stands there
+    if elements[0] not in ("T10", "H20"):
+        np.testing.assert_allclose(found[lower], consistent_areas(mesh, "lower_face")[lower], rtol=1e-9)
     links = setup.of(LINK)
     from_node, to_node = np.array([setup.cells[i] for i in links]).T
     assert set(to_node) <= set(upper)
@@ -194,8 +206,7 @@ def test_mortar(signorom, tmp_path, n_dim, elements):
     largest = np.zeros(n)
     np.maximum.at(largest, from_node, share[links])
     np.testing.assert_array_equal(setup.fields["largest_share"], largest)
-    # the shares of a row add up to 1, and some may be below 0, of which the file has the size
-    assert (np.bincount(from_node, share[links], n)[lower] >= 1 - ROUNDING).all()
+    np.testing.assert_allclose(np.bincount(from_node, share[links], n)[lower], 1, rtol=1e-10)
 
 
 @pytest.mark.parametrize("first", ["lower_face", "upper_face"])
