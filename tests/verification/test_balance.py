@@ -59,8 +59,14 @@ def dovetail(point):
     return {"x": point["gas"] * (20 - 2.5 * np.tan(np.pi / 8))}, 1.0
 
 
+def angle_bracket(point):
+    """Nothing along x; what is under the bolt ends in arcs: test_own_meshes.py."""
+    return {"x": 0.0}, 88 * point["bolt"]
+
+
 # deck -> resultant of its loads at a point [force], and the size of what cancels where it is 0
 RESULTANTS = {
+    "angle_bracket": angle_bracket,
     "blocks": blocks,
     "bracket": bracket,
     "dovetail": dovetail,
