@@ -7,6 +7,8 @@ import h5py
 import numpy as np
 import pytest
 from signorom_post.cli import main
+from signorom_post.plots.check_bodies import check_bodies
+from signorom_post.readers.check import read_check
 
 from block_meshes import LINEAR, QUADRATIC, Mesh, consistent_areas
 from decks import copy_deck
@@ -280,6 +282,11 @@ def test_pictures(signorom, tmp_path, capsys, n_dim):
     pictures = [folder / "figures" / f"check_{name}.png" for name in ("bodies", "contact_1")]
     assert capsys.readouterr().out.splitlines() == [str(picture) for picture in pictures]
     assert all(picture.stat().st_size > 10_000 for picture in pictures)
+    # what stands at nodes in the middle of edges is drawn, too: every other node of the top, beside its corners
+    n_top = len(mesh.nodes_of("top"))
+    drawn = check_bodies(read_check(folder / "check.h5")).axes[0].collections
+    n_arrows = sum(len(item.get_offsets()) for item in drawn if item.get_gid() == "prescribed_displacement")
+    assert n_arrows == -(-n_top // max(1, n_top // 60))
 
 
 @pytest.mark.parametrize("n_ranks", [1, 3])

@@ -24,7 +24,7 @@ sys.path[:0] = [str(HERE.parent / "support")]
 from decks import copy_deck  # noqa: E402
 from program import ROOT, find_program  # noqa: E402
 
-DECKS = ("dovetail", "pellet_cladding", "saddle", "indenter")
+DECKS = ("dovetail", "angle_bracket", "pellet_cladding", "saddle", "indenter")
 # XDMF's numbers of cell types with their nodes; points and lines say how many they have
 SIZES = {4: 3, 5: 4, 6: 4, 9: 8, 34: 3, 36: 6, 37: 8, 35: 9, 38: 10, 48: 20, 50: 27}
 

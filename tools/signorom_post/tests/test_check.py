@@ -175,7 +175,8 @@ def test_contact_with_gaps_normals_and_partners(setup: Setup, tmp_path: Path) ->
     with styled():
         figure = check_contact(check, 1)
         check_picture(figure, tmp_path / "contact.png")
-    assert figure.axes[0].get_title("left") == "contact 1: lower_face - upper_face"
+    title = figure.axes[0].get_title("left") if setup.n_dim == 2 else figure.get_suptitle()
+    assert title == "contact 1: lower_face - upper_face"
     kind = LineCollection if setup.n_dim == 2 else PolyCollection
     surface = collections(figure, kind, "first")[-1]
     gaps = setup.fields()["gap"]

@@ -13,7 +13,7 @@ from matplotlib.patches import Patch
 from signorom_post.arrays import FloatArray, IntArray, format_number
 from signorom_post.plots.drawing import draw_cells, draw_edges, frame
 from signorom_post.plots.surface import AZIMUTH, ELEVATION, draw_surface, frame_surface, normals_of, view
-from signorom_post.readers.check import BODY, BOUNDARY, SURFACE, CheckFile
+from signorom_post.readers.check import BODY, BOUNDARY, CheckFile
 from signorom_post.style import BLUE, GRAY, INK, VERMILLION, cluster_colors, new_figure
 
 #: share of white in the colors of the regions
@@ -73,25 +73,49 @@ def _solid(check: CheckFile) -> Figure:
     outward = np.zeros((mesh.n_nodes, 3))
     for corner in range(4):
         np.add.at(outward, faces.nodes[:, corner], normals)
-    # the other body stands before it
-    contact = np.unique(np.concatenate(check.of(SURFACE)))
-    is_covered = np.isin(faces.nodes, contact).all(axis=1)
+    middles, middle_normals = _middles(check, outward)
+    np.add.at(outward, middles, middle_normals)
+    # the other body stands before these
+    met = np.flatnonzero((check["contact_side"] == 2) | (check["n_partners"] > 0))
+    is_covered = np.isin(faces.nodes, met).all(axis=1)
     looks = (view(), view(AZIMUTH + 180.0, -ELEVATION))
     for axes, towards, title in zip(
         figure.subplots(1, 2), looks, ("from above", "from below, behind"), strict=True
     ):
         flat = mesh.coordinates @ towards[:2].T
         draw_surface(axes, mesh.coordinates, faces, rgb[regions - 1], towards)
-        seen = np.unique(faces.nodes[normals @ towards[2] > 0.0])
+        seen_middles = middles[middle_normals @ towards[2] > 0.0]
+        seen = np.union1d(faces.nodes[normals @ towards[2] > 0.0], seen_middles)
         frame_surface(axes, mesh.coordinates, mesh.unit, towards)
         _number_boundaries(axes, check, flat, seen, outward @ towards[:2].T)
         free = np.unique(faces.nodes[(normals @ towards[2] > 0.0) & ~is_covered])
+        free = np.union1d(free, np.setdiff1d(seen_middles, met))
         _draw_supports(axes, check, flat, free)
         _draw_arrows(axes, check, flat, towards[:2], outward, free)
         axes.set_title(title)
     figure.suptitle(check.label, x=0.01, ha="left", fontsize=10)
     figure.legend(handles=_handles(check, colors), loc="outside right center", labelspacing=0.6)
     return figure
+
+
+def _middles(check: CheckFile, outward: FloatArray) -> tuple[IntArray, FloatArray]:
+    """Nodes within the sides of named quadratic facets, and the outward normal of the facet; a node may come twice.
+
+    `outward` at the corners, zero at other nodes, shape (n_nodes, 3).
+    """
+    middles, normals = [np.empty(0, dtype=np.int64)], [np.empty((0, 3))]
+    for facet in check.of(BOUNDARY):
+        if len(facet) <= 4:
+            continue
+        around = check.mesh.coordinates[facet]
+        normal = np.cross(around, np.roll(around, -1, axis=0)).sum(axis=0)
+        normal /= max(float(np.linalg.norm(normal)), np.finfo(float).tiny)
+        own = facet[~np.any(outward[facet], axis=1)]
+        middles.append(own)
+        normals.append(
+            np.tile(normal if normal @ outward[facet].sum(axis=0) > 0.0 else -normal, (len(own), 1))
+        )
+    return np.concatenate(middles), np.concatenate(normals)
 
 
 def _region_colors(check: CheckFile) -> list[Any]:

@@ -24,8 +24,8 @@ NORMAL = 0.07
 ROUNDING = 1e-9
 #: of facets without a row: gray
 GAPS = mpl.colormaps[SEQUENTIAL].with_extremes(bad=LIGHT_GRAY)
-#: corners; room for directions and scale below a surface on edge
-CUBE = np.array(np.meshgrid([-1, 1], [-1, 1], [-1, 1])).reshape(3, -1).T
+#: [of its height] least width of the picture in space, for directions and scale below it
+LEAST_WIDTH = 0.7
 
 
 def check_contact(check: CheckFile, entry: int) -> Figure:
@@ -81,8 +81,7 @@ def _solid(check: CheckFile, entry: int) -> Figure:
     _add_faces(left, check, [first[i] for i in _far_first(points, first, towards[2])], flat, gaps)
     _draw_links(left, check, entry, flat)
     _draw_normals(left, check, entry, flat, towards[:2], 2.0 * NORMAL * size)
-    middle = 0.5 * (points[nodes].min(axis=0) + points[nodes].max(axis=0))
-    frame_surface(left, middle + 0.5 * size * CUBE, check.mesh.unit)
+    frame_surface(left, np.vstack([points[nodes], _room(flat[nodes], points[nodes])]), check.mesh.unit)
     plane, names = _laid_flat(points, first)
     _add_faces(right, check, first, plane, gaps)
     _mark_nodes(right, check, entry, plane)
@@ -90,6 +89,15 @@ def _solid(check: CheckFile, entry: int) -> Figure:
     right.set_title("first surface alone")
     _finish(figure, left, check, entry, gaps)
     return figure
+
+
+def _room(flat: FloatArray, points: FloatArray) -> FloatArray:
+    """Two places that make a picture of a surface on edge wide enough."""
+    width, height = np.ptp(flat, axis=0)
+    aside = 0.5 * max(width, LEAST_WIDTH * height) * view()[0]
+    middle = 0.5 * (flat.min(axis=0) + flat.max(axis=0)) @ view()[:2]
+    depth = (points @ view()[2]).mean() * view()[2]
+    return np.array([middle + depth - aside, middle + depth + aside])
 
 
 def _add_faces(
@@ -198,7 +206,11 @@ def _inert(check: CheckFile, entry: int) -> IntArray:
 def _finish(figure: Figure, axes: Axes, check: CheckFile, entry: int, gaps: Normalize) -> None:
     """Title, legend, scale of the gaps."""
     owners, alone, inert = _owners(check, entry), _alone(check, entry), _inert(check, entry)
-    axes.set_title(f"contact {entry}: {check.names['contacts'][entry - 1]}")
+    title = f"contact {entry}: {check.names['contacts'][entry - 1]}"
+    if check.mesh.n_dim == 3:
+        figure.suptitle(title, x=0.01, ha="left", fontsize=10)
+    else:
+        axes.set_title(title)
     partners = check["n_partners"][owners]
     most = int(partners.max(initial=0))
     facing = {0: "rigid obstacle", 1: "pairs of nodes"}.get(most, f"up to {most} partners of a node")
