@@ -63,7 +63,8 @@ contains
     call check_common_nodes(mesh, surfaces, error)
     if (allocated(error)) return
     sites = sites_of(mesh, surfaces, is_prescribed)
-    call create_side(mesh, surfaces%first_facets, surfaces%first_geometry, first, spread_normals(mesh%n_nodes, sites))
+    call create_side(mesh, surfaces%first_facets, surfaces%first_geometry, first, spread_normals(mesh%n_nodes, sites), &
+      model%is_round)
     call create_side(mesh, surfaces%second_facets, surfaces%second_geometry, second)
     limit = default_search * max(first%longest, second%longest)
     if (contact(i_entry)%has_search_distance) limit = contact(i_entry)%search_distance

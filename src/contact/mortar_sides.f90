@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> One surface of a mortar contact: its facets with their places, and a tree that finds those near a line.
 !>
-!> Where a facet of the first surface has weak corners, all facets of it take the basis of sig_changed_basis: a side that two facets
-!> of different kinds share must have one basis.
+!> Where a face of the first surface has weak corners, all of them take the basis of sig_changed_basis: a side that two faces of
+!> different kinds share must have one basis. So does an edge of three nodes that ends on the axis, where r N_j has no integral.
 module sig_mortar_sides
   use sig_changed_basis, only: ends_of_side, has_weak_corners
   use sig_element_types, only: element_types
@@ -32,8 +32,8 @@ module sig_mortar_sides
     real(rk), allocatable :: bulges(:)
     !> [length] the longest edge
     real(rk) :: longest = 0
-    !> its functions are those of the changed basis; of the first surface only
-    logical :: has_changed_basis = .false.
+    !> the facet's functions are those of the changed basis; of the first surface only, shape (n_facets)
+    logical, allocatable :: is_changed(:)
     !> the corners on both sides of a node whose coefficient in that basis is not its value, 0 elsewhere; shape (2, n_nodes)
     integer, allocatable :: ends(:, :)
     !> a ball around each facet
@@ -42,7 +42,7 @@ module sig_mortar_sides
 
 contains
 
-  pure subroutine create_side(mesh, facets, geometry, side, normals)
+  pure subroutine create_side(mesh, facets, geometry, side, normals, is_round)
     type(mesh_t), intent(in) :: mesh
     !> of the surface
     integer, intent(in) :: facets(:)
@@ -51,6 +51,8 @@ contains
     type(mortar_side_t), intent(out) :: side
     !> [-] at the nodes of the mesh, shape (n_dim, n_nodes)
     real(rk), intent(in), optional :: normals(:, :)
+    !> the mesh turns around the axis x = 0; without it: no
+    logical, intent(in), optional :: is_round
     real(rk) :: middles(mesh%n_dim, size(facets)), radii(size(facets))
     integer :: i
 
@@ -61,7 +63,8 @@ contains
     side%vertices = mesh%coordinates(:, side%nodes)
     if (present(normals)) then
       side%normals = normals(:, side%nodes)
-      call change_basis(mesh%n_nodes, side)
+      call find_changed(side, is_round)
+      call find_ends(mesh%n_nodes, side)
     end if
     do i = 1, side%n_facets
       associate (vertices => side%vertices(:, side%offsets(i) + 1:side%offsets(i + 1)))
@@ -91,21 +94,38 @@ contains
     end do
   end subroutine list_nodes
 
-  pure subroutine change_basis(n_nodes, side)
-    !> of the mesh
-    integer, intent(in) :: n_nodes
+  pure subroutine find_changed(side, is_round)
     type(mortar_side_t), intent(inout) :: side
-    integer :: ends(2), i, j, last_type
+    logical, intent(in), optional :: is_round
+    !> [-] of the edge's extent: a node that near to the axis is on it
+    real(rk), parameter :: rounding = 1.0e-9_rk
+    integer :: i, last_type
 
-    allocate (side%ends(2, n_nodes), source=0)
+    allocate (side%is_changed(side%n_facets), source=.false.)
     last_type = 0
     do i = 1, side%n_facets
       if (side%types(i) == last_type) cycle
       last_type = side%types(i)
-      side%has_changed_basis = side%has_changed_basis .or. has_weak_corners(last_type)
+      if (has_weak_corners(last_type)) side%is_changed = .true.
     end do
-    if (.not. side%has_changed_basis) return
+    if (.not. present(is_round)) return
+    if (.not. is_round) return
     do i = 1, side%n_facets
+      associate (radii => side%vertices(1, side%offsets(i) + 1:side%offsets(i + 1)))
+        if (element_types(side%types(i))%order > 1) side%is_changed(i) = minval(radii) <= rounding * maxval(radii)
+      end associate
+    end do
+  end subroutine find_changed
+
+  pure subroutine find_ends(n_nodes, side)
+    !> of the mesh
+    integer, intent(in) :: n_nodes
+    type(mortar_side_t), intent(inout) :: side
+    integer :: ends(2), i, j
+
+    allocate (side%ends(2, n_nodes), source=0)
+    do i = 1, side%n_facets
+      if (.not. side%is_changed(i)) cycle
       associate (nodes => side%nodes(side%offsets(i) + 1:side%offsets(i + 1)))
         do j = 1, size(nodes)
           ends = ends_of_side(side%types(i), j)
@@ -113,7 +133,7 @@ contains
         end do
       end associate
     end do
-  end subroutine change_basis
+  end subroutine find_ends
 
   !> From corner to corner around a facet.
   pure real(rk) function longest_edge(corners) result(longest)

@@ -106,7 +106,7 @@ contains
       sums%far = sums%far + sum(weights, mask=.not. is_near)
       weights = merge(weights, 0.0_rk, is_near)
       if (.not. sum(weights) > 0) return
-      if (first%has_changed_basis) then
+      if (first%is_changed(i_facet)) then
         normals = matmul(first%normals(:, from:to), values)
         values = matmul(shape%changed_basis, values)
       end if
@@ -120,7 +120,7 @@ contains
       sums%sizes(first%nodes(from:to)) = sums%sizes(first%nodes(from:to)) + sum(max(abs(matmul(dual, values)), abs(values)), dim=2)
       values = matmul(dual, values)
       call add_shares(shapes, first%nodes(from:to), values, second, points, sums)
-      if (first%has_changed_basis) values = values * matmul(transpose(first%normals(:, from:to)), normals)
+      if (first%is_changed(i_facet)) values = values * matmul(transpose(first%normals(:, from:to)), normals)
       call sums%add_gaps(first%nodes(from:to), matmul(values, smooth_gaps(shapes, first, i_facet, second, points)))
     end associate
   end subroutine integrate_facet

@@ -53,10 +53,21 @@ def patch_deck(folder, model, supports, contact=CONTACT, solver="condensed"):
     )
 
 
+def change_basis_on_axis(mesh, name, areas):
+    """An edge of three nodes that ends on the axis: each end takes a fifth of the middle, N + N_mid / 5."""
+    for nodes in mesh.facets_of(name):
+        if len(nodes) == 3 and np.abs(mesh.coordinates[nodes, 0]).min() < TOLERANCE:
+            areas[nodes[:2]] += areas[nodes[2]] / 5
+            areas[nodes[2]] *= 3 / 5
+
+
 def largest_error(mesh, snapshots, name, pressure, is_round=False):
     """Of the forces on the nodes of the first surface against a uniform pressure; a node without force has no row."""
     nodes = mesh.nodes_of(name)
-    expected = pressure * consistent_areas(mesh, name, is_round)[nodes]
+    areas = consistent_areas(mesh, name, is_round)
+    if is_round:
+        change_basis_on_axis(mesh, name, areas)
+    expected = pressure * areas[nodes]
     expected = expected[expected > TOLERANCE * expected.max()]
     return np.abs(snapshots["multipliers"][-1] - expected).max() / expected.max()
 
