@@ -75,10 +75,10 @@ def quads(plane):
     return np.stack([corner.ravel() for corner in corners], axis=1)
 
 
-def write_mesh(path, n_side, n_high):
+def write_mesh(path, n_side, n_high, n_side_of_upper=None):
     """As gmsh 2.2 binary."""
     nodes, cells, faces = block(n_side, n_high, 0.0)
-    upper, upper_cells, upper_faces = block(n_side, n_high, 0.5)
+    upper, upper_cells, upper_faces = block(n_side_of_upper or n_side, n_high, 0.5)
     n = len(nodes)
     groups = [
         (3, "lower", cells),
