@@ -294,7 +294,6 @@ PLANTED = [
         "followers%is_possible = n_met(rows%owners()) == next + 1",
         "followers%is_possible = n_met(rows%owners()) >= next",
         "an owner moves though a row that cannot follow meets it, too",
-        "unit.solver|unit.reduction",
     ),
     Planted(
         SRC + "contact/contact_rows.f90",
