@@ -8,7 +8,7 @@ module sig_initial_gap
   use sig_node_pairs, only: node_pairs_t
   use sig_obstacle_gap, only: obstacle_gap
   use sig_term_set, only: term_set_t
-  use sig_value_terms, only: split_value, value_terms_t
+  use sig_value_terms, only: split_sum, value_terms_t
   implicit none(type, external)
   private
   public :: set_initial_gaps
@@ -45,7 +45,8 @@ contains
     end do
   end subroutine set_initial_gaps
 
-  !> Adds a value to the gaps of some pairs; one value of a pair at most depends on the parameters.
+  !> Adds a value to the gaps of some pairs: what does not depend on the parameters to the initial gap, a product of what does and of
+  !> the place as a factor of its term.
   subroutine add_gap(mesh, members, value, deck_path, terms, pairs, error)
     type(mesh_t), intent(in) :: mesh
     integer, intent(in) :: members(:)
@@ -54,14 +55,22 @@ contains
     type(term_set_t), intent(inout) :: terms
     type(node_pairs_t), intent(inout) :: pairs
     type(error_t), allocatable, intent(out) :: error
-    type(value_terms_t) :: parts
+    type(value_terms_t), allocatable :: parts(:)
+    integer :: i, k
 
-    call split_value(mesh, pairs%first_node(members), value, deck_path, terms, parts, error)
+    call split_sum(mesh, pairs%first_node(members), value, deck_path, terms, parts, error)
     if (allocated(error)) return
-    if (value%uses_parameters) then
-      pairs%gap_term(members) = parts%terms
-    else
-      pairs%initial_gap(members) = pairs%initial_gap(members) + parts%factors
-    end if
+    pairs%gap_factors = reshape(pairs%gap_factors, [pairs%n_pairs, terms%n_terms()], pad=[0.0_rk])
+    do k = 1, size(parts)
+      do i = 1, size(members)
+        associate (member => members(i), term => parts(k)%terms(i), factor => parts(k)%factors(i))
+          if (term == 1) then
+            pairs%initial_gap(member) = pairs%initial_gap(member) + factor
+          else
+            pairs%gap_factors(member, term) = pairs%gap_factors(member, term) + factor
+          end if
+        end associate
+      end do
+    end do
   end subroutine add_gap
 end module sig_initial_gap

@@ -109,8 +109,8 @@ contains
       real(rk), intent(in) :: weight
 
       gap(k, 1) = gap(k, 1) + weight * sites%initial_gap(site)
-      associate (term => sites%gap_term(site))
-        if (term > 0) gap(k, term) = gap(k, term) + weight
+      associate (factors => sites%gap_factors(site, :))
+        gap(k, :size(factors)) = gap(k, :size(factors)) + weight * factors
       end associate
     end subroutine add_gap
   end function gaps_of_rows

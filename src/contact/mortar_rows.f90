@@ -100,7 +100,8 @@ contains
     sites%n_pairs = size(surfaces%first_nodes)
     sites%first_node = surfaces%first_nodes
     sites%normal = surfaces%normals
-    allocate (sites%second_node(sites%n_pairs), sites%gap_term(sites%n_pairs), source=0)
+    allocate (sites%second_node(sites%n_pairs), source=0)
+    allocate (sites%gap_factors(sites%n_pairs, 0))
     allocate (sites%contact_entry(sites%n_pairs), source=surfaces%i_entry)
     do i = 1, sites%n_pairs
       free = merge(0.0_rk, sites%normal(:, i), is_held(mesh%n_dim, sites%first_node(i), is_prescribed))
@@ -147,7 +148,7 @@ contains
       sites%first_node = sites%first_node(kept)
       sites%second_node = sites%second_node(kept)
       sites%normal = sites%normal(:, kept)
-      sites%gap_term = sites%gap_term(kept)
+      sites%gap_factors = sites%gap_factors(kept, :)
       sites%contact_entry = sites%contact_entry(kept)
     end associate
     allocate (sites%initial_gap(sites%n_pairs), source=0.0_rk)

@@ -26,12 +26,12 @@ contains
     logical :: is_there(2, pairs%n_pairs)
 
     gap = 0
-    gap(:, 1) = pairs%initial_gap
+    gap(:, :size(pairs%gap_factors, 2)) = pairs%gap_factors
+    gap(:, 1) = gap(:, 1) + pairs%initial_gap
     do i = 1, pairs%n_pairs
       weights(:, 1, i) = pairs%normal(:, i)
       weights(:, 2, i) = -pairs%normal(:, i)
       is_there(:, i) = [.true., pairs%second_node(i) > 0]
-      if (pairs%gap_term(i) > 0) gap(i, pairs%gap_term(i)) = gap(i, pairs%gap_term(i)) + 1
     end do
     n_second = count(is_there, dim=1) - 1
     associate (nodes => [(pairs%first_node(i), pairs%second_node(i), i=1, pairs%n_pairs)], &

@@ -21,8 +21,8 @@ module sig_node_pairs
     real(rk), allocatable :: normal(:, :)
     !> [length] (x_second - x_first) . normal; negative where the bodies overlap at the start; 0 for an obstacle
     real(rk), allocatable :: initial_gap(:)
-    !> term that adds to the initial gap, 0 = none
-    integer, allocatable :: gap_term(:)
+    !> [length] factors of the terms that add to the initial gap, shape (n_pairs, terms so far)
+    real(rk), allocatable :: gap_factors(:, :)
     !> entry of the deck's contact section that made the pair
     integer, allocatable :: contact_entry(:)
   end type node_pairs_t
@@ -86,7 +86,7 @@ contains
     pairs%second_node = pairing%partner(pairs%first_node)
     pairs%contact_entry = pairing%entry(pairs%first_node)
     pairs%normal = pairing%normals(:, pairs%first_node)
-    allocate (pairs%gap_term(pairs%n_pairs), source=0)
+    allocate (pairs%gap_factors(pairs%n_pairs, 0))
     allocate (pairs%initial_gap(pairs%n_pairs), source=0.0_rk)
     do i_pair = 1, pairs%n_pairs
       if (pairs%second_node(i_pair) == 0) cycle

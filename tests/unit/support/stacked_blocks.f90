@@ -91,7 +91,7 @@ contains
     pairs%n_pairs = (stack%n_blocks - 1) * (stack%n_x + 1)
     allocate (pairs%first_node(pairs%n_pairs), pairs%second_node(pairs%n_pairs), pairs%initial_gap(pairs%n_pairs))
     allocate (pairs%contact_entry(pairs%n_pairs), source=1)
-    allocate (pairs%gap_term(pairs%n_pairs), source=0)
+    allocate (pairs%gap_factors(pairs%n_pairs, 0))
     pairs%normal = spread(direction / norm2(direction), 2, pairs%n_pairs)
     k = 0
     do i_block = 1, stack%n_blocks - 1
