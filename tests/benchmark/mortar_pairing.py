@@ -3,10 +3,10 @@
 """Two blocks of H8 whose facets do not match: time of pairing and integration beside that of one assembly and solve.
 
     build/venv/bin/python tests/benchmark/mortar_pairing.py            # 10 000 facing 15 129 facets
-    build/venv/bin/python tests/benchmark/mortar_pairing.py 200        # 40 000 facing 60 025 facets: 1.2 million dofs, 14 GB
+    build/venv/bin/python tests/benchmark/mortar_pairing.py 200        # 40 000 facing 60 025: 1.2 million dofs
 
-The blocks of blocks_3d.py, four nodes high; a number is the edges along each side of the first surface. Prints a table; ends
-with 1 where pairing takes more than a tenth of assembly, set-up and solution.
+The blocks of blocks_3d.py, four nodes high; a number is the edges along each side of the first surface. Prints a
+table; ends with 1 where pairing takes more than a tenth of assembly, set-up and solution.
 """
 
 import argparse

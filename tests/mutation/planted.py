@@ -246,8 +246,8 @@ PLANTED = [
     ),
     Planted(
         SRC + "contact/initial_gap.f90",
-        "pairs%initial_gap(members) = pairs%initial_gap(members) + parts%factors",
-        "pairs%initial_gap(members) = parts%factors",
+        "pairs%initial_gap(member) = pairs%initial_gap(member) + factor",
+        "pairs%initial_gap(member) = factor",
         "of an obstacle's gap only the part that depends on the place is left",
         "integration.test_obstacles",
     ),
