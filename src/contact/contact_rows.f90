@@ -45,6 +45,7 @@ module sig_contact_rows
     procedure :: list_side
     procedure :: weights_of
     procedure :: unit_resultants
+    procedure :: unit_imbalances
     procedure :: select
     procedure :: append
   end type contact_rows_t
@@ -284,24 +285,55 @@ contains
     real(rk), allocatable, intent(out) :: forces(:, :)
     !> [length] shape (1 or 3, n_rows)
     real(rk), allocatable, intent(out) :: moments(:, :)
-    real(rk) :: force(self%n_dim)
-    integer :: i, k, node
+    integer :: k
 
-    allocate (forces(self%n_dim, self%n_rows), moments(merge(3, 1, self%n_dim == 3), self%n_rows), source=0.0_rk)
+    allocate (forces(self%n_dim, self%n_rows), moments(merge(3, 1, self%n_dim == 3), self%n_rows))
     do k = 1, self%n_rows
-      do i = self%offsets(k) + 1, self%splits(k), self%n_dim
-        ! the coefficients are what the stiffness balances, the opposite of the force
-        force = -self%coefficients(i:i + self%n_dim - 1)
-        node = (self%dofs(i) - 1) / self%n_dim + 1
-        forces(:, k) = forces(:, k) + force
-        if (self%n_dim == 3) then
-          moments(:, k) = moments(:, k) + cross_product(coordinates(:, node), force)
-        else
-          moments(:, k) = moments(:, k) + plane_cross_product(coordinates(:, node), force)
-        end if
-      end do
+      call add_up(self, coordinates, self%offsets(k), self%splits(k), forces(:, k), moments(:, k))
     end do
   end subroutine unit_resultants
+
+  !> Of each row, the moment about the origin of the forces of a multiplier of 1 on both of its sides: their resultants cancel, their
+  !> lines are as far apart as the sides are beside the normal. Zero against an obstacle, which has no forces here.
+  pure function unit_imbalances(self, coordinates) result(moments)
+    class(contact_rows_t), intent(in) :: self
+    !> [length] natural, shape (n_dim, n_nodes)
+    real(rk), intent(in) :: coordinates(:, :)
+    !> [length] shape (1 or 3, n_rows)
+    real(rk) :: moments(merge(3, 1, self%n_dim == 3), self%n_rows)
+    real(rk) :: force(self%n_dim)
+    integer :: k
+
+    moments = 0
+    do k = 1, self%n_rows
+      if (self%splits(k) == self%offsets(k + 1)) cycle
+      call add_up(self, coordinates, self%offsets(k), self%offsets(k + 1), force, moments(:, k))
+    end do
+  end function unit_imbalances
+
+  !> Force and moment of a multiplier of 1 on the entries after the first and up to the last one.
+  pure subroutine add_up(self, coordinates, first, last, force, moment)
+    class(contact_rows_t), intent(in) :: self
+    real(rk), intent(in) :: coordinates(:, :)
+    integer, intent(in) :: first, last
+    real(rk), intent(out) :: force(:), moment(:)
+    real(rk) :: part(size(force))
+    integer :: i, node
+
+    force = 0
+    moment = 0
+    do i = first + 1, last, self%n_dim
+      ! the coefficients are what the stiffness balances, the opposite of the force
+      part = -self%coefficients(i:i + self%n_dim - 1)
+      node = (self%dofs(i) - 1) / self%n_dim + 1
+      force = force + part
+      if (self%n_dim == 3) then
+        moment = moment + cross_product(coordinates(:, node), part)
+      else
+        moment = moment + plane_cross_product(coordinates(:, node), part)
+      end if
+    end do
+  end subroutine add_up
 
   !> Some of the rows, in the given order.
   pure function select(self, indices) result(rows)

@@ -38,23 +38,27 @@ contains
     type(run_report_t), intent(inout) :: report
     type(resultant_map_t) :: map
     real(rk) :: multipliers(problem%rows%n_rows)
+    real(rk), allocatable :: imbalances(:, :)
     integer :: i
 
     call report%add('units/contact_area', area_unit(problem%deck))
     call report%add('units/moment', moment_unit(problem%deck))
     call create_resultant_map(problem, map)
+    imbalances = problem%rows%unit_imbalances(problem%mesh%coordinates)
     do i = 1, size(states)
       multipliers = ieee_value(1.0_rk, ieee_quiet_nan)
       if (states(i)%reason == reason_converged) multipliers = states(i)%multipliers
-      call report_point(map, problem%rows%areas, multipliers, 'points/' // to_text(i) // '/contacts/', report)
+      call report_point(map, problem%rows%areas, imbalances, multipliers, 'points/' // to_text(i) // '/contacts/', report)
     end do
   end subroutine report_resultants
 
   !> A numbered entry per contact: names may hold what a key may not.
-  subroutine report_point(map, row_areas, multipliers, group, report)
+  subroutine report_point(map, row_areas, imbalances, multipliers, group, report)
     type(resultant_map_t), intent(in) :: map
     !> shape (n_rows)
     real(rk), intent(in) :: row_areas(:)
+    !> [length] moments of both sides of each row, shape (n_moments, n_rows)
+    real(rk), intent(in) :: imbalances(:, :)
     real(rk), intent(in) :: multipliers(:)
     !> with its last slash
     character(*), intent(in) :: group
@@ -69,6 +73,8 @@ contains
       call report%add(group // to_text(i) // '/area', areas(i))
       call report%add(group // to_text(i) // '/force', forces(:, i))
       call report%add(group // to_text(i) // '/moment', moments(:, i))
+      call report%add(group // to_text(i) // '/moment_imbalance', &
+        matmul(imbalances, merge(multipliers, 0.0_rk, map%entries == i .and. .not. multipliers <= 0)))
     end do
   end subroutine report_point
 end module sig_resultants_of_contact

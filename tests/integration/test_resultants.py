@@ -192,6 +192,10 @@ def test_pressed_blocks(signorom, library, post, tmp_path, name):
     contacts = report["points"]["1"]["contacts"].values()
     told = [np.array([contact[key] for contact in contacts]) for key in ("area", "force", "moment")]
     assert_close(told, known, EXACT)
+    # the surfaces touch
+    for contact, force in zip(contacts, known[1], strict=True):
+        arm = np.linalg.norm(case.place) * (1 if case.unit == "m" else 1e3)
+        assert np.abs(contact["moment_imbalance"]).max() <= EXACT * arm * np.abs(force).max()
     names = ["above_0 - below_1", "below_2 - above_1"][: case.n_blocks - 1]
     assert [contact["surfaces"] for contact in contacts] == names
     length = {"m": "m", "mm": "mm"}[case.unit]
