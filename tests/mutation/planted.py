@@ -297,8 +297,8 @@ PLANTED = [
     ),
     Planted(
         SRC + "contact/contact_rows.f90",
-        "force = -self%coefficients(i:i + self%n_dim - 1)",
-        "force = self%coefficients(i:i + self%n_dim - 1)",
+        "part = -self%coefficients(i:i + self%n_dim - 1)",
+        "part = self%coefficients(i:i + self%n_dim - 1)",
         "resultants of contacts are those on the second surface",
     ),
     # solver
