@@ -293,8 +293,8 @@ contains
     end do
   end subroutine unit_resultants
 
-  !> Of each row, the moment about the origin of the forces of a multiplier of 1 on both of its sides: their resultants cancel, their
-  !> lines are as far apart as the sides are beside the normal. Zero against an obstacle, which has no forces here.
+  !> Of each row, the moment about the origin of the forces of a multiplier of 1 on both of its sides: their resultants cancel,
+  !> their lines may lie beside each other. Zero against an obstacle, which has no forces here.
   pure function unit_imbalances(self, coordinates) result(moments)
     class(contact_rows_t), intent(in) :: self
     !> [length] natural, shape (n_dim, n_nodes)
