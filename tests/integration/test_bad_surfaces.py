@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from block_meshes import LINEAR, QUADRATIC, Mesh
+from decks import write_held_blocks
 from runs import refuse
 
 FIRST, SECOND = 13, 33  # columns of the names in the deck
@@ -78,19 +79,8 @@ def write_deck(folder, mesh, contact):
     """The blocks held at bottom and top."""
     mesh.write(folder / "blocks.msh")
     n_dim = 3 if any(name in ("T4", "H8", "T10") for name, _, _ in mesh.elements) else 2
-    held = ", ".join(f"{axis}: 0" for axis in "xyz"[:n_dim])
     entries = "\n".join(f"  - {{{entry}}}" for entry in contact)
-    deck = folder / "bad.yaml"
-    deck.write_text(
-        f"mesh: {{file: blocks.msh, model: {'plane_strain' if n_dim == 2 else 'solid'}}}\n"
-        "parameters: {stroke: {min: 0, max: 0.5}}\n"
-        "materials: {block: {regions: [lower, upper], young_modulus: 2.0e6, poisson_ratio: 0.3}}\n"
-        "boundary_conditions:\n"
-        f"  - {{boundary: bottom, displacement: {{{held}}}}}\n"
-        f"  - {{boundary: top, displacement: {{{held.replace('y: 0', 'y: -stroke')}}}}}\n"
-        f"contact:\n{entries}\n"
-    )
-    return deck.name
+    return write_held_blocks(folder / "bad.yaml", n_dim, f"contact:\n{entries}").name
 
 
 LOOK_AT = r"'lower_face' lies within \(0\.0, .*\) to \(1\.0, .*\), 'upper_face' within \({}\.0, .*\) to \(.*\); name"

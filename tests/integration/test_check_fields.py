@@ -11,7 +11,7 @@ from signorom_post.plots.check_bodies import check_bodies
 from signorom_post.readers.check import read_check
 
 from block_meshes import LINEAR, QUADRATIC, Mesh, consistent_areas
-from decks import copy_deck
+from decks import copy_deck, write_held_blocks
 from program import ROOT
 from runs import files_in, refuse, write_deck
 from vtk_fields import read_with_vtk
@@ -153,18 +153,8 @@ def tilted_blocks(n_dim, elements):
 
 def write_tilted_deck(folder, n_dim):
     """Bottom and top held, the surfaces tied by mortar."""
-    held = ", ".join(f"{axis}: 0" for axis in "xyz"[:n_dim])
-    deck = folder / "tilted.yaml"
-    deck.write_text(
-        f"mesh: {{file: blocks.msh, model: {'plane_strain' if n_dim == 2 else 'solid'}}}\n"
-        "parameters: {stroke: {min: 0, max: 0.5}}\n"
-        "materials: {block: {regions: [lower, upper], young_modulus: 2.0e6, poisson_ratio: 0.3}}\n"
-        "boundary_conditions:\n"
-        f"  - {{boundary: bottom, displacement: {{{held}}}}}\n"
-        f"  - {{boundary: top, displacement: {{{held.replace('y: 0', 'y: -stroke')}}}}}\n"
-        "contact: [{first: lower_face, second: upper_face}]\n"
-    )
-    return deck
+    contact = "contact: [{first: lower_face, second: upper_face}]"
+    return write_held_blocks(folder / "tilted.yaml", n_dim, contact)
 
 
 @pytest.mark.parametrize(

@@ -19,3 +19,21 @@ def copy_deck(source, folder, **replacements):
     path = Path(folder) / source.name
     path.write_text(text)
     return path
+
+
+def write_held_blocks(path, n_dim, contact):
+    """Write a deck of the blocks in blocks.msh, held at the bottom and moved by the stroke at the top.
+
+    `contact` is the text of that section.
+    """
+    held = ", ".join(f"{axis}: 0" for axis in "xyz"[:n_dim])
+    path.write_text(
+        f"mesh: {{file: blocks.msh, model: {'plane_strain' if n_dim == 2 else 'solid'}}}\n"
+        "parameters: {stroke: {min: 0, max: 0.5}}\n"
+        "materials: {block: {regions: [lower, upper], young_modulus: 2.0e6, poisson_ratio: 0.3}}\n"
+        "boundary_conditions:\n"
+        f"  - {{boundary: bottom, displacement: {{{held}}}}}\n"
+        f"  - {{boundary: top, displacement: {{{held.replace('y: 0', 'y: -stroke')}}}}}\n"
+        f"{contact}\n"
+    )
+    return path

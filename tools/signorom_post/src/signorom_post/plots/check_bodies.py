@@ -11,7 +11,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from signorom_post.arrays import FloatArray, IntArray, format_number
-from signorom_post.plots.drawing import draw_cells, draw_edges, frame
+from signorom_post.plots.drawing import draw_arrows, draw_cells, draw_edges, frame
 from signorom_post.plots.surface import AZIMUTH, ELEVATION, draw_surface, frame_surface, normals_of, view
 from signorom_post.readers.check import BODY, BOUNDARY, CheckFile
 from signorom_post.style import BLUE, GRAY, INK, VERMILLION, cluster_colors, new_figure
@@ -209,16 +209,8 @@ def _draw_arrows(
         arrows = ARROW * check.mesh.size * (vectors[nodes] * stretch[:, None]) @ directions.T
         pushes = np.einsum("ij,ij->i", vectors[nodes], outward[nodes]) < 0.0
         for chosen, pivot in ((pushes, "tip"), (~pushes, "tail")):
-            style = {
-                "angles": "xy",
-                "scale_units": "xy",
-                "scale": 1.0,
-                "units": "inches",
-                "width": 0.013,
-                "zorder": 6,
-            }
-            style |= {"color": color, "pivot": pivot, "gid": name, "clip_on": False}
-            axes.quiver(*flat[nodes[chosen]].T, *arrows[chosen].T, **style).set_in_layout(False)
+            style = {"pivot": pivot, "zorder": 6, "clip_on": False}
+            draw_arrows(axes, flat[nodes[chosen]], arrows[chosen], color, name, **style)
 
 
 def _some(nodes: IntArray) -> IntArray:

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from signorom_post.arrays import FloatArray, IntArray, format_number, with_unit
-from signorom_post.plots.drawing import draw_cells, draw_edges, frame
+from signorom_post.plots.drawing import draw_arrows, draw_cells, draw_edges, frame
 from signorom_post.plots.surface import frame_surface, view
 from signorom_post.readers.check import LINK, SURFACE, CheckFile
 from signorom_post.style import BLUE, BODY, GRAY, INK, LIGHT_GRAY, ORANGE, SEQUENTIAL, VERMILLION, new_figure
@@ -168,15 +168,7 @@ def _draw_normals(
     order = np.lexsort(np.round(flat[nodes], 12).T)
     nodes = nodes[order][:: max(1, len(nodes) // MOST_NORMALS)]
     arrows = length * check["contact_normal"][nodes] @ directions.T
-    style = {
-        "angles": "xy",
-        "scale_units": "xy",
-        "scale": 1.0,
-        "units": "inches",
-        "width": 0.013,
-        "zorder": 5,
-    }
-    axes.quiver(*flat[nodes].T, *arrows.T, color=BLUE, gid="normals", **style).set_in_layout(False)
+    draw_arrows(axes, flat[nodes], arrows, BLUE, "normals", zorder=5)
 
 
 def _mark_nodes(axes: Axes, check: CheckFile, entry: int, flat: FloatArray) -> None:

@@ -18,6 +18,14 @@ def draw_edges(axes: Axes, points: FloatArray, edges: IntArray, color: str, widt
     return lines
 
 
+def draw_arrows(
+    axes: Axes, points: FloatArray, arrows: FloatArray, color: str, name: str, **style: object
+) -> None:
+    """Arrows at points, in the units of the axes; both have the shape (n, 2). The layout does not make room for them."""
+    lengths = {"angles": "xy", "scale_units": "xy", "scale": 1.0, "units": "inches", "width": 0.013}
+    axes.quiver(*points.T, *arrows.T, color=color, gid=name, **lengths, **style).set_in_layout(False)
+
+
 def draw_cells(axes: Axes, points: FloatArray, cells: list[IntArray], color: str) -> PolyCollection:
     """Cells filled with one colour."""
     polygons = PolyCollection([points[cell] for cell in cells], facecolors=color, edgecolors="none")
