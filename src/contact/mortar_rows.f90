@@ -4,19 +4,20 @@
 !> of six or eight nodes with u~_j of sig_changed_basis in the place of u_j.
 module sig_mortar_rows
   use sig_contact_rows, only: contact_rows_t
-  use sig_deck_config, only: contact_config_t
+  use sig_deck_config, only: contact_config_t, name_config_t
   use sig_errors, only: error_t
   use sig_initial_gap, only: set_initial_gaps
   use sig_kinds, only: rk
   use sig_mechanical_models, only: mechanical_model_t
   use sig_mesh, only: mesh_t
+  use sig_mortar_conflicts, only: conflict_t, find_conflict
   use sig_mortar_entries, only: create_mortar_rows
   use sig_mortar_sides, only: create_side, mortar_side_t
   use sig_mortar_sums, only: mortar_sums_t
   use sig_mortar_surfaces, only: integrate_mortar
   use sig_mortar_words, only: cover_text, far_text, finer_text, gap_text, largest_share
   use sig_node_pairs, only: node_pairs_t
-  use sig_surface_pair, only: node_text, refuse, refuse_common_node, refuse_facing, refuse_overlap, short_text, surface_pair_t
+  use sig_surface_pair, only: refuse, refuse_common_node, refuse_facing, refuse_overlap, short_text, surface_pair_t
   use sig_surface_pairing, only: open_surfaces
   use sig_term_set, only: term_set_t
   implicit none(type, external)
@@ -25,18 +26,27 @@ module sig_mortar_rows
 
   !> [-] default search distance over the longest edge of both surfaces
   real(rk), parameter :: default_search = 50.0_rk
-  !> [-] a normal with a smaller part along free components belongs to a node that cannot move along it
-  real(rk), parameter :: free_enough = 1.0e-6_rk
-  !> [-] one with a larger part leans on a plane of symmetry, and is straightened
+  !> [-] a normal with a larger part along free components leans on a plane of symmetry, and is straightened
   real(rk), parameter :: nearly_free = 0.9_rk
+
+  !> The rows of one entry, and what comes with them.
+  type :: new_rows_t
+    type(surface_pair_t) :: surfaces
+    type(contact_rows_t) :: rows
+    !> those that were there, and what an initial gap depends on
+    type(term_set_t) :: terms
+    !> how much of the first surface faces the second one
+    character(:), allocatable :: note
+  end type new_rows_t
 
 contains
 
-  !> Rows of one entry of the deck's contact section behind those that are there.
+  !> Rows of one entry of the deck's contact section behind those that are there. Where the first surface cannot have them and the
+  !> second one can, formulation auto swaps the sides.
   !>
   !> Errors: surfaces that do not face each other; a node of the first surface that belongs to another contact, or cannot move along
   !> its normal while other rows share the nodes that it faces.
-  subroutine add_mortar_rows(mesh, model, contact, i_entry, deck_path, is_prescribed, terms, rows, note, error)
+  subroutine add_mortar_rows(mesh, model, contact, i_entry, deck_path, is_prescribed, terms, rows, note, is_swapped, error)
     type(mesh_t), intent(in) :: mesh
     type(mechanical_model_t), intent(in) :: model
     type(contact_config_t), intent(in) :: contact(:)
@@ -47,46 +57,116 @@ contains
     !> grows by what an initial gap depends on
     type(term_set_t), intent(inout) :: terms
     type(contact_rows_t), intent(inout) :: rows
-    !> how much of the first surface faces the second one
+    !> how much of the surface with the rows faces the other one
     character(:), allocatable, intent(out) :: note
+    !> the second surface has the rows
+    logical, intent(out) :: is_swapped
     type(error_t), allocatable, intent(out) :: error
-    type(surface_pair_t) :: surfaces
+    type(new_rows_t) :: more, other
+    type(conflict_t), allocatable :: conflict
+    type(contact_config_t) :: entries(size(contact))
+
+    is_swapped = .false.
+    more%terms = terms
+    call build_rows(mesh, model, contact, i_entry, deck_path, is_prescribed, more, error)
+    if (allocated(error)) return
+    call find_conflict(mesh, contact, is_prescribed, rows, more%rows, conflict)
+    if (allocated(conflict) .and. may_swap(contact(i_entry))) then
+      entries = contact
+      call swap_sides(entries(i_entry))
+      other%terms = terms
+      is_swapped = can_add(other)
+    end if
+    if (is_swapped) then
+      call rows%append(other%rows)
+      terms = other%terms
+      note = 'sides swapped, because ' // conflict%message // " (formulation: mortar keeps the deck's order); " // other%note
+    else if (allocated(conflict)) then
+      call refuse(more%surfaces, more%surfaces%entry%first, conflict%message, error, conflict%hint)
+    else
+      call rows%append(more%rows)
+      terms = more%terms
+      note = more%note
+    end if
+
+  contains
+
+    !> The other order has rows, too, which nothing speaks against.
+    logical function can_add(swapped)
+      type(new_rows_t), intent(inout) :: swapped
+      type(conflict_t), allocatable :: its_conflict
+      type(error_t), allocatable :: its_error
+
+      call build_rows(mesh, model, entries, i_entry, deck_path, is_prescribed, swapped, its_error)
+      can_add = .not. allocated(its_error)
+      if (.not. can_add) return
+      call find_conflict(mesh, entries, is_prescribed, rows, swapped%rows, its_conflict)
+      can_add = .not. allocated(its_conflict)
+    end function can_add
+  end subroutine add_mortar_rows
+
+  !> A gap that depends on the place is meant at the nodes of the deck's first surface.
+  pure logical function may_swap(entry)
+    type(contact_config_t), intent(in) :: entry
+
+    may_swap = entry%formulation == 'auto' .and. .not. (entry%has_initial_gap .and. entry%initial_gap%uses_coordinates)
+  end function may_swap
+
+  pure subroutine swap_sides(entry)
+    type(contact_config_t), intent(inout) :: entry
+    type(name_config_t) :: first
+
+    first = entry%first
+    entry%first = entry%second
+    entry%second = first
+    if (entry%has_direction) entry%direction = -entry%direction
+  end subroutine swap_sides
+
+  !> Errors: surfaces that do not face each other.
+  subroutine build_rows(mesh, model, contact, i_entry, deck_path, is_prescribed, more, error)
+    type(mesh_t), intent(in) :: mesh
+    type(mechanical_model_t), intent(in) :: model
+    type(contact_config_t), intent(in) :: contact(:)
+    integer, intent(in) :: i_entry
+    character(*), intent(in) :: deck_path
+    logical, intent(in) :: is_prescribed(:)
+    !> with the terms that are there
+    type(new_rows_t), intent(inout) :: more
+    type(error_t), allocatable, intent(out) :: error
     type(mortar_side_t) :: first, second
     type(mortar_sums_t) :: sums
     type(node_pairs_t) :: sites
-    type(contact_rows_t) :: more
     real(rk) :: limit
     integer :: n_rows
 
-    call open_surfaces(mesh, contact, i_entry, deck_path, surfaces, error)
+    call open_surfaces(mesh, contact, i_entry, deck_path, more%surfaces, error)
     if (allocated(error)) return
-    call check_common_nodes(mesh, surfaces, error)
-    if (allocated(error)) return
-    sites = sites_of(mesh, surfaces, is_prescribed)
-    call create_side(mesh, surfaces%first_facets, surfaces%first_geometry, first, spread_normals(mesh%n_nodes, sites), &
-      model%is_round)
-    call create_side(mesh, surfaces%second_facets, surfaces%second_geometry, second)
-    limit = default_search * max(first%longest, second%longest)
-    if (contact(i_entry)%has_search_distance) limit = contact(i_entry)%search_distance
-    call integrate_mortar(model, mesh%n_nodes, first, second, limit, sums)
-    call keep_sites(sums%has_row(sites%first_node), first, sites, n_rows)
-    if (n_rows == 0) then
-      call refuse_facing(surfaces, error, 'no part of the first faces the second' // far_text(sums))
-      return
-    end if
-    associate (owners => sites%first_node(:n_rows))
-      sites%initial_gap(:n_rows) = sums%gaps(owners) / sums%areas(owners)
+    associate (surfaces => more%surfaces)
+      call check_common_nodes(mesh, surfaces, error)
+      if (allocated(error)) return
+      sites = sites_of(mesh, surfaces, is_prescribed)
+      call create_side(mesh, surfaces%first_facets, surfaces%first_geometry, first, spread_normals(mesh%n_nodes, sites), &
+        model%is_round)
+      call create_side(mesh, surfaces%second_facets, surfaces%second_geometry, second)
+      limit = default_search * max(first%longest, second%longest)
+      if (contact(i_entry)%has_search_distance) limit = contact(i_entry)%search_distance
+      call integrate_mortar(model, mesh%n_nodes, first, second, limit, sums)
+      call keep_sites(sums%has_row(sites%first_node), first, sites, n_rows)
+      if (n_rows == 0) then
+        call refuse_facing(surfaces, error, 'no part of the first faces the second' // far_text(sums))
+        return
+      end if
+      associate (owners => sites%first_node(:n_rows))
+        sites%initial_gap(:n_rows) = sums%gaps(owners) / sums%areas(owners)
+      end associate
+      more%note = cover_text(surfaces, sums, limit) // gap_text(sites%initial_gap(:n_rows), first%longest)
+      call check_overlap(surfaces, sites%initial_gap(:n_rows), first, error)
+      if (.not. allocated(error)) call set_initial_gaps(mesh, contact, deck_path, more%terms, sites, error)
+      if (allocated(error)) return
+      call create_mortar_rows(sites, n_rows, first, sums, contact(i_entry)%has_initial_gap, more%terms%n_terms(), more%rows)
+      more%note = more%note // ', shares of up to ' // short_text(largest_share(more%rows)) // finer_text(surfaces, first, second)
     end associate
-    note = cover_text(surfaces, sums, limit) // gap_text(sites%initial_gap(:n_rows), first%longest)
-    call check_overlap(surfaces, sites%initial_gap(:n_rows), first, error)
-    if (.not. allocated(error)) call set_initial_gaps(mesh, contact, deck_path, terms, sites, error)
-    if (allocated(error)) return
-    call create_mortar_rows(sites, n_rows, first, sums, contact(i_entry)%has_initial_gap, terms%n_terms(), more)
-    call check_rows(mesh, surfaces, is_prescribed, rows, more, error)
-    if (allocated(error)) return
-    call rows%append(more)
-    note = note // ', shares of up to ' // short_text(largest_share(more)) // finer_text(surfaces, first, second)
-  end subroutine add_mortar_rows
+  end subroutine build_rows
 
   !> The nodes of the first surface with their normals. Where a plane of symmetry holds a node, its normal lies in that plane.
   pure function sites_of(mesh, surfaces, is_prescribed) result(sites)
@@ -167,57 +247,6 @@ contains
     i = findloc(is_second(surfaces%first_nodes), .true., dim=1)
     if (i > 0) call refuse_common_node(mesh, surfaces, surfaces%first_nodes(i), error)
   end subroutine check_common_nodes
-
-  !> Errors: a node of the first surface that other rows meet, too; one that cannot move along its normal.
-  pure subroutine check_rows(mesh, surfaces, is_prescribed, rows, more, error)
-    type(mesh_t), intent(in) :: mesh
-    type(surface_pair_t), intent(in) :: surfaces
-    logical, intent(in) :: is_prescribed(:)
-    !> of the entries before, and of this one
-    type(contact_rows_t), intent(in) :: rows, more
-    type(error_t), allocatable, intent(out) :: error
-    integer :: k, n_rows_of_node(mesh%n_nodes)
-    logical :: is_owner(mesh%n_nodes)
-
-    is_owner = .false.
-    is_owner(rows%owners()) = .true.
-    n_rows_of_node = rows%rows_per_node(mesh%n_nodes)
-    do k = 1, more%n_rows
-      associate (owner => more%first_nodes_of(k), met => more%second_nodes_of(k))
-        if (any(n_rows_of_node(owner) > 0)) then
-          call refuse_other_contact(mesh, surfaces, owner(findloc(n_rows_of_node(owner) > 0, .true., dim=1)), error)
-        else if (any(is_owner(met))) then
-          call refuse_other_contact(mesh, surfaces, met(findloc(is_owner(met), .true., dim=1)), error)
-        else if (is_stuck(more, k, is_prescribed)) then
-          call refuse(surfaces, surfaces%entry%first, 'the displacement of ' // node_text(mesh, owner(1)) // &
-            ' is prescribed along its normal, so that it cannot carry a contact force', error, &
-            'swap first and second, or leave the prescribed part out of the first surface')
-        end if
-      end associate
-      if (allocated(error)) return
-    end do
-  end subroutine check_rows
-
-  !> The owner cannot move along its normal, others of the row can.
-  pure logical function is_stuck(rows, row, is_prescribed)
-    type(contact_rows_t), intent(in) :: rows
-    integer, intent(in) :: row
-    logical, intent(in) :: is_prescribed(:)
-    real(rk) :: free(size(rows%dofs_of(row)))
-
-    free = merge(0.0_rk, rows%coefficients_of(row), is_prescribed(rows%dofs_of(row)))
-    is_stuck = norm2(free(:rows%n_dim)) < free_enough .and. norm2(free) > free_enough
-  end function is_stuck
-
-  pure subroutine refuse_other_contact(mesh, surfaces, node, error)
-    type(mesh_t), intent(in) :: mesh
-    type(surface_pair_t), intent(in) :: surfaces
-    integer, intent(in) :: node
-    type(error_t), allocatable, intent(out) :: error
-
-    call refuse(surfaces, surfaces%entry%first, node_text(mesh, node) // ' is in another contact, too', error, &
-      'give each contact surfaces with nodes of their own')
-  end subroutine refuse_other_contact
 
   !> Errors: every node overlaps by more than an element.
   pure subroutine check_overlap(surfaces, gaps, first, error)

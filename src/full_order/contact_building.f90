@@ -23,7 +23,7 @@ contains
   !> Rows of all entries. The terms of their gaps come behind all others.
   !>
   !> Errors: surfaces that do not face each other, nodes in two contacts, nodes that cannot carry a contact force.
-  subroutine build_contact_rows(deck, mesh, body, boundary, terms, rows, notes, error)
+  subroutine build_contact_rows(deck, mesh, body, boundary, terms, rows, notes, is_swapped, error)
     type(deck_config_t), intent(in) :: deck
     type(mesh_t), intent(in) :: mesh
     type(elastic_body_t), intent(in) :: body
@@ -32,6 +32,8 @@ contains
     type(contact_rows_t), intent(out) :: rows
     !> a sentence for each entry that needs mortar
     type(string_t), allocatable, intent(out) :: notes(:)
+    !> the multipliers of the entry sit on its second surface; shape (size(deck%contact))
+    logical, intent(out) :: is_swapped(:)
     type(error_t), allocatable, intent(out) :: error
     type(node_pairs_t) :: pairs
     character(:), allocatable :: cover
@@ -39,6 +41,7 @@ contains
     integer :: i
 
     allocate (notes(0))
+    is_swapped = .false.
     call find_node_pairs(mesh, deck%contact, deck%path, pairs, error, is_paired)
     if (allocated(error)) return
     if (body%mechanics%is_round) call check_axis(mesh, deck%contact, is_paired, deck%path, error)
@@ -47,7 +50,8 @@ contains
     call create_node_pair_rows(pairs, areas_of_pairs(mesh, body, deck%contact, pairs), terms%n_terms(), rows)
     do i = 1, size(deck%contact)
       if (is_paired(i)) cycle
-      call add_mortar_rows(mesh, body%mechanics, deck%contact, i, deck%path, boundary%is_prescribed, terms, rows, cover, error)
+      call add_mortar_rows(mesh, body%mechanics, deck%contact, i, deck%path, boundary%is_prescribed, terms, rows, cover, &
+        is_swapped(i), error)
       if (allocated(error)) return
       call append_text(notes, 'contact[' // to_text(i) // ']: mortar, ' // why_mortar(mesh, deck%contact(i)) // ': ' // cover)
     end do

@@ -10,7 +10,7 @@ module sig_problem
   use sig_contact_building, only: build_contact_rows
   use sig_contact_rows, only: contact_rows_t, create_contact_rows, separate_inert_rows
   use sig_contact_summary, only: contact_lines
-  use sig_deck_config, only: deck_config_t
+  use sig_deck_config, only: deck_config_t, name_config_t
   use sig_deck_echo, only: echo_physics
   use sig_elastic_body, only: create_elastic_body, elastic_body_t
   use sig_errors, only: error_t, make_error
@@ -30,7 +30,7 @@ module sig_problem
   use petsc
   implicit none(type, external)
   private
-  public :: problem_t, load_problem, announce_plan, body_at
+  public :: problem_t, load_problem, announce_plan, body_at, surface_of_side
   public :: area_unit, force_unit, moment_unit, parameter_names, parameter_units, stress_unit, inert_pair_names, tags_text
 
   type :: problem_t
@@ -51,6 +51,8 @@ module sig_problem
     type(contact_rows_t) :: inert
     !> which solver, and why
     type(solver_plan_t) :: plan
+    !> the multipliers sit on the second surface of the entry, shape (size(deck%contact))
+    logical, allocatable :: is_swapped(:)
     !> sentences about surfaces whose nodes do not match
     type(string_t), allocatable :: contact_notes(:)
     !> sentences about bodies that only contact holds
@@ -212,8 +214,9 @@ contains
     type(error_t), allocatable, intent(out) :: error
     type(contact_rows_t) :: all_rows
 
+    allocate (problem%is_swapped(size(deck%contact)))
     call build_contact_rows(deck, problem%mesh, problem%body, problem%boundary, problem%terms, all_rows, problem%contact_notes, &
-      error)
+      problem%is_swapped, error)
     if (allocated(error)) call leave_out_rows(problem%mesh%n_dim, problem%terms%n_terms(), all_rows)
     problem%boundary%n_terms = problem%terms%n_terms()
     call separate_inert_rows(all_rows, problem%boundary%is_prescribed, problem%rows, problem%inert)
@@ -228,6 +231,19 @@ contains
 
     call create_contact_rows([integer ::], [integer ::], [integer ::], weights, gap, [real(rk) ::], [integer ::], rows)
   end subroutine leave_out_rows
+
+  !> One of the surfaces of a contact entry: 1 = whose nodes carry the multipliers, the first of the deck unless sides were swapped.
+  pure type(name_config_t) function surface_of_side(problem, i_entry, side) result(name)
+    type(problem_t), intent(in) :: problem
+    integer, intent(in) :: i_entry
+    !> 1 or 2
+    integer, intent(in) :: side
+
+    associate (entry => problem%deck%contact(i_entry))
+      name = entry%first
+      if ((side == 2) .neqv. problem%is_swapped(i_entry)) name = entry%second
+    end associate
+  end function surface_of_side
 
   !> From the mesh file's unit of length to the deck's.
   pure real(rk) function length_factor(deck)

@@ -11,7 +11,7 @@ module sig_check_fields
   use sig_mesh_checks, only: group_of_surface
   use sig_nodal_values, only: nodal_areas, nodal_gaps
   use sig_parameter_space, only: format_point
-  use sig_problem, only: area_unit, force_unit, parameter_names, problem_t
+  use sig_problem, only: area_unit, force_unit, parameter_names, problem_t, surface_of_side
   use sig_term_values, only: evaluate_points
   use sig_text, only: append_text, string_t
   implicit none(type, external)
@@ -119,15 +119,12 @@ contains
     labels = 0
     labels(label_kind) = kind_surface
     do i_entry = 1, size(problem%deck%contact)
-      associate (contact => problem%deck%contact(i_entry))
-        do side = 1, merge(1, 2, contact%has_obstacle)
-          if (side == 1) call group_of_surface(problem%mesh, contact%first, problem%deck%path, i_group, error)
-          if (side == 2) call group_of_surface(problem%mesh, contact%second, problem%deck%path, i_group, error)
-          if (allocated(error)) return
-          labels([label_contact, label_side]) = [i_entry, side]
-          call cells%add_facets(problem%mesh, problem%mesh%groups(i_group)%entities, same, labels)
-        end do
-      end associate
+      do side = 1, merge(1, 2, problem%deck%contact(i_entry)%has_obstacle)
+        call group_of_surface(problem%mesh, surface_of_side(problem, i_entry, side), problem%deck%path, i_group, error)
+        if (allocated(error)) return
+        labels([label_contact, label_side]) = [i_entry, side]
+        call cells%add_facets(problem%mesh, problem%mesh%groups(i_group)%entities, same, labels)
+      end do
     end do
   end subroutine add_surfaces
 
@@ -193,7 +190,8 @@ contains
     call file%add_cell_field('region', cells%labels(label_region, :), '-', 'of the mesh, 1-based; 0 off the bodies')
     call file%add_cell_field('boundary', cells%labels(label_boundary, :), '-', 'of the mesh, 1-based; 0 off the boundaries')
     call file%add_cell_field('contact', cells%labels(label_contact, :), '-', 'entry of the deck''s contact section; else 0')
-    call file%add_cell_field('side', cells%labels(label_side, :), '-', 'of a contact: 1 first, 2 second surface; else 0')
+    call file%add_cell_field('side', cells%labels(label_side, :), '-', &
+      'of a contact: 1 first, 2 second surface, swapped where the rows are on the second one; else 0')
     call file%add_cell_field('share', shares, '-', &
       'of a line: part of the contact force that goes to its second end, below 0 where it pulls; else 0')
   end subroutine write_cell_fields
@@ -229,7 +227,7 @@ contains
     call file%add_node_field('contact_entry', entry, '-', 'entry of the deck''s contact section, 1-based; 0 without a row')
     call file%add_node_field('contact_row', status, '-', &
       '1 carries a contact force, 2 all its row meets is prescribed (no contact force); else 0')
-    call file%add_node_field('contact_normal', normals, '-', 'from the first surface to the second, at nodes with a row')
+    call file%add_node_field('contact_normal', normals, '-', 'from side 1 to side 2, at nodes with a row')
     call file%add_node_field('gap', nodal_gaps(rows, matmul(rows%gap, theta), problem%mesh%n_nodes), problem%deck%units%length, &
       'open distance before anything moves, the smallest of the rows at the node; no number where there is none')
     call file%add_node_field('contact_area', nodal_areas(rows, problem%mesh%n_nodes), area_unit(problem%deck), &

@@ -1,5 +1,6 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> The first surfaces of all contacts as cells of their own: contact.h5 and contact.xdmf beside those of the fields.
+!> The surfaces of all contacts that carry the multipliers, as cells of their own: contact.h5 and contact.xdmf beside those of the
+!> fields.
 module sig_contact_surfaces
   use sig_cell_collection, only: cell_collection_t
   use sig_contact_rows, only: contact_rows_t
@@ -11,7 +12,7 @@ module sig_contact_surfaces
   use sig_mesh_checks, only: group_of_surface
   use sig_nodal_values, only: nodal_gaps, nodal_pressures, nodal_status
   use sig_parameter_space, only: format_point
-  use sig_problem, only: force_unit, parameter_names, problem_t, stress_unit
+  use sig_problem, only: force_unit, parameter_names, problem_t, stress_unit, surface_of_side
   implicit none(type, external)
   private
   public :: contact_surfaces_t
@@ -87,7 +88,7 @@ contains
     if (.not. allocated(error)) call remove_file(folder // '/contact.h5', error)
   end subroutine remove_old_files
 
-  !> Facets and nodes of the first surface of an entry.
+  !> Facets and nodes of the surface of an entry with its multipliers.
   subroutine add_surface(self, problem, i_entry, error)
     class(contact_surfaces_t), intent(inout) :: self
     type(problem_t), intent(in) :: problem
@@ -95,7 +96,7 @@ contains
     type(error_t), allocatable, intent(out) :: error
     integer :: numbers(problem%mesh%n_nodes), i, i_group
 
-    call group_of_surface(problem%mesh, problem%deck%contact(i_entry)%first, problem%deck%path, i_group, error)
+    call group_of_surface(problem%mesh, surface_of_side(problem, i_entry, 1), problem%deck%path, i_group, error)
     if (allocated(error)) return
     associate (group => problem%mesh%groups(i_group))
       numbers = 0

@@ -28,8 +28,25 @@ contains
     end do
     map%entries = problem%rows%contact_entry
     call problem%rows%unit_resultants(problem%mesh%coordinates, map%unit_forces, map%unit_moments)
+    call return_to_first(problem, map)
     call map%complete(problem%mesh%n_dim)
   end subroutine create_resultant_map
+
+  !> Where the multipliers sit on the second surface: from its resultants to those of the first one, the other side of the rows.
+  subroutine return_to_first(problem, map)
+    type(problem_t), intent(in) :: problem
+    type(resultant_map_t), intent(inout) :: map
+    real(rk) :: imbalances(size(map%unit_moments, 1), size(map%unit_moments, 2))
+    integer :: k
+
+    if (.not. any(problem%is_swapped)) return
+    imbalances = problem%rows%unit_imbalances(problem%mesh%coordinates)
+    do k = 1, size(map%entries)
+      if (.not. problem%is_swapped(map%entries(k))) cycle
+      map%unit_forces(:, k) = -map%unit_forces(:, k)
+      map%unit_moments(:, k) = imbalances(:, k) - map%unit_moments(:, k)
+    end do
+  end subroutine return_to_first
 
   !> Of all points; no numbers where a point has no answer.
   subroutine report_resultants(problem, states, report)

@@ -139,12 +139,12 @@ CASES = {
     "first upon itself in space": (with_third(3), ["first: both, second: third"], (8, FIRST), UPON, TWO_NAMES),
     "one node in two first surfaces": (
         halves(), ["first: half, second: upper_face", "first: rest, second: upper_face"], (9, FIRST),
-        r"contact\[2\]: node 9 \(0\.666667, 0\.0\) is in another contact, too",
+        r"contact\[2\]: node 9 \(0\.666667, 0\.0\) is in contact\[1\], too, of 'half' and 'upper_face'",
         "give each contact surfaces with nodes of their own",
     ),
     "one node in two first surfaces in space": (
         halves(3), ["first: half, second: upper_face", "first: rest, second: upper_face"], (9, FIRST),
-        r"contact\[2\]: node \d+ \(.*\) is in another contact, too",
+        r"contact\[2\]: node \d+ \(.*\) is in contact\[1\], too, of 'half' and 'upper_face'",
         "give each contact surfaces with nodes of their own",
     ),
 }  # fmt: skip

@@ -238,6 +238,20 @@ PLANTED = [
         "verification.test_mortar_curved",
     ),
     Planted(
+        SRC + "contact/mortar_rows.f90",
+        "if (entry%has_direction) entry%direction = -entry%direction",
+        "if (.not. entry%has_direction) entry%direction = [0.0_rk, -1.0_rk]",
+        "swapped sides keep the direction of the deck",
+        "integration.test_swapped_sides",
+    ),
+    Planted(
+        SRC + "workflow/resultants_of_contact.f90",
+        "map%unit_moments(:, k) = imbalances(:, k) - map%unit_moments(:, k)",
+        "map%unit_moments(:, k) = map%unit_moments(:, k)",
+        "where sides were swapped the moment is that on the second surface",
+        "integration.test_swapped_sides",
+    ),
+    Planted(
         SRC + "contact/obstacle_gap.f90",
         "if (.not. abs(direction(i)) < 1) cycle",
         "if (.not. abs(direction(i)) < 1 .or. i == 2 .and. size(direction) == 3) cycle",

@@ -1,0 +1,99 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> What speaks against the rows of a mortar contact: rows of other contacts at the same nodes, owners that cannot move.
+module sig_mortar_conflicts
+  use sig_contact_rows, only: contact_rows_t
+  use sig_deck_config, only: contact_config_t
+  use sig_kinds, only: rk
+  use sig_mesh, only: mesh_t
+  use sig_surface_pair, only: node_text
+  use sig_text, only: to_text
+  implicit none(type, external)
+  private
+  public :: conflict_t, find_conflict
+
+  !> [-] a normal with a smaller part along free components belongs to a node that cannot move along it
+  real(rk), parameter :: free_enough = 1.0e-6_rk
+
+  type :: conflict_t
+    character(:), allocatable :: message
+    character(:), allocatable :: hint
+  end type conflict_t
+
+contains
+
+  !> A node of the first side that other rows meet, too; one of either side that has a row of another contact; an owner that cannot
+  !> move along its normal while others of its row can. Not allocated: none.
+  pure subroutine find_conflict(mesh, contact, is_prescribed, rows, more, conflict)
+    type(mesh_t), intent(in) :: mesh
+    type(contact_config_t), intent(in) :: contact(:)
+    !> natural dofs, shape (n_dofs)
+    logical, intent(in) :: is_prescribed(:)
+    !> of the entries before, and of this one
+    type(contact_rows_t), intent(in) :: rows, more
+    type(conflict_t), allocatable, intent(out) :: conflict
+    integer :: k, n_rows_of_node(mesh%n_nodes)
+    logical :: is_owner(mesh%n_nodes)
+
+    is_owner = .false.
+    is_owner(rows%owners()) = .true.
+    n_rows_of_node = rows%rows_per_node(mesh%n_nodes)
+    do k = 1, more%n_rows
+      associate (owner => more%first_nodes_of(k), met => more%second_nodes_of(k))
+        if (any(n_rows_of_node(owner) > 0)) then
+          conflict = other_contact(owner(findloc(n_rows_of_node(owner) > 0, .true., dim=1)))
+        else if (any(is_owner(met))) then
+          conflict = other_contact(met(findloc(is_owner(met), .true., dim=1)))
+        else if (is_stuck(more, k, is_prescribed)) then
+          conflict = conflict_t('the displacement of ' // node_text(mesh, owner(1)) // &
+            ' is prescribed along its normal, so that it cannot carry a contact force', &
+            'swap first and second, or leave the prescribed part out of the first surface')
+        end if
+      end associate
+      if (allocated(conflict)) return
+    end do
+
+  contains
+
+    pure type(conflict_t) function other_contact(node)
+      integer, intent(in) :: node
+      integer :: i_entry
+
+      i_entry = entry_at(rows, node)
+      other_contact%message = node_text(mesh, node) // ' is in contact[' // to_text(i_entry) // '], too, of ' // &
+        surfaces_text(contact(i_entry))
+      other_contact%hint = 'give each contact surfaces with nodes of their own'
+    end function other_contact
+  end subroutine find_conflict
+
+  !> The contact of the first row that meets a node.
+  pure integer function entry_at(rows, node)
+    type(contact_rows_t), intent(in) :: rows
+    !> of some row
+    integer, intent(in) :: node
+    integer :: k
+
+    do k = 1, rows%n_rows
+      if (any(rows%nodes_of(k) == node)) exit
+    end do
+    entry_at = rows%contact_entry(k)
+  end function entry_at
+
+  pure function surfaces_text(entry) result(text)
+    type(contact_config_t), intent(in) :: entry
+    character(:), allocatable :: text
+
+    text = "'" // entry%first%text // "' and " // 'an obstacle'
+    if (.not. entry%has_obstacle) text = "'" // entry%first%text // "' and '" // entry%second%text // "'"
+  end function surfaces_text
+
+  !> The owner cannot move along its normal, others of the row can.
+  pure logical function is_stuck(rows, row, is_prescribed)
+    type(contact_rows_t), intent(in) :: rows
+    integer, intent(in) :: row
+    logical, intent(in) :: is_prescribed(:)
+    real(rk) :: free(size(rows%dofs_of(row)))
+
+    free = merge(0.0_rk, rows%coefficients_of(row), is_prescribed(rows%dofs_of(row)))
+    is_stuck = norm2(free(:rows%n_dim)) < free_enough .and. norm2(free) > free_enough
+  end function is_stuck
+end module sig_mortar_conflicts
