@@ -32,9 +32,10 @@ void sig_gmsh_sizes(const sig_gmsh *mesh, int sizes[5]);
 /* tags[n_nodes]; coordinates[3 * n_nodes], x y z of each node in turn, in the file's order. */
 void sig_gmsh_nodes(const sig_gmsh *mesh, int *tags, double *coordinates);
 
-/* Elements of a physical group, in the file's order: gmsh types[n_elements], tags[n_elements], offsets[n_elements + 1],
- * nodes[n_element_nodes] (0-based, in gmsh's order within the element). */
-void sig_gmsh_elements(const sig_gmsh *mesh, int *types, int *tags, int *offsets, int *nodes);
+/* Elements of a physical group, in the file's order: gmsh types[n_elements], tags[n_elements], places[2 * n_elements]
+ * (line and column, 1-based, 0 in a binary file), offsets[n_elements + 1], nodes[n_element_nodes] (0-based, in gmsh's
+ * order within the element). */
+void sig_gmsh_elements(const sig_gmsh *mesh, int *types, int *tags, int *places, int *offsets, int *nodes);
 
 /* Element `elements[m]` belongs to group `groups[m]`, both 0-based, shape n_memberships; elements ascend. */
 void sig_gmsh_memberships(const sig_gmsh *mesh, int *elements, int *groups);

@@ -28,12 +28,13 @@ contains
     end associate
   end function cover_text
 
+  !> At most 100: on curved facets the points of the parts integrate the area a little otherwise than those of the whole.
   pure function percent_text(area, sums) result(text)
     real(rk), intent(in) :: area
     type(mortar_sums_t), intent(in) :: sums
     character(:), allocatable :: text
 
-    text = short_text(100 * area / sums%whole) // ' %'
+    text = short_text(min(100.0_rk, 100 * area / sums%whole)) // ' %'
   end function percent_text
 
   !> `, gaps of 0 to 0.02`

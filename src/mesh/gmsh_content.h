@@ -39,6 +39,7 @@ typedef struct {
 typedef struct {
   int type, tag;
   size_t at;         /* where in the file, for messages */
+  int line, column;  /* the same, 1-based; 0 in a binary file */
   size_t first_node; /* in element_nodes */
 } sig_gmsh_element;
 

@@ -157,6 +157,24 @@ static bool resolve_nodes(sig_gmsh *mesh) {
   return is_good;
 }
 
+/* Lines and columns of all elements, which stand in ascending order. */
+static void find_places(sig_gmsh *mesh) {
+  const sig_scanner *s = &mesh->scanner;
+  if (s->is_binary) return;
+  sig_gmsh_element *elements = mesh->elements.items;
+  int line = 1;
+  size_t start = 0;
+  for (size_t i = 0, at = 0; i < mesh->elements.n; i++) {
+    for (; at < elements[i].at; at++) {
+      if (s->bytes[at] != '\n') continue;
+      line++;
+      start = at + 1;
+    }
+    elements[i].line = line;
+    elements[i].column = (int)(elements[i].at - start) + 1;
+  }
+}
+
 int sig_gmsh_parse(const char *bytes, size_t n_bytes, sig_gmsh **mesh) {
   *mesh = calloc(1, sizeof **mesh);
   char *copy = malloc(n_bytes + 1);
@@ -171,6 +189,7 @@ int sig_gmsh_parse(const char *bytes, size_t n_bytes, sig_gmsh **mesh) {
   s->size = n_bytes;
   (*mesh)->hash = sig_fnv1a(bytes, n_bytes, SIG_FNV1A_SEED);
   const bool is_good = scan_file(*mesh) && resolve_nodes(*mesh);
+  if (is_good) find_places(*mesh);
   s->bytes = NULL;
   free(copy);
   if (is_good) return SIG_GMSH_OK;
@@ -214,12 +233,14 @@ void sig_gmsh_nodes(const sig_gmsh *mesh, int *tags, double *coordinates) {
   memcpy(coordinates, mesh->coordinates, 3 * n * sizeof *coordinates);
 }
 
-void sig_gmsh_elements(const sig_gmsh *mesh, int *types, int *tags, int *offsets, int *nodes) {
+void sig_gmsh_elements(const sig_gmsh *mesh, int *types, int *tags, int *places, int *offsets, int *nodes) {
   const sig_gmsh_element *elements = mesh->elements.items;
   const int64_t *element_nodes = mesh->element_nodes.items;
   for (size_t i = 0; i < mesh->elements.n; i++) {
     types[i] = elements[i].type;
     tags[i] = elements[i].tag;
+    places[2 * i] = elements[i].line;
+    places[2 * i + 1] = elements[i].column;
     offsets[i] = (int)elements[i].first_node;
   }
   offsets[mesh->elements.n] = (int)mesh->element_nodes.n;

@@ -221,7 +221,7 @@ static bool scan_element_nodes(sig_gmsh *mesh, const sig_gmsh_element_type *type
   }
   sig_gmsh_element *element = sig_list_add(s, &mesh->elements, 1, sizeof *element);
   if (element == NULL) return false;
-  *element = (sig_gmsh_element){type->type, tag, at, first_node};
+  *element = (sig_gmsh_element){.type = type->type, .tag = tag, .at = at, .first_node = first_node};
   return mesh->element_nodes.n < INT_MAX ||
          sig_scan_fail(s, at, "the mesh has more elements than this program can number");
 }

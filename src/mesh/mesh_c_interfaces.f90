@@ -44,10 +44,10 @@ module sig_mesh_c_interfaces
       real(c_double), intent(inout) :: coordinates(*)
     end subroutine sig_gmsh_nodes
 
-    subroutine sig_gmsh_elements(mesh, types, tags, offsets, nodes) bind(c)
+    subroutine sig_gmsh_elements(mesh, types, tags, places, offsets, nodes) bind(c)
       import :: c_int, c_ptr
       type(c_ptr), value :: mesh
-      integer(c_int), intent(inout) :: types(*), tags(*), offsets(*), nodes(*)
+      integer(c_int), intent(inout) :: types(*), tags(*), places(2, *), offsets(*), nodes(*)
     end subroutine sig_gmsh_elements
 
     subroutine sig_gmsh_memberships(mesh, elements, groups) bind(c)

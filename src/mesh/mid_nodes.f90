@@ -191,7 +191,7 @@ contains
     if (is_cell) hint = 'mesh what hangs together with one Mesh.ElementOrder and one Mesh.SecondOrderIncomplete'
     call make_error(error, element_text(raw, i_element) // ' and ' // element_text(raw, i_cell) // &
       ' do not have the same node in the middle of their common ' // trim(merge('edge', 'face', corners(3) == 0)) // &
-      ' between the nodes ' // place, file=path, hint=hint)
+      ' between the nodes ' // place, path, raw%element_places(1, i_element), raw%element_places(2, i_element), hint)
   end subroutine refuse
 
   !> `T6 17 of 'block'`, by its number in gmsh.

@@ -161,12 +161,16 @@ def test_refused_with_place_surface_and_remedy(signorom, tmp_path, case, n_ranks
 
 @pytest.mark.parametrize("n_dim", [2, 3])
 def test_middles_are_missing(signorom, tmp_path, n_dim):
-    """The mesh is at fault, so its file is named, with both elements."""
+    """The mesh is at fault, so its file is named, with both elements and the line of the first."""
     deck = write_deck(tmp_path, without_middles("upper_face", n_dim), [FACES])
     words = refuse(signorom, "check", deck, folder=tmp_path)
     kinds = {2: ("line", "T6"), 3: ("T3", "T10")}[n_dim]
-    message = rf"blocks\.msh: error: the {kinds[0]} \d+ of 'upper_face' and the {kinds[1]} \d+ of 'upper' "
-    assert re.match(message + "do not have the same node in the middle", words), words
+    message = rf"blocks\.msh:(\d+):1: error: the {kinds[0]} (\d+) of 'upper_face' and the {kinds[1]} \d+ of 'upper' "
+    found = re.match(message + "do not have the same node in the middle", words)
+    assert found, words
+    line = (tmp_path / "blocks.msh").read_text().splitlines()[int(found.group(1)) - 1]
+    assert line.split()[0] == found.group(2)
+    assert len(line.split()) == 5 + n_dim
     assert "hint: mesh boundaries and regions together with one Mesh.ElementOrder" in words
 
 
