@@ -15,10 +15,15 @@ enum { SIG_LINEAR_DONE = 1, SIG_LINEAR_FAILED = -1, SIG_LINEAR_SINGULAR = -2 };
    failures too, without a trace. The KSP is created here and destroyed by sig_linear_solver_destroy. */
 int sig_linear_solver_create(intptr_t matrix, const char *prefix, int kind, intptr_t *ksp, int *reason, char *message);
 
-/* Turns the finest interpolation P of GAMG into R P, R = `change` of full rank: the levels, built for a
-   matrix of displacements u, then serve matrices of the unknowns R u. Nothing happens where options chose another
-   preconditioner. */
-int sig_linear_solver_change_unknowns(intptr_t ksp, intptr_t change);
+/* From here on the KSP is for `matrix` = T' K T with some unknowns held, whose entries may be set later: T =
+   `transformation`, with its `inverse`, and K = `stiffness`. The levels of GAMG keep the interpolations that they have
+   for the matrix of sig_linear_solver_create. */
+int sig_linear_solver_change_unknowns(intptr_t ksp, intptr_t stiffness, intptr_t transformation, intptr_t inverse,
+                                      intptr_t matrix);
+
+/* After sig_linear_solver_change_unknowns and before sig_linear_solver_renew: which unknowns are held. The vector has 1
+   for a free unknown and a small number for a held one: what is left of its interpolation. */
+int sig_linear_solver_hold(intptr_t ksp, intptr_t free_share);
 
 /* Makes a KSP ready again after the entries of its matrix changed within their pattern: MUMPS keeps its ordering and
    factors the new numbers, GAMG keeps its interpolation and computes the matrices of its levels anew. */

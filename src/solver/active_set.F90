@@ -8,7 +8,7 @@ module sig_active_set
   use sig_contact_system, only: contact_system_t
   use sig_holding, only: change_first, first_to_block, is_last_hold, keep_hold, letting_go
   use sig_kinds, only: rk
-  use sig_linear_solver, only: hold, linear_solver_t, set_near_null_space
+  use sig_linear_solver, only: constrain, hold, linear_solver_t, set_near_null_space
   use sig_log, only: log_warning
   use sig_petsc_support, only: create_vector
   use sig_reasons, only: reason_converged, reason_linear_solver, reason_max_iterations, reason_pulled_off
@@ -66,8 +66,6 @@ module sig_active_set
   real(rk), parameter :: factor_noise_levels(3) = [1.0e-3_rk, 1.0e-5_rk, rounding]
   !> where contact changes, conjugate gradients need about as many: a factorization that takes less time is made anew
   integer, parameter :: usual_iterations = 40
-  !> [-] stiffness of held unknowns beside the mean: interpolation moves them with their aggregate, which must cost nothing
-  real(rk), parameter :: held_share = 1.0e-6_rk
 
 contains
 
@@ -93,21 +91,25 @@ contains
     type(contact_system_t), intent(in) :: system
     PetscErrorCode, intent(out) :: ierr
     real(rk) :: nothing(system%map%n_dofs)
-    Mat :: inverse
+    Mat :: bodies, inverse
+    Vec :: rhs
 
     nothing = 0
-    PetscCall(MatAXPY(self%matrix, 1.0_rk, system%stiffness, SUBSET_NONZERO_PATTERN, ierr))
-    PetscCall(hold(system, system%boundary%prescribed_dofs, nothing, held_share, self%matrix, self%rhs, ierr))
-    PetscCall(set_near_null_space(system, self%matrix, ierr))
-    PetscCall(self%linear_solver%factor(self%matrix, 'active_set_', ierr))
+    PetscCall(constrain(system, system%stiffness, system%boundary%prescribed_dofs, nothing, nothing, bodies, rhs, ierr))
+    PetscCall(VecDestroy(rhs, ierr))
+    PetscCall(set_near_null_space(system, bodies, ierr))
+    PetscCall(self%linear_solver%factor(bodies, 'active_set_', ierr))
     if (self%linear_solver%reason == reason_converged) then
       PetscCall(self%form%create_inverse(system, inverse, ierr))
-      PetscCall(self%linear_solver%change_unknowns(inverse, ierr))
+      associate (transformation => self%form%transformation)
+        PetscCall(self%linear_solver%change_unknowns(system%stiffness, transformation, inverse, self%matrix, ierr))
+      end associate
       PetscCall(MatDestroy(inverse, ierr))
     else
       ! its reason stays
       PetscCall(self%linear_solver%destroy(ierr))
     end if
+    PetscCall(MatDestroy(bodies, ierr))
   end subroutine build_levels
 
   !> By multigrid while that converges, otherwise by factorizations where the stiffness is small enough for them.
@@ -267,11 +269,10 @@ contains
     step%dofs = [system%boundary%prescribed_dofs, pack(self%form%bounded_dofs, is_closed)]
     PetscCall(MatCopy(self%form%matrix, self%matrix, SAME_NONZERO_PATTERN, ierr))
     PetscCall(system%put(step%forces, self%rhs, ierr))
-    associate (share => merge(held_share, 1.0_rk, self%is_multigrid))
-      PetscCall(hold(system, step%dofs, step%values, share, self%matrix, self%rhs, ierr))
-    end associate
+    PetscCall(hold(system, step%dofs, step%values, self%matrix, self%rhs, ierr))
     PetscCall(system%put_some(step%dofs, step%values, self%solution, ierr))
     if (self%is_multigrid .and. self%linear_solver%ksp /= 0) then
+      PetscCall(self%linear_solver%hold_in_levels(system, step%dofs, ierr))
       PetscCall(self%linear_solver%renew(ierr))
     end if
   end subroutine prepare_step

@@ -11,8 +11,8 @@ module sig_linear_solver
   use sig_petsc_support, only: create_vector, message_size
   use sig_reasons, only: reason_converged, reason_floating_body, reason_linear_solver
   use sig_solver_c_interfaces, only: sig_linear_solver_change_unknowns, sig_linear_solver_create, sig_linear_solver_destroy, &
-    sig_linear_solver_keep_factor, sig_linear_solver_renew, sig_linear_solver_solve, sig_linear_solver_solve_many, &
-    sig_linear_solver_solves_per_factorization, sig_set_near_null_space
+    sig_linear_solver_hold, sig_linear_solver_keep_factor, sig_linear_solver_renew, sig_linear_solver_solve, &
+    sig_linear_solver_solve_many, sig_linear_solver_solves_per_factorization, sig_set_near_null_space
   use petsc
   implicit none(type, external)
   private
@@ -29,6 +29,7 @@ module sig_linear_solver
   contains
     procedure :: factor
     procedure :: change_unknowns
+    procedure :: hold_in_levels
     procedure :: renew
     procedure :: solves_per_factorization
     procedure :: keep_factor
@@ -41,6 +42,8 @@ module sig_linear_solver
   integer(c_int), parameter :: kind_cholesky = 1
   integer(c_int), parameter :: kind_multigrid = 2
   integer(c_int), parameter :: is_singular = -2
+  !> [-] what is left of the interpolation of held unknowns: with nothing left, coarse matrices could become singular
+  real(rk), parameter :: held_share = 1.0e-3_rk
 
 contains
 
@@ -63,16 +66,14 @@ contains
     PetscCall(MatDuplicate(matrix, MAT_COPY_VALUES, constrained, ierr))
     PetscCall(create_vector(system%comm, system%map%n_local_dofs, rhs, ierr))
     PetscCall(system%put(forces, rhs, ierr))
-    PetscCall(hold(system, dofs, values, 1.0_rk, constrained, rhs, ierr))
+    PetscCall(hold(system, dofs, values, constrained, rhs, ierr))
   end subroutine constrain
 
   !> The same in place. The matrix keeps its pattern. Collective.
-  subroutine hold(system, dofs, values, share, matrix, rhs, ierr)
+  subroutine hold(system, dofs, values, matrix, rhs, ierr)
     type(contact_system_t), intent(in) :: system
     integer, intent(in) :: dofs(:)
     real(rk), intent(in) :: values(:)
-    !> [-] of the mean diagonal, which the held dofs get
-    real(rk), intent(in) :: share
     Mat, intent(inout) :: matrix
     Vec, intent(inout) :: rhs
     PetscErrorCode, intent(out) :: ierr
@@ -86,7 +87,7 @@ contains
     PetscCall(VecDuplicate(rhs, prescribed, ierr))
     PetscCall(MatGetDiagonal(matrix, prescribed, ierr))
     PetscCall(VecSum(prescribed, diagonal, ierr))
-    diagonal = share * diagonal / system%map%n_dofs
+    diagonal = diagonal / system%map%n_dofs
     PetscCall(system%put(values, prescribed, ierr))
     PetscCall(MatZeroRowsColumns(matrix, size(own_dofs_0), own_dofs_0, diagonal, prescribed, rhs, ierr))
     PetscCall(MatSetOption(matrix, MAT_SYMMETRIC, PETSC_TRUE, ierr))
@@ -111,16 +112,39 @@ contains
     if (self%reason == reason_linear_solver) call log_warning('the linear solver (' // prefix // '): ' // from_c(message))
   end subroutine factor
 
-  !> From here on the levels of multigrid serve matrices of the unknowns R u: the fields that their interpolation holds stay.
-  !> Nothing to do for other preconditioners, which options may choose. Collective.
-  subroutine change_unknowns(self, change, ierr)
+  !> From here on it is for T' K T with some unknowns held, as hold_in_levels says before each renew. The levels of multigrid keep
+  !> the interpolations that they have for the matrix of `factor`. Collective.
+  subroutine change_unknowns(self, stiffness, transformation, inverse, matrix, ierr)
     class(linear_solver_t), intent(inout) :: self
-    !> R, of full rank
-    Mat, intent(in) :: change
+    !> K, which the levels keep
+    Mat, intent(in) :: stiffness
+    !> T, which they keep, and its inverse
+    Mat, intent(in) :: transformation
+    Mat, intent(in) :: inverse
+    !> T' K T, whose entries may be set later. It must live as long
+    Mat, intent(in) :: matrix
     PetscErrorCode, intent(out) :: ierr
 
-    ierr = sig_linear_solver_change_unknowns(self%ksp, change%v)
+    ierr = sig_linear_solver_change_unknowns(self%ksp, stiffness%v, transformation%v, inverse%v, matrix%v)
   end subroutine change_unknowns
+
+  !> Which unknowns are held from here on. Collective.
+  subroutine hold_in_levels(self, system, dofs, ierr)
+    class(linear_solver_t), intent(in) :: self
+    type(contact_system_t), intent(inout) :: system
+    !> natural
+    integer, intent(in) :: dofs(:)
+    PetscErrorCode, intent(out) :: ierr
+    Vec :: shares
+    real(rk) :: free_share(system%map%n_dofs)
+
+    free_share = 1
+    free_share(dofs) = held_share
+    PetscCall(create_vector(system%comm, system%map%n_local_dofs, shares, ierr))
+    PetscCall(system%put(free_share, shares, ierr))
+    ierr = sig_linear_solver_hold(self%ksp, shares%v)
+    PetscCall(VecDestroy(shares, ierr))
+  end subroutine hold_in_levels
 
   !> After new values in the matrix, whose pattern stays: MUMPS keeps its ordering, multigrid its aggregates and interpolation.
   !> Collective.

@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "factorization.h"
+#include "signorom/contact_levels.h"
 #include "signorom/petsc_support.h"
 #include "signorom/symmetric_copy.h"
 
@@ -32,15 +33,21 @@ static PetscErrorCode set_up_with_margin(KSP ksp) {
   return 0;
 }
 
-static PetscErrorCode prepare_gamg(KSP ksp, Mat matrix) {
-  PetscReal no_edge = 0.0;
-  PetscBool is_gamg;
-  PC pc;
+static PetscErrorCode set_operators(KSP ksp, Mat matrix) {
   Mat copy;
 
   PetscCall(sig_symmetric_copy_create(matrix, &copy));
   PetscCall(KSPSetOperators(ksp, copy, matrix));
   PetscCall(MatDestroy(&copy));
+  return 0;
+}
+
+static PetscErrorCode prepare_gamg(KSP ksp, Mat matrix) {
+  PetscReal no_edge = 0.0;
+  PetscBool is_gamg;
+  PC pc;
+
+  PetscCall(set_operators(ksp, matrix));
   PetscCall(KSPSetType(ksp, KSPCG));
   PetscCall(KSPSetNormType(ksp, KSP_NORM_NATURAL));
   PetscCall(KSPSetTolerances(ksp, TIGHTEST, 0.0, 1e15, MAX_CG_ITERATIONS));
@@ -84,23 +91,18 @@ int sig_linear_solver_create(intptr_t matrix, const char *prefix, int kind, intp
   return 0;
 }
 
-int sig_linear_solver_change_unknowns(intptr_t handle, intptr_t change) {
-  PC pc;
-  Mat interpolation, changed;
-  PetscBool is_gamg;
-  PetscInt n_levels;
+int sig_linear_solver_change_unknowns(intptr_t handle, intptr_t stiffness, intptr_t transformation, intptr_t inverse,
+                                      intptr_t matrix) {
+  PetscCall(sig_contact_levels_create((KSP)handle, (Mat)stiffness, (Mat)transformation, (Mat)inverse));
+  PetscCall(set_operators((KSP)handle, (Mat)matrix));
+  return 0;
+}
 
-  PetscCall(KSPGetPC((KSP)handle, &pc));
-  PetscCall(PetscObjectTypeCompare((PetscObject)pc, PCGAMG, &is_gamg));
-  if (!is_gamg) return 0;
-  PetscCall(PCMGGetLevels(pc, &n_levels));
-  if (n_levels < 2) return 0;
-  PetscCall(PCMGGetInterpolation(pc, n_levels - 1, &interpolation));
-  PetscCall(MatMatMult((Mat)change, interpolation, MAT_INITIAL_MATRIX, PETSC_DEFAULT, &changed));
-  PetscCall(MatProductClear(changed));
-  PetscCall(PCMGSetInterpolation(pc, n_levels - 1, changed));
-  PetscCall(PCMGSetRestriction(pc, n_levels - 1, changed));
-  PetscCall(MatDestroy(&changed));
+int sig_linear_solver_hold(intptr_t handle, intptr_t free_share) {
+  PetscBool has_levels;
+
+  PetscCall(sig_has_contact_levels((KSP)handle, &has_levels));
+  if (has_levels) PetscCall(sig_contact_levels_hold((KSP)handle, (Vec)free_share));
   return 0;
 }
 

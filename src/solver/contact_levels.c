@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "signorom/contact_levels.h"
+
+// With P the finest interpolation of GAMG and S = diag(free_share), unknowns x = T^-1 u have the interpolation
+// S T^-1 P, and the first coarse matrix is (T S T^-1 P)' K (T S T^-1 P): K has far fewer entries than T' K T where the
+// rows of contact meet many nodes.
+typedef struct {
+  Mat stiffness, transformation;
+  Mat free_interpolation; // T^-1 P
+  Mat interpolation;      // S T^-1 P, which the finest level works with
+  Mat motions;            // T S T^-1 P
+} Levels;
+
+static const char NAME[] = "signorom_contact_levels";
+
+static PetscErrorCode destroy_levels(void *pointer) {
+  Levels *levels = pointer;
+
+  PetscCall(MatDestroy(&levels->stiffness));
+  PetscCall(MatDestroy(&levels->transformation));
+  PetscCall(MatDestroy(&levels->free_interpolation));
+  PetscCall(MatDestroy(&levels->interpolation));
+  PetscCall(MatDestroy(&levels->motions));
+  PetscCall(PetscFree(levels));
+  return 0;
+}
+
+static PetscErrorCode get_levels(KSP ksp, Levels **levels) {
+  PetscContainer container;
+
+  *levels = NULL;
+  PetscCall(PetscObjectQuery((PetscObject)ksp, NAME, (PetscObject *)&container));
+  if (container) PetscCall(PetscContainerGetPointer(container, (void **)levels));
+  return 0;
+}
+
+static PetscErrorCode keep_levels(KSP ksp, Levels *levels) {
+  PetscContainer container;
+
+  PetscCall(PetscContainerCreate(PetscObjectComm((PetscObject)ksp), &container));
+  PetscCall(PetscContainerSetPointer(container, levels));
+  PetscCall(PetscContainerSetUserDestroy(container, destroy_levels));
+  PetscCall(PetscObjectCompose((PetscObject)ksp, NAME, (PetscObject)container));
+  PetscCall(PetscContainerDestroy(&container));
+  return 0;
+}
+
+PetscErrorCode sig_contact_levels_create(KSP ksp, Mat stiffness, Mat transformation, Mat inverse) {
+  PC pc;
+  Mat interpolation;
+  PetscBool is_gamg;
+  PetscInt n_levels;
+  Levels *levels;
+
+  PetscCall(KSPGetPC(ksp, &pc));
+  PetscCall(PetscObjectTypeCompare((PetscObject)pc, PCGAMG, &is_gamg));
+  if (!is_gamg) return 0;
+  PetscCall(PCMGGetLevels(pc, &n_levels));
+  if (n_levels < 2) return 0;
+  PetscCall(PetscNew(&levels));
+  PetscCall(keep_levels(ksp, levels));
+  PetscCall(PetscObjectReference((PetscObject)stiffness));
+  levels->stiffness = stiffness;
+  PetscCall(PetscObjectReference((PetscObject)transformation));
+  levels->transformation = transformation;
+  PetscCall(PCMGGetInterpolation(pc, n_levels - 1, &interpolation));
+  PetscCall(MatMatMult(inverse, interpolation, MAT_INITIAL_MATRIX, PETSC_DEFAULT, &levels->free_interpolation));
+  PetscCall(MatProductClear(levels->free_interpolation));
+  PetscCall(MatDuplicate(levels->free_interpolation, MAT_COPY_VALUES, &levels->interpolation));
+  PetscCall(PCMGSetInterpolation(pc, n_levels - 1, levels->interpolation));
+  PetscCall(PCMGSetRestriction(pc, n_levels - 1, levels->interpolation));
+  // GAMG would project T' K T itself.
+  PetscCall(PCSetReusePreconditioner(pc, PETSC_TRUE));
+  return 0;
+}
+
+PetscErrorCode sig_has_contact_levels(KSP ksp, PetscBool *answer) {
+  Levels *levels;
+
+  PetscCall(get_levels(ksp, &levels));
+  *answer = levels != NULL;
+  return 0;
+}
+
+// The matrices that a level works with.
+static PetscErrorCode set_matrices(PC pc, PetscInt i_level, Mat matrix, Mat preconditioning) {
+  KSP smoother;
+
+  PetscCall(PCMGGetSmoother(pc, i_level, &smoother));
+  PetscCall(KSPSetOperators(smoother, matrix, preconditioning));
+  if (i_level > 0) PetscCall(PCMGSetResidual(pc, i_level, PCMGResidualDefault, matrix));
+  return 0;
+}
+
+// P' A P becomes the matrix of a level, which has one that was made in the same way unless it is the first time.
+static PetscErrorCode project(PC pc, PetscInt i_level, Mat fine, Mat interpolation, PetscBool is_first, Mat *coarse) {
+  KSP smoother;
+
+  PetscCall(PCMGGetSmoother(pc, i_level, &smoother));
+  PetscCall(KSPGetOperators(smoother, NULL, coarse));
+  PetscCall(MatPtAP(fine, interpolation, is_first ? MAT_INITIAL_MATRIX : MAT_REUSE_MATRIX, PETSC_DEFAULT, coarse));
+  PetscCall(set_matrices(pc, i_level, *coarse, *coarse));
+  // The smoother holds it.
+  if (is_first) PetscCall(PetscObjectDereference((PetscObject)*coarse));
+  return 0;
+}
+
+PetscErrorCode sig_contact_levels_hold(KSP ksp, Vec free_share) {
+  PC pc;
+  PetscInt n_levels;
+  Mat matrix, preconditioning, interpolation;
+  Levels *levels;
+
+  PetscCall(get_levels(ksp, &levels));
+  const PetscBool is_first = levels->motions ? PETSC_FALSE : PETSC_TRUE;
+  PetscCall(KSPGetPC(ksp, &pc));
+  PetscCall(PCMGGetLevels(pc, &n_levels));
+  PetscCall(MatCopy(levels->free_interpolation, levels->interpolation, SAME_NONZERO_PATTERN));
+  PetscCall(MatDiagonalScale(levels->interpolation, free_share, NULL));
+  PetscCall(MatMatMult(levels->transformation, levels->interpolation, is_first ? MAT_INITIAL_MATRIX : MAT_REUSE_MATRIX,
+                       PETSC_DEFAULT, &levels->motions));
+  PetscCall(KSPGetOperators(ksp, &matrix, &preconditioning));
+  PetscCall(set_matrices(pc, n_levels - 1, matrix, preconditioning));
+  matrix = levels->stiffness;
+  interpolation = levels->motions;
+  for (PetscInt i = n_levels - 2; i >= 0; i--) {
+    PetscCall(project(pc, i, matrix, interpolation, is_first, &matrix));
+    if (i > 0) PetscCall(PCMGGetInterpolation(pc, i, &interpolation));
+  }
+  return 0;
+}
