@@ -157,7 +157,7 @@ contains
     end do
   end function table_header
 
-  !> Area, force and moment of each contact of the deck, by its number.
+  !> Area, force, moment and what is left of the moments of both sides, of each contact of the deck, by its number.
   function contact_columns(model) result(text)
     type(model_t), intent(in) :: model
     character(:), allocatable :: text
@@ -170,12 +170,24 @@ contains
         do i_axis = 1, model%n_dim
           text = text // ',contact_' // to_text(i) // '_force_' // axes(i_axis)%text
         end do
-        if (model%resultants%n_moments() == 1) text = text // ',contact_' // to_text(i) // '_moment'
-        do i_axis = 1, merge(model%n_dim, 0, model%resultants%n_moments() == model%n_dim)
-          text = text // ',contact_' // to_text(i) // '_moment_' // axes(i_axis)%text
-        end do
+        text = text // moment_columns('_moment') // moment_columns('_moment_imbalance')
       end do
     end associate
+
+  contains
+
+    !> One in the plane, one per axis in space.
+    function moment_columns(name) result(columns)
+      character(*), intent(in) :: name
+      character(:), allocatable :: columns
+      integer :: j
+
+      columns = ''
+      if (model%resultants%n_moments() == 1) columns = ',contact_' // to_text(i) // name
+      do j = 1, merge(model%n_dim, 0, model%resultants%n_moments() == model%n_dim)
+        columns = columns // ',contact_' // to_text(i) // name // '_' // model%terms%coordinate_names(j)%text
+      end do
+    end function moment_columns
   end function contact_columns
 
   !> Line of the table for point i.
@@ -214,13 +226,14 @@ contains
     character(:), allocatable :: text
     real(rk) :: areas(self%online%model%resultants%n_entries())
     real(rk) :: forces(self%online%model%n_dim, size(areas))
-    real(rk) :: moments(self%online%model%resultants%n_moments(), size(areas))
+    real(rk), dimension(self%online%model%resultants%n_moments(), size(areas)) :: imbalances, moments
     integer :: k
 
     text = ''
     call self%online%model%resultants%evaluate(self%online%model%areas, self%multipliers(:, i), areas, forces, moments)
+    imbalances = self%online%model%resultants%imbalances(self%multipliers(:, i))
     do k = 1, size(areas)
-      associate (values => [areas(k), forces(:, k), moments(:, k)])
+      associate (values => [areas(k), forces(:, k), moments(:, k), imbalances(:, k)])
         if (self%reasons(i) > 0) then
           text = text // joined(values)
         else

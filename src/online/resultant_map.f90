@@ -27,10 +27,13 @@ module sig_resultant_map
     real(rk), allocatable :: unit_forces(:, :)
     !> [length] moment of a multiplier of 1, shape (1 or 3, n_multipliers)
     real(rk), allocatable :: unit_moments(:, :)
+    !> [length] moment of the forces on both surfaces, same shape; no numbers in older files
+    real(rk), allocatable :: unit_imbalances(:, :)
   contains
     procedure :: n_entries
     procedure :: n_moments
     procedure :: evaluate
+    procedure :: imbalances
     procedure :: complete
     procedure :: fits
     procedure :: write
@@ -81,6 +84,22 @@ contains
     end do
   end subroutine evaluate
 
+  !> [force*length] Moments of the forces on both surfaces of each entry together: zero where they touch, shape (n_moments, n_entries).
+  pure function imbalances(self, multipliers)
+    class(resultant_map_t), intent(in) :: self
+    !> [force] shape (n_multipliers)
+    real(rk), intent(in) :: multipliers(:)
+    real(rk) :: imbalances(size(self%unit_imbalances, 1), size(self%names))
+    integer :: k
+
+    imbalances = 0
+    do k = 1, size(self%entries)
+      associate (of_entry => imbalances(:, self%entries(k)))
+        of_entry = of_entry + multipliers(k) * self%unit_imbalances(:, k)
+      end associate
+    end do
+  end function imbalances
+
   !> Empty where nothing was set, as in files of earlier programs.
   pure subroutine complete(self, n_dim)
     class(resultant_map_t), intent(inout) :: self
@@ -90,6 +109,8 @@ contains
     call fill_missing(self%entries)
     call fill_missing(self%unit_forces, n_dim)
     call fill_missing(self%unit_moments, moments_of(n_dim))
+    if (allocated(self%unit_imbalances)) return
+    allocate (self%unit_imbalances(moments_of(n_dim), size(self%entries)), source=ieee_value(1.0_rk, ieee_quiet_nan))
   end subroutine complete
 
   !> The shapes are those of a model. Requires: complete, n_dim of 2 or 3.
@@ -102,7 +123,8 @@ contains
     n = n_multipliers
     if (size(self%names) == 0) n = 0
     fits = size(self%entries) == n .and. are_indices(self%entries, size(self%names)) .and. &
-      is_matrix(self%unit_forces, n_dim, n) .and. is_matrix(self%unit_moments, moments_of(n_dim), n)
+      is_matrix(self%unit_forces, n_dim, n) .and. is_matrix(self%unit_moments, moments_of(n_dim), n) .and. &
+      is_matrix(self%unit_imbalances, moments_of(n_dim), n)
   end function fits
 
   !> Components of a moment; a file may say anything of n_dim.
@@ -124,6 +146,8 @@ contains
       'resultant on the first surface of a multiplier of 1, a multiplier per row')
     call file%write('/contact/unit_moments', self%unit_moments, length, &
       'its moment about the origin, of the undeformed mesh, a multiplier per row')
+    call file%write('/contact/unit_imbalances', self%unit_imbalances, length, &
+      'the same moment of the forces on both surfaces, a multiplier per row')
   end subroutine write
 
   !> Leaves all parts empty where the file has none.
@@ -138,6 +162,7 @@ contains
       call file%read('/contact/entries', self%entries, error)
       call file%read('/contact/unit_forces', self%unit_forces, error)
       call file%read('/contact/unit_moments', self%unit_moments, error)
+      if (file%has('/contact/unit_imbalances')) call file%read('/contact/unit_imbalances', self%unit_imbalances, error)
     end if
     call self%complete(n_dim)
   end subroutine read

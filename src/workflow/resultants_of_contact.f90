@@ -28,23 +28,22 @@ contains
     end do
     map%entries = problem%rows%contact_entry
     call problem%rows%unit_resultants(problem%mesh%coordinates, map%unit_forces, map%unit_moments)
-    call return_to_first(problem, map)
+    map%unit_imbalances = problem%rows%unit_imbalances(problem%mesh%coordinates)
+    call return_to_first(problem%is_swapped, map)
     call map%complete(problem%mesh%n_dim)
   end subroutine create_resultant_map
 
   !> Where the multipliers sit on the second surface: from its resultants to those of the first one, the other side of the rows.
-  subroutine return_to_first(problem, map)
-    type(problem_t), intent(in) :: problem
+  pure subroutine return_to_first(is_swapped, map)
+    !> shape (n_entries)
+    logical, intent(in) :: is_swapped(:)
     type(resultant_map_t), intent(inout) :: map
-    real(rk) :: imbalances(size(map%unit_moments, 1), size(map%unit_moments, 2))
     integer :: k
 
-    if (.not. any(problem%is_swapped)) return
-    imbalances = problem%rows%unit_imbalances(problem%mesh%coordinates)
     do k = 1, size(map%entries)
-      if (.not. problem%is_swapped(map%entries(k))) cycle
+      if (.not. is_swapped(map%entries(k))) cycle
       map%unit_forces(:, k) = -map%unit_forces(:, k)
-      map%unit_moments(:, k) = imbalances(:, k) - map%unit_moments(:, k)
+      map%unit_moments(:, k) = map%unit_imbalances(:, k) - map%unit_moments(:, k)
     end do
   end subroutine return_to_first
 
@@ -55,43 +54,39 @@ contains
     type(run_report_t), intent(inout) :: report
     type(resultant_map_t) :: map
     real(rk) :: multipliers(problem%rows%n_rows)
-    real(rk), allocatable :: imbalances(:, :)
     integer :: i
 
     call report%add('units/contact_area', area_unit(problem%deck))
     call report%add('units/moment', moment_unit(problem%deck))
     call create_resultant_map(problem, map)
-    imbalances = problem%rows%unit_imbalances(problem%mesh%coordinates)
     do i = 1, size(states)
       multipliers = ieee_value(1.0_rk, ieee_quiet_nan)
       if (states(i)%reason == reason_converged) multipliers = states(i)%multipliers
-      call report_point(map, problem%rows%areas, imbalances, multipliers, 'points/' // to_text(i) // '/contacts/', report)
+      call report_point(map, problem%rows%areas, multipliers, 'points/' // to_text(i) // '/contacts/', report)
     end do
   end subroutine report_resultants
 
   !> A numbered entry per contact: names may hold what a key may not.
-  subroutine report_point(map, row_areas, imbalances, multipliers, group, report)
+  subroutine report_point(map, row_areas, multipliers, group, report)
     type(resultant_map_t), intent(in) :: map
     !> shape (n_rows)
     real(rk), intent(in) :: row_areas(:)
-    !> [length] moments of both sides of each row, shape (n_moments, n_rows)
-    real(rk), intent(in) :: imbalances(:, :)
     real(rk), intent(in) :: multipliers(:)
     !> with its last slash
     character(*), intent(in) :: group
     type(run_report_t), intent(inout) :: report
     real(rk) :: areas(map%n_entries()), forces(size(map%unit_forces, 1), map%n_entries())
-    real(rk) :: moments(map%n_moments(), map%n_entries())
+    real(rk) :: moments(map%n_moments(), map%n_entries()), imbalances(map%n_moments(), map%n_entries())
     integer :: i
 
     call map%evaluate(row_areas, multipliers, areas, forces, moments)
+    imbalances = map%imbalances(multipliers)
     do i = 1, map%n_entries()
       call report%add(group // to_text(i) // '/surfaces', map%names(i)%text)
       call report%add(group // to_text(i) // '/area', areas(i))
       call report%add(group // to_text(i) // '/force', forces(:, i))
       call report%add(group // to_text(i) // '/moment', moments(:, i))
-      call report%add(group // to_text(i) // '/moment_imbalance', &
-        matmul(imbalances, merge(multipliers, 0.0_rk, map%entries == i .and. .not. multipliers <= 0)))
+      call report%add(group // to_text(i) // '/moment_imbalance', imbalances(:, i))
     end do
   end subroutine report_point
 end module sig_resultants_of_contact

@@ -236,3 +236,43 @@ def test_pressed_blocks(signorom, library, post, tmp_path, name):
         [[float(value) for value in line[1].split()] for line in lines],
         together(found.areas, found.forces, found.moments),
     )
+
+
+@pytest.mark.parametrize("n_dim", [2, 3])
+def test_pairs_aside_leave_a_moment(signorom, tmp_path, n_dim):
+    """Pairs of nodes 0.02 aside, nu = 0: p = E stroke / 2 on both faces, and both forces make the couple 0.02 p A.
+
+    The force on the upper block, p A upwards, stands to the right: about z in the plane, about -y in space.
+    """
+    aside, mesh = 0.02, Mesh()
+    for name, start, floor, side in (("lower", 0.0, -1.0, 1), ("upper", aside, 0.0, 0)):
+        faces = {(n_dim - 1, side): f"{name}_face", (n_dim - 1, 1 - side): "bottom" if side else "top"}
+        lines = [np.linspace(0, 1, 4)] * (n_dim - 1) + [np.linspace(floor, floor + 1, 3)]
+        lines[0] = lines[0] + start
+        mesh.add_block(name, lines, {2: "Q4", 3: "H8"}[n_dim], faces)
+    mesh.write(tmp_path / "blocks.msh")
+    held = {2: "x: 0, y: 0", 3: "x: 0, y: 0, z: 0"}[n_dim]
+    deck = tmp_path / "aside.yaml"
+    deck.write_text(f"""mesh: {{file: blocks.msh, model: {"plane_strain" if n_dim == 2 else "solid"}}}
+parameters: {{stroke: {{min: 0.05, max: {STROKE}}}}}
+materials: {{block: {{regions: [lower, upper], young_modulus: {YOUNG_MODULUS}, poisson_ratio: 0}}}}
+boundary_conditions:
+  - {{boundary: bottom, displacement: {{{held}}}}}
+  - {{boundary: top, displacement: {{{held[:-1]}-stroke}}}}
+contact:
+  - {{first: lower_face, second: upper_face, direction: {[0] * (n_dim - 1) + [1]}, pairing_tolerance: 0.1}}
+training: {{grid: {{stroke: 2}}}}
+output: {{points: [{{stroke: {STROKE}}}]}}
+""")
+    signorom("run", deck, folder=tmp_path)
+    couple = aside * YOUNG_MODULUS * STROKE / 2
+    known = np.array([couple] if n_dim == 2 else [0, -couple, 0])
+    report = yaml.safe_load((tmp_path / "results/aside/report.yaml").read_text())
+    assert_close([np.array(report["points"]["1"]["contacts"]["1"]["moment_imbalance"])], [known], EXACT)
+    model = tmp_path / "results/aside/model.h5"
+    (tmp_path / "points.csv").write_text(f"stroke\n{STROKE}\n")
+    signorom("predict", model, "--points", "points.csv", "--output", "answers.csv", folder=tmp_path)
+    table = read_table(tmp_path / "answers.csv")
+    names = [""] if n_dim == 2 else ["_x", "_y", "_z"]
+    told = np.array([table[f"contact_1_moment_imbalance{name}"][0] for name in names])
+    assert_close([told], [known], EXACT)

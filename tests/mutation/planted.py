@@ -246,7 +246,7 @@ PLANTED = [
     ),
     Planted(
         SRC + "workflow/resultants_of_contact.f90",
-        "map%unit_moments(:, k) = imbalances(:, k) - map%unit_moments(:, k)",
+        "map%unit_moments(:, k) = map%unit_imbalances(:, k) - map%unit_moments(:, k)",
         "map%unit_moments(:, k) = map%unit_moments(:, k)",
         "where sides were swapped the moment is that on the second surface",
         "integration.test_swapped_sides",

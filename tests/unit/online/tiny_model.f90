@@ -53,6 +53,7 @@ contains
     model%resultants%entries = [1, 1, 2]
     model%resultants%unit_forces = reshape([0.0_rk, -1.0_rk, 0.6_rk, -0.8_rk, 1.0_rk, 0.0_rk], [2, 3])
     model%resultants%unit_moments = reshape([0.0_rk, -0.8_rk, -3.0_rk], [1, 3])
+    model%resultants%unit_imbalances = reshape([0.0_rk, 0.1_rk, 0.0_rk], [1, 3])
     model%gap = reshape([1.0_rk, 3.0_rk, 2.0_rk, 0.0_rk, 0.0_rk, 0.0_rk], [3, 2])
     model%pod_tolerance = 1.0e-8_rk
     model%dirichlet = 'elastic_lifting'

@@ -116,7 +116,9 @@ def test_each_cluster_has_a_column() -> None:
 def test_each_contact_has_a_table() -> None:
     """Points without an answer, and reports that say something else, do no harm."""
     answered = {"surfaces": "foot - floor", "area": 0.75, "force": [0.0, -12.5], "moment": [-6.25]}
+    answered["moment_imbalance"] = [0.5]
     refused = answered | {"area": float("nan"), "force": [float("nan")] * 2, "moment": [float("nan")]}
+    del refused["moment_imbalance"]  # as in reports of earlier programs
     report = {
         "units": {"contact_area": "m", "force": "N/m", "moment": "N*m/m"},
         "points": {
@@ -126,9 +128,9 @@ def test_each_contact_has_a_table() -> None:
         },
     }
     assert format_summary(report).strip().splitlines() == [
-        "Contact 1: foot - floor  area [m]  force [N/m]  moment [N*m/m]",
-        "  p = 2 Pa               0.75      0; -12.5     -6.25",
-        "  p = 13 Pa              nan       nan; nan     nan",
+        "Contact 1: foot - floor  area [m]  force [N/m]  moment [N*m/m]  of both sides [N*m/m]",
+        "  p = 2 Pa               0.75      0; -12.5     -6.25           0.5",
+        "  p = 13 Pa              nan       nan; nan     nan             -",
     ]
 
 

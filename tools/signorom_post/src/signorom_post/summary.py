@@ -115,7 +115,7 @@ def _cluster_table(clusters: dict[str, dict[str, Any]]) -> str:
 
 
 def _contact_tables(report: dict[str, Any]) -> Iterator[str]:
-    """For each contact of the deck a row per full-order point: area that touches, resultant force and its moment."""
+    """For each contact a row per full-order point: area that touches, force, moment, moment of both sides."""
     points = _mapping(report.get("points")).values()
     units = _mapping(report.get("units"))
     tables: dict[str, list[list[str]]] = {}
@@ -123,11 +123,16 @@ def _contact_tables(report: dict[str, Any]) -> Iterator[str]:
         for number, contact in _mapping(point.get("contacts")).items():
             contact = _mapping(contact)
             heading = f"Contact {number}: {_value(contact.get('surfaces'))}"
-            values = [_value(contact.get(key)) for key in ("area", "force", "moment")]
+            values = [_value(contact.get(key)) for key in ("area", "force", "moment", "moment_imbalance")]
             tables.setdefault(heading, []).append([f"  {_value(point.get('point'))}", *values])
     titles = [
         f"{name} [{units.get(key, ABSENT)}]"
-        for name, key in (("area", "contact_area"), ("force", "force"), ("moment", "moment"))
+        for name, key in (
+            ("area", "contact_area"),
+            ("force", "force"),
+            ("moment", "moment"),
+            ("of both sides", "moment"),
+        )
     ]
     for heading, rows in tables.items():
         cells = [[heading, *titles], *rows]
