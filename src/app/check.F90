@@ -17,8 +17,10 @@ module sig_check
   use sig_point_argument, only: parse_point
   use sig_point_checks, only: check_points
   use sig_problem, only: inert_pair_names, parameter_names, problem_t
+  use sig_row_condition, only: condition_of_rows
   use sig_session, only: session_t
   use sig_solver_plan, only: plan_text
+  use sig_surface_pair, only: short_text
   use sig_text, only: counted, join, string_t, to_text
   use petsc
   implicit none(type, external)
@@ -147,6 +149,8 @@ contains
     do i = 1, size(contact)
       text = text // new_line('a') // '# ' // contact(i)%text
     end do
+    if (problem%rows%n_rows > 0) text = text // new_line('a') // '# condition number of the contact matrix B: ' // &
+      short_text(condition_of_rows(problem%rows, problem%boundary%is_prescribed))
     text = text // new_line('a') // '# ' // plan_text(problem%plan)
     do i = 1, size(problem%contact_notes)
       text = text // new_line('a') // '# note: ' // problem%contact_notes(i)%text

@@ -15,6 +15,7 @@ module sig_stage_report
   use sig_reasons, only: reason_converged, reason_text
   use sig_reporting, only: report_deck, report_reactions, report_sizes, report_states
   use sig_resultants_of_contact, only: report_resultants
+  use sig_row_condition, only: condition_of_rows
   use sig_run_report, only: run_report_t
   use sig_session, only: session_t
   use sig_text, only: string_t
@@ -39,6 +40,7 @@ contains
     call report%add('solver/reason', problem%plan%why)
     call report%add('solver/notes', problem%notes)
     call report%add('contact/notes', problem%contact_notes)
+    call report%add('contact/condition_number', condition_of_rows(problem%rows, problem%boundary%is_prescribed))
     call report%add('solver/warnings', problem%warnings)
     call report%add('provenance', problem%provenance)
     call report%add('stiffness/depends_on_parameters', .not. problem%has_fixed_stiffness)

@@ -84,7 +84,7 @@ contains
     end do
   end subroutine evaluate
 
-  !> [force*length] Moments of the forces on both surfaces of each entry together: zero where they touch, shape (n_moments, n_entries).
+  !> [force*length] Moments of the forces on both surfaces of each entry together, shape (n_moments, n_entries).
   pure function imbalances(self, multipliers)
     class(resultant_map_t), intent(in) :: self
     !> [force] shape (n_multipliers)

@@ -252,6 +252,12 @@ PLANTED = [
         "integration.test_swapped_sides",
     ),
     Planted(
+        SRC + "contact/row_condition.f90",
+        "if (j > 1) next = next - beside * last",
+        "if (j > 2) next = next - beside * last",
+        "the second direction of the search keeps part of the first",
+    ),
+    Planted(
         SRC + "contact/obstacle_gap.f90",
         "if (.not. abs(direction(i)) < 1) cycle",
         "if (.not. abs(direction(i)) < 1 .or. i == 2 .and. size(direction) == 3) cycle",

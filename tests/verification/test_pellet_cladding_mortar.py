@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Case b with 100 cells of the pellet facing 73 of the cladding: reduced models on rows that mortar makes."""
 
+import itertools
+import re
 import shutil
 
 import numpy as np
@@ -63,6 +65,34 @@ def test_default_model_is_exact(signorom, tmp_path, figures, meshes):
     expected = read_snapshots(tmp_path / "results" / NAME / "snapshots.h5")["multipliers"]
     worst = (np.linalg.norm(found - expected, axis=1) / np.linalg.norm(expected, axis=1)).max()
     figures.at_most(MORTAR, "forces of the default model", worst, 1e-9, "solver active_set")
+
+
+def line_mortar(n_first, n_second):
+    """Rows of dual mortar contact of two lines from 0 to 1: owners, then shares, by two Gauss points per common part."""
+    first, second = np.linspace(0, 1, n_first + 1), np.linspace(0, 1, n_second + 1)
+    cuts = np.union1d(first, second)
+    shares = np.zeros((n_first + 1, n_second + 1))
+    areas = np.zeros(n_first + 1)
+    for start, end in itertools.pairwise(cuts):
+        for place in (start + end + np.array([-1, 1]) * (end - start) / np.sqrt(3)) / 2:
+            i, k = np.searchsorted(first, place) - 1, np.searchsorted(second, place) - 1
+            s, t = place * n_first - i, place * n_second - k
+            # 2 N_1 - N_2 and 2 N_2 - N_1 are dual to the linear functions of an edge
+            dual = np.array([2 - 3 * s, 3 * s - 1]) * (end - start) / 2
+            areas[i : i + 2] += dual
+            shares[i : i + 2, k : k + 2] += np.outer(dual, [1 - t, t])
+    return np.hstack([np.eye(n_first + 1), -shares / areas[:, None]])
+
+
+def test_condition_number_of_the_rows(signorom, tmp_path, figures, meshes):
+    """On straight edges of a cylinder 2 pi r cancels: rows of two lines, whose ends are as free as their middles."""
+    expected = np.linalg.cond(line_mortar(100, N_COARSE))
+    deck = write_case(tmp_path, meshes["mortar"], {})
+    said = signorom("check", deck, folder=tmp_path)
+    (found,) = re.findall(r"# condition number of the contact matrix B: ([\d.]+)", said)
+    figures.compare(
+        MORTAR, "condition number of B", float(found), expected, 1e-3, "rows by NumPy; elsewhere: 1.5"
+    )
 
 
 def test_hyper_reduction_is_as_with_matching_nodes(signorom, tmp_path, figures, meshes):

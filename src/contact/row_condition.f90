@@ -1,0 +1,71 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> How well forces and gaps of contact rows determine each other: the condition number of B.
+!>
+!> Of pairs of nodes B B' is twice the identity. Rows of mortar contact share nodes of the second side.
+module sig_row_condition
+  use sig_condition_number, only: condition_of_values
+  use sig_contact_rows, only: contact_rows_t
+  use sig_kinds, only: rk
+  use sig_random_numbers, only: random_t
+  use sig_singular_values, only: singular_values
+  implicit none(type, external)
+  private
+  public :: condition_of_rows
+
+contains
+
+  !> [-] Largest over smallest singular value of B on the free displacements; 1 without rows, infinite beyond 1e6.
+  !>
+  !> By Lanczos steps on B B' from a random vector; directions that come back for want of orthogonality repeat values that are there
+  !> (Golub and Van Loan, Matrix Computations, 10.3). They end where ten more change the result by less than 1e-5.
+  function condition_of_rows(rows, is_prescribed) result(kappa)
+    type(contact_rows_t), intent(in) :: rows
+    !> natural dofs, shape (n_dofs)
+    logical, intent(in) :: is_prescribed(:)
+    real(rk) :: kappa
+    integer, parameter :: most_steps = 200, stride = 10
+    !> [-] relative: of the result, of what is left of a vector, of the smallest value of B B' that counts
+    real(rk), parameter :: good_enough = 1.0e-5_rk, rounding = 1.0e-13_rk, smallest = 1.0e-12_rk
+    real(rk) :: before, beside, last(rows%n_rows), next(rows%n_rows), now(rows%n_rows)
+    real(rk), allocatable :: matrix(:, :)
+    integer :: j, rank
+    logical :: is_end
+
+    kappa = 1
+    if (rows%n_rows == 0) return
+    allocate (matrix(most_steps + 1, most_steps + 1), source=0.0_rk)
+    now = 0
+    next = random_vector(rows%n_rows)
+    beside = norm2(next)
+    do j = 1, most_steps
+      last = now
+      now = next / beside
+      next = rows%apply(merge(0.0_rk, rows%apply_transpose(now, size(is_prescribed)), is_prescribed))
+      if (j > 1) next = next - beside * last
+      matrix(j, j) = dot_product(now, next)
+      next = next - matrix(j, j) * now
+      beside = norm2(next)
+      is_end = beside <= rounding * maxval(abs(matrix(:j, j))) .or. j == most_steps
+      if (is_end .or. mod(j, stride) == 0) then
+        before = kappa
+        call condition_of_values(singular_values(matrix(:j, :j)), j, smallest, kappa, rank)
+        kappa = sqrt(kappa)
+        if (is_end .or. abs(kappa - before) < good_enough * kappa) exit
+      end if
+      matrix(j, j + 1) = beside
+      matrix(j + 1, j) = beside
+    end do
+  end function condition_of_rows
+
+  function random_vector(n) result(values)
+    integer, intent(in) :: n
+    real(rk) :: values(n)
+    type(random_t) :: random
+    integer :: i
+
+    do i = 1, n
+      call random%fraction(values(i))
+    end do
+    values = values - 0.5_rk
+  end function random_vector
+end module sig_row_condition
