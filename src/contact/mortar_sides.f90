@@ -10,6 +10,7 @@ module sig_mortar_sides
   use sig_k_d_tree, only: k_d_tree_t
   use sig_kinds, only: rk
   use sig_mesh, only: mesh_t, nodes_of_facet
+  use sig_mesh_axis, only: ends_on_axis
   use sig_surface_geometry, only: surface_geometry_t
   implicit none(type, external)
   private
@@ -97,8 +98,6 @@ contains
   pure subroutine find_changed(side, is_round)
     type(mortar_side_t), intent(inout) :: side
     logical, intent(in), optional :: is_round
-    !> [-] of the edge's extent: a node that near to the axis is on it
-    real(rk), parameter :: rounding = 1.0e-9_rk
     integer :: i, last_type
 
     allocate (side%is_changed(side%n_facets), source=.false.)
@@ -112,7 +111,7 @@ contains
     if (.not. is_round) return
     do i = 1, side%n_facets
       associate (radii => side%vertices(1, side%offsets(i) + 1:side%offsets(i + 1)))
-        if (element_types(side%types(i))%order > 1) side%is_changed(i) = minval(radii) <= rounding * maxval(radii)
+        if (element_types(side%types(i))%order > 1) side%is_changed(i) = ends_on_axis(radii)
       end associate
     end do
   end subroutine find_changed

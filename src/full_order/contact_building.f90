@@ -3,15 +3,14 @@
 module sig_contact_building
   use sig_boundary_conditions, only: boundary_conditions_t
   use sig_contact_rows, only: contact_rows_t
-  use sig_deck_config, only: contact_config_t, deck_config_t
+  use sig_deck_config, only: deck_config_t
   use sig_elastic_body, only: elastic_body_t
   use sig_errors, only: error_t
   use sig_initial_gap, only: set_initial_gaps
-  use sig_mesh, only: find_group, mesh_t
+  use sig_mesh, only: mesh_t
   use sig_mortar_rows, only: add_mortar_rows
   use sig_node_pair_rows, only: areas_of_pairs, create_node_pair_rows
   use sig_node_pairs, only: find_node_pairs, node_pairs_t
-  use sig_quadratic_contact, only: check_axis, first_weak_facet
   use sig_term_set, only: term_set_t
   use sig_text, only: append_text, string_t, to_text
   implicit none(type, external)
@@ -37,37 +36,22 @@ contains
     type(error_t), allocatable, intent(out) :: error
     type(node_pairs_t) :: pairs
     character(:), allocatable :: cover
-    logical, allocatable :: is_paired(:)
+    type(string_t), allocatable :: why_mortar(:)
     integer :: i
 
     allocate (notes(0))
     is_swapped = .false.
-    call find_node_pairs(mesh, deck%contact, deck%path, pairs, error, is_paired)
+    call find_node_pairs(mesh, body%mechanics%is_round, deck%contact, deck%path, pairs, error, why_mortar)
     if (allocated(error)) return
-    if (body%mechanics%is_round) call check_axis(mesh, deck%contact, is_paired, deck%path, error)
-    if (.not. allocated(error)) call set_initial_gaps(mesh, deck%contact, deck%path, terms, pairs, error)
+    call set_initial_gaps(mesh, deck%contact, deck%path, terms, pairs, error)
     if (allocated(error)) return
     call create_node_pair_rows(pairs, areas_of_pairs(mesh, body, deck%contact, pairs), terms%n_terms(), rows)
     do i = 1, size(deck%contact)
-      if (is_paired(i)) cycle
+      if (len(why_mortar(i)%text) == 0) cycle
       call add_mortar_rows(mesh, body%mechanics, deck%contact, i, deck%path, boundary%is_prescribed, terms, rows, cover, &
         is_swapped(i), error)
       if (allocated(error)) return
-      call append_text(notes, 'contact[' // to_text(i) // ']: mortar, ' // why_mortar(mesh, deck%contact(i)) // ': ' // cover)
+      call append_text(notes, 'contact[' // to_text(i) // ']: mortar, ' // why_mortar(i)%text // ': ' // cover)
     end do
   end subroutine build_contact_rows
-
-  pure function why_mortar(mesh, entry) result(text)
-    type(mesh_t), intent(in) :: mesh
-    type(contact_config_t), intent(in) :: entry
-    character(:), allocatable :: text
-
-    text = 'as the deck says'
-    if (entry%formulation /= 'auto') return
-    text = 'because the nodes do not face each other one to one'
-    associate (first => mesh%groups(find_group(mesh, entry%first%text)), second => mesh%groups(find_group(mesh, entry%second%text)))
-      if (first_weak_facet(mesh, [first%entities, second%entities]) > 0) text = &
-        'because pairs of nodes cannot take faces of six or eight nodes'
-    end associate
-  end function why_mortar
 end module sig_contact_building

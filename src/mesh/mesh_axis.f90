@@ -7,10 +7,7 @@ module sig_mesh_axis
   use sig_text, only: to_text
   implicit none(type, external)
   private
-  public :: check_radii
-
-  !> [-] of the largest coordinate: a node that far behind the axis is on it but for rounding
-  real(rk), parameter :: rounding = 1.0e-12_rk
+  public :: check_radii, ends_on_axis
 
 contains
 
@@ -20,6 +17,8 @@ contains
     !> mesh file, for messages
     character(*), intent(in) :: path
     type(error_t), allocatable, intent(out) :: error
+    !> [-] of the largest coordinate: a node that far behind the axis is on it but for rounding
+    real(rk), parameter :: rounding = 1.0e-12_rk
     integer :: i_node
 
     i_node = minloc(mesh%coordinates(1, :), dim=1)
@@ -31,4 +30,14 @@ contains
       mesh%coordinates(1, :) = max(0.0_rk, mesh%coordinates(1, :))
     end if
   end subroutine check_radii
+
+  !> An edge has a node on the axis.
+  pure logical function ends_on_axis(radii)
+    !> [length] of its nodes
+    real(rk), intent(in) :: radii(:)
+    !> [-] of the edge's extent: a node that near to the axis is on it
+    real(rk), parameter :: rounding = 1.0e-9_rk
+
+    ends_on_axis = minval(radii) <= rounding * maxval(radii)
+  end function ends_on_axis
 end module sig_mesh_axis

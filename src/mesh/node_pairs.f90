@@ -5,8 +5,10 @@ module sig_node_pairs
   use sig_errors, only: error_t
   use sig_kinds, only: rk
   use sig_mesh, only: mesh_t
+  use sig_quadratic_contact, only: check_axis, first_weak_facet
   use sig_surface_pair, only: pairing_t, surface_pair_t
   use sig_surface_pairing, only: gap_of_pair, open_surfaces, pair_surfaces
+  use sig_text, only: append_text, string_t
   implicit none(type, external)
   private
   public :: node_pairs_t, find_node_pairs
@@ -33,20 +35,23 @@ contains
   !> Cost: O(n log n) in the nodes of the surfaces.
   !>
   !> Errors: unknown surface, a direction of no use, surfaces that do not face each other, nodes without partner, a node in two
-  !> pairs; with the entry's place in the deck.
-  pure subroutine find_node_pairs(mesh, contact, deck_path, pairs, error, is_paired)
+  !> pairs, quadratic facets that pairs cannot take; with the entry's place in the deck.
+  pure subroutine find_node_pairs(mesh, is_round, contact, deck_path, pairs, error, why_mortar)
     type(mesh_t), intent(in) :: mesh
+    !> it turns around the axis x = 0
+    logical, intent(in) :: is_round
     type(contact_config_t), intent(in) :: contact(:)
     character(*), intent(in) :: deck_path
     type(node_pairs_t), intent(out) :: pairs
     type(error_t), allocatable, intent(out) :: error
-    !> the entry has pairs, otherwise it needs mortar; shape (size(contact)). Without it all entries must have pairs
-    logical, allocatable, intent(out), optional :: is_paired(:)
+    !> why the entry needs mortar, empty where it has pairs; shape (size(contact)). Without it all entries must have pairs
+    type(string_t), allocatable, intent(out), optional :: why_mortar(:)
     type(surface_pair_t) :: surfaces
     type(pairing_t) :: before, pairing
+    character(:), allocatable :: why
     integer :: i_entry
 
-    if (present(is_paired)) allocate (is_paired(size(contact)), source=.true.)
+    if (present(why_mortar)) allocate (why_mortar(0))
     allocate (pairing%partner(mesh%n_nodes), pairing%entry(mesh%n_nodes), source=0)
     allocate (pairing%is_first(mesh%n_nodes), source=.false.)
     allocate (pairing%normals(mesh%n_dim, mesh%n_nodes), source=0.0_rk)
@@ -54,26 +59,40 @@ contains
       call open_surfaces(mesh, contact, i_entry, deck_path, surfaces, error)
       if (allocated(error)) return
       before = pairing
-      if (contact(i_entry)%formulation /= 'mortar') call pair_surfaces(mesh, surfaces, pairing, error)
-      if (present(is_paired)) is_paired(i_entry) = .not. needs_mortar(contact(i_entry), allocated(error))
-      if (present(is_paired) .and. allocated(error)) then
-        if (is_paired(i_entry)) return
-        deallocate (error)
-        pairing = before
+      call pair_entry(mesh, is_round, surfaces, pairing, why, error)
+      if (present(why_mortar)) then
+        call append_text(why_mortar, why)
+        if (len(why) > 0 .and. allocated(error)) deallocate (error)
+        if (len(why) > 0) pairing = before
       end if
       if (allocated(error)) return
     end do
     call collect_pairs(mesh, pairing, pairs)
   end subroutine find_node_pairs
 
-  !> By the deck, or because the nodes could not be paired.
-  pure logical function needs_mortar(entry, has_failed)
-    type(contact_config_t), intent(in) :: entry
-    logical, intent(in) :: has_failed
+  !> Pairs of one entry, or why it needs mortar instead.
+  pure subroutine pair_entry(mesh, is_round, surfaces, pairing, why, error)
+    type(mesh_t), intent(in) :: mesh
+    logical, intent(in) :: is_round
+    type(surface_pair_t), intent(in) :: surfaces
+    type(pairing_t), intent(inout) :: pairing
+    !> empty where the deck wants pairs, errors or not
+    character(:), allocatable, intent(out) :: why
+    type(error_t), allocatable, intent(out) :: error
 
-    needs_mortar = .not. entry%has_obstacle .and. &
-      (entry%formulation == 'mortar' .or. has_failed .and. entry%formulation == 'auto')
-  end function needs_mortar
+    why = 'as the deck says'
+    if (surfaces%entry%formulation == 'mortar') return
+    call pair_surfaces(mesh, surfaces, pairing, error)
+    if (.not. allocated(error)) then
+      if (is_round) call check_axis(mesh, surfaces, error)
+      why = 'because pairs of nodes cannot take an edge of three nodes that ends on the axis'
+    else if (first_weak_facet(mesh, [surfaces%first_facets, surfaces%second_facets]) > 0) then
+      why = 'because pairs of nodes cannot take faces of six or eight nodes'
+    else
+      why = 'because the nodes do not face each other one to one'
+    end if
+    if (.not. allocated(error) .or. surfaces%entry%formulation /= 'auto' .or. surfaces%entry%has_obstacle) why = ''
+  end subroutine pair_entry
 
   pure subroutine collect_pairs(mesh, pairing, pairs)
     type(mesh_t), intent(in) :: mesh

@@ -6,11 +6,12 @@
 !> So it is with 2 pi r at the end of an edge on the axis, where r N_j has the integral 0.
 module sig_quadratic_contact
   use sig_changed_basis, only: has_weak_corners
-  use sig_deck_config, only: contact_config_t, name_config_t
+  use sig_deck_config, only: name_config_t
   use sig_element_types, only: element_type_with, element_types
   use sig_errors, only: error_t
   use sig_kinds, only: rk
-  use sig_mesh, only: find_group, mesh_t, nodes_of_facet
+  use sig_mesh, only: mesh_t, nodes_of_facet
+  use sig_mesh_axis, only: ends_on_axis
   use sig_surface_pair, only: node_text, pairing_t, refuse, surface_pair_t
   implicit none(type, external)
   private
@@ -119,35 +120,34 @@ contains
   end subroutine check_side
 
   !> For axisymmetric models. Errors: a quadratic edge of the first side ends on the axis.
-  pure subroutine check_axis(mesh, contact, is_paired, deck_path, error)
+  pure subroutine check_axis(mesh, surfaces, error)
     type(mesh_t), intent(in) :: mesh
-    type(contact_config_t), intent(in) :: contact(:)
-    !> the entry is in node-to-node contact, shape (size(contact))
-    logical, intent(in) :: is_paired(:)
-    character(*), intent(in) :: deck_path
+    type(surface_pair_t), intent(in) :: surfaces
     type(error_t), allocatable, intent(out) :: error
-    !> [-] of the edge's extent: a node that near to the axis is on it
-    real(rk), parameter :: rounding = 1.0e-9_rk
-    type(surface_pair_t) :: surfaces
-    integer :: i, i_entry
+    character(:), allocatable :: remedy
 
-    surfaces%deck_path = deck_path
-    do i_entry = 1, size(contact)
-      if (.not. is_paired(i_entry)) cycle
-      associate (surface => contact(i_entry)%first, facets => mesh%groups(find_group(mesh, contact(i_entry)%first%text))%entities)
-        surfaces%i_entry = i_entry
-        do i = 1, size(facets)
-          associate (radii => mesh%coordinates(1, nodes_of_facet(mesh, facets(i))))
-            if (size(radii) == 2 .or. minval(radii) > rounding * maxval(radii)) cycle
-          end associate
-          call refuse(surfaces, surface, "the surface '" // surface%text // "' has an edge of three nodes that ends on the " // &
-            'axis; node-to-node contact cannot take it, because a uniform pressure has no force on the node at r = 0', error, &
-            'take formulation: mortar, or mesh the bodies in contact with linear elements (Mesh.ElementOrder = 1)')
-          return
-        end do
+    if (.not. has_quadratic_end(mesh, surfaces%first_facets)) return
+    remedy = 'take formulation: mortar, or mesh the bodies in contact with linear elements (Mesh.ElementOrder = 1)'
+    if (surfaces%entry%has_obstacle) remedy = &
+      'mesh the body with linear elements (Mesh.ElementOrder = 1), or the obstacle as a body'
+    call refuse(surfaces, surfaces%entry%first, "the surface '" // surfaces%entry%first%text // "' has an edge of three nodes " // &
+      'that ends on the axis; node-to-node contact cannot take it, because a uniform pressure has no force on the node at r = 0', &
+      error, remedy)
+  end subroutine check_axis
+
+  !> An edge of three nodes ends on the axis.
+  pure logical function has_quadratic_end(mesh, facets) result(has_end)
+    type(mesh_t), intent(in) :: mesh
+    integer, intent(in) :: facets(:)
+    integer :: i
+
+    has_end = .false.
+    do i = 1, size(facets)
+      associate (radii => mesh%coordinates(1, nodes_of_facet(mesh, facets(i))))
+        has_end = has_end .or. (size(radii) > 2 .and. ends_on_axis(radii))
       end associate
     end do
-  end subroutine check_axis
+  end function has_quadratic_end
 
   pure logical function has_nodes(nodes, wanted)
     integer, intent(in) :: nodes(:)

@@ -22,7 +22,7 @@ program benchmark_pairs
     n = 50 * 2**i
     call shell_mesh(3, n, [0.9_rk, 1.0_rk, 1.0001_rk, 1.1_rk], mesh)
     call cpu_time(start)
-    call find_node_pairs(mesh, [contact], 'benchmark', pairs, error)
+    call find_node_pairs(mesh, .false., [contact], 'benchmark', pairs, error)
     call cpu_time(finish)
     if (allocated(error)) error stop error_report(error)
     print '(i7, a, f7.3, a, f7.3, a)', pairs%n_pairs, ' pairs: ', finish - start, ' s, ', &
