@@ -4,21 +4,15 @@
 import sys
 
 import numpy as np
-from paraview import servermanager, simple
 from paraview.vtk.util.numpy_support import vtk_to_numpy
-
-# what the Xdmf2 reader calls its file and what the others do
-READERS = {"XDMFReader": "FileNames", "Xdmf3ReaderS": "FileName", "Xdmf3ReaderT": "FileName"}
+from paraview_readers import read_with_each
 
 
 def main():
     """Print a line per reader; exit code 1 where an array lacks or has other values."""
     path, expected = sys.argv[1], np.load(sys.argv[2])
     is_good = True
-    for name, option in READERS.items():
-        reader = getattr(simple, name)(**{option: [path]})
-        reader.UpdatePipeline(1.0)
-        grid = grid_of(servermanager.Fetch(reader))
+    for name, _, grid in read_with_each(path):
         wrong = [key for key in expected.files if not is_same(grid, key, expected[key])]
         is_good = is_good and not wrong
         state = "WRONG: " + ", ".join(wrong) if wrong else "ok"
@@ -39,13 +33,6 @@ def is_same(grid, key, values):
     place, name = key.split("/", 1)
     array = (grid.GetPointData() if place == "node" else grid.GetCellData()).GetArray(name)
     return array is not None and np.array_equal(vtk_to_numpy(array), values, equal_nan=True)
-
-
-def grid_of(data):
-    """The only grid in what a reader hands out."""
-    while data.IsA("vtkMultiBlockDataSet"):
-        data = data.GetBlock(0)
-    return data
 
 
 sys.exit(main())

@@ -4,22 +4,16 @@
 import sys
 
 import numpy as np
-from paraview import servermanager, simple
 from paraview.vtk.util.numpy_support import vtk_to_numpy
-
-# what the Xdmf2 reader calls its file and what the others do
-READERS = {"XDMFReader": "FileNames", "Xdmf3ReaderS": "FileName", "Xdmf3ReaderT": "FileName"}
+from paraview_readers import read_with_each
 
 
 def main():
     """Print a line per reader and field; exit code 1 where a name or a value is another."""
     fields, expected = sys.argv[1], np.load(sys.argv[2])
     is_good = True
-    for reader_name, option in READERS.items():
-        reader = getattr(simple, reader_name)(**{option: [fields]})
-        reader.UpdatePipeline(1.0)
+    for reader_name, reader, grid in read_with_each(fields):
         information = reader.GetDataInformation()
-        grid = grid_of(servermanager.Fetch(reader))
         places = (
             ("stress", "cells", grid.GetCellData(), information.GetCellDataInformation()),
             ("stress_smoothed", "nodes", grid.GetPointData(), information.GetPointDataInformation()),
@@ -38,13 +32,6 @@ def main():
                 f"largest stress {np.abs(expected[place]).max():.2e}"
             )
     return 0 if is_good else 1
-
-
-def grid_of(data):
-    """The only grid in what a reader hands out."""
-    while data.IsA("vtkMultiBlockDataSet"):
-        data = data.GetBlock(0)
-    return data
 
 
 sys.exit(main())

@@ -174,20 +174,8 @@ contains
     real(rk), parameter :: shares(14) = [-1.0_rk, 0.7_rk, 0.3_rk, -1.0_rk, 0.2_rk, 0.5_rk, 0.3_rk, -1.0_rk, -1.0_rk, 0.7_rk, &
       0.3_rk, -1.0_rk, 0.4_rk, 0.6_rk]
     real(rk), parameter :: normal(2) = [0.28_rk, 0.96_rk]
-    type(boundary_conditions_t) :: boundary
-    type(contact_rows_t) :: rows
-    real(rk) :: gap(5, 2), areas(5)
-    integer :: entries(5), i
 
-    call hold_oblique(case, boundary, ierr)
-    gap = 0
-    gap(:, 1) = [0.05_rk, 0.12_rk, 0.01_rk, 0.02_rk, 0.15_rk]
-    areas = 1
-    entries = 1
-    call create_contact_rows(spread(1, 1, 5), n_second, [(node_at(case%stack, merge(1, 2, shares(i) < 0), columns(i), &
-      merge(2, 0, shares(i) < 0)), i=1, size(columns))], spread(normal, 2, size(shares)) * spread(-shares, 1, 2), gap, areas, &
-      entries, rows)
-    PetscCall(case%system%create(comm, case%mesh, case%body, boundary, rows, ierr))
+    PetscCall(create_with_rows(comm, case, spread(1, 1, 5), n_second, columns, shares > 0, spread(normal, 2, size(shares)) * spread(-shares, 1, 2), ierr))
   end subroutine create_patches
 
   !> The oblique blocks, with the second and the fourth node below as middles of the sides of quadratic faces, between the first and
@@ -206,20 +194,34 @@ contains
       .false., .false., .false., .false., .true., .true.]
     real(rk), parameter :: normals(2, 2) = reshape([0.28_rk, 0.96_rk, -0.6_rk, 0.8_rk], [2, 2])
     integer, parameter :: of_row(16) = [1, 1, 1, 2, 2, 2, 2, 2, 1, 1, 2, 2, 2, 1, 1, 1]
+
+    PetscCall(create_with_rows(comm, case, n_first, n_second, columns, is_above, normals(:, of_row) * spread(weights, 1, 2), ierr))
+  end subroutine create_corners
+
+  !> The oblique blocks with other rows: of the nodes of each row the column, above the interface or below it, and their part of B.
+  !> Collective on comm.
+  subroutine create_with_rows(comm, case, n_first, n_second, columns, is_above, weights, ierr)
+    MPI_Comm, intent(in) :: comm
+    type(case_t), intent(out) :: case
+    !> shape (5)
+    integer, intent(in) :: n_first(:), n_second(:)
+    integer, intent(in) :: columns(:)
+    logical, intent(in) :: is_above(:)
+    !> [-] shape (2, size(columns))
+    real(rk), intent(in) :: weights(:, :)
+    PetscErrorCode, intent(out) :: ierr
     type(boundary_conditions_t) :: boundary
     type(contact_rows_t) :: rows
-    real(rk) :: gap(5, 2), areas(5)
-    integer :: entries(5), i
+    real(rk) :: gap(5, 2)
+    integer :: i
 
     call hold_oblique(case, boundary, ierr)
     gap = 0
     gap(:, 1) = [0.05_rk, 0.12_rk, 0.01_rk, 0.02_rk, 0.15_rk]
-    areas = 1
-    entries = 1
     call create_contact_rows(n_first, n_second, [(node_at(case%stack, merge(2, 1, is_above(i)), columns(i), &
-      merge(0, 2, is_above(i))), i=1, size(columns))], normals(:, of_row) * spread(weights, 1, 2), gap, areas, entries, rows)
+      merge(0, 2, is_above(i))), i=1, size(columns))], weights, gap, spread(1.0_rk, 1, 5), spread(1, 1, 5), rows)
     PetscCall(case%system%create(comm, case%mesh, case%body, boundary, rows, ierr))
-  end subroutine create_corners
+  end subroutine create_with_rows
 
   !> Mesh, bodies and pairs. Local, but a step of a create procedure.
   subroutine start(stack, poisson_ratio, direction, case, ierr)
