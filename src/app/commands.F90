@@ -11,7 +11,7 @@ module sig_commands
   use sig_forest_training, only: need_forest_tool, warn_of_missing_tool
   use sig_kinds, only: rk
   use sig_log, only: is_log_shown, log_error, log_info, lost_output, start_log
-  use sig_materials, only: need_fixed_stiffness
+  use sig_materials, only: check_model_stiffness
   use sig_memory_check, only: start_linear_algebra
   use sig_point_argument, only: parse_point
   use sig_predict, only: predict
@@ -112,7 +112,7 @@ contains
     is_run = command%name == 'run'
     points = session%deck%output%points
     if (command%at /= '') call parse_point(command%at, parameter_names(session%deck), points, error)
-    if (is_run .and. .not. allocated(error)) call need_fixed_stiffness(session%deck, error)
+    if (is_run .and. .not. allocated(error)) call check_model_stiffness(session%deck, error)
     if ((is_run .or. command%name == 'train') .and. .not. allocated(error)) then
       PetscCall(need_forest_tool(session%deck, error, ierr))
     else if (command%name == 'sample') then

@@ -12,7 +12,7 @@ module sig_study
   use sig_greedy_record, only: training_points
   use sig_kinds, only: rk
   use sig_log, only: log_info, log_warning
-  use sig_materials, only: need_fixed_stiffness
+  use sig_materials, only: check_model_stiffness
   use sig_model, only: model_t
   use sig_condensed_plan, only: needs_displacements
   use sig_model_building, only: build_model
@@ -77,7 +77,7 @@ contains
 
     call need_training(session, error)
     ierr = 0
-    if (.not. allocated(error)) call need_fixed_stiffness(session%deck, error)
+    if (.not. allocated(error)) call check_model_stiffness(session%deck, error)
     if (.not. allocated(error)) then
       PetscCall(session%full_order%load(session%deck, error, ierr))
     end if
@@ -166,7 +166,7 @@ contains
     real(rk), allocatable :: points(:, :)
 
     ierr = 0
-    call need_fixed_stiffness(session%deck, error)
+    call check_model_stiffness(session%deck, error)
     if (allocated(error)) then
       continue
     else if (.not. session%deck%has_test) then

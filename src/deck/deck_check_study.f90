@@ -38,6 +38,9 @@ contains
       'is ' // to_text(config%reduction%max_full_order_size) // ' MB; it must not be negative (0 = keep none)')
     if (config%reduction%max_transforms_size < 0) call tree%report_at('reduction.max_transforms_size', &
       'is ' // to_text(config%reduction%max_transforms_size) // ' MB; it must not be negative (0 = keep none)')
+    if (.not. (config%reduction%stiffness_tolerance > 0 .and. config%reduction%stiffness_tolerance < 1)) call tree%report_at( &
+      'reduction.stiffness_tolerance', 'is ' // to_text(config%reduction%stiffness_tolerance) // &
+      '; it must be greater than 0 and less than 1')
     if (.not. config%accepted_error > 0) call tree%report_at('validation.accept', &
       'is ' // to_text(config%accepted_error) // '; it must be greater than 0')
     call check_clusters(tree, config)

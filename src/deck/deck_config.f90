@@ -317,6 +317,8 @@ module sig_deck_config
     real(rk) :: max_full_order_size = 64
     !> [MB] >= 0 that a condensed model may spend on pivot transforms, which make its answers fast; default 256
     real(rk) :: max_transforms_size = 256
+    !> [-] between 0 and 1: relative error of the contact forces that interpolation over elastic constants may make; default 1.0e-6
+    real(rk) :: stiffness_tolerance = 1.0e-6_rk
     !> [-] certificate.max_error: > 0; 0 = none; < 0 = auto (default)
     real(rk) :: max_error = -1
   end type reduction_config_t

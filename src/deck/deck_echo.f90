@@ -279,6 +279,7 @@ contains
       '  displacement: ' // displacement_text(reduction%displacement) // eol // &
       '  max_full_order_size: ' // to_text(reduction%max_full_order_size) // eol // &
       '  max_transforms_size: ' // to_text(reduction%max_transforms_size) // eol // &
+      '  stiffness_tolerance: ' // to_text(reduction%stiffness_tolerance) // eol // &
       'certificate: {max_error: ' // limit_text(reduction%max_error) // '}' // eol
   end function reduction_section
 

@@ -54,6 +54,7 @@ contains
     call read_displacement(tree, i_reduction, reduction%displacement)
     call get_number(tree, i_reduction, 'max_full_order_size', .false., reduction%max_full_order_size)
     call get_number(tree, i_reduction, 'max_transforms_size', .false., reduction%max_transforms_size)
+    call get_number(tree, i_reduction, 'stiffness_tolerance', .false., reduction%stiffness_tolerance)
     call tree%close_mapping(i_reduction)
   end subroutine read_reduction
 

@@ -43,8 +43,6 @@ contains
     body%model = model
     body%mechanics = mechanical_model(model)
     body%material_of_cell = material_of_cell
-    allocate (body%hooke(n_strains(model), n_strains(model), size(young_moduli)))
-    allocate (body%stress_matrix(n_stresses, n_strains(model), size(young_moduli)))
     call body%set_moduli(young_moduli, poisson_ratios)
     do i_type = 1, n_element_types
       if (element_types(i_type)%n_dim == 0) cycle
@@ -53,7 +51,7 @@ contains
     end do
   end subroutine create_elastic_body
 
-  !> Other values for the same materials.
+  !> Other values, for the same materials or others.
   subroutine set_moduli(self, young_moduli, poisson_ratios)
     class(elastic_body_t), intent(inout) :: self
     !> [force/length**2] shape (n_materials)
@@ -62,6 +60,9 @@ contains
     real(rk), intent(in) :: poisson_ratios(:)
     integer :: i
 
+    if (allocated(self%hooke)) deallocate (self%hooke, self%stress_matrix)
+    allocate (self%hooke(n_strains(self%model), n_strains(self%model), size(young_moduli)))
+    allocate (self%stress_matrix(n_stresses, n_strains(self%model), size(young_moduli)))
     do i = 1, size(young_moduli)
       self%hooke(:, :, i) = hooke_matrix(self%model, young_moduli(i), poisson_ratios(i))
       self%stress_matrix(:, :, i) = stress_matrix(self%model, young_moduli(i), poisson_ratios(i))

@@ -78,7 +78,9 @@ contains
       i_error = findloc(names == judged_names(i), .true., dim=1)
       if (i_error == 0) cycle
       statistics = summarize(errors(i_error, :))
-      if (statistics%n_values == 0) then
+      if (statistics%n_values == 0 .and. is_measured(names, errors, 'e_lambda_all')) then
+        call append_text(warnings, trim(judged_names(i)) // ' could not be measured: the model has no displacement of all nodes')
+      else if (statistics%n_values == 0) then
         call append_text(warnings, trim(judged_names(i)) // ' could not be measured: there is no contact at any of the ' // &
           to_text(size(errors, 2)) // ' test points')
       else if (statistics%median > largest_median(i)) then
@@ -88,6 +90,21 @@ contains
       end if
     end do
   end function error_warnings
+
+  !> At some point.
+  pure logical function is_measured(names, errors, name)
+    character(*), intent(in) :: names(:)
+    real(rk), intent(in) :: errors(:, :)
+    character(*), intent(in) :: name
+    type(statistics_t) :: statistics
+    integer :: i
+
+    i = findloc(names == name, .true., dim=1)
+    is_measured = i > 0
+    if (i == 0) return
+    statistics = summarize(errors(i, :))
+    is_measured = statistics%n_values > 0
+  end function is_measured
 
   pure function large_error(name, statistic, value, limit) result(text)
     character(*), intent(in) :: name

@@ -12,7 +12,8 @@ module sig_materials
   use sig_text, only: string_t, to_text
   implicit none(type, external)
   private
-  public :: create_material_terms, set_materials, check_materials, has_fixed_stiffness, need_fixed_stiffness
+  public :: add_material_terms, create_material_terms, set_materials, check_materials, check_model_stiffness, has_fixed_stiffness
+  public :: need_fixed_stiffness
   public :: varying_constants, most_points_per_stiffness
 
 contains
@@ -22,16 +23,28 @@ contains
     type(deck_config_t), intent(in) :: deck
     type(string_t), intent(in) :: parameter_names(:)
     type(term_set_t), intent(out) :: terms
-    integer :: i, i_term
+    integer, allocatable :: numbers(:)
 
     call start_terms(parameter_names, [string_t ::], .false., terms)
+    call add_material_terms(deck, terms, numbers)
+  end subroutine create_material_terms
+
+  !> Young's modulus and Poisson's ratio of each material as new terms.
+  pure subroutine add_material_terms(deck, terms, numbers)
+    type(deck_config_t), intent(in) :: deck
+    type(term_set_t), intent(inout) :: terms
+    !> of the terms: modulus and ratio of the first material, of the second, ...
+    integer, allocatable, intent(out) :: numbers(:)
+    integer :: i
+
+    allocate (numbers(2 * size(deck%materials)))
     do i = 1, size(deck%materials)
       associate (e => deck%materials(i)%young_modulus, nu => deck%materials(i)%poisson_ratio)
-        call terms%add_expression(e%text, e%line, e%column, i_term)
-        call terms%add_expression(nu%text, nu%line, nu%column, i_term)
+        call terms%add_expression(e%text, e%line, e%column, numbers(2 * i - 1))
+        call terms%add_expression(nu%text, nu%line, nu%column, numbers(2 * i))
       end associate
     end do
-  end subroutine create_material_terms
+  end subroutine add_material_terms
 
   !> Gives a body the materials of a point, which was checked. Local.
   subroutine set_materials(terms, point, body)
@@ -107,31 +120,46 @@ contains
     n = size(points, 2) / max(1, count_distinct(varying_constants(deck, terms, points)))
   end function per_stiffness
 
-  !> Refuses a deck whose stiffness depends on the parameters: a reduced model projects the stiffness once and for all.
-  subroutine need_fixed_stiffness(deck, error)
+  !> Refuses a deck whose stiffness depends on the parameters where it wants a hyper-reduced model.
+  subroutine check_model_stiffness(deck, error)
     type(deck_config_t), intent(in) :: deck
+    type(error_t), allocatable, intent(out) :: error
+
+    if (deck%reduction%method == 'hhr') then
+      call need_fixed_stiffness(deck, 'reduction.method is hhr, and a hyper-reduced model needs one that does not', error)
+    else if (deck%clusters%number > 1 .or. deck%clusters%target%is_used) then
+      call need_fixed_stiffness(deck, 'clusters are of hyper-reduced models, which need one that does not', error)
+    end if
+  end subroutine check_model_stiffness
+
+  !> Refuses a deck whose stiffness depends on the parameters.
+  subroutine need_fixed_stiffness(deck, reason, error)
+    type(deck_config_t), intent(in) :: deck
+    !> end of the sentence
+    character(*), intent(in) :: reason
     type(error_t), allocatable, intent(out) :: error
     integer :: i
 
     do i = 1, size(deck%materials)
-      call refuse_expression(deck, 'materials.' // deck%materials(i)%name // '.young_modulus', deck%materials(i)%young_modulus, &
-        error)
-      if (allocated(error)) return
-      call refuse_expression(deck, 'materials.' // deck%materials(i)%name // '.poisson_ratio', deck%materials(i)%poisson_ratio, &
-        error)
-      if (allocated(error)) return
+      associate (material => deck%materials(i))
+        call refuse_expression(deck, material%name // '.young_modulus', material%young_modulus, reason, error)
+        if (allocated(error)) return
+        call refuse_expression(deck, material%name // '.poisson_ratio', material%poisson_ratio, reason, error)
+        if (allocated(error)) return
+      end associate
     end do
   end subroutine need_fixed_stiffness
 
-  subroutine refuse_expression(deck, path, value, error)
+  subroutine refuse_expression(deck, key, value, reason, error)
     type(deck_config_t), intent(in) :: deck
-    character(*), intent(in) :: path
+    character(*), intent(in) :: key
     type(value_config_t), intent(in) :: value
+    character(*), intent(in) :: reason
     type(error_t), allocatable, intent(out) :: error
 
-    if (.not. value%is_constant) call make_error(error, path // ' is ''' // value%text // &
-      ''', so the stiffness depends on the parameters; a reduced model needs one that does not', deck%path, value%line, &
-      value%column, 'the commands check, solve and sample take this deck; for train, validate and run make it a number')
+    if (.not. value%is_constant) call make_error(error, 'materials.' // key // ' is ''' // value%text // &
+      ''', so the stiffness depends on the parameters; ' // reason, deck%path, value%line, value%column, &
+      'take reduction.method: condensed, or make it a number')
   end subroutine refuse_expression
 
   !> Refuses points where an elastic constant is not finite or out of its range.

@@ -31,6 +31,8 @@ module sig_point_solver
     real(rk) :: setup_seconds = 0
     !> how often the stiffness was assembled and the solver made ready for it
     integer :: n_stiffnesses = 0
+    !> the solver is made for the stiffness at hand
+    logical, private :: is_ready = .false.
     !> where the solver is another one and a stage asked for the condensed operator
     type(condensed_t), allocatable, private :: condensed
   contains
@@ -39,6 +41,7 @@ module sig_point_solver
     procedure :: solve_points
     procedure :: n_points_at_once
     procedure :: condense
+    procedure :: take_body
     procedure :: lifting
     procedure :: destroy
   end type point_solver_t
@@ -63,6 +66,7 @@ contains
     if (problem%has_fixed_stiffness) then
       PetscCall(self%solver%create(self%system, ierr))
       self%n_stiffnesses = 1
+      self%is_ready = .true.
     end if
     self%setup_seconds = wall_time() - start
   end subroutine create
@@ -78,15 +82,30 @@ contains
     ierr = 0
     if (problem%has_fixed_stiffness) return
     call body_at(problem, point, body)
-    if (self%n_stiffnesses > 0) then
+    if (self%is_ready) then
       if (.not. any(abs(body%stress_matrix - self%body%stress_matrix) > 0)) return
+    end if
+    PetscCall(self%take_body(problem, body, ierr))
+    PetscCall(self%solver%create(self%system, ierr))
+    self%is_ready = .true.
+  end subroutine update_stiffness
+
+  !> Another stiffness in the system; the solver waits for the next point. Collective.
+  subroutine take_body(self, problem, body, ierr)
+    class(point_solver_t), intent(inout) :: self
+    type(problem_t), intent(in) :: problem
+    type(elastic_body_t), intent(in) :: body
+    PetscErrorCode, intent(out) :: ierr
+
+    ierr = 0
+    if (self%is_ready) then
       PetscCall(self%solver%destroy(ierr))
     end if
+    self%is_ready = .false.
     self%body = body
     self%n_stiffnesses = self%n_stiffnesses + 1
     PetscCall(self%system%update_stiffness(problem%mesh, self%body, ierr))
-    PetscCall(self%solver%create(self%system, ierr))
-  end subroutine update_stiffness
+  end subroutine take_body
 
   !> Solves one point and measures its residuals and reactions. Collective. The points were checked before.
   subroutine solve(self, problem, point, state, ierr)
@@ -188,9 +207,10 @@ contains
 
     ierr = 0
     call self%terms%destroy()
-    if (self%n_stiffnesses > 0) then
+    if (self%is_ready) then
       PetscCall(self%solver%destroy(ierr))
     end if
+    self%is_ready = .false.
     if (allocated(self%condensed)) then
       PetscCall(self%condensed%destroy(ierr))
       deallocate (self%condensed)

@@ -17,7 +17,7 @@ module sig_problem
   use sig_kinds, only: rk
   use sig_loads, only: create_loads
   use sig_log, only: log_info, log_warning
-  use sig_materials, only: create_material_terms, has_fixed_stiffness, most_points_per_stiffness, set_materials
+  use sig_materials, only: add_material_terms, create_material_terms, has_fixed_stiffness, most_points_per_stiffness, set_materials
   use sig_mechanical_models, only: coordinate_names, is_plane, mechanical_model, mechanical_model_t
   use sig_mesh, only: mesh_t
   use sig_mesh_checks, only: material_of_cells, nodes_of_boundary, nodes_of_zone
@@ -41,6 +41,8 @@ module sig_problem
     logical :: has_fixed_stiffness = .true.
     !> elastic constants, as functions of the parameters
     type(term_set_t) :: material_terms
+    !> where the stiffness depends on the parameters: young_modulus and poisson_ratio of each material among the terms below
+    integer, allocatable :: constant_terms(:)
     !> prescribed displacements and loads, and the terms that they are made of
     type(boundary_conditions_t) :: boundary
     type(term_set_t) :: terms
@@ -205,6 +207,8 @@ contains
     if (allocated(error)) return
     call create_loads(problem%mesh, problem%body, deck%loads, deck%path, problem%terms, problem%boundary%loads, error)
     problem%boundary%n_driving_terms = problem%terms%n_terms()
+    allocate (problem%constant_terms(0))
+    if (.not. problem%has_fixed_stiffness) call add_material_terms(deck, problem%terms, problem%constant_terms)
   end subroutine create_driving
 
   !> Contact rows, with the terms of their gaps behind all others.

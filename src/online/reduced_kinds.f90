@@ -4,12 +4,13 @@ module sig_reduced_kinds
   use sig_reduced, only: reduced_t
   use sig_reduced_condensed, only: reduced_condensed_t
   use sig_reduced_hhr, only: reduced_hhr_t
+  use sig_reduced_interpolated, only: reduced_interpolated_t
   use sig_reduced_tied, only: reduced_tied_t
   implicit none(type, external)
   private
   public :: create_reduced
 
-  character(*), parameter, public :: kind_names = 'condensed, hhr, tied'
+  character(*), parameter, public :: kind_names = 'condensed, hhr, interpolated, tied'
 
 contains
 
@@ -23,6 +24,8 @@ contains
       allocate (reduced_condensed_t :: reduced)
     case ('hhr')
       allocate (reduced_hhr_t :: reduced)
+    case ('interpolated')
+      allocate (reduced_interpolated_t :: reduced)
     case ('tied')
       allocate (reduced_tied_t :: reduced)
     case default

@@ -11,21 +11,20 @@
 !> W has the blocks [C, N; -N', 0], a last opening is the force of an anchor, Z_T' F - N' lambda. Openings of anchors and their
 !> forces are scaled by a compliance, so that all unknowns are forces.
 module sig_condensed
+  use sig_contact_responses, only: close_rows, solve_responses
   use sig_contact_solver, only: contact_solver_t
   use sig_contact_state, only: contact_state_t
   use sig_contact_system, only: contact_system_t
-  use sig_free_response, only: factor_without_contact, held_dofs, solve_free_response, solve_lifting
-  use sig_holding, only: anchors_t, find_anchors
+  use sig_holding, only: anchors_t
   use sig_kinds, only: rk
   use sig_lcp, only: lcp_solution_t, lcp_workspace_t, solve_lcp
   use sig_linear_algebra, only: add_product, unit_vector
-  use sig_linear_solver, only: linear_solver_t
   use sig_petsc_support, only: sum_over_ranks
   use sig_reasons, only: reason_converged, reason_no_complementary_solution, reason_pulled_off, reason_ray
   use petsc
   implicit none(type, external)
   private
-  public :: add_row, close_rows, condensed_t
+  public :: condensed_t
 
   type, extends(contact_solver_t) :: condensed_t
     !> reason_converged, or why the stiffness could not be factored
@@ -54,8 +53,6 @@ module sig_condensed
   !> [flop] about half a second
   real(rk), parameter :: work_at_once = 1.0e10_rk
   integer, parameter :: most_points_at_once = 64
-  !> right-hand sides made at a time
-  integer, parameter :: chunk = 64
   !> [-] a load that works less than this share of its parts on a free motion is in equilibrium
   real(rk), parameter :: rounding = 1.0e-12_rk
 
@@ -66,97 +63,20 @@ contains
     class(condensed_t), intent(inout) :: self
     type(contact_system_t), intent(inout) :: system
     PetscErrorCode, intent(out) :: ierr
-    type(linear_solver_t) :: linear_solver
     real(rk), allocatable :: free_closing(:, :)
 
-    PetscCall(factor_without_contact(system, linear_solver, ierr))
-    self%reason = linear_solver%reason
-    if (self%reason == reason_converged) then
-      call find_anchors(system%motions, self%anchors)
-      PetscCall(solve_free_response(system, linear_solver, system%boundary%n_driving_terms, self%free_response, ierr, self%anchors))
-      PetscCall(solve_lifting(system, linear_solver, self%lifting, ierr))
-      PetscCall(solve_contact(self, system, linear_solver, ierr))
-      PetscCall(close_rows(system, self%free_response, free_closing, ierr))
-      PetscCall(close_rows(system, self%contact_response, self%compliance, ierr))
-      self%free_opening = system%rows%gap
-      associate (driven => self%free_opening(:, :size(free_closing, 2)))
-        driven = driven - free_closing
-      end associate
-      call close_anchors(self, system)
-      ! W is symmetric but for rounding
-      if (system%motions%n_free == 0) self%compliance = (self%compliance + transpose(self%compliance)) / 2
-    end if
-    PetscCall(linear_solver%destroy(ierr))
+    PetscCall(solve_responses(system, self%anchors, self%free_response, self%lifting, self%contact_response, self%reason, ierr))
+    if (self%reason /= reason_converged) return
+    PetscCall(close_rows(system, self%free_response, free_closing, ierr))
+    PetscCall(close_rows(system, self%contact_response, self%compliance, ierr))
+    self%free_opening = system%rows%gap
+    associate (driven => self%free_opening(:, :size(free_closing, 2)))
+      driven = driven - free_closing
+    end associate
+    call close_anchors(self, system)
+    ! W is symmetric but for rounding
+    if (system%motions%n_free == 0) self%compliance = (self%compliance + transpose(self%compliance)) / 2
   end subroutine create
-
-  !> H = K^-1 (B' - B_T' N').
-  subroutine solve_contact(self, system, linear_solver, ierr)
-    class(condensed_t), intent(inout) :: self
-    type(contact_system_t), intent(in) :: system
-    type(linear_solver_t), intent(inout) :: linear_solver
-    PetscErrorCode, intent(out) :: ierr
-    real(rk), allocatable :: rhs(:, :)
-    logical, allocatable :: is_held(:)
-    integer :: first, k, last, t
-
-    is_held = held_dofs(system)
-    allocate (self%contact_response(system%map%n_local_dofs, system%rows%n_rows))
-    do first = 1, system%rows%n_rows, chunk
-      last = min(first + chunk - 1, system%rows%n_rows)
-      allocate (rhs(system%map%n_local_dofs, last - first + 1), source=0.0_rk)
-      do k = first, last
-        call add_row(system, is_held, k, 1.0_rk, rhs(:, k - first + 1))
-        do t = 1, size(self%anchors%rows)
-          call add_row(system, is_held, self%anchors%rows(t), -self%anchors%closing(k, t), rhs(:, k - first + 1))
-        end do
-      end do
-      PetscCall(linear_solver%solve_many(rhs, self%contact_response(:, first:last), ierr))
-      deallocate (rhs)
-    end do
-  end subroutine solve_contact
-
-  !> Adds B_k' times a factor, where it does not meet a held dof. Local.
-  pure subroutine add_row(system, is_held, k, factor, column)
-    type(contact_system_t), intent(in) :: system
-    !> natural, shape (n_dofs)
-    logical, intent(in) :: is_held(:)
-    integer, intent(in) :: k
-    real(rk), intent(in) :: factor
-    !> rows of this rank
-    real(rk), intent(inout) :: column(:)
-    integer :: i, i_local
-
-    do i = system%rows%offsets(k) + 1, system%rows%offsets(k + 1)
-      if (is_held(system%rows%dofs(i))) cycle
-      i_local = system%map%local_index(system%rows%dofs(i))
-      if (i_local == 0) cycle
-      column(i_local) = column(i_local) + factor * system%rows%coefficients(i)
-    end do
-  end subroutine add_row
-
-  !> B times distributed columns; replicated.
-  subroutine close_rows(system, columns, closing, ierr)
-    type(contact_system_t), intent(in) :: system
-    !> rows of this rank, shape (n_local_dofs, n_columns)
-    real(rk), intent(in) :: columns(:, :)
-    !> shape (n_rows, n_columns)
-    real(rk), allocatable, intent(out) :: closing(:, :)
-    PetscErrorCode, intent(out) :: ierr
-    integer :: i, i_column, i_local, k
-
-    ierr = 0
-    allocate (closing(system%rows%n_rows, size(columns, 2)), source=0.0_rk)
-    do i_column = 1, size(columns, 2)
-      do k = 1, system%rows%n_rows
-        do i = system%rows%offsets(k) + 1, system%rows%offsets(k + 1)
-          i_local = system%map%local_index(system%rows%dofs(i))
-          if (i_local == 0) cycle
-          closing(k, i_column) = closing(k, i_column) + system%rows%coefficients(i) * columns(i_local, i_column)
-        end do
-      end do
-      PetscCall(sum_over_ranks(system%comm, closing(:, i_column), ierr))
-    end do
-  end subroutine close_rows
 
   !> Moves G and H until the anchors are closed, and puts openings of the anchors in the place of their forces. Local.
   subroutine close_anchors(self, system)

@@ -4,7 +4,8 @@
 !>
 !> Bodies that only contact holds hang on anchors, whose forces balance all that acts on them; where the bodies are is open.
 module sig_contact_columns
-  use sig_condensed, only: add_row, close_rows, condensed_t
+  use sig_condensed, only: condensed_t
+  use sig_contact_responses, only: add_row, close_rows
   use sig_contact_system, only: contact_system_t
   use sig_free_response, only: factor_without_contact, held_dofs, solve_free_response
   use sig_holding, only: anchors_t, find_anchors

@@ -14,6 +14,7 @@ module sig_reporting
   use sig_reduced, only: reduced_t
   use sig_reduced_condensed, only: reduced_condensed_t
   use sig_reduced_hhr, only: reduced_hhr_t
+  use sig_reduced_interpolated, only: reduced_interpolated_t
   use sig_run_report, only: run_report_t
   use sig_selection, only: selection_t
   use sig_snapshot_store, only: snapshot_set_t
@@ -131,6 +132,11 @@ contains
     type is (reduced_condensed_t)
       call report%add(group // 'n_contact_rows', part%n_rows())
       call report%add(group // 'n_reference_sets', size(part%data%reference_points))
+    type is (reduced_interpolated_t)
+      call report%add(group // 'n_contact_rows', part%n_rows())
+      call report%add(group // 'n_factorizations', part%data%n_factorizations)
+      call report%add(group // 'largest_error', part%data%measured_error)
+      call report%add(group // 'worst_training_point', part%data%worst_point)
     class default
       call report%add(group // 'n_contact_rows', part%n_rows())
     end select

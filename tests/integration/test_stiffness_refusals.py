@@ -15,7 +15,7 @@ def test_reduced_models_are_refused(signorom, tmp_path, command, n_ranks):
     words = refuse(signorom, command, deck.name, folder=tmp_path, n_ranks=n_ranks)
     assert words.startswith(
         "patch.yaml:6:51: error: materials.block.young_modulus is '2e7 * push', so the stiffness depends "
-        "on the parameters; a reduced model needs one that does not"
+        "on the parameters; reduction.method is hhr, and a hyper-reduced model needs one that does not"
     )
 
 

@@ -29,9 +29,9 @@ contains
   !> The kind of the deck's model. `tied` is the condensed one where W has no room: the snapshots will say whether that can be.
   subroutine choose_model_kind(problem, kind, reason)
     type(problem_t), intent(in) :: problem
-    !> condensed, tied or hhr
+    !> condensed, interpolated (where the stiffness depends on the parameters), tied or hhr
     character(:), allocatable, intent(out) :: kind
-    !> why it is not condensed; empty where it is, and where the deck wants hhr
+    !> why it is not condensed or interpolated; empty where it is, and where the deck wants hhr
     character(:), allocatable, intent(out) :: reason
 
     kind = 'hhr'
@@ -43,7 +43,9 @@ contains
         return
       end if
       reason = why_not_condensed(problem)
-      if (reason == '') then
+      if (.not. problem%has_fixed_stiffness) then
+        if (reason == '') kind = 'interpolated'
+      else if (reason == '') then
         kind = 'condensed'
       else if (problem%rows%n_rows > 0 .and. forces_size(problem) > deck%reduction%max_full_order_size .and. &
                deck%reduction%max_full_order_size > 0 .and. problem%motions%n_free == 0) then
@@ -80,26 +82,31 @@ contains
   end function forces_size
 
   !> There is room for the displacements of all nodes, beside W and q.
-  pure logical function all_dofs_fit(problem)
+  pure logical function all_dofs_fit(problem, n_nodes)
     type(problem_t), intent(in) :: problem
+    !> responses that are kept for each dof; default: one
+    real(rk), intent(in), optional :: n_nodes
     real(rk) :: fields_size
 
     associate (n_dofs => problem%mesh%n_dim * problem%mesh%n_nodes)
       fields_size = number_size * n_dofs * (real(problem%rows%n_rows, rk) + problem%boundary%n_terms)
+      if (present(n_nodes)) fields_size = fields_size * n_nodes
     end associate
     all_dofs_fit = forces_size(problem) + fields_size <= problem%deck%reduction%max_full_order_size
   end function all_dofs_fit
 
   !> Of a condensed model.
-  function plan_displacements(problem) result(plan)
+  function plan_displacements(problem, n_nodes) result(plan)
     type(problem_t), intent(in) :: problem
+    !> as in all_dofs_fit
+    real(rk), intent(in), optional :: n_nodes
     type(displacement_plan_t) :: plan
     logical :: is_exact(problem%mesh%n_nodes)
     integer :: i, n_dim
 
     associate (deck => problem%deck%reduction%displacement)
-      is_exact = deck%type == 'auto' .and. all_dofs_fit(problem)
-      plan%has_modes = deck%type == 'auto' .and. .not. all_dofs_fit(problem)
+      is_exact = deck%type == 'auto' .and. all_dofs_fit(problem, n_nodes)
+      plan%has_modes = deck%type == 'auto' .and. .not. all_dofs_fit(problem, n_nodes)
       allocate (plan%boundaries(size(deck%boundaries)))
       do i = 1, size(deck%boundaries)
         plan%boundaries(i)%text = deck%boundaries(i)%text

@@ -25,7 +25,7 @@ module sig_condensed_training
   use petsc
   implicit none(type, external)
   private
-  public :: condense_fallback, train_condensed
+  public :: condense_fallback, share_rows, train_condensed
 
 contains
 

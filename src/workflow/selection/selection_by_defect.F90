@@ -66,9 +66,10 @@ contains
     type(team_t), pointer :: whole_team
 
     ierr = 0
-    call need_fixed_stiffness(full_order%problem%deck, error)
+    call need_fixed_stiffness(full_order%problem%deck, &
+      'training.greedy.indicator: defect needs one that does not', error)
     if (allocated(error)) then
-      error%hint = 'the defect is that of a reduced model; training.greedy.indicator: projection needs none'
+      error%hint = 'take training.greedy.indicator: projection'
       return
     end if
     rounds%problem => full_order%problem

@@ -8,9 +8,11 @@ module sig_model_building
   use sig_errors, only: error_t, exit_not_converged, make_error
   use sig_file_system, only: file_exists
   use sig_full_order, only: full_order_t
+  use sig_interpolated_training, only: train_interpolated
   use sig_kinds, only: rk
   use sig_lifted_training, only: add_certificates
   use sig_log, only: log_info
+  use sig_materials, only: need_fixed_stiffness
   use sig_model, only: model_t
   use sig_model_parts, only: set_fallback
   use sig_model_header, only: fill_model_header
@@ -99,7 +101,12 @@ contains
     end if
     is_built = kind /= 'hhr' .and. .not. allocated(error)
     if (is_built) is_built = more == ''
-    if (is_built .or. allocated(error) .or. reason == '') return
+    if (is_built .or. allocated(error)) return
+    if (.not. full_order%problem%has_fixed_stiffness) then
+      call need_fixed_stiffness(full_order%problem%deck, 'a condensed model has no room: ' // reason, error)
+      return
+    end if
+    if (reason == '') return
     associate (deck => full_order%problem%deck)
       if (deck%reduction%method == 'condensed') then
         call make_error(error, 'reduction.method is condensed, but ' // reason, deck%path, &
@@ -126,7 +133,7 @@ contains
   subroutine build_condensed(full_order, snapshots, kind, model, reason, error, ierr)
     type(full_order_t), intent(inout) :: full_order
     type(snapshot_set_t), intent(in), target :: snapshots
-    !> condensed or tied
+    !> condensed, interpolated or tied
     character(*), intent(in) :: kind
     type(model_t), intent(out) :: model
     !> why there is no tied one; empty where there is
@@ -141,7 +148,10 @@ contains
     call fill_model_header(full_order%problem, solved, model)
     model%max_error = max_error_of(full_order%problem%deck%reduction, 0.0_rk)
     allocate (model%parts(1))
-    if (kind == 'tied') then
+    if (kind == 'interpolated') then
+      PetscCall(train_interpolated(full_order, solved, model%parts(1)%reduced, error, ierr))
+      return
+    else if (kind == 'tied') then
       PetscCall(train_tied(full_order, solved, model%parts(1)%reduced, reason, error, ierr))
       return
     end if

@@ -1,0 +1,236 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> Interpolation by polynomials of several variables in a box, up to a total degree.
+!>
+!> Nodes are discrete Leja points: the pivots of an elimination on many candidates by few polynomials, which stand in the order of
+!> their degree. So the nodes of a degree are among those of each higher one, and what was computed there stays useful.
+module sig_polynomial_nodes
+  use sig_kinds, only: rk
+  use sig_linear_algebra, only: invert
+  implicit none(type, external)
+  private
+  public :: polynomial_nodes_t, number_of_polynomials
+
+  type :: polynomial_nodes_t
+    !> ends of the box, shape (n_variables)
+    real(rk), allocatable :: lower(:)
+    real(rk), allocatable :: upper(:)
+    !> -1 to 1 in each variable, shape (n_variables, n_nodes)
+    real(rk), allocatable :: nodes(:, :)
+    !> degree of each polynomial in each variable, shape (n_variables, n_nodes)
+    integer, allocatable, private :: degrees(:, :)
+    !> of the polynomials (columns) at the nodes (rows), shape (n_nodes, n_nodes)
+    real(rk), allocatable, private :: inverse(:, :)
+  contains
+    procedure :: create
+    procedure :: prepare
+    procedure :: n_nodes
+    procedure :: node
+    procedure :: weights
+  end type polynomial_nodes_t
+
+  !> candidates of one variable, and of several
+  integer, parameter :: n_on_line = 401
+  integer, parameter :: n_in_box = 4000
+  integer, parameter :: primes(10) = [2, 3, 5, 7, 11, 13, 17, 19, 23, 29]
+
+  !> largest number of variables
+  integer, parameter, public :: most_variables = size(primes)
+
+contains
+
+  !> Nodes for all polynomials up to a degree. Requires: at most most_variables variables.
+  subroutine create(self, lower, upper, degree)
+    class(polynomial_nodes_t), intent(inout) :: self
+    real(rk), intent(in) :: lower(:)
+    real(rk), intent(in) :: upper(:)
+    integer, intent(in) :: degree
+    real(rk), allocatable :: candidates(:, :)
+    integer, allocatable :: chosen(:)
+
+    self%lower = lower
+    self%upper = upper
+    self%degrees = degrees_up_to(size(lower), number_of_polynomials(size(lower), degree))
+    candidates = candidate_points(size(lower))
+    call choose_pivots(polynomials(self%degrees, candidates), chosen)
+    self%nodes = candidates(:, chosen)
+    call self%prepare()
+  end subroutine create
+
+  !> What follows from the nodes, which a file keeps.
+  subroutine prepare(self)
+    class(polynomial_nodes_t), intent(inout) :: self
+    logical :: is_singular
+
+    self%degrees = degrees_up_to(size(self%nodes, 1), size(self%nodes, 2))
+    if (allocated(self%inverse)) deallocate (self%inverse)
+    allocate (self%inverse(size(self%nodes, 2), size(self%nodes, 2)))
+    call invert(polynomials(self%degrees, self%nodes), self%inverse, is_singular)
+  end subroutine prepare
+
+  pure integer function n_nodes(self)
+    class(polynomial_nodes_t), intent(in) :: self
+
+    n_nodes = size(self%nodes, 2)
+  end function n_nodes
+
+  !> In the units of the box.
+  pure function node(self, i) result(place)
+    class(polynomial_nodes_t), intent(in) :: self
+    integer, intent(in) :: i
+    !> shape (n_variables)
+    real(rk) :: place(size(self%nodes, 1))
+
+    place = ((1 - self%nodes(:, i)) * self%lower + (1 + self%nodes(:, i)) * self%upper) / 2
+  end function node
+
+  !> What each node's value counts at a place: f(place) is nearly the sum of weights times f(nodes).
+  pure subroutine weights(self, place, values)
+    class(polynomial_nodes_t), intent(in) :: self
+    !> in the units of the box, shape (n_variables)
+    real(rk), intent(in) :: place(:)
+    !> [-] shape (n_nodes)
+    real(rk), contiguous, intent(inout) :: values(:)
+    real(rk) :: scaled(size(place))
+    integer :: i
+
+    scaled = (2 * place - self%lower - self%upper) / (self%upper - self%lower)
+    values = 0
+    do i = 1, size(values)
+      values = values + polynomial(self%degrees(:, i), scaled) * self%inverse(i, :)
+    end do
+  end subroutine weights
+
+  !> Of n variables up to a total degree: (degree + n) over n.
+  pure integer function number_of_polynomials(n_variables, degree) result(number)
+    integer, intent(in) :: n_variables
+    integer, intent(in) :: degree
+    integer :: i
+
+    number = 1
+    do i = 1, n_variables
+      number = number * (degree + i) / i
+    end do
+  end function number_of_polynomials
+
+  !> The first so many, lowest total degree first.
+  pure function degrees_up_to(n_variables, n) result(degrees)
+    integer, intent(in) :: n_variables
+    integer, intent(in) :: n
+    integer :: degrees(n_variables, n)
+    integer :: candidate(n_variables), i, i_variable, total
+
+    if (n_variables == 0) return
+    i = 0
+    total = 0
+    do while (i < n)
+      ! all that have this total, as the digits of a number
+      candidate = 0
+      candidate(1) = total
+      do
+        i = i + 1
+        degrees(:, i) = candidate
+        if (i == n .or. candidate(n_variables) == total) exit
+        i_variable = findloc(candidate(:n_variables - 1) > 0, .true., dim=1, back=.true.)
+        candidate(i_variable) = candidate(i_variable) - 1
+        candidate(i_variable + 1) = total - sum(candidate(:i_variable))
+        candidate(i_variable + 2:) = 0
+      end do
+      total = total + 1
+    end do
+  end function degrees_up_to
+
+  !> Dense at the ends of each variable, as the nodes of good interpolations are.
+  pure function candidate_points(n_variables) result(points)
+    integer, intent(in) :: n_variables
+    !> -1 to 1
+    real(rk), allocatable :: points(:, :)
+    real(rk), parameter :: pi = acos(-1.0_rk)
+    integer :: i, k
+
+    if (n_variables == 0) then
+      allocate (points(0, 1))
+    else if (n_variables == 1) then
+      points = reshape([(cos(pi * real(i, rk) / (n_on_line - 1)), i=0, n_on_line - 1)], [1, n_on_line])
+    else
+      allocate (points(n_variables, n_in_box))
+      do i = 1, n_in_box
+        do k = 1, n_variables
+          points(k, i) = cos(pi * radical_inverse(i, primes(k)))
+        end do
+      end do
+    end if
+  end function candidate_points
+
+  !> Digits of a number behind the point, in reverse: Halton's sequence.
+  pure real(rk) function radical_inverse(number, base) result(value)
+    integer, intent(in) :: number
+    integer, intent(in) :: base
+    real(rk) :: place
+    integer :: left
+
+    value = 0
+    place = 1
+    left = number
+    do while (left > 0)
+      place = place / base
+      value = value + place * modulo(left, base)
+      left = left / base
+    end do
+  end function radical_inverse
+
+  !> All polynomials at all points, shape (n_points, n_polynomials).
+  pure function polynomials(degrees, points) result(values)
+    integer, intent(in) :: degrees(:, :)
+    real(rk), intent(in) :: points(:, :)
+    real(rk), allocatable :: values(:, :)
+    integer :: i, k
+
+    allocate (values(size(points, 2), size(degrees, 2)))
+    do k = 1, size(degrees, 2)
+      do i = 1, size(points, 2)
+        values(i, k) = polynomial(degrees(:, k), points(:, i))
+      end do
+    end do
+  end function polynomials
+
+  !> Product of Chebyshev's polynomials, also beyond their interval.
+  pure real(rk) function polynomial(degrees, point)
+    integer, intent(in) :: degrees(:)
+    real(rk), intent(in) :: point(:)
+    real(rk) :: before, next, value
+    integer :: i, k
+
+    polynomial = 1
+    do i = 1, size(degrees)
+      value = 1
+      before = point(i)
+      do k = 1, degrees(i)
+        next = 2 * point(i) * value - before
+        before = value
+        value = next
+      end do
+      polynomial = polynomial * value
+    end do
+  end function polynomial
+
+  !> Gaussian elimination: the candidate with the largest entry is the next pivot; the first of equal ones.
+  pure subroutine choose_pivots(values, chosen)
+    !> shape (n_candidates, n)
+    real(rk), intent(in) :: values(:, :)
+    !> shape (n)
+    integer, allocatable, intent(out) :: chosen(:)
+    real(rk) :: left(size(values, 1), size(values, 2))
+    real(rk) :: largest
+    integer :: i, k
+
+    left = values
+    allocate (chosen(size(values, 2)))
+    do k = 1, size(values, 2)
+      largest = maxval(abs(left(:, k)))
+      chosen(k) = findloc(abs(left(:, k)) >= (1 - 1.0e-8_rk) * largest, .true., dim=1)
+      do i = k + 1, size(values, 2)
+        left(:, i) = left(:, i) - left(:, k) * (left(chosen(k), i) / left(chosen(k), k))
+      end do
+    end do
+  end subroutine choose_pivots
+end module sig_polynomial_nodes

@@ -1,0 +1,270 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> The elastic constants of each body as functions of the parameters: one modulus that all its moduli scale with, and the others,
+!> Poisson's ratios and ratios of moduli, over which its responses are interpolated.
+module sig_body_constants
+  use sig_bodies, only: regions_of_body
+  use sig_deck_config, only: parameter_config_t
+  use sig_elastic_body, only: elastic_body_t
+  use sig_errors, only: error_t
+  use sig_interpolated_constants, only: to_constant, to_variable
+  use sig_kinds, only: rk
+  use sig_latin_hypercube, only: latin_hypercube_points
+  use sig_materials, only: check_materials
+  use sig_problem, only: problem_t
+  use sig_term_values, only: evaluate_points
+  use sig_text, only: join
+  implicit none(type, external)
+  private
+  public :: body_constants_t, joined_body_t, find_body_constants
+
+  !> Of one body. Materials are numbers of the deck, 1-based.
+  type :: body_constants_t
+    !> names of its regions, for messages
+    character(:), allocatable :: name
+    !> the first one's modulus is that which scales
+    integer, allocatable :: materials(:)
+    !> of each of its materials at the middle of the box of the parameters: [force/length**2] moduli, [-] Poisson's ratios
+    real(rk), allocatable :: moduli(:)
+    real(rk), allocatable :: ratios(:)
+    !> the problem's term of the first modulus
+    integer :: modulus_term = 0
+    !> constants that depend on the parameters: terms of the problem, over another term where that is not 0
+    integer, allocatable :: numerators(:)
+    integer, allocatable :: denominators(:)
+    !> the interpolation takes their logarithms
+    logical :: is_logarithmic = .false.
+    !> what its variables lie between, shape (n_variables)
+    real(rk), allocatable :: lower(:)
+    real(rk), allocatable :: upper(:)
+  contains
+    procedure :: degree
+  end type body_constants_t
+
+  !> All bodies with constants of their own: a material in two bodies counts twice.
+  type :: joined_body_t
+    type(elastic_body_t) :: body
+    !> of each body's materials, one body after the other
+    real(rk), allocatable :: moduli(:)
+    real(rk), allocatable :: ratios(:)
+    !> materials of body i are starts(i) + 1 ... starts(i + 1)
+    integer, allocatable :: starts(:)
+  contains
+    procedure :: create
+    procedure :: set
+  end type joined_body_t
+
+  !> points at which the constants are looked at, beside the corners of the box
+  integer, parameter :: n_samples = 2000
+  integer, parameter :: most_corners = 12
+  !> [-] a constant that changes less than this share of itself is one; a range is widened by a hundredth
+  real(rk), parameter :: rounding = 1.0e-12_rk
+  real(rk), parameter :: margin = 0.01_rk
+  !> [-] with this rate of convergence an error of 1e-6 takes about twenty nodes
+  real(rk), parameter :: slowest = 2.0_rk
+
+contains
+
+  !> Errors: somewhere in the box of the parameters a constant is out of its range.
+  subroutine find_body_constants(problem, constants, error)
+    type(problem_t), intent(in) :: problem
+    type(body_constants_t), allocatable, intent(out) :: constants(:)
+    type(error_t), allocatable, intent(out) :: error
+    real(rk), allocatable :: points(:, :), theta(:, :)
+    integer :: i, i_bad_point, i_bad_source
+
+    points = points_of_box(problem%deck%parameters)
+    call check_materials(problem%deck, problem%material_terms, points, error)
+    if (allocated(error)) return
+    call evaluate_points(problem%material_terms, points, theta, i_bad_point, i_bad_source)
+    allocate (constants(problem%motions%n_bodies))
+    do i = 1, size(constants)
+      constants(i)%name = join(regions_of_body(problem%mesh, problem%motions%body_of_node, i), ', ')
+      call find_constants(problem, i, theta, constants(i))
+    end do
+  end subroutine find_body_constants
+
+  !> Of the interpolation in a round, from 0 on. Several variables begin lower: their nodes are many.
+  pure integer function degree(self, i_round)
+    class(body_constants_t), intent(in) :: self
+    integer, intent(in) :: i_round
+
+    degree = merge(3, 2, size(self%numerators) == 1) + i_round
+  end function degree
+
+  !> The middle of the box first, then its corners and points inside.
+  function points_of_box(parameters) result(points)
+    type(parameter_config_t), intent(in) :: parameters(:)
+    real(rk), allocatable :: points(:, :)
+    integer :: i, k, n_corners
+
+    n_corners = merge(2**min(size(parameters), most_corners), 0, size(parameters) <= most_corners)
+    allocate (points(size(parameters), 1 + n_corners + n_samples))
+    points(:, 1) = parameters%minimum / 2 + parameters%maximum / 2
+    do i = 0, n_corners - 1
+      do k = 1, size(parameters)
+        points(k, 2 + i) = merge(parameters(k)%maximum, parameters(k)%minimum, btest(i, k - 1))
+      end do
+    end do
+    associate (inside => points(:, n_corners + 2:))
+      inside = latin_hypercube_points(size(parameters), n_samples, 1)
+      do i = 1, n_samples
+        inside(:, i) = parameters%minimum + (parameters%maximum - parameters%minimum) * inside(:, i)
+      end do
+    end associate
+  end function points_of_box
+
+  subroutine find_constants(problem, i_body, theta, constants)
+    type(problem_t), intent(in) :: problem
+    integer, intent(in) :: i_body
+    !> terms of create_material_terms, at the middle first
+    real(rk), intent(in) :: theta(:, :)
+    type(body_constants_t), intent(inout) :: constants
+    integer :: i, first
+
+    constants%materials = materials_of_body(problem, i_body)
+    constants%moduli = theta(2 * constants%materials, 1)
+    constants%ratios = theta(2 * constants%materials + 1, 1)
+    allocate (constants%numerators(0), constants%denominators(0), constants%lower(0), constants%upper(0))
+    first = constants%materials(1)
+    constants%modulus_term = term_of(problem, 2 * first)
+    do i = 1, size(constants%materials)
+      associate (material => constants%materials(i))
+        if (i > 1) call add_variable(problem, 2 * material, 2 * first, theta(2 * material, :) / theta(2 * first, :), constants)
+        call add_variable(problem, 2 * material + 1, 0, theta(2 * material + 1, :), constants)
+      end associate
+    end do
+    call choose_variables(constants)
+  end subroutine find_constants
+
+  !> One constant that varies little stays as it is, so that its interpolation has a bound.
+  pure subroutine choose_variables(constants)
+    type(body_constants_t), intent(inout) :: constants
+    real(rk) :: spread_of(size(constants%numerators))
+
+    associate (is_ratio => constants%denominators > 0)
+      constants%is_logarithmic = size(is_ratio) > 1
+      if (size(is_ratio) == 1) constants%is_logarithmic = rate_of(constants%lower(1), constants%upper(1), is_ratio(1)) < slowest
+      constants%lower = to_variable(constants%lower, is_ratio, constants%is_logarithmic)
+      constants%upper = to_variable(constants%upper, is_ratio, constants%is_logarithmic)
+    end associate
+    spread_of = constants%upper - constants%lower
+    constants%lower = constants%lower - margin * spread_of
+    constants%upper = constants%upper + margin * spread_of
+  end subroutine choose_variables
+
+  !> [-] How much smaller each further node makes the error of polynomials in a constant: the sum of the half axes of the ellipse
+  !> through the nearest singular stiffness, foci at the ends of the range (Bernstein).
+  pure real(rk) function rate_of(lower, upper, is_ratio_of_moduli) result(rate)
+    real(rk), intent(in) :: lower
+    real(rk), intent(in) :: upper
+    logical, intent(in) :: is_ratio_of_moduli
+    real(rk) :: distance
+
+    if (is_ratio_of_moduli) then
+      distance = (upper + lower) / (upper - lower)
+    else
+      distance = (1 - upper - lower) / (upper - lower)
+    end if
+    rate = distance + sqrt(max(0.0_rk, distance**2 - 1))
+  end function rate_of
+
+  !> Unless it is a constant.
+  subroutine add_variable(problem, numerator, denominator, values, constants)
+    type(problem_t), intent(in) :: problem
+    !> terms of the materials
+    integer, intent(in) :: numerator
+    integer, intent(in) :: denominator
+    !> at the points that were looked at
+    real(rk), intent(in) :: values(:)
+    type(body_constants_t), intent(inout) :: constants
+    real(rk) :: spread_of
+
+    spread_of = maxval(values) - minval(values)
+    if (spread_of <= rounding * maxval(abs(values))) return
+    constants%numerators = [constants%numerators, term_of(problem, numerator)]
+    constants%denominators = [constants%denominators, term_of(problem, denominator)]
+    constants%lower = [constants%lower, minval(values)]
+    constants%upper = [constants%upper, maxval(values)]
+  end subroutine add_variable
+
+  !> The problem's term from that of create_material_terms; 0 of 0.
+  pure integer function term_of(problem, material_term)
+    type(problem_t), intent(in) :: problem
+    integer, intent(in) :: material_term
+
+    term_of = 0
+    if (material_term > 0) term_of = problem%constant_terms(material_term - 1)
+  end function term_of
+
+  !> Ascending.
+  function materials_of_body(problem, i_body) result(materials)
+    type(problem_t), intent(in) :: problem
+    integer, intent(in) :: i_body
+    integer, allocatable :: materials(:)
+    logical :: is_there(size(problem%deck%materials))
+    integer :: i
+
+    is_there = .false.
+    do i = 1, size(problem%body%material_of_cell)
+      if (body_of_cell(problem, i) == i_body .and. problem%body%material_of_cell(i) > 0) &
+        is_there(problem%body%material_of_cell(i)) = .true.
+    end do
+    materials = pack([(i, i=1, size(is_there))], is_there)
+  end function materials_of_body
+
+  pure integer function body_of_cell(problem, i_cell)
+    type(problem_t), intent(in) :: problem
+    integer, intent(in) :: i_cell
+
+    body_of_cell = problem%motions%body_of_node(problem%mesh%cell_nodes(problem%mesh%cell_offsets(i_cell) + 1))
+  end function body_of_cell
+
+  subroutine create(self, problem, constants)
+    class(joined_body_t), intent(inout) :: self
+    type(problem_t), intent(in) :: problem
+    type(body_constants_t), intent(in) :: constants(:)
+    integer :: i, i_body
+
+    self%body = problem%body
+    allocate (self%starts(size(constants) + 1), source=0)
+    allocate (self%moduli(0), self%ratios(0))
+    do i = 1, size(constants)
+      self%moduli = [self%moduli, constants(i)%moduli]
+      self%ratios = [self%ratios, constants(i)%ratios]
+      self%starts(i + 1) = size(self%moduli)
+    end do
+    do i = 1, size(self%body%material_of_cell)
+      if (self%body%material_of_cell(i) <= 0) cycle
+      i_body = body_of_cell(problem, i)
+      self%body%material_of_cell(i) = self%starts(i_body) + &
+        findloc(constants(i_body)%materials, problem%body%material_of_cell(i), dim=1)
+    end do
+    call self%body%set_moduli(self%moduli, self%ratios)
+  end subroutine create
+
+  !> Gives one body the values of its variables; its first modulus stays.
+  subroutine set(self, problem, constants, i_body, values)
+    class(joined_body_t), intent(inout) :: self
+    type(problem_t), intent(in) :: problem
+    !> of the body
+    type(body_constants_t), intent(in) :: constants
+    integer, intent(in) :: i_body
+    !> shape (n_variables)
+    real(rk), intent(in) :: values(:)
+    real(rk) :: value(size(values))
+    integer :: i, i_material, i_term
+
+    value = to_constant(values, constants%denominators > 0, constants%is_logarithmic)
+    do i = 1, size(values)
+      ! moduli are 1, 3, ... of the constants
+      i_term = findloc(problem%constant_terms, constants%numerators(i), dim=1)
+      i_material = self%starts(i_body) + findloc(constants%materials, (i_term + 1) / 2, dim=1)
+      if (constants%denominators(i) > 0) then
+        self%moduli(i_material) = value(i) * self%moduli(self%starts(i_body) + 1)
+      else
+        self%ratios(i_material) = value(i)
+      end if
+    end do
+    call self%body%set_moduli(self%moduli, self%ratios)
+  end subroutine set
+end module sig_body_constants

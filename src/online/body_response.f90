@@ -1,0 +1,287 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> How one body answers loads and contact forces, as a function of its elastic constants: what training makes and a file keeps.
+!>
+!> Bodies share no dofs, so W and q are sums over bodies. With all moduli of a body scaled by one s, its responses to forces are
+!> those of s = 1 over s, and its responses to prescribed displacements and imposed strains do not change: that is exact. In its
+!> other constants, Poisson's ratios and ratios of moduli, responses are interpolated.
+module sig_body_response
+  use sig_errors, only: error_t
+  use sig_hdf5_reader, only: h5_reader_t
+  use sig_hdf5_writer, only: h5_writer_t
+  use sig_interpolated_constants, only: to_variable
+  use sig_kinds, only: rk
+  use sig_linear_algebra, only: multiply
+  use sig_polynomial_nodes, only: most_variables, polynomial_nodes_t
+  use sig_shape_checks, only: are_indices, is_ascending, is_matrix
+  implicit none(type, external)
+  private
+  public :: body_response_t
+
+  type :: body_response_t
+    !> the model's term that is its modulus, and [force/length**2] the modulus that stands for s = 1
+    integer :: modulus_term = 0
+    real(rk) :: modulus = 1
+    !> interpolated constants: term, over another term where that is not 0; shape (n_variables)
+    integer, allocatable :: numerators(:)
+    integer, allocatable :: denominators(:)
+    !> variables are logarithms (sig_interpolated_constants)
+    logical :: is_logarithmic = .false.
+    type(polynomial_nodes_t) :: nodes
+    !> [length/force] of W at the nodes, column by column; shape (n_multipliers**2, n_nodes)
+    real(rk), allocatable :: compliance(:, :)
+    !> [length per unit of theta] of q: under loads, and under prescribed displacements and imposed strains; term by term, shape
+    !> (n_multipliers * n_driving_terms, n_nodes)
+    real(rk), allocatable :: loaded_opening(:, :)
+    real(rk), allocatable :: strained_opening(:, :)
+    !> the body's exact dofs, 1-based among those of the model, ascending; shape (n_own)
+    integer, allocatable :: own(:)
+    !> their displacements likewise, shape (n_own * n_driving_terms, n_nodes), and [length/force] under contact forces, shape
+    !> (n_own * n_multipliers, n_nodes)
+    real(rk), allocatable :: loaded_field(:, :)
+    real(rk), allocatable :: strained_field(:, :)
+    real(rk), allocatable :: contact_field(:, :)
+  contains
+    procedure :: modulus_ratio
+    procedure :: weights_at
+    procedure :: add_compliance
+    procedure :: add_opening
+    procedure :: add_field
+    procedure :: opening_of_row
+    procedure :: displacement_of
+    procedure :: mismatch
+    procedure :: write
+    procedure :: read
+  end type body_response_t
+
+contains
+
+  !> [-] s.
+  pure real(rk) function modulus_ratio(self, theta)
+    class(body_response_t), intent(in) :: self
+    !> values of the model's terms
+    real(rk), intent(in) :: theta(:)
+
+    modulus_ratio = theta(self%modulus_term) / self%modulus
+  end function modulus_ratio
+
+  !> What each node counts at a point.
+  pure subroutine weights_at(self, theta, weights)
+    class(body_response_t), intent(in) :: self
+    real(rk), intent(in) :: theta(:)
+    !> [-] shape (n_nodes)
+    real(rk), contiguous, intent(inout) :: weights(:)
+    real(rk) :: place(size(self%numerators))
+    integer :: i
+
+    do i = 1, size(place)
+      place(i) = theta(self%numerators(i))
+      if (self%denominators(i) > 0) place(i) = place(i) / theta(self%denominators(i))
+    end do
+    place = to_variable(place, self%denominators > 0, self%is_logarithmic)
+    call self%nodes%weights(place, weights)
+  end subroutine weights_at
+
+  !> Adds the body's part of W.
+  subroutine add_compliance(self, theta, compliance)
+    class(body_response_t), intent(in) :: self
+    real(rk), contiguous, intent(in) :: theta(:)
+    !> [length/force] column by column, shape (n_multipliers**2)
+    real(rk), contiguous, intent(inout) :: compliance(:)
+    real(rk) :: weights(self%nodes%n_nodes())
+
+    call self%weights_at(theta, weights)
+    call multiply(1 / self%modulus_ratio(theta), self%compliance, weights, 1.0_rk, compliance)
+  end subroutine add_compliance
+
+  !> Adds the body's part of q.
+  subroutine add_opening(self, theta, opening)
+    class(body_response_t), intent(in) :: self
+    real(rk), contiguous, intent(in) :: theta(:)
+    !> [length] shape (n_multipliers)
+    real(rk), contiguous, intent(inout) :: opening(:)
+
+    call add_driven(self, self%loaded_opening, self%strained_opening, theta, opening)
+  end subroutine add_opening
+
+  !> Adds the displacement of the body's exact dofs.
+  subroutine add_field(self, theta, forces, field)
+    class(body_response_t), intent(in) :: self
+    real(rk), contiguous, intent(in) :: theta(:)
+    !> [force] z, zero on anchors; shape (n_multipliers)
+    real(rk), contiguous, intent(in) :: forces(:)
+    !> [length] shape (n_own)
+    real(rk), contiguous, intent(inout) :: field(:)
+    real(rk) :: weights(self%nodes%n_nodes()), responses(size(self%contact_field, 1))
+
+    call add_driven(self, self%loaded_field, self%strained_field, theta, field)
+    call self%weights_at(theta, weights)
+    call multiply(1 / self%modulus_ratio(theta), self%contact_field, weights, 0.0_rk, responses)
+    call add_columns(size(field), responses, -forces, field)
+  end subroutine add_field
+
+  !> [length] the body's part of one row of W z + q.
+  pure real(rk) function opening_of_row(self, theta, forces, row) result(opening)
+    class(body_response_t), intent(in) :: self
+    real(rk), intent(in) :: theta(:)
+    !> [force] z, shape (n_multipliers)
+    real(rk), intent(in) :: forces(:)
+    integer, intent(in) :: row
+
+    opening = value_of(self, size(forces), row, self%loaded_opening, self%strained_opening, theta) + &
+      sum_of_row(self, size(forces), row, self%compliance, theta, forces) / self%modulus_ratio(theta)
+  end function opening_of_row
+
+  !> [length] displacement of one of the body's exact dofs.
+  pure real(rk) function displacement_of(self, theta, forces, i) result(displacement)
+    class(body_response_t), intent(in) :: self
+    real(rk), intent(in) :: theta(:)
+    real(rk), intent(in) :: forces(:)
+    !> 1-based in `own`
+    integer, intent(in) :: i
+
+    displacement = value_of(self, size(self%own), i, self%loaded_field, self%strained_field, theta) - &
+      sum_of_row(self, size(self%own), i, self%contact_field, theta, forces) / self%modulus_ratio(theta)
+  end function displacement_of
+
+  !> One row of (loaded / s + strained) theta.
+  pure real(rk) function value_of(self, n, row, loaded, strained, theta) result(value)
+    type(body_response_t), intent(in) :: self
+    integer, intent(in) :: n
+    integer, intent(in) :: row
+    real(rk), intent(in) :: loaded(:, :)
+    real(rk), intent(in) :: strained(:, :)
+    real(rk), intent(in) :: theta(:)
+
+    associate (leading => theta(:size(loaded, 1) / n))
+      value = sum_of_row(self, n, row, loaded, theta, leading) / self%modulus_ratio(theta) + &
+        sum_of_row(self, n, row, strained, theta, leading)
+    end associate
+  end function value_of
+
+  !> One row of an interpolated matrix, which stands column by column, times x.
+  pure real(rk) function sum_of_row(self, n, row, columns, theta, x) result(total)
+    type(body_response_t), intent(in) :: self
+    !> rows of the matrix
+    integer, intent(in) :: n
+    integer, intent(in) :: row
+    real(rk), intent(in) :: columns(:, :)
+    real(rk), intent(in) :: theta(:)
+    real(rk), intent(in) :: x(:)
+    real(rk) :: weights(self%nodes%n_nodes())
+    integer :: k
+
+    call self%weights_at(theta, weights)
+    total = 0
+    do k = 1, size(x)
+      total = total + x(k) * dot_product(columns((k - 1) * n + row, :), weights)
+    end do
+  end function sum_of_row
+
+  !> Adds (loaded / s + strained) theta, both interpolated.
+  subroutine add_driven(self, loaded, strained, theta, values)
+    class(body_response_t), intent(in) :: self
+    !> shape (size(values) * n_driving_terms, n_nodes)
+    real(rk), contiguous, intent(in) :: loaded(:, :)
+    real(rk), contiguous, intent(in) :: strained(:, :)
+    real(rk), contiguous, intent(in) :: theta(:)
+    real(rk), contiguous, intent(inout) :: values(:)
+    real(rk) :: weights(self%nodes%n_nodes()), responses(size(loaded, 1))
+
+    if (size(values) == 0) return
+    call self%weights_at(theta, weights)
+    call multiply(1 / self%modulus_ratio(theta), loaded, weights, 0.0_rk, responses)
+    call multiply(1.0_rk, strained, weights, 1.0_rk, responses)
+    call add_columns(size(values), responses, theta(:size(responses) / size(values)), values)
+  end subroutine add_driven
+
+  !> y = y + a x.
+  subroutine add_columns(n, a, x, y)
+    integer, intent(in) :: n
+    real(rk), contiguous, intent(in) :: x(:)
+    real(rk), intent(in) :: a(n, size(x))
+    real(rk), contiguous, intent(inout) :: y(:)
+
+    call multiply(1.0_rk, a, x, 1.0_rk, y)
+  end subroutine add_columns
+
+  !> Name of a part whose shape does not fit the model; empty when all fit.
+  pure function mismatch(self, n_multipliers, n_terms, n_exact) result(name)
+    class(body_response_t), intent(in) :: self
+    integer, intent(in) :: n_multipliers, n_terms, n_exact
+    character(:), allocatable :: name
+    integer :: n_driving, n_variables
+
+    name = ''
+    n_variables = size(self%numerators)
+    n_driving = size(self%loaded_opening, 1) / max(1, n_multipliers)
+    associate (n => n_multipliers, n_nodes => size(self%nodes%nodes, 2), n_own => size(self%own))
+      if (.not. (are_indices([self%modulus_term], n_terms) .and. self%modulus > 0)) name = 'modulus'
+      if (.not. (are_indices(self%numerators, n_terms) .and. all(self%denominators >= 0 .and. self%denominators <= n_terms) .and. &
+                 size(self%denominators) == n_variables .and. n_variables <= most_variables)) name = 'numerators'
+      if (size(self%nodes%lower) /= n_variables .or. size(self%nodes%upper) /= n_variables) name = 'lower'
+      if (size(self%nodes%nodes, 1) /= n_variables .or. n_nodes == 0) name = 'nodes'
+      if (.not. is_matrix(self%compliance, n**2, n_nodes)) name = 'compliance'
+      if (n_driving > n_terms .or. .not. is_matrix(self%loaded_opening, n * n_driving, n_nodes)) name = 'loaded_opening'
+      if (.not. is_matrix(self%strained_opening, n * n_driving, n_nodes)) name = 'strained_opening'
+      if (.not. (are_indices(self%own, n_exact) .and. is_ascending(self%own))) name = 'own'
+      if (.not. is_matrix(self%loaded_field, n_own * n_driving, n_nodes)) name = 'loaded_field'
+      if (.not. is_matrix(self%strained_field, n_own * n_driving, n_nodes)) name = 'strained_field'
+      if (.not. is_matrix(self%contact_field, n_own * n, n_nodes)) name = 'contact_field'
+    end associate
+    if (len(name) > 0) return
+    if (any(.not. self%nodes%upper > self%nodes%lower)) name = 'upper'
+  end function mismatch
+
+  subroutine write(self, file, group, length, force)
+    class(body_response_t), intent(in) :: self
+    type(h5_writer_t), intent(inout) :: file
+    character(*), intent(in) :: group
+    character(*), intent(in) :: length
+    character(*), intent(in) :: force
+
+    call file%write(group // '/modulus_term', self%modulus_term, description='term that is the modulus of the body, 1-based')
+    call file%write(group // '/modulus', self%modulus, description='its value in the responses below')
+    call file%write(group // '/numerators', self%numerators, description='terms that the responses are interpolated over, 1-based')
+    call file%write(group // '/denominators', self%denominators, description='terms that these are divided by; 0: none')
+    call file%write(group // '/is_logarithmic', merge(1, 0, self%is_logarithmic), description='1: over logarithms of these')
+    call file%write(group // '/lower', self%nodes%lower, description='ends of the box of the interpolation')
+    call file%write(group // '/upper', self%nodes%upper)
+    call file%write(group // '/nodes', self%nodes%nodes, '1', 'of the interpolation, the box from -1 to 1, a node per row')
+    call file%write(group // '/compliance', self%compliance, length // '/(' // force // ')', &
+      'closing of each pair under the contact force of each pair, a node per row')
+    call file%write(group // '/loaded_opening', self%loaded_opening, length, 'opening of each pair under loads, term by term')
+    call file%write(group // '/strained_opening', self%strained_opening, length, &
+      'opening of each pair under prescribed displacements and imposed strains')
+    call file%write(group // '/own', self%own, description='exact dofs of the body, 1-based among those of the model')
+    call file%write(group // '/loaded_field', self%loaded_field, length, 'displacement of these under loads, term by term')
+    call file%write(group // '/strained_field', self%strained_field, length, &
+      'displacement of these under prescribed displacements and imposed strains')
+    call file%write(group // '/contact_field', self%contact_field, length // '/(' // force // ')', &
+      'displacement of these against the contact force of each pair, pair by pair')
+  end subroutine write
+
+  subroutine read(self, file, group, error)
+    class(body_response_t), intent(inout) :: self
+    type(h5_reader_t), intent(in) :: file
+    character(*), intent(in) :: group
+    type(error_t), allocatable, intent(inout) :: error
+    integer :: is_logarithmic
+
+    call file%read(group // '/modulus_term', self%modulus_term, error)
+    call file%read(group // '/modulus', self%modulus, error)
+    call file%read(group // '/numerators', self%numerators, error)
+    call file%read(group // '/denominators', self%denominators, error)
+    call file%read(group // '/is_logarithmic', is_logarithmic, error)
+    self%is_logarithmic = is_logarithmic == 1
+    call file%read(group // '/lower', self%nodes%lower, error)
+    call file%read(group // '/upper', self%nodes%upper, error)
+    call file%read(group // '/nodes', self%nodes%nodes, error)
+    call file%read(group // '/compliance', self%compliance, error)
+    call file%read(group // '/loaded_opening', self%loaded_opening, error)
+    call file%read(group // '/strained_opening', self%strained_opening, error)
+    call file%read(group // '/own', self%own, error)
+    call file%read(group // '/loaded_field', self%loaded_field, error)
+    call file%read(group // '/strained_field', self%strained_field, error)
+    call file%read(group // '/contact_field', self%contact_field, error)
+  end subroutine read
+end module sig_body_response

@@ -1,0 +1,45 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> Elastic constants as variables of an interpolation: Poisson's ratios and ratios of moduli.
+!>
+!> Stiffnesses become singular only for constants below zero: responses are analytic where |Im| < pi in the logarithms of a ratio of
+!> moduli and of bulk over shear modulus, which grows as 1/(1 - 2 nu). There polynomials converge far faster than in the constants
+!> themselves; but of one constant that varies little, these have a bound of the error (README).
+module sig_interpolated_constants
+  use sig_kinds, only: rk
+  implicit none(type, external)
+  private
+  public :: to_constant, to_variable
+
+contains
+
+  elemental real(rk) function to_variable(constant, is_ratio_of_moduli, is_logarithmic) result(variable)
+    !> [-]
+    real(rk), intent(in) :: constant
+    !> otherwise it is a Poisson's ratio
+    logical, intent(in) :: is_ratio_of_moduli
+    logical, intent(in) :: is_logarithmic
+
+    variable = constant
+    if (.not. is_logarithmic) return
+    if (is_ratio_of_moduli) then
+      variable = log(constant)
+    else
+      variable = -log(1 - 2 * constant)
+    end if
+  end function to_variable
+
+  !> The inverse.
+  elemental real(rk) function to_constant(variable, is_ratio_of_moduli, is_logarithmic) result(constant)
+    real(rk), intent(in) :: variable
+    logical, intent(in) :: is_ratio_of_moduli
+    logical, intent(in) :: is_logarithmic
+
+    constant = variable
+    if (.not. is_logarithmic) return
+    if (is_ratio_of_moduli) then
+      constant = exp(variable)
+    else
+      constant = (1 - exp(-variable)) / 2
+    end if
+  end function to_constant
+end module sig_interpolated_constants

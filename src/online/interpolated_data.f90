@@ -1,0 +1,277 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> The condensed problem of bodies whose elastic constants depend on the parameters: what training makes and a file keeps.
+!>
+!> 0 <= z, W(mu) z + q(mu) >= 0, complementary; W and q are sums over bodies (sig_body_response). Bodies that only contact holds
+!> hang on anchors T as in sig_condensed_data. The bodies' responses hold the anchors' own rows of W z + q as they are before
+!> anchors close: these say how far the bodies move.
+module sig_interpolated_data
+  use sig_bits, only: n_words
+  use sig_body_response, only: body_response_t
+  use sig_errors, only: error_t
+  use sig_hdf5_reader, only: h5_reader_t
+  use sig_hdf5_writer, only: h5_writer_t
+  use sig_kinds, only: rk
+  use sig_linear_algebra, only: multiply
+  use sig_missing_parts, only: fill_missing
+  use sig_reduced, only: model_sizes_t
+  use sig_shape_checks, only: are_indices, is_ascending, is_matrix, place_in_ascending
+  use sig_text, only: string_t, to_text
+  implicit none(type, external)
+  private
+  public :: interpolated_data_t
+
+  type :: interpolated_data_t
+    type(body_response_t), allocatable :: bodies(:)
+    !> [length per unit of theta] D, with anchors as the bodies' openings; shape (n_multipliers, n_terms)
+    real(rk), allocatable :: gap(:, :)
+    !> 1-based among the multipliers
+    integer, allocatable :: anchors(:)
+    !> [-] what each anchor's opening closes on all pairs, shape (n_multipliers, n_anchors)
+    real(rk), allocatable :: anchor_closing(:, :)
+    !> [force per unit of theta] of closed anchors alone, shape (n_anchors, n_terms)
+    real(rk), allocatable :: anchor_forces(:, :)
+    !> [-] displacement of the exact dofs as an anchor opens by -1, shape (n_exact, n_anchors)
+    real(rk), allocatable :: anchor_motions(:, :)
+    !> [length/force] of the anchors' unknowns
+    real(rk) :: scale = 1
+    !> dofs with displacements, ascending, 1-based, and the boundaries whose nodes these are
+    integer, allocatable :: exact_dofs(:)
+    type(string_t), allocatable :: exact_boundaries(:)
+    !> [sqrt(force*length)] largest size of the forces in training, in the norm of W
+    real(rk) :: largest_size = 0
+    !> active sets (z > 0) at the training points, as bits; shape (n_words(n_multipliers), n_points)
+    integer, allocatable :: start_sets(:, :)
+    !> [-] largest error of the forces at the training points, whose constants are no nodes, relative to the size of the forces, at
+    !> least a thousandth of the largest
+    real(rk) :: measured_error = 0
+    !> the training point that has it, 1-based
+    integer :: worst_point = 0
+    !> that training made
+    integer :: n_factorizations = 0
+  contains
+    procedure :: complete
+    procedure :: mismatch
+    procedure :: evaluate
+    procedure :: field
+    procedure :: displacement_of
+    procedure :: write
+    procedure :: read
+  end type interpolated_data_t
+
+  !> [-] a load that works less than this share of its parts on a free motion is in equilibrium
+  real(rk), parameter :: rounding = 1.0e-12_rk
+
+contains
+
+  !> Gives every part that is not allocated its empty value.
+  pure subroutine complete(self, sizes)
+    class(interpolated_data_t), intent(inout) :: self
+    type(model_sizes_t), intent(in) :: sizes
+
+    if (.not. allocated(self%bodies)) allocate (self%bodies(0))
+    call fill_missing(self%gap, sizes%n_multipliers)
+    call fill_missing(self%anchors)
+    call fill_missing(self%anchor_closing, sizes%n_multipliers)
+    if (.not. allocated(self%anchor_forces)) allocate (self%anchor_forces(0, sizes%n_terms))
+    call fill_missing(self%exact_dofs)
+    call fill_missing(self%anchor_motions, size(self%exact_dofs))
+    call fill_missing(self%exact_boundaries)
+    call fill_missing(self%start_sets, n_words(sizes%n_multipliers))
+  end subroutine complete
+
+  !> Name of a part whose shape does not fit the model; empty when all fit. Requires: complete.
+  pure function mismatch(self, sizes) result(name)
+    class(interpolated_data_t), intent(in) :: self
+    type(model_sizes_t), intent(in) :: sizes
+    character(:), allocatable :: name
+    integer :: i
+
+    name = ''
+    associate (n => sizes%n_multipliers, n_anchors => size(self%anchors), n_exact => size(self%exact_dofs))
+      if (size(self%bodies) == 0) name = 'bodies'
+      if (.not. is_matrix(self%gap, n, sizes%n_terms)) name = 'gap'
+      if (.not. (are_indices(self%anchors, n) .and. self%scale > 0)) name = 'anchors'
+      if (.not. is_matrix(self%anchor_closing, n, n_anchors)) name = 'anchor_closing'
+      if (.not. is_matrix(self%anchor_forces, n_anchors, sizes%n_terms)) name = 'anchor_forces'
+      if (.not. is_matrix(self%anchor_motions, n_exact, n_anchors)) name = 'anchor_motions'
+      if (.not. (are_indices(self%exact_dofs, sizes%n_dofs) .and. is_ascending(self%exact_dofs))) name = 'exact_dofs'
+      if (any(shape(self%start_sets) /= [n_words(n), sizes%n_points])) name = 'start_sets'
+      do i = 1, size(self%bodies)
+        if (len(name) == 0) name = self%bodies(i)%mismatch(n, sizes%n_terms, n_exact)
+      end do
+    end associate
+  end function mismatch
+
+  !> W and q at a point.
+  subroutine evaluate(self, theta, compliance, opening)
+    class(interpolated_data_t), intent(in) :: self
+    !> shape (n_terms)
+    real(rk), contiguous, intent(in) :: theta(:)
+    !> [length/force] shape (n_multipliers, n_multipliers)
+    real(rk), contiguous, target, intent(inout) :: compliance(:, :)
+    !> [length] shape (n_multipliers)
+    real(rk), contiguous, intent(inout) :: opening(:)
+    real(rk), pointer, contiguous :: flat(:)
+    integer :: i
+
+    flat(1:size(compliance)) => compliance
+    flat = 0
+    call multiply(1.0_rk, self%gap, theta, 0.0_rk, opening)
+    do i = 1, size(self%bodies)
+      call self%bodies(i)%add_compliance(theta, flat)
+      call self%bodies(i)%add_opening(theta, opening)
+    end do
+    call close_anchors(self, theta, compliance, opening)
+  end subroutine evaluate
+
+  !> In the place of the anchors' forces stand their openings, in the place of their openings their forces.
+  pure subroutine close_anchors(self, theta, compliance, opening)
+    type(interpolated_data_t), intent(in) :: self
+    real(rk), intent(in) :: theta(:)
+    real(rk), intent(inout) :: compliance(:, :)
+    real(rk), intent(inout) :: opening(:)
+    real(rk) :: force
+    integer :: i, k
+
+    do i = 1, size(self%anchors)
+      associate (row => self%anchors(i))
+        compliance(:, row) = self%scale * self%anchor_closing(:, i)
+        compliance(row, :) = -self%scale * self%anchor_closing(:, i)
+        force = 0
+        do k = 1, size(theta)
+          force = force + self%anchor_forces(i, k) * theta(k)
+        end do
+        if (abs(force) <= rounding * sum(abs(self%anchor_forces(i, :) * theta))) force = 0
+        opening(row) = self%scale * force
+      end associate
+    end do
+    compliance(self%anchors, self%anchors) = 0
+  end subroutine close_anchors
+
+  !> Displacement of the exact dofs.
+  subroutine field(self, theta, unknowns, displacement)
+    class(interpolated_data_t), intent(in) :: self
+    !> shape (n_terms)
+    real(rk), contiguous, intent(in) :: theta(:)
+    !> [force] z, shape (n_multipliers)
+    real(rk), contiguous, intent(in) :: unknowns(:)
+    !> [length] shape (n_exact)
+    real(rk), contiguous, intent(inout) :: displacement(:)
+    real(rk) :: forces(size(unknowns))
+    real(rk), allocatable :: own(:)
+    integer :: i
+
+    forces = unknowns
+    forces(self%anchors) = 0
+    displacement = 0
+    do i = 1, size(self%bodies)
+      allocate (own(size(self%bodies(i)%own)), source=0.0_rk)
+      call self%bodies(i)%add_field(theta, forces, own)
+      displacement(self%bodies(i)%own) = own
+      deallocate (own)
+    end do
+    if (size(self%anchors) == 0) return
+    call multiply(1.0_rk, self%anchor_motions, moves(self, theta, forces, unknowns), 1.0_rk, displacement)
+  end subroutine field
+
+  !> [length] one component of the same.
+  pure real(rk) function displacement_of(self, theta, unknowns, i) result(displacement)
+    class(interpolated_data_t), intent(in) :: self
+    real(rk), intent(in) :: theta(:)
+    real(rk), intent(in) :: unknowns(:)
+    !> 1-based among the exact dofs
+    integer, intent(in) :: i
+    real(rk) :: forces(size(unknowns))
+    integer :: i_body, i_own
+
+    forces = unknowns
+    forces(self%anchors) = 0
+    displacement = dot_product(self%anchor_motions(i, :), moves(self, theta, forces, unknowns))
+    do i_body = 1, size(self%bodies)
+      i_own = place_in_ascending(self%bodies(i_body)%own, i)
+      if (i_own > 0) displacement = displacement + self%bodies(i_body)%displacement_of(theta, forces, i_own)
+    end do
+  end function displacement_of
+
+  !> [length] how far each anchor closes, as a rigid motion of the bodies that hang on it.
+  pure function moves(self, theta, forces, unknowns)
+    type(interpolated_data_t), intent(in) :: self
+    real(rk), intent(in) :: theta(:)
+    !> [force] z without anchors, and with them
+    real(rk), intent(in) :: forces(:)
+    real(rk), intent(in) :: unknowns(:)
+    real(rk) :: moves(size(self%anchors))
+    integer :: i, i_body
+
+    do i = 1, size(self%anchors)
+      associate (row => self%anchors(i))
+        moves(i) = dot_product(self%gap(row, :), theta) - self%scale * unknowns(row)
+        do i_body = 1, size(self%bodies)
+          moves(i) = moves(i) + self%bodies(i_body)%opening_of_row(theta, forces, row)
+        end do
+      end associate
+    end do
+  end function moves
+
+  subroutine write(self, file, group, length, force)
+    class(interpolated_data_t), intent(in) :: self
+    type(h5_writer_t), intent(inout) :: file
+    character(*), intent(in) :: group
+    character(*), intent(in) :: length
+    character(*), intent(in) :: force
+    integer :: i
+
+    call file%write(group // '/n_bodies', size(self%bodies), description='groups in bodies')
+    do i = 1, size(self%bodies)
+      call self%bodies(i)%write(file, group // '/bodies/' // to_text(i), length, force)
+    end do
+    call file%write(group // '/gap', self%gap, length, 'initial gap of each pair with closed anchors, a term per row')
+    call file%write(group // '/anchors', self%anchors, description='pairs that hold bodies which only contact holds, 1-based')
+    call file%write(group // '/anchor_closing', self%anchor_closing, '1', 'of each pair as an anchor closes, an anchor per row')
+    call file%write(group // '/anchor_forces', self%anchor_forces, force, 'of the anchors alone, a term per row')
+    call file%write(group // '/anchor_motions', self%anchor_motions, '1', &
+      'displacement of the exact dofs as an anchor closes, an anchor per row')
+    call file%write(group // '/scale', self%scale, length // '/(' // force // ')', 'of the anchors')
+    call file%write(group // '/exact_dofs', self%exact_dofs, description='dofs whose displacement is exact, 1-based')
+    call file%write(group // '/exact_boundaries', self%exact_boundaries, description= &
+      'boundaries whose nodes these are; none: of all nodes')
+    call file%write(group // '/largest_size', self%largest_size, 'sqrt(' // force // '*' // length // ')', &
+      'of the contact forces in training, in the norm of the compliance')
+    call file%write(group // '/start_sets', self%start_sets, description= &
+      'active contacts at each training point, a bit per contact, 32 to an integer, a point per row')
+    call file%write(group // '/measured_error', self%measured_error, '1', &
+      'largest error of the contact forces at the training points, relative')
+    call file%write(group // '/worst_point', self%worst_point, description='training point that has it, 1-based')
+    call file%write(group // '/n_factorizations', self%n_factorizations, description='of the stiffness in training')
+  end subroutine write
+
+  subroutine read(self, file, group, error)
+    class(interpolated_data_t), intent(inout) :: self
+    type(h5_reader_t), intent(in) :: file
+    character(*), intent(in) :: group
+    type(error_t), allocatable, intent(inout) :: error
+    integer :: i, n_bodies
+
+    call file%read(group // '/n_bodies', n_bodies, error)
+    if (allocated(error)) return
+    ! a number alone may be any
+    if (file%count_groups(group // '/bodies', n_bodies) < n_bodies) n_bodies = 0
+    allocate (self%bodies(max(0, n_bodies)))
+    do i = 1, size(self%bodies)
+      call self%bodies(i)%read(file, group // '/bodies/' // to_text(i), error)
+    end do
+    call file%read(group // '/gap', self%gap, error)
+    call file%read(group // '/anchors', self%anchors, error)
+    call file%read(group // '/anchor_closing', self%anchor_closing, error)
+    call file%read(group // '/anchor_forces', self%anchor_forces, error)
+    call file%read(group // '/anchor_motions', self%anchor_motions, error)
+    call file%read(group // '/scale', self%scale, error)
+    call file%read(group // '/exact_dofs', self%exact_dofs, error)
+    call file%read(group // '/exact_boundaries', self%exact_boundaries, error)
+    call file%read(group // '/largest_size', self%largest_size, error)
+    call file%read(group // '/start_sets', self%start_sets, error)
+    call file%read(group // '/measured_error', self%measured_error, error)
+    call file%read(group // '/worst_point', self%worst_point, error)
+    call file%read(group // '/n_factorizations', self%n_factorizations, error)
+  end subroutine read
+end module sig_interpolated_data

@@ -1,0 +1,234 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> The condensed contact problem of bodies whose elastic constants depend on the parameters as a kind of reduced model.
+!>
+!> A query interpolates W and q over the constants, and solves the problem of all contacts from the active set of the nearest
+!> training point.
+module sig_reduced_interpolated
+  use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
+  use sig_answer, only: answer_condensed, answer_t
+  use sig_bits, only: unpack_bits
+  use sig_dense_kernels, only: add_few_columns
+  use sig_description_line, only: line
+  use sig_errors, only: error_t
+  use sig_hdf5_reader, only: h5_reader_t
+  use sig_hdf5_writer, only: h5_writer_t
+  use sig_interpolated_data, only: interpolated_data_t
+  use sig_kinds, only: rk
+  use sig_lcp, only: lcp_solution_t, lcp_workspace_t, solve_lcp
+  use sig_reasons, only: reason_pulled_off, reason_ray
+  use sig_reduced, only: displacement_exact, displacement_none, model_sizes_t, neighbors_t, reduced_t, room_t
+  use sig_reduced_exact, only: displacement_text, reduced_exact_t
+  use sig_shape_checks, only: place_in_ascending
+  use sig_text, only: counted, to_text
+  implicit none(type, external)
+  private
+  public :: reduced_interpolated_t
+
+  type, extends(reduced_exact_t) :: reduced_interpolated_t
+    type(interpolated_data_t) :: data
+  contains
+    procedure :: kind => kind_of
+    procedure :: complete
+    procedure :: mismatch
+    procedure :: prepare
+    procedure :: create_room
+    procedure :: solve
+    procedure :: fill_displacement
+    procedure :: displacement_of_dof
+    procedure :: n_rows
+    procedure :: write
+    procedure :: read
+    procedure :: describe
+    procedure :: has_displacement
+    procedure :: displacement_source
+    procedure :: has_whole_field
+  end type reduced_interpolated_t
+
+  type, extends(room_t) :: interpolated_room_t
+    type(lcp_workspace_t) :: workspace
+    type(lcp_solution_t) :: solution
+    !> [length/force] W, and [length] q and w, at the point
+    real(rk), allocatable :: compliance(:, :)
+    real(rk), allocatable :: free_opening(:)
+    real(rk), allocatable :: opening(:)
+    logical, allocatable :: start(:)
+  end type interpolated_room_t
+
+contains
+
+  pure function kind_of(self) result(name)
+    class(reduced_interpolated_t), intent(in) :: self
+    character(:), allocatable :: name
+
+    name = 'interpolated'
+  end function kind_of
+
+  pure subroutine complete(self, sizes)
+    class(reduced_interpolated_t), intent(inout) :: self
+    type(model_sizes_t), intent(in) :: sizes
+
+    call self%data%complete(sizes)
+  end subroutine complete
+
+  pure function mismatch(self, sizes) result(name)
+    class(reduced_interpolated_t), intent(in) :: self
+    type(model_sizes_t), intent(in) :: sizes
+    character(:), allocatable :: name
+
+    name = self%data%mismatch(sizes)
+  end function mismatch
+
+  !> The polynomials of the interpolations. No errors.
+  subroutine prepare(self, message)
+    class(reduced_interpolated_t), intent(inout) :: self
+    character(:), allocatable, intent(out) :: message
+    integer :: i
+
+    do i = 1, size(self%data%bodies)
+      call self%data%bodies(i)%nodes%prepare()
+    end do
+  end subroutine prepare
+
+  subroutine create_room(self, room)
+    class(reduced_interpolated_t), intent(in) :: self
+    class(room_t), allocatable, intent(out) :: room
+    type(interpolated_room_t), allocatable :: own
+    integer :: n
+
+    n = self%n_rows()
+    allocate (own)
+    allocate (own%compliance(n, n), own%free_opening(n), own%opening(n), own%start(n))
+    call move_alloc(own, room)
+  end subroutine create_room
+
+  !> The complementarity problem of all contacts, as in sig_reduced_condensed.
+  subroutine solve(self, theta, near, judge, room, answer)
+    class(reduced_interpolated_t), intent(in) :: self
+    real(rk), contiguous, intent(in) :: theta(:)
+    type(neighbors_t), intent(in) :: near
+    class(reduced_t), pointer, intent(in) :: judge
+    class(room_t), intent(inout) :: room
+    type(answer_t), intent(inout) :: answer
+
+    select type (room)
+    type is (interpolated_room_t)
+      call self%data%evaluate(theta, room%compliance, room%free_opening)
+      room%start = .true.
+      room%start(self%data%anchors) = .false.
+      if (near%nearest >= 1 .and. near%nearest <= size(self%data%start_sets, 2)) &
+        call unpack_bits(self%data%start_sets(:, near%nearest), room%start)
+      answer%n_iterations = 0
+      call solve_lcp(room%compliance, room%free_opening, room%start, room%solution, room%workspace)
+      call answer%take_solution(room%solution, answer_condensed)
+      answer%unknowns = room%solution%lambda
+      if (answer%reason == reason_ray .and. size(self%data%anchors) > 0) answer%reason = reason_pulled_off
+      if (answer%reason > 0) call take_forces(self%data, room, answer)
+    end select
+  end subroutine solve
+
+  !> Multipliers from the unknowns, and the openings w.
+  subroutine take_forces(data, room, answer)
+    type(interpolated_data_t), intent(in) :: data
+    type(interpolated_room_t), intent(inout) :: room
+    type(answer_t), intent(inout) :: answer
+    integer :: i
+
+    room%opening = room%free_opening
+    call add_few_columns(room%compliance, answer%unknowns, room%opening)
+    answer%multipliers = answer%unknowns
+    do i = 1, size(data%anchors)
+      associate (row => data%anchors(i))
+        answer%multipliers(row) = merge(0.0_rk, max(0.0_rk, room%opening(row)) / data%scale, answer%unknowns(row) > 0)
+      end associate
+    end do
+    call answer%take_all_forces()
+  end subroutine take_forces
+
+  subroutine fill_displacement(self, answer, displacement)
+    class(reduced_interpolated_t), intent(in) :: self
+    type(answer_t), intent(in) :: answer
+    real(rk), contiguous, intent(inout) :: displacement(:)
+    real(rk) :: exact(size(self%data%exact_dofs))
+
+    displacement = ieee_value(1.0_rk, ieee_quiet_nan)
+    call self%data%field(answer%theta, answer%unknowns, exact)
+    displacement(self%data%exact_dofs) = exact
+  end subroutine fill_displacement
+
+  pure real(rk) function displacement_of_dof(self, answer, dof) result(displacement)
+    class(reduced_interpolated_t), intent(in) :: self
+    type(answer_t), intent(in) :: answer
+    integer, intent(in) :: dof
+    integer :: i
+
+    displacement = ieee_value(1.0_rk, ieee_quiet_nan)
+    i = place_in_ascending(self%data%exact_dofs, dof)
+    if (i > 0) displacement = self%data%displacement_of(answer%theta, answer%unknowns, i)
+  end function displacement_of_dof
+
+  pure logical function has_whole_field(self, n_dofs)
+    class(reduced_interpolated_t), intent(in) :: self
+    integer, intent(in) :: n_dofs
+
+    has_whole_field = size(self%data%exact_dofs) == n_dofs
+  end function has_whole_field
+
+  pure integer function displacement_source(self, dof) result(source)
+    class(reduced_interpolated_t), intent(in) :: self
+    integer, intent(in) :: dof
+
+    source = merge(displacement_exact, displacement_none, place_in_ascending(self%data%exact_dofs, dof) > 0)
+  end function displacement_source
+
+  pure logical function has_displacement(self)
+    class(reduced_interpolated_t), intent(in) :: self
+
+    has_displacement = size(self%data%exact_dofs) > 0
+  end function has_displacement
+
+  pure integer function n_rows(self)
+    class(reduced_interpolated_t), intent(in) :: self
+
+    n_rows = 0
+    if (allocated(self%data%gap)) n_rows = size(self%data%gap, 1)
+  end function n_rows
+
+  subroutine write(self, file, group, length, force)
+    class(reduced_interpolated_t), intent(in) :: self
+    type(h5_writer_t), intent(inout) :: file
+    character(*), intent(in) :: group
+    character(*), intent(in) :: length
+    character(*), intent(in) :: force
+
+    call self%data%write(file, group, length, force)
+  end subroutine write
+
+  subroutine read(self, file, group, error)
+    class(reduced_interpolated_t), intent(inout) :: self
+    type(h5_reader_t), intent(in) :: file
+    character(*), intent(in) :: group
+    type(error_t), allocatable, intent(inout) :: error
+
+    call self%data%read(file, group, error)
+  end subroutine read
+
+  pure function describe(self) result(text)
+    class(reduced_interpolated_t), intent(in) :: self
+    character(:), allocatable :: text
+    integer :: i
+
+    text = line('  forces', 'on all ' // counted(self%n_rows(), 'contact pair') // '; largest error at the training points ' // &
+      to_text(self%data%measured_error))
+    do i = 1, size(self%data%bodies)
+      associate (body => self%data%bodies(i))
+        if (size(body%numerators) == 0) then
+          text = text // line('  body ' // to_text(i), 'exact: all its moduli scale together')
+        else
+          text = text // line('  body ' // to_text(i), 'interpolated over ' // &
+            counted(size(body%numerators), 'elastic constant') // ', ' // counted(body%nodes%n_nodes(), 'node'))
+        end if
+      end associate
+    end do
+    text = text // line('  displacements', displacement_text(self%data%exact_boundaries, size(self%data%exact_dofs), 0))
+  end function describe
+end module sig_reduced_interpolated

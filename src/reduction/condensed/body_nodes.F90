@@ -1,0 +1,217 @@
+! SPDX-License-Identifier: BSD-3-Clause
+#include "signorom/macros.h"
+!> Responses of bodies at the nodes of their interpolations: one factorization serves a node of each body.
+module sig_body_nodes
+  use sig_body_constants, only: body_constants_t, joined_body_t
+  use sig_body_response, only: body_response_t
+  use sig_condensed_training, only: share_rows
+  use sig_contact_responses, only: close_rows, solve_responses
+  use sig_errors, only: error_t, exit_not_converged, make_error
+  use sig_full_order, only: team_t
+  use sig_holding, only: anchors_t
+  use sig_interpolated_data, only: interpolated_data_t
+  use sig_kinds, only: rk
+  use sig_petsc_support, only: broadcast_columns
+  use sig_problem, only: problem_t
+  use sig_reasons, only: reason_converged
+  use petsc
+  implicit none(type, external)
+  private
+  public :: fill_nodes, grow_nodes, start_body
+
+  !> What one factorization gives, rows of this rank.
+  type :: responses_t
+    type(anchors_t) :: anchors
+    !> [length] under loads, and under prescribed displacements and imposed strains; shape (n_local_dofs, n_driving_terms)
+    real(rk), allocatable :: loaded(:, :)
+    real(rk), allocatable :: strained(:, :)
+    !> [length/force] shape (n_local_dofs, n_multipliers)
+    real(rk), allocatable :: contact(:, :)
+  end type responses_t
+
+contains
+
+  !> A body without nodes. Local.
+  subroutine start_body(problem, constants, i_body, data)
+    type(problem_t), intent(in) :: problem
+    type(body_constants_t), intent(in) :: constants
+    integer, intent(in) :: i_body
+    !> its exact dofs are known
+    type(interpolated_data_t), intent(inout) :: data
+    logical, allocatable :: is_own(:)
+    integer :: i
+
+    is_own = dofs_of_body(problem, i_body)
+    associate (body => data%bodies(i_body), n => problem%rows%n_rows, n_driving => problem%boundary%n_driving_terms)
+      body%modulus_term = constants%modulus_term
+      body%modulus = constants%moduli(1)
+      body%numerators = constants%numerators
+      body%denominators = constants%denominators
+      body%is_logarithmic = constants%is_logarithmic
+      body%own = pack([(i, i=1, size(data%exact_dofs))], is_own(data%exact_dofs))
+      allocate (body%compliance(n**2, 0), body%loaded_opening(n * n_driving, 0), body%strained_opening(n * n_driving, 0))
+      associate (n_own => size(body%own))
+        allocate (body%loaded_field(n_own * n_driving, 0), body%strained_field(n_own * n_driving, 0))
+        allocate (body%contact_field(n_own * n, 0))
+      end associate
+    end associate
+  end subroutine start_body
+
+  !> Natural, shape (n_dofs).
+  pure function dofs_of_body(problem, i_body) result(is_own)
+    type(problem_t), intent(in) :: problem
+    integer, intent(in) :: i_body
+    logical, allocatable :: is_own(:)
+
+    associate (n_dim => problem%mesh%n_dim)
+      is_own = reshape(spread(problem%motions%body_of_node == i_body, 1, n_dim), [n_dim * problem%mesh%n_nodes])
+    end associate
+  end function dofs_of_body
+
+  !> The nodes of the next degree; those that are there stay.
+  subroutine grow_nodes(constants, i_round, data)
+    type(body_constants_t), intent(in) :: constants(:)
+    integer, intent(in) :: i_round
+    type(interpolated_data_t), intent(inout) :: data
+    integer :: i
+
+    do i = 1, size(constants)
+      call data%bodies(i)%nodes%create(constants(i)%lower, constants(i)%upper, constants(i)%degree(i_round))
+    end do
+  end subroutine grow_nodes
+
+  !> Responses at all nodes that have none. Collective on all ranks; the same on each.
+  !>
+  !> Errors: the stiffness could not be factored.
+  subroutine fill_nodes(problem, team, constants, joined, data, error, ierr)
+    type(problem_t), intent(in) :: problem
+    type(team_t), intent(inout) :: team
+    type(body_constants_t), intent(in) :: constants(:)
+    type(joined_body_t), intent(inout) :: joined
+    type(interpolated_data_t), intent(inout) :: data
+    type(error_t), allocatable, intent(out) :: error
+    PetscErrorCode, intent(out) :: ierr
+    type(responses_t) :: responses
+    logical :: is_pending(size(constants))
+    integer :: i, reason
+
+    ierr = 0
+    do
+      do i = 1, size(constants)
+        associate (body => data%bodies(i), next => size(data%bodies(i)%compliance, 2) + 1)
+          is_pending(i) = next <= body%nodes%n_nodes()
+          if (is_pending(i)) call joined%set(problem, constants(i), i, body%nodes%node(next))
+        end associate
+      end do
+      if (.not. any(is_pending)) return
+      PetscCall(solve_node(problem, team, joined, responses, reason, ierr))
+      if (reason /= reason_converged) then
+        call make_error(error, 'the stiffness could not be factored', problem%deck%path, exit_code=exit_not_converged)
+        return
+      end if
+      data%n_factorizations = data%n_factorizations + 1
+      do i = 1, size(constants)
+        if (.not. is_pending(i)) cycle
+        PetscCall(add_node(problem, team, responses, i, data, ierr))
+      end do
+    end do
+  end subroutine fill_nodes
+
+  !> One factorization. Collective on the team's group.
+  subroutine solve_node(problem, team, joined, responses, reason, ierr)
+    type(problem_t), intent(in) :: problem
+    type(team_t), intent(inout) :: team
+    type(joined_body_t), intent(in) :: joined
+    type(responses_t), intent(out) :: responses
+    integer, intent(out) :: reason
+    PetscErrorCode, intent(out) :: ierr
+    real(rk), allocatable :: lifting(:, :)
+
+    PetscCall(team%solver%take_body(problem, joined%body, ierr))
+    associate (system => team%solver%system)
+      PetscCall(solve_responses(system, responses%anchors, responses%loaded, lifting, responses%contact, reason, ierr))
+    end associate
+    if (reason /= reason_converged) return
+    allocate (responses%strained, mold=responses%loaded)
+    responses%strained = 0
+    responses%strained(:, :size(lifting, 2)) = lifting
+    responses%loaded = responses%loaded - responses%strained
+  end subroutine solve_node
+
+  !> One body's share of the responses as its next node. Collective on all ranks.
+  subroutine add_node(problem, team, responses, i_body, data, ierr)
+    type(problem_t), intent(in) :: problem
+    type(team_t), intent(inout) :: team
+    type(responses_t), intent(in) :: responses
+    integer, intent(in) :: i_body
+    type(interpolated_data_t), intent(inout) :: data
+    PetscErrorCode, intent(out) :: ierr
+    real(rk), allocatable :: values(:, :)
+    logical, allocatable :: is_own(:)
+
+    is_own = dofs_of_body(problem, i_body)
+    associate (body => data%bodies(i_body), system => team%solver%system, anchors => responses%anchors)
+      PetscCall(close_rows(system, responses%contact, values, ierr, is_own))
+      call close_anchors(anchors, values)
+      if (size(anchors%rows) == 0) values = (values + transpose(values)) / 2
+      PetscCall(append(values, body%compliance, ierr))
+      call set_scale(anchors, values, data)
+      PetscCall(close_rows(system, responses%loaded, values, ierr, is_own))
+      call close_anchors(anchors, values)
+      PetscCall(append(-values, body%loaded_opening, ierr))
+      PetscCall(close_rows(system, responses%strained, values, ierr, is_own))
+      call close_anchors(anchors, values)
+      PetscCall(append(-values, body%strained_opening, ierr))
+      associate (dofs => data%exact_dofs(body%own))
+        PetscCall(share_rows(team, responses%loaded, size(responses%loaded, 2), dofs, values, ierr))
+        PetscCall(append(values, body%loaded_field, ierr))
+        PetscCall(share_rows(team, responses%strained, size(responses%strained, 2), dofs, values, ierr))
+        PetscCall(append(values, body%strained_field, ierr))
+        PetscCall(share_rows(team, responses%contact, size(responses%contact, 2), dofs, values, ierr))
+        PetscCall(append(values, body%contact_field, ierr))
+      end associate
+    end associate
+  end subroutine add_node
+
+  !> What is left with closed anchors; their own rows keep how far they would open.
+  pure subroutine close_anchors(anchors, values)
+    type(anchors_t), intent(in) :: anchors
+    !> shape (n_multipliers, n_columns)
+    real(rk), intent(inout) :: values(:, :)
+    real(rk) :: own(size(anchors%rows), size(values, 2))
+
+    own = values(anchors%rows, :)
+    values = values - matmul(anchors%closing, own)
+    values(anchors%rows, :) = own
+  end subroutine close_anchors
+
+  !> The first body's first node says how large the unknowns of the anchors are.
+  pure subroutine set_scale(anchors, compliance, data)
+    type(anchors_t), intent(in) :: anchors
+    real(rk), intent(in) :: compliance(:, :)
+    type(interpolated_data_t), intent(inout) :: data
+    integer :: i
+    real(rk) :: mean
+
+    if (size(anchors%rows) == 0 .or. data%n_factorizations > 1) return
+    mean = sum([(abs(compliance(i, i)), i=1, size(compliance, 1))]) / size(compliance, 1)
+    if (mean > 0) data%scale = mean
+  end subroutine set_scale
+
+  !> The first rank's numbers as one more column. Collective on all ranks.
+  subroutine append(values, columns, ierr)
+    real(rk), intent(in) :: values(:, :)
+    !> shape (size(values), n_columns)
+    real(rk), allocatable, intent(inout) :: columns(:, :)
+    PetscErrorCode, intent(out) :: ierr
+    real(rk), allocatable :: more(:, :)
+    integer :: n
+
+    n = size(columns, 2)
+    allocate (more(size(columns, 1), n + 1))
+    more(:, :n) = columns
+    more(:, n + 1) = reshape(values, [size(values)])
+    PetscCall(broadcast_columns(more(:, n + 1:), PETSC_COMM_WORLD, ierr))
+    call move_alloc(more, columns)
+  end subroutine append
+end module sig_body_nodes

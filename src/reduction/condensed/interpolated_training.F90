@@ -1,0 +1,212 @@
+! SPDX-License-Identifier: BSD-3-Clause
+#include "signorom/macros.h"
+!> The condensed problem of bodies whose elastic constants depend on the parameters: responses at nodes in the space of the
+!> constants, as many as the forces at the training points need.
+!>
+!> The training points were solved with constants of their own: they measure the error, and are no part of the interpolation.
+module sig_interpolated_training
+  use sig_body_constants, only: body_constants_t, find_body_constants, joined_body_t
+  use sig_body_nodes, only: fill_nodes, grow_nodes, start_body
+  use sig_condensed_plan, only: displacement_plan_t, plan_displacements
+  use sig_errors, only: error_t, exit_not_converged, make_error
+  use sig_full_order, only: full_order_t, team_t
+  use sig_holding, only: anchors_t, find_anchors
+  use sig_interpolated_data, only: interpolated_data_t
+  use sig_kinds, only: rk
+  use sig_linear_algebra, only: unit_vector
+  use sig_log, only: log_info
+  use sig_polynomial_nodes, only: most_variables, number_of_polynomials
+  use sig_problem, only: problem_t
+  use sig_reduced, only: reduced_t
+  use sig_reduced_interpolated, only: reduced_interpolated_t
+  use sig_response_errors, only: keep_start_sets, measure_responses
+  use sig_text, only: counted, to_text
+  use sig_training_set, only: training_set_t
+  use petsc
+  implicit none(type, external)
+  private
+  public :: train_interpolated
+
+  !> [-] of the tolerance: the training points are not the worst ones
+  real(rk), parameter :: caution = 0.25_rk
+  !> nodes of a body: more would take longer than what the model is for
+  integer, parameter :: most_nodes = 170
+  integer, parameter :: usual_degree = 7
+  !> [-] a load that works less than this share of its parts on a free motion is in equilibrium
+  real(rk), parameter :: rounding = 1.0e-12_rk
+
+contains
+
+  !> Collective on all ranks; the same on each.
+  !>
+  !> Errors: a constant is out of its range somewhere in the box; the interpolation does not reach reduction.stiffness_tolerance;
+  !> the stiffness at a node could not be factored.
+  subroutine train_interpolated(full_order, snapshots, part, error, ierr)
+    !> loaded
+    type(full_order_t), intent(inout) :: full_order
+    !> solved
+    type(training_set_t), intent(in) :: snapshots
+    class(reduced_t), allocatable, intent(out) :: part
+    type(error_t), allocatable, intent(out) :: error
+    PetscErrorCode, intent(out) :: ierr
+    type(body_constants_t), allocatable :: constants(:)
+    type(joined_body_t) :: joined
+    type(reduced_interpolated_t), allocatable :: reduced
+    type(team_t), pointer :: team
+    integer :: i_round
+    logical :: is_good
+
+    PetscCall(full_order%ready_team(team, ierr))
+    associate (problem => full_order%problem)
+      call find_body_constants(problem, constants, error)
+      if (allocated(error)) return
+      call joined%create(problem, constants)
+      allocate (reduced)
+      call start_data(problem, team, constants, snapshots, reduced%data)
+      i_round = 0
+      is_good = .false.
+      do while (.not. is_good)
+        if (.not. has_room(constants, i_round)) then
+          call refuse(problem, constants, reduced%data, error)
+          return
+        end if
+        call grow_nodes(constants, i_round, reduced%data)
+        PetscCall(fill_nodes(problem, team, constants, joined, reduced%data, error, ierr))
+        if (allocated(error)) return
+        call measure_responses(problem, snapshots, reduced)
+        is_good = .not. any_variable(constants) .or. &
+          reduced%data%measured_error <= caution * problem%deck%reduction%stiffness_tolerance
+        i_round = i_round + 1
+      end do
+    end associate
+    call log_nodes(constants, reduced%data)
+    call move_alloc(reduced, part)
+  end subroutine train_interpolated
+
+  !> What does not depend on the constants. Local.
+  subroutine start_data(problem, team, constants, snapshots, data)
+    type(problem_t), intent(in) :: problem
+    type(team_t), intent(in) :: team
+    type(body_constants_t), intent(in) :: constants(:)
+    type(training_set_t), intent(in) :: snapshots
+    type(interpolated_data_t), intent(inout) :: data
+    type(displacement_plan_t) :: plan
+    type(anchors_t) :: anchors
+    integer :: i
+
+    plan = plan_displacements(problem, usual_nodes_of(constants))
+    data%exact_dofs = plan%exact_dofs
+    data%exact_boundaries = plan%boundaries
+    call find_anchors(team%solver%system%motions, anchors)
+    data%anchors = anchors%rows
+    data%anchor_closing = anchors%closing
+    data%gap = problem%rows%gap - matmul(anchors%closing, problem%rows%gap(anchors%rows, :))
+    data%gap(anchors%rows, :) = problem%rows%gap(anchors%rows, :)
+    call start_anchors(team, anchors, data)
+    allocate (data%bodies(size(constants)))
+    do i = 1, size(constants)
+      call start_body(problem, constants(i), i, data)
+    end do
+    call keep_start_sets(snapshots%forces(), data)
+  end subroutine start_data
+
+  !> Mean number of nodes of the bodies that their interpolation is likely to need.
+  pure real(rk) function usual_nodes_of(constants) result(n_nodes)
+    type(body_constants_t), intent(in) :: constants(:)
+    integer :: i
+
+    n_nodes = sum([(real(number_of_polynomials(size(constants(i)%numerators), usual_degree), rk), i=1, size(constants))]) / &
+      size(constants)
+  end function usual_nodes_of
+
+  !> Forces of the anchors under each term, and how their motions move the exact dofs. Local.
+  subroutine start_anchors(team, anchors, data)
+    type(team_t), intent(in) :: team
+    type(anchors_t), intent(in) :: anchors
+    type(interpolated_data_t), intent(inout) :: data
+    real(rk) :: work(size(anchors%rows)), work_size(size(anchors%rows))
+    real(rk), allocatable :: motion(:)
+    integer :: i, n_terms
+
+    associate (system => team%solver%system)
+      n_terms = system%boundary%n_terms
+      allocate (data%anchor_forces(size(anchors%rows), n_terms), source=0.0_rk)
+      allocate (data%anchor_motions(size(data%exact_dofs), size(anchors%rows)))
+      if (size(anchors%rows) == 0) return
+      do i = 1, n_terms
+        associate (forces => system%load(unit_vector(n_terms, i)))
+          work = matmul(system%motions%work(forces), anchors%amplitudes)
+          work_size = matmul(system%motions%work_size(forces), abs(anchors%amplitudes))
+        end associate
+        data%anchor_forces(:, i) = merge(work, 0.0_rk, abs(work) > rounding * work_size)
+      end do
+      do i = 1, size(anchors%rows)
+        motion = system%motions%field(anchors%amplitudes(:, i))
+        data%anchor_motions(:, i) = motion(data%exact_dofs)
+      end do
+    end associate
+  end subroutine start_anchors
+
+  pure logical function any_variable(constants)
+    type(body_constants_t), intent(in) :: constants(:)
+    integer :: i
+
+    any_variable = any([(size(constants(i)%numerators) > 0, i=1, size(constants))])
+  end function any_variable
+
+  !> No body needs more nodes than there may be.
+  pure logical function has_room(constants, i_round)
+    type(body_constants_t), intent(in) :: constants(:)
+    integer, intent(in) :: i_round
+    integer :: i
+
+    has_room = .true.
+    do i = 1, size(constants)
+      associate (n_variables => size(constants(i)%numerators))
+        if (n_variables > most_variables) has_room = .false.
+        if (has_room) has_room = number_of_polynomials(n_variables, constants(i)%degree(i_round)) <= most_nodes
+      end associate
+    end do
+  end function has_room
+
+  subroutine refuse(problem, constants, data, error)
+    type(problem_t), intent(in) :: problem
+    type(body_constants_t), intent(in) :: constants(:)
+    type(interpolated_data_t), intent(in) :: data
+    type(error_t), allocatable, intent(out) :: error
+    character(:), allocatable :: bodies
+    integer :: i
+
+    bodies = ''
+    do i = 1, size(constants)
+      if (size(constants(i)%numerators) > 0) bodies = bodies // '; body ' // constants(i)%name // ': ' // &
+        counted(size(constants(i)%numerators), 'constant')
+    end do
+    associate (reduction => problem%deck%reduction)
+      call make_error(error, 'the contact forces at the training points have errors of up to ' // to_text(data%measured_error) // &
+        ' after ' // counted(data%n_factorizations, 'factorization') // '; reduction.stiffness_tolerance is ' // &
+        to_text(reduction%stiffness_tolerance) // bodies, problem%deck%path, &
+        hint='let the elastic constants vary less, let the moduli of a body share one factor, or take a larger tolerance', &
+        exit_code=exit_not_converged)
+    end associate
+  end subroutine refuse
+
+  !> To the terminal: how the constants are interpolated, and the error.
+  subroutine log_nodes(constants, data)
+    type(body_constants_t), intent(in) :: constants(:)
+    type(interpolated_data_t), intent(in) :: data
+    integer :: i
+
+    do i = 1, size(constants)
+      if (size(constants(i)%numerators) == 0) then
+        call log_info('body ' // constants(i)%name // ': its responses are exact, all its moduli scale together')
+      else
+        call log_info('body ' // constants(i)%name // ': its responses are interpolated over ' // &
+          counted(size(constants(i)%numerators), 'elastic constant') // ', ' // &
+          counted(data%bodies(i)%nodes%n_nodes(), 'node'))
+      end if
+    end do
+    call log_info(counted(data%n_factorizations, 'factorization') // '; largest error of the contact forces at the training ' // &
+      'points: ' // to_text(data%measured_error))
+  end subroutine log_nodes
+end module sig_interpolated_training

@@ -1,0 +1,124 @@
+! SPDX-License-Identifier: BSD-3-Clause
+#include "signorom/macros.h"
+!> What K answers without contact, from one factorization: G = responses to the terms, H = responses to the contact rows.
+!>
+!> Bodies that only contact holds hang on anchors T, which carry what the forces need: Z' (F - B' lambda) = 0.
+module sig_contact_responses
+  use sig_contact_system, only: contact_system_t
+  use sig_free_response, only: factor_without_contact, held_dofs, solve_free_response, solve_lifting
+  use sig_holding, only: anchors_t, find_anchors
+  use sig_kinds, only: rk
+  use sig_linear_solver, only: linear_solver_t
+  use sig_petsc_support, only: sum_over_ranks
+  use sig_reasons, only: reason_converged
+  use petsc
+  implicit none(type, external)
+  private
+  public :: add_row, close_rows, solve_responses
+
+  !> right-hand sides made at a time
+  integer, parameter :: chunk = 64
+
+contains
+
+  !> One factorization, n_driving_terms + n_rows solves. Arrays hold the rows of this rank. Collective.
+  subroutine solve_responses(system, anchors, free_response, lifting, contact_response, reason, ierr)
+    type(contact_system_t), intent(inout) :: system
+    type(anchors_t), intent(out) :: anchors
+    !> [length] G, shape (n_local_dofs, n_driving_terms)
+    real(rk), allocatable, intent(out) :: free_response(:, :)
+    !> [length] the same for prescribed displacements alone, shape (n_local_dofs, n_prescribed_terms)
+    real(rk), allocatable, intent(out) :: lifting(:, :)
+    !> [length/force] H = K^-1 (B' - B_T' N'), shape (n_local_dofs, n_rows)
+    real(rk), allocatable, intent(out) :: contact_response(:, :)
+    !> reason_converged, or why there are none
+    integer, intent(out) :: reason
+    PetscErrorCode, intent(out) :: ierr
+    type(linear_solver_t) :: linear_solver
+
+    PetscCall(factor_without_contact(system, linear_solver, ierr))
+    reason = linear_solver%reason
+    if (reason == reason_converged) then
+      call find_anchors(system%motions, anchors)
+      PetscCall(solve_free_response(system, linear_solver, system%boundary%n_driving_terms, free_response, ierr, anchors))
+      PetscCall(solve_lifting(system, linear_solver, lifting, ierr))
+      PetscCall(solve_contact(system, anchors, linear_solver, contact_response, ierr))
+    end if
+    PetscCall(linear_solver%destroy(ierr))
+  end subroutine solve_responses
+
+  !> H = K^-1 (B' - B_T' N').
+  subroutine solve_contact(system, anchors, linear_solver, response, ierr)
+    type(contact_system_t), intent(in) :: system
+    type(anchors_t), intent(in) :: anchors
+    type(linear_solver_t), intent(inout) :: linear_solver
+    real(rk), allocatable, intent(out) :: response(:, :)
+    PetscErrorCode, intent(out) :: ierr
+    real(rk), allocatable :: rhs(:, :)
+    logical, allocatable :: is_held(:)
+    integer :: first, k, last, t
+
+    is_held = held_dofs(system)
+    allocate (response(system%map%n_local_dofs, system%rows%n_rows))
+    do first = 1, system%rows%n_rows, chunk
+      last = min(first + chunk - 1, system%rows%n_rows)
+      allocate (rhs(system%map%n_local_dofs, last - first + 1), source=0.0_rk)
+      do k = first, last
+        call add_row(system, is_held, k, 1.0_rk, rhs(:, k - first + 1))
+        do t = 1, size(anchors%rows)
+          call add_row(system, is_held, anchors%rows(t), -anchors%closing(k, t), rhs(:, k - first + 1))
+        end do
+      end do
+      PetscCall(linear_solver%solve_many(rhs, response(:, first:last), ierr))
+      deallocate (rhs)
+    end do
+  end subroutine solve_contact
+
+  !> Adds B_k' times a factor, where it does not meet a held dof. Local.
+  pure subroutine add_row(system, is_held, k, factor, column)
+    type(contact_system_t), intent(in) :: system
+    !> natural, shape (n_dofs)
+    logical, intent(in) :: is_held(:)
+    integer, intent(in) :: k
+    real(rk), intent(in) :: factor
+    !> rows of this rank
+    real(rk), intent(inout) :: column(:)
+    integer :: i, i_local
+
+    do i = system%rows%offsets(k) + 1, system%rows%offsets(k + 1)
+      if (is_held(system%rows%dofs(i))) cycle
+      i_local = system%map%local_index(system%rows%dofs(i))
+      if (i_local == 0) cycle
+      column(i_local) = column(i_local) + factor * system%rows%coefficients(i)
+    end do
+  end subroutine add_row
+
+  !> B times distributed columns; replicated.
+  subroutine close_rows(system, columns, closing, ierr, is_counted)
+    type(contact_system_t), intent(in) :: system
+    !> rows of this rank, shape (n_local_dofs, n_columns)
+    real(rk), intent(in) :: columns(:, :)
+    !> shape (n_rows, n_columns)
+    real(rk), allocatable, intent(out) :: closing(:, :)
+    PetscErrorCode, intent(out) :: ierr
+    !> the dofs that count, shape (n_dofs); default: all
+    logical, intent(in), optional :: is_counted(:)
+    integer :: i, i_column, i_local, k
+
+    ierr = 0
+    allocate (closing(system%rows%n_rows, size(columns, 2)), source=0.0_rk)
+    do i_column = 1, size(columns, 2)
+      do k = 1, system%rows%n_rows
+        do i = system%rows%offsets(k) + 1, system%rows%offsets(k + 1)
+          i_local = system%map%local_index(system%rows%dofs(i))
+          if (i_local == 0) cycle
+          if (present(is_counted)) then
+            if (.not. is_counted(system%rows%dofs(i))) cycle
+          end if
+          closing(k, i_column) = closing(k, i_column) + system%rows%coefficients(i) * columns(i_local, i_column)
+        end do
+      end do
+      PetscCall(sum_over_ranks(system%comm, closing(:, i_column), ierr))
+    end do
+  end subroutine close_rows
+end module sig_contact_responses

@@ -1,0 +1,152 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Models whose elastic constants depend on the parameters, against the full order that factors K anew at each point."""
+
+import re
+
+import numpy as np
+import pytest
+
+from block_meshes import stacked_blocks
+from runs import read_report, read_table, write_input
+
+# moduli that scale a whole body: what is left is rounding; otherwise reduction.stiffness_tolerance
+EXACT = 1e-10
+TOLERANCE = 1e-6
+STUDY = "training: {sobol: 20}\ntest: {sobol: 12, seed: 3}\n"
+MODULUS = {
+    "young_modulus: 78.0e3": "young_modulus: E",
+    "materials:\n": "  E: {min: 40.0e3, max: 160.0e3, unit: MPa}\nmaterials:\n",
+}
+RATIOS = {
+    "poisson_ratio: 0.34": "poisson_ratio: nu_cladding",
+    "poisson_ratio: 0.3}": "poisson_ratio: nu_fuel}",
+    "materials:\n": "  nu_fuel: {min: 0.2, max: 0.4, unit: '1'}\n"
+    "  nu_cladding: {min: 0.25, max: 0.4, unit: '1'}\nmaterials:\n",
+}
+HANGING = {
+    "young_modulus: 207.0e3, poisson_ratio: 0.29": "young_modulus: E, poisson_ratio: nu",
+    "materials:\n": "  E: {min: 100.0e3, max: 250.0e3, unit: MPa}\n"
+    "  nu: {min: 0.2, max: 0.4, unit: '1'}\nmaterials:\n",
+}
+# A core and a rim of one body, a block that only contact holds in height; tilted by a load that wanders.
+TWO_MATERIALS = """\
+title: A block of two materials under another one
+units: {length: mm, force: N}
+mesh: {file: two_materials.msh, model: solid}
+parameters:
+  ratio: {min: 0.3, max: 1.5, unit: "1"}
+  E: {min: 100.0e3, max: 250.0e3, unit: MPa}
+  nu: {min: 0.2, max: 0.4, unit: "1"}
+  P: {min: 0.0, max: 300.0, unit: MPa}
+materials:
+  core: {regions: [core], young_modulus: E * ratio, poisson_ratio: nu}
+  rim: {regions: [rim], young_modulus: E, poisson_ratio: 0.3}
+  cover: {regions: [upper], young_modulus: 2 * E, poisson_ratio: 0.25}
+boundary_conditions:
+  - {boundary: bottom, displacement: {x: 0, y: 0, z: 0}}
+  - {boundary: left, displacement: {x: 0}}
+  - {boundary: front, displacement: {y: 0}}
+loads:
+  - {boundary: top, pressure: "P * (1.2 - x)"}
+contact:
+  - {first: lower_face, second: upper_face, initial_gap: "4e-4 * (x^2 + y)"}
+"""
+
+
+def write_two_materials(folder):
+    """The deck and its mesh: cells of the lower block beside the middle are the core."""
+    mesh = stacked_blocks("H8", 3)
+    for i, (kind, name, nodes) in enumerate(mesh.elements):
+        if name == "lower":
+            is_core = mesh.coordinates[nodes, 0].mean() < 0.5
+            mesh.elements[i] = (kind, "core" if is_core else "rim", nodes)
+    mesh.write(folder / "two_materials.msh")
+    deck = folder / "two_materials.yaml"
+    deck.write_text(TWO_MATERIALS + STUDY)
+    return deck
+
+
+def write_study(name, folder, changes):
+    """A deck of input/ with other constants, all defaults of reduction, and few points."""
+    deck = write_input(name, folder, changes)
+    text = re.sub(r"(?ms)^training:.*", "", deck.read_text())
+    deck.write_text(text + STUDY)
+    return deck
+
+
+def largest_errors(signorom, deck, n_ranks=1):
+    """Of validation.csv; every point has an answer."""
+    signorom("run", deck, folder=deck.parent, n_ranks=n_ranks)
+    table = read_table(deck.parent / "results" / deck.stem / "validation.csv")
+    assert {"condensed"} == set(table["solver"])
+    return max(map(float, table["e_lambda_all"])), max(map(float, table["e_u"]))
+
+
+@pytest.mark.parametrize(
+    ("name", "changes", "allowed"),
+    [
+        ("pellet_cladding", MODULUS, EXACT),
+        ("pellet_cladding", RATIOS, TOLERANCE),
+        ("bracket", HANGING, TOLERANCE),
+    ],
+    ids=["modulus", "ratios", "hanging"],
+)
+def test_model_is_the_full_order(signorom, tmp_path, figures, name, changes, allowed):
+    """All defaults: forces at points with constants that no factorization of the model had."""
+    deck = write_study(name, tmp_path, changes)
+    forces, _ = largest_errors(signorom, deck)
+    figures.at_most(
+        f"{name}, elastic constants as parameters", "forces", forces, allowed, "K factored at each point"
+    )
+
+
+@pytest.mark.parametrize("n_ranks", [1, 3])
+def test_two_materials_in_space(signorom, tmp_path, figures, n_ranks):
+    """Ratio of moduli and Poisson's ratio of one body together; forces and displacements."""
+    forces, displacement = largest_errors(signorom, write_two_materials(tmp_path), n_ranks)
+    problem = f"core and rim in space, {n_ranks} ranks"
+    figures.at_most(problem, "forces", forces, TOLERANCE, "K factored at each point")
+    figures.at_most(problem, "displacements", displacement, TOLERANCE, "K factored at each point")
+
+
+def test_ranks_agree(signorom, tmp_path):
+    """One model on 1, 2 and 4 ranks, a body that only contact holds."""
+    answers = []
+    for n_ranks in (1, 2, 4):
+        folder = tmp_path / str(n_ranks)
+        folder.mkdir()
+        deck = write_study("bracket", folder, HANGING)
+        signorom("sample", deck, folder=folder, n_ranks=n_ranks)
+        signorom("train", deck, folder=folder, n_ranks=n_ranks)
+        model = folder / "results" / "bracket" / "model.h5"
+        point = "E=1.3e5,nu=0.37,bolt=40,P=30,place=12"
+        signorom("predict", model, "--at", point, "--output", "answer.csv", folder=folder)
+        row = read_table(folder / "answer.csv")
+        answers.append([float(values[0]) for column, values in row.items() if column.startswith("lambda_")])
+    for other in answers[1:]:
+        np.testing.assert_allclose(other, answers[0], rtol=0, atol=1e-10 * max(answers[0]))
+
+
+def test_tolerance_out_of_reach(signorom, tmp_path):
+    """Nearly incompressible: a sentence with the error that was reached, exit code 3, no model."""
+    changes = {key: value.replace("max: 0.4,", "max: 0.4999,") for key, value in HANGING.items()}
+    deck = write_study("bracket", tmp_path, changes)
+    deck.write_text(deck.read_text() + "reduction: {stiffness_tolerance: 1.0e-15}\n")
+    signorom("sample", deck, folder=tmp_path)
+    done = signorom.run("train", deck, folder=tmp_path)
+    assert done.returncode == 3
+    assert "reduction.stiffness_tolerance is 1.0e-15" in done.stderr
+    assert not (tmp_path / "results" / "bracket" / "model.h5").exists()
+
+
+def test_report_tells_the_interpolation(signorom, tmp_path):
+    """Factorizations, nodes and the measured error stand in the report."""
+    deck = write_two_materials(tmp_path)
+    signorom("sample", deck, folder=tmp_path)
+    signorom("train", deck, folder=tmp_path)
+    report = read_report(tmp_path, "two_materials")["reduction"]
+    assert report["kind"] == "interpolated"
+    # all polynomials of two variables up to the degree 2
+    assert report["n_factorizations"] >= 6
+    assert 0 < report["largest_error"] <= TOLERANCE
+    assert 1 <= report["worst_training_point"] <= 20
