@@ -18,18 +18,22 @@ module sig_value_products
 
 contains
 
-  !> is_split is false where a factor depends on both. Requires: an expression of these names.
-  pure subroutine split_products(text, parameter_names, coordinate_names, products, is_split)
+  !> is_split is false where a factor depends on both; mixed_factor is the first such one. Requires: an expression of these names.
+  pure subroutine split_products(text, parameter_names, coordinate_names, products, is_split, mixed_factor)
     character(*), intent(in) :: text
     type(string_t), intent(in) :: parameter_names(:)
     type(string_t), intent(in) :: coordinate_names(:)
     type(product_t), allocatable, intent(out) :: products(:)
     logical, intent(out) :: is_split
+    !> as it stands in the text; empty where there is none
+    character(:), allocatable, intent(out), optional :: mixed_factor
+    character(:), allocatable :: mixed
     character(len(text)) :: operators
     integer, allocatable :: cuts(:)
     integer :: i
 
     is_split = .true.
+    if (present(mixed_factor)) mixed_factor = ''
     if (.not. (depends_on(text, coordinate_names) .and. depends_on(text, parameter_names))) then
       allocate (products(1))
       products(1)%of_parameters = ''
@@ -49,21 +53,27 @@ contains
       if (cuts(i) > 0) then
         if (operators(cuts(i):cuts(i)) == '-') products(i)%of_place = '-1'
       end if
-      call collect_factors(text(cuts(i) + 1:cuts(i + 1) - 1), operators(cuts(i) + 1:cuts(i + 1) - 1), parameter_names, products(i))
+      call collect_factors(text(cuts(i) + 1:cuts(i + 1) - 1), operators(cuts(i) + 1:cuts(i + 1) - 1), parameter_names, &
+        coordinate_names, products(i), mixed)
       if (products(i)%of_place == '') products(i)%of_place = '1'
-      if (depends_on(products(i)%of_parameters, coordinate_names)) is_split = .false.
+      if (is_split .and. mixed /= '' .and. present(mixed_factor)) mixed_factor = mixed
+      is_split = is_split .and. mixed == ''
     end do
   end subroutine split_products
 
-  pure subroutine collect_factors(addend, signs, parameter_names, product)
+  pure subroutine collect_factors(addend, signs, parameter_names, coordinate_names, product, mixed)
     character(*), intent(in) :: addend
     !> operators between the factors, at their places
     character(*), intent(in) :: signs
     type(string_t), intent(in) :: parameter_names(:)
+    type(string_t), intent(in) :: coordinate_names(:)
     type(product_t), intent(inout) :: product
+    !> first factor that depends on both; empty where none does
+    character(:), allocatable, intent(out) :: mixed
     integer :: first, last
     character :: sign
 
+    mixed = ''
     sign = '*'
     first = 1
     do while (first <= len(addend))
@@ -71,6 +81,7 @@ contains
       if (last < first) last = len(addend)
       if (depends_on(addend(first:last), parameter_names)) then
         call append_factor(product%of_parameters, sign, addend(first:last))
+        if (mixed == '' .and. depends_on(addend(first:last), coordinate_names)) mixed = trim(adjustl(addend(first:last)))
       else
         call append_factor(product%of_place, sign, addend(first:last))
       end if
@@ -85,10 +96,10 @@ contains
     character(*), intent(in) :: factor
 
     if (product == '' .and. sign == '*') then
-      product = '(' // factor // ')'
+      product = '(' // trim(adjustl(factor)) // ')'
     else
       if (product == '') product = '1'
-      product = product // sign // '(' // factor // ')'
+      product = product // sign // '(' // trim(adjustl(factor)) // ')'
     end if
   end subroutine append_factor
 
