@@ -15,6 +15,7 @@ module sig_problem
   use sig_elastic_body, only: create_elastic_body, elastic_body_t
   use sig_errors, only: error_t, make_error
   use sig_kinds, only: rk
+  use sig_length_units, only: length_factor
   use sig_loads, only: create_loads
   use sig_log, only: log_info, log_warning
   use sig_materials, only: add_material_terms, create_material_terms, has_fixed_stiffness, most_points_per_stiffness, set_materials
@@ -248,28 +249,6 @@ contains
       if ((side == 2) .neqv. problem%is_swapped(i_entry)) name = entry%second
     end associate
   end function surface_of_side
-
-  !> From the mesh file's unit of length to the deck's.
-  pure real(rk) function length_factor(deck)
-    type(deck_config_t), intent(in) :: deck
-
-    length_factor = meters(deck%mesh%length_unit) / meters(deck%units%length)
-  end function length_factor
-
-  pure real(rk) function meters(unit)
-    character(*), intent(in) :: unit
-
-    select case (unit)
-    case ('cm')
-      meters = 1.0e-2_rk
-    case ('mm')
-      meters = 1.0e-3_rk
-    case ('um')
-      meters = 1.0e-6_rk
-    case default
-      meters = 1
-    end select
-  end function meters
 
   !> Pairs without a multiplier, `first - second` by the node numbers of the mesh file.
   function inert_pair_names(problem) result(names)
