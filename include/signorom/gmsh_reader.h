@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Reads a gmsh mesh file, format 2.2 or 4.1, ASCII or binary, into flat arrays. Never trusts the file. */
+/* Reads a gmsh file, format 2.2 or 4.1, ASCII or binary, into flat arrays: its mesh, or its nodal fields. Never trusts
+ * the file. */
 #ifndef SIG_GMSH_READER_H
 #define SIG_GMSH_READER_H
 
@@ -43,6 +44,19 @@ void sig_gmsh_memberships(const sig_gmsh *mesh, int *elements, int *groups);
 /* Group 0 <= i < n_groups: dimension, physical tag, name (empty where the file gives none). The name lives with the
  * mesh. */
 void sig_gmsh_group(const sig_gmsh *mesh, int i, int *n_dim, int *tag, const char **name, size_t *name_length);
+
+/* Reads the $NodeData sections of a file and nothing else of it; a mesh is not needed. Status and *fields as those of
+ * sig_gmsh_read. */
+int sig_gmsh_read_fields(const char *path, size_t length, sig_gmsh **fields);
+
+int sig_gmsh_n_fields(const sig_gmsh *fields);
+
+/* Field 0 <= i < n_fields: components of a value, nodes with a value, name. The name lives with the fields. */
+void sig_gmsh_field(const sig_gmsh *fields, int i, int *n_components, int *n_values, const char **name,
+                    size_t *name_length);
+
+/* tags[n_values]: node numbers; values[n_values]: the first component at each, in the file's order. */
+void sig_gmsh_field_values(const sig_gmsh *fields, int i, int *tags, double *values);
 
 void sig_gmsh_free(sig_gmsh *mesh);
 

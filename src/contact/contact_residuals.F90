@@ -6,6 +6,7 @@ module sig_contact_residuals
   use sig_contact_system, only: contact_system_t
   use sig_kinds, only: rk
   use sig_linear_algebra, only: largest_size, sum_of_sizes
+  use sig_load_pattern, only: load_pattern_t
   use sig_petsc_support, only: max_over_ranks, multiply_block, sum_over_ranks
   use petsc
   implicit none(type, external)
@@ -70,11 +71,13 @@ contains
     PetscErrorCode, intent(out) :: ierr
     real(rk) :: largest(n_largest, size(states)), sums(system%map%n_dim + 2, size(states))
     real(rk), allocatable :: columns(:, :), forces(:, :)
+    type(load_pattern_t) :: pattern
     integer, allocatable :: held(:), loaded(:)
     integer :: i
 
     held = own_prescribed(system)
-    loaded = system%boundary%loads%loaded_dofs(system%map%n_dofs)
+    call system%boundary%get_forces(pattern)
+    loaded = pattern%loaded_dofs(system%map%n_dofs)
     allocate (columns(system%map%n_local_dofs, size(states)), forces(system%map%n_local_dofs, size(states)))
     allocate (reactions(size(held), size(states)))
     do i = 1, size(states)

@@ -127,7 +127,7 @@ contains
     !> [force] natural, shape (n_dofs)
     real(rk) :: load(self%map%n_dofs)
 
-    load = self%boundary%loads%forces(theta, self%map%n_dofs)
+    load = self%boundary%forces(theta)
   end function load
 
   !> K u with replicated arrays. Collective.

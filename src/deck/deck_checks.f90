@@ -2,15 +2,15 @@
 !> Ranges of single values and what several values must satisfy together, for the sections that say what is solved.
 module sig_deck_checks
   use sig_deck_check_contact, only: check_contact
+  use sig_deck_check_strains, only: check_imposed_strain, check_products
   use sig_deck_check_study, only: check_study
   use sig_deck_check_values, only: check_field, check_range
-  use sig_deck_config, only: deck_config_t, parameter_config_t, value_config_t
+  use sig_deck_config, only: deck_config_t, parameter_config_t
   use sig_deck_tree, only: deck_tree_t, shown
   use sig_expression, only: is_function_name, is_identifier
   use sig_kinds, only: rk
   use sig_mechanical_models, only: mechanical_model, mechanical_model_t
   use sig_text, only: to_text
-  use sig_value_products, only: product_t, split_products
   implicit none(type, external)
   private
   public :: check_deck
@@ -37,6 +37,9 @@ contains
     call check_displacements(tree, config)
     do i = 1, size(config%loads)
       call check_load(tree, config, i)
+    end do
+    do i = 1, size(config%imposed_strains)
+      call check_imposed_strain(tree, config, i)
     end do
     do i = 1, size(config%contact)
       call check_contact(tree, config, i)
@@ -94,6 +97,8 @@ contains
       path = 'materials.' // material%name
       call check_range(tree, path // '.young_modulus', config%parameters, material%young_modulus, 0.0_rk, huge(1.0_rk), ' ' // unit)
       call check_range(tree, path // '.poisson_ratio', config%parameters, material%poisson_ratio, -1.0_rk, 0.5_rk, '')
+      if (material%has_thermal_expansion) &
+        call check_field(tree, path // '.thermal_expansion', config%parameters, material%thermal_expansion)
       do i = 1, size(material%regions)
         do j = 1, i_material - 1
           do k = 1, size(materials(j)%regions)
@@ -145,7 +150,7 @@ contains
         if (.not. load%has_component(i_axis)) cycle
         associate (value => load%components(i_axis))
           call check_field(tree, path // key // model%axes(i_axis), config%parameters, value)
-          if (load%is_body_force) call check_products(tree, path // key // model%axes(i_axis), value)
+          if (load%is_body_force) call check_products(tree, path // key // model%axes(i_axis), value, 'a body force')
         end associate
       end do
       if (load%has_minimum) call check_field(tree, path // '.window.min', config%parameters, load%minimum)
@@ -157,17 +162,4 @@ contains
         to_text(load%minimum%constant) // ' ' // config%units%length)
     end associate
   end subroutine check_load
-
-  !> A body force has no term of its own at each place: that would be as many as there are elements.
-  subroutine check_products(tree, path, value)
-    type(deck_tree_t), intent(inout) :: tree
-    character(*), intent(in) :: path
-    type(value_config_t), intent(in) :: value
-    type(product_t), allocatable :: products(:)
-    logical :: is_split
-
-    call split_products(value%text, tree%parameter_names, tree%coordinate_names, products, is_split)
-    if (.not. is_split) call tree%report_at(path, 'is ' // shown(value%text) // '; a body force must be a sum of products ' // &
-      'whose factors depend on the parameters or on the coordinates, not on both', 'for example 2 * a^2 * x - (a + 1) * y^2')
-  end subroutine check_products
 end module sig_deck_checks

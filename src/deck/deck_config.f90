@@ -6,8 +6,7 @@ module sig_deck_config
   implicit none(type, external)
   private
   public :: deck_config_t, units_config_t, mesh_config_t, parameter_config_t, material_config_t, value_config_t, name_config_t
-  public :: load_config_t
-  public :: obstacle_config_t
+  public :: load_config_t, field_config_t, imposed_strain_config_t, obstacle_config_t
   public :: boundary_config_t, contact_config_t, solver_config_t, point_set_config_t, reduction_config_t, output_config_t
   public :: displacement_config_t, greedy_config_t
   public :: target_config_t, refine_config_t
@@ -77,6 +76,10 @@ module sig_deck_config
     type(value_config_t) :: young_modulus
     !> [-] in (-1, 0.5); likewise
     type(value_config_t) :: poisson_ratio
+    !> otherwise (default) temperatures cannot be imposed on it
+    logical :: has_thermal_expansion = .false.
+    !> [1/degree] a number or an expression of the parameters
+    type(value_config_t) :: thermal_expansion
   end type material_config_t
 
   !> Prescribed displacement of one named boundary (facets or points).
@@ -114,6 +117,34 @@ module sig_deck_config
     !> cut the facets at the window (default), or take those that lie in it
     logical :: is_cut = .true.
   end type load_config_t
+
+  !> Values at nodes, from a file.
+  type :: field_config_t
+    !> as written, and openable from the current directory
+    character(:), allocatable :: file
+    character(:), allocatable :: path
+    !> of the field in the file
+    type(name_config_t) :: name
+    integer :: line = 0
+    integer :: column = 0
+  end type field_config_t
+
+  !> Strains that a region would have without stress: by a temperature, or as they are.
+  type :: imposed_strain_config_t
+    type(name_config_t) :: region
+    !> the material's thermal_expansion * (temperature - reference); otherwise the strain itself is given
+    logical :: is_thermal = .true.
+    !> temperature or isotropic strain, a sum of products of the parameters and the place; with a field the factor of its values,
+    !> without coordinates
+    type(value_config_t) :: value
+    logical :: has_field = .false.
+    type(field_config_t) :: field
+    !> [degree] is_thermal: where there is no strain; expression of the parameters
+    type(value_config_t) :: reference
+    !> components of the strain tensor that are given in place of value, in the order of mechanical_model_t
+    logical :: has_component(6) = .false.
+    type(value_config_t) :: components(6)
+  end type imposed_strain_config_t
 
   !> A rigid body that the first surface may touch.
   type :: obstacle_config_t
@@ -348,6 +379,8 @@ module sig_deck_config
     type(boundary_config_t), allocatable :: boundary_conditions(:)
     !> none by default
     type(load_config_t), allocatable :: loads(:)
+    !> none by default
+    type(imposed_strain_config_t), allocatable :: imposed_strains(:)
     type(contact_config_t), allocatable :: contact(:)
     type(solver_config_t) :: solver
     !> the deck has the section; commands that need a section which is not there say so

@@ -2,11 +2,12 @@
 !> Configuration -> YAML with every default: what `check` prints, what reports and models keep. Reading it back gives the same.
 module sig_deck_echo
   use sig_deck_config, only: boundary_config_t, clusters_config_t, contact_config_t, deck_config_t, displacement_config_t, &
-    load_config_t, material_config_t, name_config_t, obstacle_config_t, output_config_t, parameter_config_t, reduction_config_t, &
-    target_config_t, value_config_t
+    imposed_strain_config_t, load_config_t, material_config_t, name_config_t, obstacle_config_t, output_config_t, &
+    parameter_config_t, reduction_config_t, target_config_t, value_config_t
   use sig_deck_echo_points, only: candidate_set, point_set, training_set
   use sig_deck_echo_words, only: count_or_word, tolerance_or_none, yaml_text
   use sig_kinds, only: rk
+  use sig_mechanical_models, only: mechanical_model, mechanical_model_t
   use sig_text, only: join, string_t, to_text
   implicit none(type, external)
   private
@@ -31,6 +32,7 @@ contains
     end do
     yaml = yaml // body_sections(config)
     if (size(config%loads) == 0) yaml = yaml // 'loads: []' // eol
+    if (size(config%imposed_strains) == 0) yaml = yaml // 'imposed_strains: []' // eol
     yaml = yaml // &
       'solver: {type: ' // config%solver%type // ', linear: ' // config%solver%linear // &
       ', max_iterations: ' // to_text(config%solver%max_iterations) // '}' // eol
@@ -86,7 +88,7 @@ contains
     yaml = 'units: {length: ' // config%units%length // ', force: ' // config%units%force // '}' // eol
   end function units_section
 
-  !> Materials, boundary conditions, loads if there are any, and contact.
+  !> Materials, boundary conditions, loads and imposed strains if there are any, and contact.
   pure function body_sections(config) result(yaml)
     type(deck_config_t), intent(in) :: config
     character(:), allocatable :: yaml
@@ -103,6 +105,10 @@ contains
     if (size(config%loads) > 0) yaml = yaml // 'loads:' // eol
     do i = 1, size(config%loads)
       yaml = yaml // '  - ' // load_entry(config%loads(i)) // eol
+    end do
+    if (size(config%imposed_strains) > 0) yaml = yaml // 'imposed_strains:' // eol
+    do i = 1, size(config%imposed_strains)
+      yaml = yaml // '  - ' // strain_entry(config%imposed_strains(i), mechanical_model(config%mesh%model)) // eol
     end do
     yaml = yaml // 'contact:' // eol
     do i = 1, size(config%contact)
@@ -123,7 +129,9 @@ contains
     character(:), allocatable :: yaml
 
     yaml = yaml_text(material%name) // ': {regions: ' // name_list(material%regions) // ', young_modulus: ' // &
-      value_text(material%young_modulus) // ', poisson_ratio: ' // value_text(material%poisson_ratio) // '}'
+      value_text(material%young_modulus) // ', poisson_ratio: ' // value_text(material%poisson_ratio)
+    if (material%has_thermal_expansion) yaml = yaml // ', thermal_expansion: ' // value_text(material%thermal_expansion)
+    yaml = yaml // '}'
   end function material_entry
 
   pure function boundary_entry(condition) result(yaml)
@@ -136,7 +144,7 @@ contains
 
   !> {x: 0.0, y: push}
   pure function component_mapping(axes, is_given, values) result(yaml)
-    character(1), intent(in) :: axes(:)
+    character(*), intent(in) :: axes(:)
     logical, intent(in) :: is_given(:)
     type(value_config_t), intent(in) :: values(:)
     character(:), allocatable :: yaml
@@ -147,7 +155,7 @@ contains
     do i_axis = 1, size(is_given)
       if (.not. is_given(i_axis)) cycle
       n = n + 1
-      components(n)%text = axes(i_axis) // ': ' // value_text(values(i_axis))
+      components(n)%text = trim(axes(i_axis)) // ': ' // value_text(values(i_axis))
     end do
     yaml = '{' // join(components, ', ') // '}'
   end function component_mapping
@@ -183,6 +191,26 @@ contains
     end if
     yaml = yaml // ', load: ' // trim(merge('cut        ', 'whole_edges', load%is_cut)) // '}'
   end function load_entry
+
+  pure function strain_entry(strain, model) result(yaml)
+    type(imposed_strain_config_t), intent(in) :: strain
+    type(mechanical_model_t), intent(in) :: model
+    character(:), allocatable :: yaml
+
+    yaml = '{region: ' // yaml_text(strain%region%text)
+    if (strain%has_field) then
+      yaml = yaml // ', field: {file: ' // yaml_text(strain%field%file) // ', name: ' // yaml_text(strain%field%name%text) // &
+        ', quantity: ' // trim(merge('temperature', 'strain     ', strain%is_thermal)) // '}, factor: ' // value_text(strain%value)
+    else if (strain%is_thermal) then
+      yaml = yaml // ', temperature: ' // value_text(strain%value)
+    else if (any(strain%has_component)) then
+      yaml = yaml // ', strain: ' // component_mapping(model%strain_names, strain%has_component, strain%components)
+    else
+      yaml = yaml // ', strain: ' // value_text(strain%value)
+    end if
+    if (strain%is_thermal) yaml = yaml // ', reference: ' // value_text(strain%reference)
+    yaml = yaml // '}'
+  end function strain_entry
 
   pure function contact_entry(contact) result(yaml)
     type(contact_config_t), intent(in) :: contact

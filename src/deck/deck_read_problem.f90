@@ -5,6 +5,7 @@ module sig_deck_read_problem
     mesh_config_t, parameter_config_t, units_config_t
   use sig_deck_read_contact, only: read_contact
   use sig_deck_read_loads, only: read_loads
+  use sig_deck_read_strains, only: read_imposed_strains
   use sig_deck_tree, only: append_text, deck_tree_t, kind_mapping, root_node
   use sig_deck_values, only: get_choice, get_list, get_mapping, get_name, get_names, get_number, get_text, get_value, get_word, &
     value_of
@@ -28,6 +29,7 @@ contains
   subroutine read_problem(tree, config)
     type(deck_tree_t), intent(inout) :: tree
     type(deck_config_t), intent(inout) :: config
+    integer :: i
 
     call read_units(tree, config%units)
     call read_mesh(tree, config%units, config%mesh)
@@ -38,6 +40,10 @@ contains
     tree%coordinate_names = coordinate_names(mechanical_model(config%mesh%model))
     call read_boundary_conditions(tree, mechanical_model(config%mesh%model), config%boundary_conditions)
     call read_loads(tree, mechanical_model(config%mesh%model), config%loads)
+    call read_imposed_strains(tree, mechanical_model(config%mesh%model), config%imposed_strains)
+    do i = 1, size(config%imposed_strains)
+      config%imposed_strains(i)%field%path = path_below(tree%path, config%imposed_strains(i)%field%file)
+    end do
     call read_contact(tree, config%contact)
   end subroutine read_problem
 
@@ -167,6 +173,8 @@ contains
       call get_names(tree, nodes(i), 'regions', .true., materials(i)%regions)
       call get_value(tree, nodes(i), 'young_modulus', materials(i)%young_modulus)
       call get_value(tree, nodes(i), 'poisson_ratio', materials(i)%poisson_ratio)
+      materials(i)%has_thermal_expansion = tree%find(nodes(i), 'thermal_expansion') > 0
+      if (materials(i)%has_thermal_expansion) call get_value(tree, nodes(i), 'thermal_expansion', materials(i)%thermal_expansion)
       call tree%close_mapping(nodes(i))
     end do
   end subroutine read_materials

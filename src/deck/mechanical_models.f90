@@ -22,13 +22,19 @@ module sig_mechanical_models
     !> strains that do work, by their number in the tensor
     integer :: n_strains = 0
     integer :: strains(6) = 0
+    !> names in the deck of the tensor's components that can be imposed; blank: the others
+    character(4) :: strain_names(6) = ' '
   end type mechanical_model_t
 
   type(mechanical_model_t), parameter :: mechanical_models(4) = [ &
-    mechanical_model_t('plane_strain', 2, ['x', 'y', ' '], .false., .false., 3, [1, 2, 4, 0, 0, 0]), &
-    mechanical_model_t('plane_stress', 2, ['x', 'y', ' '], .false., .true., 3, [1, 2, 4, 0, 0, 0]), &
-    mechanical_model_t('axisymmetric', 2, ['r', 'z', ' '], .true., .false., 4, [1, 2, 3, 4, 0, 0]), &
-    mechanical_model_t('solid', 3, ['x', 'y', 'z'], .false., .false., 6, [1, 2, 3, 4, 5, 6])]
+    mechanical_model_t('plane_strain', 2, ['x', 'y', ' '], .false., .false., 3, [1, 2, 4, 0, 0, 0], &
+    [character(4) :: 'xx', 'yy', 'zz', 'xy', '', '']), &
+    mechanical_model_t('plane_stress', 2, ['x', 'y', ' '], .false., .true., 3, [1, 2, 4, 0, 0, 0], &
+    [character(4) :: 'xx', 'yy', '', 'xy', '', '']), &
+    mechanical_model_t('axisymmetric', 2, ['r', 'z', ' '], .true., .false., 4, [1, 2, 3, 4, 0, 0], &
+    [character(4) :: 'rr', 'zz', 'hoop', 'rz', '', '']), &
+    mechanical_model_t('solid', 3, ['x', 'y', 'z'], .false., .false., 6, [1, 2, 3, 4, 5, 6], &
+    [character(4) :: 'xx', 'yy', 'zz', 'xy', 'yz', 'xz'])]
 
   real(rk), parameter :: pi = 3.14159265358979323846264338327950288_rk
 

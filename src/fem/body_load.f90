@@ -5,19 +5,18 @@ module sig_body_load
   use sig_elastic_body, only: elastic_body_t
   use sig_element_matrices, only: physical_gradients
   use sig_errors, only: error_t, make_error
-  use sig_expression, only: expression_t
   use sig_kinds, only: rk
   use sig_load_pattern, only: load_pattern_t
+  use sig_mechanical_models, only: circumference
   use sig_mesh, only: mesh_t, nodes_of_cell
   use sig_mesh_checks, only: group_of_region
+  use sig_point_values, only: evaluate_at_points
   use sig_term_set, only: term_set_t
   use sig_text, only: to_text
   use sig_value_products, only: product_t, split_products
   implicit none(type, external)
   private
   public :: add_body_load
-
-  real(rk), parameter :: pi = 3.14159265358979323846264338327950288_rk
 
 contains
 
@@ -36,7 +35,8 @@ contains
     type(product_t), allocatable :: products(:)
     type(value_config_t) :: value
     real(rk) :: forces(mesh%n_dim * mesh%n_nodes)
-    integer :: i, i_component, i_group, i_term
+    real(rk), allocatable :: densities(:)
+    integer :: bad_cell, i, i_component, i_group, i_term
     logical :: is_split
 
     call group_of_region(mesh, load%target, deck_path, i_group, error)
@@ -50,55 +50,48 @@ contains
         if (products(i)%of_parameters /= '') &
           call terms%add_expression(products(i)%of_parameters, value%line, value%column, i_term)
         value%text = products(i)%of_place
-        call integrate(mesh, body, mesh%groups(i_group)%entities, i_component, value, terms, deck_path, forces, error)
-        if (allocated(error)) return
+        call evaluate_at_points(mesh, body, mesh%groups(i_group)%entities, value, terms%coordinate_names, densities, bad_cell)
+        if (bad_cell > 0) then
+          call make_error(error, 'the load ''' // value%text // ''' is not finite in the element ' // &
+            to_text(mesh%cell_tags(bad_cell)), deck_path, value%line, value%column)
+          return
+        end if
+        call integrate(mesh, body, mesh%groups(i_group)%entities, i_component, densities, forces)
         call pattern%add_forces(i_term, forces)
       end do
     end do
   end subroutine add_body_load
 
   !> Nodal forces along one component.
-  subroutine integrate(mesh, body, cells, component, value, terms, deck_path, forces, error)
+  pure subroutine integrate(mesh, body, cells, component, densities, forces)
     type(mesh_t), intent(in) :: mesh
     type(elastic_body_t), intent(in) :: body
     integer, intent(in) :: cells(:)
     integer, intent(in) :: component
-    type(value_config_t), intent(in) :: value
-    type(term_set_t), intent(in) :: terms
-    character(*), intent(in) :: deck_path
+    !> [force/length**3] at the integration points of the cells
+    real(rk), intent(in) :: densities(:)
     !> [force] shape (n_dofs)
     real(rk), intent(out) :: forces(:)
-    type(error_t), allocatable, intent(out) :: error
-    type(expression_t) :: expression
-    character(:), allocatable :: message
-    real(rk) :: density, place(mesh%n_dim), volume
+    real(rk) :: place(mesh%n_dim), volume
     real(rk), allocatable :: gradients(:, :)
-    integer :: i, i_point
-    logical :: is_valid
+    integer :: i, i_point, n
 
     forces = 0
-    is_valid = .true.
-    call expression%create(value%text, terms%coordinate_names, message)
+    n = 0
     do i = 1, size(cells)
       associate (table => body%tables(mesh%cell_types(cells(i))), nodes => nodes_of_cell(mesh, cells(i)))
         if (allocated(gradients)) deallocate (gradients)
         allocate (gradients(mesh%n_dim, size(nodes)))
         do i_point = 1, table%n_points
+          n = n + 1
           call physical_gradients(table, i_point, mesh%coordinates(:, nodes), gradients, volume)
           place = matmul(mesh%coordinates(:, nodes), table%values(:, i_point))
-          if (terms%is_round) volume = volume * 2 * pi * place(1)
-          call expression%evaluate(place, density, is_valid)
-          if (.not. is_valid) exit
+          volume = volume * circumference(body%mechanics, place)
           associate (dofs => mesh%n_dim * (nodes - 1) + component)
-            forces(dofs) = forces(dofs) + table%values(:, i_point) * volume * density
+            forces(dofs) = forces(dofs) + table%values(:, i_point) * volume * densities(n)
           end associate
         end do
       end associate
-      if (is_valid) cycle
-      call make_error(error, 'the load ''' // value%text // ''' is not finite in the element ' // &
-        to_text(mesh%cell_tags(cells(i))), deck_path, value%line, value%column)
-      exit
     end do
-    call expression%destroy()
   end subroutine integrate
 end module sig_body_load

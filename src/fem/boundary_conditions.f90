@@ -25,10 +25,13 @@ module sig_boundary_conditions
     real(rk), allocatable :: prescribed_values(:, :)
     !> shape (n_dofs)
     logical, allocatable :: is_prescribed(:)
-    !> external forces
+    !> external forces, and those that imposed strains cause
     type(load_pattern_t) :: loads
+    type(load_pattern_t) :: strain_forces
   contains
     procedure :: prescribed_displacement
+    procedure :: get_forces
+    procedure :: forces
   end type boundary_conditions_t
 
 contains
@@ -69,6 +72,26 @@ contains
     displacement = 0
     displacement(self%prescribed_dofs) = matmul(self%prescribed_values, theta(:size(self%prescribed_values, 2)))
   end function prescribed_displacement
+
+  !> Of loads and imposed strains together.
+  pure subroutine get_forces(self, pattern)
+    class(boundary_conditions_t), intent(in) :: self
+    type(load_pattern_t), intent(out) :: pattern
+
+    pattern = self%loads
+    call pattern%add_pattern(self%strain_forces)
+  end subroutine get_forces
+
+  !> F(mu), likewise.
+  pure function forces(self, theta)
+    class(boundary_conditions_t), intent(in) :: self
+    !> [-] values of the terms, shape (n_terms)
+    real(rk), intent(in) :: theta(:)
+    !> [force] shape (n_dofs)
+    real(rk) :: forces(size(self%is_prescribed))
+
+    forces = self%loads%forces(theta, size(forces)) + self%strain_forces%forces(theta, size(forces))
+  end function forces
 
   !> Notes which entry prescribes the dofs; two entries may meet at a corner if they say the same.
   subroutine claim_dofs(entries, i_entry, i_component, mesh, nodes, deck_path, terms, entry_of_dof, error)

@@ -17,7 +17,7 @@ module sig_elastic_body
     type(mechanical_model_t) :: mechanics
     !> [force/length**2] shape (n_strains, n_strains, n_materials)
     real(rk), allocatable :: hooke(:, :, :)
-    !> [force/length**2] all stresses from the strains, shape (n_stresses, n_strains, n_materials)
+    !> [force/length**2] all stresses from all elastic strains, shape (n_stresses, n_stresses, n_materials)
     real(rk), allocatable :: stress_matrix(:, :, :)
     !> shape (n_cells), index into the last dimension of hooke
     integer, allocatable :: material_of_cell(:)
@@ -62,7 +62,7 @@ contains
 
     if (allocated(self%hooke)) deallocate (self%hooke, self%stress_matrix)
     allocate (self%hooke(n_strains(self%model), n_strains(self%model), size(young_moduli)))
-    allocate (self%stress_matrix(n_stresses, n_strains(self%model), size(young_moduli)))
+    allocate (self%stress_matrix(n_stresses, n_stresses, size(young_moduli)))
     do i = 1, size(young_moduli)
       self%hooke(:, :, i) = hooke_matrix(self%model, young_moduli(i), poisson_ratios(i))
       self%stress_matrix(:, :, i) = stress_matrix(self%model, young_moduli(i), poisson_ratios(i))

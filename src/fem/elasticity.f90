@@ -5,10 +5,13 @@ module sig_elasticity
   use sig_mechanical_models, only: mechanical_model, mechanical_model_t
   implicit none(type, external)
   private
-  public :: hooke_matrix, n_strains, n_stresses, stress_matrix
+  public :: hooke_matrix, n_strains, n_stresses, stress_matrix, hooke_term, modulus_text, n_hooke_terms
 
   !> xx, yy, zz, xy, yz, xz: the order of symmetric tensors in VTK; in axisymmetry rr, zz, hoop, rz
   integer, parameter :: n_stresses = 6
+
+  !> Hooke's matrix is bulk modulus * hooke_term(1) + shear modulus * hooke_term(2)
+  integer, parameter :: n_hooke_terms = 2
 
 contains
 
@@ -32,27 +35,27 @@ contains
     real(rk), intent(in) :: poisson_ratio
     !> [force/length**2] symmetric, shape (n_strains, n_strains)
     real(rk) :: hooke(n_strains(model), n_strains(model))
-    real(rk) :: all_stresses(n_stresses, n_strains(model))
+    real(rk) :: all_stresses(n_stresses, n_stresses)
     type(mechanical_model_t) :: row
 
     row = mechanical_model(model)
     all_stresses = stress_matrix(model, young_modulus, poisson_ratio)
-    hooke = all_stresses(row%strains(:row%n_strains), :)
+    hooke = all_stresses(row%strains(:row%n_strains), row%strains(:row%n_strains))
   end function hooke_matrix
 
-  !> All six stresses from the strains that do work.
+  !> All six stresses from all six elastic strains, shear strains as angles.
   !>
-  !> lambda (tr eps) I + 2 mu eps, where the other strains are zero; in plane stress eps_zz is such that sigma_zz is zero.
-  pure function stress_matrix(model, young_modulus, poisson_ratio) result(stresses)
+  !> lambda (tr eps) I + 2 mu eps; in plane stress eps_zz is such that sigma_zz is zero, whatever is said of it.
+  pure function stress_matrix(model, young_modulus, poisson_ratio) result(hooke)
     !> name of a mechanical model
     character(*), intent(in) :: model
     !> [force/length**2] > 0
     real(rk), intent(in) :: young_modulus
     !> [-] in (-1, 0.5)
     real(rk), intent(in) :: poisson_ratio
-    !> [force/length**2] shape (n_stresses, n_strains)
-    real(rk) :: stresses(n_stresses, n_strains(model))
-    real(rk) :: hooke(n_stresses, n_stresses), shear, lame
+    !> [force/length**2]
+    real(rk) :: hooke(n_stresses, n_stresses)
+    real(rk) :: shear, lame
     type(mechanical_model_t) :: row
     integer :: i
 
@@ -71,7 +74,62 @@ contains
       end do
       ! the difference above leaves rounding there
       hooke(3, :) = 0
+      hooke(:, 3) = 0
     end if
-    stresses = hooke(:, row%strains(:row%n_strains))
   end function stress_matrix
+
+  !> Stresses from strains by one modulus of size 1, as stress_matrix: 1 = bulk, (tr eps) I; 2 = shear, 2 (eps - (tr eps) / d I).
+  !>
+  !> d = 3, and 2 in plane stress, where tr eps is the sum of the strains in the plane. Both are positive semidefinite.
+  pure function hooke_term(model, i_term) result(hooke)
+    !> name of a mechanical model
+    character(*), intent(in) :: model
+    integer, intent(in) :: i_term
+    !> [-]
+    real(rk) :: hooke(n_stresses, n_stresses)
+    integer :: i, d
+
+    d = normal_strains(model)
+    hooke = 0
+    if (i_term == 1) then
+      hooke(:d, :d) = 1
+      return
+    end if
+    hooke(:d, :d) = -2.0_rk / d
+    do i = 1, d
+      hooke(i, i) = 2 - 2.0_rk / d
+    end do
+    do i = 4, n_stresses
+      hooke(i, i) = 1
+    end do
+  end function hooke_term
+
+  !> The modulus of a hooke_term as an expression: E / (3 (1 - 2 nu)), E / (2 (1 - nu)) in plane stress; E / (2 (1 + nu)).
+  pure function modulus_text(model, i_term, young_modulus, poisson_ratio) result(text)
+    !> name of a mechanical model
+    character(*), intent(in) :: model
+    integer, intent(in) :: i_term
+    !> expressions
+    character(*), intent(in) :: young_modulus
+    character(*), intent(in) :: poisson_ratio
+    character(:), allocatable :: text
+
+    if (i_term == 2) then
+      text = '(2*(1+(' // poisson_ratio // ')))'
+    else if (normal_strains(model) == 2) then
+      text = '(2*(1-(' // poisson_ratio // ')))'
+    else
+      text = '(3*(1-2*(' // poisson_ratio // ')))'
+    end if
+    text = '(' // young_modulus // ')/' // text
+  end function modulus_text
+
+  !> How many normal strains the law of the model relates.
+  pure integer function normal_strains(model)
+    character(*), intent(in) :: model
+    type(mechanical_model_t) :: row
+
+    row = mechanical_model(model)
+    normal_strains = merge(2, 3, row%is_thin)
+  end function normal_strains
 end module sig_elasticity

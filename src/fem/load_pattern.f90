@@ -15,6 +15,8 @@ module sig_load_pattern
     real(rk), allocatable :: values(:)
   contains
     procedure :: n_entries
+    procedure :: n_terms
+    procedure :: add_pattern
     procedure :: add_forces
     procedure :: add_unit
     procedure :: forces
@@ -29,6 +31,26 @@ contains
     n_entries = 0
     if (allocated(self%dofs)) n_entries = size(self%dofs)
   end function n_entries
+
+  !> How many terms it has entries of.
+  pure integer function n_terms(self)
+    class(load_pattern_t), intent(in) :: self
+    logical, allocatable :: has_entries(:)
+
+    n_terms = 0
+    if (self%n_entries() == 0) return
+    allocate (has_entries(maxval(self%terms)), source=.false.)
+    has_entries(self%terms) = .true.
+    n_terms = count(has_entries)
+  end function n_terms
+
+  !> Adds the entries of another one.
+  pure subroutine add_pattern(self, other)
+    class(load_pattern_t), intent(inout) :: self
+    type(load_pattern_t), intent(in) :: other
+
+    if (other%n_entries() > 0) call append(self, other%dofs, other%terms, other%values)
+  end subroutine add_pattern
 
   !> Adds a whole vector of forces to one term.
   pure subroutine add_forces(self, i_term, forces)

@@ -5,7 +5,7 @@ module sig_problem
   use sig_accuracy_warnings, only: material_warnings
   use sig_body_checks, only: check_bodies
   use sig_boundary_conditions, only: boundary_conditions_t, create_boundary_conditions
-  use sig_checksum, only: hash_of_text
+  use sig_checksum, only: fnv1a, fnv1a_seed, hash_digits, hash_of_text
   use sig_clock, only: wall_time
   use sig_contact_building, only: build_contact_rows
   use sig_contact_rows, only: contact_rows_t, create_contact_rows, separate_inert_rows
@@ -14,6 +14,7 @@ module sig_problem
   use sig_deck_echo, only: echo_physics
   use sig_elastic_body, only: create_elastic_body, elastic_body_t
   use sig_errors, only: error_t, make_error
+  use sig_imposed_strain, only: imposed_strains_t, strain_field_t
   use sig_kinds, only: rk
   use sig_length_units, only: length_factor
   use sig_loads, only: create_loads
@@ -24,14 +25,19 @@ module sig_problem
   use sig_mesh_checks, only: material_of_cells, nodes_of_boundary, nodes_of_zone
   use sig_mesh_load, only: load_mesh
   use sig_petsc_support, only: has_multigrid_vi
+  use sig_nodal_field, only: nodal_field_t
+  use sig_nodal_field_load, only: load_nodal_fields
   use sig_rigid_motions, only: create_rigid_motions, rigid_motions_t
   use sig_solver_plan, only: make_solver_plan, plan_text, problem_size_t, solver_plan_t
+  use sig_strain_force, only: add_strain_forces
+  use sig_strain_parts, only: create_imposed_strains
   use sig_term_set, only: start_terms, term_set_t
+  use sig_term_values, only: evaluate_points
   use sig_text, only: string_t, to_text
   use petsc
   implicit none(type, external)
   private
-  public :: problem_t, load_problem, announce_plan, body_at, surface_of_side
+  public :: problem_t, load_problem, announce_plan, body_at, strains_at, surface_of_side
   public :: area_unit, force_unit, moment_unit, parameter_names, parameter_units, stress_unit, inert_pair_names, tags_text
 
   type :: problem_t
@@ -44,7 +50,9 @@ module sig_problem
     type(term_set_t) :: material_terms
     !> where the stiffness depends on the parameters: young_modulus and poisson_ratio of each material among the terms below
     integer, allocatable :: constant_terms(:)
-    !> prescribed displacements and loads, and the terms that they are made of
+    !> what temperatures and swelling impose on it
+    type(imposed_strains_t) :: strains
+    !> prescribed displacements, loads and forces of imposed strains, and the terms that they are made of
     type(boundary_conditions_t) :: boundary
     type(term_set_t) :: terms
     !> it can be looked at: all but contact is there, even where load_problem ended with an error
@@ -81,6 +89,7 @@ contains
     type(error_t), allocatable, intent(out) :: error
     PetscErrorCode, intent(out) :: ierr
     integer, allocatable :: material_of_cell(:)
+    type(nodal_field_t), allocatable :: fields(:)
     real(rk) :: start
 
     problem%deck = deck
@@ -92,7 +101,9 @@ contains
     call material_of_cells(problem%mesh, deck%materials, deck%path, material_of_cell, error)
     if (allocated(error)) return
     call create_body(deck, material_of_cell, problem)
-    call create_driving(deck, problem, error)
+    PetscCall(load_nodal_fields(problem%mesh, deck%imposed_strains, deck%path, comm, fields, error, ierr))
+    if (allocated(error)) return
+    call create_driving(deck, fields, problem, error)
     if (allocated(error)) return
     problem%has_driving = .true.
     call create_contact(deck, problem, error)
@@ -102,8 +113,20 @@ contains
     if (allocated(error)) return
     call plan_solving(problem, error)
     if (allocated(error)) return
-    problem%provenance = hash_of_text(echo_physics(deck) // problem%mesh%file_hash)
+    problem%provenance = hash_of_text(echo_physics(deck) // problem%mesh%file_hash // field_hashes(fields))
   end subroutine load_problem
+
+  !> Of their values, one after the other; empty where there are none.
+  pure function field_hashes(fields) result(text)
+    type(nodal_field_t), intent(in) :: fields(:)
+    character(:), allocatable :: text
+    integer :: i
+
+    text = ''
+    do i = 1, size(fields)
+      if (allocated(fields(i)%values)) text = text // hash_digits(fnv1a(fields(i)%values, fnv1a_seed))
+    end do
+  end function field_hashes
 
   !> Errors: a body that nothing can hold; a solver that cannot do this problem.
   subroutine plan_solving(problem, error)
@@ -195,9 +218,25 @@ contains
     if (.not. problem%has_fixed_stiffness) call set_materials(problem%material_terms, point, body)
   end subroutine body_at
 
-  !> Prescribed displacements and loads, and all terms.
-  subroutine create_driving(deck, problem, error)
+  !> Imposed strains at a point, which was checked.
+  subroutine strains_at(problem, point, field)
+    type(problem_t), intent(in) :: problem
+    !> shape (n_parameters)
+    real(rk), intent(in) :: point(:)
+    type(strain_field_t), intent(out) :: field
+    real(rk), allocatable :: theta(:, :)
+    integer :: i_bad_point, i_bad_source
+
+    if (.not. problem%strains%are_there()) return
+    call evaluate_points(problem%strains%terms, reshape(point, [size(point), 1]), theta, i_bad_point, i_bad_source)
+    call problem%strains%evaluate(problem%mesh, problem%body, theta(:, 1), field)
+  end subroutine strains_at
+
+  !> Prescribed displacements, loads and imposed strains, and all terms.
+  subroutine create_driving(deck, fields, problem, error)
     type(deck_config_t), intent(in) :: deck
+    !> of the imposed strains
+    type(nodal_field_t), intent(in) :: fields(:)
     type(problem_t), intent(inout) :: problem
     type(error_t), allocatable, intent(out) :: error
     type(mechanical_model_t) :: model
@@ -207,6 +246,11 @@ contains
     call create_boundary_conditions(problem%mesh, deck%boundary_conditions, deck%path, problem%terms, problem%boundary, error)
     if (allocated(error)) return
     call create_loads(problem%mesh, problem%body, deck%loads, deck%path, problem%terms, problem%boundary%loads, error)
+    if (allocated(error)) return
+    call start_terms(parameter_names(deck), coordinate_names(model), model%is_round, problem%strains%terms)
+    call create_imposed_strains(problem%mesh, problem%body, deck, fields, problem%strains, error)
+    if (allocated(error)) return
+    call add_strain_forces(problem%mesh, problem%body, deck, problem%strains, problem%terms, problem%boundary%strain_forces, error)
     problem%boundary%n_driving_terms = problem%terms%n_terms()
     allocate (problem%constant_terms(0))
     if (.not. problem%has_fixed_stiffness) call add_material_terms(deck, problem%terms, problem%constant_terms)

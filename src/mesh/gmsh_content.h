@@ -43,6 +43,13 @@ typedef struct {
   size_t first_node; /* in element_nodes */
 } sig_gmsh_element;
 
+/* Values at nodes, of one $NodeData; what it holds of a node stands in one row of each list. */
+typedef struct {
+  size_t name_at, name_length; /* in the names of sig_gmsh */
+  size_t first_value, n_values;
+  int n_components;
+} sig_gmsh_field_record;
+
 /* Element and group, both 0-based. */
 typedef struct {
   int element, group;
@@ -56,6 +63,7 @@ struct sig_gmsh {
   int *node_tags;
   double *coordinates;
   bool has_nodes, has_elements;
+  bool is_for_fields;     /* $NodeData is read and nothing else; a mesh has none of it */
   sig_list elements;      /* sig_gmsh_element */
   sig_list element_nodes; /* int64_t: node tags, then 0-based nodes once the whole file is read */
   sig_list members;       /* sig_gmsh_member */
@@ -63,6 +71,9 @@ struct sig_gmsh {
   sig_list entities;      /* sig_gmsh_entity */
   sig_list entity_groups; /* int: rows of groups */
   sig_list names;         /* char */
+  sig_list fields;        /* sig_gmsh_field_record */
+  sig_list field_tags;    /* int: node numbers */
+  sig_list field_values;  /* double: the first component */
 };
 
 /* Row of the group, made if it is new; -1 when out of memory. */
@@ -73,5 +84,6 @@ bool sig_gmsh_scan_names(sig_gmsh *mesh);
 bool sig_gmsh_scan_entities(sig_gmsh *mesh);
 bool sig_gmsh_scan_nodes(sig_gmsh *mesh);
 bool sig_gmsh_scan_elements(sig_gmsh *mesh);
+bool sig_gmsh_scan_node_data(sig_gmsh *mesh);
 
 #endif

@@ -69,6 +69,7 @@ static bool scan_section_name(sig_scanner *s, char *name, size_t room) {
 static bool scan_section_content(sig_gmsh *mesh, const char *name) {
   sig_scanner *s = &mesh->scanner;
   if (strcmp(name, "MeshFormat") == 0) return sig_scan_fail(s, s->at, "the file has two $MeshFormat sections");
+  if (mesh->is_for_fields) return strcmp(name, "NodeData") == 0 ? sig_gmsh_scan_node_data(mesh) : skip_section(s);
   if (strcmp(name, "PartitionedEntities") == 0)
     return sig_scan_fail(s, s->at, "the mesh is partitioned; write it without partitions");
   if (strcmp(name, "PhysicalNames") == 0) return sig_gmsh_scan_names(mesh);
@@ -104,7 +105,7 @@ static bool scan_file(sig_gmsh *mesh) {
     if (s->bytes[s->at] != '$') return sig_scan_fail(s, s->at, "text between two sections; a section starts with $");
     if (!scan_section(mesh)) return false;
   }
-  if (!mesh->has_nodes || !mesh->has_elements)
+  if (!mesh->is_for_fields && (!mesh->has_nodes || !mesh->has_elements))
     return sig_scan_fail(s, s->size, "the file has no $%s section; it was cut off or is not complete",
                          mesh->has_nodes ? "Elements" : "Nodes");
   return true;
@@ -175,7 +176,7 @@ static void find_places(sig_gmsh *mesh) {
   }
 }
 
-int sig_gmsh_parse(const char *bytes, size_t n_bytes, sig_gmsh **mesh) {
+static int parse(const char *bytes, size_t n_bytes, bool is_for_fields, sig_gmsh **mesh) {
   *mesh = calloc(1, sizeof **mesh);
   char *copy = malloc(n_bytes + 1);
   if (*mesh == NULL || copy == NULL) {
@@ -184,11 +185,12 @@ int sig_gmsh_parse(const char *bytes, size_t n_bytes, sig_gmsh **mesh) {
   }
   if (n_bytes > 0) memcpy(copy, bytes, n_bytes);
   copy[n_bytes] = '\0';
+  (*mesh)->is_for_fields = is_for_fields;
   sig_scanner *s = &(*mesh)->scanner;
   s->bytes = copy;
   s->size = n_bytes;
   (*mesh)->hash = sig_fnv1a(bytes, n_bytes, SIG_FNV1A_SEED);
-  const bool is_good = scan_file(*mesh) && resolve_nodes(*mesh);
+  const bool is_good = scan_file(*mesh) && (is_for_fields || resolve_nodes(*mesh));
   if (is_good) find_places(*mesh);
   s->bytes = NULL;
   free(copy);
@@ -196,12 +198,14 @@ int sig_gmsh_parse(const char *bytes, size_t n_bytes, sig_gmsh **mesh) {
   return s->is_out_of_memory ? SIG_GMSH_NO_MEMORY : SIG_GMSH_INVALID;
 }
 
-int sig_gmsh_read(const char *path, size_t length, sig_gmsh **mesh) {
+int sig_gmsh_parse(const char *bytes, size_t n_bytes, sig_gmsh **mesh) { return parse(bytes, n_bytes, false, mesh); }
+
+static int read_file(const char *path, size_t length, bool is_for_fields, sig_gmsh **mesh) {
   char *bytes = NULL;
   size_t n_bytes = 0;
   const int code = sig_read_file(path, length, &bytes, &n_bytes);
   if (code == 0) {
-    const int status = sig_gmsh_parse(bytes, n_bytes, mesh);
+    const int status = parse(bytes, n_bytes, is_for_fields, mesh);
     sig_free(bytes);
     return status;
   }
@@ -209,6 +213,12 @@ int sig_gmsh_read(const char *path, size_t length, sig_gmsh **mesh) {
   if (*mesh == NULL) return SIG_GMSH_NO_MEMORY;
   (*mesh)->n_nodes = code;
   return SIG_GMSH_UNREADABLE;
+}
+
+int sig_gmsh_read(const char *path, size_t length, sig_gmsh **mesh) { return read_file(path, length, false, mesh); }
+
+int sig_gmsh_read_fields(const char *path, size_t length, sig_gmsh **fields) {
+  return read_file(path, length, true, fields);
 }
 
 void sig_gmsh_message(const sig_gmsh *mesh, char message[SIG_GMSH_MESSAGE_SIZE], int *line) {
@@ -263,6 +273,28 @@ void sig_gmsh_group(const sig_gmsh *mesh, int i, int *n_dim, int *tag, const cha
   *name_length = group->name_length;
 }
 
+int sig_gmsh_n_fields(const sig_gmsh *fields) { return (int)fields->fields.n; }
+
+static const sig_gmsh_field_record *field_record(const sig_gmsh *fields, int i) {
+  return (const sig_gmsh_field_record *)fields->fields.items + i;
+}
+
+void sig_gmsh_field(const sig_gmsh *fields, int i, int *n_components, int *n_values, const char **name,
+                    size_t *name_length) {
+  const sig_gmsh_field_record *field = field_record(fields, i);
+  *n_components = field->n_components;
+  *n_values = (int)field->n_values;
+  *name = fields->names.items == NULL ? "" : (const char *)fields->names.items + field->name_at;
+  *name_length = field->name_length;
+}
+
+void sig_gmsh_field_values(const sig_gmsh *fields, int i, int *tags, double *values) {
+  const sig_gmsh_field_record *field = field_record(fields, i);
+  if (field->n_values == 0) return;
+  memcpy(tags, (const int *)fields->field_tags.items + field->first_value, field->n_values * sizeof *tags);
+  memcpy(values, (const double *)fields->field_values.items + field->first_value, field->n_values * sizeof *values);
+}
+
 void sig_gmsh_free(sig_gmsh *mesh) {
   if (mesh == NULL) return;
   free(mesh->node_tags);
@@ -274,5 +306,8 @@ void sig_gmsh_free(sig_gmsh *mesh) {
   free(mesh->entities.items);
   free(mesh->entity_groups.items);
   free(mesh->names.items);
+  free(mesh->fields.items);
+  free(mesh->field_tags.items);
+  free(mesh->field_values.items);
   free(mesh);
 }

@@ -103,18 +103,18 @@ bool sig_scan_size(sig_scanner *scanner, int64_t *value) {
   return scan_bytes(scanner, value, sizeof *value);
 }
 
+bool sig_scan_any_real(sig_scanner *scanner, double *value) {
+  if (scanner->is_binary) return scan_bytes(scanner, value, sizeof *value);
+  sig_scan_skip_space(scanner);
+  if (scanner->at >= scanner->size) return fail_truncated(scanner);
+  char *end;
+  *value = strtod(scanner->bytes + scanner->at, &end);
+  return finish_word(scanner, end, "a number");
+}
+
 bool sig_scan_real(sig_scanner *scanner, double *value) {
-  size_t at = scanner->at;
-  if (scanner->is_binary) {
-    if (!scan_bytes(scanner, value, sizeof *value)) return false;
-  } else {
-    sig_scan_skip_space(scanner);
-    at = scanner->at;
-    if (scanner->at >= scanner->size) return fail_truncated(scanner);
-    char *end;
-    *value = strtod(scanner->bytes + scanner->at, &end);
-    if (!finish_word(scanner, end, "a number")) return false;
-  }
+  const size_t at = sig_scan_here(scanner);
+  if (!sig_scan_any_real(scanner, value)) return false;
   if (!isfinite(*value)) return sig_scan_fail(scanner, at, "$%s has a number that is not finite", scanner->section);
   return true;
 }

@@ -31,6 +31,9 @@ bool sig_scan_int(sig_scanner *scanner, int64_t *value);
 bool sig_scan_size(sig_scanner *scanner, int64_t *value);
 bool sig_scan_real(sig_scanner *scanner, double *value);
 
+/* The same, whatever the number is: infinite or none, too. */
+bool sig_scan_any_real(sig_scanner *scanner, double *value);
+
 /* A whole number written in words even in a binary file. */
 bool sig_scan_word_int(sig_scanner *scanner, int64_t *value);
 

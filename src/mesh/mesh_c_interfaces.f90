@@ -6,6 +6,7 @@ module sig_mesh_c_interfaces
   private
   public :: sig_gmsh_read, sig_gmsh_message, sig_gmsh_sizes, sig_gmsh_nodes, sig_gmsh_elements, sig_gmsh_memberships
   public :: sig_gmsh_group, sig_gmsh_hash, sig_gmsh_free, sig_partition_graph
+  public :: sig_gmsh_read_fields, sig_gmsh_n_fields, sig_gmsh_field, sig_gmsh_field_values
   public :: gmsh_ok, gmsh_invalid, gmsh_unreadable, gmsh_no_memory, gmsh_message_size
 
   integer(c_int), parameter :: gmsh_ok = 0, gmsh_invalid = 1, gmsh_unreadable = 2, gmsh_no_memory = 3
@@ -64,6 +65,35 @@ module sig_mesh_c_interfaces
       type(c_ptr), intent(out) :: name
       integer(c_size_t), intent(out) :: name_length
     end subroutine sig_gmsh_group
+
+    integer(c_int) function sig_gmsh_read_fields(path, length, fields) bind(c)
+      import :: c_char, c_int, c_ptr, c_size_t
+      character(kind=c_char), intent(in) :: path(*)
+      integer(c_size_t), value :: length
+      type(c_ptr), intent(out) :: fields
+    end function sig_gmsh_read_fields
+
+    pure integer(c_int) function sig_gmsh_n_fields(fields) bind(c)
+      import :: c_int, c_ptr
+      type(c_ptr), intent(in), value :: fields
+    end function sig_gmsh_n_fields
+
+    subroutine sig_gmsh_field(fields, i, n_components, n_values, name, name_length) bind(c)
+      import :: c_int, c_ptr, c_size_t
+      type(c_ptr), value :: fields
+      integer(c_int), value :: i
+      integer(c_int), intent(out) :: n_components, n_values
+      type(c_ptr), intent(out) :: name
+      integer(c_size_t), intent(out) :: name_length
+    end subroutine sig_gmsh_field
+
+    subroutine sig_gmsh_field_values(fields, i, tags, values) bind(c)
+      import :: c_double, c_int, c_ptr
+      type(c_ptr), value :: fields
+      integer(c_int), value :: i
+      integer(c_int), intent(inout) :: tags(*)
+      real(c_double), intent(inout) :: values(*)
+    end subroutine sig_gmsh_field_values
 
     subroutine sig_gmsh_free(mesh) bind(c)
       import :: c_ptr

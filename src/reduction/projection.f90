@@ -145,15 +145,17 @@ contains
   !> Rank that snapshots in equilibrium can give at most: K V vanishes but where a force drives the body.
   !>
   !> The sides of a contact row carry opposite forces, so a row counts once. A hat function is in no equilibrium: it adds one.
-  pure integer function expected_stiffness_rank(domain, driven_dofs, n_hats, n_modes) result(rank)
+  pure integer function expected_stiffness_rank(domain, driven_dofs, n_patterns, n_hats, n_modes) result(rank)
     type(reduced_domain_t), intent(in) :: domain
     !> loaded dofs, and prescribed dofs on which the basis does not vanish; natural
     integer, intent(in) :: driven_dofs(:)
+    !> of forces that act all over a region: imposed strains, term by term
+    integer, intent(in) :: n_patterns
     integer, intent(in) :: n_hats
     integer, intent(in) :: n_modes
     integer :: i_dof
 
-    rank = size(domain%contact_rows) + n_hats
+    rank = size(domain%contact_rows) + n_patterns + n_hats
     do i_dof = 1, size(driven_dofs)
       if (position_in(domain%interior_dofs, driven_dofs(i_dof)) > 0) rank = rank + 1
     end do

@@ -6,12 +6,13 @@ module sig_check_fields
   use sig_contact_summary, only: contact_name
   use sig_errors, only: error_t
   use sig_field_file, only: field_file_t
+  use sig_imposed_strain, only: cell_strains, strain_field_t
   use sig_kinds, only: rk
   use sig_mesh, only: mesh_t
   use sig_mesh_checks, only: group_of_surface
   use sig_nodal_values, only: nodal_areas, nodal_gaps
   use sig_parameter_space, only: format_point
-  use sig_problem, only: area_unit, force_unit, parameter_names, problem_t, surface_of_side
+  use sig_problem, only: area_unit, force_unit, parameter_names, problem_t, strains_at, surface_of_side
   use sig_term_values, only: evaluate_points
   use sig_text, only: append_text, string_t
   implicit none(type, external)
@@ -57,6 +58,7 @@ contains
     call file%start_point(format_point(problem%deck%parameters, point), point)
     call write_cell_fields(cells, shares, file)
     call write_driving_fields(problem, theta(:, 1), file)
+    if (problem%strains%are_there() .and. i_bad_point == 0) call write_strains(problem, point, cells%mesh%n_cells, file)
     call write_contact_fields(problem, rows, theta(:, 1), file)
     call file%close(error)
   end subroutine write_check_fields
@@ -210,6 +212,22 @@ contains
     values = reshape(problem%boundary%loads%forces(theta, size(values)), shape(values))
     call file%add_node_field('load', values, force_unit(problem%deck), 'force of all loads on the node')
   end subroutine write_driving_fields
+
+  !> Imposed strains at the point; zero off the bodies.
+  subroutine write_strains(problem, point, n_cells, file)
+    type(problem_t), intent(in) :: problem
+    real(rk), intent(in) :: point(:)
+    !> those of the bodies, which come first, and all others
+    integer, intent(in) :: n_cells
+    type(field_file_t), intent(inout) :: file
+    type(strain_field_t) :: imposed
+    real(rk), allocatable :: strains(:, :)
+
+    call strains_at(problem, point, imposed)
+    strains = cell_strains(problem%mesh, problem%body, imposed)
+    strains = reshape(strains, [size(strains, 1), n_cells], pad=[0.0_rk])
+    call file%add_cell_field('imposed_strain', strains, '-', 'mean of what is imposed on the cell by temperature or swelling')
+  end subroutine write_strains
 
   !> Who meets whom, along which normal, at which distance.
   subroutine write_contact_fields(problem, rows, theta, file)

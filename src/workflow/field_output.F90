@@ -12,13 +12,14 @@ module sig_field_output
   use sig_errors, only: error_t
   use sig_field_file, only: field_file_t
   use sig_full_order, only: team_t
+  use sig_imposed_strain, only: cell_strains, strain_field_t
   use sig_kinds, only: rk
   use sig_model, only: model_t
   use sig_nodal_values, only: nodal_gaps, nodal_pressures
   use sig_rooms, only: rooms_t
   use sig_online_model, only: online_model_t
   use sig_parameter_space, only: format_point
-  use sig_problem, only: area_unit, body_at, force_unit, parameter_names, problem_t, stress_unit
+  use sig_problem, only: area_unit, body_at, force_unit, parameter_names, problem_t, stress_unit, strains_at
   use sig_answer, only: answer_t
   use sig_query, only: query_t
   use sig_reconstruction, only: reconstruct_displacement, reconstruct_multipliers
@@ -202,11 +203,15 @@ contains
     real(rk), allocatable :: stresses(:, :), smoothed(:, :)
     character(:), allocatable :: unit
     type(elastic_body_t) :: body
+    type(strain_field_t) :: imposed
 
     unit = stress_unit(problem%deck)
     call body_at(problem, point, body)
-    stresses = cell_stresses(problem%mesh, body, displacement)
-    smoothed = nodal_stresses(problem%mesh, body, displacement)
+    call strains_at(problem, point, imposed)
+    stresses = cell_stresses(problem%mesh, body, displacement, imposed)
+    smoothed = nodal_stresses(problem%mesh, body, displacement, imposed)
+    if (problem%strains%are_there()) call file%add_cell_field('imposed_strain', cell_strains(problem%mesh, body, imposed), '-', &
+      'mean of what is imposed on the cell by temperature or swelling; stresses come from the rest of the strain')
     call file%add_cell_field('stress', stresses, unit, 'mean stress of the cell, full-order model')
     call file%add_cell_field('von_mises', von_mises(stresses), unit, 'von Mises stress of the mean stress of the cell')
     call file%add_node_field('stress_smoothed', smoothed, unit, &

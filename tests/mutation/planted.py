@@ -218,10 +218,45 @@ PLANTED = [
     ),
     Planted(
         SRC + "fem/body_load.f90",
-        "volume = volume * 2 * pi * place(1)",
-        "volume = volume * 2 * pi",
+        "volume = volume * circumference(body%mechanics, place)",
+        "volume = volume * circumference(body%mechanics, place) / place(1)",
         "body forces in axisymmetry forget the radius",
         "verification.test_loads",
+    ),
+    Planted(
+        SRC + "fem/stress.f90",
+        "strains(:, i_point) = -imposed%at_point(i_cell, i_point)",
+        "strains(:, i_point) = 0",
+        "stresses keep the imposed strains",
+        "verification.test_imposed_strains",
+    ),
+    Planted(
+        SRC + "fem/strain_parts.f90",
+        "part%direction(i) = merge(1, 2, i <= 3)",
+        "part%direction(i) = 1",
+        "an imposed shear is half as large",
+        "integration.test_imposed_strains",
+    ),
+    Planted(
+        SRC + "fem/strain_parts.f90",
+        "products(i)%values = products(i)%values + values",
+        "products(i)%values = values",
+        "a reference temperature takes the place of the constant part",
+        "verification.test_imposed_strains",
+    ),
+    Planted(
+        SRC + "fem/imposed_energy.f90",
+        "second%at_point(cells(i), i_point))",
+        "first%at_point(cells(i), i_point))",
+        "the energy of two imposed strains together forgets one",
+        "integration.test_imposed_strains",
+    ),
+    Planted(
+        SRC + "mesh/nodal_field.f90",
+        "if (tags(order(j)) < tags(half(i))) then",
+        "if (tags(order(j)) > tags(half(i))) then",
+        "node numbers are sorted the wrong way",
+        "integration.test_imposed_strains",
     ),
     # contact
     Planted(

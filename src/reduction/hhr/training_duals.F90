@@ -34,16 +34,15 @@ contains
   subroutine keep_resultants(problem, cluster)
     type(problem_t), intent(in) :: problem
     type(hhr_data_t), intent(inout) :: cluster
-    integer :: n_dofs, n_terms, t
+    integer :: n_terms, t
 
-    n_dofs = problem%mesh%n_dim * problem%mesh%n_nodes
     n_terms = size(problem%rows%gap, 2)
     associate (motions => problem%motions)
       cluster%motion_closing = motions%closing
       allocate (cluster%motion_load(n_terms, motions%n_free))
       if (motions%n_free == 0) return
       do t = 1, n_terms
-        cluster%motion_load(t, :) = motions%work(problem%boundary%loads%forces(unit_vector(n_terms, t), n_dofs))
+        cluster%motion_load(t, :) = motions%work(problem%boundary%forces(unit_vector(n_terms, t)))
       end do
     end associate
   end subroutine keep_resultants

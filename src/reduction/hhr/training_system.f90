@@ -7,6 +7,7 @@ module sig_training_system
   use sig_hat_functions, only: hat_columns, hat_set_t, hats_of_all_nodes, hats_of_rows, select_hats
   use sig_kinds, only: rk
   use sig_hhr_data, only: hhr_data_t
+  use sig_load_pattern, only: load_pattern_t
   use sig_problem, only: problem_t
   use sig_projection, only: expected_stiffness_rank, project, project_contact_rows, projected_blocks_t
   use sig_reduced_domain, only: reduced_domain_t
@@ -35,16 +36,18 @@ contains
     type(error_t), allocatable, intent(out) :: error
     type(projected_blocks_t) :: blocks
     type(hat_set_t) :: hats
+    type(load_pattern_t) :: forces
 
     call keep_domain(domain, cluster)
     call split_prescribed(problem, snapshots, moved_nodes, modes, cluster, error)
     if (allocated(error)) return
     call enrich(problem, domain, modes, hats, cluster)
-    call project(problem%mesh, problem%body, problem%rows, problem%boundary%loads, domain, cluster%basis, &
-      cluster%lifting, blocks)
+    call problem%boundary%get_forces(forces)
+    call project(problem%mesh, problem%body, problem%rows, forces, domain, cluster%basis, cluster%lifting, blocks)
     call keep_blocks(blocks, cluster)
     cluster%primal_rank_expected = expected_stiffness_rank(domain, &
-      problem%boundary%loads%loaded_dofs(size(modes, 1)), cluster%n_hats, cluster%n_modes)
+      problem%boundary%loads%loaded_dofs(size(modes, 1)), problem%boundary%strain_forces%n_terms(), cluster%n_hats, &
+      cluster%n_modes)
     call check_solvable(problem, snapshots%parameters, domain, cluster, error)
   end subroutine build_system
 

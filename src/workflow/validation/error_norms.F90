@@ -6,6 +6,7 @@ module sig_error_norms
   use sig_contact_state, only: contact_state_t
   use sig_contact_system, only: contact_system_t
   use sig_domain_energy, only: domain_energy_t
+  use sig_imposed_energy, only: imposed_energy_t
   use sig_kinds, only: rk
   use sig_online_model, only: online_model_t
   use sig_petsc_support, only: multiply_block, sum_over_ranks
@@ -14,7 +15,24 @@ module sig_error_norms
   use petsc
   implicit none(type, external)
   private
-  public :: point_errors_t, measure_errors
+  public :: point_errors_t, measured_domain_t, measured_bodies_t, measure_errors
+
+  !> Energies of a part of the bodies.
+  type :: measured_domain_t
+    !> 1/2 u' K u; not used of the whole bodies, whose K the system has
+    type(domain_energy_t) :: stiffness
+    !> what imposed strains add
+    type(imposed_energy_t) :: imposed
+  end type measured_domain_t
+
+  type :: measured_bodies_t
+    !> of each cluster
+    type(measured_domain_t), allocatable :: domains(:)
+    !> all cells
+    type(measured_domain_t) :: whole
+    !> [-] terms of the imposed strains at the points, shape (n_strain_terms, n_points)
+    real(rk), allocatable :: strain_theta(:, :)
+  end type measured_bodies_t
 
   type :: point_errors_t
     !> [-] (17)
@@ -22,7 +40,8 @@ module sig_error_norms
     !> [-] (18) on the reduced domain, and on all contacts after reconstruction; no number where nothing touches in either model
     real(rk) :: multipliers_rid = 0
     real(rk) :: multipliers_all = 0
-    !> [force*length] (19) with the energy 1/2 u' K u - F' u, on the bodies and on the reduced domain (there F on the dofs of A)
+    !> [force*length] (19) with the strain energy less the work of the loads, F' u, on the bodies and on the reduced domain (there F
+    !> on the dofs of A)
     real(rk) :: energy = 0
     real(rk) :: energy_rid = 0
     !> [-] the same over the full-order energy
@@ -33,10 +52,9 @@ module sig_error_norms
 contains
 
   !> Errors at several points, with one pass over K for all of them. Collective on the system's communicator.
-  subroutine measure_errors(system, domains, online, answers, states, errors, ierr)
+  subroutine measure_errors(system, bodies, online, answers, states, errors, ierr)
     type(contact_system_t), intent(inout) :: system
-    !> cells of each cluster's domain, shape (n_clusters)
-    type(domain_energy_t), intent(in) :: domains(:)
+    type(measured_bodies_t), intent(in) :: bodies
     !> prepared
     type(online_model_t), intent(in) :: online
     !> shape (n_points)
@@ -57,7 +75,7 @@ contains
       errors(i)%multipliers_rid = rid_error(online, answers(i), states(i)%multipliers)
       errors(i)%multipliers_all = reconstruction_error(online, answers(i), states(i)%multipliers)
     end do
-    PetscCall(measure_energies(system, domains, online, answers, fields, energies, ierr))
+    PetscCall(measure_energies(system, bodies, online, answers, fields, energies, ierr))
     errors%energy = abs(energies(1, :n) - energies(1, n + 1:))
     errors%energy_rid = abs(energies(2, :n) - energies(2, n + 1:))
     do i = 1, n
@@ -66,10 +84,10 @@ contains
     end do
   end subroutine measure_errors
 
-  !> 1/2 u' K u - F' u of each field on the bodies and on the reduced domain. Collective.
-  subroutine measure_energies(system, domains, online, answers, fields, energies, ierr)
+  !> Strain energy less work of the loads of each field on the bodies and on the reduced domain. Collective.
+  subroutine measure_energies(system, bodies, online, answers, fields, energies, ierr)
     type(contact_system_t), intent(inout) :: system
-    type(domain_energy_t), intent(in) :: domains(:)
+    type(measured_bodies_t), intent(in) :: bodies
     type(online_model_t), intent(in) :: online
     type(answer_t), intent(in) :: answers(:)
     !> [length] natural; of the answers, then of the full-order model; shape (n_dofs, 2 * n_points)
@@ -83,10 +101,13 @@ contains
     PetscCall(measure_strain_energies(system, fields, strain_energies, ierr))
     do i = 1, size(fields, 2)
       k = modulo(i - 1, size(answers)) + 1
-      load = system%load(answers(k)%theta)
-      energies(1, i) = strain_energies(i) - dot_product(load, fields(:, i))
-      associate (dofs => online%model%parts(answers(k)%cluster)%reduced%interior_dofs())
-        energies(2, i) = domains(answers(k)%cluster)%strain_energy(fields(:, i)) - dot_product(load(dofs), fields(dofs, i))
+      load = system%boundary%loads%forces(answers(k)%theta, size(load))
+      energies(1, i) = strain_energies(i) - dot_product(load, fields(:, i)) + &
+        bodies%whole%imposed%value(fields(:, i), bodies%strain_theta(:, k))
+      associate (dofs => online%model%parts(answers(k)%cluster)%reduced%interior_dofs(), &
+        domain => bodies%domains(answers(k)%cluster))
+        energies(2, i) = domain%stiffness%strain_energy(fields(:, i)) - dot_product(load(dofs), fields(dofs, i)) + &
+          domain%imposed%value(fields(:, i), bodies%strain_theta(:, k))
       end associate
     end do
   end subroutine measure_energies

@@ -5,8 +5,8 @@ module sig_validation
   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   use sig_benchmark, only: benchmark_t, run_benchmark
   use sig_contact_state, only: contact_state_t
-  use sig_domain_energy, only: domain_energy_t
-  use sig_error_norms, only: measure_errors, point_errors_t
+  use sig_elastic_body, only: elastic_body_t
+  use sig_error_norms, only: measure_errors, measured_bodies_t, point_errors_t
   use sig_errors, only: error_t, exit_internal, make_error
   use sig_full_order, only: team_t
   use sig_kinds, only: rk
@@ -15,13 +15,14 @@ module sig_validation
   use sig_online_model, only: online_model_t
   use sig_petsc_support, only: max_over_ranks, sum_over_ranks
   use sig_point_batches, only: deal_points, point_batches_t
-  use sig_problem, only: problem_t
+  use sig_problem, only: body_at, problem_t
   use sig_progress, only: progress_t
   use sig_answer, only: answer_t
   use sig_query, only: query_t
   use sig_reasons, only: reason_converged
   use sig_statistics, only: summarize, statistics_t
   use sig_stop_request, only: agree_to_stop
+  use sig_term_values, only: evaluate_points
   use petsc
   implicit none(type, external)
   private
@@ -111,16 +112,14 @@ contains
     PetscErrorCode, intent(out) :: ierr
     type(progress_t) :: progress
     type(point_batches_t) :: own
-    type(domain_energy_t) :: domains(online%model%n_clusters())
+    type(measured_bodies_t) :: bodies
     real(rk) :: flag
     integer :: first, i, last
 
     ierr = 0
     table = 0
     is_stopped = .false.
-    do i = 1, size(domains)
-      call domains(i)%create(problem%mesh, problem%body, online%model%parts(i)%reduced%cells())
-    end do
+    call create_bodies(problem, online, bodies)
     call deal_points(varying_constants(problem%deck, problem%material_terms, points), team%groups%i_group, &
       team%groups%n_groups, team%solver%n_points_at_once(), own)
     call progress%start('validating', size(points, 2))
@@ -130,7 +129,7 @@ contains
       if (is_stopped) exit
       first = last + 1
       last = own%ends(i)
-      PetscCall(compare_batch(problem, domains, online, query, team, points, own%points(first:last), table, ierr))
+      PetscCall(compare_batch(problem, bodies, online, query, team, points, own%points(first:last), table, ierr))
       call progress%advance(min(last * team%groups%n_groups, size(points, 2)))
     end do
     call progress%finish()
@@ -142,11 +141,42 @@ contains
     end do
   end subroutine compare_points
 
-  !> Collective on the team's group; its leader fills columns of the table.
-  subroutine compare_batch(problem, domains, online, query, team, points, numbers, table, ierr)
+  !> The energies of whole bodies and domains. Local.
+  subroutine create_bodies(problem, online, bodies)
     type(problem_t), intent(in) :: problem
-    !> cells of each cluster's domain
-    type(domain_energy_t), intent(in) :: domains(:)
+    type(online_model_t), intent(in) :: online
+    type(measured_bodies_t), intent(out) :: bodies
+    integer :: i
+
+    allocate (bodies%domains(online%model%n_clusters()))
+    do i = 1, size(bodies%domains)
+      associate (cells => online%model%parts(i)%reduced%cells(), domain => bodies%domains(i))
+        call domain%stiffness%create(problem%mesh, problem%body, cells)
+        call domain%imposed%create(problem%mesh, problem%body, problem%strains, cells)
+      end associate
+    end do
+    call bodies%whole%imposed%create(problem%mesh, problem%body, problem%strains, [(i, i=1, problem%mesh%n_cells)])
+  end subroutine create_bodies
+
+  !> What imposed strains do at some points that share a stiffness. Local.
+  subroutine update_bodies(problem, points, bodies)
+    type(problem_t), intent(in) :: problem
+    !> shape (n_parameters, n_points)
+    real(rk), intent(in) :: points(:, :)
+    type(measured_bodies_t), intent(inout) :: bodies
+    type(elastic_body_t) :: body
+    integer :: i, i_bad_point, i_bad_source
+
+    call evaluate_points(problem%strains%terms, points, bodies%strain_theta, i_bad_point, i_bad_source)
+    if (problem%has_fixed_stiffness .or. .not. problem%strains%are_there()) return
+    call body_at(problem, points(:, 1), body)
+    call bodies%whole%imposed%create(problem%mesh, body, problem%strains, [(i, i=1, problem%mesh%n_cells)])
+  end subroutine update_bodies
+
+  !> Collective on the team's group; its leader fills columns of the table.
+  subroutine compare_batch(problem, bodies, online, query, team, points, numbers, table, ierr)
+    type(problem_t), intent(in) :: problem
+    type(measured_bodies_t), intent(inout) :: bodies
     type(online_model_t), intent(in) :: online
     type(query_t), intent(inout) :: query
     type(team_t), intent(inout) :: team
@@ -165,7 +195,8 @@ contains
     do i = 1, size(numbers)
       call query%evaluate(online, points(:, numbers(i)), answers(i))
     end do
-    PetscCall(measure_errors(team%solver%system, domains, online, answers, states, errors, ierr))
+    call update_bodies(problem, points(:, numbers), bodies)
+    PetscCall(measure_errors(team%solver%system, bodies, online, answers, states, errors, ierr))
     if (.not. team%groups%is_leader()) return
     do i = 1, size(numbers)
       table(:, numbers(i)) = table_column(answers(i), states(i), errors(i))

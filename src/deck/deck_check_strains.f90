@@ -1,0 +1,58 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> What the entries of the section `imposed_strains` must satisfy, and values that must be sums of products.
+module sig_deck_check_strains
+  use sig_deck_check_values, only: check_field
+  use sig_deck_config, only: deck_config_t, value_config_t
+  use sig_deck_tree, only: deck_tree_t, shown
+  use sig_mechanical_models, only: mechanical_model, mechanical_model_t
+  use sig_text, only: to_text
+  use sig_value_products, only: product_t, split_products
+  implicit none(type, external)
+  private
+  public :: check_imposed_strain, check_products
+
+contains
+
+  subroutine check_imposed_strain(tree, config, i_strain)
+    type(deck_tree_t), intent(inout) :: tree
+    type(deck_config_t), intent(in) :: config
+    integer, intent(in) :: i_strain
+    type(mechanical_model_t) :: model
+    character(:), allocatable :: key, path
+    integer :: i
+
+    model = mechanical_model(config%mesh%model)
+    path = 'imposed_strains[' // to_text(i_strain) // ']'
+    associate (strain => config%imposed_strains(i_strain))
+      key = '.strain'
+      if (strain%is_thermal) key = '.temperature'
+      if (strain%has_field) key = '.factor'
+      call check_field(tree, path // key, config%parameters, strain%value)
+      call check_products(tree, path // key, strain%value, 'an imposed ' // key(2:))
+      call check_field(tree, path // '.reference', config%parameters, strain%reference)
+      do i = 1, size(strain%components)
+        if (.not. strain%has_component(i)) cycle
+        call check_field(tree, path // '.strain.' // trim(model%strain_names(i)), config%parameters, strain%components(i))
+        call check_products(tree, path // '.strain.' // trim(model%strain_names(i)), strain%components(i), 'an imposed strain')
+      end do
+    end associate
+  end subroutine check_imposed_strain
+
+  !> What acts all over a region has no term of its own at each place: that would be as many as there are elements.
+  subroutine check_products(tree, path, value, noun)
+    type(deck_tree_t), intent(inout) :: tree
+    character(*), intent(in) :: path
+    type(value_config_t), intent(in) :: value
+    !> what must be a sum of products
+    character(*), intent(in) :: noun
+    type(product_t), allocatable :: products(:)
+    character(:), allocatable :: factor
+    logical :: is_split
+
+    if (.not. (value%uses_parameters .and. value%uses_coordinates)) return
+    call split_products(value%text, tree%parameter_names, tree%coordinate_names, products, is_split, factor)
+    if (.not. is_split) call tree%report_at(path, 'is ' // shown(value%text) // '; ' // noun // ' must be a sum of products ' // &
+      'whose factors depend on the parameters or on the coordinates, not on both as ' // shown(factor) // ' does', &
+      'write sums in parentheses out, for example 2 * a^2 * x - (a + 1) * y^2')
+  end subroutine check_products
+end module sig_deck_check_strains

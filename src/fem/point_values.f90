@@ -1,0 +1,79 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> Values at the integration points of cells, one cell after another: of an expression of the place, or of nodal values.
+module sig_point_values
+  use sig_deck_config, only: value_config_t
+  use sig_elastic_body, only: elastic_body_t
+  use sig_expression, only: expression_t
+  use sig_kinds, only: rk
+  use sig_mesh, only: mesh_t, nodes_of_cell
+  use sig_text, only: string_t
+  implicit none(type, external)
+  private
+  public :: evaluate_at_points, interpolate_at_points, count_points
+
+contains
+
+  !> Integration points of some cells.
+  pure integer function count_points(mesh, body, cells) result(n)
+    type(mesh_t), intent(in) :: mesh
+    type(elastic_body_t), intent(in) :: body
+    integer, intent(in) :: cells(:)
+    integer :: i
+
+    n = 0
+    do i = 1, size(cells)
+      n = n + body%tables(mesh%cell_types(cells(i)))%n_points
+    end do
+  end function count_points
+
+  !> Values of an expression of the coordinates. Requires: it is one.
+  subroutine evaluate_at_points(mesh, body, cells, value, coordinate_names, values, bad_cell)
+    type(mesh_t), intent(in) :: mesh
+    type(elastic_body_t), intent(in) :: body
+    integer, intent(in) :: cells(:)
+    type(value_config_t), intent(in) :: value
+    type(string_t), intent(in) :: coordinate_names(:)
+    real(rk), allocatable, intent(out) :: values(:)
+    !> the first one where a value is not finite; 0 = none
+    integer, intent(out) :: bad_cell
+    type(expression_t) :: expression
+    character(:), allocatable :: message
+    integer :: i, i_point, n
+    logical :: is_valid
+
+    allocate (values(count_points(mesh, body, cells)))
+    bad_cell = 0
+    n = 0
+    call expression%create(value%text, coordinate_names, message)
+    do i = 1, size(cells)
+      associate (table => body%tables(mesh%cell_types(cells(i))), nodes => nodes_of_cell(mesh, cells(i)))
+        do i_point = 1, table%n_points
+          n = n + 1
+          call expression%evaluate(matmul(mesh%coordinates(:, nodes), table%values(:, i_point)), values(n), is_valid)
+          if (bad_cell == 0 .and. .not. is_valid) bad_cell = cells(i)
+        end do
+      end associate
+    end do
+    call expression%destroy()
+  end subroutine evaluate_at_points
+
+  !> Nodal values by the shape functions of the cells.
+  pure subroutine interpolate_at_points(mesh, body, cells, nodal, values)
+    type(mesh_t), intent(in) :: mesh
+    type(elastic_body_t), intent(in) :: body
+    integer, intent(in) :: cells(:)
+    !> shape (n_nodes)
+    real(rk), intent(in) :: nodal(:)
+    real(rk), allocatable, intent(out) :: values(:)
+    integer :: i, n
+
+    allocate (values(count_points(mesh, body, cells)))
+    n = 0
+    do i = 1, size(cells)
+      associate (table => body%tables(mesh%cell_types(cells(i))), nodes => nodes_of_cell(mesh, cells(i)))
+        values(n + 1:n + table%n_points) = matmul(nodal(nodes), table%values)
+        n = n + table%n_points
+      end associate
+    end do
+  end subroutine interpolate_at_points
+end module sig_point_values

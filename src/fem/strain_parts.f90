@@ -1,0 +1,269 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> The section `imposed_strains` of a deck on a mesh -> strains at integration points, as sums of terms.
+module sig_strain_parts
+  use sig_deck_config, only: deck_config_t, imposed_strain_config_t, material_config_t, value_config_t
+  use sig_elastic_body, only: elastic_body_t
+  use sig_errors, only: error_t, make_error
+  use sig_expression, only: expression_t
+  use sig_imposed_strain, only: imposed_strains_t, strain_part_t
+  use sig_kinds, only: rk
+  use sig_mesh, only: mesh_t
+  use sig_mesh_checks, only: group_of_region
+  use sig_nodal_field, only: nodal_field_t
+  use sig_point_values, only: count_points, evaluate_at_points, interpolate_at_points
+  use sig_term_set, only: term_set_t
+  use sig_text, only: to_text
+  use sig_value_products, only: product_t, split_products
+  implicit none(type, external)
+  private
+  public :: create_imposed_strains, find_term
+
+  !> A function of the parameters, as an expression (empty: 1), times values at integration points.
+  type :: point_product_t
+    character(:), allocatable :: of_parameters
+    real(rk), allocatable :: values(:)
+  end type point_product_t
+
+  !> One entry on one material.
+  type :: entry_t
+    type(imposed_strain_config_t) :: strain
+    type(material_config_t) :: material
+    character(:), allocatable :: deck_path
+    !> values of the entry's file
+    type(nodal_field_t) :: nodal
+  end type entry_t
+
+contains
+
+  !> Entries on one region add up. A region may hold several materials.
+  !>
+  !> Errors: unknown region; a temperature on a material without thermal_expansion; a value that is not finite.
+  subroutine create_imposed_strains(mesh, body, deck, fields, strains, error)
+    type(mesh_t), intent(in) :: mesh
+    type(elastic_body_t), intent(in) :: body
+    type(deck_config_t), intent(in) :: deck
+    !> values of the entries' files, shape (size(deck%imposed_strains))
+    type(nodal_field_t), intent(in) :: fields(:)
+    !> its terms were started
+    type(imposed_strains_t), intent(inout) :: strains
+    type(error_t), allocatable, intent(out) :: error
+    type(entry_t) :: entry
+    type(strain_part_t) :: part
+    integer :: i, i_group, i_material
+
+    entry%deck_path = deck%path
+    do i = 1, size(deck%imposed_strains)
+      entry%strain = deck%imposed_strains(i)
+      entry%nodal = fields(i)
+      call group_of_region(mesh, entry%strain%region, deck%path, i_group, error)
+      if (allocated(error)) return
+      do i_material = 1, size(deck%materials)
+        entry%material = deck%materials(i_material)
+        part%material = i_material
+        associate (cells => mesh%groups(i_group)%entities)
+          part%cells = pack(cells, body%material_of_cell(cells) == i_material)
+        end associate
+        if (size(part%cells) > 0) call add_entry(mesh, body, entry, part, strains, error)
+        if (allocated(error)) return
+      end do
+    end do
+  end subroutine create_imposed_strains
+
+  subroutine add_entry(mesh, body, entry, part, strains, error)
+    type(mesh_t), intent(in) :: mesh
+    type(elastic_body_t), intent(in) :: body
+    type(entry_t), intent(in) :: entry
+    !> its material and its cells
+    type(strain_part_t), intent(inout) :: part
+    type(imposed_strains_t), intent(inout) :: strains
+    type(error_t), allocatable, intent(out) :: error
+    type(point_product_t), allocatable :: products(:)
+    integer :: i
+
+    if (.not. any(entry%strain%has_component)) then
+      call isotropic_products(mesh, body, entry, part%cells, strains%terms, products, error)
+      if (allocated(error)) return
+      part%direction = [real(rk) :: 1, 1, 1, 0, 0, 0]
+      call keep_products(products, entry%strain%value, entry%deck_path, part, strains, error)
+      return
+    end if
+    do i = 1, size(entry%strain%components)
+      if (.not. entry%strain%has_component(i)) cycle
+      call place_products(mesh, body, part%cells, entry%strain%components(i), strains%terms, entry%deck_path, products, error)
+      if (allocated(error)) return
+      part%direction = 0
+      ! the tensor's component of a shear is half the angle
+      part%direction(i) = merge(1, 2, i <= 3)
+      call keep_products(products, entry%strain%components(i), entry%deck_path, part, strains, error)
+      if (allocated(error)) return
+    end do
+  end subroutine add_entry
+
+  !> A swelling, or alpha (T - T_ref).
+  subroutine isotropic_products(mesh, body, entry, cells, terms, products, error)
+    type(mesh_t), intent(in) :: mesh
+    type(elastic_body_t), intent(in) :: body
+    type(entry_t), intent(in) :: entry
+    integer, intent(in) :: cells(:)
+    !> for the names that expressions may have
+    type(term_set_t), intent(in) :: terms
+    type(point_product_t), allocatable, intent(out) :: products(:)
+    type(error_t), allocatable, intent(out) :: error
+    real(rk), allocatable :: values(:)
+
+    associate (strain => entry%strain, material => entry%material)
+      if (strain%is_thermal .and. .not. material%has_thermal_expansion) then
+        call make_error(error, "the region '" // strain%region%text // "' has a temperature, but its material '" // &
+          material%name // "' has no thermal_expansion", entry%deck_path, strain%region%line, strain%region%column, &
+          'add thermal_expansion to materials.' // material%name)
+        return
+      end if
+      if (strain%has_field) then
+        call interpolate_at_points(mesh, body, cells, entry%nodal%values, values)
+        allocate (products(0))
+        call add_scaled(products, strain%value, '', values)
+      else
+        call place_products(mesh, body, cells, strain%value, terms, entry%deck_path, products, error)
+      end if
+      if (allocated(error) .or. .not. strain%is_thermal) return
+      call add_scaled(products, strain%reference, '', spread(-1.0_rk, 1, count_points(mesh, body, cells)))
+      call scale_products(material%thermal_expansion, products)
+    end associate
+  end subroutine isotropic_products
+
+  !> A sum of products of the parameters and the place. Errors: a value that is not finite.
+  subroutine place_products(mesh, body, cells, value, terms, deck_path, products, error)
+    type(mesh_t), intent(in) :: mesh
+    type(elastic_body_t), intent(in) :: body
+    integer, intent(in) :: cells(:)
+    type(value_config_t), intent(in) :: value
+    type(term_set_t), intent(in) :: terms
+    character(*), intent(in) :: deck_path
+    type(point_product_t), allocatable, intent(out) :: products(:)
+    type(error_t), allocatable, intent(out) :: error
+    type(product_t), allocatable :: parts(:)
+    type(value_config_t) :: place
+    real(rk), allocatable :: values(:)
+    integer :: bad_cell, i
+    logical :: is_split
+
+    allocate (products(0))
+    call split_products(value%text, terms%parameter_names, terms%coordinate_names, parts, is_split)
+    do i = 1, size(parts)
+      place%text = parts(i)%of_place
+      call evaluate_at_points(mesh, body, cells, place, terms%coordinate_names, values, bad_cell)
+      if (bad_cell > 0) then
+        call make_error(error, 'the expression ''' // place%text // ''' is not finite in the element ' // &
+          to_text(mesh%cell_tags(bad_cell)), deck_path, value%line, value%column)
+        return
+      end if
+      call add_product(products, parts(i)%of_parameters, values)
+    end do
+  end subroutine place_products
+
+  !> Adds values times a factor without coordinates times a function of the parameters.
+  subroutine add_scaled(products, factor, of_parameters, values)
+    type(point_product_t), allocatable, intent(inout) :: products(:)
+    type(value_config_t), intent(in) :: factor
+    character(*), intent(in) :: of_parameters
+    real(rk), intent(in) :: values(:)
+
+    if (factor%is_constant) then
+      call add_product(products, of_parameters, factor%constant * values)
+    else if (of_parameters == '') then
+      call add_product(products, factor%text, values)
+    else
+      call add_product(products, '(' // factor%text // ')*(' // of_parameters // ')', values)
+    end if
+  end subroutine add_scaled
+
+  !> All of them times a factor without coordinates.
+  subroutine scale_products(factor, products)
+    type(value_config_t), intent(in) :: factor
+    type(point_product_t), allocatable, intent(inout) :: products(:)
+    type(point_product_t), allocatable :: scaled(:)
+    integer :: i
+
+    allocate (scaled(0))
+    do i = 1, size(products)
+      call add_scaled(scaled, factor, products(i)%of_parameters, products(i)%values)
+    end do
+    call move_alloc(scaled, products)
+  end subroutine scale_products
+
+  !> Products with the same function of the parameters are one.
+  subroutine add_product(products, of_parameters, values)
+    type(point_product_t), allocatable, intent(inout) :: products(:)
+    character(*), intent(in) :: of_parameters
+    real(rk), intent(in) :: values(:)
+    type(point_product_t), allocatable :: longer(:)
+    integer :: i, n
+
+    n = size(products)
+    do i = 1, n
+      if (products(i)%of_parameters /= of_parameters) cycle
+      products(i)%values = products(i)%values + values
+      return
+    end do
+    allocate (longer(n + 1))
+    do i = 1, n
+      call move_alloc(products(i)%of_parameters, longer(i)%of_parameters)
+      call move_alloc(products(i)%values, longer(i)%values)
+    end do
+    longer(n + 1)%of_parameters = of_parameters
+    longer(n + 1)%values = values
+    call move_alloc(longer, products)
+  end subroutine add_product
+
+  !> Products of one direction become parts of the strains. Errors: as find_term.
+  subroutine keep_products(products, value, deck_path, part, strains, error)
+    type(point_product_t), intent(in) :: products(:)
+    !> for messages
+    type(value_config_t), intent(in) :: value
+    character(*), intent(in) :: deck_path
+    !> material, cells and direction
+    type(strain_part_t), intent(inout) :: part
+    type(imposed_strains_t), intent(inout) :: strains
+    type(error_t), allocatable, intent(out) :: error
+    integer :: i
+
+    part%line = value%line
+    part%column = value%column
+    do i = 1, size(products)
+      call find_term(strains%terms, 1, products(i)%of_parameters, part, deck_path, part%term, error)
+      if (allocated(error)) return
+      part%values = products(i)%values
+      call strains%add_part(part)
+    end do
+  end subroutine keep_products
+
+  !> The term that is this expression, made where there is none behind the first ones; term 1 where it is empty.
+  !>
+  !> Errors: products of expressions of the deck that are too long together.
+  subroutine find_term(terms, n_first, text, part, deck_path, i_term, error)
+    type(term_set_t), intent(inout) :: terms
+    integer, intent(in) :: n_first
+    character(*), intent(in) :: text
+    !> for the place in the deck
+    type(strain_part_t), intent(in) :: part
+    character(*), intent(in) :: deck_path
+    integer, intent(out) :: i_term
+    type(error_t), allocatable, intent(out) :: error
+    type(expression_t) :: expression
+    character(:), allocatable :: message
+
+    i_term = 1
+    if (text == '') return
+    do i_term = n_first + 1, terms%n_terms()
+      if (terms%names(i_term)%text == text) return
+    end do
+    call expression%create(text, terms%parameter_names, message)
+    call expression%destroy()
+    if (allocated(message)) then
+      call make_error(error, 'the imposed strain makes the product ''' // text // ''': ' // message, deck_path, part%line, &
+        part%column)
+    else
+      call terms%add_expression(text, part%line, part%column, i_term)
+    end if
+  end subroutine find_term
+end module sig_strain_parts

@@ -1,0 +1,143 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> A field of one number per node, from a file that names nodes by their numbers in the mesh file.
+module sig_nodal_field
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite, ieee_quiet_nan, ieee_value
+  use sig_deck_config, only: field_config_t, imposed_strain_config_t
+  use sig_errors, only: error_t, make_error
+  use sig_kinds, only: rk
+  use sig_mesh, only: mesh_t
+  use sig_mesh_checks, only: group_of_region
+  use sig_nodal_field_file, only: raw_field_t, read_raw_field
+  use sig_text, only: to_text
+  implicit none(type, external)
+  private
+  public :: nodal_field_t, read_nodal_field
+
+  type :: nodal_field_t
+    !> at the nodes of the mesh; no number where the file has none
+    real(rk), allocatable :: values(:)
+  end type nodal_field_t
+
+contains
+
+  !> The field of an entry, with a value at every node of its region. Local.
+  !>
+  !> Errors: those of the file; a node that the mesh lacks; a node of the region without a value, or with one that is not finite.
+  subroutine read_nodal_field(mesh, strain, deck_path, field, error)
+    type(mesh_t), intent(in) :: mesh
+    type(imposed_strain_config_t), intent(in) :: strain
+    !> for messages
+    character(*), intent(in) :: deck_path
+    type(nodal_field_t), intent(out) :: field
+    type(error_t), allocatable, intent(out) :: error
+    type(raw_field_t) :: raw
+    integer :: i_group
+
+    call group_of_region(mesh, strain%region, deck_path, i_group, error)
+    if (allocated(error)) return
+    call read_raw_field(strain%field, deck_path, raw, error)
+    if (allocated(error)) return
+    call place_values(mesh, raw, strain%field, deck_path, field%values, error)
+    if (.not. allocated(error)) call check_region(mesh, i_group, raw, field%values, strain%field, deck_path, error)
+  end subroutine read_nodal_field
+
+  !> Values of the file to the nodes that it names.
+  subroutine place_values(mesh, raw, config, deck_path, values, error)
+    type(mesh_t), intent(in) :: mesh
+    type(raw_field_t), intent(in) :: raw
+    type(field_config_t), intent(in) :: config
+    character(*), intent(in) :: deck_path
+    real(rk), allocatable, intent(out) :: values(:)
+    type(error_t), allocatable, intent(out) :: error
+    integer :: i, i_node, n_unknown, order(mesh%n_nodes)
+
+    call sort_tags(mesh%node_tags, order)
+    allocate (values(mesh%n_nodes), source=ieee_value(1.0_rk, ieee_quiet_nan))
+    n_unknown = 0
+    do i = size(raw%tags), 1, -1
+      i_node = node_with_tag(mesh%node_tags, order, raw%tags(i))
+      if (i_node > 0) then
+        values(i_node) = raw%values(i)
+      else
+        n_unknown = i
+      end if
+    end do
+    if (n_unknown > 0) call make_error(error, 'the field ''' // config%name%text // ''' has a value at node ' // &
+      to_text(raw%tags(n_unknown)) // ', which the mesh lacks: it belongs to another mesh (' // to_text(size(raw%tags)) // &
+      ' nodes; the mesh has ' // to_text(mesh%n_nodes) // ')', deck_path, config%name%line, config%name%column)
+  end subroutine place_values
+
+  subroutine check_region(mesh, i_group, raw, values, config, deck_path, error)
+    type(mesh_t), intent(in) :: mesh
+    integer, intent(in) :: i_group
+    type(raw_field_t), intent(in) :: raw
+    real(rk), intent(in) :: values(:)
+    type(field_config_t), intent(in) :: config
+    character(*), intent(in) :: deck_path
+    type(error_t), allocatable, intent(out) :: error
+    character(:), allocatable :: message
+    integer :: i_bad
+
+    associate (nodes => mesh%groups(i_group)%nodes)
+      i_bad = findloc(ieee_is_finite(values(nodes)), .false., dim=1)
+      if (i_bad == 0) return
+      associate (tag => mesh%node_tags(nodes(i_bad)))
+        message = 'has no value at node '
+        if (any(raw%tags == tag)) message = 'is not finite at node '
+        call make_error(error, 'the field ''' // config%name%text // ''' ' // message // to_text(tag) // ' of the region ''' // &
+          mesh%groups(i_group)%name // ''' (' // to_text(size(raw%tags)) // ' nodes have values; the region has ' // &
+          to_text(size(nodes)) // ')', deck_path, config%name%line, config%name%column)
+      end associate
+    end associate
+  end subroutine check_region
+
+  !> Order in which the tags ascend, by merging.
+  pure recursive subroutine sort_tags(tags, order, is_part)
+    integer, intent(in) :: tags(:)
+    integer, intent(inout) :: order(:)
+    !> `order` is filled; default no
+    logical, intent(in), optional :: is_part
+    integer :: half(size(order) / 2), i, j, k
+
+    if (.not. present(is_part)) order = [(i, i=1, size(order))]
+    if (size(order) < 2) return
+    j = size(half) + 1
+    call sort_tags(tags, order(:j - 1), .true.)
+    call sort_tags(tags, order(j:), .true.)
+    half = order(:j - 1)
+    i = 1
+    do k = 1, size(order)
+      if (i > size(half)) return
+      if (j <= size(order)) then
+        if (tags(order(j)) < tags(half(i))) then
+          order(k) = order(j)
+          j = j + 1
+          cycle
+        end if
+      end if
+      order(k) = half(i)
+      i = i + 1
+    end do
+  end subroutine sort_tags
+
+  !> 0 where there is none.
+  pure integer function node_with_tag(tags, order, tag) result(i_node)
+    integer, intent(in) :: tags(:)
+    integer, intent(in) :: order(:)
+    integer, intent(in) :: tag
+    integer :: first, last, middle
+
+    first = 1
+    last = size(order)
+    do while (first < last)
+      middle = (first + last) / 2
+      if (tags(order(middle)) < tag) then
+        first = middle + 1
+      else
+        last = middle
+      end if
+    end do
+    i_node = order(first)
+    if (tags(i_node) /= tag) i_node = 0
+  end function node_with_tag
+end module sig_nodal_field

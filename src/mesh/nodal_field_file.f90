@@ -1,0 +1,164 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> Files that hold values at nodes: gmsh's $NodeData, and HDF5.
+!>
+!> HDF5: /node_tags has the numbers of the nodes in the mesh file, /<name> a value for each.
+module sig_nodal_field_file
+  use, intrinsic :: iso_c_binding, only: c_char, c_int, c_null_char, c_ptr, c_size_t
+  use sig_c_strings, only: from_c
+  use sig_deck_config, only: field_config_t
+  use sig_errors, only: error_t, make_error
+  use sig_hdf5_reader, only: h5_reader_t
+  use sig_kinds, only: rk
+  use sig_mesh_c_interfaces, only: gmsh_invalid, gmsh_message_size, gmsh_ok, gmsh_unreadable, sig_gmsh_field, &
+    sig_gmsh_field_values, sig_gmsh_free, sig_gmsh_message, sig_gmsh_n_fields, sig_gmsh_read_fields, sig_gmsh_sizes
+  use sig_system, only: system_reason
+  use sig_text, only: append_text, join, string_t, to_text
+  implicit none(type, external)
+  private
+  public :: raw_field_t, read_raw_field
+
+  !> As the file has it.
+  type :: raw_field_t
+    !> node numbers of the mesh file
+    integer, allocatable :: tags(:)
+    real(rk), allocatable :: values(:)
+  end type raw_field_t
+
+  !> data set of HDF5 with the numbers of the nodes
+  character(*), parameter :: tags_name = '/node_tags'
+
+contains
+
+  !> Files that end in .h5 or .hdf5 are HDF5, others gmsh's. Local.
+  !>
+  !> Errors: a file that cannot be read; no field of this name, or several; more than one number per node.
+  subroutine read_raw_field(config, deck_path, field, error)
+    type(field_config_t), intent(in) :: config
+    !> for messages
+    character(*), intent(in) :: deck_path
+    type(raw_field_t), intent(out) :: field
+    type(error_t), allocatable, intent(out) :: error
+
+    if (ends_with(config%path, '.h5') .or. ends_with(config%path, '.hdf5')) then
+      call read_hdf5(config, deck_path, field, error)
+    else
+      call read_gmsh(config, deck_path, field, error)
+    end if
+  end subroutine read_raw_field
+
+  pure logical function ends_with(text, ending)
+    character(*), intent(in) :: text
+    character(*), intent(in) :: ending
+
+    ends_with = .false.
+    if (len(text) >= len(ending)) ends_with = text(len(text) - len(ending) + 1:) == ending
+  end function ends_with
+
+  subroutine read_hdf5(config, deck_path, field, error)
+    type(field_config_t), intent(in) :: config
+    character(*), intent(in) :: deck_path
+    type(raw_field_t), intent(out) :: field
+    type(error_t), allocatable, intent(out) :: error
+    type(h5_reader_t) :: file
+
+    call file%open(config%path, error)
+    if (.not. allocated(error)) then
+      if (file%has('/' // config%name%text)) then
+        call file%read(tags_name, field%tags, error)
+        call file%read('/' // config%name%text, field%values, error)
+      else
+        call refuse_name(config, deck_path, 'has no field ''' // config%name%text // '''', error)
+      end if
+    end if
+    call file%close()
+    if (allocated(error)) return
+    if (size(field%tags) /= size(field%values)) call refuse_name(config, deck_path, 'has ' // to_text(size(field%values)) // &
+      ' values of the field ''' // config%name%text // ''' for ' // to_text(size(field%tags)) // ' node_tags', error)
+  end subroutine read_hdf5
+
+  subroutine read_gmsh(config, deck_path, field, error)
+    type(field_config_t), intent(in) :: config
+    character(*), intent(in) :: deck_path
+    type(raw_field_t), intent(out) :: field
+    type(error_t), allocatable, intent(out) :: error
+    type(c_ptr) :: handle
+    integer(c_int) :: sizes(5)
+
+    select case (sig_gmsh_read_fields(config%path, len(config%path, c_size_t), handle))
+    case (gmsh_ok)
+      call copy_field(handle, config, deck_path, field, error)
+    case (gmsh_invalid)
+      call report_invalid(handle, config%path, error)
+    case (gmsh_unreadable)
+      call sig_gmsh_sizes(handle, sizes)
+      call make_error(error, 'cannot read the field file ''' // config%file // ''': ' // system_reason(sizes(1)), deck_path, &
+        config%line, config%column)
+    case default
+      call make_error(error, 'not enough memory to read the field file', file=config%path)
+    end select
+    call sig_gmsh_free(handle)
+  end subroutine read_gmsh
+
+  subroutine report_invalid(handle, path, error)
+    type(c_ptr), intent(in) :: handle
+    character(*), intent(in) :: path
+    type(error_t), allocatable, intent(out) :: error
+    character(kind=c_char) :: message(gmsh_message_size)
+    integer(c_int) :: line
+
+    message = c_null_char
+    call sig_gmsh_message(handle, message, line)
+    call make_error(error, from_c(message), file=path, line=line)
+  end subroutine report_invalid
+
+  subroutine copy_field(handle, config, deck_path, field, error)
+    type(c_ptr), intent(in) :: handle
+    type(field_config_t), intent(in) :: config
+    character(*), intent(in) :: deck_path
+    type(raw_field_t), intent(inout) :: field
+    type(error_t), allocatable, intent(out) :: error
+    type(string_t), allocatable :: names(:)
+    integer, allocatable :: found(:)
+    integer :: i, n_components(sig_gmsh_n_fields(handle)), n_values(sig_gmsh_n_fields(handle))
+    integer(c_size_t) :: length
+    type(c_ptr) :: name
+
+    allocate (names(0))
+    do i = 1, size(n_values)
+      call sig_gmsh_field(handle, i - 1, n_components(i), n_values(i), name, length)
+      call append_text(names, from_c(name, length))
+    end do
+    found = pack([(i, i=1, size(names))], [(names(i)%text == config%name%text, i=1, size(names))])
+    if (size(found) == 0) then
+      call refuse_name(config, deck_path, 'has no $NodeData ''' // config%name%text // '''; it has ' // listed(names), error)
+    else if (size(found) > 1) then
+      call refuse_name(config, deck_path, 'has the $NodeData ''' // config%name%text // ''' ' // to_text(size(found)) // &
+        ' times; write the one that counts into a file of its own', error)
+    else if (n_components(found(1)) > 1) then
+      call refuse_name(config, deck_path, 'has ' // to_text(n_components(found(1))) // ' numbers per node in ''' // &
+        config%name%text // '''; there must be one', error)
+    else
+      allocate (field%tags(n_values(found(1))), field%values(n_values(found(1))))
+      call sig_gmsh_field_values(handle, found(1) - 1, field%tags, field%values)
+    end if
+  end subroutine copy_field
+
+  !> `none` for nothing.
+  pure function listed(names) result(text)
+    type(string_t), intent(in) :: names(:)
+    character(:), allocatable :: text
+
+    text = 'none'
+    if (size(names) > 0) text = join(names, ', ')
+  end function listed
+
+  subroutine refuse_name(config, deck_path, message, error)
+    type(field_config_t), intent(in) :: config
+    character(*), intent(in) :: deck_path
+    !> behind the name of the file
+    character(*), intent(in) :: message
+    type(error_t), allocatable, intent(inout) :: error
+
+    call make_error(error, 'the field file ''' // config%file // ''' ' // message, deck_path, config%name%line, config%name%column)
+  end subroutine refuse_name
+end module sig_nodal_field_file

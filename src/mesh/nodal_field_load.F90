@@ -1,0 +1,42 @@
+! SPDX-License-Identifier: BSD-3-Clause
+#include "signorom/macros.h"
+!> From the deck's imposed strains to their fields on every rank.
+module sig_nodal_field_load
+  use mpi, only: MPI_Bcast, MPI_Comm_rank, MPI_DOUBLE_PRECISION
+  use sig_deck_config, only: imposed_strain_config_t
+  use sig_error_broadcast, only: broadcast_error
+  use sig_errors, only: error_t
+  use sig_mesh, only: mesh_t
+  use sig_nodal_field, only: nodal_field_t, read_nodal_field
+  use petsc
+  implicit none(type, external)
+  private
+  public :: load_nodal_fields
+
+contains
+
+  !> Rank 0 reads and checks, all get the fields or the error. Collective on comm.
+  subroutine load_nodal_fields(mesh, strains, deck_path, comm, fields, error, ierr)
+    type(mesh_t), intent(in) :: mesh
+    type(imposed_strain_config_t), intent(in) :: strains(:)
+    !> for messages
+    character(*), intent(in) :: deck_path
+    MPI_Comm, intent(in) :: comm
+    !> of each entry; no values where it takes none from a file
+    type(nodal_field_t), allocatable, intent(out) :: fields(:)
+    type(error_t), allocatable, intent(out) :: error
+    PetscErrorCode, intent(out) :: ierr
+    integer :: i, rank
+
+    PetscCallMPI(MPI_Comm_rank(comm, rank, ierr))
+    allocate (fields(size(strains)))
+    do i = 1, size(strains)
+      if (.not. strains(i)%has_field) cycle
+      if (rank == 0) call read_nodal_field(mesh, strains(i), deck_path, fields(i), error)
+      PetscCall(broadcast_error(error, comm, ierr))
+      if (allocated(error)) return
+      if (rank /= 0) allocate (fields(i)%values(mesh%n_nodes))
+      PetscCallMPI(MPI_Bcast(fields(i)%values, mesh%n_nodes, MPI_DOUBLE_PRECISION, 0, comm, ierr))
+    end do
+  end subroutine load_nodal_fields
+end module sig_nodal_field_load
