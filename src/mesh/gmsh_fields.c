@@ -80,13 +80,15 @@ bool sig_gmsh_scan_node_data(sig_gmsh *mesh) {
   if (!has_header || !sig_scan_check_count(s, n_values, 4, "nodes")) return false;
   if (n_values > INT_MAX) return sig_scan_fail(s, s->at, "$NodeData has more nodes than this program can number");
   if (is_binary) sig_scan_skip_line(s);
+  sig_gmsh_field_record *record = sig_list_add(s, &mesh->fields, 1, sizeof *record);
+  if (record == NULL) return false;
+  *record = field;
+  record->n_values = (size_t)n_values;
+  if (n_values == 0) return true;
   int *tags = sig_list_add(s, &mesh->field_tags, (size_t)n_values, sizeof *tags);
   double *values = sig_list_add(s, &mesh->field_values, (size_t)n_values, sizeof *values);
-  sig_gmsh_field_record *record = sig_list_add(s, &mesh->fields, 1, sizeof *record);
-  if (record == NULL || (n_values > 0 && (tags == NULL || values == NULL))) return false;
+  if (tags == NULL || values == NULL) return false;
   for (int64_t i = 0; i < n_values; i++)
     if (!scan_value(s, field.n_components, &tags[i], &values[i])) return false;
-  field.n_values = (size_t)n_values;
-  *record = field;
   return true;
 }

@@ -21,7 +21,7 @@ from binary_kinds import Hdf5, mutate_shard
 from reader import Reader
 from text_kinds import CORPUS, ROOT, Deck, mutate_expression, mutate_mesh, mutate_table
 
-KINDS = ["deck", "mesh", "expression", "points", "selection", "shard", "snapshots", "model"]
+KINDS = ["deck", "mesh", "field", "expression", "points", "selection", "shard", "snapshots", "model"]
 FOLDERS = {
     "deck": ["input/*.yaml", "tests/integration/decks/*.yaml", "tests/integration/decks/invalid/*.yaml"],
     "mesh": ["tests/integration/meshes/*.msh"],
@@ -49,6 +49,7 @@ def mutation_of(kind: str, folder: Path) -> Callable[[bytes, random.Random], byt
         return Hdf5(folder).mutate
     return {
         "mesh": mutate_mesh,
+        "field": mutate_mesh,
         "expression": mutate_expression,
         "points": mutate_table,
         "selection": mutate_table,

@@ -2,7 +2,7 @@
 !> One reader per kind of file. What is accepted is used as the program would use it, so that faults show that reading alone hides.
 module fuzz_targets
   use fuzz_seeds, only: n_dofs, n_multipliers, n_parameters, provenance
-  use sig_deck_config, only: deck_config_t
+  use sig_deck_config, only: deck_config_t, imposed_strain_config_t
   use sig_deck_echo, only: echo_deck
   use sig_deck_read, only: read_deck
   use sig_errors, only: error_list_t, error_report, error_t
@@ -13,6 +13,7 @@ module fuzz_targets
   use sig_mesh, only: mesh_t
   use sig_mesh_read, only: read_mesh
   use sig_model_file, only: read_model
+  use sig_nodal_field, only: nodal_field_t, read_nodal_field
   use sig_rooms, only: rooms_t
   use sig_online_model, only: online_model_t
   use sig_point_list, only: read_points
@@ -31,7 +32,7 @@ contains
 
   !> Reads a file of this kind.
   subroutine read_input(kind, path, sentence)
-    !> deck, mesh, expression, points, selection, shard, snapshots or model
+    !> deck, mesh, field, expression, points, selection, shard, snapshots or model
     character(*), intent(in) :: kind
     character(*), intent(in) :: path
     !> why it was refused; empty where it was accepted
@@ -44,6 +45,8 @@ contains
       call try_deck(path, sentence)
     case ('mesh')
       call try_mesh(path, error)
+    case ('field')
+      call try_field(path, error)
     case ('expression')
       call try_expression(path, sentence)
     case ('points')
@@ -101,6 +104,28 @@ contains
       if (.not. allocated(error)) exit
     end do
   end subroutine try_mesh
+
+  !> As the temperature of a triangle.
+  subroutine try_field(path, error)
+    character(*), intent(in) :: path
+    type(error_t), allocatable, intent(out) :: error
+    type(imposed_strain_config_t) :: strain
+    type(mesh_t) :: mesh
+    type(nodal_field_t) :: field
+
+    mesh%n_dim = 2
+    mesh%n_nodes = 3
+    mesh%node_tags = [1, 2, 3]
+    allocate (mesh%groups(1))
+    mesh%groups(1)%name = 'body'
+    mesh%groups(1)%n_dim = 2
+    mesh%groups(1)%nodes = [1, 2, 3]
+    strain%region%text = 'body'
+    strain%field%file = path
+    strain%field%path = path
+    strain%field%name%text = 'heat'
+    call read_nodal_field(mesh, strain, 'deck.yaml', field, error)
+  end subroutine try_field
 
   subroutine try_expression(path, sentence)
     character(*), intent(in) :: path
