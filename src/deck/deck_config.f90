@@ -134,8 +134,7 @@ module sig_deck_config
     type(name_config_t) :: region
     !> the material's thermal_expansion * (temperature - reference); otherwise the strain itself is given
     logical :: is_thermal = .true.
-    !> temperature or isotropic strain, a sum of products of the parameters and the place; with a field the factor of its values,
-    !> without coordinates
+    !> temperature or isotropic strain, a sum of products of the parameters and the place; the factor of a field's values
     type(value_config_t) :: value
     logical :: has_field = .false.
     type(field_config_t) :: field

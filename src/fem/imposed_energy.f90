@@ -3,11 +3,12 @@
 module sig_imposed_energy
   use sig_elastic_body, only: elastic_body_t
   use sig_elasticity, only: n_stresses
-  use sig_element_matrices, only: strains_at_point
+  use sig_element_matrices, only: physical_gradients
   use sig_imposed_strain, only: imposed_strains_t, strain_field_t, strain_part_t
   use sig_kinds, only: rk
   use sig_linear_algebra, only: unit_vector
   use sig_load_pattern, only: load_pattern_t
+  use sig_mechanical_models, only: circumference
   use sig_mesh, only: mesh_t, nodes_of_cell
   use sig_strain_force, only: strain_forces
   implicit none(type, external)
@@ -39,7 +40,7 @@ contains
     type(strain_field_t) :: fields(strains%terms%n_terms())
     type(strain_part_t) :: part
     real(rk) :: forces(mesh%n_dim * mesh%n_nodes)
-    integer :: i, j
+    integer :: i
 
     allocate (self%energies(size(fields), size(fields)), source=0.0_rk)
     if (.not. strains%are_there()) return
@@ -50,36 +51,37 @@ contains
     end do
     do i = 1, size(fields)
       call strains%evaluate(mesh, body, unit_vector(size(fields), i), fields(i))
-      do j = 1, i
-        self%energies(i, j) = mutual_energy(mesh, body, cells, fields(i), fields(j))
-        self%energies(j, i) = self%energies(i, j)
-      end do
+    end do
+    do i = 1, size(cells)
+      call add_cell(mesh, body, cells(i), fields, self%energies)
     end do
   end subroutine create
 
-  !> [force*length] 1/2 int eps_1' C eps_2 over the cells.
-  pure real(rk) function mutual_energy(mesh, body, cells, first, second) result(energy)
+  !> Adds the energies of one cell.
+  pure subroutine add_cell(mesh, body, i_cell, fields, energies)
     type(mesh_t), intent(in) :: mesh
     type(elastic_body_t), intent(in) :: body
-    integer, intent(in) :: cells(:)
-    type(strain_field_t), intent(in) :: first
-    type(strain_field_t), intent(in) :: second
-    real(rk) :: stress(n_stresses), volume
-    real(rk), allocatable :: coordinates(:, :), strain(:, :)
+    integer, intent(in) :: i_cell
+    !> of each term
+    type(strain_field_t), intent(in) :: fields(:)
+    real(rk), intent(inout) :: energies(:, :)
+    real(rk) :: strains(n_stresses, size(fields)), volume
+    real(rk), allocatable :: coordinates(:, :), gradients(:, :)
     integer :: i, i_point
 
-    energy = 0
-    do i = 1, size(cells)
-      coordinates = mesh%coordinates(:, nodes_of_cell(mesh, cells(i)))
-      if (allocated(strain)) deallocate (strain)
-      allocate (strain(body%mechanics%n_strains, size(coordinates)))
-      do i_point = 1, body%tables(mesh%cell_types(cells(i)))%n_points
-        call strains_at_point(body%mechanics, body%tables(mesh%cell_types(cells(i))), i_point, coordinates, strain, volume)
-        stress = matmul(body%stress_matrix(:, :, body%material_of_cell(cells(i))), second%at_point(cells(i), i_point))
-        energy = energy + volume * dot_product(first%at_point(cells(i), i_point), stress) / 2
+    coordinates = mesh%coordinates(:, nodes_of_cell(mesh, i_cell))
+    allocate (gradients, mold=coordinates)
+    associate (table => body%tables(mesh%cell_types(i_cell)), hooke => body%stress_matrix(:, :, body%material_of_cell(i_cell)))
+      do i_point = 1, table%n_points
+        do i = 1, size(fields)
+          strains(:, i) = fields(i)%at_point(i_cell, i_point)
+        end do
+        call physical_gradients(table, i_point, coordinates, gradients, volume)
+        volume = volume * circumference(body%mechanics, matmul(coordinates, table%values(:, i_point)))
+        energies = energies + volume / 2 * matmul(transpose(strains), matmul(hooke, strains))
       end do
-    end do
-  end function mutual_energy
+    end associate
+  end subroutine add_cell
 
   !> [force*length] - F*' u + 1/2 int eps*' C eps*.
   pure real(rk) function value(self, displacement, theta)
