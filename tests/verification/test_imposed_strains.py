@@ -6,7 +6,7 @@ import pytest
 
 import shrink_fit
 from block_meshes import LINEAR, QUADRATIC, Mesh, stacked_blocks
-from runs import read_fields, read_snapshots, write_input
+from runs import read_fields, read_snapshots, read_table, write_input
 from thermal_cylinder import ThermalCylinder, bimetal_curvature, logarithmic, parabolic
 
 ROUNDING = 1e-10
@@ -381,3 +381,49 @@ def test_heat_closes_a_gap(signorom, tmp_path, figures, solver, units):
     free = np.minimum(EXPANSION * heat, EXPANSION * heat - pressure / (YOUNG_MODULUS * stresses)) * lengths
     found = snapshots["displacement"].reshape(len(heat), -1, 2)[:, faces, 1]
     np.testing.assert_allclose(found, np.tile(free[:, None], len(faces)), atol=ROUNDING * free.max())
+
+
+# the tolerance of reduction.stiffness_tolerance where responses are interpolated
+MODULI = {"E": ("modulus", "0.3", 1e-10), "E and nu": ("modulus", "ratio", 1e-6)}
+
+
+@pytest.mark.parametrize("constants", MODULI)
+@pytest.mark.parametrize("model", ["plane_strain", "plane_stress"])
+def test_models_of_warm_bodies(signorom, tmp_path, figures, model, constants):
+    """Heat, swelling, expansion and moduli vary together: condensed models against K factored at each point.
+
+    The upper block is held by contact alone. Its forces, and the energies, which heat alone does not make zero.
+    """
+    young_modulus, poisson_ratio, tolerance = MODULI[constants]
+    mesh = stacked_blocks("mixed", 2)
+    mesh.coordinates[mesh.nodes_of("upper"), 1] += 0.01
+    mesh.write(tmp_path / "body.msh")
+    held = ["{boundary: bottom, displacement: {y: 0}}", "{boundary: left, displacement: {x: 0}}"]
+    warm = [
+        '{region: lower, temperature: "heat * (1 + x - 0.3 * y)", reference: 0}',
+        '{region: lower, strain: {xx: "1e-4 * heat * y", yy: 2e-3, xy: "1e-6 * heat"}}',
+        "{region: upper, temperature: 2 * heat, reference: 100 * alpha}",
+    ]
+    sections = lines("boundary_conditions", held) + lines("loads", ["{boundary: top, pressure: press}"])
+    deck = write_deck(
+        tmp_path,
+        model,
+        sections + lines("imposed_strains", warm),
+        "{first: lower_face, second: upper_face, direction: [0, 1]}",
+        f"young_modulus: {young_modulus}, poisson_ratio: {poisson_ratio}, thermal_expansion: 1e-4 * alpha",
+    )
+    more = ", press: {min: 1e3, max: 2e4}, alpha: {min: 0.5, max: 1.5}"
+    more += ", modulus: {min: 1.0e6, max: 3.0e6}, ratio: {min: 0.2, max: 0.4}}"
+    text = deck.read_text().replace("max: 400}}", f"max: 400}}{more}")
+    text = text.replace(
+        "output: {points: [{heat: 300}]}\n", "training: {sobol: 24}\ntest: {sobol: 10, seed: 3}\n"
+    )
+    deck.write_text(text)
+    signorom("run", deck, folder=tmp_path, n_ranks=2)
+    table = read_table(tmp_path / "results" / "body" / "validation.csv")
+    problem, source = f"warm blocks, {model}, with {constants}", "K factored at each point"
+    figures.at_most(problem, "largest error of the forces", max(table["e_lambda_all"]), tolerance, source)
+    figures.at_most(
+        problem, "largest error of the energy", max(table["e_energy_relative"]), tolerance, source
+    )
+    assert min(table["n_active_full_order"]) < max(table["n_active_full_order"])
