@@ -28,11 +28,13 @@ contains
     real(rk), parameter :: good_enough = 1.0e-5_rk, rounding = 1.0e-13_rk, smallest = 1.0e-12_rk
     real(rk) :: before, beside, last(rows%n_rows), next(rows%n_rows), now(rows%n_rows)
     real(rk), allocatable :: matrix(:, :)
-    integer :: j, rank
+    type(contact_rows_t) :: free
+    integer :: j, n_dofs, rank
     logical :: is_end
 
     kappa = 1
     if (rows%n_rows == 0) return
+    call keep_free(rows, is_prescribed, free, n_dofs)
     allocate (matrix(most_steps + 1, most_steps + 1), source=0.0_rk)
     now = 0
     next = random_vector(rows%n_rows)
@@ -40,7 +42,7 @@ contains
     do j = 1, most_steps
       last = now
       now = next / beside
-      next = rows%apply(merge(0.0_rk, rows%apply_transpose(now, size(is_prescribed)), is_prescribed))
+      next = free%apply(free%apply_transpose(now, n_dofs))
       if (j > 1) next = next - beside * last
       matrix(j, j) = dot_product(now, next)
       next = next - matrix(j, j) * now
@@ -56,6 +58,27 @@ contains
       matrix(j + 1, j) = beside
     end do
   end function condition_of_rows
+
+  !> The rows with zeros at prescribed dofs, which are numbered anew: most bodies have far more of them than rows have.
+  pure subroutine keep_free(rows, is_prescribed, free, n_dofs)
+    type(contact_rows_t), intent(in) :: rows
+    logical, intent(in) :: is_prescribed(:)
+    type(contact_rows_t), intent(out) :: free
+    integer, intent(out) :: n_dofs
+    integer :: i, numbers(size(is_prescribed))
+
+    free = rows
+    where (is_prescribed(rows%dofs)) free%coefficients = 0
+    numbers = 0
+    n_dofs = 0
+    do i = 1, size(rows%dofs)
+      if (numbers(rows%dofs(i)) == 0) then
+        n_dofs = n_dofs + 1
+        numbers(rows%dofs(i)) = n_dofs
+      end if
+      free%dofs(i) = numbers(rows%dofs(i))
+    end do
+  end subroutine keep_free
 
   function random_vector(n) result(values)
     integer, intent(in) :: n
