@@ -9,7 +9,7 @@ module sig_mortar_conflicts
   use sig_text, only: to_text
   implicit none(type, external)
   private
-  public :: conflict_t, find_conflict
+  public :: conflict_t, find_conflict, shared_text
 
   !> [-] a normal with a smaller part along free components belongs to a node that cannot move along it
   real(rk), parameter :: free_enough = 1.0e-6_rk
@@ -17,6 +17,9 @@ module sig_mortar_conflicts
   type :: conflict_t
     character(:), allocatable :: message
     character(:), allocatable :: hint
+    !> contact whose first side has a node that this one only meets, 0 = none; if it swapped its sides, both could meet the node
+    integer :: i_owner = 0
+    integer :: node = 0
   end type conflict_t
 
 contains
@@ -43,6 +46,7 @@ contains
           conflict = other_contact(owner(findloc(n_rows_of_node(owner) > 0, .true., dim=1)))
         else if (any(is_owner(met))) then
           conflict = other_contact(met(findloc(is_owner(met), .true., dim=1)))
+          conflict%i_owner = entry_at(rows, conflict%node)
         else if (is_stuck(more, k, is_prescribed)) then
           conflict = conflict_t('the displacement of ' // node_text(mesh, owner(1)) // &
             ' is prescribed along its normal, so that it cannot carry a contact force', &
@@ -56,25 +60,37 @@ contains
 
     pure type(conflict_t) function other_contact(node)
       integer, intent(in) :: node
-      integer :: i_entry
 
-      i_entry = entry_at(rows, node)
-      other_contact%message = node_text(mesh, node) // ' is in contact[' // to_text(i_entry) // '], too, of ' // &
-        surfaces_text(contact(i_entry))
+      other_contact%node = node
+      other_contact%message = shared_text(mesh, contact, node, entry_at(rows, node))
       other_contact%hint = 'give each contact surfaces with nodes of their own'
     end function other_contact
   end subroutine find_conflict
 
-  !> The contact of the first row that meets a node.
+  !> `node 17 (0.25, 1.0) is in contact[1], too, of 'foot' and 'floor'`
+  pure function shared_text(mesh, contact, node, i_entry) result(text)
+    type(mesh_t), intent(in) :: mesh
+    type(contact_config_t), intent(in) :: contact(:)
+    integer, intent(in) :: node
+    integer, intent(in) :: i_entry
+    character(:), allocatable :: text
+
+    text = node_text(mesh, node) // ' is in contact[' // to_text(i_entry) // '], too, of ' // surfaces_text(contact(i_entry))
+  end function shared_text
+
+  !> The contact of the row that a node owns, else of the first one that meets it.
   pure integer function entry_at(rows, node)
     type(contact_rows_t), intent(in) :: rows
     !> of some row
     integer, intent(in) :: node
     integer :: k
 
-    do k = 1, rows%n_rows
-      if (any(rows%nodes_of(k) == node)) exit
-    end do
+    k = findloc(rows%owners(), node, dim=1)
+    if (k == 0) then
+      do k = 1, rows%n_rows
+        if (any(rows%nodes_of(k) == node)) exit
+      end do
+    end if
     entry_at = rows%contact_entry(k)
   end function entry_at
 

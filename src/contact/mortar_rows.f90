@@ -10,7 +10,7 @@ module sig_mortar_rows
   use sig_kinds, only: rk
   use sig_mechanical_models, only: mechanical_model_t
   use sig_mesh, only: mesh_t
-  use sig_mortar_conflicts, only: conflict_t, find_conflict
+  use sig_mortar_conflicts, only: conflict_t, find_conflict, shared_text
   use sig_mortar_entries, only: create_mortar_rows
   use sig_mortar_sides, only: create_side, mortar_side_t
   use sig_mortar_sums, only: mortar_sums_t
@@ -22,7 +22,7 @@ module sig_mortar_rows
   use sig_term_set, only: term_set_t
   implicit none(type, external)
   private
-  public :: add_mortar_rows
+  public :: add_mortar_rows, may_swap, side_choice_t
 
   !> [-] default search distance over the longest edge of both surfaces
   real(rk), parameter :: default_search = 50.0_rk
@@ -39,6 +39,17 @@ module sig_mortar_rows
     character(:), allocatable :: note
   end type new_rows_t
 
+  !> Which surface of an entry has the rows.
+  type :: side_choice_t
+    !> why it is the second one; not allocated where it is the first
+    character(:), allocatable :: why_swapped
+    !> where neither can have them: another contact whose sides could be swapped to make it possible, and why; 0 = none
+    integer :: i_other = 0
+    character(:), allocatable :: why_other
+    !> how much of the surface with the rows faces the other one
+    character(:), allocatable :: note
+  end type side_choice_t
+
 contains
 
   !> Rows of one entry of the deck's contact section behind those that are there. Where the first surface cannot have them and the
@@ -46,7 +57,7 @@ contains
   !>
   !> Errors: surfaces that do not face each other; a node of the first surface that belongs to another contact, or cannot move along
   !> its normal while other rows share the nodes that it faces.
-  subroutine add_mortar_rows(mesh, model, contact, i_entry, deck_path, is_prescribed, terms, rows, note, is_swapped, error)
+  subroutine add_mortar_rows(mesh, model, contact, i_entry, deck_path, is_prescribed, terms, rows, choice, error)
     type(mesh_t), intent(in) :: mesh
     type(mechanical_model_t), intent(in) :: model
     type(contact_config_t), intent(in) :: contact(:)
@@ -57,55 +68,55 @@ contains
     !> grows by what an initial gap depends on
     type(term_set_t), intent(inout) :: terms
     type(contact_rows_t), intent(inout) :: rows
-    !> how much of the surface with the rows faces the other one
-    character(:), allocatable, intent(out) :: note
-    !> the second surface has the rows
-    logical, intent(out) :: is_swapped
+    !> with a reason to swap sides whatever speaks for the deck's order, or none
+    type(side_choice_t), intent(inout) :: choice
     type(error_t), allocatable, intent(out) :: error
-    type(new_rows_t) :: more, other
-    type(conflict_t), allocatable :: conflict
-    type(contact_config_t) :: entries(size(contact))
+    type(new_rows_t) :: more
+    type(conflict_t), allocatable :: conflict, its_conflict
+    type(error_t), allocatable :: its_error
 
-    is_swapped = .false.
-    more%terms = terms
-    call build_rows(mesh, model, contact, i_entry, deck_path, is_prescribed, more, error)
+    call try_order(allocated(choice%why_swapped), conflict, error)
     if (allocated(error)) return
-    call find_conflict(mesh, contact, is_prescribed, rows, more%rows, conflict)
-    if (allocated(conflict) .and. may_swap(contact(i_entry))) then
-      entries = contact
-      call swap_sides(entries(i_entry))
-      other%terms = terms
-      is_swapped = can_add(other)
-    end if
-    if (is_swapped) then
-      call rows%append(other%rows)
-      terms = other%terms
-      note = 'sides swapped, because ' // conflict%message // " (formulation: mortar keeps the deck's order); " // other%note
-    else if (allocated(conflict)) then
+    if (allocated(conflict)) then
+      choice%i_other = conflict%i_owner
+      if (choice%i_other > 0) choice%why_other = shared_text(mesh, contact, conflict%node, i_entry)
       call refuse(more%surfaces, more%surfaces%entry%first, conflict%message, error, conflict%hint)
-    else
-      call rows%append(more%rows)
-      terms = more%terms
-      note = more%note
+      if (.not. may_swap(contact(i_entry)) .or. allocated(choice%why_swapped)) return
+      call try_order(.true., its_conflict, its_error)
+      if (allocated(its_error)) return
+      if (allocated(its_conflict)) then
+        if (choice%i_other > 0 .or. its_conflict%i_owner == 0) return
+        choice%i_other = its_conflict%i_owner
+        choice%why_other = shared_text(mesh, contact, its_conflict%node, i_entry)
+        return
+      end if
+      deallocate (error)
+      choice%why_swapped = conflict%message
     end if
+    call rows%append(more%rows)
+    terms = more%terms
+    choice%note = more%note
+    if (allocated(choice%why_swapped)) choice%note = 'sides swapped, because ' // choice%why_swapped // &
+      " (formulation: mortar keeps the deck's order); " // more%note
 
   contains
 
-    !> The other order has rows, too, which nothing speaks against.
-    logical function can_add(swapped)
-      type(new_rows_t), intent(inout) :: swapped
-      type(conflict_t), allocatable :: its_conflict
-      type(error_t), allocatable :: its_error
+    !> The rows in one order of the sides, and what speaks against them.
+    subroutine try_order(is_swapped, speaks_against, failure)
+      logical, intent(in) :: is_swapped
+      type(conflict_t), allocatable, intent(out) :: speaks_against
+      type(error_t), allocatable, intent(out) :: failure
+      type(contact_config_t) :: entries(size(contact))
 
-      call build_rows(mesh, model, entries, i_entry, deck_path, is_prescribed, swapped, its_error)
-      can_add = .not. allocated(its_error)
-      if (.not. can_add) return
-      call find_conflict(mesh, entries, is_prescribed, rows, swapped%rows, its_conflict)
-      can_add = .not. allocated(its_conflict)
-    end function can_add
+      entries = contact
+      if (is_swapped) call swap_sides(entries(i_entry))
+      more%terms = terms
+      call build_rows(mesh, model, entries, i_entry, deck_path, is_prescribed, more, failure)
+      if (.not. allocated(failure)) call find_conflict(mesh, contact, is_prescribed, rows, more%rows, speaks_against)
+    end subroutine try_order
   end subroutine add_mortar_rows
 
-  !> A gap that depends on the place is meant at the nodes of the deck's first surface.
+  !> The deck does not insist on an order. A gap that depends on the place is meant at the nodes of the deck's first surface.
   pure logical function may_swap(entry)
     type(contact_config_t), intent(in) :: entry
 

@@ -8,7 +8,7 @@ module sig_contact_building
   use sig_errors, only: error_t
   use sig_initial_gap, only: set_initial_gaps
   use sig_mesh, only: mesh_t
-  use sig_mortar_rows, only: add_mortar_rows
+  use sig_mortar_rows, only: add_mortar_rows, may_swap, side_choice_t
   use sig_node_pair_rows, only: areas_of_pairs, create_node_pair_rows
   use sig_node_pairs, only: find_node_pairs, node_pairs_t
   use sig_term_set, only: term_set_t
@@ -35,23 +35,75 @@ contains
     logical, intent(out) :: is_swapped(:)
     type(error_t), allocatable, intent(out) :: error
     type(node_pairs_t) :: pairs
-    character(:), allocatable :: cover
     type(string_t), allocatable :: why_mortar(:)
-    integer :: i
+    type(contact_rows_t) :: pair_rows
 
-    allocate (notes(0))
     is_swapped = .false.
+    allocate (notes(0))
     call find_node_pairs(mesh, body%mechanics%is_round, deck%contact, deck%path, pairs, error, why_mortar)
     if (allocated(error)) return
     call set_initial_gaps(mesh, deck%contact, deck%path, terms, pairs, error)
     if (allocated(error)) return
-    call create_node_pair_rows(pairs, areas_of_pairs(mesh, body, deck%contact, pairs), terms%n_terms(), rows)
-    do i = 1, size(deck%contact)
-      if (len(why_mortar(i)%text) == 0) cycle
-      call add_mortar_rows(mesh, body%mechanics, deck%contact, i, deck%path, boundary%is_prescribed, terms, rows, cover, &
-        is_swapped(i), error)
-      if (allocated(error)) return
-      call append_text(notes, 'contact[' // to_text(i) // ']: mortar, ' // why_mortar(i)%text // ': ' // cover)
-    end do
+    call create_node_pair_rows(pairs, areas_of_pairs(mesh, body, deck%contact, pairs), terms%n_terms(), pair_rows)
+    call add_mortar(deck, mesh, body, boundary, why_mortar, pair_rows, terms, rows, notes, is_swapped, error)
   end subroutine build_contact_rows
+
+  !> The rows of all entries that pairs cannot take. Where two first sides share a node, both contacts may have to swap their sides:
+  !> then all entries are tried anew, at most once for each of them.
+  !>
+  !> Errors: those of add_mortar_rows, in the deck's order.
+  subroutine add_mortar(deck, mesh, body, boundary, why_mortar, pair_rows, terms, rows, notes, is_swapped, error)
+    type(deck_config_t), intent(in) :: deck
+    type(mesh_t), intent(in) :: mesh
+    type(elastic_body_t), intent(in) :: body
+    type(boundary_conditions_t), intent(in) :: boundary
+    !> empty where the entry has pairs, shape (size(deck%contact))
+    type(string_t), intent(in) :: why_mortar(:)
+    type(contact_rows_t), intent(in) :: pair_rows
+    type(term_set_t), intent(inout) :: terms
+    type(contact_rows_t), intent(out) :: rows
+    type(string_t), allocatable, intent(out) :: notes(:)
+    logical, intent(out) :: is_swapped(:)
+    type(error_t), allocatable, intent(out) :: error
+    type(side_choice_t) :: choices(size(deck%contact)), must(size(deck%contact))
+    type(error_t), allocatable :: first_error
+    type(term_set_t) :: terms_before
+    integer :: i
+
+    terms_before = terms
+    do
+      terms = terms_before
+      rows = pair_rows
+      choices = must
+      do i = 1, size(deck%contact)
+        if (len(why_mortar(i)%text) == 0) cycle
+        call add_mortar_rows(mesh, body%mechanics, deck%contact, i, deck%path, boundary%is_prescribed, terms, rows, choices(i), &
+          error)
+        if (allocated(error)) exit
+      end do
+      if (.not. allocated(error)) exit
+      if (.not. allocated(first_error)) first_error = error
+      if (.not. can_swap(choices(i)%i_other)) exit
+      must(choices(i)%i_other)%why_swapped = choices(i)%why_other
+    end do
+    if (allocated(error)) error = first_error
+    allocate (notes(0))
+    do i = 1, size(deck%contact)
+      is_swapped(i) = allocated(choices(i)%why_swapped) .and. .not. allocated(error)
+      if (allocated(choices(i)%note)) call append_text(notes, 'contact[' // to_text(i) // ']: mortar, ' // why_mortar(i)%text // &
+        ': ' // choices(i)%note)
+    end do
+
+  contains
+
+    !> A mortar contact that has not yet been told to.
+    logical function can_swap(i_entry)
+      integer, intent(in) :: i_entry
+
+      can_swap = .false.
+      if (i_entry == 0) return
+      can_swap = len(why_mortar(i_entry)%text) > 0 .and. may_swap(deck%contact(i_entry)) .and. &
+        .not. allocated(must(i_entry)%why_swapped)
+    end function can_swap
+  end subroutine add_mortar
 end module sig_contact_building

@@ -160,3 +160,75 @@ output: {{points: [{{stroke: {STROKE}}}]}}
     assert_close(left["force"], np.array([0, force]))
     assert_close(right["force"], np.array([0, -force]))
     assert_close([left["moment"], right["moment"]], np.array([[force / 2], [-force * 1.5]]))
+
+
+def corner_of_three(path):
+    """A square with one block on it and one beside it: its upper right corner is in both contacts."""
+    mesh = Mesh()
+    halves = np.linspace(0, 1, 3)
+    sides = {(1, 1): "roof", (0, 1): "wall", (1, 0): "ground", (0, 0): "left"}
+    mesh.add_block("middle", [np.linspace(0, 1, 4)] * 2, "Q4", sides)
+    sides = {(1, 0): "above_face", (1, 1): "top", (0, 0): "left"}
+    mesh.add_block("above", [np.linspace(0, 1, 6), 1 + halves], "T3", sides)
+    sides = {(0, 0): "beside_face", (0, 1): "right", (1, 0): "ground"}
+    mesh.add_block("beside", [1 + halves, np.linspace(0, 1, 5)], "Q4", sides)
+    mesh.write(path)
+
+
+CORNER = {
+    "square first in both": (["roof, second: above_face", "wall, second: beside_face"], ["", ""], (1, 2)),
+    "square first in one": (["roof, second: above_face", "beside_face, second: wall"], ["", ""], (1,)),
+    "square second in both": (["above_face, second: roof", "beside_face, second: wall"], ["", ""], ()),
+    "the second insists": (
+        ["roof, second: above_face", "beside_face, second: wall"], ["", ", formulation: mortar"], (1,),
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("n_ranks", [1, 3])
+@pytest.mark.parametrize("case", CORNER)
+def test_corner_of_two_contacts(signorom, tmp_path, case, n_ranks):
+    """nu = 0: the blocks press independently, each with E stroke / 2, whatever side is the first one."""
+    sides, ends, swapped = CORNER[case]
+    corner_of_three(tmp_path / "blocks.msh")
+    deck = tmp_path / "corner.yaml"
+    contacts = "".join(f"  - {{first: {side}{end}}}\n" for side, end in zip(sides, ends, strict=True))
+    deck.write_text(f"""mesh: {{file: blocks.msh, model: plane_strain}}
+parameters: {{stroke: {{min: 0.05, max: {STROKE}}}}}
+materials: {{block: {{regions: [middle, above, beside], young_modulus: {YOUNG_MODULUS}, poisson_ratio: 0}}}}
+boundary_conditions:
+  - {{boundary: ground, displacement: {{y: 0}}}}
+  - {{boundary: left, displacement: {{x: 0}}}}
+  - {{boundary: top, displacement: {{y: -stroke}}}}
+  - {{boundary: right, displacement: {{x: -stroke / 2}}}}
+contact:
+{contacts}training: {{grid: {{stroke: 2}}}}
+output: {{points: [{{stroke: {STROKE}}}]}}
+""")
+    said = signorom("solve", deck, folder=tmp_path, n_ranks=n_ranks)
+    found = re.findall(
+        r"note: contact\[(\d)\]: mortar, .*: sides swapped, because node \d+ \(1\.0, 1\.0\) is in", said
+    )
+    assert tuple(map(int, found)) == swapped
+    force = YOUNG_MODULUS * STROKE / 2
+    above, beside = contacts_of(tmp_path / "results/corner")
+    assert_close(above["force"], np.array([0, force if "above" in sides[0][:5] else -force]))
+    assert_close(beside["force"], np.array([force / 2 if "beside" in sides[1][:6] else -force / 2, 0]))
+    assert_close([above["area"], beside["area"]], np.array([1.0, 1.0]))
+
+
+def test_corner_of_two_contacts_that_insist(signorom, tmp_path):
+    """The message is that of the deck's order, and names the other contact."""
+    corner_of_three(tmp_path / "blocks.msh")
+    deck = tmp_path / "corner.yaml"
+    deck.write_text(f"""mesh: {{file: blocks.msh, model: plane_strain}}
+materials: {{block: {{regions: [middle, above, beside], young_modulus: {YOUNG_MODULUS}, poisson_ratio: 0}}}}
+boundary_conditions: [{{boundary: ground, displacement: {{y: 0}}}}]
+parameters: {{stroke: {{min: 0.05, max: {STROKE}}}}}
+contact:
+  - {{first: roof, second: above_face, formulation: mortar}}
+  - {{first: wall, second: beside_face}}
+""")
+    words = refuse(signorom, "check", deck, folder=tmp_path)
+    shared = r"node \d+ \(1\.0, 1\.0\) is in contact\[1\], too, of 'roof' and 'above_face'"
+    assert re.search(rf"yaml:7:13: error: contact\[2\]: {shared}", words), words
