@@ -43,14 +43,15 @@ contains
     do k = 1, more%n_rows
       associate (owner => more%first_nodes_of(k), met => more%second_nodes_of(k))
         if (any(n_rows_of_node(owner) > 0)) then
-          conflict = other_contact(owner(findloc(n_rows_of_node(owner) > 0, .true., dim=1)))
+          call name_other_contact(owner(findloc(n_rows_of_node(owner) > 0, .true., dim=1)), conflict)
         else if (any(is_owner(met))) then
-          conflict = other_contact(met(findloc(is_owner(met), .true., dim=1)))
+          call name_other_contact(met(findloc(is_owner(met), .true., dim=1)), conflict)
           conflict%i_owner = entry_at(rows, conflict%node)
         else if (is_stuck(more, k, is_prescribed)) then
-          conflict = conflict_t('the displacement of ' // node_text(mesh, owner(1)) // &
-            ' is prescribed along its normal, so that it cannot carry a contact force', &
-            'swap first and second, or leave the prescribed part out of the first surface')
+          allocate (conflict)
+          conflict%message = 'the displacement of ' // node_text(mesh, owner(1)) // &
+            ' is prescribed along its normal, so that it cannot carry a contact force'
+          conflict%hint = 'swap first and second, or leave the prescribed part out of the first surface'
         end if
       end associate
       if (allocated(conflict)) return
@@ -58,13 +59,15 @@ contains
 
   contains
 
-    pure type(conflict_t) function other_contact(node)
+    pure subroutine name_other_contact(node, found)
       integer, intent(in) :: node
+      type(conflict_t), allocatable, intent(out) :: found
 
-      other_contact%node = node
-      other_contact%message = shared_text(mesh, contact, node, entry_at(rows, node))
-      other_contact%hint = 'give each contact surfaces with nodes of their own'
-    end function other_contact
+      allocate (found)
+      found%node = node
+      found%message = shared_text(mesh, contact, node, entry_at(rows, node))
+      found%hint = 'give each contact surfaces with nodes of their own'
+    end subroutine name_other_contact
   end subroutine find_conflict
 
   !> `node 17 (0.25, 1.0) is in contact[1], too, of 'foot' and 'floor'`
