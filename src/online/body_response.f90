@@ -9,6 +9,7 @@ module sig_body_response
   use sig_hdf5_reader, only: h5_reader_t
   use sig_hdf5_writer, only: h5_writer_t
   use sig_interpolated_constants, only: to_variable
+  use sig_interpolation_bound, only: interpolation_bound_t
   use sig_kinds, only: rk
   use sig_linear_algebra, only: multiply
   use sig_polynomial_nodes, only: most_variables, polynomial_nodes_t
@@ -40,12 +41,18 @@ module sig_body_response
     real(rk), allocatable :: loaded_field(:, :)
     real(rk), allocatable :: strained_field(:, :)
     real(rk), allocatable :: contact_field(:, :)
+    !> of one variable that is no logarithm
+    type(interpolation_bound_t) :: bound
+    !> plane stress
+    logical :: is_thin = .false.
   contains
     procedure :: modulus_ratio
     procedure :: weights_at
     procedure :: add_compliance
     procedure :: add_opening
     procedure :: add_field
+    procedure :: has_bound
+    procedure :: error_bound
     procedure :: opening_of_row
     procedure :: displacement_of
     procedure :: mismatch
@@ -118,6 +125,39 @@ contains
     call multiply(1 / self%modulus_ratio(theta), self%contact_field, weights, 0.0_rk, responses)
     call add_columns(size(field), responses, -forces, field)
   end subroutine add_field
+
+  !> Exact bodies have one, too.
+  pure logical function has_bound(self)
+    class(body_response_t), intent(in) :: self
+
+    has_bound = size(self%numerators) == 0 .or. self%bound%is_there()
+  end function has_bound
+
+  !> [sqrt(force*length)] What interpolation costs, as openings of the contacts in the norm of W^-1. Requires: has_bound.
+  real(rk) function error_bound(self, theta, forces) result(bound)
+    class(body_response_t), intent(in) :: self
+    real(rk), contiguous, intent(in) :: theta(:)
+    !> [force] z, zero on anchors; shape (n_multipliers)
+    real(rk), contiguous, intent(in) :: forces(:)
+    real(rk) :: coefficients(size(self%bound%residuals, 1)), compliance(size(forces)**2), constant, nodes(self%nodes%n_nodes())
+    integer :: i, n_driving
+
+    bound = 0
+    if (size(self%numerators) == 0) return
+    constant = theta(self%numerators(1))
+    if (self%denominators(1) > 0) constant = constant / theta(self%denominators(1))
+    do i = 1, size(nodes)
+      nodes(i) = sum(self%nodes%node(i))
+    end do
+    n_driving = (size(coefficients) - size(forces)) / 2
+    coefficients(:n_driving) = theta(:n_driving)
+    coefficients(n_driving + 1:2 * n_driving) = self%modulus_ratio(theta) * theta(:n_driving)
+    coefficients(2 * n_driving + 1:) = -forces
+    compliance = 0
+    call self%add_compliance(theta, compliance)
+    bound = self%bound%evaluate(nodes, constant, self%modulus_ratio(theta), self%denominators(1) > 0, self%is_thin, coefficients, &
+      reshape(compliance, [size(forces), size(forces)]))
+  end function error_bound
 
   !> [length] the body's part of one row of W z + q.
   pure real(rk) function opening_of_row(self, theta, forces, row) result(opening)
@@ -227,6 +267,10 @@ contains
       if (.not. is_matrix(self%loaded_field, n_own * n_driving, n_nodes)) name = 'loaded_field'
       if (.not. is_matrix(self%strained_field, n_own * n_driving, n_nodes)) name = 'strained_field'
       if (.not. is_matrix(self%contact_field, n_own * n, n_nodes)) name = 'contact_field'
+      if (self%bound%is_there() .and. (n_variables /= 1 .or. self%is_logarithmic .or. &
+                                       .not. is_matrix(self%bound%residuals, 2 * n_driving + n, 2 * n_driving + n) .or. &
+                                       .not. is_matrix(self%bound%rest, 2 * n_driving + n, 2 * n_driving + n) .or. &
+                                       .not. is_matrix(self%bound%forces, n, 2 * n_driving + n))) name = 'residuals'
     end associate
     if (len(name) > 0) return
     if (any(.not. self%nodes%upper > self%nodes%lower)) name = 'upper'
@@ -258,6 +302,13 @@ contains
       'displacement of these under prescribed displacements and imposed strains')
     call file%write(group // '/contact_field', self%contact_field, length // '/(' // force // ')', &
       'displacement of these against the contact force of each pair, pair by pair')
+    call file%write(group // '/is_thin', merge(1, 0, self%is_thin), description='1: plane stress')
+    call file%write(group // '/residual_place', self%bound%place, description='constant at which the residuals were measured')
+    call file%write(group // '/residuals', self%bound%residuals, force // '*' // length, &
+      'products of the residuals of interpolation over the constant: of loads, of strains, of contact forces')
+    call file%write(group // '/residual_rest', self%bound%rest, force // '*' // length, 'of their parts that open no contact')
+    call file%write(group // '/residual_forces', self%bound%forces, force, &
+      'contact forces that stand for their other parts, a residual per row')
   end subroutine write
 
   subroutine read(self, file, group, error)
@@ -265,7 +316,7 @@ contains
     type(h5_reader_t), intent(in) :: file
     character(*), intent(in) :: group
     type(error_t), allocatable, intent(inout) :: error
-    integer :: is_logarithmic
+    integer :: is_logarithmic, is_thin
 
     call file%read(group // '/modulus_term', self%modulus_term, error)
     call file%read(group // '/modulus', self%modulus, error)
@@ -283,5 +334,11 @@ contains
     call file%read(group // '/loaded_field', self%loaded_field, error)
     call file%read(group // '/strained_field', self%strained_field, error)
     call file%read(group // '/contact_field', self%contact_field, error)
+    call file%read(group // '/is_thin', is_thin, error)
+    self%is_thin = is_thin == 1
+    call file%read(group // '/residual_place', self%bound%place, error)
+    call file%read(group // '/residuals', self%bound%residuals, error)
+    call file%read(group // '/residual_rest', self%bound%rest, error)
+    call file%read(group // '/residual_forces', self%bound%forces, error)
   end subroutine read
 end module sig_body_response

@@ -53,6 +53,8 @@ module sig_interpolated_data
     procedure :: mismatch
     procedure :: evaluate
     procedure :: field
+    procedure :: has_bound
+    procedure :: bound
     procedure :: displacement_of
     procedure :: write
     procedure :: read
@@ -123,6 +125,33 @@ contains
     end do
     call close_anchors(self, theta, compliance, opening)
   end subroutine evaluate
+
+  !> Every body has one.
+  pure logical function has_bound(self)
+    class(interpolated_data_t), intent(in) :: self
+    integer :: i
+
+    has_bound = all([(self%bodies(i)%has_bound(), i=1, size(self%bodies))])
+  end function has_bound
+
+  !> [sqrt(force*length)] |lambda_r - lambda| in the norm of W is at most this, for the forces of the interpolated problem. Source:
+  !> README. Requires: has_bound.
+  real(rk) function bound(self, theta, unknowns)
+    class(interpolated_data_t), intent(in) :: self
+    real(rk), contiguous, intent(in) :: theta(:)
+    !> [force] z, shape (n_multipliers)
+    real(rk), contiguous, intent(in) :: unknowns(:)
+    real(rk) :: forces(size(unknowns)), square
+    integer :: i
+
+    forces = unknowns
+    forces(self%anchors) = 0
+    square = 0
+    do i = 1, size(self%bodies)
+      square = square + self%bodies(i)%error_bound(theta, forces)**2
+    end do
+    bound = sqrt(square)
+  end function bound
 
   !> In the place of the anchors' forces stand their openings, in the place of their openings their forces.
   pure subroutine close_anchors(self, theta, compliance, opening)

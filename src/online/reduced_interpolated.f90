@@ -5,7 +5,7 @@
 !> training point.
 module sig_reduced_interpolated
   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
-  use sig_answer, only: answer_condensed, answer_t
+  use sig_answer, only: answer_condensed, answer_t, comparable_size
   use sig_bits, only: unpack_bits
   use sig_dense_kernels, only: add_few_columns
   use sig_description_line, only: line
@@ -15,6 +15,7 @@ module sig_reduced_interpolated
   use sig_interpolated_data, only: interpolated_data_t
   use sig_kinds, only: rk
   use sig_lcp, only: lcp_solution_t, lcp_workspace_t, solve_lcp
+  use sig_linear_algebra, only: multiply
   use sig_reasons, only: reason_pulled_off, reason_ray
   use sig_reduced, only: displacement_exact, displacement_none, model_sizes_t, neighbors_t, reduced_t, room_t
   use sig_reduced_exact, only: displacement_text, reduced_exact_t
@@ -42,6 +43,8 @@ module sig_reduced_interpolated
     procedure :: has_displacement
     procedure :: displacement_source
     procedure :: has_whole_field
+    procedure :: can_certify
+    procedure :: certify
   end type reduced_interpolated_t
 
   type, extends(room_t) :: interpolated_room_t
@@ -53,6 +56,9 @@ module sig_reduced_interpolated
     real(rk), allocatable :: opening(:)
     logical, allocatable :: start(:)
   end type interpolated_room_t
+
+  !> [-] of the size of the answer: what rounding of the factorizations may cost
+  real(rk), parameter :: rounding = 1.0e-10_rk
 
 contains
 
@@ -192,6 +198,33 @@ contains
     n_rows = 0
     if (allocated(self%data%gap)) n_rows = size(self%data%gap, 1)
   end function n_rows
+
+  !> Each body's responses are exact or interpolated over one constant.
+  pure logical function can_certify(self)
+    class(reduced_interpolated_t), intent(in) :: self
+
+    can_certify = self%data%has_bound()
+  end function can_certify
+
+  !> The error is that of the interpolation: the interpolated problem was solved but for rounding.
+  subroutine certify(self, multipliers, is_own, room, answer)
+    class(reduced_interpolated_t), intent(in) :: self
+    real(rk), contiguous, intent(in) :: multipliers(:)
+    logical, intent(in) :: is_own
+    class(room_t), intent(inout) :: room
+    type(answer_t), intent(inout) :: answer
+    real(rk) :: forces(size(multipliers)), closing(size(multipliers)), size_of_answer
+
+    if (.not. is_own) return
+    select type (room)
+    type is (interpolated_room_t)
+      forces = multipliers
+      forces(self%data%anchors) = 0
+      call multiply(1.0_rk, room%compliance, forces, 0.0_rk, closing)
+      size_of_answer = comparable_size(sqrt(max(0.0_rk, dot_product(forces, closing))), self%data%largest_size)
+      call answer%take_bound(self%data%bound(answer%theta, answer%unknowns) + rounding * size_of_answer, size_of_answer)
+    end select
+  end subroutine certify
 
   subroutine write(self, file, group, length, force)
     class(reduced_interpolated_t), intent(in) :: self

@@ -3,8 +3,10 @@
 
 import re
 
+import h5py
 import numpy as np
 import pytest
+import yaml
 
 from block_meshes import stacked_blocks
 from runs import read_report, read_table, write_input
@@ -150,3 +152,85 @@ def test_report_tells_the_interpolation(signorom, tmp_path):
     assert report["n_factorizations"] >= 6
     assert 0 < report["largest_error"] <= TOLERANCE
     assert 1 <= report["worst_training_point"] <= 20
+
+
+CONSTANTS = {"pellet_cladding": RATIOS, "bracket": HANGING, "core_and_rim": None}
+
+
+def write_one_ratio(folder):
+    """Two materials in one body with a ratio of moduli as its one constant."""
+    deck = write_two_materials(folder)
+    text = deck.read_text().replace(
+        "young_modulus: E * ratio, poisson_ratio: nu", "young_modulus: E * ratio, poisson_ratio: 0.3"
+    )
+    deck.write_text(re.sub(r"(?m)^  nu: .*\n", "", text))
+    return deck
+
+
+def with_numbers(text, values):
+    """The deck with numbers in the place of some parameters, whose ranges stay out."""
+    for name, value in values.items():
+        text = re.sub(rf"(?m)^  {name}: .*\n", "", text)
+        text = re.sub(rf"(_modulus|_ratio): (2 \* )?{name}( \* ratio)?\b", rf"\1: \g<2>{value!r}\g<3>", text)
+        text = text.replace(f" * {name},", f" * {value!r},")
+    return text
+
+
+@pytest.mark.parametrize("name", CONSTANTS)
+def test_bound_is_no_less_than_the_error(signorom, tmp_path, figures, name):
+    """In the norm of W(mu), which a model of constant stiffness has; bodies of one interpolated constant."""
+    (tmp_path / "varying").mkdir()
+    if name == "core_and_rim":
+        deck = write_one_ratio(tmp_path / "varying")
+    else:
+        deck = write_study(name, tmp_path / "varying", CONSTANTS[name])
+    text = deck.read_text()
+    signorom("sample", deck, folder=deck.parent)
+    signorom("train", deck, folder=deck.parent)
+    ranges = yaml.safe_load(text)["parameters"]
+    constants = [key for key in ranges if key in ("E", "nu", "nu_fuel", "nu_cladding", "ratio")]
+    rng = np.random.default_rng(12)
+    effectivities = []
+    with h5py.File(deck.parent / "results" / deck.stem / "model.h5") as file:
+        largest = file["clusters/1/largest_size"][()]
+    for i in range(4):
+        point = {key: rng.uniform(float(ends["min"]), float(ends["max"])) for key, ends in ranges.items()}
+        folder = tmp_path / str(i)
+        folder.mkdir()
+        fixed = folder / deck.name
+        others = {key: value for key, value in point.items() if key not in constants}
+        shape = re.sub(
+            r"training: .*", f"training: {{grid: {{{', '.join(f'{key}: 2' for key in others)}}}}}", text
+        )
+        fixed.write_text(with_numbers(shape, {key: point[key] for key in constants}))
+        for file in deck.parent.glob("*.msh"):
+            (folder / file.name).write_text(file.read_text())
+        signorom("sample", fixed, folder=folder)
+        signorom("train", fixed, folder=folder)
+        exact, _ = answer_at(signorom, folder, deck.stem, others)
+        found, bound = answer_at(signorom, deck.parent, deck.stem, point)
+        with h5py.File(folder / "results" / deck.stem / "model.h5") as file:
+            part = file["clusters/1"]
+            free = np.setdiff1d(np.arange(len(exact)), part["anchors"][()] - 1)
+            compliance = part["compliance"][()][np.ix_(free, free)]
+        wrong = (found - exact)[free]
+        # bounds are relative to the size of the answer, at least a thousandth of the largest in training
+        size = max(np.sqrt(exact[free] @ compliance @ exact[free]), 1e-3 * largest)
+        error = np.sqrt(wrong @ compliance @ wrong) / size
+        if error > 1e-10:
+            effectivities.append(bound / error)
+    assert effectivities
+    assert min(effectivities) >= 1
+    figures.at_most(
+        f"{name}, interpolation", "median bound over error", np.median(effectivities), 4, "K factored"
+    )
+
+
+def answer_at(signorom, folder, name, point):
+    """Contact forces and their bound from the model in a folder."""
+    values = ",".join(f"{key}={value!r}" for key, value in point.items())
+    model = folder / "results" / name / "model.h5"
+    signorom("predict", model, "--at", values, "--output", "answer.csv", folder=folder)
+    row = read_table(folder / "answer.csv")
+    forces = [float(cells[0]) for column, cells in row.items() if column.startswith("lambda_")]
+    return np.array(forces), float(row["error_bound"][0])

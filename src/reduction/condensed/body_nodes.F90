@@ -17,7 +17,7 @@ module sig_body_nodes
   use petsc
   implicit none(type, external)
   private
-  public :: fill_nodes, grow_nodes, start_body
+  public :: close_anchors, dofs_of_body, fill_nodes, grow_nodes, responses_t, solve_node, start_body
 
   !> What one factorization gives, rows of this rank.
   type :: responses_t
@@ -48,6 +48,8 @@ contains
       body%numerators = constants%numerators
       body%denominators = constants%denominators
       body%is_logarithmic = constants%is_logarithmic
+      body%is_thin = problem%body%mechanics%is_thin
+      allocate (body%bound%residuals(0, 0), body%bound%rest(0, 0), body%bound%forces(0, 0))
       body%own = pack([(i, i=1, size(data%exact_dofs))], is_own(data%exact_dofs))
       allocate (body%compliance(n**2, 0), body%loaded_opening(n * n_driving, 0), body%strained_opening(n * n_driving, 0))
       associate (n_own => size(body%own))

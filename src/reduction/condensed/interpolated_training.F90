@@ -12,6 +12,7 @@ module sig_interpolated_training
   use sig_full_order, only: full_order_t, team_t
   use sig_holding, only: anchors_t, find_anchors
   use sig_interpolated_data, only: interpolated_data_t
+  use sig_interpolation_residuals, only: measure_residuals
   use sig_kinds, only: rk
   use sig_linear_algebra, only: unit_vector
   use sig_log, only: log_info
@@ -78,6 +79,8 @@ contains
           reduced%data%measured_error <= caution * problem%deck%reduction%stiffness_tolerance
         i_round = i_round + 1
       end do
+      PetscCall(measure_residuals(problem, team, constants, joined, reduced%data, error, ierr))
+      if (allocated(error)) return
     end associate
     call log_nodes(constants, reduced%data)
     call move_alloc(reduced, part)

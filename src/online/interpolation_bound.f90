@@ -1,0 +1,120 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> Bound of what interpolation over one elastic constant of a body costs the contact forces.
+!>
+!> With K affine in the constant c but for a factor, p(c) K(c) / s, and responses U_I interpolated at n nodes (n >= 3), the
+!> residual p F - p K U_I / s is a polynomial of degree n that vanishes at the nodes: w(c) Z with w(c) = prod (c - c_i) and a constant
+!> Z. So one more response, U at a place c_0, gives the norms of all residuals: with E = U - U_I,
+!> Z'K_0^-1 Z = (p/w)^2(c_0) E'K_0 E.
+!>
+!> The residual r = (w/p) Z x is split into forces on the contacts and the rest, r = B'y + r' with B K_0^-1 r' = 0. With alpha and
+!> beta such that alpha K_0 <= K <= beta K_0, the openings B K^-1 r that contact sees are in the norm of W^-1 at most
+!> |y|_W + |r'|_0 (1 - sqrt(alpha/beta)) / sqrt(alpha): the last because B K^-1 r' = B (K^-1 - K_0^-1/gamma) r' for any gamma, and
+!> gamma = sqrt(alpha beta) is the best one.
+module sig_interpolation_bound
+  use sig_kinds, only: rk
+  use sig_linear_algebra, only: multiply
+  implicit none(type, external)
+  private
+  public :: interpolation_bound_t, node_product, stiffness_factor
+
+  type :: interpolation_bound_t
+    !> c_0
+    real(rk) :: place = 0
+    !> [force*length per square of a coefficient] Z'K_0^-1 Z, for the coefficients of loads, of strains, of contact forces; empty:
+    !> there is no bound
+    real(rk), allocatable :: residuals(:, :)
+    !> the same of the rest r'
+    real(rk), allocatable :: rest(:, :)
+    !> [force per unit of a coefficient] y, shape (n_multipliers, n_coefficients)
+    real(rk), allocatable :: forces(:, :)
+  contains
+    procedure :: is_there
+    procedure :: evaluate
+  end type interpolation_bound_t
+
+contains
+
+  pure logical function is_there(self)
+    class(interpolation_bound_t), intent(in) :: self
+
+    is_there = .false.
+    if (allocated(self%residuals)) is_there = size(self%residuals) > 0
+  end function is_there
+
+  !> [sqrt(force*length)] of the openings of one body in the norm of W^-1.
+  real(rk) function evaluate(self, nodes, constant, modulus_ratio, is_ratio_of_moduli, is_thin, coefficients, compliance) &
+    result(bound)
+    class(interpolation_bound_t), intent(in) :: self
+    !> c_i, shape (n_nodes)
+    real(rk), intent(in) :: nodes(:)
+    !> [-] c
+    real(rk), intent(in) :: constant
+    !> [-] s
+    real(rk), intent(in) :: modulus_ratio
+    !> otherwise the constant is a Poisson's ratio
+    logical, intent(in) :: is_ratio_of_moduli
+    !> plane stress
+    logical, intent(in) :: is_thin
+    !> x; [force] those of contact forces
+    real(rk), contiguous, intent(in) :: coefficients(:)
+    !> [length/force] W of the body at the point, shape (n_multipliers, n_multipliers)
+    real(rk), contiguous, intent(in) :: compliance(:, :)
+    real(rk) :: factor, forces(size(compliance, 1)), closing(size(compliance, 1)), ratios(2)
+
+    factor = abs(node_product(nodes, constant) / stiffness_factor(constant, is_ratio_of_moduli, is_thin))
+    ratios = modulus_ratio * stiffness_ratios(constant, self%place, is_ratio_of_moduli, is_thin)
+    call multiply(1.0_rk, self%forces, coefficients, 0.0_rk, forces)
+    call multiply(1.0_rk, compliance, forces, 0.0_rk, closing)
+    bound = sqrt(max(0.0_rk, dot_product(forces, closing))) + &
+      size_in(self%rest, coefficients) * (1 - sqrt(ratios(1) / ratios(2))) / sqrt(ratios(1))
+    bound = factor * min(bound, size_in(self%residuals, coefficients) / sqrt(ratios(1)))
+  end function evaluate
+
+  !> sqrt(x'Mx).
+  real(rk) function size_in(matrix, x)
+    real(rk), contiguous, intent(in) :: matrix(:, :)
+    real(rk), contiguous, intent(in) :: x(:)
+    real(rk) :: y(size(x))
+
+    call multiply(1.0_rk, matrix, x, 0.0_rk, y)
+    size_in = sqrt(max(0.0_rk, dot_product(x, y)))
+  end function size_in
+
+  !> w(c).
+  pure real(rk) function node_product(nodes, constant)
+    real(rk), intent(in) :: nodes(:)
+    real(rk), intent(in) :: constant
+
+    node_product = product(constant - nodes)
+  end function node_product
+
+  !> [-] p(c): times this the stiffness of one material with Young's modulus 1 is affine in Poisson's ratio.
+  pure real(rk) function stiffness_factor(constant, is_ratio_of_moduli, is_thin) result(factor)
+    real(rk), intent(in) :: constant
+    logical, intent(in) :: is_ratio_of_moduli
+    logical, intent(in) :: is_thin
+
+    factor = 1
+    if (is_ratio_of_moduli) return
+    factor = (1 + constant) * (1 - 2 * constant)
+    if (is_thin) factor = (1 + constant) * (1 - constant)
+  end function stiffness_factor
+
+  !> [-] alpha and beta, with equal moduli s: the ratios of the parts of the stiffness, of two materials or of bulk and shear.
+  pure function stiffness_ratios(constant, place, is_ratio_of_moduli, is_thin) result(ratios)
+    real(rk), intent(in) :: constant
+    real(rk), intent(in) :: place
+    logical, intent(in) :: is_ratio_of_moduli
+    logical, intent(in) :: is_thin
+    real(rk) :: ratios(2)
+
+    if (is_ratio_of_moduli) then
+      ratios = [1.0_rk, constant / place]
+    else if (is_thin) then
+      ratios = [(1 - place) / (1 - constant), (1 + place) / (1 + constant)]
+    else
+      ratios = [(1 - 2 * place) / (1 - 2 * constant), (1 + place) / (1 + constant)]
+    end if
+    ratios = [minval(ratios), maxval(ratios)]
+  end function stiffness_ratios
+end module sig_interpolation_bound

@@ -1,0 +1,258 @@
+! SPDX-License-Identifier: BSD-3-Clause
+#include "signorom/macros.h"
+!> Residuals of responses that are interpolated over one elastic constant of each body: what sig_interpolation_bound needs.
+!>
+!> All nodes are factored again, so that no more than one response of each kind is in memory.
+module sig_interpolation_residuals
+  use sig_body_constants, only: body_constants_t, joined_body_t
+  use sig_body_nodes, only: close_anchors, dofs_of_body, responses_t, solve_node
+  use sig_contact_responses, only: close_rows
+  use sig_errors, only: error_t, exit_not_converged, make_error
+  use sig_full_order, only: team_t
+  use sig_holding, only: anchors_t
+  use sig_interpolated_data, only: interpolated_data_t
+  use sig_interpolation_bound, only: interpolation_bound_t, node_product, stiffness_factor
+  use sig_kinds, only: rk
+  use sig_linear_algebra, only: transposed_product
+  use sig_petsc_support, only: broadcast_columns, multiply_block, sum_over_ranks
+  use sig_problem, only: problem_t
+  use sig_reasons, only: reason_converged
+  use sig_singular_values, only: svd
+  use petsc
+  implicit none(type, external)
+  private
+  public :: measure_residuals
+
+  !> places among which that of the residuals is chosen: in the middle third, where w is largest
+  integer, parameter :: n_places = 101
+  !> [-] smaller singular values of W_0 are rounding: rows that the body does not meet
+  real(rk), parameter :: rank_tolerance = 1.0e-12_rk
+
+contains
+
+  !> Sets the bounds of the bodies. Collective on all ranks; the same on each.
+  !>
+  !> Errors: the stiffness could not be factored.
+  subroutine measure_residuals(problem, team, constants, joined, data, error, ierr)
+    type(problem_t), intent(in) :: problem
+    type(team_t), intent(inout) :: team
+    type(body_constants_t), intent(in) :: constants(:)
+    type(joined_body_t), intent(inout) :: joined
+    type(interpolated_data_t), intent(inout) :: data
+    type(error_t), allocatable, intent(out) :: error
+    PetscErrorCode, intent(out) :: ierr
+    type(anchors_t) :: anchors
+    real(rk), allocatable :: missing(:, :), columns(:, :)
+    real(rk) :: places(size(constants))
+    integer :: i_body, i_node, n_nodes
+
+    ierr = 0
+    if (.not. any([(has_identity(constants(i_body)), i_body=1, size(constants))])) return
+    n_nodes = 0
+    do i_body = 1, size(constants)
+      if (.not. has_identity(constants(i_body))) cycle
+      places(i_body) = widest_place(data, i_body)
+      n_nodes = max(n_nodes, data%bodies(i_body)%nodes%n_nodes())
+    end do
+    ! the responses at the places come last: the stiffness is then theirs
+    do i_node = 1, n_nodes + 1
+      PetscCall(solve_at(problem, team, constants, joined, places, i_node, n_nodes, data, columns, anchors, error, ierr))
+      if (allocated(error)) return
+      if (.not. allocated(missing)) allocate (missing(size(columns, 1), size(columns, 2)), source=0.0_rk)
+      call add_weighted(problem, team, constants, places, i_node, n_nodes, data, columns, missing)
+    end do
+    PetscCall(fill_bounds(problem, team, constants, places, missing, columns, anchors, data, ierr))
+  end subroutine measure_residuals
+
+  !> Its stiffness is affine in its one variable, but for a factor.
+  pure logical function has_identity(constants)
+    type(body_constants_t), intent(in) :: constants
+
+    has_identity = .false.
+    if (size(constants%numerators) /= 1 .or. constants%is_logarithmic) return
+    has_identity = constants%denominators(1) > 0 .or. size(constants%materials) == 1
+  end function has_identity
+
+  !> The constant in the middle of the range where the product of distances from the nodes is largest.
+  pure real(rk) function widest_place(data, i_body) result(widest)
+    type(interpolated_data_t), intent(in) :: data
+    integer, intent(in) :: i_body
+    real(rk) :: largest, place
+    integer :: i
+
+    largest = -1
+    widest = 0
+    associate (nodes => data%bodies(i_body)%nodes)
+      do i = 1, n_places
+        place = nodes%lower(1) + (nodes%upper(1) - nodes%lower(1)) * (1 + real(i - 1, rk) / (n_places - 1)) / 3
+        if (abs(node_product(constants_of_nodes(data, i_body), place)) <= largest) cycle
+        largest = abs(node_product(constants_of_nodes(data, i_body), place))
+        widest = place
+      end do
+    end associate
+  end function widest_place
+
+  pure function constants_of_nodes(data, i_body) result(values)
+    type(interpolated_data_t), intent(in) :: data
+    integer, intent(in) :: i_body
+    real(rk) :: values(data%bodies(i_body)%nodes%n_nodes())
+    integer :: i
+
+    do i = 1, size(values)
+      values(i) = sum(data%bodies(i_body)%nodes%node(i))
+    end do
+  end function constants_of_nodes
+
+  !> Responses to loads, strains and contact forces at a node of each body, or behind the last node at its place. Collective.
+  subroutine solve_at(problem, team, constants, joined, places, i_node, n_nodes, data, columns, anchors, error, ierr)
+    type(problem_t), intent(in) :: problem
+    type(team_t), intent(inout) :: team
+    type(body_constants_t), intent(in) :: constants(:)
+    type(joined_body_t), intent(inout) :: joined
+    real(rk), intent(in) :: places(:)
+    integer, intent(in) :: i_node
+    integer, intent(in) :: n_nodes
+    type(interpolated_data_t), intent(inout) :: data
+    !> [length] rows of this rank
+    real(rk), allocatable, intent(out) :: columns(:, :)
+    type(anchors_t), intent(out) :: anchors
+    type(error_t), allocatable, intent(out) :: error
+    PetscErrorCode, intent(out) :: ierr
+    type(responses_t) :: responses
+    integer :: i, reason
+
+    do i = 1, size(constants)
+      if (.not. has_identity(constants(i))) cycle
+      if (i_node > n_nodes) then
+        call joined%set(problem, constants(i), i, [places(i)])
+      else if (i_node <= data%bodies(i)%nodes%n_nodes()) then
+        call joined%set(problem, constants(i), i, data%bodies(i)%nodes%node(i_node))
+      end if
+    end do
+    PetscCall(solve_node(problem, team, joined, responses, reason, ierr))
+    data%n_factorizations = data%n_factorizations + 1
+    if (reason /= reason_converged) then
+      call make_error(error, 'the stiffness could not be factored', problem%deck%path, exit_code=exit_not_converged)
+      return
+    end if
+    anchors = responses%anchors
+    associate (n_driving => size(responses%loaded, 2))
+      allocate (columns(size(responses%loaded, 1), 2 * n_driving + size(responses%contact, 2)))
+      columns(:, :n_driving) = responses%loaded
+      columns(:, n_driving + 1:2 * n_driving) = responses%strained
+      columns(:, 2 * n_driving + 1:) = responses%contact
+    end associate
+  end subroutine solve_at
+
+  !> E = U - U_I, a response at a time; each body has weights of its own. Local.
+  subroutine add_weighted(problem, team, constants, places, i_node, n_nodes, data, columns, missing)
+    type(problem_t), intent(in) :: problem
+    type(team_t), intent(in) :: team
+    type(body_constants_t), intent(in) :: constants(:)
+    real(rk), intent(in) :: places(:)
+    integer, intent(in) :: i_node
+    integer, intent(in) :: n_nodes
+    type(interpolated_data_t), intent(in) :: data
+    real(rk), intent(in) :: columns(:, :)
+    real(rk), intent(inout) :: missing(:, :)
+    real(rk), allocatable :: weights(:)
+    real(rk) :: factor(size(missing, 1))
+    logical, allocatable :: is_own(:)
+    integer :: i
+
+    factor = 0
+    do i = 1, size(constants)
+      if (.not. has_identity(constants(i))) cycle
+      is_own = dofs_of_body(problem, i)
+      allocate (weights(max(i_node, data%bodies(i)%nodes%n_nodes())), source=0.0_rk)
+      call data%bodies(i)%nodes%weights([places(i)], weights(:data%bodies(i)%nodes%n_nodes()))
+      where (is_own(team%solver%system%map%local_dofs)) factor = merge(1.0_rk, -weights(i_node), i_node > n_nodes)
+      deallocate (weights)
+    end do
+    do i = 1, size(missing, 2)
+      missing(:, i) = missing(:, i) + factor * columns(:, i)
+    end do
+  end subroutine add_weighted
+
+  !> The bounds, K at the places. Collective on all ranks.
+  subroutine fill_bounds(problem, team, constants, places, missing, columns, anchors, data, ierr)
+    type(problem_t), intent(in) :: problem
+    type(team_t), intent(inout) :: team
+    type(body_constants_t), intent(in) :: constants(:)
+    real(rk), intent(in) :: places(:)
+    !> [length] E, and the responses at the places; rows of this rank
+    real(rk), intent(in) :: missing(:, :)
+    real(rk), intent(in) :: columns(:, :)
+    type(anchors_t), intent(in) :: anchors
+    type(interpolated_data_t), intent(inout) :: data
+    PetscErrorCode, intent(out) :: ierr
+    real(rk), allocatable :: forces(:, :), own(:, :), openings(:, :), compliance(:, :)
+    logical, allocatable :: is_own(:)
+    real(rk) :: factor
+    integer :: i
+
+    ierr = 0
+    allocate (forces, mold=missing)
+    associate (system => team%solver%system, n_coefficients => size(missing, 2))
+      PetscCall(multiply_block(system%stiffness, missing, forces, ierr))
+      do i = 1, size(constants)
+        if (.not. has_identity(constants(i))) cycle
+        is_own = dofs_of_body(problem, i)
+        own = missing
+        own(pack_false(is_own(system%map%local_dofs)), :) = 0
+        factor = stiffness_factor(places(i), constants(i)%denominators(1) > 0, data%bodies(i)%is_thin) / &
+          node_product(constants_of_nodes(data, i), places(i))
+        associate (bound => data%bodies(i)%bound)
+          bound%place = places(i)
+          bound%residuals = factor**2 * transposed_product(own, forces)
+          PetscCall(sum_over_ranks(system%comm, bound%residuals, ierr))
+          PetscCall(close_rows(system, missing, openings, ierr, is_own))
+          PetscCall(close_rows(system, columns(:, n_coefficients - problem%rows%n_rows + 1:), compliance, ierr, is_own))
+          call close_anchors(anchors, openings)
+          call close_anchors(anchors, compliance)
+          call split(anchors, factor * openings, compliance, bound)
+          PetscCall(broadcast_columns(bound%residuals, PETSC_COMM_WORLD, ierr))
+          PetscCall(broadcast_columns(bound%rest, PETSC_COMM_WORLD, ierr))
+          PetscCall(broadcast_columns(bound%forces, PETSC_COMM_WORLD, ierr))
+        end associate
+      end do
+    end associate
+  end subroutine fill_bounds
+
+  !> y = W_0^+ g of the openings g, and the rest: R'R - g'W_0^+ g. Local.
+  subroutine split(anchors, openings, compliance, bound)
+    type(anchors_t), intent(in) :: anchors
+    !> [length per unit of a coefficient] B K_0^-1 Z, with anchors closed; shape (n_multipliers, n_coefficients)
+    real(rk), intent(in) :: openings(:, :)
+    !> [length/force] W_0 of the body
+    real(rk), intent(in) :: compliance(:, :)
+    type(interpolation_bound_t), intent(inout) :: bound
+    real(rk), allocatable :: u(:, :), s(:), vt(:, :), scaled(:, :)
+    integer, allocatable :: free(:)
+    integer :: i, n
+
+    free = pack([(i, i=1, size(compliance, 1))], [(all(anchors%rows /= i), i=1, size(compliance, 1))])
+    call svd(compliance(free, free), u, s, vt)
+    n = count(s > rank_tolerance * maxval([0.0_rk, s]))
+    scaled = matmul(transpose(u(:, :n)), openings(free, :))
+    do i = 1, n
+      scaled(i, :) = scaled(i, :) / sqrt(s(i))
+    end do
+    bound%rest = bound%residuals - transposed_product(scaled, scaled)
+    do i = 1, n
+      scaled(i, :) = scaled(i, :) / sqrt(s(i))
+    end do
+    if (allocated(bound%forces)) deallocate (bound%forces)
+    allocate (bound%forces(size(openings, 1), size(openings, 2)), source=0.0_rk)
+    bound%forces(free, :) = matmul(u(:, :n), scaled)
+  end subroutine split
+
+  !> Where it is false.
+  pure function pack_false(is_wanted) result(places)
+    logical, intent(in) :: is_wanted(:)
+    integer, allocatable :: places(:)
+    integer :: i
+
+    places = pack([(i, i=1, size(is_wanted))], .not. is_wanted)
+  end function pack_false
+end module sig_interpolation_residuals
