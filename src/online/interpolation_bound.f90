@@ -2,8 +2,8 @@
 !> Bound of what interpolation over one elastic constant of a body costs the contact forces.
 !>
 !> With K affine in the constant c but for a factor, p(c) K(c) / s, and responses U_I interpolated at n nodes (n >= 3), the
-!> residual p F - p K U_I / s is a polynomial of degree n that vanishes at the nodes: w(c) Z with w(c) = prod (c - c_i) and a constant
-!> Z. So one more response, U at a place c_0, gives the norms of all residuals: with E = U - U_I,
+!> residual p F - p K U_I / s is a polynomial of degree n that vanishes at the nodes: w(c) Z with w(c) = prod (c - c_i) and Z
+!> constant. So one more response, U at a place c_0, gives the norms of all residuals: with E = U - U_I,
 !> Z'K_0^-1 Z = (p/w)^2(c_0) E'K_0 E.
 !>
 !> The residual r = (w/p) Z x is split into forces on the contacts and the rest, r = B'y + r' with B K_0^-1 r' = 0. With alpha and
