@@ -218,6 +218,19 @@ def test_reduced_models(signorom, tmp_path, mesh, method, model):
 
 
 @pytest.mark.usefixtures("mesh")
+def test_free_motion_needs_a_condensed_model(signorom, tmp_path):
+    """Heat moves the upper block as a whole: a mode without an equation in hyper-reduced models; the hint says so."""
+    more = (
+        "training: {sobol: 24}\nreduction: {method: hhr, zones_of_interest: [auto, lower_face, upper_face]}\n"
+    )
+    write_deck(tmp_path, EXPRESSION, more=more)
+    signorom("sample", "hot.yaml", folder=tmp_path)
+    words = refuse(signorom, "train", "hot.yaml", folder=tmp_path)
+    assert "the equations of the reduced integration domain determine" in words
+    assert "hint: take reduction.method: condensed: a rigid motion" in words
+
+
+@pytest.mark.usefixtures("mesh")
 @pytest.mark.parametrize(
     ("constants", "at_point"),
     [(("1e6 + heat * 1e4", "0.3"), ("4e6", "0.3")), (("2.0e6", "0.2 + heat / 2000"), ("2.0e6", "0.35"))],

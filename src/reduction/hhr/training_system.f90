@@ -207,6 +207,17 @@ contains
     end associate
     cluster%warnings = solvability_warnings(cluster, problem%deck%reduction%enrichment%type == 'all', size(loaded), n_missed)
     if (is_undetermined(cluster)) call make_error(error, undetermined_text(cluster), problem%deck%path, &
-      hint='add the contact surfaces and the loaded surfaces to reduction.zones_of_interest, or raise reduction.pod_tolerance')
+      hint=hint_for_equations(problem%motions%n_free > 0))
   end subroutine check_solvable
+
+  !> What may help where equations are missing.
+  pure function hint_for_equations(has_free_motions) result(hint)
+    !> bodies that only contact holds
+    logical, intent(in) :: has_free_motions
+    character(:), allocatable :: hint
+
+    hint = 'add the contact surfaces and the loaded surfaces to reduction.zones_of_interest, or raise reduction.pod_tolerance'
+    if (has_free_motions) hint = 'take reduction.method: condensed: a rigid motion of a body that only contact holds is in ' // &
+      'equilibrium by itself, so a hyper-reduced model has no equation for it where the snapshots move the body freely'
+  end function hint_for_equations
 end module sig_training_system
