@@ -2,7 +2,7 @@
 !> How one body answers loads and contact forces, as a function of its elastic constants: what training makes and a file keeps.
 !>
 !> Bodies share no dofs, so W and q are sums over bodies. With all moduli of a body scaled by one s, its responses to forces are
-!> those of s = 1 over s, and its responses to prescribed displacements and imposed strains do not change: that is exact. In its
+!> those of s = 1 over s, and its responses to prescribed displacements do not change: that is exact. In its
 !> other constants, Poisson's ratios and ratios of moduli, responses are interpolated.
 module sig_body_response
   use sig_errors, only: error_t
@@ -30,16 +30,16 @@ module sig_body_response
     type(polynomial_nodes_t) :: nodes
     !> [length/force] of W at the nodes, column by column; shape (n_multipliers**2, n_nodes)
     real(rk), allocatable :: compliance(:, :)
-    !> [length per unit of theta] of q: under loads, and under prescribed displacements and imposed strains; term by term, shape
+    !> [length per unit of theta] of q: under loads, and under prescribed displacements; term by term, shape
     !> (n_multipliers * n_driving_terms, n_nodes)
     real(rk), allocatable :: loaded_opening(:, :)
-    real(rk), allocatable :: strained_opening(:, :)
+    real(rk), allocatable :: prescribed_opening(:, :)
     !> the body's exact dofs, 1-based among those of the model, ascending; shape (n_own)
     integer, allocatable :: own(:)
     !> their displacements likewise, shape (n_own * n_driving_terms, n_nodes), and [length/force] under contact forces, shape
     !> (n_own * n_multipliers, n_nodes)
     real(rk), allocatable :: loaded_field(:, :)
-    real(rk), allocatable :: strained_field(:, :)
+    real(rk), allocatable :: prescribed_field(:, :)
     real(rk), allocatable :: contact_field(:, :)
     !> of one variable that is no logarithm
     type(interpolation_bound_t) :: bound
@@ -107,7 +107,7 @@ contains
     !> [length] shape (n_multipliers)
     real(rk), contiguous, intent(inout) :: opening(:)
 
-    call add_driven(self, self%loaded_opening, self%strained_opening, theta, opening)
+    call add_driven(self, self%loaded_opening, self%prescribed_opening, theta, opening)
   end subroutine add_opening
 
   !> Adds the displacement of the body's exact dofs.
@@ -120,7 +120,7 @@ contains
     real(rk), contiguous, intent(inout) :: field(:)
     real(rk) :: weights(self%nodes%n_nodes()), responses(size(self%contact_field, 1))
 
-    call add_driven(self, self%loaded_field, self%strained_field, theta, field)
+    call add_driven(self, self%loaded_field, self%prescribed_field, theta, field)
     call self%weights_at(theta, weights)
     call multiply(1 / self%modulus_ratio(theta), self%contact_field, weights, 0.0_rk, responses)
     call add_columns(size(field), responses, -forces, field)
@@ -167,7 +167,7 @@ contains
     real(rk), intent(in) :: forces(:)
     integer, intent(in) :: row
 
-    opening = value_of(self, size(forces), row, self%loaded_opening, self%strained_opening, theta) + &
+    opening = value_of(self, size(forces), row, self%loaded_opening, self%prescribed_opening, theta) + &
       sum_of_row(self, size(forces), row, self%compliance, theta, forces) / self%modulus_ratio(theta)
   end function opening_of_row
 
@@ -179,22 +179,22 @@ contains
     !> 1-based in `own`
     integer, intent(in) :: i
 
-    displacement = value_of(self, size(self%own), i, self%loaded_field, self%strained_field, theta) - &
+    displacement = value_of(self, size(self%own), i, self%loaded_field, self%prescribed_field, theta) - &
       sum_of_row(self, size(self%own), i, self%contact_field, theta, forces) / self%modulus_ratio(theta)
   end function displacement_of
 
-  !> One row of (loaded / s + strained) theta.
-  pure real(rk) function value_of(self, n, row, loaded, strained, theta) result(value)
+  !> One row of (loaded / s + prescribed) theta.
+  pure real(rk) function value_of(self, n, row, loaded, prescribed, theta) result(value)
     type(body_response_t), intent(in) :: self
     integer, intent(in) :: n
     integer, intent(in) :: row
     real(rk), intent(in) :: loaded(:, :)
-    real(rk), intent(in) :: strained(:, :)
+    real(rk), intent(in) :: prescribed(:, :)
     real(rk), intent(in) :: theta(:)
 
     associate (leading => theta(:size(loaded, 1) / n))
       value = sum_of_row(self, n, row, loaded, theta, leading) / self%modulus_ratio(theta) + &
-        sum_of_row(self, n, row, strained, theta, leading)
+        sum_of_row(self, n, row, prescribed, theta, leading)
     end associate
   end function value_of
 
@@ -217,12 +217,12 @@ contains
     end do
   end function sum_of_row
 
-  !> Adds (loaded / s + strained) theta, both interpolated.
-  subroutine add_driven(self, loaded, strained, theta, values)
+  !> Adds (loaded / s + prescribed) theta, both interpolated.
+  subroutine add_driven(self, loaded, prescribed, theta, values)
     class(body_response_t), intent(in) :: self
     !> shape (size(values) * n_driving_terms, n_nodes)
     real(rk), contiguous, intent(in) :: loaded(:, :)
-    real(rk), contiguous, intent(in) :: strained(:, :)
+    real(rk), contiguous, intent(in) :: prescribed(:, :)
     real(rk), contiguous, intent(in) :: theta(:)
     real(rk), contiguous, intent(inout) :: values(:)
     real(rk) :: weights(self%nodes%n_nodes()), responses(size(loaded, 1))
@@ -230,7 +230,7 @@ contains
     if (size(values) == 0) return
     call self%weights_at(theta, weights)
     call multiply(1 / self%modulus_ratio(theta), loaded, weights, 0.0_rk, responses)
-    call multiply(1.0_rk, strained, weights, 1.0_rk, responses)
+    call multiply(1.0_rk, prescribed, weights, 1.0_rk, responses)
     call add_columns(size(values), responses, theta(:size(responses) / size(values)), values)
   end subroutine add_driven
 
@@ -262,10 +262,10 @@ contains
       if (size(self%nodes%nodes, 1) /= n_variables .or. n_nodes == 0) name = 'nodes'
       if (.not. is_matrix(self%compliance, n**2, n_nodes)) name = 'compliance'
       if (n_driving > n_terms .or. .not. is_matrix(self%loaded_opening, n * n_driving, n_nodes)) name = 'loaded_opening'
-      if (.not. is_matrix(self%strained_opening, n * n_driving, n_nodes)) name = 'strained_opening'
+      if (.not. is_matrix(self%prescribed_opening, n * n_driving, n_nodes)) name = 'prescribed_opening'
       if (.not. (are_indices(self%own, n_exact) .and. is_ascending(self%own))) name = 'own'
       if (.not. is_matrix(self%loaded_field, n_own * n_driving, n_nodes)) name = 'loaded_field'
-      if (.not. is_matrix(self%strained_field, n_own * n_driving, n_nodes)) name = 'strained_field'
+      if (.not. is_matrix(self%prescribed_field, n_own * n_driving, n_nodes)) name = 'prescribed_field'
       if (.not. is_matrix(self%contact_field, n_own * n, n_nodes)) name = 'contact_field'
       if (self%bound%is_there() .and. (n_variables /= 1 .or. self%is_logarithmic .or. &
                                        .not. is_matrix(self%bound%residuals, 2 * n_driving + n, 2 * n_driving + n) .or. &
@@ -294,18 +294,18 @@ contains
     call file%write(group // '/compliance', self%compliance, length // '/(' // force // ')', &
       'closing of each pair under the contact force of each pair, a node per row')
     call file%write(group // '/loaded_opening', self%loaded_opening, length, 'opening of each pair under loads, term by term')
-    call file%write(group // '/strained_opening', self%strained_opening, length, &
-      'opening of each pair under prescribed displacements and imposed strains')
+    call file%write(group // '/prescribed_opening', self%prescribed_opening, length, &
+      'opening of each pair under prescribed displacements')
     call file%write(group // '/own', self%own, description='exact dofs of the body, 1-based among those of the model')
     call file%write(group // '/loaded_field', self%loaded_field, length, 'displacement of these under loads, term by term')
-    call file%write(group // '/strained_field', self%strained_field, length, &
-      'displacement of these under prescribed displacements and imposed strains')
+    call file%write(group // '/prescribed_field', self%prescribed_field, length, &
+      'displacement of these under prescribed displacements')
     call file%write(group // '/contact_field', self%contact_field, length // '/(' // force // ')', &
       'displacement of these against the contact force of each pair, pair by pair')
     call file%write(group // '/is_thin', merge(1, 0, self%is_thin), description='1: plane stress')
     call file%write(group // '/residual_place', self%bound%place, description='constant at which the residuals were measured')
     call file%write(group // '/residuals', self%bound%residuals, force // '*' // length, &
-      'products of the residuals of interpolation over the constant: of loads, of strains, of contact forces')
+      'products of the residuals of interpolation over the constant: of loads, of prescribed displacements, of contact forces')
     call file%write(group // '/residual_rest', self%bound%rest, force // '*' // length, 'of their parts that open no contact')
     call file%write(group // '/residual_forces', self%bound%forces, force, &
       'contact forces that stand for their other parts, a residual per row')
@@ -329,10 +329,10 @@ contains
     call file%read(group // '/nodes', self%nodes%nodes, error)
     call file%read(group // '/compliance', self%compliance, error)
     call file%read(group // '/loaded_opening', self%loaded_opening, error)
-    call file%read(group // '/strained_opening', self%strained_opening, error)
+    call file%read(group // '/prescribed_opening', self%prescribed_opening, error)
     call file%read(group // '/own', self%own, error)
     call file%read(group // '/loaded_field', self%loaded_field, error)
-    call file%read(group // '/strained_field', self%strained_field, error)
+    call file%read(group // '/prescribed_field', self%prescribed_field, error)
     call file%read(group // '/contact_field', self%contact_field, error)
     call file%read(group // '/is_thin', is_thin, error)
     self%is_thin = is_thin == 1

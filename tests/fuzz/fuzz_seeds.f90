@@ -8,7 +8,7 @@ module fuzz_seeds
   use sig_snapshot_shard, only: shard_writer_t, snapshot_record_t
   use sig_snapshot_store, only: records_of_set, snapshot_set_t, write_snapshots
   use sig_text, only: string_t
-  use tiny_model, only: add_full_order, build_tiny_model
+  use tiny_model, only: add_full_order, build_interpolated_model, build_tiny_model
   implicit none(type, external)
   private
   public :: write_seeds, provenance, n_parameters, n_dofs, n_multipliers
@@ -34,6 +34,8 @@ contains
     if (.not. allocated(error)) call write_model(folder // '/model.h5', model, error)
     call add_full_order(model)
     if (.not. allocated(error)) call write_model(folder // '/model_full_order.h5', model, error)
+    call build_interpolated_model(model)
+    if (.not. allocated(error)) call write_model(folder // '/model_interpolated.h5', model, error)
     if (allocated(error)) sentence = error_report(error)
   end subroutine write_seeds
 

@@ -22,9 +22,9 @@ module sig_body_nodes
   !> What one factorization gives, rows of this rank.
   type :: responses_t
     type(anchors_t) :: anchors
-    !> [length] under loads, and under prescribed displacements and imposed strains; shape (n_local_dofs, n_driving_terms)
+    !> [length] under loads, and under prescribed displacements; shape (n_local_dofs, n_driving_terms)
     real(rk), allocatable :: loaded(:, :)
-    real(rk), allocatable :: strained(:, :)
+    real(rk), allocatable :: prescribed(:, :)
     !> [length/force] shape (n_local_dofs, n_multipliers)
     real(rk), allocatable :: contact(:, :)
   end type responses_t
@@ -51,9 +51,9 @@ contains
       body%is_thin = problem%body%mechanics%is_thin
       allocate (body%bound%residuals(0, 0), body%bound%rest(0, 0), body%bound%forces(0, 0))
       body%own = pack([(i, i=1, size(data%exact_dofs))], is_own(data%exact_dofs))
-      allocate (body%compliance(n**2, 0), body%loaded_opening(n * n_driving, 0), body%strained_opening(n * n_driving, 0))
+      allocate (body%compliance(n**2, 0), body%loaded_opening(n * n_driving, 0), body%prescribed_opening(n * n_driving, 0))
       associate (n_own => size(body%own))
-        allocate (body%loaded_field(n_own * n_driving, 0), body%strained_field(n_own * n_driving, 0))
+        allocate (body%loaded_field(n_own * n_driving, 0), body%prescribed_field(n_own * n_driving, 0))
         allocate (body%contact_field(n_own * n, 0))
       end associate
     end associate
@@ -134,10 +134,10 @@ contains
       PetscCall(solve_responses(system, responses%anchors, responses%loaded, lifting, responses%contact, reason, ierr))
     end associate
     if (reason /= reason_converged) return
-    allocate (responses%strained, mold=responses%loaded)
-    responses%strained = 0
-    responses%strained(:, :size(lifting, 2)) = lifting
-    responses%loaded = responses%loaded - responses%strained
+    allocate (responses%prescribed, mold=responses%loaded)
+    responses%prescribed = 0
+    responses%prescribed(:, :size(lifting, 2)) = lifting
+    responses%loaded = responses%loaded - responses%prescribed
   end subroutine solve_node
 
   !> One body's share of the responses as its next node. Collective on all ranks.
@@ -161,14 +161,14 @@ contains
       PetscCall(close_rows(system, responses%loaded, values, ierr, is_own))
       call close_anchors(anchors, values)
       PetscCall(append(-values, body%loaded_opening, ierr))
-      PetscCall(close_rows(system, responses%strained, values, ierr, is_own))
+      PetscCall(close_rows(system, responses%prescribed, values, ierr, is_own))
       call close_anchors(anchors, values)
-      PetscCall(append(-values, body%strained_opening, ierr))
+      PetscCall(append(-values, body%prescribed_opening, ierr))
       associate (dofs => data%exact_dofs(body%own))
         PetscCall(share_rows(team, responses%loaded, size(responses%loaded, 2), dofs, values, ierr))
         PetscCall(append(values, body%loaded_field, ierr))
-        PetscCall(share_rows(team, responses%strained, size(responses%strained, 2), dofs, values, ierr))
-        PetscCall(append(values, body%strained_field, ierr))
+        PetscCall(share_rows(team, responses%prescribed, size(responses%prescribed, 2), dofs, values, ierr))
+        PetscCall(append(values, body%prescribed_field, ierr))
         PetscCall(share_rows(team, responses%contact, size(responses%contact, 2), dofs, values, ierr))
         PetscCall(append(values, body%contact_field, ierr))
       end associate

@@ -103,7 +103,7 @@ contains
     end do
   end function constants_of_nodes
 
-  !> Responses to loads, strains and contact forces at a node of each body, or behind the last node at its place. Collective.
+  !> Responses to loads, prescribed displacements and contact forces at a node of each body, or behind the last node at its place. Collective.
   subroutine solve_at(problem, team, constants, joined, places, i_node, n_nodes, data, columns, anchors, error, ierr)
     type(problem_t), intent(in) :: problem
     type(team_t), intent(inout) :: team
@@ -139,7 +139,7 @@ contains
     associate (n_driving => size(responses%loaded, 2))
       allocate (columns(size(responses%loaded, 1), 2 * n_driving + size(responses%contact, 2)))
       columns(:, :n_driving) = responses%loaded
-      columns(:, n_driving + 1:2 * n_driving) = responses%strained
+      columns(:, n_driving + 1:2 * n_driving) = responses%prescribed
       columns(:, 2 * n_driving + 1:) = responses%contact
     end associate
   end subroutine solve_at

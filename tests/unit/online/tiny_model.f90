@@ -8,11 +8,12 @@ module tiny_model
   use sig_model_parts, only: set_clusters, set_fallback
   use sig_reduced, only: reduced_t
   use sig_reduced_condensed, only: reduced_condensed_t
+  use sig_reduced_interpolated, only: reduced_interpolated_t
   use sig_term_set, only: start_terms
   use sig_text, only: string_t
   implicit none(type, external)
   private
-  public :: build_tiny_model, add_full_order
+  public :: build_tiny_model, add_full_order, build_interpolated_model
 
 contains
 
@@ -80,6 +81,60 @@ contains
     call move_alloc(condensed, fallback)
     call set_fallback(model, fallback)
   end subroutine add_full_order
+
+  !> One body with Young's modulus 2 + squeeze and Poisson's ratio nu = squeeze / 10, in place of all other parts.
+  !>
+  !> With s = (2 + squeeze) / 2: W = diag(1, 2, 4) (1 + nu) / s, gaps without contact forces (1, 3, 2) - squeeze (4, 5, 6) (1 + nu) / s,
+  !> displacement squeeze (1, 2, 3, 4) / s - (lambda_1, lambda_2, lambda_3, 0) / s.
+  subroutine build_interpolated_model(model)
+    type(model_t), intent(out) :: model
+    type(reduced_interpolated_t), allocatable :: interpolated
+    real(rk) :: compliance(9), opening(6), field(8), contact_field(12), gap(3, 4), nu
+    integer :: i, i_term
+
+    call build_tiny_model(model)
+    call model%terms%add_expression('2 + squeeze', 0, 0, i_term)
+    call model%terms%add_expression('squeeze / 10', 0, 0, i_term)
+    gap = 0
+    gap(:, 1) = [1.0_rk, 3.0_rk, 2.0_rk]
+    model%gap = gap
+    allocate (interpolated)
+    interpolated%data%gap = gap
+    interpolated%data%exact_dofs = [1, 2, 3, 4]
+    interpolated%data%start_sets = reshape([0, 7, 7], [1, 3])
+    allocate (interpolated%data%bodies(1))
+    associate (body => interpolated%data%bodies(1))
+      body%modulus_term = 3
+      body%modulus = 2
+      body%numerators = [4]
+      body%denominators = [0]
+      body%own = [1, 2, 3, 4]
+      call body%nodes%create([0.0_rk], [0.4_rk], 2)
+      compliance = [1.0_rk, 0.0_rk, 0.0_rk, 0.0_rk, 2.0_rk, 0.0_rk, 0.0_rk, 0.0_rk, 4.0_rk]
+      opening = [0.0_rk, 0.0_rk, 0.0_rk, -4.0_rk, -5.0_rk, -6.0_rk]
+      field = [0.0_rk, 0.0_rk, 0.0_rk, 0.0_rk, 1.0_rk, 2.0_rk, 3.0_rk, 4.0_rk]
+      contact_field = [1.0_rk, 0.0_rk, 0.0_rk, 0.0_rk, 0.0_rk, 1.0_rk, 0.0_rk, 0.0_rk, 0.0_rk, 0.0_rk, 1.0_rk, 0.0_rk]
+      allocate (body%compliance(9, 3), body%loaded_opening(6, 3), body%prescribed_opening(6, 3), body%loaded_field(8, 3))
+      allocate (body%prescribed_field(8, 3), body%contact_field(12, 3))
+      body%prescribed_opening = 0
+      body%prescribed_field = 0
+      do i = 1, 3
+        nu = sum(body%nodes%node(i))
+        body%compliance(:, i) = compliance * (1 + nu)
+        body%loaded_opening(:, i) = opening * (1 + nu)
+        body%loaded_field(:, i) = field
+        body%contact_field(:, i) = contact_field
+      end do
+      allocate (body%bound%residuals(7, 7), body%bound%rest(7, 7), body%bound%forces(3, 7))
+      body%bound%place = 0.2_rk
+      body%bound%residuals = 0
+      body%bound%rest = 0
+      body%bound%forces = 0
+    end associate
+    deallocate (model%parts)
+    allocate (model%parts(1))
+    call move_alloc(interpolated, model%parts(1)%reduced)
+  end subroutine build_interpolated_model
 
   subroutine build_cluster(cluster)
     type(hhr_data_t), intent(out) :: cluster
