@@ -20,8 +20,8 @@ module sig_interpolation_bound
   type :: interpolation_bound_t
     !> c_0
     real(rk) :: place = 0
-    !> [force*length per square of a coefficient] Z'K_0^-1 Z, for the coefficients of loads, of prescribed displacements, of contact forces; empty:
-    !> there is no bound
+    !> [force*length per square of a coefficient] Z'K_0^-1 Z, for the coefficients of loads, of prescribed displacements, of contact
+    !> forces; empty: there is no bound
     real(rk), allocatable :: residuals(:, :)
     !> the same of the rest r'
     real(rk), allocatable :: rest(:, :)

@@ -103,7 +103,8 @@ contains
     end do
   end function constants_of_nodes
 
-  !> Responses to loads, prescribed displacements and contact forces at a node of each body, or behind the last node at its place. Collective.
+  !> Responses to loads, prescribed displacements and contact forces at a node of each body, or behind the last node at its place.
+  !> Collective.
   subroutine solve_at(problem, team, constants, joined, places, i_node, n_nodes, data, columns, anchors, error, ierr)
     type(problem_t), intent(in) :: problem
     type(team_t), intent(inout) :: team

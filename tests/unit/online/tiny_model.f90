@@ -84,8 +84,8 @@ contains
 
   !> One body with Young's modulus 2 + squeeze and Poisson's ratio nu = squeeze / 10, in place of all other parts.
   !>
-  !> With s = (2 + squeeze) / 2: W = diag(1, 2, 4) (1 + nu) / s, gaps without contact forces (1, 3, 2) - squeeze (4, 5, 6) (1 + nu) / s,
-  !> displacement squeeze (1, 2, 3, 4) / s - (lambda_1, lambda_2, lambda_3, 0) / s.
+  !> With s = (2 + squeeze) / 2: W = diag(1, 2, 4) (1 + nu) / s, gaps without contact forces
+  !> (1, 3, 2) - squeeze (4, 5, 6) (1 + nu) / s, displacement squeeze (1, 2, 3, 4) / s - (lambda_1, lambda_2, lambda_3, 0) / s.
   subroutine build_interpolated_model(model)
     type(model_t), intent(out) :: model
     type(reduced_interpolated_t), allocatable :: interpolated
