@@ -64,12 +64,18 @@ def angle_bracket(point):
     return {"x": 0.0}, 88 * point["bolt"]
 
 
+def fuel_rod(point):
+    """Pressure on the outside pushes along r alone; heat has no resultant: as large as the force on the cladding."""
+    return {"z": 0.0}, 2 * np.pi * 4.672 * point["h"] * point["P"]
+
+
 # deck -> resultant of its loads at a point [force], and the size of what cancels where it is 0
 RESULTANTS = {
     "angle_bracket": angle_bracket,
     "blocks": blocks,
     "bracket": bracket,
     "dovetail": dovetail,
+    "fuel_rod": fuel_rod,
     "hertz_cylinder": hertz_cylinder,
     "pellet_cladding": pellet_cladding,
     "pellet_cladding_clusters": pellet_cladding,
