@@ -34,3 +34,14 @@ def test_other_modulus_is_another_study(signorom, tmp_path):
     deck.write_text(deck.read_text().replace("2e7 * push", "3e7 * push"))
     words = refuse(signorom, "sample", deck.name, folder=tmp_path)
     assert "these snapshots belong to another deck or mesh" in words
+
+
+def test_hole_between_the_points_is_found(signorom, tmp_path):
+    """No training point lies in the range where the modulus is negative; a model of the box would have answers there."""
+    changes = {"young_modulus: 2.0e6": f"young_modulus: {HOLE}", "grid: {push: 5}": "grid: {push: 3}"}
+    deck = write_deck("patch", tmp_path, **changes)
+    deck.write_text(deck.read_text().replace("method: hhr", "method: condensed"))
+    signorom("sample", deck.name, folder=tmp_path)
+    words = refuse(signorom, "train", deck.name, folder=tmp_path)
+    assert "patch.yaml:6:51: error: materials.block.young_modulus is 'push > 0.03" in words
+    assert "which is -5.0 N/m^2 at push = " in words
