@@ -20,7 +20,7 @@ module sig_reduced_interpolated
   use sig_reduced, only: displacement_exact, displacement_none, model_sizes_t, neighbors_t, reduced_t, room_t
   use sig_reduced_exact, only: displacement_text, reduced_exact_t
   use sig_shape_checks, only: place_in_ascending
-  use sig_text, only: counted, to_text
+  use sig_text, only: counted, short_number, to_text
   implicit none(type, external)
   private
   public :: reduced_interpolated_t
@@ -251,7 +251,7 @@ contains
     integer :: i
 
     text = line('  forces', 'on all ' // counted(self%n_rows(), 'contact pair') // '; largest error at the training points ' // &
-      to_text(self%data%measured_error))
+      short_number(self%data%measured_error))
     do i = 1, size(self%data%bodies)
       associate (body => self%data%bodies(i))
         if (size(body%numerators) == 0) then

@@ -21,7 +21,7 @@ module sig_interpolated_training
   use sig_reduced, only: reduced_t
   use sig_reduced_interpolated, only: reduced_interpolated_t
   use sig_response_errors, only: keep_start_sets, measure_responses
-  use sig_text, only: counted, to_text
+  use sig_text, only: counted, short_number, to_text
   use sig_training_set, only: training_set_t
   use petsc
   implicit none(type, external)
@@ -186,7 +186,7 @@ contains
         counted(size(constants(i)%numerators), 'constant')
     end do
     associate (reduction => problem%deck%reduction)
-      call make_error(error, 'the contact forces at the training points have errors of up to ' // to_text(data%measured_error) // &
+      call make_error(error, 'the contact forces at the training points have errors of up to ' // short_number(data%measured_error) // &
         ' after ' // counted(data%n_factorizations, 'factorization') // '; reduction.stiffness_tolerance is ' // &
         to_text(reduction%stiffness_tolerance) // bodies, problem%deck%path, &
         hint='let the elastic constants vary less, let the moduli of a body share one factor, or take a larger tolerance', &
@@ -210,6 +210,6 @@ contains
       end if
     end do
     call log_info(counted(data%n_factorizations, 'factorization') // '; largest error of the contact forces at the training ' // &
-      'points: ' // to_text(data%measured_error))
+      'points: ' // short_number(data%measured_error))
   end subroutine log_nodes
 end module sig_interpolated_training
