@@ -194,7 +194,7 @@ def test_killed_rounds_go_on(signorom, defect, tmp_path, n_ranks, n_ranks_after)
 def test_killed_candidates_go_on(signorom, tmp_path):
     """SIGKILL while candidates are solved: none is solved twice, and the selection is that of an undisturbed run."""
     changes = greedy("max_points: 6") | {"solver: {type: condensed}": "solver: {type: active_set}"}
-    changes = {key: text.replace("sobol: 60", "sobol: 1200") for key, text in changes.items()}
+    changes = {key: text.replace("sobol: 60", "sobol: 4000") for key, text in changes.items()}
     undisturbed = select(signorom, tmp_path / "undisturbed", changes)
     deck = write_deck("shifted_disks", tmp_path, **changes)
     results = tmp_path / "results" / "shifted_disks"
@@ -204,8 +204,8 @@ def test_killed_candidates_go_on(signorom, tmp_path):
     kill(process)
     assert not (results / "snapshots.h5").exists()
     output = signorom("sample", deck.name, folder=tmp_path)
-    there = int(re.search(r"sampled 1200 points \((\d+) were there\)", output).group(1))
-    assert 0 < there < 1200
+    there = int(re.search(r"sampled 4000 points \((\d+) were there\)", output).group(1))
+    assert 0 < there < 4000
     np.testing.assert_array_equal(points_of(results), points_of(undisturbed))
 
 
