@@ -13,7 +13,7 @@ module sig_mesh_file
   use sig_text, only: string_t
   implicit none(type, external)
   private
-  public :: raw_mesh_t, read_raw_mesh
+  public :: raw_mesh_t, read_raw_mesh, report_invalid
 
   !> how the message begins where the file is missing, a folder, or not ours to read
   character(*), parameter, public :: unreadable_mesh = 'cannot read the mesh file'
@@ -71,6 +71,7 @@ contains
     call sig_gmsh_free(handle)
   end subroutine read_raw_mesh
 
+  !> The sentence and the line of a file that the C side refused.
   subroutine report_invalid(handle, path, error)
     type(c_ptr), intent(in) :: handle
     character(*), intent(in) :: path

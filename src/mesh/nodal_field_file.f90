@@ -3,14 +3,15 @@
 !>
 !> HDF5: /node_tags has the numbers of the nodes in the mesh file, /<name> a value for each.
 module sig_nodal_field_file
-  use, intrinsic :: iso_c_binding, only: c_char, c_int, c_null_char, c_ptr, c_size_t
+  use, intrinsic :: iso_c_binding, only: c_int, c_ptr, c_size_t
   use sig_c_strings, only: from_c
   use sig_deck_config, only: field_config_t
   use sig_errors, only: error_t, make_error
   use sig_hdf5_reader, only: h5_reader_t
   use sig_kinds, only: rk
-  use sig_mesh_c_interfaces, only: gmsh_invalid, gmsh_message_size, gmsh_ok, gmsh_unreadable, sig_gmsh_field, &
-    sig_gmsh_field_values, sig_gmsh_free, sig_gmsh_message, sig_gmsh_n_fields, sig_gmsh_read_fields, sig_gmsh_sizes
+  use sig_mesh_c_interfaces, only: gmsh_invalid, gmsh_ok, gmsh_unreadable, sig_gmsh_field, sig_gmsh_field_values, sig_gmsh_free, &
+    sig_gmsh_n_fields, sig_gmsh_read_fields, sig_gmsh_sizes
+  use sig_mesh_file, only: report_invalid
   use sig_system, only: system_reason
   use sig_text, only: append_text, join, string_t, to_text
   implicit none(type, external)
@@ -98,18 +99,6 @@ contains
     end select
     call sig_gmsh_free(handle)
   end subroutine read_gmsh
-
-  subroutine report_invalid(handle, path, error)
-    type(c_ptr), intent(in) :: handle
-    character(*), intent(in) :: path
-    type(error_t), allocatable, intent(out) :: error
-    character(kind=c_char) :: message(gmsh_message_size)
-    integer(c_int) :: line
-
-    message = c_null_char
-    call sig_gmsh_message(handle, message, line)
-    call make_error(error, from_c(message), file=path, line=line)
-  end subroutine report_invalid
 
   subroutine copy_field(handle, config, deck_path, field, error)
     type(c_ptr), intent(in) :: handle
