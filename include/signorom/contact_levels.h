@@ -10,10 +10,8 @@
    another preconditioner or where there is one level. */
 PetscErrorCode sig_contact_levels_create(KSP ksp, Mat stiffness, Mat transformation, Mat inverse);
 
-/* Whether sig_contact_levels_create did something. */
-PetscErrorCode sig_has_contact_levels(KSP ksp, PetscBool *answer);
-
 /* Matrices of the levels where unknowns are held; the finest one works with those of the KSP. `free_share` has 1 for
-   each free unknown and a small number for a held one: what is left of its interpolation. */
+   each free unknown and a small number for a held one: what is left of its interpolation. Does nothing where
+   sig_contact_levels_create did nothing. */
 PetscErrorCode sig_contact_levels_hold(KSP ksp, Vec free_share);
 #endif

@@ -74,14 +74,6 @@ PetscErrorCode sig_contact_levels_create(KSP ksp, Mat stiffness, Mat transformat
   return 0;
 }
 
-PetscErrorCode sig_has_contact_levels(KSP ksp, PetscBool *answer) {
-  Levels *levels;
-
-  PetscCall(get_levels(ksp, &levels));
-  *answer = levels != NULL;
-  return 0;
-}
-
 // The matrices that a level works with.
 static PetscErrorCode set_matrices(PC pc, PetscInt i_level, Mat matrix, Mat preconditioning) {
   KSP smoother;
@@ -112,6 +104,7 @@ PetscErrorCode sig_contact_levels_hold(KSP ksp, Vec free_share) {
   Levels *levels;
 
   PetscCall(get_levels(ksp, &levels));
+  if (!levels) return 0;
   const PetscBool is_first = levels->motions ? PETSC_FALSE : PETSC_TRUE;
   PetscCall(KSPGetPC(ksp, &pc));
   PetscCall(PCMGGetLevels(pc, &n_levels));

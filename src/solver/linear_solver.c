@@ -99,10 +99,7 @@ int sig_linear_solver_change_unknowns(intptr_t handle, intptr_t stiffness, intpt
 }
 
 int sig_linear_solver_hold(intptr_t handle, intptr_t free_share) {
-  PetscBool has_levels;
-
-  PetscCall(sig_has_contact_levels((KSP)handle, &has_levels));
-  if (has_levels) PetscCall(sig_contact_levels_hold((KSP)handle, (Vec)free_share));
+  PetscCall(sig_contact_levels_hold((KSP)handle, (Vec)free_share));
   return 0;
 }
 
