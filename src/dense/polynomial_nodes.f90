@@ -25,6 +25,7 @@ module sig_polynomial_nodes
     procedure :: prepare
     procedure :: n_nodes
     procedure :: node
+    procedure :: on_line
     procedure :: weights
   end type polynomial_nodes_t
 
@@ -82,6 +83,15 @@ contains
 
     place = ((1 - self%nodes(:, i)) * self%lower + (1 + self%nodes(:, i)) * self%upper) / 2
   end function node
+
+  !> All nodes of one variable, in its units.
+  pure function on_line(self) result(places)
+    class(polynomial_nodes_t), intent(in) :: self
+    !> shape (n_nodes)
+    real(rk) :: places(size(self%nodes, 2))
+
+    places = ((1 - self%nodes(1, :)) * self%lower(1) + (1 + self%nodes(1, :)) * self%upper(1)) / 2
+  end function on_line
 
   !> What each node's value counts at a place: f(place) is nearly the sum of weights times f(nodes).
   pure subroutine weights(self, place, values)

@@ -77,16 +77,23 @@ contains
     real(rk), intent(in) :: theta(:)
     !> [-] shape (n_nodes)
     real(rk), contiguous, intent(inout) :: weights(:)
-    real(rk) :: place(size(self%numerators))
+
+    call self%nodes%weights(to_variable(constants_at(self, theta), self%denominators > 0, self%is_logarithmic), weights)
+  end subroutine weights_at
+
+  !> [-] The interpolated constants at a point.
+  pure function constants_at(self, theta) result(constants)
+    type(body_response_t), intent(in) :: self
+    real(rk), intent(in) :: theta(:)
+    !> shape (n_variables)
+    real(rk) :: constants(size(self%numerators))
     integer :: i
 
-    do i = 1, size(place)
-      place(i) = theta(self%numerators(i))
-      if (self%denominators(i) > 0) place(i) = place(i) / theta(self%denominators(i))
+    do i = 1, size(constants)
+      constants(i) = theta(self%numerators(i))
+      if (self%denominators(i) > 0) constants(i) = constants(i) / theta(self%denominators(i))
     end do
-    place = to_variable(place, self%denominators > 0, self%is_logarithmic)
-    call self%nodes%weights(place, weights)
-  end subroutine weights_at
+  end function constants_at
 
   !> Adds the body's part of W.
   subroutine add_compliance(self, theta, compliance)
@@ -139,24 +146,21 @@ contains
     real(rk), contiguous, intent(in) :: theta(:)
     !> [force] z, zero on anchors; shape (n_multipliers)
     real(rk), contiguous, intent(in) :: forces(:)
-    real(rk) :: coefficients(size(self%bound%residuals, 1)), compliance(size(forces)**2), constant, nodes(self%nodes%n_nodes())
-    integer :: i, n_driving
+    real(rk) :: coefficients(size(self%bound%residuals, 1)), compliance(size(forces)**2)
+    real(rk) :: constants(size(self%numerators))
+    integer :: n_driving
 
     bound = 0
     if (size(self%numerators) == 0) return
-    constant = theta(self%numerators(1))
-    if (self%denominators(1) > 0) constant = constant / theta(self%denominators(1))
-    do i = 1, size(nodes)
-      nodes(i) = sum(self%nodes%node(i))
-    end do
+    constants = constants_at(self, theta)
     n_driving = (size(coefficients) - size(forces)) / 2
     coefficients(:n_driving) = theta(:n_driving)
     coefficients(n_driving + 1:2 * n_driving) = self%modulus_ratio(theta) * theta(:n_driving)
     coefficients(2 * n_driving + 1:) = -forces
     compliance = 0
     call self%add_compliance(theta, compliance)
-    bound = self%bound%evaluate(nodes, constant, self%modulus_ratio(theta), self%denominators(1) > 0, self%is_thin, coefficients, &
-      reshape(compliance, [size(forces), size(forces)]))
+    bound = self%bound%evaluate(self%nodes%on_line(), constants(1), self%modulus_ratio(theta), self%denominators(1) > 0, &
+      self%is_thin, coefficients, reshape(compliance, [size(forces), size(forces)]))
   end function error_bound
 
   !> [length] the body's part of one row of W z + q.

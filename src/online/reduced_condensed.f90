@@ -15,12 +15,11 @@ module sig_reduced_condensed
   use sig_hdf5_writer, only: h5_writer_t
   use sig_kinds, only: rk
   use sig_lcp, only: change_sets, lcp_solution_t, lcp_workspace_t, solve_lcp
-  use sig_dense_kernels, only: add_few_columns
   use sig_linear_algebra, only: multiply
   use sig_pivot_transform, only: transform_columns
   use sig_reasons, only: reason_pulled_off, reason_ray
   use sig_reduced, only: model_sizes_t, neighbors_t, reduced_t, room_t
-  use sig_reduced_exact, only: displacement_text, reduced_exact_t
+  use sig_reduced_exact, only: displacement_text, reduced_exact_t, take_forces
   use sig_text, only: counted
   implicit none(type, external)
   private
@@ -140,7 +139,8 @@ contains
         call solve_transformed(self, self%data%reference_of_point(near%nearest), theta, room, answer)
       if (answer%reason < 0) call solve_whole(self, room, answer)
       if (answer%reason == reason_ray .and. size(self%data%anchors) > 0) answer%reason = reason_pulled_off
-      if (answer%reason > 0) call take_forces(self, room, answer)
+      if (answer%reason > 0) call take_forces(self%data%compliance, room%free_opening, self%data%anchors, self%data%scale, &
+        room%opening, answer)
     end select
   end subroutine solve
 
@@ -195,24 +195,6 @@ contains
     call answer%take_solution(room%solution, answer_condensed)
     answer%unknowns = room%solution%lambda
   end subroutine solve_whole
-
-  !> Multipliers from the unknowns, and the openings w in room%opening.
-  subroutine take_forces(self, room, answer)
-    class(reduced_condensed_t), intent(in) :: self
-    type(condensed_room_t), intent(inout) :: room
-    type(answer_t), intent(inout) :: answer
-    integer :: i
-
-    room%opening = room%free_opening
-    call add_few_columns(self%data%compliance, answer%unknowns, room%opening)
-    answer%multipliers = answer%unknowns
-    do i = 1, size(self%data%anchors)
-      associate (row => self%data%anchors(i))
-        answer%multipliers(row) = merge(0.0_rk, max(0.0_rk, room%opening(row)) / self%data%scale, answer%unknowns(row) > 0)
-      end associate
-    end do
-    call answer%take_all_forces()
-  end subroutine take_forces
 
   subroutine fill_displacement(self, answer, displacement)
     class(reduced_condensed_t), intent(in) :: self

@@ -2,12 +2,13 @@
 !> What the kinds of reduced model share that solve for the exact forces on all contacts.
 module sig_reduced_exact
   use sig_answer, only: answer_t
+  use sig_dense_kernels, only: add_few_columns
   use sig_kinds, only: rk
   use sig_reduced, only: reduced_t, room_t
   use sig_text, only: counted, join, string_t
   implicit none(type, external)
   private
-  public :: reduced_exact_t, displacement_text
+  public :: reduced_exact_t, displacement_text, take_forces
 
   type, abstract, extends(reduced_t) :: reduced_exact_t
   contains
@@ -49,6 +50,34 @@ contains
 
     is_exact = .true.
   end function is_exact
+
+  !> Multipliers from the unknowns of a condensed problem, and the openings w = W z + q. In the place of an anchor's multiplier
+  !> stands its opening, in the place of its opening its multiplier times `scale`.
+  subroutine take_forces(compliance, free_opening, anchors, scale, opening, answer)
+    !> [length/force] W, shape (n_multipliers, n_multipliers)
+    real(rk), contiguous, intent(in) :: compliance(:, :)
+    !> [length] q
+    real(rk), contiguous, intent(in) :: free_opening(:)
+    !> 1-based among the multipliers
+    integer, intent(in) :: anchors(:)
+    !> [length/force]
+    real(rk), intent(in) :: scale
+    !> [length] w, shape (n_multipliers)
+    real(rk), contiguous, intent(inout) :: opening(:)
+    !> unknowns are set
+    type(answer_t), intent(inout) :: answer
+    integer :: i
+
+    opening = free_opening
+    call add_few_columns(compliance, answer%unknowns, opening)
+    answer%multipliers = answer%unknowns
+    do i = 1, size(anchors)
+      associate (row => anchors(i))
+        answer%multipliers(row) = merge(0.0_rk, max(0.0_rk, opening(row)) / scale, answer%unknowns(row) > 0)
+      end associate
+    end do
+    call answer%take_all_forces()
+  end subroutine take_forces
 
   !> Of which dofs a model has displacements, and whether they are exact.
   pure function displacement_text(exact_boundaries, n_exact, n_modes) result(text)

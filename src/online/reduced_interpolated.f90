@@ -7,7 +7,6 @@ module sig_reduced_interpolated
   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   use sig_answer, only: answer_condensed, answer_t, comparable_size
   use sig_bits, only: unpack_bits
-  use sig_dense_kernels, only: add_few_columns
   use sig_description_line, only: line
   use sig_errors, only: error_t
   use sig_hdf5_reader, only: h5_reader_t
@@ -18,7 +17,7 @@ module sig_reduced_interpolated
   use sig_linear_algebra, only: multiply
   use sig_reasons, only: reason_pulled_off, reason_ray
   use sig_reduced, only: displacement_exact, displacement_none, model_sizes_t, neighbors_t, reduced_t, room_t
-  use sig_reduced_exact, only: displacement_text, reduced_exact_t
+  use sig_reduced_exact, only: displacement_text, reduced_exact_t, take_forces
   use sig_shape_checks, only: place_in_ascending
   use sig_text, only: counted, short_number, to_text
   implicit none(type, external)
@@ -45,6 +44,7 @@ module sig_reduced_interpolated
     procedure :: has_whole_field
     procedure :: can_certify
     procedure :: certify
+    procedure :: size_in_energy
   end type reduced_interpolated_t
 
   type, extends(room_t) :: interpolated_room_t
@@ -128,27 +128,10 @@ contains
       call answer%take_solution(room%solution, answer_condensed)
       answer%unknowns = room%solution%lambda
       if (answer%reason == reason_ray .and. size(self%data%anchors) > 0) answer%reason = reason_pulled_off
-      if (answer%reason > 0) call take_forces(self%data, room, answer)
+      if (answer%reason > 0) call take_forces(room%compliance, room%free_opening, self%data%anchors, self%data%scale, &
+        room%opening, answer)
     end select
   end subroutine solve
-
-  !> Multipliers from the unknowns, and the openings w.
-  subroutine take_forces(data, room, answer)
-    type(interpolated_data_t), intent(in) :: data
-    type(interpolated_room_t), intent(inout) :: room
-    type(answer_t), intent(inout) :: answer
-    integer :: i
-
-    room%opening = room%free_opening
-    call add_few_columns(room%compliance, answer%unknowns, room%opening)
-    answer%multipliers = answer%unknowns
-    do i = 1, size(data%anchors)
-      associate (row => data%anchors(i))
-        answer%multipliers(row) = merge(0.0_rk, max(0.0_rk, room%opening(row)) / data%scale, answer%unknowns(row) > 0)
-      end associate
-    end do
-    call answer%take_all_forces()
-  end subroutine take_forces
 
   subroutine fill_displacement(self, answer, displacement)
     class(reduced_interpolated_t), intent(in) :: self
@@ -213,18 +196,30 @@ contains
     logical, intent(in) :: is_own
     class(room_t), intent(inout) :: room
     type(answer_t), intent(inout) :: answer
-    real(rk) :: forces(size(multipliers)), closing(size(multipliers)), size_of_answer
+    real(rk) :: size_of_answer
 
     if (.not. is_own) return
+    size_of_answer = comparable_size(self%size_in_energy(room, multipliers), self%data%largest_size)
+    call answer%take_bound(self%data%bound(answer%theta, answer%unknowns) + rounding * size_of_answer, size_of_answer)
+  end subroutine certify
+
+  !> [sqrt(force*length)] sqrt(lambda' W lambda) with closed anchors, W of the point that was solved last.
+  real(rk) function size_in_energy(self, room, multipliers) result(size_of_forces)
+    class(reduced_interpolated_t), intent(in) :: self
+    class(room_t), intent(in) :: room
+    !> [force] of all contacts, shape (n_multipliers)
+    real(rk), intent(in) :: multipliers(:)
+    real(rk) :: forces(size(multipliers)), closing(size(multipliers))
+
+    size_of_forces = 0
+    forces = multipliers
+    forces(self%data%anchors) = 0
     select type (room)
     type is (interpolated_room_t)
-      forces = multipliers
-      forces(self%data%anchors) = 0
       call multiply(1.0_rk, room%compliance, forces, 0.0_rk, closing)
-      size_of_answer = comparable_size(sqrt(max(0.0_rk, dot_product(forces, closing))), self%data%largest_size)
-      call answer%take_bound(self%data%bound(answer%theta, answer%unknowns) + rounding * size_of_answer, size_of_answer)
+      size_of_forces = sqrt(max(0.0_rk, dot_product(forces, closing)))
     end select
-  end subroutine certify
+  end function size_in_energy
 
   subroutine write(self, file, group, length, force)
     class(reduced_interpolated_t), intent(in) :: self

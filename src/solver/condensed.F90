@@ -11,14 +11,14 @@
 !> W has the blocks [C, N; -N', 0], a last opening is the force of an anchor, Z_T' F - N' lambda. Openings of anchors and their
 !> forces are scaled by a compliance, so that all unknowns are forces.
 module sig_condensed
-  use sig_contact_responses, only: close_rows, solve_responses
+  use sig_contact_responses, only: anchor_forces, close_rows, solve_responses
   use sig_contact_solver, only: contact_solver_t
   use sig_contact_state, only: contact_state_t
   use sig_contact_system, only: contact_system_t
   use sig_holding, only: anchors_t
   use sig_kinds, only: rk
   use sig_lcp, only: lcp_solution_t, lcp_workspace_t, solve_lcp
-  use sig_linear_algebra, only: add_product, unit_vector
+  use sig_linear_algebra, only: add_product
   use sig_petsc_support, only: sum_over_ranks
   use sig_reasons, only: reason_converged, reason_no_complementary_solution, reason_pulled_off, reason_ray
   use petsc
@@ -82,11 +82,11 @@ contains
   subroutine close_anchors(self, system)
     class(condensed_t), intent(inout) :: self
     type(contact_system_t), intent(in) :: system
-    real(rk) :: motion(system%map%n_dofs), work(system%motions%n_free), work_size(system%motions%n_free)
+    real(rk) :: motion(system%map%n_dofs)
     real(rk) :: opening(size(self%anchors%rows), size(self%free_opening, 2))
     real(rk) :: closed(size(self%anchors%rows), size(self%compliance, 2))
     real(rk), allocatable :: local(:)
-    integer :: i, k, t
+    integer :: i, k
 
     associate (rows => self%anchors%rows, reach => self%anchors%closing)
       if (size(rows) == 0) return
@@ -114,13 +114,7 @@ contains
       self%compliance(:, rows) = self%scale * reach
       self%compliance(rows, :) = -self%scale * transpose(reach)
       self%compliance(rows, rows) = 0
-      do t = 1, size(self%free_opening, 2)
-        associate (forces => system%load(unit_vector(size(self%free_opening, 2), t)))
-          work = matmul(system%motions%work(forces), self%anchors%amplitudes)
-          work_size = matmul(system%motions%work_size(forces), abs(self%anchors%amplitudes))
-        end associate
-        self%free_opening(rows, t) = self%scale * merge(work, 0.0_rk, abs(work) > rounding * work_size)
-      end do
+      self%free_opening(rows, :) = self%scale * anchor_forces(system, self%anchors)
     end associate
   end subroutine close_anchors
 

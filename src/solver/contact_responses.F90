@@ -8,16 +8,19 @@ module sig_contact_responses
   use sig_free_response, only: factor_without_contact, held_dofs, solve_free_response, solve_lifting
   use sig_holding, only: anchors_t, find_anchors
   use sig_kinds, only: rk
+  use sig_linear_algebra, only: unit_vector
   use sig_linear_solver, only: linear_solver_t
   use sig_petsc_support, only: sum_over_ranks
   use sig_reasons, only: reason_converged
   use petsc
   implicit none(type, external)
   private
-  public :: add_row, close_rows, solve_responses
+  public :: add_row, anchor_forces, close_rows, solve_responses
 
   !> right-hand sides made at a time
   integer, parameter :: chunk = 64
+  !> [-] a load that works less than this share of its parts on a free motion is in equilibrium
+  real(rk), parameter :: rounding = 1.0e-12_rk
 
 contains
 
@@ -73,6 +76,24 @@ contains
       deallocate (rhs)
     end do
   end subroutine solve_contact
+
+  !> [force per unit of theta] Of closed anchors under each term without other contact forces, shape (n_anchors, n_terms). Local.
+  function anchor_forces(system, anchors) result(forces)
+    type(contact_system_t), intent(in) :: system
+    type(anchors_t), intent(in) :: anchors
+    real(rk) :: forces(size(anchors%rows), system%boundary%n_terms)
+    real(rk) :: work(size(anchors%rows)), work_size(size(anchors%rows))
+    integer :: t
+
+    if (size(anchors%rows) == 0) return
+    do t = 1, size(forces, 2)
+      associate (load => system%load(unit_vector(size(forces, 2), t)))
+        work = matmul(system%motions%work(load), anchors%amplitudes)
+        work_size = matmul(system%motions%work_size(load), abs(anchors%amplitudes))
+      end associate
+      forces(:, t) = merge(work, 0.0_rk, abs(work) > rounding * work_size)
+    end do
+  end function anchor_forces
 
   !> Adds B_k' times a factor, where it does not meet a held dof. Local.
   pure subroutine add_row(system, is_held, k, factor, column)

@@ -3,7 +3,6 @@
 !> Responses of bodies at the nodes of their interpolations: one factorization serves a node of each body.
 module sig_body_nodes
   use sig_body_constants, only: body_constants_t, joined_body_t
-  use sig_body_response, only: body_response_t
   use sig_condensed_training, only: share_rows
   use sig_contact_responses, only: close_rows, solve_responses
   use sig_errors, only: error_t, exit_not_converged, make_error
@@ -95,7 +94,7 @@ contains
     PetscErrorCode, intent(out) :: ierr
     type(responses_t) :: responses
     logical :: is_pending(size(constants))
-    integer :: i, reason
+    integer :: i
 
     ierr = 0
     do
@@ -106,12 +105,8 @@ contains
         end associate
       end do
       if (.not. any(is_pending)) return
-      PetscCall(solve_node(problem, team, joined, responses, reason, ierr))
-      if (reason /= reason_converged) then
-        call make_error(error, 'the stiffness could not be factored', problem%deck%path, exit_code=exit_not_converged)
-        return
-      end if
-      data%n_factorizations = data%n_factorizations + 1
+      PetscCall(solve_node(problem, team, joined, data, responses, error, ierr))
+      if (allocated(error)) return
       do i = 1, size(constants)
         if (.not. is_pending(i)) cycle
         PetscCall(add_node(problem, team, responses, i, data, ierr))
@@ -119,21 +114,29 @@ contains
     end do
   end subroutine fill_nodes
 
-  !> One factorization. Collective on the team's group.
-  subroutine solve_node(problem, team, joined, responses, reason, ierr)
+  !> One factorization, which is counted. Collective on the team's group.
+  !>
+  !> Errors: the stiffness could not be factored.
+  subroutine solve_node(problem, team, joined, data, responses, error, ierr)
     type(problem_t), intent(in) :: problem
     type(team_t), intent(inout) :: team
     type(joined_body_t), intent(in) :: joined
+    type(interpolated_data_t), intent(inout) :: data
     type(responses_t), intent(out) :: responses
-    integer, intent(out) :: reason
+    type(error_t), allocatable, intent(out) :: error
     PetscErrorCode, intent(out) :: ierr
     real(rk), allocatable :: lifting(:, :)
+    integer :: reason
 
     PetscCall(team%solver%take_body(problem, joined%body, ierr))
     associate (system => team%solver%system)
       PetscCall(solve_responses(system, responses%anchors, responses%loaded, lifting, responses%contact, reason, ierr))
     end associate
-    if (reason /= reason_converged) return
+    data%n_factorizations = data%n_factorizations + 1
+    if (reason /= reason_converged) then
+      call make_error(error, 'the stiffness could not be factored', problem%deck%path, exit_code=exit_not_converged)
+      return
+    end if
     allocate (responses%prescribed, mold=responses%loaded)
     responses%prescribed = 0
     responses%prescribed(:, :size(lifting, 2)) = lifting

@@ -3,7 +3,6 @@
 !> The full-order problem condensed to its contacts as a reduced model, as far as the deck gives it room: the whole model, or what
 !> answers where a hyper-reduced one cannot.
 module sig_condensed_training
-  use sig_bits, only: pack_columns
   use sig_condensed, only: condensed_t
   use sig_condensed_data, only: condensed_data_t
   use sig_condensed_plan, only: all_dofs_fit, displacement_plan_t, plan_displacements, why_not_condensed
@@ -19,7 +18,7 @@ module sig_condensed_training
   use sig_reasons, only: reason_converged
   use sig_reduced, only: reduced_t
   use sig_reduced_condensed, only: reduced_condensed_t
-  use sig_reference_sets, only: choose_references
+  use sig_reference_sets, only: choose_references, start_sets_of
   use sig_term_values, only: evaluate_points
   use sig_training_set, only: training_set_t
   use petsc
@@ -82,7 +81,7 @@ contains
     if (plan%has_modes) then
       PetscCall(add_modes(full_order, snapshots, reduced%data, ierr))
     end if
-    call keep_start_sets(snapshots%forces(), reduced%data)
+    reduced%data%start_sets = start_sets_of(snapshots%forces(), reduced%data%anchors)
     call measure_forces(snapshots%forces(), reduced%data)
     call choose_references(full_order%problem%deck%reduction%max_transforms_size, reduced%data, error)
     call move_alloc(reduced, part)
@@ -188,18 +187,6 @@ contains
     PetscCall(pod%left_vectors(pod_rank(pod%singular_values, problem%deck%reduction%pod_tolerance), data%basis, ierr))
     PetscCall(pod%destroy(ierr))
   end subroutine find_modes
-
-  !> z > 0 at the training points: closed pairs, but open anchors.
-  subroutine keep_start_sets(multipliers, data)
-    !> [force] shape (n_multipliers, n_points)
-    real(rk), intent(in) :: multipliers(:, :)
-    type(condensed_data_t), intent(inout) :: data
-    logical :: is_active(size(multipliers, 1), size(multipliers, 2))
-
-    is_active = multipliers > 0
-    is_active(data%anchors, :) = .not. is_active(data%anchors, :)
-    data%start_sets = pack_columns(is_active)
-  end subroutine keep_start_sets
 
   !> Largest size of the forces in the norm of W.
   subroutine measure_forces(multipliers, data)

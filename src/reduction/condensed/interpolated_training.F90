@@ -6,21 +6,22 @@
 !> The training points were solved with constants of their own: they measure the error, and are no part of the interpolation.
 module sig_interpolated_training
   use sig_body_constants, only: body_constants_t, find_body_constants, joined_body_t
-  use sig_body_nodes, only: fill_nodes, grow_nodes, start_body
+  use sig_body_nodes, only: close_anchors, fill_nodes, grow_nodes, start_body
   use sig_condensed_plan, only: displacement_plan_t, plan_displacements
+  use sig_contact_responses, only: anchor_forces
   use sig_errors, only: error_t, exit_not_converged, make_error
   use sig_full_order, only: full_order_t, team_t
   use sig_holding, only: anchors_t, find_anchors
   use sig_interpolated_data, only: interpolated_data_t
   use sig_interpolation_residuals, only: measure_residuals
   use sig_kinds, only: rk
-  use sig_linear_algebra, only: unit_vector
   use sig_log, only: log_info
   use sig_polynomial_nodes, only: most_variables, number_of_polynomials
   use sig_problem, only: problem_t
   use sig_reduced, only: reduced_t
   use sig_reduced_interpolated, only: reduced_interpolated_t
-  use sig_response_errors, only: keep_start_sets, measure_responses
+  use sig_reference_sets, only: start_sets_of
+  use sig_response_errors, only: measure_responses
   use sig_text, only: counted, short_number, to_text
   use sig_training_set, only: training_set_t
   use petsc
@@ -33,8 +34,6 @@ module sig_interpolated_training
   !> nodes of a body: more would take longer than what the model is for
   integer, parameter :: most_nodes = 170
   integer, parameter :: usual_degree = 7
-  !> [-] a load that works less than this share of its parts on a free motion is in equilibrium
-  real(rk), parameter :: rounding = 1.0e-12_rk
 
 contains
 
@@ -103,14 +102,15 @@ contains
     call find_anchors(team%solver%system%motions, anchors)
     data%anchors = anchors%rows
     data%anchor_closing = anchors%closing
-    data%gap = problem%rows%gap - matmul(anchors%closing, problem%rows%gap(anchors%rows, :))
-    data%gap(anchors%rows, :) = problem%rows%gap(anchors%rows, :)
-    call start_anchors(team, anchors, data)
+    data%gap = problem%rows%gap
+    call close_anchors(anchors, data%gap)
+    data%anchor_forces = anchor_forces(team%solver%system, anchors)
+    call move_anchors(team, anchors, data)
     allocate (data%bodies(size(constants)))
     do i = 1, size(constants)
       call start_body(problem, constants(i), i, data)
     end do
-    call keep_start_sets(snapshots%forces(), data)
+    data%start_sets = start_sets_of(snapshots%forces(), data%anchors)
   end subroutine start_data
 
   !> Mean number of nodes of the bodies that their interpolation is likely to need.
@@ -122,33 +122,20 @@ contains
       size(constants)
   end function usual_nodes_of
 
-  !> Forces of the anchors under each term, and how their motions move the exact dofs. Local.
-  subroutine start_anchors(team, anchors, data)
+  !> How the motions of the anchors move the exact dofs. Local.
+  subroutine move_anchors(team, anchors, data)
     type(team_t), intent(in) :: team
     type(anchors_t), intent(in) :: anchors
     type(interpolated_data_t), intent(inout) :: data
-    real(rk) :: work(size(anchors%rows)), work_size(size(anchors%rows))
     real(rk), allocatable :: motion(:)
-    integer :: i, n_terms
+    integer :: i
 
-    associate (system => team%solver%system)
-      n_terms = system%boundary%n_terms
-      allocate (data%anchor_forces(size(anchors%rows), n_terms), source=0.0_rk)
-      allocate (data%anchor_motions(size(data%exact_dofs), size(anchors%rows)))
-      if (size(anchors%rows) == 0) return
-      do i = 1, n_terms
-        associate (forces => system%load(unit_vector(n_terms, i)))
-          work = matmul(system%motions%work(forces), anchors%amplitudes)
-          work_size = matmul(system%motions%work_size(forces), abs(anchors%amplitudes))
-        end associate
-        data%anchor_forces(:, i) = merge(work, 0.0_rk, abs(work) > rounding * work_size)
-      end do
-      do i = 1, size(anchors%rows)
-        motion = system%motions%field(anchors%amplitudes(:, i))
-        data%anchor_motions(:, i) = motion(data%exact_dofs)
-      end do
-    end associate
-  end subroutine start_anchors
+    allocate (data%anchor_motions(size(data%exact_dofs), size(anchors%rows)))
+    do i = 1, size(anchors%rows)
+      motion = team%solver%system%motions%field(anchors%amplitudes(:, i))
+      data%anchor_motions(:, i) = motion(data%exact_dofs)
+    end do
+  end subroutine move_anchors
 
   pure logical function any_variable(constants)
     type(body_constants_t), intent(in) :: constants(:)

@@ -7,7 +7,7 @@ module sig_interpolation_residuals
   use sig_body_constants, only: body_constants_t, joined_body_t
   use sig_body_nodes, only: close_anchors, dofs_of_body, responses_t, solve_node
   use sig_contact_responses, only: close_rows
-  use sig_errors, only: error_t, exit_not_converged, make_error
+  use sig_errors, only: error_t
   use sig_full_order, only: team_t
   use sig_holding, only: anchors_t
   use sig_interpolated_data, only: interpolated_data_t
@@ -16,7 +16,6 @@ module sig_interpolation_residuals
   use sig_linear_algebra, only: transposed_product
   use sig_petsc_support, only: broadcast_columns, multiply_block, sum_over_ranks
   use sig_problem, only: problem_t
-  use sig_reasons, only: reason_converged
   use sig_singular_values, only: svd
   use petsc
   implicit none(type, external)
@@ -77,7 +76,7 @@ contains
   pure real(rk) function widest_place(data, i_body) result(widest)
     type(interpolated_data_t), intent(in) :: data
     integer, intent(in) :: i_body
-    real(rk) :: largest, place
+    real(rk) :: distance, largest, place
     integer :: i
 
     largest = -1
@@ -85,23 +84,13 @@ contains
     associate (nodes => data%bodies(i_body)%nodes)
       do i = 1, n_places
         place = nodes%lower(1) + (nodes%upper(1) - nodes%lower(1)) * (1 + real(i - 1, rk) / (n_places - 1)) / 3
-        if (abs(node_product(constants_of_nodes(data, i_body), place)) <= largest) cycle
-        largest = abs(node_product(constants_of_nodes(data, i_body), place))
+        distance = abs(node_product(nodes%on_line(), place))
+        if (distance <= largest) cycle
+        largest = distance
         widest = place
       end do
     end associate
   end function widest_place
-
-  pure function constants_of_nodes(data, i_body) result(values)
-    type(interpolated_data_t), intent(in) :: data
-    integer, intent(in) :: i_body
-    real(rk) :: values(data%bodies(i_body)%nodes%n_nodes())
-    integer :: i
-
-    do i = 1, size(values)
-      values(i) = sum(data%bodies(i_body)%nodes%node(i))
-    end do
-  end function constants_of_nodes
 
   !> Responses to loads, prescribed displacements and contact forces at a node of each body, or behind the last node at its place.
   !> Collective.
@@ -120,7 +109,7 @@ contains
     type(error_t), allocatable, intent(out) :: error
     PetscErrorCode, intent(out) :: ierr
     type(responses_t) :: responses
-    integer :: i, reason
+    integer :: i
 
     do i = 1, size(constants)
       if (.not. has_identity(constants(i))) cycle
@@ -130,12 +119,8 @@ contains
         call joined%set(problem, constants(i), i, data%bodies(i)%nodes%node(i_node))
       end if
     end do
-    PetscCall(solve_node(problem, team, joined, responses, reason, ierr))
-    data%n_factorizations = data%n_factorizations + 1
-    if (reason /= reason_converged) then
-      call make_error(error, 'the stiffness could not be factored', problem%deck%path, exit_code=exit_not_converged)
-      return
-    end if
+    PetscCall(solve_node(problem, team, joined, data, responses, error, ierr))
+    if (allocated(error)) return
     anchors = responses%anchors
     associate (n_driving => size(responses%loaded, 2))
       allocate (columns(size(responses%loaded, 1), 2 * n_driving + size(responses%contact, 2)))
@@ -202,7 +187,7 @@ contains
         own = missing
         own(pack_false(is_own(system%map%local_dofs)), :) = 0
         factor = stiffness_factor(places(i), constants(i)%denominators(1) > 0, data%bodies(i)%is_thin) / &
-          node_product(constants_of_nodes(data, i), places(i))
+          node_product(data%bodies(i)%nodes%on_line(), places(i))
         associate (bound => data%bodies(i)%bound)
           bound%place = places(i)
           bound%residuals = factor**2 * transposed_product(own, forces)

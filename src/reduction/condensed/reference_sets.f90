@@ -10,7 +10,7 @@ module sig_reference_sets
   use sig_pivot_transform, only: transform_matrix
   implicit none(type, external)
   private
-  public :: choose_references, group_sets
+  public :: choose_references, group_sets, start_sets_of
 
   !> more gain little
   integer, parameter :: most_references = 32
@@ -18,6 +18,21 @@ module sig_reference_sets
   integer, parameter :: most_candidates = 1000
 
 contains
+
+  !> z > 0 at the training points, as bits: closed pairs, but open anchors.
+  pure function start_sets_of(multipliers, anchors) result(sets)
+    !> [force] shape (n_multipliers, n_points)
+    real(rk), intent(in) :: multipliers(:, :)
+    !> 1-based among the multipliers
+    integer, intent(in) :: anchors(:)
+    !> shape (n_words(n_multipliers), n_points)
+    integer, allocatable :: sets(:, :)
+    logical :: is_active(size(multipliers, 1), size(multipliers, 2))
+
+    is_active = multipliers > 0
+    is_active(anchors, :) = .not. is_active(anchors, :)
+    sets = pack_columns(is_active)
+  end function start_sets_of
 
   !> Fills references and transforms. A reference whose transform does not exist is left out.
   !>

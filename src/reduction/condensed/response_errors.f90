@@ -2,10 +2,7 @@
 !> Contact forces of interpolated responses against those of the training points, which were solved with constants of their own.
 module sig_response_errors
   use sig_answer, only: answer_t, comparable_size
-  use sig_bits, only: pack_columns
-  use sig_interpolated_data, only: interpolated_data_t
   use sig_kinds, only: rk
-  use sig_linear_algebra, only: multiply
   use sig_problem, only: problem_t
   use sig_reduced, only: neighbors_t, reduced_t, room_t
   use sig_reduced_interpolated, only: reduced_interpolated_t
@@ -13,21 +10,9 @@ module sig_response_errors
   use sig_training_set, only: training_set_t
   implicit none(type, external)
   private
-  public :: keep_start_sets, measure_responses
+  public :: measure_responses
 
 contains
-
-  !> z > 0 at the training points: closed pairs, but open anchors.
-  subroutine keep_start_sets(multipliers, data)
-    !> [force] shape (n_multipliers, n_points)
-    real(rk), intent(in) :: multipliers(:, :)
-    type(interpolated_data_t), intent(inout) :: data
-    logical :: is_active(size(multipliers, 1), size(multipliers, 2))
-
-    is_active = multipliers > 0
-    is_active(data%anchors, :) = .not. is_active(data%anchors, :)
-    data%start_sets = pack_columns(is_active)
-  end subroutine keep_start_sets
 
   !> Sets measured_error and largest_size. Local.
   subroutine measure_responses(problem, snapshots, reduced)
@@ -46,7 +31,8 @@ contains
     do i = 1, size(errors)
       errors(i) = error_at(reduced, i, theta(:, i), forces(:, i), room)
       sizes(i) = norm2(forces(:, i))
-      reduced%data%largest_size = max(reduced%data%largest_size, size_in_energy(reduced%data, theta(:, i), forces(:, i)))
+      ! the room holds W of the point
+      reduced%data%largest_size = max(reduced%data%largest_size, reduced%size_in_energy(room, forces(:, i)))
     end do
     do i = 1, size(errors)
       if (errors(i) > 0) errors(i) = errors(i) / max(comparable_size(sizes(i), maxval(sizes)), tiny(1.0_rk))
@@ -72,18 +58,4 @@ contains
     error = huge(error)
     if (answer%reason > 0) error = norm2(answer%multipliers - forces)
   end function error_at
-
-  !> [sqrt(force*length)] sqrt(lambda' W lambda), without the anchors.
-  real(rk) function size_in_energy(data, theta, forces) result(norm)
-    type(interpolated_data_t), intent(in) :: data
-    real(rk), contiguous, intent(in) :: theta(:)
-    real(rk), intent(in) :: forces(:)
-    real(rk) :: compliance(size(forces), size(forces)), opening(size(forces)), own(size(forces)), closing(size(forces))
-
-    call data%evaluate(theta, compliance, opening)
-    own = forces
-    own(data%anchors) = 0
-    call multiply(1.0_rk, compliance, own, 0.0_rk, closing)
-    norm = sqrt(max(0.0_rk, dot_product(own, closing)))
-  end function size_in_energy
 end module sig_response_errors
