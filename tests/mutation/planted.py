@@ -426,6 +426,13 @@ PLANTED = [
     ),
     # reduction
     Planted(
+        SRC + "reduction/condensed/response_errors.f90",
+        "if (answer%reason > 0 .and. self%is_answered(i)) changes",
+        "if (.false.) changes",
+        "nothing but the training points decides how many nodes an interpolation has",
+        further="verification.test_interpolated_stiffness",
+    ),
+    Planted(
         SRC + "reduction/pod_rank.f90",
         "where (sizes > negligible * maxval(sizes))",
         "where (sizes > negligible)",

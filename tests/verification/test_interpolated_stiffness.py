@@ -8,72 +8,12 @@ import numpy as np
 import pytest
 import yaml
 
-from block_meshes import stacked_blocks
-from runs import read_report, read_table, write_input
+from runs import read_report, read_table
+from varying_decks import HANGING, MODULUS, RATIOS, write_one_ratio, write_study, write_two_materials
 
 # moduli that scale a whole body: what is left is rounding; otherwise reduction.stiffness_tolerance
 EXACT = 1e-10
 TOLERANCE = 1e-6
-STUDY = "training: {sobol: 20}\ntest: {sobol: 12, seed: 3}\n"
-MODULUS = {
-    "young_modulus: 78.0e3": "young_modulus: E",
-    "materials:\n": "  E: {min: 40.0e3, max: 160.0e3, unit: MPa}\nmaterials:\n",
-}
-RATIOS = {
-    "poisson_ratio: 0.34": "poisson_ratio: nu_cladding",
-    "poisson_ratio: 0.3}": "poisson_ratio: nu_fuel}",
-    "materials:\n": "  nu_fuel: {min: 0.2, max: 0.4, unit: '1'}\n"
-    "  nu_cladding: {min: 0.25, max: 0.4, unit: '1'}\nmaterials:\n",
-}
-HANGING = {
-    "young_modulus: 207.0e3, poisson_ratio: 0.29": "young_modulus: E, poisson_ratio: nu",
-    "materials:\n": "  E: {min: 100.0e3, max: 250.0e3, unit: MPa}\n"
-    "  nu: {min: 0.2, max: 0.4, unit: '1'}\nmaterials:\n",
-}
-# A core and a rim of one body, a block that only contact holds in height; tilted by a load that wanders.
-TWO_MATERIALS = """\
-title: A block of two materials under another one
-units: {length: mm, force: N}
-mesh: {file: two_materials.msh, model: solid}
-parameters:
-  ratio: {min: 0.3, max: 1.5, unit: "1"}
-  E: {min: 100.0e3, max: 250.0e3, unit: MPa}
-  nu: {min: 0.2, max: 0.4, unit: "1"}
-  P: {min: 0.0, max: 300.0, unit: MPa}
-materials:
-  core: {regions: [core], young_modulus: E * ratio, poisson_ratio: nu}
-  rim: {regions: [rim], young_modulus: E, poisson_ratio: 0.3}
-  cover: {regions: [upper], young_modulus: 2 * E, poisson_ratio: 0.25}
-boundary_conditions:
-  - {boundary: bottom, displacement: {x: 0, y: 0, z: 0}}
-  - {boundary: left, displacement: {x: 0}}
-  - {boundary: front, displacement: {y: 0}}
-loads:
-  - {boundary: top, pressure: "P * (1.2 - x)"}
-contact:
-  - {first: lower_face, second: upper_face, initial_gap: "4e-4 * (x^2 + y)"}
-"""
-
-
-def write_two_materials(folder):
-    """The deck and its mesh: cells of the lower block beside the middle are the core."""
-    mesh = stacked_blocks("H8", 3)
-    for i, (kind, name, nodes) in enumerate(mesh.elements):
-        if name == "lower":
-            is_core = mesh.coordinates[nodes, 0].mean() < 0.5
-            mesh.elements[i] = (kind, "core" if is_core else "rim", nodes)
-    mesh.write(folder / "two_materials.msh")
-    deck = folder / "two_materials.yaml"
-    deck.write_text(TWO_MATERIALS + STUDY)
-    return deck
-
-
-def write_study(name, folder, changes):
-    """A deck of input/ with other constants, all defaults of reduction, and few points."""
-    deck = write_input(name, folder, changes)
-    text = re.sub(r"(?ms)^training:.*", "", deck.read_text())
-    deck.write_text(text + STUDY)
-    return deck
 
 
 def largest_errors(signorom, deck, n_ranks=1):
@@ -99,6 +39,18 @@ def test_model_is_the_full_order(signorom, tmp_path, figures, name, changes, all
     forces, _ = largest_errors(signorom, deck)
     figures.at_most(
         f"{name}, elastic constants as parameters", "forces", forces, allowed, "K factored at each point"
+    )
+
+
+def test_training_points_that_say_little(signorom, tmp_path, figures):
+    """All training points have the constants of a node, where interpolation is exact: probes see the other ones."""
+    deck = write_study("pellet_cladding", tmp_path, RATIOS)
+    rows = [f"{pressure},{height},0.3,0.325" for pressure in (5, 100, 200) for height in (0.6, 3, 6)]
+    (tmp_path / "middle.csv").write_text("\n".join(["P1,h1,nu_fuel,nu_cladding", *rows, ""]))
+    deck.write_text(re.sub(r"(?m)^training: .*$", "training: {file: middle.csv}", deck.read_text()))
+    forces, _ = largest_errors(signorom, deck)
+    figures.at_most(
+        "pellet_cladding, trained at one node", "forces", forces, TOLERANCE, "K factored at each point"
     )
 
 
@@ -155,16 +107,6 @@ def test_report_tells_the_interpolation(signorom, tmp_path):
 
 
 CONSTANTS = {"pellet_cladding": RATIOS, "bracket": HANGING, "core_and_rim": None}
-
-
-def write_one_ratio(folder):
-    """Two materials in one body with a ratio of moduli as its one constant."""
-    deck = write_two_materials(folder)
-    text = deck.read_text().replace(
-        "young_modulus: E * ratio, poisson_ratio: nu", "young_modulus: E * ratio, poisson_ratio: 0.3"
-    )
-    deck.write_text(re.sub(r"(?m)^  nu: .*\n", "", text))
-    return deck
 
 
 def with_numbers(text, values):

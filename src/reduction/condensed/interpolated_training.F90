@@ -21,7 +21,7 @@ module sig_interpolated_training
   use sig_reduced, only: reduced_t
   use sig_reduced_interpolated, only: reduced_interpolated_t
   use sig_reference_sets, only: start_sets_of
-  use sig_response_errors, only: measure_responses
+  use sig_response_errors, only: measure_responses, probes_t
   use sig_text, only: counted, short_number, to_text
   use sig_training_set, only: training_set_t
   use petsc
@@ -29,7 +29,7 @@ module sig_interpolated_training
   private
   public :: train_interpolated
 
-  !> [-] of the tolerance: the training points are not the worst ones
+  !> [-] of the tolerance: neither the training points nor the probes are the worst ones
   real(rk), parameter :: caution = 0.25_rk
   !> nodes of a body: more would take longer than what the model is for
   integer, parameter :: most_nodes = 170
@@ -52,6 +52,7 @@ contains
     type(body_constants_t), allocatable :: constants(:)
     type(joined_body_t) :: joined
     type(reduced_interpolated_t), allocatable :: reduced
+    type(probes_t) :: probes
     type(team_t), pointer :: team
     integer :: i_round
     logical :: is_good
@@ -63,6 +64,7 @@ contains
       call joined%create(problem, constants)
       allocate (reduced)
       call start_data(problem, team, constants, snapshots, reduced%data)
+      call probes%create(problem, snapshots)
       i_round = 0
       is_good = .false.
       do while (.not. is_good)
@@ -74,8 +76,9 @@ contains
         PetscCall(fill_nodes(problem, team, constants, joined, reduced%data, error, ierr))
         if (allocated(error)) return
         call measure_responses(problem, snapshots, reduced)
+        call probes%compare(reduced)
         is_good = .not. any_variable(constants) .or. &
-          reduced%data%measured_error <= caution * problem%deck%reduction%stiffness_tolerance
+          max(reduced%data%measured_error, probes%error) <= caution * problem%deck%reduction%stiffness_tolerance
         i_round = i_round + 1
       end do
       PetscCall(measure_residuals(problem, team, constants, joined, reduced%data, error, ierr))

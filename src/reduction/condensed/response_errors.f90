@@ -1,8 +1,14 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Contact forces of interpolated responses against those of the training points, which were solved with constants of their own.
+!> Contact forces of interpolated responses against those of the training points, which were solved with constants of their own, and
+!> against those of the round before at points in between.
+!>
+!> Few training points need not have the worst constants. So the forces at many more points are compared with those of one degree
+!> less, which have nearly the error of that degree; how much smaller the error of the new degree is, the training points tell.
 module sig_response_errors
   use sig_answer, only: answer_t, comparable_size
+  use sig_deck_config, only: parameter_config_t
   use sig_kinds, only: rk
+  use sig_latin_hypercube, only: latin_hypercube_points
   use sig_problem, only: problem_t
   use sig_reduced, only: neighbors_t, reduced_t, room_t
   use sig_reduced_interpolated, only: reduced_interpolated_t
@@ -10,7 +16,28 @@ module sig_response_errors
   use sig_training_set, only: training_set_t
   implicit none(type, external)
   private
-  public :: measure_responses
+  public :: measure_responses, probes_t
+
+  !> Points in the box of the parameters, and the forces of the last round there.
+  type :: probes_t
+    !> [-] estimated error of the forces of the last round, relative as the measured one; huge before there are two rounds
+    real(rk) :: error = huge(1.0_rk)
+    !> terms, shape (n_terms, n_probes), and the nearest training point
+    real(rk), allocatable, private :: theta(:, :)
+    integer, allocatable, private :: nearest(:)
+    !> [force] shape (n_multipliers, n_probes)
+    real(rk), allocatable, private :: forces(:, :)
+    logical, allocatable, private :: is_answered(:)
+    !> [-] of the training points in the last round
+    real(rk), private :: measured_error = huge(1.0_rk)
+  contains
+    procedure :: create
+    procedure :: compare
+  end type probes_t
+
+  integer, parameter :: n_probes = 200
+  !> [-] a smaller share of the error that is left says that the training points meet nodes
+  real(rk), parameter :: fastest = 0.05_rk
 
 contains
 
@@ -53,9 +80,76 @@ contains
     type(answer_t) :: answer
 
     nobody => null()
-    call answer%start(1, size(theta), 0, size(forces), size(forces))
+    call answer%start(1, size(theta), reduced%n_modes(), size(forces), size(forces))
     call reduced%solve(theta, neighbors_t(nearest=i), nobody, room, answer)
     error = huge(error)
     if (answer%reason > 0) error = norm2(answer%multipliers - forces)
   end function error_at
+
+  !> None behind the first one where a term has no value.
+  subroutine create(self, problem, snapshots)
+    class(probes_t), intent(out) :: self
+    type(problem_t), intent(in) :: problem
+    type(training_set_t), intent(in) :: snapshots
+    real(rk) :: points(size(problem%deck%parameters), n_probes)
+    integer :: i, i_bad_point, i_bad_source
+
+    points = latin_hypercube_points(size(points, 1), n_probes, 1)
+    associate (parameters => problem%deck%parameters)
+      do i = 1, n_probes
+        points(:, i) = parameters%minimum + (parameters%maximum - parameters%minimum) * points(:, i)
+      end do
+      call evaluate_points(problem%terms, points, self%theta, i_bad_point, i_bad_source)
+      if (i_bad_point > 0) self%theta = self%theta(:, :i_bad_point - 1)
+      self%nearest = [(nearest_of(parameters, snapshots%parameters, points(:, i)), i=1, size(self%theta, 2))]
+    end associate
+    allocate (self%forces(problem%rows%n_rows, size(self%theta, 2)), source=0.0_rk)
+    allocate (self%is_answered(size(self%theta, 2)), source=.false.)
+  end subroutine create
+
+  !> The training point with the smallest distance, the box taken as of side 1.
+  pure integer function nearest_of(parameters, points, point) result(nearest)
+    type(parameter_config_t), intent(in) :: parameters(:)
+    real(rk), intent(in) :: points(:, :)
+    real(rk), intent(in) :: point(:)
+    real(rk) :: sides(size(point)), squares(size(points, 2))
+    integer :: i
+
+    sides = max(parameters%maximum - parameters%minimum, tiny(1.0_rk))
+    squares = [(sum(((points(:, i) - point) / sides)**2), i=1, size(points, 2))]
+    nearest = minloc(squares, dim=1)
+  end function nearest_of
+
+  !> Takes the forces of a new round. Requires: measure_responses of the round.
+  subroutine compare(self, reduced)
+    class(probes_t), intent(inout) :: self
+    type(reduced_interpolated_t), intent(in) :: reduced
+    class(reduced_t), pointer :: nobody
+    class(room_t), allocatable :: room
+    type(answer_t) :: answer
+    real(rk) :: changes(size(self%nearest)), sizes(size(self%nearest))
+    integer :: i
+
+    nobody => null()
+    call reduced%create_room(room)
+    changes = 0
+    do i = 1, size(changes)
+      associate (theta => self%theta(:, i), forces => self%forces(:, i))
+        call answer%start(1, size(theta), reduced%n_modes(), size(forces), size(forces))
+        call reduced%solve(theta, neighbors_t(nearest=self%nearest(i)), nobody, room, answer)
+        if (answer%reason > 0 .and. self%is_answered(i)) changes(i) = norm2(answer%multipliers - forces)
+        self%is_answered(i) = answer%reason > 0
+        forces = answer%multipliers
+        sizes(i) = norm2(forces)
+      end associate
+    end do
+    do i = 1, size(changes)
+      if (changes(i) > 0) changes(i) = changes(i) / max(comparable_size(sizes(i), maxval(sizes)), tiny(1.0_rk))
+    end do
+    associate (now => reduced%data%measured_error, before => self%measured_error)
+      self%error = huge(self%error)
+      if (before < huge(before)) self%error = maxval(changes) * min(1.0_rk, max(fastest, now / max(before, tiny(before))))
+      before = now
+    end associate
+  end subroutine compare
 end module sig_response_errors
