@@ -182,6 +182,23 @@ int signorom_get_coordinates(const signorom_context *context, double *coordinate
 int signorom_get_displacement(const signorom_context *context, double *displacement);
 int signorom_get_displacement_at(signorom_context *context, int n, const int *nodes, double *displacement);
 
+/* Derivatives of the last answer with respect to each parameter, while contacts that push stay closed and open ones
+ * stay open. A contact that touches without a force (n_grazing of them) may do either: then, and at a kink of an
+ * expression of the deck, the derivative towards larger values (direction 1) is not the one towards smaller values
+ * (direction -1), and is_one_sided [n_parameters] is 1. Both pointers may be null. Only contact forces that the model
+ * solves for exactly have derivatives, those of kinds condensed, interpolated and tied: SIGNOROM_NO_ANSWER otherwise,
+ * where a load jumps at the point (whole_edges), and where the forces are not unique. It costs about a query per
+ * parameter. */
+int signorom_differentiate(signorom_context *context, int direction, int *n_grazing, int *is_one_sided);
+/* Of the contact forces [n_parameters][n_contacts]. */
+int signorom_get_multiplier_gradient(signorom_context *context, double *gradient);
+/* Of the resultants and their moments on each entry, as in signorom_get_resultants: [n_parameters][n_entries]
+ * [n_dimensions] and [n_parameters][n_entries][n_moments]. */
+int signorom_get_resultant_gradient(signorom_context *context, double *forces, double *moments);
+/* Of the displacement of chosen nodes [n_parameters][n][n_dimensions]; SIGNOROM_NO_ANSWER where one of them has none.
+ */
+int signorom_get_displacement_gradient_at(signorom_context *context, int n, const int *nodes, double *gradient);
+
 #ifdef __cplusplus
 }
 #endif

@@ -27,6 +27,7 @@ module sig_polynomial_nodes
     procedure :: node
     procedure :: on_line
     procedure :: weights
+    procedure :: weight_changes
   end type polynomial_nodes_t
 
   !> candidates of one variable, and of several
@@ -109,6 +110,26 @@ contains
       values = values + polynomial(self%degrees(:, i), scaled) * self%inverse(i, :)
     end do
   end subroutine weights
+
+  !> How the weights change as the place moves.
+  pure subroutine weight_changes(self, place, move, values)
+    class(polynomial_nodes_t), intent(in) :: self
+    !> in the units of the box, shape (n_variables)
+    real(rk), intent(in) :: place(:)
+    real(rk), intent(in) :: move(:)
+    !> [-] shape (n_nodes)
+    real(rk), contiguous, intent(inout) :: values(:)
+    real(rk) :: scaled(size(place)), scaled_move(size(place))
+    integer :: i
+
+    values = 0
+    if (.not. any(abs(move) > 0)) return
+    scaled = (2 * place - self%lower - self%upper) / (self%upper - self%lower)
+    scaled_move = 2 * move / (self%upper - self%lower)
+    do i = 1, size(values)
+      values = values + polynomial_change(self%degrees(:, i), scaled, scaled_move) * self%inverse(i, :)
+    end do
+  end subroutine weight_changes
 
   !> Of n variables up to a total degree: (degree + n) over n.
   pure integer function number_of_polynomials(n_variables, degree) result(number)
@@ -207,21 +228,64 @@ contains
   pure real(rk) function polynomial(degrees, point)
     integer, intent(in) :: degrees(:)
     real(rk), intent(in) :: point(:)
-    real(rk) :: before, next, value
-    integer :: i, k
+    integer :: i
 
     polynomial = 1
     do i = 1, size(degrees)
-      value = 1
-      before = point(i)
-      do k = 1, degrees(i)
-        next = 2 * point(i) * value - before
-        before = value
-        value = next
-      end do
-      polynomial = polynomial * value
+      polynomial = polynomial * chebyshev(degrees(i), point(i))
     end do
   end function polynomial
+
+  !> Its change as the point moves.
+  pure real(rk) function polynomial_change(degrees, point, move) result(change)
+    integer, intent(in) :: degrees(:)
+    real(rk), intent(in) :: point(:)
+    real(rk), intent(in) :: move(:)
+    real(rk) :: factor
+    integer :: i, k
+
+    change = 0
+    do i = 1, size(degrees)
+      factor = chebyshev_slope(degrees(i), point(i)) * move(i)
+      do k = 1, size(degrees)
+        if (k /= i) factor = factor * chebyshev(degrees(k), point(k))
+      end do
+      change = change + factor
+    end do
+  end function polynomial_change
+
+  !> T_n(x) by T_k+1 = 2 x T_k - T_k-1.
+  pure real(rk) function chebyshev(degree, x) result(value)
+    integer, intent(in) :: degree
+    real(rk), intent(in) :: x
+    real(rk) :: before, next
+    integer :: k
+
+    value = 1
+    before = x
+    do k = 1, degree
+      next = 2 * x * value - before
+      before = value
+      value = next
+    end do
+  end function chebyshev
+
+  !> T_n'(x) = n U_n-1(x), with U_k+1 = 2 x U_k - U_k-1.
+  pure real(rk) function chebyshev_slope(degree, x) result(slope)
+    integer, intent(in) :: degree
+    real(rk), intent(in) :: x
+    real(rk) :: before, next
+    integer :: k
+
+    slope = 0
+    before = -1
+    do k = 1, degree
+      next = 2 * x * slope - before
+      before = slope
+      slope = next
+    end do
+    slope = degree * slope
+  end function chebyshev_slope
 
   !> Gaussian elimination: the candidate with the largest entry is the next pivot; the first of equal ones.
   pure subroutine choose_pivots(values, chosen)

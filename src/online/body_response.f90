@@ -48,6 +48,7 @@ module sig_body_response
   contains
     procedure :: modulus_ratio
     procedure :: weights_at
+    procedure :: variables_at
     procedure :: add_compliance
     procedure :: add_opening
     procedure :: add_field
@@ -78,8 +79,18 @@ contains
     !> [-] shape (n_nodes)
     real(rk), contiguous, intent(inout) :: weights(:)
 
-    call self%nodes%weights(to_variable(constants_at(self, theta), self%denominators > 0, self%is_logarithmic), weights)
+    call self%nodes%weights(self%variables_at(theta), weights)
   end subroutine weights_at
+
+  !> The variables of the interpolation at a point.
+  pure function variables_at(self, theta) result(variables)
+    class(body_response_t), intent(in) :: self
+    real(rk), intent(in) :: theta(:)
+    !> shape (n_variables)
+    real(rk) :: variables(size(self%numerators))
+
+    variables = to_variable(constants_at(self, theta), self%denominators > 0, self%is_logarithmic)
+  end function variables_at
 
   !> [-] The interpolated constants at a point.
   pure function constants_at(self, theta) result(constants)

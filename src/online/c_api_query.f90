@@ -124,6 +124,8 @@ contains
     real(rk), intent(in) :: point(:)
     integer(c_int), intent(out) :: code
 
+    handle%point = point
+    handle%has_gradient = .false.
     call handle%query%evaluate(handle%model%online, point, handle%answer)
     handle%has_answer = handle%answer%reason > 0
     code = code_ok

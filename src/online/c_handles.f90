@@ -3,6 +3,7 @@
 module sig_c_handles
   use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_double, c_f_pointer, c_int, c_null_char, c_ptr
   use sig_answer, only: answer_t
+  use sig_gradient, only: gradient_t
   use sig_kinds, only: rk
   use sig_online_model, only: online_model_t
   use sig_query, only: query_t
@@ -39,9 +40,14 @@ module sig_c_handles
     type(query_t) :: query
     type(answer_t) :: answer
     type(rooms_t) :: rooms
+    !> the last point, and how its answer changes with the parameters
+    real(rk), allocatable :: point(:)
+    type(gradient_t) :: gradient
     logical :: is_ready = .false.
     !> the last question had an answer
     logical :: has_answer = .false.
+    !> and derivatives
+    logical :: has_gradient = .false.
     type(c_text_t) :: message
   end type context_handle_t
 

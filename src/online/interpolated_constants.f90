@@ -8,7 +8,7 @@ module sig_interpolated_constants
   use sig_kinds, only: rk
   implicit none(type, external)
   private
-  public :: to_constant, to_variable
+  public :: to_constant, to_variable, variable_change
 
 contains
 
@@ -27,6 +27,23 @@ contains
       variable = -log(1 - 2 * constant)
     end if
   end function to_variable
+
+  !> How the variable changes with the constant.
+  elemental real(rk) function variable_change(constant, change, is_ratio_of_moduli, is_logarithmic)
+    !> [-]
+    real(rk), intent(in) :: constant
+    real(rk), intent(in) :: change
+    logical, intent(in) :: is_ratio_of_moduli
+    logical, intent(in) :: is_logarithmic
+
+    variable_change = change
+    if (.not. is_logarithmic) return
+    if (is_ratio_of_moduli) then
+      variable_change = change / constant
+    else
+      variable_change = 2 * change / (1 - 2 * constant)
+    end if
+  end function variable_change
 
   !> The inverse.
   elemental real(rk) function to_constant(variable, is_ratio_of_moduli, is_logarithmic) result(constant)

@@ -18,6 +18,7 @@ module sig_online_model
     procedure :: nearest_point
     procedure :: opposite_point
     procedure :: is_inside_box
+    procedure :: lengths_at
   end type online_model_t
 
   !> a point counts as inside when it is beyond a side by less than this part of the side's length (rounded grid points)
@@ -123,4 +124,15 @@ contains
         point(k) <= self%model%box(2, k) + margin
     end do
   end function is_inside_box
+
+  !> Lengths to measure steps by, in the units of the parameters: sides of the box, else the size of the value, else 1.
+  pure function lengths_at(self, point) result(lengths)
+    class(online_model_t), intent(in) :: self
+    real(rk), intent(in) :: point(:)
+    real(rk) :: lengths(size(point))
+
+    lengths = self%model%box(2, :) - self%model%box(1, :)
+    where (.not. lengths > 0) lengths = abs(point)
+    where (.not. lengths > 0) lengths = 1
+  end function lengths_at
 end module sig_online_model

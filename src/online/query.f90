@@ -2,11 +2,13 @@
 !> Answers of a model at parameter points: the part that the choice names, the fallback where it has no answer, a certificate.
 module sig_query
   use sig_answer, only: answer_t
+  use sig_gradient, only: gradient_t
   use sig_kinds, only: rk
   use sig_online_model, only: online_model_t
   use sig_reasons, only: reason_bad_point, reason_bad_term, reason_converged, reason_large_bound
   use sig_reduced, only: neighbors_t, reduced_t
   use sig_rooms, only: rooms_t
+  use sig_term_derivatives, only: differentiate_terms
   use sig_term_values, only: term_values_t
   implicit none(type, external)
   private
@@ -20,6 +22,7 @@ module sig_query
   contains
     procedure :: create
     procedure :: evaluate
+    procedure :: differentiate
     procedure :: destroy
   end type query_t
 
@@ -72,6 +75,38 @@ contains
     answer%reason = merge(reason_converged, reason_bad_term, is_valid)
     if (is_valid) call answer_at(self, online, near, answer)
   end subroutine evaluate
+
+  !> How an answer changes with the parameters.
+  !>
+  !> Errors: message is allocated when there is no derivative.
+  subroutine differentiate(self, online, point, answer, direction, gradient, message)
+    class(query_t), intent(inout) :: self
+    !> the model of create
+    type(online_model_t), intent(in) :: online
+    !> of evaluate
+    real(rk), intent(in) :: point(:)
+    !> of evaluate, with a solution
+    type(answer_t), intent(in) :: answer
+    !> +1: towards larger values of each parameter; -1: towards smaller ones
+    integer, intent(in) :: direction
+    type(gradient_t), intent(inout) :: gradient
+    character(:), allocatable, intent(out) :: message
+    logical :: is_kink(size(point))
+    integer :: i_failed
+
+    gradient%part = answer%part
+    gradient%direction = direction
+    if (allocated(gradient%theta)) deallocate (gradient%theta)
+    allocate (gradient%theta(size(answer%theta), size(point)))
+    call differentiate_terms(self%terms, point, online%lengths_at(point), direction, gradient%theta, is_kink, i_failed)
+    if (i_failed > 0) then
+      message = 'there is no derivative: a load or an expression of the deck jumps over ''' // &
+        online%model%terms%parameter_names(i_failed)%text // ''' at this point, or has no value beside it'
+      return
+    end if
+    gradient%is_one_sided = is_kink
+    call online%model%parts(answer%part)%reduced%differentiate(answer, gradient, message)
+  end subroutine differentiate
 
   !> By the cluster; by the fallback where that has no answer, or its certificate does not reach the model's limit.
   subroutine answer_at(self, online, near, answer)

@@ -2,8 +2,10 @@
 !> What every kind of reduced model can do. A kind extends reduced_t in a file of its own and has a line in sig_reduced_kinds;
 !> queries, files, descriptions and the C interface know no more than this.
 module sig_reduced
+  use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   use sig_answer, only: answer_t
   use sig_errors, only: error_t
+  use sig_gradient, only: gradient_t
   use sig_hdf5_reader, only: h5_reader_t
   use sig_hdf5_writer, only: h5_writer_t
   use sig_kinds, only: rk
@@ -67,6 +69,8 @@ module sig_reduced
     procedure :: correct_forces => nothing_to_correct
     procedure :: can_certify => no
     procedure :: certify => no_certificate
+    procedure :: differentiate => no_derivative
+    procedure :: displacement_changes => no_changes
   end type reduced_t
 
   !> A part of a model, whatever its kind.
@@ -295,4 +299,31 @@ contains
     !> theta is set; bound and relative_bound will be
     type(answer_t), intent(inout) :: answer
   end subroutine no_certificate
+
+  !> How the answer changes with the parameters. Errors: message is allocated when it has no derivative.
+  subroutine no_derivative(self, answer, gradient, message)
+    class(reduced_t), intent(in) :: self
+    !> of this part
+    type(answer_t), intent(in) :: answer
+    !> in: direction, is_one_sided, and theta, how the terms change; out: multipliers and what displacement_changes needs
+    type(gradient_t), intent(inout) :: gradient
+    character(:), allocatable, intent(out) :: message
+
+    message = 'a model of the kind ' // self%kind() // ' has no derivatives; the kinds condensed, interpolated and tied have'
+  end subroutine no_derivative
+
+  !> How the displacement of some dofs changes with one parameter; no numbers where there is none.
+  subroutine no_changes(self, answer, gradient, i_parameter, dofs, changes)
+    class(reduced_t), intent(in) :: self
+    type(answer_t), intent(in) :: answer
+    !> of differentiate
+    type(gradient_t), intent(in) :: gradient
+    integer, intent(in) :: i_parameter
+    !> 1-based
+    integer, intent(in) :: dofs(:)
+    !> [length per unit of the parameter] same shape
+    real(rk), intent(out) :: changes(:)
+
+    changes = ieee_value(1.0_rk, ieee_quiet_nan)
+  end subroutine no_changes
 end module sig_reduced

@@ -11,15 +11,17 @@ module sig_reduced_condensed
   use sig_condensed_displacement, only: condensed_displacement_of_dof, fill_condensed_displacement, source_of_dof
   use sig_description_line, only: line
   use sig_errors, only: error_t
+  use sig_gradient, only: gradient_t
   use sig_hdf5_reader, only: h5_reader_t
   use sig_hdf5_writer, only: h5_writer_t
   use sig_kinds, only: rk
+  use sig_lcp_derivative, only: differentiate_lcp, lcp_derivative_t
   use sig_lcp, only: change_sets, lcp_solution_t, lcp_workspace_t, solve_lcp
   use sig_linear_algebra, only: multiply
   use sig_pivot_transform, only: transform_columns
   use sig_reasons, only: reason_pulled_off, reason_ray
   use sig_reduced, only: model_sizes_t, neighbors_t, reduced_t, room_t
-  use sig_reduced_exact, only: displacement_text, reduced_exact_t, take_forces
+  use sig_reduced_exact, only: displacement_text, not_unique, reduced_exact_t, take_forces
   use sig_text, only: counted
   implicit none(type, external)
   private
@@ -52,6 +54,8 @@ module sig_reduced_condensed
     procedure :: correct_forces
     procedure :: can_certify
     procedure :: certify
+    procedure :: differentiate
+    procedure :: displacement_changes
   end type reduced_condensed_t
 
   type, extends(room_t) :: condensed_room_t
@@ -309,4 +313,39 @@ contains
       call self%certificate%certify(self%data, multipliers, is_own, room%free_opening, room%opening, answer)
     end select
   end subroutine certify
+
+  subroutine differentiate(self, answer, gradient, message)
+    class(reduced_condensed_t), intent(in) :: self
+    type(answer_t), intent(in) :: answer
+    type(gradient_t), intent(inout) :: gradient
+    character(:), allocatable, intent(out) :: message
+    real(rk) :: free_opening(self%n_rows())
+    type(lcp_derivative_t) :: derivative
+
+    call self%data%open_freely(answer%theta, free_opening)
+    call differentiate_lcp(self%data%compliance, free_opening, matmul(abs(self%data%free_opening), abs(answer%theta)), &
+      answer%unknowns, &
+      gradient%direction * matmul(self%data%free_opening, gradient%theta), derivative)
+    if (derivative%is_singular) then
+      message = not_unique
+    else
+      call gradient%take_forces(derivative, self%data%anchors, self%data%scale)
+    end if
+  end subroutine differentiate
+
+  !> The displacement is linear in the terms and in the unknowns.
+  subroutine displacement_changes(self, answer, gradient, i_parameter, dofs, changes)
+    class(reduced_condensed_t), intent(in) :: self
+    type(answer_t), intent(in) :: answer
+    type(gradient_t), intent(in) :: gradient
+    integer, intent(in) :: i_parameter
+    integer, intent(in) :: dofs(:)
+    real(rk), intent(out) :: changes(:)
+    integer :: i
+
+    do i = 1, size(dofs)
+      changes(i) = condensed_displacement_of_dof(self%data, gradient%theta(:, i_parameter), gradient%unknowns(:, i_parameter), &
+        dofs(i))
+    end do
+  end subroutine displacement_changes
 end module sig_reduced_condensed

@@ -10,6 +10,8 @@ module sig_reduced_exact
   private
   public :: reduced_exact_t, displacement_text, take_forces
 
+  character(*), parameter, public :: not_unique = 'the contact forces have no derivative at this point: they are not unique'
+
   type, abstract, extends(reduced_t) :: reduced_exact_t
   contains
     procedure :: contact_rows

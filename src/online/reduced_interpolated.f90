@@ -9,15 +9,17 @@ module sig_reduced_interpolated
   use sig_bits, only: unpack_bits
   use sig_description_line, only: line
   use sig_errors, only: error_t
+  use sig_gradient, only: gradient_t
   use sig_hdf5_reader, only: h5_reader_t
   use sig_hdf5_writer, only: h5_writer_t
   use sig_interpolated_data, only: interpolated_data_t
+  use sig_interpolated_derivative, only: differentiate_interpolated, interpolated_displacement_changes
   use sig_kinds, only: rk
   use sig_lcp, only: lcp_solution_t, lcp_workspace_t, solve_lcp
   use sig_linear_algebra, only: multiply
   use sig_reasons, only: reason_pulled_off, reason_ray
   use sig_reduced, only: displacement_exact, displacement_none, model_sizes_t, neighbors_t, reduced_t, room_t
-  use sig_reduced_exact, only: displacement_text, reduced_exact_t, take_forces
+  use sig_reduced_exact, only: displacement_text, not_unique, reduced_exact_t, take_forces
   use sig_shape_checks, only: place_in_ascending
   use sig_text, only: counted, short_number, to_text
   implicit none(type, external)
@@ -45,6 +47,8 @@ module sig_reduced_interpolated
     procedure :: can_certify
     procedure :: certify
     procedure :: size_in_energy
+    procedure :: differentiate
+    procedure :: displacement_changes
   end type reduced_interpolated_t
 
   type, extends(room_t) :: interpolated_room_t
@@ -259,4 +263,32 @@ contains
     end do
     text = text // line('  displacements', displacement_text(self%data%exact_boundaries, size(self%data%exact_dofs), 0))
   end function describe
+
+  subroutine differentiate(self, answer, gradient, message)
+    class(reduced_interpolated_t), intent(in) :: self
+    type(answer_t), intent(in) :: answer
+    type(gradient_t), intent(inout) :: gradient
+    character(:), allocatable, intent(out) :: message
+    logical :: is_singular
+
+    call differentiate_interpolated(self%data, answer%theta, answer%unknowns, gradient, is_singular)
+    if (is_singular) message = not_unique
+  end subroutine differentiate
+
+  subroutine displacement_changes(self, answer, gradient, i_parameter, dofs, changes)
+    class(reduced_interpolated_t), intent(in) :: self
+    type(answer_t), intent(in) :: answer
+    type(gradient_t), intent(in) :: gradient
+    integer, intent(in) :: i_parameter
+    integer, intent(in) :: dofs(:)
+    real(rk), intent(out) :: changes(:)
+    integer :: i, places(size(dofs))
+    real(rk), allocatable :: found(:)
+
+    places = [(place_in_ascending(self%data%exact_dofs, dofs(i)), i=1, size(dofs))]
+    allocate (found(count(places > 0)))
+    call interpolated_displacement_changes(self%data, answer%theta, answer%unknowns, gradient, i_parameter, &
+      pack(places, places > 0), found)
+    changes = unpack(found, places > 0, ieee_value(1.0_rk, ieee_quiet_nan))
+  end subroutine displacement_changes
 end module sig_reduced_interpolated

@@ -10,14 +10,16 @@ module sig_reduced_tied
   use sig_bits, only: unpack_bits
   use sig_description_line, only: line
   use sig_errors, only: error_t
+  use sig_gradient, only: gradient_t
   use sig_hdf5_reader, only: h5_reader_t
   use sig_hdf5_writer, only: h5_writer_t
   use sig_kinds, only: rk
+  use sig_lcp_derivative, only: differentiate_lcp, lcp_derivative_t
   use sig_lcp, only: lcp_solution_t, lcp_workspace_t, solve_lcp
   use sig_linear_algebra, only: multiply
   use sig_reasons, only: reason_outside
   use sig_reduced, only: displacement_exact, displacement_none, model_sizes_t, neighbors_t, reduced_t, room_t
-  use sig_reduced_exact, only: displacement_text, reduced_exact_t
+  use sig_reduced_exact, only: displacement_text, not_unique, reduced_exact_t
   use sig_shape_checks, only: place_in_ascending
   use sig_text, only: counted, to_text
   use sig_tied_data, only: row_changing, row_closed, tied_cluster_t, tied_data_t
@@ -52,6 +54,8 @@ module sig_reduced_tied
     procedure :: has_displacement
     procedure :: displacement_source
     procedure :: has_whole_field
+    procedure :: differentiate
+    procedure :: displacement_changes
   end type reduced_tied_t
 
   type, extends(room_t) :: tied_room_t
@@ -218,6 +222,54 @@ contains
         dot_product(cluster%field(i, :), answer%multipliers(changing))
     end associate
   end function displacement_of_dof
+
+  !> The changing rows are the problem; closed ones follow, and open ones stay without force.
+  subroutine differentiate(self, answer, gradient, message)
+    class(reduced_tied_t), intent(in) :: self
+    type(answer_t), intent(in) :: answer
+    type(gradient_t), intent(inout) :: gradient
+    character(:), allocatable, intent(out) :: message
+    real(rk), allocatable :: opening(:), rows(:, :), terms(:)
+    type(lcp_derivative_t) :: derivative
+    integer :: k
+
+    associate (cluster => self%data%clusters(answer%row_cluster), prepared => self%prepared(answer%row_cluster))
+      rows = matmul(cluster%free, gradient%theta)
+      opening = matmul(cluster%free(prepared%changing, :), answer%theta)
+      terms = matmul(abs(cluster%free(prepared%changing, :)), abs(answer%theta))
+      call differentiate_lcp(prepared%compliance, opening, terms, answer%multipliers(prepared%changing), &
+        gradient%direction * rows(prepared%changing, :), derivative)
+      if (derivative%is_singular) then
+        message = not_unique
+        return
+      end if
+      call gradient%take(derivative)
+      gradient%multipliers = rows + matmul(cluster%operator, gradient%unknowns)
+      do k = 1, self%n_rows()
+        if (cluster%status(k) /= row_closed) gradient%multipliers(k, :) = 0
+      end do
+      gradient%multipliers(prepared%changing, :) = gradient%unknowns
+    end associate
+  end subroutine differentiate
+
+  subroutine displacement_changes(self, answer, gradient, i_parameter, dofs, changes)
+    class(reduced_tied_t), intent(in) :: self
+    type(answer_t), intent(in) :: answer
+    type(gradient_t), intent(in) :: gradient
+    integer, intent(in) :: i_parameter
+    integer, intent(in) :: dofs(:)
+    real(rk), intent(out) :: changes(:)
+    integer :: i, k
+
+    changes = ieee_value(1.0_rk, ieee_quiet_nan)
+    associate (cluster => self%data%clusters(answer%row_cluster))
+      do k = 1, size(dofs)
+        i = place_in_ascending(self%data%exact_dofs, dofs(k))
+        if (i > 0) changes(k) = dot_product(cluster%free_field(i, :), gradient%theta(:, i_parameter)) + &
+          dot_product(cluster%field(i, :), gradient%unknowns(:, i_parameter))
+      end do
+    end associate
+  end subroutine displacement_changes
 
   pure integer function displacement_source(self, dof) result(source)
     class(reduced_tied_t), intent(in) :: self

@@ -148,6 +148,13 @@ static int refuse_wrong_arguments(const signorom_model *model, const signorom_si
   is_fine &= signorom_get_multipliers(context, NULL) == SIGNOROM_BAD_ARGUMENT;
   is_fine &= strstr(signorom_message(context), "null pointer") != NULL;
   is_fine &= signorom_get_displacement_at(context, 1, NULL, displacement) == SIGNOROM_BAD_ARGUMENT;
+  is_fine &= signorom_differentiate(context, 0, NULL, NULL) == SIGNOROM_BAD_ARGUMENT;
+  is_fine &= strstr(signorom_message(context), "neither 1 nor -1") != NULL;
+  is_fine &= signorom_differentiate(context, 1, NULL, NULL) == SIGNOROM_NO_ANSWER; /* a hyper-reduced answer */
+  is_fine &= signorom_get_multiplier_gradient(context, &value) == SIGNOROM_BAD_ARGUMENT;
+  is_fine &= signorom_get_resultant_gradient(context, &value, &value) == SIGNOROM_BAD_ARGUMENT;
+  is_fine &= signorom_get_displacement_gradient_at(context, 1, &node, displacement) == SIGNOROM_BAD_ARGUMENT;
+  is_fine &= strstr(signorom_message(context), "signorom_differentiate") != NULL;
   is_fine &= signorom_get_parameter(model, -1, NULL, NULL, NULL, NULL) == SIGNOROM_BAD_ARGUMENT;
   is_fine &= signorom_get_parameter(model, sizes->n_parameters, NULL, NULL, NULL, NULL) == SIGNOROM_BAD_ARGUMENT;
   is_fine &= signorom_text(model, 99) == NULL && signorom_text(NULL, 0) == NULL;

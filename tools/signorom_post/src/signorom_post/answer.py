@@ -1,9 +1,11 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """What a trained model says, as data."""
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import cached_property
 
-from signorom_post.arrays import FloatArray, IntArray
+from signorom_post.arrays import BoolArray, FloatArray, IntArray
 from signorom_post.errors import InputError
 
 
@@ -56,6 +58,30 @@ class Resultants:
 
 
 @dataclass(frozen=True)
+class Gradient:
+    """How an answer changes with each parameter, while contacts that push stay closed and open ones stay open.
+
+    Units are those of the answer over those of the parameter. The first dimension of each array is that of `parameters`.
+    """
+
+    #: names, in the model's order
+    parameters: list[str]
+    #: of the contact forces, shape (n_parameters, n_contacts)
+    multipliers: FloatArray
+    #: of the resultants, shapes (n_parameters, n_entries, n_dimensions) and (n_parameters, n_entries, n_moments)
+    forces: FloatArray
+    moments: FloatArray
+    #: of the displacement of the nodes that the query asked for, NaN where there is none; shape (n_parameters, n_nodes,
+    #: n_dimensions)
+    displacement: FloatArray
+    #: the derivative on the other side is another one: a contact grazes, or an expression of the deck has a kink here;
+    #: shape (n_parameters)
+    is_one_sided: BoolArray
+    #: contacts that touch without a force
+    n_grazing: int
+
+
+@dataclass(frozen=True)
 class Answer:
     """What the model says at one point; arrays are the caller's own."""
 
@@ -94,6 +120,22 @@ class Answer:
     bound: float | None
     #: the same over the size of the forces, at least a thousandth of the largest in training; at most 1e-12: exact
     relative_bound: float | None
+    #: asks the model for derivatives in a direction
+    _differentiate: Callable[[int], Gradient] = field(repr=False, compare=False)
+
+    @cached_property
+    def gradient(self) -> Gradient:
+        """Derivatives with respect to the parameters; where they are one-sided, those towards larger values.
+
+        NoAnswerError where there are none: hyper-reduced answers, a load that jumps at the point. The model is asked at
+        the first access, so it must still be open.
+        """
+        return self._differentiate(1)
+
+    @cached_property
+    def backward_gradient(self) -> Gradient:
+        """The same; where derivatives are one-sided, those towards smaller values."""
+        return self._differentiate(-1)
 
     @property
     def contact_force(self) -> float:

@@ -100,6 +100,10 @@ _SIGNATURES = {
     "signorom_get_coordinates": (c_int, [c_void_p, _DOUBLES]),
     "signorom_get_displacement": (c_int, [c_void_p, _DOUBLES]),
     "signorom_get_displacement_at": (c_int, [c_void_p, c_int, _INTS, _DOUBLES]),
+    "signorom_differentiate": (c_int, [c_void_p, c_int, _INTS, _INTS]),
+    "signorom_get_multiplier_gradient": (c_int, [c_void_p, _DOUBLES]),
+    "signorom_get_resultant_gradient": (c_int, [c_void_p, _DOUBLES, _DOUBLES]),
+    "signorom_get_displacement_gradient_at": (c_int, [c_void_p, c_int, _INTS, _DOUBLES]),
 }
 
 

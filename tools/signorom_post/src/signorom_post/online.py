@@ -10,13 +10,22 @@ import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from ctypes import byref, c_char_p, c_double, c_int, c_void_p
+from functools import partial
 from pathlib import Path
 from types import TracebackType
 from typing import Self
 
 import numpy as np
 
-from signorom_post.answer import Answer, ContactNodes, ModelError, NoAnswerError, Parameter, Resultants
+from signorom_post.answer import (
+    Answer,
+    ContactNodes,
+    Gradient,
+    ModelError,
+    NoAnswerError,
+    Parameter,
+    Resultants,
+)
 from signorom_post.arrays import FloatArray, IntArray
 from signorom_post.library import METHODS, NO_ANSWER, CAnswer, CSizes, doubles, ints, load_library, text_of
 
@@ -300,7 +309,50 @@ class Model:
                 n_solutions=told.n_solutions,
                 bound=None if told.bound < 0 else told.bound,
                 relative_bound=None if told.relative_bound < 0 else told.relative_bound,
+                _differentiate=partial(self._gradient, point, indices),
             )
+
+    def _gradient(self, point: FloatArray, indices: IntArray | None, direction: int) -> Gradient:
+        """Derivatives of the answer at a point; the displacement's at some nodes, or at all that have one."""
+        n_grazing = c_int()
+        is_one_sided = np.zeros(len(self.parameters), dtype=np.intc)
+        with self._handles.model() as model, self._handles.context() as context:
+            library, n_dimensions = self._library, self._sizes.n_dimensions
+            if library.signorom_query(context, doubles(point), None) or library.signorom_differentiate(
+                context, direction, byref(n_grazing), ints(is_one_sided)
+            ):
+                raise NoAnswerError(text_of(library.signorom_message(context)))
+            n_entries, n_moments = self._n_entries(model)
+            multipliers = np.zeros((len(point), self._sizes.n_contacts))
+            forces = np.zeros((len(point), n_entries, n_dimensions))
+            moments = np.zeros((len(point), n_entries, n_moments))
+            library.signorom_get_multiplier_gradient(context, doubles(multipliers))
+            library.signorom_get_resultant_gradient(context, doubles(forces), doubles(moments))
+            return Gradient(
+                parameters=[parameter.name for parameter in self.parameters],
+                multipliers=multipliers,
+                forces=forces,
+                moments=moments,
+                displacement=self._displacement_gradient(context, len(point), indices),
+                is_one_sided=is_one_sided.astype(bool),
+                n_grazing=n_grazing.value,
+            )
+
+    def _displacement_gradient(
+        self, context: c_void_p, n_parameters: int, indices: IntArray | None
+    ) -> FloatArray:
+        """NaN where there is none."""
+        chosen = np.arange(self._sizes.n_nodes, dtype=np.intc) if indices is None else indices
+        has_some = self.displacement_sources[chosen] != DISPLACEMENT_NONE
+        known = np.ascontiguousarray(chosen[has_some], dtype=np.intc)
+        values = np.zeros((n_parameters, len(known), self._sizes.n_dimensions))
+        code = self._library.signorom_get_displacement_gradient_at(
+            context, len(known), ints(known), doubles(values)
+        )
+        gradient = np.full((n_parameters, len(chosen), self._sizes.n_dimensions), np.nan)
+        if not code:
+            gradient[:, has_some] = values
+        return gradient
 
     def query_many(self, points: FloatArray) -> FloatArray:
         """Contact forces [n_points, n_contacts] at points [n_points, n_parameters]; NaN where there is no answer."""

@@ -1,0 +1,118 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> How the solution of a linear complementarity problem 0 <= z _|_ w = W z + q >= 0 changes with W and q.
+!>
+!> Rows A with a force stay closed, rows with an opening stay open: W_AA dz_A = -(dW z + dq)_A. Rows G that graze have neither a
+!> force nor an opening and may close or open: dz_G solves a small complementarity problem itself, which holds on one side only.
+module sig_lcp_derivative
+  use sig_dense_kernels, only: multiply
+  use sig_kinds, only: rk
+  use sig_lcp, only: lcp_solution_t, solve_lcp
+  use sig_linear_algebra, only: lu_t
+  implicit none(type, external)
+  private
+  public :: differentiate_lcp, lcp_derivative_t
+
+  type :: lcp_derivative_t
+    !> dz and dw, shape (n, n_directions)
+    real(rk), allocatable :: unknowns(:, :)
+    real(rk), allocatable :: openings(:, :)
+    !> the opposite direction has another derivative than the negative one, shape (n_directions)
+    logical, allocatable :: is_one_sided(:)
+    !> rows G
+    integer :: n_grazing = 0
+    !> the solution is not unique: there is no derivative
+    logical :: is_singular = .false.
+  end type lcp_derivative_t
+
+  !> [-] an opening below this share of its terms is rounding, and so is a force that closes its row by less
+  real(rk), parameter :: rounding = 1.0e-9_rk
+
+contains
+
+  subroutine differentiate_lcp(matrix, q, terms, z, changes, derivative)
+    !> W, shape (n, n)
+    real(rk), contiguous, intent(in) :: matrix(:, :)
+    !> shape (n)
+    real(rk), intent(in) :: q(:)
+    !> sum of the sizes of what q is a sum of, which may be much larger; shape (n)
+    real(rk), intent(in) :: terms(:)
+    !> the solution, shape (n)
+    real(rk), contiguous, intent(in) :: z(:)
+    !> dW z + dq in each direction, shape (n, n_directions)
+    real(rk), intent(in) :: changes(:, :)
+    type(lcp_derivative_t), intent(out) :: derivative
+    logical :: grazes(size(z))
+    integer :: i
+    integer, allocatable :: active(:), grazing(:)
+    type(lu_t) :: factors
+
+    call find_grazing(matrix, q, terms, z, grazes)
+    active = pack([(i, i=1, size(z))], z > 0 .and. .not. grazes)
+    grazing = pack([(i, i=1, size(z))], grazes)
+    derivative%n_grazing = size(grazing)
+    allocate (derivative%is_one_sided(size(changes, 2)), source=.false.)
+    allocate (derivative%unknowns(size(z), size(changes, 2)), source=0.0_rk)
+    allocate (derivative%openings, source=changes)
+    call factors%factor(matrix(active, active))
+    derivative%is_singular = factors%is_singular
+    if (derivative%is_singular) return
+    derivative%unknowns(active, :) = -factors%solve(changes(active, :))
+    if (size(grazing) > 0) call close_grazing(matrix, changes, active, grazing, factors, derivative)
+    do i = 1, size(changes, 2)
+      call multiply(1.0_rk, matrix, derivative%unknowns(:, i), 1.0_rk, derivative%openings(:, i))
+    end do
+    derivative%openings(active, :) = 0
+  end subroutine differentiate_lcp
+
+  !> Rows with neither a force nor an opening, but for rounding.
+  subroutine find_grazing(matrix, q, terms, z, grazes)
+    real(rk), contiguous, intent(in) :: matrix(:, :)
+    real(rk), intent(in) :: q(:)
+    real(rk), intent(in) :: terms(:)
+    real(rk), contiguous, intent(in) :: z(:)
+    logical, intent(out) :: grazes(:)
+    real(rk) :: closing(size(z)), w(size(z)), noise(size(z))
+    integer :: k
+
+    w = q
+    call multiply(1.0_rk, matrix, z, 1.0_rk, w)
+    noise = rounding * (abs(q) + terms)
+    do k = 1, size(z)
+      closing(k) = matrix(k, k) * z(k)
+      if (z(k) > 0) noise = noise + rounding * abs(matrix(:, k)) * z(k)
+    end do
+    ! rows of bodies that only contact holds have nothing there
+    where (.not. closing > 0) closing = z * maxval([(matrix(k, k), k=1, size(z))])
+    grazes = closing <= noise .and. abs(w) <= noise
+  end subroutine find_grazing
+
+  !> Forces of grazing rows, and what they change on active ones. With the Schur complement S = W_GG - W_GA W_AA^-1 W_AG:
+  !> 0 <= dz_G _|_ S dz_G + p >= 0, p the openings of G without its forces.
+  subroutine close_grazing(matrix, changes, active, grazing, factors, derivative)
+    real(rk), intent(in) :: matrix(:, :)
+    real(rk), intent(in) :: changes(:, :)
+    integer, intent(in) :: active(:)
+    integer, intent(in) :: grazing(:)
+    type(lu_t), intent(in) :: factors
+    type(lcp_derivative_t), intent(inout) :: derivative
+    real(rk) :: coupling(size(active), size(grazing)), openings(size(grazing)), schur(size(grazing), size(grazing))
+    real(rk) :: terms(size(grazing))
+    type(lcp_solution_t) :: solution
+    integer :: k
+
+    coupling = factors%solve(matrix(active, grazing))
+    schur = matrix(grazing, grazing) - matmul(matrix(grazing, active), coupling)
+    do k = 1, size(changes, 2)
+      associate (unknowns => derivative%unknowns(:, k))
+        openings = changes(grazing, k) + matmul(matrix(grazing, active), unknowns(active))
+        terms = abs(changes(grazing, k)) + matmul(abs(matrix(grazing, active)), abs(unknowns(active)))
+        where (abs(openings) <= rounding * terms) openings = 0
+        derivative%is_one_sided(k) = any(abs(openings) > 0)
+        call solve_lcp(schur, openings, [logical ::], solution)
+        derivative%is_singular = derivative%is_singular .or. solution%reason < 0
+        unknowns(grazing) = solution%lambda
+        unknowns(active) = unknowns(active) - matmul(coupling, solution%lambda)
+      end associate
+    end do
+  end subroutine close_grazing
+end module sig_lcp_derivative

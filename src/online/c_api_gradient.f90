@@ -1,0 +1,155 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> The part of include/signorom.h that tells how answers change with the parameters; each procedure is explained there.
+module sig_c_api_gradient
+  use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int, c_ptr
+  use sig_c_handles, only: answered_context, bad_argument, code_ok, context_handle_t, keep, no_answer, put_integers, put_reals, &
+    ready_context
+  use sig_kinds, only: rk
+  use sig_reduced, only: displacement_none
+  implicit none(type, external)
+  private
+
+contains
+
+  integer(c_int) function signorom_differentiate(context, direction, n_grazing, is_one_sided) result(code) bind(c)
+    type(c_ptr), value :: context
+    integer(c_int), value :: direction
+    type(c_ptr), value :: n_grazing, is_one_sided
+    type(context_handle_t), pointer :: handle
+    character(:), allocatable :: message
+
+    code = bad_argument
+    handle => ready_context(context)
+    if (.not. associated(handle)) return
+    handle%has_gradient = .false.
+    if (abs(direction) /= 1) then
+      call keep(handle%message, 'the direction of derivatives is neither 1 nor -1')
+      return
+    end if
+    handle => answered_context(context, context)
+    if (.not. associated(handle)) return
+    call handle%query%differentiate(handle%model%online, handle%point, handle%answer, int(direction), handle%gradient, message)
+    code = no_answer
+    if (allocated(message)) then
+      call keep(handle%message, message)
+      return
+    end if
+    handle%has_gradient = .true.
+    call put_integers([handle%gradient%n_grazing], n_grazing)
+    call put_integers(merge(1, 0, handle%gradient%is_one_sided), is_one_sided)
+    code = code_ok
+  end function signorom_differentiate
+
+  !> The handle of a context with derivatives that go into an array of the caller, or null with the sentence in its message.
+  function differentiated_context(context, array) result(handle)
+    type(c_ptr), intent(in) :: context
+    type(c_ptr), intent(in) :: array
+    type(context_handle_t), pointer :: handle
+
+    handle => answered_context(context, array)
+    if (.not. associated(handle)) return
+    if (handle%has_gradient) return
+    call keep(handle%message, 'there are no derivatives to tell of: signorom_differentiate was not called, or has failed')
+    handle => null()
+  end function differentiated_context
+
+  integer(c_int) function signorom_get_multiplier_gradient(context, gradient) result(code) bind(c)
+    type(c_ptr), value :: context
+    type(c_ptr), value :: gradient
+    type(context_handle_t), pointer :: handle
+
+    code = bad_argument
+    handle => differentiated_context(context, gradient)
+    if (.not. associated(handle)) return
+    call put_reals(reshape(handle%gradient%multipliers, [size(handle%gradient%multipliers)]), gradient)
+    code = code_ok
+  end function signorom_get_multiplier_gradient
+
+  !> Forces and moments are linear in the multipliers.
+  integer(c_int) function signorom_get_resultant_gradient(context, forces, moments) result(code) bind(c)
+    type(c_ptr), value :: context
+    type(c_ptr), value :: forces, moments
+    type(context_handle_t), pointer :: handle
+    real(c_double), pointer :: told_forces(:, :, :), told_moments(:, :, :)
+    real(rk), allocatable :: areas(:)
+    integer :: i
+
+    code = bad_argument
+    handle => differentiated_context(context, forces)
+    if (associated(handle)) handle => differentiated_context(context, moments)
+    if (.not. associated(handle)) return
+    associate (whole => handle%model%online%model, n => handle%model%online%model%resultants%n_entries(), &
+      of_multipliers => handle%gradient%multipliers)
+      call c_f_pointer(forces, told_forces, [whole%n_dim, n, size(of_multipliers, 2)])
+      call c_f_pointer(moments, told_moments, [whole%resultants%n_moments(), n, size(of_multipliers, 2)])
+      allocate (areas(n))
+      do i = 1, size(of_multipliers, 2)
+        call whole%resultants%evaluate(whole%areas, of_multipliers(:, i), areas, told_forces(:, :, i), told_moments(:, :, i))
+      end do
+    end associate
+    code = code_ok
+  end function signorom_get_resultant_gradient
+
+  integer(c_int) function signorom_get_displacement_gradient_at(context, n, nodes, gradient) result(code) bind(c)
+    type(c_ptr), value :: context
+    integer(c_int), value :: n
+    type(c_ptr), value :: nodes, gradient
+    type(context_handle_t), pointer :: handle
+    integer(c_int), pointer :: chosen(:)
+    real(c_double), pointer :: target(:, :)
+    integer :: i
+
+    code = bad_argument
+    handle => differentiated_context(context, gradient)
+    if (.not. associated(handle)) return
+    if (n < 0 .or. .not. c_associated(nodes)) then
+      call keep(handle%message, 'the number of nodes is negative, or the nodes are a null pointer')
+      return
+    end if
+    call c_f_pointer(nodes, chosen, [n])
+    if (any(chosen < 0 .or. chosen >= handle%model%online%model%n_nodes)) then
+      call keep(handle%message, 'a node is not between 0 and the number of nodes less one')
+      return
+    end if
+    code = no_answer
+    if (.not. all_have_displacements(handle, chosen)) return
+    associate (model => handle%model%online%model)
+      call c_f_pointer(gradient, target, [model%n_dim * int(n), size(handle%point)])
+      do i = 1, size(handle%point)
+        call model%parts(handle%answer%part)%reduced%displacement_changes(handle%answer, handle%gradient, i, &
+          dofs_of(model%n_dim, chosen), target(:, i))
+      end do
+    end associate
+    code = code_ok
+  end function signorom_get_displacement_gradient_at
+
+  !> Some nodes have none; the message says so.
+  logical function all_have_displacements(handle, nodes)
+    type(context_handle_t), intent(inout) :: handle
+    !> from 0
+    integer(c_int), intent(in) :: nodes(:)
+    integer :: i
+
+    associate (model => handle%model%online%model, answer => handle%answer)
+      all_have_displacements = answer%displacement_part == answer%part
+      do i = 1, size(nodes)
+        if (.not. all_have_displacements) exit
+        all_have_displacements = model%parts(answer%part)%reduced%displacement_source(model%n_dim * (nodes(i) + 1)) /= &
+          displacement_none
+      end do
+    end associate
+    if (.not. all_have_displacements) call keep(handle%message, &
+      'a node has no derivative of its displacement: see reduction.displacement of the deck')
+  end function all_have_displacements
+
+  !> Dofs of nodes, 1-based.
+  pure function dofs_of(n_dim, nodes) result(dofs)
+    integer, intent(in) :: n_dim
+    !> from 0
+    integer(c_int), intent(in) :: nodes(:)
+    integer :: dofs(n_dim * size(nodes))
+    integer :: i, k
+
+    dofs = [((n_dim * nodes(i) + k, k=1, n_dim), i=1, size(nodes))]
+  end function dofs_of
+end module sig_c_api_gradient

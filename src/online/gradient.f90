@@ -1,0 +1,58 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> How an answer changes with the parameters, while contacts that push stay closed and open ones stay open.
+module sig_gradient
+  use sig_kinds, only: rk
+  use sig_lcp_derivative, only: lcp_derivative_t
+  implicit none(type, external)
+  private
+  public :: gradient_t
+
+  !> A column per parameter, per unit of the parameter.
+  type :: gradient_t
+    !> part of the model that answered, 1-based
+    integer :: part = 0
+    !> +1: derivatives towards larger values of each parameter; -1: towards smaller ones. These differ where is_one_sided.
+    integer :: direction = 1
+    !> shape (n_parameters)
+    logical, allocatable :: is_one_sided(:)
+    !> contacts that touch without a force
+    integer :: n_grazing = 0
+    !> of the terms, shape (n_terms, n_parameters)
+    real(rk), allocatable :: theta(:, :)
+    !> [force] of the unknowns of answer_t, shape (n_multipliers, n_parameters)
+    real(rk), allocatable :: unknowns(:, :)
+    !> [force] shape (n_multipliers, n_parameters)
+    real(rk), allocatable :: multipliers(:, :)
+    !> [length] of the places of bodies that only contact holds, where a kind of model needs them; shape (n_anchors, n_parameters)
+    real(rk), allocatable :: moves(:, :)
+  contains
+    procedure :: take
+    procedure :: take_forces
+  end type gradient_t
+
+contains
+
+  !> The unknowns, from derivatives in this gradient's direction.
+  pure subroutine take(self, derivative)
+    class(gradient_t), intent(inout) :: self
+    type(lcp_derivative_t), intent(in) :: derivative
+
+    self%n_grazing = derivative%n_grazing
+    self%is_one_sided = self%is_one_sided .or. derivative%is_one_sided
+    self%unknowns = self%direction * derivative%unknowns
+  end subroutine take
+
+  !> The multipliers: the unknowns and, of anchors, their openings over `scale`.
+  pure subroutine take_forces(self, derivative, anchors, scale)
+    class(gradient_t), intent(inout) :: self
+    type(lcp_derivative_t), intent(in) :: derivative
+    !> 1-based among the multipliers
+    integer, intent(in) :: anchors(:)
+    !> [length/force]
+    real(rk), intent(in) :: scale
+
+    call self%take(derivative)
+    self%multipliers = self%unknowns
+    self%multipliers(anchors, :) = self%direction * derivative%openings(anchors, :) / scale
+  end subroutine take_forces
+end module sig_gradient

@@ -1,0 +1,147 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> Derivatives of the condensed problem whose elastic constants depend on the parameters.
+module sig_interpolated_derivative
+  use sig_body_derivative, only: body_derivative_t
+  use sig_gradient, only: gradient_t
+  use sig_interpolated_data, only: interpolated_data_t
+  use sig_kinds, only: rk
+  use sig_lcp_derivative, only: differentiate_lcp, lcp_derivative_t
+  use sig_linear_algebra, only: multiply
+  use sig_shape_checks, only: place_in_ascending
+  implicit none(type, external)
+  private
+  public :: differentiate_interpolated, interpolated_displacement_changes
+
+contains
+
+  !> Forces, openings, and places of bodies that only contact holds. is_singular: there is no derivative.
+  subroutine differentiate_interpolated(data, theta, unknowns, gradient, is_singular)
+    type(interpolated_data_t), intent(in) :: data
+    !> shape (n_terms)
+    real(rk), contiguous, intent(in) :: theta(:)
+    !> [force] z, shape (n_multipliers)
+    real(rk), contiguous, intent(in) :: unknowns(:)
+    !> theta is set
+    type(gradient_t), intent(inout) :: gradient
+    logical, intent(out) :: is_singular
+    real(rk), allocatable :: changes(:, :), compliance(:, :), opening(:)
+    type(lcp_derivative_t) :: derivative
+    integer :: i
+
+    associate (n => size(unknowns))
+      allocate (compliance(n, n), opening(n), changes(n, size(gradient%theta, 2)))
+    end associate
+    call data%evaluate(theta, compliance, opening)
+    do i = 1, size(changes, 2)
+      call change_opening(data, theta, gradient%direction * gradient%theta(:, i), unknowns, changes(:, i))
+    end do
+    call differentiate_lcp(compliance, opening, opening_terms(data, theta), unknowns, changes, derivative)
+    is_singular = derivative%is_singular
+    if (is_singular) return
+    call gradient%take_forces(derivative, data%anchors, data%scale)
+    if (allocated(gradient%moves)) deallocate (gradient%moves)
+    allocate (gradient%moves(size(data%anchors), size(changes, 2)))
+    do i = 1, size(changes, 2)
+      gradient%moves(:, i) = move_changes(data, theta, gradient%theta(:, i), unknowns, gradient%unknowns(:, i))
+    end do
+  end subroutine differentiate_interpolated
+
+  !> [length] sizes of what q is a sum of, body by body.
+  function opening_terms(data, theta) result(terms)
+    type(interpolated_data_t), intent(in) :: data
+    real(rk), contiguous, intent(in) :: theta(:)
+    !> shape (n_multipliers)
+    real(rk) :: terms(size(data%gap, 1))
+    real(rk) :: of_body(size(data%gap, 1))
+    integer :: i
+
+    terms = matmul(abs(data%gap), abs(theta))
+    do i = 1, size(data%bodies)
+      of_body = 0
+      call data%bodies(i)%add_opening(theta, of_body)
+      terms = terms + abs(of_body)
+    end do
+    terms(data%anchors) = data%scale * matmul(abs(data%anchor_forces), abs(theta))
+  end function opening_terms
+
+  !> Change of W z + q at fixed z.
+  subroutine change_opening(data, theta, theta_change, unknowns, opening)
+    type(interpolated_data_t), intent(in) :: data
+    real(rk), contiguous, intent(in) :: theta(:)
+    real(rk), contiguous, intent(in) :: theta_change(:)
+    real(rk), contiguous, intent(in) :: unknowns(:)
+    !> [length] shape (n_multipliers)
+    real(rk), contiguous, intent(inout) :: opening(:)
+    real(rk) :: forces(size(unknowns))
+    type(body_derivative_t) :: derivative
+    integer :: i
+
+    forces = unknowns
+    forces(data%anchors) = 0
+    call multiply(1.0_rk, data%gap, theta_change, 0.0_rk, opening)
+    do i = 1, size(data%bodies)
+      call derivative%create(data%bodies(i), theta, theta_change)
+      call derivative%add_opening(data%bodies(i), forces, opening)
+    end do
+    opening(data%anchors) = data%scale * matmul(data%anchor_forces, theta_change)
+  end subroutine change_opening
+
+  !> [length] of how far each anchor closes (moves in sig_interpolated_data).
+  function move_changes(data, theta, theta_change, unknowns, unknown_change) result(changes)
+    type(interpolated_data_t), intent(in) :: data
+    real(rk), contiguous, intent(in) :: theta(:)
+    real(rk), contiguous, intent(in) :: theta_change(:)
+    real(rk), intent(in) :: unknowns(:)
+    real(rk), intent(in) :: unknown_change(:)
+    real(rk) :: changes(size(data%anchors))
+    real(rk) :: forces(size(unknowns)), force_change(size(unknowns))
+    type(body_derivative_t) :: derivative
+    integer :: i, i_body
+
+    forces = unknowns
+    forces(data%anchors) = 0
+    force_change = unknown_change
+    force_change(data%anchors) = 0
+    do i = 1, size(changes)
+      changes(i) = dot_product(data%gap(data%anchors(i), :), theta_change) - data%scale * unknown_change(data%anchors(i))
+    end do
+    do i_body = 1, merge(size(data%bodies), 0, size(changes) > 0)
+      call derivative%create(data%bodies(i_body), theta, theta_change)
+      do i = 1, size(changes)
+        changes(i) = changes(i) + derivative%opening_of_row(data%bodies(i_body), forces, force_change, data%anchors(i))
+      end do
+    end do
+  end function move_changes
+
+  !> Displacement of some exact dofs over one parameter.
+  subroutine interpolated_displacement_changes(data, theta, unknowns, gradient, i_parameter, places, changes)
+    type(interpolated_data_t), intent(in) :: data
+    real(rk), contiguous, intent(in) :: theta(:)
+    !> [force] z, shape (n_multipliers)
+    real(rk), intent(in) :: unknowns(:)
+    type(gradient_t), intent(in) :: gradient
+    integer, intent(in) :: i_parameter
+    !> 1-based among the exact dofs
+    integer, intent(in) :: places(:)
+    !> [length] shape (size(places))
+    real(rk), intent(out) :: changes(:)
+    real(rk) :: forces(size(unknowns)), force_change(size(unknowns))
+    type(body_derivative_t) :: derivative
+    integer :: i, i_body, i_own
+
+    forces = unknowns
+    forces(data%anchors) = 0
+    force_change = gradient%unknowns(:, i_parameter)
+    force_change(data%anchors) = 0
+    changes = matmul(data%anchor_motions(places, :), gradient%moves(:, i_parameter))
+    do i_body = 1, size(data%bodies)
+      associate (body => data%bodies(i_body))
+        call derivative%create(body, theta, gradient%theta(:, i_parameter))
+        do i = 1, size(places)
+          i_own = place_in_ascending(body%own, places(i))
+          if (i_own > 0) changes(i) = changes(i) + derivative%displacement_of(body, forces, force_change, i_own)
+        end do
+      end associate
+    end do
+  end subroutine interpolated_displacement_changes
+end module sig_interpolated_derivative

@@ -1,0 +1,191 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Derivatives of answers with respect to the parameters, against differences of full-order solutions."""
+
+import re
+
+import numpy as np
+import pytest
+
+from block_meshes import stacked_blocks
+from decks import copy_deck
+from results import read_snapshots
+from runs import HERE
+from test_tied import TIED, write_strip
+
+INPUT = HERE.parents[1] / "input"
+# Central differences with steps of this share of the box: small beside an element that the end of a window crosses.
+# Interpolated models are as good as reduction.stiffness_tolerance; the slope of a polynomial of degree n in n^2 of that.
+STEP = 1e-4
+ALLOWED = 1e-5
+MOVING_STIFFNESS = {
+    "young_modulus: 207.0e3, poisson_ratio: 0.29": "young_modulus: E, poisson_ratio: nu",
+    "materials:\n": "  E: {min: 100.0e3, max: 250.0e3, unit: MPa}\n"
+    "  nu: {min: 0.2, max: 0.4, unit: '1'}\nmaterials:\n",
+}
+FEW_POINTS = "training: {sobol: 40}\ntest: {sobol: 2, seed: 1}\n"
+# without Poisson's effect two blocks, 1 wide and 1 high each, push with 100 / 2 times what the stroke exceeds the gap by
+STIFFNESS = 50.0
+BLOCKS = """\
+title: Two blocks that a stroke presses together
+mesh: {file: blocks.msh, model: plane_strain}
+parameters: {stroke: {min: 0.0, max: 0.02, unit: m}, gap: {min: 0.0, max: 0.02, unit: m}}
+materials: {all: {regions: [lower, upper], young_modulus: 100.0, poisson_ratio: 0.0}}
+boundary_conditions:
+  - {boundary: bottom, displacement: {x: 0, y: 0}}
+  - {boundary: top, displacement: {x: 0, y: "-stroke"}}
+contact: [{first: lower_face, second: upper_face, initial_gap: gap}]
+training: {grid: {stroke: 3, gap: 3}}
+"""
+
+
+def write_few(name, folder, changes):
+    """A deck of input/ with few points."""
+    deck = copy_deck(INPUT / f"{name}.yaml", folder, **changes)
+    text = re.sub(r"(?ms)^(training|test|output):.*?(?=^\S|\Z)", "", deck.read_text())
+    deck.write_text(text + FEW_POINTS)
+    return deck
+
+
+def write_tied(folder):
+    """A contact whose matrix has no room."""
+    deck = write_strip(folder, TIED + ", displacement: {boundaries: [upper_face]}")
+    deck.write_text(re.sub(r"(?m)^test: .*\n", "", deck.read_text()))
+    return deck
+
+
+CASES = {
+    "fuel_rod": (lambda folder: write_few("fuel_rod", folder, {}), "interpolated"),
+    "hanging_bracket": (lambda folder: write_few("bracket", folder, MOVING_STIFFNESS), "interpolated"),
+    "saddle": (lambda folder: write_few("saddle", folder, {}), "condensed"),
+    "pellet_cladding": (
+        lambda folder: write_few("pellet_cladding", folder, {"method: hhr": "method: condensed"}),
+        "condensed",
+    ),
+    "tied_strip": (write_tied, "tied"),
+}
+
+
+def trained(signorom, library, monkeypatch, deck):
+    """The model of a deck, opened in Python."""
+    monkeypatch.setenv("SIGNOROM_LIBRARY", str(library))
+    from signorom_post import Model
+
+    for command in ("sample", "train"):
+        signorom(command, deck, folder=deck.parent)
+    return Model(deck.parent / "results" / deck.stem / "model.h5")
+
+
+def full_order_differences(signorom, deck, folder, names, point, lengths):
+    """Of forces [n_parameters, n_contacts] and displacements [n_parameters, n_dofs]."""
+    rows = [
+        point + sign * STEP * length * np.eye(len(point))[i]
+        for i, length in enumerate(lengths)
+        for sign in (1, -1)
+    ]
+    lines = [",".join(names), *(",".join(repr(float(value)) for value in row) for row in rows)]
+    (folder / "points.csv").write_text("\n".join(lines) + "\n")
+    text = re.sub(r"(?m)^(training|test|output|solver): .*\n", "", deck.read_text())
+    text += "training: {file: points.csv}\nsolver: {type: active_set}\n"
+    if "nu" not in "".join(names):
+        # snapshots of such a model hold displacements
+        text = re.sub(r"(?ms)^reduction:.*?(?=^\S|\Z)", "", text) + "reduction: {method: hhr}\n"
+    for mesh in deck.parent.glob("*.msh"):
+        (folder / mesh.name).write_bytes(mesh.read_bytes())
+    beside = folder / deck.name
+    beside.write_text(text)
+    signorom("sample", beside, folder=folder)
+    found = read_snapshots(folder / "results" / deck.stem / "snapshots.h5")
+    steps = 2 * STEP * np.asarray(lengths)[:, None]
+    return [(found[name][::2] - found[name][1::2]) / steps for name in ("multipliers", "displacement")]
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_gradients_are_those_of_the_full_order(signorom, library, monkeypatch, tmp_path, name):
+    """All parameters, all contacts, all nodes; every kind of model that has derivatives, 2D and 3D."""
+    write, kind = CASES[name]
+    (tmp_path / "model").mkdir()
+    (tmp_path / "beside").mkdir()
+    deck = write(tmp_path / "model")
+    with trained(signorom, library, monkeypatch, deck) as model:
+        assert kind in model.describe()
+        ranges = np.array([[parameter.minimum, parameter.maximum] for parameter in model.parameters])
+        lengths = ranges[:, 1] - ranges[:, 0]
+        names = [parameter.name for parameter in model.parameters]
+        point = ranges[:, 0] + np.random.default_rng(7).uniform(0.3, 0.7, len(names)) * lengths
+        values = dict(zip(names, point, strict=True))
+        answer = model.query(**values)
+        gradient = answer.gradient
+        assert answer.multipliers.max() > 0
+        assert gradient.parameters == names
+        assert gradient.n_grazing == 0
+        assert not gradient.is_one_sided.any()
+        forces, displacements = full_order_differences(
+            signorom, deck, tmp_path / "beside", names, point, lengths
+        )
+        assert_close(gradient.multipliers, forces, lengths, answer.multipliers)
+        has_one = ~np.isnan(answer.displacement)
+        assert_close(
+            gradient.displacement[:, has_one],
+            displacements.reshape(-1, *has_one.shape)[:, has_one],
+            lengths,
+            answer.displacement[has_one],
+        )
+        # sums of forces: linear in them
+        summed = model.resultants(gradient.multipliers)
+        np.testing.assert_array_equal(gradient.forces, summed.forces)
+        np.testing.assert_array_equal(gradient.moments, summed.moments)
+        few = model.nodes[0][has_one.all(axis=1)][:3]
+        np.testing.assert_allclose(
+            model.query(nodes=few, **values).gradient.displacement,
+            gradient.displacement[:, has_one.all(axis=1)][:, :3],
+            rtol=1e-12,
+        )
+
+
+def assert_close(found, expected, lengths, values):
+    """What a parameter changes from one end of its range to the other, relative to the answer."""
+    worst = (abs(found - expected).max(axis=1) * lengths).max() / abs(values).max()
+    assert worst <= ALLOWED
+
+
+def test_one_sided_where_contacts_graze(signorom, library, monkeypatch, tmp_path):
+    """The stroke has just closed the gap: pushing on builds up force, pulling back does nothing."""
+    stacked_blocks("Q4", 2).write(tmp_path / "blocks.msh")
+    deck = tmp_path / "blocks.yaml"
+    deck.write_text(BLOCKS)
+    with trained(signorom, library, monkeypatch, deck) as model:
+        pressed = model.query(stroke=0.015, gap=0.01)
+        assert pressed.gradient.n_grazing == 0
+        np.testing.assert_allclose(pressed.gradient.forces[:, 0, 1], [-STIFFNESS, STIFFNESS], rtol=1e-10)
+        np.testing.assert_array_equal(pressed.gradient.forces, pressed.backward_gradient.forces)
+        grazing = model.query(stroke=0.01, gap=0.01)
+        assert grazing.gradient.n_grazing == len(grazing.multipliers)
+        assert grazing.gradient.is_one_sided.all()
+        np.testing.assert_allclose(
+            grazing.gradient.forces[:, 0, 1], [-STIFFNESS, 0.0], rtol=1e-10, atol=1e-10
+        )
+        np.testing.assert_allclose(
+            grazing.backward_gradient.forces[:, 0, 1], [0.0, STIFFNESS], rtol=1e-10, atol=1e-10
+        )
+        apart = model.query(stroke=0.005, gap=0.01)
+        assert not apart.gradient.multipliers.any()
+
+
+def test_answers_without_derivatives(signorom, post, library, monkeypatch, tmp_path):
+    """A hyper-reduced answer, and a load that jumps at the point: a sentence says why."""
+    deck = copy_deck(INPUT / "half_disks.yaml", tmp_path)
+    with trained(signorom, library, monkeypatch, deck) as model:
+        answer = model.query(**{parameter.name: parameter.maximum for parameter in model.parameters})
+        with pytest.raises(post.NoAnswerError, match="a model of the kind hhr has no derivatives"):
+            _ = answer.gradient
+    stacked_blocks("Q4", 2).write(tmp_path / "blocks.msh")
+    deck = tmp_path / "blocks.yaml"
+    deck.write_text(BLOCKS.replace('"-stroke"', '"stroke > 0.01 ? -stroke : 0"'))
+    with trained(signorom, library, monkeypatch, deck) as model:
+        with pytest.raises(post.NoAnswerError, match="jumps over 'stroke' at this point"):
+            _ = model.query(stroke=0.01, gap=0.005).gradient
+        np.testing.assert_allclose(
+            model.query(stroke=0.0101, gap=0.005).gradient.forces[:, 0, 1],
+            [-STIFFNESS, STIFFNESS],
+            rtol=1e-10,
+        )
