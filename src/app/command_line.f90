@@ -8,9 +8,9 @@ module sig_command_line
   public :: command_t, parse_command_line, usage
 
   type :: command_t
-    !> check, solve, sample, train, validate, run, predict, describe, help or version
+    !> init, check, solve, sample, train, validate, run, predict, describe, help or version
     character(:), allocatable :: name
-    !> deck, or the model of predict and describe
+    !> deck, the mesh of init, or the model of predict and describe
     character(:), allocatable :: file
     !> `a=1,b=2`; empty without --at
     character(:), allocatable :: at
@@ -169,12 +169,13 @@ contains
         hint=suggestion(command%name, command_words()))
     else if (command%file == '') then
       kind = 'a deck (.yaml)'
+      if (command%name == 'init') kind = 'a mesh (.msh)'
       if (is_on_model(command)) kind = 'a model (model.h5)'
       call make_error(error, 'the command ' // command%name // ' needs ' // kind, hint=see_help)
     else if (command%name == 'predict' .and. ((command%at == '') .eqv. (command%points == ''))) then
       call make_error(error, 'predict needs either --at or --points', hint='for example: signorom predict ' // &
         command%file // ' --at squeeze=0.2')
-    else if (is_on_model(command) .and. command%petsc_options /= '') then
+    else if ((is_on_model(command) .or. command%name == 'init') .and. command%petsc_options /= '') then
       call make_error(error, command%name // ' works without PETSc and takes no option of it:' // command%petsc_options)
     else if (command%has_fields .and. command%name /= 'check') then
       call make_error(error, '--fields goes with check, not with ' // command%name)
@@ -200,7 +201,7 @@ contains
   function command_words() result(words)
     type(string_t), allocatable :: words(:)
 
-    words = split('check,solve,sample,train,validate,run,predict,describe', ',')
+    words = split('init,check,solve,sample,train,validate,run,predict,describe', ',')
   end function command_words
 
   function option_words() result(words)
@@ -240,6 +241,8 @@ contains
 
     text = 'usage: signorom COMMAND FILE [options]' // nl // &
       '       mpirun -n N signorom COMMAND FILE [options]' // nl // nl // &
+      'Command on a mesh (.msh):' // nl // &
+      '  init MESH       write a first deck beside the mesh, with places to fill in' // nl // nl // &
       'Commands on a deck (.yaml):' // nl // &
       '  check DECK      read deck and mesh, print the deck with all defaults and the sizes' // nl // &
       '  solve DECK      full-order solution at the deck''s output points, or --at' // nl // &

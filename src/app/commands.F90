@@ -9,6 +9,7 @@ module sig_commands
   use sig_error_broadcast, only: broadcast_error
   use sig_errors, only: error_report, error_t, exit_not_converged, exit_success, exit_user
   use sig_forest_training, only: need_forest_tool, warn_of_missing_tool
+  use sig_init, only: init_deck
   use sig_kinds, only: rk
   use sig_log, only: is_log_shown, log_error, log_info, lost_output, start_log
   use sig_materials, only: check_model_stiffness
@@ -70,6 +71,8 @@ contains
       call log_info(usage())
     case ('version')
       call log_info('signorom ' // code_version)
+    case ('init')
+      PetscCall(init_deck(command, exit_code, ierr))
     case ('predict')
       PetscCall(predict(command, exit_code, ierr))
     case ('describe')

@@ -7,6 +7,7 @@ module sig_deck_read
   use sig_deck_read_problem, only: read_problem
   use sig_deck_read_study, only: read_study
   use sig_deck_tree, only: deck_tree_t, root_node
+  use sig_deck_unfilled, only: report_unfilled
   use sig_deck_values, only: get_text
   use sig_errors, only: error_list_t, error_t, make_error
   use sig_file_system, only: base_name
@@ -35,6 +36,7 @@ contains
     config%path = path
     config%name = base_name(path)
     call parse_deck(path, text, tree)
+    if (tree%errors%n_errors() == 0) call report_unfilled(tree)
     if (tree%errors%n_errors() == 0) call read_sections(tree, config)
     if (tree%errors%n_errors() == 0) return
     call sort_by_line(tree%errors%errors)

@@ -10,7 +10,7 @@ module sig_mesh_build
   use sig_text, only: to_text
   implicit none(type, external)
   private
-  public :: build_mesh
+  public :: build_mesh, mesh_dimension
 
   !> [-] how far from a plane a plane mesh may lie, relative to its size
   real(rk), parameter :: plane_tolerance = 1.0e-9_rk
@@ -59,17 +59,25 @@ contains
     n_dim = element_types(element_type_of_gmsh(raw%element_types(i_element)))%n_dim
   end function dimension_of_element
 
+  !> Largest dimension of the elements that belong to a physical group; -1 where none does.
+  pure integer function mesh_dimension(raw) result(n_dim)
+    type(raw_mesh_t), intent(in) :: raw
+    integer :: i_element
+
+    n_dim = -1
+    do i_element = 1, raw%n_elements
+      n_dim = max(n_dim, dimension_of_element(raw, i_element))
+    end do
+  end function mesh_dimension
+
   pure subroutine check_dimension(raw, n_dim, path, error)
     type(raw_mesh_t), intent(in) :: raw
     integer, intent(in) :: n_dim
     character(*), intent(in) :: path
     type(error_t), allocatable, intent(out) :: error
-    integer :: found, i_element
+    integer :: found
 
-    found = -1
-    do i_element = 1, raw%n_elements
-      found = max(found, dimension_of_element(raw, i_element))
-    end do
+    found = mesh_dimension(raw)
     if (found == n_dim) return
     if (found < 0) then
       call make_error(error, 'the mesh has no element of a physical group', file=path, &

@@ -5,7 +5,7 @@ module sig_mesh_read
   use sig_errors, only: error_t
   use sig_kinds, only: rk
   use sig_mesh, only: mesh_t
-  use sig_mesh_build, only: build_mesh
+  use sig_mesh_build, only: build_mesh, mesh_dimension
   use sig_mesh_file, only: raw_mesh_t, read_raw_mesh
   implicit none(type, external)
   private
@@ -16,17 +16,20 @@ contains
   !> Local. Errors: those of the file, of build_mesh and of orient_cells.
   subroutine read_mesh(path, n_dim, length_factor, mesh, error)
     character(*), intent(in) :: path
-    !> 2 or 3: dimension of the model
+    !> 2 or 3: dimension of the model; 0: that of the mesh, at least 2
     integer, intent(in) :: n_dim
     !> [units.length / mesh.length_unit]
     real(rk), intent(in) :: length_factor
     type(mesh_t), intent(out) :: mesh
     type(error_t), allocatable, intent(out) :: error
     type(raw_mesh_t) :: raw
+    integer :: n_model
 
     call read_raw_mesh(path, raw, error)
     if (allocated(error)) return
-    call build_mesh(raw, n_dim, length_factor, path, mesh, error)
+    n_model = n_dim
+    if (n_dim == 0) n_model = max(2, mesh_dimension(raw))
+    call build_mesh(raw, n_model, length_factor, path, mesh, error)
     if (allocated(error)) return
     mesh%file_hash = raw%hash
     call orient_cells(mesh, path, error)

@@ -37,7 +37,7 @@ def test_help_names_every_command_and_exit_code(signorom, tmp_path):
         [
             (
                 [],
-                r"error: no command; one of check, solve, sample, train, validate, run, predict, describe is needed",
+                r"error: no command; one of init, check, solve, sample, train, validate, run, predict, describe is",
             ),
             (["chekc", "a.yaml"], r"error: unknown command 'chekc'.*\n.*did you mean 'check'"),
             (["check", "a.yaml", "--fast"], r"error: unknown option '--fast'"),

@@ -1,0 +1,160 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> The text of a first deck for a mesh: what the mesh tells, and places to fill in.
+module sig_deck_draft
+  use sig_bodies, only: find_bodies, regions_of_body
+  use sig_deck_echo_words, only: yaml_text
+  use sig_deck_unfilled, only: placeholder
+  use sig_facing_groups, only: facing_groups_t
+  use sig_file_system, only: base_name
+  use sig_kinds, only: rk
+  use sig_mesh, only: mesh_t
+  use sig_text, only: counted, join, short_number, to_text
+  implicit none(type, external)
+  private
+  public :: draft_deck
+
+  character(*), parameter :: axis_names = 'xyz'
+  character(1), parameter :: nl = new_line('a')
+
+contains
+
+  !> The deck, with comments that say what to do.
+  function draft_deck(mesh, mesh_file, deck_file, pairs) result(text)
+    type(mesh_t), intent(in) :: mesh
+    !> as the deck names it
+    character(*), intent(in) :: mesh_file
+    character(*), intent(in) :: deck_file
+    !> contacts, guessed
+    type(facing_groups_t), intent(in) :: pairs(:)
+    character(:), allocatable :: text
+
+    text = '# Made by `signorom init`. Replace every ' // placeholder // ', then ask: signorom check ' // deck_file // &
+      ' --fields' // nl // '# What decks know stands in input/README.md.' // nl // &
+      'title: ' // yaml_text(base_name(mesh_file)) // nl // nl // &
+      '# Numbers below carry these units: with mm and N, moduli and pressures are in MPa.' // nl // &
+      'units: {length: mm, force: N}' // nl // nl // mesh_section(mesh, mesh_file) // nl // &
+      '# What varies and between which bounds; expressions below may use these names.' // nl // &
+      'parameters:' // nl // &
+      '  P: {min: ' // placeholder // ', max: ' // placeholder // ', unit: MPa}' // nl // nl // &
+      material_section(mesh) // nl // boundary_section(mesh) // nl // contact_section(mesh, pairs) // nl // &
+      '# Points where the full-order problem is solved to train the model, and others to judge it.' // nl // &
+      'training: {sobol: 100}' // nl // 'test: {sobol: 50, seed: 1}' // nl // &
+      '# Points with fields for ParaView: output: {points: [{P: 10}]}' // nl
+  end function draft_deck
+
+  function mesh_section(mesh, mesh_file) result(text)
+    type(mesh_t), intent(in) :: mesh
+    character(*), intent(in) :: mesh_file
+    character(:), allocatable :: text
+    integer, allocatable :: body_of_node(:)
+    integer :: n_bodies
+
+    call find_bodies(mesh, body_of_node, n_bodies)
+    text = '# The mesh: ' // counted(mesh%n_nodes, 'node') // ', ' // counted(mesh%n_cells, 'cell') // ', ' // &
+      to_text(n_bodies) // ' separate ' // trim(merge('body  ', 'bodies', n_bodies == 1)) // '; ' // &
+      box_text(mesh%coordinates) // nl
+    if (mesh%n_dim == 2) then
+      text = text // '# The model: plane_strain, plane_stress, or axisymmetric, where x of the mesh is the radius.' // nl
+    end if
+    text = text // 'mesh: {file: ' // yaml_text(mesh_file) // ', model: ' // &
+      trim(merge('plane_strain', 'solid       ', mesh%n_dim == 2)) // '}' // nl
+  end function mesh_section
+
+  function material_section(mesh) result(text)
+    type(mesh_t), intent(in) :: mesh
+    character(:), allocatable :: text
+    integer :: i
+
+    text = '# A material per region of the mesh; one material may have several regions.' // nl // 'materials:' // nl
+    do i = 1, size(mesh%groups)
+      associate (group => mesh%groups(i))
+        if (group%n_dim /= mesh%n_dim) cycle
+        text = text // '  ' // yaml_text(group%name) // ': {regions: [' // yaml_text(group%name) // '], young_modulus: ' // &
+          placeholder // ', poisson_ratio: ' // placeholder // '}' // nl
+      end associate
+    end do
+  end function material_section
+
+  !> The boundaries of the mesh as comments, a support and a load.
+  function boundary_section(mesh) result(text)
+    type(mesh_t), intent(in) :: mesh
+    character(:), allocatable :: text
+    integer :: i
+
+    text = '# Boundaries of the mesh:' // nl
+    do i = 1, size(mesh%groups)
+      associate (group => mesh%groups(i))
+        if (group%n_dim >= mesh%n_dim) cycle
+        text = text // '#   ' // yaml_text(group%name) // ': ' // box_text(mesh%coordinates(:, group%nodes)) // nl
+      end associate
+    end do
+    text = text // '# Supports, an entry for each held boundary; components that are not named stay free.' // nl // &
+      'boundary_conditions:' // nl // support_lines(mesh) // &
+      '# Loads: pressure or traction: {y: ...}, as expressions of parameters and place.' // nl // &
+      'loads:' // nl // '  - {boundary: ' // placeholder // ', pressure: P}' // nl
+  end function boundary_section
+
+  !> A support for each body.
+  function support_lines(mesh) result(lines)
+    type(mesh_t), intent(in) :: mesh
+    character(:), allocatable :: lines
+    integer, allocatable :: body_of_node(:)
+    integer :: i, n_bodies
+
+    call find_bodies(mesh, body_of_node, n_bodies)
+    lines = ''
+    do i = 1, n_bodies
+      lines = lines // '  - {boundary: ' // placeholder // ', displacement: {' // held_components(mesh%n_dim) // '}}'
+      if (n_bodies > 1) lines = lines // '  # of the body ' // join(regions_of_body(mesh, body_of_node, i), ', ') // &
+        '; delete this line if contact alone holds it'
+      lines = lines // nl
+    end do
+  end function support_lines
+
+  pure function held_components(n_dim) result(text)
+    integer, intent(in) :: n_dim
+    character(:), allocatable :: text
+    integer :: i
+
+    text = 'x: 0'
+    do i = 2, n_dim
+      text = text // ', ' // axis_names(i:i) // ': 0'
+    end do
+  end function held_components
+
+  function contact_section(mesh, pairs) result(text)
+    type(mesh_t), intent(in) :: mesh
+    type(facing_groups_t), intent(in) :: pairs(:)
+    character(:), allocatable :: text
+    integer :: i
+
+    if (size(pairs) == 0) then
+      text = '# No two surfaces of different bodies face each other: name those that may touch.' // nl // 'contact:' // nl // &
+        '  - {first: ' // placeholder // ', second: ' // placeholder // '}' // nl
+      return
+    end if
+    text = '# Guessed from the mesh: surfaces of different bodies that face each other. Delete what cannot touch.' // nl // &
+      'contact:' // nl
+    do i = 1, size(pairs)
+      associate (pair => pairs(i), groups => mesh%groups)
+        text = text // '  - {first: ' // yaml_text(groups(pair%first)%name) // ', second: ' // &
+          yaml_text(groups(pair%second)%name) // '}  # ' // to_text(nint(100 * pair%share)) // &
+          ' % of the first one, gap about ' // short_number(pair%gap(1)) // ' to ' // short_number(pair%gap(2)) // nl
+      end associate
+    end do
+  end function contact_section
+
+  !> `x 0 to 1, y -2 to 0`.
+  pure function box_text(points) result(text)
+    !> [length of the mesh] shape (n_dim, n)
+    real(rk), intent(in) :: points(:, :)
+    character(:), allocatable :: text
+    integer :: i
+
+    text = ''
+    do i = 1, size(points, 1)
+      if (i > 1) text = text // ', '
+      text = text // axis_names(i:i) // ' ' // short_number(minval(points(i, :))) // ' to ' // short_number(maxval(points(i, :)))
+    end do
+  end function box_text
+end module sig_deck_draft

@@ -1,0 +1,64 @@
+! SPDX-License-Identifier: BSD-3-Clause
+#include "signorom/macros.h"
+!> The command init: a first deck for a mesh, with places to fill in.
+module sig_init
+  use mpi, only: MPI_Comm_rank
+  use sig_command_line, only: command_t
+  use sig_deck_draft, only: draft_deck
+  use sig_deck_unfilled, only: placeholder
+  use sig_error_broadcast, only: broadcast_error
+  use sig_errors, only: error_report, error_t, exit_success, make_error
+  use sig_facing_groups, only: facing_groups_t, find_facing_groups
+  use sig_file_system, only: base_name, file_exists, write_text_file
+  use sig_kinds, only: rk
+  use sig_log, only: log_error, log_info
+  use sig_mesh, only: mesh_t
+  use sig_mesh_read, only: read_mesh
+  use sig_text, only: counted
+  use petsc
+  implicit none(type, external)
+  private
+  public :: init_deck
+
+contains
+
+  !> Rank 0 works. Collective on all ranks, which all get the exit code.
+  subroutine init_deck(command, exit_code, ierr)
+    type(command_t), intent(in) :: command
+    integer, intent(out) :: exit_code
+    PetscErrorCode, intent(out) :: ierr
+    type(error_t), allocatable :: error
+    integer :: rank
+
+    call MPI_Comm_rank(PETSC_COMM_WORLD, rank, ierr)
+    if (rank == 0) call write_draft(command%file, error)
+    PetscCall(broadcast_error(error, PETSC_COMM_WORLD, ierr))
+    exit_code = exit_success
+    if (.not. allocated(error)) return
+    call log_error(error_report(error))
+    exit_code = error%exit_code
+  end subroutine init_deck
+
+  !> Writes the deck beside the mesh. Errors: those of the mesh; the deck is there already.
+  subroutine write_draft(mesh_path, error)
+    character(*), intent(in) :: mesh_path
+    type(error_t), allocatable, intent(out) :: error
+    character(:), allocatable :: deck_path, mesh_file
+    type(mesh_t) :: mesh
+    type(facing_groups_t), allocatable :: pairs(:)
+
+    mesh_file = mesh_path(index(mesh_path, '/', back=.true.) + 1:)
+    deck_path = mesh_path(:len(mesh_path) - len(mesh_file)) // base_name(mesh_path) // '.yaml'
+    if (file_exists(deck_path)) then
+      call make_error(error, 'the deck is there already; init does not change it', deck_path)
+      return
+    end if
+    call read_mesh(mesh_path, 0, 1.0_rk, mesh, error)
+    if (allocated(error)) return
+    call find_facing_groups(mesh, pairs)
+    call write_text_file(deck_path, draft_deck(mesh, mesh_file, deck_path, pairs), error)
+    if (allocated(error)) return
+    call log_info(deck_path // ': ' // counted(count(mesh%groups%n_dim == mesh%n_dim), 'region') // ', ' // &
+      counted(size(pairs), 'contact') // ' guessed. Replace every ' // placeholder // ' and ask: signorom check ' // deck_path)
+  end subroutine write_draft
+end module sig_init

@@ -1,0 +1,24 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> Places of a deck that its author has yet to fill in, as `signorom init` leaves them.
+module sig_deck_unfilled
+  use sig_deck_tree, only: deck_tree_t, kind_scalar
+  implicit none(type, external)
+  private
+  public :: report_unfilled
+
+  !> stands where a value is missing
+  character(*), parameter, public :: placeholder = 'FILL_IN'
+
+contains
+
+  !> An error for each place.
+  subroutine report_unfilled(tree)
+    type(deck_tree_t), intent(inout) :: tree
+    integer :: i
+
+    do i = 1, size(tree%nodes)
+      if (tree%nodes(i)%kind /= kind_scalar) cycle
+      if (tree%nodes(i)%text == placeholder) call tree%report(i, 'is not filled in yet')
+    end do
+  end subroutine report_unfilled
+end module sig_deck_unfilled

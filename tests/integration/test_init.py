@@ -1,0 +1,119 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""`signorom init`: a first deck for a mesh, which works once its places are filled in."""
+
+import re
+
+import pytest
+import yaml
+
+from block_meshes import stacked_blocks
+from runs import HERE, refuse
+
+MESHES = HERE.parents[1] / "meshes"
+# contacts that the decks of input/ have on these meshes
+CONTACTS = {
+    "bracket": [
+        {"bracket_foot_1", "block_foot_1"},
+        {"bracket_foot_2", "block_foot_2"},
+        {"bracket_stop", "block_wall"},
+    ],
+    "half_disks": [{"lower_arc", "upper_arc"}],
+    "fuel_rod": [{"fuel_surface", "cladding_inside"}],
+    "shrink_fit": [{"inner_face", "outer_face"}],
+    "angle_bracket": [{"foot_face", "plate_face"}],
+    "saddle": [{"saddle_foot_1", "block_foot_1"}, {"saddle_foot_2", "block_foot_2"}],
+}
+
+
+def copy_mesh(name, folder):
+    """A mesh of the repository in a folder of its own."""
+    mesh = folder / f"{name}.msh"
+    mesh.write_bytes((MESHES / mesh.name).read_bytes())
+    return mesh
+
+
+@pytest.mark.parametrize("name", CONTACTS)
+def test_contacts_of_known_meshes(signorom, tmp_path, name):
+    """All contacts of the decks that we have, and no other."""
+    signorom("init", copy_mesh(name, tmp_path), folder=tmp_path)
+    deck = yaml.safe_load((tmp_path / f"{name}.yaml").read_text())
+    assert [{entry["first"], entry["second"]} for entry in deck["contact"]] == CONTACTS[name]
+
+
+@pytest.mark.parametrize("n_dim", [2, 3])
+def test_filled_in_deck_runs(signorom, tmp_path, n_dim):
+    """From a mesh to a judged model in five answers, on two ranks."""
+    stacked_blocks("Q4" if n_dim == 2 else "H8", n_dim).write(tmp_path / "part.msh")
+    signorom("init", "part.msh", folder=tmp_path, n_ranks=2)
+    deck = tmp_path / "part.yaml"
+    fill(deck, "P", min="10", max="90")
+    for region in ("lower", "upper"):
+        fill(deck, region, young_modulus="70e3", poisson_ratio="0.3")
+    text = deck.read_text()
+    for boundary in ("bottom", "left", "top"):  # a support for each body, a load
+        text = text.replace("boundary: FILL_IN", f"boundary: {boundary}", 1)
+    deck.write_text(text)
+    assert "FILL_IN" not in re.sub("#.*", "", deck.read_text())
+    signorom("check", deck, folder=tmp_path)
+    signorom("run", deck, folder=tmp_path)
+    assert (tmp_path / "results" / "part" / "model.h5").exists()
+
+
+def fill(deck, name, **values):
+    """Values in the place of FILL_IN on the line of a parameter or material."""
+    (line,) = re.findall(rf"(?m)^  {name}: .*$", deck.read_text())
+    filled = line
+    for key, value in values.items():
+        filled = filled.replace(f"{key}: FILL_IN", f"{key}: {value}")
+    assert "FILL_IN" not in filled
+    deck.write_text(deck.read_text().replace(line, filled))
+
+
+def test_places_are_named(signorom, tmp_path):
+    """A deck that is not filled in: an error for each place, with its line and column."""
+    signorom("init", copy_mesh("bracket", tmp_path), folder=tmp_path)
+    deck = tmp_path / "bracket.yaml"
+    done = signorom.run("check", deck, folder=tmp_path)
+    assert done.returncode == 2
+    places = re.sub("#.*", "", deck.read_text()).count("FILL_IN")
+    assert done.stderr.count("is not filled in yet") == places
+    lines = deck.read_text().splitlines()
+    (line,) = [i for i, text in enumerate(lines, 1) if text.startswith("  block: ")]
+    column = lines[line - 1].index("FILL_IN") + 1
+    sentence = "error: materials.block.young_modulus is not filled in yet"
+    assert f"bracket.yaml:{line}:{column}: {sentence}" in done.stderr
+
+
+def test_names_that_yaml_reads_otherwise(signorom, tmp_path):
+    """Regions and boundaries with blanks, colons and numbers as names stay what they are."""
+    mesh = stacked_blocks("Q4", 2)
+    mesh.write(tmp_path / "part.msh")
+    text = (tmp_path / "part.msh").read_text()
+    for old, new in {
+        "lower": "the lower: part",
+        "upper": "12",
+        "lower_face": "a, b",
+        "upper_face": "yes",
+    }.items():
+        text = text.replace(f'"{old}"', f'"{new}"')
+    (tmp_path / "part.msh").write_text(text)
+    signorom("init", "part.msh", folder=tmp_path)
+    deck = yaml.safe_load((tmp_path / "part.yaml").read_text())
+    assert deck["materials"]["12"]["regions"] == ["12"]
+    assert deck["materials"]["the lower: part"]["regions"] == ["the lower: part"]
+    assert {deck["contact"][0]["first"], deck["contact"][0]["second"]} == {"a, b", "yes"}
+
+
+def test_refusals(signorom, tmp_path):
+    """A deck that is there stays as it is; no mesh, a mesh without names, no file."""
+    mesh = copy_mesh("shrink_fit", tmp_path)
+    (tmp_path / "shrink_fit.yaml").write_text("mine\n")
+    said = refuse(signorom, "init", mesh, folder=tmp_path)
+    assert "shrink_fit.yaml: error: the deck is there already" in said
+    assert (tmp_path / "shrink_fit.yaml").read_text() == "mine\n"
+    (tmp_path / "text.msh").write_text("squeeze: 0.2\n")
+    refuse(signorom, "init", "text.msh", folder=tmp_path, n_ranks=3)
+    refuse(signorom, "init", "missing.msh", folder=tmp_path)
+    said = refuse(signorom, "init", folder=tmp_path)
+    assert "the command init needs a mesh (.msh)" in said
+    assert not (tmp_path / "text.yaml").exists()
