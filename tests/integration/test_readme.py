@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Commands of README.md in their order: each file that one names is in the repository, or an earlier command made it."""
+"""Commands of the READMEs in their order: each file that one names is in the repository, or an earlier one made it."""
 
 import re
 
@@ -13,16 +13,25 @@ PATH = re.compile(r"(?<![\w/$.])((?:tools|input|meshes|tests|include|build|resul
 MADE_BY = {
     "tools/demo.sh": ["build/release/signorom", "build/venv/bin/signorom-post", "build/venv/bin/python"],
     "tools/test.sh": ["build/ci/verification"],
+    "signorom check part.yaml": ["results/part"],
     "signorom-post paper": ["results/paper"],
     "cmake --install build/release --prefix": ["build/opt/lib/pkgconfig", "build/opt/lib"],
 }
 
 
+#: in the order in which a user reads them
+PAGES = ("README.md", "include/README.md", "input/compare/README.md")
+
+
+def text_of_pages():
+    """All of them, one after the other."""
+    return "\n".join((ROOT / page).read_text() for page in PAGES)
+
+
 def commands():
-    """Indented lines of the README, without their comments."""
-    text = (ROOT / "README.md").read_text()
-    lines = [line[4:].split("   #")[0].strip() for line in text.splitlines() if line.startswith("    ")]
-    return [line for line in lines if PATH.search(line)]
+    """Indented lines of the pages, without their comments."""
+    text = text_of_pages()
+    return [line[4:].split("   #")[0].strip() for line in text.splitlines() if line.startswith("    ")]
 
 
 def results_of(deck):
@@ -59,10 +68,37 @@ def test_paths_exist_when_a_command_names_them():
 
 def test_model_of_the_examples_has_their_parameters():
     """The C program and the Python binding ask for a value of each parameter of the deck whose model they open."""
-    text = (ROOT / "README.md").read_text()
+    text = text_of_pages()
     (deck, values) = re.search(r"ask_model results/(\w+)/model.h5 (.*)", text).groups()
     parameters = yaml.safe_load((ROOT / "input" / f"{deck}.yaml").read_text())["parameters"]
     assert len(values.split()) == len(parameters)
     (deck, names) = re.search(r'Model\("results/(\w+)/model.h5"\).query\((.*)\)', text).groups()
     parameters = yaml.safe_load((ROOT / "input" / f"{deck}.yaml").read_text())["parameters"]
     assert re.findall(r"(\w+)=", names) == list(parameters)
+
+
+def test_links_lead_somewhere():
+    """Each link of each page in the repository, but for the web."""
+    for page in ROOT.glob("**/*.md"):
+        if "build" in page.parts or ".git" in page.parts:
+            continue
+        for link in re.findall(r"\]\(([^)#\s]+)", page.read_text()):
+            if not link.startswith("http"):
+                assert (page.parent / link).exists(), f"{page.relative_to(ROOT)}: {link}"
+
+
+def test_front_page_is_short():
+    """What does not fit belongs to the page that it is about."""
+    lines = (ROOT / "README.md").read_text().splitlines()
+    assert len(lines) <= 150
+    assert max(map(len, lines)) <= 132
+
+
+def test_messages_are_those_of_the_program():
+    """Each row of the page on messages quotes words that the program says."""
+    page = (ROOT / "input" / "TROUBLESHOOTING.md").read_text().split("## What to do about a message")[1]
+    sources = "".join(path.read_text() for path in (ROOT / "src").glob("**/*.[fF]90"))
+    quoted = re.findall(r"(?m)^\| ([^|]+?) \|", page)[2:]
+    assert len(quoted) > 10
+    for words in quoted:
+        assert words in sources, words
