@@ -12,7 +12,6 @@ module sig_commands
   use sig_init, only: init_deck
   use sig_kinds, only: rk
   use sig_log, only: is_log_shown, log_error, log_info, lost_output, start_log
-  use sig_materials, only: check_model_stiffness
   use sig_memory_check, only: start_linear_algebra
   use sig_point_argument, only: parse_point
   use sig_predict, only: predict
@@ -115,7 +114,6 @@ contains
     is_run = command%name == 'run'
     points = session%deck%output%points
     if (command%at /= '') call parse_point(command%at, parameter_names(session%deck), points, error)
-    if (is_run .and. .not. allocated(error)) call check_model_stiffness(session%deck, error)
     if ((is_run .or. command%name == 'train') .and. .not. allocated(error)) then
       PetscCall(need_forest_tool(session%deck, error, ierr))
     else if (command%name == 'sample') then

@@ -12,7 +12,6 @@ module sig_study
   use sig_greedy_record, only: training_points
   use sig_kinds, only: rk
   use sig_log, only: log_info, log_warning
-  use sig_materials, only: check_model_stiffness
   use sig_model, only: model_t
   use sig_condensed_plan, only: needs_displacements
   use sig_model_building, only: build_model
@@ -77,7 +76,6 @@ contains
 
     call need_training(session, error)
     ierr = 0
-    if (.not. allocated(error)) call check_model_stiffness(session%deck, error)
     if (.not. allocated(error)) then
       PetscCall(session%full_order%load(session%deck, error, ierr))
     end if
@@ -166,10 +164,7 @@ contains
     real(rk), allocatable :: points(:, :)
 
     ierr = 0
-    call check_model_stiffness(session%deck, error)
-    if (allocated(error)) then
-      continue
-    else if (.not. session%deck%has_test) then
+    if (.not. session%deck%has_test) then
       call make_error(error, 'the deck has no test section, which names the points to validate at', session%deck%path, &
         hint='for example: test: {grid: {' // session%deck%parameters(1)%name // ': 101}}')
     else

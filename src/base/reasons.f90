@@ -28,6 +28,8 @@ module sig_reasons
   integer, parameter, public :: reason_outside = -15
   !> nothing touches in the reduced integration domain, but the loads or the gaps say that something does elsewhere
   integer, parameter, public :: reason_blind = -16
+  !> the reduced stiffness is singular with the elastic constants of the point
+  integer, parameter, public :: reason_singular = -17
 
   ! of a dense complementarity problem
   !> an entry of the matrix or of q is not finite
@@ -87,6 +89,8 @@ contains
       text = 'contacts change that never did at the training points around'
     case (reason_blind)
       text = 'nothing touches in the reduced integration domain, but loads or gaps say that something touches elsewhere'
+    case (reason_singular)
+      text = 'the reduced stiffness is singular with the elastic constants of this point'
     case default
       call put_lcp_reason(reason, text)
     end select

@@ -28,7 +28,10 @@ module sig_boundary_conditions
     !> external forces, and those that imposed strains cause
     type(load_pattern_t) :: loads
     type(load_pattern_t) :: strain_forces
+    !> forces whose responses are lifted beside the prescribed displacements, a term each, numbered from 1 on
+    type(load_pattern_t) :: lifted_forces
   contains
+    procedure :: n_lifted_terms
     procedure :: prescribed_displacement
     procedure :: get_forces
     procedure :: forces
@@ -60,6 +63,13 @@ contains
     end do
     call collect_terms(mesh, entries, entry_of_dof, deck_path, terms, conditions, error)
   end subroutine create_boundary_conditions
+
+  !> Columns of a lifting: one for each leading term, then one for each of the lifted forces.
+  pure integer function n_lifted_terms(self)
+    class(boundary_conditions_t), intent(in) :: self
+
+    n_lifted_terms = size(self%prescribed_values, 2) + self%lifted_forces%n_terms()
+  end function n_lifted_terms
 
   !> u_D(mu) on the prescribed dofs, 0 elsewhere.
   pure function prescribed_displacement(self, theta) result(displacement)

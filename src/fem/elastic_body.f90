@@ -25,6 +25,7 @@ module sig_elastic_body
     type(shape_table_t) :: tables(n_element_types)
   contains
     procedure :: set_moduli
+    procedure :: set_stresses
   end type elastic_body_t
 
 contains
@@ -68,4 +69,16 @@ contains
       self%stress_matrix(:, :, i) = stress_matrix(self%model, young_moduli(i), poisson_ratios(i))
     end do
   end subroutine set_moduli
+
+  !> Another law for each material, such as a part of Hooke's.
+  pure subroutine set_stresses(self, matrices)
+    class(elastic_body_t), intent(inout) :: self
+    !> [force/length**2] all stresses from all elastic strains, shape (n_stresses, n_stresses, n_materials)
+    real(rk), intent(in) :: matrices(:, :, :)
+
+    associate (strains => self%mechanics%strains(:self%mechanics%n_strains))
+      self%stress_matrix = matrices
+      self%hooke = matrices(strains, strains, :)
+    end associate
+  end subroutine set_stresses
 end module sig_elastic_body

@@ -15,7 +15,7 @@ module sig_strain_force
   use sig_term_set, only: term_set_t
   implicit none(type, external)
   private
-  public :: add_strain_forces, strain_forces
+  public :: add_strain_forces, has_numbers, strain_forces
 
 contains
 
@@ -58,7 +58,8 @@ contains
     end do
   end subroutine add_strain_forces
 
-  pure logical function has_numbers(material)
+  !> The elastic constants do not depend on the parameters.
+  elemental logical function has_numbers(material)
     type(material_config_t), intent(in) :: material
 
     has_numbers = material%young_modulus%is_constant .and. material%poisson_ratio%is_constant

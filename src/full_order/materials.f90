@@ -12,8 +12,7 @@ module sig_materials
   use sig_text, only: string_t, to_text
   implicit none(type, external)
   private
-  public :: add_material_terms, create_material_terms, set_materials, check_materials, check_model_stiffness, has_fixed_stiffness
-  public :: need_fixed_stiffness
+  public :: add_material_terms, create_material_terms, set_materials, check_materials, has_fixed_stiffness
   public :: varying_constants, most_points_per_stiffness
 
 contains
@@ -119,48 +118,6 @@ contains
 
     n = size(points, 2) / max(1, count_distinct(varying_constants(deck, terms, points)))
   end function per_stiffness
-
-  !> Refuses a deck whose stiffness depends on the parameters where it wants a hyper-reduced model.
-  subroutine check_model_stiffness(deck, error)
-    type(deck_config_t), intent(in) :: deck
-    type(error_t), allocatable, intent(out) :: error
-
-    if (deck%reduction%method == 'hhr') then
-      call need_fixed_stiffness(deck, 'reduction.method is hhr, and a hyper-reduced model needs one that does not', error)
-    else if (deck%clusters%number > 1 .or. deck%clusters%target%is_used) then
-      call need_fixed_stiffness(deck, 'clusters are of hyper-reduced models, which need one that does not', error)
-    end if
-  end subroutine check_model_stiffness
-
-  !> Refuses a deck whose stiffness depends on the parameters.
-  subroutine need_fixed_stiffness(deck, reason, error)
-    type(deck_config_t), intent(in) :: deck
-    !> end of the sentence
-    character(*), intent(in) :: reason
-    type(error_t), allocatable, intent(out) :: error
-    integer :: i
-
-    do i = 1, size(deck%materials)
-      associate (material => deck%materials(i))
-        call refuse_expression(deck, material%name // '.young_modulus', material%young_modulus, reason, error)
-        if (allocated(error)) return
-        call refuse_expression(deck, material%name // '.poisson_ratio', material%poisson_ratio, reason, error)
-        if (allocated(error)) return
-      end associate
-    end do
-  end subroutine need_fixed_stiffness
-
-  subroutine refuse_expression(deck, key, value, reason, error)
-    type(deck_config_t), intent(in) :: deck
-    character(*), intent(in) :: key
-    type(value_config_t), intent(in) :: value
-    character(*), intent(in) :: reason
-    type(error_t), allocatable, intent(out) :: error
-
-    if (.not. value%is_constant) call make_error(error, 'materials.' // key // ' is ''' // value%text // &
-      ''', so the stiffness depends on the parameters; ' // reason, deck%path, value%line, value%column, &
-      'take reduction.method: condensed, or make it a number')
-  end subroutine refuse_expression
 
   !> Refuses points where an elastic constant is not finite or out of its range.
   subroutine check_materials(deck, terms, points, error)

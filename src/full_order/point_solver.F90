@@ -41,6 +41,7 @@ module sig_point_solver
     procedure :: solve_points
     procedure :: n_points_at_once
     procedure :: condense
+    procedure :: look_at
     procedure :: take_body
     procedure :: lifting
     procedure :: destroy
@@ -87,8 +88,24 @@ contains
     end if
     PetscCall(self%take_body(problem, body, ierr))
     PetscCall(self%solver%create(self%system, ierr))
+    self%n_stiffnesses = self%n_stiffnesses + 1
     self%is_ready = .true.
   end subroutine update_stiffness
+
+  !> The stiffness of a point in the system, for products with it; the solver waits for the next point. Collective.
+  subroutine look_at(self, problem, point, ierr)
+    class(point_solver_t), intent(inout) :: self
+    type(problem_t), intent(in) :: problem
+    !> shape (n_parameters), checked
+    real(rk), intent(in) :: point(:)
+    PetscErrorCode, intent(out) :: ierr
+    type(elastic_body_t) :: body
+
+    ierr = 0
+    if (problem%has_fixed_stiffness) return
+    call body_at(problem, point, body)
+    PetscCall(self%take_body(problem, body, ierr))
+  end subroutine look_at
 
   !> Another stiffness in the system; the solver waits for the next point. Collective.
   subroutine take_body(self, problem, body, ierr)
@@ -103,7 +120,6 @@ contains
     end if
     self%is_ready = .false.
     self%body = body
-    self%n_stiffnesses = self%n_stiffnesses + 1
     PetscCall(self%system%update_stiffness(problem%mesh, self%body, ierr))
   end subroutine take_body
 
@@ -179,17 +195,23 @@ contains
     condensed => self%condensed
   end subroutine condense
 
-  !> Elastic responses to the terms of the prescribed displacements, without contact, on every rank. Collective.
+  !> Elastic responses to the problem's lifted terms, without contact, on every rank. Collective.
   !>
-  !> Requires: as condense.
-  subroutine lifting(self, response, reason, ierr)
+  !> Of a stiffness that depends on the parameters: that in the middle of their box; the solver then waits for the next point.
+  subroutine lifting(self, problem, response, reason, ierr)
     class(point_solver_t), intent(inout) :: self
-    !> [length] natural, shape (n_dofs, n_prescribed_terms)
+    type(problem_t), intent(in) :: problem
+    !> [length] natural, shape (n_dofs, n_lifted_terms)
     real(rk), allocatable, intent(out) :: response(:, :)
     !> reason_converged, or why K could not be factored
     integer, intent(out) :: reason
     PetscErrorCode, intent(out) :: ierr
 
+    if (.not. problem%has_fixed_stiffness) then
+      PetscCall(self%take_body(problem, problem%body, ierr))
+      PetscCall(compute_lifting(self%system, self%solver%is_multigrid, response, reason, ierr))
+      return
+    end if
     select type (solver => self%solver)
     type is (condensed_t)
       reason = solver%reason

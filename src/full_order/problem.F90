@@ -17,6 +17,7 @@ module sig_problem
   use sig_imposed_strain, only: imposed_strains_t, strain_field_t
   use sig_kinds, only: rk
   use sig_length_units, only: length_factor
+  use sig_lifted_strains, only: lift_strains
   use sig_loads, only: create_loads
   use sig_log, only: log_info, log_warning
   use sig_materials, only: add_material_terms, create_material_terms, has_fixed_stiffness, most_points_per_stiffness, set_materials
@@ -29,7 +30,8 @@ module sig_problem
   use sig_nodal_field_load, only: load_nodal_fields
   use sig_rigid_motions, only: create_rigid_motions, rigid_motions_t
   use sig_solver_plan, only: make_solver_plan, plan_text, problem_size_t, solver_plan_t
-  use sig_strain_force, only: add_strain_forces
+  use sig_stiffness_terms, only: list_stiffness_terms, stiffness_term_t
+  use sig_strain_force, only: add_strain_forces, has_numbers
   use sig_strain_parts, only: create_imposed_strains
   use sig_term_set, only: start_terms, term_set_t
   use sig_term_values, only: evaluate_points
@@ -50,11 +52,15 @@ module sig_problem
     type(term_set_t) :: material_terms
     !> where the stiffness depends on the parameters: young_modulus and poisson_ratio of each material among the terms below
     integer, allocatable :: constant_terms(:)
+    !> and the parts of the stiffness that depend on them
+    type(stiffness_term_t), allocatable :: stiffness_terms(:)
     !> what temperatures and swelling impose on it
     type(imposed_strains_t) :: strains
     !> prescribed displacements, loads and forces of imposed strains, and the terms that they are made of
     type(boundary_conditions_t) :: boundary
     type(term_set_t) :: terms
+    !> those that liftings have columns for: the terms of prescribed displacements, then those of imposed strains
+    integer, allocatable :: lifted_terms(:)
     !> it can be looked at: all but contact is there, even where load_problem ended with an error
     logical :: has_driving = .false.
     !> rows with a multiplier, and rows whose displacements are all prescribed
@@ -240,6 +246,7 @@ contains
     type(problem_t), intent(inout) :: problem
     type(error_t), allocatable, intent(out) :: error
     type(mechanical_model_t) :: model
+    integer :: n_first
 
     model = mechanical_model(deck%mesh%model)
     call start_terms(parameter_names(deck), coordinate_names(model), model%is_round, problem%terms)
@@ -250,10 +257,14 @@ contains
     call start_terms(parameter_names(deck), coordinate_names(model), model%is_round, problem%strains%terms)
     call create_imposed_strains(problem%mesh, problem%body, deck, fields, problem%strains, error)
     if (allocated(error)) return
+    n_first = problem%terms%n_terms()
     call add_strain_forces(problem%mesh, problem%body, deck, problem%strains, problem%terms, problem%boundary%strain_forces, error)
+    if (allocated(error)) return
     problem%boundary%n_driving_terms = problem%terms%n_terms()
+    call lift_strains(problem%mesh, problem%body, problem%strains, n_first, problem%terms, problem%boundary, problem%lifted_terms)
     allocate (problem%constant_terms(0))
     if (.not. problem%has_fixed_stiffness) call add_material_terms(deck, problem%terms, problem%constant_terms)
+    call list_stiffness_terms(.not. has_numbers(deck%materials), problem%stiffness_terms)
   end subroutine create_driving
 
   !> Contact rows, with the terms of their gaps behind all others.

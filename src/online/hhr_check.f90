@@ -20,7 +20,8 @@ contains
     name = ''
     associate (n_modes => cluster%n_modes, n_rows => cluster%n_rows, n_terms => sizes%n_terms)
       if (.not. is_matrix(cluster%basis, sizes%n_dofs, n_modes)) name = 'basis'
-      if (.not. is_matrix(cluster%lifting, sizes%n_dofs, min(n_terms, size(cluster%lifting, 2)))) name = 'lifting'
+      if (.not. is_matrix(cluster%lifting, sizes%n_dofs, size(cluster%lifted_terms))) name = 'lifting'
+      if (.not. are_indices(cluster%lifted_terms, n_terms)) name = 'lifted_terms'
       if (.not. is_matrix(cluster%reduced_stiffness, n_modes, n_modes)) name = 'reduced_stiffness'
       if (.not. is_matrix(cluster%contact_matrix, n_rows, n_modes)) name = 'contact_matrix'
       if (.not. is_matrix(cluster%load, n_modes, n_terms)) name = 'load'
@@ -36,6 +37,7 @@ contains
     if (.not. are_indices(cluster%training_points, sizes%n_points)) name = 'training_points'
     if (.not. is_whole(cluster%history)) name = 'enrichment'
     if (len(name) == 0) name = find_snapshot_mismatch(cluster, sizes)
+    if (len(name) == 0) name = cluster%varying%mismatch(sizes%n_terms, cluster%n_modes, size(cluster%lifted_terms))
     if (len(name) == 0) name = cluster%certificate%mismatch(sizes%n_multipliers, sizes%n_terms, &
       size(cluster%dual_snapshots, 2), cluster%n_rows, size(cluster%motion_closing, 2))
   end function find_hhr_mismatch

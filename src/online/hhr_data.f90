@@ -2,13 +2,15 @@
 !> A hyper-reduced model of one cluster of snapshots, (10), as data: what training makes and a file keeps.
 module sig_hhr_data
   use sig_bits, only: n_words
+  use sig_hhr_stiffness, only: hhr_stiffness_t
   use sig_kinds, only: rk
+  use sig_linear_algebra, only: multiply
   use sig_lifted_data, only: lifted_data_t
   use sig_missing_parts, only: fill_missing
   use sig_text, only: string_t
   implicit none(type, external)
   private
-  public :: hhr_data_t, enrichment_history_t, complete_cluster
+  public :: hhr_data_t, enrichment_history_t, add_lifted, complete_cluster, stiffness_at
 
   !> What Algorithm 1 found: first the modes without hat functions, then an entry per hat, in the order in which they joined.
   !>
@@ -32,8 +34,9 @@ module sig_hhr_data
 
   !> Hyper-reduced model of one cluster.
   !>
-  !> u = lifting theta' + basis gamma with the leading terms theta', those that prescribe displacements;
-  !> K_r gamma + M' lambda = load theta, M gamma <= gap theta, lambda >= 0 and complementary.
+  !> u = lifting theta' + basis gamma with the lifted terms theta', those that prescribe displacements or impose strains;
+  !> K_r gamma + M' lambda = load theta, M gamma <= gap theta, lambda >= 0 and complementary. Where the stiffness depends on the
+  !> parameters, K_r and the load have further parts (varying).
   !> Source: (10). theta(n_terms) are the values of the model's terms. Numbers of nodes, cells and dofs are natural, 1-based.
   type :: hhr_data_t
     !> columns of the basis: what prescribed rows leave of the POD modes, then the hats
@@ -46,13 +49,17 @@ module sig_hhr_data
     integer :: n_rows = 0
     !> [-] V, shape (n_dofs, n_modes)
     real(rk), allocatable :: basis(:, :)
-    !> [length per unit of theta] of the leading terms; the others prescribe nothing; shape (n_dofs, n_lifted_terms)
+    !> [length per unit of theta] of the lifted terms, shape (n_dofs, n_lifted_terms)
     real(rk), allocatable :: lifting(:, :)
-    !> [force / length] K_r, neither symmetric nor definite, shape (n_modes, n_modes)
+    !> their numbers, 1-based; a term may stand there twice; shape (n_lifted_terms)
+    integer, allocatable :: lifted_terms(:)
+    !> what depends on the elastic constants, where these depend on the parameters
+    type(hhr_stiffness_t) :: varying
+    !> [force / length] K_r, neither symmetric nor definite, without the parts that vary; shape (n_modes, n_modes)
     real(rk), allocatable :: reduced_stiffness(:, :)
     !> [-] M, shape (n_rows, n_modes)
     real(rk), allocatable :: contact_matrix(:, :)
-    !> [force per unit of theta] shape (n_modes, n_terms)
+    !> [force per unit of theta] without the parts that vary, shape (n_modes, n_terms)
     real(rk), allocatable :: load(:, :)
     !> [length per unit of theta] shape (n_rows, n_terms)
     real(rk), allocatable :: gap(:, :)
@@ -113,9 +120,12 @@ contains
     type(hhr_data_t), intent(inout) :: cluster
     integer, intent(in) :: n_dofs
     integer, intent(in) :: n_multipliers
+    integer :: i
 
     call fill_missing(cluster%basis, n_dofs)
     call fill_missing(cluster%lifting, n_dofs)
+    if (.not. allocated(cluster%lifted_terms)) cluster%lifted_terms = [(i, i=1, size(cluster%lifting, 2))]
+    call cluster%varying%complete()
     call fill_missing(cluster%reduced_stiffness, cluster%n_modes)
     call fill_missing(cluster%contact_matrix, cluster%n_rows)
     call fill_missing(cluster%load, cluster%n_modes)
@@ -147,4 +157,46 @@ contains
     call fill_missing(cluster%history%stiffness_conditions)
     call fill_missing(cluster%warnings)
   end subroutine complete_cluster
+
+  !> y = y + factor * a theta' with the lifted terms, for queries: nothing is allocated.
+  subroutine add_lifted(cluster, factor, a, theta, y)
+    type(hhr_data_t), intent(in) :: cluster
+    real(rk), intent(in) :: factor
+    !> shape (size(y), n_lifted_terms)
+    real(rk), contiguous, intent(in) :: a(:, :)
+    !> values of all terms
+    real(rk), contiguous, intent(in) :: theta(:)
+    real(rk), contiguous, intent(inout) :: y(:)
+    integer :: i
+    logical :: is_leading
+
+    associate (terms => cluster%lifted_terms)
+      is_leading = .true.
+      do i = 1, size(terms)
+        is_leading = is_leading .and. terms(i) == i
+      end do
+      if (is_leading) then
+        call multiply(factor, a, theta(:size(terms)), 1.0_rk, y)
+        return
+      end if
+      do i = 1, size(terms)
+        call multiply(factor, a(:, i:i), theta(terms(i):terms(i)), 1.0_rk, y)
+      end do
+    end associate
+  end subroutine add_lifted
+
+  !> [force / length] K_r with these moduli, those that varying knows.
+  pure function stiffness_at(cluster, moduli) result(stiffness)
+    type(hhr_data_t), intent(in) :: cluster
+    !> [force/length**2]
+    real(rk), intent(in) :: moduli(:)
+    !> shape (n_modes, n_modes)
+    real(rk), allocatable :: stiffness(:, :)
+    integer :: i
+
+    stiffness = cluster%reduced_stiffness
+    do i = 1, size(moduli)
+      stiffness = stiffness + moduli(i) * reshape(cluster%varying%parts(:, i), shape(stiffness))
+    end do
+  end function stiffness_at
 end module sig_hhr_data

@@ -49,8 +49,10 @@ contains
     character(*), intent(in) :: force
 
     call file%write(group // '/basis', cluster%basis, '1', 'a mode per row')
-    call file%write(group // '/lifting', cluster%lifting, length, 'displacement of the leading terms, a term per row')
-    call file%write(group // '/reduced_stiffness', cluster%reduced_stiffness, force // '/' // length, 'transposed')
+    call file%write(group // '/lifting', cluster%lifting, length, 'displacement of the lifted terms, a term per row')
+    call file%write(group // '/lifted_terms', cluster%lifted_terms, description='1-based')
+    call file%write(group // '/reduced_stiffness', cluster%reduced_stiffness, force // '/' // length, &
+      'transposed; without what moduli that depend on the parameters add')
     call file%write(group // '/contact_matrix', cluster%contact_matrix, '1', 'a mode per row')
     call file%write(group // '/load', cluster%load, force, 'a term per row')
     call file%write(group // '/gap', cluster%gap, length, 'right-hand side of the contact rows, a term per row')
@@ -74,6 +76,7 @@ contains
     call file%write_attribute(group, 'n_extra_modes', cluster%n_extra_modes)
     call file%write_attribute(group, 'n_hats', cluster%n_hats)
     call write_history(file, group // '/enrichment', cluster%history)
+    if (cluster%varying%is_there()) call cluster%varying%write(file, group // '/stiffness', length, force)
     if (cluster%certificate%is_there()) call cluster%certificate%write(file, group // '/certificate', length, force)
   end subroutine write_cluster
 
@@ -120,10 +123,12 @@ contains
     character(*), intent(in) :: group
     type(hhr_data_t), intent(inout) :: cluster
     type(error_t), allocatable, intent(inout) :: error
-    integer :: fits_displacements
+    integer :: fits_displacements, i
 
     call file%read(group // '/basis', cluster%basis, error)
     call file%read(group // '/lifting', cluster%lifting, error)
+    ! before strains were lifted these were the first ones
+    if (file%has(group // '/lifted_terms')) call file%read(group // '/lifted_terms', cluster%lifted_terms, error)
     call file%read(group // '/reduced_stiffness', cluster%reduced_stiffness, error)
     call file%read(group // '/contact_matrix', cluster%contact_matrix, error)
     call file%read(group // '/load', cluster%load, error)
@@ -149,9 +154,11 @@ contains
     call file%read_attribute(group, 'n_extra_modes', cluster%n_extra_modes, error)
     call file%read_attribute(group, 'n_hats', cluster%n_hats, error)
     call read_history(file, group // '/enrichment', cluster%history, error)
+    if (file%has(group // '/stiffness')) call cluster%varying%read(file, group // '/stiffness', error)
     if (file%has(group // '/certificate')) call cluster%certificate%read(file, group // '/certificate', error)
     cluster%n_modes = size(cluster%basis, 2)
     cluster%n_rows = size(cluster%contact_rows)
+    if (.not. allocated(cluster%lifted_terms)) cluster%lifted_terms = [(i, i=1, size(cluster%lifting, 2))]
   end subroutine read_cluster
 
   subroutine read_history(file, group, history, error)

@@ -39,7 +39,7 @@ module sig_interpolated_data
     type(string_t), allocatable :: exact_boundaries(:)
     !> [sqrt(force*length)] largest size of the forces in training, in the norm of W
     real(rk) :: largest_size = 0
-    !> active sets (z > 0) at the training points, as bits; shape (n_words(n_multipliers), n_points)
+    !> active sets (z > 0) at the training points, as bits; shape (n_words(n_multipliers), n_points), or no columns
     integer, allocatable :: start_sets(:, :)
     !> [-] largest error of the forces at the training points, whose constants are no nodes, relative to the size of the forces, at
     !> least a thousandth of the largest
@@ -97,7 +97,8 @@ contains
       if (.not. is_matrix(self%anchor_forces, n_anchors, sizes%n_terms)) name = 'anchor_forces'
       if (.not. is_matrix(self%anchor_motions, n_exact, n_anchors)) name = 'anchor_motions'
       if (.not. (are_indices(self%exact_dofs, sizes%n_dofs) .and. is_ascending(self%exact_dofs))) name = 'exact_dofs'
-      if (any(shape(self%start_sets) /= [n_words(n), sizes%n_points])) name = 'start_sets'
+      if (size(self%start_sets, 1) /= n_words(n)) name = 'start_sets'
+      if (size(self%start_sets, 2) > 0 .and. size(self%start_sets, 2) /= sizes%n_points) name = 'start_sets'
       do i = 1, size(self%bodies)
         if (len(name) == 0) name = self%bodies(i)%mismatch(n, sizes%n_terms, n_exact)
       end do

@@ -10,7 +10,7 @@ module sig_multiplier_fit
   use sig_force_balance, only: balance_forces
   use sig_kinds, only: rk
   use sig_linear_algebra, only: multiply
-  use sig_hhr_data, only: hhr_data_t
+  use sig_hhr_data, only: add_lifted, hhr_data_t
   use sig_nnls, only: nnls_t, nnls_workspace_t
   implicit none(type, external)
   private
@@ -115,9 +115,9 @@ contains
     if (any(multipliers_rid > 0) .and. self%n_rows < size(multipliers)) then
       workspace%known(:self%n_rows) = self%multiplier_scale * multipliers_rid
       if (self%n_values > 0) then
-        associate (displacements => workspace%known(self%n_rows + 1:), lifting => cluster%contact_value_lifting)
+        associate (displacements => workspace%known(self%n_rows + 1:))
           call multiply(self%displacement_scale, cluster%contact_value_basis, coordinates, 0.0_rk, displacements)
-          call multiply(self%displacement_scale, lifting, theta(:size(lifting, 2)), 1.0_rk, displacements)
+          call add_lifted(cluster, self%displacement_scale, cluster%contact_value_lifting, theta, displacements)
         end associate
       end if
       call self%snapshots%solve(workspace%known, workspace%nnls, workspace%coefficients, residual_norm)

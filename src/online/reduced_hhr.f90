@@ -1,13 +1,15 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> Hybrid hyper-reduction as a kind of reduced model: (10) condensed on the multipliers of its domain, the others reconstructed.
 module sig_reduced_hhr
+  use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   use sig_answer, only: answer_t
   use sig_bits, only: unpack_bits
   use sig_errors, only: error_t
   use sig_hdf5_reader, only: h5_reader_t
   use sig_hdf5_writer, only: h5_writer_t
+  use sig_hhr_blindness, only: is_blind
   use sig_hhr_check, only: find_hhr_mismatch
-  use sig_hhr_data, only: complete_cluster, hhr_data_t
+  use sig_hhr_data, only: add_lifted, complete_cluster, hhr_data_t
   use sig_hhr_description, only: describe_hhr
   use sig_hhr_file, only: read_cluster, write_cluster
   use sig_hhr_system, only: hhr_system_t
@@ -15,8 +17,8 @@ module sig_reduced_hhr
   use sig_lifted_certificate, only: lifted_certificate_t
   use sig_lcp, only: find_other_solution, lcp_solution_t, lcp_workspace_t, solve_lcp
   use sig_linear_algebra, only: multiply
-  use sig_multiplier_fit, only: multiplier_fit_t, multiplier_fit_workspace_t, work_of_loads
-  use sig_reasons, only: reason_blind
+  use sig_multiplier_fit, only: multiplier_fit_t, multiplier_fit_workspace_t
+  use sig_reasons, only: reason_blind, reason_singular
   use sig_reduced, only: model_sizes_t, neighbors_t, reduced_t, room_t
   use sig_text, only: string_t
   implicit none(type, external)
@@ -61,6 +63,9 @@ module sig_reduced_hhr
     type(lcp_solution_t) :: solution
     type(lcp_solution_t) :: other_solution
     type(multiplier_fit_workspace_t) :: fit
+    !> of the point that was solved last, where the stiffness depends on the parameters
+    type(hhr_system_t) :: system
+    logical :: is_singular = .false.
     !> (q, coordinates without contact forces), shape (n_rows + n_modes)
     real(rk), allocatable :: response(:)
     !> shape (n_rows)
@@ -71,9 +76,6 @@ module sig_reduced_hhr
     real(rk), allocatable :: multipliers(:)
     real(rk), allocatable :: opening(:)
   end type hhr_room_t
-
-  !> [-] penetration up to this share of the snapshots' largest normal displacement is what modes leave
-  real(rk), parameter :: noticeable = 1.0e-2_rk
 
 contains
 
@@ -99,7 +101,7 @@ contains
     name = find_hhr_mismatch(self%data, sizes)
   end function mismatch
 
-  !> Errors: the reduced stiffness is numerically singular.
+  !> Errors: the reduced stiffness is numerically singular; one that depends on the parameters is looked at in queries.
   subroutine prepare(self, message)
     class(reduced_hhr_t), intent(inout) :: self
     character(:), allocatable, intent(out) :: message
@@ -107,7 +109,7 @@ contains
     call self%fit%prepare(self%data)
     call self%certificate%prepare(self%data)
     self%largest_value = maxval([0.0_rk, abs(self%data%contact_displacement_snapshots)])
-    call self%system%create(self%data, message)
+    if (.not. self%data%varying%is_there()) call self%system%create(self%data, message)
   end subroutine prepare
 
   subroutine create_room(self, room)
@@ -118,6 +120,7 @@ contains
     allocate (own)
     allocate (own%response(self%data%n_rows + self%data%n_modes), own%start(self%data%n_rows), own%coordinates(self%data%n_modes))
     allocate (own%multipliers(size(self%data%dual_snapshots, 1)), own%opening(size(self%data%dual_snapshots, 1)))
+    if (self%data%varying%is_there()) call own%system%reserve(self%data)
     call move_alloc(own, room)
   end subroutine create_room
 
@@ -132,35 +135,36 @@ contains
 
     select type (room)
     type is (hhr_room_t)
-      call solve_from_sets(self, theta, near, judge, room, answer)
+      if (self%data%varying%is_there()) then
+        call solve_varying(self, theta, near, judge, room, answer)
+      else
+        call multiply(1.0_rk, self%system%response, theta, 0.0_rk, room%response)
+        call solve_from_sets(self, self%system, theta, near, judge, room, answer)
+      end if
       if (answer%reason < 0 .or. any(answer%multipliers_rid > 0)) return
-      if (is_blind(self, theta, answer, room)) answer%reason = reason_blind
+      if (is_blind(self%data, self%largest_value, theta, answer%coordinates, room%opening)) answer%reason = reason_blind
     end select
   end subroutine solve
 
-  !> Without contact forces in the domain: loads on a body that only contact holds, or pairs that penetrate elsewhere.
-  logical function is_blind(self, theta, answer, room)
+  !> The same with the equations of the point.
+  subroutine solve_varying(self, theta, near, judge, room, answer)
     class(reduced_hhr_t), intent(in) :: self
     real(rk), contiguous, intent(in) :: theta(:)
-    type(answer_t), intent(in) :: answer
-    type(hhr_room_t), intent(inout) :: room
-    real(rk) :: values(2 * size(room%opening))
+    type(neighbors_t), intent(in) :: near
+    class(reduced_t), pointer, intent(in) :: judge
+    type(hhr_room_t), target, intent(inout) :: room
+    type(answer_t), intent(inout) :: answer
 
-    is_blind = any(abs(work_of_loads(self%data, theta)) > 0)
-    if (is_blind .or. size(self%data%contact_gap, 2) /= size(theta)) return
-    if (size(self%data%contact_value_basis, 1) /= size(values)) return
-    associate (lifting => self%data%contact_value_lifting, n => size(room%opening))
-      call multiply(1.0_rk, self%data%contact_value_basis, answer%coordinates, 0.0_rk, values)
-      call multiply(1.0_rk, lifting, theta(:size(lifting, 2)), 1.0_rk, values)
-      call multiply(1.0_rk, self%data%contact_gap, theta, 0.0_rk, room%opening)
-      room%opening = room%opening - values(:n) + values(n + 1:)
-    end associate
-    is_blind = any(room%opening < -noticeable * self%largest_value)
-  end function is_blind
+    call room%system%assemble(self%data, theta, room%response, room%is_singular)
+    answer%reason = reason_singular
+    if (.not. room%is_singular) call solve_from_sets(self, room%system, theta, near, judge, room, answer)
+  end subroutine solve_varying
 
   !> From the active sets of two training points; without sets from what penetrates.
-  subroutine solve_from_sets(self, theta, near, judge, room, answer)
+  subroutine solve_from_sets(self, system, theta, near, judge, room, answer)
     class(reduced_hhr_t), intent(in) :: self
+    !> whose response is in the room
+    type(hhr_system_t), intent(in) :: system
     real(rk), contiguous, intent(in) :: theta(:)
     type(neighbors_t), intent(in) :: near
     class(reduced_t), pointer, intent(in) :: judge
@@ -169,19 +173,18 @@ contains
     integer :: n_iterations
 
     associate (n => self%data%n_rows, sets => self%data%start_sets)
-      call multiply(1.0_rk, self%system%response, theta, 0.0_rk, room%response)
       if (near%nearest >= 1 .and. near%nearest <= size(sets, 2)) then
         call unpack_bits(sets(:, near%nearest), room%start)
       else
         room%start = room%response(:n) < 0
       end if
-      call solve_lcp(self%system%condensed, room%response(:n), room%start, room%solution, room%workspace)
-      call take(self, room, room%solution, answer)
+      call solve_lcp(system%condensed, room%response(:n), room%start, room%solution, room%workspace)
+      call take(system, room, room%solution, answer)
       if (answer%reason < 0 .or. near%opposite < 1 .or. max(near%nearest, near%opposite) > size(sets, 2)) return
       if (all(sets(:, near%opposite) == sets(:, near%nearest))) return
       n_iterations = answer%n_iterations
       call unpack_bits(sets(:, near%opposite), room%start)
-      call look_for_other(self, theta, judge, room, answer)
+      call look_for_other(self, system, theta, judge, room, answer)
       answer%n_iterations = n_iterations + room%other_solution%n_iterations
     end associate
   end subroutine solve_from_sets
@@ -192,8 +195,9 @@ contains
   !> (10) may have several solutions, because its matrix is neither symmetric nor a P-matrix. The full-order forces are the minimum
   !> of E(lambda) = 1/2 lambda' W lambda + q' lambda over lambda >= 0, W and q those of all contacts, and
   !> E(lambda_r) - E(lambda) = 1/2 |lambda_r - lambda|^2 in the norm of W + lambda_r' w(lambda), which is not negative.
-  subroutine look_for_other(self, theta, judge, room, answer)
+  subroutine look_for_other(self, system, theta, judge, room, answer)
     class(reduced_hhr_t), intent(in) :: self
+    type(hhr_system_t), intent(in) :: system
     real(rk), contiguous, intent(in) :: theta(:)
     class(reduced_t), pointer, intent(in) :: judge
     !> start is the other set
@@ -202,31 +206,33 @@ contains
     real(rk) :: energy
     logical :: is_found
 
-    call find_other_solution(self%system%condensed, room%response(:self%data%n_rows), room%start, room%solution, &
+    call find_other_solution(system%condensed, room%response(:self%data%n_rows), room%start, room%solution, &
       room%other_solution, room%workspace, is_found)
     if (.not. is_found) return
     if (associated(judge)) then
-      energy = force_energy(self, theta, judge, room%solution, room)
-      if (force_energy(self, theta, judge, room%other_solution, room) < energy) call take(self, room, room%other_solution, answer)
+      energy = force_energy(self, system, theta, judge, room%solution, room)
+      if (force_energy(self, system, theta, judge, room%other_solution, room) < energy) &
+        call take(system, room, room%other_solution, answer)
     end if
     answer%n_solutions = 2
   end subroutine look_for_other
 
   !> [force*length] E of the forces of all contacts, those outside of the domain reconstructed.
-  real(rk) function force_energy(self, theta, judge, solution, room) result(energy)
+  real(rk) function force_energy(self, system, theta, judge, solution, room) result(energy)
     class(reduced_hhr_t), intent(in) :: self
+    type(hhr_system_t), intent(in) :: system
     real(rk), contiguous, intent(in) :: theta(:)
     class(reduced_t), intent(in) :: judge
     type(lcp_solution_t), intent(in) :: solution
     type(hhr_room_t), intent(inout) :: room
 
-    call self%system%coordinates(room%response, solution%lambda, room%coordinates)
+    call system%coordinates(room%response, solution%lambda, room%coordinates)
     call self%fit%evaluate(self%data, theta, room%coordinates, solution%lambda, room%fit, room%multipliers)
     energy = judge%energy(theta, room%multipliers, room%opening)
   end function force_energy
 
-  subroutine take(self, room, solution, answer)
-    class(reduced_hhr_t), intent(in) :: self
+  subroutine take(system, room, solution, answer)
+    type(hhr_system_t), intent(in) :: system
     type(hhr_room_t), intent(in) :: room
     type(lcp_solution_t), intent(in) :: solution
     type(answer_t), intent(inout) :: answer
@@ -235,7 +241,7 @@ contains
     call answer%take_solution(solution, solution%method)
     answer%multipliers_rid = solution%lambda
     answer%is_active = solution%is_active
-    if (solution%reason > 0) call self%system%coordinates(room%response, solution%lambda, answer%coordinates)
+    if (solution%reason > 0) call system%coordinates(room%response, solution%lambda, answer%coordinates)
   end subroutine take
 
   !> Forces of the domain as the answer has them, the fit elsewhere; balanced where only contact holds a body.
@@ -251,13 +257,14 @@ contains
     end select
   end subroutine fill_multipliers
 
-  !> u = lifting theta + basis gamma, with the terms that prescribe displacements.
+  !> u = lifting theta + basis gamma, with the lifted terms.
   subroutine fill_displacement(self, answer, displacement)
     class(reduced_hhr_t), intent(in) :: self
     type(answer_t), intent(in) :: answer
     real(rk), contiguous, intent(inout) :: displacement(:)
 
-    call multiply(1.0_rk, self%data%lifting, answer%theta(:size(self%data%lifting, 2)), 0.0_rk, displacement)
+    displacement = 0
+    call add_lifted(self%data, 1.0_rk, self%data%lifting, answer%theta, displacement)
     call multiply(1.0_rk, self%data%basis, answer%coordinates, 1.0_rk, displacement)
   end subroutine fill_displacement
 
@@ -266,10 +273,8 @@ contains
     type(answer_t), intent(in) :: answer
     integer, intent(in) :: dof
 
-    associate (lifting => self%data%lifting)
-      displacement = dot_product(lifting(dof, :), answer%theta(:size(lifting, 2))) + &
-        dot_product(self%data%basis(dof, :), answer%coordinates)
-    end associate
+    displacement = dot_product(self%data%lifting(dof, :), answer%theta(self%data%lifted_terms)) + &
+      dot_product(self%data%basis(dof, :), answer%coordinates)
   end function displacement_of_dof
 
   pure function contact_rows(self) result(numbers)
@@ -362,7 +367,13 @@ contains
     type is (hhr_room_t)
       answer%multipliers_rid = answer%multipliers(self%data%contact_rows)
       answer%is_active = answer%multipliers_rid > 0
-      call self%system%coordinates(room%response, answer%multipliers_rid, answer%coordinates)
+      if (room%is_singular) then
+        answer%coordinates = ieee_value(1.0_rk, ieee_quiet_nan)
+      else if (self%data%varying%is_there()) then
+        call room%system%coordinates(room%response, answer%multipliers_rid, answer%coordinates)
+      else
+        call self%system%coordinates(room%response, answer%multipliers_rid, answer%coordinates)
+      end if
     end select
   end subroutine displace_under
 
@@ -373,7 +384,6 @@ contains
     can_certify = self%certificate%is_there
   end function can_certify
 
-  !> Of the forces that fill_multipliers has made last, with this room.
   subroutine certify(self, multipliers, is_own, room, answer)
     class(reduced_hhr_t), intent(in) :: self
     real(rk), contiguous, intent(in) :: multipliers(:)

@@ -12,6 +12,7 @@ module sig_reduced_interpolated
   use sig_gradient, only: gradient_t
   use sig_hdf5_reader, only: h5_reader_t
   use sig_hdf5_writer, only: h5_writer_t
+  use sig_interpolated_certificate, only: bound_foreign_forces, interpolated_energy
   use sig_interpolated_data, only: interpolated_data_t
   use sig_interpolated_derivative, only: differentiate_interpolated, interpolated_displacement_changes
   use sig_kinds, only: rk
@@ -46,6 +47,7 @@ module sig_reduced_interpolated
     procedure :: has_whole_field
     procedure :: can_certify
     procedure :: certify
+    procedure :: energy
     procedure :: size_in_energy
     procedure :: differentiate
     procedure :: displacement_changes
@@ -202,10 +204,42 @@ contains
     type(answer_t), intent(inout) :: answer
     real(rk) :: size_of_answer
 
-    if (.not. is_own) return
+    if (.not. is_own) then
+      call certify_foreign(self, multipliers, room, answer)
+      return
+    end if
     size_of_answer = comparable_size(self%size_in_energy(room, multipliers), self%data%largest_size)
     call answer%take_bound(self%data%bound(answer%theta, answer%unknowns) + rounding * size_of_answer, size_of_answer)
   end subroutine certify
+
+  !> Forces that another part found; with anchors there is no bound.
+  subroutine certify_foreign(self, multipliers, room, answer)
+    type(reduced_interpolated_t), intent(in) :: self
+    real(rk), contiguous, intent(in) :: multipliers(:)
+    class(room_t), intent(inout) :: room
+    type(answer_t), intent(inout) :: answer
+    real(rk) :: size_of_answer
+
+    if (size(self%data%anchors) > 0) return
+    select type (room)
+    type is (interpolated_room_t)
+      call self%data%evaluate(answer%theta, room%compliance, room%opening)
+      call multiply(1.0_rk, room%compliance, multipliers, 1.0_rk, room%opening)
+      size_of_answer = comparable_size(self%size_in_energy(room, multipliers), self%data%largest_size)
+      call answer%take_bound(bound_foreign_forces(self%data, answer%theta, multipliers, room%compliance, room%opening, &
+        rounding * size_of_answer), size_of_answer)
+    end select
+  end subroutine certify_foreign
+
+  !> Which of two solutions that another part found is the better one.
+  real(rk) function energy(self, theta, multipliers, opening)
+    class(reduced_interpolated_t), intent(in) :: self
+    real(rk), contiguous, intent(in) :: theta(:)
+    real(rk), contiguous, intent(in) :: multipliers(:)
+    real(rk), contiguous, intent(inout) :: opening(:)
+
+    energy = interpolated_energy(self%data, theta, multipliers, opening)
+  end function energy
 
   !> [sqrt(force*length)] sqrt(lambda' W lambda) with closed anchors, W of the point that was solved last.
   real(rk) function size_in_energy(self, room, multipliers) result(size_of_forces)

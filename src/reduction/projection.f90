@@ -10,7 +10,7 @@ module sig_projection
   use sig_reduced_domain, only: reduced_domain_t
   implicit none(type, external)
   private
-  public :: projected_blocks_t, project, project_contact_rows, expected_stiffness_rank
+  public :: projected_blocks_t, project, project_part, project_contact_rows, expected_stiffness_rank
 
   !> reduced_stiffness * gamma + contact_matrix' * lambda = load * theta, contact_matrix * gamma <= gap * theta, lambda >= 0.
   type :: projected_blocks_t
@@ -30,7 +30,7 @@ contains
   !>
   !> V[A]' K[A, A+I] V[A+I] and the like, A and I of the domain; the load is V[A]' (F[A] - K[A, A+I] lifting).
   !> Source: (10). Local. Cost: size of the domain times (n_modes + n_terms) * n_modes.
-  subroutine project(mesh, body, rows, loads, domain, basis, lifting, blocks)
+  subroutine project(mesh, body, rows, loads, domain, basis, lifting, lifted_terms, blocks)
     type(mesh_t), intent(in) :: mesh
     type(elastic_body_t), intent(in) :: body
     type(contact_rows_t), intent(in) :: rows
@@ -38,23 +38,49 @@ contains
     type(reduced_domain_t), intent(in) :: domain
     !> V, shape (n_dofs, n_modes)
     real(rk), intent(in) :: basis(:, :)
-    !> [length] of the leading terms, shape (n_dofs, n_lifted_terms)
+    !> [length] of the lifted terms, shape (n_dofs, n_lifted_terms)
     real(rk), intent(in) :: lifting(:, :)
+    !> their numbers, shape (n_lifted_terms)
+    integer, intent(in) :: lifted_terms(:)
     type(projected_blocks_t), intent(out) :: blocks
-    real(rk), allocatable :: tests(:, :)
+    real(rk), allocatable :: tests(:, :), lifted(:, :)
     integer :: i
 
     tests = transpose(basis(domain%interior_dofs, :))
     blocks%reduced_stiffness = matmul(tests, stiffness_rows(mesh, body, domain, basis))
     allocate (blocks%load(size(basis, 2), size(rows%gap, 2)), source=0.0_rk)
-    blocks%load(:, :size(lifting, 2)) = -matmul(tests, stiffness_rows(mesh, body, domain, lifting))
+    lifted = -matmul(tests, stiffness_rows(mesh, body, domain, lifting))
+    do i = 1, size(lifted_terms)
+      blocks%load(:, lifted_terms(i)) = blocks%load(:, lifted_terms(i)) + lifted(:, i)
+    end do
     do i = 1, loads%n_entries()
       if (position_in(domain%interior_dofs, loads%dofs(i)) == 0) cycle
       blocks%load(:, loads%terms(i)) = blocks%load(:, loads%terms(i)) + basis(loads%dofs(i), :) * loads%values(i)
     end do
     blocks%contact_matrix = project_contact_rows(rows, domain, basis)
-    blocks%gap = project_gap(rows, domain, lifting)
+    blocks%gap = project_gap(rows, domain, lifting, lifted_terms)
   end subroutine project
+
+  !> What one part K_q of the stiffness adds to the system per unit of its modulus: V[A]' K_q V, and - V[A]' K_q lifting. Local.
+  subroutine project_part(mesh, body, domain, basis, lifting, stiffness, load)
+    type(mesh_t), intent(in) :: mesh
+    !> with the law of the part
+    type(elastic_body_t), intent(in) :: body
+    type(reduced_domain_t), intent(in) :: domain
+    !> V, shape (n_dofs, n_modes)
+    real(rk), intent(in) :: basis(:, :)
+    !> [length] shape (n_dofs, n_lifted_terms)
+    real(rk), intent(in) :: lifting(:, :)
+    !> [length] column by column, shape (n_modes**2)
+    real(rk), intent(out) :: stiffness(:)
+    !> [length**2] column by column, shape (n_modes * n_lifted_terms)
+    real(rk), intent(out) :: load(:)
+    real(rk), allocatable :: tests(:, :)
+
+    tests = transpose(basis(domain%interior_dofs, :))
+    stiffness = reshape(matmul(tests, stiffness_rows(mesh, body, domain, basis)), shape(stiffness))
+    load = -reshape(matmul(tests, stiffness_rows(mesh, body, domain, lifting)), shape(load))
+  end subroutine project_part
 
   !> K[A, A+I] * fields[A+I, :], shape (size of A, n_fields).
   !>
@@ -104,21 +130,23 @@ contains
   end function project_contact_rows
 
   !> What the lifting leaves of the gaps: D[A_lambda] - B[A_lambda, :] lifting, shape (size of A_lambda, n_terms).
-  pure function project_gap(rows, domain, lifting) result(gap)
+  pure function project_gap(rows, domain, lifting, lifted_terms) result(gap)
     type(contact_rows_t), intent(in) :: rows
     type(reduced_domain_t), intent(in) :: domain
-    !> [length] of the leading terms, shape (n_dofs, n_lifted_terms)
+    !> [length] of the lifted terms, shape (n_dofs, n_lifted_terms)
     real(rk), intent(in) :: lifting(:, :)
+    integer, intent(in) :: lifted_terms(:)
     !> [length]
-    real(rk) :: gap(size(domain%contact_rows), size(rows%gap, 2))
-    integer :: i_row, row
+    real(rk) :: gap(size(domain%contact_rows), size(rows%gap, 2)), closing(size(lifted_terms))
+    integer :: i, i_row, row
 
     gap = rows%gap(domain%contact_rows, :)
     do i_row = 1, size(domain%contact_rows)
       row = domain%contact_rows(i_row)
-      associate (n_lifted => size(lifting, 2))
-        gap(i_row, :n_lifted) = gap(i_row, :n_lifted) - matmul(rows%coefficients_of(row), lifting(rows%dofs_of(row), :))
-      end associate
+      closing = matmul(rows%coefficients_of(row), lifting(rows%dofs_of(row), :))
+      do i = 1, size(closing)
+        gap(i_row, lifted_terms(i)) = gap(i_row, lifted_terms(i)) - closing(i)
+      end do
     end do
   end function project_gap
 

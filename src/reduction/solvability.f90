@@ -4,7 +4,7 @@ module sig_solvability
   use sig_condition_number, only: condition_number
   use sig_kinds, only: rk
   use sig_linear_algebra, only: lu_t
-  use sig_hhr_data, only: hhr_data_t
+  use sig_hhr_data, only: hhr_data_t, stiffness_at
   use sig_singular_values, only: singular_values
   use sig_text, only: append_text, counted, short_number, string_t, to_text
   implicit none(type, external)
@@ -21,19 +21,31 @@ contains
     !> [-] a singular value below this times the largest counts as zero
     real(rk), intent(in) :: rank_tolerance
     type(hhr_data_t), intent(inout) :: cluster
+    real(rk), allocatable :: stiffness(:, :)
     real(rk) :: condition
     integer :: i, n, rank
+
+    stiffness = reference_stiffness(cluster)
 
     if (allocated(cluster%history%stiffness_conditions)) deallocate (cluster%history%stiffness_conditions)
     allocate (cluster%history%stiffness_conditions(cluster%n_hats + 1))
     do i = 1, cluster%n_hats + 1
       n = cluster%n_modes - cluster%n_hats + i - 1
       ! without tolerance: a finite number for all but exact zeros
-      call condition_number(cluster%reduced_stiffness(:n, :n), 0.0_rk, cluster%history%stiffness_conditions(i), rank)
+      call condition_number(stiffness(:n, :n), 0.0_rk, cluster%history%stiffness_conditions(i), rank)
     end do
     cluster%stiffness_condition = cluster%history%stiffness_conditions(cluster%n_hats + 1)
-    call condition_number(cluster%reduced_stiffness, rank_tolerance, condition, cluster%stiffness_rank)
+    call condition_number(stiffness, rank_tolerance, condition, cluster%stiffness_rank)
   end subroutine measure_stiffness
+
+  !> K_r, in the middle of the box of the parameters where it depends on them.
+  pure function reference_stiffness(cluster) result(stiffness)
+    type(hhr_data_t), intent(in) :: cluster
+    real(rk), allocatable :: stiffness(:, :)
+
+    stiffness = cluster%reduced_stiffness
+    if (cluster%varying%is_there()) stiffness = stiffness_at(cluster, cluster%varying%reference)
+  end function reference_stiffness
 
   !> Rank of the basis on the dofs of the domain; each column counts by its direction, not by its size there.
   !>
@@ -64,7 +76,7 @@ contains
     type(hhr_data_t), intent(in) :: cluster
     type(lu_t) :: lu
 
-    call lu%factor(cluster%reduced_stiffness)
+    call lu%factor(reference_stiffness(cluster))
     is_undetermined = lu%is_singular .or. (cluster%n_hats == 0 .and. cluster%stiffness_rank < cluster%n_modes)
   end function is_undetermined
 

@@ -31,7 +31,7 @@ module sig_condensed
     integer :: reason = 0
     !> [length] G, rows of this rank, shape (n_local_dofs, n_driving_terms); with anchors (n_local_dofs, n_terms)
     real(rk), allocatable :: free_response(:, :)
-    !> [length] the same for prescribed displacements alone, shape (n_local_dofs, n_prescribed_terms)
+    !> [length] the same for prescribed displacements alone, then for the lifted forces, shape (n_local_dofs, n_lifted_terms)
     real(rk), allocatable :: lifting(:, :)
     !> [length/force] H, rows of this rank, shape (n_local_dofs, n_rows)
     real(rk), allocatable :: contact_response(:, :)

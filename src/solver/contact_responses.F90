@@ -30,7 +30,7 @@ contains
     type(anchors_t), intent(out) :: anchors
     !> [length] G, shape (n_local_dofs, n_driving_terms)
     real(rk), allocatable, intent(out) :: free_response(:, :)
-    !> [length] the same for prescribed displacements alone, shape (n_local_dofs, n_prescribed_terms)
+    !> [length] the same for prescribed displacements alone, then for the lifted forces, shape (n_local_dofs, n_lifted_terms)
     real(rk), allocatable, intent(out) :: lifting(:, :)
     !> [length/force] H = K^-1 (B' - B_T' N'), shape (n_local_dofs, n_rows)
     real(rk), allocatable, intent(out) :: contact_response(:, :)

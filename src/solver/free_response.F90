@@ -121,35 +121,61 @@ contains
     forces = forces - system%rows%apply_transpose(multipliers, size(forces))
   end function balanced_load
 
-  !> Responses to the terms of the prescribed displacements alone, loads left out. Collective.
+  !> Responses to the terms of the prescribed displacements alone, loads left out, then to the lifted forces. Collective.
   subroutine solve_lifting(system, linear_solver, response, ierr)
     type(contact_system_t), intent(inout) :: system
     !> from factor_without_contact
     type(linear_solver_t), intent(inout) :: linear_solver
-    !> [length] rows of this rank, shape (n_local_dofs, n_prescribed_terms)
+    !> [length] rows of this rank, shape (n_local_dofs, n_lifted_terms)
     real(rk), allocatable, intent(out) :: response(:, :)
     PetscErrorCode, intent(out) :: ierr
+    real(rk), allocatable :: prescribed(:, :)
 
     ierr = 0
-    if (has_lifting(system)) then
-      PetscCall(solve_free_response(system, linear_solver, size(system%boundary%prescribed_values, 2), response, ierr))
-    else
-      allocate (response(system%map%n_local_dofs, size(system%boundary%prescribed_values, 2)), source=0.0_rk)
-    end if
+    allocate (response(system%map%n_local_dofs, system%boundary%n_lifted_terms()), source=0.0_rk)
+    associate (n => size(system%boundary%prescribed_values, 2))
+      if (moves_boundaries(system)) then
+        PetscCall(solve_free_response(system, linear_solver, n, prescribed, ierr))
+        response(:, :n) = prescribed
+      end if
+      if (size(response, 2) == n) return
+      PetscCall(solve_lifted_forces(system, linear_solver, response(:, n + 1:), ierr))
+    end associate
   end subroutine solve_lifting
 
+  !> Those of imposed strains: they are in equilibrium, and no support feels them. Collective.
+  subroutine solve_lifted_forces(system, linear_solver, response, ierr)
+    type(contact_system_t), intent(in) :: system
+    type(linear_solver_t), intent(inout) :: linear_solver
+    !> [length] rows of this rank, shape (n_local_dofs, n_forces)
+    real(rk), intent(inout) :: response(:, :)
+    PetscErrorCode, intent(out) :: ierr
+    real(rk) :: forces(system%map%n_dofs), rhs(size(response, 1), size(response, 2))
+    real(rk), allocatable :: solved(:, :)
+    integer :: i
+
+    do i = 1, size(rhs, 2)
+      forces = system%boundary%lifted_forces%forces(unit_vector(size(rhs, 2), i), size(forces))
+      where (held_dofs(system)) forces = 0
+      rhs(:, i) = forces(system%map%local_dofs)
+    end do
+    allocate (solved, mold=rhs)
+    PetscCall(linear_solver%solve_many(rhs, solved, ierr))
+    response = solved
+  end subroutine solve_lifted_forces
+
   !> Some value is prescribed that is not zero.
-  pure logical function has_lifting(system)
+  pure logical function moves_boundaries(system)
     type(contact_system_t), intent(in) :: system
 
-    has_lifting = any(abs(system%boundary%prescribed_values) > 0)
-  end function has_lifting
+    moves_boundaries = any(abs(system%boundary%prescribed_values) > 0)
+  end function moves_boundaries
 
   !> The same on every rank and in natural order, with a factorization of their own where there is anything to lift. Collective.
   subroutine compute_lifting(system, is_multigrid, response, reason, ierr)
     type(contact_system_t), intent(inout) :: system
     logical, intent(in) :: is_multigrid
-    !> [length] shape (n_dofs, n_prescribed_terms)
+    !> [length] shape (n_dofs, n_lifted_terms)
     real(rk), allocatable, intent(out) :: response(:, :)
     !> reason_converged, or why K could not be factored
     integer, intent(out) :: reason
@@ -160,7 +186,7 @@ contains
     ierr = 0
     reason = reason_converged
     allocate (local(system%map%n_local_dofs, 0))
-    if (has_lifting(system)) then
+    if (moves_boundaries(system) .or. system%boundary%lifted_forces%n_entries() > 0) then
       linear_solver%is_multigrid = is_multigrid
       PetscCall(factor_without_contact(system, linear_solver, ierr))
       reason = linear_solver%reason
@@ -172,6 +198,6 @@ contains
       if (reason /= reason_converged) local = 0
       PetscCall(linear_solver%destroy(ierr))
     end if
-    PetscCall(system%share_columns(local, size(system%boundary%prescribed_values, 2), response, ierr))
+    PetscCall(system%share_columns(local, system%boundary%n_lifted_terms(), response, ierr))
   end subroutine compute_lifting
 end module sig_free_response

@@ -106,9 +106,21 @@ PLANTED = [
     ),
     Planted(
         SRC + "online/multiplier_fit.f90",
-        "call multiply(self%displacement_scale, lifting,",
-        "call multiply(1.0_rk, lifting,",
+        "call add_lifted(cluster, self%displacement_scale,",
+        "call add_lifted(cluster, 1.0_rk,",
         "the driven part of displacements has another unit in the fit",
+    ),
+    Planted(
+        SRC + "online/hhr_stiffness.f90",
+        "moduli(i) = young / (2 * (1 - poisson))",
+        "moduli(i) = young / (3 * (1 - 2 * poisson))",
+        "plane stress takes the bulk modulus of space",
+    ),
+    Planted(
+        SRC + "online/hhr_system.f90",
+        "call multiply(1.0_rk, cluster%varying%lifting_parts, self%moduli, 0.0_rk, flat)",
+        "flat = 0",
+        "the lifting has no forces where the stiffness depends on the parameters",
     ),
     Planted(
         SRC + "online/grid_cells.f90",

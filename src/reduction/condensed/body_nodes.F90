@@ -139,7 +139,9 @@ contains
     end if
     allocate (responses%prescribed, mold=responses%loaded)
     responses%prescribed = 0
-    responses%prescribed(:, :size(lifting, 2)) = lifting
+    associate (n_prescribed => size(problem%boundary%prescribed_values, 2))
+      responses%prescribed(:, :n_prescribed) = lifting(:, :n_prescribed)
+    end associate
     responses%loaded = responses%loaded - responses%prescribed
   end subroutine solve_node
 

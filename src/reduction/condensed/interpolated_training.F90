@@ -7,7 +7,7 @@
 module sig_interpolated_training
   use sig_body_constants, only: body_constants_t, find_body_constants, joined_body_t
   use sig_body_nodes, only: close_anchors, fill_nodes, grow_nodes, start_body
-  use sig_condensed_plan, only: displacement_plan_t, plan_displacements
+  use sig_condensed_plan, only: displacement_plan_t, plan_displacements, why_not_condensed
   use sig_contact_responses, only: anchor_forces
   use sig_errors, only: error_t, exit_not_converged, make_error
   use sig_full_order, only: full_order_t, team_t
@@ -15,7 +15,7 @@ module sig_interpolated_training
   use sig_interpolated_data, only: interpolated_data_t
   use sig_interpolation_residuals, only: measure_residuals
   use sig_kinds, only: rk
-  use sig_log, only: log_info
+  use sig_log, only: log_info, log_warning
   use sig_polynomial_nodes, only: most_variables, number_of_polynomials
   use sig_problem, only: problem_t
   use sig_reduced, only: reduced_t
@@ -27,7 +27,7 @@ module sig_interpolated_training
   use petsc
   implicit none(type, external)
   private
-  public :: train_interpolated
+  public :: interpolate_fallback, train_interpolated
 
   !> [-] of the tolerance: neither the training points nor the probes are the worst ones
   real(rk), parameter :: caution = 0.25_rk
@@ -87,6 +87,63 @@ contains
     call log_nodes(constants, reduced%data)
     call move_alloc(reduced, part)
   end subroutine train_interpolated
+
+  !> What answers where a hyper-reduced model has no answer, all contacts and the displacements of all nodes or of none.
+  !> Collective on all ranks; the same on each.
+  !>
+  !> Errors: a constant is out of its range somewhere in the box.
+  subroutine interpolate_fallback(full_order, snapshots, has_starts, part, error, ierr)
+    type(full_order_t), intent(inout) :: full_order
+    !> solved; their displacements may be gone
+    type(training_set_t), intent(in) :: snapshots
+    !> they are the model's training points
+    logical, intent(in) :: has_starts
+    !> not allocated where there is none
+    class(reduced_t), allocatable, intent(out) :: part
+    type(error_t), allocatable, intent(out) :: error
+    PetscErrorCode, intent(out) :: ierr
+    type(body_constants_t), allocatable :: constants(:)
+    type(error_t), allocatable :: refusal
+    character(:), allocatable :: reason
+
+    ierr = 0
+    call find_body_constants(full_order%problem, constants, error)
+    if (allocated(error) .or. full_order%problem%rows%n_rows == 0 .or. &
+      full_order%problem%deck%reduction%max_full_order_size <= 0) return
+    reason = why_not_condensed(full_order%problem)
+    if (reason == '') then
+      PetscCall(train_interpolated(full_order, snapshots, part, refusal, ierr))
+      if (allocated(refusal)) reason = refusal%message
+    end if
+    if (reason /= '') then
+      call log_warning('the model keeps no full-order operator: ' // reason // &
+        '; where the reduced problem has no solution there will be no answer')
+      return
+    end if
+    select type (part)
+    type is (reduced_interpolated_t)
+      if (size(part%data%exact_boundaries) > 0) call drop_field(part%data)
+      if (.not. has_starts) part%data%start_sets = part%data%start_sets(:, :0)
+    end select
+  end subroutine interpolate_fallback
+
+  !> No displacements: those of some nodes alone would stand in the way of the modes' at all. Local.
+  pure subroutine drop_field(data)
+    type(interpolated_data_t), intent(inout) :: data
+    integer :: i
+
+    data%exact_dofs = data%exact_dofs(:0)
+    data%exact_boundaries = data%exact_boundaries(:0)
+    data%anchor_motions = data%anchor_motions(:0, :)
+    do i = 1, size(data%bodies)
+      associate (body => data%bodies(i))
+        body%own = body%own(:0)
+        body%loaded_field = body%loaded_field(:0, :)
+        body%prescribed_field = body%prescribed_field(:0, :)
+        body%contact_field = body%contact_field(:0, :)
+      end associate
+    end do
+  end subroutine drop_field
 
   !> What does not depend on the constants. Local.
   subroutine start_data(problem, team, constants, snapshots, data)

@@ -66,7 +66,7 @@ contains
       allocate (theta(0, snapshots%n_snapshots()))
     else
       call evaluate_points(problem%terms, snapshots%parameters, theta, i_bad_point, i_bad_source)
-      theta = theta(:size(snapshots%free_response, 2), :)
+      theta = theta(problem%lifted_terms(:size(snapshots%free_response, 2)), :)
     end if
   end function terms_at
 

@@ -2,16 +2,19 @@
 !> The reduced system of a domain and its modes: prescribed values split off, hats added, everything projected and measured.
 module sig_training_system
   use sig_dirichlet_rows, only: impose_dirichlet_rows
+  use sig_elastic_body, only: elastic_body_t
   use sig_enrichment, only: choose_hats, enrichment_path_t, enrichment_rule_t
   use sig_errors, only: error_t, make_error
   use sig_hat_functions, only: hat_columns, hat_set_t, hats_of_all_nodes, hats_of_rows, select_hats
   use sig_kinds, only: rk
   use sig_hhr_data, only: hhr_data_t
+  use sig_hhr_stiffness, only: bulk_modulus, shear_modulus, thin_bulk_modulus
   use sig_load_pattern, only: load_pattern_t
   use sig_problem, only: problem_t
-  use sig_projection, only: expected_stiffness_rank, project, project_contact_rows, projected_blocks_t
+  use sig_projection, only: expected_stiffness_rank, project, project_contact_rows, project_part, projected_blocks_t
   use sig_reduced_domain, only: reduced_domain_t
   use sig_solvability, only: is_undetermined, measure_stiffness, rank_on_domain, solvability_warnings, undetermined_text
+  use sig_stiffness_terms, only: body_of_rest, body_of_term
   use sig_term_values, only: evaluate_points
   use sig_text, only: to_text
   use sig_training_set, only: training_set_t
@@ -37,19 +40,71 @@ contains
     type(projected_blocks_t) :: blocks
     type(hat_set_t) :: hats
     type(load_pattern_t) :: forces
+    type(elastic_body_t) :: rest
 
     call keep_domain(domain, cluster)
     call split_prescribed(problem, snapshots, moved_nodes, modes, cluster, error)
     if (allocated(error)) return
     call enrich(problem, domain, modes, hats, cluster)
     call problem%boundary%get_forces(forces)
-    call project(problem%mesh, problem%body, problem%rows, forces, domain, cluster%basis, cluster%lifting, blocks)
+    call body_of_rest(problem%stiffness_terms, problem%body, rest)
+    call project(problem%mesh, rest, problem%rows, forces, domain, cluster%basis, cluster%lifting, cluster%lifted_terms, blocks)
     call keep_blocks(blocks, cluster)
-    cluster%primal_rank_expected = expected_stiffness_rank(domain, &
-      problem%boundary%loads%loaded_dofs(size(modes, 1)), problem%boundary%strain_forces%n_terms(), cluster%n_hats, &
-      cluster%n_modes)
+    call project_varying(problem, domain, cluster)
+    call count_equations(problem, domain, cluster)
     call check_solvable(problem, snapshots%parameters, domain, cluster, error)
   end subroutine build_system
+
+  !> The parts of the system that depend on elastic constants.
+  subroutine project_varying(problem, domain, cluster)
+    type(problem_t), intent(in) :: problem
+    type(reduced_domain_t), intent(in) :: domain
+    type(hhr_data_t), intent(inout) :: cluster
+    type(elastic_body_t) :: body
+    real(rk), allocatable :: theta(:, :)
+    integer :: i, i_bad_point, i_bad_source
+
+    associate (parts => problem%stiffness_terms, varying => cluster%varying, parameters => problem%deck%parameters)
+      allocate (varying%kinds(size(parts)), varying%young_terms(size(parts)), varying%poisson_terms(size(parts)))
+      allocate (varying%reference(size(parts)), varying%parts(cluster%n_modes**2, size(parts)))
+      allocate (varying%lifting_parts(cluster%n_modes * size(cluster%lifted_terms), size(parts)))
+      if (size(parts) == 0) return
+      do i = 1, size(parts)
+        varying%kinds(i) = modulus_kind(problem%body%mechanics%is_thin, parts(i)%i_hooke)
+        varying%young_terms(i) = problem%constant_terms(2 * parts(i)%material - 1)
+        varying%poisson_terms(i) = problem%constant_terms(2 * parts(i)%material)
+        call body_of_term(parts(i), problem%body, body)
+        call project_part(problem%mesh, body, domain, cluster%basis, cluster%lifting, varying%parts(:, i), &
+          varying%lifting_parts(:, i))
+      end do
+      call evaluate_points(problem%terms, reshape(parameters%minimum / 2 + parameters%maximum / 2, [size(parameters), 1]), theta, &
+        i_bad_point, i_bad_source)
+      call varying%moduli_at(theta(:, 1), varying%reference)
+    end associate
+  end subroutine project_varying
+
+  !> Of hooke_term, for a query.
+  pure integer function modulus_kind(is_thin, i_hooke) result(kind)
+    logical, intent(in) :: is_thin
+    integer, intent(in) :: i_hooke
+
+    kind = merge(thin_bulk_modulus, bulk_modulus, is_thin)
+    if (i_hooke == 2) kind = shear_modulus
+  end function modulus_kind
+
+  !> How many modes the equations can determine. With another stiffness a snapshot is in equilibrium nowhere, so every dof counts.
+  subroutine count_equations(problem, domain, cluster)
+    type(problem_t), intent(in) :: problem
+    type(reduced_domain_t), intent(in) :: domain
+    type(hhr_data_t), intent(inout) :: cluster
+    integer :: n_patterns
+
+    n_patterns = 0
+    if (problem%deck%reduction%dirichlet == 'multiplier') n_patterns = problem%boundary%strain_forces%n_terms()
+    cluster%primal_rank_expected = expected_stiffness_rank(domain, &
+      problem%boundary%loads%loaded_dofs(size(cluster%basis, 1)), n_patterns, cluster%n_hats, cluster%n_modes)
+    if (cluster%varying%is_there()) cluster%primal_rank_expected = min(cluster%n_modes, size(domain%interior_dofs))
+  end subroutine count_equations
 
   !> Hat functions by the deck's rule join the basis; their choice looks at the POD modes as they are, prescribed rows or not.
   subroutine enrich(problem, domain, modes, hats, cluster)
@@ -154,6 +209,7 @@ contains
     if (problem%deck%reduction%dirichlet /= 'multiplier') then
       cluster%basis = modes
       cluster%lifting = snapshots%free_response
+      cluster%lifted_terms = problem%lifted_terms(:size(cluster%lifting, 2))
       return
     end if
     rows = pack([(i, i=1, size(problem%boundary%prescribed_dofs))], &
@@ -161,6 +217,7 @@ contains
       i=1, size(problem%boundary%prescribed_dofs))])
     call impose_dirichlet_rows(modes, problem%boundary%prescribed_dofs(rows), problem%boundary%prescribed_values(rows, :), &
       problem%deck%reduction%rank_tolerance, cluster%basis, cluster%lifting, rank)
+    cluster%lifted_terms = [(i, i=1, size(cluster%lifting, 2))]
     misfit = prescribed_misfit(problem, snapshots, rows, cluster%lifting)
     if (misfit > representable) call make_error(error, 'the modes miss the prescribed displacements by ' // &
       to_text(misfit) // ' of their size', problem%deck%path, &

@@ -194,7 +194,7 @@ contains
     n_dofs = problem%mesh%n_dim * problem%mesh%n_nodes
     n_free_responses = size(set%free_response, 2)
     if (size(set%parameter_names) /= size(problem%deck%parameters) .or. size(set%multipliers, 1) /= problem%rows%n_rows .or. &
-      all(set%n_dofs /= [0, n_dofs]) .or. n_free_responses > problem%terms%n_terms()) &
+      all(set%n_dofs /= [0, n_dofs]) .or. n_free_responses > size(problem%lifted_terms)) &
       call make_error(error, 'the snapshots are not those of this deck and mesh: their sizes differ', file=path, &
         hint='remove the file and sample again')
   end subroutine read_own_snapshots
@@ -269,11 +269,11 @@ contains
     real(rk), allocatable :: response(:, :)
     integer :: reason
 
-    if (n_stored == 0 .or. .not. problem%has_fixed_stiffness) then
-      ! nobody asks for it, or nothing can be lifted once and for all
+    if (n_stored == 0) then
+      ! nobody asks for it
       allocate (response(n_stored, 0))
     else if (team%groups%i_group == 1) then
-      PetscCall(team%solver%lifting(response, reason, ierr))
+      PetscCall(team%solver%lifting(problem, response, reason, ierr))
       if (reason /= reason_converged) call make_error(error, 'no elastic response to the prescribed values: ' // &
         reason_text(reason), problem%deck%path, exit_code=exit_not_converged)
     end if
@@ -300,7 +300,7 @@ contains
     if (allocated(error)) return
     study%provenance = problem%provenance
     study%parameter_names = parameter_names(problem%deck)
-    study%term_texts = problem%terms%names(:size(response, 2))
+    study%term_texts = problem%terms%names(problem%lifted_terms(:size(response, 2)))
     study%free_response = response
     call write_snapshots(store%path(), study, records, problem%deck%units%length, force_unit(problem%deck), &
       parameter_units(problem%deck), error)

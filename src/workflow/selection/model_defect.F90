@@ -39,13 +39,15 @@ module sig_model_defect
     logical :: is_bound = .false.
     !> of the full order, which owns them; no operator where it is not condensed
     type(contact_system_t), pointer, private :: system => null()
+    type(point_solver_t), pointer, private :: solver => null()
+    type(problem_t), pointer, private :: problem => null()
     type(condensed_t), pointer, private :: condensed => null()
     type(contact_error_bound_t), private :: contact
     !> R, coordinates of the columns [G, -H, lifting, basis]; the first n_full belong to the full-order model
     real(rk), allocatable, private :: columns(:, :)
     integer, private :: n_full = 0
-    !> leading terms that the model's lifting answers
-    integer, private :: n_lifted = 0
+    !> terms that the model's lifting answers
+    integer, allocatable, private :: lifted_terms(:)
     !> U' K U
     real(rk), allocatable, private :: energy(:, :)
   contains
@@ -68,12 +70,18 @@ contains
   !> Condenses the full-order model where that is possible. Collective on all ranks.
   subroutine create(self, problem, solver, ierr)
     class(model_defect_t), intent(inout) :: self
-    type(problem_t), intent(in) :: problem
-    !> of all ranks as one group; it outlives this object
+    !> both outlive this object
+    type(problem_t), target, intent(in) :: problem
+    !> of all ranks as one group
     type(point_solver_t), target, intent(inout) :: solver
     PetscErrorCode, intent(out) :: ierr
 
+    ierr = 0
+    self%problem => problem
+    self%solver => solver
     self%system => solver%system
+    ! one W for all points
+    if (.not. problem%has_fixed_stiffness) return
     ! with anchors the unknowns of W are not the multipliers alone
     if (.not. problem%plan%may_factor .or. self%system%motions%n_free > 0) return
     if (.not. fits_condensed(self%system%map%n_dofs, problem%rows%n_rows)) return
@@ -97,7 +105,7 @@ contains
     PetscErrorCode, intent(out) :: ierr
     type(answer_t) :: answer
     type(rooms_t) :: rooms
-    integer :: first, i, last, n_ranks, rank
+    integer :: first, i, last, n_at_once, n_ranks, rank
 
     defects = 0
     if (self%is_bound) then
@@ -109,8 +117,10 @@ contains
       end do
       PetscCall(sum_over_ranks(PETSC_COMM_WORLD, defects, ierr))
     else
-      do first = 1, size(points, 2), chunk
-        last = min(first + chunk - 1, size(points, 2))
+      n_at_once = merge(chunk, 1, self%problem%has_fixed_stiffness)
+      do first = 1, size(points, 2), n_at_once
+        last = min(first + n_at_once - 1, size(points, 2))
+        PetscCall(self%solver%look_at(self%problem, points(:, first), ierr))
         PetscCall(measure_residuals(self%system, online, query, points(:, first:last), defects(first:last), ierr))
       end do
     end if
@@ -130,7 +140,7 @@ contains
       n_driving = size(self%condensed%free_response, 2)
       n_rows = size(self%condensed%contact_response, 2)
       n_lifted = size(cluster%lifting, 2)
-      self%n_lifted = n_lifted
+      self%lifted_terms = cluster%lifted_terms
       self%n_full = n_driving + n_rows
       allocate (fields(map%n_local_dofs, self%n_full + n_lifted + cluster%n_modes))
       fields(:, :n_driving) = self%condensed%free_response
@@ -171,9 +181,10 @@ contains
     if (answer%reason < 0) return
     call reconstruct_multipliers(online, answer, rooms, multipliers)
     multipliers = max(multipliers, 0.0_rk)
-    associate (n_driving => size(self%condensed%free_response, 2), n_lifted => self%n_lifted)
+    associate (n_driving => size(self%condensed%free_response, 2))
       call multiply(1.0_rk, self%columns(:, :self%n_full), [answer%theta(:n_driving), multipliers], 0.0_rk, balanced)
-      call multiply(1.0_rk, self%columns(:, self%n_full + 1:), [answer%theta(:n_lifted), answer%coordinates], 0.0_rk, reduced)
+      call multiply(1.0_rk, self%columns(:, self%n_full + 1:), [answer%theta(self%lifted_terms), answer%coordinates], 0.0_rk, &
+        reduced)
     end associate
     opening = matmul(self%condensed%free_opening, answer%theta) + matmul(self%condensed%compliance, multipliers)
     bound = relative(self%energy_norm(balanced - reduced) + self%contact%evaluate(multipliers, opening), &
@@ -223,10 +234,12 @@ contains
     end do
   end subroutine measure_residuals
 
-  !> What the bound is above: energy norms of what the answer's displacement misses, and of what the difference of the forces
-  !> displaces (no number where the full-order model is not condensed), over that of the answer. Collective on all ranks.
-  subroutine true_errors(self, answered, displacement, answered_multipliers, multipliers, errors, ierr)
+  !> What the bound is above, at a point: energy norms of what the answer's displacement misses, and of what the difference of
+  !> the forces displaces (no number where the full-order model is not condensed), over that of the answer. Collective on all ranks.
+  subroutine true_errors(self, point, answered, displacement, answered_multipliers, multipliers, errors, ierr)
     class(model_defect_t), intent(inout) :: self
+    !> shape (n_parameters)
+    real(rk), intent(in) :: point(:)
     !> [length] of the model and of the full-order solution, shape (n_dofs)
     real(rk), intent(in) :: answered(:)
     real(rk), intent(in) :: displacement(:)
@@ -239,6 +252,7 @@ contains
     real(rk) :: difference(size(answered)), forces(size(answered)), whole, wrong(size(multipliers))
 
     difference = answered - displacement
+    PetscCall(self%solver%look_at(self%problem, point, ierr))
     PetscCall(self%system%apply_stiffness(answered, forces, ierr))
     whole = max(sqrt(max(0.0_rk, dot_product(answered, forces))), &
                 smallest_share * sqrt(self%system%stiffness_size) * norm2(answered))

@@ -14,7 +14,6 @@ module sig_selection_by_defect
   use sig_greedy_rules, only: box_of, cut_at_end, pick_worst
   use sig_kinds, only: rk
   use sig_log, only: log_info
-  use sig_materials, only: need_fixed_stiffness
   use sig_model_defect, only: model_defect_t
   use sig_rooms, only: rooms_t
   use sig_online_model, only: online_model_t
@@ -66,12 +65,6 @@ contains
     type(team_t), pointer :: whole_team
 
     ierr = 0
-    call need_fixed_stiffness(full_order%problem%deck, &
-      'training.greedy.indicator: defect needs one that does not', error)
-    if (allocated(error)) then
-      error%hint = 'take training.greedy.indicator: projection'
-      return
-    end if
     rounds%problem => full_order%problem
     rounds%store = store_t(folder, snapshot_store)
     associate (greedy => rounds%problem%deck%greedy)
@@ -79,7 +72,7 @@ contains
     end associate
     PetscCall(full_order%whole_team(whole_team, ierr))
     PetscCall(rounds%defect%create(rounds%problem, whole_team%solver, ierr))
-    if (.not. rounds%defect%is_bound) call log_info('the full-order model cannot be condensed: the defect is the size of the ' // &
+    if (.not. rounds%defect%is_bound) call log_info(why_no_bound(rounds%problem) // ': the defect is the size of the ' // &
       'residuals, which bounds no error')
     call cut_at_end(rounds%problem%deck, selection)
     if (size(selection%indicators) == 0) call begin_far_apart(rounds%problem, candidates, selection)
@@ -94,6 +87,14 @@ contains
       PetscCall(keep_selection(rounds%problem, folder, selection, rounds%sampler%team%groups%world_rank == 0, error, ierr))
     end if
   end subroutine select_by_defect
+
+  pure function why_no_bound(problem) result(reason)
+    type(problem_t), intent(in) :: problem
+    character(:), allocatable :: reason
+
+    reason = 'the full-order model cannot be condensed'
+    if (.not. problem%has_fixed_stiffness) reason = 'the stiffness depends on the parameters'
+  end function why_no_bound
 
   subroutine begin_far_apart(problem, candidates, selection)
     type(problem_t), intent(in) :: problem
@@ -147,8 +148,9 @@ contains
     do i = 1, rounds%n_new
       ! where the model had no answer there is nothing to compare
       if (selection%indicators(n_before + i) > huge(1.0_rk) .or. solved%reasons(i) < 0) cycle
-      associate (errors => selection%errors(:, n_before + i), u => rounds%displacement(:, i))
-        PetscCall(rounds%defect%true_errors(u, solved%displacement(:, i), rounds%multipliers(:, i), solved%multipliers(:, i), errors, ierr))
+      associate (errors => selection%errors(:, n_before + i), u => rounds%displacement(:, i), &
+        point => selection%points(:, n_before + i), lambda => rounds%multipliers(:, i))
+        PetscCall(rounds%defect%true_errors(point, u, solved%displacement(:, i), lambda, solved%multipliers(:, i), errors, ierr))
       end associate
     end do
   end subroutine compare_answers

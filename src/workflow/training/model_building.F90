@@ -7,17 +7,18 @@ module sig_model_building
   use sig_deck_config, only: reduction_config_t
   use sig_errors, only: error_t, exit_not_converged, make_error
   use sig_file_system, only: file_exists
-  use sig_full_order, only: full_order_t
-  use sig_interpolated_training, only: train_interpolated
+  use sig_full_order, only: full_order_t, team_t
+  use sig_interpolated_training, only: interpolate_fallback, train_interpolated
   use sig_kinds, only: rk
   use sig_lifted_training, only: add_certificates
-  use sig_log, only: log_info
-  use sig_materials, only: need_fixed_stiffness
+  use sig_log, only: log_info, log_warning
   use sig_model, only: model_t
   use sig_model_parts, only: set_fallback
   use sig_model_header, only: fill_model_header
   use sig_parameter_space, only: build_points
+  use sig_petsc_support, only: broadcast_columns
   use sig_problem, only: problem_t
+  use sig_reasons, only: reason_converged, reason_text
   use sig_reduced, only: reduced_t
   use sig_refinement, only: refine, refinement_result_t
   use sig_snapshot_merge, only: candidate_store, read_spread, store_in, store_t
@@ -60,25 +61,83 @@ contains
     allocate (refinement%rounds(0))
     PetscCall(build_exact(full_order, snapshots, model, is_condensed, error, ierr))
     if (allocated(error) .or. is_condensed) return
+    PetscCall(complete_lifting(full_order, snapshots, error, ierr))
+    if (allocated(error)) return
     if (full_order%problem%deck%clusters%target%is_used) then
       PetscCall(read_candidates(full_order%problem, store_in(folder, candidate_store), candidates, error, ierr))
       if (allocated(error)) return
       ! its queries need it
-      PetscCall(condense_fallback(full_order, snapshots%multipliers, fallback, ierr))
+      PetscCall(build_fallback(full_order, snapshots, .false., fallback, error, ierr))
+      if (allocated(error)) return
       PetscCall(refine(full_order%problem, snapshots, candidates, fallback, model, refinement, error, ierr))
     else
       PetscCall(train(full_order%problem, snapshots, model, error, ierr))
       if (allocated(error)) return
       ! the operator wants room, too
       deallocate (snapshots%displacement)
-      PetscCall(condense_fallback(full_order, snapshots%multipliers, fallback, ierr))
+      allocate (snapshots%displacement(0, size(snapshots%reasons)))
+      PetscCall(build_fallback(full_order, snapshots, .true., fallback, error, ierr))
+      if (allocated(error)) return
       call set_fallback(model, fallback)
       call fill_start_sets(model)
     end if
     model%max_error = max_error_of(full_order%problem%deck%reduction, hyper_reduced_error)
     if (model%has_fallback .or. allocated(error) .or. model%max_error <= 0) return
-    PetscCall(add_certificates(full_order, model, ierr))
+    if (full_order%problem%has_fixed_stiffness) then
+      PetscCall(add_certificates(full_order, model, ierr))
+    else
+      call log_warning('answers will have no certificate: the stiffness depends on the parameters, and the model keeps no ' // &
+        'full-order operator')
+    end if
   end subroutine build_model
+
+  !> The elastic responses that modes leave out, where the snapshots lack some: those of an earlier version do. Collective on all
+  !> ranks. Errors: the stiffness could not be factored.
+  subroutine complete_lifting(full_order, snapshots, error, ierr)
+    type(full_order_t), intent(inout) :: full_order
+    type(snapshot_set_t), intent(inout) :: snapshots
+    type(error_t), allocatable, intent(out) :: error
+    PetscErrorCode, intent(out) :: ierr
+    type(team_t), pointer :: team
+    real(rk), allocatable :: response(:, :)
+    integer :: reason
+
+    ierr = 0
+    if (size(snapshots%free_response, 2) >= size(full_order%problem%lifted_terms)) return
+    PetscCall(full_order%ready_team(team, ierr))
+    PetscCall(team%solver%lifting(full_order%problem, response, reason, ierr))
+    if (reason /= reason_converged) then
+      call make_error(error, 'no elastic response to the prescribed values and imposed strains: ' // reason_text(reason), &
+        full_order%problem%deck%path, exit_code=exit_not_converged)
+      return
+    end if
+    PetscCall(broadcast_columns(response, PETSC_COMM_WORLD, ierr))
+    call move_alloc(response, snapshots%free_response)
+  end subroutine complete_lifting
+
+  !> What answers where a hyper-reduced model cannot, if it has room. Collective on all ranks; the same on each.
+  !>
+  !> Errors: a constant is out of its range somewhere in the box of the parameters.
+  subroutine build_fallback(full_order, snapshots, has_starts, fallback, error, ierr)
+    type(full_order_t), intent(inout) :: full_order
+    type(snapshot_set_t), intent(in), target :: snapshots
+    !> the model has these training points: queries start from their active sets
+    logical, intent(in) :: has_starts
+    !> not allocated where there is none
+    class(reduced_t), allocatable, intent(out) :: fallback
+    type(error_t), allocatable, intent(out) :: error
+    PetscErrorCode, intent(out) :: ierr
+    type(training_set_t) :: solved
+
+    if (full_order%problem%has_fixed_stiffness) then
+      PetscCall(condense_fallback(full_order, snapshots%multipliers, fallback, ierr))
+      return
+    end if
+    ierr = 0
+    call take_solved(full_order%problem, snapshots, .true., solved, error)
+    if (allocated(error)) return
+    PetscCall(interpolate_fallback(full_order, solved, has_starts, fallback, error, ierr))
+  end subroutine build_fallback
 
   !> reduction.method: a model without hyper-reduction, where the deck and the room allow one. Collective on all ranks.
   !>
@@ -102,10 +161,6 @@ contains
     is_built = kind /= 'hhr' .and. .not. allocated(error)
     if (is_built) is_built = more == ''
     if (is_built .or. allocated(error)) return
-    if (.not. full_order%problem%has_fixed_stiffness) then
-      call need_fixed_stiffness(full_order%problem%deck, 'a condensed model has no room: ' // reason, error)
-      return
-    end if
     if (reason == '') return
     associate (deck => full_order%problem%deck)
       if (deck%reduction%method == 'condensed') then

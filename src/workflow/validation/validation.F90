@@ -146,31 +146,42 @@ contains
     type(problem_t), intent(in) :: problem
     type(online_model_t), intent(in) :: online
     type(measured_bodies_t), intent(out) :: bodies
-    integer :: i
 
     allocate (bodies%domains(online%model%n_clusters()))
-    do i = 1, size(bodies%domains)
-      associate (cells => online%model%parts(i)%reduced%cells(), domain => bodies%domains(i))
-        call domain%stiffness%create(problem%mesh, problem%body, cells)
-        call domain%imposed%create(problem%mesh, problem%body, problem%strains, cells)
-      end associate
-    end do
-    call bodies%whole%imposed%create(problem%mesh, problem%body, problem%strains, [(i, i=1, problem%mesh%n_cells)])
+    call measure_with(problem, online, problem%body, bodies)
   end subroutine create_bodies
 
-  !> What imposed strains do at some points that share a stiffness. Local.
-  subroutine update_bodies(problem, points, bodies)
+  !> The same with these elastic constants. Local.
+  subroutine measure_with(problem, online, body, bodies)
     type(problem_t), intent(in) :: problem
+    type(online_model_t), intent(in) :: online
+    type(elastic_body_t), intent(in) :: body
+    type(measured_bodies_t), intent(inout) :: bodies
+    integer :: i
+
+    do i = 1, size(bodies%domains)
+      associate (cells => online%model%parts(i)%reduced%cells(), domain => bodies%domains(i))
+        call domain%stiffness%create(problem%mesh, body, cells)
+        call domain%imposed%create(problem%mesh, body, problem%strains, cells)
+      end associate
+    end do
+    call bodies%whole%imposed%create(problem%mesh, body, problem%strains, [(i, i=1, problem%mesh%n_cells)])
+  end subroutine measure_with
+
+  !> What imposed strains do at some points that share a stiffness, and the energies with this one. Local.
+  subroutine update_bodies(problem, online, points, bodies)
+    type(problem_t), intent(in) :: problem
+    type(online_model_t), intent(in) :: online
     !> shape (n_parameters, n_points)
     real(rk), intent(in) :: points(:, :)
     type(measured_bodies_t), intent(inout) :: bodies
     type(elastic_body_t) :: body
-    integer :: i, i_bad_point, i_bad_source
+    integer :: i_bad_point, i_bad_source
 
     call evaluate_points(problem%strains%terms, points, bodies%strain_theta, i_bad_point, i_bad_source)
-    if (problem%has_fixed_stiffness .or. .not. problem%strains%are_there()) return
+    if (problem%has_fixed_stiffness) return
     call body_at(problem, points(:, 1), body)
-    call bodies%whole%imposed%create(problem%mesh, body, problem%strains, [(i, i=1, problem%mesh%n_cells)])
+    call measure_with(problem, online, body, bodies)
   end subroutine update_bodies
 
   !> Collective on the team's group; its leader fills columns of the table.
@@ -195,7 +206,7 @@ contains
     do i = 1, size(numbers)
       call query%evaluate(online, points(:, numbers(i)), answers(i))
     end do
-    call update_bodies(problem, points(:, numbers), bodies)
+    call update_bodies(problem, online, points(:, numbers), bodies)
     PetscCall(measure_errors(team%solver%system, bodies, online, answers, states, errors, ierr))
     if (.not. team%groups%is_leader()) return
     do i = 1, size(numbers)

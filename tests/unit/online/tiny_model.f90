@@ -143,6 +143,7 @@ contains
     cluster%n_rows = 2
     cluster%basis = reshape([1.0_rk, 0.0_rk, 0.0_rk, 0.0_rk, 0.0_rk, 0.6_rk, 0.8_rk, 0.0_rk], [4, 2])
     cluster%lifting = reshape([0.5_rk, 0.0_rk, 0.0_rk, 0.0_rk, 0.0_rk, 0.0_rk, 0.0_rk, -1.0_rk], [4, 2])
+    cluster%lifted_terms = [1, 2]
     cluster%reduced_stiffness = reshape([2.0_rk, 1.0_rk, -1.0_rk, 1.0_rk], [2, 2])
     cluster%contact_matrix = reshape([1.0_rk, 0.0_rk, 0.0_rk, 1.0_rk], [2, 2])
     cluster%load = reshape([0.0_rk, 0.0_rk, 6.0_rk, 3.0_rk], [2, 2])

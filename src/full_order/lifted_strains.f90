@@ -1,0 +1,75 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> What a reduced model lifts beside prescribed displacements: the elastic response to each term of the imposed strains.
+!>
+!> With strains sum over s of theta_s(mu) eps_s and a stiffness that depends on the parameters, theta_s times the response of the
+!> bodies as they are in the middle of the box is no more than near the response at mu. It follows the strains, not the moduli, as
+!> thermal expansion does where nothing holds it.
+module sig_lifted_strains
+  use sig_boundary_conditions, only: boundary_conditions_t
+  use sig_elastic_body, only: elastic_body_t
+  use sig_imposed_strain, only: imposed_strains_t
+  use sig_kinds, only: rk
+  use sig_mesh, only: mesh_t
+  use sig_strain_force, only: strain_forces
+  use sig_term_set, only: term_set_t
+  implicit none(type, external)
+  private
+  public :: lift_strains
+
+contains
+
+  !> Local.
+  subroutine lift_strains(mesh, body, strains, n_first, terms, boundary, lifted_terms)
+    type(mesh_t), intent(in) :: mesh
+    !> with its elastic constants in the middle of the box
+    type(elastic_body_t), intent(in) :: body
+    type(imposed_strains_t), intent(in) :: strains
+    !> terms of the problem behind these may be those of the strains
+    integer, intent(in) :: n_first
+    !> grows by theta_s where they are not there: where all forces of the strains have a modulus as a factor
+    type(term_set_t), intent(inout) :: terms
+    !> gets the forces of each as lifted forces
+    type(boundary_conditions_t), intent(inout) :: boundary
+    !> the terms of the prescribed displacements, then theta_s
+    integer, allocatable, intent(out) :: lifted_terms(:)
+    real(rk) :: forces(mesh%n_dim * mesh%n_nodes), own(mesh%n_dim * mesh%n_nodes)
+    integer :: i, i_last, n, s
+
+    lifted_terms = [(i, i=1, size(boundary%prescribed_values, 2))]
+    if (.not. strains%are_there()) return
+    n = 0
+    do s = 1, strains%terms%n_terms()
+      forces = 0
+      i_last = 0
+      do i = 1, size(strains%parts)
+        if (strains%parts(i)%term /= s) cycle
+        i_last = i
+        call strain_forces(mesh, body, strains%parts(i), body%stress_matrix(:, :, strains%parts(i)%material), own)
+        forces = forces + own
+      end do
+      if (.not. any(abs(forces) > 0)) cycle
+      n = n + 1
+      call boundary%lifted_forces%add_forces(n, forces)
+      lifted_terms = [lifted_terms, term_of(strains, s, i_last, n_first, terms)]
+    end do
+  end subroutine lift_strains
+
+  !> The problem's term theta_s, made where there is none.
+  integer function term_of(strains, s, i_part, n_first, terms) result(i_term)
+    type(imposed_strains_t), intent(in) :: strains
+    integer, intent(in) :: s
+    !> a part with this term
+    integer, intent(in) :: i_part
+    integer, intent(in) :: n_first
+    type(term_set_t), intent(inout) :: terms
+
+    i_term = 1
+    if (s == 1) return
+    associate (text => strains%terms%names(s)%text, part => strains%parts(i_part))
+      do i_term = n_first + 1, terms%n_terms()
+        if (terms%names(i_term)%text == text) return
+      end do
+      call terms%add_expression(text, part%line, part%column, i_term)
+    end associate
+  end function term_of
+end module sig_lifted_strains

@@ -1,0 +1,77 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> How good contact forces that somebody else found are, by the interpolated problem of all contacts: their energy, and a bound of
+!> their error.
+module sig_interpolated_certificate
+  use sig_contact_error_bound, only: contact_error_bound_t
+  use sig_force_balance, only: keep_balance
+  use sig_interpolated_data, only: interpolated_data_t
+  use sig_kinds, only: rk
+  use sig_linear_algebra, only: multiply
+  implicit none(type, external)
+  private
+  public :: interpolated_energy, bound_foreign_forces
+
+contains
+
+  !> [force*length] E = 1/2 lambda' W lambda + q' lambda. With anchors without their rows, and huge of forces that do not balance
+  !> the loads.
+  real(rk) function interpolated_energy(data, theta, multipliers, opening) result(energy)
+    type(interpolated_data_t), intent(in) :: data
+    !> shape (n_terms)
+    real(rk), contiguous, intent(in) :: theta(:)
+    !> [force] of all contacts, shape (n_multipliers)
+    real(rk), contiguous, intent(in) :: multipliers(:)
+    !> room, shape (n_multipliers)
+    real(rk), contiguous, intent(inout) :: opening(:)
+    real(rk) :: compliance(size(multipliers), size(multipliers)), forces(size(multipliers))
+
+    call data%evaluate(theta, compliance, opening)
+    forces = multipliers
+    if (size(data%anchors) > 0) then
+      energy = huge(energy)
+      if (.not. are_balanced(data, opening, multipliers)) return
+      forces(data%anchors) = 0
+    end if
+    call multiply(0.5_rk, compliance, forces, 1.0_rk, opening)
+    energy = dot_product(forces, opening)
+  end function interpolated_energy
+
+  !> Forces balance the loads on bodies that only contact holds, but for rounding.
+  logical function are_balanced(data, free_opening, forces)
+    type(interpolated_data_t), intent(in) :: data
+    !> q, with the work of the loads in the rows of the anchors
+    real(rk), intent(in) :: free_opening(:)
+    real(rk), intent(in) :: forces(:)
+    real(rk) :: work(size(forces), size(data%anchors))
+    integer :: i
+
+    work = data%anchor_closing
+    work(data%anchors, :) = 0
+    do i = 1, size(data%anchors)
+      work(data%anchors(i), i) = 1
+    end do
+    are_balanced = keep_balance(work, free_opening(data%anchors) / data%scale, forces)
+  end function are_balanced
+
+  !> [sqrt(force*length)] |lambda_r - lambda| in the norm of W is at most this: the bound of the interpolated problem, and what
+  !> interpolation makes of these forces. Huge where the interpolated W is not positive definite. Source: README.
+  !>
+  !> Requires: no anchors, data%has_bound().
+  real(rk) function bound_foreign_forces(data, theta, multipliers, compliance, opening, enough) result(bound)
+    type(interpolated_data_t), intent(in) :: data
+    real(rk), contiguous, intent(in) :: theta(:)
+    real(rk), contiguous, intent(in) :: multipliers(:)
+    !> W and w at the point
+    real(rk), contiguous, intent(in) :: compliance(:, :)
+    real(rk), contiguous, intent(in) :: opening(:)
+    !> a bound as small as this need not be better
+    real(rk), intent(in) :: enough
+    type(contact_error_bound_t) :: norm
+
+    bound = huge(bound)
+    call norm%create(compliance)
+    if (.not. norm%is_valid) return
+    ! the norms of W and of its interpolation differ by no more than the error that training measured
+    bound = (1 + data%measured_error) * norm%evaluate(multipliers, opening, enough) + data%bound(theta, multipliers)
+  end function bound_foreign_forces
+end module sig_interpolated_certificate
