@@ -1,0 +1,87 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The tutorial, as a user does it: files and commands of input/TUTORIAL.md in an empty folder, one after the other."""
+
+import os
+import re
+import subprocess
+import sys
+
+import pytest
+
+from program import ROOT
+
+BLOCK = re.compile(r"(?ms)^```(\w+)\n(.*?)^```$")
+# [s] gmsh and some hundred full-order points of a few thousand unknowns
+SOON = 300
+
+
+@pytest.fixture(scope="module")
+def said(signorom, library, tmp_path_factory):
+    """What each command of the tutorial says, by its text, and the folder."""
+    folder = tmp_path_factory.mktemp("tutorial")
+    programs = tmp_path_factory.mktemp("programs")
+    (programs / "signorom").symlink_to(signorom.executable)
+    post = programs / "signorom-post"
+    post.write_text(f'#!/bin/sh\nexec "{sys.executable}" -m signorom_post "$@"\n')
+    post.chmod(0o755)
+    environment = os.environ | {
+        "PATH": f"{programs}:{os.environ['PATH']}",
+        "PYTHONPATH": str(ROOT / "tools" / "signorom_post" / "src"),
+        "SIGNOROM_LIBRARY": str(library),
+        "MPLBACKEND": "Agg",
+        "OMPI_ALLOW_RUN_AS_ROOT": "1",
+        "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1",
+        "OMPI_MCA_rmaps_base_oversubscribe": "1",
+    }
+    outputs = {}
+    for kind, text in BLOCK.findall((ROOT / "input" / "TUTORIAL.md").read_text()):
+        if kind in ("geo", "yaml"):
+            (name,) = re.findall(r"^(?:#|//) ([\w.]+)", text)
+            (folder / name).write_text(text)
+            continue
+        commands = text.splitlines() if kind == "sh" else [text]
+        for command in commands:
+            words = [sys.executable, "-c", command] if kind == "python" else ["sh", "-c", command]
+            done = subprocess.run(
+                words, cwd=folder, env=environment, capture_output=True, text=True, timeout=SOON, check=False
+            )
+            assert done.returncode == 0, f"{command}\n{done.stdout}\n{done.stderr}"
+            outputs[command] = done.stdout + done.stderr
+    return outputs, folder
+
+
+def test_every_command_succeeds(said):
+    """More than a dozen, in the plane and in space."""
+    outputs, folder = said
+    assert len(outputs) >= 16
+    for name in ("clip", "jaw"):
+        assert (folder / "results" / name / "model.h5").exists()
+        assert (folder / "results" / name / "figures" / "check_bodies.png").exists()
+        assert (folder / "results" / name / "figures" / "initial_and_deformed.png").exists()
+
+
+def test_models_are_accepted(said):
+    """The verdict that the tutorial explains."""
+    outputs, _ = said
+    for command, text in outputs.items():
+        if " run " in command:
+            assert "accepted: p95 of e_lambda_all is" in text
+
+
+def test_words_of_the_tutorial_are_said(said):
+    """What the tutorial quotes of `check`."""
+    outputs, _ = said
+    clip = outputs["signorom check clip.yaml --fields"]
+    assert "contact[1]: clip_face - base_face" in clip
+    assert "gaps 0.1 to 0.1 mm" in clip
+    assert "note: contact[1]: mortar, because" in clip
+    assert (
+        "only contact holds the body 'jaw' (translation in z)" in outputs["signorom check jaw.yaml --fields"]
+    )
+
+
+def test_init_found_the_contacts(said):
+    """Of both parts, before the decks were filled in."""
+    outputs, _ = said
+    for name in ("clip", "jaw"):
+        assert "1 contact guessed" in outputs[f"signorom init {name}.msh"]
