@@ -17,6 +17,7 @@ optional_packages=(gmsh) # the meshes made from meshes/*.geo are committed, too
 requirements=(-e 'tools/signorom_post[forest]') # forest: scikit-learn, for clusters of scattered snapshots
 if [ "${1:-}" = --test ]; then
   packages+=(clang-format)
+  optional_packages+=(chromium) # shows the page of signorom-post report
   requirements=(-e 'tools/signorom_post[test]' -r tools/requirements-test.txt)
 fi
 

@@ -2,7 +2,10 @@
 #include "signorom/macros.h"
 !> What the stages of a study write into their common report.
 module sig_stage_report
+  use mpi, only: MPI_Get_processor_name, MPI_MAX_PROCESSOR_NAME
   use sig_accuracy_warnings, only: equilibrium_warning
+  use sig_clock, only: date_and_time_text
+  use sig_commit, only: source_commit
   use sig_errors, only: error_t
   use sig_field_output, only: solved_points_t
   use sig_file_system, only: file_exists, read_text_file
@@ -19,6 +22,7 @@ module sig_stage_report
   use sig_run_report, only: run_report_t
   use sig_session, only: session_t
   use sig_text, only: string_t
+  use sig_version, only: build_type
   use petsc
   implicit none(type, external)
   private
@@ -43,6 +47,7 @@ contains
     call report%add('contact/condition_number', condition_of_rows(problem%rows, problem%boundary%is_prescribed))
     call report%add('solver/warnings', problem%warnings)
     call report%add('provenance', problem%provenance)
+    PetscCall(describe_run(problem, report, ierr))
     call report%add('stiffness/depends_on_parameters', .not. problem%has_fixed_stiffness)
     PetscCall(library_versions(versions, ierr))
     call report%add('version/petsc', versions(1)%text)
@@ -55,6 +60,27 @@ contains
     call report_sizes(problem%mesh%n_nodes, problem%mesh%n_cells, problem%mesh%n_dim * problem%mesh%n_nodes, &
       problem%rows%n_rows, inert_pair_names(problem), report)
   end subroutine describe_problem
+
+  !> Who ran what, when and where: this command, which is the last one that completed the report.
+  subroutine describe_run(problem, report, ierr)
+    type(problem_t), intent(in) :: problem
+    type(run_report_t), intent(inout) :: report
+    PetscErrorCode, intent(out) :: ierr
+    character(MPI_MAX_PROCESSOR_NAME) :: host
+    character(:), allocatable :: line
+    integer :: length
+
+    PetscCallMPI(MPI_Get_processor_name(host, length, ierr))
+    call report%add('run/date', date_and_time_text())
+    call report%add('run/host', host(:length))
+    call get_command(length=length)
+    allocate (character(length) :: line)
+    call get_command(line)
+    call report%add('run/command', line)
+    call report%add('run/mesh', problem%mesh%file_hash)
+    call report%add('version/commit', source_commit)
+    call report%add('version/build', build_type)
+  end subroutine describe_run
 
   !> What the full-order points took and how they ended; reactions.
   subroutine report_fields(problem, points, solved, report)

@@ -4,6 +4,7 @@
 import re
 import shutil
 import xml.etree.ElementTree as ElementTree
+from datetime import UTC, datetime, timedelta
 
 import h5py
 import numpy as np
@@ -100,6 +101,13 @@ def test_report_echoes_the_deck(signorom, study, report):
     assert report["deck"]["reduction"]["rank_tolerance"] > 0
     assert re.fullmatch(r"\d+\.\d+\.\d+", report["version"]["signorom"])
     assert {"petsc", "slepc", "mpi"} <= set(report["version"])
+    assert re.fullmatch("[0-9a-f]{7,40}|", report["version"]["commit"])
+    run = report["run"]
+    assert re.fullmatch("[0-9a-f]{16}", run["mesh"])
+    assert run["host"]
+    assert "signorom" in run["command"]
+    age = datetime.now(UTC) - datetime.fromisoformat(run["date"])
+    assert timedelta(0) <= age + timedelta(seconds=1) < timedelta(hours=1)
 
 
 def test_report_sizes_and_reduction(results, report):

@@ -3,6 +3,7 @@
 
 import os
 import re
+import shutil
 import subprocess
 import sys
 
@@ -13,6 +14,9 @@ from program import ROOT
 BLOCK = re.compile(r"(?ms)^```(\w+)\n(.*?)^```$")
 # [s] gmsh and some hundred full-order points of a few thousand unknowns
 SOON = 300
+
+
+pytestmark = pytest.mark.skipif(shutil.which("gmsh") is None, reason="gmsh is not installed")
 
 
 @pytest.fixture(scope="module")

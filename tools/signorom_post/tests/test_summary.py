@@ -17,12 +17,12 @@ Sizes
   their nodes    1 - 56; 55 - 110
 
 Reduction
-  modes l                   9
-  contact pairs in the RID  8
-  cells of the RID          50
-  kappa                     3.217
-  cond(K_r)                 1.5e+08
-  rank of the contact rows  8
+  modes l                     9
+  contact pairs of the model  8
+  cells of the RID            50
+  kappa                       3.217
+  cond(K_r)                   1.5e+08
+  rank of the contact rows    8
 
 Errors at 101 points      min   median      p95      max
   e_u                 1.0e-05  8.1e-05  2.1e-04  3.4e-04

@@ -12,6 +12,7 @@ from signorom_post.compare.command import add_compare_command
 from signorom_post.errors import InputError
 from signorom_post.figures import BUILDERS, COLORS, FORMATS, FigureOptions, write_figures
 from signorom_post.forest import random_forest_class, train_forest
+from signorom_post.page import add_report_command
 from signorom_post.paper.command import add_paper_command
 from signorom_post.plots.verification_table import verification_table
 from signorom_post.readers.verification import read_verification
@@ -74,6 +75,7 @@ def _parser() -> argparse.ArgumentParser:
     summary.add_argument("results", metavar="RESULTS_DIR", type=Path, help="for instance results/half_disks")
     summary.set_defaults(run=_run_summary)
 
+    add_report_command(commands)
     add_check_command(commands)
     forest = commands.add_parser("forest", help="train the random forest that chooses the cluster of a point")
     forest.add_argument(

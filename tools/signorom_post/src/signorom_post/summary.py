@@ -18,7 +18,7 @@ NAMES = {
     "n_snapshots": "snapshots",
     "n_modes": "modes l",
     "n_reduced_unknowns": "reduced unknowns",
-    "n_contact_rows": "contact pairs in the RID",
+    "n_contact_rows": "contact pairs of the model",
     "condition_number": "kappa",
     "stiffness_condition": "cond(K_r)",
     "reduction/n_cells": "cells of the RID",
@@ -49,11 +49,11 @@ def format_summary(report: dict[str, Any]) -> str:
             blocks.append(_error_table(heading, section))
         elif key == "reduction" and isinstance(section, dict) and section.get("clusters"):
             rest = {name: value for name, value in section.items() if name != "clusters"}
-            blocks.append(_table(heading, list(_entries(rest, key, _value))))
+            blocks.append(_table(heading, list(entries(rest, key, value_text))))
             blocks.append(_cluster_table(section["clusters"]))
         else:
-            show = {"times": duration, "speed_up": _factor}.get(key, _value)
-            blocks.append(_table(heading, list(_entries(section, key, show))))
+            show = {"times": duration, "speed_up": _factor}.get(key, value_text)
+            blocks.append(_table(heading, list(entries(section, key, show))))
     blocks += _contact_tables(report)
     if len(blocks) == 1:
         blocks.append("The report has none of the sections " + ", ".join(SECTIONS) + ".")
@@ -70,7 +70,7 @@ def _heading(report: dict[str, Any]) -> str:
     return "  |  ".join(part for part in parts if part)
 
 
-def _entries(section: Any, path: str, show: Callable[[Any], str]) -> Iterator[tuple[str, str]]:
+def entries(section: Any, path: str, show: Callable[[Any], str]) -> Iterator[tuple[str, str]]:
     """Names and texts of the leaves of nested mappings; empty lists say nothing and are left out."""
     if not isinstance(section, dict):
         yield "", show(section)
@@ -80,7 +80,7 @@ def _entries(section: Any, path: str, show: Callable[[Any], str]) -> Iterator[tu
         if isinstance(value, dict) and value and set(value) <= set(STATISTICS):
             yield name, _spread(value, show)
         elif isinstance(value, dict):
-            yield from ((f"{name}, {below}", text) for below, text in _entries(value, f"{path}/{key}", show))
+            yield from ((f"{name}, {below}", text) for below, text in entries(value, f"{path}/{key}", show))
         elif value != []:
             yield name, show(value)
 
@@ -105,7 +105,7 @@ def _cluster_table(clusters: dict[str, dict[str, Any]]) -> str:
         values = [cluster.get(key) for cluster in clusters.values()]
         if any(value != [] for value in values):
             name = NAMES.get(f"reduction/{key}") or NAMES.get(key) or key.replace("_", " ")
-            rows.append([f"  {name}", *(_value(value) for value in values)])
+            rows.append([f"  {name}", *(value_text(value) for value in values)])
     width = max(len(row[0]) for row in rows)
     widths = [max(7, *(len(row[i]) for row in rows)) for i in range(1, len(rows[0]))]
     return "\n".join(
@@ -116,15 +116,15 @@ def _cluster_table(clusters: dict[str, dict[str, Any]]) -> str:
 
 def _contact_tables(report: dict[str, Any]) -> Iterator[str]:
     """For each contact a row per full-order point: area that touches, force, moment, moment of both sides."""
-    points = _mapping(report.get("points")).values()
-    units = _mapping(report.get("units"))
+    points = mapping(report.get("points")).values()
+    units = mapping(report.get("units"))
     tables: dict[str, list[list[str]]] = {}
-    for point in map(_mapping, points):
-        for number, contact in _mapping(point.get("contacts")).items():
-            contact = _mapping(contact)
-            heading = f"Contact {number}: {_value(contact.get('surfaces'))}"
-            values = [_value(contact.get(key)) for key in ("area", "force", "moment", "moment_imbalance")]
-            tables.setdefault(heading, []).append([f"  {_value(point.get('point'))}", *values])
+    for point in map(mapping, points):
+        for number, contact in mapping(point.get("contacts")).items():
+            contact = mapping(contact)
+            heading = f"Contact {number}: {value_text(contact.get('surfaces'))}"
+            values = [value_text(contact.get(key)) for key in ("area", "force", "moment", "moment_imbalance")]
+            tables.setdefault(heading, []).append([f"  {value_text(point.get('point'))}", *values])
     titles = [
         f"{name} [{units.get(key, ABSENT)}]"
         for name, key in (
@@ -143,7 +143,7 @@ def _contact_tables(report: dict[str, Any]) -> Iterator[str]:
         )
 
 
-def _mapping(value: Any) -> dict[Any, Any]:
+def mapping(value: Any) -> dict[Any, Any]:
     """What a report says where a mapping should be; nothing of anything else."""
     return value if isinstance(value, dict) else {}
 
@@ -156,15 +156,15 @@ def _error_table(heading: str, section: dict[str, Any]) -> str:
             statistics = {}
         if not isinstance(statistics, dict):
             continue
-        rows.append([str(name), *(_error(statistics.get(key)) for key in STATISTICS)])
+        rows.append([str(name), *(error_text(statistics.get(key)) for key in STATISTICS)])
         for key, value in statistics.items():
             if key in STATISTICS or value in (None, 0, []):
                 continue
             remarks.append(f"  {name}, {str(key).replace('_', ' ')}:")
             if isinstance(value, list):
-                remarks += [f"    {_value(item)}" for item in value]
+                remarks += [f"    {value_text(item)}" for item in value]
             else:
-                remarks[-1] += f" {_value(value)}"
+                remarks[-1] += f" {value_text(value)}"
     n_points = section.get("n_points")
     heading += f" at {n_points} points" if n_points is not None else ""
     name_width = max([len(heading) - 2, *(len(row[0]) for row in rows)])
@@ -177,20 +177,20 @@ def _error_table(heading: str, section: dict[str, Any]) -> str:
     return "\n".join([*lines, *remarks])
 
 
-def _value(value: Any) -> str:
+def value_text(value: Any) -> str:
     if value is None:
         return ABSENT
     if isinstance(value, bool):
         return "yes" if value else "no"
     if isinstance(value, list | tuple):
-        return "; ".join(_value(item) for item in value)
+        return "; ".join(value_text(item) for item in value)
     number = as_number(value)
     if number is None or isinstance(value, int):
         return str(value)
     return format_number(number)
 
 
-def _error(value: Any) -> str:
+def error_text(value: Any) -> str:
     number = as_number(value)
     return ABSENT if number is None else f"{number:.1e}" if math.isfinite(number) else str(number)
 
@@ -199,7 +199,7 @@ def duration(value: Any) -> str:
     """Seconds with a legible unit: 21.3 us, 1.50 ms, 12.3 s, 2 min 5 s."""
     seconds = as_number(value)
     if seconds is None or not math.isfinite(seconds) or seconds < 0:
-        return _value(value)
+        return value_text(value)
     if seconds == 0:
         return "0 s"
     if seconds >= 120:
@@ -217,4 +217,4 @@ def _three_digits(value: float) -> str:
 
 def _factor(value: Any) -> str:
     number = as_number(value)
-    return _value(value) if number is None or not math.isfinite(number) else f"{_three_digits(number)} x"
+    return value_text(value) if number is None or not math.isfinite(number) else f"{_three_digits(number)} x"
