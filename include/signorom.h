@@ -100,13 +100,21 @@ typedef struct {
    * largest in training; at most 1e-12 means exact. SIGNOROM_NO_BOUND: the model cannot give one. */
   double bound;
   double relative_bound;
+  /* The same of the displacement: |u - u_full| <= displacement_bound in the norm of the stiffness, without rigid
+   * motions of bodies that only contact holds; divided by the size of u, at least a thousandth of the largest in
+   * training. SIGNOROM_NO_BOUND: the model cannot give one. */
+  double displacement_bound;
+  double relative_displacement_bound;
 } signorom_answer;
 
 #define SIGNOROM_NO_BOUND (-1.0)
 
 /* Start value of a signorom_answer. */
 #define SIGNOROM_ANSWER                                                                                                \
-  { sizeof(signorom_answer), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, SIGNOROM_NO_BOUND, SIGNOROM_NO_BOUND }
+  {                                                                                                                    \
+    sizeof(signorom_answer), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, SIGNOROM_NO_BOUND, SIGNOROM_NO_BOUND, SIGNOROM_NO_BOUND, \
+        SIGNOROM_NO_BOUND                                                                                              \
+  }
 
 /* Reads a model. `*model` is set even on a failure, so that signorom_model_message can be asked; close it all the same.
  */

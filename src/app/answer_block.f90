@@ -42,6 +42,7 @@ module sig_answer_block
     integer, allocatable :: reasons(:)
     integer, allocatable :: n_solutions(:)
     real(rk), allocatable :: bounds(:)
+    real(rk), allocatable :: displacement_bounds(:)
     logical, allocatable :: is_outside(:)
   contains
     procedure :: create
@@ -68,7 +69,7 @@ contains
     allocate (self%askers(n_threads), self%points(size(online%model%parameter_names), capacity))
     allocate (self%multipliers(online%model%n_multipliers, capacity), self%clusters(capacity))
     allocate (self%methods(capacity), self%reasons(capacity), self%n_solutions(capacity), self%bounds(capacity), &
-      self%is_outside(capacity))
+      self%displacement_bounds(capacity), self%is_outside(capacity))
     do i = 1, n_threads
       allocate (self%askers(i)%counts(0:n_answer_methods), source=0)
       call self%askers(i)%query%create(online, message)
@@ -109,6 +110,7 @@ contains
         self%reasons(i) = asker%answer%reason
         self%n_solutions(i) = asker%answer%n_solutions
         self%bounds(i) = asker%answer%relative_bound
+        self%displacement_bounds(i) = asker%answer%relative_displacement_bound
         asker%counts(self%methods(i)) = asker%counts(self%methods(i)) + 1
         if (asker%answer%n_solutions > 1) asker%n_several = asker%n_several + 1
       end do
@@ -136,7 +138,7 @@ contains
       call self%askers(i)%query%destroy()
     end do
     deallocate (self%askers, self%points, self%multipliers, self%clusters, self%methods, self%reasons, self%n_solutions, &
-      self%bounds, self%is_outside)
+      self%bounds, self%displacement_bounds, self%is_outside)
   end subroutine destroy
 
   !> Column lambda_k is the contact force of pair k, named by the first node's tag in the mesh file.
@@ -151,7 +153,7 @@ contains
     end do
     text = text // 'cluster,'
     if (model%n_clusters() > 1) text = text // 'next_cluster,'
-    text = text // 'status,solver,n_solutions,error_bound,n_active,contact_force' // contact_columns(model)
+    text = text // 'status,solver,n_solutions,error_bound,displacement_bound,n_active,contact_force' // contact_columns(model)
     do i = 1, model%n_multipliers
       text = text // ',lambda_' // to_text(model%first_side%owner_tag(i))
     end do
@@ -211,7 +213,7 @@ contains
     end if
     associate (multipliers => self%multipliers(:, i))
       text = text // method_name(self%methods(i)) // ',' // to_text(self%n_solutions(i)) // ',' // &
-        bound_text(self%bounds(i)) // ',' // &
+        bound_text(self%bounds(i)) // ',' // bound_text(self%displacement_bounds(i)) // ',' // &
         to_text(count(multipliers > 0)) // ',' // to_text(sum(multipliers)) // self%contact_values(i)
       do k = 1, size(multipliers)
         text = text // ',' // to_text(multipliers(k))

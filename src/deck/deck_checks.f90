@@ -16,9 +16,9 @@ module sig_deck_checks
   public :: check_deck
 
   !> coordinates in expressions (now or later), and columns of validation.csv
-  character(*), parameter :: reserved_names(17) = [character(22) :: 'x', 'y', 'z', 'r', 'cluster', 'solver', 'e_u', &
-    'e_lambda_rid', 'e_lambda_all', 'e_energy', 'e_energy_rid', 'e_energy_relative', 'e_energy_rid_relative', 'n_active', &
-    'n_active_full_order', 'true', 'false']
+  character(*), parameter :: reserved_names(19) = [character(22) :: 'x', 'y', 'z', 'r', 'cluster', 'solver', 'e_u', &
+    'e_lambda_rid', 'e_lambda_all', 'e_energy', 'e_energy_rid', 'e_energy_relative', 'e_energy_rid_relative', 'e_u_energy', &
+    'e_u_energy_relative', 'n_active', 'n_active_full_order', 'true', 'false']
 
 contains
 

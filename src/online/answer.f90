@@ -55,6 +55,10 @@ module sig_answer
     real(rk) :: bound = no_bound
     !> [-] the same over the size of the answer, at least a thousandth of the largest in training; no_bound without one
     real(rk) :: relative_bound = no_bound
+    !> [sqrt(force*length)] no less than the error of the displacement in the norm of the stiffness; no_bound without one
+    real(rk) :: displacement_bound = no_bound
+    !> [-] the same over the size of the displacement, at least a thousandth of the largest in training; no_bound without one
+    real(rk) :: relative_displacement_bound = no_bound
     !> values of the model's terms, shape (n_terms)
     real(rk), allocatable :: theta(:)
   contains
@@ -62,6 +66,7 @@ module sig_answer
     procedure :: take_solution
     procedure :: take_all_forces
     procedure :: take_bound
+    procedure :: take_displacement_bound
   end type answer_t
 
 contains
@@ -100,6 +105,8 @@ contains
     self%n_solutions = 0
     self%bound = no_bound
     self%relative_bound = no_bound
+    self%displacement_bound = no_bound
+    self%relative_displacement_bound = no_bound
   end subroutine start
 
   !> Zeros.
@@ -145,14 +152,34 @@ contains
     !> [sqrt(force*length)] of comparable_size
     real(rk), intent(in) :: size_of_answer
 
-    self%bound = huge(bound)
-    self%relative_bound = huge(bound)
-    ! true of what is no number, too
-    if (.not. bound < huge(bound)) return
-    self%bound = bound
-    self%relative_bound = 0
-    if (bound > 0) self%relative_bound = bound / max(size_of_answer, tiny(bound))
+    call relate(bound, size_of_answer, self%bound, self%relative_bound)
   end subroutine take_bound
+
+  !> The same of the displacement.
+  pure subroutine take_displacement_bound(self, bound, size_of_field)
+    class(answer_t), intent(inout) :: self
+    !> [sqrt(force*length)]
+    real(rk), intent(in) :: bound
+    !> [sqrt(force*length)] of comparable_size
+    real(rk), intent(in) :: size_of_field
+
+    call relate(bound, size_of_field, self%displacement_bound, self%relative_displacement_bound)
+  end subroutine take_displacement_bound
+
+  pure subroutine relate(found, size_of_answer, bound, relative_bound)
+    real(rk), intent(in) :: found
+    real(rk), intent(in) :: size_of_answer
+    real(rk), intent(out) :: bound
+    real(rk), intent(out) :: relative_bound
+
+    bound = huge(bound)
+    relative_bound = huge(bound)
+    ! true of what is no number, too
+    if (.not. found < huge(bound)) return
+    bound = found
+    relative_bound = 0
+    if (bound > 0) relative_bound = bound / max(size_of_answer, tiny(bound))
+  end subroutine relate
 
   !> [sqrt(force*length)] The size of an answer, at least a share of the largest one in training.
   pure real(rk) function comparable_size(size_of_forces, largest_size)

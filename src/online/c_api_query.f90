@@ -18,7 +18,7 @@ module sig_c_api_query
     integer(c_int) :: code, method, cluster, n_modes, n_domain_contacts, n_active, n_iterations, is_inside_box
     real(c_double) :: distance, residual
     integer(c_int) :: n_solutions
-    real(c_double) :: bound, relative_bound
+    real(c_double) :: bound, relative_bound, displacement_bound, relative_displacement_bound
   end type c_answer_t
 
   !> size of the first version, which ends with n_solutions and what fills it up
@@ -156,7 +156,8 @@ contains
       told = c_answer_t(size=n_bytes, code=code, method=merge(answer%method, 0, handle%has_answer), cluster=answer%cluster - 1, &
         n_modes=size(answer%coordinates), n_domain_contacts=size(answer%multipliers_rid), n_active=count(answer%is_active), &
         n_iterations=answer%n_iterations, is_inside_box=merge(1, 0, answer%is_inside_box), distance=answer%distance, &
-        residual=answer%residual, n_solutions=answer%n_solutions, bound=answer%bound, relative_bound=answer%relative_bound)
+        residual=answer%residual, n_solutions=answer%n_solutions, bound=answer%bound, relative_bound=answer%relative_bound, &
+        displacement_bound=answer%displacement_bound, relative_displacement_bound=answer%relative_displacement_bound)
     end associate
     call c_f_pointer(place, bytes, [min(n_bytes, c_sizeof(told))])
     call c_f_pointer(c_loc(told), own, [size(bytes)])

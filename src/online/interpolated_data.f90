@@ -6,6 +6,7 @@
 !> anchors close: these say how far the bodies move.
 module sig_interpolated_data
   use sig_bits, only: n_words
+  use sig_body_modes, only: body_modes_t
   use sig_body_response, only: body_response_t
   use sig_errors, only: error_t
   use sig_hdf5_reader, only: h5_reader_t
@@ -37,6 +38,12 @@ module sig_interpolated_data
     !> dofs with displacements, ascending, 1-based, and the boundaries whose nodes these are
     integer, allocatable :: exact_dofs(:)
     type(string_t), allocatable :: exact_boundaries(:)
+    !> displacements of the other dofs, an entry per body; none: they have no displacement
+    type(body_modes_t), allocatable :: modes(:)
+    !> [-] displacement of all dofs as an anchor opens by -1, of a model with modes; shape (n_dofs, n_anchors)
+    real(rk), allocatable :: mode_motions(:, :)
+    !> [sqrt(force*length)] largest |u|_K in training, by modes
+    real(rk) :: largest_field = 0
     !> [sqrt(force*length)] largest size of the forces in training, in the norm of W
     real(rk) :: largest_size = 0
     !> active sets (z > 0) at the training points, as bits; shape (n_words(n_multipliers), n_points), or no columns
@@ -56,6 +63,7 @@ module sig_interpolated_data
     procedure :: has_bound
     procedure :: bound
     procedure :: displacement_of
+    procedure :: moves
     procedure :: write
     procedure :: read
   end type interpolated_data_t
@@ -78,6 +86,8 @@ contains
     call fill_missing(self%exact_dofs)
     call fill_missing(self%anchor_motions, size(self%exact_dofs))
     call fill_missing(self%exact_boundaries)
+    if (.not. allocated(self%modes)) allocate (self%modes(0))
+    call fill_missing(self%mode_motions, merge(sizes%n_dofs, 0, size(self%modes) > 0))
     call fill_missing(self%start_sets, n_words(sizes%n_multipliers))
   end subroutine complete
 
@@ -102,6 +112,10 @@ contains
       do i = 1, size(self%bodies)
         if (len(name) == 0) name = self%bodies(i)%mismatch(n, sizes%n_terms, n_exact)
       end do
+      do i = 1, size(self%modes)
+        if (len(name) == 0) name = self%modes(i)%mismatch(sizes%n_dofs, n, sizes%n_terms)
+      end do
+      if (size(self%modes) > 0 .and. .not. is_matrix(self%mode_motions, sizes%n_dofs, n_anchors)) name = 'mode_motions'
     end associate
   end function mismatch
 
@@ -201,7 +215,7 @@ contains
       deallocate (own)
     end do
     if (size(self%anchors) == 0) return
-    call multiply(1.0_rk, self%anchor_motions, moves(self, theta, forces, unknowns), 1.0_rk, displacement)
+    call multiply(1.0_rk, self%anchor_motions, self%moves(theta, unknowns), 1.0_rk, displacement)
   end subroutine field
 
   !> [length] one component of the same.
@@ -216,7 +230,7 @@ contains
 
     forces = unknowns
     forces(self%anchors) = 0
-    displacement = dot_product(self%anchor_motions(i, :), moves(self, theta, forces, unknowns))
+    displacement = dot_product(self%anchor_motions(i, :), self%moves(theta, unknowns))
     do i_body = 1, size(self%bodies)
       i_own = place_in_ascending(self%bodies(i_body)%own, i)
       if (i_own > 0) displacement = displacement + self%bodies(i_body)%displacement_of(theta, forces, i_own)
@@ -224,15 +238,17 @@ contains
   end function displacement_of
 
   !> [length] how far each anchor closes, as a rigid motion of the bodies that hang on it.
-  pure function moves(self, theta, forces, unknowns)
-    type(interpolated_data_t), intent(in) :: self
+  pure function moves(self, theta, unknowns)
+    class(interpolated_data_t), intent(in) :: self
     real(rk), intent(in) :: theta(:)
-    !> [force] z without anchors, and with them
-    real(rk), intent(in) :: forces(:)
+    !> [force] z
     real(rk), intent(in) :: unknowns(:)
     real(rk) :: moves(size(self%anchors))
+    real(rk) :: forces(size(unknowns))
     integer :: i, i_body
 
+    forces = unknowns
+    forces(self%anchors) = 0
     do i = 1, size(self%anchors)
       associate (row => self%anchors(i))
         moves(i) = dot_product(self%gap(row, :), theta) - self%scale * unknowns(row)
@@ -255,6 +271,14 @@ contains
     do i = 1, size(self%bodies)
       call self%bodies(i)%write(file, group // '/bodies/' // to_text(i), length, force)
     end do
+    call file%write(group // '/n_modes', size(self%modes), description='groups in modes')
+    do i = 1, size(self%modes)
+      call self%modes(i)%write(file, group // '/modes/' // to_text(i), length, force)
+    end do
+    call file%write(group // '/mode_motions', self%mode_motions, '1', &
+      'displacement of all dofs as an anchor closes, an anchor per row; of a model with modes')
+    call file%write(group // '/largest_field', self%largest_field, 'sqrt(' // force // '*' // length // ')', &
+      'of the displacement in training, in the norm of the stiffness')
     call file%write(group // '/gap', self%gap, length, 'initial gap of each pair with closed anchors, a term per row')
     call file%write(group // '/anchors', self%anchors, description='pairs that hold bodies which only contact holds, 1-based')
     call file%write(group // '/anchor_closing', self%anchor_closing, '1', 'of each pair as an anchor closes, an anchor per row')
@@ -280,9 +304,10 @@ contains
     type(h5_reader_t), intent(in) :: file
     character(*), intent(in) :: group
     type(error_t), allocatable, intent(inout) :: error
-    integer :: i, n_bodies
+    integer :: i, n_bodies, n_modes
 
     call file%read(group // '/n_bodies', n_bodies, error)
+    call file%read(group // '/n_modes', n_modes, error)
     if (allocated(error)) return
     ! a number alone may be any
     if (file%count_groups(group // '/bodies', n_bodies) < n_bodies) n_bodies = 0
@@ -290,6 +315,13 @@ contains
     do i = 1, size(self%bodies)
       call self%bodies(i)%read(file, group // '/bodies/' // to_text(i), error)
     end do
+    if (file%count_groups(group // '/modes', n_modes) < n_modes) n_modes = 0
+    allocate (self%modes(max(0, n_modes)))
+    do i = 1, size(self%modes)
+      call self%modes(i)%read(file, group // '/modes/' // to_text(i), error)
+    end do
+    call file%read(group // '/mode_motions', self%mode_motions, error)
+    call file%read(group // '/largest_field', self%largest_field, error)
     call file%read(group // '/gap', self%gap, error)
     call file%read(group // '/anchors', self%anchors, error)
     call file%read(group // '/anchor_closing', self%anchor_closing, error)

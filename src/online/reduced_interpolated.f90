@@ -15,11 +15,13 @@ module sig_reduced_interpolated
   use sig_interpolated_certificate, only: bound_foreign_forces, interpolated_energy
   use sig_interpolated_data, only: interpolated_data_t
   use sig_interpolated_derivative, only: differentiate_interpolated, interpolated_displacement_changes
+  use sig_interpolated_displacement, only: fill_interpolated_displacement, interpolated_displacement_of_dof, n_modes_of, &
+    solve_modes, source_of_interpolated_dof
   use sig_kinds, only: rk
   use sig_lcp, only: lcp_solution_t, lcp_workspace_t, solve_lcp
   use sig_linear_algebra, only: multiply
   use sig_reasons, only: reason_pulled_off, reason_ray
-  use sig_reduced, only: displacement_exact, displacement_none, model_sizes_t, neighbors_t, reduced_t, room_t
+  use sig_reduced, only: model_sizes_t, neighbors_t, reduced_t, room_t
   use sig_reduced_exact, only: displacement_text, not_unique, reduced_exact_t, take_forces
   use sig_shape_checks, only: place_in_ascending
   use sig_text, only: counted, short_number, to_text
@@ -39,6 +41,7 @@ module sig_reduced_interpolated
     procedure :: fill_displacement
     procedure :: displacement_of_dof
     procedure :: n_rows
+    procedure :: n_modes
     procedure :: write
     procedure :: read
     procedure :: describe
@@ -61,6 +64,9 @@ module sig_reduced_interpolated
     real(rk), allocatable :: free_opening(:)
     real(rk), allocatable :: opening(:)
     logical, allocatable :: start(:)
+    !> [sqrt(force*length)] of solve_modes
+    real(rk) :: residual = 0
+    real(rk) :: field_size = 0
   end type interpolated_room_t
 
   !> [-] of the size of the answer: what rounding of the factorizations may cost
@@ -134,8 +140,10 @@ contains
       call answer%take_solution(room%solution, answer_condensed)
       answer%unknowns = room%solution%lambda
       if (answer%reason == reason_ray .and. size(self%data%anchors) > 0) answer%reason = reason_pulled_off
-      if (answer%reason > 0) call take_forces(room%compliance, room%free_opening, self%data%anchors, self%data%scale, &
-        room%opening, answer)
+      if (answer%reason <= 0) return
+      call take_forces(room%compliance, room%free_opening, self%data%anchors, self%data%scale, room%opening, answer)
+      if (size(answer%coordinates) > 0) call solve_modes(self%data, theta, answer%unknowns, answer%coordinates, room%residual, &
+        room%field_size)
     end select
   end subroutine solve
 
@@ -143,42 +151,36 @@ contains
     class(reduced_interpolated_t), intent(in) :: self
     type(answer_t), intent(in) :: answer
     real(rk), contiguous, intent(inout) :: displacement(:)
-    real(rk) :: exact(size(self%data%exact_dofs))
 
-    displacement = ieee_value(1.0_rk, ieee_quiet_nan)
-    call self%data%field(answer%theta, answer%unknowns, exact)
-    displacement(self%data%exact_dofs) = exact
+    call fill_interpolated_displacement(self%data, answer%theta, answer%unknowns, answer%coordinates, displacement)
   end subroutine fill_displacement
 
   pure real(rk) function displacement_of_dof(self, answer, dof) result(displacement)
     class(reduced_interpolated_t), intent(in) :: self
     type(answer_t), intent(in) :: answer
     integer, intent(in) :: dof
-    integer :: i
 
-    displacement = ieee_value(1.0_rk, ieee_quiet_nan)
-    i = place_in_ascending(self%data%exact_dofs, dof)
-    if (i > 0) displacement = self%data%displacement_of(answer%theta, answer%unknowns, i)
+    displacement = interpolated_displacement_of_dof(self%data, answer%theta, answer%unknowns, answer%coordinates, dof)
   end function displacement_of_dof
 
   pure logical function has_whole_field(self, n_dofs)
     class(reduced_interpolated_t), intent(in) :: self
     integer, intent(in) :: n_dofs
 
-    has_whole_field = size(self%data%exact_dofs) == n_dofs
+    has_whole_field = size(self%data%modes) > 0 .or. size(self%data%exact_dofs) == n_dofs
   end function has_whole_field
 
   pure integer function displacement_source(self, dof) result(source)
     class(reduced_interpolated_t), intent(in) :: self
     integer, intent(in) :: dof
 
-    source = merge(displacement_exact, displacement_none, place_in_ascending(self%data%exact_dofs, dof) > 0)
+    source = source_of_interpolated_dof(self%data, dof)
   end function displacement_source
 
   pure logical function has_displacement(self)
     class(reduced_interpolated_t), intent(in) :: self
 
-    has_displacement = size(self%data%exact_dofs) > 0
+    has_displacement = size(self%data%modes) > 0 .or. size(self%data%exact_dofs) > 0
   end function has_displacement
 
   pure integer function n_rows(self)
@@ -188,6 +190,13 @@ contains
     if (allocated(self%data%gap)) n_rows = size(self%data%gap, 1)
   end function n_rows
 
+  !> Of displacements: forces do not depend on them.
+  pure integer function n_modes(self)
+    class(reduced_interpolated_t), intent(in) :: self
+
+    n_modes = n_modes_of(self%data)
+  end function n_modes
+
   !> Each body's responses are exact or interpolated over one constant.
   pure logical function can_certify(self)
     class(reduced_interpolated_t), intent(in) :: self
@@ -196,20 +205,30 @@ contains
   end function can_certify
 
   !> The error is that of the interpolation: the interpolated problem was solved but for rounding.
+  !>
+  !> With u(lambda_r) the displacement under these forces |u_r - u|_K <= |u_r - u(lambda_r)|_K + |u(lambda_r) - u|_K, the latter
+  !> the same as the error of the forces, |lambda_r - lambda|_W.
   subroutine certify(self, multipliers, is_own, room, answer)
     class(reduced_interpolated_t), intent(in) :: self
     real(rk), contiguous, intent(in) :: multipliers(:)
     logical, intent(in) :: is_own
     class(room_t), intent(inout) :: room
     type(answer_t), intent(inout) :: answer
-    real(rk) :: size_of_answer
+    real(rk) :: bound, size_of_answer
 
     if (.not. is_own) then
       call certify_foreign(self, multipliers, room, answer)
       return
     end if
     size_of_answer = comparable_size(self%size_in_energy(room, multipliers), self%data%largest_size)
-    call answer%take_bound(self%data%bound(answer%theta, answer%unknowns) + rounding * size_of_answer, size_of_answer)
+    bound = self%data%bound(answer%theta, answer%unknowns) + rounding * size_of_answer
+    call answer%take_bound(bound, size_of_answer)
+    if (size(answer%coordinates) == 0) return
+    select type (room)
+    type is (interpolated_room_t)
+      size_of_answer = comparable_size(room%field_size, self%data%largest_field)
+      call answer%take_displacement_bound(bound + room%residual + rounding * size_of_answer, size_of_answer)
+    end select
   end subroutine certify
 
   !> Forces that another part found; with anchors there is no bound.
@@ -295,7 +314,8 @@ contains
         end if
       end associate
     end do
-    text = text // line('  displacements', displacement_text(self%data%exact_boundaries, size(self%data%exact_dofs), 0))
+    text = text // line('  displacements', &
+      displacement_text(self%data%exact_boundaries, size(self%data%exact_dofs), self%n_modes()))
   end function describe
 
   subroutine differentiate(self, answer, gradient, message)

@@ -23,6 +23,8 @@ ERRORS = (
     "e_energy_rid",
     "e_energy_relative",
     "e_energy_rid_relative",
+    "e_u_energy",
+    "e_u_energy_relative",
 )
 N_TEST = 7
 CORNERS = ["1 - 16", "15 - 30"]
@@ -196,6 +198,7 @@ def test_validation_table(results):
         "solver",
         "n_solutions",
         "error_bound",
+        "displacement_bound",
         "full_order",
     ]
     np.testing.assert_allclose(table["squeeze"], np.linspace(0.15, 0.45, N_TEST), rtol=1e-14)

@@ -438,6 +438,18 @@ PLANTED = [
     ),
     # reduction
     Planted(
+        SRC + "online/body_modes.f90",
+        "norm2(reduced) / sqrt(minval(ratios))",
+        "norm2(reduced) / sqrt(maxval(ratios))",
+        "bounds of displacements below their error where the elastic constants differ",
+    ),
+    Planted(
+        SRC + "reduction/condensed/residual_triangle.F90",
+        "if (square(1) >= square_before / 4 .or. square(1) <= dependent**2 * sizes(i)) exit",
+        "exit",
+        "bounds of displacements a hundred times too large: what is left of like columns is full of rounding",
+    ),
+    Planted(
         SRC + "reduction/condensed/response_errors.f90",
         "if (answer%reason > 0 .and. self%is_answered(i)) changes",
         "if (.false.) changes",

@@ -9,7 +9,15 @@ import pytest
 import yaml
 
 from runs import read_report, read_table
-from varying_decks import HANGING, MODULUS, RATIOS, write_one_ratio, write_study, write_two_materials
+from varying_decks import (
+    HANGING,
+    MODULUS,
+    RATIOS,
+    write_core_and_rim,
+    write_one_ratio,
+    write_study,
+    write_two_materials,
+)
 
 # moduli that scale a whole body: what is left is rounding; otherwise reduction.stiffness_tolerance
 EXACT = 1e-10
@@ -104,6 +112,43 @@ def test_report_tells_the_interpolation(signorom, tmp_path):
     assert report["n_factorizations"] >= 6
     assert 0 < report["largest_error"] <= TOLERANCE
     assert 1 <= report["worst_training_point"] <= 20
+
+
+MODES = {"core_and_rim": (write_core_and_rim, 5), "one_ratio": (write_one_ratio, 0.02)}
+
+
+def validate_modes(signorom, folder, name, n_ranks):
+    """Columns of validation.csv of a model that has room for no displacement but that by modes."""
+    write, room = MODES[name]
+    deck = write(folder)
+    text = deck.read_text().replace("training: {sobol: 20}", "training: {sobol: 60}")
+    deck.write_text(text + f"reduction: {{max_full_order_size: {room}}}\n")
+    signorom("run", deck, folder=folder, n_ranks=n_ranks)
+    return read_table(folder / "results" / deck.stem / "validation.csv")
+
+
+@pytest.mark.parametrize("name", MODES)
+def test_displacements_by_modes(signorom, tmp_path, figures, name):
+    """Bounds of the energy of what is missing; without prescribed displacements |u_r| is below |u|."""
+    table = validate_modes(signorom, tmp_path, name, 1)
+    effectivity = table["displacement_bound"] / table["e_u_energy_relative"]
+    assert (table["e_u_energy_relative"] > 1e-10).all()
+    assert effectivity.min() >= 1
+    problem = f"{name}, displacements by modes"
+    figures.at_most(problem, "median bound over error", np.median(effectivity), 4, "K factored")
+    figures.at_most(problem, "largest bound over error", effectivity.max(), 10, "K factored")
+    figures.at_most(problem, "displacements", table["e_u"].max(), 0.01, "K factored at each point")
+
+
+def test_ranks_agree_on_modes(signorom, tmp_path):
+    """Modes, Galerkin's equations and residuals are the same on 1 and 3 ranks, a body that only contact holds."""
+    tables = []
+    for n_ranks in (1, 3):
+        folder = tmp_path / str(n_ranks)
+        folder.mkdir()
+        tables.append(validate_modes(signorom, folder, "one_ratio", n_ranks))
+    for column in ("e_u", "e_u_energy", "displacement_bound"):
+        np.testing.assert_allclose(tables[1][column], tables[0][column], rtol=1e-6)
 
 
 CONSTANTS = {"pellet_cladding": RATIOS, "bracket": HANGING, "core_and_rim": None}

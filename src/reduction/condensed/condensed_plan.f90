@@ -141,6 +141,11 @@ contains
     if (kind == 'condensed') then
       plan = plan_displacements(problem)
       needs_displacements = needs_displacements .or. plan%has_modes
+    else if (kind == 'interpolated') then
+      ! how many nodes need room is known after them
+      associate (displacement => problem%deck%reduction%displacement)
+        needs_displacements = needs_displacements .or. displacement%type == 'auto' .or. displacement%elsewhere == 'modes'
+      end associate
     else if (kind == 'hhr' .or. problem%deck%reduction%method == 'auto') then
       ! auto: hyper-reduction may have to do
       needs_displacements = .true.

@@ -9,6 +9,7 @@ module sig_interpolated_training
   use sig_body_nodes, only: close_anchors, fill_nodes, grow_nodes, start_body
   use sig_condensed_plan, only: displacement_plan_t, plan_displacements, why_not_condensed
   use sig_contact_responses, only: anchor_forces
+  use sig_displacement_modes, only: add_displacement_modes
   use sig_errors, only: error_t, exit_not_converged, make_error
   use sig_full_order, only: full_order_t, team_t
   use sig_holding, only: anchors_t, find_anchors
@@ -21,7 +22,7 @@ module sig_interpolated_training
   use sig_reduced, only: reduced_t
   use sig_reduced_interpolated, only: reduced_interpolated_t
   use sig_reference_sets, only: start_sets_of
-  use sig_response_errors, only: measure_responses, probes_t
+  use sig_response_errors, only: measure_fields, measure_responses, probes_t
   use sig_text, only: counted, short_number, to_text
   use sig_training_set, only: training_set_t
   use petsc
@@ -52,6 +53,7 @@ contains
     type(body_constants_t), allocatable :: constants(:)
     type(joined_body_t) :: joined
     type(reduced_interpolated_t), allocatable :: reduced
+    type(displacement_plan_t) :: plan
     type(probes_t) :: probes
     type(team_t), pointer :: team
     integer :: i_round
@@ -63,7 +65,8 @@ contains
       if (allocated(error)) return
       call joined%create(problem, constants)
       allocate (reduced)
-      call start_data(problem, team, constants, snapshots, reduced%data)
+      plan = plan_displacements(problem, usual_nodes_of(constants))
+      call start_data(problem, team, constants, snapshots, plan, reduced%data)
       call probes%create(problem, snapshots)
       i_round = 0
       is_good = .false.
@@ -83,6 +86,11 @@ contains
       end do
       PetscCall(measure_residuals(problem, team, constants, joined, reduced%data, error, ierr))
       if (allocated(error)) return
+      if (plan%has_modes) then
+        PetscCall(add_displacement_modes(problem, team, constants, joined, snapshots, reduced%data, error, ierr))
+        if (allocated(error)) return
+        call measure_fields(problem, snapshots, reduced%data)
+      end if
     end associate
     call log_nodes(constants, reduced%data)
     call move_alloc(reduced, part)
@@ -146,17 +154,16 @@ contains
   end subroutine drop_field
 
   !> What does not depend on the constants. Local.
-  subroutine start_data(problem, team, constants, snapshots, data)
+  subroutine start_data(problem, team, constants, snapshots, plan, data)
     type(problem_t), intent(in) :: problem
     type(team_t), intent(in) :: team
     type(body_constants_t), intent(in) :: constants(:)
     type(training_set_t), intent(in) :: snapshots
+    type(displacement_plan_t), intent(in) :: plan
     type(interpolated_data_t), intent(inout) :: data
-    type(displacement_plan_t) :: plan
     type(anchors_t) :: anchors
     integer :: i
 
-    plan = plan_displacements(problem, usual_nodes_of(constants))
     data%exact_dofs = plan%exact_dofs
     data%exact_boundaries = plan%boundaries
     call find_anchors(team%solver%system%motions, anchors)

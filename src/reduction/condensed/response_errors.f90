@@ -7,6 +7,8 @@
 module sig_response_errors
   use sig_answer, only: answer_t, comparable_size
   use sig_deck_config, only: parameter_config_t
+  use sig_interpolated_data, only: interpolated_data_t
+  use sig_interpolated_displacement, only: n_modes_of, solve_modes
   use sig_kinds, only: rk
   use sig_latin_hypercube, only: latin_hypercube_points
   use sig_problem, only: problem_t
@@ -16,7 +18,7 @@ module sig_response_errors
   use sig_training_set, only: training_set_t
   implicit none(type, external)
   private
-  public :: measure_responses, probes_t
+  public :: measure_fields, measure_responses, probes_t
 
   !> Points in the box of the parameters, and the forces of the last round there.
   type :: probes_t
@@ -85,6 +87,23 @@ contains
     error = huge(error)
     if (answer%reason > 0) error = norm2(answer%multipliers - forces)
   end function error_at
+
+  !> Sets largest_field. Local. Requires: modes.
+  subroutine measure_fields(problem, snapshots, data)
+    type(problem_t), intent(in) :: problem
+    type(training_set_t), intent(in) :: snapshots
+    type(interpolated_data_t), intent(inout) :: data
+    real(rk), allocatable :: forces(:, :), theta(:, :)
+    real(rk) :: coordinates(n_modes_of(data)), field_size, residual
+    integer :: i, i_bad_point, i_bad_source
+
+    call evaluate_points(problem%terms, snapshots%parameters, theta, i_bad_point, i_bad_source)
+    forces = snapshots%forces()
+    do i = 1, size(forces, 2)
+      call solve_modes(data, theta(:, i), forces(:, i), coordinates, residual, field_size)
+      data%largest_field = max(data%largest_field, field_size)
+    end do
+  end subroutine measure_fields
 
   !> None behind the first one where a term has no value.
   subroutine create(self, problem, snapshots)

@@ -47,6 +47,10 @@ module sig_error_norms
     !> [-] the same over the full-order energy
     real(rk) :: energy_relative = 0
     real(rk) :: energy_rid_relative = 0
+    !> [sqrt(force*length)] of the displacement in the norm of the stiffness; no number where a dof has no displacement
+    real(rk) :: field = 0
+    !> [-] the same over that of the full-order displacement
+    real(rk) :: field_relative = 0
   end type point_errors_t
 
 contains
@@ -75,6 +79,7 @@ contains
       errors(i)%multipliers_rid = rid_error(online, answers(i), states(i)%multipliers)
       errors(i)%multipliers_all = reconstruction_error(online, answers(i), states(i)%multipliers)
     end do
+    PetscCall(measure_fields(system, fields, errors, ierr))
     PetscCall(measure_energies(system, bodies, online, answers, fields, energies, ierr))
     errors%energy = abs(energies(1, :n) - energies(1, n + 1:))
     errors%energy_rid = abs(energies(2, :n) - energies(2, n + 1:))
@@ -83,6 +88,25 @@ contains
       errors(i)%energy_rid_relative = relative(errors(i)%energy_rid, abs(energies(2, n + i)))
     end do
   end subroutine measure_errors
+
+  !> |u_r - u|_K. Collective.
+  subroutine measure_fields(system, fields, errors, ierr)
+    type(contact_system_t), intent(inout) :: system
+    !> [length] natural; of the answers, then of the full-order model; shape (n_dofs, 2 * n_points)
+    real(rk), intent(in) :: fields(:, :)
+    type(point_errors_t), intent(inout) :: errors(:)
+    PetscErrorCode, intent(out) :: ierr
+    real(rk) :: wrong(size(errors)), whole(size(errors))
+    integer :: i, n
+
+    n = size(errors)
+    PetscCall(measure_strain_energies(system, fields(:, :n) - fields(:, n + 1:), wrong, ierr))
+    PetscCall(measure_strain_energies(system, fields(:, n + 1:), whole, ierr))
+    do i = 1, n
+      errors(i)%field = sqrt(2 * wrong(i))
+      errors(i)%field_relative = relative(errors(i)%field, sqrt(2 * whole(i)))
+    end do
+  end subroutine measure_fields
 
   !> Strain energy less work of the loads of each field on the bodies and on the reduced domain. Collective.
   subroutine measure_energies(system, bodies, online, answers, fields, energies, ierr)

@@ -28,12 +28,12 @@ module sig_validation
   private
   public :: validate, validation_t, n_errors, error_names
 
-  integer, parameter :: n_errors = 7
+  integer, parameter :: n_errors = 9
   !> of the table that ranks share
-  integer, parameter :: n_columns = n_errors + 9
+  integer, parameter :: n_columns = n_errors + 10
   !> columns of validation.csv
   character(*), parameter :: error_names(n_errors) = [character(22) :: 'e_u', 'e_lambda_rid', 'e_lambda_all', 'e_energy', &
-    'e_energy_rid', 'e_energy_relative', 'e_energy_rid_relative']
+    'e_energy_rid', 'e_energy_relative', 'e_energy_rid_relative', 'e_u_energy', 'e_u_energy_relative']
 
   type :: validation_t
     !> shape (n_parameters, n_points)
@@ -51,6 +51,8 @@ module sig_validation
     integer, allocatable :: reason_full_order(:)
     !> [-] certificate of the answer; negative: none
     real(rk), allocatable :: error_bound(:)
+    !> [-] the same of its displacement
+    real(rk), allocatable :: displacement_bound(:)
     !> the model's fallback answered
     logical, allocatable :: is_fallback(:)
     logical :: is_stopped = .false.
@@ -221,9 +223,10 @@ contains
     real(rk) :: column(n_columns)
 
     column = [errors%displacement, errors%multipliers_rid, errors%multipliers_all, errors%energy, errors%energy_rid, &
-      errors%energy_relative, errors%energy_rid_relative, real(answer%cluster, rk), real(count(answer%is_active), rk), &
-      real(count(state%multipliers > 0), rk), real(merge(answer%method, 0, answer%reason > 0), rk), real(state%reason, rk), &
-      state%seconds, real(answer%n_solutions, rk), answer%relative_bound, real(merge(1, 0, answer%part /= answer%cluster), rk)]
+      errors%energy_relative, errors%energy_rid_relative, errors%field, errors%field_relative, real(answer%cluster, rk), &
+      real(count(answer%is_active), rk), real(count(state%multipliers > 0), rk), &
+      real(merge(answer%method, 0, answer%reason > 0), rk), real(state%reason, rk), state%seconds, real(answer%n_solutions, rk), &
+      answer%relative_bound, real(merge(1, 0, answer%part /= answer%cluster), rk), answer%relative_displacement_bound]
   end function table_column
 
   subroutine unpack_table(table, outcome)
@@ -245,6 +248,7 @@ contains
     outcome%n_solutions = nint(table(n_errors + 7, :))
     outcome%error_bound = table(n_errors + 8, :)
     outcome%is_fallback = table(n_errors + 9, :) > 0
+    outcome%displacement_bound = table(n_errors + 10, :)
     seconds = summarize(pack(table(n_errors + 6, :), outcome%reason_full_order == reason_converged))
     outcome%full_order_seconds = seconds%median
   end subroutine unpack_table

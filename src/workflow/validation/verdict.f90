@@ -86,6 +86,8 @@ contains
       text = text // row(trim(error_names(i)), counted_errors(outcome, i)) // eol
     end do
     if (any(outcome%error_bound >= 0)) text = text // row('error_bound', pack(outcome%error_bound, outcome%error_bound >= 0)) // eol
+    if (any(outcome%displacement_bound >= 0)) text = text // row('displacement_bound', pack(outcome%displacement_bound, &
+      outcome%displacement_bound >= 0)) // eol
     if (.not. all(outcome%error_bound >= 0)) text = text // cell('no error_bound', 24) // &
       to_text(count(.not. outcome%error_bound >= 0)) // ' of ' // counted(size(outcome%error_bound), 'point') // eol
     text = text // cell('without an answer', 24) // to_text(verdict%n_unanswered) // ' of ' // &

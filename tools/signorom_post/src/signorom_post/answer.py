@@ -120,6 +120,11 @@ class Answer:
     bound: float | None
     #: the same over the size of the forces, at least a thousandth of the largest in training; at most 1e-12: exact
     relative_bound: float | None
+    #: the same of the displacement in the norm of the stiffness [sqrt(force * length)], rigid motions of bodies that
+    #: only contact holds left out; None where the model cannot give one
+    displacement_bound: float | None
+    #: the same over the size of the displacement, at least a thousandth of the largest in training
+    relative_displacement_bound: float | None
     #: asks the model for derivatives in a direction
     _differentiate: Callable[[int], Gradient] = field(repr=False, compare=False)
 

@@ -66,6 +66,8 @@ class CAnswer(ctypes.Structure):
         ("n_solutions", c_int),
         ("bound", c_double),
         ("relative_bound", c_double),
+        ("displacement_bound", c_double),
+        ("relative_displacement_bound", c_double),
     ]
 
 

@@ -309,6 +309,10 @@ class Model:
                 n_solutions=told.n_solutions,
                 bound=None if told.bound < 0 else told.bound,
                 relative_bound=None if told.relative_bound < 0 else told.relative_bound,
+                displacement_bound=None if told.displacement_bound < 0 else told.displacement_bound,
+                relative_displacement_bound=(
+                    None if told.relative_displacement_bound < 0 else told.relative_displacement_bound
+                ),
                 _differentiate=partial(self._gradient, point, indices),
             )
 

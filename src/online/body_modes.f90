@@ -1,0 +1,282 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> The displacement of one body by modes where its elastic constants depend on the parameters: what training makes and a file keeps.
+!>
+!> u = L theta + Phi a with liftings L of prescribed displacements and POD modes Phi, which vanish on held dofs. Galerkin's method
+!> gives a from the contact forces z:  sum_q k_q Phi'K_q Phi a = Phi'(F theta - B'z) - sum_q k_q Phi'K_q L theta, where K_q are
+!> the bulk and shear parts of each material's stiffness at a place mu_0, and k_q their moduli over those of mu_0.
+!>
+!> The residual r is a combination of few columns, F, B', K_q L and K_q Phi. A triangle T of these in a basis that is orthonormal in
+!> the norm of K(mu_0)^-1 gives |r|_{K^-1} <= |T c| / sqrt(min k_q), as K >= min k_q K(mu_0). T keeps the digits that a matrix of
+!> products would lose: r is far smaller than its parts.
+module sig_body_modes
+  use sig_dense_kernels, only: factor_cholesky, multiply, solve_cholesky
+  use sig_errors, only: error_t
+  use sig_hdf5_reader, only: h5_reader_t
+  use sig_hdf5_writer, only: h5_writer_t
+  use sig_kinds, only: rk
+  use sig_shape_checks, only: are_indices, is_ascending, is_matrix, place_in_ascending
+  implicit none(type, external)
+  private
+  public :: body_modes_t, part_moduli
+
+  type :: body_modes_t
+    !> of the body, ascending, 1-based
+    integer, allocatable :: dofs(:)
+    !> L and Phi, [-] but L as prescribed; shape (size(dofs), n_lifted + n_modes)
+    real(rk), allocatable :: basis(:, :)
+    !> terms that L lifts, 1-based
+    integer, allocatable :: lifted_terms(:)
+    !> terms of Young's modulus and Poisson's ratio of each material of the body
+    integer, allocatable :: modulus_terms(:)
+    integer, allocatable :: ratio_terms(:)
+    !> [force/length**2] moduli at mu_0, bulk and shear of each material in turn; shape (n_parts)
+    real(rk), allocatable :: moduli(:)
+    !> [force*length] V'K_q V with V = [L, Phi], column by column; shape (n_basis**2, n_parts)
+    real(rk), allocatable :: stiffness(:, :)
+    !> [force*length per unit of theta] Phi'F, shape (n_modes, n_driving_terms)
+    real(rk), allocatable :: loads(:, :)
+    !> [length] Phi'B', shape (n_modes, n_multipliers)
+    real(rk), allocatable :: contact(:, :)
+    !> [sqrt(force*length)] T, for the coefficients of F, of B', of K_1 V, K_2 V, ...
+    real(rk), allocatable :: residuals(:, :)
+    !> plane stress
+    logical :: is_thin = .false.
+  contains
+    procedure :: n_modes
+    procedure :: solve
+    procedure :: add_field
+    procedure :: displacement_of
+    procedure :: mismatch
+    procedure :: write
+    procedure :: read
+  end type body_modes_t
+
+contains
+
+  pure integer function n_modes(self)
+    class(body_modes_t), intent(in) :: self
+
+    n_modes = size(self%basis, 2) - size(self%lifted_terms)
+  end function n_modes
+
+  !> [force/length**2] bulk and shear modulus, those of sig_elasticity's modulus_text.
+  pure function part_moduli(young_modulus, poisson_ratio, is_thin) result(moduli)
+    real(rk), intent(in) :: young_modulus
+    real(rk), intent(in) :: poisson_ratio
+    !> plane stress
+    logical, intent(in) :: is_thin
+    real(rk) :: moduli(2)
+
+    moduli(1) = young_modulus / (3 * (1 - 2 * poisson_ratio))
+    if (is_thin) moduli(1) = young_modulus / (2 * (1 - poisson_ratio))
+    moduli(2) = young_modulus / (2 * (1 + poisson_ratio))
+  end function part_moduli
+
+  !> [-] k_q at a point.
+  pure function part_ratios(self, theta) result(ratios)
+    type(body_modes_t), intent(in) :: self
+    real(rk), intent(in) :: theta(:)
+    real(rk) :: ratios(size(self%moduli))
+    integer :: i
+
+    do i = 1, size(self%modulus_terms)
+      ratios(2 * i - 1:2 * i) = part_moduli(theta(self%modulus_terms(i)), theta(self%ratio_terms(i)), self%is_thin)
+    end do
+    ratios = ratios / self%moduli
+  end function part_ratios
+
+  !> The coordinates a under contact forces, how far these are from equilibrium, and the energy of the field.
+  subroutine solve(self, theta, forces, coordinates, residual, energy)
+    class(body_modes_t), intent(in) :: self
+    !> values of the model's terms
+    real(rk), contiguous, intent(in) :: theta(:)
+    !> [force] z, zero on anchors; shape (n_multipliers)
+    real(rk), contiguous, intent(in) :: forces(:)
+    !> [length] shape (n_modes)
+    real(rk), contiguous, intent(inout) :: coordinates(:)
+    !> [sqrt(force*length)] no less than |r| in the norm of K^-1
+    real(rk), intent(out) :: residual
+    !> [force*length] u'K u
+    real(rk), intent(out) :: energy
+    real(rk) :: ratios(size(self%moduli)), place(size(self%basis, 2)), stiffness(size(self%basis, 2)**2)
+    integer :: first, n_lifted
+
+    n_lifted = size(self%lifted_terms)
+    first = n_lifted + 1
+    ratios = part_ratios(self, theta)
+    call multiply(1.0_rk, self%stiffness, ratios, 0.0_rk, stiffness)
+    place(:n_lifted) = theta(self%lifted_terms)
+    call find_coordinates(self, size(place), stiffness, theta, forces, place)
+    coordinates = place(first:)
+    energy = work_of(size(place), stiffness, place)
+    residual = size_of_residual(self, ratios, theta, forces, place)
+  end subroutine solve
+
+  !> Galerkin's equations.
+  subroutine find_coordinates(self, n, stiffness, theta, forces, place)
+    type(body_modes_t), intent(in) :: self
+    integer, intent(in) :: n
+    !> V'K V
+    real(rk), intent(in) :: stiffness(n, n)
+    real(rk), contiguous, intent(in) :: theta(:)
+    real(rk), contiguous, intent(in) :: forces(:)
+    !> the liftings' share is there
+    real(rk), contiguous, intent(inout) :: place(:)
+    real(rk) :: matrix(self%n_modes(), self%n_modes()), right(self%n_modes())
+    integer :: info, k, n_lifted
+
+    n_lifted = size(self%lifted_terms)
+    call multiply(1.0_rk, self%loads, theta(:size(self%loads, 2)), 0.0_rk, right)
+    call multiply(-1.0_rk, self%contact, forces, 1.0_rk, right)
+    do k = 1, n_lifted
+      right = right - stiffness(n_lifted + 1:, k) * place(k)
+    end do
+    matrix = stiffness(n_lifted + 1:, n_lifted + 1:)
+    call factor_cholesky(size(right), matrix, info)
+    if (info == 0) then
+      call solve_cholesky(size(right), matrix, right)
+    else
+      right = 0
+    end if
+    place(n_lifted + 1:) = right
+  end subroutine find_coordinates
+
+  !> x'Mx.
+  real(rk) function work_of(n, matrix, x) result(work)
+    integer, intent(in) :: n
+    real(rk), intent(in) :: matrix(n, n)
+    real(rk), contiguous, intent(in) :: x(:)
+    real(rk) :: y(n)
+
+    call multiply(1.0_rk, matrix, x, 0.0_rk, y)
+    work = max(0.0_rk, dot_product(x, y))
+  end function work_of
+
+  real(rk) function size_of_residual(self, ratios, theta, forces, place) result(residual)
+    type(body_modes_t), intent(in) :: self
+    real(rk), intent(in) :: ratios(:)
+    real(rk), intent(in) :: theta(:)
+    real(rk), intent(in) :: forces(:)
+    real(rk), intent(in) :: place(:)
+    real(rk) :: coefficients(size(self%residuals, 2)), reduced(size(self%residuals, 1))
+    integer :: i, n
+
+    n = size(self%loads, 2)
+    coefficients(:n) = theta(:n)
+    coefficients(n + 1:n + size(forces)) = -forces
+    n = n + size(forces)
+    do i = 1, size(ratios)
+      coefficients(n + 1:n + size(place)) = -ratios(i) * place
+      n = n + size(place)
+    end do
+    call multiply(1.0_rk, self%residuals, coefficients, 0.0_rk, reduced)
+    residual = norm2(reduced) / sqrt(minval(ratios))
+  end function size_of_residual
+
+  !> The displacement of the body's dofs, without rigid motion.
+  subroutine add_field(self, theta, coordinates, displacement)
+    class(body_modes_t), intent(in) :: self
+    real(rk), contiguous, intent(in) :: theta(:)
+    !> [length] shape (n_modes)
+    real(rk), contiguous, intent(in) :: coordinates(:)
+    !> [length] of all dofs
+    real(rk), contiguous, intent(inout) :: displacement(:)
+    real(rk) :: field(size(self%dofs))
+
+    call multiply(1.0_rk, self%basis, [theta(self%lifted_terms), coordinates], 0.0_rk, field)
+    displacement(self%dofs) = field
+  end subroutine add_field
+
+  !> [length] the same of one dof; 0 where it is of another body.
+  pure real(rk) function displacement_of(self, theta, coordinates, dof) result(displacement)
+    class(body_modes_t), intent(in) :: self
+    real(rk), intent(in) :: theta(:)
+    real(rk), intent(in) :: coordinates(:)
+    integer, intent(in) :: dof
+    integer :: i, row
+
+    displacement = 0
+    row = place_in_ascending(self%dofs, dof)
+    if (row == 0) return
+    do i = 1, size(self%lifted_terms)
+      displacement = displacement + self%basis(row, i) * theta(self%lifted_terms(i))
+    end do
+    do i = 1, size(coordinates)
+      displacement = displacement + self%basis(row, size(self%lifted_terms) + i) * coordinates(i)
+    end do
+  end function displacement_of
+
+  !> Name of a part whose shape does not fit the model; empty when all fit.
+  pure function mismatch(self, n_dofs, n_multipliers, n_terms) result(name)
+    class(body_modes_t), intent(in) :: self
+    integer, intent(in) :: n_dofs, n_multipliers, n_terms
+    character(:), allocatable :: name
+    integer :: n_driving, n_parts
+
+    name = ''
+    n_parts = size(self%moduli)
+    n_driving = size(self%loads, 2)
+    associate (n => size(self%basis, 2))
+      if (.not. (are_indices(self%dofs, n_dofs) .and. is_ascending(self%dofs))) name = 'dofs'
+      if (.not. are_indices(self%lifted_terms, n_driving) .or. size(self%lifted_terms) > n) name = 'lifted_terms'
+      if (.not. are_indices(self%modulus_terms, n_terms) .or. 2 * size(self%modulus_terms) /= n_parts .or. n_parts == 0) &
+        name = 'modulus_terms'
+      if (.not. are_indices(self%ratio_terms, n_terms) .or. 2 * size(self%ratio_terms) /= n_parts) name = 'ratio_terms'
+      if (.not. is_matrix(self%stiffness, n**2, n_parts)) name = 'stiffness'
+      if (n_driving > n_terms) name = 'loads'
+      if (.not. is_matrix(self%residuals, size(self%residuals, 1), n_driving + n_multipliers + n * n_parts)) name = 'residuals'
+      if (.not. is_matrix(self%basis, size(self%dofs), n)) name = 'basis'
+    end associate
+    if (len(name) > 0) return
+    if (.not. is_matrix(self%loads, self%n_modes(), n_driving)) name = 'loads'
+    if (.not. is_matrix(self%contact, self%n_modes(), n_multipliers)) name = 'contact'
+    if (.not. all(self%moduli > 0)) name = 'moduli'
+  end function mismatch
+
+  subroutine write(self, file, group, length, force)
+    class(body_modes_t), intent(in) :: self
+    type(h5_writer_t), intent(inout) :: file
+    character(*), intent(in) :: group
+    character(*), intent(in) :: length
+    character(*), intent(in) :: force
+    character(:), allocatable :: energy
+
+    energy = force // '*' // length
+    call file%write(group // '/dofs', self%dofs, description='of the body, 1-based')
+    call file%write(group // '/basis', self%basis, description= &
+      'liftings of prescribed displacements, then modes; a column of these per row')
+    call file%write(group // '/lifted_terms', self%lifted_terms, description='terms that the liftings belong to, 1-based')
+    call file%write(group // '/modulus_terms', self%modulus_terms, description= &
+      'terms of the Young''s moduli of the materials of the body, 1-based')
+    call file%write(group // '/ratio_terms', self%ratio_terms, description='terms of their Poisson''s ratios')
+    call file%write(group // '/moduli', self%moduli, force // '/' // length // '^2', &
+      'bulk and shear modulus of each material, for which the parts below are')
+    call file%write(group // '/stiffness', self%stiffness, energy, 'of the basis, a part per row')
+    call file%write(group // '/loads', self%loads, energy, 'work of loads on the modes, a term per row')
+    call file%write(group // '/contact', self%contact, length, 'work of contact forces on the modes, a pair per row')
+    call file%write(group // '/residuals', self%residuals, 'sqrt(' // energy // ')', &
+      'forces of loads, of contact and of the parts of the stiffness, in an orthonormal basis')
+    call file%write(group // '/is_thin', merge(1, 0, self%is_thin), description='1: plane stress')
+  end subroutine write
+
+  subroutine read(self, file, group, error)
+    class(body_modes_t), intent(inout) :: self
+    type(h5_reader_t), intent(in) :: file
+    character(*), intent(in) :: group
+    type(error_t), allocatable, intent(inout) :: error
+    integer :: is_thin
+
+    call file%read(group // '/dofs', self%dofs, error)
+    call file%read(group // '/basis', self%basis, error)
+    call file%read(group // '/lifted_terms', self%lifted_terms, error)
+    call file%read(group // '/modulus_terms', self%modulus_terms, error)
+    call file%read(group // '/ratio_terms', self%ratio_terms, error)
+    call file%read(group // '/moduli', self%moduli, error)
+    call file%read(group // '/stiffness', self%stiffness, error)
+    call file%read(group // '/loads', self%loads, error)
+    call file%read(group // '/contact', self%contact, error)
+    call file%read(group // '/residuals', self%residuals, error)
+    call file%read(group // '/is_thin', is_thin, error)
+    self%is_thin = is_thin == 1
+  end subroutine read
+end module sig_body_modes

@@ -1,0 +1,113 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> Displacements of an interpolated model: interpolated at the exact dofs, by modes at others, or none.
+module sig_interpolated_displacement
+  use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
+  use sig_interpolated_data, only: interpolated_data_t
+  use sig_kinds, only: rk
+  use sig_linear_algebra, only: multiply
+  use sig_reduced, only: displacement_by_modes, displacement_exact, displacement_none
+  use sig_shape_checks, only: place_in_ascending
+  implicit none(type, external)
+  private
+  public :: fill_interpolated_displacement, interpolated_displacement_of_dof, n_modes_of, solve_modes, source_of_interpolated_dof
+
+contains
+
+  !> Modes of all bodies together.
+  pure integer function n_modes_of(data) result(n_modes)
+    type(interpolated_data_t), intent(in) :: data
+    integer :: i
+
+    n_modes = 0
+    if (.not. allocated(data%modes)) return
+    n_modes = sum([(data%modes(i)%n_modes(), i=1, size(data%modes))])
+  end function n_modes_of
+
+  !> Coordinates under contact forces, the residual of equilibrium, and the size of the field. Requires: modes.
+  subroutine solve_modes(data, theta, unknowns, coordinates, residual, field_size)
+    type(interpolated_data_t), intent(in) :: data
+    real(rk), contiguous, intent(in) :: theta(:)
+    !> [force] z, shape (n_multipliers)
+    real(rk), contiguous, intent(in) :: unknowns(:)
+    !> [length] of one body after the other, shape (n_modes_of)
+    real(rk), contiguous, intent(inout) :: coordinates(:)
+    !> [sqrt(force*length)] no less than |u_r - u(z)|_K, and |u_r|_K
+    real(rk), intent(out) :: residual
+    real(rk), intent(out) :: field_size
+    real(rk) :: forces(size(unknowns)), own_energy, own_residual
+    integer :: first, i, last
+
+    forces = unknowns
+    forces(data%anchors) = 0
+    residual = 0
+    field_size = 0
+    last = 0
+    do i = 1, size(data%modes)
+      first = last + 1
+      last = last + data%modes(i)%n_modes()
+      call data%modes(i)%solve(theta, forces, coordinates(first:last), own_residual, own_energy)
+      residual = residual + own_residual**2
+      field_size = field_size + own_energy
+    end do
+    residual = sqrt(residual)
+    field_size = sqrt(field_size)
+  end subroutine solve_modes
+
+  !> No numbers where the model has no displacement.
+  subroutine fill_interpolated_displacement(data, theta, unknowns, coordinates, displacement)
+    type(interpolated_data_t), intent(in) :: data
+    real(rk), contiguous, intent(in) :: theta(:)
+    real(rk), contiguous, intent(in) :: unknowns(:)
+    !> [length] of solve_modes
+    real(rk), contiguous, intent(in) :: coordinates(:)
+    !> [length] shape (n_dofs)
+    real(rk), contiguous, intent(inout) :: displacement(:)
+    real(rk) :: exact(size(data%exact_dofs))
+    integer :: first, i, last
+
+    displacement = ieee_value(1.0_rk, ieee_quiet_nan)
+    last = 0
+    do i = 1, size(data%modes)
+      first = last + 1
+      last = last + data%modes(i)%n_modes()
+      call data%modes(i)%add_field(theta, coordinates(first:last), displacement)
+    end do
+    if (size(data%modes) > 0 .and. size(data%anchors) > 0) &
+      call multiply(1.0_rk, data%mode_motions, data%moves(theta, unknowns), 1.0_rk, displacement)
+    call data%field(theta, unknowns, exact)
+    displacement(data%exact_dofs) = exact
+  end subroutine fill_interpolated_displacement
+
+  !> [length] one component of the same.
+  pure real(rk) function interpolated_displacement_of_dof(data, theta, unknowns, coordinates, dof) result(displacement)
+    type(interpolated_data_t), intent(in) :: data
+    real(rk), intent(in) :: theta(:)
+    real(rk), intent(in) :: unknowns(:)
+    real(rk), intent(in) :: coordinates(:)
+    integer, intent(in) :: dof
+    integer :: first, i, last
+
+    displacement = ieee_value(1.0_rk, ieee_quiet_nan)
+    i = place_in_ascending(data%exact_dofs, dof)
+    if (i > 0) then
+      displacement = data%displacement_of(theta, unknowns, i)
+    else if (size(data%modes) > 0) then
+      displacement = dot_product(data%mode_motions(dof, :), data%moves(theta, unknowns))
+      last = 0
+      do i = 1, size(data%modes)
+        first = last + 1
+        last = last + data%modes(i)%n_modes()
+        displacement = displacement + data%modes(i)%displacement_of(theta, coordinates(first:last), dof)
+      end do
+    end if
+  end function interpolated_displacement_of_dof
+
+  !> Where the displacement of a dof comes from: displacement_exact, displacement_by_modes or displacement_none.
+  pure integer function source_of_interpolated_dof(data, dof) result(source)
+    type(interpolated_data_t), intent(in) :: data
+    integer, intent(in) :: dof
+
+    source = merge(displacement_by_modes, displacement_none, size(data%modes) > 0)
+    if (place_in_ascending(data%exact_dofs, dof) > 0) source = displacement_exact
+  end function source_of_interpolated_dof
+end module sig_interpolated_displacement

@@ -1,0 +1,292 @@
+! SPDX-License-Identifier: BSD-3-Clause
+#include "signorom/macros.h"
+!> Displacements by modes where elastic constants depend on the parameters: a basis of each body, Galerkin's equations part by part
+!> of the stiffness, and the residuals that bound their error (sig_body_modes).
+module sig_displacement_modes
+  use sig_body_constants, only: body_constants_t, joined_body_t
+  use sig_body_modes, only: body_modes_t, part_moduli
+  use sig_body_nodes, only: dofs_of_body, responses_t, solve_node
+  use sig_elastic_body, only: elastic_body_t
+  use sig_elasticity, only: hooke_term, n_hooke_terms, n_stresses
+  use sig_errors, only: error_t
+  use sig_free_response, only: factor_without_contact, held_dofs
+  use sig_full_order, only: team_t
+  use sig_held_modes, only: find_held_modes
+  use sig_interpolated_data, only: interpolated_data_t
+  use sig_kinds, only: rk
+  use sig_linear_algebra, only: transposed_product
+  use sig_linear_solver, only: linear_solver_t
+  use sig_petsc_support, only: broadcast_columns, multiply_block, sum_over_ranks
+  use sig_problem, only: problem_t
+  use sig_residual_triangle, only: find_triangle
+  use sig_training_set, only: training_set_t
+  use petsc
+  implicit none(type, external)
+  private
+  public :: add_displacement_modes
+
+  !> Distributed columns, rows of this rank.
+  type :: columns_t
+    real(rk), allocatable :: values(:, :)
+  end type columns_t
+
+contains
+
+  !> Sets data%modes and data%mode_motions. Collective on all ranks; the same on each.
+  !>
+  !> Errors: the stiffness could not be factored.
+  subroutine add_displacement_modes(problem, team, constants, joined, snapshots, data, error, ierr)
+    type(problem_t), intent(in) :: problem
+    type(team_t), intent(inout) :: team
+    type(body_constants_t), intent(in) :: constants(:)
+    type(joined_body_t), intent(inout) :: joined
+    !> with displacements
+    type(training_set_t), intent(in) :: snapshots
+    type(interpolated_data_t), intent(inout) :: data
+    type(error_t), allocatable, intent(out) :: error
+    PetscErrorCode, intent(out) :: ierr
+    type(responses_t) :: responses
+    type(columns_t) :: bases(size(constants)), forces(size(constants))
+    integer :: i
+
+    do i = 1, size(constants)
+      call joined%set(problem, constants(i), i, (constants(i)%lower + constants(i)%upper) / 2)
+    end do
+    PetscCall(solve_node(problem, team, joined, data, responses, error, ierr))
+    if (allocated(error)) return
+    allocate (data%modes(size(constants)))
+    do i = 1, size(constants)
+      call take_materials(problem, constants(i), joined, i, data%modes(i))
+    end do
+    PetscCall(find_bases(problem, team, responses, snapshots, data, bases, ierr))
+    call move_all_dofs(team, responses, data)
+    PetscCall(measure_parts(problem, team, joined, bases, forces, data, ierr))
+    ! from here on the stiffness is that of mu_0 again
+    PetscCall(solve_node(problem, team, joined, data, responses, error, ierr))
+    if (allocated(error)) return
+    PetscCall(measure_modes(team, responses, bases, forces, data, ierr))
+  end subroutine add_displacement_modes
+
+  !> Terms and moduli of the body's materials. Local.
+  subroutine take_materials(problem, constants, joined, i_body, modes)
+    type(problem_t), intent(in) :: problem
+    type(body_constants_t), intent(in) :: constants
+    !> at mu_0
+    type(joined_body_t), intent(in) :: joined
+    integer, intent(in) :: i_body
+    type(body_modes_t), intent(inout) :: modes
+    integer :: i, slot
+
+    modes%is_thin = problem%body%mechanics%is_thin
+    associate (materials => constants%materials)
+      modes%modulus_terms = problem%constant_terms(2 * materials - 1)
+      modes%ratio_terms = problem%constant_terms(2 * materials)
+      allocate (modes%moduli(n_hooke_terms * size(materials)))
+      do i = 1, size(materials)
+        slot = joined%starts(i_body) + i
+        modes%moduli(n_hooke_terms * i - 1:n_hooke_terms * i) = &
+          part_moduli(joined%moduli(slot), joined%ratios(slot), modes%is_thin)
+      end do
+    end associate
+  end subroutine take_materials
+
+  !> Liftings and modes of each body. Collective on all ranks.
+  subroutine find_bases(problem, team, responses, snapshots, data, bases, ierr)
+    type(problem_t), intent(in) :: problem
+    type(team_t), intent(inout) :: team
+    !> at mu_0
+    type(responses_t), intent(in) :: responses
+    type(training_set_t), intent(in) :: snapshots
+    type(interpolated_data_t), intent(inout) :: data
+    !> rows of this rank, zero outside of the body
+    type(columns_t), intent(out) :: bases(:)
+    PetscErrorCode, intent(out) :: ierr
+    real(rk), allocatable :: lifting(:, :), modes(:, :)
+    logical, allocatable :: is_own(:)
+    integer, allocatable :: lifted(:)
+    integer :: i, k, place(problem%mesh%n_dim * problem%mesh%n_nodes)
+
+    ierr = 0
+    associate (system => team%solver%system, prescribed => problem%boundary%prescribed_values)
+      lifted = pack([(i, i=1, size(prescribed, 2))], any(abs(prescribed) > 0, dim=1))
+      PetscCall(system%share_columns(responses%prescribed(:, lifted), size(lifted), lifting, ierr))
+      PetscCall(broadcast_columns(lifting, PETSC_COMM_WORLD, ierr))
+      do i = 1, size(bases)
+        is_own = dofs_of_body(problem, i)
+        associate (own => data%modes(i))
+          own%dofs = pack([(k, k=1, size(is_own))], is_own)
+          own%lifted_terms = lifted
+          PetscCall(find_held_modes(problem, system, snapshots, own%dofs, lifting, lifted, modes, ierr))
+          allocate (own%basis(size(own%dofs), size(lifted) + size(modes, 2)))
+          own%basis(:, :size(lifted)) = lifting(own%dofs, :)
+          own%basis(:, size(lifted) + 1:) = modes
+          place = 0
+          place(own%dofs) = [(k, k=1, size(own%dofs))]
+          allocate (bases(i)%values(system%map%n_local_dofs, size(own%basis, 2)), source=0.0_rk)
+          do k = 1, size(system%map%local_dofs)
+            if (place(system%map%local_dofs(k)) > 0) bases(i)%values(k, :) = own%basis(place(system%map%local_dofs(k)), :)
+          end do
+        end associate
+      end do
+    end associate
+  end subroutine find_bases
+
+  !> How the motions of the anchors move all dofs. Local.
+  subroutine move_all_dofs(team, responses, data)
+    type(team_t), intent(in) :: team
+    type(responses_t), intent(in) :: responses
+    type(interpolated_data_t), intent(inout) :: data
+    integer :: i
+
+    associate (motions => team%solver%system%motions, anchors => responses%anchors)
+      allocate (data%mode_motions(team%solver%system%map%n_dofs, size(anchors%rows)))
+      do i = 1, size(anchors%rows)
+        data%mode_motions(:, i) = motions%field(anchors%amplitudes(:, i))
+      end do
+    end associate
+  end subroutine move_all_dofs
+
+  !> K_q V and V'K_q V of all bodies, one part of each at a time. Collective.
+  subroutine measure_parts(problem, team, joined, bases, forces, data, ierr)
+    type(problem_t), intent(in) :: problem
+    type(team_t), intent(inout) :: team
+    type(joined_body_t), intent(in) :: joined
+    type(columns_t), intent(in) :: bases(:)
+    !> [force] K_1 V, K_2 V, ... on free dofs, rows of this rank
+    type(columns_t), intent(out) :: forces(:)
+    type(interpolated_data_t), intent(inout) :: data
+    PetscErrorCode, intent(out) :: ierr
+    type(elastic_body_t) :: law
+    real(rk), allocatable :: product(:, :), stiffness(:, :)
+    logical, allocatable :: is_held(:)
+    integer :: i, i_part, n
+
+    ierr = 0
+    is_held = held_dofs(team%solver%system)
+    do i = 1, size(bases)
+      n = size(bases(i)%values, 2)
+      allocate (forces(i)%values(size(bases(i)%values, 1), n * size(data%modes(i)%moduli)))
+      allocate (data%modes(i)%stiffness(n**2, size(data%modes(i)%moduli)))
+    end do
+    do i_part = 1, maxval([(size(data%modes(i)%moduli), i=1, size(bases))])
+      call take_part(joined, data, i_part, law)
+      associate (system => team%solver%system)
+        PetscCall(system%update_stiffness(problem%mesh, law, ierr))
+        do i = 1, size(bases)
+          if (i_part > size(data%modes(i)%moduli)) cycle
+          n = size(bases(i)%values, 2)
+          if (allocated(product)) deallocate (product)
+          allocate (product, mold=bases(i)%values)
+          PetscCall(multiply_block(system%stiffness, bases(i)%values, product, ierr))
+          stiffness = transposed_product(bases(i)%values, product)
+          PetscCall(sum_over_ranks(system%comm, stiffness, ierr))
+          PetscCall(broadcast_columns(stiffness, PETSC_COMM_WORLD, ierr))
+          data%modes(i)%stiffness(:, i_part) = reshape(stiffness, [n**2])
+          forces(i)%values(:, (i_part - 1) * n + 1:i_part * n) = &
+            merge(0.0_rk, product, spread(is_held(system%map%local_dofs), 2, n))
+        end do
+      end associate
+    end do
+  end subroutine measure_parts
+
+  !> The law of one part of each body at mu_0; bodies with fewer parts have none. Local.
+  subroutine take_part(joined, data, i_part, law)
+    type(joined_body_t), intent(in) :: joined
+    type(interpolated_data_t), intent(in) :: data
+    integer, intent(in) :: i_part
+    type(elastic_body_t), intent(out) :: law
+    real(rk) :: hooke(n_stresses, n_stresses)
+    integer :: i
+
+    law = joined%body
+    law%hooke = 0
+    hooke = hooke_term(law%model, modulo(i_part - 1, n_hooke_terms) + 1)
+    associate (strains => law%mechanics%strains(:law%mechanics%n_strains))
+      do i = 1, size(data%modes)
+        if (i_part > size(data%modes(i)%moduli)) cycle
+        law%hooke(:, :, joined%starts(i) + (i_part - 1) / n_hooke_terms + 1) = &
+          data%modes(i)%moduli(i_part) * hooke(strains, strains)
+      end do
+    end associate
+  end subroutine take_part
+
+  !> Work of loads and contact forces on the modes, and residuals of all bodies. Collective on all ranks.
+  subroutine measure_modes(team, responses, bases, forces, data, ierr)
+    type(team_t), intent(inout) :: team
+    !> at mu_0, as the stiffness
+    type(responses_t), intent(in) :: responses
+    type(columns_t), intent(in) :: bases(:)
+    type(columns_t), intent(in) :: forces(:)
+    type(interpolated_data_t), intent(inout) :: data
+    PetscErrorCode, intent(out) :: ierr
+    type(linear_solver_t) :: linear_solver
+    real(rk), allocatable :: driven(:, :), columns(:, :)
+    integer :: i, n, n_driving
+
+    n_driving = size(responses%loaded, 2)
+    associate (system => team%solver%system)
+      PetscCall(factor_without_contact(system, linear_solver, ierr))
+      do i = 1, size(bases)
+        n = n_driving + size(responses%contact, 2)
+        allocate (driven(size(responses%loaded, 1), n), columns(size(responses%loaded, 1), n + size(forces(i)%values, 2)))
+        columns(:, :n_driving) = responses%loaded
+        columns(:, n_driving + 1:n) = responses%contact
+        call keep_body(team, data%modes(i)%dofs, columns(:, :n))
+        PetscCall(multiply_block(system%stiffness, columns(:, :n), driven, ierr))
+        PetscCall(take_work(team, bases(i)%values, driven, n_driving, data%modes(i), ierr))
+        PetscCall(linear_solver%solve_many(forces(i)%values, columns(:, n + 1:), ierr))
+        PetscCall(take_residuals(team, columns, data%modes(i), ierr))
+        deallocate (driven, columns)
+      end do
+      PetscCall(linear_solver%destroy(ierr))
+    end associate
+  end subroutine measure_modes
+
+  !> Zeros outside of a body. Local.
+  subroutine keep_body(team, dofs, columns)
+    type(team_t), intent(in) :: team
+    integer, intent(in) :: dofs(:)
+    real(rk), intent(inout) :: columns(:, :)
+    logical :: is_own(team%solver%system%map%n_dofs)
+    integer :: i
+
+    is_own = .false.
+    is_own(dofs) = .true.
+    do i = 1, size(columns, 1)
+      if (.not. is_own(team%solver%system%map%local_dofs(i))) columns(i, :) = 0
+    end do
+  end subroutine keep_body
+
+  !> Phi'F and Phi'B'. Collective on all ranks.
+  subroutine take_work(team, basis, driven, n_driving, modes, ierr)
+    type(team_t), intent(in) :: team
+    real(rk), intent(in) :: basis(:, :)
+    !> [force] K times the responses to loads and to contact forces
+    real(rk), contiguous, intent(in) :: driven(:, :)
+    integer, intent(in) :: n_driving
+    type(body_modes_t), intent(inout) :: modes
+    PetscErrorCode, intent(out) :: ierr
+    real(rk), allocatable :: own(:, :), work(:, :)
+
+    own = basis(:, size(modes%lifted_terms) + 1:)
+    work = transposed_product(own, driven)
+    PetscCall(sum_over_ranks(team%solver%system%comm, work, ierr))
+    PetscCall(broadcast_columns(work, PETSC_COMM_WORLD, ierr))
+    modes%loads = work(:, :n_driving)
+    modes%contact = work(:, n_driving + 1:)
+  end subroutine take_work
+
+  !> The triangle without its rows of zeros. Collective on all ranks.
+  subroutine take_residuals(team, columns, modes, ierr)
+    type(team_t), intent(inout) :: team
+    real(rk), contiguous, intent(in) :: columns(:, :)
+    type(body_modes_t), intent(inout) :: modes
+    PetscErrorCode, intent(out) :: ierr
+    real(rk), allocatable :: triangle(:, :)
+    integer :: i
+
+    PetscCall(find_triangle(team%solver%system%comm, team%solver%system%stiffness, columns, triangle, ierr))
+    PetscCall(broadcast_columns(triangle, PETSC_COMM_WORLD, ierr))
+    modes%residuals = triangle(pack([(i, i=1, size(triangle, 1))], any(abs(triangle) > 0, dim=2)), :)
+  end subroutine take_residuals
+end module sig_displacement_modes
