@@ -3,6 +3,7 @@
 !> The command check: deck and mesh read, every name found, every point looked at; nothing solved. With --fields it writes what it
 !> found.
 module sig_check
+  use sig_body_constants, only: check_box
   use sig_check_fields, only: boundary_groups, write_check_fields
   use sig_command_line, only: command_t
   use sig_contact_summary, only: contact_lines
@@ -55,6 +56,8 @@ contains
     if (.not. allocated(error)) call check_points(session%full_order%problem, training, error)
     if (.not. allocated(error)) call check_points(session%full_order%problem, test, error)
     if (.not. allocated(error)) call check_points(session%full_order%problem, session%deck%output%points, error)
+    ! a model is for the whole box
+    if (session%deck%has_training .and. .not. allocated(error)) call check_box(session%full_order%problem, error)
     if (allocated(error)) then
       call session%fail(error)
       ! what is wrong is best seen

@@ -15,7 +15,7 @@ module sig_body_constants
   use sig_text, only: join
   implicit none(type, external)
   private
-  public :: body_constants_t, joined_body_t, find_body_constants
+  public :: body_constants_t, joined_body_t, check_box, find_body_constants
 
   !> Of one body. Materials are numbers of the deck, 1-based.
   type :: body_constants_t
@@ -72,9 +72,9 @@ contains
     real(rk), allocatable :: points(:, :), theta(:, :)
     integer :: i, i_bad_point, i_bad_source
 
-    points = points_of_box(problem%deck%parameters)
-    call check_materials(problem%deck, problem%material_terms, points, error)
+    call check_box(problem, error)
     if (allocated(error)) return
+    points = points_of_box(problem%deck%parameters)
     call evaluate_points(problem%material_terms, points, theta, i_bad_point, i_bad_source)
     allocate (constants(problem%motions%n_bodies))
     do i = 1, size(constants)
@@ -82,6 +82,15 @@ contains
       call find_constants(problem, i, theta, constants(i))
     end do
   end subroutine find_body_constants
+
+  !> Errors: as find_body_constants.
+  subroutine check_box(problem, error)
+    type(problem_t), intent(in) :: problem
+    type(error_t), allocatable, intent(out) :: error
+
+    if (problem%has_fixed_stiffness) return
+    call check_materials(problem%deck, problem%material_terms, points_of_box(problem%deck%parameters), error)
+  end subroutine check_box
 
   !> Of the interpolation in a round, from 0 on. Several variables begin lower: their nodes are many.
   pure integer function degree(self, i_round)

@@ -9,7 +9,7 @@
 !> the norm of K(mu_0)^-1 gives |r|_{K^-1} <= |T c| / sqrt(min k_q), as K >= min k_q K(mu_0). T keeps the digits that a matrix of
 !> products would lose: r is far smaller than its parts.
 module sig_body_modes
-  use sig_dense_kernels, only: factor_cholesky, multiply, solve_cholesky
+  use sig_dense_kernels, only: factor_cholesky, multiply, multiply_transpose, solve_cholesky
   use sig_errors, only: error_t
   use sig_hdf5_reader, only: h5_reader_t
   use sig_hdf5_writer, only: h5_writer_t
@@ -35,7 +35,7 @@ module sig_body_modes
     real(rk), allocatable :: stiffness(:, :)
     !> [force*length per unit of theta] Phi'F, shape (n_modes, n_driving_terms)
     real(rk), allocatable :: loads(:, :)
-    !> [length] Phi'B', shape (n_modes, n_multipliers)
+    !> [length] V'B', shape (n_basis, n_multipliers)
     real(rk), allocatable :: contact(:, :)
     !> [sqrt(force*length)] T, for the coefficients of F, of B', of K_1 V, K_2 V, ...
     real(rk), allocatable :: residuals(:, :)
@@ -44,6 +44,8 @@ module sig_body_modes
   contains
     procedure :: n_modes
     procedure :: solve
+    procedure :: add_closing
+    procedure :: stiffest
     procedure :: add_field
     procedure :: displacement_of
     procedure :: mismatch
@@ -112,6 +114,26 @@ contains
     residual = size_of_residual(self, ratios, theta, forces, place)
   end subroutine solve
 
+  !> Adds B u, the closing of the contacts by the body.
+  subroutine add_closing(self, theta, coordinates, closing)
+    class(body_modes_t), intent(in) :: self
+    real(rk), intent(in) :: theta(:)
+    !> [length] shape (n_modes)
+    real(rk), intent(in) :: coordinates(:)
+    !> [length] shape (n_multipliers)
+    real(rk), contiguous, intent(inout) :: closing(:)
+
+    call multiply_transpose(1.0_rk, self%contact, [theta(self%lifted_terms), coordinates], 1.0_rk, closing)
+  end subroutine add_closing
+
+  !> [-] K is at most this times K(mu_0).
+  pure real(rk) function stiffest(self, theta)
+    class(body_modes_t), intent(in) :: self
+    real(rk), intent(in) :: theta(:)
+
+    stiffest = maxval(part_ratios(self, theta))
+  end function stiffest
+
   !> Galerkin's equations.
   subroutine find_coordinates(self, n, stiffness, theta, forces, place)
     type(body_modes_t), intent(in) :: self
@@ -127,7 +149,7 @@ contains
 
     n_lifted = size(self%lifted_terms)
     call multiply(1.0_rk, self%loads, theta(:size(self%loads, 2)), 0.0_rk, right)
-    call multiply(-1.0_rk, self%contact, forces, 1.0_rk, right)
+    call multiply(-1.0_rk, self%contact(n_lifted + 1:, :), forces, 1.0_rk, right)
     do k = 1, n_lifted
       right = right - stiffness(n_lifted + 1:, k) * place(k)
     end do
@@ -229,7 +251,7 @@ contains
     end associate
     if (len(name) > 0) return
     if (.not. is_matrix(self%loads, self%n_modes(), n_driving)) name = 'loads'
-    if (.not. is_matrix(self%contact, self%n_modes(), n_multipliers)) name = 'contact'
+    if (.not. is_matrix(self%contact, size(self%basis, 2), n_multipliers)) name = 'contact'
     if (.not. all(self%moduli > 0)) name = 'moduli'
   end function mismatch
 
@@ -253,7 +275,7 @@ contains
       'bulk and shear modulus of each material, for which the parts below are')
     call file%write(group // '/stiffness', self%stiffness, energy, 'of the basis, a part per row')
     call file%write(group // '/loads', self%loads, energy, 'work of loads on the modes, a term per row')
-    call file%write(group // '/contact', self%contact, length, 'work of contact forces on the modes, a pair per row')
+    call file%write(group // '/contact', self%contact, length, 'closing of each pair by the basis, a pair per row')
     call file%write(group // '/residuals', self%residuals, 'sqrt(' // energy // ')', &
       'forces of loads, of contact and of the parts of the stiffness, in an orthonormal basis')
     call file%write(group // '/is_thin', merge(1, 0, self%is_thin), description='1: plane stress')

@@ -9,7 +9,7 @@ module sig_body_response
   use sig_hdf5_reader, only: h5_reader_t
   use sig_hdf5_writer, only: h5_writer_t
   use sig_interpolated_constants, only: to_variable
-  use sig_interpolation_bound, only: interpolation_bound_t
+  use sig_interpolation_bound, only: interpolation_bound_t, stiffness_ratios
   use sig_kinds, only: rk
   use sig_linear_algebra, only: multiply
   use sig_polynomial_nodes, only: most_variables, polynomial_nodes_t
@@ -54,6 +54,7 @@ module sig_body_response
     procedure :: add_field
     procedure :: has_bound
     procedure :: error_bound
+    procedure :: stiffness_limits
     procedure :: opening_of_row
     procedure :: displacement_of
     procedure :: mismatch
@@ -174,6 +175,20 @@ contains
       self%is_thin, coefficients, reshape(compliance, [size(forces), size(forces)]))
   end function error_bound
 
+  !> [-] The stiffness is at least the first and at most the second of these times that for which the bound was made. Requires:
+  !> has_bound.
+  pure function stiffness_limits(self, theta) result(limits)
+    class(body_response_t), intent(in) :: self
+    real(rk), intent(in) :: theta(:)
+    real(rk) :: limits(2)
+    real(rk) :: constants(size(self%numerators))
+
+    limits = 1
+    constants = constants_at(self, theta)
+    if (size(constants) > 0) limits = stiffness_ratios(constants(1), self%bound%place, self%denominators(1) > 0, self%is_thin)
+    limits = self%modulus_ratio(theta) * limits
+  end function stiffness_limits
+
   !> [length] the body's part of one row of W z + q.
   pure real(rk) function opening_of_row(self, theta, forces, row) result(opening)
     class(body_response_t), intent(in) :: self
@@ -285,7 +300,8 @@ contains
       if (self%bound%is_there() .and. (n_variables /= 1 .or. self%is_logarithmic .or. &
                                        .not. is_matrix(self%bound%residuals, 2 * n_driving + n, 2 * n_driving + n) .or. &
                                        .not. is_matrix(self%bound%rest, 2 * n_driving + n, 2 * n_driving + n) .or. &
-                                       .not. is_matrix(self%bound%forces, n, 2 * n_driving + n))) name = 'residuals'
+                                       .not. is_matrix(self%bound%forces, n, 2 * n_driving + n) .or. &
+                                       .not. self%bound%share >= 0)) name = 'residuals'
     end associate
     if (len(name) > 0) return
     if (any(.not. self%nodes%upper > self%nodes%lower)) name = 'upper'
@@ -324,6 +340,8 @@ contains
     call file%write(group // '/residual_rest', self%bound%rest, force // '*' // length, 'of their parts that open no contact')
     call file%write(group // '/residual_forces', self%bound%forces, force, &
       'contact forces that stand for their other parts, a residual per row')
+    call file%write(group // '/residual_share', self%bound%share, '1', &
+      'compliance of all other bodies together, at least, over that of the body')
   end subroutine write
 
   subroutine read(self, file, group, error)
@@ -355,5 +373,6 @@ contains
     call file%read(group // '/residuals', self%bound%residuals, error)
     call file%read(group // '/residual_rest', self%bound%rest, error)
     call file%read(group // '/residual_forces', self%bound%forces, error)
+    call file%read(group // '/residual_share', self%bound%share, error)
   end subroutine read
 end module sig_body_response

@@ -42,6 +42,8 @@ module sig_interpolated_data
     type(body_modes_t), allocatable :: modes(:)
     !> [-] displacement of all dofs as an anchor opens by -1, of a model with modes; shape (n_dofs, n_anchors)
     real(rk), allocatable :: mode_motions(:, :)
+    !> [length/force] W of all bodies at the place mu_0 of the modes; empty where the bound of displacements does not need it
+    real(rk), allocatable :: middle_compliance(:, :)
     !> [sqrt(force*length)] largest |u|_K in training, by modes
     real(rk) :: largest_field = 0
     !> [sqrt(force*length)] largest size of the forces in training, in the norm of W
@@ -88,6 +90,7 @@ contains
     call fill_missing(self%exact_boundaries)
     if (.not. allocated(self%modes)) allocate (self%modes(0))
     call fill_missing(self%mode_motions, merge(sizes%n_dofs, 0, size(self%modes) > 0))
+    call fill_missing(self%middle_compliance, 0)
     call fill_missing(self%start_sets, n_words(sizes%n_multipliers))
   end subroutine complete
 
@@ -116,6 +119,8 @@ contains
         if (len(name) == 0) name = self%modes(i)%mismatch(sizes%n_dofs, n, sizes%n_terms)
       end do
       if (size(self%modes) > 0 .and. .not. is_matrix(self%mode_motions, sizes%n_dofs, n_anchors)) name = 'mode_motions'
+      if (size(self%middle_compliance) > 0 .and. (size(self%modes) == 0 .or. .not. is_matrix(self%middle_compliance, n, n))) &
+        name = 'middle_compliance'
     end associate
   end function mismatch
 
@@ -156,16 +161,22 @@ contains
     real(rk), contiguous, intent(in) :: theta(:)
     !> [force] z, shape (n_multipliers)
     real(rk), contiguous, intent(in) :: unknowns(:)
-    real(rk) :: forces(size(unknowns)), square
+    real(rk) :: bounds(size(self%bodies)), forces(size(unknowns)), largest, limits(2, size(self%bodies)), total
     integer :: i
 
     forces = unknowns
     forces(self%anchors) = 0
-    square = 0
-    do i = 1, size(self%bodies)
-      square = square + self%bodies(i)%error_bound(theta, forces)**2
+    do i = 1, size(bounds)
+      bounds(i) = self%bodies(i)%error_bound(theta, forces)
+      limits(:, i) = self%bodies(i)%stiffness_limits(theta)
     end do
-    bound = sqrt(square)
+    ! W of the other bodies makes less of the openings of one; of several bodies the bounds then add up
+    total = 0
+    do i = 1, size(bounds)
+      largest = maxval([limits(2, :i - 1), limits(2, i + 1:)])
+      total = total + bounds(i) / sqrt(1 + self%bodies(i)%bound%share * limits(1, i) / largest)
+    end do
+    bound = min(norm2(bounds), total)
   end function bound
 
   !> In the place of the anchors' forces stand their openings, in the place of their openings their forces.
@@ -277,6 +288,8 @@ contains
     end do
     call file%write(group // '/mode_motions', self%mode_motions, '1', &
       'displacement of all dofs as an anchor closes, an anchor per row; of a model with modes')
+    call file%write(group // '/middle_compliance', self%middle_compliance, length // '/(' // force // ')', &
+      'of all pairs at the moduli of the modes; empty where bounds do not need it')
     call file%write(group // '/largest_field', self%largest_field, 'sqrt(' // force // '*' // length // ')', &
       'of the displacement in training, in the norm of the stiffness')
     call file%write(group // '/gap', self%gap, length, 'initial gap of each pair with closed anchors, a term per row')
@@ -321,6 +334,7 @@ contains
       call self%modes(i)%read(file, group // '/modes/' // to_text(i), error)
     end do
     call file%read(group // '/mode_motions', self%mode_motions, error)
+    call file%read(group // '/middle_compliance', self%middle_compliance, error)
     call file%read(group // '/largest_field', self%largest_field, error)
     call file%read(group // '/gap', self%gap, error)
     call file%read(group // '/anchors', self%anchors, error)

@@ -9,9 +9,18 @@ module sig_interpolated_displacement
   use sig_shape_checks, only: place_in_ascending
   implicit none(type, external)
   private
-  public :: fill_interpolated_displacement, interpolated_displacement_of_dof, n_modes_of, solve_modes, source_of_interpolated_dof
+  public :: close_by_modes, fill_interpolated_displacement, has_modes, interpolated_displacement_of_dof, n_modes_of
+  public :: solve_modes, source_of_interpolated_dof
 
 contains
+
+  !> Displacements by modes belong to the model.
+  pure logical function has_modes(data)
+    type(interpolated_data_t), intent(in) :: data
+
+    has_modes = .false.
+    if (allocated(data%modes)) has_modes = size(data%modes) > 0
+  end function has_modes
 
   !> Modes of all bodies together.
   pure integer function n_modes_of(data) result(n_modes)
@@ -52,6 +61,29 @@ contains
     residual = sqrt(residual)
     field_size = sqrt(field_size)
   end subroutine solve_modes
+
+  !> The closing B u_r of all contacts, and the largest of the bodies' K over K(mu_0). Requires: modes.
+  subroutine close_by_modes(data, theta, coordinates, closing, stiffest)
+    type(interpolated_data_t), intent(in) :: data
+    real(rk), contiguous, intent(in) :: theta(:)
+    !> [length] of solve_modes
+    real(rk), contiguous, intent(in) :: coordinates(:)
+    !> [length] shape (n_multipliers)
+    real(rk), contiguous, intent(inout) :: closing(:)
+    !> [-]
+    real(rk), intent(out) :: stiffest
+    integer :: first, i, last
+
+    closing = 0
+    stiffest = 0
+    last = 0
+    do i = 1, size(data%modes)
+      first = last + 1
+      last = last + data%modes(i)%n_modes()
+      call data%modes(i)%add_closing(theta, coordinates(first:last), closing)
+      stiffest = max(stiffest, data%modes(i)%stiffest(theta))
+    end do
+  end subroutine close_by_modes
 
   !> No numbers where the model has no displacement.
   subroutine fill_interpolated_displacement(data, theta, unknowns, coordinates, displacement)

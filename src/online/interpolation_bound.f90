@@ -15,7 +15,7 @@ module sig_interpolation_bound
   use sig_linear_algebra, only: multiply
   implicit none(type, external)
   private
-  public :: interpolation_bound_t, node_product, stiffness_factor
+  public :: interpolation_bound_t, node_product, stiffness_factor, stiffness_ratios
 
   type :: interpolation_bound_t
     !> c_0
@@ -27,6 +27,8 @@ module sig_interpolation_bound
     real(rk), allocatable :: rest(:, :)
     !> [force per unit of a coefficient] y, shape (n_multipliers, n_coefficients)
     real(rk), allocatable :: forces(:, :)
+    !> [-] the W of all other bodies together is at least this times that of the body, at the places of all
+    real(rk) :: share = 0
   contains
     procedure :: is_there
     procedure :: evaluate

@@ -7,6 +7,7 @@ module sig_reduced_interpolated
   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   use sig_answer, only: answer_condensed, answer_t, comparable_size
   use sig_bits, only: unpack_bits
+  use sig_dense_kernels, only: factor_cholesky, reduce_cholesky
   use sig_description_line, only: line
   use sig_errors, only: error_t
   use sig_gradient, only: gradient_t
@@ -15,8 +16,8 @@ module sig_reduced_interpolated
   use sig_interpolated_certificate, only: bound_foreign_forces, interpolated_energy
   use sig_interpolated_data, only: interpolated_data_t
   use sig_interpolated_derivative, only: differentiate_interpolated, interpolated_displacement_changes
-  use sig_interpolated_displacement, only: fill_interpolated_displacement, interpolated_displacement_of_dof, n_modes_of, &
-    solve_modes, source_of_interpolated_dof
+  use sig_interpolated_displacement, only: close_by_modes, fill_interpolated_displacement, has_modes, &
+    interpolated_displacement_of_dof, n_modes_of, solve_modes, source_of_interpolated_dof
   use sig_kinds, only: rk
   use sig_lcp, only: lcp_solution_t, lcp_workspace_t, solve_lcp
   use sig_linear_algebra, only: multiply
@@ -31,6 +32,10 @@ module sig_reduced_interpolated
 
   type, extends(reduced_exact_t) :: reduced_interpolated_t
     type(interpolated_data_t) :: data
+    !> L of W = L L' at mu_0 without the anchors; empty: W is not needed
+    real(rk), allocatable, private :: middle_factor(:, :)
+    !> rows that are no anchors
+    integer, allocatable, private :: free_rows(:)
   contains
     procedure :: kind => kind_of
     procedure :: complete
@@ -38,6 +43,7 @@ module sig_reduced_interpolated
     procedure :: prepare
     procedure :: create_room
     procedure :: solve
+    procedure, private :: bound_displacement
     procedure :: fill_displacement
     procedure :: displacement_of_dof
     procedure :: n_rows
@@ -96,15 +102,22 @@ contains
     name = self%data%mismatch(sizes)
   end function mismatch
 
-  !> The polynomials of the interpolations. No errors.
+  !> The polynomials of the interpolations, and the factor of W. No errors.
   subroutine prepare(self, message)
     class(reduced_interpolated_t), intent(inout) :: self
     character(:), allocatable, intent(out) :: message
-    integer :: i
+    integer :: i, info
 
     do i = 1, size(self%data%bodies)
       call self%data%bodies(i)%nodes%prepare()
     end do
+    self%free_rows = pack([(i, i=1, self%n_rows())], [(all(self%data%anchors /= i), i=1, self%n_rows())])
+    if (allocated(self%middle_factor)) deallocate (self%middle_factor)
+    allocate (self%middle_factor(0, 0))
+    if (size(self%data%middle_compliance) == 0) return
+    self%middle_factor = self%data%middle_compliance(self%free_rows, self%free_rows)
+    call factor_cholesky(size(self%free_rows), self%middle_factor, info)
+    if (info /= 0) self%middle_factor = self%middle_factor(:0, :0)
   end subroutine prepare
 
   subroutine create_room(self, room)
@@ -142,10 +155,37 @@ contains
       if (answer%reason == reason_ray .and. size(self%data%anchors) > 0) answer%reason = reason_pulled_off
       if (answer%reason <= 0) return
       call take_forces(room%compliance, room%free_opening, self%data%anchors, self%data%scale, room%opening, answer)
-      if (size(answer%coordinates) > 0) call solve_modes(self%data, theta, answer%unknowns, answer%coordinates, room%residual, &
-        room%field_size)
+      if (.not. has_modes(self%data)) return
+      call solve_modes(self%data, theta, answer%unknowns, answer%coordinates, room%residual, room%field_size)
+      call self%bound_displacement(room, answer)
     end select
   end subroutine solve
+
+  !> Where the forces have no bound: |delta|_{W^-1} bounds their error, with the openings delta that the interpolation misses. These
+  !> are the openings rho between the displacement by modes and the interpolated one, and those of what the modes miss, whose norm
+  !> is at most the residual:
+  !> |u_r - u|_K <= 2 |r|_{K^-1} + |rho|_{W^-1},  W >= W(mu_0) / b,  b = the largest K / K(mu_0) of the bodies.
+  subroutine bound_displacement(self, room, answer)
+    class(reduced_interpolated_t), intent(in) :: self
+    type(interpolated_room_t), intent(in) :: room
+    type(answer_t), intent(inout) :: answer
+    real(rk) :: closing(self%n_rows()), forces(self%n_rows()), missing(self%n_rows()), rho(self%n_rows()), size_of_field, stiffest
+
+    if (.not. allocated(self%middle_factor)) return
+    if (size(self%middle_factor) == 0) return
+    call close_by_modes(self%data, answer%theta, answer%coordinates, closing, stiffest)
+    forces = answer%unknowns
+    forces(self%data%anchors) = 0
+    ! D - B u_r - (W lambda_r + q)
+    missing = -room%free_opening - closing
+    call multiply(-1.0_rk, room%compliance, forces, 1.0_rk, missing)
+    call multiply(1.0_rk, self%data%gap, answer%theta, 1.0_rk, missing)
+    rho(:size(self%free_rows)) = missing(self%free_rows)
+    call reduce_cholesky(size(self%free_rows), self%middle_factor, rho)
+    size_of_field = comparable_size(room%field_size, self%data%largest_field)
+    call answer%take_displacement_bound(2 * room%residual + sqrt(stiffest) * norm2(rho(:size(self%free_rows))) + &
+      rounding * size_of_field, size_of_field)
+  end subroutine bound_displacement
 
   subroutine fill_displacement(self, answer, displacement)
     class(reduced_interpolated_t), intent(in) :: self
@@ -223,7 +263,7 @@ contains
     size_of_answer = comparable_size(self%size_in_energy(room, multipliers), self%data%largest_size)
     bound = self%data%bound(answer%theta, answer%unknowns) + rounding * size_of_answer
     call answer%take_bound(bound, size_of_answer)
-    if (size(answer%coordinates) == 0) return
+    if (.not. has_modes(self%data)) return
     select type (room)
     type is (interpolated_room_t)
       size_of_answer = comparable_size(room%field_size, self%data%largest_field)
@@ -303,7 +343,8 @@ contains
     integer :: i
 
     text = line('  forces', 'on all ' // counted(self%n_rows(), 'contact pair') // '; largest error at the training points ' // &
-      short_number(self%data%measured_error))
+      short_number(self%data%measured_error) // trim(merge('                                                ', &
+      ', an estimate for others: answers have no bound ', self%data%has_bound())))
     do i = 1, size(self%data%bodies)
       associate (body => self%data%bodies(i))
         if (size(body%numerators) == 0) then

@@ -137,6 +137,8 @@ contains
       call report%add(group // 'n_factorizations', part%data%n_factorizations)
       call report%add(group // 'largest_error', part%data%measured_error)
       call report%add(group // 'worst_training_point', part%data%worst_point)
+      ! without one the largest error is an estimate for other points
+      call report%add(group // 'has_bound', part%data%has_bound())
     class default
       call report%add(group // 'n_contact_rows', part%n_rows())
     end select

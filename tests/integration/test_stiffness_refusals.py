@@ -34,6 +34,7 @@ def test_hole_between_the_points_is_found(signorom, tmp_path, method, n_ranks):
     deck = write_deck("patch", tmp_path, **changes)
     deck.write_text(deck.read_text().replace("method: hhr", f"method: {method}"))
     signorom("sample", deck.name, folder=tmp_path)
-    words = refuse(signorom, "train", deck.name, folder=tmp_path, n_ranks=n_ranks)
-    assert "patch.yaml:6:51: error: materials.block.young_modulus is 'push > 0.03" in words
-    assert "which is -5.0 N/m^2 at push = " in words
+    for command in ("check", "train"):
+        words = refuse(signorom, command, deck.name, folder=tmp_path, n_ranks=n_ranks)
+        assert "patch.yaml:6:51: error: materials.block.young_modulus is 'push > 0.03" in words
+        assert "which is -5.0 N/m^2 at push = " in words

@@ -450,6 +450,20 @@ PLANTED = [
         "bounds of displacements a hundred times too large: what is left of like columns is full of rounding",
     ),
     Planted(
+        SRC + "online/reduced_interpolated.f90",
+        "2 * room%residual + sqrt(stiffest)",
+        "0 * room%residual + sqrt(stiffest)",
+        "bounds of displacements below their error where bodies have several interpolated constants",
+        further="verification.test_interpolated_stiffness",
+    ),
+    Planted(
+        SRC + "reduction/condensed/interpolation_residuals.F90",
+        "share = 1 / s(1)",
+        "share = 100 / s(1)",
+        "bounds of forces below their error: the other bodies yield less than that",
+        further="verification.test_interpolated_stiffness",
+    ),
+    Planted(
         SRC + "reduction/condensed/response_errors.f90",
         "if (answer%reason > 0 .and. self%is_answered(i)) changes",
         "if (.false.) changes",

@@ -5,13 +5,15 @@
 module sig_displacement_modes
   use sig_body_constants, only: body_constants_t, joined_body_t
   use sig_body_modes, only: body_modes_t, part_moduli
-  use sig_body_nodes, only: dofs_of_body, responses_t, solve_node
+  use sig_body_nodes, only: close_anchors, dofs_of_body, responses_t, solve_node
+  use sig_contact_responses, only: close_rows
   use sig_elastic_body, only: elastic_body_t
   use sig_elasticity, only: hooke_term, n_hooke_terms, n_stresses
   use sig_errors, only: error_t
   use sig_free_response, only: factor_without_contact, held_dofs
   use sig_full_order, only: team_t
   use sig_held_modes, only: find_held_modes
+  use sig_holding, only: anchors_t
   use sig_interpolated_data, only: interpolated_data_t
   use sig_kinds, only: rk
   use sig_linear_algebra, only: transposed_product
@@ -228,17 +230,21 @@ contains
       PetscCall(factor_without_contact(system, linear_solver, ierr))
       do i = 1, size(bases)
         n = n_driving + size(responses%contact, 2)
-        allocate (driven(size(responses%loaded, 1), n), columns(size(responses%loaded, 1), n + size(forces(i)%values, 2)))
+        allocate (driven(size(responses%loaded, 1), n_driving), columns(size(responses%loaded, 1), n + size(forces(i)%values, 2)))
         columns(:, :n_driving) = responses%loaded
         columns(:, n_driving + 1:n) = responses%contact
         call keep_body(team, data%modes(i)%dofs, columns(:, :n))
-        PetscCall(multiply_block(system%stiffness, columns(:, :n), driven, ierr))
-        PetscCall(take_work(team, bases(i)%values, driven, n_driving, data%modes(i), ierr))
+        PetscCall(multiply_block(system%stiffness, columns(:, :n_driving), driven, ierr))
+        PetscCall(take_work(team, responses%anchors, bases(i)%values, driven, data%modes(i), ierr))
         PetscCall(linear_solver%solve_many(forces(i)%values, columns(:, n + 1:), ierr))
         PetscCall(take_residuals(team, columns, data%modes(i), ierr))
         deallocate (driven, columns)
       end do
       PetscCall(linear_solver%destroy(ierr))
+      if (data%has_bound()) return
+      PetscCall(close_rows(system, responses%contact, data%middle_compliance, ierr))
+      call close_anchors(responses%anchors, data%middle_compliance)
+      PetscCall(broadcast_columns(data%middle_compliance, PETSC_COMM_WORLD, ierr))
     end associate
   end subroutine measure_modes
 
@@ -257,23 +263,25 @@ contains
     end do
   end subroutine keep_body
 
-  !> Phi'F and Phi'B'. Collective on all ranks.
-  subroutine take_work(team, basis, driven, n_driving, modes, ierr)
+  !> Phi'F and V'B'. Collective on all ranks.
+  subroutine take_work(team, anchors, basis, driven, modes, ierr)
     type(team_t), intent(in) :: team
+    type(anchors_t), intent(in) :: anchors
     real(rk), intent(in) :: basis(:, :)
-    !> [force] K times the responses to loads and to contact forces
+    !> [force] K times the responses to loads
     real(rk), contiguous, intent(in) :: driven(:, :)
-    integer, intent(in) :: n_driving
     type(body_modes_t), intent(inout) :: modes
     PetscErrorCode, intent(out) :: ierr
-    real(rk), allocatable :: own(:, :), work(:, :)
+    real(rk), allocatable :: closing(:, :), own(:, :)
 
     own = basis(:, size(modes%lifted_terms) + 1:)
-    work = transposed_product(own, driven)
-    PetscCall(sum_over_ranks(team%solver%system%comm, work, ierr))
-    PetscCall(broadcast_columns(work, PETSC_COMM_WORLD, ierr))
-    modes%loads = work(:, :n_driving)
-    modes%contact = work(:, n_driving + 1:)
+    modes%loads = transposed_product(own, driven)
+    PetscCall(sum_over_ranks(team%solver%system%comm, modes%loads, ierr))
+    PetscCall(broadcast_columns(modes%loads, PETSC_COMM_WORLD, ierr))
+    PetscCall(close_rows(team%solver%system, basis, closing, ierr))
+    call close_anchors(anchors, closing)
+    PetscCall(broadcast_columns(closing, PETSC_COMM_WORLD, ierr))
+    modes%contact = transpose(closing)
   end subroutine take_work
 
   !> The triangle without its rows of zeros. Collective on all ranks.

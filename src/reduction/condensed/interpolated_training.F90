@@ -42,11 +42,13 @@ contains
   !>
   !> Errors: a constant is out of its range somewhere in the box; the interpolation does not reach reduction.stiffness_tolerance;
   !> the stiffness at a node could not be factored.
-  subroutine train_interpolated(full_order, snapshots, part, error, ierr)
+  subroutine train_interpolated(full_order, snapshots, may_have_modes, part, error, ierr)
     !> loaded
     type(full_order_t), intent(inout) :: full_order
     !> solved
     type(training_set_t), intent(in) :: snapshots
+    !> where displacements have no room otherwise; the snapshots have theirs
+    logical, intent(in) :: may_have_modes
     class(reduced_t), allocatable, intent(out) :: part
     type(error_t), allocatable, intent(out) :: error
     PetscErrorCode, intent(out) :: ierr
@@ -86,7 +88,7 @@ contains
       end do
       PetscCall(measure_residuals(problem, team, constants, joined, reduced%data, error, ierr))
       if (allocated(error)) return
-      if (plan%has_modes) then
+      if (plan%has_modes .and. may_have_modes) then
         PetscCall(add_displacement_modes(problem, team, constants, joined, snapshots, reduced%data, error, ierr))
         if (allocated(error)) return
         call measure_fields(problem, snapshots, reduced%data)
@@ -120,7 +122,7 @@ contains
       full_order%problem%deck%reduction%max_full_order_size <= 0) return
     reason = why_not_condensed(full_order%problem)
     if (reason == '') then
-      PetscCall(train_interpolated(full_order, snapshots, part, refusal, ierr))
+      PetscCall(train_interpolated(full_order, snapshots, .false., part, refusal, ierr))
       if (allocated(refusal)) reason = refusal%message
     end if
     if (reason /= '') then
@@ -265,5 +267,7 @@ contains
     end do
     call log_info(counted(data%n_factorizations, 'factorization') // '; largest error of the contact forces at the training ' // &
       'points: ' // short_number(data%measured_error))
+    if (.not. data%has_bound()) call log_info('answers have no bound of their error: it is estimated by that of the training ' // &
+      'points; a bound needs bodies with one constant each that varies little')
   end subroutine log_nodes
 end module sig_interpolated_training

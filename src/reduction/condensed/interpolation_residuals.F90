@@ -7,6 +7,7 @@ module sig_interpolation_residuals
   use sig_body_constants, only: body_constants_t, joined_body_t
   use sig_body_nodes, only: close_anchors, dofs_of_body, responses_t, solve_node
   use sig_contact_responses, only: close_rows
+  use sig_dense_kernels, only: factor_cholesky, reduce_cholesky
   use sig_errors, only: error_t
   use sig_full_order, only: team_t
   use sig_holding, only: anchors_t
@@ -172,9 +173,9 @@ contains
     type(anchors_t), intent(in) :: anchors
     type(interpolated_data_t), intent(inout) :: data
     PetscErrorCode, intent(out) :: ierr
-    real(rk), allocatable :: forces(:, :), own(:, :), openings(:, :), compliance(:, :)
+    real(rk), allocatable :: forces(:, :), own(:, :), openings(:, :), compliance(:, :), others(:, :)
     logical, allocatable :: is_own(:)
-    real(rk) :: factor
+    real(rk) :: factor, share(1, 1)
     integer :: i
 
     ierr = 0
@@ -194,9 +195,14 @@ contains
           PetscCall(sum_over_ranks(system%comm, bound%residuals, ierr))
           PetscCall(close_rows(system, missing, openings, ierr, is_own))
           PetscCall(close_rows(system, columns(:, n_coefficients - problem%rows%n_rows + 1:), compliance, ierr, is_own))
+          PetscCall(close_rows(system, columns(:, n_coefficients - problem%rows%n_rows + 1:), others, ierr, .not. is_own))
           call close_anchors(anchors, openings)
           call close_anchors(anchors, compliance)
+          call close_anchors(anchors, others)
           call split(anchors, factor * openings, compliance, bound)
+          share = share_of_others(anchors, compliance, others)
+          PetscCall(broadcast_columns(share, PETSC_COMM_WORLD, ierr))
+          bound%share = share(1, 1)
           PetscCall(broadcast_columns(bound%residuals, PETSC_COMM_WORLD, ierr))
           PetscCall(broadcast_columns(bound%rest, PETSC_COMM_WORLD, ierr))
           PetscCall(broadcast_columns(bound%forces, PETSC_COMM_WORLD, ierr))
@@ -232,6 +238,37 @@ contains
     allocate (bound%forces(size(openings, 1), size(openings, 2)), source=0.0_rk)
     bound%forces(free, :) = matmul(u(:, :n), scaled)
   end subroutine split
+
+  !> [-] The largest k with W_others - k W_body positive semidefinite, or less; 0 where W_others is singular. Local.
+  real(rk) function share_of_others(anchors, compliance, others) result(share)
+    type(anchors_t), intent(in) :: anchors
+    !> [length/force] W of the body and of all others
+    real(rk), intent(in) :: compliance(:, :)
+    real(rk), intent(in) :: others(:, :)
+    real(rk), allocatable :: factor(:, :), own(:, :), u(:, :), s(:), vt(:, :)
+    integer, allocatable :: free(:)
+    integer :: i, info
+
+    share = 0
+    free = pack([(i, i=1, size(compliance, 1))], [(all(anchors%rows /= i), i=1, size(compliance, 1))])
+    if (size(free) == 0) return
+    own = (compliance(free, free) + transpose(compliance(free, free))) / 2
+    factor = (others(free, free) + transpose(others(free, free))) / 2
+    do i = 1, size(free)
+      factor(i, i) = factor(i, i) - rank_tolerance * maxval(abs(others))
+    end do
+    call factor_cholesky(size(free), factor, info)
+    if (info /= 0) return
+    do i = 1, size(free)
+      call reduce_cholesky(size(free), factor, own(:, i))
+    end do
+    own = transpose(own)
+    do i = 1, size(free)
+      call reduce_cholesky(size(free), factor, own(:, i))
+    end do
+    call svd(own, u, s, vt)
+    if (s(1) > 0) share = 1 / s(1)
+  end function share_of_others
 
   !> Where it is false.
   pure function pack_false(is_wanted) result(places)

@@ -204,7 +204,7 @@ contains
     model%max_error = max_error_of(full_order%problem%deck%reduction, 0.0_rk)
     allocate (model%parts(1))
     if (kind == 'interpolated') then
-      PetscCall(train_interpolated(full_order, solved, model%parts(1)%reduced, error, ierr))
+      PetscCall(train_interpolated(full_order, solved, .true., model%parts(1)%reduced, error, ierr))
       return
     else if (kind == 'tied') then
       PetscCall(train_tied(full_order, solved, model%parts(1)%reduced, reason, error, ierr))
