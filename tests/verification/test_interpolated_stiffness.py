@@ -158,6 +158,50 @@ def test_ranks_agree_on_modes(signorom, tmp_path):
         np.testing.assert_allclose(tables[1][column], tables[0][column], rtol=1e-6)
 
 
+# millimeters and degrees Celsius, meters and kelvin: texts of the deck of two materials
+HEAT = {
+    # no load at all would leave the upper block to rounding
+    "P: {min: 0.0,": "P: {min: 10.0,",
+    "materials:\n": "  T: {min: 20, max: 120, unit: °C}\nmaterials:\n",
+    "poisson_ratio: 0.25}": "poisson_ratio: 0.25, thermal_expansion: 1.0e-5}",
+    "loads:\n": "imposed_strains:\n  - {region: upper, temperature: T, reference: 20}\nloads:\n",
+}
+METERS = {
+    "length: mm": "length: m",
+    "model: solid": "model: solid, length_unit: mm",
+    "{min: 100.0e3, max: 250.0e3, unit: MPa}": "{min: 100.0e9, max: 250.0e9, unit: Pa}",
+    "{min: 10.0, max: 300.0, unit: MPa}": "{min: 10.0e6, max: 300.0e6, unit: Pa}",
+    "P * (1.2 - x)": "P * (1.2 - 1e3 * x)",
+    "4e-4 * (x^2 + y)": "4e-7 * (1e6 * x^2 + 1e3 * y)",
+    "{min: 20, max: 120, unit: °C}": "{min: 293.15, max: 393.15, unit: K}",
+    "reference: 20": "reference: 293.15",
+}
+
+
+def test_units_do_not_matter(signorom, tmp_path):
+    """Forces and relative bounds of a model by modes in millimeters and degrees Celsius, and in meters and kelvin."""
+    answers = []
+    points = ("E=1.3e5,P=210,T=95", "E=1.3e11,P=210e6,T=368.15")
+    for changes, point in zip(({}, METERS), points, strict=True):
+        folder = tmp_path / str(len(changes))
+        folder.mkdir()
+        deck = write_two_materials(folder)
+        text = deck.read_text() + "reduction: {max_full_order_size: 0.02}\n"
+        for old, new in (HEAT | changes).items():
+            assert old in text
+            text = text.replace(old, new)
+        deck.write_text(text)
+        signorom("sample", deck, folder=folder)
+        signorom("train", deck, folder=folder)
+        model = folder / "results" / "two_materials" / "model.h5"
+        signorom("predict", model, "--at", f"{point},ratio=0.7,nu=0.36", "--output", "answer.csv", folder=folder)
+        row = read_table(folder / "answer.csv")
+        forces = [float(cells[0]) for column, cells in row.items() if column.startswith("lambda_")]
+        answers.append([*np.array(forces) / max(forces), float(row["displacement_bound"][0])])
+        assert max(forces) > 0
+    np.testing.assert_allclose(answers[1], answers[0], rtol=1e-6, atol=1e-9)
+
+
 CONSTANTS = {"pellet_cladding": RATIOS, "bracket": HANGING, "core_and_rim": None}
 
 
