@@ -19,4 +19,10 @@ void sig_free(void *block);
 /* All the bytes, whatever a single write takes. */
 int sig_write_all(int descriptor, const char *bytes, size_t size);
 
+/* Opens a file to write behind what it holds; it is made where it is missing. 0, or an errno. */
+int sig_open_to_append(const char *path, size_t length, int *descriptor);
+
+/* Columns of the terminal of a descriptor; 0 where it is none or does not tell. */
+int sig_terminal_columns(int descriptor);
+
 #endif

@@ -17,6 +17,8 @@ module sig_command_line
     !> CSV of points, file of answers; empty without the options
     character(:), allocatable :: points
     character(:), allocatable :: output
+    !> file that keeps what is said; empty without --log
+    character(:), allocatable :: log
     logical :: is_quiet = .false.
     logical :: is_strict = .false.
     logical :: has_benchmark = .false.
@@ -39,7 +41,7 @@ contains
     type(error_t), allocatable, intent(out) :: error
     integer :: i
 
-    command = command_t(name='', file='', at='', points='', output='', petsc_options='')
+    command = command_t(name='', file='', at='', points='', output='', log='', petsc_options='')
     i = 1
     do while (i <= size(arguments))
       associate (word => arguments(i)%text)
@@ -101,6 +103,8 @@ contains
       call take_value(arguments, i, command%points, error)
     case ('--output')
       call take_value(arguments, i, command%output, error)
+    case ('--log')
+      call take_value(arguments, i, command%log, error)
     case ('--threads')
       call take_value(arguments, i, value, error)
       if (.not. allocated(error)) call take_threads(value, command%n_threads, error)
@@ -207,7 +211,7 @@ contains
   function option_words() result(words)
     type(string_t), allocatable :: words(:)
 
-    words = split('--help,--version,--quiet,--strict,--benchmark,--fields,--at,--points,--output,--threads', ',')
+    words = split('--help,--version,--quiet,--strict,--benchmark,--fields,--at,--points,--output,--threads,--log', ',')
   end function option_words
 
   logical function is_in(word, words)
@@ -263,6 +267,7 @@ contains
       '  --strict        a point outside the trained box is an error, not a warning (predict)' // nl // &
       '  --benchmark     measure the times of queries and of a solver that factors anew (validate, run)' // nl // &
       '  --quiet         say nothing but warnings and errors' // nl // &
+      '  --log FILE      add all that is said to a file, with dates, --quiet or not' // nl // &
       '  --help, --version' // nl // &
       '  -fom_..., -active_set_..., -vi_..., -pod_...   options of PETSc, after the file; they beat the deck''s petsc_options' // &
       nl // nl // &

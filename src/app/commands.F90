@@ -11,7 +11,7 @@ module sig_commands
   use sig_forest_training, only: need_forest_tool, warn_of_missing_tool
   use sig_init, only: init_deck
   use sig_kinds, only: rk
-  use sig_log, only: is_log_shown, log_error, log_info, lost_output, start_log
+  use sig_log, only: is_log_shown, log_error, log_info, log_to_file, lost_output, start_log
   use sig_memory_check, only: start_linear_algebra
   use sig_point_argument, only: parse_point
   use sig_predict, only: predict
@@ -57,6 +57,8 @@ contains
     call parse_command_line(arguments, command, error)
     call start_log(rank == 0, command%is_quiet)
     exit_code = exit_user
+    if (rank == 0 .and. command%log /= '' .and. .not. allocated(error)) call log_to_file(command%log, error)
+    PetscCall(broadcast_error(error, PETSC_COMM_WORLD, ierr))
     if (allocated(error)) then
       call log_error(error_report(error))
       return

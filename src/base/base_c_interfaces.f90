@@ -6,7 +6,8 @@ module sig_base_c_interfaces
   private
   public :: strlen, sig_random_below, sig_random_fraction, sig_install_stop_signals, sig_is_stop_requested, &
     sig_set_last_words, sig_is_terminal, sig_run_shell, sig_memory_use, sig_begin_memory_watch, sig_end_memory_watch, &
-    sig_need_memory, sig_error_text, sig_free, sig_write_all, sig_shortest_decimal, sig_run_threads, sig_processor_count
+    sig_need_memory, sig_error_text, sig_free, sig_write_all, sig_shortest_decimal, sig_run_threads, sig_processor_count, &
+    sig_open_to_append, sig_terminal_columns
 
   interface
     function sig_random_fraction(state) result(value) bind(c)
@@ -68,6 +69,18 @@ module sig_base_c_interfaces
       import :: c_int
       integer(c_int), value :: descriptor
     end function sig_is_terminal
+
+    integer(c_int) function sig_open_to_append(path, length, descriptor) bind(c)
+      import :: c_char, c_int, c_size_t
+      character(kind=c_char), intent(in) :: path(*)
+      integer(c_size_t), value :: length
+      integer(c_int), intent(out) :: descriptor
+    end function sig_open_to_append
+
+    integer(c_int) function sig_terminal_columns(descriptor) bind(c)
+      import :: c_int
+      integer(c_int), value :: descriptor
+    end function sig_terminal_columns
 
     integer(c_int) function sig_write_all(descriptor, bytes, size) bind(c)
       import :: c_char, c_int, c_size_t

@@ -2,12 +2,13 @@
 !> What the program says while it runs. The only module with a state: whether this rank speaks, and whether all was heard.
 module sig_log
   use, intrinsic :: iso_c_binding, only: c_int, c_size_t
-  use sig_base_c_interfaces, only: sig_write_all
+  use sig_base_c_interfaces, only: sig_open_to_append, sig_write_all
+  use sig_clock, only: date_and_time_text
   use sig_errors, only: error_t, make_error
   use sig_system, only: system_reason
   implicit none(type, external)
   private
-  public :: start_log, log_info, log_warning, log_error, lost_output
+  public :: start_log, log_to_file, log_info, log_warning, log_error, log_to_file_only, lost_output
   public :: is_log_shown, show_status, clear_status
 
   !> false until start_log: a library is silent
@@ -15,8 +16,11 @@ module sig_log
   logical :: is_log_quiet = .false.
   !> columns that the status line on the terminal takes now; 0 = there is none
   integer :: n_status_columns = 0
-  !> the first errno of the standard output
+  !> the first errno of the standard output, and of the log file
   integer(c_int) :: output_failure = 0
+  integer(c_int) :: file_failure = 0
+  !> of the log file; negative: there is none
+  integer(c_int) :: log_file = -1
   !> Linux's numbers
   integer(c_int), parameter :: standard_output = 1, standard_error = 2
 
@@ -33,6 +37,18 @@ contains
     n_status_columns = 0
   end subroutine start_log
 
+  !> From now on a file gets all that this rank says, each time with the date, whether the terminal is quiet or not.
+  !>
+  !> Errors: the file cannot be written.
+  subroutine log_to_file(path, error)
+    character(*), intent(in) :: path
+    type(error_t), allocatable, intent(out) :: error
+    integer(c_int) :: code
+
+    code = sig_open_to_append(path, len(path, c_size_t), log_file)
+    if (code /= 0) call make_error(error, 'cannot write the log: ' // system_reason(code), file=path)
+  end subroutine log_to_file
+
   !> True where log_info would show its text.
   logical function is_log_shown()
     is_log_shown = is_log_speaking .and. .not. is_log_quiet
@@ -43,17 +59,33 @@ contains
     character(*), intent(in) :: text
     integer(c_int) :: code
 
+    call log_to_file_only(text)
     if (.not. is_log_shown()) return
     call say(standard_output, text, code)
     if (output_failure == 0) output_failure = code
   end subroutine log_info
 
+  !> What the terminal shows in another way.
+  subroutine log_to_file_only(text)
+    character(*), intent(in) :: text
+    character(:), allocatable :: line
+    integer(c_int) :: code
+
+    if (log_file < 0) return
+    line = date_and_time_text() // ' ' // text // new_line('a')
+    code = sig_write_all(log_file, line, len(line, c_size_t))
+    if (file_failure == 0) file_failure = code
+  end subroutine log_to_file_only
+
   !> Errors: something that log_info said did not arrive.
   subroutine lost_output(error)
     type(error_t), allocatable, intent(out) :: error
 
-    if (output_failure /= 0) call make_error(error, 'cannot write everything: ' // system_reason(output_failure), &
-      file='standard output')
+    if (output_failure /= 0) then
+      call make_error(error, 'cannot write everything: ' // system_reason(output_failure), file='standard output')
+    else if (file_failure /= 0) then
+      call make_error(error, 'cannot write everything: ' // system_reason(file_failure), file='the log')
+    end if
   end subroutine lost_output
 
   !> To stderr, quiet or not.
@@ -62,6 +94,7 @@ contains
 
     integer(c_int) :: ignored
 
+    call log_to_file_only('warning: ' // text)
     if (is_log_speaking) call say(standard_error, 'warning: ' // text, ignored)
   end subroutine log_warning
 
@@ -71,6 +104,7 @@ contains
 
     integer(c_int) :: ignored
 
+    call log_to_file_only(text)
     if (is_log_speaking) call say(standard_error, text, ignored)
   end subroutine log_error
 

@@ -2,10 +2,10 @@
 !> Progress of a long loop: a bar with the time left on a terminal, sparse log lines elsewhere.
 module sig_progress
   use, intrinsic :: iso_c_binding, only: c_int
-  use sig_base_c_interfaces, only: sig_is_terminal
+  use sig_base_c_interfaces, only: sig_is_terminal, sig_terminal_columns
   use sig_clock, only: wall_time
   use sig_kinds, only: rk
-  use sig_log, only: clear_status, is_log_shown, log_info, show_status
+  use sig_log, only: clear_status, is_log_shown, log_info, log_to_file_only, show_status
   use sig_text, only: to_text
   implicit none(type, external)
   private
@@ -24,9 +24,10 @@ module sig_progress
     character(:), allocatable :: label
     integer :: n_total = 0
     integer :: n_done = 0
-    !> [s] clock at the start and at the last drawing or line
+    !> [s] clock at the start, at the last drawing or line, and at the last line of the log file beside a bar
     real(rk) :: start_time = 0
     real(rk) :: shown_time = 0
+    real(rk) :: noted_time = 0
     logical :: is_shown = .false.
     logical :: is_bar = .false.
   contains
@@ -49,6 +50,7 @@ contains
     self%n_done = 0
     self%start_time = wall_time()
     self%shown_time = self%start_time
+    self%noted_time = self%start_time
     self%is_shown = is_log_shown()
     self%is_bar = .false.
     if (self%is_shown) self%is_bar = sig_is_terminal(stderr_descriptor) == 1
@@ -68,6 +70,9 @@ contains
     self%shown_time = now
     if (self%is_bar) then
       call show_status(bar_text(self, now - self%start_time))
+      if (now - self%noted_time < line_interval) return
+      self%noted_time = now
+      call log_to_file_only(line_text(self, now - self%start_time))
     else
       call log_info(line_text(self, now - self%start_time))
     end if
@@ -84,17 +89,22 @@ contains
     self%is_shown = .false.
   end subroutine finish
 
-  !> `sampling [=======>      ]  12/31  0:07 left`
-  pure function bar_text(self, elapsed) result(text)
+  !> `sampling [=======>      ]  12/31  0:07 left`; on a narrow terminal without the bar, or cut.
+  function bar_text(self, elapsed) result(text)
     class(progress_t), intent(in) :: self
     !> [s]
     real(rk), intent(in) :: elapsed
     character(:), allocatable :: text
-    integer :: n_filled
+    integer :: n_columns, n_filled
 
     n_filled = int(n_bar_columns * min(1.0_rk, real(self%n_done, rk) / max(1, self%n_total)))
     text = self%label // ' [' // repeat('=', n_filled) // repeat(' ', n_bar_columns - n_filled) // '] ' // &
       to_text(self%n_done) // '/' // to_text(self%n_total) // time_left(self, elapsed)
+    n_columns = sig_terminal_columns(stderr_descriptor)
+    ! the cursor needs a column, too
+    if (n_columns == 0 .or. len(text) < n_columns) return
+    text = line_text(self, elapsed)
+    text = text(:min(len(text), n_columns - 1))
   end function bar_text
 
   pure function line_text(self, elapsed) result(text)

@@ -2,9 +2,11 @@
 #include "signorom/system.h"
 
 #include <errno.h>
+#include <fcntl.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/ioctl.h>
 #include <unistd.h>
 
 char *sig_copy_text(const char *text, size_t length) {
@@ -38,4 +40,18 @@ int sig_write_all(int descriptor, const char *bytes, size_t size) {
     size -= (size_t)n;
   }
   return 0;
+}
+
+int sig_open_to_append(const char *path, size_t length, int *descriptor) {
+  char *name = sig_copy_text(path, length);
+  if (!name) return ENOMEM;
+  *descriptor = open(name, O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0666);
+  const int code = *descriptor < 0 ? errno : 0;
+  free(name);
+  return code;
+}
+
+int sig_terminal_columns(int descriptor) {
+  struct winsize size;
+  return ioctl(descriptor, TIOCGWINSZ, &size) == 0 ? size.ws_col : 0;
 }

@@ -1,11 +1,14 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The command line: help, version, words that are none, options of PETSc, and what is said while the program runs."""
 
+import fcntl
 import os
 import pty
 import re
 import select
+import struct
 import subprocess
+import termios
 import time
 
 import pytest
@@ -13,7 +16,7 @@ import pytest
 from program import ENVIRONMENT, ROOT, finish, is_sanitized, kill, mpi_needs_large_files, wait_until
 from runs import SOON, on_ranks, refuse, write_deck
 
-COMMANDS = ("check", "solve", "sample", "train", "validate", "run", "predict", "describe")
+COMMANDS = ("init", "check", "solve", "sample", "train", "validate", "run", "predict", "describe")
 
 
 @pytest.mark.parametrize("n_ranks", [1, 3])
@@ -218,6 +221,41 @@ def test_bar_on_a_terminal(signorom, tmp_path):
     assert re.search(r"\rsampling \[=+ +\] \d+/1000, [\d.]+ (s|min \d+ s) left", drawn)
     assert drawn.endswith("\r")
     assert re.search(r"^sampling: 1000 of 1000 in ", done.stdout, re.MULTILINE)
+
+
+def test_progress_fits_a_narrow_terminal(signorom, tmp_path):
+    """Without the bar, and never wider than the terminal."""
+    deck = write_deck("patch", tmp_path, **{"grid: {push: 5}": "grid: {push: 1000}"})
+    deck.write_text(deck.read_text() + "solver: {type: active_set}\n")
+    n_columns = 40
+    master, slave = pty.openpty()
+    fcntl.ioctl(slave, termios.TIOCSWINSZ, struct.pack("HHHH", 24, n_columns, 0, 0))
+    process = signorom.start("sample", deck.name, folder=tmp_path, stderr=slave)
+    os.close(slave)
+    drawn = read_terminal(master)
+    assert finish(process).returncode == 0
+    assert re.search(r"\rsampling: \d+ of 1000, [\d.]+ (s|min \d+ s) left", drawn)
+    assert max(map(len, drawn.split("\r"))) < n_columns
+
+
+@pytest.mark.parametrize("n_ranks", [1, 2])
+def test_log_file(signorom, tmp_path, n_ranks):
+    """All that is said, once and with a date; a second command adds its own, and --quiet changes nothing in it."""
+    deck = write_deck("small_disks", tmp_path)
+    said = signorom("sample", deck.name, "--log", "run.log", folder=tmp_path, n_ranks=n_ranks)
+    logged = (tmp_path / "run.log").read_text()
+    assert re.sub(r"(?m)^\d{4}-\d\d-\d\dT\d\d:\d\d:\d\d[+-]\d\d:\d\d ", "", logged) == said
+    assert signorom("train", deck.name, "--quiet", "--log", "run.log", folder=tmp_path, n_ranks=n_ranks) == ""
+    longer = (tmp_path / "run.log").read_text()
+    assert longer.startswith(logged)
+    assert "trained" in longer[len(logged) :]
+
+
+def test_log_that_cannot_be_written(signorom, tmp_path):
+    """A user's error before any work is done."""
+    deck = write_deck("small_disks", tmp_path)
+    said = refuse(signorom, "sample", deck.name, "--log", "missing/run.log", folder=tmp_path, n_ranks=2)
+    assert "missing/run.log: error: cannot write the log: no such file or directory" in said
 
 
 def read_terminal(master):

@@ -194,7 +194,9 @@ def test_units_do_not_matter(signorom, tmp_path):
         signorom("sample", deck, folder=folder)
         signorom("train", deck, folder=folder)
         model = folder / "results" / "two_materials" / "model.h5"
-        signorom("predict", model, "--at", f"{point},ratio=0.7,nu=0.36", "--output", "answer.csv", folder=folder)
+        signorom(
+            "predict", model, "--at", f"{point},ratio=0.7,nu=0.36", "--output", "answer.csv", folder=folder
+        )
         row = read_table(folder / "answer.csv")
         forces = [float(cells[0]) for column, cells in row.items() if column.startswith("lambda_")]
         answers.append([*np.array(forces) / max(forces), float(row["displacement_bound"][0])])
