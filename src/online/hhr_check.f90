@@ -22,6 +22,7 @@ contains
       if (.not. is_matrix(cluster%basis, sizes%n_dofs, n_modes)) name = 'basis'
       if (.not. is_matrix(cluster%lifting, sizes%n_dofs, size(cluster%lifted_terms))) name = 'lifting'
       if (.not. are_indices(cluster%lifted_terms, n_terms)) name = 'lifted_terms'
+      if (.not. (are_indices(cluster%anchors, n_rows) .and. is_ascending(cluster%anchors))) name = 'anchors'
       if (.not. is_matrix(cluster%reduced_stiffness, n_modes, n_modes)) name = 'reduced_stiffness'
       if (.not. is_matrix(cluster%contact_matrix, n_rows, n_modes)) name = 'contact_matrix'
       if (.not. is_matrix(cluster%load, n_modes, n_terms)) name = 'load'

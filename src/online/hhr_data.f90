@@ -63,6 +63,8 @@ module sig_hhr_data
     real(rk), allocatable :: load(:, :)
     !> [length per unit of theta] shape (n_rows, n_terms)
     real(rk), allocatable :: gap(:, :)
+    !> rows that hold bodies which only contact holds where K_r does not (sig_hhr_system), 1-based among the n_rows
+    integer, allocatable :: anchors(:)
     !> A_lambda: index of each row among all multipliers, ascending, shape (n_rows)
     integer, allocatable :: contact_rows(:)
     !> L, L', and the cells of the reduced integration domain
@@ -130,6 +132,7 @@ contains
     call fill_missing(cluster%contact_matrix, cluster%n_rows)
     call fill_missing(cluster%load, cluster%n_modes)
     call fill_missing(cluster%gap, cluster%n_rows)
+    call fill_missing(cluster%anchors)
     call fill_missing(cluster%contact_rows)
     call fill_missing(cluster%seed_nodes)
     call fill_missing(cluster%facing_nodes)

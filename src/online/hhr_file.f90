@@ -56,6 +56,8 @@ contains
     call file%write(group // '/contact_matrix', cluster%contact_matrix, '1', 'a mode per row')
     call file%write(group // '/load', cluster%load, force, 'a term per row')
     call file%write(group // '/gap', cluster%gap, length, 'right-hand side of the contact rows, a term per row')
+    call file%write(group // '/anchors', cluster%anchors, description= &
+      'contact rows that hold bodies which nothing else holds, 1-based among those of the part')
     call file%write(group // '/contact_rows', cluster%contact_rows, description='1-based among the pairs of /contact')
     call file%write(group // '/seed_nodes', cluster%seed_nodes, description='1-based')
     call file%write(group // '/facing_nodes', cluster%facing_nodes, description='1-based')
@@ -133,6 +135,7 @@ contains
     call file%read(group // '/contact_matrix', cluster%contact_matrix, error)
     call file%read(group // '/load', cluster%load, error)
     call file%read(group // '/gap', cluster%gap, error)
+    if (file%has(group // '/anchors')) call file%read(group // '/anchors', cluster%anchors, error)
     call file%read(group // '/contact_rows', cluster%contact_rows, error)
     call file%read(group // '/seed_nodes', cluster%seed_nodes, error)
     call file%read(group // '/facing_nodes', cluster%facing_nodes, error)
@@ -158,6 +161,7 @@ contains
     if (file%has(group // '/certificate')) call cluster%certificate%read(file, group // '/certificate', error)
     cluster%n_modes = size(cluster%basis, 2)
     cluster%n_rows = size(cluster%contact_rows)
+    if (.not. allocated(cluster%anchors)) allocate (cluster%anchors(0))
     if (.not. allocated(cluster%lifted_terms)) cluster%lifted_terms = [(i, i=1, size(cluster%lifting, 2))]
   end subroutine read_cluster
 

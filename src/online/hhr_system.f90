@@ -1,17 +1,33 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> The equations (10) of a hyper-reduced model condensed on the multipliers of its domain: once and for all, or, where the stiffness
 !> depends on the parameters, at each point.
+!>
+!> Bodies that only contact holds and that snapshots move freely leave K_r singular: a rigid motion has no stiffness. Then as many
+!> rows T, the anchors, change their roles. With K' = K_r + s M_T' M_T, which is regular, and F' = F + s M_T' D_T, (10) is the same
+!> as K' gamma + M' (lambda + s w on T) = F' for the openings w = D - M gamma, so w = W' (lambda + s w on T) + q'. A principal
+!> pivot on T makes w_T the unknowns and lambda_T what they are complementary to:
+!>
+!>   lambda_T = A (1 - s A^-1) w_T - A W'_TR lambda_R - A q'_T,   A = W'_TT^-1
+!>   w_R = W'_RT A w_T + (W'_RR - W'_RT A W'_TR) lambda_R + q'_R - W'_RT A q'_T
+!>
+!> which is a complementarity problem again. It is exact, whether K_r is singular or not.
 module sig_hhr_system
   use sig_hhr_data, only: add_lifted, hhr_data_t
   use sig_dense_kernels, only: add_product, factor_lu, reciprocal_condition_lu, solve_lu
   use sig_kinds, only: rk
-  use sig_linear_algebra, only: lu_t, multiply, singular_reciprocal
+  use sig_linear_algebra, only: invert, lu_t, multiply, singular_reciprocal
   use sig_text, only: to_text
   implicit none(type, external)
   private
-  public :: hhr_system_t
+  public :: hhr_system_t, held_stiffness
 
   type :: hhr_system_t
+    !> T: rows whose unknown is their opening over `scale`, and what is complementary to it their force times `scale`
+    integer, allocatable :: anchors(:)
+    !> [length/force]
+    real(rk) :: scale = 1
+    !> [force/length] s
+    real(rk) :: spring = 0
     !> W = M K_r^-1 M', shape (n_rows, n_rows)
     real(rk), allocatable :: condensed(:, :)
     !> (q, K_r^-1 F) = response theta with q = D - M K_r^-1 F, shape (n_rows + n_modes, n_terms)
@@ -29,7 +45,9 @@ module sig_hhr_system
     procedure :: create
     procedure :: reserve
     procedure :: assemble
+    procedure :: forces_of
     procedure :: coordinates
+    procedure, private :: exchange
   end type hhr_system_t
 
 contains
@@ -41,7 +59,9 @@ contains
     character(:), allocatable, intent(out) :: message
     type(lu_t) :: lu
 
-    call lu%factor(cluster%reduced_stiffness)
+    self%anchors = cluster%anchors
+    self%spring = spring_of(cluster, cluster%reduced_stiffness)
+    call lu%factor(held_stiffness(cluster, cluster%reduced_stiffness))
     if (lu%is_singular) then
       message = 'the reduced stiffness (' // to_text(cluster%n_modes) // ' modes) is numerically singular: its reciprocal ' &
         // 'condition number is ' // to_text(lu%reciprocal_condition) // '; the equations of the reduced integration domain ' &
@@ -52,9 +72,104 @@ contains
     self%condensed = matmul(cluster%contact_matrix, self%multiplier_response)
     if (allocated(self%response)) deallocate (self%response)
     allocate (self%response(cluster%n_rows + cluster%n_modes, size(cluster%load, 2)))
-    self%response(cluster%n_rows + 1:, :) = lu%solve(cluster%load)
+    self%response(cluster%n_rows + 1:, :) = cluster%load
+    if (size(self%anchors) > 0) self%response(cluster%n_rows + 1:, :) = cluster%load + held_load(self, cluster)
+    self%response(cluster%n_rows + 1:, :) = lu%solve(self%response(cluster%n_rows + 1:, :))
     self%response(:cluster%n_rows, :) = cluster%gap - matmul(cluster%contact_matrix, self%response(cluster%n_rows + 1:, :))
+    if (size(self%anchors) > 0) call self%exchange(self%response(:cluster%n_rows, :))
   end subroutine create
+
+  !> [force/length] s of the size of K_r; 0 without anchors.
+  pure real(rk) function spring_of(cluster, stiffness) result(spring)
+    type(hhr_data_t), intent(in) :: cluster
+    real(rk), intent(in) :: stiffness(:, :)
+
+    spring = 0
+    if (size(cluster%anchors) == 0) return
+    spring = maxval(abs(stiffness)) / maxval(sum(cluster%contact_matrix(cluster%anchors, :)**2, dim=2))
+  end function spring_of
+
+  !> [force/length] K' of some K_r; K_r itself without anchors.
+  pure function held_stiffness(cluster, stiffness) result(held)
+    type(hhr_data_t), intent(in) :: cluster
+    real(rk), intent(in) :: stiffness(:, :)
+    real(rk) :: held(size(stiffness, 1), size(stiffness, 2))
+
+    held = stiffness
+    if (size(cluster%anchors) == 0) return
+    associate (rows => cluster%contact_matrix(cluster%anchors, :))
+      held = held + spring_of(cluster, stiffness) * matmul(transpose(rows), rows)
+    end associate
+  end function held_stiffness
+
+  !> [force per unit of theta] s M_T' D_T.
+  pure function held_load(self, cluster) result(load)
+    type(hhr_system_t), intent(in) :: self
+    type(hhr_data_t), intent(in) :: cluster
+    real(rk) :: load(cluster%n_modes, size(cluster%load, 2))
+
+    load = self%spring * matmul(transpose(cluster%contact_matrix(self%anchors, :)), cluster%gap(self%anchors, :))
+  end function held_load
+
+  !> The pivot on T: from W' and q' of K'.
+  subroutine exchange(self, columns)
+    !> W' in, the matrix of the new problem out
+    class(hhr_system_t), intent(inout) :: self
+    !> [length] of q', shape (n_rows, n_columns); likewise
+    real(rk), intent(inout) :: columns(:, :)
+    real(rk) :: inverse(size(self%anchors), size(self%anchors)), reach(size(columns, 1), size(self%anchors))
+    real(rk) :: own(size(self%anchors), size(columns, 1)), q(size(self%anchors), size(columns, 2))
+    logical :: is_singular
+    integer :: i
+
+    associate (t => self%anchors, w => self%condensed)
+      call invert(w(t, t), inverse, is_singular)
+      reach = matmul(w(:, t), inverse)
+      own = w(t, :)
+      q = columns(t, :)
+      w = w - matmul(reach, own)
+      self%scale = 1 / self%spring
+      if (size(w, 1) > size(t)) self%scale = sum([(abs(w(i, i)), i=1, size(w, 1))]) / (size(w, 1) - size(t))
+      if (.not. self%scale > 0) self%scale = 1 / self%spring
+      w(:, t) = self%scale * reach
+      w(t, :) = -self%scale * matmul(inverse, own)
+      w(t, t) = self%scale**2 * inverse
+      do i = 1, size(t)
+        w(t(i), t(i)) = w(t(i), t(i)) - self%scale**2 * self%spring
+      end do
+      columns = columns - matmul(reach, q)
+      columns(t, :) = -self%scale * matmul(inverse, q)
+    end associate
+  end subroutine exchange
+
+  !> From the unknowns of the complementarity problem to the forces of all rows, and to those that K' sees.
+  subroutine forces_of(self, unknowns, response, forces, held_forces)
+    class(hhr_system_t), intent(in) :: self
+    real(rk), contiguous, intent(in) :: unknowns(:)
+    !> (q, ...) of the point
+    real(rk), contiguous, intent(in) :: response(:)
+    !> [force] lambda, shape (n_rows)
+    real(rk), contiguous, intent(inout) :: forces(:)
+    !> [force] lambda + s w on T, shape (n_rows)
+    real(rk), contiguous, intent(inout) :: held_forces(:)
+    integer :: i, k
+
+    forces = unknowns
+    held_forces = unknowns
+    do i = 1, size(self%anchors)
+      associate (row => self%anchors(i))
+        forces(row) = 0
+        if (.not. unknowns(row) > 0) then
+          forces(row) = response(row)
+          do k = 1, size(unknowns)
+            forces(row) = forces(row) + self%condensed(row, k) * unknowns(k)
+          end do
+          forces(row) = max(0.0_rk, forces(row)) / self%scale
+        end if
+        held_forces(row) = forces(row) + self%spring * self%scale * unknowns(row)
+      end associate
+    end do
+  end subroutine forces_of
 
   !> Room for assemble.
   pure subroutine reserve(self, cluster)
@@ -65,6 +180,7 @@ contains
       allocate (self%condensed(n_rows, n_rows), self%multiplier_response(n, n_rows), self%factors(n, n))
       allocate (self%lifting_load(n, size(cluster%lifted_terms)), self%work(n), self%pivots(n), self%signs(n))
       allocate (self%moduli(size(cluster%varying%kinds)))
+      self%anchors = cluster%anchors
     end associate
   end subroutine reserve
 
@@ -80,7 +196,7 @@ contains
     !> K_r is, numerically: there is no system
     logical, intent(out) :: is_singular
     real(rk), pointer, contiguous :: flat(:)
-    real(rk) :: norm
+    real(rk) :: column(cluster%n_rows, merge(1, 0, size(self%anchors) > 0)), norm
     integer :: i, info
 
     call cluster%varying%moduli_at(theta, self%moduli)
@@ -88,6 +204,8 @@ contains
       self%factors = cluster%reduced_stiffness
       flat(1:n**2) => self%factors
       call multiply(1.0_rk, cluster%varying%parts, self%moduli, 1.0_rk, flat)
+      self%spring = spring_of(cluster, self%factors)
+      if (size(self%anchors) > 0) self%factors = held_stiffness(cluster, self%factors)
       norm = maxval([0.0_rk, (sum(abs(self%factors(:, i))), i=1, n)])
       call factor_lu(n, self%factors, self%pivots, info)
       is_singular = info /= 0
@@ -103,9 +221,14 @@ contains
       flat(1:size(self%lifting_load)) => self%lifting_load
       call multiply(1.0_rk, cluster%varying%lifting_parts, self%moduli, 0.0_rk, flat)
       call load_at(cluster, theta, self%lifting_load, response(n_rows + 1:))
+      if (size(self%anchors) > 0) call multiply(1.0_rk, held_load(self, cluster), theta, 1.0_rk, response(n_rows + 1:))
       call solve_lu(n, self%factors, self%pivots, response(n_rows + 1:))
       call multiply(1.0_rk, cluster%gap, theta, 0.0_rk, response(:n_rows))
       call multiply(-1.0_rk, cluster%contact_matrix, response(n_rows + 1:), 1.0_rk, response(:n_rows))
+      if (size(self%anchors) == 0) return
+      column(:, 1) = response(:n_rows)
+      call self%exchange(column)
+      response(:n_rows) = column(:, 1)
     end associate
   end subroutine assemble
 
@@ -121,7 +244,7 @@ contains
     call add_lifted(cluster, 1.0_rk, lifting_load, theta, load)
   end subroutine load_at
 
-  !> gamma under the forces of the domain.
+  !> gamma under the forces of the domain: lambda + s w on T.
   subroutine coordinates(self, response, multipliers, values)
     class(hhr_system_t), intent(in) :: self
     !> response theta, shape (n_rows + n_modes)

@@ -12,12 +12,13 @@ module sig_reduced_hhr
   use sig_hhr_data, only: add_lifted, complete_cluster, hhr_data_t
   use sig_hhr_description, only: describe_hhr
   use sig_hhr_file, only: read_cluster, write_cluster
+  use sig_hhr_room, only: hhr_room_t, swap_roles, take
   use sig_hhr_system, only: hhr_system_t
   use sig_kinds, only: rk
   use sig_lifted_certificate, only: lifted_certificate_t
-  use sig_lcp, only: find_other_solution, lcp_solution_t, lcp_workspace_t, solve_lcp
+  use sig_lcp, only: find_other_solution, lcp_solution_t, solve_lcp
   use sig_linear_algebra, only: multiply
-  use sig_multiplier_fit, only: multiplier_fit_t, multiplier_fit_workspace_t
+  use sig_multiplier_fit, only: multiplier_fit_t
   use sig_reasons, only: reason_blind, reason_singular
   use sig_reduced, only: model_sizes_t, neighbors_t, reduced_t, room_t
   use sig_text, only: string_t
@@ -57,25 +58,6 @@ module sig_reduced_hhr
     procedure :: can_certify
     procedure :: certify
   end type reduced_hhr_t
-
-  type, extends(room_t) :: hhr_room_t
-    type(lcp_workspace_t) :: workspace
-    type(lcp_solution_t) :: solution
-    type(lcp_solution_t) :: other_solution
-    type(multiplier_fit_workspace_t) :: fit
-    !> of the point that was solved last, where the stiffness depends on the parameters
-    type(hhr_system_t) :: system
-    logical :: is_singular = .false.
-    !> (q, coordinates without contact forces), shape (n_rows + n_modes)
-    real(rk), allocatable :: response(:)
-    !> shape (n_rows)
-    logical, allocatable :: start(:)
-    !> [length] shape (n_modes)
-    real(rk), allocatable :: coordinates(:)
-    !> [force] of all contacts, and what energies need; shape (n_multipliers)
-    real(rk), allocatable :: multipliers(:)
-    real(rk), allocatable :: opening(:)
-  end type hhr_room_t
 
 contains
 
@@ -118,9 +100,7 @@ contains
     type(hhr_room_t), allocatable :: own
 
     allocate (own)
-    allocate (own%response(self%data%n_rows + self%data%n_modes), own%start(self%data%n_rows), own%coordinates(self%data%n_modes))
-    allocate (own%multipliers(size(self%data%dual_snapshots, 1)), own%opening(size(self%data%dual_snapshots, 1)))
-    if (self%data%varying%is_there()) call own%system%reserve(self%data)
+    call own%create(self%data)
     call move_alloc(own, room)
   end subroutine create_room
 
@@ -175,6 +155,7 @@ contains
     associate (n => self%data%n_rows, sets => self%data%start_sets)
       if (near%nearest >= 1 .and. near%nearest <= size(sets, 2)) then
         call unpack_bits(sets(:, near%nearest), room%start)
+        call swap_roles(system%anchors, room%start)
       else
         room%start = room%response(:n) < 0
       end if
@@ -184,6 +165,7 @@ contains
       if (all(sets(:, near%opposite) == sets(:, near%nearest))) return
       n_iterations = answer%n_iterations
       call unpack_bits(sets(:, near%opposite), room%start)
+      call swap_roles(system%anchors, room%start)
       call look_for_other(self, system, theta, judge, room, answer)
       answer%n_iterations = n_iterations + room%other_solution%n_iterations
     end associate
@@ -226,23 +208,11 @@ contains
     type(lcp_solution_t), intent(in) :: solution
     type(hhr_room_t), intent(inout) :: room
 
-    call system%coordinates(room%response, solution%lambda, room%coordinates)
-    call self%fit%evaluate(self%data, theta, room%coordinates, solution%lambda, room%fit, room%multipliers)
+    call system%forces_of(solution%lambda, room%response, room%forces, room%held_forces)
+    call system%coordinates(room%response, room%held_forces, room%coordinates)
+    call self%fit%evaluate(self%data, theta, room%coordinates, room%forces, room%fit, room%multipliers)
     energy = judge%energy(theta, room%multipliers, room%opening)
   end function force_energy
-
-  subroutine take(system, room, solution, answer)
-    type(hhr_system_t), intent(in) :: system
-    type(hhr_room_t), intent(in) :: room
-    type(lcp_solution_t), intent(in) :: solution
-    type(answer_t), intent(inout) :: answer
-
-    answer%n_iterations = 0
-    call answer%take_solution(solution, solution%method)
-    answer%multipliers_rid = solution%lambda
-    answer%is_active = solution%is_active
-    if (solution%reason > 0) call system%coordinates(room%response, solution%lambda, answer%coordinates)
-  end subroutine take
 
   !> Forces of the domain as the answer has them, the fit elsewhere; balanced where only contact holds a body.
   subroutine fill_multipliers(self, answer, room, multipliers)
@@ -357,7 +327,7 @@ contains
     starts_from_two_sides = .true.
   end function starts_from_two_sides
 
-  !> gamma under contact forces that another part found.
+  !> gamma under contact forces that another part found; where these leave bodies free, anchors are taken to be closed.
   subroutine displace_under(self, room, answer)
     class(reduced_hhr_t), intent(in) :: self
     class(room_t), intent(inout) :: room

@@ -5,11 +5,12 @@ module sig_solvability
   use sig_kinds, only: rk
   use sig_linear_algebra, only: lu_t
   use sig_hhr_data, only: hhr_data_t, stiffness_at
-  use sig_singular_values, only: singular_values
+  use sig_hhr_system, only: held_stiffness
+  use sig_singular_values, only: singular_values, svd
   use sig_text, only: append_text, counted, short_number, string_t, to_text
   implicit none(type, external)
   private
-  public :: measure_stiffness, rank_on_domain, is_undetermined, solvability_warnings, undetermined_text
+  public :: hang_bodies, measure_stiffness, rank_on_domain, is_undetermined, solvability_warnings, undetermined_text
 
   !> [-] from here on half of the digits of an answer may be lost
   real(rk), parameter :: large_condition = 1.0e8_rk
@@ -47,6 +48,36 @@ contains
     if (cluster%varying%is_there()) stiffness = stiffness_at(cluster, cluster%varying%reference)
   end function reference_stiffness
 
+  !> Chooses the rows that hold what K_r lets move, rigid motions of bodies that only contact holds; rank and condition are then
+  !> those of the held stiffness. Nothing changes where K_r lacks more than such motions can explain. Requires: measure_stiffness.
+  subroutine hang_bodies(n_free, rank_tolerance, cluster)
+    !> rigid motions that only contact holds
+    integer, intent(in) :: n_free
+    real(rk), intent(in) :: rank_tolerance
+    type(hhr_data_t), intent(inout) :: cluster
+    real(rk), allocatable :: direction(:), reach(:, :), s(:), u(:, :), vt(:, :)
+    logical :: is_anchor(cluster%n_rows)
+    integer :: i, k, n_missing
+
+    cluster%anchors = [integer ::]
+    n_missing = cluster%n_modes - cluster%stiffness_rank
+    if (n_missing == 0 .or. n_missing > min(n_free, cluster%n_rows)) return
+    call svd(reference_stiffness(cluster), u, s, vt)
+    ! how far each row opens by the motions without stiffness
+    reach = matmul(cluster%contact_matrix, transpose(vt(cluster%stiffness_rank + 1:, :)))
+    is_anchor = .false.
+    do k = 1, n_missing
+      i = maxloc(sum(reach**2, dim=2), dim=1)
+      if (sum(reach(i, :)**2) <= rank_tolerance**2 * sum(cluster%contact_matrix(i, :)**2)) return
+      is_anchor(i) = .true.
+      direction = reach(i, :) / norm2(reach(i, :))
+      reach = reach - spread(matmul(reach, direction), 2, n_missing) * spread(direction, 1, cluster%n_rows)
+    end do
+    cluster%anchors = pack([(i, i=1, cluster%n_rows)], is_anchor)
+    call condition_number(held_stiffness(cluster, reference_stiffness(cluster)), rank_tolerance, cluster%stiffness_condition, &
+      cluster%stiffness_rank)
+  end subroutine hang_bodies
+
   !> Rank of the basis on the dofs of the domain; each column counts by its direction, not by its size there.
   !>
   !> Source: remark at the end of section 3.4: the enriched basis has to be a basis on the domain.
@@ -74,9 +105,12 @@ contains
   !> a K_r that is numerically singular always is. Requires: measure_stiffness.
   logical function is_undetermined(cluster)
     type(hhr_data_t), intent(in) :: cluster
+    real(rk), allocatable :: stiffness(:, :)
     type(lu_t) :: lu
 
-    call lu%factor(reference_stiffness(cluster))
+    stiffness = reference_stiffness(cluster)
+    if (allocated(cluster%anchors)) stiffness = held_stiffness(cluster, stiffness)
+    call lu%factor(stiffness)
     is_undetermined = lu%is_singular .or. (cluster%n_hats == 0 .and. cluster%stiffness_rank < cluster%n_modes)
   end function is_undetermined
 

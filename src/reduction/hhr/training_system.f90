@@ -13,7 +13,8 @@ module sig_training_system
   use sig_problem, only: problem_t
   use sig_projection, only: expected_stiffness_rank, project, project_contact_rows, project_part, projected_blocks_t
   use sig_reduced_domain, only: reduced_domain_t
-  use sig_solvability, only: is_undetermined, measure_stiffness, rank_on_domain, solvability_warnings, undetermined_text
+  use sig_solvability, only: hang_bodies, is_undetermined, measure_stiffness, rank_on_domain, solvability_warnings, &
+    undetermined_text
   use sig_stiffness_terms, only: body_of_rest, body_of_term
   use sig_term_values, only: evaluate_points
   use sig_text, only: to_text
@@ -255,6 +256,7 @@ contains
 
     associate (rank_tolerance => problem%deck%reduction%rank_tolerance)
       call measure_stiffness(rank_tolerance, cluster)
+      call hang_bodies(problem%motions%n_free, rank_tolerance, cluster)
       cluster%basis_rank = rank_on_domain(cluster%basis, [domain%interior_dofs, domain%interface_dofs], rank_tolerance)
     end associate
     call find_loaded_nodes(problem, training_points, loaded, error)
@@ -264,17 +266,6 @@ contains
     end associate
     cluster%warnings = solvability_warnings(cluster, problem%deck%reduction%enrichment%type == 'all', size(loaded), n_missed)
     if (is_undetermined(cluster)) call make_error(error, undetermined_text(cluster), problem%deck%path, &
-      hint=hint_for_equations(problem%motions%n_free > 0))
+      hint='add the contact surfaces and the loaded surfaces to reduction.zones_of_interest, or raise reduction.pod_tolerance')
   end subroutine check_solvable
-
-  !> What may help where equations are missing.
-  pure function hint_for_equations(has_free_motions) result(hint)
-    !> bodies that only contact holds
-    logical, intent(in) :: has_free_motions
-    character(:), allocatable :: hint
-
-    hint = 'add the contact surfaces and the loaded surfaces to reduction.zones_of_interest, or raise reduction.pod_tolerance'
-    if (has_free_motions) hint = 'take reduction.method: condensed: a rigid motion of a body that only contact holds is in ' // &
-      'equilibrium by itself, so a hyper-reduced model has no equation for it where the snapshots move the body freely'
-  end function hint_for_equations
 end module sig_training_system

@@ -1,0 +1,84 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> Room of a hyper-reduced model for one thread, and how it takes a solution of its complementarity problem.
+module sig_hhr_room
+  use sig_answer, only: answer_t
+  use sig_hhr_data, only: hhr_data_t
+  use sig_hhr_system, only: hhr_system_t
+  use sig_kinds, only: rk
+  use sig_lcp, only: lcp_solution_t, lcp_workspace_t
+  use sig_multiplier_fit, only: multiplier_fit_workspace_t
+  use sig_reduced, only: room_t
+  implicit none(type, external)
+  private
+  public :: hhr_room_t, swap_roles, take
+
+  type, extends(room_t) :: hhr_room_t
+    type(lcp_workspace_t) :: workspace
+    type(lcp_solution_t) :: solution
+    type(lcp_solution_t) :: other_solution
+    type(multiplier_fit_workspace_t) :: fit
+    !> of the point that was solved last, where the stiffness depends on the parameters
+    type(hhr_system_t) :: system
+    logical :: is_singular = .false.
+    !> (q, coordinates without contact forces), shape (n_rows + n_modes)
+    real(rk), allocatable :: response(:)
+    !> shape (n_rows)
+    logical, allocatable :: start(:)
+    !> [length] shape (n_modes)
+    real(rk), allocatable :: coordinates(:)
+    !> [force] of the domain, and those that the coordinates follow (hhr_system_t%forces_of), shape (n_rows)
+    real(rk), allocatable :: forces(:)
+    real(rk), allocatable :: held_forces(:)
+    !> [force] of all contacts, and what energies need; shape (n_multipliers)
+    real(rk), allocatable :: multipliers(:)
+    real(rk), allocatable :: opening(:)
+  contains
+    procedure :: create
+  end type hhr_room_t
+
+contains
+
+  subroutine create(self, data)
+    class(hhr_room_t), intent(inout) :: self
+    !> complete
+    type(hhr_data_t), intent(in) :: data
+
+    associate (n_multipliers => size(data%dual_snapshots, 1))
+      allocate (self%response(data%n_rows + data%n_modes), self%start(data%n_rows), self%coordinates(data%n_modes))
+      allocate (self%forces(data%n_rows), self%held_forces(data%n_rows))
+      allocate (self%multipliers(n_multipliers), self%opening(n_multipliers))
+    end associate
+    if (data%varying%is_there()) call self%system%reserve(data)
+  end subroutine create
+
+  !> Solves nothing: an answer from a solution that the system of the room's response has.
+  subroutine take(system, room, solution, answer)
+    type(hhr_system_t), intent(in) :: system
+    type(hhr_room_t), intent(inout) :: room
+    type(lcp_solution_t), intent(in) :: solution
+    type(answer_t), intent(inout) :: answer
+    integer :: i
+
+    answer%n_iterations = 0
+    call answer%take_solution(solution, solution%method)
+    answer%multipliers_rid = solution%lambda
+    answer%is_active = solution%is_active
+    if (solution%reason <= 0) return
+    call system%forces_of(solution%lambda, room%response, answer%multipliers_rid, room%held_forces)
+    do i = 1, size(system%anchors)
+      answer%is_active(system%anchors(i)) = answer%multipliers_rid(system%anchors(i)) > 0
+    end do
+    call system%coordinates(room%response, room%held_forces, answer%coordinates)
+  end subroutine take
+
+  !> From closed rows to unknowns that are not zero: those of anchors are openings. Without a temporary array.
+  pure subroutine swap_roles(anchors, is_closed)
+    integer, intent(in) :: anchors(:)
+    logical, intent(inout) :: is_closed(:)
+    integer :: i
+
+    do i = 1, size(anchors)
+      is_closed(anchors(i)) = .not. is_closed(anchors(i))
+    end do
+  end subroutine swap_roles
+end module sig_hhr_room
