@@ -20,6 +20,7 @@ from signorom_post.results import Results
 from signorom_post.style import save, styled
 from signorom_post.summary import format_summary
 from signorom_post.verification import format_markdown, write_csv
+from signorom_post.view import add_view_command
 
 EXIT_OK = 0
 EXIT_NOT_PASSED = 1
@@ -76,6 +77,7 @@ def _parser() -> argparse.ArgumentParser:
     summary.set_defaults(run=_run_summary)
 
     add_report_command(commands)
+    add_view_command(commands)
     add_check_command(commands)
     forest = commands.add_parser("forest", help="train the random forest that chooses the cluster of a point")
     forest.add_argument(

@@ -1,0 +1,116 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The command `signorom-post view`: standard pictures of a result by VTK, and a script that makes them in ParaView."""
+
+import argparse
+from collections.abc import Iterator
+from importlib.util import find_spec
+from pathlib import Path
+
+from signorom_post.errors import InputError
+from signorom_post.figures import choose_point
+from signorom_post.plots.captions import deformed_title, magnification
+from signorom_post.readers.fields import FieldFile, FieldPoint
+from signorom_post.results import Results
+
+#: picture -> field of fields.h5 that gives its colors, and what the color bar says
+PICTURES = {
+    "displacement": ("displacement", "displacement"),
+    "von_mises": ("von_mises_smoothed", "von Mises stress"),
+    "contact_pressure": ("contact_pressure", "contact pressure"),
+    "reduced_domain": ("reduced_domain", "reduced integration domain"),
+}
+SCRIPT = '''# Pictures of {name} in ParaView: pvpython {script}, or Tools, Python Shell, Run Script.
+from paraview import simple
+
+FOLDER = {folder!r}
+SCALE = {scale!r}  # of the displacements
+TIME = {time!r}  # the point: {label}
+
+
+def show(reader, field, place):
+    """The bodies, displaced and colored by a field."""
+    warped = simple.WarpByVector(Input=reader, Vectors=["POINTS", "displacement"], ScaleFactor=SCALE)
+    view = simple.CreateRenderView(ViewSize=[1600, 900], ViewTime=TIME)
+    display = simple.Show(warped, view)
+    simple.ColorBy(display, (place, field))
+    display.RescaleTransferFunctionToDataRange()
+    display.SetScalarBarVisibility(view, True)
+    if {n_dim} == 3:
+        view.CameraPosition, view.CameraFocalPoint, view.CameraViewUp = [-1, -1.8, 1.1], [0, 0, 0], [0, 0, 1]
+    simple.ResetCamera(view)
+    simple.Render(view)
+    simple.SaveScreenshot(FOLDER + "/paraview_" + field + ".png", view)
+
+
+bodies = simple.Xdmf3ReaderT(FileName=[{fields!r}])
+bodies.UpdatePipeline(TIME)
+show(bodies, "displacement", "POINTS")
+for field in {cell_fields!r}:
+    show(bodies, field, "CELLS")
+'''
+
+
+def add_view_command(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
+    """Its arguments."""
+    view = commands.add_parser(
+        "view", help="draw the standard pictures by VTK, and write a script for ParaView"
+    )
+    view.add_argument("results", metavar="RESULTS_DIR", type=Path, help="for instance results/half_disks")
+    view.add_argument("--output", metavar="DIR", type=Path, help="default: RESULTS_DIR/view")
+    view.add_argument("--point", metavar="P", help="number or label of the point; default: the middle one")
+    view.set_defaults(run=_run)
+
+
+def _run(options: argparse.Namespace) -> int:
+    fields = Results(options.results).fields
+    point = choose_point(fields, options.point)
+    output = options.output or options.results / "view"
+    try:
+        output.mkdir(parents=True, exist_ok=True)
+        for path in write_view(fields, point, output):
+            print(path, flush=True)
+    except OSError as error:
+        raise InputError(
+            error.filename or output, f"pictures cannot be written ({error.strerror})"
+        ) from error
+    return 0
+
+
+def write_view(fields: FieldFile, point: FieldPoint, output: Path) -> Iterator[Path]:
+    """A picture of each field that the point has, then the script."""
+    if find_spec("vtk") is None:
+        raise InputError(
+            "signorom-post view", "VTK is not installed; pip install 'tools/signorom_post[view]'"
+        )
+    from signorom_post.plots.vtk_scene import Scene
+
+    if "displacement" not in point.fields:
+        raise InputError(fields.path, f"the point '{point.label}' has no field 'displacement'")
+    scale = magnification(point.fields["displacement"].values, fields.mesh.size)
+    scene = Scene(fields, point, scale)
+    for name, (field, title) in PICTURES.items():
+        if field not in point.fields or not point.fields[field].values.any():
+            continue
+        path = output / f"{name}.png"
+        on_contact = field == "contact_pressure"
+        caption = deformed_title(point, 1 if on_contact else scale)
+        scene.draw(field, title, caption, path, on_contact)
+        yield path
+    script = output / "in_paraview.py"
+    script.write_text(paraview_script(fields, point, scale, script), encoding="utf-8")
+    yield script
+
+
+def paraview_script(fields: FieldFile, point: FieldPoint, scale: float, script: Path) -> str:
+    """For pvpython: the pictures of the same point, from fields.xdmf."""
+    return SCRIPT.format(
+        name=fields.path.parent.name,
+        script=script.name,
+        folder=str(script.parent.absolute()),
+        scale=scale,
+        time=float(fields.points.index(point) + 1),
+        label=point.label,
+        n_dim=fields.mesh.n_dim,
+        fields=str(fields.path.with_suffix(".xdmf").absolute()),
+        cell_fields=[name for name in ("von_mises", "reduced_domain") if name in point.fields],
+    )
