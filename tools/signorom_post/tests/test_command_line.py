@@ -184,7 +184,7 @@ def test_each_cluster_has_its_domain(folder: Path, disks: HalfDisks) -> None:
 
 def test_summary(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["summary", str(folder)]) == 0
-    assert "kappa                     3.217" in capsys.readouterr().out
+    assert "kappa                       3.217" in capsys.readouterr().out
 
 
 def test_summary_without_a_report(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
