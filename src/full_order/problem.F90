@@ -107,7 +107,7 @@ contains
     call material_of_cells(problem%mesh, deck%materials, deck%path, material_of_cell, error)
     if (allocated(error)) return
     call create_body(deck, material_of_cell, problem)
-    PetscCall(load_nodal_fields(problem%mesh, deck%imposed_strains, deck%path, comm, fields, error, ierr))
+    PetscCall(load_nodal_fields(problem%mesh, deck%imposed_strains, deck%path, length_factor(deck), comm, fields, error, ierr))
     if (allocated(error)) return
     call create_driving(deck, fields, problem, error)
     if (allocated(error)) return

@@ -18,18 +18,24 @@ module sig_nodal_field
     real(rk), allocatable :: values(:)
   end type nodal_field_t
 
+  !> [-] of the largest coordinate: what the digits of files leave
+  real(rk), parameter :: same_place = 1.0e-6_rk
+
 contains
 
   !> The field of an entry, with a value at every node of its region. Local.
   !>
-  !> Errors: those of the file; a node that the mesh lacks; a node of the region without a value, or with one that is not finite.
-  subroutine read_nodal_field(mesh, strain, deck_path, field, error)
+  !> Errors: those of the file; a node that the mesh lacks, or has elsewhere; a node of the region without a value, or with one that
+  !> is not finite.
+  subroutine read_nodal_field(mesh, strain, deck_path, field, error, length_factor)
     type(mesh_t), intent(in) :: mesh
     type(imposed_strain_config_t), intent(in) :: strain
     !> for messages
     character(*), intent(in) :: deck_path
     type(nodal_field_t), intent(out) :: field
     type(error_t), allocatable, intent(out) :: error
+    !> [units.length / mesh.length_unit] default 1
+    real(rk), intent(in), optional :: length_factor
     type(raw_field_t) :: raw
     integer :: i_group
 
@@ -37,7 +43,9 @@ contains
     if (allocated(error)) return
     call read_raw_field(strain%field, deck_path, raw, error)
     if (allocated(error)) return
+    if (present(length_factor) .and. allocated(raw%coordinates)) raw%coordinates = length_factor * raw%coordinates
     call place_values(mesh, raw, strain%field, deck_path, field%values, error)
+    if (.not. allocated(error)) call check_places(mesh, raw, strain%field, deck_path, error)
     if (.not. allocated(error)) call check_region(mesh, i_group, raw, field%values, strain%field, deck_path, error)
   end subroutine read_nodal_field
 
@@ -66,6 +74,49 @@ contains
       to_text(raw%tags(n_unknown)) // ', which the mesh lacks: it belongs to another mesh (' // to_text(size(raw%tags)) // &
       ' nodes; the mesh has ' // to_text(mesh%n_nodes) // ')', deck_path, config%name%line, config%name%column)
   end subroutine place_values
+
+  !> Another mesh may have nodes of the same numbers.
+  subroutine check_places(mesh, raw, config, deck_path, error)
+    type(mesh_t), intent(in) :: mesh
+    type(raw_field_t), intent(in) :: raw
+    type(field_config_t), intent(in) :: config
+    character(*), intent(in) :: deck_path
+    type(error_t), allocatable, intent(out) :: error
+    integer :: i, i_node, order(mesh%n_nodes)
+    real(rk) :: allowed
+
+    if (.not. allocated(raw%coordinates)) return
+    if (size(raw%coordinates, 2) /= size(raw%tags) .or. size(raw%coordinates, 1) < mesh%n_dim) then
+      call make_error(error, 'the coordinates in the field file ''' // config%file // ''' are ' // &
+        to_text(size(raw%coordinates, 2)) // ' rows of ' // to_text(size(raw%coordinates, 1)) // ' numbers; there must be ' // &
+        to_text(size(raw%tags)) // ' rows of ' // to_text(mesh%n_dim) // ' or more', deck_path, config%name%line, &
+        config%name%column)
+      return
+    end if
+    call sort_tags(mesh%node_tags, order)
+    allowed = same_place * maxval([0.0_rk, abs(mesh%coordinates)])
+    do i = 1, size(raw%tags)
+      i_node = node_with_tag(mesh%node_tags, order, raw%tags(i))
+      if (all(abs(mesh%coordinates(:, i_node) - raw%coordinates(:mesh%n_dim, i)) <= allowed)) cycle
+      call make_error(error, 'the field ''' // config%name%text // ''' belongs to another mesh: node ' // to_text(raw%tags(i)) // &
+        ' lies at ' // place_text(raw%coordinates(:mesh%n_dim, i)) // ' in its file, and at ' // &
+        place_text(mesh%coordinates(:, i_node)) // ' in the mesh', deck_path, config%name%line, config%name%column)
+      return
+    end do
+  end subroutine check_places
+
+  pure function place_text(place) result(text)
+    real(rk), intent(in) :: place(:)
+    character(:), allocatable :: text
+    integer :: i
+
+    text = '('
+    do i = 1, size(place)
+      if (i > 1) text = text // ', '
+      text = text // to_text(place(i))
+    end do
+    text = text // ')'
+  end function place_text
 
   subroutine check_region(mesh, i_group, raw, values, config, deck_path, error)
     type(mesh_t), intent(in) :: mesh

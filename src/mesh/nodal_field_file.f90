@@ -1,7 +1,8 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> Files that hold values at nodes: gmsh's $NodeData, and HDF5.
 !>
-!> HDF5: /node_tags has the numbers of the nodes in the mesh file, /<name> a value for each.
+!> HDF5: /node_tags has the numbers of the nodes in the mesh file, /<name> a value for each; /coordinates, if it is there, where
+!> these nodes are.
 module sig_nodal_field_file
   use, intrinsic :: iso_c_binding, only: c_int, c_ptr, c_size_t
   use sig_c_strings, only: from_c
@@ -23,10 +24,14 @@ module sig_nodal_field_file
     !> node numbers of the mesh file
     integer, allocatable :: tags(:)
     real(rk), allocatable :: values(:)
+    !> [length of the mesh file] of the nodes, shape (n_components, n); not allocated where the file has none
+    real(rk), allocatable :: coordinates(:, :)
   end type raw_field_t
 
   !> data set of HDF5 with the numbers of the nodes
   character(*), parameter :: tags_name = '/node_tags'
+  !> and with the places of these
+  character(*), parameter :: places_name = '/coordinates'
 
 contains
 
@@ -67,6 +72,7 @@ contains
       if (file%has('/' // config%name%text)) then
         call file%read(tags_name, field%tags, error)
         call file%read('/' // config%name%text, field%values, error)
+        if (file%has(places_name)) call file%read(places_name, field%coordinates, error)
       else
         call refuse_name(config, deck_path, 'has no field ''' // config%name%text // '''', error)
       end if

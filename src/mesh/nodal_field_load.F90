@@ -6,6 +6,7 @@ module sig_nodal_field_load
   use sig_deck_config, only: imposed_strain_config_t
   use sig_error_broadcast, only: broadcast_error
   use sig_errors, only: error_t
+  use sig_kinds, only: rk
   use sig_mesh, only: mesh_t
   use sig_nodal_field, only: nodal_field_t, read_nodal_field
   use petsc
@@ -16,11 +17,13 @@ module sig_nodal_field_load
 contains
 
   !> Rank 0 reads and checks, all get the fields or the error. Collective on comm.
-  subroutine load_nodal_fields(mesh, strains, deck_path, comm, fields, error, ierr)
+  subroutine load_nodal_fields(mesh, strains, deck_path, length_factor, comm, fields, error, ierr)
     type(mesh_t), intent(in) :: mesh
     type(imposed_strain_config_t), intent(in) :: strains(:)
     !> for messages
     character(*), intent(in) :: deck_path
+    !> [units.length / mesh.length_unit]
+    real(rk), intent(in) :: length_factor
     MPI_Comm, intent(in) :: comm
     !> of each entry; no values where it takes none from a file
     type(nodal_field_t), allocatable, intent(out) :: fields(:)
@@ -32,7 +35,7 @@ contains
     allocate (fields(size(strains)))
     do i = 1, size(strains)
       if (.not. strains(i)%has_field) cycle
-      if (rank == 0) call read_nodal_field(mesh, strains(i), deck_path, fields(i), error)
+      if (rank == 0) call read_nodal_field(mesh, strains(i), deck_path, fields(i), error, length_factor)
       PetscCall(broadcast_error(error, comm, ierr))
       if (allocated(error)) return
       if (rank /= 0) allocate (fields(i)%values(mesh%n_nodes))

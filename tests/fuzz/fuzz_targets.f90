@@ -116,6 +116,7 @@ contains
     mesh%n_dim = 2
     mesh%n_nodes = 3
     mesh%node_tags = [1, 2, 3]
+    mesh%coordinates = reshape([0.0_rk, 0.0_rk, 1.0_rk, 0.0_rk, 0.0_rk, 1.0_rk], [2, 3])
     allocate (mesh%groups(1))
     mesh%groups(1)%name = 'body'
     mesh%groups(1)%n_dim = 2
