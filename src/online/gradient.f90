@@ -25,6 +25,8 @@ module sig_gradient
     real(rk), allocatable :: multipliers(:, :)
     !> [length] of the places of bodies that only contact holds, where a kind of model needs them; shape (n_anchors, n_parameters)
     real(rk), allocatable :: moves(:, :)
+    !> [length] of the coordinates of modes, where they give displacements; shape (n_modes, n_parameters)
+    real(rk), allocatable :: coordinates(:, :)
   contains
     procedure :: take
     procedure :: take_forces

@@ -2,6 +2,7 @@
 !> Derivatives of the condensed problem whose elastic constants depend on the parameters.
 module sig_interpolated_derivative
   use sig_body_derivative, only: body_derivative_t
+  use sig_body_modes_derivative, only: differentiate_modes
   use sig_gradient, only: gradient_t
   use sig_interpolated_data, only: interpolated_data_t
   use sig_kinds, only: rk
@@ -10,17 +11,19 @@ module sig_interpolated_derivative
   use sig_shape_checks, only: place_in_ascending
   implicit none(type, external)
   private
-  public :: differentiate_interpolated, interpolated_displacement_changes
+  public :: differentiate_interpolated, interpolated_displacement_changes, mode_displacement_change
 
 contains
 
   !> Forces, openings, and places of bodies that only contact holds. is_singular: there is no derivative.
-  subroutine differentiate_interpolated(data, theta, unknowns, gradient, is_singular)
+  subroutine differentiate_interpolated(data, theta, unknowns, coordinates, gradient, is_singular)
     type(interpolated_data_t), intent(in) :: data
     !> shape (n_terms)
     real(rk), contiguous, intent(in) :: theta(:)
     !> [force] z, shape (n_multipliers)
     real(rk), contiguous, intent(in) :: unknowns(:)
+    !> [length] of the modes of one body after the other
+    real(rk), intent(in) :: coordinates(:)
     !> theta is set
     type(gradient_t), intent(inout) :: gradient
     logical, intent(out) :: is_singular
@@ -41,10 +44,53 @@ contains
     call gradient%take_forces(derivative, data%anchors, data%scale)
     if (allocated(gradient%moves)) deallocate (gradient%moves)
     allocate (gradient%moves(size(data%anchors), size(changes, 2)))
+    if (allocated(gradient%coordinates)) deallocate (gradient%coordinates)
+    allocate (gradient%coordinates(size(coordinates), size(changes, 2)))
     do i = 1, size(changes, 2)
       gradient%moves(:, i) = move_changes(data, theta, gradient%theta(:, i), unknowns, gradient%unknowns(:, i))
+      call change_modes(data, theta, gradient%theta(:, i), coordinates, gradient%unknowns(:, i), gradient%coordinates(:, i))
     end do
   end subroutine differentiate_interpolated
+
+  !> Coordinates of the modes of all bodies.
+  subroutine change_modes(data, theta, theta_change, coordinates, unknown_change, changes)
+    type(interpolated_data_t), intent(in) :: data
+    real(rk), contiguous, intent(in) :: theta(:)
+    real(rk), contiguous, intent(in) :: theta_change(:)
+    real(rk), intent(in) :: coordinates(:)
+    real(rk), intent(in) :: unknown_change(:)
+    real(rk), intent(out) :: changes(:)
+    real(rk) :: force_change(size(unknown_change))
+    integer :: first, i, last
+
+    force_change = unknown_change
+    force_change(data%anchors) = 0
+    last = 0
+    do i = 1, size(data%modes)
+      first = last + 1
+      last = last + data%modes(i)%n_modes()
+      call differentiate_modes(data%modes(i), theta, theta_change, coordinates(first:last), force_change, changes(first:last))
+    end do
+  end subroutine change_modes
+
+  !> [length] Displacement of a dof by modes over one parameter: it is linear in the terms, the coordinates and the moves.
+  pure real(rk) function mode_displacement_change(data, gradient, i_parameter, dof) result(change)
+    type(interpolated_data_t), intent(in) :: data
+    type(gradient_t), intent(in) :: gradient
+    integer, intent(in) :: i_parameter
+    !> 1-based
+    integer, intent(in) :: dof
+    integer :: first, i, last
+
+    change = dot_product(data%mode_motions(dof, :), gradient%moves(:, i_parameter))
+    last = 0
+    do i = 1, size(data%modes)
+      first = last + 1
+      last = last + data%modes(i)%n_modes()
+      change = change + data%modes(i)%displacement_of(gradient%theta(:, i_parameter), &
+        gradient%coordinates(first:last, i_parameter), dof)
+    end do
+  end function mode_displacement_change
 
   !> [length] sizes of what q is a sum of, body by body.
   function opening_terms(data, theta) result(terms)

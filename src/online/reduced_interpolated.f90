@@ -15,7 +15,8 @@ module sig_reduced_interpolated
   use sig_hdf5_writer, only: h5_writer_t
   use sig_interpolated_certificate, only: bound_foreign_forces, interpolated_energy
   use sig_interpolated_data, only: interpolated_data_t
-  use sig_interpolated_derivative, only: differentiate_interpolated, interpolated_displacement_changes
+  use sig_interpolated_derivative, only: differentiate_interpolated, interpolated_displacement_changes, &
+    mode_displacement_change
   use sig_interpolated_displacement, only: close_by_modes, fill_interpolated_displacement, has_modes, &
     interpolated_displacement_of_dof, n_modes_of, solve_modes, source_of_interpolated_dof
   use sig_kinds, only: rk
@@ -366,7 +367,7 @@ contains
     character(:), allocatable, intent(out) :: message
     logical :: is_singular
 
-    call differentiate_interpolated(self%data, answer%theta, answer%unknowns, gradient, is_singular)
+    call differentiate_interpolated(self%data, answer%theta, answer%unknowns, answer%coordinates, gradient, is_singular)
     if (is_singular) message = not_unique
   end subroutine differentiate
 
@@ -385,5 +386,9 @@ contains
     call interpolated_displacement_changes(self%data, answer%theta, answer%unknowns, gradient, i_parameter, &
       pack(places, places > 0), found)
     changes = unpack(found, places > 0, ieee_value(1.0_rk, ieee_quiet_nan))
+    if (.not. has_modes(self%data)) return
+    do i = 1, size(dofs)
+      if (places(i) == 0) changes(i) = mode_displacement_change(self%data, gradient, i_parameter, dofs(i))
+    end do
   end subroutine displacement_changes
 end module sig_reduced_interpolated

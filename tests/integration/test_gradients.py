@@ -142,6 +142,29 @@ def test_gradients_are_those_of_the_full_order(signorom, library, monkeypatch, t
         )
 
 
+@pytest.mark.parametrize(
+    ("name", "changes"),
+    [
+        ("fuel_rod", {"max_full_order_size: 256": "max_full_order_size: 8"}),
+        ("bracket", MOVING_STIFFNESS | {"contact:\n": "reduction: {max_full_order_size: 3}\ncontact:\n"}),
+    ],
+)
+def test_displacements_by_modes(signorom, library, monkeypatch, tmp_path, name, changes):
+    """Their derivatives are those of the answer itself, which errs by what the modes leave: differences of answers."""
+    deck = write_few(name, tmp_path, changes)
+    with trained(signorom, library, monkeypatch, deck) as model:
+        assert (model.displacement_sources == 1).all()
+        ranges = {parameter.name: (parameter.minimum, parameter.maximum) for parameter in model.parameters}
+        values = {name: low + 0.55 * (high - low) for name, (low, high) in ranges.items()}
+        answer = model.query(**values)
+        for row, (name, (low, high)) in enumerate(ranges.items()):
+            step = STEP * (high - low)
+            above, below = (model.query(**values | {name: values[name] + sign * step}) for sign in (1, -1))
+            difference = (above.displacement - below.displacement) / (2 * step)
+            worst = abs(answer.gradient.displacement[row] - difference).max() * (high - low)
+            assert worst <= ALLOWED * abs(answer.displacement).max()
+
+
 def assert_close(found, expected, lengths, values):
     """What a parameter changes from one end of its range to the other, relative to the answer."""
     worst = (abs(found - expected).max(axis=1) * lengths).max() / abs(values).max()
