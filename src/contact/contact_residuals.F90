@@ -13,7 +13,8 @@ module sig_contact_residuals
   private
   public :: measure_residuals, measure_points
 
-  !> [-] forces are compared with at least this share of |K| |u|: all that a rigid motion leaves of K u is rounding
+  !> [-] forces are compared with at least this share of |K| |u|, as all that a rigid motion leaves of K u is rounding, and of the
+  !> parts of the loads, which may cancel
   real(rk), parameter :: smallest_share = 1.0e-6_rk
   !> what is compared, over all dofs: |K u + B' lambda - F| on the free ones, |K u|, |B' lambda|
   integer, parameter :: n_largest = 3
@@ -71,6 +72,7 @@ contains
     PetscErrorCode, intent(out) :: ierr
     real(rk) :: largest(n_largest, size(states)), sums(system%map%n_dim + 2, size(states))
     real(rk), allocatable :: columns(:, :), forces(:, :)
+    real(rk) :: smallest_load
     type(load_pattern_t) :: pattern
     integer, allocatable :: held(:), loaded(:)
     integer :: i
@@ -94,7 +96,8 @@ contains
     PetscCall(max_over_ranks(system%comm, largest, ierr))
     PetscCall(sum_over_ranks(system%comm, sums, ierr))
     do i = 1, size(states)
-      call compare(system, theta(:, i), largest(:, i), sums(:, i), smallest_share * system%stiffness_size, states(i))
+      smallest_load = smallest_share * maxval(pattern%part_sizes(theta(:, i), system%map%n_dofs))
+      call compare(system, theta(:, i), largest(:, i), sums(:, i), smallest_share * system%stiffness_size, smallest_load, states(i))
     end do
   end subroutine measure_block
 
@@ -140,13 +143,15 @@ contains
   end subroutine add_forces
 
   !> The relative measures of one point. Local.
-  pure subroutine compare(system, theta, largest, sums, smallest_per_length, state)
+  pure subroutine compare(system, theta, largest, sums, smallest_per_length, smallest_load, state)
     type(contact_system_t), intent(in) :: system
     real(rk), intent(in) :: theta(:)
     real(rk), intent(in) :: largest(n_largest)
     real(rk), intent(in) :: sums(:)
     !> [force/length] forces below this times the largest displacement count as this
     real(rk), intent(in) :: smallest_per_length
+    !> [force] and those below this
+    real(rk), intent(in) :: smallest_load
     type(contact_state_t), intent(inout) :: state
     real(rk) :: gap(system%rows%n_rows), opening(system%rows%n_rows), smallest_force, displacement_size
     integer :: i_component, n
@@ -155,7 +160,7 @@ contains
     gap = system%gap(theta)
     opening = gap - system%rows%apply(state%displacement)
     displacement_size = largest_size(state%displacement)
-    smallest_force = smallest_per_length * displacement_size
+    smallest_force = max(smallest_per_length * displacement_size, smallest_load)
     associate (r => state%residuals)
       r%equilibrium = relative(largest(1), maxval([smallest_force, largest(2:)]))
       r%penetration = max(0.0_rk, maxval(-opening))

@@ -20,8 +20,13 @@ module sig_load_pattern
     procedure :: add_forces
     procedure :: add_unit
     procedure :: forces
+    procedure :: part_sizes
     procedure :: loaded_dofs
   end type load_pattern_t
+
+  !> [-] of the largest sum of sizes of parts on a dof: a force below this is rounding. A temperature that equals its reference
+  !> leaves such forces, and so do elements inside of a body that is heated alike.
+  real(rk), parameter :: rounding = 16 * epsilon(1.0_rk)
 
 contains
 
@@ -86,7 +91,7 @@ contains
     self%values = [self%values, values]
   end subroutine append
 
-  !> F at a point of the parameters.
+  !> F at a point of the parameters, without what rounding leaves.
   pure function forces(self, theta, n_dofs)
     class(load_pattern_t), intent(in) :: self
     !> [-] shape (n_terms)
@@ -100,7 +105,24 @@ contains
     do i = 1, self%n_entries()
       forces(self%dofs(i)) = forces(self%dofs(i)) + self%values(i) * theta(self%terms(i))
     end do
+    where (abs(forces) <= rounding * maxval(self%part_sizes(theta, n_dofs))) forces = 0
   end function forces
+
+  !> Sums of the sizes of the parts.
+  pure function part_sizes(self, theta, n_dofs) result(sizes)
+    class(load_pattern_t), intent(in) :: self
+    !> [-] shape (n_terms)
+    real(rk), intent(in) :: theta(:)
+    integer, intent(in) :: n_dofs
+    !> [force] natural, shape (n_dofs)
+    real(rk) :: sizes(n_dofs)
+    integer :: i
+
+    sizes = 0
+    do i = 1, self%n_entries()
+      sizes(self%dofs(i)) = sizes(self%dofs(i)) + abs(self%values(i) * theta(self%terms(i)))
+    end do
+  end function part_sizes
 
   !> Dofs that can carry a load, ascending.
   pure function loaded_dofs(self, n_dofs) result(dofs)

@@ -6,6 +6,7 @@ import struct
 import h5py
 import numpy as np
 import pytest
+import yaml
 
 from block_meshes import stacked_blocks
 from results import read_fields, read_snapshots, read_table
@@ -286,3 +287,43 @@ def test_check_shows_the_strains(signorom, tmp_path, mesh):
     np.testing.assert_allclose(fields["imposed_strain"][len(cells) :], 0)
     loaded = np.flatnonzero(np.abs(fields["load"]).max(axis=1))
     np.testing.assert_array_equal(loaded, mesh.nodes_of("top"))
+
+
+ON_ITS_BED = """\
+title: A block that nothing but contact holds in height
+units: {length: m, force: N}
+mesh: {file: blocks.msh, model: solid}
+parameters:
+  T: {min: 200.0, max: 500.0, unit: K}
+  E: {min: 1.0e11, max: 2.5e11, unit: Pa}
+materials:
+  bed: {regions: [lower], young_modulus: E, poisson_ratio: 0.3, thermal_expansion: 1.2e-5}
+  block: {regions: [upper], young_modulus: 0.37 * E, poisson_ratio: 0.33, thermal_expansion: 2.3e-5}
+boundary_conditions:
+  - {boundary: bottom, displacement: {x: 0, y: 0, z: 0}}
+  - {boundary: left, displacement: {x: 0}}
+  - {boundary: front, displacement: {y: 0}}
+imposed_strains:
+  - {region: lower, temperature: T, reference: 293.15}
+  - {region: upper, temperature: T, reference: 293.15}
+contact: [{first: lower_face, second: upper_face}]
+"""
+
+
+@pytest.mark.parametrize("solver", ["active_set", "condensed"])
+def test_no_load_at_the_reference_temperature(signorom, tmp_path, solver):
+    """Heat less its reference leaves rounding: no load, so the free block stays, and nothing is warned of."""
+    mesh = stacked_blocks("H8", 3)
+    mesh.coordinates *= 1e-3
+    mesh.write(tmp_path / "blocks.msh")
+    deck = tmp_path / "heated.yaml"
+    points = ", ".join(f"{{T: 293.15, E: {modulus}}}" for modulus in (1.1e11, 1.7e11, 2.3e11))
+    deck.write_text(ON_ITS_BED + f"solver: {{type: {solver}}}\noutput: {{points: [{points}]}}\n")
+    done = signorom.run("solve", deck.name, folder=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert "warning" not in done.stderr
+    report = yaml.safe_load((tmp_path / "results" / "heated" / "report.yaml").read_text())
+    for point in report["points"].values():
+        assert point["status"] == "converged"
+        # 1e-12 of E alpha T on a square millimeter
+        assert abs(point["contact_force"]) <= 1e-12 * 1.0e11 * 1.2e-5 * 293.15 * 1e-6
