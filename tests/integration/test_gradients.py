@@ -37,6 +37,38 @@ contact: [{first: lower_face, second: upper_face, initial_gap: gap}]
 training: {grid: {stroke: 3, gap: 3}}
 """
 
+CORE_AND_RIM = """\
+title: A block of two materials under another one
+mesh: {file: blocks.msh, model: plane_stress}
+parameters:
+  ratio: {min: 0.3, max: 1.5, unit: "1"}
+  E: {min: 100.0, max: 250.0, unit: Pa}
+  nu: {min: 0.2, max: 0.4, unit: "1"}
+  P: {min: 0.5, max: 3.0, unit: Pa}
+materials:
+  core: {regions: [core], young_modulus: E * ratio, poisson_ratio: nu}
+  rim: {regions: [rim], young_modulus: E, poisson_ratio: 0.3}
+  cover: {regions: [upper], young_modulus: 2 * E, poisson_ratio: 0.25}
+boundary_conditions:
+  - {boundary: bottom, displacement: {x: 0, y: 0}}
+  - {boundary: left, displacement: {x: 0}}
+loads: [{boundary: top, pressure: "P * (1.2 - x)"}]
+contact: [{first: lower_face, second: upper_face, initial_gap: "4e-4 * x^2"}]
+"""
+
+
+def write_core_and_rim(folder):
+    """A ratio of moduli and Poisson's ratio of one body together; contact alone holds the other one in height."""
+    mesh = stacked_blocks("Q4", 2)
+    for i, (kind, name, nodes) in enumerate(mesh.elements):
+        if name == "lower":
+            is_core = mesh.coordinates[nodes, 0].mean() < 0.5
+            mesh.elements[i] = (kind, "core" if is_core else "rim", nodes)
+    mesh.write(folder / "blocks.msh")
+    deck = folder / "core_and_rim.yaml"
+    deck.write_text(CORE_AND_RIM + FEW_POINTS)
+    return deck
+
 
 def write_few(name, folder, changes):
     """A deck of input/ with few points."""
@@ -56,6 +88,7 @@ def write_tied(folder):
 CASES = {
     "fuel_rod": (lambda folder: write_few("fuel_rod", folder, {}), "interpolated"),
     "hanging_bracket": (lambda folder: write_few("bracket", folder, MOVING_STIFFNESS), "interpolated"),
+    "core_and_rim": (write_core_and_rim, "interpolated"),
     "saddle": (lambda folder: write_few("saddle", folder, {}), "condensed"),
     "pellet_cladding": (
         lambda folder: write_few("pellet_cladding", folder, {"method: hhr": "method: condensed"}),

@@ -615,6 +615,52 @@ PLANTED = [
         "outward[nodes]) > 0.0",
         "arrows of a pressure stand inside the body",
     ),
+    Planted(
+        SRC + "dense/lcp_derivative.f90",
+        "derivative%unknowns(active, :) = -factors%solve",
+        "derivative%unknowns(active, :) = factors%solve",
+        "derivatives of contact forces have the wrong sign",
+    ),
+    Planted(
+        SRC + "dense/lcp_derivative.f90",
+        "unknowns(active) = unknowns(active) - matmul(coupling",
+        "unknowns(active) = unknowns(active) + matmul(coupling",
+        "a grazing contact that closes relieves the others in the wrong sense",
+    ),
+    Planted(
+        SRC + "terms/term_derivatives.f90",
+        "slopes = (8 * (values(:, 1) - values(:, -1)) - ",
+        "slopes = (8 * (values(:, 1) - values(:, -1)) + ",
+        "slopes of terms are four thirds of what they are",
+    ),
+    Planted(
+        SRC + "online/body_derivative.f90",
+        "changes(i) = (theta_change(above) - constants(i) * theta_change(below))",
+        "changes(i) = (theta_change(above) + constants(i) * theta_change(below))",
+        "a ratio of moduli changes in the wrong sense with its denominator",
+        "integration.test_gradients",
+    ),
+    Planted(
+        SRC + "online/body_modes_derivative.f90",
+        "bulk_slope = 2 / (1 - 2 * theta(nu))",
+        "bulk_slope = 1 / (1 - 2 * theta(nu))",
+        "the bulk modulus changes half as much with Poisson's ratio",
+        "integration.test_gradients",
+    ),
+    Planted(
+        SRC + "mesh/facing_groups.f90",
+        "dot_product(normal, across) > opposite",
+        "dot_product(normal, across) < opposite",
+        "init guesses contacts between surfaces that look the same way",
+        "integration.test_init",
+    ),
+    Planted(
+        SRC + "fem/load_pattern.f90",
+        "where (abs(forces) <= rounding",
+        "where (abs(forces) < -rounding",
+        "rounding of loads that cancel pulls a body off its contacts",
+        "integration.test_imposed_strains",
+    ),
     # Python tool
     Planted(
         POST + "mesh.py", "edges[counts == 1]", "edges[counts >= 1]", "inner edges are drawn as the boundary"
