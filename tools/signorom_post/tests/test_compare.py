@@ -394,4 +394,4 @@ def test_shipped_models_are_decks(path: Path) -> None:
 
 
 def test_there_are_shipped_models() -> None:
-    assert [path.stem for path in VARIANTS] == ["bracket", "half_disks", "pellet_cladding"]
+    assert [path.stem for path in VARIANTS] == ["bracket", "fuel_rod", "half_disks", "pellet_cladding"]
