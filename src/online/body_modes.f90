@@ -17,7 +17,7 @@ module sig_body_modes
   use sig_shape_checks, only: are_indices, is_ascending, is_matrix, place_in_ascending
   implicit none(type, external)
   private
-  public :: body_modes_t, part_moduli
+  public :: body_modes_t, find_coordinates, part_moduli, part_ratios
 
   type :: body_modes_t
     !> of the body, ascending, 1-based
@@ -135,7 +135,7 @@ contains
   end function stiffest
 
   !> Galerkin's equations.
-  subroutine find_coordinates(self, n, stiffness, theta, forces, place)
+  subroutine find_coordinates(self, n, stiffness, theta, forces, place, further)
     type(body_modes_t), intent(in) :: self
     integer, intent(in) :: n
     !> V'K V
@@ -144,6 +144,8 @@ contains
     real(rk), contiguous, intent(in) :: forces(:)
     !> the liftings' share is there
     real(rk), contiguous, intent(inout) :: place(:)
+    !> [force*length] work of further forces on the modes, shape (n_modes)
+    real(rk), intent(in), optional :: further(:)
     real(rk) :: matrix(self%n_modes(), self%n_modes()), right(self%n_modes())
     integer :: info, k, n_lifted
 
@@ -153,6 +155,7 @@ contains
     do k = 1, n_lifted
       right = right - stiffness(n_lifted + 1:, k) * place(k)
     end do
+    if (present(further)) right = right + further
     matrix = stiffness(n_lifted + 1:, n_lifted + 1:)
     call factor_cholesky(size(right), matrix, info)
     if (info == 0) then

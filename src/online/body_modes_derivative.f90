@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> How the displacement of one body by modes changes with the terms: Galerkin's equations of sig_body_modes differentiated.
 module sig_body_modes_derivative
-  use sig_body_modes, only: body_modes_t, part_moduli
-  use sig_dense_kernels, only: factor_cholesky, multiply, solve_cholesky
+  use sig_body_modes, only: body_modes_t, find_coordinates, part_ratios
+  use sig_dense_kernels, only: multiply
   use sig_kinds, only: rk
   implicit none(type, external)
   private
@@ -22,41 +22,19 @@ contains
     real(rk), contiguous, intent(in) :: force_change(:)
     !> [length] da, shape (n_modes)
     real(rk), intent(out) :: changes(:)
-    real(rk), allocatable :: stiffness(:, :), stiffness_change(:, :)
-    real(rk) :: right(size(coordinates)), matrix(size(coordinates), size(coordinates))
-    integer :: info, k, n, n_lifted
+    real(rk) :: place(size(modes%basis, 2)), place_change(size(modes%basis, 2))
+    real(rk) :: stiffness(size(place)**2), stiffness_change(size(place), size(place)), moved(size(place))
+    integer :: n_lifted
 
     n_lifted = size(modes%lifted_terms)
-    n = n_lifted + size(coordinates)
-    stiffness = reshape(matmul(modes%stiffness, part_ratios(modes, theta)), [n, n])
-    stiffness_change = reshape(matmul(modes%stiffness, part_ratio_changes(modes, theta, theta_change)), [n, n])
-    call multiply(1.0_rk, modes%loads, theta_change(:size(modes%loads, 2)), 0.0_rk, right)
-    call multiply(-1.0_rk, modes%contact(n_lifted + 1:, :), force_change, 1.0_rk, right)
-    do k = 1, n_lifted
-      right = right - stiffness(n_lifted + 1:, k) * theta_change(modes%lifted_terms(k)) - &
-        stiffness_change(n_lifted + 1:, k) * theta(modes%lifted_terms(k))
-    end do
-    right = right - matmul(stiffness_change(n_lifted + 1:, n_lifted + 1:), coordinates)
-    matrix = stiffness(n_lifted + 1:, n_lifted + 1:)
-    call factor_cholesky(size(right), matrix, info)
-    changes = 0
-    if (info /= 0) return
-    call solve_cholesky(size(right), matrix, right)
-    changes = right
+    place = [theta(modes%lifted_terms), coordinates]
+    place_change(:n_lifted) = theta_change(modes%lifted_terms)
+    call multiply(1.0_rk, modes%stiffness, part_ratios(modes, theta), 0.0_rk, stiffness)
+    stiffness_change = reshape(matmul(modes%stiffness, part_ratio_changes(modes, theta, theta_change)), shape(stiffness_change))
+    moved = matmul(stiffness_change, place)
+    call find_coordinates(modes, size(place), stiffness, theta_change, force_change, place_change, -moved(n_lifted + 1:))
+    changes = place_change(n_lifted + 1:)
   end subroutine differentiate_modes
-
-  !> [-] k_q.
-  pure function part_ratios(modes, theta) result(ratios)
-    type(body_modes_t), intent(in) :: modes
-    real(rk), intent(in) :: theta(:)
-    real(rk) :: ratios(size(modes%moduli))
-    integer :: i
-
-    do i = 1, size(modes%modulus_terms)
-      ratios(2 * i - 1:2 * i) = part_moduli(theta(modes%modulus_terms(i)), theta(modes%ratio_terms(i)), modes%is_thin)
-    end do
-    ratios = ratios / modes%moduli
-  end function part_ratios
 
   !> [-] dk_q: moduli are in proportion to Young's, and d ln(kappa)/d nu = 2/(1 - 2 nu), in plane stress 1/(1 - nu),
   !> d ln(G)/d nu = -1/(1 + nu).

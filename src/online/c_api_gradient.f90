@@ -1,8 +1,9 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> The part of include/signorom.h that tells how answers change with the parameters; each procedure is explained there.
 module sig_c_api_gradient
-  use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int, c_ptr
-  use sig_c_handles, only: answered_context, bad_argument, code_ok, context_handle_t, keep, no_answer, put_integers, put_reals, &
+  use, intrinsic :: iso_c_binding, only: c_double, c_f_pointer, c_int, c_ptr
+  use sig_c_handles, only: answered_context, bad_argument, chosen_nodes, code_ok, context_handle_t, keep, no_answer, &
+    put_integers, put_reals, &
     ready_context
   use sig_kinds, only: rk
   use sig_reduced, only: displacement_none
@@ -102,15 +103,8 @@ contains
     code = bad_argument
     handle => differentiated_context(context, gradient)
     if (.not. associated(handle)) return
-    if (n < 0 .or. .not. c_associated(nodes)) then
-      call keep(handle%message, 'the number of nodes is negative, or the nodes are a null pointer')
-      return
-    end if
-    call c_f_pointer(nodes, chosen, [n])
-    if (any(chosen < 0 .or. chosen >= handle%model%online%model%n_nodes)) then
-      call keep(handle%message, 'a node is not between 0 and the number of nodes less one')
-      return
-    end if
+    chosen => chosen_nodes(handle, n, nodes)
+    if (.not. associated(chosen)) return
     code = no_answer
     if (.not. all_have_displacements(handle, chosen)) return
     associate (model => handle%model%online%model)

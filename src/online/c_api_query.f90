@@ -3,7 +3,8 @@
 module sig_c_api_query
   use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int, c_intptr_t, c_loc, c_null_ptr, c_ptr, &
     c_size_t, c_sizeof
-  use sig_c_handles, only: answered_context, bad_argument, bad_model, code_ok, context_handle_t, keep, no_answer, no_memory, &
+  use sig_c_handles, only: answered_context, bad_argument, bad_model, chosen_nodes, code_ok, context_handle_t, keep, &
+    no_answer, no_memory, &
     put_reals, ready_context, ready_model
   use sig_kinds, only: rk
   use sig_reasons, only: put_reason, reason_length
@@ -292,16 +293,9 @@ contains
     code = no_answer
     if (.not. has_displacement(handle)) return
     code = bad_argument
-    if (n < 0 .or. .not. c_associated(nodes)) then
-      call keep(handle%message, 'the number of nodes is negative, or the nodes are a null pointer')
-      return
-    end if
+    chosen => chosen_nodes(handle, n, nodes)
+    if (.not. associated(chosen)) return
     associate (model => handle%model%online%model)
-      call c_f_pointer(nodes, chosen, [n])
-      if (any(chosen < 0 .or. chosen >= model%n_nodes)) then
-        call keep(handle%message, 'a node is not between 0 and the number of nodes less one')
-        return
-      end if
       do i = 1, n
         if (model%parts(handle%answer%displacement_part)%reduced%displacement_source(model%n_dim * (chosen(i) + 1)) /= &
           displacement_none) cycle

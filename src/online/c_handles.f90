@@ -10,7 +10,8 @@ module sig_c_handles
   use sig_rooms, only: rooms_t
   implicit none(type, external)
   private
-  public :: model_handle_t, context_handle_t, keep, ready_model, ready_context, answered_context, put_integers, put_reals
+  public :: model_handle_t, context_handle_t, keep, ready_model, ready_context, answered_context, chosen_nodes, &
+    put_integers, put_reals
   public :: code_ok, no_answer, bad_argument, bad_model, no_memory, n_text_kinds
 
   ! signorom_code
@@ -105,6 +106,24 @@ contains
     end if
     handle => null()
   end function answered_context
+
+  !> Nodes that the caller asks for, from 0, or null with the sentence in the message.
+  function chosen_nodes(handle, n, nodes) result(chosen)
+    type(context_handle_t), intent(inout) :: handle
+    integer(c_int), intent(in) :: n
+    type(c_ptr), intent(in) :: nodes
+    integer(c_int), pointer :: chosen(:)
+
+    chosen => null()
+    if (n < 0 .or. .not. c_associated(nodes)) then
+      call keep(handle%message, 'the number of nodes is negative, or the nodes are a null pointer')
+      return
+    end if
+    call c_f_pointer(nodes, chosen, [n])
+    if (.not. any(chosen < 0 .or. chosen >= handle%model%online%model%n_nodes)) return
+    call keep(handle%message, 'a node is not between 0 and the number of nodes less one')
+    chosen => null()
+  end function chosen_nodes
 
   !> Into the caller's array; a null pointer wants none.
   subroutine put_integers(values, pointer)

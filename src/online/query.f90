@@ -98,7 +98,8 @@ contains
     gradient%direction = direction
     if (allocated(gradient%theta)) deallocate (gradient%theta)
     allocate (gradient%theta(size(answer%theta), size(point)))
-    call differentiate_terms(self%terms, point, online%lengths_at(point), direction, gradient%theta, is_kink, i_failed)
+    call differentiate_terms(self%terms, point, answer%theta, online%lengths_at(point), direction, gradient%theta, &
+    is_kink, i_failed)
     if (i_failed > 0) then
       message = 'there is no derivative: a load or an expression of the deck jumps over ''' // &
         online%model%terms%parameter_names(i_failed)%text // ''' at this point, or has no value beside it'

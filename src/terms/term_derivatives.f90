@@ -22,10 +22,12 @@ module sig_term_derivatives
 contains
 
   !> Derivatives at a point, one parameter after the other.
-  subroutine differentiate_terms(terms, point, lengths, direction, derivatives, is_kink, i_failed)
+  subroutine differentiate_terms(terms, point, theta, lengths, direction, derivatives, is_kink, i_failed)
     type(term_values_t), intent(inout) :: terms
     !> values of the parameters, where all terms have finite values; shape (n_parameters)
     real(rk), intent(in) :: point(:)
+    !> the terms there, shape (n_terms)
+    real(rk), intent(in) :: theta(:)
     !> sides of the box, positive, in the units of the parameters
     real(rk), intent(in) :: lengths(:)
     !> +1: the slope towards larger values of each parameter counts at kinks; -1: towards smaller ones
@@ -42,15 +44,16 @@ contains
     i_failed = 0
     is_kink = .false.
     do i = 1, size(point)
-      call differentiate(terms, point, i, lengths(i), direction, derivatives(:, i), is_kink(i), is_found)
+      call differentiate(terms, point, theta, i, lengths(i), direction, derivatives(:, i), is_kink(i), is_found)
       if (.not. is_found .and. i_failed == 0) i_failed = i
     end do
   end subroutine differentiate_terms
 
   !> Over one parameter.
-  subroutine differentiate(terms, point, i_parameter, length, direction, slopes, is_kink, is_found)
+  subroutine differentiate(terms, point, theta, i_parameter, length, direction, slopes, is_kink, is_found)
     type(term_values_t), intent(inout) :: terms
     real(rk), intent(in) :: point(:)
+    real(rk), intent(in) :: theta(:)
     integer, intent(in) :: i_parameter
     real(rk), intent(in) :: length
     integer, intent(in) :: direction
@@ -61,6 +64,7 @@ contains
     logical :: has_side(-1:1), is_open(size(slopes)), is_same(size(slopes))
     integer :: i
 
+    values(:, 0) = theta
     is_open = .true.
     do i = 1, size(steps)
       call evaluate_beside(terms, point, i_parameter, steps(i) * length, values, has_side)
@@ -73,13 +77,14 @@ contains
     is_kink = any(is_open)
     is_found = .true.
     if (.not. is_kink) return
-    call take_side(terms, point, i_parameter, length, direction, is_open, slopes, is_found)
+    call take_side(terms, point, theta, i_parameter, length, direction, is_open, slopes, is_found)
   end subroutine differentiate
 
   !> The slopes of one side where those of both differ: they do not depend on the step.
-  subroutine take_side(terms, point, i_parameter, length, direction, is_open, slopes, is_found)
+  subroutine take_side(terms, point, theta, i_parameter, length, direction, is_open, slopes, is_found)
     type(term_values_t), intent(inout) :: terms
     real(rk), intent(in) :: point(:)
+    real(rk), intent(in) :: theta(:)
     integer, intent(in) :: i_parameter
     real(rk), intent(in) :: length
     integer, intent(in) :: direction
@@ -90,6 +95,7 @@ contains
     real(rk) :: coarse(size(slopes)), fine(size(slopes)), noise(size(slopes)), values(size(slopes), -2:2)
     logical :: has_side(-1:1)
 
+    values(:, 0) = theta
     call evaluate_beside(terms, point, i_parameter, 10 * steps(size(steps)) * length, values, has_side)
     coarse = slope_of_side(values, direction, 10 * steps(size(steps)) * length)
     call evaluate_beside(terms, point, i_parameter, steps(size(steps)) * length, values, has_side)
@@ -100,7 +106,7 @@ contains
     where (is_open) slopes = fine
   end subroutine take_side
 
-  !> The terms at steps -2 to 2.
+  !> The terms at steps -2 to 2 but at 0, where they are known.
   subroutine evaluate_beside(terms, point, i_parameter, step, values, has_side)
     type(term_values_t), intent(inout) :: terms
     real(rk), intent(in) :: point(:)
@@ -116,6 +122,7 @@ contains
 
     has_side = .true.
     do i = -2, 2
+      if (i == 0) cycle
       place = point
       place(i_parameter) = point(i_parameter) + i * step
       call terms%evaluate(place, values(:, i), is_valid, i_source)
