@@ -1,0 +1,98 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What the library holds for an open model: the model and its contexts, shared by threads."""
+
+import os
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from ctypes import byref, c_void_p
+
+from signorom_post.answer import ModelError
+from signorom_post.library import load_library, text_of
+
+# The library makes and frees its handles in one thread at a time. The garbage collector may free a model in the
+# middle of this module's own work: the same thread may come in again.
+_making = threading.RLock()
+
+
+class Handles:
+    """What the library holds for an open model. A context serves one thread at a time, so each caller borrows one."""
+
+    def __init__(self, path: str) -> None:
+        """Read the file; ModelError where the library refuses it."""
+        self._lock = threading.Lock()
+        self._model = c_void_p()
+        self._idle: list[c_void_p] = []
+        self._n_users = 0
+        self._is_closed = False
+        self.library = load_library()
+        self.path = path
+        try:
+            with _making:
+                if self.library.signorom_open(os.fsencode(path), byref(self._model)):
+                    raise self._failure(self.library.signorom_model_message(self._model))
+            with self.context():
+                pass  # a model that cannot answer is refused here
+        except BaseException:
+            self.close()
+            raise
+
+    def _failure(self, message: bytes | None) -> ModelError:
+        sentence = text_of(message) or "no memory for the model"
+        return ModelError(self.path, sentence.removeprefix(f"{self.path}: error: "))
+
+    @contextmanager
+    def model(self) -> Iterator[c_void_p]:
+        """The model; another thread that closes it meanwhile does not take it away."""
+        with self._lock:
+            if self._is_closed:
+                raise ValueError("the model is closed")
+            self._n_users += 1
+        try:
+            yield self._model
+        finally:
+            with self._lock:
+                self._n_users -= 1
+            self._free_if_unused()
+
+    @contextmanager
+    def context(self) -> Iterator[c_void_p]:
+        """A context that nobody else has meanwhile: one that has been given back, or a new one."""
+        with self.model() as model:
+            context = self._take() or self._new_context(model)
+            try:
+                yield context
+            finally:
+                with self._lock:
+                    self._idle.append(context)
+
+    def _take(self) -> c_void_p | None:
+        with self._lock:
+            return self._idle.pop() if self._idle else None
+
+    def _new_context(self, model: c_void_p) -> c_void_p:
+        context = c_void_p()
+        with _making:
+            if self.library.signorom_create_context(model, byref(context)):
+                failure = self._failure(self.library.signorom_message(context))
+                self.library.signorom_free_context(context)
+                raise failure
+        return context
+
+    def close(self) -> None:
+        """Take no more callers; the last one that is at work frees the model."""
+        with self._lock:
+            self._is_closed = True
+        self._free_if_unused()
+
+    def _free_if_unused(self) -> None:
+        with self._lock:
+            if not self._is_closed or self._n_users > 0:
+                return
+            model, self._model = self._model, c_void_p()
+            contexts, self._idle = self._idle, []
+        with _making:
+            for context in contexts:
+                self.library.signorom_free_context(context)
+            if model:
+                self.library.signorom_close(model)
