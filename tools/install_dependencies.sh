@@ -1,9 +1,19 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: BSD-3-Clause
 # Installs what is missing: Debian packages (as root, or with sudo) and the Python tool in build/venv.
-# With --test also what lint and tests need. Does nothing where everything is there.
+# With --test also what lint and tests need, with --doc what the documentation site needs. Does nothing where everything is there.
 set -euo pipefail
 . "$(dirname "$0")/common.sh"
+
+is_test=0
+is_doc=0
+for option in "$@"; do
+  case $option in
+  --test) is_test=1 ;;
+  --doc) is_doc=1 ;;
+  *) fail "usage: tools/install_dependencies.sh [--test] [--doc]" ;;
+  esac
+done
 
 packages=(
   gcc gfortran cmake ninja-build pkg-config # build
@@ -15,11 +25,12 @@ packages=(
 )
 optional_packages=(gmsh) # the meshes made from meshes/*.geo are committed, too
 requirements=(-e 'tools/signorom_post[forest]') # forest: scikit-learn, for clusters of scattered snapshots
-if [ "${1:-}" = --test ]; then
+if [ $is_test = 1 ]; then
   packages+=(clang-format libgl1 libegl1) # VTK draws without a screen
   optional_packages+=(chromium) # shows the page of signorom-post report
   requirements=(-e 'tools/signorom_post[test]' -r tools/requirements-test.txt)
 fi
+[ $is_doc = 0 ] || packages+=(doxygen)
 
 # libpetsc-real-dev only points to libpetsc-real3.18-dev, which serves as well.
 is_installed() {
@@ -90,6 +101,11 @@ check_blas() {
   done
 }
 
+pip_install() {
+  PIP_DISABLE_PIP_VERSION_CHECK=1 build/venv/bin/python -m pip install --quiet "$@" ||
+    fail "pip could not install the Python packages; is a package index reachable?"
+}
+
 # /usr/bin/python3 by name: another python3 may stand first in PATH.
 make_venv() {
   local venv=build/venv stamp=build/venv/signorom-requirements wanted
@@ -99,18 +115,18 @@ make_venv() {
     return
   fi
   # what the tests need is more than what the demo needs: do not take it away again
-  if [ "${1:-}" != --test ] && [ -x $venv/bin/signorom-post ] && grep -qs -- '-r' $stamp; then
+  if [ $is_test = 0 ] && [ -x $venv/bin/signorom-post ] && grep -qs -- '-r' $stamp; then
     echo "Python environment: there ($venv)"
     return
   fi
   echo "Python environment: installing into $venv"
   mkdir -p build
   /usr/bin/python3 -m venv $venv
-  PIP_DISABLE_PIP_VERSION_CHECK=1 $venv/bin/python -m pip install --quiet "${requirements[@]}" ||
-    fail "pip could not install the Python packages; is a package index reachable?"
+  pip_install "${requirements[@]}"
   printf '%s\n' "$wanted" >$stamp
 }
 
 install_packages
 check_blas
-make_venv "$@"
+make_venv
+[ $is_doc = 0 ] || pip_install -r tools/requirements-doc.txt

@@ -30,6 +30,7 @@ shell_syntax() {
 }
 
 check 'house rules (tools/check_style.py)' /usr/bin/python3 tools/check_style.py
+check 'documentation (tools/doc/build.py --check)' /usr/bin/python3 tools/doc/build.py --check
 check 'clang-format' clang-format --dry-run --Werror "${c_files[@]}"
 check 'ruff' $tools/ruff check --quiet .
 check 'ruff format' $tools/ruff format --check --quiet .

@@ -17,7 +17,7 @@ case ${1:-} in
 esac
 
 step "1/4 packages"
-tools/install_dependencies.sh --test
+tools/install_dependencies.sh --test --doc
 step "2/4 lint"
 is_clean=1
 tools/lint.sh ${lint_options[@]+"${lint_options[@]}"} || is_clean=0
