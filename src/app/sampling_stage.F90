@@ -109,8 +109,8 @@ contains
   subroutine announce_stiffness(session)
     type(session_t), intent(in) :: session
 
-    if (.not. has_fixed_stiffness(session%deck)) call log_info('the stiffness depends on the parameters: it is assembled and ' // &
-      'factored again wherever the elastic constants change')
+    if (.not. has_fixed_stiffness(session%deck)) call log_info('the stiffness depends on the parameters: points with other ' // &
+      'elastic constants need a factorization of their own')
   end subroutine announce_stiffness
 
   subroutine need_training(session, error)

@@ -212,6 +212,8 @@ module sig_deck_config
     integer :: seed = 0
     !> groups of ranks that work on different points; 0 = `auto` in the deck (default)
     integer :: n_groups = 0
+    !> of training only: auto (default), factored or interpolated; where the fields come from as elastic constants vary
+    character(:), allocatable :: stiffness
     integer :: line = 0
     integer :: column = 0
   end type point_set_config_t

@@ -20,6 +20,7 @@ contains
 
     yaml = point_set(points, parameters)
     if (greedy%is_used) yaml = '{greedy: ' // greedy_choice(greedy, points, parameters) // ', ' // groups_text(points) // '}'
+    yaml = yaml(:len(yaml) - 1) // ', stiffness: ' // points%stiffness // '}'
   end function training_set
 
   !> Candidates and how to choose among them.

@@ -14,6 +14,7 @@ module sig_deck_read_points
   !> the last one of training only
   character(*), parameter :: point_sets(5) = [character(15) :: 'grid', 'file', 'sobol', 'latin_hypercube', 'greedy']
   character(*), parameter :: seeded(2) = point_sets(3:4)
+  character(*), parameter :: stiffness_kinds(3) = [character(12) :: 'auto', 'factored', 'interpolated']
   character(*), parameter :: indicators(2) = [character(10) :: 'projection', 'defect']
 
 contains
@@ -37,6 +38,10 @@ contains
     call read_kinds(tree, i_section, parameters, points)
     if (present(greedy)) call read_greedy(tree, i_section, parameters, greedy, points)
     call read_groups(tree, i_section, points%n_groups)
+    if (present(greedy)) then
+      points%stiffness = trim(stiffness_kinds(1))
+      call get_choice(tree, i_section, 'stiffness', .false., stiffness_kinds, points%stiffness)
+    end if
     call tree%close_mapping(i_section)
     call check_kind(tree, i_section, key, point_sets(:merge(5, 4, present(greedy))))
   end subroutine read_point_set

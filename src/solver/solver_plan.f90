@@ -93,11 +93,16 @@ contains
   end subroutine choose_type
 
   !> There is room for W and for the response to each multiplier.
-  pure logical function fits_condensed(n_dofs, n_multipliers)
+  pure logical function fits_condensed(n_dofs, n_multipliers, n_copies)
     integer, intent(in) :: n_dofs
     integer, intent(in) :: n_multipliers
+    !> of the responses on all ranks; default: one
+    real(rk), intent(in), optional :: n_copies
+    real(rk) :: response_size
 
-    fits_condensed = n_multipliers <= max_condensed .and. 8.0_rk * n_dofs * n_multipliers <= max_response
+    response_size = 8.0_rk * n_dofs * n_multipliers
+    if (present(n_copies)) response_size = response_size * n_copies
+    fits_condensed = n_multipliers <= max_condensed .and. response_size <= max_response
   end function fits_condensed
 
   pure subroutine choose_linear(sizes, plan)

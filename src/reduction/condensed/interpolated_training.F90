@@ -28,7 +28,7 @@ module sig_interpolated_training
   use petsc
   implicit none(type, external)
   private
-  public :: interpolate_fallback, train_interpolated
+  public :: any_variable, interpolate_fallback, interpolate_responses, train_interpolated, usual_nodes_of
 
   !> [-] of the tolerance: neither the training points nor the probes are the worst ones
   real(rk), parameter :: caution = 0.25_rk
@@ -56,10 +56,7 @@ contains
     type(joined_body_t) :: joined
     type(reduced_interpolated_t), allocatable :: reduced
     type(displacement_plan_t) :: plan
-    type(probes_t) :: probes
     type(team_t), pointer :: team
-    integer :: i_round
-    logical :: is_good
 
     PetscCall(full_order%ready_team(team, ierr))
     associate (problem => full_order%problem)
@@ -68,24 +65,8 @@ contains
       call joined%create(problem, constants)
       allocate (reduced)
       plan = plan_displacements(problem, usual_nodes_of(constants))
-      call start_data(problem, team, constants, snapshots, plan, reduced%data)
-      call probes%create(problem, snapshots)
-      i_round = 0
-      is_good = .false.
-      do while (.not. is_good)
-        if (.not. has_room(constants, i_round)) then
-          call refuse(problem, constants, reduced%data, error)
-          return
-        end if
-        call grow_nodes(constants, i_round, reduced%data)
-        PetscCall(fill_nodes(problem, team, constants, joined, reduced%data, error, ierr))
-        if (allocated(error)) return
-        call measure_responses(problem, snapshots, reduced)
-        call probes%compare(reduced)
-        is_good = .not. any_variable(constants) .or. &
-          max(reduced%data%measured_error, probes%error) <= caution * problem%deck%reduction%stiffness_tolerance
-        i_round = i_round + 1
-      end do
+      PetscCall(interpolate_responses(problem, team, constants, snapshots, plan, most_nodes, joined, reduced, error, ierr))
+      if (allocated(error)) return
       PetscCall(measure_residuals(problem, team, constants, joined, reduced%data, error, ierr))
       if (allocated(error)) return
       if (plan%has_modes .and. may_have_modes) then
@@ -97,6 +78,50 @@ contains
     call log_nodes(constants, reduced%data)
     call move_alloc(reduced, part)
   end subroutine train_interpolated
+
+  !> Responses at as many nodes as the contact forces at points need that were solved with their own constants. Collective on all
+  !> ranks; the same on each.
+  !>
+  !> Errors: the interpolation does not reach reduction.stiffness_tolerance; the stiffness at a node could not be factored.
+  subroutine interpolate_responses(problem, team, constants, solved, plan, n_most, joined, reduced, error, ierr)
+    type(problem_t), intent(in) :: problem
+    !> ready; its solver then waits for the next point
+    type(team_t), intent(inout) :: team
+    type(body_constants_t), intent(in) :: constants(:)
+    !> their contact forces; displacements are not looked at
+    type(training_set_t), intent(in) :: solved
+    type(displacement_plan_t), intent(in) :: plan
+    !> nodes of a body at most
+    integer, intent(in) :: n_most
+    !> created
+    type(joined_body_t), intent(inout) :: joined
+    type(reduced_interpolated_t), intent(inout) :: reduced
+    type(error_t), allocatable, intent(out) :: error
+    PetscErrorCode, intent(out) :: ierr
+    type(probes_t) :: probes
+    integer :: i_round
+    logical :: is_good
+
+    ierr = 0
+    call start_data(problem, team, constants, solved, plan, reduced%data)
+    call probes%create(problem, solved)
+    i_round = 0
+    is_good = .false.
+    do while (.not. is_good)
+      if (.not. has_room(constants, i_round, n_most)) then
+        call refuse(problem, constants, reduced%data, error)
+        return
+      end if
+      call grow_nodes(constants, i_round, reduced%data)
+      PetscCall(fill_nodes(problem, team, constants, joined, reduced%data, error, ierr))
+      if (allocated(error)) return
+      call measure_responses(problem, solved, reduced)
+      call probes%compare(reduced)
+      is_good = .not. any_variable(constants) .or. &
+        max(reduced%data%measured_error, probes%error) <= caution * problem%deck%reduction%stiffness_tolerance
+      i_round = i_round + 1
+    end do
+  end subroutine interpolate_responses
 
   !> What answers where a hyper-reduced model has no answer, all contacts and the displacements of all nodes or of none.
   !> Collective on all ranks; the same on each.
@@ -214,16 +239,17 @@ contains
   end function any_variable
 
   !> No body needs more nodes than there may be.
-  pure logical function has_room(constants, i_round)
+  pure logical function has_room(constants, i_round, n_most)
     type(body_constants_t), intent(in) :: constants(:)
     integer, intent(in) :: i_round
+    integer, intent(in) :: n_most
     integer :: i
 
     has_room = .true.
     do i = 1, size(constants)
       associate (n_variables => size(constants(i)%numerators))
         if (n_variables > most_variables) has_room = .false.
-        if (has_room) has_room = number_of_polynomials(n_variables, constants(i)%degree(i_round)) <= most_nodes
+        if (has_room) has_room = number_of_polynomials(n_variables, constants(i)%degree(i_round)) <= n_most
       end associate
     end do
   end function has_room

@@ -18,7 +18,7 @@ module sig_response_errors
   use sig_training_set, only: training_set_t
   implicit none(type, external)
   private
-  public :: measure_fields, measure_responses, probes_t
+  public :: measure_fields, measure_responses, nearest_of, probes_t
 
   !> Points in the box of the parameters, and the forces of the last round there.
   type :: probes_t

@@ -17,6 +17,7 @@ module sig_sampling
   use sig_progress, only: progress_t
   use sig_rank_groups, only: rank_groups_t
   use sig_reasons, only: reason_converged
+  use sig_sampled_responses, only: sampled_responses_t
   use sig_snapshot_buffer, only: snapshot_buffer_t
   use sig_snapshot_merge, only: find_finished_points, merge_snapshots, store_t
   use sig_snapshot_shard, only: snapshot_record_t
@@ -44,6 +45,11 @@ module sig_sampling
   type :: sampler_t
     type(problem_t), pointer :: problem => null()
     type(team_t), pointer :: team => null()
+    !> what points come from that need no stiffness of their own
+    type(sampled_responses_t), private :: responses
+    type(progress_t), private :: progress
+    !> points that were solved before those at hand
+    integer, private :: n_before = 0
   contains
     procedure :: create
     procedure :: solve_missing
@@ -132,7 +138,7 @@ contains
     counts = [outcome%n_failed, merge(self%team%solver%n_stiffnesses, 0, self%team%groups%is_leader())]
     PetscCall(sum_over_ranks(PETSC_COMM_WORLD, counts, ierr))
     outcome%n_failed = nint(counts(1))
-    outcome%n_stiffnesses = nint(counts(2))
+    outcome%n_stiffnesses = nint(counts(2)) + self%responses%n_factorizations()
     PetscCall(close_buffer(self%team%groups, allocated(error) .or. outcome%is_stopped, buffer, error, ierr))
     if (allocated(error) .or. outcome%is_stopped) return
     PetscCall(merge_snapshots(self%problem, self%team, store, points, n_stored, buffer%records, error, ierr))
@@ -156,8 +162,7 @@ contains
     if (.not. allocated(buffer%records)) allocate (buffer%records(0))
   end subroutine close_buffer
 
-  !> The loop over this group's points, as many at once as the solver likes. A point that did not converge is kept and marked;
-  !> a signal ends the loop.
+  !> All points: those that must be solved first, and from these the responses that the others come from. Collective on all ranks.
   subroutine solve_points(self, store, points, n_stored, buffer, outcome, error, ierr)
     type(sampler_t), intent(inout) :: self
     type(store_t), intent(in) :: store
@@ -168,42 +173,91 @@ contains
     type(sampling_result_t), intent(inout) :: outcome
     type(error_t), allocatable, intent(out) :: error
     PetscErrorCode, intent(out) :: ierr
-    type(progress_t) :: progress
-    type(point_batches_t) :: own
-    integer :: first, i, last
+    integer, allocatable :: first(:), rest(:)
+    logical :: is_ended
+    integer :: i
 
-    ierr = 0
     if (self%team%groups%is_leader()) then
       call buffer%create(store%shard_path(self%team%groups%i_group), self%problem%provenance, size(points, 1), &
         n_stored, self%team%solver%system%rows%n_rows, error)
     end if
     PetscCall(broadcast_error(error, PETSC_COMM_WORLD, ierr))
     if (allocated(error)) return
-    call deal_points(varying_constants(self%problem%deck, self%problem%material_terms, points), self%team%groups%i_group, &
-      self%team%groups%n_groups, self%team%solver%n_points_at_once(), own)
-    call progress%start('sampling', size(points, 2))
-    last = 0
-    do i = 1, size(own%ends)
-      first = last + 1
-      last = own%ends(i)
-      PetscCall(solve_batch(self, points(:, own%points(first:last)), n_stored, buffer, outcome, error, ierr))
-      if (i == 1 .and. .not. allocated(error)) then
-        PetscCall(refuse_unused_options(self%problem%plan%type, error, ierr))
+    call self%responses%choose(self%problem, points, self%team%groups%n_ranks, first)
+    call self%progress%start('sampling', size(points, 2))
+    self%n_before = 0
+    if (size(first) > 0) then
+      PetscCall(solve_some(self, points, first, n_stored, buffer, outcome, error, ierr))
+      PetscCall(agree_to_end(outcome, error, is_ended, ierr))
+      if (.not. is_ended) then
+        PetscCall(self%responses%create(self%problem, self%team, ierr))
       end if
-      PetscCall(agree_to_stop(self%team%groups%comm, outcome%is_stopped, ierr))
-      call progress%advance(min(last * self%team%groups%n_groups, size(points, 2)))
-      if (allocated(error) .or. outcome%is_stopped) exit
-    end do
-    call progress%finish()
+      self%n_before = size(first)
+    end if
+    PetscCall(agree_to_end(outcome, error, is_ended, ierr))
+    if (.not. is_ended) then
+      rest = pack([(i, i=1, size(points, 2))], [(all(first /= i), i=1, size(points, 2))])
+      PetscCall(solve_some(self, points, rest, n_stored, buffer, outcome, error, ierr))
+    end if
+    call self%progress%finish()
     ! the other groups may not end in time
     if (outcome%is_stopped .and. self%team%groups%is_leader() .and. .not. allocated(error)) call buffer%flush(error)
     PetscCall(broadcast_error(error, PETSC_COMM_WORLD, ierr))
   end subroutine solve_points
 
-  !> Solves points and hands them to the group's shard. Collective on the group.
-  subroutine solve_batch(self, points, n_stored, buffer, outcome, error, ierr)
+  !> Some group has an error or was stopped. Collective on all ranks.
+  subroutine agree_to_end(outcome, error, is_ended, ierr)
+    type(sampling_result_t), intent(in) :: outcome
+    type(error_t), allocatable, intent(in) :: error
+    logical, intent(out) :: is_ended
+    PetscErrorCode, intent(out) :: ierr
+    real(rk) :: ended
+
+    ended = merge(1.0_rk, 0.0_rk, outcome%is_stopped .or. allocated(error))
+    PetscCall(max_over_ranks(PETSC_COMM_WORLD, ended, ierr))
+    is_ended = ended > 0
+  end subroutine agree_to_end
+
+  !> The loop over this group's share of some points, as many at once as the solver likes. A point that did not converge is kept
+  !> and marked; a signal ends the loop.
+  subroutine solve_some(self, points, numbers, n_stored, buffer, outcome, error, ierr)
     type(sampler_t), intent(inout) :: self
     real(rk), intent(in) :: points(:, :)
+    !> of these points
+    integer, intent(in) :: numbers(:)
+    integer, intent(in) :: n_stored
+    type(snapshot_buffer_t), intent(inout) :: buffer
+    type(sampling_result_t), intent(inout) :: outcome
+    type(error_t), allocatable, intent(out) :: error
+    PetscErrorCode, intent(out) :: ierr
+    type(point_batches_t) :: own
+    integer :: first, i, last
+
+    ierr = 0
+    call deal_points(varying_constants(self%problem%deck, self%problem%material_terms, points(:, numbers)), &
+      self%team%groups%i_group, self%team%groups%n_groups, self%team%solver%n_points_at_once(), own)
+    last = 0
+    do i = 1, size(own%ends)
+      first = last + 1
+      last = own%ends(i)
+      associate (places => own%points(first:last))
+        PetscCall(solve_batch(self, points(:, numbers(places)), places, n_stored, buffer, outcome, error, ierr))
+      end associate
+      if (i == 1 .and. .not. allocated(error)) then
+        PetscCall(refuse_unused_options(self%problem%plan%type, error, ierr))
+      end if
+      PetscCall(agree_to_stop(self%team%groups%comm, outcome%is_stopped, ierr))
+      call self%progress%advance(self%n_before + min(last * self%team%groups%n_groups, size(numbers)))
+      if (allocated(error) .or. outcome%is_stopped) exit
+    end do
+  end subroutine solve_some
+
+  !> Solves points and hands them to the group's shard. Collective on the group.
+  subroutine solve_batch(self, points, places, n_stored, buffer, outcome, error, ierr)
+    type(sampler_t), intent(inout) :: self
+    real(rk), intent(in) :: points(:, :)
+    !> among those that are solved together with them
+    integer, intent(in) :: places(:)
     integer, intent(in) :: n_stored
     type(snapshot_buffer_t), intent(inout) :: buffer
     type(sampling_result_t), intent(inout) :: outcome
@@ -213,10 +267,17 @@ contains
     type(snapshot_record_t) :: records(size(points, 2))
     integer :: i
 
-    PetscCall(self%team%solver%solve_points(self%problem, points, states, ierr))
+    if (self%responses%is_ready) then
+      do i = 1, size(states)
+        PetscCall(self%responses%solve(self%problem, self%team%solver, points(:, i), states(i), ierr))
+      end do
+    else
+      PetscCall(self%team%solver%solve_points(self%problem, points, states, ierr))
+    end if
     if (self%team%groups%is_leader()) then
       outcome%n_failed = outcome%n_failed + count(states%reason /= reason_converged)
       do i = 1, size(states)
+        if (self%n_before == 0) call self%responses%collect(places(i), states(i))
         call make_record(points(:, i), n_stored > 0, states(i), records(i))
       end do
       call buffer%add(records, error)

@@ -1,0 +1,284 @@
+! SPDX-License-Identifier: BSD-3-Clause
+#include "signorom/macros.h"
+!> Training points of many stiffnesses from the responses of the bodies, instead of a factorization for each point.
+!>
+!> Where all moduli of each body scale together this is exact. Elsewhere the responses are interpolated over the elastic constants,
+!> which the deck must allow. Some points are solved first with their own stiffness: they measure the error.
+module sig_sampled_responses
+  use sig_answer, only: answer_t
+  use sig_body_constants, only: body_constants_t, find_body_constants, joined_body_t
+  use sig_clock, only: wall_time
+  use sig_condensed_plan, only: displacement_plan_t, why_not_condensed
+  use sig_contact_residuals, only: measure_residuals
+  use sig_contact_state, only: contact_state_t
+  use sig_errors, only: error_t
+  use sig_full_order, only: team_t
+  use sig_interpolated_training, only: any_variable, interpolate_responses, usual_nodes_of
+  use sig_kinds, only: rk
+  use sig_log, only: log_info, log_warning
+  use sig_petsc_support, only: sum_over_ranks
+  use sig_point_solver, only: point_solver_t
+  use sig_problem, only: problem_t
+  use sig_reasons, only: reason_converged, reason_no_complementary_solution
+  use sig_reduced, only: model_sizes_t, neighbors_t, reduced_t, room_t
+  use sig_reduced_interpolated, only: reduced_interpolated_t
+  use sig_response_errors, only: nearest_of
+  use sig_snapshot_store, only: snapshot_set_t
+  use sig_solver_plan, only: fits_condensed
+  use sig_text, only: counted, short_number, to_text
+  use sig_training_set, only: take_snapshots, training_set_t
+  use petsc
+  implicit none(type, external)
+  private
+  public :: sampled_responses_t
+
+  type :: sampled_responses_t
+    !> points without a stiffness of their own can be solved
+    logical :: is_ready = .false.
+    !> shape (n_parameters, n_first), and [force] of this rank's group, of all after `create`; shape (n_multipliers, n_first)
+    real(rk), allocatable, private :: points(:, :)
+    real(rk), allocatable, private :: forces(:, :)
+    logical, allocatable, private :: is_solved(:)
+    type(body_constants_t), allocatable, private :: constants(:)
+    !> nodes of a body for which responses take less time than the points without them
+    integer, private :: n_most = 0
+    type(reduced_interpolated_t), allocatable, private :: reduced
+    class(room_t), allocatable, private :: room
+  contains
+    procedure :: choose
+    procedure :: collect
+    procedure :: create
+    procedure :: solve
+    procedure, private :: answer_point
+    procedure :: n_factorizations
+  end type sampled_responses_t
+
+  !> points that are solved first: where the responses are exact, where they are interpolated
+  integer, parameter :: n_first_exact = 4, n_first_interpolated = 20
+  !> [-] of the forces: exact ones
+  real(rk), parameter :: rounding = 1.0e-9_rk
+  !> a factorization takes as long as so many solves; a point takes about three
+  real(rk), parameter :: solves_per_factorization = 40
+  real(rk), parameter :: factorizations_per_point = 3
+
+contains
+
+  !> Numbers of the points that must be solved first with their own stiffness; none where all are. Local; the same on all ranks.
+  subroutine choose(self, problem, points, n_ranks, first)
+    class(sampled_responses_t), intent(inout) :: self
+    type(problem_t), intent(in) :: problem
+    !> to be solved, shape (n_parameters, n_points)
+    real(rk), intent(in) :: points(:, :)
+    integer, intent(in) :: n_ranks
+    integer, allocatable, intent(out) :: first(:)
+    type(error_t), allocatable :: error
+    character(:), allocatable :: reason
+    integer :: i, n_first
+
+    allocate (first(0))
+    self%is_ready = .false.
+    if (allocated(self%forces)) deallocate (self%forces, self%is_solved)
+    associate (wish => problem%deck%training%stiffness)
+      if (problem%has_fixed_stiffness .or. wish == 'factored') return
+      if (wish == 'auto' .and. has_own_solver(problem)) return
+      call find_body_constants(problem, self%constants, error)
+      if (allocated(error)) return
+      if (wish == 'auto' .and. any_variable(self%constants)) return
+      n_first = merge(n_first_interpolated, n_first_exact, any_variable(self%constants))
+      self%n_most = int(factorizations_per_point * (size(points, 2) - n_first) / &
+        (1 + problem%rows%n_rows / solves_per_factorization))
+      reason = why_not(problem, self%constants, self%n_most, n_ranks)
+      if (reason /= '') then
+        if (wish == 'interpolated') call log_info('each point is solved with its own stiffness: ' // reason)
+        return
+      end if
+    end associate
+    first = [(1 + (i * (size(points, 2) - 1)) / (n_first - 1), i=0, n_first - 1)]
+    self%points = points(:, first)
+    allocate (self%forces(problem%rows%n_rows, n_first), source=0.0_rk)
+    allocate (self%is_solved(n_first), source=.false.)
+  end subroutine choose
+
+  !> The deck wants another solver, or the plan condenses anyway, because points share each stiffness. Local.
+  pure logical function has_own_solver(problem)
+    type(problem_t), intent(in) :: problem
+
+    associate (type => problem%deck%solver%type)
+      has_own_solver = .not. (type == 'condensed' .or. (type == 'auto' .and. problem%plan%type /= 'condensed'))
+    end associate
+  end function has_own_solver
+
+  !> Why responses do not pay or have no room; empty where they do.
+  function why_not(problem, constants, n_most, n_ranks) result(reason)
+    type(problem_t), intent(in) :: problem
+    type(body_constants_t), intent(in) :: constants(:)
+    !> nodes of a body that pay
+    integer, intent(in) :: n_most
+    integer, intent(in) :: n_ranks
+    character(:), allocatable :: reason
+
+    reason = why_not_condensed(problem)
+    if (reason /= '') return
+    associate (n_dofs => problem%mesh%n_dim * problem%mesh%n_nodes, n_nodes => usual_nodes_of(constants))
+      if (.not. fits_condensed(n_dofs, problem%rows%n_rows, n_nodes * n_ranks)) then
+        reason = 'the responses of ' // to_text(n_dofs) // ' dofs to ' // to_text(problem%rows%n_rows) // &
+          ' multipliers have no room in memory'
+      else if (n_nodes > n_most) then
+        reason = 'that takes less time than the responses, for there are few points'
+      end if
+    end associate
+  end function why_not
+
+  !> Takes the forces of a point that was solved first, if there are such points. Local; the group's leader calls it.
+  subroutine collect(self, i, state)
+    class(sampled_responses_t), intent(inout) :: self
+    !> place in `first`
+    integer, intent(in) :: i
+    type(contact_state_t), intent(in) :: state
+
+    if (.not. allocated(self%forces)) return
+    self%forces(:, i) = state%multipliers
+    self%is_solved(i) = state%reason == reason_converged
+  end subroutine collect
+
+  !> Makes the responses from the points that were solved first. Not ready afterwards: the error is too large. Collective on all
+  !> ranks; the same on each.
+  subroutine create(self, problem, team, ierr)
+    class(sampled_responses_t), intent(inout) :: self
+    type(problem_t), intent(in) :: problem
+    !> ready
+    type(team_t), intent(inout) :: team
+    PetscErrorCode, intent(out) :: ierr
+    type(snapshot_set_t), target :: set
+    type(training_set_t) :: solved
+    type(joined_body_t) :: joined
+    type(displacement_plan_t) :: plan
+    type(error_t), allocatable :: error
+    integer :: i
+
+    PetscCall(share(self, ierr))
+    allocate (plan%boundaries(0))
+    plan%exact_dofs = [(i, i=1, problem%mesh%n_dim * problem%mesh%n_nodes)]
+    set%parameters = self%points
+    set%multipliers = self%forces
+    allocate (set%displacement(0, size(self%is_solved)))
+    solved = take_snapshots(set, pack([(i, i=1, size(self%is_solved))], self%is_solved))
+    if (solved%n_snapshots() < size(self%is_solved)) then
+      call log_warning('a point did not converge: each point is solved with its own stiffness')
+      return
+    end if
+    call joined%create(problem, self%constants)
+    if (allocated(self%reduced)) deallocate (self%reduced)
+    allocate (self%reduced)
+    PetscCall(interpolate_responses(problem, team, self%constants, solved, plan, self%n_most, joined, self%reduced, error, ierr))
+    self%is_ready = .not. allocated(error)
+    if (self%is_ready .and. .not. any_variable(self%constants)) self%is_ready = self%reduced%data%measured_error <= rounding
+    call tell(self, error)
+    if (.not. self%is_ready) return
+    call self%reduced%complete(model_sizes_t(size(plan%exact_dofs), problem%rows%n_rows, problem%boundary%n_terms, &
+      solved%n_snapshots()))
+    call self%reduced%create_room(self%room)
+  end subroutine create
+
+  !> The forces that the leaders have collected. Collective on all ranks.
+  subroutine share(self, ierr)
+    class(sampled_responses_t), intent(inout) :: self
+    PetscErrorCode, intent(out) :: ierr
+    real(rk) :: is_solved(size(self%is_solved))
+    integer :: i
+
+    do i = 1, size(self%forces, 2)
+      PetscCall(sum_over_ranks(PETSC_COMM_WORLD, self%forces(:, i), ierr))
+    end do
+    is_solved = merge(1.0_rk, 0.0_rk, self%is_solved)
+    PetscCall(sum_over_ranks(PETSC_COMM_WORLD, is_solved, ierr))
+    self%is_solved = is_solved > 0
+  end subroutine share
+
+  !> To the terminal: where the other points come from, and their error.
+  subroutine tell(self, error)
+    class(sampled_responses_t), intent(in) :: self
+    type(error_t), allocatable, intent(in) :: error
+    character(:), allocatable :: text
+
+    text = 'the forces of ' // counted(size(self%is_solved), 'point') // ' that have their own stiffness'
+    if (allocated(error)) then
+      call log_warning('each point is solved with its own stiffness: ' // error%message)
+    else if (.not. self%is_ready) then
+      call log_warning('each point is solved with its own stiffness: responses that should be exact miss ' // text // ' by ' // &
+        short_number(self%reduced%data%measured_error))
+    else if (any_variable(self%constants)) then
+      call log_info('solver: condensed: the other points come from responses that are interpolated over the elastic ' // &
+        'constants (' // counted(self%n_factorizations(), 'factorization') // '); they miss ' // text // ' by at most ' // &
+        short_number(self%reduced%data%measured_error))
+    else
+      call log_info('solver: condensed: the moduli of each body scale together, so one factorization gives the other points; ' // &
+        'it misses ' // text // ' by at most ' // short_number(self%reduced%data%measured_error))
+    end if
+  end subroutine tell
+
+  !> A point from the responses; with its own stiffness where they have no solution or miss equilibrium by more than
+  !> reduction.stiffness_tolerance. Collective on the group. Requires: is_ready.
+  subroutine solve(self, problem, solver, point, state, ierr)
+    class(sampled_responses_t), intent(inout) :: self
+    type(problem_t), intent(in) :: problem
+    type(point_solver_t), intent(inout) :: solver
+    !> shape (n_parameters), checked
+    real(rk), intent(in) :: point(:)
+    type(contact_state_t), intent(out) :: state
+    PetscErrorCode, intent(out) :: ierr
+    real(rk) :: start, theta(problem%boundary%n_terms)
+    integer :: i_source
+    logical :: is_valid
+
+    start = wall_time()
+    call solver%terms%evaluate(point, theta, is_valid, i_source)
+    call self%answer_point(problem, point, theta, state)
+    if (state%reason == reason_converged) then
+      PetscCall(solver%look_at(problem, point, ierr))
+      PetscCall(measure_residuals(solver%system, theta, state, ierr))
+      associate (limit => problem%deck%reduction%stiffness_tolerance)
+        if (state%residuals%equilibrium > limit) state%reason = reason_no_complementary_solution
+      end associate
+    end if
+    if (state%reason /= reason_converged) then
+      PetscCall(solver%solve(problem, point, state, ierr))
+    end if
+    state%seconds = wall_time() - start
+  end subroutine solve
+
+  !> Forces and displacements of the responses; not converged where they have no solution. Local.
+  subroutine answer_point(self, problem, point, theta, state)
+    class(sampled_responses_t), intent(inout) :: self
+    type(problem_t), intent(in) :: problem
+    real(rk), intent(in) :: point(:)
+    !> terms at the point
+    real(rk), contiguous, intent(in) :: theta(:)
+    type(contact_state_t), intent(inout) :: state
+    class(reduced_t), pointer :: nobody
+    type(answer_t) :: answer
+
+    nobody => null()
+    associate (n_rows => problem%rows%n_rows, nearest => nearest_of(problem%deck%parameters, self%points, point))
+      call answer%start(1, size(theta), 0, n_rows, n_rows)
+      call self%reduced%solve(theta, neighbors_t(nearest=nearest), nobody, self%room, answer)
+    end associate
+    state%reason = answer%reason
+    if (answer%reason <= 0) return
+    state%reason = reason_converged
+    answer%theta = theta
+    state%multipliers = answer%multipliers
+    state%is_active = answer%multipliers > 0
+    state%n_iterations = answer%n_iterations
+    allocate (state%displacement(problem%mesh%n_dim * problem%mesh%n_nodes))
+    call self%reduced%fill_displacement(answer, state%displacement)
+  end subroutine answer_point
+
+  !> Of the responses.
+  pure integer function n_factorizations(self)
+    class(sampled_responses_t), intent(in) :: self
+
+    n_factorizations = 0
+    if (allocated(self%reduced)) n_factorizations = self%reduced%data%n_factorizations
+  end function n_factorizations
+end module sig_sampled_responses
