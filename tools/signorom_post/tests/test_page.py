@@ -11,6 +11,7 @@ import pytest
 import yaml
 
 from signorom_post.cli import main
+from signorom_post.log import Log
 from signorom_post.page import build_page
 from signorom_post.results import Results
 
@@ -53,7 +54,7 @@ def read(page: str) -> Reader:
 @pytest.fixture(scope="module")
 def page(results: Results) -> str:
     """Of the whole folder."""
-    return build_page(results)
+    return build_page(results, Log())
 
 
 @pytest.fixture
@@ -95,7 +96,7 @@ def test_verdict(words_only: Path, validation: dict[str, object] | None, words: 
     report = yaml.safe_load(path.read_text())
     report["validation"] = validation
     path.write_text(yaml.safe_dump(report))
-    page = build_page(Results(words_only))
+    page = build_page(Results(words_only), Log())
     assert f'<p class="verdict {kind}">{words}' in page
 
 
@@ -105,7 +106,7 @@ def test_texts_of_the_user_are_no_markup(words_only: Path) -> None:
     report = yaml.safe_load(path.read_text())
     report["deck"]["title"] = "a < b & <script>alert(1)</script>"
     path.write_text(yaml.safe_dump(report))
-    page = build_page(Results(words_only))
+    page = build_page(Results(words_only), Log())
     assert "<script" not in page
     assert "a < b & <script>alert(1)</script>" in read(page).text
 

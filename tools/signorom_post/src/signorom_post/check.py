@@ -2,9 +2,11 @@
 """The command `signorom-post check`: what `signorom check DECK --fields` found, as pictures."""
 
 import argparse
+from collections.abc import Iterator
 from pathlib import Path
 
 from signorom_post.errors import InputError
+from signorom_post.log import Log
 from signorom_post.plots.check_bodies import check_bodies
 from signorom_post.plots.check_contact import check_contact
 from signorom_post.readers.check import CheckFile, find_check_file, read_check
@@ -29,8 +31,8 @@ def _run(options: argparse.Namespace) -> int:
     output = options.output or check.path.parent / "figures"
     try:
         output.mkdir(parents=True, exist_ok=True)
-        for path in write_pictures(check, output, options.format):
-            print(path, flush=True)
+        for path in follow_pictures(options.log, check, output, options.format):
+            options.log.result(path)
     except OSError as error:
         raise InputError(
             error.filename or output, f"pictures cannot be written ({error.strerror})"
@@ -38,13 +40,19 @@ def _run(options: argparse.Namespace) -> int:
     return 0
 
 
-def write_pictures(check: CheckFile, output: Path, file_format: str) -> list[Path]:
+def write_pictures(check: CheckFile, output: Path, file_format: str) -> Iterator[Path]:
     """Bodies with supports and loads, then each contact."""
-    paths = []
     with styled():
-        paths.append(output / f"check_bodies.{file_format}")
-        save(check_bodies(check), paths[-1])
+        path = output / f"check_bodies.{file_format}"
+        save(check_bodies(check), path)
+        yield path
         for entry in range(1, len(check.names["contacts"]) + 1):
-            paths.append(output / f"check_contact_{entry}.{file_format}")
-            save(check_contact(check, entry), paths[-1])
-    return paths
+            path = output / f"check_contact_{entry}.{file_format}"
+            save(check_contact(check, entry), path)
+            yield path
+
+
+def follow_pictures(log: Log, check: CheckFile, output: Path, file_format: str) -> Iterator[Path]:
+    """The same with progress."""
+    n_pictures = 1 + len(check.names["contacts"])
+    return log.follow("pictures", write_pictures(check, output, file_format), n_pictures)

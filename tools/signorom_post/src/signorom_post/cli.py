@@ -10,8 +10,9 @@ from signorom_post import __version__
 from signorom_post.check import add_check_command
 from signorom_post.compare.command import add_compare_command
 from signorom_post.errors import InputError
-from signorom_post.figures import BUILDERS, COLORS, FORMATS, FigureOptions, write_figures
+from signorom_post.figures import BUILDERS, COLORS, FORMATS, FigureOptions, follow_figures
 from signorom_post.forest import random_forest_class, train_forest
+from signorom_post.log import Log
 from signorom_post.page import add_report_command
 from signorom_post.paper.command import add_paper_command
 from signorom_post.plots.verification_table import verification_table
@@ -33,15 +34,28 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
     0, 2 where files or arguments are at fault, 1 where a figure fails, 130 when stopped.
     """
-    parser = _parser()
-    options = parser.parse_args(arguments)
+    options = _parser().parse_args(arguments)
     try:
-        return int(options.run(options))
+        options.log = Log(options.log_file)
     except InputError as error:
         print(error, file=sys.stderr)
         return EXIT_USER_ERROR
+    code = _run(options)
+    options.log.close()
+    if options.log.failure:
+        print(f"{options.log.path}: error: cannot write everything: {options.log.failure}", file=sys.stderr)
+        code = code or EXIT_USER_ERROR
+    return code
+
+
+def _run(options: argparse.Namespace) -> int:
+    try:
+        return int(options.run(options))
+    except InputError as error:
+        options.log.note(error)
+        return EXIT_USER_ERROR
     except KeyboardInterrupt:
-        print("stopped; the same command goes on", file=sys.stderr)
+        options.log.note("stopped; the same command goes on")
         return EXIT_STOPPED
     except BrokenPipeError:  # the reader of a pipe has left, as `| head` does
         sys.stderr.close()
@@ -108,6 +122,14 @@ def _parser() -> argparse.ArgumentParser:
     verification.set_defaults(run=_run_verification)
     add_compare_command(commands, _positive)
     add_paper_command(commands)
+    for command in commands.choices.values():
+        command.add_argument(
+            "--log",
+            metavar="FILE",
+            dest="log_file",
+            type=Path,
+            help="add all that is said to a file, with dates",
+        )
     return parser
 
 
@@ -126,9 +148,9 @@ def _run_forest(options: argparse.Namespace) -> int:
         raise InputError("signorom-post forest", "the table LABELS.csv is missing")
     output = options.output or options.labels.with_name("forest.h5")
     accuracy = train_forest(options.labels, output, options.trees, options.seed)
-    print(output)
+    options.log.result(output)
     if accuracy is not None:
-        print(f"out-of-bag accuracy: {100 * accuracy:.1f} %")
+        options.log.result(f"out-of-bag accuracy: {100 * accuracy:.1f} %")
     return EXIT_OK
 
 
@@ -139,17 +161,17 @@ def _run_figures(options: argparse.Namespace) -> int:
     try:
         output.mkdir(parents=True, exist_ok=True)
         outcomes = []
-        for outcome in write_figures(results, output, options.format, choice):
+        for outcome in follow_figures(options.log, results, output, options.format, choice):
             outcomes.append(outcome)
             if outcome.path:
-                print(outcome.path, flush=True)
+                options.log.result(outcome.path)
     except OSError as error:
         raise InputError(error.filename or output, f"figures cannot be written ({error.strerror})") from error
     for outcome in outcomes:
         if not outcome.path:
-            print(f"left out: {outcome.name} ({outcome.reason})")
+            options.log.result(f"left out: {outcome.name} ({outcome.reason})")
     for reason in dict.fromkeys(outcome.reason for outcome in outcomes if outcome.is_failure):
-        print(reason, file=sys.stderr)
+        options.log.note(reason)
     has_failed = any(outcome.is_failure for outcome in outcomes)
     if not has_failed and not any(outcome.path for outcome in outcomes):
         raise InputError(options.results, "the folder has nothing to draw")
@@ -157,7 +179,7 @@ def _run_figures(options: argparse.Namespace) -> int:
 
 
 def _run_summary(options: argparse.Namespace) -> int:
-    print(format_summary(Results(options.results).report))
+    options.log.result(format_summary(Results(options.results).report))
     return EXIT_OK
 
 
@@ -173,5 +195,5 @@ def _run_verification(options: argparse.Namespace) -> int:
         raise InputError(
             error.filename or output, f"the table cannot be written ({error.strerror})"
         ) from error
-    print(format_markdown(figures))
+    options.log.result(format_markdown(figures))
     return EXIT_OK if all(figure.is_passed for figure in figures) else EXIT_NOT_PASSED

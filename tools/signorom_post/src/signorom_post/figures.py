@@ -8,6 +8,7 @@ from pathlib import Path
 from matplotlib.figure import Figure
 
 from signorom_post.errors import InputError, MissingFileError
+from signorom_post.log import Log
 from signorom_post.plots.clusters import clusters
 from signorom_post.plots.enrichment import enrichment
 from signorom_post.plots.errors import errors
@@ -72,6 +73,15 @@ def write_figures(
             yield Outcome(name, None, str(error))
         except InputError as error:
             yield Outcome(name, None, str(error), is_failure=True)
+
+
+def follow_figures(
+    log: Log, results: Results, output: Path, file_format: str, options: FigureOptions
+) -> Iterator[Outcome]:
+    """The same with progress."""
+    names = [name for name in BUILDERS if options.only is None or name in options.only]
+    outcomes = write_figures(results, output, file_format, options)
+    return log.follow("figures", outcomes, len(names), lambda outcome: names.index(outcome.name) + 1)
 
 
 def choose_point(fields: FieldFile, wanted: str | None) -> FieldPoint:

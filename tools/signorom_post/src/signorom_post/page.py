@@ -14,9 +14,10 @@ from typing import Any
 
 import yaml
 
-from signorom_post.check import write_pictures
+from signorom_post.check import follow_pictures
 from signorom_post.errors import InputError
-from signorom_post.figures import FigureOptions, write_figures
+from signorom_post.figures import FigureOptions, follow_figures
+from signorom_post.log import Log
 from signorom_post.readers.check import read_check
 from signorom_post.results import Results
 from signorom_post.summary import STATISTICS, duration, entries, error_text, mapping, value_text
@@ -76,16 +77,16 @@ def add_report_command(commands: "argparse._SubParsersAction[argparse.ArgumentPa
 def _run(options: argparse.Namespace) -> int:
     results = Results(options.results)
     output = options.output or options.results / "report.html"
-    page = build_page(results)
+    page = build_page(results, options.log)
     try:
         output.write_text(page, encoding="utf-8")
     except OSError as error:
         raise InputError(output, f"the page cannot be written ({error.strerror})") from error
-    print(output)
+    options.log.result(output)
     return 0
 
 
-def build_page(results: Results) -> str:
+def build_page(results: Results, log: Log) -> str:
     """The page as text. InputError where report.yaml is missing or damaged."""
     report = results.report
     title = value_text(mapping(report.get("deck")).get("title"))
@@ -103,7 +104,7 @@ def build_page(results: Results) -> str:
             *_section("Model", _pairs(_model(report), "reduction")),
             *_errors(report),
             *_contacts(report),
-            *_pictures(results),
+            *_pictures(results, log),
             *_section("Times", _pairs(report.get("times"), "times", duration)),
             *_deck(report),
             *_provenance(report),
@@ -206,15 +207,15 @@ def _contacts(report: dict[str, Any]) -> Iterator[str]:
         yield _table(["point", "surfaces", f"area [{area}]", f"force [{force}]", f"moment [{moment}]"], rows)
 
 
-def _pictures(results: Results) -> Iterator[str]:
+def _pictures(results: Results, log: Log) -> Iterator[str]:
     """Those that the folder allows; others are left out."""
     with TemporaryDirectory() as name:
         folder = Path(name)
         paths: list[Path] = []
         set_up = results.folder / "check.h5"
         if set_up.exists():
-            paths += write_pictures(read_check(set_up), folder, "png")
-        outcomes = write_figures(results, folder, "png", FigureOptions())
+            paths += follow_pictures(log, read_check(set_up), folder, "png")
+        outcomes = follow_figures(log, results, folder, "png", FigureOptions())
         paths += [outcome.path for outcome in outcomes if outcome.path]
         if paths:
             yield "<h2>Pictures</h2>"

@@ -67,8 +67,9 @@ def _run(options: argparse.Namespace) -> int:
     output = options.output or options.results / "view"
     try:
         output.mkdir(parents=True, exist_ok=True)
-        for path in write_view(fields, point, output):
-            print(path, flush=True)
+        pictures = write_view(fields, point, output)
+        for path in options.log.follow("pictures", pictures, len(PICTURES) + 1):
+            options.log.result(path)
     except OSError as error:
         raise InputError(
             error.filename or output, f"pictures cannot be written ({error.strerror})"

@@ -2,7 +2,7 @@
 """`signorom-post compare`: one table of all models of a problem."""
 
 import argparse
-import sys
+import itertools
 from collections.abc import Callable
 from pathlib import Path
 
@@ -12,6 +12,7 @@ from signorom_post.compare.timing import query_time
 from signorom_post.compare.variants import run_variants
 from signorom_post.errors import InputError
 from signorom_post.library import LibraryError
+from signorom_post.log import Progress
 from signorom_post.program import terminable
 
 
@@ -43,7 +44,8 @@ def _run(options: argparse.Namespace) -> int:
         raise InputError("signorom-post compare", "either results folders or --run FILE must be given")
     try:
         folders = options.results or _make(options)
-        study = read_study(folders, _timer(options))
+        with Progress(options.log, "models", len(folders)) as progress:
+            study = read_study(folders, _timer(options, progress))
         if options.csv:
             write_csv(options.csv, [*study.full_order, *study.models])
     except OSError as error:
@@ -51,19 +53,20 @@ def _run(options: argparse.Namespace) -> int:
             error.filename or "signorom-post compare", f"cannot be used ({error.strerror})"
         ) from error
     has_times = not options.no_times
-    print(format_markdown(study, has_times))
-    print(f"\n{explanation(study, has_times, options.points, options.seed)}")
+    options.log.result(format_markdown(study, has_times))
+    options.log.result(f"\n{explanation(study, has_times, options.points, options.seed)}")
     return 0
 
 
 def _make(options: argparse.Namespace) -> list[Path]:
     output = options.output or Path("results/compare") / options.variants.stem
     with terminable():
-        return run_variants(options.variants, output, _say)
+        return run_variants(options.variants, output, options.log)
 
 
-def _timer(options: argparse.Namespace) -> Callable[[Path], float | None]:
+def _timer(options: argparse.Namespace, progress: Progress) -> Callable[[Path], float | None]:
     """Times a query of a model file, unless times are not wanted or there is no library."""
+    steps = itertools.count(1)
 
     def time_of(path: Path) -> float | None:
         if options.no_times:
@@ -71,11 +74,9 @@ def _timer(options: argparse.Namespace) -> Callable[[Path], float | None]:
         try:
             return query_time(path, options.points, options.seed)
         except LibraryError as error:
-            _say(f"queries are not timed: {error}")
+            options.log.note(f"queries are not timed: {error}")
             return None
+        finally:
+            progress.advance(next(steps))
 
     return time_of
-
-
-def _say(text: str) -> None:
-    print(text, file=sys.stderr, flush=True)

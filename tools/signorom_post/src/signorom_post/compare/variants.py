@@ -10,12 +10,15 @@ models:
 import re
 import subprocess
 from collections.abc import Callable
+from contextlib import suppress
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import yaml
 
 from signorom_post.errors import InputError
+from signorom_post.log import LOOK_INTERVAL, Log, Progress, last_line
 from signorom_post.program import USABLE, find_program, program_environment
 from signorom_post.readers.report import read_sections
 
@@ -23,18 +26,17 @@ from signorom_post.readers.report import read_sections
 NAME = re.compile(r"[A-Za-z0-9][\w.-]*")
 
 
-def run_variants(path: Path, output: Path, say: Callable[[str], None]) -> list[Path]:
+def run_variants(path: Path, output: Path, log: Log) -> list[Path]:
     """Run each model of the file in its folder below `output`; returns the folders. Snapshots that are there stay."""
     decks = read_variants(path)
     program = find_program()
-    folders = []
-    for name, deck in decks.items():
-        say(f"{name} ...")
-        folder = output / name
-        folder.mkdir(parents=True, exist_ok=True)
-        (folder / "deck.yaml").write_text(yaml.safe_dump(deck, sort_keys=False), encoding="utf-8")
-        _run(program, folder)
-        folders.append(folder)
+    folders = [output / name for name in decks]
+    with Progress(log, "runs", len(decks)) as progress:
+        for i, (folder, (name, deck)) in enumerate(zip(folders, decks.items(), strict=True)):
+            log.note(f"{name} ...")
+            folder.mkdir(parents=True, exist_ok=True)
+            (folder / "deck.yaml").write_text(yaml.safe_dump(deck, sort_keys=False), encoding="utf-8")
+            _run(program, folder, partial(progress.advance, i))
     return folders
 
 
@@ -67,7 +69,8 @@ def _with_whole_paths(deck: dict[str, Any], folder: Path) -> dict[str, Any]:
     return deck
 
 
-def _run(program: Path, folder: Path) -> None:
+def _run(program: Path, folder: Path, advance: Callable[[str], None]) -> None:
+    """`advance` is told what the program says last."""
     log = folder / "log.txt"
     with log.open("wb") as output:
         process = subprocess.Popen(
@@ -79,11 +82,15 @@ def _run(program: Path, folder: Path) -> None:
             stderr=subprocess.STDOUT,
         )
         try:
-            code = process.wait()
+            while process.poll() is None:
+                advance(last_line(log))
+                with suppress(subprocess.TimeoutExpired):
+                    process.wait(LOOK_INTERVAL)
         except BaseException:
             process.terminate()
             process.wait()
             raise
+    code = process.returncode
     if code not in USABLE:
         said = log.read_text(encoding="utf-8", errors="replace").strip() or "it said nothing"
         raise InputError(log, f"{program.name} run ended with exit code {code}:\n{said}")

@@ -4,7 +4,6 @@
 import argparse
 import csv
 import os
-import sys
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -12,6 +11,7 @@ from pathlib import Path
 
 from signorom_post.errors import InputError
 from signorom_post.figures import FORMATS
+from signorom_post.log import Log, duration
 from signorom_post.paper.case import figure_8
 from signorom_post.paper.clusters import figure_15, figure_17, figure_18, table_2
 from signorom_post.paper.comparison import Comparison, markdown_table, rows_for_csv, text_table
@@ -67,6 +67,7 @@ class PaperOptions:
     n_map: int
     #: runs at a time
     n_jobs: int
+    log: Log
 
 
 def add_paper_command(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
@@ -108,7 +109,8 @@ def _at_least(least: int) -> Callable[[str], int]:
 
 def _run(options: argparse.Namespace) -> int:
     try:
-        make_paper(PaperOptions(options.output, options.only, options.format, options.map, options.jobs))
+        chosen = options.output, options.only, options.format, options.map, options.jobs, options.log
+        make_paper(PaperOptions(*chosen))
     except OSError as error:
         raise InputError(error.filename or options.output, f"cannot be written ({error.strerror})") from error
     return 0
@@ -117,25 +119,23 @@ def _run(options: argparse.Namespace) -> int:
 def make_paper(options: PaperOptions) -> list[Comparison]:
     """Run what is missing, write all files, print the table; returns its numbers."""
     start = time.monotonic()
-    runs = Runs(options.output / "runs", find_program(), find_base_deck(), options.n_jobs, _say)
+    runs = Runs(options.output / "runs", find_program(), find_base_deck(), options.n_jobs, options.log)
     study = Study(runs, options.n_map)
     comparisons: list[Comparison] = []
     with terminable():
-        for name, entry in ENTRIES.items():
-            if name not in options.only:
-                continue
-            _say(f"{name} ...")
+        names = [name for name in ENTRIES if name in options.only]
+        for i, name in enumerate(names, start=1):
+            options.log.note(f"{name} ({i} of {len(names)}) ...")
             with styled():
-                outcome = entry(study)
+                outcome = ENTRIES[name](study)
                 _write(outcome, options)
             comparisons += outcome.comparisons
     _write_csv(options.output / "summary.csv", rows_for_csv(comparisons))
     text = f"# {TITLE}\n\n{INTRODUCTION}\n\nMade: {', '.join(options.only)}.\n\n{markdown_table(comparisons)}"
     (options.output / "summary.md").write_text(text, encoding="utf-8")
-    print(options.output / "summary.md")
-    print(f"\n{text_table(comparisons)}")
-    minutes, seconds = divmod(round(time.monotonic() - start), 60)
-    _say(f"{len(options.only)} entries in {minutes} min {seconds} s")
+    options.log.result(options.output / "summary.md")
+    options.log.result(f"\n{text_table(comparisons)}")
+    options.log.note(f"{len(names)} entries in {duration(time.monotonic() - start)}")
     return comparisons
 
 
@@ -143,11 +143,11 @@ def _write(outcome: Outcome, options: PaperOptions) -> None:
     for name, rows in outcome.tables.items():
         path = options.output / f"{name}.csv"
         _write_csv(path, rows)
-        print(path, flush=True)
+        options.log.result(path)
     for name, figure in outcome.figures.items():
         path = options.output / f"{name}.{options.file_format}"
         save(figure, path)
-        print(path, flush=True)
+        options.log.result(path)
 
 
 def _write_csv(path: Path, rows: Sequence[Row]) -> None:
@@ -155,7 +155,3 @@ def _write_csv(path: Path, rows: Sequence[Row]) -> None:
         writer = csv.DictWriter(file, fieldnames=list(rows[0]) if rows else [], lineterminator="\n")
         writer.writeheader()
         writer.writerows(rows)
-
-
-def _say(text: str) -> None:
-    print(text, file=sys.stderr, flush=True)

@@ -6,8 +6,8 @@ import os
 import shutil
 import subprocess
 import time
-from collections.abc import Callable, Iterable, Sequence
-from concurrent.futures import ThreadPoolExecutor, as_completed
+from collections.abc import Iterable, Sequence
+from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass
 from pathlib import Path
 from threading import Lock
@@ -16,6 +16,7 @@ from typing import Any
 import yaml
 
 from signorom_post.errors import InputError
+from signorom_post.log import LOOK_INTERVAL, Log, Progress, last_line
 from signorom_post.paper.variants import GRID, IRREGULAR, POINTS, Variant, with_load, with_training
 from signorom_post.program import USABLE, program_environment
 from signorom_post.readers.hdf5_input import Hdf5Input
@@ -45,15 +46,13 @@ class Job:
 class Runs:
     """Starts the program for the variants that a figure needs, several at a time."""
 
-    def __init__(
-        self, folder: Path, program: Path, base_deck: Path, n_jobs: int, say: Callable[[str], None]
-    ) -> None:
+    def __init__(self, folder: Path, program: Path, base_deck: Path, n_jobs: int, log: Log) -> None:
         self.folder = folder
         self._program = program
         self._base = yaml.safe_load(base_deck.read_text(encoding="utf-8"))
         self._base["mesh"]["file"] = str((base_deck.parent / self._base["mesh"]["file"]).resolve())
         self._n_jobs = n_jobs
-        self._say = say
+        self._log = log
         self._inputs = _digest(program.read_bytes(), Path(self._base["mesh"]["file"]).read_bytes())
         self._processes: list[subprocess.Popen[bytes]] = []
         self._lock = Lock()
@@ -95,15 +94,25 @@ class Runs:
         waiting = [job for job in jobs if not self._is_finished(job)]
         if not waiting:
             return
-        with ThreadPoolExecutor(self._n_jobs) as pool:
+        with ThreadPoolExecutor(self._n_jobs) as pool, Progress(self._log, "runs", len(waiting)) as progress:
             futures = {pool.submit(self._run, job): job for job in waiting}
             try:
-                for i, future in enumerate(as_completed(futures), start=1):
-                    name = futures[future].folder.relative_to(self.folder)
-                    self._say(f"run {i} of {len(waiting)}: {name}, {future.result():.1f} s")
+                self._follow(futures, progress)
             except BaseException:
                 self._stop(pool)
                 raise
+
+    def _follow(self, jobs: dict[Future[float], Job], progress: Progress) -> None:
+        """Say what has ended, and what one of the others is doing."""
+        left = set(jobs)
+        while left:
+            ended, left = wait(left, LOOK_INTERVAL, return_when=FIRST_COMPLETED)
+            for i, future in enumerate(ended, start=len(jobs) - len(left) - len(ended) + 1):
+                name = jobs[future].folder.relative_to(self.folder)
+                self._log.note(f"run {i} of {len(jobs)}: {name}, {future.result():.1f} s")
+            logs = (jobs[future].folder / "log.txt" for future in jobs if future.running())
+            said = next((f"{path.parent.name}: {line}" for path in logs if (line := last_line(path))), "")
+            progress.advance(len(jobs) - len(left), said)
 
     def _run(self, job: Job) -> float:
         """Run the program in the job's folder; [s] that it took."""

@@ -1,0 +1,181 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What a command says: on the terminal, and in a file where the user names one; progress of what takes long."""
+
+import os
+import sys
+import time
+from collections.abc import Callable, Iterable, Iterator
+from datetime import datetime
+from pathlib import Path
+from typing import Self, TextIO, TypeVar
+
+from signorom_post.errors import InputError
+
+#: [s] between two drawings of a bar, and between two lines where there is no terminal
+BAR_INTERVAL, LINE_INTERVAL = 0.1, 10.0
+BAR_COLUMNS = 30
+#: [s] between two looks at what a run of the program says
+LOOK_INTERVAL = 0.5
+Item = TypeVar("Item")
+
+
+class Log:
+    """Says what a command has to say; a file, if any, gets all of it with dates."""
+
+    def __init__(self, path: Path | None = None) -> None:
+        """InputError where the file cannot be written."""
+        self.path = path
+        #: why the file lacks something; the work goes on without it
+        self.failure = ""
+        self._file: TextIO | None = None
+        self._n_status_columns = 0
+        if path is not None:
+            try:
+                self._file = path.open("a", encoding="utf-8", buffering=1)
+            except OSError as error:
+                raise InputError(path, f"cannot write the log: {error.strerror}") from error
+
+    def close(self) -> None:
+        """Nothing more is said."""
+        if self._file is None:
+            return
+        try:
+            self._file.close()
+        except OSError as error:
+            self.failure = self.failure or str(error.strerror)
+        self._file = None
+
+    def result(self, text: object) -> None:
+        """What the command is asked for, to stdout."""
+        self._say(str(text), sys.stdout)
+
+    def note(self, text: object) -> None:
+        """What happens on the way, and what is wrong, to stderr."""
+        self._say(str(text), sys.stderr)
+
+    def to_file_only(self, text: str) -> None:
+        """What the terminal shows in another way."""
+        if self._file is None:
+            return
+        date = datetime.now().astimezone().isoformat(timespec="seconds")
+        try:
+            self._file.write(f"{date} {text}\n")
+        except OSError as error:
+            self.failure = self.failure or str(error.strerror)
+
+    def _say(self, text: str, stream: TextIO) -> None:
+        self.to_file_only(text)
+        self.clear_status()
+        print(text, file=stream, flush=True)
+
+    def show_status(self, text: str) -> None:
+        """Draw one line on the terminal over the one before it; whatever is said next wipes it."""
+        padding = " " * max(0, self._n_status_columns - len(text))
+        print(f"\r{text}{padding}", end="", file=sys.stderr, flush=True)
+        self._n_status_columns = len(text)
+
+    def clear_status(self) -> None:
+        """Wipe that line."""
+        if self._n_status_columns:
+            print(f"\r{' ' * self._n_status_columns}\r", end="", file=sys.stderr, flush=True)
+            self._n_status_columns = 0
+
+    def follow(
+        self, label: str, items: Iterable[Item], n_total: int, place: Callable[[Item], int] | None = None
+    ) -> Iterator[Item]:
+        """The items, with a bar on a terminal; `place` of an item is how many of the steps are done by then.
+
+        Elsewhere what is said of each item is enough.
+        """
+        with Progress(self, label, n_total, has_lines=False) as progress:
+            for i, item in enumerate(items, start=1):
+                progress.advance(i if place is None else place(item))
+                yield item
+
+
+class Progress:
+    """A bar with the time left on a terminal, sparse lines elsewhere; `with` takes the bar away."""
+
+    def __init__(self, log: Log, label: str, n_total: int, has_lines: bool = True) -> None:
+        """Nothing is done yet."""
+        self._log = log
+        self._label = label
+        self._n_total = n_total
+        self._n_done = 0
+        self._has_lines = has_lines
+        self._is_bar = sys.stderr.isatty()
+        self._start = self._noted = time.monotonic()
+        self._shown = 0.0
+        self.advance(0)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._log.clear_status()
+
+    def advance(self, n_done: int, detail: str = "") -> None:
+        """So many of the steps are done, and this is going on; may be called as often as wanted."""
+        self._n_done = n_done
+        now = time.monotonic()
+        if self._is_bar and now - self._shown >= BAR_INTERVAL:
+            self._shown = now
+            self._log.show_status(self._bar(now - self._start, detail))
+        if self._has_lines and now - self._noted >= LINE_INTERVAL:
+            self._noted = now
+            say = self._log.to_file_only if self._is_bar else self._log.note
+            say(self._line(now - self._start, detail))
+
+    def _bar(self, elapsed: float, detail: str) -> str:
+        """`runs [=======>      ] 12/31, 7 s left`; on a narrow terminal without the bar, or cut."""
+        n_filled = int(BAR_COLUMNS * min(1.0, self._n_done / max(1, self._n_total)))
+        bar = f"{'=' * n_filled}{' ' * (BAR_COLUMNS - n_filled)}"
+        counts = f"{self._n_done}/{self._n_total}{self._time_left(elapsed)}"
+        n_columns = _terminal_columns()
+        for text in (
+            f"{self._label} [{bar}] {counts}{detail and f'; {detail}'}",
+            f"{self._label} [{bar}] {counts}",
+        ):
+            if len(text) < n_columns:
+                return text
+        return self._line(elapsed, detail)[: max(0, n_columns - 1)]  # the cursor needs a column, too
+
+    def _line(self, elapsed: float, detail: str) -> str:
+        counts = f"{self._n_done} of {self._n_total}{self._time_left(elapsed)}"
+        return f"{self._label}: {counts}{detail and f'; {detail}'}"
+
+    def _time_left(self, elapsed: float) -> str:
+        """What the other steps take if they are as slow as those done; empty before the first one."""
+        if not 0 < self._n_done < self._n_total:
+            return ""
+        return f", {duration(elapsed * (self._n_total - self._n_done) / self._n_done)} left"
+
+
+def _terminal_columns() -> int:
+    try:
+        return os.get_terminal_size(sys.stderr.fileno()).columns or 80
+    except (OSError, ValueError):
+        return 80
+
+
+def duration(seconds: float) -> str:
+    """As people say it, and as the program does: `0.34 s`, `12 s`, `3 min 05 s`, `2 h 03 min`."""
+    whole = round(seconds)
+    if seconds < 9.995:
+        return f"{max(seconds, 0.0):.2f} s"
+    if whole < 60:
+        return f"{whole} s"
+    if whole < 3600:
+        return f"{whole // 60} min {whole % 60:02d} s"
+    return f"{whole // 3600} h {whole % 3600 // 60:02d} min"
+
+
+def last_line(path: Path) -> str:
+    """What a program that runs said last into its file."""
+    try:
+        with path.open("rb") as file:
+            file.seek(max(0, path.stat().st_size - 1000))
+            lines = file.read().decode("utf-8", errors="replace").split("\n")
+    except OSError:
+        return ""
+    return next((line.strip() for line in reversed(lines) if line.strip()), "")
