@@ -193,10 +193,10 @@ int signorom_get_displacement_at(signorom_context *context, int n, const int *no
 /* Derivatives of the last answer with respect to each parameter, while contacts that push stay closed and open ones
  * stay open. A contact that touches without a force (n_grazing of them) may do either: then, and at a kink of an
  * expression of the deck, the derivative towards larger values (direction 1) is not the one towards smaller values
- * (direction -1), and is_one_sided [n_parameters] is 1. Both pointers may be null. Only contact forces that the model
- * solves for exactly have derivatives, those of kinds condensed, interpolated and tied: SIGNOROM_NO_ANSWER otherwise,
- * where a load jumps at the point (whole_edges), and where the forces are not unique. It costs about a query per
- * parameter. */
+ * (direction -1), and is_one_sided [n_parameters] is 1. Both pointers may be null. Models of the kinds condensed,
+ * interpolated and tied have derivatives. A hyper-reduced model that keeps the full-order operator has those of that
+ * operator: of the full-order solution, not of its own answer. SIGNOROM_NO_ANSWER without that operator, where a load
+ * jumps at the point (whole_edges), and where the forces are not unique. It costs about a query per parameter. */
 int signorom_differentiate(signorom_context *context, int direction, int *n_grazing, int *is_one_sided);
 /* Of the contact forces [n_parameters][n_contacts]. */
 int signorom_get_multiplier_gradient(signorom_context *context, double *gradient);

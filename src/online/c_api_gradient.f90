@@ -110,8 +110,10 @@ contains
     associate (model => handle%model%online%model)
       call c_f_pointer(gradient, target, [model%n_dim * int(n), size(handle%point)])
       do i = 1, size(handle%point)
-        call model%parts(handle%answer%part)%reduced%displacement_changes(handle%answer, handle%gradient, i, &
-          dofs_of(model%n_dim, chosen), target(:, i))
+        associate (answer => handle%gradient%answer)
+          call model%parts(answer%part)%reduced%displacement_changes(answer, handle%gradient, i, dofs_of(model%n_dim, chosen), &
+            target(:, i))
+        end associate
       end do
     end associate
     code = code_ok
@@ -124,7 +126,7 @@ contains
     integer(c_int), intent(in) :: nodes(:)
     integer :: i
 
-    associate (model => handle%model%online%model, answer => handle%answer)
+    associate (model => handle%model%online%model, answer => handle%gradient%answer)
       all_have_displacements = answer%displacement_part == answer%part
       do i = 1, size(nodes)
         if (.not. all_have_displacements) exit

@@ -1,6 +1,7 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> How an answer changes with the parameters, while contacts that push stay closed and open ones stay open.
 module sig_gradient
+  use sig_answer, only: answer_t
   use sig_kinds, only: rk
   use sig_lcp_derivative, only: lcp_derivative_t
   implicit none(type, external)
@@ -9,8 +10,8 @@ module sig_gradient
 
   !> A column per parameter, per unit of the parameter.
   type :: gradient_t
-    !> part of the model that answered, 1-based
-    integer :: part = 0
+    !> the answer that changes: that of the model, or of its full-order operator where that answer's part has no derivatives
+    type(answer_t) :: answer
     !> +1: derivatives towards larger values of each parameter; -1: towards smaller ones. These differ where is_one_sided.
     integer :: direction = 1
     !> shape (n_parameters)

@@ -94,20 +94,43 @@ contains
     logical :: is_kink(size(point))
     integer :: i_failed
 
-    gradient%part = answer%part
+    call choose_answer(self, online, point, answer, gradient%answer)
     gradient%direction = direction
     if (allocated(gradient%theta)) deallocate (gradient%theta)
     allocate (gradient%theta(size(answer%theta), size(point)))
     call differentiate_terms(self%terms, point, answer%theta, online%lengths_at(point), direction, gradient%theta, &
-    is_kink, i_failed)
+      is_kink, i_failed)
     if (i_failed > 0) then
       message = 'there is no derivative: a load or an expression of the deck jumps over ''' // &
         online%model%terms%parameter_names(i_failed)%text // ''' at this point, or has no value beside it'
       return
     end if
     gradient%is_one_sided = is_kink
-    call online%model%parts(answer%part)%reduced%differentiate(answer, gradient, message)
+    call online%model%parts(gradient%answer%part)%reduced%differentiate(gradient%answer, gradient, message)
   end subroutine differentiate
+
+  !> The answer to differentiate. A hyper-reduced one has an error of its own and reconstructs forces, which bend where snapshots
+  !> come and go: the full-order operator, where the model keeps it, has the derivatives of the problem itself.
+  subroutine choose_answer(self, online, point, answer, chosen)
+    class(query_t), intent(inout) :: self
+    type(online_model_t), intent(in) :: online
+    real(rk), intent(in) :: point(:)
+    type(answer_t), intent(in) :: answer
+    type(answer_t), intent(inout) :: chosen
+    type(neighbors_t) :: near
+    integer :: i
+
+    chosen = answer
+    i = online%model%fallback()
+    if (i == 0 .or. online%model%parts(answer%part)%reduced%is_exact()) return
+    associate (part => online%model%parts(i)%reduced)
+      call chosen%start(i, size(answer%theta), part%n_modes(), part%n_rows(), online%model%n_multipliers)
+      chosen%theta = answer%theta
+      call online%nearest_point(point, near%nearest, chosen%distance)
+      call part%solve(chosen%theta, near, null_judge(), self%rooms%of_part(i)%room, chosen)
+    end associate
+    if (chosen%reason <= 0) chosen = answer
+  end subroutine choose_answer
 
   !> By the cluster; by the fallback where that has no answer, or its certificate does not reach the model's limit.
   subroutine answer_at(self, online, near, answer)

@@ -309,7 +309,8 @@ contains
     type(gradient_t), intent(inout) :: gradient
     character(:), allocatable, intent(out) :: message
 
-    message = 'a model of the kind ' // self%kind() // ' has no derivatives; the kinds condensed, interpolated and tied have'
+    message = 'a model of the kind ' // self%kind() // ' has no derivatives, unless it keeps the full-order operator ' // &
+      '(reduction.max_full_order_size); the kinds condensed, interpolated and tied have them'
   end subroutine no_derivative
 
   !> How the displacement of some dofs changes with one parameter; no numbers where there is none.

@@ -95,6 +95,14 @@ CASES = {
         "condensed",
     ),
     "tied_strip": (write_tied, "tied"),
+    # of the full-order operator that these models keep
+    "half_disks": (lambda folder: write_few("half_disks", folder, {}), "hhr"),
+    "hyper_reduced_bracket": (
+        lambda folder: write_few(
+            "bracket", folder, MOVING_STIFFNESS | {"contact:\n": "reduction: {method: hhr}\ncontact:\n"}
+        ),
+        "hhr",
+    ),
 }
 
 
@@ -228,8 +236,9 @@ def test_one_sided_where_contacts_graze(signorom, library, monkeypatch, tmp_path
 
 
 def test_answers_without_derivatives(signorom, post, library, monkeypatch, tmp_path):
-    """A hyper-reduced answer, and a load that jumps at the point: a sentence says why."""
+    """A hyper-reduced answer alone, and a load that jumps at the point: a sentence says why."""
     deck = copy_deck(INPUT / "half_disks.yaml", tmp_path)
+    deck.write_text(deck.read_text().replace("{method: hhr", "{method: hhr, max_full_order_size: 0"))
     with trained(signorom, library, monkeypatch, deck) as model:
         answer = model.query(**{parameter.name: parameter.maximum for parameter in model.parameters})
         with pytest.raises(post.NoAnswerError, match="a model of the kind hhr has no derivatives"):

@@ -132,8 +132,9 @@ class Answer:
     def gradient(self) -> Gradient:
         """Derivatives with respect to the parameters; where they are one-sided, those towards larger values.
 
-        NoAnswerError where there are none: hyper-reduced answers, a load that jumps at the point. The model is asked at
-        the first access, so it must still be open.
+        Those of a hyper-reduced model are the derivatives of the full-order operator that it keeps. NoAnswerError where
+        there are none: a hyper-reduced model without that operator, a load that jumps at the point. The model is asked
+        at the first access, so it must still be open.
         """
         return self._differentiate(1)
 
