@@ -1,9 +1,10 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""Writes the table of deck keys in input/README.md from input/deck.schema.json; with --check only compares."""
+"""Writes the list of deck keys in input/README.md from input/deck.schema.json; with --check only compares."""
 
 import json
 import sys
+import textwrap
 from pathlib import Path
 
 INPUT = Path(__file__).resolve().parents[1] / "input"
@@ -80,7 +81,7 @@ def default(node, is_required):
 
 
 def rows(node, schema, path=""):
-    """Table rows of a mapping's keys, with those below them."""
+    """Lines of a mapping's keys, with those below them."""
     keys = list(node.get("properties", {}).items())
     if isinstance(node.get("additionalProperties"), dict) and path in ("parameters", "materials"):
         keys.append(("<name>", node["additionalProperties"]))
@@ -92,7 +93,9 @@ def rows(node, schema, path=""):
         name = f"{path}.{key}" if path else key
         if key != "<name>":
             needed = default(value, key in node.get("required", []))
-            yield f"| `{name}` | {own_kind} | {needed} | {value['description']} |"
+            needed = needed if needed in ("", "required") else f"default {needed}"
+            told = "; ".join(filter(None, [own_kind, needed]))
+            yield wrapped(f"- `{name}` ({told}): {value['description']}")
         yield from rows(value, schema, name)
         if value.get("type") == "array":
             items = resolve(value["items"], schema)
@@ -100,11 +103,15 @@ def rows(node, schema, path=""):
                 yield from rows(items, schema, name + "[]")
 
 
-def table():
-    """The whole Markdown table."""
+def wrapped(text):
+    """An entry of a list on lines of the usual width."""
+    return textwrap.fill(text, 132, subsequent_indent="  ", break_long_words=False, break_on_hyphens=False)
+
+
+def list_of_keys():
+    """The whole Markdown list."""
     schema = json.loads((INPUT / "deck.schema.json").read_text(encoding="utf-8"))
-    head = ["| key | value | default | meaning |", "|---|---|---|---|"]
-    return "\n".join([*head, *rows(schema, schema)])
+    return "\n".join(rows(schema, schema))
 
 
 def main():
@@ -113,7 +120,7 @@ def main():
     text = path.read_text(encoding="utf-8")
     before, rest = text.split(START)
     after = rest.split(END)[1]
-    wanted = f"{before}{START}\n{table()}\n{END}{after}"
+    wanted = f"{before}{START}\n\n{list_of_keys()}\n\n{END}{after}"
     if "--check" not in sys.argv[1:]:
         path.write_text(wanted, encoding="utf-8")
     elif wanted != text:

@@ -95,10 +95,10 @@ def test_front_page_is_short():
 
 
 def test_messages_are_those_of_the_program():
-    """Each row of the page on messages quotes words that the program says."""
+    """Each line of the page on messages quotes words that the program says."""
     page = (ROOT / "input" / "TROUBLESHOOTING.md").read_text().split("## What to do about a message")[1]
     sources = "".join(path.read_text() for path in (ROOT / "src").glob("**/*.[fF]90"))
-    quoted = re.findall(r"(?m)^\| ([^|]+?) \|", page)[2:]
+    quoted = re.findall(r"(?m)^- \*([^*]+)\*: ", page)
     assert len(quoted) > 10
     for words in quoted:
         assert words in sources, words

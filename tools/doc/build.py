@@ -76,14 +76,25 @@ class Pages:
     def add_markdown(self, path: Path) -> None:
         """A page of a Markdown file, and of the files that it links to."""
         text = (ROOT / path).read_text(encoding="utf-8")
-        for name in SOURCE.findall(text):
-            if Path(name).name not in self._source_names:
-                sys.exit(f"{path}: there is no source file {name}")
+        for i, line in enumerate(text.splitlines(), start=1):
+            self._check_sources(path, i, line)
         text = LINK.sub(lambda link: self._mended(path, link), text)
         if path.as_posix() == "README.md":
             self.write("index.md", text + (HERE / "pages/contents.md").read_text(encoding="utf-8"))
         else:
             self.write(path.as_posix(), text)
+
+    def _check_sources(self, page: Path, i_line: int, line: str) -> None:
+        """The source files that a line names are there; in a row of a table in the folder of the one before."""
+        folder: Path | None = None
+        for name in SOURCE.findall(line):
+            bases = [ROOT, ROOT / "src", ROOT / page.parent, *([folder] if folder else [])]
+            found = next((base / name for base in bases if (base / name).is_file()), None)
+            is_free = "/" not in name and not (folder and line.startswith("|"))
+            if not found and not (is_free and name in self._source_names):
+                sys.exit(f"{page}:{i_line}: there is no source file {name}")
+            if found and "/" in name:
+                folder = found.parent
 
     def _mended(self, page: Path, link: re.Match[str]) -> str:
         """A link as it must be on the site."""
