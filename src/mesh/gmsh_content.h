@@ -63,7 +63,7 @@ struct sig_gmsh {
   int *node_tags;
   double *coordinates;
   bool has_nodes, has_elements;
-  bool is_for_fields;     /* $NodeData is read and nothing else; a mesh has none of it */
+  bool is_for_fields;     /* $NodeData and $Nodes are read and nothing else; a mesh has no $NodeData */
   sig_list elements;      /* sig_gmsh_element */
   sig_list element_nodes; /* int64_t: node tags, then 0-based nodes once the whole file is read */
   sig_list members;       /* sig_gmsh_member */

@@ -69,7 +69,8 @@ static bool scan_section_name(sig_scanner *s, char *name, size_t room) {
 static bool scan_section_content(sig_gmsh *mesh, const char *name) {
   sig_scanner *s = &mesh->scanner;
   if (strcmp(name, "MeshFormat") == 0) return sig_scan_fail(s, s->at, "the file has two $MeshFormat sections");
-  if (mesh->is_for_fields) return strcmp(name, "NodeData") == 0 ? sig_gmsh_scan_node_data(mesh) : skip_section(s);
+  if (mesh->is_for_fields && strcmp(name, "NodeData") == 0) return sig_gmsh_scan_node_data(mesh);
+  if (mesh->is_for_fields && strcmp(name, "Nodes") != 0) return skip_section(s);
   if (strcmp(name, "PartitionedEntities") == 0)
     return sig_scan_fail(s, s->at, "the mesh is partitioned; write it without partitions");
   if (strcmp(name, "PhysicalNames") == 0) return sig_gmsh_scan_names(mesh);

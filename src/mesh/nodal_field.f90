@@ -86,20 +86,22 @@ contains
     real(rk) :: allowed
 
     if (.not. allocated(raw%coordinates)) return
-    if (size(raw%coordinates, 2) /= size(raw%tags) .or. size(raw%coordinates, 1) < mesh%n_dim) then
+    if (size(raw%coordinates, 2) /= size(raw%place_tags) .or. size(raw%coordinates, 1) < mesh%n_dim) then
       call make_error(error, 'the coordinates in the field file ''' // config%file // ''' are ' // &
         to_text(size(raw%coordinates, 2)) // ' rows of ' // to_text(size(raw%coordinates, 1)) // ' numbers; there must be ' // &
-        to_text(size(raw%tags)) // ' rows of ' // to_text(mesh%n_dim) // ' or more', deck_path, config%name%line, &
+        to_text(size(raw%place_tags)) // ' rows of ' // to_text(mesh%n_dim) // ' or more', deck_path, config%name%line, &
         config%name%column)
       return
     end if
     call sort_tags(mesh%node_tags, order)
     allowed = same_place * maxval([0.0_rk, abs(mesh%coordinates)])
-    do i = 1, size(raw%tags)
-      i_node = node_with_tag(mesh%node_tags, order, raw%tags(i))
+    do i = 1, size(raw%place_tags)
+      i_node = node_with_tag(mesh%node_tags, order, raw%place_tags(i))
+      ! a node of no element, which the mesh leaves out
+      if (i_node == 0) cycle
       if (all(abs(mesh%coordinates(:, i_node) - raw%coordinates(:mesh%n_dim, i)) <= allowed)) cycle
-      call make_error(error, 'the field ''' // config%name%text // ''' belongs to another mesh: node ' // to_text(raw%tags(i)) // &
-        ' lies at ' // place_text(raw%coordinates(:mesh%n_dim, i)) // ' in its file, and at ' // &
+      call make_error(error, 'the field ''' // config%name%text // ''' belongs to another mesh: node ' // &
+        to_text(raw%place_tags(i)) // ' lies at ' // place_text(raw%coordinates(:mesh%n_dim, i)) // ' in its file, and at ' // &
         place_text(mesh%coordinates(:, i_node)) // ' in the mesh', deck_path, config%name%line, config%name%column)
       return
     end do

@@ -11,7 +11,7 @@ module sig_nodal_field_file
   use sig_hdf5_reader, only: h5_reader_t
   use sig_kinds, only: rk
   use sig_mesh_c_interfaces, only: gmsh_invalid, gmsh_ok, gmsh_unreadable, sig_gmsh_field, sig_gmsh_field_values, sig_gmsh_free, &
-    sig_gmsh_n_fields, sig_gmsh_read_fields, sig_gmsh_sizes
+    sig_gmsh_n_fields, sig_gmsh_nodes, sig_gmsh_read_fields, sig_gmsh_sizes
   use sig_mesh_file, only: report_invalid
   use sig_system, only: system_reason
   use sig_text, only: append_text, join, string_t, to_text
@@ -24,7 +24,9 @@ module sig_nodal_field_file
     !> node numbers of the mesh file
     integer, allocatable :: tags(:)
     real(rk), allocatable :: values(:)
-    !> [length of the mesh file] of the nodes, shape (n_components, n); not allocated where the file has none
+    !> node numbers with a place, and [length of the mesh file] the places, shape (n_components, n_places); not allocated where the
+    !> file has none
+    integer, allocatable :: place_tags(:)
     real(rk), allocatable :: coordinates(:, :)
   end type raw_field_t
 
@@ -72,7 +74,10 @@ contains
       if (file%has('/' // config%name%text)) then
         call file%read(tags_name, field%tags, error)
         call file%read('/' // config%name%text, field%values, error)
-        if (file%has(places_name)) call file%read(places_name, field%coordinates, error)
+        if (file%has(places_name)) then
+          field%place_tags = field%tags
+          call file%read(places_name, field%coordinates, error)
+        end if
       else
         call refuse_name(config, deck_path, 'has no field ''' // config%name%text // '''', error)
       end if
@@ -135,8 +140,21 @@ contains
     else
       allocate (field%tags(n_values(found(1))), field%values(n_values(found(1))))
       call sig_gmsh_field_values(handle, found(1) - 1, field%tags, field%values)
+      call copy_places(handle, field)
     end if
   end subroutine copy_field
+
+  !> The nodes of a mesh beside the field.
+  subroutine copy_places(handle, field)
+    type(c_ptr), intent(in) :: handle
+    type(raw_field_t), intent(inout) :: field
+    integer(c_int) :: sizes(5)
+
+    call sig_gmsh_sizes(handle, sizes)
+    if (sizes(1) == 0) return
+    allocate (field%place_tags(sizes(1)), field%coordinates(3, sizes(1)))
+    call sig_gmsh_nodes(handle, field%place_tags, field%coordinates)
+  end subroutine copy_places
 
   !> `none` for nothing.
   pure function listed(names) result(text)

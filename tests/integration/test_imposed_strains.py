@@ -163,6 +163,25 @@ def test_bad_fields_are_refused(signorom, tmp_path, mesh, values, name, message,
     assert message in words
 
 
+def test_mesh_beside_a_field_is_compared(signorom, tmp_path, mesh):
+    """gmsh writes the mesh into the file of a field: a field of another mesh has the same node numbers."""
+    nodes = len(mesh.coordinates)
+    data = node_data("rise", range(1, nodes + 1), np.ones(nodes)).decode().split("$EndMeshFormat\n")[1]
+    write_deck(tmp_path, FIELD % "t.msh")
+    mesh.write(tmp_path / "t.msh")
+    with (tmp_path / "t.msh").open("a") as file:
+        file.write(data)
+    signorom("check", "hot.yaml", folder=tmp_path)
+    mesh.coordinates[2, 0] += 0.01
+    mesh.write(tmp_path / "t.msh")
+    with (tmp_path / "t.msh").open("a") as file:
+        file.write(data)
+    words = refuse(signorom, "check", "hot.yaml", folder=tmp_path)
+    assert words.startswith(
+        "hot.yaml:11:48: error: the field 'rise' belongs to another mesh: node 3 lies at ("
+    )
+
+
 def test_cut_file_is_refused(signorom, tmp_path, mesh):
     """By its own line."""
     write_field(tmp_path / "t.msh", mesh)
