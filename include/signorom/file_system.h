@@ -32,7 +32,6 @@ int sig_commit_file(const char *from, size_t from_length, const char *to, size_t
 /* Makes the new name of a renamed file safe; null-terminated. */
 void sig_sync_folder_of(const char *name);
 
-int sig_rename_file(const char *from, size_t from_length, const char *to, size_t to_length);
 int sig_remove_file(const char *path, size_t length);
 
 /* Takes `<path>/.lock` without waiting and notes the process number in it. The lock goes with the descriptor or the

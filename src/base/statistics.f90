@@ -5,7 +5,7 @@ module sig_statistics
   use sig_kinds, only: rk
   implicit none(type, external)
   private
-  public :: statistics_t, summarize, measured_statistics, quantile
+  public :: statistics_t, summarize, measured_statistics
 
   type :: statistics_t
     !> finite or infinite values that went in

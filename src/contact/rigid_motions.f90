@@ -11,7 +11,7 @@ module sig_rigid_motions
   use sig_ties, only: tie_tolerance
   implicit none(type, external)
   private
-  public :: rigid_motions_t, create_rigid_motions, rigid_modes, n_rigid_modes, null_space
+  public :: rigid_motions_t, create_rigid_motions, null_space
 
   type :: rigid_motions_t
     !> rigid motions of one body

@@ -8,7 +8,7 @@ module sig_side_motions
   use sig_kinds, only: rk
   implicit none(type, external)
   private
-  public :: followers_t, find_followers, following_motion, free_part, movable
+  public :: followers_t, find_followers, following_motion, movable
 
   !> [-] square of free components below which a node cannot move: rounding of a direction
   real(rk), parameter :: movable = 1.0e-20_rk

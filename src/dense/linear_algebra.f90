@@ -7,7 +7,7 @@ module sig_linear_algebra
   use sig_kinds, only: rk
   implicit none(type, external)
   private
-  public :: lu_t, add_product, multiply, multiply_transpose, transposed_product, solve_dense, invert, reciprocal_condition
+  public :: lu_t, add_product, multiply, multiply_transpose, transposed_product, solve_dense, invert
   public :: unit_vector, largest_size, sum_of_sizes
 
   !> below this reciprocal condition number (1-norm) the solution has no correct digit left
@@ -132,18 +132,6 @@ contains
     end do
     call solve_dense(a, identity, inverse, is_singular)
   end subroutine invert
-
-  !> Reciprocal condition number in the 1-norm (estimate); 1 for an empty matrix, 0 for a singular one.
-  function reciprocal_condition(a) result(reciprocal)
-    !> shape (n, n)
-    real(rk), intent(in) :: a(:, :)
-    !> [-]
-    real(rk) :: reciprocal
-    type(lu_t) :: lu
-
-    call lu%factor(a)
-    reciprocal = lu%reciprocal_condition
-  end function reciprocal_condition
 
   !> Column i of the unit matrix.
   pure function unit_vector(n, i) result(vector)

@@ -7,7 +7,7 @@ module sig_element_matrices
   use sig_shape_functions, only: shape_table_t
   implicit none(type, external)
   private
-  public :: element_stiffness, strain_matrix, strains_at_point, physical_gradients
+  public :: element_stiffness, strains_at_point, physical_gradients
 
   !> strain = sum over two terms of d u_component / d direction, for xx, yy, zz, xy, yz, xz; no second term where it is 0
   integer, parameter :: components(2, 6) = reshape([1, 0, 2, 0, 3, 0, 1, 2, 2, 3, 1, 3], [2, 6])

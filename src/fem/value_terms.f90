@@ -11,7 +11,7 @@ module sig_value_terms
   use sig_value_products, only: product_t, split_products
   implicit none(type, external)
   private
-  public :: value_terms_t, split_sum, split_value
+  public :: value_terms_t, split_sum
 
   !> Value at node k: factors(k) * theta(terms(k)).
   type :: value_terms_t

@@ -169,18 +169,6 @@ int sig_commit_file(const char *from, size_t from_length, const char *to, size_t
   return code;
 }
 
-int sig_rename_file(const char *from, size_t from_length, const char *to, size_t to_length) {
-  char *old_name = sig_copy_text(from, from_length);
-  char *new_name = sig_copy_text(to, to_length);
-  int code = old_name && new_name ? 0 : ENOMEM;
-  if (!code && rename(old_name, new_name) != 0) code = errno;
-  if (!code) sig_forget_partial_file(from, from_length);
-  free(new_name);
-  free(old_name);
-  if (code) sig_let_end_pass();
-  return code;
-}
-
 int sig_remove_file(const char *path, size_t length) {
   char *name = sig_copy_text(path, length);
   if (!name) return ENOMEM;

@@ -4,8 +4,7 @@ module sig_file_system
   use, intrinsic :: iso_c_binding, only: c_char, c_int, c_long, c_ptr, c_size_t
   use sig_base_c_interfaces, only: sig_free
   use sig_files_c_interfaces, only: sig_file_kind, sig_list_files, sig_lock_directory, sig_make_directories, &
-    sig_note_partial_file, sig_program_path, sig_read_file, sig_remove_file, sig_rename_file, sig_unlock_directory, &
-    sig_write_file
+    sig_program_path, sig_read_file, sig_remove_file, sig_unlock_directory, sig_write_file
   use sig_c_strings, only: from_c
   use sig_errors, only: error_t, make_error
   use sig_kinds, only: lk
@@ -14,7 +13,7 @@ module sig_file_system
   implicit none(type, external)
   private
   public :: file_exists, is_directory, make_directories
-  public :: read_text_file, write_text_file, rename_file, remove_file, note_partial_file, list_files
+  public :: read_text_file, write_text_file, remove_file, list_files
   public :: directory_lock_t, lock_directory, unlock_directory
   public :: directory_of, base_name, program_folder
 
@@ -119,17 +118,6 @@ contains
     if (code /= 0) call make_error(error, 'cannot write the file: ' // system_reason(code), file=path)
   end subroutine write_text_file
 
-  !> Gives a file another name; a file that has it already is replaced.
-  subroutine rename_file(old_path, new_path, error)
-    character(*), intent(in) :: old_path
-    character(*), intent(in) :: new_path
-    type(error_t), allocatable, intent(out) :: error
-    integer(c_int) :: code
-
-    code = sig_rename_file(old_path, len(old_path, c_size_t), new_path, len(new_path, c_size_t))
-    if (code /= 0) call make_error(error, 'cannot rename the file to ' // new_path // ': ' // system_reason(code), file=old_path)
-  end subroutine rename_file
-
   !> Removes a file; that there is none is no error.
   subroutine remove_file(path, error)
     character(*), intent(in) :: path
@@ -140,13 +128,6 @@ contains
     code = sig_remove_file(path, len(path, c_size_t))
     if (code /= 0) call make_error(error, 'cannot remove the file: ' // system_reason(code), file=path)
   end subroutine remove_file
-
-  !> A signal that ends the process removes this file, until it is renamed or removed here.
-  subroutine note_partial_file(path)
-    character(*), intent(in) :: path
-
-    call sig_note_partial_file(path, len(path, c_size_t))
-  end subroutine note_partial_file
 
   !> Claims a folder for this process, so that two runs do not write into it at once.
   !>

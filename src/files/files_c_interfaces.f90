@@ -1,12 +1,11 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> The C side of this layer, as declared in include/signorom/{checksum,file_seal,file_system,hdf5_file,output_stream}.h, and what
-!> it needs of partial_files.h.
+!> The C side of this layer, as declared in include/signorom/{checksum,file_seal,file_system,hdf5_file,output_stream}.h.
 module sig_files_c_interfaces
   use, intrinsic :: iso_c_binding, only: c_char, c_double, c_int, c_int64_t, c_long, c_ptr, c_size_t
   implicit none(type, external)
   private
   public :: sig_fnv1a, sig_file_kind, sig_make_directories, sig_read_file, sig_write_file, sig_commit_file, &
-    sig_rename_file, sig_note_partial_file, sig_remove_file, sig_lock_directory, sig_unlock_directory, sig_list_files, &
+    sig_remove_file, sig_lock_directory, sig_unlock_directory, sig_list_files, &
     sig_program_path, sig_seal_file, sig_check_seal, sig_open_to_read, sig_read_some, sig_close_descriptor, &
     sig_find_target, sig_output_open, sig_output_write, sig_output_close, sig_h5_create_image, sig_h5_open_image, &
     sig_h5_image_size, sig_h5_get_image, sig_h5_create, sig_h5_open, sig_h5_close, sig_h5_write, sig_h5_write_rows, &
@@ -55,20 +54,6 @@ module sig_files_c_interfaces
       character(kind=c_char), intent(in) :: to(*)
       integer(c_size_t), value :: to_length
     end function sig_commit_file
-
-    integer(c_int) function sig_rename_file(from, from_length, to, to_length) bind(c)
-      import :: c_char, c_int, c_size_t
-      character(kind=c_char), intent(in) :: from(*)
-      integer(c_size_t), value :: from_length
-      character(kind=c_char), intent(in) :: to(*)
-      integer(c_size_t), value :: to_length
-    end function sig_rename_file
-
-    subroutine sig_note_partial_file(name, length) bind(c)
-      import :: c_char, c_size_t
-      character(kind=c_char), intent(in) :: name(*)
-      integer(c_size_t), value :: length
-    end subroutine sig_note_partial_file
 
     integer(c_int) function sig_remove_file(path, length) bind(c)
       import :: c_char, c_int, c_size_t

@@ -4,7 +4,7 @@ module sig_pod_rank
   use sig_kinds, only: rk
   implicit none(type, external)
   private
-  public :: available_modes, equal_weights, pod_rank, rank_from_energy_tail
+  public :: available_modes, equal_weights, pod_rank
 
   !> [-] vectors whose value is this small against the first are rounding of the snapshots, whatever the tolerance asks for
   real(rk), parameter :: noise = 1.0e-13_rk

@@ -4,7 +4,7 @@ module deck_texts
   use funit, only: assertEqual, assertTrue
   use sig_deck_config, only: deck_config_t
   use sig_deck_read, only: read_deck
-  use sig_errors, only: error_list_t, error_location
+  use sig_errors, only: error_list_t, error_report
   use sig_text, only: to_text
   implicit none(type, external)
   private
@@ -57,7 +57,7 @@ contains
 
     call read_deck('decks/small.yaml', text, config, errors)
     if (errors%n_errors() == 0) return
-    call assertTrue(.false., message=error_location(errors%errors(1)) // ' ' // errors%errors(1)%message)
+    call assertTrue(.false., message=error_report(errors%errors(1)))
   end subroutine assert_accepted
 
   !> Reading gives one error, `line:column: message`, and (where given) a hint that contains a text.
