@@ -31,10 +31,8 @@ from program import ENVIRONMENT, launcher  # noqa: E402
 # thousand dofs: nodes along each side of the contact face, nodes along the height of a block; cells always twice as high
 # as wide, because multigrid feels their shape
 SIZES = {13: (19, 6), 54: (32, 9), 195: (50, 13), 1000: (86, 23)}
-DECK = """\
-title: Two blocks, benchmark
-mesh: {{file: blocks.msh, model: solid}}
-parameters: {{P: {{min: 0.5e6, max: 2.0e6, unit: Pa}}}}
+# of a deck with a parameter P, to be formatted
+BODIES = """\
 materials: {{steel: {{regions: [lower, upper], young_modulus: 210.0e9, poisson_ratio: 0.3}}}}
 boundary_conditions:
   - {{boundary: bottom, displacement: {{x: 0, y: 0, z: 0}}}}
@@ -43,7 +41,15 @@ boundary_conditions:
 loads:
   - {{boundary: top, pressure: P}}
 contact:
-  - {{first: lower_face, second: upper_face, direction: [0, 0, 1], initial_gap: "6e-5 * (x^2 + y^2)"}}
+  - {{first: lower_face, second: upper_face, direction: [0, 0, 1], initial_gap: GAP}}
+"""
+DECK = """\
+title: Two blocks, benchmark
+mesh: {{file: blocks.msh, model: solid}}
+parameters: {{P: {{min: 0.5e6, max: 2.0e6, unit: Pa}}}}
+"""
+DECK += BODIES.replace("GAP", '"6e-5 * (x^2 + y^2)"')
+DECK += """\
 solver: {{type: {solver}, linear: {linear}}}
 output: {{points: [{{P: 1.0e6}}], fields: [displacement, contact]}}
 """

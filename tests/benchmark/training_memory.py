@@ -16,7 +16,7 @@ import tempfile
 import time
 from pathlib import Path
 
-from blocks_3d import ENVIRONMENT, ROOT, launcher, peak_memory, write_mesh
+from blocks_3d import BODIES, ENVIRONMENT, ROOT, launcher, peak_memory, write_mesh
 
 N_SIDE, N_HIGH = 16, 9
 N_DOFS = 3 * 2 * N_SIDE**2 * N_HIGH
@@ -43,15 +43,9 @@ mesh: {{file: blocks.msh, model: solid}}
 parameters:
   P: {{min: 0.5e6, max: 2.0e6, unit: Pa}}
   tilt: {{min: 0, max: 4.0e-5}}
-materials: {{steel: {{regions: [lower, upper], young_modulus: 210.0e9, poisson_ratio: 0.3}}}}
-boundary_conditions:
-  - {{boundary: bottom, displacement: {{x: 0, y: 0, z: 0}}}}
-  - {{boundary: left, displacement: {{x: 0}}}}
-  - {{boundary: front, displacement: {{y: 0}}}}
-loads:
-  - {{boundary: top, pressure: P}}
-contact:
-  - {{first: lower_face, second: upper_face, direction: [0, 0, 1], initial_gap: "2e-5 * (x^2 + y^2) + tilt * x"}}
+"""
+DECK += BODIES.replace("GAP", '"2e-5 * (x^2 + y^2) + tilt * x"')
+DECK += """\
 solver: {{type: condensed}}
 training: {{grid: {{P: {grid[0]}, tilt: {grid[1]}}}}}
 output: {{directory: results_{name}}}

@@ -4,6 +4,7 @@
 from pathlib import Path
 
 from decks import copy_deck
+from results import read_fields, read_table, table_of
 
 HERE = Path(__file__).resolve().parent
 # What a program prints that dies instead of saying what is wrong.
@@ -35,6 +36,23 @@ def results_of(signorom, folder, command, changes, n_ranks=1):
     folder.mkdir(exist_ok=True)
     signorom(command, write_deck("small_disks", folder, **changes), folder=folder, n_ranks=n_ranks)
     return folder / "results" / "small_disks"
+
+
+def run_shifted_disks(signorom, folder, n_ranks=1, **replacements):
+    """Results folder of `run` on decks/shifted_disks.yaml with changes."""
+    deck = write_deck("shifted_disks", folder, **replacements)
+    signorom("run", deck.name, folder=folder, n_ranks=n_ranks)
+    return folder / "results" / "shifted_disks"
+
+
+def check_reduced_model(signorom, results, folder):
+    """Small errors at the test points, and at the second output point, squeeze = 0.4, the force of the full order."""
+    table = read_table(results / "validation.csv")
+    assert max(table["e_lambda_rid"]) < 0.05
+    assert max(table["e_u"]) < 0.01
+    answer = table_of(signorom("predict", results / "model.h5", "--at", "squeeze=0.4", folder=folder))
+    full = read_fields(results / "fields.h5", 2)["multipliers_full_order"].sum()
+    assert abs(answer["contact_force"][0] - full) <= 0.02 * full
 
 
 def files_in(folder):

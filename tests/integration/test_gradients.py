@@ -11,17 +11,13 @@ from decks import copy_deck
 from results import read_snapshots
 from runs import HERE
 from test_tied import TIED, write_strip
+from two_materials import HANGING, MATERIALS, core_and_rim, split_region
 
 INPUT = HERE.parents[1] / "input"
 # Central differences with steps of this share of the box: small beside an element that the end of a window crosses.
 # Interpolated models are as good as reduction.stiffness_tolerance; the slope of a polynomial of degree n in n^2 of that.
 STEP = 1e-4
 ALLOWED = 1e-5
-MOVING_STIFFNESS = {
-    "young_modulus: 207.0e3, poisson_ratio: 0.29": "young_modulus: E, poisson_ratio: nu",
-    "materials:\n": "  E: {min: 100.0e3, max: 250.0e3, unit: MPa}\n"
-    "  nu: {min: 0.2, max: 0.4, unit: '1'}\nmaterials:\n",
-}
 FEW_POINTS = "training: {sobol: 40}\ntest: {sobol: 2, seed: 1}\n"
 # without Poisson's effect two blocks, 1 wide and 1 high each, push with 100 / 2 times what the stroke exceeds the gap by
 STIFFNESS = 50.0
@@ -45,11 +41,7 @@ parameters:
   E: {min: 100.0, max: 250.0, unit: Pa}
   nu: {min: 0.2, max: 0.4, unit: "1"}
   P: {min: 0.5, max: 3.0, unit: Pa}
-materials:
-  core: {regions: [core], young_modulus: E * ratio, poisson_ratio: nu}
-  rim: {regions: [rim], young_modulus: E, poisson_ratio: 0.3}
-  cover: {regions: [upper], young_modulus: 2 * E, poisson_ratio: 0.25}
-boundary_conditions:
+{materials}boundary_conditions:
   - {boundary: bottom, displacement: {x: 0, y: 0}}
   - {boundary: left, displacement: {x: 0}}
 loads: [{boundary: top, pressure: "P * (1.2 - x)"}]
@@ -60,13 +52,10 @@ contact: [{first: lower_face, second: upper_face, initial_gap: "4e-4 * x^2"}]
 def write_core_and_rim(folder):
     """A ratio of moduli and Poisson's ratio of one body together; contact alone holds the other one in height."""
     mesh = stacked_blocks("Q4", 2)
-    for i, (kind, name, nodes) in enumerate(mesh.elements):
-        if name == "lower":
-            is_core = mesh.coordinates[nodes, 0].mean() < 0.5
-            mesh.elements[i] = (kind, "core" if is_core else "rim", nodes)
+    split_region(mesh, "lower", core_and_rim)
     mesh.write(folder / "blocks.msh")
     deck = folder / "core_and_rim.yaml"
-    deck.write_text(CORE_AND_RIM + FEW_POINTS)
+    deck.write_text(CORE_AND_RIM.replace("{materials}", MATERIALS) + FEW_POINTS)
     return deck
 
 
@@ -87,7 +76,7 @@ def write_tied(folder):
 
 CASES = {
     "fuel_rod": (lambda folder: write_few("fuel_rod", folder, {}), "interpolated"),
-    "hanging_bracket": (lambda folder: write_few("bracket", folder, MOVING_STIFFNESS), "interpolated"),
+    "hanging_bracket": (lambda folder: write_few("bracket", folder, HANGING), "interpolated"),
     "core_and_rim": (write_core_and_rim, "interpolated"),
     "saddle": (lambda folder: write_few("saddle", folder, {}), "condensed"),
     "pellet_cladding": (
@@ -99,7 +88,7 @@ CASES = {
     "half_disks": (lambda folder: write_few("half_disks", folder, {}), "hhr"),
     "hyper_reduced_bracket": (
         lambda folder: write_few(
-            "bracket", folder, MOVING_STIFFNESS | {"contact:\n": "reduction: {method: hhr}\ncontact:\n"}
+            "bracket", folder, HANGING | {"contact:\n": "reduction: {method: hhr}\ncontact:\n"}
         ),
         "hhr",
     ),
@@ -187,7 +176,7 @@ def test_gradients_are_those_of_the_full_order(signorom, library, monkeypatch, t
     ("name", "changes"),
     [
         ("fuel_rod", {"max_full_order_size: 256": "max_full_order_size: 8"}),
-        ("bracket", MOVING_STIFFNESS | {"contact:\n": "reduction: {max_full_order_size: 3}\ncontact:\n"}),
+        ("bracket", HANGING | {"contact:\n": "reduction: {max_full_order_size: 3}\ncontact:\n"}),
     ],
 )
 def test_displacements_by_modes(signorom, library, monkeypatch, tmp_path, name, changes):

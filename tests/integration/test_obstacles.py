@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 import yaml
 
-from results import read_fields, read_snapshots, read_table, table_of
-from runs import results_of, write_deck
+from results import read_fields, read_snapshots
+from runs import check_reduced_model, results_of, write_deck
 
 PAIRS = "  - {first: lower_arc, second: upper_arc, direction: [0, 1]}"
 # The mirror plane of the disks is y = 0; planes that come closer in place of disks that do.
@@ -75,12 +75,7 @@ def test_gap_field_is_the_distance_to_the_plane(planes):
 
 def test_reduced_model_follows_the_planes(signorom, planes, tmp_path):
     """Sampled, trained, validated and asked without mesh and deck."""
-    table = read_table(planes / "validation.csv")
-    assert max(table["e_lambda_rid"]) < 0.05
-    assert max(table["e_u"]) < 0.01
-    answer = table_of(signorom("predict", planes / "model.h5", "--at", "squeeze=0.4", folder=tmp_path))
-    full = read_fields(planes / "fields.h5", 2)["multipliers_full_order"].sum()
-    assert answer["contact_force"][0] == pytest.approx(full, rel=0.02)
+    check_reduced_model(signorom, planes, tmp_path)
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,7 @@ import pytest
 import yaml
 
 from results import read_snapshots, read_table
-from runs import write_deck
+from runs import run_shifted_disks, write_deck
 
 # Ranks only change the order of sums: rounding, magnified by the condition of the stiffness (about 1e3).
 SAME = 1e-10
@@ -28,17 +28,10 @@ INDEX_SETS = (
 BLOCKS = ("basis", "lifting", "reduced_stiffness", "contact_matrix", "gap", "dual_snapshots")
 
 
-def run(signorom, folder, n_ranks=1, **replacements):
-    """Results folder of `run` on decks/shifted_disks.yaml with changes."""
-    deck = write_deck("shifted_disks", folder, **replacements)
-    signorom("run", deck.name, folder=folder, n_ranks=n_ranks)
-    return folder / "results" / "shifted_disks"
-
-
 @pytest.fixture(scope="module")
 def one_rank(signorom, tmp_path_factory):
     """Results of one rank."""
-    return run(signorom, tmp_path_factory.mktemp("one_rank"))
+    return run_shifted_disks(signorom, tmp_path_factory.mktemp("one_rank"))
 
 
 def same(found, expected, tolerance):
@@ -102,7 +95,7 @@ def same_validation(found, expected):
 @pytest.mark.parametrize("n_ranks", [2, 3, 4])
 def test_ranks(signorom, tmp_path, one_rank, n_ranks, groups):
     """Results stand in the order of the mesh file, whoever made them."""
-    found = run(signorom, tmp_path, n_ranks, **groups)
+    found = run_shifted_disks(signorom, tmp_path, n_ranks, **groups)
     same_snapshots(found, one_rank, SAME)
     same_models(found, one_rank)
     same_validation(found, one_rank)
@@ -148,7 +141,7 @@ def real_datasets(path):
 
 def test_groups_of_unequal_size(signorom, tmp_path, one_rank):
     """Two groups out of three ranks."""
-    found = run(signorom, tmp_path, 3, **{"groups: auto": "groups: 2"})
+    found = run_shifted_disks(signorom, tmp_path, 3, **{"groups: auto": "groups: 2"})
     same_snapshots(found, one_rank, SAME)
     same_models(found, one_rank)
 
@@ -160,7 +153,7 @@ def test_paper_treatment_on_three_ranks(signorom, tmp_path):
         folder = tmp_path / str(n_ranks)
         folder.mkdir()
         change = {"pod_tolerance: 1.0e-5": "pod_tolerance: 1.0e-5, dirichlet: multiplier"}
-        results.append(run(signorom, folder, n_ranks, **change))
+        results.append(run_shifted_disks(signorom, folder, n_ranks, **change))
     same_models(results[1], results[0])
     same_validation(results[1], results[0])
 
@@ -175,7 +168,7 @@ def test_enrichment_on_three_ranks(signorom, tmp_path):
     for n_ranks in (1, 3):
         folder = tmp_path / str(n_ranks)
         folder.mkdir()
-        results.append(run(signorom, folder, n_ranks, **change))
+        results.append(run_shifted_disks(signorom, folder, n_ranks, **change))
         with h5py.File(results[-1] / "model.h5") as file:
             cluster = file["clusters/1"]
             histories.append({name: values[()] for name, values in cluster["enrichment"].items()})
@@ -208,7 +201,7 @@ def test_units(signorom, tmp_path, one_rank):
         "- shift^2": "- 1000 * (shift / 1000)^2",
         "{squeeze: 0.2, shift: 0.03}": "{squeeze: 200, shift: 30}",
     }
-    found = run(signorom, tmp_path, **changes)
+    found = run_shifted_disks(signorom, tmp_path, **changes)
     a, b = (read_snapshots(folder / "snapshots.h5") for folder in (found, one_rank))
     same(a["parameters"], 1000 * b["parameters"], 1e-14)
     same(a["displacement"], 1000 * b["displacement"], SAME_UNITS)

@@ -55,6 +55,13 @@ def n_records(results):
     return sum(max(0, shard.stat().st_size - HEADER) // RECORD for shard in shards(results))
 
 
+def kill_sampling(signorom, deck, results, n_ranks=1):
+    """SIGKILL when a tenth of the points is there."""
+    process = signorom.start("sample", deck.name, folder=deck.parent, n_ranks=n_ranks)
+    wait_until(lambda: n_records(results) > N_POINTS / 10, process)
+    kill(process)
+
+
 def resume(signorom, deck, results, n_ranks, uninterrupted):
     """Run the same command again: how many points it found, after comparing the outcome with an undisturbed run."""
     output = signorom("sample", deck.name, folder=deck.parent, n_ranks=n_ranks)
@@ -74,9 +81,7 @@ def resume(signorom, deck, results, n_ranks, uninterrupted):
 def test_kill_and_resume(signorom, many_points, uninterrupted, n_ranks):
     """SIGKILL in the middle, with one rank and with two groups: every finished point is there afterwards."""
     deck, results = many_points
-    process = signorom.start("sample", deck.name, folder=deck.parent, n_ranks=n_ranks)
-    wait_until(lambda: n_records(results) > N_POINTS / 10, process)
-    kill(process)
+    kill_sampling(signorom, deck, results, n_ranks)
     finished = n_records(results)
     assert len(shards(results)) == n_ranks
     assert N_POINTS / 10 < finished < N_POINTS
@@ -86,9 +91,7 @@ def test_kill_and_resume(signorom, many_points, uninterrupted, n_ranks):
 
 def test_resume_on_another_rank_count(signorom, many_points, uninterrupted):
     deck, results = many_points
-    process = signorom.start("sample", deck.name, folder=deck.parent, n_ranks=2)
-    wait_until(lambda: n_records(results) > N_POINTS / 10, process)
-    kill(process)
+    kill_sampling(signorom, deck, results, 2)
     finished = n_records(results)
     assert resume(signorom, deck, results, 1, uninterrupted) == finished
 
@@ -195,9 +198,7 @@ def test_more_points_of_the_same_study(signorom, tmp_path):
 def test_truncated_shard(signorom, many_points, uninterrupted, n_ranks):
     """Half a record at the end, as after a power cut, costs that record and a warning."""
     deck, results = many_points
-    process = signorom.start("sample", deck.name, folder=deck.parent, n_ranks=n_ranks)
-    wait_until(lambda: n_records(results) > N_POINTS / 10, process)
-    kill(process)
+    kill_sampling(signorom, deck, results, n_ranks)
     # the one with most records: the ranks may be far apart
     shard = max(shards(results), key=lambda path: path.stat().st_size)
     n_good = (shard.stat().st_size - HEADER) // RECORD - 3
@@ -212,9 +213,7 @@ def test_truncated_shard(signorom, many_points, uninterrupted, n_ranks):
 def test_damaged_record_is_named(signorom, many_points):
     """A flipped bit is found by the checksum; what stands behind it is solved again."""
     deck, results = many_points
-    process = signorom.start("sample", deck.name, folder=deck.parent)
-    wait_until(lambda: n_records(results) > N_POINTS / 10, process)
-    kill(process)
+    kill_sampling(signorom, deck, results)
     content = bytearray(shards(results)[0].read_bytes())
     content[HEADER + 50 * RECORD + 100] ^= 1
     shards(results)[0].write_bytes(content)

@@ -7,6 +7,7 @@ import numpy as np
 
 from block_meshes import Mesh, stacked_blocks
 from runs import write_input
+from two_materials import HANGING, MATERIALS, core_and_rim, split_region
 
 __all__ = ["HANGING", "MODULUS", "RATIOS", "STUDY", "write_core_and_rim", "write_one_ratio", "write_study"]
 __all__ += ["write_two_materials"]
@@ -26,11 +27,6 @@ RATIOS = {
 NEARLY_INCOMPRESSIBLE = RATIOS | {
     "materials:\n": RATIOS["materials:\n"].replace("min: 0.25, max: 0.4,", "min: 0.25, max: 0.4999,")
 }
-HANGING = {
-    "young_modulus: 207.0e3, poisson_ratio: 0.29": "young_modulus: E, poisson_ratio: nu",
-    "materials:\n": "  E: {min: 100.0e3, max: 250.0e3, unit: MPa}\n"
-    "  nu: {min: 0.2, max: 0.4, unit: '1'}\nmaterials:\n",
-}
 # A core and a rim of one body, a block that only contact holds in height; tilted by a load that wanders.
 TWO_MATERIALS = """\
 title: A block of two materials under another one
@@ -41,11 +37,7 @@ parameters:
   E: {min: 100.0e3, max: 250.0e3, unit: MPa}
   nu: {min: 0.2, max: 0.4, unit: "1"}
   P: {min: 0.0, max: 300.0, unit: MPa}
-materials:
-  core: {regions: [core], young_modulus: E * ratio, poisson_ratio: nu}
-  rim: {regions: [rim], young_modulus: E, poisson_ratio: 0.3}
-  cover: {regions: [upper], young_modulus: 2 * E, poisson_ratio: 0.25}
-boundary_conditions:
+{materials}boundary_conditions:
   - {boundary: bottom, displacement: {x: 0, y: 0, z: 0}}
   - {boundary: left, displacement: {x: 0}}
   - {boundary: front, displacement: {y: 0}}
@@ -59,10 +51,10 @@ contact:
 def write_two_materials(folder):
     """The deck and its mesh: cells of the lower block beside the middle are the core."""
     mesh = stacked_blocks("H8", 3)
-    split_region(mesh, "lower", lambda place: "core" if place[0] < 0.5 else "rim")
+    split_region(mesh, "lower", core_and_rim)
     mesh.write(folder / "two_materials.msh")
     deck = folder / "two_materials.yaml"
-    deck.write_text(TWO_MATERIALS + STUDY)
+    deck.write_text(TWO_MATERIALS.replace("{materials}", MATERIALS) + STUDY)
     return deck
 
 
@@ -121,10 +113,3 @@ def write_core_and_rim(folder):
     deck = folder / "core_and_rim.yaml"
     deck.write_text(CORE_AND_RIM + STUDY)
     return deck
-
-
-def split_region(mesh, name, name_at):
-    """Give the cells of a region other names, by where their middles are."""
-    for i, (kind, region, nodes) in enumerate(mesh.elements):
-        if region == name:
-            mesh.elements[i] = (kind, name_at(mesh.coordinates[nodes].mean(axis=0)), nodes)

@@ -5,7 +5,7 @@ import argparse
 from collections.abc import Iterator
 from pathlib import Path
 
-from signorom_post.errors import InputError
+from signorom_post.errors import writing
 from signorom_post.log import Log
 from signorom_post.plots.check_bodies import check_bodies
 from signorom_post.plots.check_contact import check_contact
@@ -29,14 +29,10 @@ def add_check_command(commands: "argparse._SubParsersAction[argparse.ArgumentPar
 def _run(options: argparse.Namespace) -> int:
     check = read_check(find_check_file(options.file))
     output = options.output or check.path.parent / "figures"
-    try:
+    with writing("pictures", output):
         output.mkdir(parents=True, exist_ok=True)
         for path in follow_pictures(options.log, check, output, options.format):
             options.log.result(path)
-    except OSError as error:
-        raise InputError(
-            error.filename or output, f"pictures cannot be written ({error.strerror})"
-        ) from error
     return 0
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 from signorom_post import __version__
 from signorom_post.check import add_check_command
 from signorom_post.compare.command import add_compare_command
-from signorom_post.errors import InputError
+from signorom_post.errors import InputError, writing
 from signorom_post.figures import BUILDERS, COLORS, FORMATS, FigureOptions, follow_figures
 from signorom_post.forest import random_forest_class, train_forest
 from signorom_post.log import Log
@@ -158,15 +158,13 @@ def _run_figures(options: argparse.Namespace) -> int:
     results = Results(options.results)
     output = options.output or options.results / "figures"
     choice = FigureOptions(options.point, options.color, tuple(options.only) if options.only else None)
-    try:
+    with writing("figures", output):
         output.mkdir(parents=True, exist_ok=True)
         outcomes = []
         for outcome in follow_figures(options.log, results, output, options.format, choice):
             outcomes.append(outcome)
             if outcome.path:
                 options.log.result(outcome.path)
-    except OSError as error:
-        raise InputError(error.filename or output, f"figures cannot be written ({error.strerror})") from error
     for outcome in outcomes:
         if not outcome.path:
             options.log.result(f"left out: {outcome.name} ({outcome.reason})")
@@ -186,14 +184,10 @@ def _run_summary(options: argparse.Namespace) -> int:
 def _run_verification(options: argparse.Namespace) -> int:
     figures = read_verification(options.results)
     output = options.output or options.results / "table"
-    try:
+    with writing("the table", output):
         output.mkdir(parents=True, exist_ok=True)
         write_csv(figures, output / "verification.csv")
         with styled():
             save(verification_table(figures), output / "verification.png")
-    except OSError as error:
-        raise InputError(
-            error.filename or output, f"the table cannot be written ({error.strerror})"
-        ) from error
     options.log.result(format_markdown(figures))
     return EXIT_OK if all(figure.is_passed for figure in figures) else EXIT_NOT_PASSED

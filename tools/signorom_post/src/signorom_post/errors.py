@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """What can be wrong with the files that the user gives."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 
@@ -11,6 +13,15 @@ class InputError(Exception):
         super().__init__(f"{path}: error: {sentence}")
         self.path = Path(path)
         self.sentence = sentence
+
+
+@contextmanager
+def writing(what: str, place: Path) -> Iterator[None]:
+    """Files that cannot be written below a place are an InputError: `<what> cannot be written`."""
+    try:
+        yield
+    except OSError as error:
+        raise InputError(error.filename or place, f"{what} cannot be written ({error.strerror})") from error
 
 
 class MissingFileError(InputError):

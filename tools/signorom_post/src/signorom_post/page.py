@@ -15,7 +15,7 @@ from typing import Any
 import yaml
 
 from signorom_post.check import follow_pictures
-from signorom_post.errors import InputError
+from signorom_post.errors import writing
 from signorom_post.figures import FigureOptions, follow_figures
 from signorom_post.log import Log
 from signorom_post.readers.check import read_check
@@ -78,10 +78,8 @@ def _run(options: argparse.Namespace) -> int:
     results = Results(options.results)
     output = options.output or options.results / "report.html"
     page = build_page(results, options.log)
-    try:
+    with writing("the page", output):
         output.write_text(page, encoding="utf-8")
-    except OSError as error:
-        raise InputError(output, f"the page cannot be written ({error.strerror})") from error
     options.log.result(output)
     return 0
 

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from importlib.util import find_spec
 from pathlib import Path
 
-from signorom_post.errors import InputError
+from signorom_post.errors import InputError, writing
 from signorom_post.figures import choose_point
 from signorom_post.plots.captions import deformed_title, magnification
 from signorom_post.readers.fields import FieldFile, FieldPoint
@@ -65,15 +65,11 @@ def _run(options: argparse.Namespace) -> int:
     fields = Results(options.results).fields
     point = choose_point(fields, options.point)
     output = options.output or options.results / "view"
-    try:
+    with writing("pictures", output):
         output.mkdir(parents=True, exist_ok=True)
         pictures = write_view(fields, point, output)
         for path in options.log.follow("pictures", pictures, len(PICTURES) + 1):
             options.log.result(path)
-    except OSError as error:
-        raise InputError(
-            error.filename or output, f"pictures cannot be written ({error.strerror})"
-        ) from error
     return 0
 
 

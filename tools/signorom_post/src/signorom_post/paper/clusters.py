@@ -5,13 +5,12 @@ import numpy as np
 
 from signorom_post.paper import published
 from signorom_post.paper.comparison import Comparison, about, at_most, count, number, percent
-from signorom_post.paper.domains import domain_table
+from signorom_post.paper.domains import domains_of_clusters
 from signorom_post.paper.maps import TEXTS, error_map_of, map_table, statistics
 from signorom_post.paper.outcome import Outcome, Row, Study, errors_at, point_text
 from signorom_post.paper.variants import POINTS, Variant
 from signorom_post.plots.cluster_map import ClusterMap, cluster_map
 from signorom_post.plots.error_map import error_maps
-from signorom_post.plots.reduced_domain import reduced_domain
 from signorom_post.readers.model import Cluster, Model
 from signorom_post.results import Results
 
@@ -90,24 +89,7 @@ def figure_15(study: Study) -> Outcome:
 def figure_17(study: Study) -> Outcome:
     """The reduced domain of each cluster."""
     results = _local_models(study)
-    outcome = Outcome({}, {})
-    for i, (cluster, paper) in enumerate(zip(by_height(results.model), published.CLUSTERS, strict=True)):
-        name = f"fig17{'abc'[i]}"
-        outcome.tables[name] = domain_table(results.fields, cluster)
-        outcome.figures[name] = reduced_domain(results.fields, cluster, ("r", "z"))
-        sizes = results.report["reduction"]["clusters"][cluster.name]
-        for key, text in (("n_modes", "modes l"), ("n_contact_rows", "contact pairs")):
-            outcome.comparisons.append(
-                Comparison(
-                    "Fig. 17",
-                    f"{text} of cluster {i + 1}",
-                    getattr(paper, key),
-                    sizes[key],
-                    count,
-                    is_robust=False,
-                )
-            )
-    return outcome
+    return domains_of_clusters("Fig. 17", results, by_height(results.model), published.CLUSTERS)
 
 
 def table_2(study: Study) -> Outcome:

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Figures 9 and 12: the reduced integration domains."""
 
+from collections.abc import Sequence
+
 from signorom_post.paper import published
 from signorom_post.paper.comparison import Comparison, about, count, exactly
 from signorom_post.paper.outcome import Outcome, Row, Study, n_contact_rows
@@ -9,6 +11,7 @@ from signorom_post.plots.reduced_domain import reduced_domain
 from signorom_post.plots.singular_values import kept_modes
 from signorom_post.readers.fields import FieldFile
 from signorom_post.readers.model import Cluster
+from signorom_post.results import Results
 
 #: contact pairs in a domain depend on ties in DEIM and on the mesh's exact dimensions
 MARGIN = 6
@@ -81,3 +84,26 @@ def domain_table(fields: FieldFile, cluster: Cluster) -> list[Row]:
         for kind, (items, where) in kinds.items()
         for i in items
     ]
+
+
+def domains_of_clusters(
+    where: str,
+    results: Results,
+    clusters: Sequence[Cluster],
+    papers: Sequence[published.LocalModel],
+    remark: str = "",
+) -> Outcome:
+    """Pictures and tables `fig17a`, ... of the domains of local models, and their sizes beside the paper's."""
+    outcome = Outcome({}, {})
+    for i, (cluster, paper) in enumerate(zip(clusters, papers, strict=True), start=1):
+        name = f"fig{where.removeprefix('Fig. ')}{'abc'[i - 1]}"
+        outcome.tables[name] = domain_table(results.fields, cluster)
+        outcome.figures[name] = reduced_domain(results.fields, cluster, ("r", "z"))
+        sizes = results.report["reduction"]["clusters"][cluster.name]
+        for key, text in (("n_modes", "modes l"), ("n_contact_rows", "contact pairs")):
+            told = f"{text} of cluster {i}"
+            ours = Comparison(
+                where, told, getattr(paper, key), sizes[key], count, is_robust=False, remark=remark
+            )
+            outcome.comparisons.append(ours)
+    return outcome

@@ -7,13 +7,12 @@ from signorom_post.forest import fit, read_labels
 from signorom_post.paper import published
 from signorom_post.paper.clusters import N_CLUSTERS
 from signorom_post.paper.comparison import Comparison, count, percent
-from signorom_post.paper.domains import domain_table
+from signorom_post.paper.domains import domains_of_clusters
 from signorom_post.paper.maps import TEXTS, error_map_of, map_table, statistics
 from signorom_post.paper.outcome import Outcome, Row, Study, history_of
 from signorom_post.paper.variants import FOREST_SEED, FOREST_TREES, IRREGULAR, Variant
 from signorom_post.plots.error_map import error_maps
 from signorom_post.plots.partition import Partition, partition
-from signorom_post.plots.reduced_domain import reduced_domain
 from signorom_post.readers.model import Cluster, Model
 from signorom_post.results import Results
 
@@ -100,19 +99,8 @@ def figure_20(study: Study) -> Outcome:
 def figure_21(study: Study) -> Outcome:
     """The reduced domain of each cluster."""
     results = _local_models(study)
-    outcome = Outcome({}, {})
-    for i, (cluster, paper) in enumerate(
-        zip(by_rows(results.model), published.IRREGULAR_CLUSTERS, strict=True), start=1
-    ):
-        name = f"fig21{'abc'[i - 1]}"
-        outcome.tables[name] = domain_table(results.fields, cluster)
-        outcome.figures[name] = reduced_domain(results.fields, cluster, ("r", "z"))
-        sizes = results.report["reduction"]["clusters"][cluster.name]
-        for key, text in (("n_modes", "modes l"), ("n_contact_rows", "contact pairs")):
-            outcome.comparisons.append(
-                _number("Fig. 21", f"{text} of cluster {i}", getattr(paper, key), sizes[key], ORDER_REMARK)
-            )
-    return outcome
+    papers = published.IRREGULAR_CLUSTERS
+    return domains_of_clusters("Fig. 21", results, by_rows(results.model), papers, ORDER_REMARK)
 
 
 def figure_22(study: Study) -> Outcome:

@@ -11,7 +11,6 @@ from matplotlib.patches import Patch
 from matplotlib.tri import Triangulation
 
 from signorom_post.arrays import FloatArray, IntArray, with_unit
-from signorom_post.mesh import Faces
 from signorom_post.plots.captions import deformed_title, magnification
 from signorom_post.plots.surface import draw_surface, frame_surface, one_color, view
 from signorom_post.readers.fields import FieldFile, FieldPoint
@@ -93,7 +92,7 @@ def contact_surface(fields: FieldFile) -> Figure:
     kinds = ["multipliers_full_order"]
     if any("multipliers_reduced" in point.fields for point in chosen):
         kinds.append("multipliers_reduced")
-    faces = _contact_faces(fields)
+    faces = fields.contact_faces
     pressures = {
         (kind, i): point.fields[kind].values / fields.contact.areas
         for kind in kinds
@@ -134,12 +133,6 @@ def contact_surface(fields: FieldFile) -> Figure:
 
 def _colors(norm: Normalize, values: FloatArray) -> FloatArray:
     return mpl.colormaps[SEQUENTIAL](norm(values))[:, :3]
-
-
-def _contact_faces(fields: FieldFile) -> Faces:
-    """Outer faces whose nodes all carry a contact force."""
-    faces = fields.mesh.outer_faces
-    return faces.take(np.flatnonzero(np.isin(faces.nodes, fields.contact.owners).all(axis=1)))
 
 
 def _flattened(fields: FieldFile) -> tuple[FloatArray, str]:

@@ -3,6 +3,7 @@
 
 from pathlib import Path
 
+import matplotlib as mpl
 import numpy as np
 import vtk
 from vtk.util.numpy_support import numpy_to_vtk
@@ -10,6 +11,7 @@ from vtk.util.numpy_support import numpy_to_vtk
 from signorom_post.arrays import FloatArray, IntArray
 from signorom_post.mesh import Mesh
 from signorom_post.readers.fields import FieldFile, FieldPoint
+from signorom_post.style import SEQUENTIAL
 
 SIZE = (1600, 900)
 INK = (0.15, 0.15, 0.15)
@@ -74,13 +76,11 @@ def _points(points: FloatArray) -> "vtk.vtkPoints":
 
 def _contact_facets(fields: FieldFile) -> list[IntArray]:
     """Outer edges or faces whose nodes all carry a contact force."""
-    is_owner = np.zeros(fields.mesh.n_nodes, dtype=bool)
-    is_owner[fields.contact.owners] = True
-    mesh = fields.mesh
-    if mesh.n_dim == 2:
-        return [edge for edge in mesh.boundary_edges if is_owner[edge].all()]
-    faces = mesh.outer_faces
-    return [nodes[:n] for nodes, n in zip(faces.nodes, faces.n_corners, strict=True) if is_owner[nodes].all()]
+    if fields.mesh.n_dim == 2:
+        edges = fields.mesh.boundary_edges
+        return list(edges[np.isin(edges, fields.contact.owners).all(axis=1)])
+    faces = fields.contact_faces
+    return [nodes[:n] for nodes, n in zip(faces.nodes, faces.n_corners, strict=True)]
 
 
 def _surface(points: FloatArray, facets: list[IntArray], n_dim: int) -> "vtk.vtkUnstructuredGrid":
@@ -100,7 +100,7 @@ def _colored(
     (grid.GetPointData() if has_nodes else grid.GetCellData()).SetScalars(array)
     finite = values[np.isfinite(values)]
     lowest, highest = (float(finite.min()), float(finite.max())) if finite.size else (0.0, 1.0)
-    colors = _viridis()
+    colors = _sequential()
     colors.SetTableRange(lowest, highest if highest > lowest else lowest + 1.0)
     mapper = vtk.vtkDataSetMapper()
     mapper.SetInputData(grid)
@@ -116,12 +116,11 @@ def _colored(
     return actor, colors
 
 
-def _viridis() -> "vtk.vtkLookupTable":
-    import matplotlib as mpl
-
+def _sequential() -> "vtk.vtkLookupTable":
+    """The colors of all figures."""
     table = vtk.vtkLookupTable()
     table.SetNumberOfTableValues(256)
-    for i, color in enumerate(mpl.colormaps["viridis"](np.linspace(0.0, 1.0, 256))):
+    for i, color in enumerate(mpl.colormaps[SEQUENTIAL](np.linspace(0.0, 1.0, 256))):
         table.SetTableValue(i, *color)
     table.SetNanColor(0.8, 0.8, 0.8, 1.0)
     return table

@@ -9,7 +9,7 @@ import numpy as np
 from signorom_post.arrays import FloatArray, IntArray, Quantity, format_number
 from signorom_post.contact import Contact, ContactSide
 from signorom_post.errors import InputError
-from signorom_post.mesh import Mesh
+from signorom_post.mesh import Faces, Mesh
 from signorom_post.readers.hdf5_input import Hdf5Input
 from signorom_post.readers.topology import XDMF_CELLS, cells_of_mixed, drawn_nodes
 
@@ -47,6 +47,12 @@ class FieldFile:
         if name not in point.fields:
             raise InputError(self.path, f"the point '{point.label}' has no field '{name}'")
         return point.fields[name]
+
+    @property
+    def contact_faces(self) -> Faces:
+        """Outer faces of solid cells whose nodes all carry a contact force."""
+        faces = self.mesh.outer_faces
+        return faces.take(np.flatnonzero(np.isin(faces.nodes, self.contact.owners).all(axis=1)))
 
 
 def read_fields(path: Path) -> FieldFile:

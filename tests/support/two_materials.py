@@ -1,0 +1,28 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Elastic constants that depend on the parameters: changes of decks, and bodies of two materials."""
+
+# of input/bracket.yaml: one modulus and one ratio of a body that only contact holds
+HANGING = {
+    "young_modulus: 207.0e3, poisson_ratio: 0.29": "young_modulus: E, poisson_ratio: nu",
+    "materials:\n": "  E: {min: 100.0e3, max: 250.0e3, unit: MPa}\n"
+    "  nu: {min: 0.2, max: 0.4, unit: '1'}\nmaterials:\n",
+}
+# a body of a core and a rim, with a ratio of moduli and a Poisson's ratio; another body above it
+MATERIALS = """\
+materials:
+  core: {regions: [core], young_modulus: E * ratio, poisson_ratio: nu}
+  rim: {regions: [rim], young_modulus: E, poisson_ratio: 0.3}
+  cover: {regions: [upper], young_modulus: 2 * E, poisson_ratio: 0.25}
+"""
+
+
+def core_and_rim(place):
+    """The region of a cell of the lower block by the middle of the cell."""
+    return "core" if place[0] < 0.5 else "rim"
+
+
+def split_region(mesh, name, name_at):
+    """Cells of a region get the name that a function finds for their middles."""
+    for i, (kind, region, nodes) in enumerate(mesh.elements):
+        if region == name:
+            mesh.elements[i] = (kind, name_at(mesh.coordinates[nodes].mean(axis=0)), nodes)
