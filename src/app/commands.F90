@@ -63,8 +63,8 @@ contains
       call log_error(error_report(error))
       return
     end if
-    if (is_log_shown()) call say_when_ended('stopped by a signal: the work in progress is lost, all files are whole, ' // &
-      'and the same command goes on')
+    if (is_log_shown()) call say_when_ended('stopped by a signal: the work in progress is lost, all files are complete; ' // &
+      'run the same command again to go on')
     if (command%name /= 'help' .and. command%name /= 'version') call start_linear_algebra()
     exit_code = exit_success
     select case (command%name)

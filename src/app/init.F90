@@ -50,7 +50,7 @@ contains
     mesh_file = mesh_path(index(mesh_path, '/', back=.true.) + 1:)
     deck_path = mesh_path(:len(mesh_path) - len(mesh_file)) // base_name(mesh_path) // '.yaml'
     if (file_exists(deck_path)) then
-      call make_error(error, 'the deck is there already; init does not change it', deck_path)
+      call make_error(error, 'this deck exists already; init does not overwrite it', deck_path)
       return
     end if
     call read_mesh(mesh_path, 0, 1.0_rk, mesh, error)

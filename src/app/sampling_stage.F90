@@ -74,10 +74,10 @@ contains
     if (allocated(error)) then
       call session%fail(error)
     else if (outcome%is_stopped) then
-      call session%stop('the finished points are kept, and the same command goes on')
+      call session%stop('the finished points are kept; run the same command again to go on')
     else
       if (outcome%n_failed > 0) then
-        call log_warning(to_text(outcome%n_failed) // ' of the points did not converge; the same command tries again')
+        call log_warning(to_text(outcome%n_failed) // ' of the points did not converge; run the same command to try them again')
         session%exit_code = exit_not_converged
       end if
       call log_info(text)

@@ -59,7 +59,7 @@ contains
 
     PetscCall(agree_to_stop(PETSC_COMM_WORLD, is_stopped, ierr))
     if (.not. is_stopped .or. session%exit_code == exit_stopped .or. session%has_failed) return
-    call session%stop('the finished stages are kept, and the same command goes on')
+    call session%stop('the finished stages are kept; run the same command again to go on')
   end subroutine stop_if_asked
 
   !> model.h5 and enrichment.csv of snapshots.h5.

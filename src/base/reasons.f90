@@ -18,7 +18,7 @@ module sig_reasons
   integer, parameter, public :: reason_pulled_off = -7
 
   ! of a reduced model
-  !> the point has not one value per parameter
+  !> the point needs one value for each parameter
   integer, parameter, public :: reason_bad_point = -11
   !> a term of the model is infinite or not a number there
   integer, parameter, public :: reason_bad_term = -12
@@ -80,15 +80,15 @@ contains
     case (reason_pulled_off)
       text = 'there is no equilibrium: the loads pull a body off the contacts that hold it'
     case (reason_bad_point)
-      text = 'the point has not one value per parameter'
+      text = 'the point needs one value for each parameter'
     case (reason_bad_term)
       text = 'a term of the model is infinite or not a number at this point'
     case (reason_large_bound)
       text = 'the error may be larger than certificate.max_error allows'
     case (reason_outside)
-      text = 'contacts change that never did at the training points around'
+      text = 'a contact opens or closes that does not change at the training points nearby'
     case (reason_blind)
-      text = 'nothing touches in the reduced integration domain, but loads or gaps say that something touches elsewhere'
+      text = 'no contact closes in the reduced integration domain, but the loads or gaps close contacts elsewhere'
     case (reason_singular)
       text = 'the reduced stiffness is singular with the elastic constants of this point'
     case default
@@ -110,7 +110,7 @@ contains
     case (reason_ill_conditioned)
       text = 'the complementarity problem is too ill-conditioned for a reliable answer'
     case (reason_cycle)
-      text = 'the index sets of the complementarity problem came back'
+      text = 'the solution of the complementarity problem comes back to earlier sets of closed contacts'
     case default
       text = 'unknown reason'
     end select

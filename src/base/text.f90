@@ -8,7 +8,7 @@ module sig_text
   implicit none(type, external)
   private
   public :: string_t, to_text, short_number, csv_number, join, append_text
-  public :: counted, are
+  public :: counted, are, lost_digits
   public :: lower, split, read_real, read_integer, did_you_mean
 
   !> A text of its own length, so that texts can stand in arrays.
@@ -151,6 +151,16 @@ contains
     read (buffer, *, iostat=status) rounded
     text = to_text(merge(rounded, value, status == 0))
   end function short_number
+
+  !> What a condition number costs, for people: `8 of 16 digits`.
+  pure function lost_digits(condition) result(text)
+    !> [-] >= 1
+    real(rk), intent(in) :: condition
+    character(:), allocatable :: text
+
+    text = '16 of 16 digits'
+    if (condition < 1.0e16_rk) text = to_text(nint(log10(max(condition, 1.0_rk)))) // ' of 16 digits'
+  end function lost_digits
 
   !> Seven digits, and words that every CSV reader takes for what is no finite number. Requires: value >= 0.
   pure function csv_number(value) result(text)

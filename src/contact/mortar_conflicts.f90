@@ -66,7 +66,7 @@ contains
       allocate (found)
       found%node = node
       found%message = shared_text(mesh, contact, node, entry_at(rows, node))
-      found%hint = 'give each contact surfaces with nodes of their own'
+      found%hint = 'give each contact its own surfaces, which share no node'
     end subroutine name_other_contact
   end subroutine find_conflict
 

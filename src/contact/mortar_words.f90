@@ -23,8 +23,8 @@ contains
       text = percent_text(sums%covered, sums) // " of '" // entry%first%text // "' faces '" // entry%second%text // "'"
       if (sums%far > 0) text = text // ', ' // percent_text(sums%far, sums) // ' beyond the search distance of ' // &
         short_text(limit) // ', where no contact is possible (search_distance)'
-      if (sums%lost > 0) text = text // ', ' // percent_text(sums%lost, sums) // ' in facets of which too little faces it, ' // &
-        'where no contact is possible'
+      if (sums%lost > 0) text = text // ', ' // percent_text(sums%lost, sums) // ' in facets of which only a small part ' // &
+        'faces it, where no contact is possible'
     end associate
   end function cover_text
 

@@ -24,7 +24,7 @@ contains
     path = 'contact[' // to_text(i_contact) // ']'
     associate (entry => config%contact(i_contact))
       if (len(entry%first%text) > 0 .and. entry%first%text == entry%second%text) call tree%report_at(path // '.second', &
-        'is ' // shown(entry%second%text) // ' like first; it must be another surface')
+        'is ' // shown(entry%second%text) // ', the same as first; it must be another surface')
       do i = 1, i_contact - 1
         if (are_same_surfaces(config%contact(i), entry)) call tree%report_at(path // '.first', &
           'and second are the surfaces of contact[' // to_text(i) // '] already')

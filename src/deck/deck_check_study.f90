@@ -63,7 +63,7 @@ contains
     if (points%n_sobol > max_points) call tree%report_at(section // '.sobol', too_many)
     if (points%n_latin_hypercube > max_points) call tree%report_at(section // '.latin_hypercube', too_many)
     if (points%n_sobol > 0 .and. size(parameters) > max_sobol_parameters) call tree%report_at(section // '.sobol', &
-      'serves up to ' // to_text(max_sobol_parameters) // ' parameters; the deck has ' // to_text(size(parameters)) // &
+      'works for up to ' // to_text(max_sobol_parameters) // ' parameters; the deck has ' // to_text(size(parameters)) // &
       ' (latin_hypercube has no limit)')
     if (points%seed < 0) call tree%report_at(section // '.seed', 'is ' // to_text(points%seed) // '; it must be at least 0')
   end subroutine check_point_set
@@ -120,7 +120,7 @@ contains
         if (clusters%number > n_items) call tree%report_at('clusters.number', 'is ' // to_text(clusters%number) // &
           '; there ' // are(n_items) // ' only ' // counted(n_items, 'training point'))
       else if (config%greedy%is_used .or. .not. allocated(training%grid)) then
-        call tree%report_at('clusters', 'is regular, for the cells of training.grid, and there is no grid', &
+        call tree%report_at('clusters', 'is regular and needs the cells of training.grid, but there is no grid', &
           'use method: irregular, or training: {grid: ...}')
       else if (real(clusters%number, rk) > product(real(training%grid - 1, rk))) then
         call tree%report_at('clusters.number', 'is ' // to_text(clusters%number) // '; the training grid has only ' // &
@@ -147,7 +147,8 @@ contains
     type(deck_tree_t), intent(inout) :: tree
     type(clusters_config_t), intent(in) :: clusters
 
-    if (.not. clusters%target%is_used) call tree%report_at('clusters.refine', 'has no end; it needs clusters.target', &
+    if (.not. clusters%target%is_used) call tree%report_at('clusters.refine', 'does not say when to stop; ' // &
+      'it needs clusters.target', &
       'for example: target: {error: 0.05, candidates: {sobol: 200}}')
     if (clusters%refine%max_points < 0) call tree%report_at('clusters.refine.max_points', 'is ' // &
       to_text(clusters%refine%max_points) // '; it must be at least 0', 'with 0 clusters are split and no snapshots are added')
@@ -174,7 +175,7 @@ contains
     if (reduction%extra_modes < 0) call tree%report_at('reduction.extra_modes', 'is ' // to_text(reduction%extra_modes) // &
       '; it must be at least 0')
     if (reduction%extra_modes > 0 .and. reduction%extended_pod_tolerance > 0) call tree%report_at('reduction.extra_modes', &
-      'is given beside extended_pod_tolerance; only one of them may say how many modes there are more')
+      'is given together with extended_pod_tolerance; only one of them may set the number of extra modes')
     if (reduction%extended_pod_tolerance > 0 .and. reduction%n_modes == 0 .and. &
         reduction%extended_pod_tolerance >= reduction%pod_tolerance) call tree%report_at( &
       'reduction.extended_pod_tolerance', 'is ' // to_text(reduction%extended_pod_tolerance) // &
@@ -237,7 +238,7 @@ contains
       else
         if (.not. is_value_allowed) then
           call tree%report_at('petsc_options', 'has ' // shown(words(i)%text) // &
-            '; an option (such as -fom_ksp_rtol) or the value that follows one must stand there')
+            '; write an option (such as -fom_ksp_rtol), and behind it its value')
           return
         end if
         is_value_allowed = .false.

@@ -61,11 +61,11 @@ contains
 
     path = 'parameters.' // parameter%name
     if (.not. is_identifier(parameter%name)) then
-      call report_name(tree, parameter%name, 'is no name for expressions; it must be a letter, then letters, digits and _')
+      call report_name(tree, parameter%name, 'cannot be used in expressions; a name is a letter, then letters, digits and _')
       return
     end if
-    if (is_function_name(parameter%name)) call report_name(tree, parameter%name, 'has the name of a function; it must have another')
-    if (any(reserved_names == parameter%name)) call report_name(tree, parameter%name, 'has a reserved name; it must have another')
+    if (is_function_name(parameter%name)) call report_name(tree, parameter%name, 'is the name of a function; choose another name')
+    if (any(reserved_names == parameter%name)) call report_name(tree, parameter%name, 'is a reserved name; choose another name')
     if (parameter%minimum < parameter%maximum) return
     unit = ''
     if (len(parameter%unit) > 0) unit = ' ' // parameter%unit

@@ -57,7 +57,7 @@ contains
       message = from_c(fault%message)
       hint = ''
       if (fault%kind == fault_syntax) then
-        message = 'this is no valid YAML: ' // message
+        message = 'this is not valid YAML: ' // message
         hint = hint_for_slip(message, text, int(fault%line))
       end if
       call report(tree, message, int(fault%line), int(fault%column), hint)

@@ -74,9 +74,9 @@ contains
     i_max_points = tree%find(i_greedy, 'max_points')
     i_tolerance = tree%find(i_greedy, 'tolerance')
     if (greedy%indicator == 'projection' .and. i_batch > 0) call tree%report(i_batch, &
-      'is for indicator: defect; with projection the errors are known anew after each point')
+      'goes with indicator: defect only; with projection the errors are computed again after each point')
     if (i_tolerance == 0 .and. i_max_points == 0) call tree%report_key(i_greedy, &
-      'training.greedy has no end; it must have tolerance, max_points or both')
+      'training.greedy does not say when to stop; it must have tolerance, max_points or both')
   end subroutine read_greedy
 
   !> The key `candidates` below another one, required: a set of points without groups of its own.

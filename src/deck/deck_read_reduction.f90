@@ -220,13 +220,13 @@ contains
     n = 0
     do i = 1, size(nodes)
       if (is_auto(i)) then
-        if (any(is_auto(:i - 1))) call tree%report(nodes(i), 'is auto, which the list holds already')
+        if (any(is_auto(:i - 1))) call tree%report(nodes(i), 'is auto, which is already in the list')
         cycle
       end if
       n = n + 1
       call read_zone(tree, nodes(i), model, reduction%zones_of_interest(n))
       if (is_there(reduction%zones_of_interest(:n - 1), reduction%zones_of_interest(n))) call tree%report(nodes(i), &
-        'is ' // shown(reduction%zones_of_interest(n)%boundary%text) // ', which the list holds already')
+        'is ' // shown(reduction%zones_of_interest(n)%boundary%text) // ', which is already in the list')
     end do
   end subroutine read_zones
 
@@ -280,7 +280,7 @@ contains
     if (.not. (zone%has_minimum .or. zone%has_maximum)) then
       call tree%report(i_window, 'has no bound; it needs min, max or both')
     else if (zone%has_minimum .and. zone%has_maximum .and. zone%minimum >= zone%maximum) then
-      call tree%report(i_window, 'has a min that is not below its max')
+      call tree%report(i_window, 'has a min that is not less than its max')
     end if
   end subroutine read_window
 end module sig_deck_read_reduction

@@ -56,7 +56,7 @@ contains
     i_field = tree%find(i_entry, 'field')
     i_strain = tree%find(i_entry, 'strain')
     if (count([i_temperature, i_field, i_strain] > 0) /= 1) then
-      call tree%report(i_entry, 'must have one of temperature, field and strain')
+      call tree%report(i_entry, 'must have exactly one of temperature, field and strain')
       call forget_rest(tree, i_entry)
       return
     end if
@@ -66,7 +66,7 @@ contains
     if (i_field > 0) call read_field(tree, i_entry, strain)
     if (i_strain > 0) call read_strain(tree, i_strain, model, strain)
     if (.not. strain%is_thermal) then
-      call tree%refuse_key(i_entry, 'reference', 'the strain itself is given, no temperature')
+      call tree%refuse_key(i_entry, 'reference', 'the entry gives the strain itself and no temperature')
     else if (tree%find(i_entry, 'reference') == 0) then
       call tree%report_key(i_entry, tree%key_path(i_entry) // '.reference is missing: the temperature without strain')
     else

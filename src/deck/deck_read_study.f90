@@ -135,7 +135,7 @@ contains
     call choice_of(tree, i_node, field_names, name)
     do i_field = 1, size(field_names)
       if (field_names(i_field) /= name) cycle
-      if (is_wanted(i_field)) call tree%report(i_node, 'is ''' // name // ''', which the list holds already')
+      if (is_wanted(i_field)) call tree%report(i_node, 'is ''' // name // ''', which is already in the list')
       is_wanted(i_field) = .true.
     end do
   end subroutine read_field

@@ -166,7 +166,7 @@ contains
       call name_of(tree, nodes(i), names(i))
       do j = 1, i - 1
         if (len(names(i)%text) == 0 .or. names(j)%text /= names(i)%text) cycle
-        call tree%report(nodes(i), 'is ' // shown(names(i)%text) // ', which the list holds already')
+        call tree%report(nodes(i), 'is ' // shown(names(i)%text) // ', which is already in the list')
         exit
       end do
     end do
@@ -207,7 +207,7 @@ contains
 
     call text_of(tree, i_node, value)
     if (.not. tree%nodes(i_node)%is_quoted) return
-    if (len_trim(tree%nodes(i_node)%text) == 0) call tree%report(i_node, 'is an empty text; something must stand there')
+    if (len_trim(tree%nodes(i_node)%text) == 0) call tree%report(i_node, 'is an empty text; a value is needed')
   end subroutine word_of
 
   subroutine choice_of(tree, i_node, choices, value)

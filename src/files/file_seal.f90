@@ -13,7 +13,7 @@ module sig_file_seal
   ! as in file_seal.h
   integer, parameter :: seal_size = 512
   integer(c_int), parameter :: no_seal = 1, newer = 2, other_length = 3, changed = 4
-  character(*), parameter :: again = 'fetch or make the file once more'
+  character(*), parameter :: again = 'copy or make the file again'
 
 contains
 
@@ -39,14 +39,14 @@ contains
     is_sealed = status == 0
     select case (status)
     case (newer)
-      call make_error(error, 'a newer program wrote the file; this one cannot read it', file=path, &
-        hint='use the program that wrote it, or a newer one')
+      call make_error(error, 'a newer version of the program wrote the file; this version cannot read it', file=path, &
+        hint='use the version that wrote it, or a newer one')
     case (other_length)
       if (n_found < n_sealed) then
         call make_error(error, 'the file is cut off: ' // to_text(n_found) // ' of ' // to_text(n_sealed) // ' bytes are there', &
           file=path, hint=again)
       else
-        call make_error(error, 'the file is cut off or longer than it was written', file=path, hint=again)
+        call make_error(error, 'the file is shorter or longer than it was when it was written', file=path, hint=again)
       end if
     case (changed)
       call make_error(error, 'the file was changed or damaged after it was written: its checksum differs', file=path, hint=again)

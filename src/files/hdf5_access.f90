@@ -42,7 +42,7 @@ contains
     type(error_t), allocatable, intent(out) :: error
 
     if (sig_h5_create(partial, len(partial, c_size_t), int(n_free, c_size_t), handle) /= 0) &
-      call make_error(error, 'cannot create the HDF5 file; is there such a folder, and may you write there?', file=path)
+      call make_error(error, 'cannot create the HDF5 file; check that the folder exists and that you may write there', file=path)
   end subroutine create_hdf5
 
   !> Errors: no such file, a folder, not HDF5, cut off or damaged, in use by a writer.
@@ -157,7 +157,8 @@ contains
     character(*), intent(in) :: address
     type(error_t), allocatable, intent(out) :: error
 
-    call make_error(error, 'cannot write ' // address_text(address) // '; is the disk full, or the name there already?', file=path)
+    call make_error(error, 'cannot write ' // address_text(address) // '; check whether the disk is full or the name exists ' // &
+      'already', file=path)
   end subroutine report_write
 
   !> Fortran shape of what stands at the address, after a check of its type and rank.

@@ -77,7 +77,7 @@ contains
       call make_error(error, 'this file is no ' // name // '; it says that it is ''' // found // '''', path, hint=hint)
     else if (version > versions(2)) then
       call make_error(error, 'the file has format version ' // to_text(version) // '; this program reads up to version ' // &
-        to_text(versions(2)), path, hint='use the program that wrote it, or a newer one')
+        to_text(versions(2)), path, hint='use the version that wrote it, or a newer one')
     else if (version < versions(1)) then
       call make_error(error, 'the file has format version ' // to_text(version) // '; this program reads none before ' // &
         to_text(versions(1)), path, hint=hint)

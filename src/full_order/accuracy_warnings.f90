@@ -4,7 +4,7 @@ module sig_accuracy_warnings
   use sig_deck_config, only: deck_config_t
   use sig_kinds, only: rk
   use sig_statistics, only: statistics_t, summarize
-  use sig_text, only: append_text, short_number, string_t, to_text
+  use sig_text, only: append_text, lost_digits, short_number, string_t, to_text
   implicit none(type, external)
   private
   public :: material_warnings, equilibrium_warning, error_warnings
@@ -44,7 +44,8 @@ contains
       end associate
     end do
     if (largest > largest_contrast * smallest) call append_text(warnings, 'the largest Young''s modulus is ' // &
-      short_number(largest / smallest) // ' times the smallest: the equations lose as many digits; above ' // &
+      short_number(largest / smallest) // ' times the smallest: answers may lose about ' // &
+        lost_digits(largest / smallest) // '; above ' // &
       short_number(largest_contrast) // ' replace the stiff body by an obstacle or by prescribed displacements, and look at ' // &
       'the residuals in the report')
   end function material_warnings

@@ -38,7 +38,8 @@ contains
     if (size(bodies) > 0) then
       place = place_of_body(deck, mesh, motions, bodies(1))
       call make_error(error, 'nothing can hold the body ' // body_name(mesh, motions, bodies(1)) // ' (' // &
-        motion_text(motions, unheld, bodies(1), model%axes) // '): no prescribed displacement does, and no contact', deck%path, &
+        motion_text(motions, unheld, bodies(1), model%axes) // '): neither a prescribed displacement nor a contact does', &
+          deck%path, &
         place%line, place%column, 'prescribe that displacement on a boundary, or at a physical point')
       return
     end if

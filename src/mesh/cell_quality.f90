@@ -145,7 +145,7 @@ contains
     write (shown, '(es9.2)') quality
     call make_error(error, 'cell ' // to_text(mesh%cell_tags(i_cell)) // ' (number in gmsh) of region ' // &
                     region_of_cell(mesh, i_cell) // ' ' // fault // ': its quality is ' // trim(adjustl(shown)) // &
-                    ', at least 1.0e-10 is needed', file=path, hint='mend the geometry or the mesh size there')
+                    ', at least 1.0e-10 is needed', file=path, hint='correct the geometry or the mesh size there')
   end subroutine refuse_cell
 
   !> First region that holds the cell, in quotes.

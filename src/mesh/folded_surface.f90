@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> A contact surface that lies upon itself: one name for both sides of an interface.
+!> A contact surface that is folded onto itself: one name for both sides of an interface.
 module sig_folded_surface
   use sig_deck_config, only: name_config_t
   use sig_errors, only: error_t
@@ -46,9 +46,9 @@ contains
           way = mesh%coordinates(:, nodes(others(k))) - mesh%coordinates(:, nodes(i))
           if (dot_product(normals(:, i), normals(:, others(k))) > opposite) cycle
           if (dot_product(way, normals(:, i)) < -rounding * size_of_edge) cycle
-          call refuse(surfaces, surface, "the surface '" // surface%text // "' lies upon itself: " // &
-                      node_text(mesh, nodes(i)) // ' and ' // node_text(mesh, nodes(others(k))) // ' look at each other', error, &
-                      'give the two sides names of their own in the .geo file: one is the first surface, the other the second')
+          call refuse(surfaces, surface, "the surface '" // surface%text // "' is folded onto itself: " // &
+                      node_text(mesh, nodes(i)) // ' and ' // node_text(mesh, nodes(others(k))) // ' face each other', error, &
+                      'give each side its own name in the .geo file: one is the first surface, the other the second')
           return
         end do
       end do

@@ -174,15 +174,15 @@ contains
     else if (n_found > 1) then
       call make_error(error, "the mesh has " // to_text(n_found) // " physical groups with the name '" // name%text // &
                       "' that could be this " // noun, file=deck_path, line=name%line, column=name%column, &
-                      hint='give each a name of its own in the .geo file')
+                      hint='give each its own name in the .geo file')
     else if (size(mesh%groups(i_group)%nodes) == 0) then
       call make_error(error, "the " // noun // " '" // name%text // "' of the mesh touches no cell of a named region", &
                       file=deck_path, line=name%line, column=name%column, &
-                      hint='give the region beside it a name in the .geo file')
+                      hint='give the region next to it a name in the .geo file')
     else if (mesh%groups(i_group)%n_left_out > 0) then
       call make_error(error, 'elements of the ' // noun // " '" // name%text // "' that touch no cell of a named region: " // &
                       to_text(mesh%groups(i_group)%n_left_out), file=deck_path, line=name%line, column=name%column, &
-                      hint='give the region beside them a name, and the two one mesh (Coherence), in the .geo file')
+                      hint='in the .geo file, give the region next to them a name, and join both into one mesh (Coherence)')
     end if
     if (allocated(error)) i_group = 0
   end subroutine find_name

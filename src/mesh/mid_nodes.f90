@@ -188,7 +188,7 @@ contains
       place = place // ', ' // to_text(raw%node_tags(corners(i)))
     end do
     hint = 'mesh boundaries and regions together with one Mesh.ElementOrder, so that both have mid-side nodes, or none'
-    if (is_cell) hint = 'mesh what hangs together with one Mesh.ElementOrder and one Mesh.SecondOrderIncomplete'
+    if (is_cell) hint = 'mesh connected parts with one Mesh.ElementOrder and one Mesh.SecondOrderIncomplete'
     call make_error(error, element_text(raw, i_element) // ' and ' // element_text(raw, i_cell) // &
       ' do not have the same node in the middle of their common ' // trim(merge('edge', 'face', corners(3) == 0)) // &
       ' between the nodes ' // place, path, raw%element_places(1, i_element), raw%element_places(2, i_element), hint)

@@ -85,9 +85,9 @@ contains
     call pair_surfaces(mesh, surfaces, pairing, error)
     if (.not. allocated(error)) then
       if (is_round) call check_axis(mesh, surfaces, error)
-      why = 'because pairs of nodes cannot take an edge of three nodes that ends on the axis'
+      why = 'because node-to-node contact cannot use an edge of three nodes that ends on the axis'
     else if (first_weak_facet(mesh, [surfaces%first_facets, surfaces%second_facets]) > 0) then
-      why = 'because pairs of nodes cannot take faces of six or eight nodes'
+      why = 'because node-to-node contact cannot use faces of six or eight nodes'
     else
       why = 'because the nodes do not face each other one to one'
     end if

@@ -34,11 +34,11 @@ contains
     remedy = 'take formulation: mortar, or mesh the bodies in contact with linear elements (Mesh.ElementOrder = 1) or ' // &
       'hexahedra of 27 nodes'
     if (surfaces%entry%has_obstacle) remedy = 'mesh the body with linear elements (Mesh.ElementOrder = 1) or hexahedra of 27 ' // &
-      'nodes, or the obstacle as a body'
+      'nodes, or replace the obstacle by a meshed body'
     associate (nodes => nodes_of_facet(mesh, facets(i)))
       call refuse(surfaces, surface, "the surface '" // surface%text // "' has " // &
         trim(element_types(element_type_with(mesh%n_dim - 1, size(nodes)))%name) // ' faces, at ' // node_text(mesh, nodes(1)) // &
-        '; node-to-node contact cannot take them, because a uniform pressure has no force, or a pulling one, on their corners', &
+        '; node-to-node contact cannot take them, because a uniform pressure gives zero or negative forces at their corners', &
         error, remedy)
     end associate
   end subroutine check_weights
@@ -129,7 +129,7 @@ contains
     if (.not. has_quadratic_end(mesh, surfaces%first_facets)) return
     remedy = 'take formulation: mortar, or mesh the bodies in contact with linear elements (Mesh.ElementOrder = 1)'
     if (surfaces%entry%has_obstacle) remedy = &
-      'mesh the body with linear elements (Mesh.ElementOrder = 1), or the obstacle as a body'
+      'mesh the body with linear elements (Mesh.ElementOrder = 1), or replace the obstacle by a meshed body'
     call refuse(surfaces, surfaces%entry%first, "the surface '" // surfaces%entry%first%text // "' has an edge of three nodes " // &
       'that ends on the axis; node-to-node contact cannot take it, because a uniform pressure has no force on the node at r = 0', &
       error, remedy)

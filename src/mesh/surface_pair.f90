@@ -86,7 +86,7 @@ contains
 
     text = "'" // surfaces%entry%first%text // "' lies within " // box_text(surfaces%first_box) // ", '" // &
       surfaces%entry%second%text // "' within " // box_text(surfaces%second_box) // &
-      '; name the two that face each other, or mend the direction or the position of a body'
+      '; name two surfaces that face each other, or correct the direction or the position of a body'
   end function where_text
 
   pure function box_text(box) result(text)
@@ -184,8 +184,8 @@ contains
     real(rk) :: offset
 
     call surfaces%tree%nearest(mesh%coordinates(:, surfaces%first_nodes(i_first)), nearest, offset, surfaces%normals(:, i_first))
-    text = node_text(mesh, surfaces%first_nodes(i_first)) // ' has its nearest one ' // short_text(offset) // &
-      ' aside; allowed are ' // short_text(surfaces%tolerance) // ' (pairing_tolerance ' // &
+    text = node_text(mesh, surfaces%first_nodes(i_first)) // ' has its nearest node ' // short_text(offset) // &
+      ' away; allowed is ' // short_text(surfaces%tolerance) // ' (pairing_tolerance ' // &
       to_text(surfaces%entry%pairing_tolerance) // ' times the mesh size ' // short_text(surfaces%first_geometry%mesh_size) // ')'
   end function offset_text
 

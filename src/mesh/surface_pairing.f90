@@ -70,7 +70,7 @@ contains
     end if
   end subroutine open_surfaces
 
-  !> Mesh size and facets of a surface. Errors: a facet inside a body, a surface that lies upon itself.
+  !> Mesh size and facets of a surface. Errors: a facet inside a body, a surface that is folded onto itself.
   pure subroutine measure(mesh, surfaces, surface, i_group, geometry, error)
     type(mesh_t), intent(in) :: mesh
     type(surface_pair_t), intent(in) :: surfaces
@@ -125,7 +125,7 @@ contains
                               entry%second%text // "' to '" // entry%first%text // "'; it must point from first to second", &
                               error, 'write direction: ' // direction_text(-entry%direction) // ', or swap first and second')
       else if (first_lean < -turned_tolerance .or. second_lean > turned_tolerance) then
-        call refuse_facing(surfaces, error, 'the outer sides of both look the same way')
+        call refuse_facing(surfaces, error, 'the outer sides of both point in the same direction')
       end if
     end associate
   end subroutine fix_direction
@@ -138,7 +138,7 @@ contains
     associate (entry => surfaces%entry)
       surfaces%normals = spread(entry%direction / norm2(entry%direction), 2, size(surfaces%first_nodes))
       if (lean(surfaces%first_geometry, surfaces%normals(:, 1)) >= -turned_tolerance) return
-      call refuse(surfaces, entry%first, "the outer side of '" // entry%first%text // "' looks away from the obstacle, which " // &
+      call refuse(surfaces, entry%first, "the outer side of '" // entry%first%text // "' points away from the obstacle, which " // &
                   'lies in the direction ' // place_text(entry%direction), error, &
                   'the normal of a half space points out of it, the direction of a sphere leads from the surface to it')
     end associate
@@ -174,7 +174,7 @@ contains
     i_lost = findloc(norm2(surfaces%normals, dim=1) > 0, .false., dim=1)
     if (i_lost == 0) return
     call refuse(surfaces, surfaces%entry%first, node_text(mesh, surfaces%first_nodes(i_lost)) // " of '" // &
-                surfaces%entry%first%text // "' has no normal: the facets around it look in opposite ways", error, &
+                surfaces%entry%first%text // "' has no normal: the facets around it point in opposite directions", error, &
                 'give the contact a direction, or name only one side')
   end subroutine check_normals
 

@@ -24,7 +24,7 @@ contains
     if (.not. associated(handle)) return
     handle%has_gradient = .false.
     if (abs(direction) /= 1) then
-      call keep(handle%message, 'the direction of derivatives is neither 1 nor -1')
+      call keep(handle%message, 'the direction of derivatives must be 1 or -1')
       return
     end if
     handle => answered_context(context, context)
@@ -50,7 +50,7 @@ contains
     handle => answered_context(context, array)
     if (.not. associated(handle)) return
     if (handle%has_gradient) return
-    call keep(handle%message, 'there are no derivatives to tell of: signorom_differentiate was not called, or has failed')
+    call keep(handle%message, 'there are no derivatives: signorom_differentiate was not called, or it failed')
     handle => null()
   end function differentiated_context
 

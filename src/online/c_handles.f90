@@ -102,7 +102,7 @@ contains
     if (handle%has_answer) then
       call keep(handle%message, 'the array for the answer is a null pointer')
     else
-      call keep(handle%message, 'there is no answer to tell of: nothing was asked, or the last point has none')
+      call keep(handle%message, 'there is no answer: no point was asked, or the last point has no answer')
     end if
     handle => null()
   end function answered_context
@@ -121,7 +121,7 @@ contains
     end if
     call c_f_pointer(nodes, chosen, [n])
     if (.not. any(chosen < 0 .or. chosen >= handle%model%online%model%n_nodes)) return
-    call keep(handle%message, 'a node is not between 0 and the number of nodes less one')
+    call keep(handle%message, 'a node is out of range: nodes are numbered from 0 to the number of nodes minus 1')
     chosen => null()
   end function chosen_nodes
 

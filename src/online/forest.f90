@@ -124,7 +124,7 @@ contains
     call file%read(group // '/right', self%right, error)
     call file%read(group // '/shares', self%shares, error)
     if (allocated(error)) return
-    if (.not. is_sound(self)) call make_error(error, 'the random forest in the file is damaged: its trees do not hang together', &
+    if (.not. is_sound(self)) call make_error(error, 'the random forest in the file is damaged: its trees are inconsistent', &
       path, hint='train it again')
   end subroutine read_arrays
 

@@ -65,7 +65,7 @@ contains
     if (lu%is_singular) then
       message = 'the reduced stiffness (' // to_text(cluster%n_modes) // ' modes) is numerically singular: its reciprocal ' &
         // 'condition number is ' // to_text(lu%reciprocal_condition) // '; the equations of the reduced integration domain ' &
-        // 'do not determine every mode (a larger pod_tolerance or a zone of interest mends that)'
+        // 'do not determine every mode; take a larger pod_tolerance or add a zone of interest'
       return
     end if
     self%multiplier_response = lu%solve(transpose(cluster%contact_matrix))

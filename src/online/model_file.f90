@@ -35,7 +35,7 @@ contains
     whole = model
     call complete_model(whole)
     if (find_mismatch(whole) /= '') then
-      call make_error(error, 'the part ''' // find_mismatch(whole) // ''' of the model does not fit the others', file=path, &
+      call make_error(error, 'the part ''' // find_mismatch(whole) // ''' of the model does not fit the other parts', file=path, &
         exit_code=exit_internal)
       return
     end if
@@ -142,7 +142,7 @@ contains
     call file%close()
     if (allocated(error)) return
     if (find_mismatch(model) /= '') then
-      call make_error(error, 'the part ''' // find_mismatch(model) // ''' of the model does not fit the others', file=path, &
+      call make_error(error, 'the part ''' // find_mismatch(model) // ''' of the model does not fit the other parts', file=path, &
         hint=train_hint)
     end if
   end subroutine read_model

@@ -101,8 +101,8 @@ contains
     call differentiate_terms(self%terms, point, answer%theta, online%lengths_at(point), direction, gradient%theta, &
       is_kink, i_failed)
     if (i_failed > 0) then
-      message = 'there is no derivative: a load or an expression of the deck jumps over ''' // &
-        online%model%terms%parameter_names(i_failed)%text // ''' at this point, or has no value beside it'
+      message = 'there is no derivative: a load or an expression of the deck jumps as ''' // &
+        online%model%terms%parameter_names(i_failed)%text // ''' passes this point, or has no value next to it'
       return
     end if
     gradient%is_one_sided = is_kink

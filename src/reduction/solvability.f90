@@ -7,7 +7,7 @@ module sig_solvability
   use sig_hhr_data, only: hhr_data_t, stiffness_at
   use sig_hhr_system, only: held_stiffness
   use sig_singular_values, only: singular_values, svd
-  use sig_text, only: append_text, counted, short_number, string_t, to_text
+  use sig_text, only: append_text, counted, lost_digits, short_number, string_t, to_text
   implicit none(type, external)
   private
   public :: hang_bodies, measure_stiffness, rank_on_domain, is_undetermined, solvability_warnings, undetermined_text
@@ -136,7 +136,7 @@ contains
     allocate (warnings(0))
     if (cluster%rank < cluster%n_rows) call append_text(warnings, 'the solvability condition (11) fails: rank ' // &
       to_text(cluster%rank) // ' of ' // counted(cluster%n_rows, 'contact row') // '; multipliers may not be unique ' // &
-      '(reduction.enrichment: auto mends that)')
+      '(reduction.enrichment: auto corrects that)')
     if (cluster%basis_rank < cluster%n_modes) call append_text(warnings, 'on the reduced integration domain ' // &
       to_text(cluster%n_modes - cluster%basis_rank) // ' of ' // to_text(cluster%n_modes) // ' modes depend on the others')
     if (cluster%stiffness_rank < cluster%n_modes) call append_text(warnings, undetermined_text(cluster))
@@ -144,7 +144,7 @@ contains
       to_text(n_missed) // ' of ' // counted(n_loaded, 'loaded node') // ' (auto in reduction.zones_of_interest takes them all)')
     if (cluster%stiffness_condition > large_condition) call append_text(warnings, &
       'the condition number of the reduced stiffness is ' // short_number(cluster%stiffness_condition) // &
-      ': answers lose as many digits')
+      ': answers may lose about ' // lost_digits(cluster%stiffness_condition))
     if (has_all_hats) call append_text(warnings, 'both hats of every pair are in the basis: the contact rows are ' // &
       'conditioned best, but the equations of a part of the mesh hardly determine the answer; ' // &
       'reduction.enrichment: greedy takes one hat per pair')

@@ -271,7 +271,7 @@ contains
     character(:), allocatable :: hint
 
     hint = ''
-    if (scan(line, ';' // achar(9)) > 0) hint = 'commas part the values, and the decimal sign is a point (0.5,1.25)'
+    if (scan(line, ';' // achar(9)) > 0) hint = 'separate the values by commas, and write decimals with a point (0.5,1.25)'
   end function separator_hint
 
   !> What to do about a line with another number of values than there are columns.
@@ -282,7 +282,7 @@ contains
     character(:), allocatable :: hint
 
     hint = separator_hint(line)
-    if (n_values > n_columns .and. len(hint) == 0) hint = 'commas part the values: a decimal sign must be a point (0.5)'
+    if (n_values > n_columns .and. len(hint) == 0) hint = 'commas separate the values: write decimals with a point (0.5)'
   end function count_hint
 
   subroutine read_row(path, i_line, line, names, columns, point, error, box)

@@ -169,7 +169,7 @@ contains
       selection%errors(:, size(selection%indicators)) = values(n + 3:)
     else
       call make_error(error, 'the table of selected points is damaged', path, i_line, &
-        hint='remove it; the selection then begins anew, with the points that are solved already')
+        hint='remove it; the selection then starts again and uses the points that are solved already')
     end if
   end subroutine read_row
 

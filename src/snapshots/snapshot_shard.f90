@@ -115,7 +115,7 @@ contains
     type(error_t), allocatable, intent(out) :: error
 
     call make_error(error, 'the file of the finished points was removed or moved while the run wrote it', file=path, &
-      hint='without it the same command begins anew; put the results folder back if it was moved')
+      hint='without it the same command starts from the beginning; put the results folder back if it was moved')
   end subroutine make_gone_error
 
   !> All good records of a shard, in the order in which they were written; the file is not touched.
@@ -220,7 +220,7 @@ contains
     case (other_provenance)
       call make_error(error, 'these snapshots belong to another deck or mesh', file=path, hint=remedy)
     case (other_sizes)
-      call make_error(error, 'these snapshots are of another size than the problem', file=path, hint=remedy)
+      call make_error(error, 'these snapshots have another size than the problem', file=path, hint=remedy)
     case default
       call make_error(error, 'cannot open the snapshots: ' // system_reason(code), file=path)
     end select

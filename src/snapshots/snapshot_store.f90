@@ -312,7 +312,8 @@ contains
       call make_error(error, 'the snapshots are damaged: the datasets do not fit together', file=path)
     else if (.not. all(ieee_is_finite(set%parameters))) then
       ! before points are looked for: that one would be found nowhere
-      call make_error(error, 'the snapshots are damaged: a point holds infinite values or no numbers', file=path, hint=sample_again)
+      call make_error(error, 'the snapshots are damaged: a point contains infinite values or values that are not numbers', &
+        file=path, hint=sample_again)
     end if
   end subroutine read_small_parts
 
@@ -341,12 +342,13 @@ contains
     integer :: i
 
     if (.not. all(ieee_is_finite(set%free_response))) call make_error(error, &
-      'the snapshots are damaged: the free response holds infinite values or no numbers', file=path, hint=sample_again)
+      'the snapshots are damaged: the free response contains infinite values or values that are not numbers', file=path, &
+      hint=sample_again)
     do i = 1, size(set%reasons)
       if (set%reasons(i) <= 0) cycle
       if (all(ieee_is_finite(set%displacement(:, i))) .and. all(ieee_is_finite(set%multipliers(:, i)))) cycle
       call make_error(error, 'the snapshots are damaged: that of ' // format_point(set%parameter_names, set%parameters(:, i)) // &
-        ' holds infinite values or no numbers', file=path, hint=sample_again)
+        ' contains infinite values or values that are not numbers', file=path, hint=sample_again)
       return
     end do
   end subroutine refuse_no_numbers

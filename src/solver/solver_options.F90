@@ -25,7 +25,7 @@ contains
     do i = 1, size(options)
       if (index(options(i)%text, prefix_of(solver_type)) /= 1) cycle
       call make_error(error, 'the PETSc option ' // options(i)%text // ' was not used', &
-        hint='no object of the solver ' // solver_type // ' knows it; nothing was computed but the first points')
+        hint='no object of the solver ' // solver_type // ' knows it; only the first points were computed')
       return
     end do
   end subroutine refuse_unused_options

@@ -59,8 +59,8 @@ contains
     if (plan%type == 'auto') call choose_type(config%linear, sizes, plan)
     if (plan%linear == 'auto') call choose_linear(sizes, plan)
     if (plan%type == 'condensed' .and. sizes%n_multipliers > max_condensed) then
-      message = 'condensed takes at most ' // to_text(max_condensed) // &
-        ' multipliers, for its matrix is dense; the problem has ' // to_text(sizes%n_multipliers) // &
+      message = 'condensed can take at most ' // to_text(max_condensed) // &
+        ' multipliers, because its matrix is dense; the problem has ' // to_text(sizes%n_multipliers) // &
         '; type must be active_set, snesvi or auto'
     else if (plan%type == 'snesvi' .and. sizes%is_floating) then
       message = 'snesvi cannot solve a problem in which contact alone holds a body; type must be active_set, condensed or auto'

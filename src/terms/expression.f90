@@ -228,7 +228,7 @@ contains
     case (several_values)
       message = 'it gives more than one value'
     case (bad_name)
-      message = 'the variable name ''' // token // ''' cannot stand in an expression'
+      message = 'the variable name ''' // token // ''' is not allowed in an expression'
     case default
       message = 'out of memory'
     end select

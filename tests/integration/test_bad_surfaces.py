@@ -85,8 +85,8 @@ def write_deck(folder, mesh, contact):
 
 LOOK_AT = r"'lower_face' lies within \(0\.0, .*\) to \(1\.0, .*\), 'upper_face' within \({}\.0, .*\) to \(.*\); name"
 NOT_FACING = r"contact\[1\]: the surfaces 'lower_face' and 'upper_face' do not face each other along "
-UPON = r"contact\[1\]: the surface 'both' lies upon itself: node \d+ \(.*\) and node \d+ \(.*\) look at each other"
-TWO_NAMES = "give the two sides names of their own in the .geo file"
+UPON = r"contact\[1\]: the surface 'both' is folded onto itself: node \d+ \(.*\) and node \d+ \(.*\) face each other"
+TWO_NAMES = "give each side its own name in the .geo file"
 # mesh, entries of the section contact, place in the deck, message, hint
 CASES = {
     "aside": (blocks(shift=5.0), [FACES], (8, FIRST), NOT_FACING + ".*: no part of the first", LOOK_AT.format(5)),
@@ -104,7 +104,8 @@ CASES = {
     ),
     "look the same way": (
         blocks(), ["first: lower_face, second: top, direction: [0, 1]"], (8, FIRST),
-        r"contact\[1\]: the surfaces 'lower_face' and 'top' do not face .*: the outer sides of both look the same way",
+        r"contact\[1\]: the surfaces 'lower_face' and 'top' do not face .*: the outer sides of both point in the same "
+        "direction",
         "'lower_face' lies within",
     ),
     "reversed direction": (
@@ -119,11 +120,11 @@ CASES = {
     ),
     "empty first": (
         with_lost_facet(), ["first: lost, second: upper_face"], (8, FIRST),
-        "the surface 'lost' of the mesh touches no cell of a named region", "give the region beside it a name",
+        "the surface 'lost' of the mesh touches no cell of a named region", "give the region next to it a name",
     ),
     "empty second": (
         with_lost_facet(), ["first: lower_face, second: lost"], (8, SECOND),
-        "the surface 'lost' of the mesh touches no cell of a named region", "give the region beside it a name",
+        "the surface 'lost' of the mesh touches no cell of a named region", "give the region next to it a name",
     ),
     "a region": (
         blocks(), ["first: lower_face, second: upper"], (8, SECOND),
@@ -140,12 +141,12 @@ CASES = {
     "one node in two first surfaces": (
         halves(), ["first: half, second: upper_face", "first: rest, second: upper_face"], (9, FIRST),
         r"contact\[2\]: node 9 \(0\.666667, 0\.0\) is in contact\[1\], too, of 'half' and 'upper_face'",
-        "give each contact surfaces with nodes of their own",
+        "give each contact its own surfaces, which share no node",
     ),
     "one node in two first surfaces in space": (
         halves(3), ["first: half, second: upper_face", "first: rest, second: upper_face"], (9, FIRST),
         r"contact\[2\]: node \d+ \(.*\) is in contact\[1\], too, of 'half' and 'upper_face'",
-        "give each contact surfaces with nodes of their own",
+        "give each contact its own surfaces, which share no node",
     ),
 }  # fmt: skip
 

@@ -323,7 +323,7 @@ def test_snapshot_that_is_no_number_is_named(signorom, regular, tmp_path, change
     for command, n_ranks in (("train", 1), ("train", 3), ("sample", 1)):
         message = refuse(signorom, command, deck.name, folder=tmp_path, n_ranks=n_ranks)
         assert f"snapshots.h5: error: the snapshots are damaged: that of squeeze = {squeeze:.10g}" in message
-        assert f"shift = {shift:.10g} holds infinite values or no numbers" in message
+        assert f"shift = {shift:.10g} contains infinite values or values that are not numbers" in message
 
 
 def test_equal_snapshots_are_named(signorom, regular, tmp_path):

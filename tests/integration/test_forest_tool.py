@@ -109,7 +109,7 @@ def test_tool_without_scikit_learn_gives_way_to_another(clone, monkeypatch):
     assert done.returncode == 2
     assert done.stderr.startswith("no scikit-learn here\n")
     assert (
-        "signorom-post cannot train the random forest of irregular clusters; its message stands above"
+        "signorom-post cannot train the random forest of irregular clusters; its message is printed above"
         in done.stderr
     )
     assert no_snapshots(folder)

@@ -109,7 +109,7 @@ def test_refusals(signorom, tmp_path):
     mesh = copy_mesh("shrink_fit", tmp_path)
     (tmp_path / "shrink_fit.yaml").write_text("mine\n")
     said = refuse(signorom, "init", mesh, folder=tmp_path)
-    assert "shrink_fit.yaml: error: the deck is there already" in said
+    assert "shrink_fit.yaml: error: this deck exists already" in said
     assert (tmp_path / "shrink_fit.yaml").read_text() == "mine\n"
     (tmp_path / "text.msh").write_text("squeeze: 0.2\n")
     refuse(signorom, "init", "text.msh", folder=tmp_path, n_ranks=3)

@@ -102,7 +102,7 @@ def damage(path, how):
         ("text", "this is not an HDF5 file"),
         ("empty", "this is not an HDF5 file"),
         ("cut", "the file is cut off"),
-        ("newer", "a newer program wrote the file"),
+        ("newer", "a newer version of the program wrote the file"),
         ("changed", "the file was changed or damaged"),
         ("missing", "no such file"),
         ("snapshots", "this file is no signorom model; it says that it is 'signorom snapshots'"),

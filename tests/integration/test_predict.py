@@ -190,10 +190,13 @@ def test_wrong_list_of_points(signorom, model_folder, content, message):
     [
         (
             "squeeze;shift\n0.2;0.1\n",
-            r"points.csv:1:1: error: unknown column 'squeeze;shift'[^$]*commas part",
+            r"points.csv:1:1: error: unknown column 'squeeze;shift'[^$]*separate the values",
         ),
-        ("squeeze,shift\n0.2;0.1\n", r"points.csv:2:1: error: [^$]*commas part"),
-        ("squeeze,shift\n0,2,0,1\n", r"points.csv:2:5: error: .*4 values[^$]*a decimal sign must be a point"),
+        (
+            "squeeze,shift\n0.2;0.1\n",
+            r"points.csv:2:1: error: [^$]*separate the values",
+        ),
+        ("squeeze,shift\n0,2,0,1\n", r"points.csv:2:5: error: .*4 values[^$]*write decimals with a point"),
     ],
     ids=["semicolons", "semicolons_below", "decimal_commas"],
 )

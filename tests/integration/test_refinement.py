@@ -258,7 +258,7 @@ def test_candidates_that_are_all_trained_on(signorom, tmp_path):
     signorom("sample", deck.name, folder=tmp_path)
     message = refuse(signorom, "train", deck.name, folder=tmp_path, n_ranks=2)
     assert re.search(
-        r"shifted_disks.yaml:\d+:\d+: error: there is no candidate to measure on: each of the 21", message
+        r"shifted_disks.yaml:\d+:\d+: error: no candidate can measure the error: each of the 21", message
     )
 
 

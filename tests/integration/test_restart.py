@@ -104,7 +104,7 @@ def test_signal_ends_after_the_current_point(signorom, many_points, uninterrupte
     process.send_signal(number)
     done = finish(process, 30)
     assert done.returncode == 130
-    assert "same command goes on" in done.stdout
+    assert "run the same command again to go on" in done.stdout
     assert done.stderr == ""
     finished = n_records(results)
     assert (shards(results)[0].stat().st_size - HEADER) % RECORD == 0

@@ -606,7 +606,7 @@ PLANTED = [
         SRC + "mesh/folded_surface.f90",
         "normals(:, others(k))) > opposite) cycle",
         "normals(:, others(k))) < opposite) cycle",
-        "a surface that lies upon itself is accepted",
+        "a surface that is folded onto itself is accepted",
         "integration.test_bad_surfaces",
     ),
     Planted(

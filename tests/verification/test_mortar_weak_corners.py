@@ -82,7 +82,7 @@ def test_uniform_pressure(signorom, tmp_path, figures, elements, sizes, first):
 def test_matching_faces_need_no_word_of_the_deck(signorom, tmp_path, figures):
     """The same mesh above and below: pairs of nodes cannot take the faces, mortar does."""
     said, errors = patch(signorom, tmp_path, stacked(("T10", "T10"), ((3, 2), (3, 2))), FACES[0])
-    assert "mortar, because pairs of nodes cannot take faces of six or eight nodes" in said
+    assert "mortar, because node-to-node contact cannot use faces of six or eight nodes" in said
     figures.at_most(PATCH, "matching T10", max(errors.values()), EXACT, "uniform pressure")
 
 

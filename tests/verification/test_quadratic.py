@@ -327,7 +327,7 @@ def test_edge_on_the_axis(signorom, tmp_path, obstacle):
     if not obstacle:
         mesh.write(tmp_path / "two.msh")
         said = signorom("check", contact_deck(tmp_path, "axisymmetric", "auto"), folder=tmp_path)
-        why = "because pairs of nodes cannot take an edge of three nodes that ends on the axis"
+        why = "because node-to-node contact cannot use an edge of three nodes that ends on the axis"
         assert f"contact[1]: mortar, {why}: 100.0 % of 'lower_face' faces 'upper_face'" in said
     said = refusal(signorom, tmp_path, mesh, "axisymmetric", "node_to_node", obstacle)
     assert (

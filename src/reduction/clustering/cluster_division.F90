@@ -74,7 +74,7 @@ contains
     PetscCall(find_identical(snapshots, lengths, PETSC_COMM_WORLD, i_snapshot, i_earlier, ierr))
     if (i_snapshot == 0) return
     call log_warning('the snapshots at ' // format_point(deck%parameters, snapshots%parameters(:, i_earlier)) // ' and at ' // &
-      format_point(deck%parameters, snapshots%parameters(:, i_snapshot)) // ' are equal; one of them says nothing')
+      format_point(deck%parameters, snapshots%parameters(:, i_snapshot)) // ' are equal; one of them adds no information')
   end subroutine warn_of_identical
 
   !> Source: section 4.1: cells of the grid by the angles of their bases.

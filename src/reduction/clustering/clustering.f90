@@ -35,7 +35,7 @@ contains
     do i = 1, size(lengths)
       if (lengths(i) > 0) cycle
       call make_error(error, 'snapshot ' // to_text(i) // ' (' // format_point(names, points(:, i)) // &
-        ') is zero: it has no direction that could be compared with others', &
+        ') is zero: it cannot be compared with others', &
         hint='leave points without load and without prescribed displacement out of the training set')
       return
     end do

@@ -55,7 +55,7 @@ contains
     end do
     if (unable /= '') then
       exit_code = run_shell('exec ' // shell_text(unable) // ' forest --check')
-      call make_error(error, unable // ' cannot train the random forest of irregular clusters; its message stands above')
+      call make_error(error, unable // ' cannot train the random forest of irregular clusters; its message is printed above')
     else if (is_named()) then
       call make_error(error, 'the environment variable ' // variable // ' names ' // places(1)%text // ', which is not there', &
         hint='it is the file of ' // forest_tool_name // ', which trains the random forest of irregular clusters')

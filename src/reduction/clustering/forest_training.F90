@@ -116,7 +116,7 @@ contains
       call make_error(error, 'there is no forest yet', exit_code=exit_stopped)
     else
       call make_error(error, forest_tool_name // &
-        ' could not train the random forest of irregular clusters; its message stands above')
+        ' could not train the random forest of irregular clusters; its message is printed above')
     end if
   end subroutine run_tool
 end module sig_forest_training

@@ -58,7 +58,7 @@ contains
     select case (status)
     case (k_medoids_bad_count)
       call make_error(error, 'there ' // are(n_items) // ' ' // counted(n_items, 'item') // ' to cluster; ' // &
-        counted(n_clusters, 'cluster') // ' cannot be made of them')
+        counted(n_clusters, 'cluster') // ' cannot be made from them')
     case (k_medoids_bad_dissimilarity)
       call make_error(error, 'a dissimilarity of two items is negative, infinite or not a number')
     case default

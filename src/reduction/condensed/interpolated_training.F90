@@ -293,7 +293,7 @@ contains
     end do
     call log_info(counted(data%n_factorizations, 'factorization') // '; largest error of the contact forces at the training ' // &
       'points: ' // short_number(data%measured_error))
-    if (.not. data%has_bound()) call log_info('answers have no bound of their error: it is estimated by that of the training ' // &
-      'points; a bound needs bodies with one constant each that varies little')
+    if (.not. data%has_bound()) call log_info('there is no bound of the error of answers; the error at the training ' // &
+      'points is an estimate. A bound needs bodies with one constant each that varies little')
   end subroutine log_nodes
 end module sig_interpolated_training

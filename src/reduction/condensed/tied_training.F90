@@ -62,8 +62,8 @@ contains
     call divide(full_order%problem, sets, reduced%data, reason, error)
     if (allocated(error) .or. reason /= '') return
     reduced%data%start_sets = pack_columns(sets)
-    if (plan%has_modes) call log_warning('where the matrix of all contacts has no room there are no modes of displacements: ' // &
-      'the model answers those of the boundaries that reduction.displacement names only')
+    if (plan%has_modes) call log_warning('a model whose matrix of all contacts is too large has no displacement modes: ' // &
+      'it answers displacements only at the boundaries that reduction.displacement names')
     do i = 1, size(reduced%data%clusters)
       PetscCall(fill_cluster(full_order, i, reduced%data, reason, ierr))
       if (reason /= '') return

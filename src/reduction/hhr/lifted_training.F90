@@ -53,7 +53,7 @@ contains
     room = full_order%problem%deck%reduction%max_full_order_size
     if (room <= 0 .or. model%n_multipliers == 0) return
     if (size_of_certificates(model) > room) then
-      call log_warning('answers will have no certificate: what it takes has ' // to_text(ceiling(size_of_certificates(model))) // &
+      call log_warning('answers will have no certificate: it needs ' // to_text(ceiling(size_of_certificates(model))) // &
         ' MB, more than reduction.max_full_order_size')
       return
     end if

@@ -87,7 +87,7 @@ contains
     if (modes%n_domain + modes%n_extra > n_available) call make_error(error, &
       'reduction.n_modes and extra_modes ask for ' // counted(modes%n_domain + modes%n_extra, 'mode') // &
       '; the snapshots have ' // to_text(n_available) // ' above rounding', path, &
-      hint='take fewer modes, or more training points')
+      hint='take fewer modes or more training points')
   end subroutine count_modes
 
   !> Why there is nothing to compress: no load, or no contact. Collective on comm.
@@ -103,7 +103,7 @@ contains
     if (.not. any(lengths > 0)) then
       call make_error(error, 'all snapshots are zero: no training point loads the bodies', path)
     else if (any(snapshots%forces() > 0)) then
-      call make_error(error, 'the contact forces at the training points displace nothing above rounding', path)
+      call make_error(error, 'the contact forces at the training points cause no displacement above rounding', path)
     else
       call make_error(error, 'the bodies touch at no training point: every snapshot is the response without contact, ' // &
         'which needs no mode', path, hint='take training points at which they touch, or fewer clusters')

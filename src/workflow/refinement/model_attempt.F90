@@ -61,8 +61,8 @@ contains
     associate (clusters => problem%deck%clusters)
       attempt%is_open = usable_candidates(candidates, lengths, attempt%snapshots%parameters)
       attempt%is_measure = attempt%is_open
-      if (.not. any(attempt%is_measure)) call make_error(error, 'there is no candidate to measure on: each of the ' // &
-        to_text(size(attempt%is_open)) // ' is a training point, moves nothing, or has no full-order solution', &
+      if (.not. any(attempt%is_measure)) call make_error(error, 'no candidate can measure the error: each of the ' // &
+        to_text(size(attempt%is_open)) // ' is a training point, causes no displacement, or has no full-order solution', &
         problem%deck%path, clusters%target%candidates%line, clusters%target%candidates%column)
       if (.not. clusters%refine%is_used .or. clusters%refine%max_points == 0) return
       attempt%is_measure = draw_half(attempt%is_open, clusters%seed)

@@ -122,9 +122,9 @@ contains
     associate (n_dofs => problem%mesh%n_dim * problem%mesh%n_nodes, n_nodes => usual_nodes_of(constants))
       if (.not. fits_condensed(n_dofs, problem%rows%n_rows, n_nodes * n_ranks)) then
         reason = 'the responses of ' // to_text(n_dofs) // ' dofs to ' // to_text(problem%rows%n_rows) // &
-          ' multipliers have no room in memory'
+          ' multipliers need too much memory'
       else if (n_nodes > n_most) then
-        reason = 'that takes less time than the responses, for there are few points'
+        reason = 'for so few points this takes less time than the responses'
       end if
     end associate
   end function why_not

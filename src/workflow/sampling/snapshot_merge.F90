@@ -165,7 +165,7 @@ contains
         n_stored, problem%rows%n_rows, found, n_dropped, error)
       if (allocated(error)) return
       if (n_dropped > 0) call log_warning(shards(i)%text // ' ends in ' // counted(n_dropped, 'damaged record') // &
-        ', as a killed run leaves them; what is lost is solved again')
+        ', because a run was killed; these points are solved again')
       call append_records(found, records)
     end do
     if (present(fresh)) call append_records(fresh, records)

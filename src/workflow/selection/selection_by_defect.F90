@@ -73,7 +73,7 @@ contains
     PetscCall(full_order%whole_team(whole_team, ierr))
     PetscCall(rounds%defect%create(rounds%problem, whole_team%solver, ierr))
     if (.not. rounds%defect%is_bound) call log_info(why_no_bound(rounds%problem) // ': the defect is the size of the ' // &
-      'residuals, which bounds no error')
+      'residuals, which is no bound of the error')
     call cut_at_end(rounds%problem%deck, selection)
     if (size(selection%indicators) == 0) call begin_far_apart(rounds%problem, candidates, selection)
     do while (selection%stopped_by == '')

@@ -169,7 +169,7 @@ contains
       else
         call log_info('hyper-reduction (reduction.method: auto): ' // reason)
         if (deck%reduction%displacement%type /= 'auto') call log_info( &
-          'reduction.displacement is of condensed models: a hyper-reduced one has displacements by modes at all nodes')
+          'reduction.displacement applies to condensed models only: a hyper-reduced model has displacements by modes at all nodes')
       end if
     end associate
   end subroutine build_exact

@@ -149,7 +149,7 @@ static int refuse_wrong_arguments(const signorom_model *model, const signorom_si
   is_fine &= strstr(signorom_message(context), "null pointer") != NULL;
   is_fine &= signorom_get_displacement_at(context, 1, NULL, displacement) == SIGNOROM_BAD_ARGUMENT;
   is_fine &= signorom_differentiate(context, 0, NULL, NULL) == SIGNOROM_BAD_ARGUMENT;
-  is_fine &= strstr(signorom_message(context), "neither 1 nor -1") != NULL;
+  is_fine &= strstr(signorom_message(context), "must be 1 or -1") != NULL;
   is_fine &= signorom_get_multiplier_gradient(context, &value) == SIGNOROM_BAD_ARGUMENT;
   is_fine &= signorom_get_resultant_gradient(context, &value, &value) == SIGNOROM_BAD_ARGUMENT;
   is_fine &= signorom_get_displacement_gradient_at(context, 1, &node, displacement) == SIGNOROM_BAD_ARGUMENT;
