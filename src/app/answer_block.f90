@@ -12,7 +12,7 @@ module sig_answer_block
   use sig_query, only: query_t
   use sig_reconstruction, only: reconstruct_multipliers
   use sig_signals, only: is_stop_requested
-  use sig_text, only: to_text
+  use sig_text, only: join, to_text
   implicit none(type, external)
   private
   public :: answer_block_t, table_header
@@ -199,11 +199,7 @@ contains
     character(:), allocatable :: text
     integer :: k
 
-    text = ''
-    do k = 1, size(self%points, 1)
-      text = text // to_text(self%points(k, i)) // ','
-    end do
-    text = text // to_text(self%clusters(i)) // ','
+    text = join(self%points(:, i), ',') // ',' // to_text(self%clusters(i)) // ','
     if (self%online%model%n_clusters() > 1) text = text // &
       to_text(self%online%model%choice%next_cluster(self%points(:, i))) // ','
     if (self%reasons(i) > 0) then
@@ -237,23 +233,11 @@ contains
     do k = 1, size(areas)
       associate (values => [areas(k), forces(:, k), moments(:, k), imbalances(:, k)])
         if (self%reasons(i) > 0) then
-          text = text // joined(values)
+          text = text // ',' // join(values, ',')
         else
           text = text // repeat(',nan', size(values))
         end if
       end associate
     end do
   end function contact_values
-
-  !> A comma before each.
-  pure function joined(values) result(text)
-    real(rk), intent(in) :: values(:)
-    character(:), allocatable :: text
-    integer :: i
-
-    text = ''
-    do i = 1, size(values)
-      text = text // ',' // to_text(values(i))
-    end do
-  end function joined
 end module sig_answer_block

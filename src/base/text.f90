@@ -20,6 +20,11 @@ module sig_text
     procedure integer_to_text, long_to_text, real_to_text
   end interface to_text
 
+  !> Texts or numbers with a separator between them.
+  interface join
+    procedure join_texts, join_reals
+  end interface join
+
 contains
 
   pure function integer_to_text(number) result(text)
@@ -197,7 +202,7 @@ contains
   end subroutine append_text
 
   !> Names with a comma between them, for messages.
-  pure function join(names, separator) result(text)
+  pure function join_texts(names, separator) result(text)
     type(string_t), intent(in) :: names(:)
     character(*), intent(in) :: separator
     character(:), allocatable :: text
@@ -208,7 +213,20 @@ contains
       if (i_name > 1) text = text // separator
       text = text // names(i_name)%text
     end do
-  end function join
+  end function join_texts
+
+  pure function join_reals(numbers, separator) result(text)
+    real(rk), intent(in) :: numbers(:)
+    character(*), intent(in) :: separator
+    character(:), allocatable :: text
+    type(string_t) :: texts(size(numbers))
+    integer :: i
+
+    do i = 1, size(numbers)
+      texts(i)%text = to_text(numbers(i))
+    end do
+    text = join(texts, separator)
+  end function join_reals
 
   !> ASCII capitals made small; all other bytes stay.
   pure function lower(text) result(lowered)

@@ -250,13 +250,8 @@ contains
   pure function number_list(numbers) result(yaml)
     real(rk), intent(in) :: numbers(:)
     character(:), allocatable :: yaml
-    type(string_t) :: texts(size(numbers))
-    integer :: i
 
-    do i = 1, size(numbers)
-      texts(i)%text = to_text(numbers(i))
-    end do
-    yaml = '[' // join(texts, ', ') // ']'
+    yaml = '[' // join(numbers, ', ') // ']'
   end function number_list
 
   pure function clusters_section(clusters, parameters) result(yaml)

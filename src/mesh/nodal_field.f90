@@ -8,7 +8,7 @@ module sig_nodal_field
   use sig_mesh, only: mesh_t
   use sig_mesh_checks, only: group_of_region
   use sig_nodal_field_file, only: raw_field_t, read_raw_field
-  use sig_text, only: to_text
+  use sig_text, only: join, to_text
   implicit none(type, external)
   private
   public :: nodal_field_t, read_nodal_field
@@ -110,14 +110,8 @@ contains
   pure function place_text(place) result(text)
     real(rk), intent(in) :: place(:)
     character(:), allocatable :: text
-    integer :: i
 
-    text = '('
-    do i = 1, size(place)
-      if (i > 1) text = text // ', '
-      text = text // to_text(place(i))
-    end do
-    text = text // ')'
+    text = '(' // join(place, ', ') // ')'
   end function place_text
 
   subroutine check_region(mesh, i_group, raw, values, config, deck_path, error)

@@ -14,7 +14,7 @@ module sig_validation_output
   use sig_reporting, only: report_statistics
   use sig_run_report, only: run_report_t
   use sig_statistics, only: measured_statistics, statistics_t
-  use sig_text, only: append_text, counted, csv_number, string_t, to_text
+  use sig_text, only: append_text, counted, csv_number, join, string_t, to_text
   use sig_text_buffer, only: text_buffer_t
   use sig_validation, only: error_names, n_errors, validation_t
   use sig_verdict, only: verdict_t
@@ -56,11 +56,7 @@ contains
     character(:), allocatable :: row
     integer :: k
 
-    row = ''
-    do k = 1, size(outcome%points, 1)
-      row = row // to_text(outcome%points(k, i)) // ','
-    end do
-    row = row // to_text(outcome%cluster(i))
+    row = join(outcome%points(:, i), ',') // ',' // to_text(outcome%cluster(i))
     do k = 1, n_errors
       row = row // ',' // csv_number(outcome%errors(k, i))
     end do
