@@ -345,13 +345,13 @@ PLANTED = [
         "a rotation about y that is none",
     ),
     Planted(
-        SRC + "contact/contact_rows.f90",
+        SRC + "mechanics/contact_rows.f90",
         "sign(norm2(coefficients), dot_product(coefficients, self%coefficients(first:first + self%n_dim - 1)))",
         "sign(norm2(coefficients), merge(1, -1, i <= n_first) * 1.0_rk)",
         "shares that pull push",
     ),
     Planted(
-        SRC + "contact/nodal_values.f90",
+        SRC + "mechanics/nodal_values.f90",
         "associate (weight => rows%areas(k) * abs(shares(size(shares) - size(nodes) + 1:)))",
         "associate (weight => rows%areas(k) * shares(size(shares) - size(nodes) + 1:))",
         "the mean pressure at a node of the second side is no mean where shares are negative",
@@ -369,7 +369,7 @@ PLANTED = [
         "an owner moves though a row that cannot follow meets it, too",
     ),
     Planted(
-        SRC + "contact/contact_rows.f90",
+        SRC + "mechanics/contact_rows.f90",
         "part = -self%coefficients(i:i + self%n_dim - 1)",
         "part = self%coefficients(i:i + self%n_dim - 1)",
         "resultants of contacts are those on the second surface",
