@@ -49,8 +49,10 @@ typedef enum {
   SIGNOROM_TEXT_LENGTH_UNIT = 1, /* of displacements, gaps and coordinates */
   SIGNOROM_TEXT_FORCE_UNIT = 2,  /* of multipliers */
   SIGNOROM_TEXT_CODE_VERSION = 3,
-  SIGNOROM_TEXT_DECK = 4,       /* effective deck of the training, YAML */
-  SIGNOROM_TEXT_DESCRIPTION = 5 /* what `signorom describe` prints */
+  SIGNOROM_TEXT_DECK = 4,        /* effective deck of the training, YAML */
+  SIGNOROM_TEXT_DESCRIPTION = 5, /* what `signorom describe` prints */
+  SIGNOROM_TEXT_STRESS_UNIT = 6, /* of stresses and pressures; empty where the model answers no fields */
+  SIGNOROM_TEXT_AREA_UNIT = 7    /* of contact areas; likewise */
 } signorom_text_kind;
 
 /* Where the displacement of a node comes from. */
@@ -189,6 +191,34 @@ int signorom_get_coordinates(const signorom_context *context, double *coordinate
  * forces only. */
 int signorom_get_displacement(const signorom_context *context, double *displacement);
 int signorom_get_displacement_at(signorom_context *context, int n, const int *nodes, double *displacement);
+
+/* Fields. A model answers them whose deck has `reduction: {fields: true}`; others have no cells here, and the calls
+ * return SIGNOROM_NO_ANSWER. */
+
+/* Numbers of cells, of nodes of all cells together, of regions, of facets of the surfaces that carry the contact
+ * forces, of nodes of all these together. 0 where the model keeps no mesh. Any pointer may be null. */
+int signorom_get_field_sizes(const signorom_model *model, int *n_cells, int *n_cell_nodes, int *n_regions,
+                             int *n_facets, int *n_facet_nodes);
+/* Cells: nodes of cell i are nodes[starts[i]] ... nodes[starts[i + 1] - 1], from 0, in gmsh's order; starts
+ * [n_cells + 1], nodes [n_cell_nodes], regions [n_cells], from 0 (-1: none). Any pointer may be null. */
+int signorom_get_cells(const signorom_model *model, int *starts, int *nodes, int *regions);
+/* Null where there is no such region. */
+const char *signorom_region_name(const signorom_model *model, int region);
+/* Facets: starts [n_facets + 1], nodes [n_facet_nodes], and the contact of the deck that each belongs to [n_facets].
+ * Any pointer may be null. */
+int signorom_get_contact_facets(const signorom_model *model, int *starts, int *nodes, int *contacts);
+/* Stresses of the last answer: means of the cells [n_cells][6] and their von Mises stress [n_cells]; smoothed at the
+ * nodes [n_nodes][6] and [n_nodes]. Components are xx, yy, zz, xy, yz, xz; in axisymmetry x = r, y = z, and zz is the
+ * hoop stress. Any pointer may be null. The first of the next three calls computes all fields of an answer. */
+int signorom_get_stresses(signorom_context *context, double *stress, double *von_mises, double *nodal_stress,
+                          double *nodal_von_mises);
+/* What temperatures and swelling impose, as means of the cells [n_cells][6]; components of the tensor. */
+int signorom_get_imposed_strains(signorom_context *context, double *strain);
+/* At the nodes: force of the other body [n_nodes][n_dimensions], contact pressure and gap [n_nodes] (not a number
+ * off the contacts), status [n_nodes]: 0 no contact, 1 open, 2 closed. Of the cells [n_cells]: 0 no contact at their
+ * nodes, 1 open, 2 closed, 3 closed at some nodes. Any pointer may be null. */
+int signorom_get_contact_fields(signorom_context *context, double *force, double *pressure, double *gap, int *status,
+                                int *cell_status);
 
 /* Derivatives of the last answer with respect to each parameter, while contacts that push stay closed and open ones
  * stay open. A contact that touches without a force (n_grazing of them) may do either: then, and at a kink of an

@@ -181,8 +181,8 @@ contains
         command%file // ' --at squeeze=0.2')
     else if ((is_on_model(command) .or. command%name == 'init') .and. command%petsc_options /= '') then
       call make_error(error, command%name // ' works without PETSc and takes no option of it:' // command%petsc_options)
-    else if (command%has_fields .and. command%name /= 'check') then
-      call make_error(error, '--fields goes with check, not with ' // command%name)
+    else if (command%has_fields .and. .not. (command%name == 'check' .or. command%name == 'predict')) then
+      call make_error(error, '--fields goes with check and predict, not with ' // command%name)
     else if (command%name == 'check' .and. command%at /= '' .and. .not. command%has_fields) then
       call make_error(error, '--at goes with check only where --fields does, too')
     else if (command%at /= '' .and. .not. any(command%name == [character(7) :: 'check', 'predict', 'solve'])) then
@@ -260,7 +260,9 @@ contains
       'Options:' // nl // &
       '  --at a=1,b=2    a parameter point (predict, solve, check --fields)' // nl // &
       '  --fields        write check.xdmf for ParaView and signorom-post check: supports, loads, contact at the' // nl // &
-      '                  middle of the parameter ranges or --at (check)' // nl // &
+      '                  middle of the parameter ranges or --at (check);' // nl // &
+      '                  write displacement, stress, contact of each point: fields.xdmf in a folder beside the table,' // nl // &
+      '                  of a model whose deck has reduction.fields: true (predict)' // nl // &
       '  --points FILE   CSV with a column per parameter (predict)' // nl // &
       '  --output FILE   where the CSV of predict goes instead of the terminal' // nl // &
       '  --threads N     threads of predict; as many as there are processors without it' // nl // &

@@ -9,7 +9,7 @@ module sig_predict
   use sig_error_broadcast, only: broadcast_error
   use sig_errors, only: error_report, error_t, exit_not_converged, exit_stopped, exit_success, make_error
   use sig_kinds, only: rk
-  use sig_log, only: log_error, log_info, log_warning
+  use sig_log, only: log_error, log_info, log_note, log_warning
   use sig_model, only: model_t
   use sig_model_file, only: read_model
   use sig_online_model, only: online_model_t
@@ -18,6 +18,7 @@ module sig_predict
   use sig_petsc_support, only: max_over_ranks
   use sig_point_argument, only: parse_point
   use sig_point_list, only: point_list_t
+  use sig_predicted_fields, only: fields_folder, predicted_fields_t
   use sig_answer, only: method_name, n_answer_methods
   use sig_signals, only: is_stop_requested, say_when_ended
   use sig_text, only: counted, to_text
@@ -64,6 +65,7 @@ contains
     type(online_model_t), target :: online
     type(answer_block_t) :: block
     type(point_list_t) :: list
+    type(predicted_fields_t) :: fields
     character(:), allocatable :: message
     real(rk), allocatable :: points(:, :)
     type(output_stream_t) :: table
@@ -92,9 +94,12 @@ contains
     else if (.not. allocated(error)) then
       call next_block(command, list, block, error)
     end if
+    if (command%has_fields .and. .not. allocated(error)) call fields%create(online, command%file, &
+      fields_folder(command%file, command%output), error)
     if (command%output == '') call say_when_ended('warning: ' // lines_missing, is_warning=.true.)
     if (.not. allocated(error)) call table%open(command%output, error)
-    if (.not. allocated(error)) call answer_blocks(command, list, block, table, is_stopped, error)
+    if (.not. allocated(error)) call answer_blocks(command, list, block, table, fields, is_stopped, error)
+    if (.not. is_stopped) call fields%close(error)
     call table%close(error, is_dropped=is_stopped)
     if (is_stopped) then
       exit_code = exit_stopped
@@ -102,6 +107,7 @@ contains
     else if (.not. allocated(error)) then
       call report_unanswered(block, exit_code)
       call report_methods(command, block)
+      if (command%has_fields) call report_fields(command, fields)
     end if
     call list%close()
     call block%destroy()
@@ -135,12 +141,13 @@ contains
   end subroutine check_box
 
   !> A block of lines after the other, in the order of the points: neither memory nor order depends on their number or the threads.
-  subroutine answer_blocks(command, list, block, table, is_stopped, error)
+  subroutine answer_blocks(command, list, block, table, fields, is_stopped, error)
     type(command_t), intent(in) :: command
     type(point_list_t), intent(inout) :: list
     !> with the first points
     type(answer_block_t), intent(inout) :: block
     type(output_stream_t), intent(inout) :: table
+    type(predicted_fields_t), intent(inout) :: fields
     logical, intent(out) :: is_stopped
     type(error_t), allocatable, intent(out) :: error
     integer :: i, n_outside
@@ -160,6 +167,9 @@ contains
         end if
         call table%write_line(block%line(i), error)
         if (allocated(error)) return
+        call fields%add(block%points(:, i))
+        is_stopped = is_stop_requested()
+        if (is_stopped) return
       end do
       call next_block(command, list, block, error)
       if (allocated(error)) return
@@ -211,6 +221,17 @@ contains
     end do
     call log_info(counted(sum(counts), 'answer') // ' (' // text(3:) // '): ' // command%output)
   end subroutine report_methods
+
+  !> Where they are.
+  subroutine report_fields(command, fields)
+    type(command_t), intent(in) :: command
+    type(predicted_fields_t), intent(in) :: fields
+
+    if (fields%n_left_out > 0) call log_warning(counted(fields%n_left_out, 'point') // &
+      ' without an answer, or without elastic constants, have no fields')
+    call log_note('fields of ' // counted(fields%n_written, 'point') // ': ' // fields_folder(command%file, command%output) // &
+      '/fields.xdmf')
+  end subroutine report_fields
 
   function outside_text(model, point) result(text)
     type(model_t), intent(in) :: model

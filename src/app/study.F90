@@ -6,6 +6,7 @@ module sig_study
   use sig_enrichment_table, only: write_enrichment_table
   use sig_error_broadcast, only: broadcast_error
   use sig_errors, only: error_t, exit_not_converged, exit_stopped, make_error
+  use sig_field_mapping, only: create_field_map
   use sig_field_output, only: solved_points_t, write_fields
   use sig_file_system, only: file_exists
   use sig_full_order, only: team_t
@@ -104,7 +105,8 @@ contains
         refinement%is_reached, refinement%ending, report)
       call report%add('times/train', wall_time() - start)
       if (session%rank == 0) then
-        call write_model(model_path(session), model, error)
+        if (session%deck%reduction%has_fields) call create_field_map(session%full_order%problem, model%fields, error)
+        if (.not. allocated(error)) call write_model(model_path(session), model, error)
         if (.not. allocated(error)) call write_enrichment_table(model, session%folder // '/enrichment.csv', error)
         if (size(refinement%rounds) > 0 .and. .not. allocated(error)) call write_refinement_table(refinement%rounds, &
           session%folder // '/refinement.csv', error)

@@ -8,7 +8,7 @@ module sig_log
   use sig_system, only: system_reason
   implicit none(type, external)
   private
-  public :: start_log, log_to_file, log_info, log_warning, log_error, log_to_file_only, lost_output
+  public :: start_log, log_to_file, log_info, log_note, log_warning, log_error, log_to_file_only, lost_output
   public :: is_log_shown, show_status, clear_status
 
   !> false until start_log: a library is silent
@@ -64,6 +64,15 @@ contains
     call say(standard_output, text, code)
     if (output_failure == 0) output_failure = code
   end subroutine log_info
+
+  !> To stderr, for a command whose table goes to stdout; not when quiet.
+  subroutine log_note(text)
+    character(*), intent(in) :: text
+    integer(c_int) :: ignored
+
+    call log_to_file_only(text)
+    if (is_log_shown()) call say(standard_error, text, ignored)
+  end subroutine log_note
 
   !> What the terminal shows in another way.
   subroutine log_to_file_only(text)

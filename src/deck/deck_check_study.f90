@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> Ranges and cross-checks of the sections that say how the problem is solved, reduced and written.
 module sig_deck_check_study
-  use sig_deck_config, only: clusters_config_t, deck_config_t, greedy_config_t, max_sobol_parameters, parameter_config_t, &
-    point_set_config_t, reduction_config_t
+  use sig_deck_config, only: clusters_config_t, deck_config_t, displacement_config_t, greedy_config_t, max_sobol_parameters, &
+    parameter_config_t, point_set_config_t, reduction_config_t
   use sig_deck_option_safety, only: complaint_about_writing
   use sig_deck_tree, only: deck_tree_t, shown
   use sig_kinds, only: rk
@@ -34,6 +34,9 @@ contains
       call check_point_set(tree, 'training', config%parameters, config%training)
     end if
     call check_point_set(tree, 'test', config%parameters, config%test)
+    if (config%reduction%has_fields .and. .not. has_all_nodes(config%reduction%displacement)) call tree%report_at( &
+      'reduction.fields', 'is true, and reduction.displacement leaves nodes without a displacement; fields need those of all: ' // &
+      'displacement must be auto, or {boundaries: [...], elsewhere: modes}')
     if (config%reduction%max_full_order_size < 0) call tree%report_at('reduction.max_full_order_size', &
       'is ' // to_text(config%reduction%max_full_order_size) // ' MB; it must not be negative (0 = keep none)')
     if (config%reduction%max_transforms_size < 0) call tree%report_at('reduction.max_transforms_size', &
@@ -52,6 +55,13 @@ contains
     complaint = complaint_about_writing(config%petsc_options)
     if (len(complaint) > 0) call tree%report_at('petsc_options', 'has ' // complaint)
   end subroutine check_study
+
+  !> Every node of a condensed model has a displacement.
+  pure logical function has_all_nodes(displacement)
+    type(displacement_config_t), intent(in) :: displacement
+
+    has_all_nodes = displacement%type == 'auto' .or. (displacement%type == 'boundaries' .and. displacement%elsewhere == 'modes')
+  end function has_all_nodes
 
   subroutine check_point_set(tree, section, parameters, points)
     type(deck_tree_t), intent(inout) :: tree

@@ -167,8 +167,7 @@ module sig_deck_config
     type(obstacle_config_t) :: obstacle
     !> otherwise (default) the averaged outward normals of the first surface count
     logical :: has_direction = .false.
-    !> [-] from the first body to the second or to the obstacle (a half space: against its normal), not yet of unit length, as many
-    !> components as the mesh has dimensions
+    !> [-] from the first body to the second or to the obstacle (a half space: against its normal), not yet of unit length
     real(rk), allocatable :: direction(:)
     integer :: direction_line = 0
     integer :: direction_column = 0
@@ -177,8 +176,7 @@ module sig_deck_config
     !> [length] mortar: surfaces that are farther apart never touch; otherwise (default) 50 times the longest edge of both
     logical :: has_search_distance = .false.
     real(rk) :: search_distance = 0
-    !> [-] largest lateral offset of a pair relative to the mesh size of the first surface; default 1.0e-6 along a direction,
-    !> averaged_tolerance along averaged normals
+    !> [-] largest lateral offset of a pair over the mesh size; default 1.0e-6 along a direction, else averaged_tolerance
     real(rk) :: pairing_tolerance = 1.0e-6_rk
     !> otherwise (default) the distance of the two nodes along the direction is the gap
     logical :: has_initial_gap = .false.
@@ -344,8 +342,9 @@ module sig_deck_config
     !> multipliers_and_displacements (default) or multipliers: what the non-negative least squares fit
     character(:), allocatable :: reconstruction
     type(displacement_config_t) :: displacement
-    !> [MB] >= 0 that the model may spend on the condensed full-order operator, which answers where the reduced model has no
-    !> answer: for the multipliers, and if there is room for the displacement too; 0 = none; default 64
+    !> the model answers fields; default no
+    logical :: has_fields = .false.
+    !> [MB] >= 0 for the condensed full-order operator: of the multipliers, and of the displacement if it fits; 0 = none; default 64
     real(rk) :: max_full_order_size = 64
     !> [MB] >= 0 that a condensed model may spend on pivot transforms, which make its answers fast; default 256
     real(rk) :: max_transforms_size = 256
@@ -378,9 +377,8 @@ module sig_deck_config
     type(parameter_config_t), allocatable :: parameters(:)
     type(material_config_t), allocatable :: materials(:)
     type(boundary_config_t), allocatable :: boundary_conditions(:)
-    !> none by default
+    !> none by default, as imposed strains
     type(load_config_t), allocatable :: loads(:)
-    !> none by default
     type(imposed_strain_config_t), allocatable :: imposed_strains(:)
     type(contact_config_t), allocatable :: contact(:)
     type(solver_config_t) :: solver

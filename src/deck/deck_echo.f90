@@ -300,6 +300,7 @@ contains
       '  rank_tolerance: ' // to_text(reduction%rank_tolerance) // eol // &
       '  reconstruction: ' // reduction%reconstruction // eol // &
       '  displacement: ' // displacement_text(reduction%displacement) // eol // &
+      '  fields: ' // trim(merge('true ', 'false', reduction%has_fields)) // eol // &
       '  max_full_order_size: ' // to_text(reduction%max_full_order_size) // eol // &
       '  max_transforms_size: ' // to_text(reduction%max_transforms_size) // eol // &
       '  stiffness_tolerance: ' // to_text(reduction%stiffness_tolerance) // eol // &

@@ -28,6 +28,7 @@ contains
     type(deck_tree_t), intent(inout) :: tree
     type(mechanical_model_t), intent(in) :: model
     type(reduction_config_t), intent(inout) :: reduction
+    character(:), allocatable :: switch
     integer :: i_reduction
 
     reduction%method = trim(methods(1))
@@ -52,6 +53,9 @@ contains
     call get_number(tree, i_reduction, 'rank_tolerance', .false., reduction%rank_tolerance)
     call get_choice(tree, i_reduction, 'reconstruction', .false., reconstructions, reduction%reconstruction)
     call read_displacement(tree, i_reduction, reduction%displacement)
+    switch = trim(switches(1))
+    call get_choice(tree, i_reduction, 'fields', .false., switches, switch)
+    reduction%has_fields = switch == switches(2)
     call get_number(tree, i_reduction, 'max_full_order_size', .false., reduction%max_full_order_size)
     call get_number(tree, i_reduction, 'max_transforms_size', .false., reduction%max_transforms_size)
     call get_number(tree, i_reduction, 'stiffness_tolerance', .false., reduction%stiffness_tolerance)

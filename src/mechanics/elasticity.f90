@@ -5,7 +5,7 @@ module sig_elasticity
   use sig_mechanical_models, only: mechanical_model, mechanical_model_t
   implicit none(type, external)
   private
-  public :: hooke_matrix, n_strains, n_stresses, stress_matrix, hooke_term, modulus_text, n_hooke_terms
+  public :: hooke_matrix, n_strains, n_stresses, stress_matrix, hooke_term, modulus_text, n_hooke_terms, von_mises
 
   !> xx, yy, zz, xy, yz, xz: the order of symmetric tensors in VTK; in axisymmetry rr, zz, hoop, rz
   integer, parameter :: n_stresses = 6
@@ -132,4 +132,15 @@ contains
     row = mechanical_model(model)
     normal_strains = merge(2, 3, row%is_thin)
   end function normal_strains
+
+  !> sqrt(((xx - yy)**2 + (yy - zz)**2 + (zz - xx)**2) / 2 + 3 (xy**2 + yz**2 + xz**2)) of each column.
+  pure function von_mises(stresses) result(equivalent)
+    !> [force/length**2] shape (n_stresses, n)
+    real(rk), intent(in) :: stresses(:, :)
+    !> [force/length**2] shape (n)
+    real(rk) :: equivalent(size(stresses, 2))
+
+    equivalent = sqrt(((stresses(1, :) - stresses(2, :))**2 + (stresses(2, :) - stresses(3, :))**2 + &
+      (stresses(3, :) - stresses(1, :))**2) / 2 + 3 * sum(stresses(4:6, :)**2, dim=1))
+  end function von_mises
 end module sig_elasticity

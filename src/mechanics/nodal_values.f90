@@ -11,10 +11,13 @@ module sig_nodal_values
   use sig_kinds, only: rk
   implicit none(type, external)
   private
-  public :: nodal_areas, nodal_pressures, nodal_gaps, nodal_status, status_closed, status_open
+  public :: cell_contact, closed_rows, least_force, nodal_areas, nodal_contact, nodal_gaps, nodal_pressures, nodal_status
+  public :: status_closed, status_open
 
   !> status of a node: not of a row (alone or inert), open, closed
   integer, parameter :: status_none = 0, status_open = 1, status_closed = 2
+  !> of a cell: closed at some of its nodes and open at others
+  integer, parameter :: status_partly = 3
 
 contains
 
@@ -85,16 +88,72 @@ contains
     where (rows%rows_per_node(n_nodes) == 0) gaps = ieee_value(gaps, ieee_quiet_nan)
   end function nodal_gaps
 
-  !> One of status_* for the nodes of the first side.
-  pure function nodal_status(rows, multipliers, n_nodes) result(status)
-    type(contact_rows_t), intent(in) :: rows
+  !> [force] What is less is rounding of the largest one: full-order solvers leave such forces on open contacts.
+  pure real(rk) function least_force(multipliers)
+    !> [force] of all rows
     real(rk), intent(in) :: multipliers(:)
+    real(rk), parameter :: rounding = 1.0e-12_rk
+
+    least_force = 0
+    if (size(multipliers) > 0) least_force = rounding * max(0.0_rk, maxval(multipliers))
+  end function least_force
+
+  !> Rows that carry a force.
+  pure function closed_rows(multipliers) result(is_closed)
+    !> [force] of all rows
+    real(rk), intent(in) :: multipliers(:)
+    logical :: is_closed(size(multipliers))
+
+    is_closed = multipliers > least_force(multipliers)
+  end function closed_rows
+
+  !> One of status_* for the nodes of the first side.
+  pure function nodal_status(rows, is_closed, n_nodes) result(status)
+    type(contact_rows_t), intent(in) :: rows
+    !> shape (n_rows)
+    logical, intent(in) :: is_closed(:)
     integer, intent(in) :: n_nodes
     integer :: status(n_nodes)
 
     status = status_none
-    status(rows%owners()) = merge(status_closed, status_open, multipliers > 0)
+    status(rows%owners()) = merge(status_closed, status_open, is_closed)
   end function nodal_status
+
+  !> One of status_* for the nodes of both sides: closed where one of the rows that meet it is.
+  pure function nodal_contact(rows, is_closed, n_nodes) result(status)
+    type(contact_rows_t), intent(in) :: rows
+    !> shape (n_rows)
+    logical, intent(in) :: is_closed(:)
+    integer, intent(in) :: n_nodes
+    integer :: status(n_nodes)
+    integer :: k
+
+    status = status_none
+    do k = 1, rows%n_rows
+      associate (nodes => rows%nodes_of(k))
+        status(nodes) = max(status(nodes), merge(status_closed, status_open, is_closed(k)))
+      end associate
+    end do
+  end function nodal_contact
+
+  !> One of status_* for each cell, from those of its nodes that meet rows.
+  pure function cell_contact(of_nodes, starts, nodes) result(status)
+    !> nodal_contact
+    integer, intent(in) :: of_nodes(:)
+    !> nodes of cell i are nodes(starts(i) + 1:starts(i + 1))
+    integer, intent(in) :: starts(:)
+    integer, intent(in) :: nodes(:)
+    integer :: status(size(starts) - 1)
+    integer :: i, n_closed, n_open
+
+    do i = 1, size(status)
+      n_open = count(of_nodes(nodes(starts(i) + 1:starts(i + 1))) == status_open)
+      n_closed = count(of_nodes(nodes(starts(i) + 1:starts(i + 1))) == status_closed)
+      status(i) = status_none
+      if (n_open > 0) status(i) = status_open
+      if (n_closed > 0) status(i) = merge(status_partly, status_closed, n_open > 0)
+    end do
+  end function cell_contact
 
   !> A node of the first side without a row counts as the row that meets it.
   pure subroutine values_at_owners(rows, of_rows, is_along_normal, is_owner, values)

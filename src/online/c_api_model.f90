@@ -6,6 +6,7 @@ module sig_c_api_model
     put_reals, ready_model
   use sig_c_strings, only: from_c
   use sig_errors, only: error_report, error_t
+  use sig_field_query, only: why_no_fields
   use sig_model, only: contact_side_t, model_t
   use sig_model_description, only: describe_model
   use sig_model_file, only: read_model
@@ -52,6 +53,7 @@ contains
       return
     end if
     call keep_texts(handle)
+    handle%field_refusal = why_no_fields(handle%online%model)
     handle%is_ready = .true.
     code = code_ok
   end function signorom_open
@@ -67,6 +69,12 @@ contains
       call keep(handle%texts(4), model%code_version)
       call keep(handle%texts(5), model%deck_text)
       call keep(handle%texts(6), describe_model(model))
+      call keep(handle%texts(7), '')
+      call keep(handle%texts(8), '')
+      if (model%fields%is_there()) then
+        call keep(handle%texts(7), model%fields%stress_unit)
+        call keep(handle%texts(8), model%fields%area_unit)
+      end if
       allocate (handle%names(size(model%parameter_names)), handle%units(size(model%parameter_names)))
       do i = 1, size(handle%names)
         call keep(handle%names(i), model%parameter_names(i)%text)
@@ -75,6 +83,12 @@ contains
       allocate (handle%contact_names(model%resultants%n_entries()))
       do i = 1, size(handle%contact_names)
         call keep(handle%contact_names(i), model%resultants%names(i)%text)
+      end do
+      i = 0
+      if (model%fields%is_there()) i = size(model%fields%region_names)
+      allocate (handle%region_names(i))
+      do i = 1, size(handle%region_names)
+        call keep(handle%region_names(i), model%fields%region_names(i)%text)
       end do
     end associate
   end subroutine keep_texts

@@ -48,6 +48,7 @@ contains
     end if
     code = bad_model
     call handle%query%create(handle%model%online, message)
+    if (.not. allocated(message) .and. len(handle%model%field_refusal) == 0) call handle%fields%create(handle%model%online, message)
     if (allocated(message)) then
       call keep(handle%message, 'the model cannot answer: ' // message)
       return
@@ -73,6 +74,7 @@ contains
     if (.not. c_associated(context)) return
     call c_f_pointer(context, handle)
     call handle%query%destroy()
+    call handle%fields%destroy()
     deallocate (handle)
   end subroutine signorom_free_context
 
@@ -127,6 +129,7 @@ contains
 
     handle%point = point
     handle%has_gradient = .false.
+    handle%has_fields = .false.
     call handle%query%evaluate(handle%model%online, point, handle%answer)
     handle%has_answer = handle%answer%reason > 0
     code = code_ok

@@ -3,6 +3,7 @@
 module sig_c_handles
   use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_double, c_f_pointer, c_int, c_null_char, c_ptr
   use sig_answer, only: answer_t
+  use sig_field_query, only: field_query_t
   use sig_gradient, only: gradient_t
   use sig_kinds, only: rk
   use sig_online_model, only: online_model_t
@@ -16,7 +17,7 @@ module sig_c_handles
 
   ! signorom_code
   integer(c_int), parameter :: code_ok = 0, no_answer = 1, bad_argument = 2, bad_model = 3, no_memory = 4
-  integer, parameter :: n_text_kinds = 6
+  integer, parameter :: n_text_kinds = 8
 
   !> A text that C may keep a pointer to as long as it lives here.
   type :: c_text_t
@@ -34,6 +35,9 @@ module sig_c_handles
     type(c_text_t), allocatable :: units(:)
     !> of the contacts of the deck
     type(c_text_t), allocatable :: contact_names(:)
+    type(c_text_t), allocatable :: region_names(:)
+    !> why it answers no fields; empty where it does
+    character(:), allocatable :: field_refusal
   end type model_handle_t
 
   type :: context_handle_t
@@ -49,6 +53,9 @@ module sig_c_handles
     logical :: has_answer = .false.
     !> and derivatives
     logical :: has_gradient = .false.
+    !> and fields, which are asked for after it
+    logical :: has_fields = .false.
+    type(field_query_t) :: fields
     type(c_text_t) :: message
   end type context_handle_t
 

@@ -1,6 +1,7 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> A trained model as data: all that a query needs, and what describes it. Nothing here depends on a mesh file or a deck.
 module sig_model
+  use sig_field_map, only: field_map_t
   use sig_kinds, only: rk
   use sig_missing_parts, only: fill_missing
   use sig_model_choice, only: model_choice_t
@@ -96,6 +97,8 @@ module sig_model
     !> which cluster answers where; empty with one cluster
     type(model_choice_t) :: choice
     type(validation_statistics_t) :: validation
+    !> what fields need; empty where the deck did not ask for any
+    type(field_map_t) :: fields
   contains
     procedure :: n_clusters
     procedure :: fallback

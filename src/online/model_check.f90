@@ -3,6 +3,7 @@
 module sig_model_check
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   use sig_expression, only: is_identifier
+  use sig_field_map_file, only: field_map_fits
   use sig_kinds, only: rk
   use sig_model, only: contact_side_t, model_sizes, model_t, validation_statistics_t
   use sig_shape_checks, only: is_matrix
@@ -30,6 +31,8 @@ contains
     if (len(name) == 0) name = find_size_mismatch(model)
     if (len(name) == 0) name = find_parameter_mismatch(model)
     if (len(name) == 0) name = find_contact_mismatch(model)
+    if (len(name) == 0 .and. .not. field_map_fits(model%fields, model%n_dim, model%n_nodes, model%n_multipliers, &
+      model%resultants%n_entries())) name = 'fields'
     if (len(name) > 0) return
     if (.not. model%choice%fits(model%n_clusters(), size(model%parameter_names))) name = 'choice'
     do i = 1, size(model%parts)

@@ -2,6 +2,7 @@
 !> model.h5: writes a model, reads one, refuses what is none, of another format or changed.
 module sig_model_file
   use sig_errors, only: error_t, exit_internal, make_error
+  use sig_field_map_file, only: read_field_map, write_field_map
   use sig_hdf5_format, only: open_sealed, write_format
   use sig_hdf5_reader, only: h5_reader_t
   use sig_hdf5_writer, only: h5_writer_t
@@ -49,6 +50,7 @@ contains
     end do
     call whole%choice%write(file)
     call write_validation(file, whole%validation)
+    call write_field_map(file, whole%fields, whole%length_unit)
     call file%close(error)
   end subroutine write_model
 
@@ -81,7 +83,7 @@ contains
     call file%write('/parameters/minimum', model%box(1, :), description='of the trained box')
     call file%write('/parameters/maximum', model%box(2, :), description='of the trained box')
     call file%write('/parameters/training_points', model%training_points, description='a point per row')
-    call write_terms(file, model%terms, length)
+    call write_terms(file, '/terms', model%terms, length)
     call file%write('/mesh/node_tags', model%node_tags, description='tags of the mesh file, a node per entry')
     call file%write('/mesh/coordinates', model%coordinates, length, 'a node per row')
     call write_side(file, '/contact/first', model%first_side, length)
@@ -139,6 +141,7 @@ contains
     if (.not. allocated(error)) call read_parts(file, path, model, error)
     if (.not. allocated(error)) call model%choice%read(file, path, model%box, error)
     call read_validation(file, model%validation, error)
+    call read_fields(file, path, model, error)
     call file%close()
     if (allocated(error)) return
     if (find_mismatch(model) /= '') then
@@ -180,7 +183,7 @@ contains
     call file%read('/units/length', model%length_unit, error)
     call file%read('/units/force', model%force_unit, error)
     call read_parameters(file, model, error)
-    call read_terms(file, path, model%parameter_names, model%terms, error)
+    call read_terms(file, '/terms', path, model%parameter_names, model%terms, error)
     call file%read('/mesh/node_tags', model%node_tags, error)
     call file%read('/mesh/coordinates', model%coordinates, error)
     call read_side(file, '/contact/first', model%first_side, error)
@@ -192,6 +195,20 @@ contains
     call file%read('/reduction/dirichlet', model%dirichlet, error)
     call file%read('/certificate/max_error', model%max_error, error)
   end subroutine read_problem
+
+  !> What the rows of the fields share with the model is taken from it.
+  subroutine read_fields(file, path, model, error)
+    type(h5_reader_t), intent(in) :: file
+    character(*), intent(in) :: path
+    type(model_t), intent(inout) :: model
+    type(error_t), allocatable, intent(inout) :: error
+
+    call read_field_map(file, path, model%parameter_names, model%fields, error)
+    if (allocated(error) .or. .not. model%fields%is_there()) return
+    model%fields%rows%gap = model%gap
+    model%fields%rows%areas = model%areas
+    model%fields%rows%contact_entry = model%resultants%entries
+  end subroutine read_fields
 
   subroutine read_side(file, group, side, error)
     type(h5_reader_t), intent(in) :: file

@@ -7,6 +7,7 @@ module sig_resultant_map
   use sig_hdf5_writer, only: h5_writer_t
   use sig_kinds, only: rk
   use sig_missing_parts, only: fill_missing
+  use sig_nodal_values, only: least_force
   use sig_shape_checks, only: are_indices, is_matrix
   use sig_text, only: string_t
   implicit none(type, external)
@@ -55,7 +56,7 @@ contains
     n_moments = size(self%unit_moments, 1)
   end function n_moments
 
-  !> Sums over the multipliers of each entry: areas where they are positive, forces, moments.
+  !> Sums over the multipliers of each entry: areas where they are more than rounding, forces, moments.
   !>
   !> Where a multiplier is not a number, no sum of its entry is one. Allocates nothing.
   pure subroutine evaluate(self, row_areas, multipliers, areas, forces, moments)
@@ -70,14 +71,16 @@ contains
     real(rk), intent(out) :: forces(:, :)
     !> [force*length] shape (n_moments, n_entries)
     real(rk), intent(out) :: moments(:, :)
+    real(rk) :: negligible
     integer :: i, k
 
+    negligible = least_force(multipliers)
     areas = 0
     forces = 0
     moments = 0
     do k = 1, size(self%entries)
       i = self%entries(k)
-      if (multipliers(k) > 0) areas(i) = areas(i) + row_areas(k)
+      if (multipliers(k) > negligible) areas(i) = areas(i) + row_areas(k)
       if (ieee_is_nan(multipliers(k))) areas(i) = ieee_value(1.0_rk, ieee_quiet_nan)
       forces(:, i) = forces(:, i) + multipliers(k) * self%unit_forces(:, k)
       moments(:, i) = moments(:, i) + multipliers(k) * self%unit_moments(:, k)

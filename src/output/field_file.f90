@@ -1,15 +1,16 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> Fields on the mesh for several parameter points: an HDF5 file of arrays, and an XDMF file beside it for ParaView.
 module sig_field_file
-  use sig_element_types, only: element_types
   use sig_errors, only: error_t, exit_internal, make_error
+  use sig_field_topology, only: write_topology
   use sig_file_system, only: base_name, write_text_file
   use sig_hdf5_writer, only: h5_writer_t
   use sig_kinds, only: rk
-  use sig_mesh, only: mesh_t, nodes_of_cell
+  use sig_mesh, only: mesh_t
   use sig_text, only: string_t, to_text
+  use sig_text_buffer, only: text_buffer_t
   use sig_version, only: code_version
-  use sig_xdmf, only: xdmf_field_t, xdmf_grid_t, xdmf_mesh_t, xdmf_text
+  use sig_xdmf, only: xdmf_field_t, xdmf_grid, xdmf_grid_t, xdmf_head, xdmf_mesh_t, xdmf_number_t, xdmf_tail
   implicit none(type, external)
   private
   public :: field_file_t
@@ -22,23 +23,30 @@ module sig_field_file
   !> What viewers need is made here. Vectors of 1 or 2 components get zeros up to the third, as the coordinates do, so that
   !> one can warp by them. 4 or 6 components are a symmetric tensor in VTK's order xx, yy, zz, xy, yz, xz (attribute
   !> `components`); a plane one gets zeros for yz and xz.
-  !> Arrays that are no fields of the mesh (`add_array`, `add_shared_array`) stand in the HDF5 file only.
+  !> Arrays that are no fields of the mesh (`add_array`, `add_shared_array`) stand in the HDF5 file only. Numbers of the point, its
+  !> parameters among them, are field data in viewers; their names there end with the unit.
+  !> Writing takes time in proportion to the number of points.
   !> The first failure is kept and handed back by close. Shapes are h5py's reversed, see sig_hdf5_writer. Local: one rank writes.
   type :: field_file_t
     private
     type(h5_writer_t) :: file
     character(:), allocatable :: path
     type(xdmf_mesh_t) :: mesh
-    type(xdmf_grid_t), allocatable :: grids(:)
-    !> /points/0001 of the point that is being written
+    !> of the point that is being written, and its number; the XDMF file up to it
+    type(xdmf_grid_t) :: grid
+    integer :: n_points = 0
+    type(text_buffer_t) :: xdmf
+    !> /points/0001 of that point
     character(:), allocatable :: group
     type(string_t), allocatable :: parameter_names(:)
+    type(string_t), allocatable :: parameter_units(:)
     type(error_t), allocatable :: error
   contains
     procedure :: create
     procedure :: start_point
     generic :: add_node_field => add_node_scalar, add_node_vector
     generic :: add_cell_field => add_cell_scalar, add_cell_integer, add_cell_vector
+    procedure :: add_number
     generic :: add_array => add_real_array, add_real_matrix, add_integer_array
     generic :: add_shared_array => add_shared_reals, add_shared_matrix, add_shared_integers, add_shared_texts
     procedure :: close => close_file
@@ -50,88 +58,34 @@ module sig_field_file
 contains
 
   !> Starts the file and writes the mesh. Errors: the file cannot be created.
-  subroutine create(self, path, mesh, length_unit, parameter_names, error)
+  subroutine create(self, path, mesh, length_unit, parameter_names, parameter_units, error)
     class(field_file_t), intent(inout) :: self
     !> ends with .h5
     character(*), intent(in) :: path
     type(mesh_t), intent(in) :: mesh
     character(*), intent(in) :: length_unit
     type(string_t), intent(in) :: parameter_names(:)
+    !> same shape
+    type(string_t), intent(in) :: parameter_units(:)
     type(error_t), allocatable, intent(out) :: error
 
     self%path = path
     self%group = ''
     self%parameter_names = parameter_names
-    if (allocated(self%grids)) deallocate (self%grids)
+    self%parameter_units = parameter_units
     if (allocated(self%error)) deallocate (self%error)
-    allocate (self%grids(0))
+    self%n_points = 0
+    call start_grid(self, 'mesh')
+    call self%xdmf%clear()
+    call self%xdmf%add(xdmf_head())
     call self%file%create(path, error)
     if (allocated(error)) return
     call self%file%write_attribute('/', 'format', 'signorom fields')
     call self%file%write_attribute('/', 'code_version', code_version)
     call self%file%write_attribute('/', 'format_version', format_version)
     call self%file%write('/mesh/coordinates', padded(mesh%coordinates, 3), length_unit, 'x, y, z of the nodes')
-    call write_topology(self, mesh)
+    call write_topology(mesh, self%file, self%mesh)
   end subroutine create
-
-  subroutine write_topology(self, mesh)
-    class(field_file_t), intent(inout) :: self
-    type(mesh_t), intent(in) :: mesh
-    integer, allocatable :: uniform(:, :)
-    integer :: i_cell
-
-    self%mesh = xdmf_mesh_t(n_nodes=mesh%n_nodes, n_cells=mesh%n_cells)
-    call self%file%write('/mesh/cell_types', [(element_types(mesh%cell_types(i_cell))%xdmf_type, i_cell=1, mesh%n_cells)], &
-      '-', 'XDMF number of the type of each cell')
-    if (mesh%n_cells == 0) return
-    if (all(mesh%cell_types == mesh%cell_types(1))) then
-      self%mesh%cell_type = element_types(mesh%cell_types(1))%xdmf_type
-      self%mesh%n_cell_nodes = element_types(mesh%cell_types(1))%n_nodes
-      allocate (uniform(self%mesh%n_cell_nodes, mesh%n_cells))
-      do i_cell = 1, mesh%n_cells
-        uniform(:, i_cell) = output_nodes(mesh, i_cell)
-      end do
-      call self%file%write('/mesh/topology', uniform, '-', 'nodes of each cell in VTK''s order, from 0')
-    else
-      associate (topology => mixed_topology(mesh))
-        self%mesh%n_mixed_entries = size(topology)
-        call self%file%write('/mesh/topology', topology, '', 'per cell its XDMF type, then its nodes in VTK''s order, from 0')
-      end associate
-    end if
-  end subroutine write_topology
-
-  !> Type and nodes of each cell, one after the other; points and lines have their number of nodes in between.
-  pure function mixed_topology(mesh) result(topology)
-    type(mesh_t), intent(in) :: mesh
-    integer, allocatable :: topology(:)
-    integer :: buffer(3 * mesh%n_cells + size(mesh%cell_nodes))
-    integer :: i_cell, n, n_entries, xdmf_type
-
-    n_entries = 0
-    do i_cell = 1, mesh%n_cells
-      xdmf_type = element_types(mesh%cell_types(i_cell))%xdmf_type
-      n = mesh%cell_offsets(i_cell + 1) - mesh%cell_offsets(i_cell)
-      n_entries = n_entries + 1
-      buffer(n_entries) = xdmf_type
-      if (xdmf_type <= 2) then
-        n_entries = n_entries + 1
-        buffer(n_entries) = n
-      end if
-      buffer(n_entries + 1:n_entries + n) = output_nodes(mesh, i_cell)
-      n_entries = n_entries + n
-    end do
-    topology = buffer(:n_entries)
-  end function mixed_topology
-
-  !> Nodes of a cell, from 0, in VTK's order.
-  pure function output_nodes(mesh, i_cell) result(nodes)
-    type(mesh_t), intent(in) :: mesh
-    integer, intent(in) :: i_cell
-    integer, allocatable :: nodes(:)
-
-    nodes = nodes_of_cell(mesh, i_cell) - 1
-    nodes = nodes(element_types(mesh%cell_types(i_cell))%output_order(:size(nodes)))
-  end function output_nodes
 
   !> Starts the next point.
   subroutine start_point(self, label, parameters)
@@ -140,22 +94,69 @@ contains
     character(*), intent(in) :: label
     !> in the order of the names given to create
     real(rk), intent(in) :: parameters(:)
-    type(xdmf_grid_t), allocatable :: grids(:)
     character(16) :: number
-    integer :: n_grids
+    integer :: i
 
-    n_grids = size(self%grids) + 1
-    write (number, '(i0.4)') n_grids
+    if (self%n_points > 0) call end_grid(self)
+    self%n_points = self%n_points + 1
+    write (number, '(i0.4)') self%n_points
     self%group = '/points/' // trim(number)
-    allocate (grids(n_grids))
-    grids(:n_grids - 1) = self%grids
-    grids(n_grids)%label = label
-    allocate (grids(n_grids)%fields(0))
-    call move_alloc(grids, self%grids)
+    call start_grid(self, label)
     call self%file%write_attribute(self%group, 'label', label)
     call self%file%write_attribute(self%group, 'parameter_names', self%parameter_names)
+    call self%file%write_attribute(self%group, 'parameter_units', self%parameter_units)
     call self%file%write_attribute(self%group, 'parameters', parameters)
+    do i = 1, size(parameters)
+      call note_number(self, self%parameter_names(i)%text, parameters(i), self%parameter_units(i)%text)
+    end do
   end subroutine start_point
+
+  !> Without fields and numbers.
+  subroutine start_grid(self, label)
+    class(field_file_t), intent(inout) :: self
+    character(*), intent(in) :: label
+
+    if (allocated(self%grid%fields)) deallocate (self%grid%fields, self%grid%numbers)
+    self%grid%label = label
+    allocate (self%grid%fields(0), self%grid%numbers(0))
+  end subroutine start_grid
+
+  !> The point is whole, or the mesh where there is no point.
+  subroutine end_grid(self)
+    class(field_file_t), intent(inout) :: self
+
+    call self%xdmf%add(xdmf_grid(self%path(index(self%path, '/', back=.true.) + 1:), self%mesh, self%grid, max(1, self%n_points)))
+  end subroutine end_grid
+
+  !> A number of the point, e.g. a resultant.
+  subroutine add_number(self, name, value, unit, description)
+    class(field_file_t), intent(inout) :: self
+    character(*), intent(in) :: name
+    real(rk), intent(in) :: value
+    character(*), intent(in) :: unit
+    character(*), intent(in) :: description
+
+    call self%file%write(self%group // '/' // name, value, unit, description)
+    call note_number(self, name, value, unit)
+  end subroutine add_number
+
+  !> Lists a number of the point for the XDMF file.
+  subroutine note_number(self, name, value, unit)
+    class(field_file_t), intent(inout) :: self
+    character(*), intent(in) :: name
+    real(rk), intent(in) :: value
+    character(*), intent(in) :: unit
+    type(xdmf_number_t), allocatable :: numbers(:)
+    integer :: n
+
+    n = size(self%grid%numbers)
+    allocate (numbers(n + 1))
+    numbers(:n) = self%grid%numbers
+    numbers(n + 1)%name = name
+    if (len(unit) > 0 .and. unit /= '-') numbers(n + 1)%name = name // ' [' // unit // ']'
+    numbers(n + 1)%value = value
+    call move_alloc(numbers, self%grid%numbers)
+  end subroutine note_number
 
   !> One number per node.
   subroutine add_node_scalar(self, name, values, unit, description)
@@ -283,7 +284,7 @@ contains
     type(xdmf_field_t), allocatable :: fields(:)
     integer :: n_fields
 
-    associate (grid => self%grids(size(self%grids)))
+    associate (grid => self%grid)
       n_fields = size(grid%fields)
       allocate (fields(n_fields + 1))
       fields(:n_fields) = grid%fields
@@ -382,8 +383,9 @@ contains
     end if
     call self%file%close(error)
     if (allocated(error)) return
-    call write_text_file(without_ending(self%path) // '.xdmf', &
-      xdmf_text(self%path(index(self%path, '/', back=.true.) + 1:), self%mesh, self%grids), error)
+    call end_grid(self)
+    call self%xdmf%add(xdmf_tail())
+    call write_text_file(without_ending(self%path) // '.xdmf', self%xdmf%text(), error)
   end subroutine close_file
 
   pure function without_ending(path) result(start)

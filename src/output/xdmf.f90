@@ -2,10 +2,11 @@
 !> XDMF 3: the small XML file that tells ParaView and VTK what the arrays of an HDF5 file mean.
 module sig_xdmf
   use sig_element_types, only: element_types, n_element_types
-  use sig_text, only: string_t, to_text
+  use sig_kinds, only: rk
+  use sig_text, only: to_text
   implicit none(type, external)
   private
-  public :: xdmf_mesh_t, xdmf_field_t, xdmf_grid_t, xdmf_text
+  public :: xdmf_mesh_t, xdmf_field_t, xdmf_number_t, xdmf_grid_t, xdmf_head, xdmf_grid, xdmf_tail
 
   !> The arrays /mesh/coordinates and /mesh/topology.
   type :: xdmf_mesh_t
@@ -30,39 +31,37 @@ module sig_xdmf
     integer :: n_components = 1
   end type xdmf_field_t
 
+  !> One number of one point, which viewers show as field data.
+  type :: xdmf_number_t
+    character(:), allocatable :: name
+    real(rk) :: value = 0
+  end type xdmf_number_t
+
   !> The fields of one parameter point.
   type :: xdmf_grid_t
     character(:), allocatable :: label
     type(xdmf_field_t), allocatable :: fields(:)
+    type(xdmf_number_t), allocatable :: numbers(:)
   end type xdmf_grid_t
 
   character(*), parameter :: nl = new_line('a')
 
 contains
 
-  !> The whole file: one temporal collection whose "time" counts the points from 1; without points the mesh alone.
-  pure function xdmf_text(h5_name, mesh, grids) result(text)
-    !> name of the HDF5 file as seen from the folder of the XDMF file
-    character(*), intent(in) :: h5_name
-    type(xdmf_mesh_t), intent(in) :: mesh
-    type(xdmf_grid_t), intent(in) :: grids(:)
-    character(:), allocatable :: text, mesh_part
-    type(xdmf_grid_t) :: bare_grid
-    integer :: i_grid
+  !> What stands before the grids, of which there is one at least: one temporal collection.
+  pure function xdmf_head() result(text)
+    character(:), allocatable :: text
 
-    mesh_part = mesh_text(escaped(h5_name), mesh)
     text = '<?xml version="1.0" encoding="utf-8"?>' // nl // '<Xdmf Version="3.0">' // nl // '  <Domain>' // nl // &
       '    <Grid Name="points" GridType="Collection" CollectionType="Temporal">' // nl
-    do i_grid = 1, size(grids)
-      text = text // grid_text(escaped(h5_name), mesh, mesh_part, grids(i_grid), i_grid)
-    end do
-    if (size(grids) == 0) then
-      bare_grid%label = 'mesh'
-      allocate (bare_grid%fields(0))
-      text = text // grid_text(escaped(h5_name), mesh, mesh_part, bare_grid, 1)
-    end if
-    text = text // '    </Grid>' // nl // '  </Domain>' // nl // '</Xdmf>' // nl
-  end function xdmf_text
+  end function xdmf_head
+
+  !> What stands behind them.
+  pure function xdmf_tail() result(text)
+    character(:), allocatable :: text
+
+    text = '    </Grid>' // nl // '  </Domain>' // nl // '</Xdmf>' // nl
+  end function xdmf_tail
 
   !> Topology and geometry, the same for each point.
   pure function mesh_text(h5_name, mesh) result(text)
@@ -95,23 +94,36 @@ contains
     end do
   end function topology_name
 
-  pure function grid_text(h5_name, mesh, mesh_part, grid, i_grid) result(text)
+  !> One point. Its "time" is its number, from 1.
+  pure function xdmf_grid(h5_name, mesh, grid, i_grid) result(text)
+    !> name of the HDF5 file as seen from the folder of the XDMF file
     character(*), intent(in) :: h5_name
     type(xdmf_mesh_t), intent(in) :: mesh
-    character(*), intent(in) :: mesh_part
     type(xdmf_grid_t), intent(in) :: grid
     integer, intent(in) :: i_grid
     character(:), allocatable :: text
-    integer :: i_field, n_values
+    integer :: i, n_values
 
     text = '      <Grid Name="' // escaped(grid%label) // '" GridType="Uniform">' // nl // &
-      '        <Time Value="' // to_text(i_grid) // '"/>' // nl // mesh_part
-    do i_field = 1, size(grid%fields)
-      n_values = merge(mesh%n_cells, mesh%n_nodes, grid%fields(i_field)%is_cell_field)
-      text = text // field_text(h5_name, grid%fields(i_field), n_values)
+      '        <Time Value="' // to_text(i_grid) // '"/>' // nl // mesh_text(escaped(h5_name), mesh)
+    do i = 1, size(grid%fields)
+      n_values = merge(mesh%n_cells, mesh%n_nodes, grid%fields(i)%is_cell_field)
+      text = text // field_text(escaped(h5_name), grid%fields(i), n_values)
+    end do
+    do i = 1, size(grid%numbers)
+      text = text // number_text(grid%numbers(i))
     end do
     text = text // '      </Grid>' // nl
-  end function grid_text
+  end function xdmf_grid
+
+  pure function number_text(number) result(text)
+    type(xdmf_number_t), intent(in) :: number
+    character(:), allocatable :: text
+
+    text = '        <Attribute Name="' // escaped(number%name) // '" AttributeType="Scalar" Center="Grid">' // nl // &
+      '          <DataItem Dimensions="1" NumberType="Float" Precision="8" Format="XML">' // to_text(number%value) // &
+      '</DataItem>' // nl // '        </Attribute>' // nl
+  end function number_text
 
   pure function field_text(h5_name, field, n_values) result(text)
     character(*), intent(in) :: h5_name

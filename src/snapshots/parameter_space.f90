@@ -108,16 +108,20 @@ contains
     text = join(parts, ', ')
   end function format_point_of_deck
 
-  !> The same where only the names are known.
-  pure function format_point_of_names(names, point) result(text)
+  !> The same of names, with or without units.
+  pure function format_point_of_names(names, point, units) result(text)
     type(string_t), intent(in) :: names(:)
     real(rk), intent(in) :: point(:)
+    !> same shape
+    type(string_t), intent(in), optional :: units(:)
     character(:), allocatable :: text
     type(string_t) :: parts(size(names))
     integer :: i
 
     do i = 1, size(names)
       parts(i)%text = names(i)%text // ' = ' // rounded(point(i))
+      if (.not. present(units)) cycle
+      if (len(units(i)%text) > 0) parts(i)%text = parts(i)%text // ' ' // units(i)%text
     end do
     text = join(parts, ', ')
   end function format_point_of_names

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> The terms of a model in model.h5: /terms/names, and a group per source below /terms/sources.
+!> Terms of a model in model.h5: <group>/names, and a group per source below <group>/sources.
 module sig_term_file
   use sig_errors, only: error_t, make_error
   use sig_hdf5_reader, only: h5_reader_t
@@ -12,19 +12,21 @@ module sig_term_file
 
 contains
 
-  subroutine write_terms(file, terms, length)
+  subroutine write_terms(file, group, terms, length)
     type(h5_writer_t), intent(inout) :: file
+    !> of the file
+    character(*), intent(in) :: group
     type(term_set_t), intent(in) :: terms
     !> unit of lengths
     character(*), intent(in) :: length
     integer :: i
 
-    call file%write('/terms/names', terms%names, description='what each term is; the values of the terms are theta')
-    call file%write('/terms/coordinate_names', terms%coordinate_names)
-    call file%write_attribute('/terms', 'is_round', merge(1, 0, terms%is_round))
-    call file%write_attribute('/terms', 'n_sources', size(terms%sources))
+    call file%write(group // '/names', terms%names, description='what each term is; the values of the terms are theta')
+    call file%write(group // '/coordinate_names', terms%coordinate_names)
+    call file%write_attribute(group, 'is_round', merge(1, 0, terms%is_round))
+    call file%write_attribute(group, 'n_sources', size(terms%sources))
     do i = 1, size(terms%sources)
-      call write_source(file, '/terms/sources/' // to_text(i), terms%sources(i), length)
+      call write_source(file, group // '/sources/' // to_text(i), terms%sources(i), length)
     end do
   end subroutine write_terms
 
@@ -49,8 +51,10 @@ contains
   end subroutine write_source
 
   !> Errors: a part is missing.
-  subroutine read_terms(file, path, parameter_names, terms, error)
+  subroutine read_terms(file, group, path, parameter_names, terms, error)
     type(h5_reader_t), intent(in) :: file
+    !> of the file
+    character(*), intent(in) :: group
     !> for messages
     character(*), intent(in) :: path
     type(string_t), intent(in) :: parameter_names(:)
@@ -59,17 +63,17 @@ contains
     type(string_t), allocatable :: coordinate_names(:), names(:)
     integer :: i, is_round, n_sources
 
-    call file%read('/terms/names', names, error)
-    call file%read('/terms/coordinate_names', coordinate_names, error)
-    call file%read_attribute('/terms', 'is_round', is_round, error)
-    call file%read_attribute('/terms', 'n_sources', n_sources, error)
+    call file%read(group // '/names', names, error)
+    call file%read(group // '/coordinate_names', coordinate_names, error)
+    call file%read_attribute(group, 'is_round', is_round, error)
+    call file%read_attribute(group, 'n_sources', n_sources, error)
     call start_terms(parameter_names, coordinate_names, is_round == 1, terms)
     if (allocated(error)) return
     terms%names = names
     deallocate (terms%sources)
-    allocate (terms%sources(file%count_groups('/terms/sources', n_sources)))
+    allocate (terms%sources(file%count_groups(group // '/sources', n_sources)))
     do i = 1, size(terms%sources)
-      call read_source(file, '/terms/sources/' // to_text(i), terms%sources(i), error)
+      call read_source(file, group // '/sources/' // to_text(i), terms%sources(i), error)
     end do
     if (size(terms%sources) /= n_sources .and. .not. allocated(error)) call make_error(error, &
       'the model says that its terms have ' // to_text(n_sources) // ' sources; the file holds ' // &

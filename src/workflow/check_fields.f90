@@ -10,9 +10,10 @@ module sig_check_fields
   use sig_kinds, only: rk
   use sig_mesh, only: mesh_t
   use sig_mesh_checks, only: group_of_surface
+  use sig_mesh_regions, only: region_names, regions_of_cells
   use sig_nodal_values, only: nodal_areas, nodal_gaps
   use sig_parameter_space, only: format_point
-  use sig_problem, only: area_unit, force_unit, parameter_names, problem_t, strains_at, surface_of_side
+  use sig_problem, only: area_unit, force_unit, parameter_names, parameter_units, problem_t, strains_at, surface_of_side
   use sig_term_values, only: evaluate_points
   use sig_text, only: append_text, string_t
   implicit none(type, external)
@@ -49,7 +50,8 @@ contains
     call add_links(rows, cells, shares)
     cells%mesh%n_nodes = problem%mesh%n_nodes
     cells%mesh%coordinates = problem%mesh%coordinates
-    call file%create(folder // '/check.h5', cells%mesh, problem%deck%units%length, parameter_names(problem%deck), error)
+    call file%create(folder // '/check.h5', cells%mesh, problem%deck%units%length, parameter_names(problem%deck), &
+      parameter_units(problem%deck), error)
     if (allocated(error)) return
     call write_names(problem, file)
     call evaluate_points(problem%terms, reshape(point, [size(point), 1]), theta, i_bad_point, i_bad_source)
@@ -63,21 +65,15 @@ contains
     call file%close(error)
   end subroutine write_check_fields
 
-  !> Material and region of the cells. A cell of several regions gets the first one.
+  !> Material and region of the cells.
   pure function body_labels(problem) result(labels)
     type(problem_t), intent(in) :: problem
     integer :: labels(n_labels, problem%mesh%n_cells)
-    integer :: i, i_region
 
     labels = 0
     labels(label_kind, :) = kind_body
     labels(label_material, :) = problem%body%material_of_cell
-    i_region = count(problem%mesh%groups%n_dim == problem%mesh%n_dim)
-    do i = size(problem%mesh%groups), 1, -1
-      if (problem%mesh%groups(i)%n_dim /= problem%mesh%n_dim) cycle
-      labels(label_region, problem%mesh%groups(i)%entities) = i_region
-      i_region = i_region - 1
-    end do
+    labels(label_region, :) = regions_of_cells(problem%mesh)
   end function body_labels
 
   !> Groups of the mesh that bodies can be held or loaded by: their numbers in the file are their places in this list.
@@ -154,16 +150,13 @@ contains
   subroutine write_names(problem, file)
     type(problem_t), intent(in) :: problem
     type(field_file_t), intent(inout) :: file
-    type(string_t), allocatable :: boundaries(:), contacts(:), materials(:), model(:), regions(:)
+    type(string_t), allocatable :: boundaries(:), contacts(:), materials(:), model(:)
     integer :: i
 
-    allocate (boundaries(0), contacts(0), materials(0), model(0), regions(0))
+    allocate (boundaries(0), contacts(0), materials(0), model(0))
     call append_text(model, problem%deck%mesh%model)
     do i = 1, size(problem%deck%materials)
       call append_text(materials, problem%deck%materials(i)%name)
-    end do
-    do i = 1, size(problem%mesh%groups)
-      if (problem%mesh%groups(i)%n_dim == problem%mesh%n_dim) call append_text(regions, problem%mesh%groups(i)%name)
     end do
     associate (groups => boundary_groups(problem%mesh))
       do i = 1, size(groups)
@@ -175,7 +168,7 @@ contains
     end do
     call file%add_shared_array('check/model', model, '-', 'mechanical model')
     call file%add_shared_array('check/materials', materials, '-', 'names of 1, 2, ... in the cell field material')
-    call file%add_shared_array('check/regions', regions, '-', 'names of 1, 2, ... in the cell field region')
+    call file%add_shared_array('check/regions', region_names(problem%mesh), '-', 'names of 1, 2, ... in the cell field region')
     call file%add_shared_array('check/boundaries', boundaries, '-', 'names of 1, 2, ... in the cell field boundary')
     call file%add_shared_array('check/contacts', contacts, '-', 'surfaces of 1, 2, ... in the cell field contact')
   end subroutine write_names

@@ -2,32 +2,29 @@
 #include "signorom/macros.h"
 !> Fields at the deck's output points: full-order, and reduced where there is a model. What ParaView and the figures show.
 module sig_field_output
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
+  use sig_answer, only: answer_t
   use sig_clock, only: wall_time
-  use sig_contact_rows, only: contact_rows_t
   use sig_contact_state, only: contact_state_t
-  use sig_contact_surfaces, only: contact_surfaces_t
-  use sig_deck_config, only: deck_config_t
-  use sig_elastic_body, only: elastic_body_t
   use sig_error_broadcast, only: broadcast_error
   use sig_errors, only: error_t
-  use sig_field_file, only: field_file_t
+  use sig_field_map, only: field_values_t
+  use sig_field_mapping, only: create_field_map
+  use sig_field_writer, only: field_writer_t
   use sig_full_order, only: team_t
-  use sig_imposed_strain, only: cell_strains, strain_field_t
   use sig_kinds, only: rk
   use sig_model, only: model_t
-  use sig_nodal_values, only: nodal_gaps, nodal_pressures
-  use sig_rooms, only: rooms_t
+  use sig_model_header, only: fill_model_header
   use sig_online_model, only: online_model_t
-  use sig_parameter_space, only: format_point
-  use sig_problem, only: area_unit, body_at, force_unit, parameter_names, problem_t, stress_unit, strains_at
-  use sig_answer, only: answer_t
+  use sig_problem, only: force_unit, problem_t
   use sig_query, only: query_t
   use sig_reconstruction, only: reconstruct_displacement, reconstruct_multipliers
+  use sig_rooms, only: rooms_t
   use sig_solver_options, only: refuse_unused_options
   use sig_state_broadcast, only: broadcast_state
   use sig_stop_request, only: agree_to_stop
-  use sig_stress, only: cell_stresses, nodal_stresses, von_mises
   use sig_term_values, only: evaluate_points
+  use sig_training_set, only: training_set_t
   use petsc
   implicit none(type, external)
   private
@@ -120,137 +117,64 @@ contains
     type(model_t), intent(in), optional :: model
     type(online_model_t) :: online
     type(query_t) :: query
-    type(field_file_t) :: file
-    type(contact_surfaces_t) :: surfaces
+    type(model_t) :: header
+    type(field_values_t) :: values
+    type(field_writer_t) :: writer
     character(:), allocatable :: message
-    real(rk), allocatable :: theta(:, :)
-    integer :: i, i_bad_point, i_bad_source
+    integer :: i
 
-    call evaluate_points(problem%terms, points, theta, i_bad_point, i_bad_source)
-    call file%create(folder // '/fields.h5', problem%mesh, problem%deck%units%length, parameter_names(problem%deck), error)
-    if (.not. allocated(error)) call surfaces%create(problem, folder, error)
+    call describe_problem(problem, header, error)
+    if (.not. allocated(error)) call writer%create(header, problem%deck%output, folder, error)
     if (allocated(error)) return
-    call write_contact(problem, file)
     if (present(model)) then
       online%model = model
       call online%prepare(message)
       if (.not. allocated(message)) call query%create(online, message)
     end if
     do i = 1, size(points, 2)
-      call write_point(problem, points(:, i), theta(:, i), states(i), file, surfaces)
-      if (present(model) .and. .not. allocated(message)) call write_reduced(problem, points(:, i), online, query, file, &
-        surfaces)
+      call writer%start_point(header, points(:, i))
+      call find_values(header, points(:, i), states(i), values)
+      call writer%write_values(header, values, .false.)
+      if (present(model) .and. .not. allocated(message)) call write_reduced(problem, points(:, i), online, query, writer)
     end do
     call query%destroy()
-    call file%close(error)
-    if (.not. allocated(error)) call surfaces%close(error)
+    call writer%close(error)
   end subroutine write_file
 
-  !> Which nodes face each other; the same for all points.
-  subroutine write_contact(problem, file)
+  !> What the files say of the problem, in the form of a model without parts.
+  subroutine describe_problem(problem, header, error)
     type(problem_t), intent(in) :: problem
-    type(field_file_t), intent(inout) :: file
+    type(model_t), intent(out) :: header
+    type(error_t), allocatable, intent(out) :: error
+    type(training_set_t) :: none
 
-    call write_side(problem%rows, .false., 'contact/first', file)
-    call write_side(problem%rows, .true., 'contact/second', file)
-    call file%add_shared_array('contact/areas', problem%rows%areas, area_unit(problem%deck), &
-      'area of each contact row: pressure = multiplier / area')
-  end subroutine write_contact
+    allocate (none%parameters(size(problem%deck%parameters), 0))
+    call fill_model_header(problem, none, header)
+    call create_field_map(problem, header%fields, error)
+  end subroutine describe_problem
 
-  subroutine write_side(rows, is_second, group, file)
-    type(contact_rows_t), intent(in) :: rows
-    logical, intent(in) :: is_second
-    !> from the root
-    character(*), intent(in) :: group
-    type(field_file_t), intent(inout) :: file
-    integer, allocatable :: nodes(:), starts(:)
-    real(rk), allocatable :: weights(:)
-
-    call rows%list_side(is_second, starts, nodes, weights)
-    call file%add_shared_array(group // '/starts', starts, '-', &
-      'nodes of contact row k (from 0) are the entries from starts(k) up to, without, starts(k + 1); none: a rigid obstacle')
-    call file%add_shared_array(group // '/nodes', nodes, '-', '1-based, order of the mesh file; the first one of a row on the ' // &
-      'first surface carries its multiplier')
-    call file%add_shared_array(group // '/weights', weights, '-', &
-      'share of the row''s contact force on the node, negative where it pulls')
-  end subroutine write_side
-
-  subroutine write_point(problem, point, theta, state, file, surfaces)
-    type(problem_t), intent(in) :: problem
+  !> Requires: the point was checked, so that its terms have values.
+  subroutine find_values(header, point, state, values)
+    type(model_t), intent(in) :: header
     real(rk), intent(in) :: point(:)
-    real(rk), intent(in) :: theta(:)
     type(contact_state_t), intent(in) :: state
-    type(field_file_t), intent(inout) :: file
-    type(contact_surfaces_t), intent(inout) :: surfaces
+    type(field_values_t), intent(inout) :: values
+    real(rk), allocatable :: theta(:, :)
+    integer :: i_bad_point, i_bad_source
 
-    associate (deck => problem%deck, n_dim => problem%mesh%n_dim, n_nodes => problem%mesh%n_nodes)
-      call file%start_point(format_point(deck%parameters, point), point)
-      if (deck%output%has_displacement) call file%add_node_field('displacement', &
-        reshape(state%displacement, [n_dim, n_nodes]), deck%units%length, 'displacement, full-order model')
-      if (deck%output%has_contact) then
-        call write_contact_fields(problem, point, theta, state, file, surfaces)
-      end if
-      if (deck%output%has_stress) call write_stress_fields(problem, point, state%displacement, file)
-    end associate
-  end subroutine write_point
+    call values%take_displacement(header%fields, state%displacement)
+    call evaluate_points(header%terms, reshape(point, [size(point), 1]), theta, i_bad_point, i_bad_source)
+    call values%take_contact(header%fields, theta(:, 1), state%multipliers)
+    call evaluate_points(header%fields%terms, reshape(point, [size(point), 1]), theta, i_bad_point, i_bad_source)
+    call values%take_stresses(header%fields, theta(:, 1))
+  end subroutine find_values
 
-  !> In axisymmetry zz is the hoop direction.
-  subroutine write_stress_fields(problem, point, displacement, file)
-    type(problem_t), intent(in) :: problem
-    real(rk), intent(in) :: point(:)
-    real(rk), intent(in) :: displacement(:)
-    type(field_file_t), intent(inout) :: file
-    real(rk), allocatable :: stresses(:, :), smoothed(:, :)
-    character(:), allocatable :: unit
-    type(elastic_body_t) :: body
-    type(strain_field_t) :: imposed
-
-    unit = stress_unit(problem%deck)
-    call body_at(problem, point, body)
-    call strains_at(problem, point, imposed)
-    stresses = cell_stresses(problem%mesh, body, displacement, imposed)
-    smoothed = nodal_stresses(problem%mesh, body, displacement, imposed)
-    if (problem%strains%are_there()) call file%add_cell_field('imposed_strain', cell_strains(problem%mesh, body, imposed), '-', &
-      'mean of what is imposed on the cell by temperature or swelling; stresses come from the rest of the strain')
-    call file%add_cell_field('stress', stresses, unit, 'mean stress of the cell, full-order model')
-    call file%add_cell_field('von_mises', von_mises(stresses), unit, 'von Mises stress of the mean stress of the cell')
-    call file%add_node_field('stress_smoothed', smoothed, unit, &
-      'mean stress of the cells around the node, weighted by volume, of one material')
-    call file%add_node_field('von_mises_smoothed', von_mises(smoothed), unit, 'von Mises stress of the smoothed stress')
-  end subroutine write_stress_fields
-
-  subroutine write_contact_fields(problem, point, theta, state, file, surfaces)
-    type(problem_t), intent(in) :: problem
-    real(rk), intent(in) :: point(:)
-    real(rk), intent(in) :: theta(:)
-    type(contact_state_t), intent(in) :: state
-    type(field_file_t), intent(inout) :: file
-    type(contact_surfaces_t), intent(inout) :: surfaces
-    real(rk) :: gap(problem%mesh%n_nodes), force(problem%mesh%n_dim, problem%mesh%n_nodes), opening(problem%rows%n_rows)
-
-    associate (rows => problem%rows, deck => problem%deck)
-      ! What the other body does to each node: the opposite of B' lambda, which the stiffness balances.
-      force = -reshape(rows%apply_transpose(state%multipliers, size(force)), shape(force))
-      opening = matmul(rows%gap, theta) - rows%apply(state%displacement)
-      gap = nodal_gaps(rows, opening, size(gap))
-      call file%add_node_field('contact_force', force, force_unit(problem%deck), 'contact force on the node, full-order model')
-      call file%add_node_field('contact_pressure', nodal_pressures(rows, state%multipliers, size(gap)), stress_unit(deck), &
-        'multiplier over area at nodes of the first surfaces, its mean by shares at those of the second')
-      call file%add_node_field('gap', gap, deck%units%length, &
-        'open distance, the smallest of the rows at the node; no number off the contact surfaces')
-      call file%add_array('multipliers_full_order', state%multipliers, force_unit(problem%deck), &
-        'contact force of each row, full-order model')
-    end associate
-    call surfaces%write_point(problem, point, state, opening)
-  end subroutine write_contact_fields
-
-  subroutine write_reduced(problem, point, online, query, file, surfaces)
+  subroutine write_reduced(problem, point, online, query, writer)
     type(problem_t), intent(in) :: problem
     real(rk), intent(in) :: point(:)
     type(online_model_t), intent(in) :: online
     type(query_t), intent(inout) :: query
-    type(field_file_t), intent(inout) :: file
-    type(contact_surfaces_t), intent(inout) :: surfaces
+    type(field_writer_t), intent(inout) :: writer
     type(answer_t) :: answer
     type(rooms_t) :: rooms
     real(rk), allocatable :: displacement(:)
@@ -264,16 +188,37 @@ contains
     has_row = 0
     has_cell(online%model%parts(answer%cluster)%reduced%cells()) = 1
     has_row(online%model%parts(answer%cluster)%reduced%contact_rows()) = 1
-    call file%add_cell_field('reduced_domain', has_cell, '-', 'cell of the reduced integration domain that answers')
-    call file%add_array('rows_in_reduced_domain', has_row, '-', 'contact row of the reduced integration domain that answers')
-    call file%add_node_field('displacement_reduced', reshape(displacement, [problem%mesh%n_dim, problem%mesh%n_nodes]), &
-      problem%deck%units%length, 'displacement, reduced model; no number where it has none')
-    call file%add_node_field('displacement_reduced_source', displacement_sources(online%model, answer), '-', &
+    call writer%file%add_cell_field('reduced_domain', has_cell, '-', 'cell of the reduced integration domain that answers')
+    call writer%file%add_array('rows_in_reduced_domain', has_row, '-', &
+      'contact row of the reduced integration domain that answers')
+    call write_displacement(problem, displacement, writer)
+    call writer%file%add_node_field('displacement_reduced_source', displacement_sources(online%model, answer), '-', &
       'where it comes from: 0 there is none, 1 modes, 2 exact')
-    call file%add_array('multipliers_reduced', multipliers, force_unit(problem%deck), &
+    call writer%file%add_array('multipliers_reduced', multipliers, force_unit(problem%deck), &
       'contact force of each row, reduced model; outside the reduced domain reconstructed')
-    call surfaces%write_reduced(problem, multipliers)
+    call writer%surfaces%write_reduced(multipliers)
   end subroutine write_reduced
+
+  !> A field in viewers only where all nodes have a displacement.
+  subroutine write_displacement(problem, displacement, writer)
+    type(problem_t), intent(in) :: problem
+    !> [length] of the reduced model, shape (n_dofs)
+    real(rk), intent(in) :: displacement(:)
+    type(field_writer_t), intent(inout) :: writer
+    character(*), parameter :: name = 'displacement_reduced'
+    character(*), parameter :: description = 'displacement, reduced model; no number where it has none'
+    real(rk) :: vectors(3, problem%mesh%n_nodes)
+
+    associate (n_dim => problem%mesh%n_dim)
+      vectors = 0
+      vectors(:n_dim, :) = reshape(displacement, [n_dim, problem%mesh%n_nodes])
+    end associate
+    if (any(ieee_is_nan(displacement))) then
+      call writer%file%add_array(name, vectors, problem%deck%units%length, description)
+    else
+      call writer%file%add_node_field(name, vectors, problem%deck%units%length, description)
+    end if
+  end subroutine write_displacement
 
   !> Of each node, one of displacement_*.
   pure function displacement_sources(model, answer) result(sources)

@@ -8,7 +8,7 @@ module fuzz_seeds
   use sig_snapshot_shard, only: shard_writer_t, snapshot_record_t
   use sig_snapshot_store, only: records_of_set, snapshot_set_t, write_snapshots
   use sig_text, only: string_t
-  use tiny_model, only: add_full_order, build_interpolated_model, build_tiny_model
+  use tiny_model, only: add_fields, add_full_order, build_interpolated_model, build_tiny_model
   implicit none(type, external)
   private
   public :: write_seeds, provenance, n_parameters, n_dofs, n_multipliers
@@ -32,6 +32,9 @@ contains
     if (.not. allocated(error)) call write_set(folder // '/snapshots.h5', error)
     call build_tiny_model(model)
     if (.not. allocated(error)) call write_model(folder // '/model.h5', model, error)
+    call add_fields(model)
+    if (.not. allocated(error)) call write_model(folder // '/model_fields.h5', model, error)
+    call build_tiny_model(model)
     call add_full_order(model)
     if (.not. allocated(error)) call write_model(folder // '/model_full_order.h5', model, error)
     call build_interpolated_model(model)

@@ -9,6 +9,7 @@ module fuzz_targets
   use sig_expression, only: expression_t
   use sig_file_seal, only: check_seal, seal_file
   use sig_file_system, only: read_text_file
+  use sig_field_query, only: field_query_t, why_no_fields
   use sig_kinds, only: rk
   use sig_mesh, only: mesh_t
   use sig_mesh_read, only: read_mesh
@@ -236,15 +237,23 @@ contains
     type(query_t), intent(inout) :: query
     type(answer_t) :: answer
     type(rooms_t) :: rooms
-    real(rk), allocatable :: displacement(:), multipliers(:)
+    type(field_query_t) :: fields
+    real(rk), allocatable :: displacement(:), multipliers(:), point(:)
+    character(:), allocatable :: message
+    logical :: is_valid
     integer :: i
 
     allocate (multipliers(online%model%n_multipliers))
+    message = why_no_fields(online%model)
+    if (message == '') call fields%create(online, message)
     do i = 1, 3
-      call query%evaluate(online, sum(online%model%box, 1) / 2 * 10.0_rk**(i - 1), answer)
+      point = sum(online%model%box, 1) / 2 * 10.0_rk**(i - 1)
+      call query%evaluate(online, point, answer)
       if (answer%reason <= 0) cycle
       call reconstruct_displacement(online%model, answer, displacement)
       call reconstruct_multipliers(online, answer, rooms, multipliers)
+      if (.not. allocated(message)) call fields%evaluate(online, point, answer, is_valid)
     end do
+    call fields%destroy()
   end subroutine ask
 end module fuzz_targets

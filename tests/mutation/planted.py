@@ -207,13 +207,30 @@ PLANTED = [
         "mid-side nodes get part of the corners in place of the other way round",
     ),
     Planted(
-        SRC + "fem/stress.f90", "sum(stresses(4:6, :)**2", "sum(stresses(4:5, :)**2", "von Mises forgets yz"
+        SRC + "mechanics/elasticity.f90",
+        "sum(stresses(4:6, :)**2",
+        "sum(stresses(4:5, :)**2",
+        "von Mises forgets yz",
     ),
     Planted(
-        SRC + "fem/stress.f90",
-        "if (body%material_of_cell(i_cell) /= material(i_node)) cycle",
-        "if (body%material_of_cell(i_cell) == 0) cycle",
+        SRC + "fem/strain_maps.f90",
+        "if (body%material_of_cell(i) /= map%materials(nodes(n))) cycle",
+        "if (body%material_of_cell(i) == 0) cycle",
         "stresses at a node mix materials",
+    ),
+    Planted(
+        SRC + "fem/strain_maps.f90",
+        "where (totals > 0) at_nodes = at_nodes / totals",
+        "where (totals > 0) at_nodes = 2 * at_nodes / totals",
+        "stresses at nodes lack twice the imposed strains",
+        "unit.fem.test_imposed_strain",
+    ),
+    Planted(
+        SRC + "mechanics/nodal_values.f90",
+        "least_force = rounding * max(0.0_rk, maxval(multipliers))",
+        "least_force = 0 * rounding",
+        "rounding on an open contact closes it",
+        "unit.contact.test_nodal_values",
     ),
     Planted(
         SRC + "fem/surface_measure.f90",
@@ -236,9 +253,9 @@ PLANTED = [
         "verification.test_loads",
     ),
     Planted(
-        SRC + "fem/stress.f90",
-        "strains(:, i_point) = -imposed%at_point(i_cell, i_point)",
-        "strains(:, i_point) = 0",
+        SRC + "online/field_map.f90",
+        "call rows%fill_stresses(of_materials, strains - imposed, stresses)",
+        "call rows%fill_stresses(of_materials, strains, stresses)",
         "stresses keep the imposed strains",
         "verification.test_imposed_strains",
     ),
@@ -503,14 +520,14 @@ PLANTED = [
     ),
     # output
     Planted(
-        SRC + "output/field_file.f90",
+        SRC + "output/field_topology.f90",
         "nodes = nodes_of_cell(mesh, i_cell) - 1",
         "nodes = nodes_of_cell(mesh, i_cell)",
         "cells have nodes from 1",
         "integration.test_output",
     ),
     Planted(
-        SRC + "output/field_file.f90",
+        SRC + "output/field_topology.f90",
         "nodes = nodes(element_types(mesh%cell_types(i_cell))%output_order(:size(nodes)))",
         "nodes = nodes(:)",
         "T10, H20 and H27 keep gmsh's order in files for VTK",

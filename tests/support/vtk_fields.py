@@ -17,6 +17,8 @@ class Shown:
     #: by name
     nodes: dict[str, np.ndarray]
     cells: dict[str, np.ndarray]
+    #: numbers of the step
+    numbers: dict[str, float]
 
 
 def read_with_vtk(path):
@@ -40,6 +42,10 @@ def read_with_vtk(path):
             }
             for data in (grid.GetPointData(), grid.GetCellData())
         ]
+        data = grid.GetFieldData()
+        numbers = {
+            data.GetArrayName(i): data.GetArray(i).GetValue(0) for i in range(data.GetNumberOfArrays())
+        }
         points = vtk_to_numpy(grid.GetPoints().GetData()).copy()
-        shown[time] = Shown(points, grid.GetNumberOfCells(), *arrays)
+        shown[time] = Shown(points, grid.GetNumberOfCells(), *arrays, numbers)
     return shown

@@ -2,18 +2,23 @@
 !> A model small enough to be answered by hand.
 module tiny_model
   use, intrinsic :: ieee_arithmetic, only: ieee_positive_inf, ieee_value
+  use sig_contact_rows, only: create_contact_rows
+  use sig_elasticity, only: n_stresses
+  use sig_field_map, only: field_map_t
   use sig_kinds, only: rk
+  use sig_mechanical_models, only: mechanical_model
   use sig_hhr_data, only: hhr_data_t
   use sig_model, only: contact_side_t, model_t
   use sig_model_parts, only: set_clusters, set_fallback
   use sig_reduced, only: reduced_t
   use sig_reduced_condensed, only: reduced_condensed_t
   use sig_reduced_interpolated, only: reduced_interpolated_t
+  use sig_strain_map, only: strain_map_t
   use sig_term_set, only: start_terms
   use sig_text, only: string_t
   implicit none(type, external)
   private
-  public :: build_tiny_model, add_full_order, build_interpolated_model
+  public :: build_tiny_model, add_full_order, build_interpolated_model, add_fields, build_field_map
 
 contains
 
@@ -179,4 +184,58 @@ contains
     cluster%history%stiffness_conditions = [1.0_rk, 2.5_rk]
     cluster%warnings = [string_t('first sentence'), string_t('')]
   end subroutine build_cluster
+
+  !> The same gradients in each row: the triangle itself, or its nodes.
+  function strains_of(n_rows, nodes) result(map)
+    integer, intent(in) :: n_rows
+    integer, intent(in) :: nodes(3)
+    type(strain_map_t) :: map
+    integer :: i
+
+    map%starts = [(3 * i, i=0, n_rows)]
+    map%nodes = [(nodes, i=1, n_rows)]
+    map%gradients = reshape([([real(rk) :: -1, -1, 0, 1, 0, 0, 0, 1, 0], i=1, n_rows)], [3, 3 * n_rows])
+    map%materials = [(1, i=1, n_rows)]
+    map%imposed = reshape([([real(rk) :: 1, 0, 0, 0, 0, 0], i=1, n_rows)], [n_stresses, n_rows])
+    map%imposed_rows = [(i, i=1, n_rows)]
+    map%imposed_terms = [(2, i=1, n_rows)]
+  end function strains_of
+
+  !> A triangle (0, 0), (1, 0), (0, 1) in plane strain with E = a and nu = 1/4, and a strain q imposed along x: all but the contact
+  !> rows. Of two nodes the first one is the third one, too.
+  subroutine build_field_map(parameter_names, q, a, n_nodes, map)
+    type(string_t), intent(in) :: parameter_names(:)
+    !> expressions
+    character(*), intent(in) :: q, a
+    integer, intent(in) :: n_nodes
+    type(field_map_t), intent(out) :: map
+    integer :: i_term
+
+    map%mechanics = mechanical_model('plane_strain')
+    map%stress_unit = 'MPa'
+    map%area_unit = 'mm'
+    map%of_cells = strains_of(1, [1, 2, modulo(2, n_nodes) + 1])
+    map%of_nodes = strains_of(n_nodes, [1, 2, modulo(2, n_nodes) + 1])
+    map%region_names = [string_t('block')]
+    map%regions = [1]
+    map%facet_starts = [0, 2]
+    map%facet_nodes = [1, 2]
+    map%facet_entries = [1]
+    call start_terms(parameter_names, [string_t('x'), string_t('y')], .false., map%terms)
+    call map%terms%add_expression(q, 0, 0, i_term)
+    call map%terms%add_expression(a, 0, 0, i_term)
+    call map%terms%add_expression('0.25', 0, 0, i_term)
+    map%constant_terms = [3, 4]
+  end subroutine build_field_map
+
+  !> Fields of the tiny model on such a triangle.
+  subroutine add_fields(model)
+    type(model_t), intent(inout) :: model
+
+    model%node_tags = [11, 12]
+    model%coordinates = reshape([0.0_rk, 0.0_rk, 1.0_rk, 0.0_rk], [2, 2])
+    call build_field_map(model%parameter_names, 'squeeze / 8', '2 + squeeze', 2, model%fields)
+    call create_contact_rows([1, 1, 1], [0, 0, 1], [1, 2, 1, 2], reshape([real(rk) :: 0, 1, 0, 1, 0, 1, 0, -1], [2, 4]), &
+      model%gap, model%areas, model%resultants%entries, model%fields%rows)
+  end subroutine add_fields
 end module tiny_model

@@ -16,11 +16,13 @@ from half_disk_results import (
     reduced_multipliers,
     validation_rows,
     write_enrichment,
+    write_fields,
     write_model,
     write_validation,
 )
 
 from signorom_post.contact import Contact, ContactSide
+from signorom_post.errors import InputError
 from signorom_post.readers.enrichment import read_enrichment
 from signorom_post.readers.fields import FieldFile, read_fields
 from signorom_post.readers.model import read_model
@@ -41,6 +43,27 @@ def test_mesh_edges_obey_euler(fields: FieldFile) -> None:
     mesh = fields.mesh
     assert mesh.n_nodes - len(mesh.edges) + mesh.n_cells == 2
     assert len(mesh.boundary_edges) == len(np.unique(mesh.boundary_edges))
+
+
+def test_large_files_are_read_field_by_field(
+    disks: HalfDisks, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Points stand in the order of their numbers; a field is read, and checked, when it is asked for."""
+    monkeypatch.setattr("signorom_post.readers.fields.MOST_IN_MEMORY", 2)
+    path = tmp_path / "fields.h5"
+    write_fields(path, disks, (0.2, 0.3, 0.4))
+    with h5py.File(path, "a") as file:
+        file.move("points/0001", "points/10000")
+        del file["points/0003/contact_pressure"]
+        file["points/0003/contact_pressure"] = [1.0, 2.0]
+    points = read_fields(path).points
+    assert [point.label for point in points] == ["squeeze = 0.3", "squeeze = 0.4", "squeeze = 0.2"]
+    assert "displacement" in points[0].fields
+    assert "stress" not in points[0].fields
+    for point, squeeze in zip(points, (0.3, 0.4, 0.2), strict=True):
+        np.testing.assert_array_equal(point.fields["displacement"].values, disks.displacement(squeeze))
+    with pytest.raises(InputError, match="contact_pressure' has 2 entries"):
+        _ = points[1].fields["contact_pressure"]
 
 
 def test_contact_indices_become_0_based(fields: FieldFile, disks: HalfDisks) -> None:

@@ -3,7 +3,7 @@
 
 from importlib.metadata import PackageNotFoundError, version
 
-from signorom_post.answer import Answer, ModelError, NoAnswerError
+from signorom_post.answer import Answer, Cells, Fields, ModelError, NoAnswerError
 from signorom_post.library import LibraryError
 from signorom_post.online import Model
 
@@ -12,4 +12,13 @@ try:
 except PackageNotFoundError:  # run from the sources, not installed
     __version__ = "not installed"
 
-__all__ = ["Answer", "LibraryError", "Model", "ModelError", "NoAnswerError", "__version__"]
+__all__ = [
+    "Answer",
+    "Cells",
+    "Fields",
+    "LibraryError",
+    "Model",
+    "ModelError",
+    "NoAnswerError",
+    "__version__",
+]

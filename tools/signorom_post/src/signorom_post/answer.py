@@ -58,6 +58,60 @@ class Resultants:
 
 
 @dataclass(frozen=True)
+class Cells:
+    """Mesh of a model that answers fields; nodes count from 0, those of cell i are nodes[starts[i]:starts[i + 1]].
+
+    The elements are gmsh's by their number of nodes: T3, Q4, T6, Q8, Q9 in the plane, T4, H8, T10, H20, H27 in space.
+    """
+
+    #: shape (n_cells + 1)
+    starts: IntArray
+    nodes: IntArray
+    #: region of each cell, an index of region_names, -1 where it has none; shape (n_cells)
+    regions: IntArray
+    region_names: list[str]
+    #: facets of the surfaces that carry the contact forces, and the contact of the deck of each, from 0
+    facet_starts: IntArray
+    facet_nodes: IntArray
+    facet_contacts: IntArray
+
+
+@dataclass(frozen=True)
+class Fields:
+    """What a model says at one point on its whole mesh, under the names of fields.h5.
+
+    Six components are xx, yy, zz, xy, yz, xz; in axisymmetry x = r, y = z, and zz is the hoop direction.
+    """
+
+    #: values of the parameters
+    point: dict[str, float]
+    #: shape (n_nodes, n_dimensions)
+    displacement: FloatArray
+    #: means of the cells, shapes (n_cells, 6) and (n_cells)
+    stress: FloatArray
+    von_mises: FloatArray
+    #: what temperatures and swelling impose: means of the cells, components of the tensor, shape (n_cells, 6)
+    imposed_strain: FloatArray
+    #: at the nodes, shapes (n_nodes, 6) and (n_nodes)
+    stress_smoothed: FloatArray
+    von_mises_smoothed: FloatArray
+    #: force of the other body on each node, shape (n_nodes, n_dimensions)
+    contact_force: FloatArray
+    #: 0 off the contacts, shape (n_nodes)
+    contact_pressure: FloatArray
+    #: NaN off the contacts, shape (n_nodes)
+    gap: FloatArray
+    #: of the nodes: 0 no contact, 1 open, 2 closed; shape (n_nodes)
+    status: IntArray
+    #: of the cells: 0 no contact at their nodes, 1 open, 2 closed, 3 closed at some nodes; shape (n_cells)
+    contact_status: IntArray
+    #: area of each contact of the deck that touches, shape (n_entries)
+    contact_area: FloatArray
+    #: unit of each of these
+    units: dict[str, str]
+
+
+@dataclass(frozen=True)
 class Gradient:
     """How an answer changes with each parameter, while contacts that push stay closed and open ones stay open.
 

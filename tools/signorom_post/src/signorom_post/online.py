@@ -16,7 +16,9 @@ import numpy as np
 
 from signorom_post.answer import (
     Answer,
+    Cells,
     ContactNodes,
+    Fields,
     Gradient,
     NoAnswerError,
     Parameter,
@@ -25,6 +27,7 @@ from signorom_post.answer import (
 from signorom_post.arrays import FloatArray, IntArray
 from signorom_post.handles import Handles
 from signorom_post.library import METHODS, NO_ANSWER, CAnswer, CSizes, doubles, ints, text_of
+from signorom_post.model_fields import cells_of, fields_of
 
 #: entries of Model.displacement_sources
 DISPLACEMENT_NONE, DISPLACEMENT_BY_MODES, DISPLACEMENT_EXACT = 0, 1, 2
@@ -185,6 +188,25 @@ class Model:
         with self._handles.model() as model:
             self._library.signorom_get_displacement_sources(model, ints(sources))
         return sources.astype(np.int64)
+
+    @property
+    def cells(self) -> Cells:
+        """Cells, regions and contact facets of a model that answers fields; NoAnswerError where it does not."""
+        with self._handles.model() as model:
+            return cells_of(self._library, model)
+
+    def fields(self, **values: float) -> Fields:
+        """Displacement, stresses and contact on the whole mesh at a point, a keyword per parameter.
+
+        NoAnswerError where the model has no answer, or no fields: its deck must say `reduction: {fields: true}`.
+        """
+        point = {name: float(values[name]) for name in self._checked(values)}
+        with self._handles.model() as model, self._handles.context() as context:
+            if self._library.signorom_query(context, doubles(np.array(list(point.values()))), None):
+                raise NoAnswerError(text_of(self._library.signorom_message(context)))
+            multipliers = self._get(context, "signorom_get_multipliers", self._sizes.n_contacts)
+            area = self.resultants(multipliers).areas
+            return fields_of(self._library, model, context, self._sizes, point, area)
 
     def query(self, *, nodes: list[int] | IntArray | None = None, **values: float) -> Answer:
         """Answer at a point, a keyword per parameter; `nodes` (mesh tags) asks for the displacement of these.

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """fields.h5: the mesh, and the fields of a few parameter points."""
 
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -13,6 +14,34 @@ from signorom_post.mesh import Faces, Mesh
 from signorom_post.readers.hdf5_input import Hdf5Input
 from signorom_post.readers.topology import XDMF_CELLS, cells_of_mixed, drawn_nodes
 
+#: a file with more points than this may not fit into memory: its fields are read when they are asked for
+MOST_IN_MEMORY = 100
+
+
+class StoredFields(Mapping[str, Quantity]):
+    """Fields of one point of a large file; each is read, and checked, at its first use."""
+
+    def __init__(self, path: Path, group: str, names: list[str], lengths: dict[str, int]) -> None:
+        self._path = path
+        self._group = group
+        self._names = names
+        self._lengths = lengths
+        self._read: dict[str, Quantity] = {}
+
+    def __getitem__(self, name: str) -> Quantity:
+        if name not in self._names:
+            raise KeyError(name)
+        if name not in self._read:
+            with Hdf5Input(self._path) as file:
+                self._read[name] = _read_field(file, self._group, name, self._lengths)
+        return self._read[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._names)
+
+    def __len__(self) -> int:
+        return len(self._names)
+
 
 @dataclass(frozen=True)
 class FieldPoint:
@@ -23,7 +52,7 @@ class FieldPoint:
     #: shape (n_parameters)
     parameters: FloatArray
     #: by dataset name; of nodes (n_nodes) or (n_nodes, 3), cells (n_cells[, n]), pairs (n_contacts)
-    fields: dict[str, Quantity]
+    fields: Mapping[str, Quantity]
 
     @property
     def reduced_rows(self) -> IntArray:
@@ -61,9 +90,11 @@ def read_fields(path: Path) -> FieldFile:
         file.check_format("signorom fields", 3)
         mesh = _read_mesh(file)
         contact = _read_contact(file, mesh.n_nodes)
-        points = [
-            _read_point(file, f"/points/{name}", mesh, contact.n_rows) for name in file.names("/points")
-        ]
+        # 0001 ... 9999, 10000: by number
+        names = sorted(file.names("/points"), key=lambda name: (len(name), name))
+        lengths = _field_lengths(mesh, contact.n_rows)
+        in_memory = len(names) <= MOST_IN_MEMORY
+        points = [_read_point(file, f"/points/{name}", lengths, in_memory) for name in names]
     return FieldFile(path, mesh, points, contact)
 
 
@@ -111,7 +142,7 @@ def _read_mesh(file: Hdf5Input) -> Mesh:
     return Mesh(coordinates, cells, n_dim, file.unit("/mesh/coordinates"))
 
 
-def _read_point(file: Hdf5Input, group: str, mesh: Mesh, n_contacts: int) -> FieldPoint:
+def _read_point(file: Hdf5Input, group: str, lengths: dict[str, int], in_memory: bool) -> FieldPoint:
     parameters = file.attribute(group, "parameters")
     names = file.attribute(group, "parameter_names")
     if parameters is None or names is None:
@@ -123,19 +154,17 @@ def _read_point(file: Hdf5Input, group: str, mesh: Mesh, n_contacts: int) -> Fie
     label = file.attribute(group, "label") or ", ".join(
         f"{name} = {format_number(value)}" for name, value in zip(names, values, strict=True)
     )
-    fields = {
-        name: file.quantity(f"{group}/{name}")
-        for name in file.names(group)
-        if file.is_dataset(f"{group}/{name}")
-    }
-    _check_lengths(file, group, fields, mesh, n_contacts)
+    fields: Mapping[str, Quantity]
+    if in_memory:
+        datasets = [name for name in file.names(group) if file.is_dataset(f"{group}/{name}")]
+        fields = {name: _read_field(file, group, name, lengths) for name in datasets}
+    else:
+        fields = StoredFields(file.path, group, file.names(group), lengths)
     return FieldPoint(str(label), names, values, fields)
 
 
-def _check_lengths(
-    file: Hdf5Input, group: str, fields: dict[str, Quantity], mesh: Mesh, n_contacts: int
-) -> None:
-    expected = {
+def _field_lengths(mesh: Mesh, n_contacts: int) -> dict[str, int]:
+    return {
         "displacement": mesh.n_nodes,
         "displacement_reduced": mesh.n_nodes,
         "contact_force": mesh.n_nodes,
@@ -146,7 +175,11 @@ def _check_lengths(
         "multipliers_reduced": n_contacts,
         "rows_in_reduced_domain": n_contacts,
     }
-    for name, length in expected.items():
-        if name in fields and len(np.atleast_1d(fields[name].values)) != length:
-            found = len(np.atleast_1d(fields[name].values))
-            raise file.fail(f"'{group}/{name}' has {found} entries; {length} are needed")
+
+
+def _read_field(file: Hdf5Input, group: str, name: str, lengths: dict[str, int]) -> Quantity:
+    quantity = file.quantity(f"{group}/{name}")
+    found = len(np.atleast_1d(quantity.values))
+    if name in lengths and found != lengths[name]:
+        raise file.fail(f"'{group}/{name}' has {found} entries; {lengths[name]} are needed")
+    return quantity

@@ -1,0 +1,106 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> Fields of the answers of predict, as files for ParaView and signorom-post view.
+module sig_predicted_fields
+  use sig_answer, only: answer_t
+  use sig_deck_config, only: output_config_t
+  use sig_errors, only: error_t, make_error
+  use sig_field_query, only: field_query_t, why_no_fields
+  use sig_field_writer, only: field_writer_t
+  use sig_file_system, only: base_name, directory_of, make_directories
+  use sig_kinds, only: rk
+  use sig_online_model, only: online_model_t
+  use sig_query, only: query_t
+  implicit none(type, external)
+  private
+  public :: predicted_fields_t, fields_folder
+
+  !> create; then add for each point; close, without which nothing is written.
+  type :: predicted_fields_t
+    private
+    logical :: is_used = .false.
+    type(online_model_t), pointer :: online => null()
+    type(query_t) :: query
+    type(field_query_t) :: fields
+    type(field_writer_t) :: writer
+    type(answer_t) :: answer
+    !> points so far, with and without fields
+    integer, public :: n_written = 0
+    integer, public :: n_left_out = 0
+  contains
+    procedure :: create
+    procedure :: add
+    procedure :: close => close_fields
+  end type predicted_fields_t
+
+contains
+
+  !> Beside the table; `predicted_fields` beside the model where the table goes to the terminal.
+  pure function fields_folder(model_path, output) result(folder)
+    character(*), intent(in) :: model_path
+    !> of the table, empty = the terminal
+    character(*), intent(in) :: output
+    character(:), allocatable :: folder
+
+    folder = directory_of(model_path) // '/predicted_fields'
+    if (output /= '') folder = directory_of(output) // '/' // base_name(output) // '_fields'
+  end function fields_folder
+
+  !> Errors: the model answers no fields; the files cannot be created.
+  subroutine create(self, online, model_path, folder, error)
+    class(predicted_fields_t), intent(inout) :: self
+    !> prepared
+    type(online_model_t), intent(in), target :: online
+    !> for messages
+    character(*), intent(in) :: model_path
+    character(*), intent(in) :: folder
+    type(error_t), allocatable, intent(out) :: error
+    type(output_config_t) :: everything
+    character(:), allocatable :: message
+
+    message = why_no_fields(online%model)
+    if (message /= '') then
+      call make_error(error, message, model_path)
+      return
+    end if
+    call self%query%create(online, message)
+    if (.not. allocated(message)) call self%fields%create(online, message)
+    if (allocated(message)) then
+      call make_error(error, 'the model cannot answer: ' // message, model_path)
+      return
+    end if
+    self%online => online
+    self%is_used = .true.
+    call make_directories(folder, error)
+    if (.not. allocated(error)) call self%writer%create(online%model, everything, folder, error)
+  end subroutine create
+
+  !> A point without an answer has no fields.
+  subroutine add(self, point)
+    class(predicted_fields_t), intent(inout) :: self
+    real(rk), intent(in) :: point(:)
+    logical :: is_valid
+
+    if (.not. self%is_used) return
+    call self%query%evaluate(self%online, point, self%answer)
+    is_valid = self%answer%reason > 0
+    if (is_valid) call self%fields%evaluate(self%online, point, self%answer, is_valid)
+    if (.not. is_valid) then
+      self%n_left_out = self%n_left_out + 1
+      return
+    end if
+    self%n_written = self%n_written + 1
+    call self%writer%start_point(self%online%model, point)
+    call self%writer%write_values(self%online%model, self%fields%values, .true.)
+  end subroutine add
+
+  !> Errors: the first failure since create; one that is there already stays, and then no files are kept.
+  subroutine close_fields(self, error)
+    class(predicted_fields_t), intent(inout) :: self
+    type(error_t), allocatable, intent(inout) :: error
+
+    if (.not. self%is_used) return
+    if (.not. allocated(error)) call self%writer%close(error)
+    call self%query%destroy()
+    call self%fields%destroy()
+  end subroutine close_fields
+end module sig_predicted_fields

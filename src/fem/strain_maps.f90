@@ -1,0 +1,317 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> Strains as linear functions of the displacement: of each cell (the mean over it), and smoothed at the nodes.
+!>
+!> A node has the mean of what the cells around it have there, weighted by their volumes. Of a quadratic cell the nodes get what is
+!> linear in it, too (shape_functions.f90). Where materials share a node, stresses jump: there only the material with most volume
+!> around the node counts (of equal ones the first of the deck), so that one material's stress does not smear into the other's.
+module sig_strain_maps
+  use sig_elastic_body, only: elastic_body_t
+  use sig_elasticity, only: n_stresses
+  use sig_element_matrices, only: physical_gradients
+  use sig_element_types, only: element_types
+  use sig_imposed_strain, only: imposed_strains_t, strain_part_t
+  use sig_kinds, only: rk
+  use sig_mechanical_models, only: circumference
+  use sig_mesh, only: cells_around_nodes, mesh_t, nodes_of_cell
+  use sig_strain_map, only: strain_map_t
+  use sig_ties, only: first_largest
+  implicit none(type, external)
+  private
+  public :: create_strain_maps
+
+  !> Gradients of the shape functions of one cell.
+  type :: cell_gradients_t
+    !> [1/length] shape (3, n_nodes, n_points); in axisymmetry the third one is N / r
+    real(rk), allocatable :: values(:, :, :)
+    !> [length**3, length**2 in the plane] that the points stand for
+    real(rk), allocatable :: volumes(:)
+  end type cell_gradients_t
+
+contains
+
+  !> Local: every rank computes every cell.
+  pure subroutine create_strain_maps(mesh, body, imposed, of_cells, of_nodes)
+    type(mesh_t), intent(in) :: mesh
+    type(elastic_body_t), intent(in) :: body
+    type(imposed_strains_t), intent(in) :: imposed
+    type(strain_map_t), intent(out) :: of_cells
+    type(strain_map_t), intent(out) :: of_nodes
+    real(rk) :: volumes(mesh%n_cells)
+
+    call map_cells(mesh, body, of_cells, volumes)
+    call choose_materials(mesh, body, volumes, of_nodes%materials)
+    call list_neighbors(mesh, body, of_nodes)
+    call map_nodes(mesh, body, volumes, of_nodes)
+    call impose(mesh, body, imposed, volumes, of_cells, of_nodes)
+  end subroutine create_strain_maps
+
+  !> Means over the cells.
+  pure subroutine map_cells(mesh, body, map, volumes)
+    type(mesh_t), intent(in) :: mesh
+    type(elastic_body_t), intent(in) :: body
+    type(strain_map_t), intent(inout) :: map
+    !> [length**3, length**2 in the plane] of the cells
+    real(rk), intent(out) :: volumes(:)
+    type(cell_gradients_t) :: gradients
+    integer :: i
+
+    map%starts = mesh%cell_offsets
+    map%nodes = mesh%cell_nodes
+    map%materials = body%material_of_cell
+    allocate (map%gradients(3, size(map%nodes)))
+    do i = 1, mesh%n_cells
+      call find_gradients(mesh, body, i, gradients)
+      volumes(i) = sum(gradients%volumes)
+      map%gradients(:, map%starts(i) + 1:map%starts(i + 1)) = weighted(gradients, gradients%volumes / volumes(i))
+    end do
+  end subroutine map_cells
+
+  !> The gradients at the integration points of a cell.
+  pure subroutine find_gradients(mesh, body, i_cell, gradients)
+    type(mesh_t), intent(in) :: mesh
+    type(elastic_body_t), intent(in) :: body
+    integer, intent(in) :: i_cell
+    type(cell_gradients_t), intent(out) :: gradients
+    real(rk) :: place(mesh%n_dim)
+    real(rk), allocatable :: coordinates(:, :)
+    integer :: i
+
+    coordinates = mesh%coordinates(:, nodes_of_cell(mesh, i_cell))
+    associate (table => body%tables(mesh%cell_types(i_cell)))
+      allocate (gradients%values(3, size(coordinates, 2), table%n_points), source=0.0_rk)
+      allocate (gradients%volumes(table%n_points))
+      do i = 1, table%n_points
+        call physical_gradients(table, i, coordinates, gradients%values(:mesh%n_dim, :, i), gradients%volumes(i))
+        place = matmul(coordinates, table%values(:, i))
+        gradients%volumes(i) = gradients%volumes(i) * circumference(body%mechanics, place)
+        if (body%mechanics%is_round) gradients%values(3, :, i) = table%values(:, i) / place(1)
+      end do
+    end associate
+  end subroutine find_gradients
+
+  !> Sum over the points.
+  pure function weighted(gradients, weights) result(total)
+    type(cell_gradients_t), intent(in) :: gradients
+    !> [-] of each point
+    real(rk), intent(in) :: weights(:)
+    !> [1/length] shape (3, n_nodes)
+    real(rk) :: total(3, size(gradients%values, 2))
+    integer :: i
+
+    total = 0
+    do i = 1, size(weights)
+      total = total + weights(i) * gradients%values(:, :, i)
+    end do
+  end function weighted
+
+  !> Of each node the material that has most volume around it.
+  pure subroutine choose_materials(mesh, body, volumes, materials)
+    type(mesh_t), intent(in) :: mesh
+    type(elastic_body_t), intent(in) :: body
+    real(rk), intent(in) :: volumes(:)
+    integer, allocatable, intent(out) :: materials(:)
+    real(rk) :: around(size(body%hooke, 3), mesh%n_nodes)
+    integer, allocatable :: nodes(:)
+    integer :: i
+
+    around = 0
+    do i = 1, mesh%n_cells
+      nodes = nodes_of_cell(mesh, i)
+      associate (material => body%material_of_cell(i))
+        around(material, nodes) = around(material, nodes) + volumes(i)
+      end associate
+    end do
+    materials = [(merge(first_largest(around(:, i)), 0, any(around(:, i) > 0)), i=1, mesh%n_nodes)]
+  end subroutine choose_materials
+
+  !> Entries of the nodes' rows: the nodes of all cells around that have the material of the node.
+  pure subroutine list_neighbors(mesh, body, map)
+    type(mesh_t), intent(in) :: mesh
+    type(elastic_body_t), intent(in) :: body
+    type(strain_map_t), intent(inout) :: map
+    integer, allocatable :: cells(:), offsets(:), longer(:)
+    integer :: i, k, last, n, seen_by(mesh%n_nodes)
+
+    call cells_around_nodes(mesh, offsets, cells)
+    allocate (map%starts(mesh%n_nodes + 1), source=0)
+    allocate (map%nodes(32 * mesh%n_nodes))
+    seen_by = 0
+    last = 0
+    do i = 1, mesh%n_nodes
+      do k = offsets(i) + 1, offsets(i + 1)
+        if (body%material_of_cell(cells(k)) /= map%materials(i)) cycle
+        associate (nodes => nodes_of_cell(mesh, cells(k)))
+          if (last + size(nodes) > size(map%nodes)) then
+            allocate (longer(2 * size(map%nodes) + size(nodes)))
+            longer(:last) = map%nodes(:last)
+            call move_alloc(longer, map%nodes)
+          end if
+          do n = 1, size(nodes)
+            if (seen_by(nodes(n)) == i) cycle
+            seen_by(nodes(n)) = i
+            last = last + 1
+            map%nodes(last) = nodes(n)
+          end do
+        end associate
+      end do
+      map%starts(i + 1) = last
+    end do
+    map%nodes = map%nodes(:last)
+  end subroutine list_neighbors
+
+  !> Means over the cells around the nodes.
+  pure subroutine map_nodes(mesh, body, volumes, map)
+    type(mesh_t), intent(in) :: mesh
+    type(elastic_body_t), intent(in) :: body
+    real(rk), intent(in) :: volumes(:)
+    type(strain_map_t), intent(inout) :: map
+    type(cell_gradients_t) :: gradients
+    real(rk) :: totals(mesh%n_nodes)
+    integer, allocatable :: nodes(:)
+    real(rk), allocatable :: weights(:, :)
+    integer :: i, n
+
+    totals = volumes_around(mesh, body, volumes, map%materials)
+    allocate (map%gradients(3, size(map%nodes)), source=0.0_rk)
+    do i = 1, mesh%n_cells
+      call find_gradients(mesh, body, i, gradients)
+      nodes = nodes_of_cell(mesh, i)
+      weights = node_weights(mesh, body, i, gradients%volumes)
+      do n = 1, size(nodes)
+        if (body%material_of_cell(i) /= map%materials(nodes(n))) cycle
+        call add_to_row(map, nodes(n), nodes, weighted(gradients, weights(n, :) * (volumes(i) / totals(nodes(n)))))
+      end do
+    end do
+  end subroutine map_nodes
+
+  !> Of each node, of its own material.
+  pure function volumes_around(mesh, body, volumes, materials) result(totals)
+    type(mesh_t), intent(in) :: mesh
+    type(elastic_body_t), intent(in) :: body
+    real(rk), intent(in) :: volumes(:)
+    integer, intent(in) :: materials(:)
+    real(rk) :: totals(mesh%n_nodes)
+    integer, allocatable :: nodes(:)
+    integer :: i
+
+    totals = 0
+    do i = 1, mesh%n_cells
+      nodes = pack(nodes_of_cell(mesh, i), materials(nodes_of_cell(mesh, i)) == body%material_of_cell(i))
+      totals(nodes) = totals(nodes) + volumes(i)
+    end do
+  end function volumes_around
+
+  !> What the nodes of a cell get from its integration points, shape (n_nodes, n_points): the mean, but for quadratic ones.
+  pure function node_weights(mesh, body, i_cell, volumes) result(weights)
+    type(mesh_t), intent(in) :: mesh
+    type(elastic_body_t), intent(in) :: body
+    integer, intent(in) :: i_cell
+    !> of the points
+    real(rk), intent(in) :: volumes(:)
+    real(rk), allocatable :: weights(:, :)
+
+    associate (i_type => mesh%cell_types(i_cell))
+      if (element_types(i_type)%order == 1) then
+        weights = spread(volumes / sum(volumes), 1, element_types(i_type)%n_nodes)
+      else
+        weights = body%tables(i_type)%to_nodes
+      end if
+    end associate
+  end function node_weights
+
+  pure subroutine add_to_row(map, row, nodes, gradients)
+    type(strain_map_t), intent(inout) :: map
+    integer, intent(in) :: row
+    integer, intent(in) :: nodes(:)
+    !> shape (3, size(nodes))
+    real(rk), intent(in) :: gradients(:, :)
+    integer :: i, n
+
+    do n = 1, size(nodes)
+      do i = map%starts(row) + 1, map%starts(row + 1)
+        if (map%nodes(i) /= nodes(n)) cycle
+        map%gradients(:, i) = map%gradients(:, i) + gradients(:, n)
+        exit
+      end do
+    end do
+  end subroutine add_to_row
+
+  !> Imposed strains: their means over the cells, and at the nodes as the strains of the displacement.
+  pure subroutine impose(mesh, body, imposed, volumes, of_cells, of_nodes)
+    type(mesh_t), intent(in) :: mesh
+    type(elastic_body_t), intent(in) :: body
+    type(imposed_strains_t), intent(in) :: imposed
+    real(rk), intent(in) :: volumes(:)
+    type(strain_map_t), intent(inout) :: of_cells, of_nodes
+    real(rk) :: at_cells(mesh%n_cells), at_nodes(mesh%n_nodes), totals(mesh%n_nodes)
+    integer :: i
+
+    call start_imposed(of_cells)
+    call start_imposed(of_nodes)
+    if (.not. imposed%are_there()) return
+    totals = volumes_around(mesh, body, volumes, of_nodes%materials)
+    do i = 1, size(imposed%parts)
+      call spread_part(mesh, body, imposed%parts(i), volumes, of_nodes%materials, at_cells, at_nodes)
+      where (totals > 0) at_nodes = at_nodes / totals
+      call add_imposed(imposed%parts(i), at_cells, of_cells)
+      call add_imposed(imposed%parts(i), at_nodes, of_nodes)
+    end do
+  end subroutine impose
+
+  pure subroutine start_imposed(map)
+    type(strain_map_t), intent(inout) :: map
+
+    allocate (map%imposed(n_stresses, 0), map%imposed_rows(0), map%imposed_terms(0))
+  end subroutine start_imposed
+
+  !> Values of one part: means over its cells; at the nodes sums over cells of the node's material, times their volumes.
+  pure subroutine spread_part(mesh, body, part, volumes, materials, at_cells, at_nodes)
+    type(mesh_t), intent(in) :: mesh
+    type(elastic_body_t), intent(in) :: body
+    type(strain_part_t), intent(in) :: part
+    real(rk), intent(in) :: volumes(:)
+    !> of the nodes
+    integer, intent(in) :: materials(:)
+    !> [-]
+    real(rk), intent(out) :: at_cells(:)
+    !> [length**3, length**2 in the plane]
+    real(rk), intent(out) :: at_nodes(:)
+    type(cell_gradients_t) :: gradients
+    integer, allocatable :: nodes(:)
+    real(rk), allocatable :: own(:)
+    integer :: i, n, n_points
+
+    at_cells = 0
+    at_nodes = 0
+    n = 0
+    do i = 1, size(part%cells)
+      associate (i_cell => part%cells(i))
+        call find_gradients(mesh, body, i_cell, gradients)
+        n_points = size(gradients%volumes)
+        nodes = nodes_of_cell(mesh, i_cell)
+        associate (values => part%values(n + 1:n + n_points))
+          at_cells(i_cell) = dot_product(gradients%volumes, values) / volumes(i_cell)
+          own = volumes(i_cell) * matmul(node_weights(mesh, body, i_cell, gradients%volumes), values)
+        end associate
+        where (materials(nodes) /= body%material_of_cell(i_cell)) own = 0
+        at_nodes(nodes) = at_nodes(nodes) + own
+        n = n + n_points
+      end associate
+    end do
+  end subroutine spread_part
+
+  pure subroutine add_imposed(part, values, map)
+    type(strain_part_t), intent(in) :: part
+    !> [-] of each row
+    real(rk), intent(in) :: values(:)
+    type(strain_map_t), intent(inout) :: map
+    integer, allocatable :: rows(:)
+    integer :: i
+
+    rows = pack([(i, i=1, size(values))], abs(values) > 0)
+    map%imposed = reshape([map%imposed, [(part%direction * values(rows(i)), i=1, size(rows))]], &
+      [n_stresses, size(map%imposed_rows) + size(rows)])
+    map%imposed_rows = [map%imposed_rows, rows]
+    map%imposed_terms = [map%imposed_terms, spread(part%term, 1, size(rows))]
+  end subroutine add_imposed
+end module sig_strain_maps

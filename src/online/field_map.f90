@@ -1,0 +1,178 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> What a model keeps of the mesh so that it answers fields: cells, regions, contact surfaces, strains as functions of the
+!> displacement, contact rows, elastic constants and imposed strains as functions of the parameters.
+module sig_field_map
+  use sig_contact_rows, only: contact_rows_t
+  use sig_elasticity, only: n_stresses, stress_matrix, von_mises
+  use sig_kinds, only: rk
+  use sig_mechanical_models, only: mechanical_model_t
+  use sig_nodal_values, only: cell_contact, closed_rows, nodal_contact, nodal_gaps, nodal_pressures
+  use sig_strain_map, only: strain_map_t
+  use sig_term_set, only: term_set_t
+  use sig_text, only: string_t
+  implicit none(type, external)
+  private
+  public :: field_map_t, field_values_t
+
+  !> Nothing is allocated in a model that keeps none.
+  type :: field_map_t
+    type(mechanical_model_t) :: mechanics
+    character(:), allocatable :: stress_unit
+    character(:), allocatable :: area_unit
+    !> strains of the cells, the nodes of whose rows are those of the cells in the elements' order; smoothed ones at the nodes
+    type(strain_map_t) :: of_cells
+    type(strain_map_t) :: of_nodes
+    type(string_t), allocatable :: region_names(:)
+    !> of each cell, 1-based; 0 = none
+    integer, allocatable :: regions(:)
+    !> facets of the first surfaces of all contacts: nodes of facet i are facet_nodes(facet_starts(i) + 1:facet_starts(i + 1))
+    integer, allocatable :: facet_starts(:)
+    integer, allocatable :: facet_nodes(:)
+    !> contact of the deck that each facet belongs to
+    integer, allocatable :: facet_entries(:)
+    type(contact_rows_t) :: rows
+    !> factors of imposed strains and elastic constants
+    type(term_set_t) :: terms
+    !> terms of the Young's modulus and Poisson's ratio of the first material, of the second, ...
+    integer, allocatable :: constant_terms(:)
+  contains
+    procedure :: is_there
+    procedure :: n_cells
+    procedure :: has_imposed_strains
+    procedure :: laws
+  end type field_map_t
+
+  !> Fields at one point.
+  type :: field_values_t
+    !> [length] shape (n_dim, n_nodes)
+    real(rk), allocatable :: displacement(:, :)
+    !> [force/length**2] means over the cells, shape (n_stresses, n_cells)
+    real(rk), allocatable :: stress(:, :)
+    !> shape (n_cells)
+    real(rk), allocatable :: von_mises(:)
+    !> [-] means over the cells, components of the tensor
+    real(rk), allocatable :: imposed_strain(:, :)
+    !> [force/length**2] at the nodes, shapes (n_stresses, n_nodes) and (n_nodes)
+    real(rk), allocatable :: stress_smoothed(:, :)
+    real(rk), allocatable :: von_mises_smoothed(:)
+    !> [force] of the other body on each node, shape (n_dim, n_nodes)
+    real(rk), allocatable :: contact_force(:, :)
+    !> [force/length**2] 0 off the contacts, shape (n_nodes)
+    real(rk), allocatable :: contact_pressure(:)
+    !> [length] no number off the contacts, shape (n_nodes)
+    real(rk), allocatable :: gap(:)
+    !> nodal_contact and cell_contact, shapes (n_nodes) and (n_cells)
+    integer, allocatable :: node_contact(:)
+    integer, allocatable :: cell_contact(:)
+    !> [force] and [length] of each row
+    real(rk), allocatable :: multipliers(:)
+    real(rk), allocatable :: opening(:)
+  contains
+    procedure :: take_displacement
+    procedure :: take_contact
+    procedure :: take_stresses
+  end type field_values_t
+
+contains
+
+  pure logical function is_there(self)
+    class(field_map_t), intent(in) :: self
+
+    is_there = allocated(self%regions)
+  end function is_there
+
+  pure integer function n_cells(self)
+    class(field_map_t), intent(in) :: self
+
+    n_cells = self%of_cells%n_rows()
+  end function n_cells
+
+  pure logical function has_imposed_strains(self)
+    class(field_map_t), intent(in) :: self
+
+    has_imposed_strains = size(self%of_cells%imposed_rows) > 0
+  end function has_imposed_strains
+
+  !> [force/length**2] Stresses from strains of each material, shape (n_stresses, n_stresses, n_materials).
+  pure function laws(self, theta)
+    class(field_map_t), intent(in) :: self
+    !> of self%terms
+    real(rk), intent(in) :: theta(:)
+    real(rk) :: laws(n_stresses, n_stresses, size(self%constant_terms) / 2)
+    integer :: i
+
+    do i = 1, size(laws, 3)
+      laws(:, :, i) = stress_matrix(self%mechanics%name, theta(self%constant_terms(2 * i - 1)), &
+        theta(self%constant_terms(2 * i)))
+    end do
+  end function laws
+
+  pure subroutine take_displacement(self, map, displacement)
+    class(field_values_t), intent(inout) :: self
+    type(field_map_t), intent(in) :: map
+    !> [length] shape (n_dofs)
+    real(rk), intent(in) :: displacement(:)
+
+    self%displacement = reshape(displacement, [map%mechanics%n_dim, size(displacement) / map%mechanics%n_dim])
+  end subroutine take_displacement
+
+  !> Requires: take_displacement.
+  pure subroutine take_contact(self, map, theta, multipliers)
+    class(field_values_t), intent(inout) :: self
+    type(field_map_t), intent(in) :: map
+    !> of the terms of the gaps
+    real(rk), intent(in) :: theta(:)
+    !> [force] of each row
+    real(rk), intent(in) :: multipliers(:)
+    integer :: n_nodes
+
+    n_nodes = size(self%displacement, 2)
+    self%multipliers = multipliers
+    self%opening = matmul(map%rows%gap, theta) - map%rows%apply([self%displacement])
+    ! What the other body does to each node: the opposite of B' lambda, which the stiffness balances.
+    self%contact_force = -reshape(map%rows%apply_transpose(multipliers, size(self%displacement)), shape(self%displacement))
+    self%contact_pressure = nodal_pressures(map%rows, multipliers, n_nodes)
+    self%gap = nodal_gaps(map%rows, self%opening, n_nodes)
+    self%node_contact = nodal_contact(map%rows, closed_rows(multipliers), n_nodes)
+    self%cell_contact = cell_contact(self%node_contact, map%of_cells%starts, map%of_cells%nodes)
+  end subroutine take_contact
+
+  !> Requires: take_displacement.
+  pure subroutine take_stresses(self, map, theta)
+    class(field_values_t), intent(inout) :: self
+    type(field_map_t), intent(in) :: map
+    !> of map%terms
+    real(rk), intent(in) :: theta(:)
+    real(rk) :: of_materials(n_stresses, n_stresses, size(map%constant_terms) / 2)
+
+    of_materials = map%laws(theta)
+    call find_stresses(map%mechanics, map%of_cells, of_materials, theta, self%displacement, self%stress, self%imposed_strain)
+    self%von_mises = von_mises(self%stress)
+    call find_stresses(map%mechanics, map%of_nodes, of_materials, theta, self%displacement, self%stress_smoothed)
+    self%von_mises_smoothed = von_mises(self%stress_smoothed)
+  end subroutine take_stresses
+
+  pure subroutine find_stresses(mechanics, rows, of_materials, theta, displacement, stresses, imposed_strains)
+    type(mechanical_model_t), intent(in) :: mechanics
+    type(strain_map_t), intent(in) :: rows
+    !> of laws
+    real(rk), intent(in) :: of_materials(:, :, :)
+    real(rk), intent(in) :: theta(:)
+    !> [length] shape (n_dim, n_nodes)
+    real(rk), intent(in) :: displacement(:, :)
+    !> [force/length**2] shape (n_stresses, n_rows)
+    real(rk), allocatable, intent(inout) :: stresses(:, :)
+    !> [-] components of the tensor, same shape
+    real(rk), allocatable, intent(inout), optional :: imposed_strains(:, :)
+    real(rk), dimension(n_stresses, rows%n_rows()) :: imposed, strains
+
+    call rows%fill_strains(mechanics, displacement, strains)
+    call rows%fill_imposed(theta, imposed)
+    if (.not. allocated(stresses)) allocate (stresses(n_stresses, rows%n_rows()))
+    call rows%fill_stresses(of_materials, strains - imposed, stresses)
+    if (.not. present(imposed_strains)) return
+    imposed_strains = imposed
+    ! shears as angles are twice those of the tensor
+    imposed_strains(4:, :) = imposed(4:, :) / 2
+  end subroutine find_stresses
+end module sig_field_map

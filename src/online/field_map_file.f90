@@ -1,0 +1,194 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> The group /fields of model.h5, which is there where the deck asked for fields, and whether what it holds fits the model.
+module sig_field_map_file
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+  use sig_contact_rows, only: contact_rows_t
+  use sig_element_types, only: element_type_with
+  use sig_elasticity, only: n_stresses
+  use sig_errors, only: error_t
+  use sig_field_map, only: field_map_t
+  use sig_hdf5_reader, only: h5_reader_t
+  use sig_hdf5_writer, only: h5_writer_t
+  use sig_mechanical_models, only: mechanical_model
+  use sig_shape_checks, only: are_indices, is_matrix
+  use sig_strain_map, only: strain_map_t
+  use sig_term_check, only: are_sound_terms
+  use sig_term_file, only: read_terms, write_terms
+  use sig_text, only: string_t
+  implicit none(type, external)
+  private
+  public :: write_field_map, read_field_map, field_map_fits
+
+contains
+
+  subroutine write_field_map(file, map, length)
+    type(h5_writer_t), intent(inout) :: file
+    type(field_map_t), intent(in) :: map
+    !> unit of lengths
+    character(*), intent(in) :: length
+
+    if (.not. map%is_there()) return
+    call file%write('/fields/mechanics', trim(map%mechanics%name), description='mechanical model')
+    call file%write('/fields/units/stress', map%stress_unit)
+    call file%write('/fields/units/area', map%area_unit)
+    call file%write('/fields/region_names', map%region_names)
+    call file%write('/fields/regions', map%regions, description='of each cell, 1-based; 0: none')
+    call file%write('/fields/surface/starts', map%facet_starts, description= &
+      'facets of the first surfaces of all contacts: nodes of facet i (from 0) are the entries from starts(i) up to starts(i + 1)')
+    call file%write('/fields/surface/nodes', map%facet_nodes, description='1-based')
+    call file%write('/fields/surface/entries', map%facet_entries, description='contact of the deck, 1-based')
+    call file%write('/fields/rows/offsets', map%rows%offsets, description='entries of contact row i (from 0) are those from ' // &
+      'offsets(i) up to offsets(i + 1)')
+    call file%write('/fields/rows/splits', map%rows%splits, description='entries up to splits(i) belong to the first side')
+    call file%write('/fields/rows/dofs', map%rows%dofs, description='1-based')
+    call file%write('/fields/rows/coefficients', map%rows%coefficients, '1')
+    call write_strain_map(file, '/fields/cells', map%of_cells, length)
+    call write_strain_map(file, '/fields/nodes', map%of_nodes, length)
+    call write_terms(file, '/fields/terms', map%terms, length)
+    call file%write('/fields/constant_terms', map%constant_terms, description= &
+      'terms of Young''s modulus and Poisson''s ratio of the first material, of the second, ..., 1-based')
+  end subroutine write_field_map
+
+  subroutine write_strain_map(file, group, map, length)
+    type(h5_writer_t), intent(inout) :: file
+    character(*), intent(in) :: group
+    type(strain_map_t), intent(in) :: map
+    character(*), intent(in) :: length
+
+    call file%write(group // '/starts', map%starts, description= &
+      'entries of row i (from 0) are those from starts(i) up to starts(i + 1)')
+    call file%write(group // '/nodes', map%nodes, description='1-based; the nodes of a cell in gmsh''s order')
+    call file%write(group // '/gradients', map%gradients, '1/' // length, &
+      'the displacement gradient of a row is the sum of u g'' over its entries, a g per row; in axisymmetry the last is N / r')
+    call file%write(group // '/materials', map%materials, description='of the deck, 1-based')
+    call file%write(group // '/imposed', map%imposed, '1', 'xx, yy, zz, xy, yz, xz, shears as angles')
+    call file%write(group // '/imposed_rows', map%imposed_rows, description='the row that it is imposed on, 1-based')
+    call file%write(group // '/imposed_terms', map%imposed_terms, description='its factor among the terms, 1-based')
+  end subroutine write_strain_map
+
+  !> Leaves the map empty where the file has none. Gaps, areas and entries of the contact rows are the model's. Errors: a part is
+  !> missing.
+  subroutine read_field_map(file, path, parameter_names, map, error)
+    type(h5_reader_t), intent(in) :: file
+    !> for messages
+    character(*), intent(in) :: path
+    type(string_t), intent(in) :: parameter_names(:)
+    type(field_map_t), intent(inout) :: map
+    type(error_t), allocatable, intent(inout) :: error
+    character(:), allocatable :: mechanics
+
+    if (.not. file%has('/fields') .or. allocated(error)) return
+    call file%read('/fields/mechanics', mechanics, error)
+    map%mechanics = mechanical_model(mechanics)
+    call file%read('/fields/units/stress', map%stress_unit, error)
+    call file%read('/fields/units/area', map%area_unit, error)
+    call file%read('/fields/region_names', map%region_names, error)
+    call file%read('/fields/regions', map%regions, error)
+    call file%read('/fields/surface/starts', map%facet_starts, error)
+    call file%read('/fields/surface/nodes', map%facet_nodes, error)
+    call file%read('/fields/surface/entries', map%facet_entries, error)
+    call file%read('/fields/rows/offsets', map%rows%offsets, error)
+    call file%read('/fields/rows/splits', map%rows%splits, error)
+    call file%read('/fields/rows/dofs', map%rows%dofs, error)
+    call file%read('/fields/rows/coefficients', map%rows%coefficients, error)
+    map%rows%n_dim = map%mechanics%n_dim
+    map%rows%n_rows = size(map%rows%splits)
+    call read_strain_map(file, '/fields/cells', map%of_cells, error)
+    call read_strain_map(file, '/fields/nodes', map%of_nodes, error)
+    call read_terms(file, '/fields/terms', path, parameter_names, map%terms, error)
+    call file%read('/fields/constant_terms', map%constant_terms, error)
+  end subroutine read_field_map
+
+  subroutine read_strain_map(file, group, map, error)
+    type(h5_reader_t), intent(in) :: file
+    character(*), intent(in) :: group
+    type(strain_map_t), intent(inout) :: map
+    type(error_t), allocatable, intent(inout) :: error
+
+    call file%read(group // '/starts', map%starts, error)
+    call file%read(group // '/nodes', map%nodes, error)
+    call file%read(group // '/gradients', map%gradients, error)
+    call file%read(group // '/materials', map%materials, error)
+    call file%read(group // '/imposed', map%imposed, error)
+    call file%read(group // '/imposed_rows', map%imposed_rows, error)
+    call file%read(group // '/imposed_terms', map%imposed_terms, error)
+  end subroutine read_strain_map
+
+  !> A model may come from anywhere: every index points at something that is there.
+  pure logical function field_map_fits(map, n_dim, n_nodes, n_multipliers, n_entries) result(fits)
+    type(field_map_t), intent(in) :: map
+    integer, intent(in) :: n_dim
+    integer, intent(in) :: n_nodes
+    integer, intent(in) :: n_multipliers
+    !> contacts of the deck
+    integer, intent(in) :: n_entries
+    integer :: n_materials
+
+    fits = .true.
+    if (.not. map%is_there()) return
+    n_materials = size(map%constant_terms) / 2
+    fits = map%mechanics%n_dim == n_dim .and. modulo(size(map%constant_terms), 2) == 0 .and. are_sound_terms(map%terms, n_dim)
+    if (fits) fits = are_indices(map%constant_terms, map%terms%n_terms())
+    if (fits) fits = strain_map_fits(map%of_cells, size(map%regions), n_nodes, n_materials, map%terms%n_terms()) .and. &
+      strain_map_fits(map%of_nodes, n_nodes, n_nodes, n_materials, map%terms%n_terms())
+    if (fits) fits = are_elements(map%of_cells%starts, n_dim) .and. &
+      all(map%regions >= 0 .and. map%regions <= size(map%region_names))
+    if (fits) fits = are_lists(map%facet_starts, size(map%facet_nodes)) .and. are_indices(map%facet_nodes, n_nodes) .and. &
+      size(map%facet_entries) == size(map%facet_starts) - 1 .and. are_indices(map%facet_entries, n_entries)
+    if (fits) fits = are_elements(map%facet_starts, n_dim - 1) .and. rows_fit(map%rows, n_dim * n_nodes, n_multipliers)
+  end function field_map_fits
+
+  pure logical function strain_map_fits(map, n_rows, n_nodes, n_materials, n_terms) result(fits)
+    type(strain_map_t), intent(in) :: map
+    integer, intent(in) :: n_rows
+    integer, intent(in) :: n_nodes
+    integer, intent(in) :: n_materials
+    integer, intent(in) :: n_terms
+
+    fits = size(map%starts) == n_rows + 1 .and. size(map%materials) == n_rows .and. are_lists(map%starts, size(map%nodes))
+    if (fits) fits = are_indices(map%nodes, n_nodes) .and. is_matrix(map%gradients, 3, size(map%nodes)) .and. &
+      all(map%materials >= 0 .and. map%materials <= n_materials)
+    if (fits) fits = size(map%imposed_terms) == size(map%imposed_rows) .and. are_indices(map%imposed_rows, n_rows) .and. &
+      are_indices(map%imposed_terms, n_terms) .and. is_matrix(map%imposed, n_stresses, size(map%imposed_rows))
+  end function strain_map_fits
+
+  !> Lists that follow one another and end with n entries.
+  pure logical function are_lists(starts, n)
+    integer, intent(in) :: starts(:)
+    integer, intent(in) :: n
+
+    are_lists = size(starts) >= 1
+    if (.not. are_lists) return
+    are_lists = all(starts >= 0 .and. starts <= n) .and. starts(1) == 0 .and. starts(size(starts)) == n .and. &
+      all(starts(2:) >= starts(:size(starts) - 1))
+  end function are_lists
+
+  !> Each list is as long as an element of this dimension has nodes.
+  pure logical function are_elements(starts, n_dim)
+    integer, intent(in) :: starts(:)
+    integer, intent(in) :: n_dim
+    integer :: i
+
+    are_elements = all([(element_type_with(n_dim, starts(i + 1) - starts(i)) > 0, i=1, size(starts) - 1)])
+  end function are_elements
+
+  !> Rows of whole nodes, with an owner each.
+  pure logical function rows_fit(rows, n_dofs, n_multipliers)
+    type(contact_rows_t), intent(in) :: rows
+    integer, intent(in) :: n_dofs
+    integer, intent(in) :: n_multipliers
+    integer :: i
+
+    associate (n => rows%n_rows)
+      rows_fit = n == n_multipliers .and. size(rows%offsets) == n + 1 .and. size(rows%coefficients) == size(rows%dofs)
+      if (rows_fit) rows_fit = are_lists(rows%offsets, size(rows%dofs)) .and. are_indices(rows%dofs, n_dofs) .and. &
+        all(ieee_is_finite(rows%coefficients))
+      if (rows_fit) rows_fit = all(rows%splits > rows%offsets(:n) .and. rows%splits <= rows%offsets(2:)) .and. &
+        all(modulo([rows%offsets, rows%splits], rows%n_dim) == 0)
+    end associate
+    if (rows_fit) rows_fit = all([(rows%dofs(i) == rows%dofs(i - modulo(i - 1, rows%n_dim)) + modulo(i - 1, rows%n_dim), &
+      i=1, size(rows%dofs))]) .and. all(modulo(rows%dofs(1::rows%n_dim) - 1, rows%n_dim) == 0)
+    ! normals are divided by the length of the owner's coefficients
+    if (rows_fit) rows_fit = all([(norm2(rows%coefficients_of(i)) > 0, i=1, rows%n_rows)])
+  end function rows_fit
+end module sig_field_map_file

@@ -1,0 +1,57 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> What fields need of a problem, as a model keeps it.
+module sig_field_mapping
+  use sig_errors, only: error_t
+  use sig_field_map, only: field_map_t
+  use sig_materials, only: add_material_terms
+  use sig_mesh, only: nodes_of_facet
+  use sig_mesh_checks, only: group_of_surface
+  use sig_mesh_regions, only: region_names, regions_of_cells
+  use sig_problem, only: area_unit, problem_t, stress_unit, surface_of_side
+  use sig_strain_maps, only: create_strain_maps
+  implicit none(type, external)
+  private
+  public :: create_field_map
+
+contains
+
+  !> Local: every rank computes everything. Errors: none after the contact rows were built.
+  subroutine create_field_map(problem, map, error)
+    type(problem_t), intent(in) :: problem
+    type(field_map_t), intent(out) :: map
+    type(error_t), allocatable, intent(out) :: error
+
+    map%mechanics = problem%body%mechanics
+    map%stress_unit = stress_unit(problem%deck)
+    map%area_unit = area_unit(problem%deck)
+    map%region_names = region_names(problem%mesh)
+    map%regions = regions_of_cells(problem%mesh)
+    map%rows = problem%rows
+    call create_strain_maps(problem%mesh, problem%body, problem%strains, map%of_cells, map%of_nodes)
+    map%terms = problem%strains%terms
+    call add_material_terms(problem%deck, map%terms, map%constant_terms)
+    call list_facets(problem, map, error)
+  end subroutine create_field_map
+
+  !> Facets of the surfaces with the multipliers.
+  subroutine list_facets(problem, map, error)
+    type(problem_t), intent(in) :: problem
+    type(field_map_t), intent(inout) :: map
+    type(error_t), allocatable, intent(out) :: error
+    integer :: i, i_entry, i_group
+
+    allocate (map%facet_nodes(0), map%facet_entries(0))
+    map%facet_starts = [0]
+    do i_entry = 1, size(problem%deck%contact)
+      call group_of_surface(problem%mesh, surface_of_side(problem, i_entry, 1), problem%deck%path, i_group, error)
+      if (allocated(error)) return
+      associate (facets => problem%mesh%groups(i_group)%entities)
+        do i = 1, size(facets)
+          map%facet_nodes = [map%facet_nodes, nodes_of_facet(problem%mesh, facets(i))]
+          map%facet_starts = [map%facet_starts, size(map%facet_nodes)]
+          map%facet_entries = [map%facet_entries, i_entry]
+        end do
+      end associate
+    end do
+  end subroutine list_facets
+end module sig_field_mapping

@@ -1,0 +1,109 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Mesh and fields of a model, as the online library hands them out."""
+
+import ctypes
+from ctypes import byref, c_int, c_void_p
+
+import numpy as np
+
+from signorom_post.answer import Cells, Fields, NoAnswerError
+from signorom_post.arrays import FloatArray
+from signorom_post.library import CSizes, doubles, ints, text_of
+
+NO_CELLS = "the model keeps no mesh for fields: train it with reduction.fields: true in the deck"
+STRESS_UNIT, AREA_UNIT = 6, 7
+
+
+def _sizes(library: ctypes.CDLL, model: c_void_p) -> tuple[int, ...]:
+    """Cells, nodes of all cells, regions, facets, nodes of all facets."""
+    numbers = [c_int() for _ in range(5)]
+    library.signorom_get_field_sizes(model, *(byref(number) for number in numbers))
+    return tuple(number.value for number in numbers)
+
+
+def cells_of(library: ctypes.CDLL, model: c_void_p) -> Cells:
+    """NoAnswerError where the model keeps none."""
+    n_cells, n_cell_nodes, n_regions, n_facets, n_facet_nodes = _sizes(library, model)
+    starts, nodes, regions = (np.zeros(n, dtype=np.intc) for n in (n_cells + 1, n_cell_nodes, n_cells))
+    facets = [np.zeros(n, dtype=np.intc) for n in (n_facets + 1, n_facet_nodes, n_facets)]
+    if library.signorom_get_cells(model, ints(starts), ints(nodes), ints(regions)):
+        raise NoAnswerError(NO_CELLS)
+    library.signorom_get_contact_facets(model, *(ints(array) for array in facets))
+    return Cells(
+        *(array.astype(np.int64) for array in (starts, nodes, regions)),
+        [text_of(library.signorom_region_name(model, i)) for i in range(n_regions)],
+        *(array.astype(np.int64) for array in facets),
+    )
+
+
+def fields_of(
+    library: ctypes.CDLL,
+    model: c_void_p,
+    context: c_void_p,
+    sizes: CSizes,
+    point: dict[str, float],
+    contact_area: FloatArray,
+) -> Fields:
+    """Those of the answer that the context holds; NoAnswerError where the model has none."""
+    n_cells, n_nodes, n_dimensions = _sizes(library, model)[0], sizes.n_nodes, sizes.n_dimensions
+    displacement, contact_force = np.zeros((n_nodes, n_dimensions)), np.zeros((n_nodes, n_dimensions))
+    stress, von_mises, imposed_strain = np.zeros((n_cells, 6)), np.zeros(n_cells), np.zeros((n_cells, 6))
+    stress_smoothed, von_mises_smoothed = np.zeros((n_nodes, 6)), np.zeros(n_nodes)
+    contact_pressure, gap = np.zeros(n_nodes), np.zeros(n_nodes)
+    status, contact_status = np.zeros(n_nodes, dtype=np.intc), np.zeros(n_cells, dtype=np.intc)
+    if (
+        library.signorom_get_stresses(
+            context,
+            doubles(stress),
+            doubles(von_mises),
+            doubles(stress_smoothed),
+            doubles(von_mises_smoothed),
+        )
+        or library.signorom_get_imposed_strains(context, doubles(imposed_strain))
+        or library.signorom_get_contact_fields(
+            context,
+            doubles(contact_force),
+            doubles(contact_pressure),
+            doubles(gap),
+            ints(status),
+            ints(contact_status),
+        )
+        or library.signorom_get_displacement(context, doubles(displacement))
+    ):
+        raise NoAnswerError(text_of(library.signorom_message(context)))
+    return Fields(
+        point=point,
+        displacement=displacement,
+        stress=stress,
+        von_mises=von_mises,
+        imposed_strain=imposed_strain,
+        stress_smoothed=stress_smoothed,
+        von_mises_smoothed=von_mises_smoothed,
+        contact_force=contact_force,
+        contact_pressure=contact_pressure,
+        gap=gap,
+        status=status.astype(np.int64),
+        contact_status=contact_status.astype(np.int64),
+        contact_area=contact_area,
+        units=_units(library, model),
+    )
+
+
+def _units(library: ctypes.CDLL, model: c_void_p) -> dict[str, str]:
+    length, force, stress, area = (
+        text_of(library.signorom_text(model, kind)) for kind in (1, 2, STRESS_UNIT, AREA_UNIT)
+    )
+    return {
+        "displacement": length,
+        "stress": stress,
+        "von_mises": stress,
+        "imposed_strain": "-",
+        "stress_smoothed": stress,
+        "von_mises_smoothed": stress,
+        "contact_force": force,
+        "contact_pressure": stress,
+        "gap": length,
+        "status": "-",
+        "contact_status": "-",
+        "contact_area": area,
+    }
