@@ -73,7 +73,7 @@ contains
     call make_error(error, 'unexpected argument ''' // word // '''', hint=hint)
   end subroutine refuse_word
 
-  !> One option and its value; leaves i at the last argument it used. A single hyphen marks an option of PETSc.
+  !> Reads one option and its value; leaves i at the last argument it used. A single hyphen marks an option of PETSc.
   subroutine take_option(arguments, i, command, error)
     type(string_t), intent(in) :: arguments(:)
     integer, intent(inout) :: i
@@ -195,7 +195,7 @@ contains
     end if
   end subroutine check_command
 
-  !> The command takes a model instead of a deck.
+  !> Whether the command takes a model instead of a deck.
   pure logical function is_on_model(command)
     type(command_t), intent(in) :: command
 
@@ -238,7 +238,7 @@ contains
     end if
   end function suggestion
 
-  !> What --help prints.
+  !> The text that --help prints.
   function usage() result(text)
     character(:), allocatable :: text
     character(1), parameter :: nl = new_line('a')

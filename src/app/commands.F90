@@ -140,7 +140,7 @@ contains
     end if
   end subroutine run_stages
 
-  !> Points that did not converge are marked and do not stop the rest; errors and signals do.
+  !> Whether points that did not converge are marked and do not stop the rest; errors and signals do.
   pure logical function may_go_on(session)
     type(session_t), intent(in) :: session
 

@@ -222,7 +222,7 @@ contains
     call log_info(counted(sum(counts), 'answer') // ' (' // text(3:) // '): ' // command%output)
   end subroutine report_methods
 
-  !> Where they are.
+  !> Tells where the fields are.
   subroutine report_fields(command, fields)
     type(command_t), intent(in) :: command
     type(predicted_fields_t), intent(in) :: fields

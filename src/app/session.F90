@@ -158,7 +158,8 @@ contains
     end do
   end subroutine close
 
-  !> A deck's options serve all commands, so one that this command had no object for is no mistake.
+  !> Whether an unused option is a mistake: a deck's options serve all commands, so one that this command had no object for is
+  !> none.
   pure logical function is_for_another_command(option, command, solver)
     !> with its hyphen
     character(*), intent(in) :: option

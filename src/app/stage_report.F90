@@ -108,7 +108,7 @@ contains
     end do
   end subroutine report_fields
 
-  !> Of the full-order solutions, to the terminal and to the report.
+  !> Warns of residuals of full-order solutions, on the terminal and in the report.
   subroutine warn_of_residuals(residuals, report)
     !> [-] of equilibrium, solved points
     real(rk), intent(in) :: residuals(:)

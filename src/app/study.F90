@@ -296,7 +296,8 @@ contains
       model_path(session), hint='train it again: signorom train ' // session%deck%path)
   end subroutine read_own_model
 
-  !> What is compared or integrated with the problem's fields has their size: a provenance is a text that anybody can write.
+  !> Whether what is compared or integrated with the problem's fields has their size: a provenance is a text that anybody can
+  !> write.
   pure logical function has_sizes_of(problem, model)
     type(problem_t), intent(in) :: problem
     type(model_t), intent(in) :: model

@@ -37,7 +37,7 @@ contains
     n_status_columns = 0
   end subroutine start_log
 
-  !> From now on a file gets all that this rank says, each time with the date, whether the terminal is quiet or not.
+  !> Opens a file that gets all that this rank says from now on, each time with the date, whether the terminal is quiet or not.
   !>
   !> Errors: the file cannot be written.
   subroutine log_to_file(path, error)
@@ -49,12 +49,12 @@ contains
     if (code /= 0) call make_error(error, 'cannot write the log: ' // system_reason(code), file=path)
   end subroutine log_to_file
 
-  !> True where log_info would show its text.
+  !> Whether log_info shows its text.
   logical function is_log_shown()
     is_log_shown = is_log_speaking .and. .not. is_log_quiet
   end function is_log_shown
 
-  !> To stdout. A full disk does not end the work: lost_output tells of it in the end.
+  !> Writes to stdout. A full disk does not end the work: lost_output tells of it in the end.
   subroutine log_info(text)
     character(*), intent(in) :: text
     integer(c_int) :: code
@@ -65,7 +65,7 @@ contains
     if (output_failure == 0) output_failure = code
   end subroutine log_info
 
-  !> To stderr, for a command whose table goes to stdout; not when quiet.
+  !> Writes to stderr, for a command whose table goes to stdout; not when quiet.
   subroutine log_note(text)
     character(*), intent(in) :: text
     integer(c_int) :: ignored
@@ -97,7 +97,7 @@ contains
     end if
   end subroutine lost_output
 
-  !> To stderr, quiet or not.
+  !> Writes a warning to stderr, quiet or not.
   subroutine log_warning(text)
     character(*), intent(in) :: text
 
@@ -107,7 +107,7 @@ contains
     if (is_log_speaking) call say(standard_error, 'warning: ' // text, ignored)
   end subroutine log_warning
 
-  !> To stderr, quiet or not; the text is error_report's and already names itself an error.
+  !> Writes to stderr, quiet or not; the text is error_report's and already names itself an error.
   subroutine log_error(text)
     character(*), intent(in) :: text
 
@@ -144,7 +144,7 @@ contains
     n_status_columns = 0
   end subroutine clear_status
 
-  !> To stderr without the end of a line; what cannot be shown is no loss.
+  !> Writes to stderr without the end of a line. It does not matter when this fails.
   subroutine draw(text)
     character(*), intent(in) :: text
     integer(c_int) :: ignored

@@ -17,7 +17,7 @@ module sig_random_numbers
 
 contains
 
-  !> In [0, 1).
+  !> The next random number, in [0, 1).
   subroutine fraction(self, value)
     class(random_t), intent(inout) :: self
     real(rk), intent(out) :: value

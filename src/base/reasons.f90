@@ -58,7 +58,7 @@ contains
     text = trim(sentence)
   end function reason_text
 
-  !> The same for several threads: gfortran 12 keeps the lengths of what text functions return in static variables.
+  !> As reason_text, safe for several threads: gfortran 12 keeps the lengths of what text functions return in static variables.
   pure subroutine put_reason(reason, text)
     integer, intent(in) :: reason
     !> at least of reason_length

@@ -18,7 +18,7 @@ module sig_statistics
 
 contains
 
-  !> All zero where no value is a number.
+  !> Statistics of the values that are numbers; all zero where there is none.
   pure function summarize(values) result(statistics)
     real(rk), intent(in) :: values(:)
     type(statistics_t) :: statistics
@@ -34,7 +34,7 @@ contains
     statistics%maximum = sorted(size(sorted))
   end function summarize
 
-  !> The same of errors: no numbers where there is nothing to compare, because zero would say that nothing is wrong.
+  !> As summarize, for errors: not a number where there is nothing to compare, because zero would say that nothing is wrong.
   pure function measured_statistics(values) result(statistics)
     real(rk), intent(in) :: values(:)
     type(statistics_t) :: statistics

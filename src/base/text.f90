@@ -304,7 +304,8 @@ contains
     if (.not. is_valid) value = 0
   end subroutine read_integer
 
-  !> Sign, digits with at most one point, exponent; at least one digit before the exponent and one in it.
+  !> Whether the text is a sign, digits with at most one point, and an exponent; at least one digit stands before the exponent and
+  !> one in it.
   pure logical function is_decimal(word)
     character(*), intent(in) :: word
     character(*), parameter :: digits = '0123456789'

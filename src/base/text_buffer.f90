@@ -36,7 +36,7 @@ contains
     self%length = self%length + len(piece)
   end subroutine add
 
-  !> All pieces one after the other.
+  !> The whole text: all pieces one after the other.
   pure function text(self)
     class(text_buffer_t), intent(in) :: self
     character(:), allocatable :: text

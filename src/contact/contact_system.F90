@@ -110,7 +110,7 @@ contains
     displacement = self%boundary%prescribed_displacement(theta)
   end function prescribed_displacement
 
-  !> D(mu). Local.
+  !> The gaps D(mu). Local.
   pure function gap(self, theta)
     class(contact_system_t), intent(in) :: self
     real(rk), intent(in) :: theta(:)
@@ -120,7 +120,7 @@ contains
     gap = matmul(self%rows%gap, theta)
   end function gap
 
-  !> F(mu). Local.
+  !> The load F(mu). Local.
   pure function load(self, theta)
     class(contact_system_t), intent(in) :: self
     real(rk), intent(in) :: theta(:)
@@ -157,7 +157,7 @@ contains
     PetscCall(VecRestoreArrayF90(vector, local, ierr))
   end subroutine put
 
-  !> The same for some dofs; the others keep their values. Local.
+  !> As put, for some dofs; the others keep their values. Local.
   subroutine put_some(self, dofs, values, vector, ierr)
     class(contact_system_t), intent(in) :: self
     !> natural

@@ -21,7 +21,7 @@ module sig_convex_polygons
 
 contains
 
-  !> From corners that may go round either way.
+  !> A polygon from corners that may go round either way.
   pure type(polygon_t) function polygon_of(corners) result(polygon)
     real(rk), intent(in) :: corners(:, :)
 
@@ -85,7 +85,7 @@ contains
     end do
   end subroutine rest_of
 
-  !> Their boxes have nothing in common.
+  !> Whether the boxes around the two polygons have nothing in common.
   pure logical function are_apart(one, other)
     type(polygon_t), intent(in) :: one, other
 

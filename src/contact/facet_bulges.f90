@@ -31,7 +31,8 @@ module sig_facet_bulges
 
 contains
 
-  !> Heights of the arcs over the middles of the edges from each corner to the next one. In the plane a facet has one edge.
+  !> Height of each curved edge above the middle of its chord, for the edges from each corner to the next one. In the plane a
+  !> facet has one edge.
   pure subroutine find_bulges(offsets, nodes, vertices, outward, n_corners, bulges)
     !> what belongs to the nodes of facet i stands at offsets(i) + 1 ... offsets(i + 1)
     integer, intent(in) :: offsets(:)
@@ -119,7 +120,8 @@ contains
     height = rises(i) / (2 * (1 + sqrt(1 + rises(i)**2 / sum(along**2))))
   end subroutine find_height
 
-  !> A node knows how the surface rises towards another one: it is inside of the surface, or the other is the next on the border.
+  !> Whether a node knows how the surface rises towards another one: it is inside of the surface, or the other is the next on the
+  !> border.
   pure logical function is_seen(surface, node, other)
     type(surface_nodes_t), intent(in) :: surface
     integer, intent(in) :: node, other

@@ -238,7 +238,7 @@ contains
     point = (1 - place) * ends(:, 1) + place * ends(:, 2)
   end function point_of_edge
 
-  !> Unit vector.
+  !> Unit normal of an edge at a place.
   pure function normal_of_edge(normals, place) result(normal)
     real(rk), intent(in) :: normals(:, :)
     real(rk), intent(in) :: place

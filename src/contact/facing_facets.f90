@@ -223,7 +223,7 @@ contains
     if (is_found) call shapes(other%i_type)%find_place(other%vertices(:2, :), point, opposite, is_found)
   end subroutine find_places
 
-  !> [length] above the plane.
+  !> [length] Height of a facet above the plane of view.
   pure real(rk) function height_at(shapes, view, place) result(height)
     type(facet_shape_t), intent(in) :: shapes(:)
     type(view_t), intent(in) :: view

@@ -26,7 +26,7 @@ module sig_facing_points
 
 contains
 
-  !> Empties the list, and keeps its room.
+  !> Empties the list and keeps its memory.
   pure subroutine clear(self, n_dim)
     class(facing_points_t), intent(inout) :: self
     !> of a facet

@@ -105,7 +105,7 @@ contains
     if (.not. entry%has_obstacle) text = "'" // entry%first%text // "' and '" // entry%second%text // "'"
   end function surfaces_text
 
-  !> The owner cannot move along its normal, others of the row can.
+  !> Whether the owner cannot move along its normal while others of the row can.
   pure logical function is_stuck(rows, row, is_prescribed)
     type(contact_rows_t), intent(in) :: rows
     integer, intent(in) :: row

@@ -116,7 +116,7 @@ contains
     end subroutine try_order
   end subroutine add_mortar_rows
 
-  !> The deck does not insist on an order. A gap that depends on the place is meant at the nodes of the deck's first surface.
+  !> Whether the order of the surfaces is free. A gap that depends on the place is meant at the nodes of the deck's first surface.
   pure logical function may_swap(entry)
     type(contact_config_t), intent(in) :: entry
 

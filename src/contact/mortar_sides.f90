@@ -134,7 +134,7 @@ contains
     end do
   end subroutine find_ends
 
-  !> From corner to corner around a facet.
+  !> [length] Longest distance from a corner of a facet to the next one.
   pure real(rk) function longest_edge(corners) result(longest)
     real(rk), intent(in) :: corners(:, :)
 

@@ -77,7 +77,8 @@ contains
     end do
   end subroutine add_shares
 
-  !> A node faces something, and its shares are of use: none is larger than integral abs(Phi_j) over integral Phi_j. A node that has
+  !> Whether a node faces something and its shares are of use: none is larger than integral abs(Phi_j) over integral Phi_j. A node
+  !> that has
   !> no force of a uniform pressure, as that of a quadratic edge on the axis, has no row.
   pure elemental logical function has_row(self, node)
     class(mortar_sums_t), intent(in) :: self

@@ -24,7 +24,7 @@ module sig_mortar_surfaces
 
 contains
 
-  !> All facets of the first surface against the second one. Cost: O(n log n) in the facets.
+  !> Integrates over all facets of the first surface that face the second one. Cost: O(n log n) in the facets.
   subroutine integrate_mortar(model, n_nodes, first, second, limit, sums)
     type(mechanical_model_t), intent(in) :: model
     !> of the mesh

@@ -28,7 +28,8 @@ contains
     end associate
   end function cover_text
 
-  !> At most 100: on curved facets the points of the parts integrate the area a little otherwise than those of the whole.
+  !> Percentage, at most 100: on curved facets the points of the parts integrate the area a little otherwise than those of the
+  !> whole.
   pure function percent_text(area, sums) result(text)
     real(rk), intent(in) :: area
     type(mortar_sums_t), intent(in) :: sums

@@ -171,7 +171,7 @@ contains
     columns = transpose(vt(rank + 1:, :))
   end function null_space
 
-  !> All rigid modes of the node's body, there.
+  !> All rigid modes of the node's body at the node.
   pure function modes_at(motions, i_node) result(modes)
     type(rigid_motions_t), intent(in) :: motions
     integer, intent(in) :: i_node
@@ -300,7 +300,7 @@ contains
     n_common = n_rigid_modes(size(self%coordinates, 1), .false.)
   end function n_common
 
-  !> One of them as a field, natural: what costs next to no energy in a part of the mesh.
+  !> A common motion as a field in natural order: what costs next to no energy in a part of the mesh.
   pure function common_field(self, i_mode) result(displacement)
     class(rigid_motions_t), intent(in) :: self
     integer, intent(in) :: i_mode

@@ -13,7 +13,7 @@ module sig_deck_check_contact
 
 contains
 
-  !> One entry, by itself and against those before it.
+  !> Checks one entry, by itself and against those before it.
   subroutine check_contact(tree, config, i_contact)
     type(deck_tree_t), intent(inout) :: tree
     type(deck_config_t), intent(in) :: config

@@ -56,7 +56,7 @@ contains
     if (len(complaint) > 0) call tree%report_at('petsc_options', 'has ' // complaint)
   end subroutine check_study
 
-  !> Every node of a condensed model has a displacement.
+  !> Whether a condensed model has a displacement of every node, as the deck asks.
   pure logical function has_all_nodes(displacement)
     type(displacement_config_t), intent(in) :: displacement
 
@@ -277,7 +277,7 @@ contains
     end do
   end function complaint_about_options
 
-  !> A minus sign and then a letter; so `-1e-3` is a value.
+  !> Whether a word is a minus sign and then a letter, so that `-1e-3` is a value.
   pure logical function is_option(word)
     character(*), intent(in) :: word
 

@@ -73,7 +73,7 @@ contains
       '; it must be greater than min, which is ' // to_text(parameter%minimum) // unit)
   end subroutine check_parameter
 
-  !> At the key, for that is what is wrong.
+  !> Reports at the key, because the key is what is wrong.
   subroutine report_name(tree, name, message)
     type(deck_tree_t), intent(inout) :: tree
     character(*), intent(in) :: name

@@ -17,7 +17,7 @@ module sig_deck_echo
 
 contains
 
-  !> The effective deck.
+  !> The deck with all defaults, as YAML.
   pure function echo_deck(config) result(yaml)
     type(deck_config_t), intent(in) :: config
     character(:), allocatable :: yaml

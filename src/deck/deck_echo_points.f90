@@ -10,7 +10,7 @@ module sig_deck_echo_points
 
 contains
 
-  !> Of the section training.
+  !> The section training.
   pure function training_set(greedy, points, parameters) result(yaml)
     type(greedy_config_t), intent(in) :: greedy
     !> the candidates where greedy%is_used

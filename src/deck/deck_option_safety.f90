@@ -44,7 +44,8 @@ contains
     end do
   end function complaint_about_writing
 
-  !> `ascii`, `::ascii_info` and `ascii::ascii_info` show on the terminal; a word behind one colon is a file, and so is the default
+  !> Whether the output shows on the terminal: `ascii`, `::ascii_info` and `ascii::ascii_info` do; a word behind one colon is a
+  !> file, and so is the default
   !> file of any other kind.
   pure logical function names_file(name, value)
     character(*), intent(in) :: name

@@ -19,7 +19,7 @@ module sig_deck_read_clusters
 
 contains
 
-  !> The section clusters.
+  !> Reads the section clusters.
   subroutine read_clusters(tree, parameters, clusters)
     type(deck_tree_t), intent(inout) :: tree
     type(parameter_config_t), intent(in) :: parameters(:)

@@ -16,7 +16,7 @@ module sig_deck_read_contact
 
 contains
 
-  !> At least one entry.
+  !> Reads the section contact, which needs at least one entry.
   subroutine read_contact(tree, contact)
     type(deck_tree_t), intent(inout) :: tree
     type(contact_config_t), allocatable, intent(out) :: contact(:)

@@ -62,7 +62,7 @@ contains
     call tree%close_mapping(i_reduction)
   end subroutine read_reduction
 
-  !> The section `certificate`.
+  !> Reads the section `certificate`.
   subroutine read_certificate(tree, reduction)
     type(deck_tree_t), intent(inout) :: tree
     type(reduction_config_t), intent(inout) :: reduction
@@ -252,7 +252,7 @@ contains
     end if
   end subroutine read_zone
 
-  !> The same boundary as a whole twice.
+  !> Whether the list holds this boundary as a whole already.
   pure logical function is_there(zones, zone)
     type(zone_config_t), intent(in) :: zones(:)
     type(zone_config_t), intent(in) :: zone

@@ -44,7 +44,7 @@ contains
     end do
   end subroutine read_imposed_strains
 
-  !> One of a temperature, a field and a strain.
+  !> Reads an entry: a temperature, a field or a strain.
   subroutine read_entry(tree, i_entry, model, strain)
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_entry
@@ -120,7 +120,7 @@ contains
     field%column = tree%nodes(i_file)%column
   end subroutine read_source
 
-  !> The same in all directions, or components.
+  !> Reads a strain: one value for all directions, or components.
   subroutine read_strain(tree, i_strain, model, strain)
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_strain

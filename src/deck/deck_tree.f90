@@ -105,7 +105,7 @@ contains
       this%nodes(i_parent + 1:this%nodes(i_parent)%last)%parent == i_parent)
   end function children
 
-  !> Nothing stands there, or YAML's null.
+  !> Whether the value is empty or YAML's null.
   pure logical function is_empty(this, i_node)
     class(deck_tree_t), intent(in) :: this
     integer, intent(in) :: i_node
@@ -156,7 +156,7 @@ contains
     i_node = root_node
   end function node_at
 
-  !> For messages: `solver is a list; it must be ...`.
+  !> The kind of a value for messages: `solver is a list; it must be ...`.
   pure function kind_name(this, i_node) result(name)
     class(deck_tree_t), intent(in) :: this
     integer, intent(in) :: i_node
@@ -257,7 +257,8 @@ contains
     end do
   end subroutine close_mapping
 
-  !> `{x: max(a, b)}` is for YAML the pair `x: max(a` and a key `b)`; the first one is reported with a hint, which is enough.
+  !> Whether the key is the rest of an expression: `{x: max(a, b)}` is for YAML the pair `x: max(a` and a key `b)`. The first one
+  !> is reported with a hint, which is enough.
   pure logical function is_split_expression(this, i_before, i_node)
     type(deck_tree_t), intent(in) :: this
     integer, intent(in) :: i_before

@@ -73,7 +73,7 @@ contains
     if (i_node > 0) call word_of(tree, i_node, value)
   end subroutine get_word
 
-  !> One of a few words below a key.
+  !> Reads a key whose value is one of a few words.
   subroutine get_choice(tree, i_parent, key, is_required, choices, value)
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_parent
@@ -247,7 +247,7 @@ contains
 
     call value_of(tree, i_node, 'a number', number, has_value)
     if (has_value .and. .not. number%is_constant) then
-      call tree%report(i_node, 'is ' // tree%kind_name(i_node) // '; it must be a number that depends on no parameter')
+      call tree%report(i_node, 'is ' // tree%kind_name(i_node) // '; it must be a number without parameters')
       has_value = .false.
     end if
     if (has_value) value = number%constant

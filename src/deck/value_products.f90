@@ -129,7 +129,7 @@ contains
     end do
   end function find_operators
 
-  !> As the first part of 1.5e-3 does, and the name h1e does not.
+  !> Whether the word ends like the first part of 1.5e-3, not like the name h1e.
   pure logical function ends_in_exponent(head)
     character(*), intent(in) :: head
     integer :: before
@@ -142,7 +142,7 @@ contains
     if (ends_in_exponent .and. before > 0) ends_in_exponent = scan(head(before:before), '+-*/^(, ') > 0
   end function ends_in_exponent
 
-  !> Any of the names occurs in the text.
+  !> Whether any of the names occurs in the text.
   pure logical function depends_on(text, names)
     character(*), intent(in) :: text
     type(string_t), intent(in) :: names(:)

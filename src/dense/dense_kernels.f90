@@ -124,7 +124,7 @@ contains
     call sig_solve_lu(n, 1_c_int, factors, size(factors, 1), pivots, b, size(b))
   end subroutine solve_lu_vector
 
-  !> The same for the columns of b.
+  !> As solve_lu_vector, for the columns of b.
   subroutine solve_lu_matrix(n, factors, pivots, b)
     integer, intent(in) :: n
     real(rk), contiguous, intent(in) :: factors(:, :)

@@ -64,7 +64,7 @@ contains
     end function dual
   end subroutine balance_forces
 
-  !> A lambda = b but for rounding.
+  !> Whether a lambda = b but for rounding.
   pure logical function keep_balance(matrix, work, forces)
     real(rk), intent(in) :: matrix(:, :)
     real(rk), intent(in) :: work(:)

@@ -183,7 +183,7 @@ contains
     offset = norm2(vector - dot_product(vector, along) * along)
   end function offset
 
-  !> All points, or balls, at most `radius` from a place, or from a line through it, ascending.
+  !> Finds all points, or balls, at most `radius` from a place, or from a line through it, ascending.
   pure subroutine within(self, place, radius, numbers, direction)
     class(k_d_tree_t), intent(in) :: self
     real(rk), intent(in) :: place(:)
@@ -217,7 +217,7 @@ contains
     call search_within(self, place, along, radius, middle + 1, hi, numbers)
   end subroutine search_within
 
-  !> By insertion: a query finds few points.
+  !> Sorts by insertion: a query finds few points.
   pure subroutine sort_ascending(numbers)
     integer, intent(inout) :: numbers(:)
     integer :: i, j, number

@@ -128,7 +128,7 @@ contains
       same_solution * max(maxval(other%lambda), maxval(known%lambda))
   end subroutine find_other_solution
 
-  !> No answer yet.
+  !> A solution of n zeros, without an answer yet.
   pure subroutine start_solution(n, solution)
     integer, intent(in) :: n
     type(lcp_solution_t), intent(inout) :: solution
@@ -145,7 +145,7 @@ contains
     solution%residual = huge(solution%residual)
   end subroutine start_solution
 
-  !> Zero times a number is zero, and else no number.
+  !> Whether the value is finite: zero times a number is zero, and else no number.
   pure logical function is_finite(matrix)
     real(rk), intent(in) :: matrix(:, :)
 
@@ -266,7 +266,7 @@ contains
     end do
   end subroutine measure_residual
 
-  !> Exactly: a matrix that is meant to be symmetric is made so.
+  !> Whether the matrix is symmetric to the last bit: a matrix that is meant to be symmetric is made so.
   pure logical function is_symmetric(matrix)
     real(rk), intent(in) :: matrix(:, :)
     integer :: i, j

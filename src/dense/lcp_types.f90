@@ -172,7 +172,8 @@ contains
     end do
   end subroutine gather
 
-  !> By Cholesky where the matrix is symmetric and positive definite, else with row exchanges.
+  !> Factors the rows and columns of a set: by Cholesky where the matrix is symmetric and positive definite, else with row
+  !> exchanges.
   subroutine factor_set(matrix, is_active, workspace, n, info)
     real(rk), intent(in) :: matrix(:, :)
     logical, intent(in) :: is_active(:)
@@ -298,7 +299,7 @@ contains
     end do
   end subroutine find_violations
 
-  !> No sign is wrong by so little that the widest tolerance would allow it.
+  !> Whether no sign is wrong by so little that the widest tolerance would allow it.
   pure logical function is_decided(n, workspace)
     !> unknowns
     integer, intent(in) :: n

@@ -53,7 +53,7 @@ module sig_lifted_error_bound
 
 contains
 
-  !> A x.
+  !> The product A x.
   pure function times(self, x) result(y)
     class(sparse_matrix_t), intent(in) :: self
     real(rk), intent(in) :: x(:)

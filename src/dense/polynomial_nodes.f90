@@ -75,7 +75,7 @@ contains
     n_nodes = size(self%nodes, 2)
   end function n_nodes
 
-  !> In the units of the box.
+  !> Node i in the units of the box.
   pure function node(self, i) result(place)
     class(polynomial_nodes_t), intent(in) :: self
     integer, intent(in) :: i
@@ -85,7 +85,7 @@ contains
     place = ((1 - self%nodes(:, i)) * self%lower + (1 + self%nodes(:, i)) * self%upper) / 2
   end function node
 
-  !> All nodes of one variable, in its units.
+  !> All nodes of the only variable, in its units.
   pure function on_line(self) result(places)
     class(polynomial_nodes_t), intent(in) :: self
     !> shape (n_nodes)
@@ -131,7 +131,7 @@ contains
     end do
   end subroutine weight_changes
 
-  !> Of n variables up to a total degree: (degree + n) over n.
+  !> Number of polynomials of n variables up to a total degree: (degree + n) over n.
   pure integer function number_of_polynomials(n_variables, degree) result(number)
     integer, intent(in) :: n_variables
     integer, intent(in) :: degree
@@ -209,7 +209,7 @@ contains
     end do
   end function radical_inverse
 
-  !> All polynomials at all points, shape (n_points, n_polynomials).
+  !> Values of all polynomials at all points, shape (n_points, n_polynomials).
   pure function polynomials(degrees, points) result(values)
     integer, intent(in) :: degrees(:, :)
     real(rk), intent(in) :: points(:, :)
@@ -236,7 +236,7 @@ contains
     end do
   end function polynomial
 
-  !> Its change as the point moves.
+  !> Change of a polynomial as the point moves.
   pure real(rk) function polynomial_change(degrees, point, move) result(change)
     integer, intent(in) :: degrees(:)
     real(rk), intent(in) :: point(:)

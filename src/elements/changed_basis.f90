@@ -22,7 +22,7 @@ module sig_changed_basis
 
 contains
 
-  !> The integral of some shape function over the reference element is not positive.
+  !> Whether the integral of some shape function over the reference element is not positive.
   pure logical function has_weak_corners(i_type)
     !> row of element_types
     integer, intent(in) :: i_type

@@ -83,7 +83,7 @@ contains
     displacement(self%prescribed_dofs) = matmul(self%prescribed_values, theta(:size(self%prescribed_values, 2)))
   end function prescribed_displacement
 
-  !> Of loads and imposed strains together.
+  !> Nodal forces of loads and imposed strains together.
   pure subroutine get_forces(self, pattern)
     class(boundary_conditions_t), intent(in) :: self
     type(load_pattern_t), intent(out) :: pattern
@@ -92,7 +92,7 @@ contains
     call pattern%add_pattern(self%strain_forces)
   end subroutine get_forces
 
-  !> F(mu), likewise.
+  !> F(mu) of loads and imposed strains together.
   pure function forces(self, theta)
     class(boundary_conditions_t), intent(in) :: self
     !> [-] values of the terms, shape (n_terms)
@@ -131,7 +131,7 @@ contains
     end do
   end subroutine claim_dofs
 
-  !> Constants by value: 0 and 0.0 are the same.
+  !> Whether two values are equal, constants by value: 0 and 0.0 are the same.
   pure logical function differ(one, other)
     type(value_config_t), intent(in) :: one
     type(value_config_t), intent(in) :: other

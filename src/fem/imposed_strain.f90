@@ -127,7 +127,7 @@ contains
     end do
   end subroutine evaluate
 
-  !> Offsets of strain_field_t.
+  !> Numbers the integration points: the offsets of strain_field_t.
   pure subroutine number_points(self, mesh, body, offsets)
     class(imposed_strains_t), intent(in) :: self
     type(mesh_t), intent(in) :: mesh

@@ -54,7 +54,7 @@ contains
     end do
   end subroutine boundary_reactions
 
-  !> One row per name; a boundary may have several entries.
+  !> Lists the held boundaries, one row per name; a boundary may have several entries.
   pure subroutine list_boundaries(entries, reactions)
     type(boundary_config_t), intent(in) :: entries(:)
     type(reaction_t), allocatable, intent(out) :: reactions(:)

@@ -58,7 +58,7 @@ contains
     end do
   end subroutine add_strain_forces
 
-  !> The elastic constants do not depend on the parameters.
+  !> Whether the elastic constants do not depend on the parameters.
   elemental logical function has_numbers(material)
     type(material_config_t), intent(in) :: material
 

@@ -104,7 +104,7 @@ contains
     end do
   end function weighted
 
-  !> Of each node the material that has most volume around it.
+  !> Chooses for each node the material that has most volume around it.
   pure subroutine choose_materials(mesh, body, volumes, materials)
     type(mesh_t), intent(in) :: mesh
     type(elastic_body_t), intent(in) :: body
@@ -184,7 +184,7 @@ contains
     end do
   end subroutine map_nodes
 
-  !> Of each node, of its own material.
+  !> Volume around each node, of the node's own material.
   pure function volumes_around(mesh, body, volumes, materials) result(totals)
     type(mesh_t), intent(in) :: mesh
     type(elastic_body_t), intent(in) :: body

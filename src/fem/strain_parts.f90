@@ -177,7 +177,7 @@ contains
     end if
   end subroutine add_scaled
 
-  !> All of them times a factor without coordinates.
+  !> Multiplies all products by a factor without coordinates.
   subroutine scale_products(factor, products)
     type(value_config_t), intent(in) :: factor
     type(point_product_t), allocatable, intent(inout) :: products(:)

@@ -109,7 +109,7 @@ contains
     call expression%destroy()
   end subroutine evaluate_on_nodes
 
-  !> One term per node: the value of the expression at its place.
+  !> Adds one term per node: the value of the expression at its place.
   subroutine add_place_terms(mesh, nodes, value, terms, term_of_node)
     type(mesh_t), intent(in) :: mesh
     integer, intent(in) :: nodes(:)

@@ -35,7 +35,7 @@ module sig_file_system
 
 contains
 
-  !> True for a file, false for a folder or nothing.
+  !> Whether the path is a file, not a folder and not nothing.
   logical function file_exists(path)
     character(*), intent(in) :: path
     integer(c_int) :: kind
@@ -118,7 +118,7 @@ contains
     if (code /= 0) call make_error(error, 'cannot write the file: ' // system_reason(code), file=path)
   end subroutine write_text_file
 
-  !> Removes a file; that there is none is no error.
+  !> Removes a file. A file that does not exist is no error.
   subroutine remove_file(path, error)
     character(*), intent(in) :: path
     type(error_t), allocatable, intent(out) :: error

@@ -84,7 +84,7 @@ contains
     call close_file(self)
   end subroutine finalize
 
-  !> True where the file has a group or dataset of this name.
+  !> Whether the file has a group or dataset of this name.
   logical function has(self, name)
     class(h5_reader_t), intent(in) :: self
     character(*), intent(in) :: name

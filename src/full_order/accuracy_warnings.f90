@@ -92,7 +92,7 @@ contains
     end do
   end function error_warnings
 
-  !> At some point.
+  !> Whether the column has a value at some point.
   pure logical function is_measured(names, errors, name)
     character(*), intent(in) :: names(:)
     real(rk), intent(in) :: errors(:, :)
@@ -115,6 +115,6 @@ contains
     character(:), allocatable :: text
 
     text = 'the model is inaccurate: the ' // statistic // ' of ' // trim(name) // ' is ' // short_number(value) // ' (limit ' // &
-      to_text(limit) // '); take more training points, a smaller reduction.pod_tolerance, reduction.enrichment or clusters'
+      to_text(limit) // '); take more training points, reduction.enrichment, clusters or a smaller reduction.pod_tolerance'
   end function large_error
 end module sig_accuracy_warnings

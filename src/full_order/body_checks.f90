@@ -51,7 +51,7 @@ contains
     end do
   end subroutine check_bodies
 
-  !> Its regions, in quotes.
+  !> The regions of a body, in quotes.
   pure function body_name(mesh, motions, i_body) result(text)
     type(mesh_t), intent(in) :: mesh
     type(rigid_motions_t), intent(in) :: motions

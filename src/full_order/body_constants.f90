@@ -83,7 +83,7 @@ contains
     end do
   end subroutine find_body_constants
 
-  !> Errors: as find_body_constants.
+  !> Checks the elastic constants in the whole box of the parameters. Errors: as find_body_constants.
   subroutine check_box(problem, error)
     type(problem_t), intent(in) :: problem
     type(error_t), allocatable, intent(out) :: error
@@ -92,7 +92,8 @@ contains
     call check_materials(problem%deck, problem%material_terms, points_of_box(problem%deck%parameters), error)
   end subroutine check_box
 
-  !> Of the interpolation in a round, from 0 on. Several variables begin lower: their nodes are many.
+  !> Degree of the polynomials in a round; rounds count from 0. With several variables the first degree is lower, because a degree
+  !> takes many nodes.
   pure integer function degree(self, i_round)
     class(body_constants_t), intent(in) :: self
     integer, intent(in) :: i_round
@@ -145,7 +146,8 @@ contains
     call choose_variables(constants)
   end subroutine find_constants
 
-  !> One constant that varies little stays as it is, so that its interpolation has a bound.
+  !> Chooses the variables of the interpolation. One constant that varies little stays as it is, so that its interpolation has a
+  !> bound.
   pure subroutine choose_variables(constants)
     type(body_constants_t), intent(inout) :: constants
     real(rk) :: spread_of(size(constants%numerators))
@@ -205,7 +207,7 @@ contains
     if (material_term > 0) term_of = problem%constant_terms(material_term - 1)
   end function term_of
 
-  !> Ascending.
+  !> Numbers of the materials of a body, ascending.
   function materials_of_body(problem, i_body) result(materials)
     type(problem_t), intent(in) :: problem
     integer, intent(in) :: i_body

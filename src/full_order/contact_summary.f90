@@ -66,7 +66,7 @@ contains
     if (n_inert > 0) text = text // ' (' // to_text(n_inert) // ' inert)'
   end function count_text
 
-  !> Empty without points.
+  !> Smallest and largest gap at the points; empty without points.
   pure function gaps_text(gaps, theta, unit) result(text)
     !> [length] D of each row by term, shape (n_terms, n)
     real(rk), intent(in) :: gaps(:, :)

@@ -9,7 +9,7 @@ module sig_length_units
 
 contains
 
-  !> From the mesh file's unit of length to the deck's.
+  !> Factor from the mesh file's unit of length to the deck's.
   pure real(rk) function length_factor(deck)
     type(deck_config_t), intent(in) :: deck
 

@@ -59,7 +59,7 @@ contains
     call body%set_moduli(values(2::2, 1), values(3::2, 1))
   end subroutine set_materials
 
-  !> No elastic constant depends on the parameters.
+  !> Whether no elastic constant depends on the parameters.
   pure logical function has_fixed_stiffness(deck)
     type(deck_config_t), intent(in) :: deck
     integer :: i
@@ -86,7 +86,7 @@ contains
     end if
   end function varying_constants
 
-  !> Of the deck's largest set of points.
+  !> How many points share a stiffness in the deck's largest set of points.
   integer function most_points_per_stiffness(deck, terms) result(n)
     type(deck_config_t), intent(in) :: deck
     !> of create_material_terms

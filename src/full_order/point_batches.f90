@@ -145,7 +145,7 @@ contains
     end function takes_second
   end subroutine merge_sort
 
-  !> Smaller in the first constant that differs.
+  !> Whether one is smaller than the other in the first constant that differs.
   pure logical function precedes(one, other)
     real(rk), intent(in) :: one(:)
     real(rk), intent(in) :: other(:)

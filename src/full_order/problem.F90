@@ -122,7 +122,7 @@ contains
     problem%provenance = hash_of_text(echo_physics(deck) // problem%mesh%file_hash // field_hashes(fields))
   end subroutine load_problem
 
-  !> Of their values, one after the other; empty where there are none.
+  !> Hashes of the values of the fields, one after the other; empty without fields.
   pure function field_hashes(fields) result(text)
     type(nodal_field_t), intent(in) :: fields(:)
     character(:), allocatable :: text
@@ -158,7 +158,7 @@ contains
     end associate
   end subroutine plan_solving
 
-  !> To the terminal: what touches what, which solver and why, and which bodies it must hold by contact.
+  !> Tells on the terminal what touches what, which solver and why, and which bodies it must hold by contact.
   subroutine announce_plan(problem, points)
     type(problem_t), intent(in) :: problem
     !> to be solved, checked; shape (n_parameters, n_points)
@@ -343,7 +343,7 @@ contains
     if (is_plane(mechanical_model(deck%mesh%model))) unit = unit // '/' // deck%units%length
   end function force_unit
 
-  !> Of moments: of a force per unit thickness in the plane.
+  !> Unit of moments; in the plane that of a moment per unit thickness.
   pure function moment_unit(deck) result(unit)
     type(deck_config_t), intent(in) :: deck
     character(:), allocatable :: unit
@@ -352,7 +352,8 @@ contains
     if (is_plane(mechanical_model(deck%mesh%model))) unit = unit // '/' // deck%units%length
   end function moment_unit
 
-  !> Of what a contact row stands for: a length per unit thickness in the plane, an area of the full turn in axisymmetry.
+  !> Unit of the area that a contact row stands for: a length per unit thickness in the plane, an area of the full turn in
+  !> axisymmetry.
   pure function area_unit(deck) result(unit)
     type(deck_config_t), intent(in) :: deck
     character(:), allocatable :: unit

@@ -53,14 +53,14 @@ contains
     PetscCall(rank_and_size(groups%comm, groups%group_rank, n_group_ranks, ierr))
   end subroutine create_rank_groups
 
-  !> The rank of the group that writes.
+  !> Whether this rank writes for its group.
   pure logical function is_leader(self)
     class(rank_groups_t), intent(in) :: self
 
     is_leader = self%group_rank == 0
   end function is_leader
 
-  !> Points are dealt in turn.
+  !> Whether this group solves the point: points are dealt in turn.
   pure logical function has_point(self, i_point)
     class(rank_groups_t), intent(in) :: self
     !> 1-based among those that are left to do

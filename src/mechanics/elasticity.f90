@@ -43,7 +43,7 @@ contains
     hooke = all_stresses(row%strains(:row%n_strains), row%strains(:row%n_strains))
   end function hooke_matrix
 
-  !> All six stresses from all six elastic strains, shear strains as angles.
+  !> Hooke's matrix: all six stresses from all six elastic strains, shear strains as angles.
   !>
   !> lambda (tr eps) I + 2 mu eps; in plane stress eps_zz is such that sigma_zz is zero, whatever is said of it.
   pure function stress_matrix(model, young_modulus, poisson_ratio) result(hooke)

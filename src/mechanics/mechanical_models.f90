@@ -72,7 +72,7 @@ contains
     if (model%is_round) circumference = 2 * pi * place(1)
   end function circumference
 
-  !> Forces are per unit thickness.
+  !> Whether the model is plane, strain or stress: its forces are per unit thickness.
   pure logical function is_plane(model)
     type(mechanical_model_t), intent(in) :: model
 

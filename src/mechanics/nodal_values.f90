@@ -21,7 +21,7 @@ module sig_nodal_values
 
 contains
 
-  !> Of each owner the area of its row; of other nodes their shares of the areas of rows that they meet.
+  !> Area of each node: of an owner the area of its row; of other nodes their shares of the areas of rows that they meet.
   pure function nodal_areas(rows, n_nodes) result(areas)
     type(contact_rows_t), intent(in) :: rows
     integer, intent(in) :: n_nodes

@@ -110,7 +110,7 @@ contains
     unit = vector / max(norm2(vector), tiny(1.0_rk))
   end function direction
 
-  !> Of a matrix of order 2 or 3.
+  !> Determinant of a matrix of order 2 or 3.
   pure real(rk) function determinant(matrix)
     real(rk), intent(in) :: matrix(:, :)
 

@@ -31,7 +31,7 @@ contains
     end if
   end subroutine check_radii
 
-  !> An edge has a node on the axis.
+  !> Whether an edge has a node on the axis.
   pure logical function ends_on_axis(radii)
     !> [length] of its nodes
     real(rk), intent(in) :: radii(:)

@@ -13,7 +13,7 @@ module sig_mesh_broadcast
 
 contains
 
-  !> Collective on comm.
+  !> Sends the mesh of the first rank to all others. Collective on comm.
   subroutine broadcast_mesh(mesh, comm, ierr)
     type(mesh_t), intent(inout) :: mesh
     MPI_Comm, intent(in) :: comm

@@ -133,7 +133,7 @@ contains
     end associate
   end subroutine compare_element
 
-  !> By insertion: there are four at most.
+  !> Sorts by insertion: there are four numbers at most.
   pure function ascending(numbers) result(sorted)
     integer, intent(in) :: numbers(:)
     integer :: sorted(size(numbers))

@@ -156,7 +156,7 @@ contains
     call sig_gmsh_nodes(handle, field%place_tags, field%coordinates)
   end subroutine copy_places
 
-  !> `none` for nothing.
+  !> The names in a list; `none` where there is none.
   pure function listed(names) result(text)
     type(string_t), intent(in) :: names(:)
     character(:), allocatable :: text

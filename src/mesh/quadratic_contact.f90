@@ -19,7 +19,7 @@ module sig_quadratic_contact
 
 contains
 
-  !> For pairs of nodes. Errors: a node of a facet has no share of a uniform pressure, or a negative one.
+  !> Checks the facets of node-to-node contact. Errors: a node of a facet has no share of a uniform pressure, or a negative one.
   pure subroutine check_weights(mesh, surfaces, surface, facets, error)
     type(mesh_t), intent(in) :: mesh
     type(surface_pair_t), intent(in) :: surfaces
@@ -119,7 +119,7 @@ contains
     end do
   end subroutine check_side
 
-  !> For axisymmetric models. Errors: a quadratic edge of the first side ends on the axis.
+  !> Checks the nodes on the axis of axisymmetric models. Errors: a quadratic edge of the first side ends on the axis.
   pure subroutine check_axis(mesh, surfaces, error)
     type(mesh_t), intent(in) :: mesh
     type(surface_pair_t), intent(in) :: surfaces
@@ -135,7 +135,7 @@ contains
       error, remedy)
   end subroutine check_axis
 
-  !> An edge of three nodes ends on the axis.
+  !> Whether an edge of three nodes ends on the axis.
   pure logical function has_quadratic_end(mesh, facets) result(has_end)
     type(mesh_t), intent(in) :: mesh
     integer, intent(in) :: facets(:)

@@ -49,7 +49,7 @@ contains
     end associate
   end subroutine measure_surface
 
-  !> Those of the cells that have all nodes of the facet.
+  !> The cells that have all nodes of the facet.
   pure function cells_with_facet(mesh, i_facet, cells) result(found)
     type(mesh_t), intent(in) :: mesh
     integer, intent(in) :: i_facet

@@ -189,7 +189,7 @@ contains
       to_text(surfaces%entry%pairing_tolerance) // ' times the mesh size ' // short_text(surfaces%first_geometry%mesh_size) // ')'
   end function offset_text
 
-  !> As the deck's messages count.
+  !> Name of a contact entry in messages.
   pure function entry_text(i_entry) result(text)
     integer, intent(in) :: i_entry
     character(:), allocatable :: text
@@ -218,7 +218,7 @@ contains
     text = '(' // join(numbers, ', ') // ')'
   end function place_text
 
-  !> As the deck has it.
+  !> A direction as decks write it.
   pure function direction_text(direction) result(text)
     real(rk), intent(in) :: direction(:)
     character(:), allocatable :: text

@@ -102,7 +102,7 @@ contains
     box(:, 2) = maxval(mesh%coordinates(:, nodes), dim=2)
   end function box_of
 
-  !> One direction for all nodes. Errors: it does not lead out of the first surface and into the second one.
+  !> Sets one direction for all nodes. Errors: it does not lead out of the first surface and into the second one.
   pure subroutine fix_direction(n_dim, surfaces, error)
     integer, intent(in) :: n_dim
     type(surface_pair_t), intent(inout) :: surfaces
@@ -226,7 +226,7 @@ contains
     end if
   end subroutine pair_surfaces
 
-  !> All nodes of the first surface. Errors: a node is in a pair already.
+  !> Pairs all nodes of the first surface with the obstacle. Errors: a node is in a pair already.
   pure subroutine pair_with_obstacle(mesh, surfaces, pairing, error)
     type(mesh_t), intent(in) :: mesh
     type(surface_pair_t), intent(in) :: surfaces

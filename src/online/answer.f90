@@ -109,7 +109,7 @@ contains
     self%relative_displacement_bound = no_bound
   end subroutine start
 
-  !> Zeros.
+  !> Makes an array of n zeros.
   pure subroutine resize(values, n)
     real(rk), allocatable, intent(inout) :: values(:)
     integer, intent(in) :: n
@@ -155,7 +155,7 @@ contains
     call relate(bound, size_of_answer, self%bound, self%relative_bound)
   end subroutine take_bound
 
-  !> The same of the displacement.
+  !> As take_bound, for the displacement.
   pure subroutine take_displacement_bound(self, bound, size_of_field)
     class(answer_t), intent(inout) :: self
     !> [sqrt(force*length)]

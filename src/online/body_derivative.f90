@@ -152,7 +152,7 @@ contains
       change_in_row(self, size(body%own), i, body%contact_field, forces, force_change)
   end function displacement_of
 
-  !> Of one row of (loaded / s + prescribed) theta.
+  !> Change of one row of (loaded / s + prescribed) theta.
   pure real(rk) function change_of_row(self, n, row, loaded, prescribed) result(change)
     type(body_derivative_t), intent(in) :: self
     !> rows of the matrices
@@ -167,7 +167,7 @@ contains
     end associate
   end function change_of_row
 
-  !> Of one row of (1/s) M x.
+  !> Change of one row of (1/s) M x.
   pure real(rk) function change_in_row(self, n, row, columns, x, x_change) result(change)
     type(body_derivative_t), intent(in) :: self
     integer, intent(in) :: n
@@ -180,7 +180,7 @@ contains
       sum_of_row(n, row, columns, self%weights, x_change - self%relative_change * x)) / self%modulus_ratio
   end function change_in_row
 
-  !> One row of M(weights) x.
+  !> Value of one row of M(weights) x.
   pure real(rk) function sum_of_row(n, row, columns, weights, x) result(total)
     integer, intent(in) :: n
     integer, intent(in) :: row

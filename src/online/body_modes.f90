@@ -61,7 +61,7 @@ contains
     n_modes = size(self%basis, 2) - size(self%lifted_terms)
   end function n_modes
 
-  !> [force/length**2] bulk and shear modulus, those of sig_elasticity's modulus_text.
+  !> [force/length**2] bulk and shear modulus, of which Hooke's matrix is a sum (modulus_text of sig_elasticity).
   pure function part_moduli(young_modulus, poisson_ratio, is_thin) result(moduli)
     real(rk), intent(in) :: young_modulus
     real(rk), intent(in) :: poisson_ratio
@@ -134,7 +134,7 @@ contains
     stiffest = maxval(part_ratios(self, theta))
   end function stiffest
 
-  !> Galerkin's equations.
+  !> Solves Galerkin's equations for the coordinates of the modes.
   subroutine find_coordinates(self, n, stiffness, theta, forces, place, further)
     type(body_modes_t), intent(in) :: self
     integer, intent(in) :: n
@@ -166,7 +166,7 @@ contains
     place(n_lifted + 1:) = right
   end subroutine find_coordinates
 
-  !> x'Mx.
+  !> The quadratic form x'Mx.
   real(rk) function work_of(n, matrix, x) result(work)
     integer, intent(in) :: n
     real(rk), intent(in) :: matrix(n, n)
@@ -267,21 +267,22 @@ contains
     character(:), allocatable :: energy
 
     energy = force // '*' // length
-    call file%write(group // '/dofs', self%dofs, description='of the body, 1-based')
+    call file%write(group // '/dofs', self%dofs, description='dofs of the model that belong to the body, 1-based')
     call file%write(group // '/basis', self%basis, description= &
       'liftings of prescribed displacements, then modes; a column of these per row')
     call file%write(group // '/lifted_terms', self%lifted_terms, description='terms that the liftings belong to, 1-based')
     call file%write(group // '/modulus_terms', self%modulus_terms, description= &
       'terms of the Young''s moduli of the materials of the body, 1-based')
-    call file%write(group // '/ratio_terms', self%ratio_terms, description='terms of their Poisson''s ratios')
+    call file%write(group // '/ratio_terms', self%ratio_terms, description='terms of the Poisson''s ratios of these ' // &
+      'materials, 1-based')
     call file%write(group // '/moduli', self%moduli, force // '/' // length // '^2', &
       'bulk and shear modulus of each material, for which the parts below are')
-    call file%write(group // '/stiffness', self%stiffness, energy, 'of the basis, a part per row')
+    call file%write(group // '/stiffness', self%stiffness, energy, 'stiffness of the basis, a bulk or shear part per row')
     call file%write(group // '/loads', self%loads, energy, 'work of loads on the modes, a term per row')
     call file%write(group // '/contact', self%contact, length, 'closing of each pair by the basis, a pair per row')
     call file%write(group // '/residuals', self%residuals, 'sqrt(' // energy // ')', &
       'forces of loads, of contact and of the parts of the stiffness, in an orthonormal basis')
-    call file%write(group // '/is_thin', merge(1, 0, self%is_thin), description='1: plane stress')
+    call file%write(group // '/is_thin', merge(1, 0, self%is_thin), description='1: plane stress, 0: another model')
   end subroutine write
 
   subroutine read(self, file, group, error)

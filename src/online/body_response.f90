@@ -64,7 +64,7 @@ module sig_body_response
 
 contains
 
-  !> [-] s.
+  !> [-] The factor s of all moduli of the body.
   pure real(rk) function modulus_ratio(self, theta)
     class(body_response_t), intent(in) :: self
     !> values of the model's terms
@@ -145,7 +145,7 @@ contains
     call add_columns(size(field), responses, -forces, field)
   end subroutine add_field
 
-  !> Exact bodies have one, too.
+  !> Whether the body's responses have a bound; exact bodies have one, too.
   pure logical function has_bound(self)
     class(body_response_t), intent(in) :: self
 
@@ -213,7 +213,7 @@ contains
       sum_of_row(self, size(self%own), i, self%contact_field, theta, forces) / self%modulus_ratio(theta)
   end function displacement_of
 
-  !> One row of (loaded / s + prescribed) theta.
+  !> Value of one row of (loaded / s + prescribed) theta.
   pure real(rk) function value_of(self, n, row, loaded, prescribed, theta) result(value)
     type(body_response_t), intent(in) :: self
     integer, intent(in) :: n
@@ -315,25 +315,29 @@ contains
     character(*), intent(in) :: force
 
     call file%write(group // '/modulus_term', self%modulus_term, description='term that is the modulus of the body, 1-based')
-    call file%write(group // '/modulus', self%modulus, description='its value in the responses below')
+    call file%write(group // '/modulus', self%modulus, description='value of this modulus in the responses below')
     call file%write(group // '/numerators', self%numerators, description='terms that the responses are interpolated over, 1-based')
-    call file%write(group // '/denominators', self%denominators, description='terms that these are divided by; 0: none')
-    call file%write(group // '/is_logarithmic', merge(1, 0, self%is_logarithmic), description='1: over logarithms of these')
-    call file%write(group // '/lower', self%nodes%lower, description='ends of the box of the interpolation')
+    call file%write(group // '/denominators', self%denominators, description='terms that the numerators are divided by, ' // &
+      '1-based; 0: none')
+    call file%write(group // '/is_logarithmic', merge(1, 0, self%is_logarithmic), description='1: the interpolation is over ' // &
+      'the logarithms of these constants')
+    call file%write(group // '/lower', self%nodes%lower, description='lower and upper end of each constant of the interpolation')
     call file%write(group // '/upper', self%nodes%upper)
-    call file%write(group // '/nodes', self%nodes%nodes, '1', 'of the interpolation, the box from -1 to 1, a node per row')
+    call file%write(group // '/nodes', self%nodes%nodes, '1', 'nodes of the interpolation, a node per row; the box is ' // &
+      'mapped to -1 ... 1')
     call file%write(group // '/compliance', self%compliance, length // '/(' // force // ')', &
       'closing of each pair under the contact force of each pair, a node per row')
     call file%write(group // '/loaded_opening', self%loaded_opening, length, 'opening of each pair under loads, term by term')
     call file%write(group // '/prescribed_opening', self%prescribed_opening, length, &
       'opening of each pair under prescribed displacements')
-    call file%write(group // '/own', self%own, description='exact dofs of the body, 1-based among those of the model')
-    call file%write(group // '/loaded_field', self%loaded_field, length, 'displacement of these under loads, term by term')
+    call file%write(group // '/own', self%own, description='exact dofs of the body: their numbers (1-based) among the exact ' // &
+      'dofs of the model')
+    call file%write(group // '/loaded_field', self%loaded_field, length, 'displacement of these dofs under loads, term by term')
     call file%write(group // '/prescribed_field', self%prescribed_field, length, &
       'displacement of these under prescribed displacements')
     call file%write(group // '/contact_field', self%contact_field, length // '/(' // force // ')', &
       'displacement of these against the contact force of each pair, pair by pair')
-    call file%write(group // '/is_thin', merge(1, 0, self%is_thin), description='1: plane stress')
+    call file%write(group // '/is_thin', merge(1, 0, self%is_thin), description='1: plane stress, 0: another model')
     call file%write(group // '/residual_place', self%bound%place, description='constant at which the residuals were measured')
     call file%write(group // '/residuals', self%bound%residuals, force // '*' // length, &
       'products of the residuals of interpolation over the constant: of loads, of prescribed displacements, of contact forces')

@@ -119,7 +119,7 @@ contains
     code = code_ok
   end function signorom_get_displacement_gradient_at
 
-  !> Some nodes have none; the message says so.
+  !> Whether each of the nodes has a derivative of its displacement; the message says so where one has none.
   logical function all_have_displacements(handle, nodes)
     type(context_handle_t), intent(inout) :: handle
     !> from 0

@@ -136,7 +136,7 @@ contains
     code = code_ok
   end function signorom_get_sizes
 
-  !> A part that answers all contacts exactly knows the displacement of all nodes, too.
+  !> Whether the model knows the displacement of all nodes; a part that answers all contacts exactly may know it, too.
   pure logical function has_exact_field(model)
     type(model_t), intent(in) :: model
     integer :: i, k

@@ -100,7 +100,8 @@ contains
     if (c_associated(answer)) call tell(handle, code, n_bytes, answer)
   end function signorom_query
 
-  !> The caller has said how large its answers are. A program with a newer header has larger ones; zero, as in an answer that was
+  !> Whether the caller has said how large its answers are. A program with a newer header has larger ones; zero, as in an answer
+  !> that was
   !> filled with zeros, means the first version of the struct, which every later one begins with.
   logical function has_size(handle, answer, n_bytes)
     type(context_handle_t), intent(inout) :: handle
@@ -254,7 +255,7 @@ contains
     code = code_ok
   end function signorom_get_coordinates
 
-  !> Some models answer contact forces only; the message says so.
+  !> Whether the model answers displacements; the message says so where it does not.
   logical function has_displacement(handle)
     type(context_handle_t), intent(inout) :: handle
 

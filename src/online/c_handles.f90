@@ -132,7 +132,7 @@ contains
     chosen => null()
   end function chosen_nodes
 
-  !> Into the caller's array; a null pointer wants none.
+  !> Copies values into the caller's array; a null pointer wants none.
   subroutine put_integers(values, pointer)
     integer, intent(in) :: values(:)
     type(c_ptr), intent(in) :: pointer

@@ -44,7 +44,7 @@ contains
     call self%bodies%create(data, self%free_rows)
   end subroutine create
 
-  !> W is positive definite.
+  !> Whether W is positive definite.
   pure logical function is_valid(self)
     class(condensed_certificate_t), intent(in) :: self
 

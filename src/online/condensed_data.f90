@@ -124,7 +124,7 @@ contains
     end associate
   end function field_mismatch
 
-  !> There is a displacement, if only of some dofs.
+  !> Whether the model has a displacement, if only of some dofs.
   pure logical function has_field(self)
     class(condensed_data_t), intent(in) :: self
 
@@ -160,7 +160,7 @@ contains
     call file%write(group // '/free_opening', self%free_opening, length, 'gap without contact forces, a term per row')
     call file%write(group // '/exact_dofs', self%exact_dofs, description='dofs whose displacement is exact, 1-based')
     call file%write(group // '/exact_boundaries', self%exact_boundaries, description= &
-      'boundaries whose nodes these are; none: of all nodes')
+      'boundaries that have these dofs; empty: the dofs are those of all nodes')
     call file%write(group // '/free_response', self%free_response, length, &
       'displacement without contact, a leading term per row; of the exact dofs, or of all where there is a basis')
     call file%write(group // '/contact_response', self%contact_response, length // '/(' // force // ')', &
@@ -170,7 +170,7 @@ contains
     call file%write(group // '/contact_coordinates', self%contact_coordinates, length // '/(' // force // ')', &
       'of each mode under the contact force of each pair, a pair per row')
     call file%write(group // '/anchors', self%anchors, description='pairs that hold bodies which only contact holds, 1-based')
-    call file%write(group // '/scale', self%scale, length // '/(' // force // ')', 'of the anchors')
+    call file%write(group // '/scale', self%scale, length // '/(' // force // ')', 'scale of the unknowns of anchors')
     call file%write(group // '/largest_size', self%largest_size, 'sqrt(' // force // '*' // length // ')', &
       'of the contact forces in training, in the norm of the compliance')
     call file%write(group // '/start_sets', self%start_sets, description= &
@@ -178,7 +178,7 @@ contains
     call file%write(group // '/reference_points', self%reference_points, description= &
       'training points whose active sets have a pivot transform, 1-based')
     call file%write(group // '/reference_of_point', self%reference_of_point, description= &
-      'the reference whose set is nearest to that of each training point, 1-based')
+      'of each training point: the reference (1-based) whose active set is nearest to its own')
     call file%write(group // '/transforms', self%transforms, description= &
       'principal pivot transforms, transposed, one below another')
   end subroutine write

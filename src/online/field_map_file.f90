@@ -32,15 +32,15 @@ contains
     call file%write('/fields/units/stress', map%stress_unit)
     call file%write('/fields/units/area', map%area_unit)
     call file%write('/fields/region_names', map%region_names)
-    call file%write('/fields/regions', map%regions, description='of each cell, 1-based; 0: none')
+    call file%write('/fields/regions', map%regions, description='region (1-based) of each cell; 0: none')
     call file%write('/fields/surface/starts', map%facet_starts, description= &
       'facets of the first surfaces of all contacts: nodes of facet i (from 0) are the entries from starts(i) up to starts(i + 1)')
-    call file%write('/fields/surface/nodes', map%facet_nodes, description='1-based')
-    call file%write('/fields/surface/entries', map%facet_entries, description='contact of the deck, 1-based')
+    call file%write('/fields/surface/nodes', map%facet_nodes, description='nodes (1-based) of the contact facets')
+    call file%write('/fields/surface/entries', map%facet_entries, description='entry (1-based) of the deck''s contact section')
     call file%write('/fields/rows/offsets', map%rows%offsets, description='entries of contact row i (from 0) are those from ' // &
       'offsets(i) up to offsets(i + 1)')
     call file%write('/fields/rows/splits', map%rows%splits, description='entries up to splits(i) belong to the first side')
-    call file%write('/fields/rows/dofs', map%rows%dofs, description='1-based')
+    call file%write('/fields/rows/dofs', map%rows%dofs, description='dofs (1-based) of the contact rows')
     call file%write('/fields/rows/coefficients', map%rows%coefficients, '1')
     call write_strain_map(file, '/fields/cells', map%of_cells, length)
     call write_strain_map(file, '/fields/nodes', map%of_nodes, length)
@@ -60,10 +60,12 @@ contains
     call file%write(group // '/nodes', map%nodes, description='1-based; the nodes of a cell in gmsh''s order')
     call file%write(group // '/gradients', map%gradients, '1/' // length, &
       'the displacement gradient of a row is the sum of u g'' over its entries, a g per row; in axisymmetry the last is N / r')
-    call file%write(group // '/materials', map%materials, description='of the deck, 1-based')
-    call file%write(group // '/imposed', map%imposed, '1', 'xx, yy, zz, xy, yz, xz, shears as angles')
-    call file%write(group // '/imposed_rows', map%imposed_rows, description='the row that it is imposed on, 1-based')
-    call file%write(group // '/imposed_terms', map%imposed_terms, description='its factor among the terms, 1-based')
+    call file%write(group // '/materials', map%materials, description='material (1-based) of each row, in the order of the deck')
+    call file%write(group // '/imposed', map%imposed, '1', 'imposed strains, one per row: xx, yy, zz, xy, yz, xz, shears as angles')
+    call file%write(group // '/imposed_rows', map%imposed_rows, description='row (1-based) that each of these strains is ' // &
+      'imposed on')
+    call file%write(group // '/imposed_terms', map%imposed_terms, description='term (1-based) that is the factor of each of ' // &
+      'these strains')
   end subroutine write_strain_map
 
   !> Leaves the map empty where the file has none. Gaps, areas and entries of the contact rows are the model's. Errors: a part is
@@ -114,7 +116,7 @@ contains
     call file%read(group // '/imposed_terms', map%imposed_terms, error)
   end subroutine read_strain_map
 
-  !> A model may come from anywhere: every index points at something that is there.
+  !> Whether every index points at something that exists: a model may come from anywhere.
   pure logical function field_map_fits(map, n_dim, n_nodes, n_multipliers, n_entries) result(fits)
     type(field_map_t), intent(in) :: map
     integer, intent(in) :: n_dim
@@ -152,7 +154,7 @@ contains
       are_indices(map%imposed_terms, n_terms) .and. is_matrix(map%imposed, n_stresses, size(map%imposed_rows))
   end function strain_map_fits
 
-  !> Lists that follow one another and end with n entries.
+  !> Whether the lists follow one another and end with n entries.
   pure logical function are_lists(starts, n)
     integer, intent(in) :: starts(:)
     integer, intent(in) :: n
@@ -163,7 +165,7 @@ contains
       all(starts(2:) >= starts(:size(starts) - 1))
   end function are_lists
 
-  !> Each list is as long as an element of this dimension has nodes.
+  !> Whether each list is as long as an element of this dimension has nodes.
   pure logical function are_elements(starts, n_dim)
     integer, intent(in) :: starts(:)
     integer, intent(in) :: n_dim
@@ -172,7 +174,7 @@ contains
     are_elements = all([(element_type_with(n_dim, starts(i + 1) - starts(i)) > 0, i=1, size(starts) - 1)])
   end function are_elements
 
-  !> Rows of whole nodes, with an owner each.
+  !> Whether the rows are whole nodes, with an owner each.
   pure logical function rows_fit(rows, n_dofs, n_multipliers)
     type(contact_rows_t), intent(in) :: rows
     integer, intent(in) :: n_dofs

@@ -149,9 +149,10 @@ contains
     call file%write(group // '/parameter_names', self%parameter_names)
     call file%write(group // '/tree_starts', self%tree_starts, description='first node of each tree, 0-based, and the end')
     call file%write(group // '/feature', self%feature, description='parameter that a node looks at, 0-based, -1 in a leaf')
-    call file%write(group // '/threshold', self%threshold, description='a value up to it goes left')
-    call file%write(group // '/left', self%left, description='child, counted from the first node of the tree')
+    call file%write(group // '/threshold', self%threshold, description='threshold of each node: values up to it go to the ' // &
+      'left child')
+    call file%write(group // '/left', self%left, description='left child of each node, counted from the first node of the tree')
     call file%write(group // '/right', self%right)
-    call file%write(group // '/shares', self%shares, description='of each cluster, a node per row')
+    call file%write(group // '/shares', self%shares, description='share of each cluster in a leaf, a node per row')
   end subroutine write_arrays
 end module sig_forest

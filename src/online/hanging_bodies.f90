@@ -51,7 +51,8 @@ contains
     end do
   end subroutine create
 
-  !> Forces balance the loads but for rounding; free_opening: (D - B G) theta of the condensed problem, which holds the work of the
+  !> Whether forces balance the loads but for rounding; free_opening: (D - B G) theta of the condensed problem, which holds the
+  !> work of the
   !> loads in the rows of the anchors.
   logical function are_balanced(self, free_opening, forces)
     class(hanging_bodies_t), intent(in) :: self

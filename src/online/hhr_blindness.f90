@@ -14,7 +14,8 @@ module sig_hhr_blindness
 
 contains
 
-  !> Without contact forces in the domain: loads on a body that only contact holds, or pairs that penetrate elsewhere.
+  !> Whether something must touch although the domain has no contact forces: loads on a body that only contact holds, or pairs
+  !> that penetrate elsewhere.
   logical function is_blind(data, largest_value, theta, coordinates, opening)
     type(hhr_data_t), intent(in) :: data
     !> [length] largest normal displacement in the snapshots

@@ -48,24 +48,27 @@ contains
     character(*), intent(in) :: length
     character(*), intent(in) :: force
 
-    call file%write(group // '/basis', cluster%basis, '1', 'a mode per row')
+    call file%write(group // '/basis', cluster%basis, '1', 'displacement of all dofs, a mode per row')
     call file%write(group // '/lifting', cluster%lifting, length, 'displacement of the lifted terms, a term per row')
-    call file%write(group // '/lifted_terms', cluster%lifted_terms, description='1-based')
+    call file%write(group // '/lifted_terms', cluster%lifted_terms, description='terms (1-based) that have a lifting')
     call file%write(group // '/reduced_stiffness', cluster%reduced_stiffness, force // '/' // length, &
       'transposed; without what moduli that depend on the parameters add')
-    call file%write(group // '/contact_matrix', cluster%contact_matrix, '1', 'a mode per row')
-    call file%write(group // '/load', cluster%load, force, 'a term per row')
+    call file%write(group // '/contact_matrix', cluster%contact_matrix, '1', 'closing of each contact row by the modes, a ' // &
+      'mode per row')
+    call file%write(group // '/load', cluster%load, force, 'work of the loads on the modes, a term per row')
     call file%write(group // '/gap', cluster%gap, length, 'right-hand side of the contact rows, a term per row')
     call file%write(group // '/anchors', cluster%anchors, description= &
       'contact rows that hold bodies which nothing else holds, 1-based among those of the part')
-    call file%write(group // '/contact_rows', cluster%contact_rows, description='1-based among the pairs of /contact')
-    call file%write(group // '/seed_nodes', cluster%seed_nodes, description='1-based')
-    call file%write(group // '/facing_nodes', cluster%facing_nodes, description='1-based')
+    call file%write(group // '/contact_rows', cluster%contact_rows, description='contact rows of the domain: their numbers ' // &
+      '(1-based) among the pairs of /contact')
+    call file%write(group // '/seed_nodes', cluster%seed_nodes, description='nodes (1-based) that the domain was built around')
+    call file%write(group // '/facing_nodes', cluster%facing_nodes, description='nodes (1-based) that face these across contacts')
     call file%write(group // '/training_points', cluster%training_points, description='snapshots of the cluster, 1-based')
-    call file%write(group // '/cells', cluster%cells, description='reduced integration domain, 1-based')
-    call file%write(group // '/interior_dofs', cluster%interior_dofs, description='1-based')
-    call file%write(group // '/interface_dofs', cluster%interface_dofs, description='1-based')
-    call file%write(group // '/contact_dofs', cluster%contact_dofs, description='1-based')
+    call file%write(group // '/cells', cluster%cells, description='cells (1-based) of the reduced integration domain')
+    call file%write(group // '/interior_dofs', cluster%interior_dofs, description='dofs (1-based) with an equation')
+    call file%write(group // '/interface_dofs', cluster%interface_dofs, description='dofs (1-based) on the border of the ' // &
+      'domain, without an equation')
+    call file%write(group // '/contact_dofs', cluster%contact_dofs, description='dofs (1-based) of the contact rows')
     call write_snapshots(file, group, cluster, length, force)
     call file%write_attribute(group, 'condition_number', cluster%condition_number)
     call file%write_attribute(group, 'rank', cluster%rank)
@@ -87,14 +90,16 @@ contains
     character(*), intent(in) :: group
     type(enrichment_history_t), intent(in) :: history
 
-    call file%write(group // '/rows', history%rows, description='pair of each hat, 1-based; 0: before the first hat')
-    call file%write(group // '/nodes', history%nodes, description='node of each hat, 1-based')
-    call file%write(group // '/n_columns', history%n_columns, description='POD modes and hats')
+    call file%write(group // '/rows', history%rows, description='contact pair (1-based) of each hat function; 0: before the ' // &
+      'first one')
+    call file%write(group // '/nodes', history%nodes, description='node (1-based) of each hat function')
+    call file%write(group // '/n_columns', history%n_columns, description='number of POD modes and hat functions')
     call file%write(group // '/ranks', history%ranks, description='rank of the contact rows')
-    call file%write(group // '/condition_numbers', history%condition_numbers, '1', 'of the contact rows')
+    call file%write(group // '/condition_numbers', history%condition_numbers, '1', 'condition number of the contact rows')
     call file%write(group // '/singular_ratios', history%singular_ratios, '1', &
       'largest singular value of the contact rows over the smallest of the min(rows, columns) ones')
-    call file%write(group // '/stiffness_conditions', history%stiffness_conditions, '1', 'of the reduced stiffness')
+    call file%write(group // '/stiffness_conditions', history%stiffness_conditions, '1', 'condition number of the reduced ' // &
+      'stiffness')
   end subroutine write_history
 
   subroutine write_snapshots(file, group, cluster, length, force)
@@ -104,7 +109,8 @@ contains
     character(*), intent(in) :: length
     character(*), intent(in) :: force
 
-    call file%write(group // '/dual_snapshots', cluster%dual_snapshots, force, 'a snapshot per row')
+    call file%write(group // '/dual_snapshots', cluster%dual_snapshots, force, 'contact forces of the snapshots, a snapshot ' // &
+      'per row')
     call file%write(group // '/contact_displacement_snapshots', cluster%contact_displacement_snapshots, length, &
       'normal displacements, first sides and then second sides, a snapshot per row')
     call file%write(group // '/contact_value_basis', cluster%contact_value_basis, '1', 'normal displacements, a mode per row')
@@ -116,7 +122,8 @@ contains
     call file%write(group // '/motion_load', cluster%motion_load, force, 'work of the loads on these motions, a motion per row')
     call file%write(group // '/start_sets', cluster%start_sets, description= &
       'active contact rows of the reduced answer at each training point, a bit per row, 32 to an integer, a point per row')
-    call file%write(group // '/singular_values', cluster%singular_values, length, 'without unit where the deck normalizes')
+    call file%write(group // '/singular_values', cluster%singular_values, length, 'of the snapshots; without unit where the ' // &
+      'deck normalizes')
     call file%write(group // '/warnings', cluster%warnings)
   end subroutine write_snapshots
 

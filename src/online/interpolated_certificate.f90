@@ -36,7 +36,7 @@ contains
     energy = dot_product(forces, opening)
   end function interpolated_energy
 
-  !> Forces balance the loads on bodies that only contact holds, but for rounding.
+  !> Whether forces balance the loads on bodies that only contact holds, but for rounding.
   logical function are_balanced(data, free_opening, forces)
     type(interpolated_data_t), intent(in) :: data
     !> q, with the work of the loads in the rows of the anchors

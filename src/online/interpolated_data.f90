@@ -146,7 +146,7 @@ contains
     call close_anchors(self, theta, compliance, opening)
   end subroutine evaluate
 
-  !> Every body has one.
+  !> Whether there is a bound: every body has one.
   pure logical function has_bound(self)
     class(interpolated_data_t), intent(in) :: self
     integer :: i
@@ -278,11 +278,11 @@ contains
     character(*), intent(in) :: force
     integer :: i
 
-    call file%write(group // '/n_bodies', size(self%bodies), description='groups in bodies')
+    call file%write(group // '/n_bodies', size(self%bodies), description='number of groups below bodies')
     do i = 1, size(self%bodies)
       call self%bodies(i)%write(file, group // '/bodies/' // to_text(i), length, force)
     end do
-    call file%write(group // '/n_modes', size(self%modes), description='groups in modes')
+    call file%write(group // '/n_modes', size(self%modes), description='number of groups below modes')
     do i = 1, size(self%modes)
       call self%modes(i)%write(file, group // '/modes/' // to_text(i), length, force)
     end do
@@ -294,22 +294,25 @@ contains
       'of the displacement in training, in the norm of the stiffness')
     call file%write(group // '/gap', self%gap, length, 'initial gap of each pair with closed anchors, a term per row')
     call file%write(group // '/anchors', self%anchors, description='pairs that hold bodies which only contact holds, 1-based')
-    call file%write(group // '/anchor_closing', self%anchor_closing, '1', 'of each pair as an anchor closes, an anchor per row')
-    call file%write(group // '/anchor_forces', self%anchor_forces, force, 'of the anchors alone, a term per row')
+    call file%write(group // '/anchor_closing', self%anchor_closing, '1', 'how far each pair closes as an anchor closes by ' // &
+      '1, an anchor per row')
+    call file%write(group // '/anchor_forces', self%anchor_forces, force, 'forces of the anchors where no other contact has ' // &
+      'a force, a term per row')
     call file%write(group // '/anchor_motions', self%anchor_motions, '1', &
       'displacement of the exact dofs as an anchor closes, an anchor per row')
-    call file%write(group // '/scale', self%scale, length // '/(' // force // ')', 'of the anchors')
+    call file%write(group // '/scale', self%scale, length // '/(' // force // ')', 'scale of the unknowns of anchors')
     call file%write(group // '/exact_dofs', self%exact_dofs, description='dofs whose displacement is exact, 1-based')
     call file%write(group // '/exact_boundaries', self%exact_boundaries, description= &
-      'boundaries whose nodes these are; none: of all nodes')
+      'boundaries that have these dofs; empty: the dofs are those of all nodes')
     call file%write(group // '/largest_size', self%largest_size, 'sqrt(' // force // '*' // length // ')', &
       'of the contact forces in training, in the norm of the compliance')
     call file%write(group // '/start_sets', self%start_sets, description= &
       'active contacts at each training point, a bit per contact, 32 to an integer, a point per row')
     call file%write(group // '/measured_error', self%measured_error, '1', &
       'largest error of the contact forces at the training points, relative')
-    call file%write(group // '/worst_point', self%worst_point, description='training point that has it, 1-based')
-    call file%write(group // '/n_factorizations', self%n_factorizations, description='of the stiffness in training')
+    call file%write(group // '/worst_point', self%worst_point, description='training point (1-based) with this largest error')
+    call file%write(group // '/n_factorizations', self%n_factorizations, description='number of factorizations of the ' // &
+      'stiffness in training')
   end subroutine write
 
   subroutine read(self, file, group, error)

@@ -14,7 +14,7 @@ module sig_interpolated_displacement
 
 contains
 
-  !> Displacements by modes belong to the model.
+  !> Whether displacements by modes belong to the model.
   pure logical function has_modes(data)
     type(interpolated_data_t), intent(in) :: data
 

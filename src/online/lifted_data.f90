@@ -108,11 +108,12 @@ contains
     call file%write(group // '/row_opening', self%row_opening, length // '/(' // force // ')', &
       'what a unit force on each contact row opens, a row per row')
     call file%write(group // '/pattern_forces', self%pattern_forces, force, 'force patterns of energy 1, a pattern per row')
-    call file%write(group // '/pattern_opening', self%pattern_opening, length, 'what they open, a pattern per row')
+    call file%write(group // '/pattern_opening', self%pattern_opening, length, 'openings that these patterns cause, a ' // &
+      'pattern per row')
     call file%write(group // '/anchors', self%anchors, description= &
-      'pairs that balance these forces where only contact holds a body, 1-based')
+      'contact pairs (1-based) whose forces balance the force patterns on bodies that only contact holds')
     call file%write(group // '/lift_starts', self%lift%starts, description='entries of pair i: starts(i) + 1 ... starts(i + 1)')
-    call file%write(group // '/lift_columns', self%lift%columns, description='1-based')
+    call file%write(group // '/lift_columns', self%lift%columns, description='contact pairs (1-based) of the entries')
     call file%write(group // '/lift_values', self%lift%values, force // '/' // length, &
       'stiffness against an opening of each pair by its own nodes alone')
     call file%write_attribute(group, 'largest_size', self%largest_size)

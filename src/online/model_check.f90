@@ -90,7 +90,7 @@ contains
     if (.not. is_side(model%second_side, 0, model%n_multipliers, model%n_dim)) name = 'contact/second'
   end function find_contact_mismatch
 
-  !> The lists of nodes follow one another and have their coordinates.
+  !> Whether the lists of nodes follow one another and have their coordinates.
   pure logical function is_side(side, n_least, n_multipliers, n_dim)
     type(contact_side_t), intent(in) :: side
     !> nodes of each contact at least

@@ -71,7 +71,7 @@ contains
     end if
   end function next_cluster
 
-  !> The choice names clusters that there are, for as many parameters.
+  !> Whether the choice names existing clusters, for as many parameters as the model has.
   pure logical function fits(self, n_clusters, n_parameters)
     class(model_choice_t), intent(in) :: self
     integer, intent(in) :: n_clusters

@@ -49,9 +49,9 @@ contains
 
     text = ''
     if (model%n_clusters() == 1) return
-    text = line('clusters', to_text(model%n_clusters()) // ', chosen by cell of the training grid')
+    text = line('clusters', to_text(model%n_clusters()) // '; the cell of the training grid chooses the one that answers a point')
     if (.not. allocated(model%choice%labels)) text = line('clusters', to_text(model%n_clusters()) // &
-      ', chosen by a random forest')
+      '; a random forest chooses the one that answers a point')
   end function choice_line
 
   pure function size_lines(model) result(text)

@@ -80,15 +80,16 @@ contains
     call file%write('/units/force', model%force_unit)
     call file%write('/parameters/names', model%parameter_names)
     call file%write('/parameters/units', model%parameter_units)
-    call file%write('/parameters/minimum', model%box(1, :), description='of the trained box')
-    call file%write('/parameters/maximum', model%box(2, :), description='of the trained box')
-    call file%write('/parameters/training_points', model%training_points, description='a point per row')
+    call file%write('/parameters/minimum', model%box(1, :), description='lower end of the trained box')
+    call file%write('/parameters/maximum', model%box(2, :), description='upper end of the trained box')
+    call file%write('/parameters/training_points', model%training_points, description='training points, a point per row')
     call write_terms(file, '/terms', model%terms, length)
     call file%write('/mesh/node_tags', model%node_tags, description='tags of the mesh file, a node per entry')
-    call file%write('/mesh/coordinates', model%coordinates, length, 'a node per row')
+    call file%write('/mesh/coordinates', model%coordinates, length, 'coordinates of the nodes, a node per row')
     call write_side(file, '/contact/first', model%first_side, length)
     call write_side(file, '/contact/second', model%second_side, length)
-    call file%write('/contact/areas', model%areas, length, 'its square but in plane models; pressure = contact force / area')
+    call file%write('/contact/areas', model%areas, length, &
+      'area of each contact row, in the square of this unit, in plane models in this unit; pressure = contact force / area')
     call model%resultants%write(file, length)
     call file%write('/contact/gap', model%gap, length, 'initial gaps, a term per row')
     call file%write('/reduction/pod_tolerance', model%pod_tolerance, '1')
@@ -107,14 +108,14 @@ contains
     call file%write(group // '/tags', side%tags, description= &
       'of the mesh file; on the first side the owner of the force comes first')
     call file%write(group // '/weights', side%weights, '1', 'share of the contact''s force on the node')
-    call file%write(group // '/coordinates', side%coordinates, length, 'a node per row')
+    call file%write(group // '/coordinates', side%coordinates, length, 'coordinates of the nodes, a node per row')
   end subroutine write_side
 
   subroutine write_validation(file, validation)
     type(h5_writer_t), intent(inout) :: file
     type(validation_statistics_t), intent(in) :: validation
 
-    call file%write('/validation/names', validation%names, description='empty until validated')
+    call file%write('/validation/names', validation%names, description='names of the errors; empty before signorom validate')
     call file%write('/validation/verdict', validation%verdict)
     call file%write('/validation/minimum', validation%minimum)
     call file%write('/validation/median', validation%median)

@@ -64,7 +64,7 @@ contains
     end select
   end function cluster_of
 
-  !> The same for a condensed part.
+  !> As the function above, for a condensed part.
   function condensed_of(model, k) result(condensed)
     type(model_t), target, intent(in) :: model
     integer, intent(in) :: k

@@ -110,7 +110,7 @@ contains
     if (i_opposite == 0) i_opposite = i_second
   end subroutine opposite_point
 
-  !> The point lies in the box or on its border.
+  !> Whether the point lies in the box or on its border.
   pure logical function is_inside_box(self, point)
     class(online_model_t), intent(in) :: self
     real(rk), intent(in) :: point(:)

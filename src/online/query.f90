@@ -132,7 +132,7 @@ contains
     if (chosen%reason <= 0) chosen = answer
   end subroutine choose_answer
 
-  !> By the cluster; by the fallback where that has no answer, or its certificate does not reach the model's limit.
+  !> Answers by the cluster, and by the fallback where that has no answer, or its certificate does not reach the model's limit.
   subroutine answer_at(self, online, near, answer)
     class(query_t), intent(inout) :: self
     type(online_model_t), intent(in), target :: online
@@ -156,7 +156,8 @@ contains
     end if
   end subroutine answer_at
 
-  !> The certificate reaches the limit. One that the model cannot give is no reason to refuse an answer: the user is told that there
+  !> Whether the certificate reaches the limit. One that the model cannot give is no reason to refuse an answer: the user is told
+  !> that there
   !> is none.
   pure logical function is_certain(online, answer)
     type(online_model_t), intent(in) :: online

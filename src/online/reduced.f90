@@ -226,7 +226,7 @@ contains
     allocate (warnings(0))
   end function no_warnings
 
-  !> Not offered.
+  !> No: this kind does not offer it.
   pure logical function no(self)
     class(reduced_t), intent(in) :: self
 
@@ -239,7 +239,7 @@ contains
     yes = .true.
   end function yes
 
-  !> Of all dofs.
+  !> Whether the part has a displacement of all dofs.
   pure logical function whole(self, n_dofs)
     class(reduced_t), intent(in) :: self
     integer, intent(in) :: n_dofs
@@ -247,7 +247,7 @@ contains
     whole = .true.
   end function whole
 
-  !> One of displacement_*.
+  !> Source of a displacement that modes give.
   pure integer function by_modes(self, dof) result(source)
     class(reduced_t), intent(in) :: self
     integer, intent(in) :: dof

@@ -189,7 +189,7 @@ contains
     end associate
   end subroutine solve_transformed
 
-  !> By the methods for any problem, W factored anew.
+  !> Solves by the methods for any problem, with a new factorization of W.
   subroutine solve_whole(self, room, answer)
     class(reduced_condensed_t), intent(in) :: self
     type(condensed_room_t), intent(inout) :: room
@@ -294,7 +294,7 @@ contains
     end select
   end subroutine correct_forces
 
-  !> W is positive definite.
+  !> Whether W is positive definite.
   pure logical function can_certify(self)
     class(reduced_condensed_t), intent(in) :: self
 

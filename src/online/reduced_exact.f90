@@ -22,7 +22,7 @@ module sig_reduced_exact
 
 contains
 
-  !> All of them.
+  !> The contact rows that the part solves for: all of the model.
   pure function contact_rows(self) result(numbers)
     class(reduced_exact_t), intent(in) :: self
     integer, allocatable :: numbers(:)
@@ -81,7 +81,7 @@ contains
     call answer%take_all_forces()
   end subroutine take_forces
 
-  !> Of which dofs a model has displacements, and whether they are exact.
+  !> Says of which dofs a model has displacements, and whether they are exact.
   pure function displacement_text(exact_boundaries, n_exact, n_modes) result(text)
     !> boundaries whose nodes are exact; none where all nodes are, or no node
     type(string_t), intent(in) :: exact_boundaries(:)

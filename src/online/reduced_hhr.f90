@@ -126,7 +126,7 @@ contains
     end select
   end subroutine solve
 
-  !> The same with the equations of the point.
+  !> Solves with the equations of the point, whose stiffness differs.
   subroutine solve_varying(self, theta, near, judge, room, answer)
     class(reduced_hhr_t), intent(in) :: self
     real(rk), contiguous, intent(in) :: theta(:)
@@ -140,7 +140,7 @@ contains
     if (.not. room%is_singular) call solve_from_sets(self, room%system, theta, near, judge, room, answer)
   end subroutine solve_varying
 
-  !> From the active sets of two training points; without sets from what penetrates.
+  !> Starts from the active sets of two training points; without sets from the rows that penetrate.
   subroutine solve_from_sets(self, system, theta, near, judge, room, answer)
     class(reduced_hhr_t), intent(in) :: self
     !> whose response is in the room
@@ -320,7 +320,7 @@ contains
     warnings = self%data%warnings
   end function warnings
 
-  !> (10) may have several solutions.
+  !> Yes: (10) may have several solutions.
   pure logical function starts_from_two_sides(self)
     class(reduced_hhr_t), intent(in) :: self
 
@@ -347,7 +347,7 @@ contains
     end select
   end subroutine displace_under
 
-  !> W of all contacts had no room.
+  !> Whether the part has a certificate of its own, because W of all contacts had no room.
   pure logical function can_certify(self)
     class(reduced_hhr_t), intent(in) :: self
 

@@ -231,14 +231,14 @@ contains
     if (allocated(self%data%gap)) n_rows = size(self%data%gap, 1)
   end function n_rows
 
-  !> Of displacements: forces do not depend on them.
+  !> Modes of displacements; forces do not depend on them.
   pure integer function n_modes(self)
     class(reduced_interpolated_t), intent(in) :: self
 
     n_modes = n_modes_of(self%data)
   end function n_modes
 
-  !> Each body's responses are exact or interpolated over one constant.
+  !> Whether each body's responses are exact or interpolated over one constant.
   pure logical function can_certify(self)
     class(reduced_interpolated_t), intent(in) :: self
 

@@ -175,7 +175,7 @@ contains
     call answer%take_all_forces()
   end subroutine solve_cluster
 
-  !> Closed rows push, open ones do not penetrate.
+  !> Whether closed rows push and open ones do not penetrate.
   pure logical function is_inside(cluster, rows)
     type(tied_cluster_t), intent(in) :: cluster
     !> forces of closed rows, openings of the others

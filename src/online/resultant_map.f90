@@ -116,7 +116,7 @@ contains
     allocate (self%unit_imbalances(moments_of(n_dim), size(self%entries)), source=ieee_value(1.0_rk, ieee_quiet_nan))
   end subroutine complete
 
-  !> The shapes are those of a model. Requires: complete, n_dim of 2 or 3.
+  !> Whether the shapes are those of a model. Requires: complete, n_dim of 2 or 3.
   pure logical function fits(self, n_dim, n_multipliers)
     class(resultant_map_t), intent(in) :: self
     integer, intent(in) :: n_dim

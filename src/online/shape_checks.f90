@@ -9,7 +9,7 @@ module sig_shape_checks
 
 contains
 
-  !> Of this shape, and without infinite values.
+  !> Whether the matrix has this shape and no infinite values.
   pure logical function is_matrix(values, n_rows, n_columns)
     real(rk), intent(in) :: values(:, :)
     integer, intent(in) :: n_rows
@@ -18,7 +18,7 @@ contains
     is_matrix = all(shape(values) == [n_rows, n_columns]) .and. all(ieee_is_finite(values))
   end function is_matrix
 
-  !> Between 1 and n.
+  !> Whether the index lies between 1 and n.
   pure logical function are_indices(values, n)
     integer, intent(in) :: values(:)
     integer, intent(in) :: n

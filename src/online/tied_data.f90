@@ -93,14 +93,14 @@ contains
     character(*), intent(in) :: force
     integer :: i
 
-    call file%write(group // '/cluster_of_point', self%cluster_of_point, description='of each training point, 1-based')
+    call file%write(group // '/cluster_of_point', self%cluster_of_point, description='cluster (1-based) of each training point')
     call file%write(group // '/start_sets', self%start_sets, description= &
       'closed contacts at each training point, a bit per contact, 32 to an integer, a point per row')
     call file%write(group // '/exact_dofs', self%exact_dofs, description='dofs whose displacement is exact, 1-based')
     call file%write(group // '/exact_boundaries', self%exact_boundaries, description='boundaries whose nodes these are')
     do i = 1, size(self%clusters)
       associate (cluster => self%clusters(i), place => group // '/tied/' // to_text(i))
-        call file%write(place // '/status', cluster%status, description='of each contact: 0 open, 1 closed, 2 changing')
+        call file%write(place // '/status', cluster%status, description='status of each contact: 0 open, 1 closed, 2 may change')
         call file%write(place // '/free', cluster%free, description='force (' // force // ') of closed contacts, opening (' // &
           length // ') of the others, without forces on the changing ones; a term per row')
         call file%write(place // '/operator', cluster%operator, description= &

@@ -24,7 +24,7 @@ module sig_cell_collection
 
 contains
 
-  !> No cells yet.
+  !> Starts a collection without cells.
   pure subroutine start(self, n_dim, n_labels)
     class(cell_collection_t), intent(inout) :: self
     !> of space
@@ -39,7 +39,7 @@ contains
     allocate (self%labels(n_labels, 0))
   end subroutine start
 
-  !> All cells of a mesh, whose nodes keep their numbers.
+  !> Adds all cells of a mesh, whose nodes keep their numbers.
   pure subroutine add_bodies(self, mesh, labels)
     class(cell_collection_t), intent(inout) :: self
     type(mesh_t), intent(in) :: mesh
@@ -79,7 +79,7 @@ contains
       [(from(i), to(i), i=1, size(from))], labels)
   end subroutine add_lines
 
-  !> Single nodes.
+  !> Adds single nodes.
   pure subroutine add_points(self, nodes, labels)
     class(cell_collection_t), intent(inout) :: self
     integer, intent(in) :: nodes(:)

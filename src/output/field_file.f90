@@ -158,7 +158,7 @@ contains
     call move_alloc(numbers, self%grid%numbers)
   end subroutine note_number
 
-  !> One number per node.
+  !> Adds a field of one number per node.
   subroutine add_node_scalar(self, name, values, unit, description)
     class(field_file_t), intent(inout) :: self
     character(*), intent(in) :: name
@@ -185,7 +185,7 @@ contains
     call add_components(self, name, values, unit, description, .false.)
   end subroutine add_node_vector
 
-  !> One number per cell.
+  !> Adds a field of one number per cell.
   subroutine add_cell_scalar(self, name, values, unit, description)
     class(field_file_t), intent(inout) :: self
     character(*), intent(in) :: name
@@ -199,7 +199,7 @@ contains
     call note_field(self, name, n_components=1, is_cell_field=.true.)
   end subroutine add_cell_scalar
 
-  !> One whole number per cell, e.g. 1 inside a set of cells and 0 outside.
+  !> Adds a field of one whole number per cell, e.g. 1 inside a set of cells and 0 outside.
   subroutine add_cell_integer(self, name, values, unit, description)
     class(field_file_t), intent(inout) :: self
     character(*), intent(in) :: name
@@ -261,7 +261,8 @@ contains
     all_values(:size(values, 1), :) = values
   end function padded
 
-  !> A wrong size is a mistake of the code, not of the user; it must not become a file that no viewer opens.
+  !> Whether the sizes fit. A wrong size is a mistake of the code, not of the user; it must not become a file that no viewer
+  !> opens.
   logical function is_size_right(self, name, n, n_expected)
     class(field_file_t), intent(inout) :: self
     character(*), intent(in) :: name

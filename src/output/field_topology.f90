@@ -11,7 +11,7 @@ module sig_field_topology
 
 contains
 
-  !> /mesh/topology and /mesh/cell_types.
+  !> Writes /mesh/topology and /mesh/cell_types.
   subroutine write_topology(mesh, file, described)
     type(mesh_t), intent(in) :: mesh
     type(h5_writer_t), intent(inout) :: file

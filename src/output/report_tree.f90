@@ -66,7 +66,7 @@ contains
     self%entries(i_entry)%is_block = is_block
   end subroutine set
 
-  !> The top.
+  !> Starts an empty tree.
   pure subroutine start(self)
     class(report_tree_t), intent(inout) :: self
     integer, parameter :: n_first = 64

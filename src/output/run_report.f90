@@ -156,7 +156,7 @@ contains
     call add_missing(self, section, key, value, block, left_out)
   end subroutine complete
 
-  !> The same deck with its defaults, and the same provenance.
+  !> Whether the report is of the same deck with its defaults, and of the same provenance.
   logical function is_same_study(self, earlier)
     class(run_report_t), intent(in) :: self
     character(*), intent(in) :: earlier

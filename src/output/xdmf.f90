@@ -94,7 +94,7 @@ contains
     end do
   end function topology_name
 
-  !> One point. Its "time" is its number, from 1.
+  !> The grid of one parameter point. Its "time" is its number, from 1.
   pure function xdmf_grid(h5_name, mesh, grid, i_grid) result(text)
     !> name of the HDF5 file as seen from the folder of the XDMF file
     character(*), intent(in) :: h5_name

@@ -62,7 +62,7 @@ contains
     end if
   end subroutine create
 
-  !> One snapshot. Collective.
+  !> Stores the rows of this rank as snapshot i. Collective.
   subroutine set_snapshot(self, i, rows, ierr)
     class(pod_t), intent(inout) :: self
     !> 1-based
@@ -221,7 +221,7 @@ contains
     PetscCall(compute_pod_of_rows(snapshots(first:last, :), size(snapshots, 1), comm, singular_values, vectors, ierr))
   end subroutine compute_pod
 
-  !> The same where each rank holds rows of its own, in rank order; ranks may hold few rows or none. Collective on comm.
+  !> As compute_pod, where each rank holds rows of its own, in rank order; ranks may hold few rows or none. Collective on comm.
   subroutine compute_pod_of_rows(local_rows, n_rows, comm, singular_values, vectors, ierr)
     !> shape (rows of this rank, n_snapshots)
     real(rk), intent(in), contiguous :: local_rows(:, :)

@@ -99,7 +99,7 @@ contains
     if (size(sigma) > 0) rank = count(sigma > 0 .and. sigma >= rank_tolerance * sigma(1))
   end function rank_on_domain
 
-  !> The model would have no answer that means anything (trap 1 of the method).
+  !> Whether the equations leave modes undetermined: the model would have no answer that means anything (trap 1 of the method).
   !>
   !> Hats make K_r badly conditioned on purpose, so a rank that falls short of the tolerance is an error without hats only;
   !> a K_r that is numerically singular always is. Requires: measure_stiffness.

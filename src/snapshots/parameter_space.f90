@@ -46,7 +46,7 @@ contains
       [size(parameters), 2])))
   end subroutine build_points
 
-  !> From the unit cube into the box of the parameters.
+  !> Maps points from the unit cube into the box of the parameters.
   pure function in_box(fractions, parameters) result(points)
     !> [-] in [0, 1), shape (n_parameters, n_points)
     real(rk), intent(in) :: fractions(:, :)
@@ -108,7 +108,7 @@ contains
     text = join(parts, ', ')
   end function format_point_of_deck
 
-  !> The same of names, with or without units.
+  !> As format_point, from names, with or without units.
   pure function format_point_of_names(names, point, units) result(text)
     type(string_t), intent(in) :: names(:)
     real(rk), intent(in) :: point(:)

@@ -119,7 +119,7 @@ contains
     self%is_open = .false.
   end subroutine close_list
 
-  !> All points.
+  !> Reads all points.
   subroutine read_points(path, names, points, error, box)
     character(*), intent(in) :: path
     type(string_t), intent(in) :: names(:)
@@ -160,7 +160,7 @@ contains
     end do
   end subroutine read_content
 
-  !> By blocks of bytes, which a pipe has no number of: libgfortran would keep all that it reads without advancing.
+  !> Reads a line by blocks of bytes, of which a pipe has no number of: libgfortran would keep all that it reads without advancing.
   !>
   !> Errors: the file cannot be read further, or holds null bytes.
   subroutine read_line(self, line, is_line, error)

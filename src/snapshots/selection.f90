@@ -44,7 +44,7 @@ module sig_selection
 
 contains
 
-  !> No points yet.
+  !> Starts a selection without points.
   subroutine start(self, settings, rule, n_parameters)
     class(selection_t), intent(out) :: self
     character(16), intent(in) :: settings
@@ -173,7 +173,7 @@ contains
     end if
   end subroutine read_row
 
-  !> What csv_number writes.
+  !> Reads what csv_number writes.
   subroutine read_csv_number(word, value, is_valid)
     character(*), intent(in) :: word
     real(rk), intent(out) :: value

@@ -118,7 +118,7 @@ contains
       hint='without it the same command starts from the beginning; put the results folder back if it was moved')
   end subroutine make_gone_error
 
-  !> All good records of a shard, in the order in which they were written; the file is not touched.
+  !> Reads all good records of a shard, in the order in which they were written; the file is not touched.
   !>
   !> Errors: no such file, not a shard, of another deck or mesh.
   subroutine read_shard(path, provenance, n_parameters, n_dofs, n_multipliers, records, n_dropped, error)
@@ -175,7 +175,7 @@ contains
     call move_alloc(longer, list)
   end subroutine append_records
 
-  !> Its fields are gone from where they were.
+  !> Moves a record; its fields are then gone from where they were.
   pure subroutine move_record(from, to)
     type(snapshot_record_t), intent(inout) :: from
     type(snapshot_record_t), intent(inout) :: to

@@ -175,7 +175,7 @@ contains
                   [size(points, 1), size(points, 2) + count(is_new)])
   end function all_points
 
-  !> One of the points that equals the given one to rounding, 0 where none does.
+  !> Number of a point that equals the given one to rounding, 0 where none does.
   pure integer function point_index(points, point, i_before) result(i_point)
     real(rk), intent(in) :: points(:, :)
     real(rk), intent(in) :: point(:)
@@ -284,7 +284,7 @@ contains
     if (.not. allocated(error)) call refuse_no_numbers(path, set, error)
   end subroutine read_snapshot_set
 
-  !> All but the displacements, of which the number of dofs is told.
+  !> Reads all but the displacements, of which the number of dofs is told.
   !>
   !> Errors: datasets that do not fit together, a point that is not finite.
   subroutine read_small_parts(file, path, provenance, set, error)

@@ -72,7 +72,7 @@ contains
     end do
   end function forces
 
-  !> Some of them.
+  !> A set of some of the snapshots.
   function select_snapshots(self, numbers) result(some)
     class(training_set_t), intent(in) :: self
     !> 1-based

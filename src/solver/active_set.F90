@@ -112,7 +112,7 @@ contains
     PetscCall(MatDestroy(bodies, ierr))
   end subroutine build_levels
 
-  !> By multigrid while that converges, otherwise by factorizations where the stiffness is small enough for them.
+  !> Solves by multigrid while that converges, otherwise by factorizations where the stiffness is small enough for them.
   subroutine solve(self, system, theta, state, ierr)
     class(active_set_t), intent(inout) :: self
     type(contact_system_t), intent(inout) :: system
@@ -182,7 +182,7 @@ contains
     if (system%motions%n_free > 0 .and. .not. self%is_multigrid) first_level = size(tolerance_levels)
   end function first_level
 
-  !> One step: unknowns of closed pairs sit on their bounds. Conjugate gradients are coarse until the set stands. Collective.
+  !> Solves one step: unknowns of closed pairs sit on their bounds. Conjugate gradients are coarse until the set stands. Collective.
   subroutine solve_with_closed(self, system, theta, state, step, ierr)
     class(active_set_t), intent(inout) :: self
     type(contact_system_t), intent(inout) :: system
@@ -200,7 +200,8 @@ contains
     end if
   end subroutine solve_with_closed
 
-  !> By the factor of the set; or by conjugate gradients with the factor of another set, while that takes less time. Collective.
+  !> Solves by the factor of the set; or by conjugate gradients with the factor of another set, while that takes less time.
+  !> Collective.
   subroutine solve_with_factor(self, system, state, step, ierr)
     class(active_set_t), intent(inout) :: self
     type(contact_system_t), intent(inout) :: system

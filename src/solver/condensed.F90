@@ -58,7 +58,7 @@ module sig_condensed
 
 contains
 
-  !> One factorization, n_driving_terms + n_rows solves.
+  !> Makes the condensed problem: one factorization, n_driving_terms + n_rows solves.
   subroutine create(self, system, ierr)
     class(condensed_t), intent(inout) :: self
     type(contact_system_t), intent(inout) :: system
@@ -141,7 +141,7 @@ contains
     state = states(1)
   end subroutine solve
 
-  !> As many as share the products well, while the dense problems of the contact rows do not dominate.
+  !> As many points as share the products well, while the dense problems of the contact rows do not dominate.
   pure integer function n_points_at_once(self, system) result(n_points)
     class(condensed_t), intent(in) :: self
     type(contact_system_t), intent(in) :: system
@@ -224,7 +224,7 @@ contains
     end associate
   end subroutine balance_anchors
 
-  !> From the openings of the anchors, which the dense problem has found, to their forces.
+  !> Computes the forces of the anchors from their openings, which the dense problem has found.
   subroutine load_anchors(self, opening, solution, state)
     type(condensed_t), intent(in) :: self
     real(rk), intent(in) :: opening(:)

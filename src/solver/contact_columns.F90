@@ -96,7 +96,7 @@ contains
     end do
   end subroutine solve_chosen
 
-  !> The same from a condensed operator that is there, with closed anchors. Local.
+  !> Takes these columns from an existing condensed operator, with closed anchors. Local.
   subroutine take(self, condensed, chosen)
     class(contact_columns_t), intent(inout) :: self
     type(condensed_t), intent(in) :: condensed

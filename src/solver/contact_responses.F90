@@ -24,7 +24,7 @@ module sig_contact_responses
 
 contains
 
-  !> One factorization, n_driving_terms + n_rows solves. Arrays hold the rows of this rank. Collective.
+  !> Solves for G and H: one factorization, n_driving_terms + n_rows solves. Arrays hold the rows of this rank. Collective.
   subroutine solve_responses(system, anchors, free_response, lifting, contact_response, reason, ierr)
     type(contact_system_t), intent(inout) :: system
     type(anchors_t), intent(out) :: anchors

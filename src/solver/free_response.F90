@@ -95,7 +95,7 @@ contains
     end associate
   end subroutine solve_free_response
 
-  !> Most terms of a load that moves are forces alone.
+  !> Whether most terms of a load that moves are forces alone.
   pure logical function has_prescribed_values(system, i_term)
     type(contact_system_t), intent(in) :: system
     integer, intent(in) :: i_term
@@ -143,7 +143,7 @@ contains
     end associate
   end subroutine solve_lifting
 
-  !> Those of imposed strains: they are in equilibrium, and no support feels them. Collective.
+  !> Responses to the forces of imposed strains: these are in equilibrium, and no support feels them. Collective.
   subroutine solve_lifted_forces(system, linear_solver, response, ierr)
     type(contact_system_t), intent(in) :: system
     type(linear_solver_t), intent(inout) :: linear_solver
@@ -164,14 +164,14 @@ contains
     response = solved
   end subroutine solve_lifted_forces
 
-  !> Some value is prescribed that is not zero.
+  !> Whether some value is prescribed that is not zero.
   pure logical function moves_boundaries(system)
     type(contact_system_t), intent(in) :: system
 
     moves_boundaries = any(abs(system%boundary%prescribed_values) > 0)
   end function moves_boundaries
 
-  !> The same on every rank and in natural order, with a factorization of their own where there is anything to lift. Collective.
+  !> The lifting on every rank and in natural order, with a factorization of their own where there is anything to lift. Collective.
   subroutine compute_lifting(system, is_multigrid, response, reason, ierr)
     type(contact_system_t), intent(inout) :: system
     logical, intent(in) :: is_multigrid

@@ -69,7 +69,7 @@ contains
     PetscCall(hold(system, dofs, values, constrained, rhs, ierr))
   end subroutine constrain
 
-  !> The same in place. The matrix keeps its pattern. Collective.
+  !> Holds dofs in place. The matrix keeps its pattern. Collective.
   subroutine hold(system, dofs, values, matrix, rhs, ierr)
     type(contact_system_t), intent(in) :: system
     integer, intent(in) :: dofs(:)

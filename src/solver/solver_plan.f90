@@ -92,7 +92,7 @@ contains
     end if
   end subroutine choose_type
 
-  !> There is room for W and for the response to each multiplier.
+  !> Whether there is room for W and for the response to each multiplier.
   pure logical function fits_condensed(n_dofs, n_multipliers, n_copies)
     integer, intent(in) :: n_dofs
     integer, intent(in) :: n_multipliers

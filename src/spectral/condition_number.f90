@@ -27,7 +27,7 @@ contains
     call condition_of_values(singular_values(matrix), size(matrix, 1), rank_tolerance, kappa, rank)
   end subroutine condition_number
 
-  !> The same from the singular values of a matrix with so many rows.
+  !> The condition number from the singular values of a matrix with so many rows.
   pure subroutine condition_of_values(sigma, n_rows, rank_tolerance, kappa, rank)
     !> descending
     real(rk), intent(in) :: sigma(:)

@@ -124,7 +124,7 @@ contains
     if (allocated(this%names)) deallocate (this%names, this%places)
   end subroutine destroy
 
-  !> Names that muParser keeps for itself.
+  !> Names of muParser's functions and constants, which a parameter cannot have.
   pure function function_names() result(names)
     type(string_t), allocatable :: names(:)
     character(*), parameter :: known(28) = [character(5) :: 'sin', 'cos', 'tan', 'asin', 'acos', 'atan', 'atan2', 'sinh', &
@@ -150,7 +150,7 @@ contains
     end do
   end function is_function_name
 
-  !> A letter, then letters, digits and underscores: what an expression can name.
+  !> Whether the name is a letter, then letters, digits and underscores: what an expression can name.
   pure logical function is_identifier(name)
     character(*), intent(in) :: name
 

@@ -13,7 +13,7 @@ module sig_term_check
 
 contains
 
-  !> Every source is of a known kind, and its indices point at terms, places and coordinates that there are.
+  !> Whether every source is of a known kind, and its indices point at terms, places and coordinates that exist.
   pure logical function are_sound_terms(terms, n_dim)
     type(term_set_t), intent(in) :: terms
     integer, intent(in) :: n_dim
@@ -64,7 +64,7 @@ contains
     has_sound_window = source%component >= 0 .and. source%component <= n_dim .and. source%axis >= 0 .and. source%axis <= n_dim
   end function has_sound_window
 
-  !> Nodes first, then zeros; as many nodes as an edge or a face has.
+  !> Whether the nodes stand first, then zeros; there are as many nodes as an edge or a face has.
   pure logical function has_sound_facets(source, n_dim)
     type(term_source_t), intent(in) :: source
     integer, intent(in) :: n_dim

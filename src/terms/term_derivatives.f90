@@ -49,7 +49,7 @@ contains
     end do
   end subroutine differentiate_terms
 
-  !> Over one parameter.
+  !> Derivatives of all terms over one parameter.
   subroutine differentiate(terms, point, theta, i_parameter, length, direction, slopes, is_kink, is_found)
     type(term_values_t), intent(inout) :: terms
     real(rk), intent(in) :: point(:)
@@ -146,7 +146,7 @@ contains
       rounding * maxval(abs(values), dim=2) / step
   end function are_same
 
-  !> From the values on one side: (-3 f_0 + 4 f_1 - f_2) / 2h.
+  !> Slopes from the values on one side: (-3 f_0 + 4 f_1 - f_2) / 2h.
   pure function slope_of_side(values, side, step) result(slopes)
     real(rk), intent(in) :: values(:, -2:)
     integer, intent(in) :: side

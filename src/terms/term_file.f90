@@ -37,8 +37,8 @@ contains
     character(*), intent(in) :: length
 
     call file%write(group // '/text', source%text, description='expression of the parameters and the coordinates')
-    call file%write(group // '/terms', source%terms, description='1-based, a place per entry')
-    call file%write(group // '/places', source%places, length, 'a place per row')
+    call file%write(group // '/terms', source%terms, description='term (1-based) of each place')
+    call file%write(group // '/places', source%places, length, 'coordinates of the places, a place per row')
     call file%write(group // '/minimum', source%minimum, description='lower bound of the window, empty = none')
     call file%write(group // '/maximum', source%maximum, description='upper bound of the window, empty = none')
     call file%write(group // '/facets', source%facets, description='places of each facet, 1-based, filled up with 0')

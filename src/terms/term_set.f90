@@ -150,7 +150,7 @@ contains
     call move_alloc(longer, self%sources)
   end subroutine add_source
 
-  !> Without a copy of what a whole source holds: a deck may have thousands.
+  !> Moves a source without a copy of what a whole source holds: a deck may have thousands.
   pure subroutine move_source(from, to)
     type(term_source_t), intent(inout) :: from
     type(term_source_t), intent(inout) :: to

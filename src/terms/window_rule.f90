@@ -47,7 +47,7 @@ contains
     rule%area_vectors = rule%area_vectors(:, :rule%n_points)
   end function facet_rule
 
-  !> The same in arrays that are kept from facet to facet where they are large enough: only the first n_points count then.
+  !> As facet_rule, in arrays that are kept from facet to facet where they are large enough: only the first n_points count then.
   pure subroutine find_facet_rule(vertices, window, rule)
     real(rk), intent(in) :: vertices(:, :)
     type(window_t), intent(in) :: window

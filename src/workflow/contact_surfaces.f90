@@ -89,7 +89,7 @@ contains
     call self%file%add_shared_array('contact/names', model%resultants%names, '-', 'surfaces of 1, 2, ... in the field contact')
   end subroutine create
 
-  !> Those of an earlier run would stand beside fields of another problem. Errors: they cannot be removed.
+  !> Removes the files of an earlier run, which would stand beside fields of another problem. Errors: they cannot be removed.
   subroutine remove_old_files(folder, error)
     character(*), intent(in) :: folder
     type(error_t), allocatable, intent(out) :: error

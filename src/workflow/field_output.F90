@@ -78,7 +78,7 @@ contains
     solved%output_seconds = wall_time() - start
   end subroutine write_fields
 
-  !> As many points at a time as there are groups; all ranks know all states afterwards. Collective on all ranks.
+  !> Solves as many points at a time as there are groups; all ranks know all states afterwards. Collective on all ranks.
   subroutine solve_points(problem, team, points, solved, error, ierr)
     type(problem_t), intent(in) :: problem
     type(team_t), intent(inout) :: team
@@ -220,7 +220,7 @@ contains
     end if
   end subroutine write_displacement
 
-  !> Of each node, one of displacement_*.
+  !> Source of the displacement of each node, one of displacement_*.
   pure function displacement_sources(model, answer) result(sources)
     type(model_t), intent(in) :: model
     type(answer_t), intent(in) :: answer

@@ -102,7 +102,7 @@ contains
     call self%surfaces%start_point(label, point)
   end subroutine start_point
 
-  !> Of whoever answered at the point.
+  !> Writes the values of the model that answered at the point.
   subroutine write_values(self, model, values, is_reduced)
     class(field_writer_t), intent(inout) :: self
     !> of create
@@ -160,7 +160,7 @@ contains
     end do
   end subroutine write_areas
 
-  !> In axisymmetry zz is the hoop direction.
+  !> Writes stresses; in axisymmetry zz is the hoop direction.
   subroutine write_stresses(self, model, values, author)
     class(field_writer_t), intent(inout) :: self
     type(model_t), intent(in) :: model

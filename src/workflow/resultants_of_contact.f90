@@ -47,7 +47,7 @@ contains
     end do
   end subroutine return_to_first
 
-  !> Of all points; no numbers where a point has no answer.
+  !> Writes the resultants of all points; not a number where a point has no answer.
   subroutine report_resultants(problem, states, report)
     type(problem_t), intent(in) :: problem
     type(contact_state_t), intent(in) :: states(:)

@@ -149,7 +149,7 @@ def test_no_force_is_no_answer_where_loads_are_carried(signorom, tmp_path, room)
             "predict", "model.h5", "--at", ",".join(point), folder=tmp_path / "results" / "bracket"
         )
         assert asked.returncode == 3
-        assert "nothing touches in the reduced integration domain" in asked.stdout
+        assert "no contact closes in the reduced integration domain" in asked.stdout
     else:
         assert not is_refused.any()
         assert max(errors[np.array(table["solver"]) == "condensed"]) <= 1e-8

@@ -138,7 +138,7 @@ def test_description_names_all_parameters(signorom, study):
     for name in list(PARAMETERS)[:n]:
         low, high = PARAMETERS[name][0]
         assert f"  {name:<22}{low} to {high}" in text
-    assert "clusters                3, chosen by a random forest" in text
+    assert "clusters                3; a random forest chooses" in text
     _, _, labels = read_labels(results / "labels.csv")
     assert f"  training points       {np.sum(labels == 2)}\n" in text
 

@@ -161,7 +161,7 @@ def test_bodies_that_never_touch(signorom, tmp_path):
     deck.write_text(deck.read_text().partition("output:")[0] + "reduction: {method: hhr}\n")
     signorom("sample", deck.name, folder=tmp_path)
     words = refuse(signorom, "train", deck.name, folder=tmp_path)
-    assert "patch.yaml: error: the bodies touch at no training point" in words
+    assert "patch.yaml: error: the bodies touch at none of these training points" in words
 
 
 def test_thousands_of_parameters(signorom, tmp_path):

@@ -16,7 +16,7 @@ module sig_cluster_division
   use sig_model_choice, only: model_choice_t
   use sig_parameter_space, only: format_point
   use sig_snapshot_lengths, only: find_identical, snapshot_lengths
-  use sig_text, only: are, counted, to_text
+  use sig_text, only: counted, to_text
   use sig_training_set, only: training_set_t
   use petsc
   implicit none(type, external)
@@ -120,8 +120,7 @@ contains
     type(error_t), allocatable, intent(out) :: error
 
     if (n_points < product(deck%training%grid)) call make_error(error, 'clusters of grid cells need a solution at each of the ' // &
-      counted(product(deck%training%grid), 'training point') // '; there ' // are(n_points) // ' ' // &
-      to_text(n_points), deck%path, &
+      counted(product(deck%training%grid), 'training point') // '; ' // to_text(n_points) // ' have one', deck%path, &
       hint='use clusters: {method: irregular, ...}')
   end subroutine need_whole_grid
 
@@ -174,7 +173,7 @@ contains
     options%seed = clusters%seed
   end function medoid_options
 
-  !> One that the deck wants to have merged, and there is another one.
+  !> Whether the cluster is one that the deck wants to have merged, and another one exists.
   pure logical function has_small_cluster(deck, clusters, found)
     type(deck_config_t), intent(in) :: deck
     type(cluster_t), intent(in) :: clusters(:)

@@ -81,7 +81,7 @@ contains
     end associate
   end subroutine restore_forest
 
-  !> By the angles between the bases of its cells. What was added to the grid goes with its cell.
+  !> Halves a cluster by the angles between the bases of its cells. What was added to the grid goes with its cell.
   subroutine halve_cells(deck, snapshots, k, division, labels, halves, ierr)
     type(deck_config_t), intent(in) :: deck
     type(training_set_t), intent(in) :: snapshots
@@ -126,7 +126,7 @@ contains
     allocate (choice%labels(choice%cells%n_cells()), source=1)
   end subroutine need_labels
 
-  !> By the angles between its snapshots.
+  !> Halves a cluster by the angles between its snapshots.
   subroutine halve_snapshots(deck, snapshots, cluster, comm, halves, ierr)
     type(deck_config_t), intent(in) :: deck
     type(training_set_t), intent(in) :: snapshots

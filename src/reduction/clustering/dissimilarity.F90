@@ -41,7 +41,7 @@ contains
     PetscCall(pod%destroy(ierr))
   end subroutine snapshot_coordinates
 
-  !> All dofs on every rank, for snapshots of few dofs. Collective on comm.
+  !> Gathers all dofs on every rank, for snapshots of few dofs. Collective on comm.
   subroutine gather_fields(snapshots, comm, fields, ierr)
     type(training_set_t), intent(in) :: snapshots
     MPI_Comm, intent(in) :: comm

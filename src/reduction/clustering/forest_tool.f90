@@ -19,7 +19,7 @@ module sig_forest_tool
 
 contains
 
-  !> True where training can end with a forest.
+  !> Whether training can end with a forest.
   pure logical function may_need_forest(clusters)
     type(clusters_config_t), intent(in) :: clusters
 

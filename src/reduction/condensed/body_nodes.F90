@@ -58,7 +58,7 @@ contains
     end associate
   end subroutine start_body
 
-  !> Natural, shape (n_dofs).
+  !> Marks the dofs of a body, in natural order; shape (n_dofs).
   pure function dofs_of_body(problem, i_body) result(is_own)
     type(problem_t), intent(in) :: problem
     integer, intent(in) :: i_body
@@ -114,7 +114,7 @@ contains
     end do
   end subroutine fill_nodes
 
-  !> One factorization, which is counted. Collective on the team's group.
+  !> Solves for the responses with one factorization, which is counted. Collective on the team's group.
   !>
   !> Errors: the stiffness could not be factored.
   subroutine solve_node(problem, team, joined, data, responses, error, ierr)
@@ -145,7 +145,7 @@ contains
     responses%loaded = responses%loaded - responses%prescribed
   end subroutine solve_node
 
-  !> One body's share of the responses as its next node. Collective on all ranks.
+  !> Adds one body's share of the responses as its next node. Collective on all ranks.
   subroutine add_node(problem, team, responses, i_body, data, ierr)
     type(problem_t), intent(in) :: problem
     type(team_t), intent(inout) :: team

@@ -81,7 +81,7 @@ contains
     end associate
   end function forces_size
 
-  !> There is room for the displacements of all nodes, beside W and q.
+  !> Whether there is room for the displacements of all nodes, beside W and q.
   pure logical function all_dofs_fit(problem, n_nodes)
     type(problem_t), intent(in) :: problem
     !> responses that are kept for each dof; default: one
@@ -95,7 +95,7 @@ contains
     all_dofs_fit = forces_size(problem) + fields_size <= problem%deck%reduction%max_full_order_size
   end function all_dofs_fit
 
-  !> Of a condensed model.
+  !> Plans of which nodes a condensed model answers displacements.
   function plan_displacements(problem, n_nodes) result(plan)
     type(problem_t), intent(in) :: problem
     !> as in all_dofs_fit
@@ -130,7 +130,7 @@ contains
     if (.not. allocated(error)) is_marked(nodes) = .true.
   end subroutine mark_nodes
 
-  !> Training takes the displacements of the snapshots, not the contact forces alone.
+  !> Whether training takes the displacements of the snapshots, not the contact forces alone.
   logical function needs_displacements(problem)
     type(problem_t), intent(in) :: problem
     type(displacement_plan_t) :: plan

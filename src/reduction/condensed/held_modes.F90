@@ -20,7 +20,7 @@ module sig_held_modes
 
 contains
 
-  !> As many as reduction.pod_tolerance asks for. Collective on all ranks; the same on each.
+  !> Finds as many modes as reduction.pod_tolerance asks for. Collective on all ranks; the same on each.
   subroutine find_held_modes(problem, system, snapshots, dofs, lifting, lifted_terms, modes, ierr)
     type(problem_t), intent(in) :: problem
     type(contact_system_t), intent(in) :: system

@@ -238,7 +238,7 @@ contains
     any_variable = any([(size(constants(i)%numerators) > 0, i=1, size(constants))])
   end function any_variable
 
-  !> No body needs more nodes than there may be.
+  !> Whether no body needs more nodes than there may be.
   pure logical function has_room(constants, i_round, n_most)
     type(body_constants_t), intent(in) :: constants(:)
     integer, intent(in) :: i_round
@@ -276,7 +276,7 @@ contains
     end associate
   end subroutine refuse
 
-  !> To the terminal: how the constants are interpolated, and the error.
+  !> Tells on the terminal how the constants are interpolated, and the error.
   subroutine log_nodes(constants, data)
     type(body_constants_t), intent(in) :: constants(:)
     type(interpolated_data_t), intent(in) :: data

@@ -64,7 +64,7 @@ contains
     PetscCall(fill_bounds(problem, team, constants, places, missing, columns, anchors, data, ierr))
   end subroutine measure_residuals
 
-  !> Its stiffness is affine in its one variable, but for a factor.
+  !> Whether its stiffness is affine in its one variable, but for a factor.
   pure logical function has_identity(constants)
     type(body_constants_t), intent(in) :: constants
 
@@ -239,7 +239,7 @@ contains
     bound%forces(free, :) = matmul(u(:, :n), scaled)
   end subroutine split
 
-  !> [-] The largest k with W_others - k W_body positive semidefinite, or less; 0 where W_others is singular. Local.
+  !> [-] A lower bound of the largest k for which W_others - k W_body is positive semidefinite; 0 where W_others is singular. Local.
   real(rk) function share_of_others(anchors, compliance, others) result(share)
     type(anchors_t), intent(in) :: anchors
     !> [length/force] W of the body and of all others

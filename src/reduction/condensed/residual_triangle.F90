@@ -30,7 +30,8 @@ module sig_residual_triangle
 
 contains
 
-  !> Columns y_j = sum_i q_i triangle(i, j) with q_i'K q_k = 1 for i = k and 0 otherwise. Rows behind the last q are zero.
+  !> Finds the upper triangle R of y_j = sum_i q_i R(i, j) with q_i'K q_k = 1 for i = k and 0 otherwise. Dependent columns make
+  !> fewer q than columns; the remaining rows of R are then zero.
   !> Collective on comm.
   subroutine find_triangle(comm, stiffness, columns, triangle, ierr)
     MPI_Comm, intent(in) :: comm

@@ -71,7 +71,7 @@ contains
     call move_alloc(reduced, part)
   end subroutine train_tied
 
-  !> As few clusters as have room. Local.
+  !> Divides into as few clusters as have room. Local.
   subroutine divide(problem, sets, data, reason, error)
     type(problem_t), intent(in) :: problem
     !> closed rows at the training points, shape (n_rows, n_points)

@@ -131,7 +131,7 @@ contains
     end do
   end subroutine exchange_clusters
 
-  !> From one rank to all. Collective on all ranks. Errors: no memory.
+  !> Sends a cluster from one rank to all. Collective on all ranks. Errors: no memory.
   subroutine share_cluster(root, rank, cluster, error, ierr)
     !> 0-based: rank that has the cluster, and this one
     integer, intent(in) :: root
@@ -164,7 +164,7 @@ contains
     end do
   end subroutine log_cluster_warnings
 
-  !> One local model. Collective on comm.
+  !> Trains one local model. Collective on comm.
   subroutine train_cluster(problem, snapshots, comm, modes, cluster, error, ierr)
     type(problem_t), intent(in) :: problem
     type(training_set_t), intent(in) :: snapshots

@@ -98,7 +98,7 @@ contains
     end do
   end subroutine find_moved_nodes
 
-  !> Some prescribed value on the nodes is not zero for all parameters.
+  !> Whether some prescribed value on the nodes is not zero for all parameters.
   pure logical function is_moved(problem, nodes)
     type(problem_t), intent(in) :: problem
     integer, intent(in) :: nodes(:)

@@ -105,8 +105,8 @@ contains
     else if (any(snapshots%forces() > 0)) then
       call make_error(error, 'the contact forces at the training points cause no displacement above rounding', path)
     else
-      call make_error(error, 'the bodies touch at no training point: every snapshot is the response without contact, ' // &
-        'which needs no mode', path, hint='take training points at which they touch, or fewer clusters')
+      call make_error(error, 'the bodies touch at none of these training points: every snapshot is the response without ' // &
+        'contact, so there is nothing to make modes of', path, hint='take training points at which they touch, or fewer clusters')
     end if
   end subroutine explain_no_modes
 

@@ -84,7 +84,7 @@ contains
     end associate
   end subroutine project_varying
 
-  !> Of hooke_term, for a query.
+  !> Kind of the modulus of a hooke_term, for a query.
   pure integer function modulus_kind(is_thin, i_hooke) result(kind)
     logical, intent(in) :: is_thin
     integer, intent(in) :: i_hooke

@@ -134,7 +134,7 @@ contains
     if (ieee_is_nan(error) .and. any(multipliers > 0)) measurable = ieee_value(error, ieee_positive_inf)
   end function measurable
 
-  !> The same as if only these candidates had been asked for.
+  !> The errors as if only these candidates had been asked for.
   pure function errors_among(errors, is_chosen) result(chosen)
     type(pool_errors_t), intent(in) :: errors
     logical, intent(in) :: is_chosen(:)

@@ -116,7 +116,7 @@ contains
     if (len(error%file) == 0) error%file = problem%deck%path
   end subroutine check_start
 
-  !> One number of clusters after the other, each a new division; the best one stays where none reaches the target.
+  !> Tries one number of clusters after the other, each a new division; the best one stays where none reaches the target.
   subroutine raise_number(problem, candidates, fallback, best, outcome, error, ierr)
     type(problem_t), intent(in) :: problem
     type(snapshot_set_t), intent(in) :: candidates
@@ -149,7 +149,7 @@ contains
     call end_with(problem%deck%clusters, 'no number of clusters up to ' // to_text(largest) // ' does better', outcome)
   end subroutine raise_number
 
-  !> As many clusters as can be made.
+  !> The largest number of clusters that can be made.
   pure integer function n_items(problem, snapshots)
     type(problem_t), intent(in) :: problem
     type(training_set_t), intent(in) :: snapshots
@@ -268,7 +268,7 @@ contains
     end function own_errors
   end subroutine try_growth
 
-  !> New snapshots took off enough: of the error or, where it is infinite before and after, of the candidates that fail.
+  !> Whether new snapshots took off enough: of the error or, where it is infinite before and after, of the candidates that fail.
   pure logical function has_gained(statistic, before, after)
     character(*), intent(in) :: statistic
     real(rk), intent(in) :: before(:)
@@ -347,7 +347,7 @@ contains
     best = attempt
   end subroutine keep_round
 
-  !> A smaller error; of two infinite ones that with fewer candidates that failed.
+  !> Whether the error is smaller; of two infinite ones that with fewer candidates that failed.
   pure logical function is_better(error, n_failed, best_error, best_n_failed)
     real(rk), intent(in) :: error
     integer, intent(in) :: n_failed

@@ -99,7 +99,8 @@ contains
     allocate (self%is_solved(n_first), source=.false.)
   end subroutine choose
 
-  !> The deck wants another solver, or the plan condenses anyway, because points share each stiffness. Local.
+  !> Whether responses do not apply: the deck asks for a solver that does not condense, or the plan condenses already because
+  !> points share each stiffness. Local.
   pure logical function has_own_solver(problem)
     type(problem_t), intent(in) :: problem
 
@@ -164,7 +165,7 @@ contains
     allocate (set%displacement(0, size(self%is_solved)))
     solved = take_snapshots(set, pack([(i, i=1, size(self%is_solved))], self%is_solved))
     if (solved%n_snapshots() < size(self%is_solved)) then
-      call log_warning('a point did not converge: each point is solved with its own stiffness')
+      call log_warning('one of the first points did not converge, so each point will be solved with its own stiffness')
       return
     end if
     call joined%create(problem, self%constants)
@@ -195,7 +196,7 @@ contains
     self%is_solved = is_solved > 0
   end subroutine share
 
-  !> To the terminal: where the other points come from, and their error.
+  !> Tells on the terminal where the other points come from, and their error.
   subroutine tell(self, error)
     class(sampled_responses_t), intent(in) :: self
     type(error_t), allocatable, intent(in) :: error
@@ -274,7 +275,7 @@ contains
     call self%reduced%fill_displacement(answer, state%displacement)
   end subroutine answer_point
 
-  !> Of the responses.
+  !> Number of factorizations that the responses took.
   pure integer function n_factorizations(self)
     class(sampled_responses_t), intent(in) :: self
 

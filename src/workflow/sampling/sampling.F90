@@ -162,7 +162,8 @@ contains
     if (.not. allocated(buffer%records)) allocate (buffer%records(0))
   end subroutine close_buffer
 
-  !> All points: those that must be solved first, and from these the responses that the others come from. Collective on all ranks.
+  !> Solves all points: first those that must be solved first; from these come the responses, and the others from the responses.
+  !> Collective on all ranks.
   subroutine solve_points(self, store, points, n_stored, buffer, outcome, error, ierr)
     type(sampler_t), intent(inout) :: self
     type(store_t), intent(in) :: store

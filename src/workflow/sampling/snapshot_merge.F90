@@ -199,7 +199,7 @@ contains
         hint='remove the file and sample again')
   end subroutine read_own_snapshots
 
-  !> A set of contact forces, for a condensed model that takes no more.
+  !> Whether the set holds contact forces only, for a condensed model that takes no more.
   pure logical function lacks_displacements(set)
     type(snapshot_set_t), intent(in) :: set
 
@@ -219,7 +219,8 @@ contains
     call read_own_snapshots(problem, store%path(), set, error, points=points, is_missing=is_missing)
   end subroutine read_store
 
-  !> The same with the displacements spread over the ranks, none where the deck needs none. Collective on all ranks.
+  !> As read_store, but each rank gets its own share of the displacements; none are read where the deck needs none. Collective on
+  !> all ranks.
   subroutine read_spread(problem, store, points, set, is_missing, error, ierr)
     type(problem_t), intent(in) :: problem
     type(store_t), intent(in) :: store
@@ -253,7 +254,7 @@ contains
     call write_merged(problem, store, points, none, set%free_response, error)
   end subroutine put_in_order
 
-  !> One file of everything, then the shards go. Collective on all ranks.
+  !> Writes one file of everything, then removes the shards. Collective on all ranks.
   subroutine merge_snapshots(problem, team, store, points, n_stored, fresh, error, ierr)
     type(problem_t), intent(in) :: problem
     !> ready

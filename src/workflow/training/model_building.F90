@@ -86,8 +86,8 @@ contains
     if (full_order%problem%has_fixed_stiffness) then
       PetscCall(add_certificates(full_order, model, ierr))
     else
-      call log_warning('answers will have no certificate: the stiffness depends on the parameters, and the model keeps no ' // &
-        'full-order operator')
+      call log_warning('answers will have no bound of their error (certificate): the stiffness depends on the parameters, and ' // &
+        'the model keeps no full-order operator')
     end if
   end subroutine build_model
 
@@ -215,7 +215,7 @@ contains
     call make_error(error, 'the stiffness could not be factored', full_order%problem%deck%path, exit_code=exit_not_converged)
   end subroutine build_condensed
 
-  !> Of each candidate the dofs of this rank. Collective on all ranks.
+  !> Reads this rank's dofs of each candidate. Collective on all ranks.
   subroutine read_candidates(problem, store, candidates, error, ierr)
     type(problem_t), intent(in) :: problem
     type(store_t), intent(in) :: store

@@ -101,7 +101,7 @@ contains
     call query%destroy()
   end subroutine validate
 
-  !> One column of the table per point, filled by the leader of the group that solved it; as many points at once as the solver
+  !> Fills one column of the table per point, by the leader of the group that solved it; as many points at once as the solver
   !> likes.
   subroutine compare_points(problem, team, online, query, points, is_stopped, table, ierr)
     type(problem_t), intent(in) :: problem
@@ -153,7 +153,7 @@ contains
     call measure_with(problem, online, problem%body, bodies)
   end subroutine create_bodies
 
-  !> The same with these elastic constants. Local.
+  !> Measures energies with these elastic constants. Local.
   subroutine measure_with(problem, online, body, bodies)
     type(problem_t), intent(in) :: problem
     type(online_model_t), intent(in) :: online

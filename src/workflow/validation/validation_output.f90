@@ -27,7 +27,7 @@ module sig_validation_output
 
 contains
 
-  !> One line per test point. Local.
+  !> Writes one line per test point. Local.
   subroutine write_validation_table(deck, outcome, path, error)
     type(deck_config_t), intent(in) :: deck
     type(validation_t), intent(in) :: outcome
@@ -107,7 +107,7 @@ contains
     if (outcome%benchmark%is_done) call report_benchmark(solver_type, outcome, report)
   end subroutine report_validation
 
-  !> To the terminal.
+  !> Warns of large errors on the terminal.
   subroutine warn_of_errors(outcome)
     type(validation_t), intent(in) :: outcome
     type(string_t), allocatable :: warnings(:)

@@ -87,7 +87,7 @@ def figure_15(study: Study) -> Outcome:
 
 
 def figure_17(study: Study) -> Outcome:
-    """The reduced domain of each cluster."""
+    """The reduced integration domain of each cluster."""
     results = _local_models(study)
     return domains_of_clusters("Fig. 17", results, by_height(results.model), published.CLUSTERS)
 

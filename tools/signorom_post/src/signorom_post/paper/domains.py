@@ -93,7 +93,7 @@ def domains_of_clusters(
     papers: Sequence[published.LocalModel],
     remark: str = "",
 ) -> Outcome:
-    """Pictures and tables `fig17a`, ... of the domains of local models, and their sizes beside the paper's."""
+    """Reduced integration domains of local models: pictures, tables `fig17a`, ..., and sizes beside the paper's."""
     outcome = Outcome({}, {})
     for i, (cluster, paper) in enumerate(zip(clusters, papers, strict=True), start=1):
         name = f"fig{where.removeprefix('Fig. ')}{'abc'[i - 1]}"

@@ -97,7 +97,7 @@ def figure_20(study: Study) -> Outcome:
 
 
 def figure_21(study: Study) -> Outcome:
-    """The reduced domain of each cluster."""
+    """The reduced integration domain of each cluster."""
     results = _local_models(study)
     papers = published.IRREGULAR_CLUSTERS
     return domains_of_clusters("Fig. 21", results, by_rows(results.model), papers, ORDER_REMARK)

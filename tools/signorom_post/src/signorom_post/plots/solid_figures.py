@@ -21,7 +21,7 @@ MAX_PANELS = 4
 
 
 def initial_and_deformed_solid(fields: FieldFile, point: FieldPoint, color: str = "displacement") -> Figure:
-    """Outer faces at rest, and displaced in the color of the displacement's magnitude or of the contact pressure."""
+    """Outer faces before and after the deformation; the color shows displacement or contact pressure."""
     mesh = fields.mesh
     displacement = fields.field(point, "displacement")
     scale = magnification(displacement.values, mesh.size)

@@ -21,7 +21,7 @@ RIGHT_ALIGNED = ("reference", "Signorom", "difference", "allowed")
 
 
 def verification_table(figures: Sequence[VerifiedFigure]) -> Figure:
-    """Rows in groups of one problem, of many alike the worst; what fails is set in color and bold."""
+    """Rows grouped by problem; of many similar rows only the worst. What fails is bold and in color."""
     rows = table_of(worst_of_alike(figures))
     widths = _column_widths([list(HEADINGS), *rows])
     width = sum(widths) + COLUMN_GAP * (len(widths) - 1) + 2 * MARGIN
