@@ -21,7 +21,7 @@ contains
     logical, intent(inout) :: is_active(:)
     !> its lambda is the answer when solved
     type(lcp_workspace_t), intent(inout) :: workspace
-    !> reason_converged or reason_cycle
+    !> reason_converged, or reason_cycle for all other ends
     integer, intent(out) :: reason
     !> linear solves
     integer, intent(out) :: n_iterations

@@ -113,7 +113,7 @@ contains
         if (is_alike) cycle
         call refuse(surfaces, surface, "a facet of '" // surface%text // "' with a node in its middle, " // &
           node_text(mesh, nodes(size(nodes))) // ', faces no facet of the same kind', error, &
-          'node-to-node contact needs the same elements on both sides: mesh both with one Mesh.ElementOrder and as many of them')
+          'node-to-node contact needs matching elements on both sides: mesh both with the same Mesh.ElementOrder and equally fine')
         return
       end associate
     end do

@@ -34,7 +34,7 @@ contains
     call file%write('/fields/region_names', map%region_names)
     call file%write('/fields/regions', map%regions, description='region (1-based) of each cell; 0: none')
     call file%write('/fields/surface/starts', map%facet_starts, description= &
-      'facets of the first surfaces of all contacts: nodes of facet i (from 0) are the entries from starts(i) up to starts(i + 1)')
+      'facets of the first surfaces of all contacts: facet i, from 0, has the entries starts(i) ... starts(i + 1) - 1 of nodes')
     call file%write('/fields/surface/nodes', map%facet_nodes, description='nodes (1-based) of the contact facets')
     call file%write('/fields/surface/entries', map%facet_entries, description='entry (1-based) of the deck''s contact section')
     call file%write('/fields/rows/offsets', map%rows%offsets, description='entries of contact row i (from 0) are those from ' // &

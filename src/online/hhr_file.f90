@@ -90,11 +90,11 @@ contains
     character(*), intent(in) :: group
     type(enrichment_history_t), intent(in) :: history
 
-    call file%write(group // '/rows', history%rows, description='contact pair (1-based) of each hat function; 0: before the ' // &
-      'first one')
+    call file%write(group // '/rows', history%rows, description='contact pair (1-based) of each hat function; the ' // &
+      'first entry, 0, stands for the state without hat functions')
     call file%write(group // '/nodes', history%nodes, description='node (1-based) of each hat function')
     call file%write(group // '/n_columns', history%n_columns, description='number of POD modes and hat functions')
-    call file%write(group // '/ranks', history%ranks, description='rank of the contact rows')
+    call file%write(group // '/ranks', history%ranks, description='matrix rank of the contact rows after each hat function')
     call file%write(group // '/condition_numbers', history%condition_numbers, '1', 'condition number of the contact rows')
     call file%write(group // '/singular_ratios', history%singular_ratios, '1', &
       'largest singular value of the contact rows over the smallest of the min(rows, columns) ones')

@@ -113,8 +113,10 @@ contains
     character(*), intent(in) :: force
 
     call file%write(group // '/kinds', self%kinds, description='kind of each modulus: 1 bulk, 2 shear, 3 bulk in plane stress')
-    call file%write(group // '/young_terms', self%young_terms, description='term that is its Young''s modulus, 1-based')
-    call file%write(group // '/poisson_terms', self%poisson_terms, description='term that is its Poisson''s ratio, 1-based')
+    call file%write(group // '/young_terms', self%young_terms, description='number (1-based) of the term that is Young''s ' // &
+      'modulus, for each modulus')
+    call file%write(group // '/poisson_terms', self%poisson_terms, description='number (1-based) of the term that is ' // &
+      'Poisson''s ratio, for each modulus')
     call file%write(group // '/reference', self%reference, force // '/(' // length // ')^2', &
       'moduli for which the condition of the reduced stiffness stands')
     call file%write(group // '/parts', self%parts, length, &

@@ -178,8 +178,8 @@ contains
     end do
   end subroutine assemble_levels
 
-  !> Assembles one factor of T or its inverse as a matrix: the identity and one block per contact row of a level, own dofs by all
-  !> dofs of the row.
+  !> Assembles one factor of the transformation T, or the inverse of this factor: the identity plus one block per contact row of a
+  !> level. The rows of a block are the dofs that the contact row owns, its columns all dofs of the contact row.
   subroutine assemble(self, system, i_level, is_inverse, matrix, ierr)
     class(bound_form_t), intent(in) :: self
     type(contact_system_t), intent(in) :: system
