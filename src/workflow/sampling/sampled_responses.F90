@@ -16,7 +16,9 @@ module sig_sampled_responses
   use sig_interpolated_training, only: any_variable, interpolate_responses, usual_nodes_of
   use sig_kinds, only: rk
   use sig_log, only: log_info, log_warning
+  use sig_materials, only: varying_constants
   use sig_petsc_support, only: sum_over_ranks
+  use sig_point_batches, only: count_distinct
   use sig_point_solver, only: point_solver_t
   use sig_problem, only: problem_t
   use sig_reasons, only: reason_converged, reason_no_complementary_solution
@@ -73,7 +75,7 @@ contains
     integer, allocatable, intent(out) :: first(:)
     type(error_t), allocatable :: error
     character(:), allocatable :: reason
-    integer :: i, n_first
+    integer :: i, n_first, n_stiffnesses
 
     allocate (first(0))
     self%is_ready = .false.
@@ -85,7 +87,8 @@ contains
       if (allocated(error)) return
       if (wish == 'auto' .and. any_variable(self%constants)) return
       n_first = merge(n_first_interpolated, n_first_exact, any_variable(self%constants))
-      self%n_most = int(factorizations_per_point * (size(points, 2) - n_first) / &
+      n_stiffnesses = count_distinct(varying_constants(problem%deck, problem%material_terms, points))
+      self%n_most = int(factorizations_per_point * (n_stiffnesses - n_first) / &
         (1 + problem%rows%n_rows / solves_per_factorization))
       reason = why_not(problem, self%constants, self%n_most, n_ranks)
       if (reason /= '') then
@@ -125,7 +128,7 @@ contains
         reason = 'the responses of ' // to_text(n_dofs) // ' dofs to ' // to_text(problem%rows%n_rows) // &
           ' multipliers need too much memory'
       else if (n_nodes > n_most) then
-        reason = 'for so few points this takes less time than the responses'
+        reason = 'for so few stiffnesses this takes less time than the responses'
       end if
     end associate
   end function why_not
