@@ -126,6 +126,8 @@ contains
           if (config%boundary_conditions(j)%boundary%text /= config%boundary_conditions(i)%boundary%text) cycle
           call tree%report_at(path, 'is prescribed twice for ' // shown(config%boundary_conditions(i)%boundary%text) // &
             '; boundary_conditions[' // to_text(j) // '] has it already')
+          ! one entry says enough: a deck may repeat it hundreds of times
+          exit
         end do
         call check_field(tree, path, config%parameters, config%boundary_conditions(i)%displacement(i_axis))
       end do
