@@ -38,20 +38,28 @@ contains
     type(problem_t), intent(in) :: problem
     type(field_map_t), intent(inout) :: map
     type(error_t), allocatable, intent(out) :: error
+    integer, allocatable :: facets(:)
     integer :: i, i_entry, i_group
 
-    allocate (map%facet_nodes(0), map%facet_entries(0))
-    map%facet_starts = [0]
+    allocate (facets(0), map%facet_entries(0))
     do i_entry = 1, size(problem%deck%contact)
       call group_of_surface(problem%mesh, surface_of_side(problem, i_entry, 1), problem%deck%path, i_group, error)
       if (allocated(error)) return
-      associate (facets => problem%mesh%groups(i_group)%entities)
-        do i = 1, size(facets)
-          map%facet_nodes = [map%facet_nodes, nodes_of_facet(problem%mesh, facets(i))]
-          map%facet_starts = [map%facet_starts, size(map%facet_nodes)]
-          map%facet_entries = [map%facet_entries, i_entry]
-        end do
+      associate (found => problem%mesh%groups(i_group)%entities)
+        facets = [facets, found]
+        map%facet_entries = [map%facet_entries, spread(i_entry, 1, size(found))]
       end associate
+    end do
+    associate (offsets => problem%mesh%facet_offsets)
+      allocate (map%facet_starts(size(facets) + 1), source=0)
+      do i = 1, size(facets)
+        map%facet_starts(i + 1) = map%facet_starts(i) + offsets(facets(i) + 1) - offsets(facets(i))
+      end do
+    end associate
+    ! one facet after the other would copy a large surface again for each of its facets
+    allocate (map%facet_nodes(map%facet_starts(size(facets) + 1)))
+    do i = 1, size(facets)
+      map%facet_nodes(map%facet_starts(i) + 1:map%facet_starts(i + 1)) = nodes_of_facet(problem%mesh, facets(i))
     end do
   end subroutine list_facets
 end module sig_field_mapping

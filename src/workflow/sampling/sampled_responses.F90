@@ -82,7 +82,7 @@ contains
     if (allocated(self%forces)) deallocate (self%forces, self%is_solved)
     associate (wish => problem%deck%training%stiffness)
       if (problem%has_fixed_stiffness .or. wish == 'factored') return
-      if (wish == 'auto' .and. has_own_solver(problem)) return
+      if (wish == 'auto' .and. .not. may_condense(problem)) return
       call find_body_constants(problem, self%constants, error)
       if (allocated(error)) return
       if (wish == 'auto' .and. any_variable(self%constants)) return
@@ -102,15 +102,15 @@ contains
     allocate (self%is_solved(n_first), source=.false.)
   end subroutine choose
 
-  !> Whether responses do not apply: the deck asks for a solver that does not condense, or the plan condenses already because
-  !> points share each stiffness. Local.
-  pure logical function has_own_solver(problem)
+  !> Whether responses may take the place of the plan's solver: the deck asks for no other one than the condensed solver, and the
+  !> plan does not condense already because points share each stiffness. Local.
+  pure logical function may_condense(problem)
     type(problem_t), intent(in) :: problem
 
     associate (type => problem%deck%solver%type)
-      has_own_solver = .not. (type == 'condensed' .or. (type == 'auto' .and. problem%plan%type /= 'condensed'))
+      may_condense = type == 'condensed' .or. (type == 'auto' .and. problem%plan%type /= 'condensed')
     end associate
-  end function has_own_solver
+  end function may_condense
 
   !> Why responses do not pay or have no room; empty where they do.
   function why_not(problem, constants, n_most, n_ranks) result(reason)
