@@ -111,7 +111,7 @@ contains
       mesh%cell_offsets = map%facet_starts
       mesh%cell_types = [(element_type_with(model%n_dim - 1, map%facet_starts(i + 1) - map%facet_starts(i)), i=1, mesh%n_cells)]
       self%entries = map%facet_entries
-      allocate (self%nodes(0), mesh%cell_nodes(0))
+      allocate (self%nodes(0), mesh%cell_nodes(size(map%facet_nodes)))
       self%starts = [0]
       do i_entry = 1, model%resultants%n_entries()
         is_own = .false.
@@ -123,8 +123,10 @@ contains
         self%nodes = [self%nodes, pack([(k, k=1, size(is_own))], is_own)]
         self%starts = [self%starts, size(self%nodes)]
         do i = 1, mesh%n_cells
-          if (map%facet_entries(i) == i_entry) mesh%cell_nodes = [mesh%cell_nodes, &
-            numbers(map%facet_nodes(map%facet_starts(i) + 1:map%facet_starts(i + 1)))]
+          if (map%facet_entries(i) /= i_entry) cycle
+          associate (first => map%facet_starts(i) + 1, last => map%facet_starts(i + 1))
+            mesh%cell_nodes(first:last) = numbers(map%facet_nodes(first:last))
+          end associate
         end do
       end do
       mesh%n_nodes = size(self%nodes)
