@@ -21,6 +21,9 @@
 
 #include <stddef.h>
 
+/* Version of this header. signorom_version() tells that of the library that the program found when it started. */
+#define SIGNOROM_VERSION "0.1.0"
+
 #ifdef __cplusplus
 extern "C" {
 #endif
@@ -62,6 +65,7 @@ typedef enum {
   SIGNOROM_DISPLACEMENT_EXACT = 2 /* but for rounding, under the contact forces of the answer */
 } signorom_displacement_source;
 
+/* The members of this structure never change: what later versions count has functions of its own. */
 typedef struct {
   int n_parameters;
   int n_clusters;
@@ -117,6 +121,10 @@ typedef struct {
     sizeof(signorom_answer), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, SIGNOROM_NO_BOUND, SIGNOROM_NO_BOUND, SIGNOROM_NO_BOUND, \
         SIGNOROM_NO_BOUND                                                                                              \
   }
+
+/* Version of the library, "major.minor.patch". Libraries of one major version (before 1.0.0: of one minor version) have
+ * all functions, structures and numbers of the earlier ones. */
+const char *signorom_version(void);
 
 /* Reads a model. `*model` is set even on a failure, so that signorom_model_message can be asked; close it all the same.
  */

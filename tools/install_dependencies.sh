@@ -26,7 +26,7 @@ packages=(
 optional_packages=(gmsh) # the meshes made from meshes/*.geo are committed, too
 requirements=(-e 'tools/signorom_post[forest]') # forest: scikit-learn, for clusters of scattered snapshots
 if [ $is_test = 1 ]; then
-  packages+=(clang-format libgl1 libegl1) # VTK draws without a screen
+  packages+=(clang-format g++ libgl1 libegl1) # a host in C++; VTK draws without a screen
   optional_packages+=(chromium) # shows the page of signorom-post report
   requirements=(-e 'tools/signorom_post[test]' -r tools/requirements-test.txt)
 fi

@@ -229,7 +229,7 @@ def test_python_finds_an_installation_on_the_loaders_path(installed, model, post
     done = ask(LD_LIBRARY_PATH=str(found))
     assert done.returncode == 0, done.stderr
     assert float(done.stdout) == pytest.approx(post.Model(model).query(**POINT).contact_force, rel=PRINTED)
-    assert "libsignorom_online.so.0 was not found: set SIGNOROM_LIBRARY" in ask().stderr
+    assert "libsignorom_online.so.0 was not found: install" in ask().stderr
 
 
 def test_missing_library_is_named(post, model, monkeypatch):

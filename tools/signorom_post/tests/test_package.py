@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The package and the program have one version."""
+"""The package, the program and the library have one version."""
 
 import re
 import tomllib
@@ -14,6 +14,8 @@ def test_version_is_that_of_the_program() -> None:
     found = re.search(r"project\(\s*signorom\s+VERSION\s+([\d.]+)", cmake)
     assert found
     assert project["version"] == found[1]
+    header = (PACKAGE.parents[1] / "include" / "signorom.h").read_text()
+    assert f'#define SIGNOROM_VERSION "{found[1]}"\n' in header
 
 
 def test_each_source_names_its_license() -> None:

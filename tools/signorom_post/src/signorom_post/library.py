@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The C library `libsignorom_online` as ctypes sees it: where it is, its functions, structures and arrays.
 
-It is looked for where the variable SIGNOROM_LIBRARY points, then where the loader looks, then in the build folder of
-the sources.
+Four places are tried in this order: the path in the variable SIGNOROM_LIBRARY, the folder `lib` of this package, the
+loader's path, the build folder of the sources.
 """
 
 import ctypes
@@ -74,6 +74,7 @@ class CAnswer(ctypes.Structure):
 _DOUBLES = POINTER(c_double)
 _INTS = POINTER(c_int)
 _SIGNATURES = {
+    "signorom_version": (c_char_p, []),
     "signorom_open": (c_int, [c_char_p, POINTER(c_void_p)]),
     "signorom_model_message": (c_char_p, [c_void_p]),
     "signorom_close": (None, [c_void_p]),
@@ -117,10 +118,13 @@ _SIGNATURES = {
 
 
 def find_library() -> str:
-    """Path or name of the online library: SIGNOROM_LIBRARY, the loader's path, the build folder of the sources."""
+    """Path or name of the online library; the module's text says where it is looked for."""
     named = os.environ.get("SIGNOROM_LIBRARY")
     if named:
         return named
+    installed = Path(__file__).parent / "lib" / SONAME
+    if installed.is_file():
+        return str(installed)
     with suppress(OSError):
         ctypes.CDLL(SONAME)
         return SONAME
@@ -129,8 +133,8 @@ def find_library() -> str:
         if built:
             return str(built[-1])
     raise LibraryError(
-        f"{SONAME} was not found: set SIGNOROM_LIBRARY to its path, or install it where the loader looks (ldconfig, "
-        "LD_LIBRARY_PATH)"
+        f"{SONAME} was not found: install the package without --editable, set SIGNOROM_LIBRARY to the library's path, "
+        "or put it where the loader looks (ldconfig, LD_LIBRARY_PATH)"
     )
 
 
