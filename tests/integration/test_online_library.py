@@ -5,6 +5,7 @@ import os
 import shutil
 import subprocess
 import sys
+import sysconfig
 from pathlib import Path
 
 import numpy as np
@@ -220,10 +221,16 @@ def test_python_finds_an_installation_on_the_loaders_path(installed, model, post
     question = f"Model({str(model)!r}).query(squeeze=0.31, shift=0.02)"
     script = f"from signorom_post import Model; print({question}.contact_force)"
     environment = {key: value for key, value in os.environ.items() if key != "SIGNOROM_LIBRARY"}
+    environment["PYTHONPATH"] = f"{tmp_path}:{sysconfig.get_path('purelib')}"
     found = next(installed.rglob("libsignorom_online.so.0")).parent
 
     def ask(**more):
-        command = [sys.executable, "-c", script]
+        command = [
+            sys.executable,
+            "-S",
+            "-c",
+            script,
+        ]  # -S: an editable installation does not come before the path
         return subprocess.run(command, capture_output=True, text=True, cwd=tmp_path, env=environment | more)
 
     done = ask(LD_LIBRARY_PATH=str(found))

@@ -15,7 +15,8 @@ MADE_BY = {
     "tools/test.sh": ["build/ci/verification"],
     "signorom check part.yaml": ["results/part"],
     "signorom-post paper": ["results/paper"],
-    "cmake --install build/release --prefix": ["build/opt/lib/pkgconfig", "build/opt/lib"],
+    "cmake -B build/online": ["build/online"],
+    "cmake --install build/online --prefix": ["build/opt/lib/pkgconfig", "build/opt/lib"],
 }
 
 
