@@ -1,11 +1,12 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> The command line as data: which command, on which file, with which options.
 module sig_command_line
+  use sig_command_table, only: command_words, commands, is_option_of, option_words, options
   use sig_errors, only: error_t, make_error
   use sig_text, only: did_you_mean, join, read_integer, split, string_t, to_text
   implicit none(type, external)
   private
-  public :: command_t, parse_command_line, usage
+  public :: command_t, parse_command_line
 
   type :: command_t
     !> init, check, solve, sample, train, validate, run, predict, describe, help or version
@@ -19,6 +20,8 @@ module sig_command_line
     character(:), allocatable :: output
     !> file that keeps what is said; empty without --log
     character(:), allocatable :: log
+    !> names of the options that were given, a blank before and after each
+    character(:), allocatable :: given
     logical :: is_quiet = .false.
     logical :: is_strict = .false.
     logical :: has_benchmark = .false.
@@ -41,7 +44,7 @@ contains
     type(error_t), allocatable, intent(out) :: error
     integer :: i
 
-    command = command_t(name='', file='', at='', points='', output='', log='', petsc_options='')
+    command = command_t(name='', file='', at='', points='', output='', log='', given=' ', petsc_options='')
     i = 1
     do while (i <= size(arguments))
       associate (word => arguments(i)%text)
@@ -81,6 +84,7 @@ contains
     type(error_t), allocatable, intent(out) :: error
     character(:), allocatable :: value
 
+    command%given = command%given // arguments(i)%text // ' '
     select case (arguments(i)%text)
     case ('--help', '-h')
       command%name = 'help'
@@ -163,67 +167,71 @@ contains
   subroutine check_command(command, error)
     type(command_t), intent(in) :: command
     type(error_t), allocatable, intent(out) :: error
-    character(:), allocatable :: kind
 
     if (command%name == 'help' .or. command%name == 'version') return
     if (command%name == '') then
       call make_error(error, 'no command; one of ' // join(command_words(), ', ') // ' is needed', hint=see_help)
-    else if (.not. is_in(command%name, command_words())) then
+    else if (file_of(command%name) == '') then
       call make_error(error, 'unknown command ''' // command%name // '''; the commands are ' // join(command_words(), ', '), &
         hint=suggestion(command%name, command_words()))
     else if (command%file == '') then
-      kind = 'a deck (.yaml)'
-      if (command%name == 'init') kind = 'a mesh (.msh)'
-      if (is_on_model(command)) kind = 'a model (model.h5)'
-      call make_error(error, 'the command ' // command%name // ' needs ' // kind, hint=see_help)
-    else if (command%name == 'predict' .and. ((command%at == '') .eqv. (command%points == ''))) then
-      call make_error(error, 'predict needs either --at or --points', hint='for example: signorom predict ' // &
-        command%file // ' --at squeeze=0.2')
-    else if ((is_on_model(command) .or. command%name == 'init') .and. command%petsc_options /= '') then
-      call make_error(error, command%name // ' works without PETSc and takes no option of it:' // command%petsc_options)
-    else if (command%has_fields .and. .not. (command%name == 'check' .or. command%name == 'predict')) then
-      call make_error(error, '--fields goes with check and predict, not with ' // command%name)
-    else if (command%name == 'check' .and. command%at /= '' .and. .not. command%has_fields) then
-      call make_error(error, '--at goes with check only where --fields does, too')
-    else if (command%at /= '' .and. .not. any(command%name == [character(7) :: 'check', 'predict', 'solve'])) then
-      call make_error(error, '--at goes with predict, solve and check --fields, not with ' // command%name)
-    else if (command%has_benchmark .and. .not. (command%name == 'run' .or. command%name == 'validate')) then
-      call make_error(error, '--benchmark goes with run and validate, not with ' // command%name)
-    else if (command%name /= 'predict' .and. (command%points /= '' .or. command%output /= '' .or. command%is_strict &
-      .or. command%n_threads > 0)) then
-      call make_error(error, '--points, --output, --strict and --threads go with predict, not with ' // command%name)
+      call make_error(error, 'the command ' // command%name // ' needs ' // kind_of_file(file_of(command%name)), hint=see_help)
+    else
+      call check_options(command, error)
     end if
   end subroutine check_command
 
-  !> Whether the command takes a model instead of a deck.
-  pure logical function is_on_model(command)
+  !> Refuses options that the command does not have, and combinations of options.
+  subroutine check_options(command, error)
     type(command_t), intent(in) :: command
-
-    is_on_model = command%name == 'predict' .or. command%name == 'describe'
-  end function is_on_model
-
-  function command_words() result(words)
-    type(string_t), allocatable :: words(:)
-
-    words = split('init,check,solve,sample,train,validate,run,predict,describe', ',')
-  end function command_words
-
-  function option_words() result(words)
-    type(string_t), allocatable :: words(:)
-
-    words = split('--help,--version,--quiet,--strict,--benchmark,--fields,--at,--points,--output,--threads,--log', ',')
-  end function option_words
-
-  logical function is_in(word, words)
-    character(*), intent(in) :: word
-    type(string_t), intent(in) :: words(:)
+    type(error_t), allocatable, intent(out) :: error
     integer :: i
 
-    is_in = .false.
-    do i = 1, size(words)
-      is_in = is_in .or. words(i)%text == word
+    do i = 1, size(options)
+      if (index(command%given, ' ' // trim(options(i)%name) // ' ') == 0 .or. is_option_of(options(i), command%name)) cycle
+      call make_error(error, trim(options(i)%name) // ' goes with ' // enumerated(split(trim(options(i)%commands), ' ')) // &
+        ', not with ' // command%name)
+      return
     end do
-  end function is_in
+    if (command%name == 'predict' .and. ((command%at == '') .eqv. (command%points == ''))) then
+      call make_error(error, 'predict needs either --at or --points', hint='for example: signorom predict ' // &
+        command%file // ' --at squeeze=0.2')
+    else if (file_of(command%name) /= 'DECK' .and. command%petsc_options /= '') then
+      call make_error(error, command%name // ' works without PETSc and takes no option of it:' // command%petsc_options)
+    else if (command%name == 'check' .and. command%at /= '' .and. .not. command%has_fields) then
+      call make_error(error, '--at goes with check only where --fields does, too')
+    end if
+  end subroutine check_options
+
+  !> MESH, DECK or MODEL; empty for a word that is no command.
+  pure function file_of(name) result(file)
+    character(*), intent(in) :: name
+    character(:), allocatable :: file
+    integer :: i
+
+    file = ''
+    do i = 1, size(commands)
+      if (commands(i)%name == name) file = trim(commands(i)%file)
+    end do
+  end function file_of
+
+  pure function kind_of_file(file) result(kind)
+    character(*), intent(in) :: file
+    character(:), allocatable :: kind
+
+    kind = 'a deck (.yaml)'
+    if (file == 'MESH') kind = 'a mesh (.msh)'
+    if (file == 'MODEL') kind = 'a model (model.h5)'
+  end function kind_of_file
+
+  !> Words with commas, and `and` before the last one.
+  function enumerated(words) result(text)
+    type(string_t), intent(in) :: words(:)
+    character(:), allocatable :: text
+
+    text = words(size(words))%text
+    if (size(words) > 1) text = join(words(:size(words) - 1), ', ') // ' and ' // text
+  end function enumerated
 
   function suggestion(word, words) result(hint)
     character(*), intent(in) :: word
@@ -237,43 +245,4 @@ contains
       hint = 'did you mean ''' // hint // '''?'
     end if
   end function suggestion
-
-  !> The text that --help prints.
-  function usage() result(text)
-    character(:), allocatable :: text
-    character(1), parameter :: nl = new_line('a')
-
-    text = 'usage: signorom COMMAND FILE [options]' // nl // &
-      '       mpirun -n N signorom COMMAND FILE [options]' // nl // nl // &
-      'Command on a mesh (.msh):' // nl // &
-      '  init MESH       write a first deck beside the mesh, with places to fill in' // nl // nl // &
-      'Commands on a deck (.yaml):' // nl // &
-      '  check DECK      read deck and mesh, print the deck with all defaults and the sizes' // nl // &
-      '  solve DECK      full-order solution at the deck''s output points, or --at' // nl // &
-      '  sample DECK     full-order snapshots of the training points (goes on where a killed run was)' // nl // &
-      '  train DECK      reduced model of the snapshots' // nl // &
-      '  validate DECK   reduced against full-order model at the test points' // nl // &
-      '  run DECK        sample, train, validate, and fields at the output points' // nl // nl // &
-      'Commands on a model:' // nl // &
-      '  predict MODEL   answer of the reduced model at one or many points, as CSV' // nl // &
-      '  describe MODEL  what the model is, where it is valid and how well it was validated' // nl // nl // &
-      'Options:' // nl // &
-      '  --at a=1,b=2    a parameter point (predict, solve, check --fields)' // nl // &
-      '  --fields        write check.xdmf for ParaView and signorom-post check: supports, loads, contact at the' // nl // &
-      '                  middle of the parameter ranges or --at (check);' // nl // &
-      '                  write displacement, stress, contact of each point: fields.xdmf in a folder beside the table,' // nl // &
-      '                  of a model whose deck has reduction.fields: true (predict)' // nl // &
-      '  --points FILE   CSV with a column per parameter (predict)' // nl // &
-      '  --output FILE   where the CSV of predict goes instead of the terminal' // nl // &
-      '  --threads N     threads of predict; as many as there are processors without it' // nl // &
-      '  --strict        a point outside the trained box is an error, not a warning (predict)' // nl // &
-      '  --benchmark     measure the times of queries and of a solver that factors anew (validate, run)' // nl // &
-      '  --quiet         say nothing but warnings and errors' // nl // &
-      '  --log FILE      add all that is said to a file, with dates, --quiet or not' // nl // &
-      '  --help, --version' // nl // &
-      '  -fom_..., -active_set_..., -vi_..., -pod_...   options of PETSc, after the file; they beat the deck''s petsc_options' // &
-      nl // nl // &
-      'Exit codes: 0 done, 1 internal error, 2 error in deck, mesh, file or command line, 3 not converged,' // nl // &
-      '            130 stopped by SIGINT or SIGTERM (the same command goes on).'
-  end function usage
 end module sig_command_line

@@ -3,7 +3,8 @@
 !> The commands, each a few lines on top of the stages.
 module sig_commands
   use mpi, only: MPI_Comm_rank
-  use sig_command_line, only: command_t, parse_command_line, usage
+  use sig_command_help, only: usage
+  use sig_command_line, only: command_t, parse_command_line
   use sig_check, only: check_deck
   use sig_describe, only: describe
   use sig_error_broadcast, only: broadcast_error

@@ -99,4 +99,4 @@ def test_benchmark_goes_with_validate_and_run(signorom, tmp_path):
     deck = write_deck("small_disks", tmp_path)
     done = signorom.run("sample", deck.name, "--benchmark", folder=tmp_path)
     assert done.returncode == 2
-    assert done.stderr.startswith("error: --benchmark goes with run and validate, not with sample")
+    assert done.stderr.startswith("error: --benchmark goes with validate and run, not with sample")

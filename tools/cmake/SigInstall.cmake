@@ -38,4 +38,10 @@ install(FILES "${PROJECT_BINARY_DIR}/signorom_online.pc" DESTINATION "${pc_folde
 
 if(TARGET signorom)
   install(TARGETS signorom RUNTIME COMPONENT program)
+  # a deck finds its mesh beside its folder
+  install(DIRECTORY "${PROJECT_SOURCE_DIR}/input" DESTINATION "${CMAKE_INSTALL_DATADIR}/signorom" COMPONENT program
+    FILES_MATCHING PATTERN "*.yaml" PATTERN "*.csv" PATTERN "*.json" PATTERN "compare" EXCLUDE)
+  install(DIRECTORY "${PROJECT_SOURCE_DIR}/meshes" DESTINATION "${CMAKE_INSTALL_DATADIR}/signorom" COMPONENT program
+    FILES_MATCHING PATTERN "*.msh" PATTERN "*.geo")
+  include(SigPackages)
 endif()

@@ -1,0 +1,165 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> The table of commands as texts: --help, the manual page signorom(1), completion in bash.
+module sig_command_help
+  use sig_command_table, only: command_words, commands, exit_codes, option_words, options, petsc_options
+  use sig_text, only: join, string_t
+  implicit none(type, external)
+  private
+  public :: usage, manual_page, bash_completion
+
+  character(1), parameter :: nl = new_line('a')
+  integer, parameter :: text_width = 110
+
+contains
+
+  !> The text that --help prints.
+  function usage() result(text)
+    character(:), allocatable :: text
+    integer :: i
+
+    text = 'usage: signorom COMMAND FILE [options]' // nl // &
+      '       mpirun -n N signorom COMMAND FILE [options]' // nl // &
+      commands_on('MESH', 'Command on a mesh (.msh):') // commands_on('DECK', 'Commands on a deck (.yaml):') // &
+      commands_on('MODEL', 'Commands on a model (model.h5):') // nl // 'Options:' // nl
+    do i = 1, size(options)
+      text = text // row(trim(options(i)%name) // ' ' // options(i)%value, summary_of_option(i), 18)
+    end do
+    text = text // row('', petsc_options, 2) // nl // 'Exit codes:' // nl
+    do i = 1, size(exit_codes)
+      text = text // row(exit_codes(i)%code, exit_codes(i)%summary, 18)
+    end do
+    text = text(:len(text) - 1)
+  end function usage
+
+  !> The rows of the commands on one kind of file, below a heading.
+  function commands_on(file, heading) result(text)
+    character(*), intent(in) :: file, heading
+    character(:), allocatable :: text
+    integer :: i
+
+    text = nl // heading // nl
+    do i = 1, size(commands)
+      if (commands(i)%file == file) &
+        text = text // row(trim(commands(i)%name) // ' ' // file, commands(i)%summary, 18)
+    end do
+  end function commands_on
+
+  !> What an option does, after the commands that have it.
+  function summary_of_option(i) result(text)
+    integer, intent(in) :: i
+    character(:), allocatable :: text
+
+    text = trim(options(i)%summary)
+    if (options(i)%commands /= '') text = text // ' (' // listed(trim(options(i)%commands)) // ')'
+  end function summary_of_option
+
+  !> Words between blanks with commas between them.
+  pure function listed(words) result(text)
+    character(*), intent(in) :: words
+    character(:), allocatable :: text
+    integer :: i
+
+    text = ''
+    do i = 1, len(words)
+      if (words(i:i) == ' ') text = text // ','
+      text = text // words(i:i)
+    end do
+  end function listed
+
+  !> A name, and from `column` on what it means, in lines of at most text_width characters.
+  pure function row(name, meaning, column) result(text)
+    character(*), intent(in) :: name, meaning
+    integer, intent(in) :: column
+    character(:), allocatable :: text, rest
+    integer :: n_fit
+
+    text = '  ' // trim(name) // repeat(' ', max(1, column - 2 - len_trim(name)))
+    if (name == '') text = repeat(' ', column)
+    rest = trim(meaning)
+    do while (len(rest) > text_width - column)
+      n_fit = index(rest(:text_width - column), ' ', back=.true.)
+      text = text // rest(:n_fit - 1) // nl // repeat(' ', column)
+      rest = rest(n_fit + 1:)
+    end do
+    text = text // rest // nl
+  end function row
+
+  !> The manual page in the language of man(7).
+  function manual_page(version) result(text)
+    character(*), intent(in) :: version
+    character(:), allocatable :: text
+    integer :: i
+
+    text = '.TH SIGNOROM 1 "" "signorom ' // version // '" "User Commands"' // nl // &
+      '.SH NAME' // nl // 'signorom \- contact of elastic bodies for many parameter values, and its reduced models' // nl // &
+      '.SH SYNOPSIS' // nl // '.B signorom' // nl // '.I COMMAND FILE' // nl // '[options]' // nl // '.br' // nl // &
+      '.B mpirun \-n' // nl // '.I N' // nl // '.B signorom' // nl // '.I COMMAND FILE' // nl // '[options]' // nl // &
+      '.SH DESCRIPTION' // nl // 'Signorom solves unilateral contact between elastic bodies with Lagrange multipliers. From ' // &
+      'solutions at training points it makes a reduced model, which answers a new parameter point in microseconds. A deck ' // &
+      '(YAML) names the mesh of gmsh, materials, supports, loads, contacts and parameters.' // nl // '.SH COMMANDS' // nl
+    do i = 1, size(commands)
+      text = text // '.TP' // nl // '.BI ' // trim(commands(i)%name) // ' " ' // trim(commands(i)%file) // '"' // nl // &
+        escaped(trim(commands(i)%summary)) // nl
+    end do
+    text = text // '.SH OPTIONS' // nl
+    do i = 1, size(options)
+      text = text // '.TP' // nl // '.BI ' // escaped(trim(options(i)%name)) // ' " ' // trim(options(i)%value) // '"' // nl // &
+        escaped(summary_of_option(i)) // nl
+    end do
+    text = text // '.PP' // nl // escaped(petsc_options) // nl // '.SH EXIT STATUS' // nl
+    do i = 1, size(exit_codes)
+      text = text // '.TP' // nl // '.B ' // trim(exit_codes(i)%code) // nl // trim(exit_codes(i)%summary) // nl
+    end do
+    text = text // '.SH EXAMPLES' // nl // '.EX' // nl // 'signorom check part.yaml \-\-fields' // nl // &
+      'mpirun \-n 4 signorom run part.yaml' // nl // 'signorom predict results/part/model.h5 \-\-at load=3.5' // nl // '.EE' // nl
+  end function manual_page
+
+  !> Hyphens as characters that can be copied into a shell.
+  pure function escaped(words) result(text)
+    character(*), intent(in) :: words
+    character(:), allocatable :: text
+    integer :: i
+
+    text = ''
+    do i = 1, len(words)
+      if (words(i:i) == '-') text = text // '\'
+      text = text // words(i:i)
+    end do
+  end function escaped
+
+  !> A script for bash: commands, then files of the command's kind and its options.
+  function bash_completion() result(text)
+    character(:), allocatable :: text
+    integer :: i
+
+    text = '# Completion of signorom in bash; in zsh after `autoload bashcompinit && bashcompinit`.' // nl // &
+      '_signorom() {' // nl // &
+      '  local word=${COMP_WORDS[COMP_CWORD]} before=${COMP_WORDS[COMP_CWORD-1]} files= words=' // nl // &
+      '  case $before in' // nl // &
+      '    --points|--output) files="*.csv" ;;' // nl // &
+      '    --log) files="*" ;;' // nl // &
+      '    --at|--threads) ;;' // nl // &
+      '    signorom) words="' // join(command_words(), ' ') // ' --help --version" ;;' // nl // &
+      '    *) case ${COMP_WORDS[1]} in' // nl
+    do i = 1, size(commands)
+      text = text // '      ' // trim(commands(i)%name) // ') files="*' // ending(commands(i)%file) // '" words="' // &
+        join(option_words(trim(commands(i)%name)), ' ') // '" ;;' // nl
+    end do
+    text = text // '    esac ;;' // nl // '  esac' // nl // &
+      '  mapfile -t COMPREPLY < <(compgen -W "$words" -- "$word")' // nl // &
+      '  [ -n "$files" ] || return 0' // nl // &
+      '  compopt -o filenames 2>/dev/null' // nl // &
+      '  mapfile -t -O "${#COMPREPLY[@]}" COMPREPLY < <(compgen -d -- "$word"; compgen -f -X "!$files" -- "$word")' // nl // &
+      '}' // nl // 'complete -F _signorom signorom' // nl
+  end function bash_completion
+
+  !> How the names of files of a kind end.
+  pure function ending(file) result(text)
+    character(*), intent(in) :: file
+    character(:), allocatable :: text
+
+    text = '.yaml'
+    if (file == 'MESH') text = '.msh'
+    if (file == 'MODEL') text = '.h5'
+  end function ending
+end module sig_command_help

@@ -1,0 +1,105 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> The commands and their options as a table: parsing, --help, the manual page and the completion in shells read it.
+module sig_command_table
+  use sig_text, only: string_t
+  implicit none(type, external)
+  private
+  public :: command_entry_t, option_entry_t, exit_code_entry_t
+  public :: commands, options, exit_codes, petsc_options, is_option_of, option_words, command_words
+
+  type :: command_entry_t
+    character(8) :: name
+    !> what it works on: MESH, DECK or MODEL
+    character(5) :: file
+    character(120) :: summary
+  end type command_entry_t
+
+  type :: option_entry_t
+    character(11) :: name
+    !> how its value is shown; blank where it has none
+    character(7) :: value
+    !> commands that have it, blanks between them; blank for all
+    character(24) :: commands
+    character(320) :: summary
+  end type option_entry_t
+
+  type :: exit_code_entry_t
+    character(3) :: code
+    character(80) :: summary
+  end type exit_code_entry_t
+
+  type(command_entry_t), parameter :: commands(*) = [ &
+    command_entry_t('init', 'MESH', 'write a first deck beside the mesh, with places to fill in'), &
+    command_entry_t('check', 'DECK', 'read deck and mesh, print the deck with all defaults and the sizes'), &
+    command_entry_t('solve', 'DECK', 'full-order solution at the deck''s output points, or --at'), &
+    command_entry_t('sample', 'DECK', 'full-order snapshots of the training points (goes on where a killed run was)'), &
+    command_entry_t('train', 'DECK', 'reduced model of the snapshots'), &
+    command_entry_t('validate', 'DECK', 'reduced against full-order model at the test points'), &
+    command_entry_t('run', 'DECK', 'sample, train, validate, and fields at the output points'), &
+    command_entry_t('predict', 'MODEL', 'answer of the reduced model at one or many points, as CSV'), &
+    command_entry_t('describe', 'MODEL', 'what the model is, where it is valid and how well it was validated')]
+
+  type(option_entry_t), parameter :: options(*) = [ &
+    option_entry_t('--at', 'a=1,b=2', 'check solve predict', 'a parameter point; of check with --fields only'), &
+    option_entry_t('--fields', '', 'check predict', 'write fields for ParaView. check: supports, loads and contact ' // &
+    'at the middle of the parameter ranges or --at (check.xdmf). predict: displacement, stress and contact of each point ' // &
+    '(fields.xdmf in a folder beside the table), where the deck of the model has reduction.fields: true'), &
+    option_entry_t('--points', 'FILE', 'predict', 'CSV with a column per parameter'), &
+    option_entry_t('--output', 'FILE', 'predict', 'where the CSV goes instead of the terminal'), &
+    option_entry_t('--threads', 'N', 'predict', 'number of threads; as many as there are processors without it'), &
+    option_entry_t('--strict', '', 'predict', 'a point outside the trained box is an error, not a warning'), &
+    option_entry_t('--benchmark', '', 'validate run', 'measure the times of queries and of a solver that factors anew'), &
+    option_entry_t('--quiet', '', '', 'say nothing but warnings and errors'), &
+    option_entry_t('--log', 'FILE', '', 'add all that is said to a file, with dates, --quiet or not'), &
+    option_entry_t('--help', '', '', 'print this text'), &
+    option_entry_t('--version', '', '', 'print the version')]
+
+  character(*), parameter :: petsc_options = 'Options with one hyphen, such as -fom_... and -pod_..., stand after the file ' // &
+    'and go to PETSc. They override petsc_options of the deck.'
+
+  type(exit_code_entry_t), parameter :: exit_codes(*) = [ &
+    exit_code_entry_t('0', 'done'), &
+    exit_code_entry_t('1', 'internal error'), &
+    exit_code_entry_t('2', 'error in deck, mesh, file or command line'), &
+    exit_code_entry_t('3', 'not converged, or a point without an answer'), &
+    exit_code_entry_t('130', 'stopped by SIGINT or SIGTERM; the same command goes on')]
+
+contains
+
+  !> Whether a command has an option.
+  pure logical function is_option_of(option, command)
+    type(option_entry_t), intent(in) :: option
+    character(*), intent(in) :: command
+
+    is_option_of = option%commands == '' .or. index(' ' // option%commands // ' ', ' ' // trim(command) // ' ') > 0
+  end function is_option_of
+
+  !> Names of the commands.
+  function command_words() result(words)
+    type(string_t), allocatable :: words(:)
+    integer :: i
+
+    allocate (words(size(commands)))
+    do i = 1, size(commands)
+      words(i)%text = trim(commands(i)%name)
+    end do
+  end function command_words
+
+  !> Names of the options; with the name of a command, those of this command.
+  function option_words(command) result(words)
+    character(*), intent(in), optional :: command
+    type(string_t), allocatable :: words(:)
+    integer :: i, n
+
+    allocate (words(size(options)))
+    n = 0
+    do i = 1, size(options)
+      if (present(command)) then
+        if (.not. is_option_of(options(i), command)) cycle
+      end if
+      n = n + 1
+      words(n)%text = trim(options(i)%name)
+    end do
+    words = words(:n)
+  end function option_words
+end module sig_command_table

@@ -1,0 +1,26 @@
+# SPDX-License-Identifier: BSD-3-Clause
+# Packages for Debian: `cd build/release && cpack -G DEB`. tools/try_packages.sh tries them on a bare Debian.
+set(CPACK_PACKAGE_NAME signorom)
+set(CPACK_PACKAGE_CONTACT "Signorom developers <signorom@localhost>")
+set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "${PROJECT_DESCRIPTION}")
+set(CPACK_RESOURCE_FILE_LICENSE "${PROJECT_SOURCE_DIR}/LICENSE")
+set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
+set(CPACK_STRIP_FILES ON)
+set(CPACK_COMPONENTS_ALL program library development)
+set(CPACK_DEB_COMPONENT_INSTALL ON)
+set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
+set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
+
+set(CPACK_DEBIAN_PROGRAM_PACKAGE_NAME signorom)
+set(CPACK_DEBIAN_PROGRAM_PACKAGE_SECTION science)
+# mpirun; without this BLAS, PETSc runs on the reference BLAS, six times slower
+set(CPACK_DEBIAN_PROGRAM_PACKAGE_DEPENDS "openmpi-bin, libopenblas0-serial")
+set(CPACK_COMPONENT_PROGRAM_DESCRIPTION "Solves contact of elastic bodies, trains and asks reduced models; with example decks.")
+set(CPACK_DEBIAN_LIBRARY_PACKAGE_NAME libsignorom-online${PROJECT_VERSION_MAJOR})
+set(CPACK_DEBIAN_LIBRARY_PACKAGE_SECTION libs)
+set(CPACK_COMPONENT_LIBRARY_DESCRIPTION "Shared library that answers from a reduced model, without MPI and PETSc.")
+set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_NAME libsignorom-online-dev)
+set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SECTION libdevel)
+set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS "libsignorom-online${PROJECT_VERSION_MAJOR} (= ${PROJECT_VERSION})")
+set(CPACK_COMPONENT_DEVELOPMENT_DESCRIPTION "C header, Fortran module, CMake and pkg-config files of libsignorom-online.")
+include(CPack)
