@@ -12,39 +12,42 @@ root=${SIGNOROM_BARE_ROOT:-$PWD/build/bare}
 [ "$(id -u)" = 0 ] || fail "chroot needs root."
 command -v debootstrap >/dev/null || fail "debootstrap is missing: apt-get install debootstrap"
 
-# A bare system: folder, release.
+# A bare system: folder, release. Each release is fetched once, into $root/<release>-base.
 make_bare() {
-  [ -e "$1/etc/debian_version" ] || { rm -rf "$1" && debootstrap --variant=minbase "$2" "$1" "$mirror" >"$1.log" 2>&1; } ||
-    { tail "$1.log" >&2; fail "debootstrap failed."; }
+  local base=$root/$2-base
+  [ -e "$base/etc/debian_version" ] || debootstrap --variant=minbase "$2" "$base" "$mirror" >"$base.log" 2>&1 ||
+    { tail "$base.log" >&2; rm -rf "$base"; fail "debootstrap failed."; }
+  rm -rf "$1"
+  cp -a "$base" "$1"
 }
 
 # Runs a script in a folder as root of its own system. The host's certificates let pip reach its index.
 inside() {
   local folder=$1
-  mkdir -p "$folder/usr/local/share/ca-certificates"
   cp /etc/resolv.conf "$folder/etc/resolv.conf"
-  cp -rL /etc/ssl "$folder/etc/" 2>/dev/null || true
+  cp /etc/ssl/certs/ca-certificates.crt "$folder/root/certificates.pem"
   mount --bind /proc "$folder/proc"
   mount --bind /dev "$folder/dev"
   local status=0
   env -i PATH=/usr/sbin:/usr/bin:/sbin:/bin HOME=/root LANG=C.UTF-8 DEBIAN_FRONTEND=noninteractive \
-    PIP_CERT=/etc/ssl/certs/ca-certificates.crt chroot "$folder" bash -euc "$2" || status=$?
-  umount "$folder/dev" "$folder/proc"
+    PIP_CERT=/root/certificates.pem chroot "$folder" bash -euc "$2" || status=$?
+  umount --lazy "$folder/dev" "$folder/proc" # an agent of apt may still be there
   return $status
 }
 
-install_quietly='apt-get update -qq && apt-get install --yes -qq --no-install-recommends'
+# What apt says goes to a file of the bare system: some Debian packages print errors that are none.
+install='apt-get update -qq && apt-get install --yes -qq --no-install-recommends >/root/apt.log 2>&1'
 
 # The packages of one release, in $root/packages/<release>: built in a system that has compilers and PETSc.
 build_packages() {
   local release=$1 builder=$root/$1-builder
   make_bare "$builder" "$release"
-  rm -rf "$builder/source" "$root/packages/$release"
+  rm -rf "$root/packages/$release"
   mkdir -p "$builder/source" "$root/packages/$release"
   git archive HEAD | tar -x -C "$builder/source"
-  inside "$builder" "$install_quietly git file dpkg-dev python3-pip python3-venv gcc g++ gfortran cmake ninja-build pkg-config \
+  inside "$builder" "$install git file dpkg-dev python3-pip python3-venv gcc g++ gfortran cmake ninja-build pkg-config \
       libopenmpi-dev openmpi-bin libpetsc-real-dev libslepc-real-dev libopenblas0-serial liblapack-dev libmetis-dev libhdf5-dev \
-      libfyaml-dev libmuparser-dev >/dev/null
+      libfyaml-dev libmuparser-dev
     cd /source
     cmake --preset release >/dev/null && cmake --build --preset release >/dev/null
     cd build/release && cpack -G DEB >/dev/null && ls *.deb"
@@ -64,15 +67,14 @@ build_wheel() {
 # Installs the packages with apt on a bare system and runs the installed half disks as a user who is not root.
 try_packages() {
   local release=$1 bare=$root/$1-bare
-  rm -rf "$bare"
   make_bare "$bare" "$release"
   mkdir "$bare/packages"
   cp "$root/packages/$release"/*.deb "$bare/packages"
-  inside "$bare" "$install_quietly /packages/signorom_*.deb >/dev/null && useradd -m engineer
+  inside "$bare" "$install /packages/signorom_*.deb && useradd -m engineer
     su - engineer -c 'signorom run /usr/share/signorom/input/half_disks.yaml && mpirun -n 2 --oversubscribe signorom solve \
       /usr/share/signorom/input/half_disks.yaml && signorom predict results/half_disks/model.h5 --at squeeze=0.2'
     test -s /usr/share/man/man1/signorom.1.gz -o -s /usr/share/man/man1/signorom.1
-    $install_quietly /packages/libsignorom-online*.deb gcc libc6-dev pkg-config >/dev/null
+    $install /packages/libsignorom-online*.deb gcc libc6-dev pkg-config
     printf '#include <signorom.h>\n#include <stdio.h>\nint main(void) { return puts(signorom_version()) < 0; }\n' >/tmp/v.c
     gcc /tmp/v.c -o /tmp/v \$(pkg-config --cflags --libs signorom_online) && /tmp/v"
 }
@@ -80,11 +82,10 @@ try_packages() {
 # Installs the wheel on a bare system that has Python and nothing else of ours, and asks the model that the packages trained.
 try_wheel() {
   local release=$1 bare=$root/$1-python
-  rm -rf "$bare"
   make_bare "$bare" "$release"
   cp "$root"/wheel/*.whl "$bare/root/"
   cp "$root/$release-bare/home/engineer/results/half_disks/model.h5" "$bare/root/"
-  inside "$bare" "$install_quietly python3 python3-venv >/dev/null
+  inside "$bare" "$install python3 python3-venv
     python3 -m venv /venv && /venv/bin/pip install -q /root/*.whl && cd /root
     /venv/bin/python -c 'from signorom_post import Model; print(Model(\"model.h5\").query(squeeze=0.2).contact_force)'
     /venv/bin/signorom-post fmu model.h5 --output /root/half_disks.fmu && ls -l /root/half_disks.fmu"

@@ -15,6 +15,9 @@ def test_version_is_that_of_the_program() -> None:
     assert found
     assert project["version"] == found[1]
     header = (PACKAGE.parents[1] / "include" / "signorom.h").read_text()
+    citation = (PACKAGE.parents[1] / "CITATION.cff").read_text()
+    assert f"\nversion: {found[1]}\n" in citation
+    assert f"\n## [{found[1]}] - " in (PACKAGE.parents[1] / "CHANGELOG.md").read_text()
     assert f'#define SIGNOROM_VERSION "{found[1]}"\n' in header
 
 
