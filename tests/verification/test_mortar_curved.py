@@ -185,7 +185,10 @@ def test_quarter_of_a_sphere_in_space(signorom, tmp_path, figures, pytestconfig)
     mesh = sphere_on_block(3, step, edges[0], 1.5 if is_fine else 1.8, edges[1], "T10")
     mesh.write(tmp_path / "sphere.msh")
     sides = SIDES[: SIDES.index(", dir")]
-    (fields,), _ = solve_deck(signorom, write_input("sphere", tmp_path, SOLID | {SIDES: sides}))
+    deck = write_input("sphere", tmp_path, SOLID | {SIDES: sides})
+    if not is_fine:  # a third of the time of multigrid on 96 thousand dofs
+        deck.write_text(deck.read_text() + "solver: {type: condensed}\n")
+    (fields,), _ = solve_deck(signorom, deck)
     nodes = mesh.nodes_of("block_face")
     distance = np.linalg.norm(mesh.coordinates[nodes, :2], axis=1)
     half_width, peak = hertz.fit(distance, fields["contact_pressure"][nodes])

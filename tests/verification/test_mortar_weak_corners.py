@@ -224,7 +224,7 @@ def test_solvers_agree_where_parts_touch(signorom, tmp_path, figures, first, is_
         folder = tmp_path / name
         folder.mkdir()
         stamp(folder / "stamp.msh", ("H20", "T10"), unit)
-        draw_points(folder, 6, unit)
+        draw_points(folder, 4, unit)
         rest = f"solver: {{{solver}}}\ntraining: {{file: points.csv}}"
         found[name] = sampled(signorom, stamp_deck(folder, first, rest, unit, is_driven), n_ranks)
     n_closed = (found["active_set"] > 0).sum(axis=1)

@@ -79,7 +79,7 @@ def test_missing_scikit_learn_is_named(
     labels: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     assert main(["forest", "--check"]) == 0
-    monkeypatch.setitem(sys.modules, "sklearn.ensemble", None)
+    monkeypatch.setitem(sys.modules, "sklearn", None)
     for arguments in ([str(labels)], ["--check"]):
         assert main(["forest", *arguments]) == 2
         expected = f"scikit-learn is not installed; hint: {sys.executable} -m pip install 'scikit-learn>=1.3'"

@@ -11,7 +11,7 @@ from signorom_post.check import add_check_command
 from signorom_post.compare.command import add_compare_command
 from signorom_post.errors import InputError, writing
 from signorom_post.figures import BUILDERS, COLORS, FORMATS, FigureOptions, follow_figures
-from signorom_post.forest import random_forest_class, train_forest
+from signorom_post.forest import need_scikit_learn, train_forest
 from signorom_post.log import Log
 from signorom_post.page import add_report_command
 from signorom_post.paper.command import add_paper_command
@@ -142,7 +142,7 @@ def _positive(text: str) -> int:
 
 def _run_forest(options: argparse.Namespace) -> int:
     if options.check:
-        random_forest_class()
+        need_scikit_learn()
         return EXIT_OK
     if options.labels is None:
         raise InputError("signorom-post forest", "the table LABELS.csv is missing")

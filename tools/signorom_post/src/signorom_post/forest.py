@@ -4,6 +4,7 @@
 import csv
 import sys
 import warnings
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -75,14 +76,19 @@ def fit(points: FloatArray, labels: IntArray, n_trees: int, seed: int) -> Any:
 
 def random_forest_class() -> Any:
     """The class of scikit-learn, or an error that tells how to install it where this tool is."""
-    try:
-        from sklearn.ensemble import RandomForestClassifier
-    except ImportError as error:
+    need_scikit_learn()
+    from sklearn.ensemble import RandomForestClassifier
+
+    return RandomForestClassifier
+
+
+def need_scikit_learn() -> None:
+    """Raise an error where scikit-learn is not installed. This takes no second, as an import would."""
+    if find_spec("sklearn") is None:
         raise InputError(
             "signorom-post forest",
             f"scikit-learn is not installed; hint: {sys.executable} -m pip install '{REQUIREMENT}'",
-        ) from error
-    return RandomForestClassifier
+        )
 
 
 def flat_arrays(classifier: Any, n_clusters: int) -> dict[str, np.ndarray]:
