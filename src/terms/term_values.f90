@@ -50,6 +50,7 @@ module sig_term_values
   contains
     procedure :: create
     procedure :: evaluate
+    procedure :: scales
     procedure :: destroy
   end type term_values_t
 
@@ -130,6 +131,36 @@ contains
     end do
     call one%destroy()
   end subroutine tabulate_facets
+
+  !> Sizes whose rounding errors the values have. The end of a window is rounded as a coordinate of the whole surface is, so each
+  !> nodal force of a surface has the error of the sum of all.
+  pure function scales(self, theta)
+    class(term_values_t), intent(in) :: self
+    !> [-] shape (n_terms)
+    real(rk), intent(in) :: theta(:)
+    !> [-] shape (n_terms)
+    real(rk) :: scales(size(theta))
+    integer :: i, j, k
+    real(rk) :: total
+
+    scales = abs(theta)
+    do i = 1, size(self%terms%sources)
+      if (self%terms%sources(i)%kind /= source_surface) cycle
+      associate (dof_terms => self%terms%sources(i)%dof_terms)
+        total = 0
+        do k = 1, size(dof_terms, 2)
+          do j = 1, size(dof_terms, 1)
+            if (dof_terms(j, k) > 0) total = total + abs(theta(dof_terms(j, k)))
+          end do
+        end do
+        do k = 1, size(dof_terms, 2)
+          do j = 1, size(dof_terms, 1)
+            if (dof_terms(j, k) > 0) scales(dof_terms(j, k)) = max(scales(dof_terms(j, k)), total)
+          end do
+        end do
+      end associate
+    end do
+  end function scales
 
   !> theta at one point; is_valid is false, and i_source says where, when a value is infinite or not a number.
   subroutine evaluate(self, point, theta, is_valid, i_source)
