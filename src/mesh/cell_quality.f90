@@ -10,7 +10,7 @@ module sig_cell_quality
   use sig_text, only: to_text
   implicit none(type, external)
   private
-  public :: orient_cells, corner_qualities
+  public :: orient_cells
 
   !> [-] below this a cell counts as flat
   real(rk), parameter :: min_quality = 1.0e-10_rk

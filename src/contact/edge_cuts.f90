@@ -1,0 +1,160 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> Cuts a straight edge in the plane into pieces, each of which faces one edge of another surface.
+!>
+!> The edge looks along its normals, which change linearly from the first node to the second one.
+module sig_edge_cuts
+  use sig_cross_products, only: plane_cross_product
+  use sig_kinds, only: rk
+  implicit none(type, external)
+  private
+  public :: facing_piece_t, cut_edge
+
+  !> A part of an edge that faces one other edge.
+  type :: facing_piece_t
+    !> among the other edges
+    integer :: i_other = 0
+    !> [-] from the edge's first node, 0 to 1
+    real(rk) :: start = 0
+    real(rk) :: end = 1
+    !> the other edge lies farther away than the limit
+    logical :: is_far = .false.
+  end type facing_piece_t
+
+  !> [-] of the edge: cuts that are nearer to each other are one cut
+  real(rk), parameter :: rounding = 1.0e-10_rk
+  !> [-] of the other edge: a point may lie outside by this much, when its ends come out rounded
+  real(rk), parameter :: margin = 1.0e-6_rk
+  !> [-] normals are opposite enough for contact where their product is below this
+  real(rk), parameter :: grazing = -0.1_rk
+
+contains
+
+  !> The edge cut at the nodes of all other edges; each piece with the edge that it faces, the nearest one of several. Pieces that
+  !> face nothing are left out.
+  pure subroutine cut_edge(ends, normals, others, outward, limit, pieces)
+    !> [length] and [-] of the two nodes, shape (2, 2)
+    real(rk), intent(in) :: ends(:, :)
+    real(rk), intent(in) :: normals(:, :)
+    !> [length] nodes of the other edges, shape (2, 2, n)
+    real(rk), intent(in) :: others(:, :, :)
+    !> [-] their outward normals, shape (2, n)
+    real(rk), intent(in) :: outward(:, :)
+    !> [length]
+    real(rk), intent(in) :: limit
+    type(facing_piece_t), allocatable, intent(out) :: pieces(:)
+    type(facing_piece_t) :: piece
+    real(rk), allocatable :: cuts(:)
+    integer :: i
+
+    cuts = cuts_of_edge(ends, normals, others)
+    allocate (pieces(0))
+    do i = 1, size(cuts) - 1
+      piece%start = cuts(i)
+      piece%end = cuts(i + 1)
+      call find_nearest(ends, normals, others, outward, limit, piece)
+      if (piece%i_other > 0) pieces = [pieces, piece]
+    end do
+  end subroutine cut_edge
+
+  !> 0, the places opposite nodes of the others, 1; ascending.
+  pure function cuts_of_edge(ends, normals, others) result(cuts)
+    real(rk), intent(in) :: ends(:, :), normals(:, :), others(:, :, :)
+    real(rk), allocatable :: cuts(:)
+    real(rk) :: places(2 * size(others, 3)), smallest
+    integer :: i, n
+
+    do i = 1, size(others, 3)
+      places(2 * i - 1) = place_opposite(ends, normals, others(:, 1, i))
+      places(2 * i) = place_opposite(ends, normals, others(:, 2, i))
+    end do
+    allocate (cuts(size(places) + 2))
+    cuts(1) = 0
+    n = 1
+    do
+      smallest = minval([1.0_rk, pack(places, places > cuts(n) + rounding)])
+      if (smallest >= 1 - rounding) exit
+      n = n + 1
+      cuts(n) = smallest
+    end do
+    cuts(n + 1) = 1
+    cuts = cuts(:n + 1)
+  end function cuts_of_edge
+
+  !> Place on the edge whose normal meets a point, 0 at its first node, 1 at its second one; huge where there is none.
+  !>
+  !> x(s) - p is parallel to n(s): a quadratic in s, of whose roots the one nearer to the edge counts.
+  pure real(rk) function place_opposite(ends, normals, point) result(place)
+    real(rk), intent(in) :: ends(:, :), normals(:, :)
+    real(rk), intent(in) :: point(:)
+    real(rk) :: along(2), bent(2), constant, linear, q, root, square
+
+    along = ends(:, 2) - ends(:, 1)
+    bent = normals(:, 2) - normals(:, 1)
+    constant = plane_cross_product(ends(:, 1) - point, normals(:, 1))
+    linear = plane_cross_product(along, normals(:, 1)) + plane_cross_product(ends(:, 1) - point, bent)
+    square = plane_cross_product(along, bent)
+    place = huge(place)
+    root = linear**2 - 4 * square * constant
+    if (root < 0) return
+    q = -(linear + sign(sqrt(root), linear)) / 2
+    if (abs(q) > 0) place = constant / q
+    if (abs(square) * huge(place) > abs(q)) then
+      if (abs(q / square - 0.5_rk) < abs(place - 0.5_rk)) place = q / square
+    end if
+  end function place_opposite
+
+  !> The other edge that the middle of a piece faces; none where no edge looks towards it.
+  pure subroutine find_nearest(ends, normals, others, outward, limit, piece)
+    real(rk), intent(in) :: ends(:, :), normals(:, :), others(:, :, :), outward(:, :), limit
+    type(facing_piece_t), intent(inout) :: piece
+    real(rk) :: distance, nearest, normal(2), place, point(2)
+    integer :: i
+
+    place = (piece%start + piece%end) / 2
+    point = point_of_edge(ends, place)
+    normal = normal_of_edge(normals, place)
+    piece%i_other = 0
+    nearest = huge(nearest)
+    do i = 1, size(others, 3)
+      if (dot_product(normal, outward(:, i)) > grazing) cycle
+      call meet_edge(point, normal, others(:, :, i), place, distance)
+      if (place < -margin .or. place > 1 + margin .or. abs(distance) >= nearest) cycle
+      nearest = abs(distance)
+      piece%i_other = i
+    end do
+    piece%is_far = nearest > limit
+  end subroutine find_nearest
+
+  pure function point_of_edge(ends, place) result(point)
+    real(rk), intent(in) :: ends(:, :)
+    real(rk), intent(in) :: place
+    real(rk) :: point(2)
+
+    point = (1 - place) * ends(:, 1) + place * ends(:, 2)
+  end function point_of_edge
+
+  !> Unit normal of an edge at a place.
+  pure function normal_of_edge(normals, place) result(normal)
+    real(rk), intent(in) :: normals(:, :)
+    real(rk), intent(in) :: place
+    real(rk) :: normal(2)
+
+    normal = (1 - place) * normals(:, 1) + place * normals(:, 2)
+    normal = normal / norm2(normal)
+  end function normal_of_edge
+
+  !> Where the line from a point along a normal meets an edge, and how far away. Requires: they are not parallel.
+  pure subroutine meet_edge(point, normal, ends, place, distance)
+    real(rk), intent(in) :: point(:)
+    !> of unit length
+    real(rk), intent(in) :: normal(:)
+    real(rk), intent(in) :: ends(:, :)
+    !> [-] on the edge, 0 to 1 between its nodes
+    real(rk), intent(out) :: place
+    !> [length] along the normal
+    real(rk), intent(out) :: distance
+
+    place = -plane_cross_product(ends(:, 1) - point, normal) / plane_cross_product(ends(:, 2) - ends(:, 1), normal)
+    distance = dot_product(point_of_edge(ends, place) - point, normal)
+  end subroutine meet_edge
+end module sig_edge_cuts
