@@ -2,8 +2,9 @@
 !> The section `contact` of a deck: surfaces that may touch each other or a rigid obstacle.
 module sig_deck_read_contact
   use sig_deck_config, only: averaged_tolerance, contact_config_t, obstacle_config_t, value_config_t
-  use sig_deck_tree, only: deck_tree_t, kind_mapping, root_node
-  use sig_deck_values, only: get_choice, get_list, get_mapping, get_name, get_number, number_of, value_of
+  use sig_deck_tree, only: deck_tree_t, root_node
+  use sig_deck_values, only: get_choice, get_list, get_list_entries, get_mapping, get_name, get_number, is_mapping, &
+    number_of, value_of
   use sig_kinds, only: rk
   implicit none(type, external)
   private
@@ -22,20 +23,15 @@ contains
     type(contact_config_t), allocatable, intent(out) :: contact(:)
     character(:), allocatable :: formulation
     integer, allocatable :: nodes(:)
-    integer :: i, i_list
+    integer :: i
 
-    nodes = [integer ::]
-    i_list = get_list(tree, root_node, 'contact', .true., .false.)
-    if (i_list > 0) nodes = tree%children(i_list)
+    call get_list_entries(tree, root_node, 'contact', .true., .false., nodes)
     allocate (contact(size(nodes)))
     do i = 1, size(nodes)
       contact(i)%first%text = ''
       contact(i)%second%text = ''
       allocate (contact(i)%direction(0))
-      if (tree%nodes(nodes(i))%kind /= kind_mapping) then
-        call tree%report(nodes(i), 'is ' // tree%kind_name(nodes(i)) // '; it must be a mapping {key: value, ...}')
-        cycle
-      end if
+      if (.not. is_mapping(tree, nodes(i))) cycle
       call get_name(tree, nodes(i), 'first', contact(i)%first)
       contact(i)%has_obstacle = tree%find(nodes(i), 'obstacle') > 0
       if (contact(i)%has_obstacle) then

@@ -2,8 +2,8 @@
 !> The section `loads` of a deck: pressures and tractions on boundaries, body forces in regions.
 module sig_deck_read_loads
   use sig_deck_config, only: load_config_t, value_config_t
-  use sig_deck_tree, only: deck_tree_t, kind_mapping, root_node
-  use sig_deck_values, only: get_choice, get_list, get_mapping, get_name, value_of
+  use sig_deck_tree, only: deck_tree_t, root_node
+  use sig_deck_values, only: get_choice, get_list_entries, get_mapping, get_name, is_mapping, value_of
   use sig_mechanical_models, only: components_text, mechanical_model_t
   implicit none(type, external)
   private
@@ -22,19 +22,14 @@ contains
     type(mechanical_model_t), intent(in) :: model
     type(load_config_t), allocatable, intent(out) :: loads(:)
     integer, allocatable :: nodes(:)
-    integer :: i, i_list
+    integer :: i
 
-    nodes = [integer ::]
-    i_list = get_list(tree, root_node, 'loads', .false., .true.)
-    if (i_list > 0) nodes = tree%children(i_list)
+    call get_list_entries(tree, root_node, 'loads', .false., .true., nodes)
     allocate (loads(size(nodes)))
     do i = 1, size(nodes)
       loads(i)%target%text = ''
       loads(i)%axes = model%axes
-      if (tree%nodes(nodes(i))%kind /= kind_mapping) then
-        call tree%report(nodes(i), 'is ' // tree%kind_name(nodes(i)) // '; it must be a mapping {key: value, ...}')
-        cycle
-      end if
+      if (.not. is_mapping(tree, nodes(i))) cycle
       loads(i)%is_body_force = tree%find(nodes(i), 'body_force') > 0
       if (loads(i)%is_body_force) then
         call get_name(tree, nodes(i), 'region', loads(i)%target)
@@ -112,8 +107,7 @@ contains
     type(load_config_t), intent(inout) :: load
     integer :: i_window
 
-    if (tree%find(i_entry, 'window') == 0) return
-    i_window = get_mapping(tree, i_entry, 'window', .true.)
+    i_window = get_mapping(tree, i_entry, 'window', .false.)
     if (i_window == 0) return
     call read_axis(tree, i_window, model, load%axis)
     call read_bound(tree, i_window, 'min', load%has_minimum, load%minimum)

@@ -6,9 +6,9 @@ module sig_deck_read_problem
   use sig_deck_read_contact, only: read_contact
   use sig_deck_read_loads, only: read_loads
   use sig_deck_read_strains, only: read_imposed_strains
-  use sig_deck_tree, only: append_text, deck_tree_t, kind_mapping, root_node
-  use sig_deck_values, only: get_choice, get_list, get_mapping, get_name, get_names, get_number, get_text, get_value, get_word, &
-    value_of
+  use sig_deck_tree, only: append_text, deck_tree_t, root_node
+  use sig_deck_values, only: get_choice, get_list_entries, get_mapping, get_name, get_names, get_number, get_text, get_value, &
+    get_word, is_mapping, value_of
   use sig_expression, only: is_function_name, is_identifier
   use sig_file_system, only: directory_of
   use sig_kinds, only: rk
@@ -148,15 +148,6 @@ contains
     if (size(nodes) == 0) call tree%report(i_mapping, 'is an empty mapping; it needs at least one entry')
   end subroutine get_entries
 
-  !> Whether a list entry or a value under a user's name is a mapping; an error if not.
-  logical function is_mapping(tree, i_node)
-    type(deck_tree_t), intent(inout) :: tree
-    integer, intent(in) :: i_node
-
-    is_mapping = tree%nodes(i_node)%kind == kind_mapping
-    if (.not. is_mapping) call tree%report(i_node, 'is ' // tree%kind_name(i_node) // '; it must be a mapping {key: value, ...}')
-  end function is_mapping
-
   subroutine read_materials(tree, materials)
     type(deck_tree_t), intent(inout) :: tree
     type(material_config_t), allocatable, intent(out) :: materials(:)
@@ -184,11 +175,9 @@ contains
     type(mechanical_model_t), intent(in) :: model
     type(boundary_config_t), allocatable, intent(out) :: conditions(:)
     integer, allocatable :: nodes(:)
-    integer :: i, i_list
+    integer :: i
 
-    nodes = [integer ::]
-    i_list = get_list(tree, root_node, 'boundary_conditions', .true., .false.)
-    if (i_list > 0) nodes = tree%children(i_list)
+    call get_list_entries(tree, root_node, 'boundary_conditions', .true., .false., nodes)
     allocate (conditions(size(nodes)))
     do i = 1, size(nodes)
       conditions(i)%boundary%text = ''

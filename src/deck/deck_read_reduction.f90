@@ -272,8 +272,7 @@ contains
     type(zone_config_t), intent(inout) :: zone
     integer :: i_window
 
-    if (tree%find(i_zone, 'window') == 0) return
-    i_window = get_mapping(tree, i_zone, 'window', .true.)
+    i_window = get_mapping(tree, i_zone, 'window', .false.)
     if (i_window == 0) return
     call read_axis(tree, i_window, model, zone%axis)
     zone%has_minimum = tree%find(i_window, 'min') > 0

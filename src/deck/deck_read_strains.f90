@@ -3,7 +3,7 @@
 module sig_deck_read_strains
   use sig_deck_config, only: field_config_t, imposed_strain_config_t, value_config_t
   use sig_deck_tree, only: append_text, deck_tree_t, kind_mapping, root_node
-  use sig_deck_values, only: get_choice, get_list, get_mapping, get_name, get_value, get_word, value_of
+  use sig_deck_values, only: get_choice, get_list_entries, get_mapping, get_name, get_value, get_word, is_mapping, value_of
   use sig_mechanical_models, only: mechanical_model_t, mechanical_models
   use sig_text, only: join, string_t
   implicit none(type, external)
@@ -22,11 +22,9 @@ contains
     type(mechanical_model_t), intent(in) :: model
     type(imposed_strain_config_t), allocatable, intent(out) :: strains(:)
     integer, allocatable :: nodes(:)
-    integer :: i, i_list
+    integer :: i
 
-    nodes = [integer ::]
-    i_list = get_list(tree, root_node, 'imposed_strains', .false., .true.)
-    if (i_list > 0) nodes = tree%children(i_list)
+    call get_list_entries(tree, root_node, 'imposed_strains', .false., .true., nodes)
     allocate (strains(size(nodes)))
     do i = 1, size(nodes)
       strains(i)%region%text = ''
@@ -34,10 +32,7 @@ contains
       strains(i)%reference%text = '0'
       strains(i)%field%file = ''
       strains(i)%field%name%text = ''
-      if (tree%nodes(nodes(i))%kind /= kind_mapping) then
-        call tree%report(nodes(i), 'is ' // tree%kind_name(nodes(i)) // '; it must be a mapping {key: value, ...}')
-        cycle
-      end if
+      if (.not. is_mapping(tree, nodes(i))) cycle
       call get_name(tree, nodes(i), 'region', strains(i)%region)
       call read_entry(tree, nodes(i), model, strains(i))
       call tree%close_mapping(nodes(i))

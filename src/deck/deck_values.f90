@@ -8,7 +8,8 @@ module sig_deck_values
   use sig_text, only: did_you_mean, join, read_real, string_t, to_text
   implicit none(type, external)
   private
-  public :: get_mapping, get_list, get_text, get_word, get_choice, get_number, get_value, get_integer, get_name, get_names
+  public :: get_mapping, get_list, get_list_entries, is_mapping, get_text, get_word, get_choice
+  public :: get_number, get_value, get_integer, get_name, get_names
   public :: choice_of, number_of, integer_of, name_of, value_of
 
 contains
@@ -22,10 +23,18 @@ contains
 
     i_node = get_node(tree, i_parent, key, is_required)
     if (i_node == 0) return
-    if (tree%nodes(i_node)%kind == kind_mapping) return
-    call tree%report(i_node, 'is ' // tree%kind_name(i_node) // '; it must be a mapping {key: value, ...}')
-    i_node = 0
+    if (.not. is_mapping(tree, i_node)) i_node = 0
   end function get_mapping
+
+  !> Whether a node is a mapping; an error is reported where it is not.
+  logical function is_mapping(tree, i_node)
+    type(deck_tree_t), intent(inout) :: tree
+    integer, intent(in) :: i_node
+
+    is_mapping = tree%nodes(i_node)%kind == kind_mapping
+    if (.not. is_mapping) &
+      call tree%report(i_node, 'is ' // tree%kind_name(i_node) // '; it must be a mapping {key: value, ...}')
+  end function is_mapping
 
   !> The list below a key; 0 as for a mapping, and also (an error) where the list is empty but must not be.
   integer function get_list(tree, i_parent, key, is_required, may_be_empty) result(i_node)
@@ -46,6 +55,24 @@ contains
     end if
     i_node = 0
   end function get_list
+
+  !> The nodes of the list below a key; none where get_list returns 0.
+  subroutine get_list_entries(tree, i_parent, key, is_required, may_be_empty, nodes)
+    type(deck_tree_t), intent(inout) :: tree
+    integer, intent(in) :: i_parent
+    character(*), intent(in) :: key
+    logical, intent(in) :: is_required
+    logical, intent(in) :: may_be_empty
+    integer, allocatable, intent(out) :: nodes(:)
+    integer :: i_list
+
+    i_list = get_list(tree, i_parent, key, is_required, may_be_empty)
+    if (i_list > 0) then
+      nodes = tree%children(i_list)
+    else
+      allocate (nodes(0))
+    end if
+  end subroutine get_list_entries
 
   !> The text below a key, the value stays as it is where the key is missing (an error if required).
   subroutine get_text(tree, i_parent, key, is_required, value)
