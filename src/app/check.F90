@@ -21,8 +21,7 @@ module sig_check
   use sig_row_condition, only: condition_of_rows
   use sig_session, only: session_t
   use sig_solver_plan, only: plan_text
-  use sig_surface_pair, only: short_text
-  use sig_text, only: counted, join, string_t, to_text
+  use sig_text, only: counted, fine_digits, join, short_number, string_t, to_text
   use petsc
   implicit none(type, external)
   private
@@ -153,7 +152,7 @@ contains
       text = text // new_line('a') // '# ' // contact(i)%text
     end do
     if (problem%rows%n_rows > 0) text = text // new_line('a') // '# condition number of the contact matrix B: ' // &
-      short_text(condition_of_rows(problem%rows, problem%boundary%is_prescribed))
+      short_number(condition_of_rows(problem%rows, problem%boundary%is_prescribed), fine_digits)
     text = text // new_line('a') // '# ' // plan_text(problem%plan)
     do i = 1, size(problem%contact_notes)
       text = text // new_line('a') // '# note: ' // problem%contact_notes(i)%text

@@ -11,6 +11,9 @@ module sig_text
   public :: counted, are, lost_digits
   public :: lower, split, read_real, read_integer, did_you_mean
 
+  !> digits of short_number that are enough to find a place or to compare two measures
+  integer, parameter, public :: fine_digits = 6
+
   !> A text of its own length, so that texts can stand in arrays.
   type :: string_t
     character(:), allocatable :: text
@@ -140,11 +143,14 @@ contains
     if (len(digits) == 0) text = '0'
   end function or_zero
 
-  !> Four digits, for people.
-  pure function short_number(value) result(text)
+  !> A number rounded to a few digits, for people.
+  pure function short_number(value, n_digits) result(text)
     real(rk), intent(in) :: value
+    !> 1 to 15; 4 unless told
+    integer, intent(in), optional :: n_digits
     character(:), allocatable :: text
-    character(16) :: buffer
+    character(24) :: buffer
+    character(12) :: form
     real(rk) :: rounded
     integer :: status
 
@@ -152,9 +158,12 @@ contains
       text = to_text(value)
       return
     end if
-    write (buffer, '(es16.3e3)') value
+    form = '(es24.3e3)'
+    if (present(n_digits)) write (form, '(a, i0, a)') '(es24.', n_digits - 1, 'e3)'
+    write (buffer, form) value
     read (buffer, *, iostat=status) rounded
-    text = to_text(merge(rounded, value, status == 0))
+    ! adding zero turns -0 into 0
+    text = to_text(merge(rounded, value, status == 0) + 0.0_rk)
   end function short_number
 
   !> What a condition number costs, for people: `8 of 16 digits`.

@@ -17,9 +17,10 @@ module sig_mortar_rows
   use sig_mortar_surfaces, only: integrate_mortar
   use sig_mortar_words, only: cover_text, far_text, finer_text, gap_text, largest_share
   use sig_node_pairs, only: node_pairs_t
-  use sig_surface_pair, only: refuse, refuse_common_node, refuse_facing, refuse_overlap, short_text, surface_pair_t
+  use sig_surface_pair, only: refuse, refuse_common_node, refuse_facing, refuse_overlap, surface_pair_t
   use sig_surface_pairing, only: open_surfaces
   use sig_term_set, only: term_set_t
+  use sig_text, only: fine_digits, short_number
   implicit none(type, external)
   private
   public :: add_mortar_rows, may_swap, side_choice_t
@@ -175,7 +176,8 @@ contains
       if (.not. allocated(error)) call set_initial_gaps(mesh, contact, deck_path, more%terms, sites, error)
       if (allocated(error)) return
       call create_mortar_rows(sites, n_rows, first, sums, contact(i_entry)%has_initial_gap, more%terms%n_terms(), more%rows)
-      more%note = more%note // ', shares of up to ' // short_text(largest_share(more%rows)) // finer_text(surfaces, first, second)
+      more%note = more%note // ', shares of up to ' // short_number(largest_share(more%rows), fine_digits) // &
+        finer_text(surfaces, first, second)
     end associate
   end subroutine build_rows
 

@@ -5,7 +5,8 @@ module sig_mortar_words
   use sig_kinds, only: rk
   use sig_mortar_sides, only: mortar_side_t
   use sig_mortar_sums, only: mortar_sums_t
-  use sig_surface_pair, only: short_text, surface_pair_t
+  use sig_surface_pair, only: surface_pair_t
+  use sig_text, only: fine_digits, short_number
   implicit none(type, external)
   private
   public :: cover_text, gap_text, far_text, finer_text, largest_share
@@ -22,7 +23,7 @@ contains
     associate (entry => surfaces%entry)
       text = percent_text(sums%covered, sums) // " of '" // entry%first%text // "' faces '" // entry%second%text // "'"
       if (sums%far > 0) text = text // ', ' // percent_text(sums%far, sums) // ' beyond the search distance of ' // &
-        short_text(limit) // ', where no contact is possible (search_distance)'
+        short_number(limit, fine_digits) // ', where no contact is possible (search_distance)'
       if (sums%lost > 0) text = text // ', ' // percent_text(sums%lost, sums) // ' in facets of which only a small part ' // &
         'faces it, where no contact is possible'
     end associate
@@ -35,7 +36,7 @@ contains
     type(mortar_sums_t), intent(in) :: sums
     character(:), allocatable :: text
 
-    text = short_text(min(100.0_rk, 100 * area / sums%whole)) // ' %'
+    text = short_number(min(100.0_rk, 100 * area / sums%whole), fine_digits) // ' %'
   end function percent_text
 
   !> `, gaps of 0 to 0.02`
@@ -50,7 +51,7 @@ contains
 
     ends = [minval(gaps), maxval(gaps)]
     where (abs(ends) < rounding * extent) ends = 0
-    text = ', gaps of ' // short_text(ends(1)) // ' to ' // short_text(ends(2))
+    text = ', gaps of ' // short_number(ends(1), fine_digits) // ' to ' // short_number(ends(2), fine_digits)
   end function gap_text
 
   !> [-] of any node of the second side in any row.

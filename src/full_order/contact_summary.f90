@@ -4,10 +4,9 @@ module sig_contact_summary
   use sig_contact_rows, only: contact_rows_t
   use sig_deck_config, only: deck_config_t
   use sig_kinds, only: rk
-  use sig_surface_pair, only: short_text
   use sig_term_set, only: term_set_t
   use sig_term_values, only: evaluate_points
-  use sig_text, only: append_text, counted, string_t, to_text
+  use sig_text, only: append_text, counted, fine_digits, short_number, string_t, to_text
   implicit none(type, external)
   private
   public :: contact_lines, contact_name
@@ -87,6 +86,6 @@ contains
         largest = max(largest, maxval(matmul(theta(used, i_point), gaps(used, :))))
       end do
     end associate
-    text = ', gaps ' // short_text(smallest) // ' to ' // short_text(largest) // ' ' // unit
+    text = ', gaps ' // short_number(smallest, fine_digits) // ' to ' // short_number(largest, fine_digits) // ' ' // unit
   end function gaps_text
 end module sig_contact_summary

@@ -7,12 +7,12 @@ module sig_surface_pair
   use sig_kinds, only: rk
   use sig_mesh, only: mesh_t
   use sig_surface_geometry, only: surface_geometry_t
-  use sig_text, only: join, string_t, to_text
+  use sig_text, only: fine_digits, join, short_number, string_t, to_text
   implicit none(type, external)
   private
   public :: surface_pair_t, pairing_t
   public :: refuse, refuse_facing, refuse_unpaired, refuse_second_pair, refuse_common_node, refuse_overlap
-  public :: offset_text, node_text, place_text, direction_text, short_text
+  public :: offset_text, node_text, place_text, direction_text
 
   !> One entry of the deck's contact section on the mesh. All indices 1-based.
   type :: surface_pair_t
@@ -159,7 +159,7 @@ contains
     real(rk), intent(in) :: overlap
     type(error_t), allocatable, intent(out) :: error
 
-    call refuse_facing(surfaces, error, 'at the start every ' // what // ' overlaps by ' // short_text(overlap) // &
+    call refuse_facing(surfaces, error, 'at the start every ' // what // ' overlaps by ' // short_number(overlap, fine_digits) // &
                        ' or more, which is more than an element')
   end subroutine refuse_overlap
 
@@ -184,9 +184,10 @@ contains
     real(rk) :: offset
 
     call surfaces%tree%nearest(mesh%coordinates(:, surfaces%first_nodes(i_first)), nearest, offset, surfaces%normals(:, i_first))
-    text = node_text(mesh, surfaces%first_nodes(i_first)) // ' has its nearest node ' // short_text(offset) // &
-      ' away; allowed is ' // short_text(surfaces%tolerance) // ' (pairing_tolerance ' // &
-      to_text(surfaces%entry%pairing_tolerance) // ' times the mesh size ' // short_text(surfaces%first_geometry%mesh_size) // ')'
+    text = node_text(mesh, surfaces%first_nodes(i_first)) // ' has its nearest node ' // short_number(offset, fine_digits) // &
+      ' away; allowed is ' // short_number(surfaces%tolerance, fine_digits) // ' (pairing_tolerance ' // &
+      to_text(surfaces%entry%pairing_tolerance) // ' times the mesh size ' // &
+      short_number(surfaces%first_geometry%mesh_size, fine_digits) // ')'
   end function offset_text
 
   !> Name of a contact entry in messages.
@@ -213,7 +214,7 @@ contains
     integer :: i
 
     do i = 1, size(place)
-      numbers(i)%text = short_text(place(i))
+      numbers(i)%text = short_number(place(i), fine_digits)
     end do
     text = '(' // join(numbers, ', ') // ')'
   end function place_text
@@ -226,17 +227,4 @@ contains
     text = place_text(direction)
     text = '[' // text(2:len(text) - 1) // ']'
   end function direction_text
-
-  !> Six digits are enough to find a place.
-  pure function short_text(number) result(text)
-    real(rk), intent(in) :: number
-    character(:), allocatable :: text
-    character(16) :: buffer
-    real(rk) :: rounded
-
-    write (buffer, '(es13.5)') number
-    read (buffer, *) rounded
-    ! adding zero turns -0 into 0
-    text = to_text(rounded + 0.0_rk)
-  end function short_text
 end module sig_surface_pair

@@ -7,10 +7,13 @@ module sig_parameter_space
   use sig_latin_hypercube, only: latin_hypercube_points
   use sig_point_list, only: read_points
   use sig_sobol, only: sobol_points
-  use sig_text, only: join, string_t, to_text
+  use sig_text, only: join, short_number, string_t
   implicit none(type, external)
   private
   public :: build_points, format_point
+
+  !> digits that tell points apart; more would show the rounding of grid values
+  integer, parameter :: point_digits = 10
 
   interface format_point
     procedure format_point_of_deck, format_point_of_names
@@ -101,7 +104,7 @@ contains
     integer :: i
 
     do i = 1, size(parameters)
-      parts(i)%text = parameters(i)%name // ' = ' // rounded(point(i))
+      parts(i)%text = parameters(i)%name // ' = ' // short_number(point(i), point_digits)
       if (.not. allocated(parameters(i)%unit)) cycle
       if (len(parameters(i)%unit) > 0) parts(i)%text = parts(i)%text // ' ' // parameters(i)%unit
     end do
@@ -119,22 +122,10 @@ contains
     integer :: i
 
     do i = 1, size(names)
-      parts(i)%text = names(i)%text // ' = ' // rounded(point(i))
+      parts(i)%text = names(i)%text // ' = ' // short_number(point(i), point_digits)
       if (.not. present(units)) cycle
       if (len(units(i)%text) > 0) parts(i)%text = parts(i)%text // ' ' // units(i)%text
     end do
     text = join(parts, ', ')
   end function format_point_of_names
-
-  !> Ten digits are enough to tell points apart; more would show the rounding of grid values.
-  pure function rounded(value) result(text)
-    real(rk), intent(in) :: value
-    character(:), allocatable :: text
-    character(24) :: buffer
-    real(rk) :: short_value
-
-    write (buffer, '(es24.9e3)') value
-    read (buffer, *) short_value
-    text = to_text(short_value)
-  end function rounded
 end module sig_parameter_space
