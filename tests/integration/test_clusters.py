@@ -15,7 +15,7 @@ import yaml
 from signorom_post.forest import fit, read_labels
 
 from results import read_snapshots, read_table, table_of
-from runs import refuse, write_deck
+from runs import refuse, run_shifted_disks, write_deck
 from seals import seal
 
 GRID = (7, 3)
@@ -28,17 +28,10 @@ IRREGULAR = {
 }
 
 
-def train(signorom, folder, n_ranks=1, **replacements):
-    """Results folder of `run` on decks/shifted_disks.yaml with changes."""
-    deck = write_deck("shifted_disks", folder, **replacements)
-    signorom("run", deck.name, folder=folder, n_ranks=n_ranks)
-    return folder / "results" / "shifted_disks"
-
-
 @pytest.fixture(scope="module")
 def regular(signorom, tmp_path_factory):
     """Results with clusters of grid cells."""
-    return train(signorom, tmp_path_factory.mktemp("regular"), **REGULAR)
+    return run_shifted_disks(signorom, tmp_path_factory.mktemp("regular"), **REGULAR)
 
 
 @pytest.fixture(scope="module")
@@ -46,7 +39,7 @@ def irregular(signorom, tmp_path_factory):
     """Results with clusters of scattered points; the program finds signorom-post of the Python that runs the tests."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("PATH", f"{Path(sys.executable).parent}:{os.environ['PATH']}")
-        return train(signorom, tmp_path_factory.mktemp("irregular"), **IRREGULAR)
+        return run_shifted_disks(signorom, tmp_path_factory.mktemp("irregular"), **IRREGULAR)
 
 
 def corners_of_cells():

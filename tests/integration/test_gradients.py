@@ -11,7 +11,7 @@ from decks import copy_deck
 from results import read_snapshots
 from runs import HERE
 from test_tied import TIED, write_strip
-from two_materials import HANGING, MATERIALS, core_and_rim, split_region
+from two_materials import HANGING, write_two_materials_below
 
 INPUT = HERE.parents[1] / "input"
 # Central differences with steps of this share of the box: small beside an element that the end of a window crosses.
@@ -35,7 +35,7 @@ training: {grid: {stroke: 3, gap: 3}}
 
 CORE_AND_RIM = """\
 title: A block of two materials under another one
-mesh: {file: blocks.msh, model: plane_stress}
+mesh: {file: core_and_rim.msh, model: plane_stress}
 parameters:
   ratio: {min: 0.3, max: 1.5, unit: "1"}
   E: {min: 100.0, max: 250.0, unit: Pa}
@@ -51,12 +51,7 @@ contact: [{first: lower_face, second: upper_face, initial_gap: "4e-4 * x^2"}]
 
 def write_core_and_rim(folder):
     """A ratio of moduli and Poisson's ratio of one body together; contact alone holds the other one in height."""
-    mesh = stacked_blocks("Q4", 2)
-    split_region(mesh, "lower", core_and_rim)
-    mesh.write(folder / "blocks.msh")
-    deck = folder / "core_and_rim.yaml"
-    deck.write_text(CORE_AND_RIM.replace("{materials}", MATERIALS) + FEW_POINTS)
-    return deck
+    return write_two_materials_below(folder, "core_and_rim", "Q4", 2, CORE_AND_RIM + FEW_POINTS)
 
 
 def write_few(name, folder, changes):

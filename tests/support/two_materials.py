@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Elastic constants that depend on the parameters: changes of decks, and bodies of two materials."""
 
+from block_meshes import stacked_blocks
+
 # of input/bracket.yaml: one modulus and one ratio of a body that only contact holds
 HANGING = {
     "young_modulus: 207.0e3, poisson_ratio: 0.29": "young_modulus: E, poisson_ratio: nu",
@@ -26,3 +28,13 @@ def split_region(mesh, name, name_at):
     for i, (kind, region, nodes) in enumerate(mesh.elements):
         if region == name:
             mesh.elements[i] = (kind, name_at(mesh.coordinates[nodes].mean(axis=0)), nodes)
+
+
+def write_two_materials_below(folder, name, element, n_dim, deck):
+    """A deck and its mesh `<name>.msh`: the lower one of two blocks has a core and a rim."""
+    mesh = stacked_blocks(element, n_dim)
+    split_region(mesh, "lower", core_and_rim)
+    mesh.write(folder / f"{name}.msh")
+    path = folder / f"{name}.yaml"
+    path.write_text(deck.replace("{materials}", MATERIALS))
+    return path

@@ -9,13 +9,12 @@ import pytest
 from block_meshes import LINEAR, QUADRATIC, Mesh
 from program import find_program
 from runs import read_fields, read_snapshots, read_table
-from test_mortar_solid import DISTORTED, EXACT, FACES, SOLVERS, patch_deck, patch_errors, shrink, solved, turn
+from test_mortar_solid import DISTORTED, EXACT, FACES, SOLVERS, blocks, shrink, solve_patch
 
 PATCH = "patch test in space, faces of six and eight nodes first"
 STAMP = "stamp on a block, faces of six and eight nodes first"
 SHRINK_FIT = "shrink fit in space, faces of six and eight nodes first"
 CHECK = find_program().executable.parent / "tests" / "check_certificate"
-UP = np.array([0.0, -np.sin(np.pi / 6), np.cos(np.pi / 6)])
 
 
 def add_block(mesh, region, lines, element, faces, seed=0, moved=0.2):
@@ -25,36 +24,6 @@ def add_block(mesh, region, lines, element, faces, seed=0, moved=0.2):
     if element in QUADRATIC:
         mesh.make_quadratic(element)
     mesh.elements = before + mesh.elements
-
-
-def stacked(elements, sizes, moved=0.0):
-    """Two blocks, 1 by 1 wide and 1 high each, that meet at height 0; inner nodes of faces off the grid by `moved`."""
-    mesh = Mesh()
-    for name, element, (n_x, n_y), floor in zip(
-        ("lower", "upper"), elements, sizes, (-1.0, 0.0), strict=True
-    ):
-        start, side = len(mesh.coordinates), int(name == "lower")
-        faces = {(2, side): f"{name}_face", (2, 1 - side): "bottom" if side else "top"}
-        lines = [np.linspace(0, 1, n_x + 1) ** 1.2, np.linspace(0, 1, n_y + 1) ** 0.9]
-        lines.append(np.linspace(floor, floor + 1, 3))
-        mesh.add_block(name, lines, LINEAR.get(element, element), faces, 0.2, seed=n_x)
-        x = mesh.coordinates[start:]
-        is_inner = (x[:, 2] == 0) & np.all((x[:, :2] > 0) & (x[:, :2] < 1), axis=1)
-        noise = np.random.default_rng(n_y).uniform(-moved, moved, (len(x), 2)) / max(n_x, n_y)
-        x[:, :2] += noise * is_inner[:, None]
-        if element in QUADRATIC:
-            mesh.make_quadratic(element, [name, *faces.values()])
-    return mesh
-
-
-def patch(signorom, folder, mesh, first, solver="condensed", n_ranks=1):
-    """What the program says, and the worst errors of the turned patch test."""
-    turn(mesh)
-    mesh.write(folder / "blocks.msh")
-    second = FACES[1 - FACES.index(first)]
-    deck = patch_deck(folder, f"first: {first}, second: {second}", solver, -UP)
-    said, fields = solved(signorom, deck, n_ranks)
-    return said, patch_errors(mesh, fields, first)
 
 
 @pytest.mark.parametrize("first", FACES)
@@ -72,7 +41,7 @@ def patch(signorom, folder, mesh, first, solver="condensed", n_ranks=1):
 )
 def test_uniform_pressure(signorom, tmp_path, figures, elements, sizes, first):
     """Turned by 30 degrees, nu = 0, either side first: E U / H everywhere."""
-    said, errors = patch(signorom, tmp_path, stacked(elements, sizes), first)
+    said, errors = solve_patch(signorom, tmp_path, blocks(elements, sizes), first)
     assert f"100.0 % of '{first}' faces" in said
     figures.at_most(
         PATCH, f"{'/'.join(elements)} {sizes}, {first} first", max(errors.values()), EXACT, "uniform pressure"
@@ -81,7 +50,7 @@ def test_uniform_pressure(signorom, tmp_path, figures, elements, sizes, first):
 
 def test_matching_faces_need_no_word_of_the_deck(signorom, tmp_path, figures):
     """The same mesh above and below: pairs of nodes cannot take the faces, mortar does."""
-    said, errors = patch(signorom, tmp_path, stacked(("T10", "T10"), ((3, 2), (3, 2))), FACES[0])
+    said, errors = solve_patch(signorom, tmp_path, blocks(("T10", "T10"), ((3, 2), (3, 2))), FACES[0])
     assert "mortar, because node-to-node contact cannot use faces of six or eight nodes" in said
     figures.at_most(PATCH, "matching T10", max(errors.values()), EXACT, "uniform pressure")
 
@@ -100,7 +69,7 @@ def test_two_kinds_of_faces_on_one_surface(signorom, tmp_path, figures, kinds, f
         merge_nodes(mesh)
     lines = [np.linspace(0, 1, 6), np.linspace(0, 1, 4), heights + 1]
     mesh.add_block("upper", lines, "T4", {(2, 0): "upper_face", (2, 1): "top"}, 0.2, seed=9)
-    _, errors = patch(signorom, tmp_path, mesh, first)
+    _, errors = solve_patch(signorom, tmp_path, mesh, first)
     name = f"{kinds[0]} and {kinds[1]} beside each other, {first} first"
     figures.at_most(PATCH, name, max(errors.values()), EXACT, "uniform pressure")
 
@@ -118,7 +87,7 @@ def merge_nodes(mesh):
 @pytest.mark.parametrize("first", FACES)
 def test_distorted_faces(signorom, tmp_path, figures, first):
     """Faces of eight nodes that are no parallelograms: integration is not exact."""
-    _, errors = patch(signorom, tmp_path, stacked(("H20", "H20"), ((4, 3), (5, 6)), moved=0.25), first)
+    _, errors = solve_patch(signorom, tmp_path, blocks(("H20", "H20"), ((4, 3), (5, 6)), moved=0.25), first)
     for quantity in ("stress", "displacement", "pressure"):
         name = f"distorted H20, {first} first: {quantity}"
         figures.at_most(PATCH, name, errors[quantity], DISTORTED, "uniform pressure")
@@ -128,8 +97,8 @@ def test_distorted_faces(signorom, tmp_path, figures, first):
 @pytest.mark.parametrize("solver", [*SOLVERS, "active_set, linear: gamg"])
 def test_solvers_and_ranks(signorom, tmp_path, figures, solver, n_ranks):
     """Tetrahedra first, hexahedra second, 1 to 4 ranks."""
-    _, errors = patch(
-        signorom, tmp_path, stacked(("T10", "H20"), ((4, 3), (2, 3))), FACES[0], solver, n_ranks
+    _, errors = solve_patch(
+        signorom, tmp_path, blocks(("T10", "H20"), ((4, 3), (2, 3))), FACES[0], solver, n_ranks
     )
     allowed = DISTORTED if "gamg" in solver else EXACT
     figures.at_most(PATCH, f"{solver}, ranks: {n_ranks}", max(errors.values()), allowed, "uniform pressure")

@@ -5,9 +5,9 @@ import re
 
 import numpy as np
 
-from block_meshes import Mesh, stacked_blocks
+from block_meshes import Mesh
 from runs import write_input
-from two_materials import HANGING, MATERIALS, core_and_rim, split_region
+from two_materials import HANGING, split_region, write_two_materials_below
 
 __all__ = ["HANGING", "MODULUS", "RATIOS", "STUDY", "write_core_and_rim", "write_one_ratio", "write_study"]
 __all__ += ["write_two_materials"]
@@ -50,12 +50,7 @@ contact:
 
 def write_two_materials(folder):
     """The deck and its mesh: cells of the lower block beside the middle are the core."""
-    mesh = stacked_blocks("H8", 3)
-    split_region(mesh, "lower", core_and_rim)
-    mesh.write(folder / "two_materials.msh")
-    deck = folder / "two_materials.yaml"
-    deck.write_text(TWO_MATERIALS.replace("{materials}", MATERIALS) + STUDY)
-    return deck
+    return write_two_materials_below(folder, "two_materials", "H8", 3, TWO_MATERIALS + STUDY)
 
 
 def write_study(name, folder, changes):
