@@ -2,7 +2,7 @@
 !> How the responses of one body change with the terms: the product rule on (1/s) M(c) x, with the scale s of its moduli and its
 !> interpolated constants c.
 module sig_body_derivative
-  use sig_body_response, only: body_response_t
+  use sig_body_response, only: body_response_t, sum_of_row
   use sig_interpolated_constants, only: variable_change
   use sig_kinds, only: rk
   use sig_linear_algebra, only: multiply
@@ -179,20 +179,4 @@ contains
     change = (sum_of_row(n, row, columns, self%weight_changes, x) + &
       sum_of_row(n, row, columns, self%weights, x_change - self%relative_change * x)) / self%modulus_ratio
   end function change_in_row
-
-  !> Value of one row of M(weights) x.
-  pure real(rk) function sum_of_row(n, row, columns, weights, x) result(total)
-    integer, intent(in) :: n
-    integer, intent(in) :: row
-    real(rk), intent(in) :: columns(:, :)
-    real(rk), intent(in) :: weights(:)
-    real(rk), intent(in) :: x(:)
-    integer :: k
-
-    total = 0
-    if (.not. any(abs(weights) > 0)) return
-    do k = 1, size(x)
-      if (abs(x(k)) > 0) total = total + x(k) * dot_product(columns((k - 1) * n + row, :), weights)
-    end do
-  end function sum_of_row
 end module sig_body_derivative

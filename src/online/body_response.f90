@@ -16,7 +16,7 @@ module sig_body_response
   use sig_shape_checks, only: are_indices, is_ascending, is_matrix
   implicit none(type, external)
   private
-  public :: body_response_t
+  public :: body_response_t, sum_of_row
 
   type :: body_response_t
     !> the model's term that is its modulus, and [force/length**2] the modulus that stands for s = 1
@@ -196,9 +196,11 @@ contains
     !> [force] z, shape (n_multipliers)
     real(rk), intent(in) :: forces(:)
     integer, intent(in) :: row
+    real(rk) :: weights(self%nodes%n_nodes())
 
-    opening = value_of(self, size(forces), row, self%loaded_opening, self%prescribed_opening, theta) + &
-      sum_of_row(self, size(forces), row, self%compliance, theta, forces) / self%modulus_ratio(theta)
+    call self%weights_at(theta, weights)
+    opening = value_of(self, size(forces), row, self%loaded_opening, self%prescribed_opening, weights, theta) + &
+      sum_of_row(size(forces), row, self%compliance, weights, forces) / self%modulus_ratio(theta)
   end function opening_of_row
 
   !> [length] displacement of one of the body's exact dofs.
@@ -208,42 +210,46 @@ contains
     real(rk), intent(in) :: forces(:)
     !> 1-based in `own`
     integer, intent(in) :: i
+    real(rk) :: weights(self%nodes%n_nodes())
 
-    displacement = value_of(self, size(self%own), i, self%loaded_field, self%prescribed_field, theta) - &
-      sum_of_row(self, size(self%own), i, self%contact_field, theta, forces) / self%modulus_ratio(theta)
+    call self%weights_at(theta, weights)
+    displacement = value_of(self, size(self%own), i, self%loaded_field, self%prescribed_field, weights, theta) - &
+      sum_of_row(size(self%own), i, self%contact_field, weights, forces) / self%modulus_ratio(theta)
   end function displacement_of
 
   !> Value of one row of (loaded / s + prescribed) theta.
-  pure real(rk) function value_of(self, n, row, loaded, prescribed, theta) result(value)
+  pure real(rk) function value_of(self, n, row, loaded, prescribed, weights, theta) result(value)
     type(body_response_t), intent(in) :: self
     integer, intent(in) :: n
     integer, intent(in) :: row
     real(rk), intent(in) :: loaded(:, :)
     real(rk), intent(in) :: prescribed(:, :)
+    real(rk), intent(in) :: weights(:)
     real(rk), intent(in) :: theta(:)
 
     associate (leading => theta(:size(loaded, 1) / n))
-      value = sum_of_row(self, n, row, loaded, theta, leading) / self%modulus_ratio(theta) + &
-        sum_of_row(self, n, row, prescribed, theta, leading)
+      value = sum_of_row(n, row, loaded, weights, leading) / self%modulus_ratio(theta) + &
+        sum_of_row(n, row, prescribed, weights, leading)
     end associate
   end function value_of
 
-  !> One row of an interpolated matrix, which stands column by column, times x.
-  pure real(rk) function sum_of_row(self, n, row, columns, theta, x) result(total)
-    type(body_response_t), intent(in) :: self
-    !> rows of the matrix
+  !> Multiplies one row of an interpolated matrix by x.
+  pure real(rk) function sum_of_row(n, row, columns, weights, x) result(total)
+    !> number of rows of the matrix
     integer, intent(in) :: n
+    !> 1-based
     integer, intent(in) :: row
+    !> the matrix at each node of the interpolation, column by column; shape (n * size(x), n_nodes)
     real(rk), intent(in) :: columns(:, :)
-    real(rk), intent(in) :: theta(:)
+    !> [-] what each node counts, shape (n_nodes)
+    real(rk), intent(in) :: weights(:)
     real(rk), intent(in) :: x(:)
-    real(rk) :: weights(self%nodes%n_nodes())
     integer :: k
 
-    call self%weights_at(theta, weights)
     total = 0
+    if (.not. any(abs(weights) > 0)) return
     do k = 1, size(x)
-      total = total + x(k) * dot_product(columns((k - 1) * n + row, :), weights)
+      if (abs(x(k)) > 0) total = total + x(k) * dot_product(columns((k - 1) * n + row, :), weights)
     end do
   end function sum_of_row
 

@@ -35,7 +35,7 @@ contains
   !> Factors W. No errors.
   subroutine create(self, data)
     class(condensed_certificate_t), intent(inout) :: self
-    type(condensed_data_t), intent(in) :: data
+    class(condensed_data_t), intent(in) :: data
     integer :: i, n
 
     n = size(data%compliance, 1)
@@ -56,7 +56,7 @@ contains
   real(rk) function energy(self, data, theta, multipliers, opening)
     class(condensed_certificate_t), intent(in) :: self
     !> of create
-    type(condensed_data_t), intent(in) :: data
+    class(condensed_data_t), intent(in) :: data
     !> shape (n_terms)
     real(rk), contiguous, intent(in) :: theta(:)
     !> [force] of all contacts, shape (n_multipliers)
@@ -80,7 +80,7 @@ contains
   subroutine correct(self, data, theta, free_opening, opening, multipliers)
     class(condensed_certificate_t), intent(in) :: self
     !> of create
-    type(condensed_data_t), intent(in) :: data
+    class(condensed_data_t), intent(in) :: data
     !> shape (n_terms)
     real(rk), contiguous, intent(in) :: theta(:)
     !> room, shape (n_multipliers)
@@ -101,7 +101,7 @@ contains
   subroutine certify(self, data, multipliers, is_own, free_opening, opening, answer)
     class(condensed_certificate_t), intent(in) :: self
     !> of create
-    type(condensed_data_t), intent(in) :: data
+    class(condensed_data_t), intent(in) :: data
     !> [force] >= 0 of all contacts, shape (n_multipliers)
     real(rk), contiguous, intent(in) :: multipliers(:)
     !> the condensed problem has just been solved for them; free_opening and opening are its own
@@ -132,7 +132,7 @@ contains
 
   !> q and w of forces that somebody else found, with closed anchors.
   subroutine open_under(data, theta, multipliers, free_opening, opening)
-    type(condensed_data_t), intent(in) :: data
+    class(condensed_data_t), intent(in) :: data
     real(rk), contiguous, intent(in) :: theta(:)
     real(rk), contiguous, intent(in) :: multipliers(:)
     real(rk), contiguous, intent(out) :: free_opening(:)
@@ -149,7 +149,7 @@ contains
   !> Takes what the openings of the anchors contribute out of W z.
   subroutine close_anchors(self, data, unknowns, closing)
     class(condensed_certificate_t), intent(in) :: self
-    type(condensed_data_t), intent(in) :: data
+    class(condensed_data_t), intent(in) :: data
     !> z
     real(rk), intent(in) :: unknowns(:)
     !> [length] on the free rows

@@ -1,7 +1,6 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> The full-order problem condensed to its contacts as data: what training makes and a file keeps.
+!> The data of the condensed kind: the full-order problem condensed to its contacts, as training makes it and a file keeps it.
 module sig_condensed_data
-  use sig_bits, only: n_words
   use sig_errors, only: error_t
   use sig_hdf5_reader, only: h5_reader_t
   use sig_hdf5_writer, only: h5_writer_t
@@ -9,8 +8,8 @@ module sig_condensed_data
   use sig_linear_algebra, only: multiply
   use sig_missing_parts, only: fill_missing
   use sig_reduced, only: model_sizes_t
-  use sig_shape_checks, only: are_indices, is_ascending, is_matrix
-  use sig_text, only: string_t
+  use sig_reduced_exact, only: reduced_exact_t
+  use sig_shape_checks, only: are_indices, is_matrix
   implicit none(type, external)
   private
   public :: condensed_data_t
@@ -19,15 +18,11 @@ module sig_condensed_data
   !>
   !> z are the multipliers. Bodies that only contact holds hang on anchors: in the place of the multiplier of an anchor stands its
   !> opening, and in the place of its opening its multiplier, both times `scale`.
-  type :: condensed_data_t
+  type, abstract, extends(reduced_exact_t) :: condensed_data_t
     !> [length/force] W, shape (n_multipliers, n_multipliers); symmetric without anchors
     real(rk), allocatable :: compliance(:, :)
     !> [length per unit of theta] D - B G, shape (n_multipliers, n_terms)
     real(rk), allocatable :: free_opening(:, :)
-    !> dofs whose displacement is exact, ascending, 1-based: those of all nodes, or of nodes that the deck names; shape (n_exact)
-    integer, allocatable :: exact_dofs(:)
-    !> boundaries of the mesh whose nodes these are; none where they are all or no nodes
-    type(string_t), allocatable :: exact_boundaries(:)
     !> [length per unit of theta] G of the leading terms, the others drive nothing; of the exact dofs or, where there are modes, of
     !> all; shape (n_exact or n_dofs, n_driving_terms)
     real(rk), allocatable :: free_response(:, :)
@@ -43,8 +38,6 @@ module sig_condensed_data
     real(rk) :: scale = 1
     !> [sqrt(force*length)] largest size of the forces in training, in the norm of W
     real(rk) :: largest_size = 0
-    !> active sets (z > 0) at the training points, as bits; shape (n_words(n_multipliers), n_points), or no columns
-    integer, allocatable :: start_sets(:, :)
     !> sets with a principal pivot transform: which training points have them, shape (n_references)
     integer, allocatable :: reference_points(:)
     !> the reference nearest to each training point's set, 1-based; shape (n_points), or none
@@ -56,7 +49,8 @@ module sig_condensed_data
     procedure :: mismatch
     procedure :: write
     procedure :: read
-    procedure :: has_field
+    procedure :: n_rows
+    procedure :: has_modes
     procedure :: open_freely
   end type condensed_data_t
 
@@ -70,16 +64,14 @@ contains
     class(condensed_data_t), intent(inout) :: self
     type(model_sizes_t), intent(in) :: sizes
 
+    call self%complete_shared(sizes)
     call fill_missing(self%compliance, sizes%n_multipliers)
     call fill_missing(self%free_opening, sizes%n_multipliers)
-    call fill_missing(self%exact_dofs)
-    call fill_missing(self%exact_boundaries)
     if (.not. allocated(self%free_response)) allocate (self%free_response(0, 0))
     if (.not. allocated(self%contact_response)) allocate (self%contact_response(0, sizes%n_multipliers))
     call fill_missing(self%basis, sizes%n_dofs)
     if (.not. allocated(self%contact_coordinates)) allocate (self%contact_coordinates(0, sizes%n_multipliers))
     call fill_missing(self%anchors)
-    call fill_missing(self%start_sets, n_words(sizes%n_multipliers))
     call fill_missing(self%reference_points)
     call fill_missing(self%reference_of_point)
     call fill_missing(self%transforms, sizes%n_multipliers)
@@ -91,13 +83,11 @@ contains
     type(model_sizes_t), intent(in) :: sizes
     character(:), allocatable :: name
 
-    name = ''
+    name = self%shared_mismatch(sizes)
     associate (n => sizes%n_multipliers, n_references => size(self%reference_points))
       if (.not. is_matrix(self%compliance, n, n)) name = 'compliance'
       if (.not. is_matrix(self%free_opening, n, sizes%n_terms)) name = 'free_opening'
       if (.not. (are_indices(self%anchors, n) .and. self%scale > 0)) name = 'anchors'
-      if (size(self%start_sets, 1) /= n_words(n)) name = 'start_sets'
-      if (size(self%start_sets, 2) > 0 .and. size(self%start_sets, 2) /= sizes%n_points) name = 'start_sets'
       if (.not. are_indices(self%reference_points, size(self%start_sets, 2))) name = 'reference_points'
       if (n_references > 0 .and. size(self%reference_of_point) /= size(self%start_sets, 2)) name = 'reference_of_point'
       if (.not. are_indices(self%reference_of_point, n_references)) name = 'reference_of_point'
@@ -120,16 +110,20 @@ contains
       if (.not. is_matrix(self%contact_response, size(exact), sizes%n_multipliers)) name = 'contact_response'
       if (.not. is_matrix(self%basis, sizes%n_dofs, n_modes)) name = 'basis'
       if (.not. is_matrix(self%contact_coordinates, n_modes, sizes%n_multipliers)) name = 'contact_coordinates'
-      if (.not. (are_indices(exact, sizes%n_dofs) .and. is_ascending(exact))) name = 'exact_dofs'
     end associate
   end function field_mismatch
 
-  !> Whether the model has a displacement, if only of some dofs.
-  pure logical function has_field(self)
+  pure integer function n_rows(self)
     class(condensed_data_t), intent(in) :: self
 
-    has_field = size(self%exact_dofs) > 0 .or. size(self%basis, 2) > 0
-  end function has_field
+    n_rows = size(self%compliance, 1)
+  end function n_rows
+
+  pure logical function has_modes(self)
+    class(condensed_data_t), intent(in) :: self
+
+    has_modes = size(self%basis, 2) > 0
+  end function has_modes
 
   !> free_opening theta, where loads on a free motion that are in equilibrium but for rounding are so.
   subroutine open_freely(self, theta, opening)
@@ -155,12 +149,10 @@ contains
     character(*), intent(in) :: length
     character(*), intent(in) :: force
 
+    call self%write_shared(file, group)
     call file%write(group // '/compliance', self%compliance, length // '/(' // force // ')', &
       'closing of each pair under the contact force of each pair')
     call file%write(group // '/free_opening', self%free_opening, length, 'gap without contact forces, a term per row')
-    call file%write(group // '/exact_dofs', self%exact_dofs, description='dofs whose displacement is exact, 1-based')
-    call file%write(group // '/exact_boundaries', self%exact_boundaries, description= &
-      'boundaries that have these dofs; empty: the dofs are those of all nodes')
     call file%write(group // '/free_response', self%free_response, length, &
       'displacement without contact, a leading term per row; of the exact dofs, or of all where there is a basis')
     call file%write(group // '/contact_response', self%contact_response, length // '/(' // force // ')', &
@@ -173,8 +165,6 @@ contains
     call file%write(group // '/scale', self%scale, length // '/(' // force // ')', 'scale of the unknowns of anchors')
     call file%write(group // '/largest_size', self%largest_size, 'sqrt(' // force // '*' // length // ')', &
       'of the contact forces in training, in the norm of the compliance')
-    call file%write(group // '/start_sets', self%start_sets, description= &
-      'active contacts at each training point, a bit per contact, 32 to an integer, a point per row')
     call file%write(group // '/reference_points', self%reference_points, description= &
       'training points whose active sets have a pivot transform, 1-based')
     call file%write(group // '/reference_of_point', self%reference_of_point, description= &
@@ -189,10 +179,9 @@ contains
     character(*), intent(in) :: group
     type(error_t), allocatable, intent(inout) :: error
 
+    call self%read_shared(file, group, error)
     call file%read(group // '/compliance', self%compliance, error)
     call file%read(group // '/free_opening', self%free_opening, error)
-    call file%read(group // '/exact_dofs', self%exact_dofs, error)
-    call file%read(group // '/exact_boundaries', self%exact_boundaries, error)
     call file%read(group // '/free_response', self%free_response, error)
     call file%read(group // '/contact_response', self%contact_response, error)
     call file%read(group // '/basis', self%basis, error)
@@ -200,7 +189,6 @@ contains
     call file%read(group // '/anchors', self%anchors, error)
     call file%read(group // '/scale', self%scale, error)
     call file%read(group // '/largest_size', self%largest_size, error)
-    call file%read(group // '/start_sets', self%start_sets, error)
     call file%read(group // '/reference_points', self%reference_points, error)
     call file%read(group // '/reference_of_point', self%reference_of_point, error)
     call file%read(group // '/transforms', self%transforms, error)

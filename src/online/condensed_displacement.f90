@@ -6,16 +6,15 @@ module sig_condensed_displacement
   use sig_kinds, only: rk
   use sig_linear_algebra, only: multiply
   use sig_shape_checks, only: place_in_ascending
-  use sig_reduced, only: displacement_by_modes, displacement_exact, displacement_none
   implicit none(type, external)
   private
-  public :: fill_condensed_displacement, condensed_displacement_of_dof, source_of_dof
+  public :: fill_condensed_displacement, condensed_displacement_of_dof
 
 contains
 
   !> No numbers where the model has no displacement.
   subroutine fill_condensed_displacement(data, theta, unknowns, displacement)
-    type(condensed_data_t), intent(in) :: data
+    class(condensed_data_t), intent(in) :: data
     !> of all terms
     real(rk), contiguous, intent(in) :: theta(:)
     !> [force] z, shape (n_multipliers)
@@ -25,7 +24,7 @@ contains
     real(rk) :: coordinates(size(data%basis, 2)), exact(size(data%exact_dofs))
 
     associate (leading => theta(:size(data%free_response, 2)))
-      if (size(data%basis, 2) > 0) then
+      if (data%has_modes()) then
         call multiply(1.0_rk, data%free_response, leading, 0.0_rk, displacement)
         exact = displacement(data%exact_dofs)
         call multiply(1.0_rk, data%contact_coordinates, unknowns, 0.0_rk, coordinates)
@@ -41,14 +40,14 @@ contains
 
   !> [length] one component of the same.
   pure real(rk) function condensed_displacement_of_dof(data, theta, unknowns, dof) result(displacement)
-    type(condensed_data_t), intent(in) :: data
+    class(condensed_data_t), intent(in) :: data
     real(rk), intent(in) :: theta(:)
     real(rk), intent(in) :: unknowns(:)
     integer, intent(in) :: dof
     integer :: i, i_exact
 
     i_exact = place_in_ascending(data%exact_dofs, dof)
-    associate (leading => theta(:size(data%free_response, 2)), has_modes => size(data%basis, 2) > 0)
+    associate (leading => theta(:size(data%free_response, 2)), has_modes => data%has_modes())
       if (i_exact == 0 .and. .not. has_modes) then
         displacement = ieee_value(1.0_rk, ieee_quiet_nan)
         return
@@ -63,14 +62,4 @@ contains
       end do
     end if
   end function condensed_displacement_of_dof
-
-  !> Where the displacement of a dof comes from: displacement_exact, displacement_by_modes or displacement_none.
-  pure integer function source_of_dof(data, dof) result(source)
-    type(condensed_data_t), intent(in) :: data
-    integer, intent(in) :: dof
-
-    source = displacement_none
-    if (size(data%basis, 2) > 0) source = displacement_by_modes
-    if (place_in_ascending(data%exact_dofs, dof) > 0) source = displacement_exact
-  end function source_of_dof
 end module sig_condensed_displacement

@@ -34,7 +34,7 @@ contains
 
   subroutine create(self, data, others)
     class(hanging_bodies_t), intent(out) :: self
-    type(condensed_data_t), intent(in) :: data
+    class(condensed_data_t), intent(in) :: data
     !> rows that are no anchors
     integer, intent(in) :: others(:)
     integer :: i, t

@@ -16,7 +16,7 @@ contains
   !> [force*length] E = 1/2 lambda' W lambda + q' lambda. With anchors without their rows, and huge of forces that do not balance
   !> the loads.
   real(rk) function interpolated_energy(data, theta, multipliers, opening) result(energy)
-    type(interpolated_data_t), intent(in) :: data
+    class(interpolated_data_t), intent(in) :: data
     !> shape (n_terms)
     real(rk), contiguous, intent(in) :: theta(:)
     !> [force] of all contacts, shape (n_multipliers)
@@ -38,7 +38,7 @@ contains
 
   !> Whether forces balance the loads on bodies that only contact holds, but for rounding.
   logical function are_balanced(data, free_opening, forces)
-    type(interpolated_data_t), intent(in) :: data
+    class(interpolated_data_t), intent(in) :: data
     !> q, with the work of the loads in the rows of the anchors
     real(rk), intent(in) :: free_opening(:)
     real(rk), intent(in) :: forces(:)
@@ -58,7 +58,7 @@ contains
   !>
   !> Requires: no anchors, data%has_bound().
   real(rk) function bound_foreign_forces(data, theta, multipliers, compliance, opening, enough) result(bound)
-    type(interpolated_data_t), intent(in) :: data
+    class(interpolated_data_t), intent(in) :: data
     real(rk), contiguous, intent(in) :: theta(:)
     real(rk), contiguous, intent(in) :: multipliers(:)
     !> W and w at the point

@@ -1,11 +1,11 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> The condensed problem of bodies whose elastic constants depend on the parameters: what training makes and a file keeps.
+!> The data of the interpolated kind: the condensed problem of bodies whose elastic constants depend on the parameters, as training
+!> makes it and a file keeps it.
 !>
 !> 0 <= z, W(mu) z + q(mu) >= 0, complementary; W and q are sums over bodies (sig_body_response). Bodies that only contact holds
 !> hang on anchors T as in sig_condensed_data. The bodies' responses hold the anchors' own rows of W z + q as they are before
 !> anchors close: these say how far the bodies move.
 module sig_interpolated_data
-  use sig_bits, only: n_words
   use sig_body_modes, only: body_modes_t
   use sig_body_response, only: body_response_t
   use sig_errors, only: error_t
@@ -15,13 +15,14 @@ module sig_interpolated_data
   use sig_linear_algebra, only: multiply
   use sig_missing_parts, only: fill_missing
   use sig_reduced, only: model_sizes_t
-  use sig_shape_checks, only: are_indices, is_ascending, is_matrix, place_in_ascending
-  use sig_text, only: string_t, to_text
+  use sig_reduced_exact, only: reduced_exact_t
+  use sig_shape_checks, only: are_indices, is_matrix, place_in_ascending
+  use sig_text, only: to_text
   implicit none(type, external)
   private
   public :: interpolated_data_t
 
-  type :: interpolated_data_t
+  type, abstract, extends(reduced_exact_t) :: interpolated_data_t
     type(body_response_t), allocatable :: bodies(:)
     !> [length per unit of theta] D, with anchors as the bodies' openings; shape (n_multipliers, n_terms)
     real(rk), allocatable :: gap(:, :)
@@ -35,9 +36,6 @@ module sig_interpolated_data
     real(rk), allocatable :: anchor_motions(:, :)
     !> [length/force] of the anchors' unknowns
     real(rk) :: scale = 1
-    !> dofs with displacements, ascending, 1-based, and the boundaries whose nodes these are
-    integer, allocatable :: exact_dofs(:)
-    type(string_t), allocatable :: exact_boundaries(:)
     !> displacements of the other dofs, an entry per body; none: they have no displacement
     type(body_modes_t), allocatable :: modes(:)
     !> [-] displacement of all dofs as an anchor opens by -1, of a model with modes; shape (n_dofs, n_anchors)
@@ -48,8 +46,6 @@ module sig_interpolated_data
     real(rk) :: largest_field = 0
     !> [sqrt(force*length)] largest size of the forces in training, in the norm of W
     real(rk) :: largest_size = 0
-    !> active sets (z > 0) at the training points, as bits; shape (n_words(n_multipliers), n_points), or no columns
-    integer, allocatable :: start_sets(:, :)
     !> [-] largest error of the forces at the training points, whose constants are no nodes, relative to the size of the forces, at
     !> least a thousandth of the largest
     real(rk) :: measured_error = 0
@@ -66,6 +62,8 @@ module sig_interpolated_data
     procedure :: bound
     procedure :: displacement_of
     procedure :: moves
+    procedure :: n_rows
+    procedure :: has_modes
     procedure :: write
     procedure :: read
   end type interpolated_data_t
@@ -80,18 +78,16 @@ contains
     class(interpolated_data_t), intent(inout) :: self
     type(model_sizes_t), intent(in) :: sizes
 
+    call self%complete_shared(sizes)
     if (.not. allocated(self%bodies)) allocate (self%bodies(0))
     call fill_missing(self%gap, sizes%n_multipliers)
     call fill_missing(self%anchors)
     call fill_missing(self%anchor_closing, sizes%n_multipliers)
     if (.not. allocated(self%anchor_forces)) allocate (self%anchor_forces(0, sizes%n_terms))
-    call fill_missing(self%exact_dofs)
     call fill_missing(self%anchor_motions, size(self%exact_dofs))
-    call fill_missing(self%exact_boundaries)
     if (.not. allocated(self%modes)) allocate (self%modes(0))
     call fill_missing(self%mode_motions, merge(sizes%n_dofs, 0, size(self%modes) > 0))
     call fill_missing(self%middle_compliance, 0)
-    call fill_missing(self%start_sets, n_words(sizes%n_multipliers))
   end subroutine complete
 
   !> Name of a part whose shape does not fit the model; empty when all fit. Requires: complete.
@@ -101,7 +97,7 @@ contains
     character(:), allocatable :: name
     integer :: i
 
-    name = ''
+    name = self%shared_mismatch(sizes)
     associate (n => sizes%n_multipliers, n_anchors => size(self%anchors), n_exact => size(self%exact_dofs))
       if (size(self%bodies) == 0) name = 'bodies'
       if (.not. is_matrix(self%gap, n, sizes%n_terms)) name = 'gap'
@@ -109,9 +105,6 @@ contains
       if (.not. is_matrix(self%anchor_closing, n, n_anchors)) name = 'anchor_closing'
       if (.not. is_matrix(self%anchor_forces, n_anchors, sizes%n_terms)) name = 'anchor_forces'
       if (.not. is_matrix(self%anchor_motions, n_exact, n_anchors)) name = 'anchor_motions'
-      if (.not. (are_indices(self%exact_dofs, sizes%n_dofs) .and. is_ascending(self%exact_dofs))) name = 'exact_dofs'
-      if (size(self%start_sets, 1) /= n_words(n)) name = 'start_sets'
-      if (size(self%start_sets, 2) > 0 .and. size(self%start_sets, 2) /= sizes%n_points) name = 'start_sets'
       do i = 1, size(self%bodies)
         if (len(name) == 0) name = self%bodies(i)%mismatch(n, sizes%n_terms, n_exact)
       end do
@@ -123,6 +116,20 @@ contains
         name = 'middle_compliance'
     end associate
   end function mismatch
+
+  pure integer function n_rows(self)
+    class(interpolated_data_t), intent(in) :: self
+
+    n_rows = 0
+    if (allocated(self%gap)) n_rows = size(self%gap, 1)
+  end function n_rows
+
+  pure logical function has_modes(self)
+    class(interpolated_data_t), intent(in) :: self
+
+    has_modes = .false.
+    if (allocated(self%modes)) has_modes = size(self%modes) > 0
+  end function has_modes
 
   !> W and q at a point.
   subroutine evaluate(self, theta, compliance, opening)
@@ -181,7 +188,7 @@ contains
 
   !> In the place of the anchors' forces stand their openings, in the place of their openings their forces.
   pure subroutine close_anchors(self, theta, compliance, opening)
-    type(interpolated_data_t), intent(in) :: self
+    class(interpolated_data_t), intent(in) :: self
     real(rk), intent(in) :: theta(:)
     real(rk), intent(inout) :: compliance(:, :)
     real(rk), intent(inout) :: opening(:)
@@ -278,6 +285,7 @@ contains
     character(*), intent(in) :: force
     integer :: i
 
+    call self%write_shared(file, group)
     call file%write(group // '/n_bodies', size(self%bodies), description='number of groups below bodies')
     do i = 1, size(self%bodies)
       call self%bodies(i)%write(file, group // '/bodies/' // to_text(i), length, force)
@@ -301,13 +309,8 @@ contains
     call file%write(group // '/anchor_motions', self%anchor_motions, '1', &
       'displacement of the exact dofs as an anchor closes, an anchor per row')
     call file%write(group // '/scale', self%scale, length // '/(' // force // ')', 'scale of the unknowns of anchors')
-    call file%write(group // '/exact_dofs', self%exact_dofs, description='dofs whose displacement is exact, 1-based')
-    call file%write(group // '/exact_boundaries', self%exact_boundaries, description= &
-      'boundaries that have these dofs; empty: the dofs are those of all nodes')
     call file%write(group // '/largest_size', self%largest_size, 'sqrt(' // force // '*' // length // ')', &
       'of the contact forces in training, in the norm of the compliance')
-    call file%write(group // '/start_sets', self%start_sets, description= &
-      'active contacts at each training point, a bit per contact, 32 to an integer, a point per row')
     call file%write(group // '/measured_error', self%measured_error, '1', &
       'largest error of the contact forces at the training points, relative')
     call file%write(group // '/worst_point', self%worst_point, description='training point (1-based) with this largest error')
@@ -322,6 +325,7 @@ contains
     type(error_t), allocatable, intent(inout) :: error
     integer :: i, n_bodies, n_modes
 
+    call self%read_shared(file, group, error)
     call file%read(group // '/n_bodies', n_bodies, error)
     call file%read(group // '/n_modes', n_modes, error)
     if (allocated(error)) return
@@ -345,10 +349,7 @@ contains
     call file%read(group // '/anchor_forces', self%anchor_forces, error)
     call file%read(group // '/anchor_motions', self%anchor_motions, error)
     call file%read(group // '/scale', self%scale, error)
-    call file%read(group // '/exact_dofs', self%exact_dofs, error)
-    call file%read(group // '/exact_boundaries', self%exact_boundaries, error)
     call file%read(group // '/largest_size', self%largest_size, error)
-    call file%read(group // '/start_sets', self%start_sets, error)
     call file%read(group // '/measured_error', self%measured_error, error)
     call file%read(group // '/worst_point', self%worst_point, error)
     call file%read(group // '/n_factorizations', self%n_factorizations, error)

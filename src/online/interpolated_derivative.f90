@@ -17,7 +17,7 @@ contains
 
   !> Forces, openings, and places of bodies that only contact holds. is_singular: there is no derivative.
   subroutine differentiate_interpolated(data, theta, unknowns, coordinates, gradient, is_singular)
-    type(interpolated_data_t), intent(in) :: data
+    class(interpolated_data_t), intent(in) :: data
     !> shape (n_terms)
     real(rk), contiguous, intent(in) :: theta(:)
     !> [force] z, shape (n_multipliers)
@@ -54,7 +54,7 @@ contains
 
   !> Coordinates of the modes of all bodies.
   subroutine change_modes(data, theta, theta_change, coordinates, unknown_change, changes)
-    type(interpolated_data_t), intent(in) :: data
+    class(interpolated_data_t), intent(in) :: data
     real(rk), contiguous, intent(in) :: theta(:)
     real(rk), contiguous, intent(in) :: theta_change(:)
     real(rk), intent(in) :: coordinates(:)
@@ -75,7 +75,7 @@ contains
 
   !> [length] Displacement of a dof by modes over one parameter: it is linear in the terms, the coordinates and the moves.
   pure real(rk) function mode_displacement_change(data, gradient, i_parameter, dof) result(change)
-    type(interpolated_data_t), intent(in) :: data
+    class(interpolated_data_t), intent(in) :: data
     type(gradient_t), intent(in) :: gradient
     integer, intent(in) :: i_parameter
     !> 1-based
@@ -94,7 +94,7 @@ contains
 
   !> [length] sizes of what q is a sum of, body by body.
   function opening_terms(data, theta) result(terms)
-    type(interpolated_data_t), intent(in) :: data
+    class(interpolated_data_t), intent(in) :: data
     real(rk), contiguous, intent(in) :: theta(:)
     !> shape (n_multipliers)
     real(rk) :: terms(size(data%gap, 1))
@@ -112,7 +112,7 @@ contains
 
   !> Change of W z + q at fixed z.
   subroutine change_opening(data, theta, theta_change, unknowns, opening)
-    type(interpolated_data_t), intent(in) :: data
+    class(interpolated_data_t), intent(in) :: data
     real(rk), contiguous, intent(in) :: theta(:)
     real(rk), contiguous, intent(in) :: theta_change(:)
     real(rk), contiguous, intent(in) :: unknowns(:)
@@ -134,7 +134,7 @@ contains
 
   !> [length] of how far each anchor closes (moves in sig_interpolated_data).
   function move_changes(data, theta, theta_change, unknowns, unknown_change) result(changes)
-    type(interpolated_data_t), intent(in) :: data
+    class(interpolated_data_t), intent(in) :: data
     real(rk), contiguous, intent(in) :: theta(:)
     real(rk), contiguous, intent(in) :: theta_change(:)
     real(rk), intent(in) :: unknowns(:)
@@ -161,7 +161,7 @@ contains
 
   !> Displacement of some exact dofs over one parameter.
   subroutine interpolated_displacement_changes(data, theta, unknowns, gradient, i_parameter, places, changes)
-    type(interpolated_data_t), intent(in) :: data
+    class(interpolated_data_t), intent(in) :: data
     real(rk), contiguous, intent(in) :: theta(:)
     !> [force] z, shape (n_multipliers)
     real(rk), intent(in) :: unknowns(:)

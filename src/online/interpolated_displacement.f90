@@ -5,26 +5,16 @@ module sig_interpolated_displacement
   use sig_interpolated_data, only: interpolated_data_t
   use sig_kinds, only: rk
   use sig_linear_algebra, only: multiply
-  use sig_reduced, only: displacement_by_modes, displacement_exact, displacement_none
   use sig_shape_checks, only: place_in_ascending
   implicit none(type, external)
   private
-  public :: close_by_modes, fill_interpolated_displacement, has_modes, interpolated_displacement_of_dof, n_modes_of
-  public :: solve_modes, source_of_interpolated_dof
+  public :: close_by_modes, fill_interpolated_displacement, interpolated_displacement_of_dof, n_modes_of, solve_modes
 
 contains
 
-  !> Whether displacements by modes belong to the model.
-  pure logical function has_modes(data)
-    type(interpolated_data_t), intent(in) :: data
-
-    has_modes = .false.
-    if (allocated(data%modes)) has_modes = size(data%modes) > 0
-  end function has_modes
-
   !> Modes of all bodies together.
   pure integer function n_modes_of(data) result(n_modes)
-    type(interpolated_data_t), intent(in) :: data
+    class(interpolated_data_t), intent(in) :: data
     integer :: i
 
     n_modes = 0
@@ -34,7 +24,7 @@ contains
 
   !> Coordinates under contact forces, the residual of equilibrium, and the size of the field. Requires: modes.
   subroutine solve_modes(data, theta, unknowns, coordinates, residual, field_size)
-    type(interpolated_data_t), intent(in) :: data
+    class(interpolated_data_t), intent(in) :: data
     real(rk), contiguous, intent(in) :: theta(:)
     !> [force] z, shape (n_multipliers)
     real(rk), contiguous, intent(in) :: unknowns(:)
@@ -64,7 +54,7 @@ contains
 
   !> The closing B u_r of all contacts, and the largest of the bodies' K over K(mu_0). Requires: modes.
   subroutine close_by_modes(data, theta, coordinates, closing, stiffest)
-    type(interpolated_data_t), intent(in) :: data
+    class(interpolated_data_t), intent(in) :: data
     real(rk), contiguous, intent(in) :: theta(:)
     !> [length] of solve_modes
     real(rk), contiguous, intent(in) :: coordinates(:)
@@ -87,7 +77,7 @@ contains
 
   !> No numbers where the model has no displacement.
   subroutine fill_interpolated_displacement(data, theta, unknowns, coordinates, displacement)
-    type(interpolated_data_t), intent(in) :: data
+    class(interpolated_data_t), intent(in) :: data
     real(rk), contiguous, intent(in) :: theta(:)
     real(rk), contiguous, intent(in) :: unknowns(:)
     !> [length] of solve_modes
@@ -112,7 +102,7 @@ contains
 
   !> [length] one component of the same.
   pure real(rk) function interpolated_displacement_of_dof(data, theta, unknowns, coordinates, dof) result(displacement)
-    type(interpolated_data_t), intent(in) :: data
+    class(interpolated_data_t), intent(in) :: data
     real(rk), intent(in) :: theta(:)
     real(rk), intent(in) :: unknowns(:)
     real(rk), intent(in) :: coordinates(:)
@@ -133,13 +123,4 @@ contains
       end do
     end if
   end function interpolated_displacement_of_dof
-
-  !> Where the displacement of a dof comes from: displacement_exact, displacement_by_modes or displacement_none.
-  pure integer function source_of_interpolated_dof(data, dof) result(source)
-    type(interpolated_data_t), intent(in) :: data
-    integer, intent(in) :: dof
-
-    source = merge(displacement_by_modes, displacement_none, size(data%modes) > 0)
-    if (place_in_ascending(data%exact_dofs, dof) > 0) source = displacement_exact
-  end function source_of_interpolated_dof
 end module sig_interpolated_displacement

@@ -1,15 +1,13 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> Trained reduced models as the parts of a model.
 module sig_model_parts
-  use sig_condensed_data, only: condensed_data_t
   use sig_hhr_data, only: hhr_data_t
   use sig_model, only: model_t
   use sig_reduced, only: part_t, reduced_t
-  use sig_reduced_condensed, only: reduced_condensed_t
   use sig_reduced_hhr, only: reduced_hhr_t
   implicit none(type, external)
   private
-  public :: set_clusters, set_fallback, cluster_of, condensed_of
+  public :: set_clusters, set_fallback, cluster_of
 
 contains
 
@@ -63,17 +61,4 @@ contains
       cluster => part%data
     end select
   end function cluster_of
-
-  !> As the function above, for a condensed part.
-  function condensed_of(model, k) result(condensed)
-    type(model_t), target, intent(in) :: model
-    integer, intent(in) :: k
-    type(condensed_data_t), pointer :: condensed
-
-    condensed => null()
-    select type (part => model%parts(k)%reduced)
-    type is (reduced_condensed_t)
-      condensed => part%data
-    end select
-  end function condensed_of
 end module sig_model_parts

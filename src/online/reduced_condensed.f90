@@ -8,48 +8,36 @@ module sig_reduced_condensed
   use sig_bits, only: unpack_bits
   use sig_condensed_certificate, only: condensed_certificate_t
   use sig_condensed_data, only: condensed_data_t
-  use sig_condensed_displacement, only: condensed_displacement_of_dof, fill_condensed_displacement, source_of_dof
+  use sig_condensed_displacement, only: condensed_displacement_of_dof, fill_condensed_displacement
   use sig_description_line, only: line
-  use sig_errors, only: error_t
   use sig_gradient, only: gradient_t
-  use sig_hdf5_reader, only: h5_reader_t
-  use sig_hdf5_writer, only: h5_writer_t
   use sig_kinds, only: rk
   use sig_lcp_derivative, only: differentiate_lcp, lcp_derivative_t
   use sig_lcp, only: change_sets, lcp_solution_t, lcp_workspace_t, solve_lcp
   use sig_linear_algebra, only: multiply
   use sig_pivot_transform, only: transform_columns
   use sig_reasons, only: reason_pulled_off, reason_ray
-  use sig_reduced, only: model_sizes_t, neighbors_t, reduced_t, room_t
-  use sig_reduced_exact, only: displacement_text, not_unique, reduced_exact_t, take_forces
+  use sig_reduced, only: neighbors_t, reduced_t, room_t
+  use sig_reduced_exact, only: displacement_text, not_unique, take_forces
   use sig_text, only: counted
   implicit none(type, external)
   private
   public :: reduced_condensed_t
 
-  type, extends(reduced_exact_t) :: reduced_condensed_t
-    type(condensed_data_t) :: data
+  type, extends(condensed_data_t) :: reduced_condensed_t
     !> q of each transform, times theta; shape (n_multipliers, n_terms, n_references)
     real(rk), allocatable, private :: transformed_opening(:, :, :)
     !> the sets of the references, shape (n_multipliers, n_references)
     logical, allocatable, private :: reference_sets(:, :)
-    type(condensed_certificate_t), private :: certificate
+    type(condensed_certificate_t), allocatable, private :: certificate
   contains
     procedure :: kind => kind_of
-    procedure :: complete
-    procedure :: mismatch
     procedure :: prepare
     procedure :: create_room
     procedure :: solve
     procedure :: fill_displacement
     procedure :: displacement_of_dof
-    procedure :: n_rows
-    procedure :: write
-    procedure :: read
     procedure :: describe
-    procedure :: has_displacement
-    procedure :: displacement_source
-    procedure :: has_whole_field
     procedure :: energy
     procedure :: correct_forces
     procedure :: can_certify
@@ -77,39 +65,27 @@ contains
     name = 'condensed'
   end function kind_of
 
-  pure subroutine complete(self, sizes)
-    class(reduced_condensed_t), intent(inout) :: self
-    type(model_sizes_t), intent(in) :: sizes
-
-    call self%data%complete(sizes)
-  end subroutine complete
-
-  pure function mismatch(self, sizes) result(name)
-    class(reduced_condensed_t), intent(in) :: self
-    type(model_sizes_t), intent(in) :: sizes
-    character(:), allocatable :: name
-
-    name = self%data%mismatch(sizes)
-  end function mismatch
-
   !> Transforms the terms of q, and factors W for bounds. No errors.
   subroutine prepare(self, message)
     class(reduced_condensed_t), intent(inout) :: self
     character(:), allocatable, intent(out) :: message
+    type(condensed_certificate_t), allocatable :: certificate
     integer :: i, n
 
-    n = size(self%data%compliance, 1)
+    n = size(self%compliance, 1)
     if (allocated(self%transformed_opening)) deallocate (self%transformed_opening, self%reference_sets)
-    associate (points => self%data%reference_points)
-      allocate (self%transformed_opening(n, size(self%data%free_opening, 2), size(points)), self%reference_sets(n, size(points)))
+    associate (points => self%reference_points)
+      allocate (self%transformed_opening(n, size(self%free_opening, 2), size(points)), self%reference_sets(n, size(points)))
       do i = 1, size(points)
-        call unpack_bits(self%data%start_sets(:, points(i)), self%reference_sets(:, i))
-        self%transformed_opening(:, :, i) = self%data%free_opening
-        call transform_columns(self%data%transforms(:, (i - 1) * n + 1:i * n), self%reference_sets(:, i), &
+        call unpack_bits(self%start_sets(:, points(i)), self%reference_sets(:, i))
+        self%transformed_opening(:, :, i) = self%free_opening
+        call transform_columns(self%transforms(:, (i - 1) * n + 1:i * n), self%reference_sets(:, i), &
           self%transformed_opening(:, :, i))
       end do
     end associate
-    call self%certificate%create(self%data)
+    allocate (certificate)
+    call certificate%create(self)
+    call move_alloc(certificate, self%certificate)
   end subroutine prepare
 
   subroutine create_room(self, room)
@@ -118,7 +94,7 @@ contains
     type(condensed_room_t), allocatable :: own
     integer :: n
 
-    n = size(self%data%compliance, 1)
+    n = size(self%compliance, 1)
     allocate (own)
     allocate (own%free_opening(n), own%opening(n), own%transformed(n), own%start(n))
     call move_alloc(own, room)
@@ -135,22 +111,22 @@ contains
 
     select type (room)
     type is (condensed_room_t)
-      call self%data%open_freely(theta, room%free_opening)
+      call self%open_freely(theta, room%free_opening)
       answer%n_iterations = 0
-      call start_set(self%data, near, room)
+      call start_set(self, near, room)
       answer%reason = reason_ray
-      if (near%nearest >= 1 .and. near%nearest <= size(self%data%reference_of_point)) &
-        call solve_transformed(self, self%data%reference_of_point(near%nearest), theta, room, answer)
+      if (near%nearest >= 1 .and. near%nearest <= size(self%reference_of_point)) &
+        call solve_transformed(self, self%reference_of_point(near%nearest), theta, room, answer)
       if (answer%reason < 0) call solve_whole(self, room, answer)
-      if (answer%reason == reason_ray .and. size(self%data%anchors) > 0) answer%reason = reason_pulled_off
-      if (answer%reason > 0) call take_forces(self%data%compliance, room%free_opening, self%data%anchors, self%data%scale, &
+      if (answer%reason == reason_ray .and. size(self%anchors) > 0) answer%reason = reason_pulled_off
+      if (answer%reason > 0) call take_forces(self%compliance, room%free_opening, self%anchors, self%scale, &
         room%opening, answer)
     end select
   end subroutine solve
 
   !> The set of the nearest training point; without one what penetrates, and with anchors all pairs, which hold the bodies.
   subroutine start_set(data, near, room)
-    type(condensed_data_t), intent(in) :: data
+    class(condensed_data_t), intent(in) :: data
     type(neighbors_t), intent(in) :: near
     type(condensed_room_t), intent(inout) :: room
 
@@ -177,7 +153,7 @@ contains
     call multiply(1.0_rk, self%transformed_opening(:, :, i_reference), theta, 0.0_rk, room%transformed)
     associate (in_reference => self%reference_sets(:, i_reference))
       room%start = room%start .neqv. in_reference
-      call change_sets(self%data%transforms(:, (i_reference - 1) * n + 1:i_reference * n), room%transformed, room%start, &
+      call change_sets(self%transforms(:, (i_reference - 1) * n + 1:i_reference * n), room%transformed, room%start, &
         room%solution, room%workspace)
       room%start = room%start .neqv. in_reference
       call answer%take_solution(room%solution, answer_condensed)
@@ -195,7 +171,7 @@ contains
     type(condensed_room_t), intent(inout) :: room
     type(answer_t), intent(inout) :: answer
 
-    call solve_lcp(self%data%compliance, room%free_opening, room%start, room%solution, room%workspace)
+    call solve_lcp(self%compliance, room%free_opening, room%start, room%solution, room%workspace)
     call answer%take_solution(room%solution, answer_condensed)
     answer%unknowns = room%solution%lambda
   end subroutine solve_whole
@@ -205,7 +181,7 @@ contains
     type(answer_t), intent(in) :: answer
     real(rk), contiguous, intent(inout) :: displacement(:)
 
-    call fill_condensed_displacement(self%data, answer%theta, answer%unknowns, displacement)
+    call fill_condensed_displacement(self, answer%theta, answer%unknowns, displacement)
   end subroutine fill_displacement
 
   pure real(rk) function displacement_of_dof(self, answer, dof) result(displacement)
@@ -213,63 +189,18 @@ contains
     type(answer_t), intent(in) :: answer
     integer, intent(in) :: dof
 
-    displacement = condensed_displacement_of_dof(self%data, answer%theta, answer%unknowns, dof)
+    displacement = condensed_displacement_of_dof(self, answer%theta, answer%unknowns, dof)
   end function displacement_of_dof
-
-  pure logical function has_whole_field(self, n_dofs)
-    class(reduced_condensed_t), intent(in) :: self
-    integer, intent(in) :: n_dofs
-
-    has_whole_field = size(self%data%basis, 2) > 0 .or. size(self%data%exact_dofs) == n_dofs
-  end function has_whole_field
-
-  pure integer function displacement_source(self, dof) result(source)
-    class(reduced_condensed_t), intent(in) :: self
-    integer, intent(in) :: dof
-
-    source = source_of_dof(self%data, dof)
-  end function displacement_source
-
-  pure integer function n_rows(self)
-    class(reduced_condensed_t), intent(in) :: self
-
-    n_rows = size(self%data%compliance, 1)
-  end function n_rows
-
-  subroutine write(self, file, group, length, force)
-    class(reduced_condensed_t), intent(in) :: self
-    type(h5_writer_t), intent(inout) :: file
-    character(*), intent(in) :: group
-    character(*), intent(in) :: length
-    character(*), intent(in) :: force
-
-    call self%data%write(file, group, length, force)
-  end subroutine write
-
-  subroutine read(self, file, group, error)
-    class(reduced_condensed_t), intent(inout) :: self
-    type(h5_reader_t), intent(in) :: file
-    character(*), intent(in) :: group
-    type(error_t), allocatable, intent(inout) :: error
-
-    call self%data%read(file, group, error)
-  end subroutine read
 
   pure function describe(self) result(text)
     class(reduced_condensed_t), intent(in) :: self
     character(:), allocatable :: text
 
     text = line('  forces', 'exact on all ' // counted(self%n_rows(), 'contact pair'))
-    text = text // line('  displacements', displacement_text(self%data%exact_boundaries, &
-      size(self%data%exact_dofs), size(self%data%basis, 2)))
-    text = text // line('  pivot transforms', counted(size(self%data%reference_points), 'reference set'))
+    text = text // line('  displacements', displacement_text(self%exact_boundaries, &
+      size(self%exact_dofs), size(self%basis, 2)))
+    text = text // line('  pivot transforms', counted(size(self%reference_points), 'reference set'))
   end function describe
-
-  pure logical function has_displacement(self)
-    class(reduced_condensed_t), intent(in) :: self
-
-    has_displacement = self%data%has_field()
-  end function has_displacement
 
   !> [force*length] E = 1/2 lambda' W lambda + q' lambda, huge of forces that do not balance the loads.
   real(rk) function energy(self, theta, multipliers, opening)
@@ -278,7 +209,7 @@ contains
     real(rk), contiguous, intent(in) :: multipliers(:)
     real(rk), contiguous, intent(inout) :: opening(:)
 
-    energy = self%certificate%energy(self%data, theta, multipliers, opening)
+    energy = self%certificate%energy(self, theta, multipliers, opening)
   end function energy
 
   !> Bodies that only contact holds: no forces where contacts are open.
@@ -290,7 +221,7 @@ contains
 
     select type (room)
     type is (condensed_room_t)
-      call self%certificate%correct(self%data, theta, room%free_opening, room%opening, multipliers)
+      call self%certificate%correct(self, theta, room%free_opening, room%opening, multipliers)
     end select
   end subroutine correct_forces
 
@@ -298,7 +229,8 @@ contains
   pure logical function can_certify(self)
     class(reduced_condensed_t), intent(in) :: self
 
-    can_certify = self%certificate%is_valid()
+    can_certify = .false.
+    if (allocated(self%certificate)) can_certify = self%certificate%is_valid()
   end function can_certify
 
   subroutine certify(self, multipliers, is_own, room, answer)
@@ -310,7 +242,7 @@ contains
 
     select type (room)
     type is (condensed_room_t)
-      call self%certificate%certify(self%data, multipliers, is_own, room%free_opening, room%opening, answer)
+      call self%certificate%certify(self, multipliers, is_own, room%free_opening, room%opening, answer)
     end select
   end subroutine certify
 
@@ -322,14 +254,14 @@ contains
     real(rk) :: free_opening(self%n_rows())
     type(lcp_derivative_t) :: derivative
 
-    call self%data%open_freely(answer%theta, free_opening)
-    call differentiate_lcp(self%data%compliance, free_opening, matmul(abs(self%data%free_opening), abs(answer%theta)), &
+    call self%open_freely(answer%theta, free_opening)
+    call differentiate_lcp(self%compliance, free_opening, matmul(abs(self%free_opening), abs(answer%theta)), &
       answer%unknowns, &
-      gradient%direction * matmul(self%data%free_opening, gradient%theta), derivative)
+      gradient%direction * matmul(self%free_opening, gradient%theta), derivative)
     if (derivative%is_singular) then
       message = not_unique
     else
-      call gradient%take_forces(derivative, self%data%anchors, self%data%scale)
+      call gradient%take_forces(derivative, self%anchors, self%scale)
     end if
   end subroutine differentiate
 
@@ -344,7 +276,7 @@ contains
     integer :: i
 
     do i = 1, size(dofs)
-      changes(i) = condensed_displacement_of_dof(self%data, gradient%theta(:, i_parameter), gradient%unknowns(:, i_parameter), &
+      changes(i) = condensed_displacement_of_dof(self, gradient%theta(:, i_parameter), gradient%unknowns(:, i_parameter), &
         dofs(i))
     end do
   end subroutine displacement_changes

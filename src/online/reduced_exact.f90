@@ -2,9 +2,15 @@
 !> What the kinds of reduced model share that solve for the exact forces on all contacts.
 module sig_reduced_exact
   use sig_answer, only: answer_t
+  use sig_bits, only: n_words
   use sig_dense_kernels, only: add_few_columns
+  use sig_errors, only: error_t
+  use sig_hdf5_reader, only: h5_reader_t
+  use sig_hdf5_writer, only: h5_writer_t
   use sig_kinds, only: rk
-  use sig_reduced, only: reduced_t, room_t
+  use sig_missing_parts, only: fill_missing
+  use sig_reduced, only: displacement_by_modes, displacement_exact, displacement_none, model_sizes_t, reduced_t, room_t
+  use sig_shape_checks, only: are_indices, is_ascending, place_in_ascending
   use sig_text, only: counted, join, string_t
   implicit none(type, external)
   private
@@ -12,12 +18,28 @@ module sig_reduced_exact
 
   character(*), parameter, public :: not_unique = 'the contact forces have no derivative at this point: they are not unique'
 
+  !> Each kind extends it twice: in a file of its data, which says how these are completed, checked, written and read, and in a file
+  !> of its queries.
   type, abstract, extends(reduced_t) :: reduced_exact_t
+    !> dofs whose displacement is exact, ascending, 1-based: those of all nodes, or of nodes that the deck names; shape (n_exact)
+    integer, allocatable :: exact_dofs(:)
+    !> boundaries of the mesh whose nodes these are; none where they are all or no nodes
+    type(string_t), allocatable :: exact_boundaries(:)
+    !> active sets (z > 0) at the training points, as bits; shape (n_words(n_multipliers), n_points), or no columns
+    integer, allocatable :: start_sets(:, :)
   contains
     procedure :: contact_rows
     procedure :: n_modes
     procedure :: fill_multipliers
     procedure :: is_exact
+    procedure :: has_modes
+    procedure :: has_displacement
+    procedure :: has_whole_field
+    procedure :: displacement_source
+    procedure :: complete_shared
+    procedure :: shared_mismatch
+    procedure :: write_shared
+    procedure :: read_shared
   end type reduced_exact_t
 
 contains
@@ -52,6 +74,81 @@ contains
 
     is_exact = .true.
   end function is_exact
+
+  !> Whether modes give the displacement of the dofs that are not exact: no, unless the kind says otherwise.
+  pure logical function has_modes(self)
+    class(reduced_exact_t), intent(in) :: self
+
+    has_modes = .false.
+  end function has_modes
+
+  !> Whether the part has a displacement, if only of some dofs.
+  pure logical function has_displacement(self)
+    class(reduced_exact_t), intent(in) :: self
+
+    has_displacement = self%has_modes() .or. size(self%exact_dofs) > 0
+  end function has_displacement
+
+  pure logical function has_whole_field(self, n_dofs)
+    class(reduced_exact_t), intent(in) :: self
+    integer, intent(in) :: n_dofs
+
+    has_whole_field = self%has_modes() .or. size(self%exact_dofs) == n_dofs
+  end function has_whole_field
+
+  pure integer function displacement_source(self, dof) result(source)
+    class(reduced_exact_t), intent(in) :: self
+    integer, intent(in) :: dof
+
+    source = merge(displacement_by_modes, displacement_none, self%has_modes())
+    if (place_in_ascending(self%exact_dofs, dof) > 0) source = displacement_exact
+  end function displacement_source
+
+  !> Gives the data of all these kinds their empty values.
+  pure subroutine complete_shared(self, sizes)
+    class(reduced_exact_t), intent(inout) :: self
+    type(model_sizes_t), intent(in) :: sizes
+
+    call fill_missing(self%exact_dofs)
+    call fill_missing(self%exact_boundaries)
+    call fill_missing(self%start_sets, n_words(sizes%n_multipliers))
+  end subroutine complete_shared
+
+  !> Name of one of these data that does not fit the model; empty where all fit.
+  pure function shared_mismatch(self, sizes) result(name)
+    class(reduced_exact_t), intent(in) :: self
+    type(model_sizes_t), intent(in) :: sizes
+    character(:), allocatable :: name
+
+    name = ''
+    if (.not. (are_indices(self%exact_dofs, sizes%n_dofs) .and. is_ascending(self%exact_dofs))) name = 'exact_dofs'
+    if (size(self%start_sets, 1) /= n_words(sizes%n_multipliers)) name = 'start_sets'
+    if (size(self%start_sets, 2) > 0 .and. size(self%start_sets, 2) /= sizes%n_points) name = 'start_sets'
+  end function shared_mismatch
+
+  subroutine write_shared(self, file, group)
+    class(reduced_exact_t), intent(in) :: self
+    type(h5_writer_t), intent(inout) :: file
+    character(*), intent(in) :: group
+
+    call file%write(group // '/exact_dofs', self%exact_dofs, description='dofs whose displacement is exact, 1-based')
+    call file%write(group // '/exact_boundaries', self%exact_boundaries, description= &
+      'boundaries that have these dofs; empty: the dofs are those of all nodes, or there are none')
+    call file%write(group // '/start_sets', self%start_sets, description= &
+      'active contacts at each training point, a bit per contact, 32 to an integer, a point per row')
+  end subroutine write_shared
+
+  !> Errors: something is missing.
+  subroutine read_shared(self, file, group, error)
+    class(reduced_exact_t), intent(inout) :: self
+    type(h5_reader_t), intent(in) :: file
+    character(*), intent(in) :: group
+    type(error_t), allocatable, intent(inout) :: error
+
+    call file%read(group // '/exact_dofs', self%exact_dofs, error)
+    call file%read(group // '/exact_boundaries', self%exact_boundaries, error)
+    call file%read(group // '/start_sets', self%start_sets, error)
+  end subroutine read_shared
 
   !> Multipliers from the unknowns of a condensed problem, and the openings w = W z + q. In the place of an anchor's multiplier
   !> stands its opening, in the place of its opening its multiplier times `scale`.

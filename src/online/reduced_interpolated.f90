@@ -9,52 +9,40 @@ module sig_reduced_interpolated
   use sig_bits, only: unpack_bits
   use sig_dense_kernels, only: factor_cholesky, reduce_cholesky
   use sig_description_line, only: line
-  use sig_errors, only: error_t
   use sig_gradient, only: gradient_t
-  use sig_hdf5_reader, only: h5_reader_t
-  use sig_hdf5_writer, only: h5_writer_t
   use sig_interpolated_certificate, only: bound_foreign_forces, interpolated_energy
   use sig_interpolated_data, only: interpolated_data_t
   use sig_interpolated_derivative, only: differentiate_interpolated, interpolated_displacement_changes, &
     mode_displacement_change
-  use sig_interpolated_displacement, only: close_by_modes, fill_interpolated_displacement, has_modes, &
-    interpolated_displacement_of_dof, n_modes_of, solve_modes, source_of_interpolated_dof
+  use sig_interpolated_displacement, only: close_by_modes, fill_interpolated_displacement, &
+    interpolated_displacement_of_dof, n_modes_of, solve_modes
   use sig_kinds, only: rk
   use sig_lcp, only: lcp_solution_t, lcp_workspace_t, solve_lcp
   use sig_linear_algebra, only: multiply
   use sig_reasons, only: reason_pulled_off, reason_ray
-  use sig_reduced, only: model_sizes_t, neighbors_t, reduced_t, room_t
-  use sig_reduced_exact, only: displacement_text, not_unique, reduced_exact_t, take_forces
+  use sig_reduced, only: neighbors_t, reduced_t, room_t
+  use sig_reduced_exact, only: displacement_text, not_unique, take_forces
   use sig_shape_checks, only: place_in_ascending
   use sig_text, only: counted, short_number, to_text
   implicit none(type, external)
   private
   public :: reduced_interpolated_t
 
-  type, extends(reduced_exact_t) :: reduced_interpolated_t
-    type(interpolated_data_t) :: data
+  type, extends(interpolated_data_t) :: reduced_interpolated_t
     !> L of W = L L' at mu_0 without the anchors; empty: W is not needed
     real(rk), allocatable, private :: middle_factor(:, :)
     !> rows that are no anchors
     integer, allocatable, private :: free_rows(:)
   contains
     procedure :: kind => kind_of
-    procedure :: complete
-    procedure :: mismatch
     procedure :: prepare
     procedure :: create_room
     procedure :: solve
     procedure, private :: bound_displacement
     procedure :: fill_displacement
     procedure :: displacement_of_dof
-    procedure :: n_rows
     procedure :: n_modes
-    procedure :: write
-    procedure :: read
     procedure :: describe
-    procedure :: has_displacement
-    procedure :: displacement_source
-    procedure :: has_whole_field
     procedure :: can_certify
     procedure :: certify
     procedure :: energy
@@ -88,35 +76,20 @@ contains
     name = 'interpolated'
   end function kind_of
 
-  pure subroutine complete(self, sizes)
-    class(reduced_interpolated_t), intent(inout) :: self
-    type(model_sizes_t), intent(in) :: sizes
-
-    call self%data%complete(sizes)
-  end subroutine complete
-
-  pure function mismatch(self, sizes) result(name)
-    class(reduced_interpolated_t), intent(in) :: self
-    type(model_sizes_t), intent(in) :: sizes
-    character(:), allocatable :: name
-
-    name = self%data%mismatch(sizes)
-  end function mismatch
-
   !> The polynomials of the interpolations, and the factor of W. No errors.
   subroutine prepare(self, message)
     class(reduced_interpolated_t), intent(inout) :: self
     character(:), allocatable, intent(out) :: message
     integer :: i, info
 
-    do i = 1, size(self%data%bodies)
-      call self%data%bodies(i)%nodes%prepare()
+    do i = 1, size(self%bodies)
+      call self%bodies(i)%nodes%prepare()
     end do
-    self%free_rows = pack([(i, i=1, self%n_rows())], [(all(self%data%anchors /= i), i=1, self%n_rows())])
+    self%free_rows = pack([(i, i=1, self%n_rows())], [(all(self%anchors /= i), i=1, self%n_rows())])
     if (allocated(self%middle_factor)) deallocate (self%middle_factor)
     allocate (self%middle_factor(0, 0))
-    if (size(self%data%middle_compliance) == 0) return
-    self%middle_factor = self%data%middle_compliance(self%free_rows, self%free_rows)
+    if (size(self%middle_compliance) == 0) return
+    self%middle_factor = self%middle_compliance(self%free_rows, self%free_rows)
     call factor_cholesky(size(self%free_rows), self%middle_factor, info)
     if (info /= 0) self%middle_factor = self%middle_factor(:0, :0)
   end subroutine prepare
@@ -144,20 +117,20 @@ contains
 
     select type (room)
     type is (interpolated_room_t)
-      call self%data%evaluate(theta, room%compliance, room%free_opening)
+      call self%evaluate(theta, room%compliance, room%free_opening)
       room%start = .true.
-      room%start(self%data%anchors) = .false.
-      if (near%nearest >= 1 .and. near%nearest <= size(self%data%start_sets, 2)) &
-        call unpack_bits(self%data%start_sets(:, near%nearest), room%start)
+      room%start(self%anchors) = .false.
+      if (near%nearest >= 1 .and. near%nearest <= size(self%start_sets, 2)) &
+        call unpack_bits(self%start_sets(:, near%nearest), room%start)
       answer%n_iterations = 0
       call solve_lcp(room%compliance, room%free_opening, room%start, room%solution, room%workspace)
       call answer%take_solution(room%solution, answer_condensed)
       answer%unknowns = room%solution%lambda
-      if (answer%reason == reason_ray .and. size(self%data%anchors) > 0) answer%reason = reason_pulled_off
+      if (answer%reason == reason_ray .and. size(self%anchors) > 0) answer%reason = reason_pulled_off
       if (answer%reason <= 0) return
-      call take_forces(room%compliance, room%free_opening, self%data%anchors, self%data%scale, room%opening, answer)
-      if (.not. has_modes(self%data)) return
-      call solve_modes(self%data, theta, answer%unknowns, answer%coordinates, room%residual, room%field_size)
+      call take_forces(room%compliance, room%free_opening, self%anchors, self%scale, room%opening, answer)
+      if (.not. self%has_modes()) return
+      call solve_modes(self, theta, answer%unknowns, answer%coordinates, room%residual, room%field_size)
       call self%bound_displacement(room, answer)
     end select
   end subroutine solve
@@ -174,16 +147,16 @@ contains
 
     if (.not. allocated(self%middle_factor)) return
     if (size(self%middle_factor) == 0) return
-    call close_by_modes(self%data, answer%theta, answer%coordinates, closing, stiffest)
+    call close_by_modes(self, answer%theta, answer%coordinates, closing, stiffest)
     forces = answer%unknowns
-    forces(self%data%anchors) = 0
+    forces(self%anchors) = 0
     ! D - B u_r - (W lambda_r + q)
     missing = -room%free_opening - closing
     call multiply(-1.0_rk, room%compliance, forces, 1.0_rk, missing)
-    call multiply(1.0_rk, self%data%gap, answer%theta, 1.0_rk, missing)
+    call multiply(1.0_rk, self%gap, answer%theta, 1.0_rk, missing)
     rho(:size(self%free_rows)) = missing(self%free_rows)
     call reduce_cholesky(size(self%free_rows), self%middle_factor, rho)
-    size_of_field = comparable_size(room%field_size, self%data%largest_field)
+    size_of_field = comparable_size(room%field_size, self%largest_field)
     call answer%take_displacement_bound(2 * room%residual + sqrt(stiffest) * norm2(rho(:size(self%free_rows))) + &
       rounding * size_of_field, size_of_field)
   end subroutine bound_displacement
@@ -193,7 +166,7 @@ contains
     type(answer_t), intent(in) :: answer
     real(rk), contiguous, intent(inout) :: displacement(:)
 
-    call fill_interpolated_displacement(self%data, answer%theta, answer%unknowns, answer%coordinates, displacement)
+    call fill_interpolated_displacement(self, answer%theta, answer%unknowns, answer%coordinates, displacement)
   end subroutine fill_displacement
 
   pure real(rk) function displacement_of_dof(self, answer, dof) result(displacement)
@@ -201,48 +174,21 @@ contains
     type(answer_t), intent(in) :: answer
     integer, intent(in) :: dof
 
-    displacement = interpolated_displacement_of_dof(self%data, answer%theta, answer%unknowns, answer%coordinates, dof)
+    displacement = interpolated_displacement_of_dof(self, answer%theta, answer%unknowns, answer%coordinates, dof)
   end function displacement_of_dof
-
-  pure logical function has_whole_field(self, n_dofs)
-    class(reduced_interpolated_t), intent(in) :: self
-    integer, intent(in) :: n_dofs
-
-    has_whole_field = size(self%data%modes) > 0 .or. size(self%data%exact_dofs) == n_dofs
-  end function has_whole_field
-
-  pure integer function displacement_source(self, dof) result(source)
-    class(reduced_interpolated_t), intent(in) :: self
-    integer, intent(in) :: dof
-
-    source = source_of_interpolated_dof(self%data, dof)
-  end function displacement_source
-
-  pure logical function has_displacement(self)
-    class(reduced_interpolated_t), intent(in) :: self
-
-    has_displacement = size(self%data%modes) > 0 .or. size(self%data%exact_dofs) > 0
-  end function has_displacement
-
-  pure integer function n_rows(self)
-    class(reduced_interpolated_t), intent(in) :: self
-
-    n_rows = 0
-    if (allocated(self%data%gap)) n_rows = size(self%data%gap, 1)
-  end function n_rows
 
   !> Modes of displacements; forces do not depend on them.
   pure integer function n_modes(self)
     class(reduced_interpolated_t), intent(in) :: self
 
-    n_modes = n_modes_of(self%data)
+    n_modes = n_modes_of(self)
   end function n_modes
 
   !> Whether each body's responses are exact or interpolated over one constant.
   pure logical function can_certify(self)
     class(reduced_interpolated_t), intent(in) :: self
 
-    can_certify = self%data%has_bound()
+    can_certify = self%has_bound()
   end function can_certify
 
   !> The error is that of the interpolation: the interpolated problem was solved but for rounding.
@@ -261,13 +207,13 @@ contains
       call certify_foreign(self, multipliers, room, answer)
       return
     end if
-    size_of_answer = comparable_size(self%size_in_energy(room, multipliers), self%data%largest_size)
-    bound = self%data%bound(answer%theta, answer%unknowns) + rounding * size_of_answer
+    size_of_answer = comparable_size(self%size_in_energy(room, multipliers), self%largest_size)
+    bound = self%bound(answer%theta, answer%unknowns) + rounding * size_of_answer
     call answer%take_bound(bound, size_of_answer)
-    if (.not. has_modes(self%data)) return
+    if (.not. self%has_modes()) return
     select type (room)
     type is (interpolated_room_t)
-      size_of_answer = comparable_size(room%field_size, self%data%largest_field)
+      size_of_answer = comparable_size(room%field_size, self%largest_field)
       call answer%take_displacement_bound(bound + room%residual + rounding * size_of_answer, size_of_answer)
     end select
   end subroutine certify
@@ -280,13 +226,13 @@ contains
     type(answer_t), intent(inout) :: answer
     real(rk) :: size_of_answer
 
-    if (size(self%data%anchors) > 0) return
+    if (size(self%anchors) > 0) return
     select type (room)
     type is (interpolated_room_t)
-      call self%data%evaluate(answer%theta, room%compliance, room%opening)
+      call self%evaluate(answer%theta, room%compliance, room%opening)
       call multiply(1.0_rk, room%compliance, multipliers, 1.0_rk, room%opening)
-      size_of_answer = comparable_size(self%size_in_energy(room, multipliers), self%data%largest_size)
-      call answer%take_bound(bound_foreign_forces(self%data, answer%theta, multipliers, room%compliance, room%opening, &
+      size_of_answer = comparable_size(self%size_in_energy(room, multipliers), self%largest_size)
+      call answer%take_bound(bound_foreign_forces(self, answer%theta, multipliers, room%compliance, room%opening, &
         rounding * size_of_answer), size_of_answer)
     end select
   end subroutine certify_foreign
@@ -298,7 +244,7 @@ contains
     real(rk), contiguous, intent(in) :: multipliers(:)
     real(rk), contiguous, intent(inout) :: opening(:)
 
-    energy = interpolated_energy(self%data, theta, multipliers, opening)
+    energy = interpolated_energy(self, theta, multipliers, opening)
   end function energy
 
   !> [sqrt(force*length)] sqrt(lambda' W lambda) with closed anchors, W of the point that was solved last.
@@ -311,7 +257,7 @@ contains
 
     size_of_forces = 0
     forces = multipliers
-    forces(self%data%anchors) = 0
+    forces(self%anchors) = 0
     select type (room)
     type is (interpolated_room_t)
       call multiply(1.0_rk, room%compliance, forces, 0.0_rk, closing)
@@ -319,35 +265,16 @@ contains
     end select
   end function size_in_energy
 
-  subroutine write(self, file, group, length, force)
-    class(reduced_interpolated_t), intent(in) :: self
-    type(h5_writer_t), intent(inout) :: file
-    character(*), intent(in) :: group
-    character(*), intent(in) :: length
-    character(*), intent(in) :: force
-
-    call self%data%write(file, group, length, force)
-  end subroutine write
-
-  subroutine read(self, file, group, error)
-    class(reduced_interpolated_t), intent(inout) :: self
-    type(h5_reader_t), intent(in) :: file
-    character(*), intent(in) :: group
-    type(error_t), allocatable, intent(inout) :: error
-
-    call self%data%read(file, group, error)
-  end subroutine read
-
   pure function describe(self) result(text)
     class(reduced_interpolated_t), intent(in) :: self
     character(:), allocatable :: text
     integer :: i
 
     text = line('  forces', 'on all ' // counted(self%n_rows(), 'contact pair') // '; largest error at the training points ' // &
-      short_number(self%data%measured_error) // trim(merge('                                                ', &
-      ', an estimate for others: answers have no bound ', self%data%has_bound())))
-    do i = 1, size(self%data%bodies)
-      associate (body => self%data%bodies(i))
+      short_number(self%measured_error) // trim(merge('                                                ', &
+      ', an estimate for others: answers have no bound ', self%has_bound())))
+    do i = 1, size(self%bodies)
+      associate (body => self%bodies(i))
         if (size(body%numerators) == 0) then
           text = text // line('  body ' // to_text(i), 'exact: all its moduli scale together')
         else
@@ -357,7 +284,7 @@ contains
       end associate
     end do
     text = text // line('  displacements', &
-      displacement_text(self%data%exact_boundaries, size(self%data%exact_dofs), self%n_modes()))
+      displacement_text(self%exact_boundaries, size(self%exact_dofs), self%n_modes()))
   end function describe
 
   subroutine differentiate(self, answer, gradient, message)
@@ -367,7 +294,7 @@ contains
     character(:), allocatable, intent(out) :: message
     logical :: is_singular
 
-    call differentiate_interpolated(self%data, answer%theta, answer%unknowns, answer%coordinates, gradient, is_singular)
+    call differentiate_interpolated(self, answer%theta, answer%unknowns, answer%coordinates, gradient, is_singular)
     if (is_singular) message = not_unique
   end subroutine differentiate
 
@@ -381,14 +308,14 @@ contains
     integer :: i, places(size(dofs))
     real(rk), allocatable :: found(:)
 
-    places = [(place_in_ascending(self%data%exact_dofs, dofs(i)), i=1, size(dofs))]
+    places = [(place_in_ascending(self%exact_dofs, dofs(i)), i=1, size(dofs))]
     allocate (found(count(places > 0)))
-    call interpolated_displacement_changes(self%data, answer%theta, answer%unknowns, gradient, i_parameter, &
+    call interpolated_displacement_changes(self, answer%theta, answer%unknowns, gradient, i_parameter, &
       pack(places, places > 0), found)
     changes = unpack(found, places > 0, ieee_value(1.0_rk, ieee_quiet_nan))
-    if (.not. has_modes(self%data)) return
+    if (.not. self%has_modes()) return
     do i = 1, size(dofs)
-      if (places(i) == 0) changes(i) = mode_displacement_change(self%data, gradient, i_parameter, dofs(i))
+      if (places(i) == 0) changes(i) = mode_displacement_change(self, gradient, i_parameter, dofs(i))
     end do
   end subroutine displacement_changes
 end module sig_reduced_interpolated

@@ -9,17 +9,14 @@ module sig_reduced_tied
   use sig_answer, only: answer_condensed, answer_t
   use sig_bits, only: unpack_bits
   use sig_description_line, only: line
-  use sig_errors, only: error_t
   use sig_gradient, only: gradient_t
-  use sig_hdf5_reader, only: h5_reader_t
-  use sig_hdf5_writer, only: h5_writer_t
   use sig_kinds, only: rk
   use sig_lcp_derivative, only: differentiate_lcp, lcp_derivative_t
   use sig_lcp, only: lcp_solution_t, lcp_workspace_t, solve_lcp
   use sig_linear_algebra, only: multiply
   use sig_reasons, only: reason_outside
-  use sig_reduced, only: displacement_exact, displacement_none, model_sizes_t, neighbors_t, reduced_t, room_t
-  use sig_reduced_exact, only: displacement_text, not_unique, reduced_exact_t
+  use sig_reduced, only: neighbors_t, reduced_t, room_t
+  use sig_reduced_exact, only: displacement_text, not_unique
   use sig_shape_checks, only: place_in_ascending
   use sig_text, only: counted, to_text
   use sig_tied_data, only: row_changing, row_closed, tied_cluster_t, tied_data_t
@@ -35,25 +32,16 @@ module sig_reduced_tied
     real(rk), allocatable :: compliance(:, :)
   end type prepared_t
 
-  type, extends(reduced_exact_t) :: reduced_tied_t
-    type(tied_data_t) :: data
+  type, extends(tied_data_t) :: reduced_tied_t
     type(prepared_t), allocatable, private :: prepared(:)
   contains
     procedure :: kind => kind_of
-    procedure :: complete
-    procedure :: mismatch
     procedure :: prepare
     procedure :: create_room
     procedure :: solve
     procedure :: fill_displacement
     procedure :: displacement_of_dof
-    procedure :: n_rows
-    procedure :: write
-    procedure :: read
     procedure :: describe
-    procedure :: has_displacement
-    procedure :: displacement_source
-    procedure :: has_whole_field
     procedure :: differentiate
     procedure :: displacement_changes
   end type reduced_tied_t
@@ -78,21 +66,6 @@ contains
     name = 'tied'
   end function kind_of
 
-  pure subroutine complete(self, sizes)
-    class(reduced_tied_t), intent(inout) :: self
-    type(model_sizes_t), intent(in) :: sizes
-
-    call self%data%complete(sizes)
-  end subroutine complete
-
-  pure function mismatch(self, sizes) result(name)
-    class(reduced_tied_t), intent(in) :: self
-    type(model_sizes_t), intent(in) :: sizes
-    character(:), allocatable :: name
-
-    name = self%data%mismatch(sizes)
-  end function mismatch
-
   !> No errors.
   subroutine prepare(self, message)
     class(reduced_tied_t), intent(inout) :: self
@@ -100,9 +73,9 @@ contains
     integer :: i, k
 
     if (allocated(self%prepared)) deallocate (self%prepared)
-    allocate (self%prepared(size(self%data%clusters)))
+    allocate (self%prepared(size(self%clusters)))
     do i = 1, size(self%prepared)
-      associate (cluster => self%data%clusters(i), prepared => self%prepared(i))
+      associate (cluster => self%clusters(i), prepared => self%prepared(i))
         prepared%changing = pack([(k, k=1, size(cluster%status))], cluster%status == row_changing)
         prepared%compliance = cluster%operator(prepared%changing, :)
         ! symmetric but for rounding
@@ -134,12 +107,12 @@ contains
     type is (tied_room_t)
       first = 1
       room%start = .false.
-      if (near%nearest >= 1 .and. near%nearest <= size(self%data%cluster_of_point)) then
-        first = self%data%cluster_of_point(near%nearest)
-        call unpack_bits(self%data%start_sets(:, near%nearest), room%start)
+      if (near%nearest >= 1 .and. near%nearest <= size(self%cluster_of_point)) then
+        first = self%cluster_of_point(near%nearest)
+        call unpack_bits(self%start_sets(:, near%nearest), room%start)
       end if
-      do i = 0, size(self%data%clusters) - 1
-        call solve_cluster(self, modulo(first - 1 + i, size(self%data%clusters)) + 1, theta, room, answer)
+      do i = 0, size(self%clusters) - 1
+        call solve_cluster(self, modulo(first - 1 + i, size(self%clusters)) + 1, theta, room, answer)
         if (answer%reason > 0) return
       end do
     end select
@@ -155,7 +128,7 @@ contains
     type(answer_t), intent(inout) :: answer
     integer :: k
 
-    associate (cluster => self%data%clusters(i), changing => self%prepared(i)%changing)
+    associate (cluster => self%clusters(i), changing => self%prepared(i)%changing)
       call multiply(1.0_rk, cluster%free, theta, 0.0_rk, room%rows)
       call solve_lcp(self%prepared(i)%compliance, room%rows(changing), room%start(changing), room%solution, room%workspace)
       call answer%take_solution(room%solution, answer_condensed)
@@ -197,15 +170,15 @@ contains
     class(reduced_tied_t), intent(in) :: self
     type(answer_t), intent(in) :: answer
     real(rk), contiguous, intent(inout) :: displacement(:)
-    real(rk) :: exact(size(self%data%exact_dofs))
+    real(rk) :: exact(size(self%exact_dofs))
 
     displacement = ieee_value(1.0_rk, ieee_quiet_nan)
     if (answer%row_cluster == 0) return
-    associate (cluster => self%data%clusters(answer%row_cluster))
+    associate (cluster => self%clusters(answer%row_cluster))
       call multiply(1.0_rk, cluster%free_field, answer%theta, 0.0_rk, exact)
       call multiply(1.0_rk, cluster%field, answer%multipliers(self%prepared(answer%row_cluster)%changing), 1.0_rk, exact)
     end associate
-    displacement(self%data%exact_dofs) = exact
+    displacement(self%exact_dofs) = exact
   end subroutine fill_displacement
 
   pure real(rk) function displacement_of_dof(self, answer, dof) result(displacement)
@@ -215,9 +188,9 @@ contains
     integer :: i
 
     displacement = ieee_value(1.0_rk, ieee_quiet_nan)
-    i = place_in_ascending(self%data%exact_dofs, dof)
+    i = place_in_ascending(self%exact_dofs, dof)
     if (i == 0 .or. answer%row_cluster == 0) return
-    associate (cluster => self%data%clusters(answer%row_cluster), changing => self%prepared(answer%row_cluster)%changing)
+    associate (cluster => self%clusters(answer%row_cluster), changing => self%prepared(answer%row_cluster)%changing)
       displacement = dot_product(cluster%free_field(i, :), answer%theta) + &
         dot_product(cluster%field(i, :), answer%multipliers(changing))
     end associate
@@ -233,7 +206,7 @@ contains
     type(lcp_derivative_t) :: derivative
     integer :: k
 
-    associate (cluster => self%data%clusters(answer%row_cluster), prepared => self%prepared(answer%row_cluster))
+    associate (cluster => self%clusters(answer%row_cluster), prepared => self%prepared(answer%row_cluster))
       rows = matmul(cluster%free, gradient%theta)
       opening = matmul(cluster%free(prepared%changing, :), answer%theta)
       terms = matmul(abs(cluster%free(prepared%changing, :)), abs(answer%theta))
@@ -262,60 +235,14 @@ contains
     integer :: i, k
 
     changes = ieee_value(1.0_rk, ieee_quiet_nan)
-    associate (cluster => self%data%clusters(answer%row_cluster))
+    associate (cluster => self%clusters(answer%row_cluster))
       do k = 1, size(dofs)
-        i = place_in_ascending(self%data%exact_dofs, dofs(k))
+        i = place_in_ascending(self%exact_dofs, dofs(k))
         if (i > 0) changes(k) = dot_product(cluster%free_field(i, :), gradient%theta(:, i_parameter)) + &
           dot_product(cluster%field(i, :), gradient%unknowns(:, i_parameter))
       end do
     end associate
   end subroutine displacement_changes
-
-  pure integer function displacement_source(self, dof) result(source)
-    class(reduced_tied_t), intent(in) :: self
-    integer, intent(in) :: dof
-
-    source = merge(displacement_exact, displacement_none, place_in_ascending(self%data%exact_dofs, dof) > 0)
-  end function displacement_source
-
-  pure logical function has_whole_field(self, n_dofs)
-    class(reduced_tied_t), intent(in) :: self
-    integer, intent(in) :: n_dofs
-
-    has_whole_field = size(self%data%exact_dofs) == n_dofs
-  end function has_whole_field
-
-  pure logical function has_displacement(self)
-    class(reduced_tied_t), intent(in) :: self
-
-    has_displacement = size(self%data%exact_dofs) > 0
-  end function has_displacement
-
-  pure integer function n_rows(self)
-    class(reduced_tied_t), intent(in) :: self
-
-    n_rows = 0
-    if (size(self%data%clusters) > 0) n_rows = size(self%data%clusters(1)%status)
-  end function n_rows
-
-  subroutine write(self, file, group, length, force)
-    class(reduced_tied_t), intent(in) :: self
-    type(h5_writer_t), intent(inout) :: file
-    character(*), intent(in) :: group
-    character(*), intent(in) :: length
-    character(*), intent(in) :: force
-
-    call self%data%write(file, group, length, force)
-  end subroutine write
-
-  subroutine read(self, file, group, error)
-    class(reduced_tied_t), intent(inout) :: self
-    type(h5_reader_t), intent(in) :: file
-    character(*), intent(in) :: group
-    type(error_t), allocatable, intent(inout) :: error
-
-    call self%data%read(file, group, error)
-  end subroutine read
 
   pure function describe(self) result(text)
     class(reduced_tied_t), intent(in) :: self
@@ -323,12 +250,12 @@ contains
     integer :: i
 
     text = line('  forces', 'exact on all ' // counted(self%n_rows(), 'contact pair') // ', or refused')
-    do i = 1, size(self%data%clusters)
-      associate (status => self%data%clusters(i)%status)
+    do i = 1, size(self%clusters)
+      associate (status => self%clusters(i)%status)
         text = text // line('  contacts, cluster ' // to_text(i), to_text(count(status == row_changing)) // ' change, ' // &
           to_text(count(status == row_closed)) // ' always closed, the others always open')
       end associate
     end do
-    text = text // line('  displacements', displacement_text(self%data%exact_boundaries, size(self%data%exact_dofs), 0))
+    text = text // line('  displacements', displacement_text(self%exact_boundaries, size(self%exact_dofs), 0))
   end function describe
 end module sig_reduced_tied

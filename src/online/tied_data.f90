@@ -1,5 +1,6 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> A large contact condensed to the rows that change, cluster by cluster: what training makes and a file keeps.
+!> The data of the tied kind: a large contact condensed to the rows that change, cluster by cluster, as training makes it and a file
+!> keeps it.
 module sig_tied_data
   use sig_bits, only: n_words
   use sig_errors, only: error_t
@@ -8,8 +9,9 @@ module sig_tied_data
   use sig_kinds, only: rk
   use sig_missing_parts, only: fill_missing
   use sig_reduced, only: model_sizes_t
-  use sig_shape_checks, only: are_indices, is_ascending, is_matrix
-  use sig_text, only: string_t, to_text
+  use sig_reduced_exact, only: reduced_exact_t
+  use sig_shape_checks, only: are_indices, is_matrix
+  use sig_text, only: to_text
   implicit none(type, external)
   private
   public :: tied_cluster_t, tied_data_t
@@ -30,18 +32,14 @@ module sig_tied_data
     real(rk), allocatable :: field(:, :)
   end type tied_cluster_t
 
-  type :: tied_data_t
+  type, abstract, extends(reduced_exact_t) :: tied_data_t
     type(tied_cluster_t), allocatable :: clusters(:)
     !> shape (n_points)
     integer, allocatable :: cluster_of_point(:)
-    !> closed contacts at the training points, as bits; shape (n_words(n_multipliers), n_points)
-    integer, allocatable :: start_sets(:, :)
-    !> dofs with displacements, ascending, 1-based, and the boundaries whose nodes these are
-    integer, allocatable :: exact_dofs(:)
-    type(string_t), allocatable :: exact_boundaries(:)
   contains
     procedure :: complete
     procedure :: mismatch
+    procedure :: n_rows
     procedure :: write
     procedure :: read
   end type tied_data_t
@@ -53,11 +51,9 @@ contains
     class(tied_data_t), intent(inout) :: self
     type(model_sizes_t), intent(in) :: sizes
 
+    call self%complete_shared(sizes)
     if (.not. allocated(self%clusters)) allocate (self%clusters(0))
     call fill_missing(self%cluster_of_point)
-    call fill_missing(self%start_sets, n_words(sizes%n_multipliers))
-    call fill_missing(self%exact_dofs)
-    call fill_missing(self%exact_boundaries)
   end subroutine complete
 
   !> Name of a part whose shape does not fit the model; empty when all fit. Requires: complete.
@@ -67,12 +63,11 @@ contains
     character(:), allocatable :: name
     integer :: i, n_changing
 
-    name = ''
+    name = self%shared_mismatch(sizes)
     if (size(self%clusters) == 0) name = 'tied'
     if (any(shape(self%start_sets) /= [n_words(sizes%n_multipliers), sizes%n_points])) name = 'start_sets'
     if (size(self%cluster_of_point) /= sizes%n_points .or. .not. are_indices(self%cluster_of_point, size(self%clusters))) &
       name = 'cluster_of_point'
-    if (.not. (are_indices(self%exact_dofs, sizes%n_dofs) .and. is_ascending(self%exact_dofs))) name = 'exact_dofs'
     do i = 1, size(self%clusters)
       associate (cluster => self%clusters(i), n => sizes%n_multipliers, n_exact => size(self%exact_dofs))
         n_changing = count(cluster%status == row_changing)
@@ -85,6 +80,13 @@ contains
     end do
   end function mismatch
 
+  pure integer function n_rows(self)
+    class(tied_data_t), intent(in) :: self
+
+    n_rows = 0
+    if (size(self%clusters) > 0) n_rows = size(self%clusters(1)%status)
+  end function n_rows
+
   subroutine write(self, file, group, length, force)
     class(tied_data_t), intent(in) :: self
     type(h5_writer_t), intent(inout) :: file
@@ -93,11 +95,8 @@ contains
     character(*), intent(in) :: force
     integer :: i
 
+    call self%write_shared(file, group)
     call file%write(group // '/cluster_of_point', self%cluster_of_point, description='cluster (1-based) of each training point')
-    call file%write(group // '/start_sets', self%start_sets, description= &
-      'closed contacts at each training point, a bit per contact, 32 to an integer, a point per row')
-    call file%write(group // '/exact_dofs', self%exact_dofs, description='dofs whose displacement is exact, 1-based')
-    call file%write(group // '/exact_boundaries', self%exact_boundaries, description='boundaries whose nodes these are')
     do i = 1, size(self%clusters)
       associate (cluster => self%clusters(i), place => group // '/tied/' // to_text(i))
         call file%write(place // '/status', cluster%status, description='status of each contact: 0 open, 1 closed, 2 may change')
@@ -120,10 +119,8 @@ contains
     character(:), allocatable :: place
     integer :: i, n_clusters, n_found
 
+    call self%read_shared(file, group, error)
     call file%read(group // '/cluster_of_point', self%cluster_of_point, error)
-    call file%read(group // '/start_sets', self%start_sets, error)
-    call file%read(group // '/exact_dofs', self%exact_dofs, error)
-    call file%read(group // '/exact_boundaries', self%exact_boundaries, error)
     if (allocated(error)) return
     ! as many as the points name; a number alone may be any
     n_clusters = maxval([0, self%cluster_of_point])

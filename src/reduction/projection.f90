@@ -8,6 +8,7 @@ module sig_projection
   use sig_load_pattern, only: load_pattern_t
   use sig_mesh, only: mesh_t
   use sig_reduced_domain, only: reduced_domain_t
+  use sig_shape_checks, only: place_in_ascending
   implicit none(type, external)
   private
   public :: projected_blocks_t, project, project_part, project_contact_rows, expected_stiffness_rank
@@ -54,7 +55,7 @@ contains
       blocks%load(:, lifted_terms(i)) = blocks%load(:, lifted_terms(i)) + lifted(:, i)
     end do
     do i = 1, loads%n_entries()
-      if (position_in(domain%interior_dofs, loads%dofs(i)) == 0) cycle
+      if (place_in_ascending(domain%interior_dofs, loads%dofs(i)) == 0) cycle
       blocks%load(:, loads%terms(i)) = blocks%load(:, loads%terms(i)) + basis(loads%dofs(i), :) * loads%values(i)
     end do
     blocks%contact_matrix = project_contact_rows(rows, domain, basis)
@@ -102,7 +103,7 @@ contains
       dofs = cell_dofs(mesh, domain%cells(i_cell))
       forces = matmul(cell_stiffness(mesh, body, domain%cells(i_cell)), fields(dofs, :))
       do i_dof = 1, size(dofs)
-        i_row = position_in(domain%interior_dofs, dofs(i_dof))
+        i_row = place_in_ascending(domain%interior_dofs, dofs(i_dof))
         if (i_row > 0) rows(i_row, :) = rows(i_row, :) + forces(i_dof, :)
       end do
     end do
@@ -122,7 +123,7 @@ contains
     do i_row = 1, size(domain%contact_rows)
       associate (row => domain%contact_rows(i_row))
         do i_entry = rows%offsets(row) + 1, rows%offsets(row + 1)
-          if (position_in(domain%contact_dofs, rows%dofs(i_entry)) == 0) cycle
+          if (place_in_ascending(domain%contact_dofs, rows%dofs(i_entry)) == 0) cycle
           contact_matrix(i_row, :) = contact_matrix(i_row, :) + rows%coefficients(i_entry) * basis(rows%dofs(i_entry), :)
         end do
       end associate
@@ -150,26 +151,6 @@ contains
     end do
   end function project_gap
 
-  !> Index of a value in an ascending list, 0 where it is not there.
-  pure integer function position_in(sorted, value) result(position)
-    integer, intent(in) :: sorted(:)
-    integer, intent(in) :: value
-    integer :: first, last
-
-    first = 1
-    last = size(sorted)
-    do while (first <= last)
-      position = (first + last) / 2
-      if (sorted(position) == value) return
-      if (sorted(position) < value) then
-        first = position + 1
-      else
-        last = position - 1
-      end if
-    end do
-    position = 0
-  end function position_in
-
   !> Rank that snapshots in equilibrium can give at most: K V vanishes but where a force drives the body.
   !>
   !> The sides of a contact row carry opposite forces, so a row counts once. A hat function is in no equilibrium: it adds one.
@@ -185,7 +166,7 @@ contains
 
     rank = size(domain%contact_rows) + n_patterns + n_hats
     do i_dof = 1, size(driven_dofs)
-      if (position_in(domain%interior_dofs, driven_dofs(i_dof)) > 0) rank = rank + 1
+      if (place_in_ascending(domain%interior_dofs, driven_dofs(i_dof)) > 0) rank = rank + 1
     end do
     rank = min(rank, n_modes)
   end function expected_stiffness_rank

@@ -131,14 +131,14 @@ contains
       call report_cluster(part%data, group, report)
     type is (reduced_condensed_t)
       call report%add(group // 'n_contact_rows', part%n_rows())
-      call report%add(group // 'n_reference_sets', size(part%data%reference_points))
+      call report%add(group // 'n_reference_sets', size(part%reference_points))
     type is (reduced_interpolated_t)
       call report%add(group // 'n_contact_rows', part%n_rows())
-      call report%add(group // 'n_factorizations', part%data%n_factorizations)
-      call report%add(group // 'largest_error', part%data%measured_error)
-      call report%add(group // 'worst_training_point', part%data%worst_point)
+      call report%add(group // 'n_factorizations', part%n_factorizations)
+      call report%add(group // 'largest_error', part%measured_error)
+      call report%add(group // 'worst_training_point', part%worst_point)
       ! without one the largest error is an estimate for other points
-      call report%add(group // 'has_bound', part%data%has_bound())
+      call report%add(group // 'has_bound', part%has_bound())
     class default
       call report%add(group // 'n_contact_rows', part%n_rows())
     end select

@@ -501,8 +501,8 @@ PLANTED = [
     ),
     Planted(
         SRC + "reduction/projection.f90",
-        "if (position_in(domain%interior_dofs, loads%dofs(i)) == 0) cycle",
-        "if (position_in(domain%interior_dofs, loads%dofs(i)) < 0) cycle",
+        "if (place_in_ascending(domain%interior_dofs, loads%dofs(i)) == 0) cycle",
+        "if (place_in_ascending(domain%interior_dofs, loads%dofs(i)) < 0) cycle",
         "loads outside of the reduced domain count",
         "verification.test_loads",
     ),

@@ -160,7 +160,7 @@ contains
         return
       end if
       if (answer%bound >= 0) call compare(part, exact%multipliers, answer%multipliers, answer%bound, records(1))
-      if (size(part%data%anchors) == 0) call check_spoiled(part, room, exact%multipliers, answer)
+      if (size(part%anchors) == 0) call check_spoiled(part, room, exact%multipliers, answer)
     class default
       call give_up('the model has no operator of all contacts')
     end select
@@ -176,8 +176,8 @@ contains
     integer :: i, info
 
     closed = pack([(i, i=1, size(exact%multipliers))], exact%multipliers > 0)
-    factor = part%data%compliance(closed, closed)
-    forces = -matmul(part%data%free_opening(closed, :), exact%theta)
+    factor = part%compliance(closed, closed)
+    forces = -matmul(part%free_opening(closed, :), exact%theta)
     call factor_cholesky(size(closed), factor, info)
     if (info == 0) call solve_cholesky(size(closed), factor, forces)
     if (info /= 0 .or. any(forces < -rounding * maxval(abs(forces)))) then
@@ -200,8 +200,8 @@ contains
     do k = 2, n_kinds
       spoiled = spoil(exact, k)
       if (lifted(answer%cluster)%is_there) then
-        bound = lifted(answer%cluster)%bound%evaluate(spoiled, matmul(part%data%compliance, spoiled) + &
-          matmul(part%data%free_opening, answer%theta))
+        bound = lifted(answer%cluster)%bound%evaluate(spoiled, matmul(part%compliance, spoiled) + &
+          matmul(part%free_opening, answer%theta))
       else
         call part%certify(spoiled, .false., room, answer)
         bound = answer%bound
@@ -243,7 +243,7 @@ contains
     real(rk) :: error, whole
 
     error = norm_of(part, forces - exact)
-    whole = max(norm_of(part, exact), 1.0e-3_rk * part%data%largest_size)
+    whole = max(norm_of(part, exact), 1.0e-3_rk * part%largest_size)
     record%n_points = record%n_points + 1
     if (.not. bound >= error - rounding * whole) record%n_violations = record%n_violations + 1
     if (error > smallest_error * whole) record%effectivities = [record%effectivities, bound / error]
@@ -256,8 +256,8 @@ contains
     real(rk) :: elastic(size(forces))
 
     elastic = forces
-    elastic(part%data%anchors) = 0
-    norm_of = sqrt(max(0.0_rk, dot_product(elastic, matmul(part%data%compliance, elastic))))
+    elastic(part%anchors) = 0
+    norm_of = sqrt(max(0.0_rk, dot_product(elastic, matmul(part%compliance, elastic))))
   end function norm_of
 
   subroutine print_table()

@@ -36,7 +36,7 @@ contains
     type(body_constants_t), intent(in) :: constants
     integer, intent(in) :: i_body
     !> its exact dofs are known
-    type(interpolated_data_t), intent(inout) :: data
+    class(interpolated_data_t), intent(inout) :: data
     logical, allocatable :: is_own(:)
     integer :: i
 
@@ -73,7 +73,7 @@ contains
   subroutine grow_nodes(constants, i_round, data)
     type(body_constants_t), intent(in) :: constants(:)
     integer, intent(in) :: i_round
-    type(interpolated_data_t), intent(inout) :: data
+    class(interpolated_data_t), intent(inout) :: data
     integer :: i
 
     do i = 1, size(constants)
@@ -89,7 +89,7 @@ contains
     type(team_t), intent(inout) :: team
     type(body_constants_t), intent(in) :: constants(:)
     type(joined_body_t), intent(inout) :: joined
-    type(interpolated_data_t), intent(inout) :: data
+    class(interpolated_data_t), intent(inout) :: data
     type(error_t), allocatable, intent(out) :: error
     PetscErrorCode, intent(out) :: ierr
     type(responses_t) :: responses
@@ -121,7 +121,7 @@ contains
     type(problem_t), intent(in) :: problem
     type(team_t), intent(inout) :: team
     type(joined_body_t), intent(in) :: joined
-    type(interpolated_data_t), intent(inout) :: data
+    class(interpolated_data_t), intent(inout) :: data
     type(responses_t), intent(out) :: responses
     type(error_t), allocatable, intent(out) :: error
     PetscErrorCode, intent(out) :: ierr
@@ -151,7 +151,7 @@ contains
     type(team_t), intent(inout) :: team
     type(responses_t), intent(in) :: responses
     integer, intent(in) :: i_body
-    type(interpolated_data_t), intent(inout) :: data
+    class(interpolated_data_t), intent(inout) :: data
     PetscErrorCode, intent(out) :: ierr
     real(rk), allocatable :: values(:, :)
     logical, allocatable :: is_own(:)
@@ -196,7 +196,7 @@ contains
   pure subroutine set_scale(anchors, compliance, data)
     type(anchors_t), intent(in) :: anchors
     real(rk), intent(in) :: compliance(:, :)
-    type(interpolated_data_t), intent(inout) :: data
+    class(interpolated_data_t), intent(inout) :: data
     integer :: i
     real(rk) :: mean
 

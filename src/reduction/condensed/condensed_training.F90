@@ -56,7 +56,7 @@ contains
       plan%exact_dofs = [(i, i=1, full_order%problem%mesh%n_dim * full_order%problem%mesh%n_nodes)]
     PetscCall(condense(full_order, plan, reduced, ierr))
     if (.not. allocated(reduced)) return
-    call measure_forces(multipliers, reduced%data)
+    call measure_forces(multipliers, reduced)
     call move_alloc(reduced, part)
   end subroutine condense_fallback
 
@@ -79,11 +79,11 @@ contains
     PetscCall(condense(full_order, plan, reduced, ierr))
     if (.not. allocated(reduced)) return
     if (plan%has_modes) then
-      PetscCall(add_modes(full_order, snapshots, reduced%data, ierr))
+      PetscCall(add_modes(full_order, snapshots, reduced, ierr))
     end if
-    reduced%data%start_sets = start_sets_of(snapshots%forces(), reduced%data%anchors)
-    call measure_forces(snapshots%forces(), reduced%data)
-    call choose_references(full_order%problem%deck%reduction%max_transforms_size, reduced%data, error)
+    reduced%start_sets = start_sets_of(snapshots%forces(), reduced%anchors)
+    call measure_forces(snapshots%forces(), reduced)
+    call choose_references(full_order%problem%deck%reduction%max_transforms_size, reduced, error)
     call move_alloc(reduced, part)
   end subroutine train_condensed
 
@@ -101,7 +101,7 @@ contains
     PetscCall(team%solver%condense(condensed, ierr))
     if (condensed%reason /= reason_converged) return
     allocate (reduced)
-    associate (problem => full_order%problem, data => reduced%data)
+    associate (problem => full_order%problem, data => reduced)
       data%compliance = condensed%compliance
       data%free_opening = condensed%free_opening
       data%anchors = condensed%anchors%rows
@@ -111,7 +111,7 @@ contains
       PetscCall(share_rows(team, condensed%free_response, problem%boundary%n_terms, plan%exact_dofs, data%free_response, ierr))
       PetscCall(share_rows(team, condensed%contact_response, problem%rows%n_rows, plan%exact_dofs, data%contact_response, ierr))
     end associate
-    PetscCall(agree(reduced%data, ierr))
+    PetscCall(agree(reduced, ierr))
   end subroutine condense
 
   !> Some rows of distributed columns, on every rank. Collective.
@@ -138,7 +138,7 @@ contains
 
   !> Groups of ranks condense on their own and may differ by rounding: the first rank's numbers count. Collective on all ranks.
   subroutine agree(data, ierr)
-    type(condensed_data_t), intent(inout) :: data
+    class(condensed_data_t), intent(inout) :: data
     PetscErrorCode, intent(out) :: ierr
 
     PetscCall(broadcast_columns(data%compliance, PETSC_COMM_WORLD, ierr))
@@ -151,7 +151,7 @@ contains
   subroutine add_modes(full_order, snapshots, data, ierr)
     type(full_order_t), intent(inout) :: full_order
     type(training_set_t), intent(in) :: snapshots
-    type(condensed_data_t), intent(inout) :: data
+    class(condensed_data_t), intent(inout) :: data
     PetscErrorCode, intent(out) :: ierr
     type(team_t), pointer :: team
     type(condensed_t), pointer :: condensed
@@ -175,7 +175,7 @@ contains
     type(problem_t), intent(in) :: problem
     type(training_set_t), intent(in) :: snapshots
     !> its free response is there
-    type(condensed_data_t), intent(inout) :: data
+    class(condensed_data_t), intent(inout) :: data
     PetscErrorCode, intent(out) :: ierr
     type(pod_t) :: pod
     real(rk), allocatable :: theta(:, :)
@@ -191,7 +191,7 @@ contains
   !> Largest size of the forces in the norm of W.
   subroutine measure_forces(multipliers, data)
     real(rk), intent(in) :: multipliers(:, :)
-    type(condensed_data_t), intent(inout) :: data
+    class(condensed_data_t), intent(inout) :: data
     real(rk) :: forces(size(multipliers, 1)), closing(size(multipliers, 1))
     integer :: i
 

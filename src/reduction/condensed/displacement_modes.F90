@@ -44,7 +44,7 @@ contains
     type(joined_body_t), intent(inout) :: joined
     !> with displacements
     type(training_set_t), intent(in) :: snapshots
-    type(interpolated_data_t), intent(inout) :: data
+    class(interpolated_data_t), intent(inout) :: data
     type(error_t), allocatable, intent(out) :: error
     PetscErrorCode, intent(out) :: ierr
     type(responses_t) :: responses
@@ -99,7 +99,7 @@ contains
     !> at mu_0
     type(responses_t), intent(in) :: responses
     type(training_set_t), intent(in) :: snapshots
-    type(interpolated_data_t), intent(inout) :: data
+    class(interpolated_data_t), intent(inout) :: data
     !> rows of this rank, zero outside of the body
     type(columns_t), intent(out) :: bases(:)
     PetscErrorCode, intent(out) :: ierr
@@ -137,7 +137,7 @@ contains
   subroutine move_all_dofs(team, responses, data)
     type(team_t), intent(in) :: team
     type(responses_t), intent(in) :: responses
-    type(interpolated_data_t), intent(inout) :: data
+    class(interpolated_data_t), intent(inout) :: data
     integer :: i
 
     associate (motions => team%solver%system%motions, anchors => responses%anchors)
@@ -156,7 +156,7 @@ contains
     type(columns_t), intent(in) :: bases(:)
     !> [force] K_1 V, K_2 V, ... on free dofs, rows of this rank
     type(columns_t), intent(out) :: forces(:)
-    type(interpolated_data_t), intent(inout) :: data
+    class(interpolated_data_t), intent(inout) :: data
     PetscErrorCode, intent(out) :: ierr
     type(elastic_body_t) :: law
     real(rk), allocatable :: product(:, :), stiffness(:, :)
@@ -194,7 +194,7 @@ contains
   !> The law of one part of each body at mu_0; bodies with fewer parts have none. Local.
   subroutine take_part(joined, data, i_part, law)
     type(joined_body_t), intent(in) :: joined
-    type(interpolated_data_t), intent(in) :: data
+    class(interpolated_data_t), intent(in) :: data
     integer, intent(in) :: i_part
     type(elastic_body_t), intent(out) :: law
     real(rk) :: hooke(n_stresses, n_stresses)
@@ -219,7 +219,7 @@ contains
     type(responses_t), intent(in) :: responses
     type(columns_t), intent(in) :: bases(:)
     type(columns_t), intent(in) :: forces(:)
-    type(interpolated_data_t), intent(inout) :: data
+    class(interpolated_data_t), intent(inout) :: data
     PetscErrorCode, intent(out) :: ierr
     type(linear_solver_t) :: linear_solver
     real(rk), allocatable :: driven(:, :), columns(:, :)

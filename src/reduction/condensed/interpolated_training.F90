@@ -67,15 +67,15 @@ contains
       plan = plan_displacements(problem, usual_nodes_of(constants))
       PetscCall(interpolate_responses(problem, team, constants, snapshots, plan, most_nodes, joined, reduced, error, ierr))
       if (allocated(error)) return
-      PetscCall(measure_residuals(problem, team, constants, joined, reduced%data, error, ierr))
+      PetscCall(measure_residuals(problem, team, constants, joined, reduced, error, ierr))
       if (allocated(error)) return
       if (plan%has_modes .and. may_have_modes) then
-        PetscCall(add_displacement_modes(problem, team, constants, joined, snapshots, reduced%data, error, ierr))
+        PetscCall(add_displacement_modes(problem, team, constants, joined, snapshots, reduced, error, ierr))
         if (allocated(error)) return
-        call measure_fields(problem, snapshots, reduced%data)
+        call measure_fields(problem, snapshots, reduced)
       end if
     end associate
-    call log_nodes(constants, reduced%data)
+    call log_nodes(constants, reduced)
     call move_alloc(reduced, part)
   end subroutine train_interpolated
 
@@ -103,22 +103,22 @@ contains
     logical :: is_good
 
     ierr = 0
-    call start_data(problem, team, constants, solved, plan, reduced%data)
+    call start_data(problem, team, constants, solved, plan, reduced)
     call probes%create(problem, solved)
     i_round = 0
     is_good = .false.
     do while (.not. is_good)
       if (.not. has_room(constants, i_round, n_most)) then
-        call refuse(problem, constants, reduced%data, error)
+        call refuse(problem, constants, reduced, error)
         return
       end if
-      call grow_nodes(constants, i_round, reduced%data)
-      PetscCall(fill_nodes(problem, team, constants, joined, reduced%data, error, ierr))
+      call grow_nodes(constants, i_round, reduced)
+      PetscCall(fill_nodes(problem, team, constants, joined, reduced, error, ierr))
       if (allocated(error)) return
       call measure_responses(problem, solved, reduced)
       call probes%compare(reduced)
       is_good = .not. any_variable(constants) .or. &
-        max(reduced%data%measured_error, probes%error) <= caution * problem%deck%reduction%stiffness_tolerance
+        max(reduced%measured_error, probes%error) <= caution * problem%deck%reduction%stiffness_tolerance
       i_round = i_round + 1
     end do
   end subroutine interpolate_responses
@@ -157,14 +157,14 @@ contains
     end if
     select type (part)
     type is (reduced_interpolated_t)
-      if (size(part%data%exact_boundaries) > 0) call drop_field(part%data)
-      if (.not. has_starts) part%data%start_sets = part%data%start_sets(:, :0)
+      if (size(part%exact_boundaries) > 0) call drop_field(part)
+      if (.not. has_starts) part%start_sets = part%start_sets(:, :0)
     end select
   end subroutine interpolate_fallback
 
   !> No displacements: those of some nodes alone would stand in the way of the modes' at all. Local.
   pure subroutine drop_field(data)
-    type(interpolated_data_t), intent(inout) :: data
+    class(interpolated_data_t), intent(inout) :: data
     integer :: i
 
     data%exact_dofs = data%exact_dofs(:0)
@@ -187,7 +187,7 @@ contains
     type(body_constants_t), intent(in) :: constants(:)
     type(training_set_t), intent(in) :: snapshots
     type(displacement_plan_t), intent(in) :: plan
-    type(interpolated_data_t), intent(inout) :: data
+    class(interpolated_data_t), intent(inout) :: data
     type(anchors_t) :: anchors
     integer :: i
 
@@ -220,7 +220,7 @@ contains
   subroutine move_anchors(team, anchors, data)
     type(team_t), intent(in) :: team
     type(anchors_t), intent(in) :: anchors
-    type(interpolated_data_t), intent(inout) :: data
+    class(interpolated_data_t), intent(inout) :: data
     real(rk), allocatable :: motion(:)
     integer :: i
 
@@ -257,7 +257,7 @@ contains
   subroutine refuse(problem, constants, data, error)
     type(problem_t), intent(in) :: problem
     type(body_constants_t), intent(in) :: constants(:)
-    type(interpolated_data_t), intent(in) :: data
+    class(interpolated_data_t), intent(in) :: data
     type(error_t), allocatable, intent(out) :: error
     character(:), allocatable :: bodies
     integer :: i
@@ -279,7 +279,7 @@ contains
   !> Tells on the terminal how the constants are interpolated, and the error.
   subroutine log_nodes(constants, data)
     type(body_constants_t), intent(in) :: constants(:)
-    type(interpolated_data_t), intent(in) :: data
+    class(interpolated_data_t), intent(in) :: data
     integer :: i
 
     do i = 1, size(constants)

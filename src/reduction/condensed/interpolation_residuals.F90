@@ -38,7 +38,7 @@ contains
     type(team_t), intent(inout) :: team
     type(body_constants_t), intent(in) :: constants(:)
     type(joined_body_t), intent(inout) :: joined
-    type(interpolated_data_t), intent(inout) :: data
+    class(interpolated_data_t), intent(inout) :: data
     type(error_t), allocatable, intent(out) :: error
     PetscErrorCode, intent(out) :: ierr
     type(anchors_t) :: anchors
@@ -75,7 +75,7 @@ contains
 
   !> The constant in the middle of the range where the product of distances from the nodes is largest.
   pure real(rk) function widest_place(data, i_body) result(widest)
-    type(interpolated_data_t), intent(in) :: data
+    class(interpolated_data_t), intent(in) :: data
     integer, intent(in) :: i_body
     real(rk) :: distance, largest, place
     integer :: i
@@ -103,7 +103,7 @@ contains
     real(rk), intent(in) :: places(:)
     integer, intent(in) :: i_node
     integer, intent(in) :: n_nodes
-    type(interpolated_data_t), intent(inout) :: data
+    class(interpolated_data_t), intent(inout) :: data
     !> [length] rows of this rank
     real(rk), allocatable, intent(out) :: columns(:, :)
     type(anchors_t), intent(out) :: anchors
@@ -139,7 +139,7 @@ contains
     real(rk), intent(in) :: places(:)
     integer, intent(in) :: i_node
     integer, intent(in) :: n_nodes
-    type(interpolated_data_t), intent(in) :: data
+    class(interpolated_data_t), intent(in) :: data
     real(rk), intent(in) :: columns(:, :)
     real(rk), intent(inout) :: missing(:, :)
     real(rk), allocatable :: weights(:)
@@ -171,7 +171,7 @@ contains
     real(rk), intent(in) :: missing(:, :)
     real(rk), intent(in) :: columns(:, :)
     type(anchors_t), intent(in) :: anchors
-    type(interpolated_data_t), intent(inout) :: data
+    class(interpolated_data_t), intent(inout) :: data
     PetscErrorCode, intent(out) :: ierr
     real(rk), allocatable :: forces(:, :), own(:, :), openings(:, :), compliance(:, :), others(:, :)
     logical, allocatable :: is_own(:)

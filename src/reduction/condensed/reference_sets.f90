@@ -41,7 +41,7 @@ contains
     !> [MB] that the transforms may take
     real(rk), intent(in) :: max_size
     !> its start sets are set
-    type(condensed_data_t), intent(inout) :: data
+    class(condensed_data_t), intent(inout) :: data
     type(error_t), allocatable, intent(out) :: error
     logical, allocatable :: sets(:, :)
     integer, allocatable :: candidates(:)
@@ -119,7 +119,7 @@ contains
     integer, intent(in) :: points(:)
     !> of all training points
     logical, intent(in) :: sets(:, :)
-    type(condensed_data_t), intent(inout) :: data
+    class(condensed_data_t), intent(inout) :: data
     real(rk), allocatable :: transforms(:, :)
     integer :: i, n
     logical :: is_singular

@@ -56,18 +56,18 @@ contains
     call evaluate_points(problem%terms, snapshots%parameters, theta, i_bad_point, i_bad_source)
     forces = snapshots%forces()
     call reduced%create_room(room)
-    reduced%data%largest_size = 0
+    reduced%largest_size = 0
     do i = 1, size(errors)
       errors(i) = error_at(reduced, i, theta(:, i), forces(:, i), room)
       sizes(i) = norm2(forces(:, i))
       ! the room holds W of the point
-      reduced%data%largest_size = max(reduced%data%largest_size, reduced%size_in_energy(room, forces(:, i)))
+      reduced%largest_size = max(reduced%largest_size, reduced%size_in_energy(room, forces(:, i)))
     end do
     do i = 1, size(errors)
       if (errors(i) > 0) errors(i) = errors(i) / max(comparable_size(sizes(i), maxval(sizes)), tiny(1.0_rk))
     end do
-    reduced%data%measured_error = maxval(errors)
-    reduced%data%worst_point = maxloc(errors, dim=1)
+    reduced%measured_error = maxval(errors)
+    reduced%worst_point = maxloc(errors, dim=1)
   end subroutine measure_responses
 
   !> [force] Euclidean norm of the forces' error at a training point; huge where there is no answer.
@@ -92,7 +92,7 @@ contains
   subroutine measure_fields(problem, snapshots, data)
     type(problem_t), intent(in) :: problem
     type(training_set_t), intent(in) :: snapshots
-    type(interpolated_data_t), intent(inout) :: data
+    class(interpolated_data_t), intent(inout) :: data
     real(rk), allocatable :: forces(:, :), theta(:, :)
     real(rk) :: coordinates(n_modes_of(data)), field_size, residual
     integer :: i, i_bad_point, i_bad_source
@@ -165,7 +165,7 @@ contains
     do i = 1, size(changes)
       if (changes(i) > 0) changes(i) = changes(i) / max(comparable_size(sizes(i), maxval(sizes)), tiny(1.0_rk))
     end do
-    associate (now => reduced%data%measured_error, before => self%measured_error)
+    associate (now => reduced%measured_error, before => self%measured_error)
       self%error = huge(self%error)
       if (before < huge(before)) self%error = maxval(changes) * min(1.0_rk, max(fastest, now / max(before, tiny(before))))
       before = now

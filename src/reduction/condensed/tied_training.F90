@@ -25,7 +25,7 @@ module sig_tied_training
   use petsc
   implicit none(type, external)
   private
-  public :: train_tied, status_of_rows
+  public :: train_tied
 
   !> rings of neighbors around the rows that change at the training points
   integer, parameter :: n_rings = 2
@@ -57,15 +57,15 @@ contains
     allocate (reduced)
     sets = snapshots%forces() > 0
     plan = plan_displacements(full_order%problem)
-    reduced%data%exact_dofs = plan%exact_dofs
-    reduced%data%exact_boundaries = plan%boundaries
-    call divide(full_order%problem, sets, reduced%data, reason, error)
+    reduced%exact_dofs = plan%exact_dofs
+    reduced%exact_boundaries = plan%boundaries
+    call divide(full_order%problem, sets, reduced, reason, error)
     if (allocated(error) .or. reason /= '') return
-    reduced%data%start_sets = pack_columns(sets)
+    reduced%start_sets = pack_columns(sets)
     if (plan%has_modes) call log_warning('a model whose matrix of all contacts is too large has no displacement modes: ' // &
       'it answers displacements only at the boundaries that reduction.displacement names')
-    do i = 1, size(reduced%data%clusters)
-      PetscCall(fill_cluster(full_order, i, reduced%data, reason, ierr))
+    do i = 1, size(reduced%clusters)
+      PetscCall(fill_cluster(full_order, i, reduced, reason, ierr))
       if (reason /= '') return
     end do
     call move_alloc(reduced, part)
@@ -77,7 +77,7 @@ contains
     !> closed rows at the training points, shape (n_rows, n_points)
     logical, intent(in) :: sets(:, :)
     !> its exact dofs are set
-    type(tied_data_t), intent(inout) :: data
+    class(tied_data_t), intent(inout) :: data
     character(:), allocatable, intent(out) :: reason
     type(error_t), allocatable, intent(out) :: error
     integer :: i, k, n_clusters
@@ -153,7 +153,7 @@ contains
   subroutine fill_cluster(full_order, i, data, reason, ierr)
     type(full_order_t), intent(inout) :: full_order
     integer, intent(in) :: i
-    type(tied_data_t), intent(inout) :: data
+    class(tied_data_t), intent(inout) :: data
     !> why K tied could not be factored; empty where it could
     character(:), allocatable, intent(out) :: reason
     PetscErrorCode, intent(out) :: ierr

@@ -176,7 +176,7 @@ contains
     allocate (self%reduced)
     PetscCall(interpolate_responses(problem, team, self%constants, solved, plan, self%n_most, joined, self%reduced, error, ierr))
     self%is_ready = .not. allocated(error)
-    if (self%is_ready .and. .not. any_variable(self%constants)) self%is_ready = self%reduced%data%measured_error <= rounding
+    if (self%is_ready .and. .not. any_variable(self%constants)) self%is_ready = self%reduced%measured_error <= rounding
     call tell(self, error)
     if (.not. self%is_ready) return
     call self%reduced%complete(model_sizes_t(size(plan%exact_dofs), problem%rows%n_rows, problem%boundary%n_terms, &
@@ -210,14 +210,14 @@ contains
       call log_warning('each point is solved with its own stiffness: ' // error%message)
     else if (.not. self%is_ready) then
       call log_warning('each point is solved with its own stiffness: responses that should be exact miss ' // text // ' by ' // &
-        short_number(self%reduced%data%measured_error))
+        short_number(self%reduced%measured_error))
     else if (any_variable(self%constants)) then
       call log_info('solver: condensed: the other points come from responses that are interpolated over the elastic ' // &
         'constants (' // counted(self%n_factorizations(), 'factorization') // '); they miss ' // text // ' by at most ' // &
-        short_number(self%reduced%data%measured_error))
+        short_number(self%reduced%measured_error))
     else
       call log_info('solver: condensed: the moduli of each body scale together, so one factorization gives the other points; ' // &
-        'it misses ' // text // ' by at most ' // short_number(self%reduced%data%measured_error))
+        'it misses ' // text // ' by at most ' // short_number(self%reduced%measured_error))
     end if
   end subroutine tell
 
@@ -283,6 +283,6 @@ contains
     class(sampled_responses_t), intent(in) :: self
 
     n_factorizations = 0
-    if (allocated(self%reduced)) n_factorizations = self%reduced%data%n_factorizations
+    if (allocated(self%reduced)) n_factorizations = self%reduced%n_factorizations
   end function n_factorizations
 end module sig_sampled_responses

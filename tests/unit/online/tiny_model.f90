@@ -18,7 +18,7 @@ module tiny_model
   use sig_text, only: string_t
   implicit none(type, external)
   private
-  public :: build_tiny_model, add_full_order, build_interpolated_model, add_fields, build_field_map
+  public :: build_tiny_model, add_full_order, condensed_of, build_interpolated_model, add_fields, build_field_map
 
 contains
 
@@ -77,15 +77,28 @@ contains
     class(reduced_t), allocatable :: fallback
 
     allocate (condensed)
-    condensed%data%compliance = reshape([1.0_rk, 0.0_rk, 0.0_rk, 0.0_rk, 2.0_rk, 0.0_rk, 0.0_rk, 0.0_rk, 4.0_rk], [3, 3])
-    condensed%data%free_opening = reshape([1.0_rk, 3.0_rk, 2.0_rk, -4.0_rk, -5.0_rk, -6.0_rk], [3, 2])
-    condensed%data%exact_dofs = [1, 2, 3, 4]
-    condensed%data%free_response = reshape([0.0_rk, 0.0_rk, 0.0_rk, 0.0_rk, 1.0_rk, 2.0_rk, 3.0_rk, 4.0_rk], [4, 2])
-    condensed%data%contact_response = reshape([1.0_rk, 0.0_rk, 0.0_rk, 0.0_rk, 0.0_rk, 1.0_rk, 0.0_rk, 0.0_rk, &
+    condensed%compliance = reshape([1.0_rk, 0.0_rk, 0.0_rk, 0.0_rk, 2.0_rk, 0.0_rk, 0.0_rk, 0.0_rk, 4.0_rk], [3, 3])
+    condensed%free_opening = reshape([1.0_rk, 3.0_rk, 2.0_rk, -4.0_rk, -5.0_rk, -6.0_rk], [3, 2])
+    condensed%exact_dofs = [1, 2, 3, 4]
+    condensed%free_response = reshape([0.0_rk, 0.0_rk, 0.0_rk, 0.0_rk, 1.0_rk, 2.0_rk, 3.0_rk, 4.0_rk], [4, 2])
+    condensed%contact_response = reshape([1.0_rk, 0.0_rk, 0.0_rk, 0.0_rk, 0.0_rk, 1.0_rk, 0.0_rk, 0.0_rk, &
       0.0_rk, 0.0_rk, 1.0_rk, 0.0_rk], [4, 3])
     call move_alloc(condensed, fallback)
     call set_fallback(model, fallback)
   end subroutine add_full_order
+
+  !> A part of a model as a condensed one; null where it is of another kind.
+  function condensed_of(model, i_part) result(condensed)
+    type(model_t), target, intent(in) :: model
+    integer, intent(in) :: i_part
+    type(reduced_condensed_t), pointer :: condensed
+
+    condensed => null()
+    select type (part => model%parts(i_part)%reduced)
+    type is (reduced_condensed_t)
+      condensed => part
+    end select
+  end function condensed_of
 
   !> One body with Young's modulus 2 + squeeze and Poisson's ratio nu = squeeze / 10, in place of all other parts.
   !>
@@ -104,11 +117,11 @@ contains
     gap(:, 1) = [1.0_rk, 3.0_rk, 2.0_rk]
     model%gap = gap
     allocate (interpolated)
-    interpolated%data%gap = gap
-    interpolated%data%exact_dofs = [1, 2, 3, 4]
-    interpolated%data%start_sets = reshape([0, 7, 7], [1, 3])
-    allocate (interpolated%data%bodies(1))
-    associate (body => interpolated%data%bodies(1))
+    interpolated%gap = gap
+    interpolated%exact_dofs = [1, 2, 3, 4]
+    interpolated%start_sets = reshape([0, 7, 7], [1, 3])
+    allocate (interpolated%bodies(1))
+    associate (body => interpolated%bodies(1))
       body%modulus_term = 3
       body%modulus = 2
       body%numerators = [4]
