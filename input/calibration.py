@@ -11,7 +11,7 @@
 # Train the model first, then run this file as a program, or cell by cell in an editor that knows `# %%`:
 #
 #     signorom run input/fuel_rod.yaml
-#     pip install 'tools/signorom_post[calibration]'
+#     pip install 'tools/signorom_post[examples]'
 #     python input/calibration.py
 
 # %%

@@ -3,9 +3,9 @@
 !>
 !> The texts of the terms are known to muParser alone, so they are evaluated beside the point: four values per parameter give the
 !> derivative to the fourth order, about 1e-12 of the variation over the box. Where the slopes of both sides differ from it, the
-!> steps are made smaller. At the last step the limits of both sides count. Where they are the same, only the curvature jumps, as
-!> where the end of a window passes a node. Where they differ, the point is a kink (of min, max, abs, a condition, a window), and the
-!> slope is that of the side that was asked for.
+!> steps are made smaller. At the last step the limits of both sides count. Where these are the same, only the curvature jumps, as
+!> where the end of a window passes a node. Where they differ, the point is a kink (of min, max, abs, a condition, a window). The
+!> slope is then that of the side that was asked for.
 module sig_term_derivatives
   use sig_kinds, only: rk
   use sig_term_values, only: term_values_t

@@ -2,7 +2,7 @@
 # What `cmake --install` takes: the program with its decks and meshes, the online library, and what hosts of the library need.
 set_target_properties(signorom_online PROPERTIES SOVERSION ${PROJECT_VERSION_MAJOR})
 if(SKBUILD) # a wheel has no symbolic links; the library stands inside the Python package
-  install(TARGETS signorom_online LIBRARY DESTINATION signorom_post/lib NAMELINK_SKIP)
+  install(TARGETS signorom_online signorom_fmu LIBRARY DESTINATION signorom_post/lib NAMELINK_SKIP)
   return()
 endif()
 set_target_properties(signorom_online PROPERTIES VERSION ${PROJECT_VERSION})
@@ -20,6 +20,7 @@ set_target_properties(signorom_online_fortran PROPERTIES EXPORT_NAME online_fort
 install(TARGETS signorom_online EXPORT signorom_targets
   LIBRARY COMPONENT library NAMELINK_COMPONENT development
   PUBLIC_HEADER COMPONENT development)
+install(TARGETS signorom_fmu LIBRARY COMPONENT library) # signorom-post fmu copies it
 install(TARGETS signorom_online_fortran EXPORT signorom_targets COMPONENT development)
 install(FILES "${PROJECT_SOURCE_DIR}/include/signorom.f90" DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}" COMPONENT development)
 

@@ -11,6 +11,7 @@ from signorom_post.check import add_check_command
 from signorom_post.compare.command import add_compare_command
 from signorom_post.errors import InputError, writing
 from signorom_post.figures import BUILDERS, COLORS, FORMATS, FigureOptions, follow_figures
+from signorom_post.fmu import add_fmu_command
 from signorom_post.forest import need_scikit_learn, train_forest
 from signorom_post.log import Log
 from signorom_post.page import add_report_command
@@ -120,6 +121,7 @@ def _parser() -> argparse.ArgumentParser:
     )
     verification.add_argument("--output", metavar="DIR", type=Path, help="default: RESULTS_DIR/table")
     verification.set_defaults(run=_run_verification)
+    add_fmu_command(commands)
     add_compare_command(commands, _positive)
     add_paper_command(commands)
     for command in commands.choices.values():

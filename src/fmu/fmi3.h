@@ -1,0 +1,27 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The C interface of the Functional Mock-up Interface 3.0 as this unit needs it: types and states, by the standard's
+ * text (https://fmi-standard.org/docs/3.0). */
+#ifndef SIGNOROM_FMI3_H
+#define SIGNOROM_FMI3_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#define FMI3_EXPORT __attribute__((visibility("default")))
+
+typedef void *fmi3Instance;
+typedef void *fmi3InstanceEnvironment;
+typedef void *fmi3FMUState;
+typedef uint32_t fmi3ValueReference;
+typedef double fmi3Float64;
+typedef bool fmi3Boolean;
+typedef const char *fmi3String;
+
+typedef enum { fmi3OK = 0, fmi3Warning = 1, fmi3Discard = 2, fmi3Error = 3, fmi3Fatal = 4 } fmi3Status;
+
+typedef void (*fmi3LogMessageCallback)(fmi3InstanceEnvironment, fmi3Status, fmi3String category, fmi3String message);
+/* Never called by this unit. */
+typedef void (*fmi3OtherCallback)(void);
+
+#endif

@@ -1,0 +1,213 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "unit.h"
+
+#include <pthread.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* The library makes and frees models and contexts in one thread at a time. */
+static pthread_mutex_t making = PTHREAD_MUTEX_INITIALIZER;
+
+fmi3Status unit_say(const unit_t *unit, fmi3Status status, fmi3String message) {
+  static const char *const categories[] = {"logStatusOK", "logStatusWarning", "logStatusDiscard", "logStatusError",
+                                           "logStatusFatal"};
+  if (unit->log) unit->log(unit->environment, status, categories[status], message);
+  return status;
+}
+
+/* Folder and name of a file of resources; the folder ends with a slash or not. */
+static char *path_of(fmi3String resources, const char *name) {
+  const size_t n = strlen(resources);
+  const char *const slash = n > 0 && resources[n - 1] == '/' ? "" : "/";
+  char *const path = malloc(n + strlen(name) + 2);
+  if (path) sprintf(path, "%s%s%s", resources, slash, name);
+  return path;
+}
+
+/* Reads `signorom outputs 1`, the token, the number of nodes and the nodes, the number of outputs and a line for each.
+ */
+static bool read_table(unit_t *unit, FILE *file, fmi3String token) {
+  char found[65];
+  if (fscanf(file, "signorom outputs 1 %64s %d", found, &unit->n_nodes) != 2 || strcmp(found, token) != 0) return false;
+  if (unit->n_nodes < 0 || unit->n_nodes > unit->sizes.n_nodes) return false;
+  unit->nodes = calloc((size_t)unit->n_nodes + 1, sizeof *unit->nodes);
+  if (!unit->nodes) return false;
+  for (int i = 0; i < unit->n_nodes; i++)
+    if (fscanf(file, "%d", &unit->nodes[i]) != 1) return false;
+  if (fscanf(file, "%d", &unit->n_outputs) != 1 || unit->n_outputs < 0 || unit->n_outputs > 1000000) return false;
+  unit->outputs = calloc((size_t)unit->n_outputs + 1, sizeof *unit->outputs);
+  if (!unit->outputs) return false;
+  for (int i = 0; i < unit->n_outputs; i++) {
+    int kind, entry, component;
+    if (fscanf(file, "%d %d %d", &kind, &entry, &component) != 3) return false;
+    const int n_entries = kind == OUTPUT_DISPLACEMENT ? unit->n_nodes : unit->n_entries;
+    const int n_components = kind == OUTPUT_MOMENT ? unit->n_moments : unit->sizes.n_dimensions;
+    if (kind < OUTPUT_AREA || kind > OUTPUT_INSIDE || entry < 0 || component < 0 || component >= n_components)
+      return false;
+    if (kind <= OUTPUT_DISPLACEMENT && entry >= n_entries) return false;
+    unit->outputs[i] = (output_t){(output_kind)kind, entry, component};
+  }
+  return true;
+}
+
+static bool make_room(unit_t *unit) {
+  const size_t n_parameters = (size_t)unit->sizes.n_parameters, n_outputs = (size_t)unit->n_outputs;
+  const size_t per_entry = 1 + (size_t)unit->sizes.n_dimensions + (size_t)unit->n_moments;
+  const size_t n_room = (size_t)unit->sizes.n_contacts + (size_t)unit->n_entries * per_entry +
+                        (size_t)unit->n_nodes * (size_t)unit->sizes.n_dimensions;
+  unit->starts = calloc(n_parameters + 1, sizeof(double));
+  unit->inputs = calloc(n_parameters + 1, sizeof(double));
+  unit->values = calloc(n_outputs + 1, sizeof(double));
+  unit->gradient = calloc(n_parameters * n_outputs + 1, sizeof(double));
+  unit->room = calloc((n_parameters + 1) * n_room + 1, sizeof(double));
+  return unit->starts && unit->inputs && unit->values && unit->gradient && unit->room;
+}
+
+static bool open_model(unit_t *unit, fmi3String resources) {
+  char *const path = path_of(resources, "model.h5");
+  if (!path) return false;
+  pthread_mutex_lock(&making);
+  int code = signorom_open(path, &unit->model);
+  if (code)
+    unit_say(unit, fmi3Error, signorom_model_message(unit->model));
+  else if ((code = signorom_create_context(unit->model, &unit->context)))
+    unit_say(unit, fmi3Error, signorom_message(unit->context));
+  pthread_mutex_unlock(&making);
+  free(path);
+  if (code) return false;
+  signorom_get_sizes(unit->model, &unit->sizes);
+  signorom_get_contact_entries(unit->model, &unit->n_entries, &unit->n_moments, NULL);
+  return true;
+}
+
+static bool open_table(unit_t *unit, fmi3String token, fmi3String resources) {
+  char *const path = path_of(resources, "outputs.txt");
+  FILE *const file = path ? fopen(path, "r") : NULL;
+  const bool is_read = file && read_table(unit, file, token);
+  if (!is_read) unit_say(unit, fmi3Error, "the table of outputs is missing or belongs to another unit");
+  if (file) fclose(file);
+  free(path);
+  return is_read;
+}
+
+unit_t *unit_create(fmi3String token, fmi3String resources, fmi3InstanceEnvironment environment,
+                    fmi3LogMessageCallback log) {
+  unit_t *const unit = calloc(1, sizeof *unit);
+  if (!unit) return NULL;
+  unit->environment = environment;
+  unit->log = log;
+  if (!token || !resources)
+    unit_say(unit, fmi3Error, "the instantiation token or the path of the resources is missing");
+  else if (open_model(unit, resources) && open_table(unit, token, resources)) {
+    if (make_room(unit)) {
+      for (int i = 0; i < unit->sizes.n_parameters; i++) {
+        double minimum, maximum;
+        signorom_get_parameter(unit->model, i, NULL, NULL, &minimum, &maximum);
+        unit->starts[i] = minimum + (maximum - minimum) / 2;
+      }
+      unit_reset(unit);
+      return unit;
+    }
+    unit_say(unit, fmi3Error, "there is no memory for the unit");
+  }
+  unit_free(unit);
+  return NULL;
+}
+
+void unit_free(unit_t *unit) {
+  if (!unit) return;
+  pthread_mutex_lock(&making);
+  if (unit->context) signorom_free_context(unit->context);
+  if (unit->model) signorom_close(unit->model);
+  pthread_mutex_unlock(&making);
+  free(unit->nodes);
+  free(unit->outputs);
+  free(unit->starts);
+  free(unit->inputs);
+  free(unit->values);
+  free(unit->gradient);
+  free(unit->room);
+  free(unit);
+}
+
+void unit_reset(unit_t *unit) {
+  memcpy(unit->inputs, unit->starts, (size_t)unit->sizes.n_parameters * sizeof(double));
+  unit->is_current = false;
+  unit->has_gradient = false;
+}
+
+/* Places in `room` of one answer or of n derivatives: multipliers are stored for all n, then areas, and so on. */
+typedef struct {
+  double *multipliers, *areas, *forces, *moments, *displacement;
+} parts_t;
+
+static parts_t parts_of(const unit_t *unit, double *room, int n) {
+  parts_t parts;
+  parts.multipliers = room;
+  parts.areas = parts.multipliers + (size_t)n * (size_t)unit->sizes.n_contacts;
+  parts.forces = parts.areas + (size_t)n * (size_t)unit->n_entries;
+  parts.moments = parts.forces + (size_t)n * (size_t)unit->n_entries * (size_t)unit->sizes.n_dimensions;
+  parts.displacement = parts.moments + (size_t)n * (size_t)unit->n_entries * (size_t)unit->n_moments;
+  return parts;
+}
+
+/* The number that belongs to an output: of answer or derivative i. */
+static double value_of(const unit_t *unit, const parts_t *parts, output_t output, int i,
+                       const signorom_answer *answer) {
+  const int n_dimensions = unit->sizes.n_dimensions;
+  const int entry = i * unit->n_entries + output.entry, node = i * unit->n_nodes + output.entry;
+  switch (output.kind) {
+  case OUTPUT_AREA:
+    return parts->areas[entry];
+  case OUTPUT_FORCE:
+    return parts->forces[entry * n_dimensions + output.component];
+  case OUTPUT_MOMENT:
+    return parts->moments[entry * unit->n_moments + output.component];
+  case OUTPUT_DISPLACEMENT:
+    return parts->displacement[node * n_dimensions + output.component];
+  case OUTPUT_BOUND:
+    return answer ? answer->relative_bound : 0;
+  case OUTPUT_INSIDE:
+    return answer ? answer->is_inside_box : 0;
+  }
+  return 0;
+}
+
+fmi3Status unit_evaluate(unit_t *unit) {
+  if (unit->is_current) return fmi3OK;
+  const parts_t parts = parts_of(unit, unit->room, 1);
+  signorom_answer answer = SIGNOROM_ANSWER;
+  if (signorom_query(unit->context, unit->inputs, &answer) ||
+      signorom_get_multipliers(unit->context, parts.multipliers) ||
+      (unit->n_nodes > 0 &&
+       signorom_get_displacement_at(unit->context, unit->n_nodes, unit->nodes, parts.displacement)))
+    return unit_say(unit, fmi3Discard, signorom_message(unit->context));
+  signorom_get_resultants(unit->model, parts.multipliers, parts.areas, parts.forces, parts.moments);
+  for (int i = 0; i < unit->n_outputs; i++) unit->values[i] = value_of(unit, &parts, unit->outputs[i], 0, &answer);
+  unit->is_current = true;
+  if (!answer.is_inside_box)
+    unit_say(unit, fmi3Warning, "the inputs lie outside of the trained box: the outputs are an extrapolation");
+  return fmi3OK;
+}
+
+fmi3Status unit_differentiate(unit_t *unit) {
+  if (unit->has_gradient) return fmi3OK;
+  const fmi3Status status = unit_evaluate(unit);
+  if (status != fmi3OK) return status;
+  const int n = unit->sizes.n_parameters;
+  const parts_t parts = parts_of(unit, unit->room, n);
+  /* areas change in steps: their derivatives are 0 between them */
+  memset(parts.areas, 0, (size_t)n * (size_t)unit->n_entries * sizeof(double));
+  /* the context may have answered other inputs since */
+  if (signorom_query(unit->context, unit->inputs, NULL) || signorom_differentiate(unit->context, 1, NULL, NULL) ||
+      signorom_get_resultant_gradient(unit->context, parts.forces, parts.moments) ||
+      (unit->n_nodes > 0 &&
+       signorom_get_displacement_gradient_at(unit->context, unit->n_nodes, unit->nodes, parts.displacement)))
+    return unit_say(unit, fmi3Discard, signorom_message(unit->context));
+  for (int k = 0; k < n; k++)
+    for (int i = 0; i < unit->n_outputs; i++)
+      unit->gradient[k * unit->n_outputs + i] = value_of(unit, &parts, unit->outputs[i], k, NULL);
+  unit->has_gradient = true;
+  return fmi3OK;
+}

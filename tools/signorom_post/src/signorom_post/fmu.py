@@ -1,0 +1,289 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The command `signorom-post fmu`: a model as a Functional Mock-up Unit of FMI 3.0, for simulators of systems."""
+
+import argparse
+import hashlib
+import html
+import re
+import subprocess
+import xml.etree.ElementTree as ET
+import zipfile
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import yaml
+
+from signorom_post import __version__
+from signorom_post.answer import ModelError, NoAnswerError
+from signorom_post.errors import InputError, writing
+from signorom_post.fmu_units import moment_unit, unit_definitions
+from signorom_post.library import LibraryError
+from signorom_post.online import DISPLACEMENT_NONE, Model
+
+PLATFORM = "x86_64-linux"
+WRAPPER = "libsignorom_fmu.so"
+#: numbers of the kinds of outputs, as src/fmu/unit.h has them
+AREA, FORCE, MOMENT, DISPLACEMENT, BOUND, INSIDE = range(6)
+#: libraries that each Linux has, or that must not be there twice in a process
+OF_THE_SYSTEM = re.compile(
+    r"^(linux-vdso|ld-linux|libc|libm|libdl|libpthread|librt|libresolv|libgcc_s|libstdc\+\+)(?=[.-])"
+)
+
+
+@dataclass(frozen=True)
+class Output:
+    """An output of the unit, and what the binary needs to find its number."""
+
+    name: str
+    unit: str
+    description: str
+    kind: int
+    entry: int = 0
+    component: int = 0
+
+
+def add_fmu_command(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
+    """Its arguments."""
+    fmu = commands.add_parser("fmu", help="write a model as a unit of FMI 3.0 for simulators of systems")
+    fmu.add_argument("model", metavar="MODEL", type=Path, help="for instance results/part/model.h5")
+    fmu.add_argument(
+        "--output", metavar="FILE", type=Path, help="default: the deck's name with .fmu, beside MODEL"
+    )
+    fmu.add_argument(
+        "--nodes",
+        metavar="TAGS",
+        help="nodes of the mesh whose displacements are outputs, for instance 12,57",
+    )
+    fmu.set_defaults(run=run_fmu)
+
+
+def run_fmu(options: argparse.Namespace) -> int:
+    """Write the unit and say where it is."""
+    tags = tags_of(options.nodes)
+    try:
+        model = Model(options.model)
+    except ModelError as error:
+        raise InputError(options.model, str(error).removeprefix(f"{options.model}: error: ")) from error
+    except LibraryError as error:
+        raise InputError("signorom-post fmu", str(error)) from error
+    with model:
+        output = options.output or options.model.with_name(f"{identifier(model.title)}.fmu")
+        with writing("the unit", output):
+            write_fmu(model, options.model, output, tags)
+    options.log.result(output)
+    return 0
+
+
+def tags_of(text: str | None) -> list[int]:
+    """Node tags of `12,57`."""
+    try:
+        return [int(word) for word in (text or "").split(",") if word.strip()]
+    except ValueError as error:
+        raise InputError(
+            "signorom-post fmu",
+            f"--nodes is '{text}'; it needs whole numbers with commas, for instance 12,57",
+        ) from error
+
+
+def write_fmu(model: Model, path: Path, output: Path, tags: list[int]) -> None:
+    """Write the unit of a model, whose file is `path`, with displacements of some nodes as outputs.
+
+    InputError where a node is unknown or has no displacement, or a library of the unit is missing.
+    """
+    content = path.read_bytes()
+    token = hashlib.sha256(content).hexdigest()
+    nodes = places_of(model, path, tags)
+    outputs = outputs_of(model, tags)
+    name = identifier(model.title)
+    libraries = libraries_of_unit(model)
+    partial = output.with_name(output.name + ".partial")
+    with zipfile.ZipFile(partial, "w", zipfile.ZIP_DEFLATED) as unit:
+        unit.writestr("modelDescription.xml", description(model, name, token, outputs))
+        unit.writestr("resources/model.h5", content)
+        unit.writestr("resources/outputs.txt", table(token, nodes, outputs))
+        unit.writestr("documentation/index.html", documentation(model))
+        unit.writestr("documentation/licenses/license.spdx", "BSD-3-Clause\n")
+        for target, source in libraries.items():
+            unit.write(source, f"binaries/{PLATFORM}/{target.format(name=name)}")
+    partial.replace(output)
+
+
+def identifier(text: str) -> str:
+    """A text as a name of C and of FMI."""
+    word = re.sub(r"\W+", "_", text, flags=re.ASCII).strip("_")[:60]
+    return word if re.match(r"[A-Za-z]", word) else f"m_{word}".rstrip("_")
+
+
+def places_of(model: Model, path: Path, tags: list[int]) -> list[int]:
+    """Places of nodes among the model's nodes."""
+    all_tags, sources = model.nodes[0], model.displacement_sources
+    places = []
+    for tag in tags:
+        found = np.flatnonzero(all_tags == tag)
+        if len(found) == 0:
+            raise InputError(path, f"the mesh of the model has no node {tag}")
+        if sources[found[0]] == DISPLACEMENT_NONE:
+            raise InputError(
+                path,
+                f"the model has no displacement of node {tag}; choose another node, or train with "
+                "reduction.displacement",
+            )
+        places.append(int(found[0]))
+    return places
+
+
+def outputs_of(model: Model, tags: list[int]) -> list[Output]:
+    """Resultants of each contact of the deck, displacements, the certificate, and whether the inputs are in the box."""
+    length, force = model.length_unit, model.force_unit
+    mechanics = (yaml.safe_load(model.deck).get("mesh") or {}).get("model", "")
+    axes = "rz" if mechanics == "axisymmetric" else "xyz"
+    area = length if mechanics.startswith("plane") else f"{length}^2"
+    answer = model.query(nodes=[], **middle(model))
+    n_dimensions, n_moments = answer.resultants.forces.shape[1], answer.resultants.moments.shape[1]
+    turns = axes if n_moments > 1 else ["z" if mechanics.startswith("plane") else "rz"]
+    outputs = []
+    for entry, surfaces in enumerate(model.contact_names):
+        name = f"contact_{entry + 1}"
+        outputs.append(Output(f"{name}.area", area, f"Area of {surfaces} that touches", AREA, entry))
+        for k in range(n_dimensions):
+            text = f"Force on the first surface of {surfaces}, {axes[k]}"
+            outputs.append(Output(f"{name}.force_{axes[k]}", force, text, FORCE, entry, k))
+        for k in range(n_moments):
+            text = f"Moment of this force about the origin, {turns[k]}"
+            outputs.append(
+                Output(f"{name}.moment_{turns[k]}", moment_unit(force, length), text, MOMENT, entry, k)
+            )
+    for i, tag in enumerate(tags):
+        for k in range(n_dimensions):
+            text = f"Displacement of node {tag}, {axes[k]}"
+            outputs.append(Output(f"node_{tag}.displacement_{axes[k]}", length, text, DISPLACEMENT, i, k))
+    if answer.relative_bound is not None:
+        text = "Certificate: bound of the error of the contact forces, relative, in the norm of their energy"
+        outputs.append(Output("relative_bound", "", text, BOUND))
+    outputs.append(Output("is_inside_box", "", "The inputs lie in the trained box", INSIDE))
+    return outputs
+
+
+def middle(model: Model) -> dict[str, float]:
+    """The middle of the trained box, where the unit starts."""
+    return {p.name: p.minimum + (p.maximum - p.minimum) / 2 for p in model.parameters}
+
+
+def has_gradient(model: Model) -> bool:
+    """Whether the model differentiates at the start values."""
+    try:
+        _ = model.query(nodes=[], **middle(model)).gradient
+    except NoAnswerError:
+        return False
+    return True
+
+
+def table(token: str, nodes: list[int], outputs: list[Output]) -> str:
+    """What the binary reads: the token, the nodes, and kind, entry and component of each output."""
+    lines = [f"signorom outputs 1 {token}", " ".join(map(str, [len(nodes), *nodes])), str(len(outputs))]
+    lines += [f"{output.kind} {output.entry} {output.component}" for output in outputs]
+    return "\n".join(lines) + "\n"
+
+
+def description(model: Model, name: str, token: str, outputs: list[Output]) -> bytes:
+    """modelDescription.xml."""
+    n_inputs = len(model.parameters)
+    root = ET.Element(
+        "fmiModelDescription",
+        fmiVersion="3.0",
+        modelName=model.title,
+        instantiationToken=token,
+        description=f"Reduced contact model of Signorom: {model.title}",
+        generationTool=f"signorom-post {__version__}",
+        license="BSD-3-Clause (the binary); the model belongs to who made it",
+    )
+    flags = {
+        "modelIdentifier": name,
+        "canGetAndSetFMUState": "true",
+        "providesDirectionalDerivatives": str(has_gradient(model)).lower(),
+        "providesAdjointDerivatives": str(has_gradient(model)).lower(),
+    }
+    ET.SubElement(root, "ModelExchange", flags)
+    ET.SubElement(root, "CoSimulation", flags | {"canHandleVariableCommunicationStepSize": "true"})
+    units = [parameter.unit for parameter in model.parameters] + [output.unit for output in outputs]
+    root.append(unit_definitions(units))
+    ET.SubElement(root, "DefaultExperiment", startTime="0", stopTime="1", stepSize="0.1")
+    variables = ET.SubElement(root, "ModelVariables")
+    time = {"name": "time", "valueReference": "0", "causality": "independent", "variability": "continuous"}
+    ET.SubElement(variables, "Float64", time)
+    add_inputs(variables, model)
+    for k, output in enumerate(outputs):
+        add_output(variables, output, 1 + n_inputs + k)
+    structure = ET.SubElement(root, "ModelStructure")
+    dependencies = " ".join(str(1 + i) for i in range(n_inputs))
+    for tag in ("Output", "InitialUnknown"):
+        for k in range(len(outputs)):
+            reference = str(1 + n_inputs + k)
+            ET.SubElement(structure, tag, valueReference=reference, dependencies=dependencies)
+    ET.indent(root)
+    return ET.tostring(root, encoding="utf-8", xml_declaration=True)
+
+
+def add_inputs(variables: ET.Element, model: Model) -> None:
+    """Parameters of the model: they may change at any time."""
+    start = middle(model)
+    for i, parameter in enumerate(model.parameters):
+        attributes = {
+            "name": parameter.name if parameter.name != "time" else "parameter.time",
+            "valueReference": str(1 + i),
+            "causality": "input",
+            "variability": "continuous",
+            "start": repr(start[parameter.name]),
+            "min": repr(parameter.minimum),
+            "max": repr(parameter.maximum),
+            "description": f"Parameter of the model, trained from {parameter.minimum:g} to {parameter.maximum:g}",
+        }
+        if parameter.unit not in ("", "-", "1"):
+            attributes["unit"] = parameter.unit
+        ET.SubElement(variables, "Float64", attributes)
+
+
+def add_output(variables: ET.Element, output: Output, reference: int) -> None:
+    """One output."""
+    attributes = {
+        "name": output.name,
+        "valueReference": str(reference),
+        "causality": "output",
+        "variability": "discrete" if output.kind == INSIDE else "continuous",
+        "description": output.description,
+    }
+    if output.unit:
+        attributes["unit"] = output.unit
+    ET.SubElement(variables, "Boolean" if output.kind == INSIDE else "Float64", attributes)
+
+
+def documentation(model: Model) -> str:
+    """A page that says what the model is."""
+    text = html.escape(model.describe())
+    return (
+        f'<!DOCTYPE html><html lang="en"><head><meta charset="utf-8"><title>{html.escape(model.title)}</title></head>'
+        f"<body><h1>{html.escape(model.title)}</h1><p>A reduced contact model of Signorom. The inputs are its "
+        "parameters. Outside their ranges the outputs are extrapolations, and is_inside_box is false. Where the model "
+        f"has no answer, the unit returns fmi3Discard.</p><pre>{text}</pre></body></html>\n"
+    )
+
+
+def libraries_of_unit(model: Model) -> dict[str, Path]:
+    """Names in the unit, with {name} for the unit's own, and files of all that a Linux without Signorom lacks."""
+    online = model.library_path
+    wrapper = online.parent / WRAPPER
+    if not wrapper.is_file():
+        raise InputError(
+            "signorom-post fmu", f"{WRAPPER} is missing beside {online}; build and install it again"
+        )
+    found = {"{name}.so": wrapper}
+    said = subprocess.run(["ldd", wrapper], capture_output=True, text=True, check=True).stdout
+    for line in said.splitlines():
+        words = line.split()
+        if len(words) < 3 or words[1] != "=>" or OF_THE_SYSTEM.match(words[0]):
+            continue
+        if words[2] == "not":
+            raise InputError("signorom-post fmu", f"the library {words[0]} is missing on this machine")
+        found[words[0]] = Path(words[2])
+    return found
