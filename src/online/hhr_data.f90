@@ -10,7 +10,7 @@ module sig_hhr_data
   use sig_text, only: string_t
   implicit none(type, external)
   private
-  public :: hhr_data_t, enrichment_history_t, add_lifted, complete_cluster, stiffness_at
+  public :: hhr_data_t, enrichment_history_t, add_lifted, complete_cluster, fill_openings, stiffness_at
 
   !> What Algorithm 1 found: first the modes without hat functions, then an entry per hat, in the order in which they joined.
   !>
@@ -187,6 +187,27 @@ contains
       end do
     end associate
   end subroutine add_lifted
+
+  !> Openings of all contacts by the reduced displacement; is_known is false where the model lacks what they need. Nothing is
+  !> allocated.
+  subroutine fill_openings(cluster, theta, coordinates, opening, is_known)
+    type(hhr_data_t), intent(in) :: cluster
+    !> values of all terms
+    real(rk), contiguous, intent(in) :: theta(:)
+    !> [length] gamma, shape (n_modes)
+    real(rk), contiguous, intent(in) :: coordinates(:)
+    !> [length] shape (n_multipliers)
+    real(rk), contiguous, intent(inout) :: opening(:)
+    logical, intent(out) :: is_known
+    real(rk) :: values(2 * size(opening))
+
+    is_known = size(cluster%contact_gap, 2) == size(theta) .and. size(cluster%contact_value_basis, 1) == size(values)
+    if (.not. is_known) return
+    call multiply(1.0_rk, cluster%contact_value_basis, coordinates, 0.0_rk, values)
+    call add_lifted(cluster, 1.0_rk, cluster%contact_value_lifting, theta, values)
+    call multiply(1.0_rk, cluster%contact_gap, theta, 0.0_rk, opening)
+    opening = opening - values(:size(opening)) + values(size(opening) + 1:)
+  end subroutine fill_openings
 
   !> [force / length] K_r with these moduli, those that varying knows.
   pure function stiffness_at(cluster, moduli) result(stiffness)

@@ -10,7 +10,7 @@ module sig_multiplier_fit
   use sig_force_balance, only: balance_forces
   use sig_kinds, only: rk
   use sig_linear_algebra, only: multiply
-  use sig_hhr_data, only: add_lifted, hhr_data_t
+  use sig_hhr_data, only: add_lifted, fill_openings, hhr_data_t
   use sig_nnls, only: nnls_t, nnls_workspace_t
   implicit none(type, external)
   private
@@ -29,6 +29,8 @@ module sig_multiplier_fit
     real(rk) :: displacement_scale = 1
     !> the forces have to stay a combination
     logical :: is_bound_to_snapshots = .false.
+    !> contacts that the displacement says are open get no force
+    logical :: releases_open_contacts = .false.
     !> [force] of the snapshots outside of the domain, and the work of a unit of it on each motion, shapes (n_snapshots) and
     !> (n_snapshots, n_motions)
     real(rk), allocatable :: outside_size(:)
@@ -37,6 +39,7 @@ module sig_multiplier_fit
     procedure :: prepare
     procedure :: evaluate
     procedure, private :: combine
+    procedure, private :: release
     procedure, private :: balance
   end type multiplier_fit_t
 
@@ -68,8 +71,10 @@ contains
     known(:self%n_rows, :) = cluster%dual_snapshots(cluster%contact_rows, :)
     self%multiplier_scale = inverse_size(known(:self%n_rows, :))
     known(:self%n_rows, :) = self%multiplier_scale * known(:self%n_rows, :)
+    self%displacement_scale = inverse_size(cluster%contact_displacement_snapshots)
+    self%releases_open_contacts = size(cluster%contact_displacement_snapshots) > 0 .and. &
+      size(cluster%motion_load, 2) == 0 .and. .not. cluster%certificate%is_there()
     if (self%n_values > 0) then
-      self%displacement_scale = inverse_size(cluster%contact_displacement_snapshots)
       known(self%n_rows + 1:, :) = self%displacement_scale * cluster%contact_displacement_snapshots
     end if
     call self%snapshots%prepare(known)
@@ -107,6 +112,7 @@ contains
     !> [force] >= 0, shape (n_multipliers)
     real(rk), intent(out) :: multipliers(:)
     real(rk) :: residual_norm
+    integer :: i
     logical :: is_balanced
 
     call reserve(self, workspace)
@@ -123,18 +129,20 @@ contains
       call self%snapshots%solve(workspace%known, workspace%nnls, workspace%coefficients, residual_norm)
     end if
     if (self%is_bound_to_snapshots) call self%balance(cluster, theta, workspace%coefficients, workspace%forces)
-    call self%combine(cluster, workspace%coefficients, workspace%forces, multipliers)
+    call self%combine(cluster, workspace%coefficients, multipliers)
+    if (self%releases_open_contacts) call self%release(cluster, theta, coordinates, multipliers)
+    do i = 1, self%n_rows
+      multipliers(cluster%contact_rows(i)) = workspace%forces(i)
+    end do
     if (size(cluster%motion_load, 2) > 0 .and. .not. self%is_bound_to_snapshots) &
       call balance_forces(cluster%motion_closing, work_of_loads(cluster, theta), multipliers, is_balanced)
   end subroutine evaluate
 
-  !> The combination outside of the domain, the forces of the domain there.
-  subroutine combine(self, cluster, coefficients, forces, multipliers)
+  !> The combination of the snapshots' forces on all contacts.
+  subroutine combine(self, cluster, coefficients, multipliers)
     class(multiplier_fit_t), intent(in) :: self
     type(hhr_data_t), intent(in) :: cluster
     real(rk), intent(in) :: coefficients(:)
-    !> [force] of the domain, shape (n_rows)
-    real(rk), intent(in) :: forces(:)
     real(rk), intent(out) :: multipliers(:)
     integer :: i
 
@@ -142,10 +150,27 @@ contains
     do i = 1, self%n_snapshots
       if (coefficients(i) > 0) multipliers = multipliers + coefficients(i) * cluster%dual_snapshots(:, i)
     end do
-    do i = 1, self%n_rows
-      multipliers(cluster%contact_rows(i)) = forces(i)
-    end do
   end subroutine combine
+
+  !> Takes the forces of a combination away from contacts that the reduced displacement says are open.
+  !>
+  !> A contact with a force l and an opening w > 0 breaks the condition l w = 0. The pairs (l, 0) and (0, w) meet it. In the norm of
+  !> the fit, (a l)^2 + (b w)^2 with the scales a and b of its two blocks, (0, w) is the nearer one where a l <= b w. Inside the
+  !> domain the condition holds exactly, so that this changes nothing there. Paper: all forces of the combination stay.
+  subroutine release(self, cluster, theta, coordinates, multipliers)
+    class(multiplier_fit_t), intent(in) :: self
+    type(hhr_data_t), intent(in) :: cluster
+    real(rk), contiguous, intent(in) :: theta(:)
+    real(rk), contiguous, intent(in) :: coordinates(:)
+    !> [force] of all contacts, shape (n_multipliers)
+    real(rk), intent(inout) :: multipliers(:)
+    real(rk) :: opening(size(multipliers))
+    logical :: is_known
+
+    call fill_openings(cluster, theta, coordinates, opening, is_known)
+    if (.not. is_known) return
+    where (self%multiplier_scale * multipliers <= self%displacement_scale * opening) multipliers = 0
+  end subroutine release
 
   !> The nearest combination and forces of the domain in balance; as they were where there are none.
   subroutine balance(self, cluster, theta, coefficients, forces)

@@ -95,7 +95,8 @@ def measure_errors(problem, model, points, full_order, snapshots):
     rows, cells, errors = model.domain.contact_rows, model.domain.cells, []
     for point, (u, multipliers, is_active) in zip(points, full_order, strict=True):
         u_r, multipliers_r, method = model.solve(theta(point))
-        blocks = (rows, multipliers_r, u_r, dual_snapshots, normal_snapshots, normal_dofs)
+        openings = problem.gaps - problem.rows @ u_r
+        blocks = (rows, multipliers_r, u_r, dual_snapshots, normal_snapshots, normal_dofs, openings)
         energy, energy_rid = problem.energy(u), problem.energy(u, cells)
         e_energy = abs(problem.energy(u_r) - energy)
         e_energy_rid = abs(problem.energy(u_r, cells) - energy_rid)

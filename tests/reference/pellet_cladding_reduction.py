@@ -128,6 +128,7 @@ class Reduced:
                 self.model.multipliers,
                 self.model.displacements[normal_dofs],
                 normal_dofs,
+                GAP - self.problem.rows @ u,
                 has_displacement,
             )
             entry[name] = float(np.linalg.norm(everywhere - exact) / np.linalg.norm(exact))

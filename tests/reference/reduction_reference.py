@@ -181,9 +181,18 @@ def train(problem, snapshots, thetas, tolerance, treatment, zones=()):
 
 
 def reconstruct(
-    rows, multipliers, displacement, dual_snapshots, normal_snapshots, normal_dofs, with_displacement
+    rows,
+    multipliers,
+    displacement,
+    dual_snapshots,
+    normal_snapshots,
+    normal_dofs,
+    openings,
+    with_displacement,
 ):
     """Multipliers everywhere: kept on the reduced domain, elsewhere non-negative least squares.
+
+    Of a force and an opening of one contact, both divided by the sizes below, the smaller one is taken for zero.
 
     Source: [9] as cited in section 2.3.2 of the paper. Each block is divided by the Frobenius norm of its own
     snapshots, so that the result does not depend on the units. Rows: those of the reduced domain.
@@ -197,5 +206,6 @@ def reconstruct(
         target = np.append(target, displacement[normal_dofs] / size)
     coefficients, _ = nnls(matrix, target, maxiter=100 * matrix.shape[1])
     everywhere = dual_snapshots @ coefficients
+    everywhere[everywhere / np.linalg.norm(block) <= openings / np.linalg.norm(normal_snapshots)] = 0
     everywhere[rows] = multipliers
     return everywhere
