@@ -80,6 +80,7 @@ try_packages() {
 }
 
 # Installs the wheel on a bare system that has Python and nothing else of ours, and asks the model that the packages trained.
+# Then FMPy runs the model's unit, without the wheel.
 try_wheel() {
   local release=$1 bare=$root/$1-python
   make_bare "$bare" "$release"
@@ -88,7 +89,9 @@ try_wheel() {
   inside "$bare" "$install python3 python3-venv
     python3 -m venv /venv && /venv/bin/pip install -q /root/*.whl && cd /root
     /venv/bin/python -c 'from signorom_post import Model; print(Model(\"model.h5\").query(squeeze=0.2).contact_force)'
-    /venv/bin/signorom-post fmu model.h5 --output /root/half_disks.fmu && ls -l /root/half_disks.fmu"
+    /venv/bin/signorom-post fmu model.h5 --output /root/half_disks.fmu
+    python3 -m venv /simulator && /simulator/bin/pip install -q FMPy && rm -r /venv
+    /simulator/bin/python -c 'import fmpy; print(fmpy.simulate_fmu(\"half_disks.fmu\", stop_time=1, output_interval=1)[-1])'"
 }
 
 mkdir -p "$root"
