@@ -18,6 +18,8 @@ from results import read_snapshots, read_table, table_of
 from runs import refuse, run_shifted_disks, write_deck
 from seals import seal
 
+pytestmark = pytest.mark.slow
+
 GRID = (7, 3)
 BOX = np.array([[0.15, 0.45], [-0.05, 0.1]])
 CELL_POD_TOLERANCE = 1e-6

@@ -15,6 +15,8 @@ from fmpy.validation import validate_fmu
 
 from runs import HERE, write_deck
 
+pytestmark = pytest.mark.slow
+
 POST = HERE.parents[1] / "tools" / "signorom_post" / "src"
 NODES = [3, 7]
 # rounding in the last digits: the unit asks the same library

@@ -13,6 +13,8 @@ from runs import HERE
 from test_tied import TIED, write_strip
 from two_materials import HANGING, write_two_materials_below
 
+pytestmark = pytest.mark.slow
+
 INPUT = HERE.parents[1] / "input"
 # Central differences with steps of this share of the box: small beside an element that the end of a window crosses.
 # Interpolated models are as good as reduction.stiffness_tolerance; the slope of a polynomial of degree n in n^2 of that.

@@ -12,6 +12,8 @@ from program import kill, wait_until
 from results import read_snapshots, read_table
 from runs import files_in, refuse, write_deck
 
+pytestmark = pytest.mark.slow
+
 CANDIDATES = "grid: {squeeze: 7, shift: 3}, groups: auto"
 INITIAL, MAX_POINTS = 3, 9
 BOX = np.array([[0.15, 0.45], [-0.05, 0.1]])

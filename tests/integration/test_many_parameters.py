@@ -19,6 +19,8 @@ from results import read_snapshots, read_table, table_of
 from runs import HERE
 from signorom_post import Model
 
+pytestmark = pytest.mark.slow
+
 #: name -> range, and what it is where a deck does not have it
 PARAMETERS = {
     "squeeze": ((0.15, 0.45), 0.3),

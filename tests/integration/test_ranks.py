@@ -10,6 +10,8 @@ import yaml
 from results import read_snapshots, read_table
 from runs import run_shifted_disks, write_deck
 
+pytestmark = pytest.mark.slow
+
 # Ranks only change the order of sums: rounding, magnified by the condition of the stiffness (about 1e3).
 SAME = 1e-10
 # Three ways to solve the same full-order problem.

@@ -17,6 +17,8 @@ from program import ROOT, kill, wait_until
 from results import read_snapshots, read_table
 from runs import files_in, refuse, write_deck
 
+pytestmark = pytest.mark.slow
+
 N_GRID = 21
 N_CANDIDATES = 60
 N_ROUND = 4

@@ -15,6 +15,8 @@ from program import finish, is_sanitized, kill, mpi_needs_large_files, wait_unti
 from results import read_snapshots
 from runs import HERE, files_in, on_ranks, refuse, write_deck
 
+pytestmark = pytest.mark.slow
+
 N_POINTS = 10000
 # Format of a shard: header, then records of 8-byte numbers (1 parameter, 116 dofs, 5 multipliers, 5 residuals, seconds,
 # iterations, reason) with a checksum.

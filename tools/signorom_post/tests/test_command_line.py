@@ -13,6 +13,8 @@ from half_disk_results import HISTORY, POINTS, HalfDisks, write_enrichment, writ
 from signorom_post import __version__
 from signorom_post.cli import main
 
+pytestmark = pytest.mark.slow
+
 NAMES = ["initial_and_deformed", "reduced_domain", "multipliers", "errors", "singular_values", "enrichment"]
 ONLY_BODIES = ["--only", "initial_and_deformed"]
 SIGNATURES = {"png": b"\x89PNG\r\n", "pdf": b"%PDF-", "svg": b"<?xml"}

@@ -22,6 +22,8 @@ from signorom_post.paper.maps import statistics
 from signorom_post.paper.variants import IRREGULAR_POINTS
 from signorom_post.readers.validation import read_validation
 
+pytestmark = pytest.mark.slow
+
 SIGNATURE = b"\x89PNG\r\n"
 #: the energy tail after l modes is 10**(-2 l / 11.9): below 1e-6 at l = 36 and not before
 SINGULAR_VALUES = 10.0 ** (-np.arange(120) / 11.9)
