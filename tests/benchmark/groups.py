@@ -22,6 +22,7 @@ from program import launcher
 LEAST_RATIO = 1.7
 # name: ranks, groups
 ARRANGEMENTS = {"1 rank": (1, 1), "1 group of 2 ranks": (2, 1), "2 groups of 1 rank": (2, 2)}
+FEW, MANY = 8, 88
 
 
 def case_b(n_points):
@@ -50,15 +51,32 @@ def wall(program, deck_text, n_ranks, n_groups):
         return cpu_of([*launcher(n_ranks), program, "sample", deck], folder)[1]
 
 
-def compare(program, text_of, few, many, n_repeats):
+def compare(program, text_of, n_repeats):
     """Seconds per point of each arrangement."""
     best = {}
     for _ in range(n_repeats):
         for name, (n_ranks, n_groups) in ARRANGEMENTS.items():
-            for n in (few, many):
+            for n in (FEW, MANY):
                 seconds = wall(program, text_of(n), n_ranks, n_groups)
                 best[name, n] = min(seconds, best.get((name, n), seconds))
-    return {name: (best[name, many] - best[name, few]) / (many - few) for name in ARRANGEMENTS}
+    return {name: (best[name, MANY] - best[name, FEW]) / (MANY - FEW) for name in ARRANGEMENTS}
+
+
+CASES = {"case b, a stiffness per 4 points": case_b, "blocks in three dimensions, active_set": blocks}
+
+
+def print_cases(program, n_repeats):
+    """Both tables; returns by how much two groups are faster than one, in each."""
+    ratios = []
+    for title, text_of in CASES.items():
+        seconds = compare(program, text_of, n_repeats)
+        reference = seconds["1 group of 2 ranks"]
+        print(f"{title}; {load_text()}")
+        for name, value in seconds.items():
+            ratio = f"{reference / value:5.2f} times as fast as 1 group of 2"
+            print(f"    {name:20} {1e3 * value:8.1f} ms per point, {ratio}", flush=True)
+        ratios.append(reference / seconds["2 groups of 1 rank"])
+    return ratios
 
 
 def main():
@@ -69,20 +87,7 @@ def main():
     parser.add_argument("--repeats", type=int, default=3)
     options = parser.parse_args()
     program = build("signorom")[0]
-    failed = False
-    for title, text_of, few, many in (
-        ("case b, a stiffness per 4 points", case_b, 8, 88),
-        ("blocks in three dimensions, active_set", blocks, 8, 88),
-    ):
-        seconds = compare(program, text_of, few, many, options.repeats)
-        reference = seconds["1 group of 2 ranks"]
-        print(f"{title}; {load_text()}")
-        for name, value in seconds.items():
-            print(
-                f"    {name:20} {1e3 * value:8.1f} ms per point, {reference / value:5.2f} times as fast as 1 group of 2"
-            )
-        failed |= reference / seconds["2 groups of 1 rank"] < LEAST_RATIO
-    sys.exit(failed)
+    sys.exit(min(print_cases(program, options.repeats)) < LEAST_RATIO)
 
 
 if __name__ == "__main__":

@@ -25,7 +25,7 @@ def build(*targets):
 
 def cpu_of(command, folder):
     """User and system time, wall time [s] and output of a command that must succeed."""
-    before, start = resource.getrusage(resource.RUSAGE_CHILDREN), time.perf_counter()
+    before, start = children_cpu(), time.perf_counter()
     done = subprocess.run(
         list(map(str, command)),
         cwd=folder,
@@ -36,8 +36,14 @@ def cpu_of(command, folder):
     )
     if done.returncode != 0:
         sys.exit(f"{command} ended with {done.returncode}: {done.stderr}")
-    wall, after = time.perf_counter() - start, resource.getrusage(resource.RUSAGE_CHILDREN)
-    return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime, wall, done.stdout
+    wall = time.perf_counter() - start
+    return children_cpu() - before, wall, done.stdout
+
+
+def children_cpu():
+    """User and system time [s] of all commands that have ended."""
+    usage = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return usage.ru_utime + usage.ru_stime
 
 
 def load_text():

@@ -61,7 +61,7 @@ def write_deck(folder, name, model):
 
 
 def run(program, folder, n_ranks, *arguments):
-    """Largest resident memory of each rank [bytes]."""
+    """Largest resident memory of each rank [bytes], in their order."""
     command = [*launcher(n_ranks), str(program), *arguments, "--quiet"]
     peaks = {}
     environment = os.environ | ENVIRONMENT
@@ -71,7 +71,7 @@ def run(program, folder, n_ranks, *arguments):
         time.sleep(0.02)
     if process.returncode != 0:
         sys.exit(f"exit code {process.returncode}: {' '.join(command)}\n{process.stderr.read()}")
-    return [1e9 * peak for peak in peaks.values()]
+    return [1e9 * peaks[pid] for pid in sorted(peaks, key=int)]
 
 
 def main():
