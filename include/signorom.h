@@ -55,7 +55,8 @@ typedef enum {
   SIGNOROM_TEXT_DECK = 4,        /* effective deck of the training, YAML */
   SIGNOROM_TEXT_DESCRIPTION = 5, /* what `signorom describe` prints */
   SIGNOROM_TEXT_STRESS_UNIT = 6, /* of stresses and pressures; empty where the model answers no fields */
-  SIGNOROM_TEXT_AREA_UNIT = 7    /* of contact areas; likewise */
+  SIGNOROM_TEXT_AREA_UNIT = 7,   /* of contact areas; likewise */
+  SIGNOROM_TEXT_KIND = 8         /* of the reduced model: condensed, interpolated, tied or hhr */
 } signorom_text_kind;
 
 /* Where the displacement of a node comes from. */
@@ -187,6 +188,28 @@ int signorom_query(signorom_context *context, const double *point, signorom_answ
  * so, its multipliers are 0, and the call returns SIGNOROM_NO_ANSWER. */
 int signorom_query_many(signorom_context *context, int n, const double *points, signorom_answer *answers,
                         double *multipliers);
+
+/* Where the answers at n points go; null pointers want none. Where a point has no answer, and a node no displacement,
+ * numbers are not a number. Set `size` before the call: `signorom_arrays arrays = SIGNOROM_ARRAYS;`. */
+typedef struct {
+  size_t size;              /* sizeof(signorom_arrays) */
+  signorom_answer *answers; /* [n]; the size of the first one holds for all */
+  double *multipliers;      /* [n][n_contacts] */
+  /* As in signorom_get_resultants; all three or none, and only with multipliers. */
+  double *areas;        /* [n][n_entries] */
+  double *forces;       /* [n][n_entries][n_dimensions] */
+  double *moments;      /* [n][n_entries][n_moments] */
+  int n_nodes;          /* chosen ones, with displacement only */
+  const int *nodes;     /* [n_nodes] */
+  double *displacement; /* [n][n_nodes][n_dimensions] */
+} signorom_arrays;
+
+#define SIGNOROM_ARRAYS                                                                                                \
+  { sizeof(signorom_arrays), NULL, NULL, NULL, NULL, NULL, 0, NULL, NULL }
+
+/* Answers at n points [n][n_parameters]. A point without an answer does not stop it: the call then returns
+ * SIGNOROM_NO_ANSWER. */
+int signorom_query_arrays(signorom_context *context, int n, const double *points, const signorom_arrays *arrays);
 
 /* Contact forces of the domain [n_domain_contacts], or of all contacts [n_contacts]: outside the domain, the
  * non-negative combination of the training answers that fits best. */

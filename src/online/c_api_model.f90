@@ -71,6 +71,7 @@ contains
       call keep(handle%texts(6), describe_model(model))
       call keep(handle%texts(7), '')
       call keep(handle%texts(8), '')
+      call keep(handle%texts(9), model%parts(1)%reduced%kind())
       if (model%fields%is_there()) then
         call keep(handle%texts(7), model%fields%stress_unit)
         call keep(handle%texts(8), model%fields%area_unit)

@@ -17,7 +17,7 @@ module sig_c_handles
 
   ! signorom_code
   integer(c_int), parameter :: code_ok = 0, no_answer = 1, bad_argument = 2, bad_model = 3, no_memory = 4
-  integer, parameter :: n_text_kinds = 8
+  integer, parameter :: n_text_kinds = 9
 
   !> A text that C may keep a pointer to as long as it lives here.
   type :: c_text_t

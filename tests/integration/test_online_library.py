@@ -6,6 +6,7 @@ import shutil
 import subprocess
 import sys
 import sysconfig
+import warnings
 from pathlib import Path
 
 import numpy as np
@@ -137,7 +138,7 @@ def test_python_agrees_with_predict(signorom, post, model):
     assert answer.contact_force == pytest.approx(row["contact_force"], rel=1e-14)
     assert (answer.method, answer.is_inside_box) == ("active_set", True)
     assert answer.residual < 1e-12
-    assert (many[0] == answer.multipliers).all()
+    assert (many.multipliers[0] == answer.multipliers).all()
 
 
 def test_python_tells_the_nodes_of_contacts(post, model):
@@ -175,11 +176,80 @@ def test_python_names_a_wrong_parameter(post, model):
             asked.query(squeeze=0.2)
         with pytest.raises(TypeError, match="unknown parameter 'speed'; the parameters are squeeze, shift"):
             asked.query(squeeze=0.2, shift=0.0, speed=1.0)
-        with pytest.raises(post.NoAnswerError, match="not a number"):
-            asked.query(squeeze=float("nan"), shift=0.0)
-        assert np.isnan(asked.query_many(np.array([[np.nan, 0.0]]))).all()
+        for value in (np.nan, np.inf):
+            with pytest.raises(
+                ValueError, match=f"the parameter 'squeeze' must be a finite number, not {value}"
+            ):
+                asked.query(squeeze=value, shift=0.0)
+            with pytest.raises(
+                ValueError, match=rf"'shift' must be a finite number; at points\[1\] it is {value}"
+            ):
+                asked.query_many(np.array([[0.2, 0.0], [0.2, value]]))
+        with pytest.raises(ValueError, match=r"shape \(n_points, 2\), not \(1, 3\)"):
+            asked.query_many(np.zeros((1, 3)))
     with pytest.raises(ValueError, match="closed"):
         asked.query(**POINT)
+
+
+def test_many_points_have_the_answers_of_single_ones(post, model):
+    """Bit by bit, with displacements of chosen nodes; pressures are forces over areas."""
+    with post.Model(model) as asked:
+        nodes = asked.nodes[0][[5, 2]]
+        points = np.array([list(POINT.values()), [0.2, 0.0], [0.44, -0.01]])
+        many = asked.query_many(points, nodes=nodes)
+        areas = asked.contact_areas
+        single = [asked.query(squeeze=point[0], shift=point[1], nodes=nodes) for point in points]
+        assert asked.query_many(points).displacement.shape == (3, 0, 2)
+        assert len(asked.query_many(points[:0])) == 0
+    assert many.has_answer.all()
+    for name in ("multipliers", "pressure", "displacement", "method", "cluster", "is_inside_box", "distance"):
+        np.testing.assert_array_equal(getattr(many, name), [getattr(answer, name) for answer in single])
+    for name in ("residual", "n_solutions", "contact_force"):
+        np.testing.assert_array_equal(getattr(many, name), [getattr(answer, name) for answer in single])
+    for name in ("bound", "relative_bound", "displacement_bound", "relative_displacement_bound"):
+        bounds = [getattr(answer, name) for answer in single]
+        np.testing.assert_array_equal(
+            getattr(many, name), [np.nan if bound is None else bound for bound in bounds]
+        )
+    for name in ("areas", "forces", "moments"):
+        summed = [getattr(answer.resultants, name) for answer in single]
+        np.testing.assert_array_equal(getattr(many.resultants, name), summed)
+    np.testing.assert_allclose(many.pressure * areas, many.multipliers, rtol=1e-15)
+
+
+def test_extrapolation_is_said_once_per_call(post, model):
+    """The parameter and its range are named; points of the box say nothing."""
+    with post.Model(model) as asked:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            asked.query(squeeze=0.45, shift=0.0)
+            asked.query_many(np.array([[0.15, 0.0]]))
+        with pytest.warns(post.ExtrapolationWarning) as said:
+            assert not asked.query(squeeze=0.5, shift=0.0).is_inside_box
+        assert [str(one.message) for one in said] == [
+            "the model extrapolates: squeeze (0.5) lies outside of 0.15 to 0.45 m"
+        ]
+        assert said[0].filename == __file__
+        with pytest.warns(post.ExtrapolationWarning) as said:
+            many = asked.query_many(np.array([[0.5, 0.0], [0.3, 0.0], [0.6, 0.0]]))
+        assert [str(one.message) for one in said] == [
+            "the model extrapolates at 2 of 3 points: squeeze (0.5 to 0.6) lies outside of 0.15 to 0.45 m"
+        ]
+        assert said[0].filename == __file__
+    assert many.is_inside_box.tolist() == [False, True, False]
+
+
+def test_model_says_what_it_is(post, model):
+    """Also when it is closed."""
+    with post.Model(model) as asked:
+        text = repr(asked)
+    assert text == repr(asked)
+    for words in (
+        "'Two small half disks with two parameters'",
+        "squeeze 0.15 to 0.45 m",
+        "contact forces); hhr>",
+    ):
+        assert words in text
 
 
 @pytest.fixture(scope="module")

@@ -221,7 +221,13 @@ def test_pressed_blocks(signorom, library, post, tmp_path, name):
         assert asked.contact_names == names
         assert asked.contact_entries.tolist() == sorted(asked.contact_entries)
         assert set(asked.contact_entries) == set(range(case.n_blocks - 1))
-        many = asked.resultants(asked.query_many(np.array([[stroke], [-stroke]])))
+        with pytest.warns(post.ExtrapolationWarning, match="at 1 of 2 points: stroke"):
+            answers = asked.query_many(np.array([[stroke], [-stroke]]))
+        many = answers.resultants
+        assert answers.has_answer.tolist() == [True, False]
+        for name in ("areas", "forces", "moments"):
+            summed = getattr(asked.resultants(answers.multipliers), name)
+            np.testing.assert_array_equal(getattr(many, name), summed)
     found = answer.resultants
     np.testing.assert_allclose(together(found.areas, found.forces, found.moments), rows[:, :, 0], rtol=SAME)
     np.testing.assert_array_equal(many.forces[0], found.forces)

@@ -4,8 +4,10 @@
 from importlib.metadata import PackageNotFoundError, version
 
 from signorom_post.answer import Answer, Cells, Fields, ModelError, NoAnswerError
+from signorom_post.answers import Answers
 from signorom_post.library import LibraryError
 from signorom_post.online import Model
+from signorom_post.points import ExtrapolationWarning
 
 try:
     __version__ = version("signorom-post")
@@ -14,7 +16,9 @@ except PackageNotFoundError:  # run from the sources, not installed
 
 __all__ = [
     "Answer",
+    "Answers",
     "Cells",
+    "ExtrapolationWarning",
     "Fields",
     "LibraryError",
     "Model",

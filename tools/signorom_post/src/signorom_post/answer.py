@@ -5,6 +5,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
 
+import numpy as np
+
 from signorom_post.arrays import BoolArray, FloatArray, IntArray
 from signorom_post.errors import InputError
 
@@ -15,6 +17,11 @@ class ModelError(InputError):
 
 class NoAnswerError(Exception):
     """A point at which the model has no answer."""
+
+
+def pressure_of(multipliers: FloatArray, areas: FloatArray) -> FloatArray:
+    """Force over area of contacts, their last dimension; NaN where a contact has no area."""
+    return multipliers / np.where(areas > 0, areas, np.nan)
 
 
 @dataclass(frozen=True)
@@ -181,6 +188,7 @@ class Answer:
     relative_displacement_bound: float | None
     #: asks the model for derivatives in a direction
     _differentiate: Callable[[int], Gradient] = field(repr=False, compare=False)
+    _areas: FloatArray = field(repr=False, compare=False)
 
     @cached_property
     def gradient(self) -> Gradient:
@@ -196,6 +204,11 @@ class Answer:
     def backward_gradient(self) -> Gradient:
         """The same; where derivatives are one-sided, those towards smaller values."""
         return self._differentiate(-1)
+
+    @cached_property
+    def pressure(self) -> FloatArray:
+        """Contact pressures [force unit / area], NaN where a contact has no area; shape (n_contacts)."""
+        return pressure_of(self.multipliers, self._areas)
 
     @property
     def contact_force(self) -> float:

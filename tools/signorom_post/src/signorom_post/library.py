@@ -16,7 +16,7 @@ from signorom_post.arrays import FloatArray, IntArray
 # the interface that this module knows
 SONAME = "libsignorom_online.so.0"
 # values of signorom_answer.code and .method
-NO_ANSWER = 1
+OK = 0
 METHODS = ("none", "active_set", "block_pivoting", "lemke", "condensed")
 
 
@@ -71,6 +71,22 @@ class CAnswer(ctypes.Structure):
     ]
 
 
+class CArrays(ctypes.Structure):
+    """signorom_arrays."""
+
+    _fields_ = [
+        ("size", c_size_t),
+        ("answers", c_void_p),
+        ("multipliers", POINTER(c_double)),
+        ("areas", POINTER(c_double)),
+        ("forces", POINTER(c_double)),
+        ("moments", POINTER(c_double)),
+        ("n_nodes", c_int),
+        ("nodes", POINTER(c_int)),
+        ("displacement", POINTER(c_double)),
+    ]
+
+
 _DOUBLES = POINTER(c_double)
 _INTS = POINTER(c_int)
 _SIGNATURES = {
@@ -97,7 +113,7 @@ _SIGNATURES = {
     "signorom_message": (c_char_p, [c_void_p]),
     "signorom_free_context": (None, [c_void_p]),
     "signorom_query": (c_int, [c_void_p, _DOUBLES, POINTER(CAnswer)]),
-    "signorom_query_many": (c_int, [c_void_p, c_int, _DOUBLES, POINTER(CAnswer), _DOUBLES]),
+    "signorom_query_arrays": (c_int, [c_void_p, c_int, _DOUBLES, POINTER(CArrays)]),
     "signorom_get_domain_multipliers": (c_int, [c_void_p, _DOUBLES]),
     "signorom_get_multipliers": (c_int, [c_void_p, _DOUBLES]),
     "signorom_get_coordinates": (c_int, [c_void_p, _DOUBLES]),

@@ -6,6 +6,7 @@ The answers are those of the library `libsignorom_online`.
 
 import ctypes
 import os
+from collections.abc import Sequence
 from ctypes import byref, c_char_p, c_double, c_int, c_void_p
 from functools import partial
 from pathlib import Path
@@ -24,10 +25,13 @@ from signorom_post.answer import (
     Parameter,
     Resultants,
 )
+from signorom_post.answers import Answers
 from signorom_post.arrays import FloatArray, IntArray
 from signorom_post.handles import Handles
-from signorom_post.library import METHODS, NO_ANSWER, CAnswer, CSizes, doubles, ints, text_of
+from signorom_post.library import METHODS, CAnswer, CSizes, doubles, ints, text_of
+from signorom_post.many import answers_at
 from signorom_post.model_fields import cells_of, fields_of
+from signorom_post.points import point_of, points_of, range_of, warn_outside
 
 #: entries of Model.displacement_sources
 DISPLACEMENT_NONE, DISPLACEMENT_BY_MODES, DISPLACEMENT_EXACT = 0, 1, 2
@@ -48,6 +52,7 @@ class Model:
         with self._handles.model() as model:
             self._library.signorom_get_sizes(model, byref(self._sizes))
             self.parameters = [self._parameter(model, i) for i in range(self._sizes.n_parameters)]
+        self._summary = self._summarize()
 
     def __reduce__(self) -> tuple[type["Model"], tuple[str]]:
         """A handle of the library is of no use elsewhere: copies and other processes open the file."""
@@ -64,6 +69,15 @@ class Model:
     def close(self) -> None:
         """Free the model, as soon as no other thread is asking it; asking it afterwards is an error."""
         self._handles.close()
+
+    def __repr__(self) -> str:
+        """Title, parameters with their ranges, contacts and kind; it does not need the model to be open."""
+        return self._summary
+
+    def _summarize(self) -> str:
+        ranges = ", ".join(f"{parameter.name} {range_of(parameter)}" for parameter in self.parameters)
+        contacts = ", ".join(self.contact_names) or "no names of contacts"
+        return f"<Model '{self.title}': {ranges}; {contacts} ({self._sizes.n_contacts} contact forces); {self.kind}>"
 
     def __enter__(self) -> Self:
         return self
@@ -107,6 +121,11 @@ class Model:
     def deck(self) -> str:
         """Effective deck of the training, YAML."""
         return self._told(4)
+
+    @property
+    def kind(self) -> str:
+        """Kind of reduced model: condensed, interpolated, tied or hhr."""
+        return self._told(8)
 
     def describe(self) -> str:
         """What `signorom describe` prints."""
@@ -207,24 +226,33 @@ class Model:
 
         NoAnswerError where the model has no answer, or no fields: its deck must say `reduction: {fields: true}`.
         """
-        point = {name: float(values[name]) for name in self._checked(values)}
+        asked = point_of(self.parameters, values)
+        point = {
+            parameter.name: float(value) for parameter, value in zip(self.parameters, asked, strict=True)
+        }
+        told = CAnswer(size=ctypes.sizeof(CAnswer))
         with self._handles.model() as model, self._handles.context() as context:
-            if self._library.signorom_query(context, doubles(np.array(list(point.values()))), None):
+            has_failed = self._library.signorom_query(context, doubles(asked), byref(told))
+            warn_outside(self.parameters, asked[None], np.array([bool(told.is_inside_box)]))
+            if has_failed:
                 raise NoAnswerError(text_of(self._library.signorom_message(context)))
             multipliers = self._get(context, "signorom_get_multipliers", self._sizes.n_contacts)
             area = self.resultants(multipliers).areas
             return fields_of(self._library, model, context, self._sizes, point, area)
 
-    def query(self, *, nodes: list[int] | IntArray | None = None, **values: float) -> Answer:
+    def query(self, *, nodes: Sequence[int] | IntArray | None = None, **values: float) -> Answer:
         """Answer at a point, a keyword per parameter; `nodes` (mesh tags) asks for the displacement of these.
 
-        NoAnswerError where the model has none, TypeError for a parameter that is missing or unknown.
+        NoAnswerError where the model has none, TypeError for a parameter that is missing or unknown, ValueError for a
+        value that is not finite; ExtrapolationWarning where the point lies outside of the trained box.
         """
-        point = np.array([values[name] for name in self._checked(values)], dtype=float)
+        point = point_of(self.parameters, values)
         indices = None if nodes is None else self._indices_of(nodes)
         told = CAnswer(size=ctypes.sizeof(CAnswer))
         with self._handles.model() as model, self._handles.context() as context:
-            if self._library.signorom_query(context, doubles(point), byref(told)):
+            has_failed = self._library.signorom_query(context, doubles(point), byref(told))
+            warn_outside(self.parameters, point[None], np.array([bool(told.is_inside_box)]))
+            if has_failed:
                 raise NoAnswerError(text_of(self._library.signorom_message(context)))
             multipliers = self._get(context, "signorom_get_multipliers", self._sizes.n_contacts)
             return Answer(
@@ -252,6 +280,7 @@ class Model:
                     None if told.relative_displacement_bound < 0 else told.relative_displacement_bound
                 ),
                 _differentiate=partial(self._gradient, point, indices),
+                _areas=self.contact_areas,
             )
 
     def _gradient(self, point: FloatArray, indices: IntArray | None, direction: int) -> Gradient:
@@ -296,31 +325,20 @@ class Model:
             gradient[:, has_some] = values
         return gradient
 
-    def query_many(self, points: FloatArray) -> FloatArray:
-        """Contact forces [n_points, n_contacts] at points [n_points, n_parameters]; NaN where there is no answer."""
-        points = np.ascontiguousarray(points, dtype=float)
-        if points.ndim != 2 or points.shape[1] != len(self.parameters):
-            raise ValueError(f"points must have shape (n_points, {len(self.parameters)}), not {points.shape}")
-        told = (CAnswer * len(points))()
-        for answer in told[:1]:
-            answer.size = ctypes.sizeof(CAnswer)
-        multipliers = np.zeros((len(points), self._sizes.n_contacts))
-        with self._handles.context() as context:
-            self._library.signorom_query_many(
-                context, len(points), doubles(points), told, doubles(multipliers)
-            )
-        multipliers[[answer.code == NO_ANSWER for answer in told]] = np.nan
-        return multipliers
+    def query_many(self, points: FloatArray, nodes: Sequence[int] | IntArray = ()) -> Answers:
+        """Answers at points [n_points, n_parameters]; `nodes` (mesh tags) asks for the displacement of these.
 
-    def _checked(self, values: dict[str, float]) -> list[str]:
-        names = [parameter.name for parameter in self.parameters]
-        for name in values:
-            if name not in names:
-                raise TypeError(f"unknown parameter '{name}'; the parameters are {', '.join(names)}")
-        for name in names:
-            if name not in values:
-                raise TypeError(f"no value for the parameter '{name}'")
-        return names
+        ValueError for points of another shape and for values that are not finite; ExtrapolationWarning, once, where
+        points lie outside of the trained box. A point without an answer is no error: see Answers.has_answer.
+        """
+        given = points_of(self.parameters, points)
+        indices = self._indices_of(nodes)
+        areas = self.contact_areas
+        with self._handles.model() as model, self._handles.context() as context:
+            n_entries = self._n_entries(model)
+            answers = answers_at(self._library, context, self._sizes, n_entries, given, indices, areas)
+        warn_outside(self.parameters, given, answers.is_inside_box)
+        return answers
 
     def _domain_contacts(self, model: c_void_p, told: CAnswer) -> IntArray:
         contacts = np.zeros(told.n_domain_contacts, dtype=np.intc)
@@ -332,7 +350,7 @@ class Model:
         self._library.signorom_get_next_cluster(model, doubles(point), byref(cluster))
         return cluster.value if cluster.value >= 0 else None
 
-    def _indices_of(self, nodes: list[int] | IntArray) -> IntArray:
+    def _indices_of(self, nodes: Sequence[int] | IntArray) -> IntArray:
         """Places of nodes (mesh tags) among the model's nodes."""
         tags = self.nodes[0]
         order = np.argsort(tags)

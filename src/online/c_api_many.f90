@@ -1,0 +1,210 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> The part of include/signorom.h that asks many points in one call; each procedure is explained there.
+module sig_c_api_many
+  use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
+  use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int, c_ptr, c_size_t, c_sizeof
+  use sig_c_answers, only: ask, has_size, place_of, tell, too_large
+  use sig_c_handles, only: bad_argument, chosen_nodes, code_ok, context_handle_t, keep, no_answer, ready_context
+  use sig_kinds, only: rk
+  use sig_reconstruction, only: displacement_of_dof, reconstruct_multipliers
+  use sig_reduced, only: displacement_none
+  implicit none(type, external)
+  private
+
+  !> signorom_arrays
+  type, bind(c) :: c_arrays_t
+    integer(c_size_t) :: size
+    type(c_ptr) :: answers, multipliers, areas, forces, moments
+    integer(c_int) :: n_nodes
+    type(c_ptr) :: nodes, displacement
+  end type c_arrays_t
+
+  !> Arrays of the caller, a point per last index. Null: not wanted.
+  type :: targets_t
+    integer(c_int), pointer :: nodes(:) => null()
+    real(c_double), pointer :: multipliers(:, :) => null()
+    real(c_double), pointer :: areas(:, :) => null()
+    real(c_double), pointer :: forces(:, :, :) => null()
+    real(c_double), pointer :: moments(:, :, :) => null()
+    real(c_double), pointer :: displacement(:, :, :) => null()
+  end type targets_t
+
+contains
+
+  integer(c_int) function signorom_query_many(context, n, points, answers, multipliers) result(code) bind(c)
+    type(c_ptr), value :: context
+    integer(c_int), value :: n
+    type(c_ptr), value :: points, answers, multipliers
+    type(context_handle_t), pointer :: handle
+    type(targets_t) :: targets
+
+    code = bad_argument
+    handle => ready_context(context)
+    if (.not. associated(handle)) return
+    if (n < 0 .or. .not. c_associated(points)) then
+      call refuse_points(handle)
+      return
+    end if
+    if (c_associated(multipliers)) &
+      call c_f_pointer(multipliers, targets%multipliers, [handle%model%online%model%n_multipliers, int(n)])
+    call ask_all(handle, n, points, answers, targets, 0.0_rk, code)
+  end function signorom_query_many
+
+  integer(c_int) function signorom_query_arrays(context, n, points, arrays) result(code) bind(c)
+    type(c_ptr), value :: context
+    integer(c_int), value :: n
+    type(c_ptr), value :: points, arrays
+    type(context_handle_t), pointer :: handle
+    type(c_arrays_t), pointer :: given
+    type(targets_t) :: targets
+    logical :: is_fine
+
+    code = bad_argument
+    handle => ready_context(context)
+    if (.not. associated(handle)) return
+    if (n < 0 .or. .not. (c_associated(points) .and. c_associated(arrays))) then
+      call refuse_points(handle)
+      return
+    end if
+    call c_f_pointer(arrays, given)
+    call set_targets(handle, n, given, targets, is_fine)
+    if (is_fine) call ask_all(handle, n, points, given%answers, targets, ieee_value(1.0_rk, ieee_quiet_nan), code)
+  end function signorom_query_arrays
+
+  subroutine refuse_points(handle)
+    type(context_handle_t), intent(inout) :: handle
+
+    handle%has_answer = .false.
+    call keep(handle%message, 'the number of points is negative, or the points or the arrays are a null pointer')
+  end subroutine refuse_points
+
+  !> Arrays of the caller as Fortran knows them; where something is wrong with them, the message says what.
+  subroutine set_targets(handle, n, given, targets, is_fine)
+    type(context_handle_t), intent(inout) :: handle
+    integer(c_int), intent(in) :: n
+    type(c_arrays_t), intent(in) :: given
+    type(targets_t), intent(inout) :: targets
+    logical, intent(out) :: is_fine
+
+    handle%has_answer = .false.
+    is_fine = are_consistent(handle, given)
+    if (.not. is_fine) return
+    associate (model => handle%model%online%model)
+      if (c_associated(given%multipliers)) &
+        call c_f_pointer(given%multipliers, targets%multipliers, [model%n_multipliers, int(n)])
+      if (c_associated(given%areas)) then
+        associate (n_entries => model%resultants%n_entries())
+          call c_f_pointer(given%areas, targets%areas, [n_entries, int(n)])
+          call c_f_pointer(given%forces, targets%forces, [model%n_dim, n_entries, int(n)])
+          call c_f_pointer(given%moments, targets%moments, [model%resultants%n_moments(), n_entries, int(n)])
+        end associate
+      end if
+      if (.not. c_associated(given%displacement)) return
+      targets%nodes => chosen_nodes(handle, given%n_nodes, given%nodes)
+      is_fine = associated(targets%nodes)
+      if (is_fine) call c_f_pointer(given%displacement, targets%displacement, [model%n_dim, size(targets%nodes), int(n)])
+    end associate
+  end subroutine set_targets
+
+  !> Whether the caller has said how large its struct is, and gives arrays that belong together.
+  logical function are_consistent(handle, given)
+    type(context_handle_t), intent(inout) :: handle
+    type(c_arrays_t), intent(in) :: given
+
+    are_consistent = given%size >= c_sizeof(given) .and. given%size < too_large
+    if (.not. are_consistent) then
+      call keep(handle%message, 'the size of the arrays is not set: signorom_arrays arrays = SIGNOROM_ARRAYS;')
+      return
+    end if
+    associate (has_resultants => [c_associated(given%areas), c_associated(given%forces), c_associated(given%moments)])
+      are_consistent = .not. any(has_resultants) .or. (all(has_resultants) .and. c_associated(given%multipliers))
+    end associate
+    if (.not. are_consistent) call keep(handle%message, 'areas, forces and moments belong together, and to multipliers')
+  end function are_consistent
+
+  !> Asks one point after the other.
+  subroutine ask_all(handle, n, points, answers, targets, blank, code)
+    type(context_handle_t), intent(inout) :: handle
+    integer(c_int), intent(in) :: n
+    type(c_ptr), intent(in) :: points
+    !> or null
+    type(c_ptr), intent(in) :: answers
+    type(targets_t), intent(inout) :: targets
+    !> what stands in the arrays where a point has no answer
+    real(rk), intent(in) :: blank
+    integer(c_int), intent(out) :: code
+    real(c_double), pointer :: values(:, :)
+    integer(c_int) :: code_of_point
+    integer(c_size_t) :: n_bytes
+    integer :: i, n_failed
+
+    code = bad_argument
+    handle%has_answer = .false.
+    if (n > 0) then
+      if (.not. has_size(handle, answers, n_bytes)) return
+    end if
+    call c_f_pointer(points, values, [size(handle%model%names), int(n)])
+    n_failed = 0
+    do i = 1, n
+      call ask(handle, values(:, i), code_of_point)
+      if (code_of_point /= code_ok) n_failed = n_failed + 1
+      if (c_associated(answers)) call tell(handle, code_of_point, n_bytes, place_of(answers, n_bytes, i))
+      call fill_targets(handle, i, blank, targets)
+    end do
+    code = code_ok
+    if (n_failed == 0) return
+    code = no_answer
+    call keep(handle%message, 'some of the points have no answer; the code of each answer says which')
+  end subroutine ask_all
+
+  !> What the last answer says of one point.
+  subroutine fill_targets(handle, i, blank, targets)
+    type(context_handle_t), intent(inout) :: handle
+    integer, intent(in) :: i
+    real(rk), intent(in) :: blank
+    type(targets_t), intent(inout) :: targets
+
+    if (associated(targets%multipliers)) then
+      if (handle%has_answer) then
+        call reconstruct_multipliers(handle%model%online, handle%answer, handle%rooms, targets%multipliers(:, i))
+      else
+        targets%multipliers(:, i) = blank
+      end if
+      if (associated(targets%areas)) then
+        associate (model => handle%model%online%model)
+          call model%resultants%evaluate(model%areas, targets%multipliers(:, i), targets%areas(:, i), targets%forces(:, :, i), &
+            targets%moments(:, :, i))
+        end associate
+      end if
+    end if
+    if (associated(targets%displacement)) call fill_nodes(handle, blank, targets%nodes, targets%displacement(:, :, i))
+  end subroutine fill_targets
+
+  !> Displacement of chosen nodes in the last answer.
+  subroutine fill_nodes(handle, blank, nodes, displacement)
+    type(context_handle_t), intent(in) :: handle
+    !> where there is none
+    real(rk), intent(in) :: blank
+    !> from 0
+    integer(c_int), intent(in) :: nodes(:)
+    !> [length] shape (n_dim, size(nodes))
+    real(c_double), intent(out) :: displacement(:, :)
+    integer :: i, k
+    logical :: has_one
+
+    displacement = blank
+    if (.not. handle%has_answer) return
+    associate (model => handle%model%online%model)
+      associate (part => model%parts(handle%answer%displacement_part)%reduced)
+        if (.not. part%has_displacement()) return
+        do i = 1, size(nodes)
+          has_one = part%displacement_source(model%n_dim * (nodes(i) + 1)) /= displacement_none
+          if (.not. has_one) cycle
+          do k = 1, model%n_dim
+            displacement(k, i) = displacement_of_dof(model, handle%answer, model%n_dim * nodes(i) + k)
+          end do
+        end do
+      end associate
+    end associate
+  end subroutine fill_nodes
+end module sig_c_api_many

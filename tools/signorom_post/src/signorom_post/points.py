@@ -1,0 +1,88 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Parameter points that a model is asked at: what is wrong with them, and where they leave the trained box."""
+
+import warnings
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from signorom_post.answer import Parameter
+from signorom_post.arrays import BoolArray, FloatArray
+
+
+class ExtrapolationWarning(UserWarning):
+    """A model was asked outside of the box in which it was trained."""
+
+
+def point_of(parameters: Sequence[Parameter], values: Mapping[str, float]) -> FloatArray:
+    """Values in the model's order, shape (n_parameters).
+
+    TypeError for a parameter that is missing or unknown, ValueError for a value that is not finite.
+    """
+    names = [parameter.name for parameter in parameters]
+    for name in values:
+        if name not in names:
+            raise TypeError(f"unknown parameter '{name}'; the parameters are {', '.join(names)}")
+    for name in names:
+        if name not in values:
+            raise TypeError(f"no value for the parameter '{name}'")
+    point = np.array([float(values[name]) for name in names])
+    for name, value in zip(names, point, strict=True):
+        if not np.isfinite(value):
+            raise ValueError(f"the parameter '{name}' must be a finite number, not {value}")
+    return point
+
+
+def points_of(parameters: Sequence[Parameter], points: FloatArray) -> FloatArray:
+    """The points as the library takes them, shape (n_points, n_parameters).
+
+    ValueError for another shape, and for a value that is not finite.
+    """
+    given = np.ascontiguousarray(points, dtype=float)
+    if given.ndim != 2 or given.shape[1] != len(parameters):
+        raise ValueError(f"points must have shape (n_points, {len(parameters)}), not {given.shape}")
+    is_finite = np.isfinite(given)
+    if not is_finite.all():
+        row, column = np.argwhere(~is_finite)[0]
+        name = parameters[column].name
+        raise ValueError(
+            f"the parameter '{name}' must be a finite number; at points[{row}] it is {given[row, column]}"
+        )
+    return given
+
+
+def warn_outside(
+    parameters: Sequence[Parameter], points: FloatArray, is_inside: BoolArray, stack_level: int = 3
+) -> None:
+    """One ExtrapolationWarning that names the parameters whose values lie outside of their ranges.
+
+    `points` has the shape (n_points, n_parameters), `is_inside` (n_points); the stack level counts from here.
+    """
+    if is_inside.all():
+        return
+    outside = points[~is_inside]
+    lowest = np.array([parameter.minimum for parameter in parameters])
+    highest = np.array([parameter.maximum for parameter in parameters])
+    is_beyond = ((outside < lowest) | (outside > highest)).any(axis=0)
+    named = [
+        f"{parameter.name} ({_range_of(outside[:, k])}) lies outside of {range_of(parameter)}"
+        for k, parameter in enumerate(parameters)
+        if is_beyond[k]
+    ]
+    where = f" at {len(outside)} of {len(points)} points" if len(points) > 1 else ""
+    warnings.warn(
+        f"the model extrapolates{where}: {', '.join(named)}",
+        ExtrapolationWarning,
+        stacklevel=stack_level,
+    )
+
+
+def range_of(parameter: Parameter) -> str:
+    """The trained range, as in `5 to 200 MPa`."""
+    unit = "" if parameter.unit in ("", "-", "1") else f" {parameter.unit}"
+    return f"{parameter.minimum:.6g} to {parameter.maximum:.6g}{unit}"
+
+
+def _range_of(values: FloatArray) -> str:
+    low, high = values.min(), values.max()
+    return f"{low:.6g}" if low == high else f"{low:.6g} to {high:.6g}"
