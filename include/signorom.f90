@@ -18,7 +18,7 @@
 !> An argument that may be a null pointer in C is optional here. Arrays are stored as in C: point i of `points` is
 !> points(:, i). Numbers of nodes, contacts and clusters count from 0.
 module signorom
-  use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_double, c_f_pointer, c_int, c_null_char, c_ptr, c_size_t
+  use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_double, c_f_pointer, c_int, c_null_ptr, c_ptr, c_size_t
   implicit none(type, external)
   private
 
@@ -31,7 +31,7 @@ module signorom
   ! kinds of texts
   integer(c_int), parameter, public :: SIGNOROM_TEXT_TITLE = 0, SIGNOROM_TEXT_LENGTH_UNIT = 1, SIGNOROM_TEXT_FORCE_UNIT = 2, &
     SIGNOROM_TEXT_CODE_VERSION = 3, SIGNOROM_TEXT_DECK = 4, SIGNOROM_TEXT_DESCRIPTION = 5, SIGNOROM_TEXT_STRESS_UNIT = 6, &
-    SIGNOROM_TEXT_AREA_UNIT = 7
+    SIGNOROM_TEXT_AREA_UNIT = 7, SIGNOROM_TEXT_KIND = 8
   ! where the displacement of a node comes from
   integer(c_int), parameter, public :: SIGNOROM_DISPLACEMENT_NONE = 0, SIGNOROM_DISPLACEMENT_BY_MODES = 1, &
     SIGNOROM_DISPLACEMENT_EXACT = 2
@@ -53,6 +53,16 @@ module signorom
     real(c_double) :: displacement_bound = SIGNOROM_NO_BOUND, relative_displacement_bound = SIGNOROM_NO_BOUND
   end type signorom_answer
 
+  !> Where the answers at many points go: c_loc of arrays with the target attribute. The default value of `size` belongs to this
+  !> version of the module.
+  type, bind(c), public :: signorom_arrays
+    integer(c_size_t) :: size = 72_c_size_t
+    type(c_ptr) :: answers = c_null_ptr, multipliers = c_null_ptr
+    type(c_ptr) :: areas = c_null_ptr, forces = c_null_ptr, moments = c_null_ptr
+    integer(c_int) :: n_nodes = 0
+    type(c_ptr) :: nodes = c_null_ptr, displacement = c_null_ptr
+  end type signorom_arrays
+
   public :: signorom_string
 
   public :: signorom_version, signorom_open, signorom_model_message, signorom_close, &
@@ -60,7 +70,8 @@ module signorom
     signorom_get_contact_areas, signorom_get_contact_entries, signorom_contact_entry_name, signorom_get_resultants, &
     signorom_get_nodes, signorom_get_displacement_sources, signorom_get_domain_contacts, signorom_get_next_cluster, &
     signorom_create_context, signorom_message, signorom_free_context, signorom_query, &
-    signorom_query_many, signorom_get_domain_multipliers, signorom_get_multipliers, signorom_get_coordinates, &
+    signorom_query_many, signorom_query_arrays, signorom_get_domain_multipliers, signorom_get_multipliers, &
+    signorom_get_coordinates, &
     signorom_get_displacement, signorom_get_displacement_at, signorom_get_field_sizes, signorom_get_cells, &
     signorom_region_name, signorom_get_contact_facets, signorom_get_stresses, signorom_get_imposed_strains, &
     signorom_get_contact_fields, signorom_differentiate, signorom_get_multiplier_gradient, signorom_get_resultant_gradient, &
@@ -207,6 +218,14 @@ module signorom
       type(signorom_answer), intent(inout), optional :: answers(*)
       real(c_double), intent(out), optional :: multipliers(*)
     end function signorom_query_many
+
+    integer(c_int) function signorom_query_arrays(context, n, points, arrays) bind(c)
+      import :: c_double, c_int, c_ptr, signorom_arrays
+      type(c_ptr), value :: context
+      integer(c_int), value :: n
+      real(c_double), intent(in) :: points(*)
+      type(signorom_arrays), intent(in) :: arrays
+    end function signorom_query_arrays
 
     integer(c_int) function signorom_get_domain_multipliers(context, multipliers) bind(c)
       import :: c_double, c_int, c_ptr

@@ -199,15 +199,33 @@ contains
     !> [length] shape (n_multipliers)
     real(rk), contiguous, intent(inout) :: opening(:)
     logical, intent(out) :: is_known
-    real(rk) :: values(2 * size(opening))
+    integer :: i
 
-    is_known = size(cluster%contact_gap, 2) == size(theta) .and. size(cluster%contact_value_basis, 1) == size(values)
+    is_known = size(cluster%contact_gap, 2) == size(theta) .and. size(cluster%contact_value_basis, 1) == 2 * size(opening)
     if (.not. is_known) return
-    call multiply(1.0_rk, cluster%contact_value_basis, coordinates, 0.0_rk, values)
-    call add_lifted(cluster, 1.0_rk, cluster%contact_value_lifting, theta, values)
     call multiply(1.0_rk, cluster%contact_gap, theta, 0.0_rk, opening)
-    opening = opening - values(:size(opening)) + values(size(opening) + 1:)
+    do i = 1, size(coordinates)
+      call add_opening(coordinates(i), cluster%contact_value_basis(:, i), opening)
+    end do
+    do i = 1, size(cluster%lifted_terms)
+      call add_opening(theta(cluster%lifted_terms(i)), cluster%contact_value_lifting(:, i), opening)
+    end do
   end subroutine fill_openings
+
+  !> Adds what a displacement field opens: its normal displacements on the second surface minus those on the first one.
+  pure subroutine add_opening(factor, field, opening)
+    real(rk), intent(in) :: factor
+    !> [length] first surface, then second surface, shape (2 n_multipliers)
+    real(rk), contiguous, intent(in) :: field(:)
+    !> [length] shape (n_multipliers)
+    real(rk), contiguous, intent(inout) :: opening(:)
+    integer :: i, n
+
+    n = size(opening)
+    do i = 1, n
+      opening(i) = opening(i) + factor * (field(n + i) - field(i))
+    end do
+  end subroutine add_opening
 
   !> [force / length] K_r with these moduli, those that varying knows.
   pure function stiffness_at(cluster, moduli) result(stiffness)

@@ -52,6 +52,8 @@ module sig_multiplier_fit
     real(rk), allocatable :: coefficients(:)
     !> [force] of the domain, shape (n_rows)
     real(rk), allocatable, private :: forces(:)
+    !> [length] of all contacts, shape (n_multipliers)
+    real(rk), allocatable, private :: opening(:)
   end type multiplier_fit_workspace_t
 
   !> [-] work of the loads below this share of its parts is none
@@ -115,7 +117,7 @@ contains
     integer :: i
     logical :: is_balanced
 
-    call reserve(self, workspace)
+    call reserve(self, size(multipliers), workspace)
     workspace%coefficients = 0
     workspace%forces(:) = multipliers_rid
     if (any(multipliers_rid > 0) .and. self%n_rows < size(multipliers)) then
@@ -130,7 +132,7 @@ contains
     end if
     if (self%is_bound_to_snapshots) call self%balance(cluster, theta, workspace%coefficients, workspace%forces)
     call self%combine(cluster, workspace%coefficients, multipliers)
-    if (self%releases_open_contacts) call self%release(cluster, theta, coordinates, multipliers)
+    if (self%releases_open_contacts) call self%release(cluster, theta, coordinates, workspace%opening, multipliers)
     do i = 1, self%n_rows
       multipliers(cluster%contact_rows(i)) = workspace%forces(i)
     end do
@@ -157,14 +159,15 @@ contains
   !> A contact with a force l and an opening w > 0 breaks the condition l w = 0. The pairs (l, 0) and (0, w) meet it. In the norm of
   !> the fit, (a l)^2 + (b w)^2 with the scales a and b of its two blocks, (0, w) is the nearer one where a l <= b w. Inside the
   !> domain the condition holds exactly, so that this changes nothing there. Paper: all forces of the combination stay.
-  subroutine release(self, cluster, theta, coordinates, multipliers)
+  subroutine release(self, cluster, theta, coordinates, opening, multipliers)
     class(multiplier_fit_t), intent(in) :: self
     type(hhr_data_t), intent(in) :: cluster
     real(rk), contiguous, intent(in) :: theta(:)
     real(rk), contiguous, intent(in) :: coordinates(:)
+    !> [length] room, shape (n_multipliers)
+    real(rk), contiguous, intent(inout) :: opening(:)
     !> [force] of all contacts, shape (n_multipliers)
     real(rk), intent(inout) :: multipliers(:)
-    real(rk) :: opening(size(multipliers))
     logical :: is_known
 
     call fill_openings(cluster, theta, coordinates, opening, is_known)
@@ -213,17 +216,18 @@ contains
     end do
   end function work_of_loads
 
-  subroutine reserve(self, workspace)
+  subroutine reserve(self, n_multipliers, workspace)
     class(multiplier_fit_t), intent(in) :: self
+    integer, intent(in) :: n_multipliers
     type(multiplier_fit_workspace_t), intent(inout) :: workspace
 
     if (allocated(workspace%known)) then
-      if (all([size(workspace%known), size(workspace%coefficients), size(workspace%forces)] == &
-        [self%n_rows + self%n_values, self%n_snapshots, self%n_rows])) return
-      deallocate (workspace%known, workspace%coefficients, workspace%forces)
+      if (size(workspace%known) == self%n_rows + self%n_values .and. size(workspace%coefficients) == self%n_snapshots .and. &
+        size(workspace%forces) == self%n_rows .and. size(workspace%opening) == n_multipliers) return
+      deallocate (workspace%known, workspace%coefficients, workspace%forces, workspace%opening)
     end if
     allocate (workspace%known(self%n_rows + self%n_values), workspace%coefficients(self%n_snapshots))
-    allocate (workspace%forces(self%n_rows))
+    allocate (workspace%forces(self%n_rows), workspace%opening(n_multipliers))
   end subroutine reserve
 
   !> 1 / Frobenius norm; 1 for zeros.

@@ -104,6 +104,30 @@ def test_pictures(outcome):
         assert (folder / "results" / "calibration" / f"{name}.png").stat().st_size > 10000
 
 
+def test_sobol_indices_are_those_of_conditional_means(rod, study, library, monkeypatch):
+    """The first-order index is the variance of the mean at a given value, over the variance: here from other points."""
+    said = study("sobol", **{"N_BASE = 1024": "N_BASE = 128"})
+    rows = dict(re.findall(r"(?m)^(\w+) +(\S+ \+- \S+ +\S+ \+- \S+)$", said))
+    monkeypatch.setenv("SIGNOROM_LIBRARY", str(library))
+    from signorom_post import Model
+
+    with Model(rod / "results" / "fuel_rod" / "model.h5") as model:
+        names = [parameter.name for parameter in model.parameters]
+        lowest, highest = np.array([(p.minimum, p.maximum) for p in model.parameters]).T
+        shares = np.random.default_rng(4).random((1500, len(names)))
+        force = model.query_many(lowest + shares * (highest - lowest)).contact_force
+    assert set(rows) == set(names)
+    for k, name in enumerate(names):
+        first, within, total, _ = (float(word) for word in re.findall(r"-?\d+\.\d+", rows[name]))
+        bins = np.floor(15 * shares[:, k])
+        means = np.array([force[bins == i].mean() for i in range(15)])
+        expected = means.var() / force.var()
+        # 15 means of 100 points each have a variance of their own, 15 / 1500 of the whole
+        assert abs(first - expected) <= 2 * within + 0.05, name
+        assert total >= first - 2 * within - 0.02
+    assert (rod / "results" / "sobol" / "indices.png").stat().st_size > 10000
+
+
 def test_optimum_meets_its_limit_in_the_full_order(study):
     """To the digits of the optimizer; the worst corner is the stiffest one."""
     said = study("optimisation")

@@ -2,18 +2,21 @@
 !> The contact force at a point, in Fortran: ask_model_f MODEL VALUE...
 program ask_model
   use, intrinsic :: iso_c_binding, only: c_double, c_null_char, c_ptr, c_sizeof
-  use signorom, only: SIGNOROM_OK, signorom_answer, signorom_close, signorom_create_context, signorom_free_context, &
+  use signorom, only: SIGNOROM_OK, signorom_answer, signorom_arrays, signorom_close, signorom_create_context, &
+    signorom_free_context, &
     signorom_get_multipliers, signorom_get_parameter, signorom_get_sizes, signorom_message, signorom_model_message, &
     signorom_open, signorom_query, signorom_sizes, signorom_string, signorom_version
   implicit none(type, external)
   type(c_ptr) :: model, context, name
   type(signorom_sizes) :: sizes
   type(signorom_answer) :: answer
+  type(signorom_arrays) :: arrays
   real(c_double), allocatable :: point(:), forces(:)
   real(c_double) :: smallest
   integer :: i
 
   if (c_sizeof(answer) /= answer%size) error stop 'the structure signorom_answer has another size than in C'
+  if (c_sizeof(arrays) /= arrays%size) error stop 'the structure signorom_arrays has another size than in C'
   if (signorom_open(argument(1) // c_null_char, model) /= SIGNOROM_OK) call fail(signorom_model_message(model))
   if (signorom_get_sizes(model, sizes) /= SIGNOROM_OK) error stop 1
   allocate (point(sizes%n_parameters), forces(sizes%n_contacts))
