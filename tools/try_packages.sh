@@ -49,8 +49,8 @@ build_packages() {
       libopenmpi-dev openmpi-bin libpetsc-real-dev libslepc-real-dev libopenblas0-serial liblapack-dev libmetis-dev libhdf5-dev \
       libfyaml-dev libmuparser-dev
     cd /source
-    cmake --preset release >/dev/null && cmake --build --preset release >/dev/null
-    cd build/release && cpack -G DEB >/dev/null && ls *.deb"
+    cmake --preset release >/root/build.log && cmake --build --preset release >>/root/build.log || { tail -30 /root/build.log >&2; exit 1; }
+    cd build/release && cpack -G DEB >/root/cpack.log && ls *.deb"
   cp "$builder"/source/build/release/*.deb "$root/packages/$release"
 }
 

@@ -70,10 +70,11 @@ contains
     type(online_model_t), intent(in) :: online
     type(answer_t), intent(in) :: answer
     real(rk), intent(in) :: multipliers(:)
+    integer, allocatable :: rows(:)
 
-    associate (expected => multipliers(online%model%parts(answer%cluster)%reduced%contact_rows()))
-      error = relative(norm2(answer%multipliers_rid - expected), norm2(expected))
-    end associate
+    ! gfortran 14 takes no subscripts by a bound function in an associate
+    rows = online%model%parts(answer%cluster)%reduced%contact_rows()
+    error = relative(norm2(answer%multipliers_rid - multipliers(rows)), norm2(multipliers(rows)))
   end function rid_error
 
   !> [-] (18) on all contacts, after reconstruction.
