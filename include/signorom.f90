@@ -22,17 +22,17 @@ module signorom
   implicit none(type, external)
   private
 
-  ! codes
+  ! the values of signorom_code
   integer(c_int), parameter, public :: SIGNOROM_OK = 0, SIGNOROM_NO_ANSWER = 1, SIGNOROM_BAD_ARGUMENT = 2, &
     SIGNOROM_BAD_MODEL = 3, SIGNOROM_NO_MEMORY = 4
-  ! methods
+  ! the values of signorom_method
   integer(c_int), parameter, public :: SIGNOROM_METHOD_NONE = 0, SIGNOROM_METHOD_ACTIVE_SET = 1, &
     SIGNOROM_METHOD_BLOCK_PIVOTING = 2, SIGNOROM_METHOD_LEMKE = 3, SIGNOROM_METHOD_CONDENSED = 4
-  ! kinds of texts
+  ! the values of signorom_text_kind
   integer(c_int), parameter, public :: SIGNOROM_TEXT_TITLE = 0, SIGNOROM_TEXT_LENGTH_UNIT = 1, SIGNOROM_TEXT_FORCE_UNIT = 2, &
     SIGNOROM_TEXT_CODE_VERSION = 3, SIGNOROM_TEXT_DECK = 4, SIGNOROM_TEXT_DESCRIPTION = 5, SIGNOROM_TEXT_STRESS_UNIT = 6, &
     SIGNOROM_TEXT_AREA_UNIT = 7, SIGNOROM_TEXT_KIND = 8
-  ! where the displacement of a node comes from
+  ! the values of signorom_displacement_source
   integer(c_int), parameter, public :: SIGNOROM_DISPLACEMENT_NONE = 0, SIGNOROM_DISPLACEMENT_BY_MODES = 1, &
     SIGNOROM_DISPLACEMENT_EXACT = 2
   real(c_double), parameter, public :: SIGNOROM_NO_BOUND = -1.0_c_double
@@ -42,7 +42,7 @@ module signorom
     integer(c_int) :: has_full_order_multipliers, has_full_order_displacement
   end type signorom_sizes
 
-  !> What is known of an answer. The default value of `size` belongs to this version of the module.
+  !> An answer at one point. The default value of `size` belongs to this version of the module.
   type, bind(c), public :: signorom_answer
     integer(c_size_t) :: size = 96_c_size_t
     integer(c_int) :: code = 0, method = 0, cluster = 0, n_modes = 0, n_domain_contacts = 0, n_active = 0, n_iterations = 0
@@ -53,8 +53,8 @@ module signorom
     real(c_double) :: displacement_bound = SIGNOROM_NO_BOUND, relative_displacement_bound = SIGNOROM_NO_BOUND
   end type signorom_answer
 
-  !> Where the answers at many points go: c_loc of arrays with the target attribute. The default value of `size` belongs to this
-  !> version of the module.
+  !> The caller's arrays for the answers at many points: c_loc of arrays with the target attribute. The default value of `size`
+  !> belongs to this version of the module.
   type, bind(c), public :: signorom_arrays
     integer(c_size_t) :: size = 72_c_size_t
     type(c_ptr) :: answers = c_null_ptr, multipliers = c_null_ptr
@@ -355,7 +355,7 @@ module signorom
 
 contains
 
-  !> A text of the library as a Fortran string; empty for a null pointer.
+  !> Returns a text of the library as a Fortran string; the string is empty for a null pointer.
   function signorom_string(text) result(string)
     type(c_ptr), intent(in) :: text
     character(:), allocatable :: string

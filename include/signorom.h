@@ -21,7 +21,7 @@
 
 #include <stddef.h>
 
-/* Version of this header. signorom_version() tells that of the library that the program found when it started. */
+/* Version of this header. signorom_version() returns the version of the library that the program loaded. */
 #define SIGNOROM_VERSION "0.1.0"
 
 #ifdef __cplusplus
@@ -44,72 +44,76 @@ typedef enum {
   SIGNOROM_METHOD_ACTIVE_SET = 1,
   SIGNOROM_METHOD_BLOCK_PIVOTING = 2,
   SIGNOROM_METHOD_LEMKE = 3,
-  SIGNOROM_METHOD_CONDENSED = 4 /* the full-order problem condensed to its contacts, which the model holds: exact */
+  SIGNOROM_METHOD_CONDENSED = 4 /* the model solved the full-order problem condensed to its contacts, which is exact */
 } signorom_method;
 
 typedef enum {
   SIGNOROM_TEXT_TITLE = 0,
-  SIGNOROM_TEXT_LENGTH_UNIT = 1, /* of displacements, gaps and coordinates */
-  SIGNOROM_TEXT_FORCE_UNIT = 2,  /* of multipliers */
+  SIGNOROM_TEXT_LENGTH_UNIT = 1, /* unit of displacements, gaps and coordinates */
+  SIGNOROM_TEXT_FORCE_UNIT = 2,  /* unit of multipliers */
   SIGNOROM_TEXT_CODE_VERSION = 3,
-  SIGNOROM_TEXT_DECK = 4,        /* effective deck of the training, YAML */
-  SIGNOROM_TEXT_DESCRIPTION = 5, /* what `signorom describe` prints */
-  SIGNOROM_TEXT_STRESS_UNIT = 6, /* of stresses and pressures; empty where the model answers no fields */
-  SIGNOROM_TEXT_AREA_UNIT = 7,   /* of contact areas; likewise */
-  SIGNOROM_TEXT_KIND = 8         /* of the reduced model: condensed, interpolated, tied or hhr */
+  SIGNOROM_TEXT_DECK = 4,        /* deck of the training with all defaults, YAML */
+  SIGNOROM_TEXT_DESCRIPTION = 5, /* the text that `signorom describe` prints */
+  SIGNOROM_TEXT_STRESS_UNIT = 6, /* unit of stresses and pressures; empty where the model gives no fields */
+  SIGNOROM_TEXT_AREA_UNIT = 7,   /* unit of contact areas; empty where the model gives no fields */
+  SIGNOROM_TEXT_KIND = 8         /* kind of the reduced model: condensed, interpolated, tied or hhr */
 } signorom_text_kind;
 
 /* Where the displacement of a node comes from. */
 typedef enum {
   SIGNOROM_DISPLACEMENT_NONE = 0,
   SIGNOROM_DISPLACEMENT_BY_MODES = 1,
-  SIGNOROM_DISPLACEMENT_EXACT = 2 /* but for rounding, under the contact forces of the answer */
+  SIGNOROM_DISPLACEMENT_EXACT = 2 /* exact except for rounding, under the contact forces of the answer */
 } signorom_displacement_source;
 
-/* The members of this structure never change: what later versions count has functions of its own. */
+/* The members of this structure never change. Later versions give further numbers by functions of their own. */
 typedef struct {
   int n_parameters;
   int n_clusters;
-  int n_contacts; /* multipliers in all */
+  int n_contacts; /* number of multipliers */
   int n_nodes;
   int n_dimensions;
   int n_dofs; /* n_dimensions * n_nodes */
   int n_training_points;
-  int has_full_order_multipliers;  /* 1: a point without reduced solution is answered */
-  int has_full_order_displacement; /* 1: its displacement is exact too, else that of the reduced basis */
+  int has_full_order_multipliers;  /* 1: the model also answers a point where the reduced problem has no solution */
+  int has_full_order_displacement; /* 1: the displacement of such an answer is exact, too; 0: it is that of the reduced
+                                      basis */
 } signorom_sizes;
 
-/* What is known of an answer. Set `size` before the call: `signorom_answer answer = SIGNOROM_ANSWER;`. Later versions
- * append members; a program that was compiled with an older header says so by its smaller size, and they are not
- * written. An answer of zeros is one of the first version, whose members end with n_solutions. */
+/* An answer at one point. Set `size` before the call: `signorom_answer answer = SIGNOROM_ANSWER;`. Later versions
+ * append members. A program that was compiled with an older header gives its smaller size here, and the library does
+ * not write the members beyond it. A structure filled with zeros counts as one of the first version, whose last member
+ * is n_solutions. */
 typedef struct {
   size_t size; /* sizeof(signorom_answer) */
   int code;    /* SIGNOROM_OK or SIGNOROM_NO_ANSWER */
   int method;  /* signorom_method */
   int cluster;
-  int n_modes;           /* reduced coordinates of this cluster */
-  int n_domain_contacts; /* multipliers in its reduced integration domain */
-  int n_active;          /* of them, those in contact */
-  int n_iterations;      /* linear solves and pivots */
+  int n_modes;           /* number of reduced coordinates of this cluster */
+  int n_domain_contacts; /* number of multipliers in its reduced integration domain */
+  int n_active;          /* number of these multipliers whose contact is closed */
+  int n_iterations;      /* number of linear solves and pivots */
   int is_inside_box;     /* 1: the point lies in the trained box; outside, an answer is an extrapolation */
-  /* to the nearest training point, the sides of the box taken as 1 */
+  /* distance to the nearest training point, with each side of the box scaled to 1 */
   double distance;
-  /* largest violation of the contact conditions of the dense problem that was solved, relative to the terms of its row:
-   * rounding. It says nothing of the model's error: see the validation in the description. */
+  /* Largest violation of the contact conditions of the dense problem that was solved, relative to the terms of its row.
+   * It measures rounding only. The error of the model is in the validation, which the description shows. */
   double residual;
-  /* Solutions of the reduced problem that two starts found; 0 without an answer. 2: its contact conditions do not
-   * determine the answer. The one that violates the full contact problem less was taken where the model holds the
-   * full-order operator (has_full_order_multipliers), else that of the nearest training point. Contact forces are less
-   * reliable there. */
+  /* Number of different solutions of the reduced problem that two starts found; 0 without an answer. With 2 the contact
+   * conditions of the reduced problem do not determine the answer, and the contact forces are less reliable. Where the
+   * model holds the full-order operator (has_full_order_multipliers), the answer is the solution that violates the full
+   * contact problem less, else the one found from the nearest training point. */
   int n_solutions;
-  /* Certificate: |f - f_full| <= bound, f the contact forces of all contacts, in the norm of the energy that they store
-   * in the bodies; [sqrt(force * length)]. The relative one is divided by the size of f, at least a thousandth of the
-   * largest in training; at most 1e-12 means exact. SIGNOROM_NO_BOUND: the model cannot give one. */
+  /* Bound of the error of the contact forces: |f - f_full| <= bound [sqrt(force * length)]. f holds the forces of all
+   * contacts, and the norm is that of the energy that they store in the bodies. relative_bound is the bound divided by
+   * the size of f, or by a thousandth of the largest size in training where that is larger; a relative bound of at most
+   * 1e-12 means an exact answer. SIGNOROM_NO_BOUND: the model cannot give a bound. */
   double bound;
   double relative_bound;
-  /* The same of the displacement: |u - u_full| <= displacement_bound in the norm of the stiffness, without rigid
-   * motions of bodies that only contact holds; divided by the size of u, at least a thousandth of the largest in
-   * training. SIGNOROM_NO_BOUND: the model cannot give one. */
+  /* Bound of the error of the displacement: |u - u_full| <= displacement_bound in the norm of the stiffness. Rigid
+   * motions of bodies that only contact holds are left out. relative_displacement_bound is the bound divided by the
+   * size of u, or by a thousandth of the largest size in training where that is larger. SIGNOROM_NO_BOUND: the model
+   * cannot give a bound. */
   double displacement_bound;
   double relative_displacement_bound;
 } signorom_answer;
@@ -123,83 +127,91 @@ typedef struct {
         SIGNOROM_NO_BOUND                                                                                              \
   }
 
-/* Version of the library, "major.minor.patch". Libraries of one major version (before 1.0.0: of one minor version) have
- * all functions, structures and numbers of the earlier ones. */
+/* Returns the version of the library, "major.minor.patch". A library has all functions, structures and numbers of the
+ * earlier libraries with the same major version (before 1.0.0: with the same minor version). */
 const char *signorom_version(void);
 
-/* Reads a model. `*model` is set even on a failure, so that signorom_model_message can be asked; close it all the same.
- */
+/* Reads a model. The call sets `*model` even when it fails, so that signorom_model_message can tell the reason. Always
+ * close the model, also after a failure. */
 int signorom_open(const char *path, signorom_model **model);
 const char *signorom_model_message(const signorom_model *model);
 void signorom_close(signorom_model *model);
 
 int signorom_get_sizes(const signorom_model *model, signorom_sizes *sizes);
-/* Null where there is none. */
+/* Returns a text of the model; `kind` is a signorom_text_kind. The result is null where the model has no such text. */
 const char *signorom_text(const signorom_model *model, int kind);
-/* Any of the pointers may be null. */
+/* Gives name, unit and range of parameter i, which counts from 0. Any of the pointers may be null. */
 int signorom_get_parameter(const signorom_model *model, int i, const char **name, const char **unit, double *minimum,
                            double *maximum);
-/* Nodes of one side of the contacts: side 0 is the first one, which carries the contact forces, 1 the second one. Those
- * of contact i are the entries starts[i] ... starts[i + 1] - 1 of the other arrays; ask for starts [n_contacts + 1]
- * first, its last entry is their length n. tags [n] are those of the mesh file, weights [n] the share of the contact's
- * force on each node, which may be negative and sums up to 1, coordinates [n][n_dimensions] its place. On side 0 the
- * first node of each contact is the one that its force and its multiplier belong to; in the middle of a side of a face
- * with six or eight nodes the corners at both ends bear -1/3 each. On side 1 a rigid obstacle has no node, and
- * neighboring contacts may share nodes. Any pointer may be null. */
+/* Gives the nodes of one side of the contacts. Side 0 is the first one, which carries the contact forces; side 1 is the
+ * second one. The nodes of contact i are the entries starts[i] ... starts[i + 1] - 1 of the other arrays. Ask for
+ * starts [n_contacts + 1] first: its last entry is the length n of the other arrays. tags [n] are the node tags of the
+ * mesh file; coordinates [n][n_dimensions] are the places of the nodes; weights [n] are the shares of the contact's
+ * force on each node, which sum up to 1 and may be negative. On side 0 the force and the multiplier of a contact belong
+ * to its first node. For the node in the middle of a side of a face with six or eight nodes, the corners at both ends
+ * of this side have the share -1/3 each. On side 1 a rigid obstacle has no node, and neighboring contacts may share
+ * nodes. Any pointer may be null. */
 int signorom_get_contact_nodes(const signorom_model *model, int side, int *starts, int *tags, double *weights,
                                double *coordinates);
-/* Areas [n_contacts], in plane models lengths: contact pressure = contact force / area. */
+/* Gives the areas of the contacts [n_contacts]; in plane models they are lengths. Contact pressure = contact force /
+ * area. */
 int signorom_get_contact_areas(const signorom_model *model, double *areas);
-/* Contacts of the deck: their number (0 in files of earlier programs), the number of components of a moment (3, or 1 in
- * plane and axisymmetric models), and which of them each contact belongs to [n_contacts], from 0. Any pointer may be
- * null; ask for the number first: without entries nothing is written to the array. */
+/* Gives the entries of the deck's contact section: their number (0 in files of earlier programs), the number of
+ * components of a moment (3, or 1 in plane and axisymmetric models), and the entry that each contact belongs to
+ * [n_contacts], counted from 0. Any pointer may be null. Ask for the number first: where it is 0, the call does not
+ * write the array. */
 int signorom_get_contact_entries(const signorom_model *model, int *n_entries, int *n_moments, int *entries);
-/* The two surfaces of an entry, as in "lower - upper"; null where there is no such entry. */
+/* Returns the names of the two surfaces of an entry, such as "lower - upper"; null where there is no such entry. */
 const char *signorom_contact_entry_name(const signorom_model *model, int entry);
-/* What the forces of all contacts [n_contacts] come to on each entry: area that touches [n_entries], resultant on the
- * first surface [n_entries][n_dimensions], and its moment about the origin of the coordinates [n_entries][n_moments],
- * on the undeformed mesh; in plane models x F_y - y F_x, and all of it per unit thickness. Axisymmetric models: sums
- * over the full turn of what acts in the half plane r, z: F_r, F_z and r F_z - z F_r. Where a force is not a number,
- * its entry has none either. Threads may share the model. */
+/* Sums the forces of all contacts [n_contacts] over each entry of the deck's contact section. The results are the area
+ * that touches [n_entries], the resultant force on the first surface [n_entries][n_dimensions], and its moment about
+ * the origin of the coordinates [n_entries][n_moments], on the undeformed mesh. In plane models the moment is x F_y - y
+ * F_x, and all results are per unit thickness. In axisymmetric models the results are sums over the full turn of the
+ * components in the half plane r, z: F_r, F_z and r F_z - z F_r. Where a force is not a number, the results of its
+ * entry are not numbers either. Several threads may share the model. */
 int signorom_get_resultants(const signorom_model *model, const double *multipliers, double *areas, double *forces,
                             double *moments);
-/* Tags of the mesh file [n_nodes] and coordinates [n_nodes][n_dimensions]; either may be null. */
+/* Gives the tags of the mesh file [n_nodes] and the coordinates [n_nodes][n_dimensions]; either may be null. */
 int signorom_get_nodes(const signorom_model *model, int *tags, double *coordinates);
-/* Which nodes have displacements [n_nodes], as signorom_displacement_source: those of an answer by the reduced model
- * itself. With has_full_order_displacement an answer by the method condensed has exact ones everywhere. */
+/* Says for each node [n_nodes] where its displacement comes from, as a signorom_displacement_source. This holds for
+ * answers by the reduced model itself. With has_full_order_displacement an answer by the method condensed has exact
+ * displacements at all nodes. */
 int signorom_get_displacement_sources(const signorom_model *model, int *sources);
-/* Contacts of the reduced integration domain: their number, and (unless null) which, ascending. */
+/* Gives the number of contacts of the reduced integration domain of a cluster and, unless `contacts` is null, their
+ * numbers in ascending order. */
 int signorom_get_domain_contacts(const signorom_model *model, int cluster, int *n, int *contacts);
-/* The cluster that would answer next at a point [n_parameters]: that of the nearest cell of another one, or the one
- * with the second most votes of the forest; -1 where there is one cluster only. */
+/* Gives the cluster that is the second choice at a point [n_parameters]: the one of the nearest cell of another
+ * cluster, or the one with the second most votes of the forest. It is -1 where there is only one cluster. */
 int signorom_get_next_cluster(const signorom_model *model, const double *point, int *cluster);
 
-/* `*context` is set even on a failure. Create it before the threads that use it; the model must outlive it.
- */
+/* Makes a context for queries. The call sets `*context` even when it fails. Create it before the threads that use it
+ * start; the model must stay open as long as the context exists. */
 int signorom_create_context(const signorom_model *model, signorom_context **context);
 const char *signorom_message(const signorom_context *context);
 void signorom_free_context(signorom_context *context);
 
-/* Answers at a point [n_parameters]. After the first ones it allocates nothing (with several clusters: while one of
- * them answers). The getters below tell more of it. */
+/* Computes the answer at a point [n_parameters]. After the first queries it allocates no memory (with several clusters:
+ * as long as the same cluster answers). The functions below give the details of the last answer. */
 int signorom_query(signorom_context *context, const double *point, signorom_answer *answer);
-/* Answers at n points [n][n_parameters]; `answers` [n] and `multipliers` [n][n_contacts] may be null; the size of the
- * first answer holds for all, and the call writes it to each. A point without an answer does not stop it: its code says
- * so, its multipliers are 0, and the call returns SIGNOROM_NO_ANSWER. */
+/* Computes the answers at n points [n][n_parameters]. `answers` [n] and `multipliers` [n][n_contacts] may be null. The
+ * size in the first answer holds for all answers, and the call writes it to each of them. A point without an answer
+ * does not stop the call: its code is SIGNOROM_NO_ANSWER, its multipliers are 0, and the call returns
+ * SIGNOROM_NO_ANSWER. */
 int signorom_query_many(signorom_context *context, int n, const double *points, signorom_answer *answers,
                         double *multipliers);
 
-/* Where the answers at n points go; null pointers want none. Where a point has no answer, and a node no displacement,
- * numbers are not a number. Set `size` before the call: `signorom_arrays arrays = SIGNOROM_ARRAYS;`. */
+/* The caller's arrays for the answers at n points; a null pointer leaves an array out. Numbers are NaN where a point
+ * has no answer or a node no displacement. Set `size` before the call: `signorom_arrays arrays = SIGNOROM_ARRAYS;`. */
 typedef struct {
   size_t size;              /* sizeof(signorom_arrays) */
   signorom_answer *answers; /* [n]; the size of the first one holds for all */
   double *multipliers;      /* [n][n_contacts] */
-  /* As in signorom_get_resultants; all three or none, and only with multipliers. */
+  /* Resultants as in signorom_get_resultants. Give all three arrays or none of them, and only together with
+   * multipliers. */
   double *areas;        /* [n][n_entries] */
   double *forces;       /* [n][n_entries][n_dimensions] */
   double *moments;      /* [n][n_entries][n_moments] */
-  int n_nodes;          /* chosen ones, with displacement only */
+  int n_nodes;          /* number of nodes that the caller chooses; only together with displacement */
   const int *nodes;     /* [n_nodes] */
   double *displacement; /* [n][n_nodes][n_dimensions] */
 } signorom_arrays;
@@ -207,65 +219,71 @@ typedef struct {
 #define SIGNOROM_ARRAYS                                                                                                \
   { sizeof(signorom_arrays), NULL, NULL, NULL, NULL, NULL, 0, NULL, NULL }
 
-/* Answers at n points [n][n_parameters]. A point without an answer does not stop it: the call then returns
- * SIGNOROM_NO_ANSWER. */
+/* Computes the answers at n points [n][n_parameters]. A point without an answer does not stop the call, which then
+ * returns SIGNOROM_NO_ANSWER. */
 int signorom_query_arrays(signorom_context *context, int n, const double *points, const signorom_arrays *arrays);
 
-/* Contact forces of the domain [n_domain_contacts], or of all contacts [n_contacts]: outside the domain, the
- * non-negative combination of the training answers that fits best. */
+/* Give the contact forces of the domain [n_domain_contacts], or of all contacts [n_contacts]. The forces outside of the
+ * domain are the non-negative combination of the training solutions that fits the answer best. */
 int signorom_get_domain_multipliers(const signorom_context *context, double *multipliers);
 int signorom_get_multipliers(const signorom_context *context, double *multipliers);
-/* Reduced coordinates [n_modes]. */
+/* Gives the reduced coordinates [n_modes]. */
 int signorom_get_coordinates(const signorom_context *context, double *coordinates);
-/* Displacement of all nodes [n_nodes][n_dimensions], not a number where a node has none; or of chosen ones
- * [n][n_dimensions], SIGNOROM_NO_ANSWER where one of them has none. SIGNOROM_NO_ANSWER where the model answers contact
- * forces only. */
+/* Give the displacement of all nodes [n_nodes][n_dimensions], or of the nodes that the caller chooses
+ * [n][n_dimensions]. The first call writes NaN for a node without displacement; the second one returns
+ * SIGNOROM_NO_ANSWER for it. Both return SIGNOROM_NO_ANSWER where the model gives contact forces only. */
 int signorom_get_displacement(const signorom_context *context, double *displacement);
 int signorom_get_displacement_at(signorom_context *context, int n, const int *nodes, double *displacement);
 
-/* Fields. A model answers them whose deck has `reduction: {fields: true}`; others have no cells here, and the calls
- * return SIGNOROM_NO_ANSWER. */
+/* Fields. A model gives fields if its deck has `reduction: {fields: true}`. Other models have no cells, and the calls
+ * that read fields return SIGNOROM_NO_ANSWER. */
 
-/* Numbers of cells, of nodes of all cells together, of regions, of facets of the surfaces that carry the contact
- * forces, of nodes of all these together. 0 where the model keeps no mesh. Any pointer may be null. */
+/* Gives the number of cells, of nodes of all cells together, of regions, of facets of the surfaces that carry the
+ * contact forces, and of nodes of all these facets together. They are 0 where the model keeps no mesh. Any pointer may
+ * be null. */
 int signorom_get_field_sizes(const signorom_model *model, int *n_cells, int *n_cell_nodes, int *n_regions,
                              int *n_facets, int *n_facet_nodes);
-/* Cells: nodes of cell i are nodes[starts[i]] ... nodes[starts[i + 1] - 1], from 0, in gmsh's order; starts
- * [n_cells + 1], nodes [n_cell_nodes], regions [n_cells], from 0 (-1: none). Any pointer may be null. */
+/* Gives the cells. The nodes of cell i are nodes[starts[i]] ... nodes[starts[i + 1] - 1], counted from 0, in gmsh's
+ * order. The arrays are starts [n_cells + 1], nodes [n_cell_nodes] and regions [n_cells], counted from 0 (-1: no
+ * region). Any pointer may be null. */
 int signorom_get_cells(const signorom_model *model, int *starts, int *nodes, int *regions);
-/* Null where there is no such region. */
+/* Returns the name of a region; null where there is no such region. */
 const char *signorom_region_name(const signorom_model *model, int region);
-/* Facets: starts [n_facets + 1], nodes [n_facet_nodes], and the contact of the deck that each belongs to [n_facets].
- * Any pointer may be null. */
+/* Gives the facets of the contact surfaces: starts [n_facets + 1], nodes [n_facet_nodes], and the entry of the deck's
+ * contact section that each facet belongs to [n_facets]. Any pointer may be null. */
 int signorom_get_contact_facets(const signorom_model *model, int *starts, int *nodes, int *contacts);
-/* Stresses of the last answer: means of the cells [n_cells][6] and their von Mises stress [n_cells]; smoothed at the
- * nodes [n_nodes][6] and [n_nodes]. Components are xx, yy, zz, xy, yz, xz; in axisymmetry x = r, y = z, and zz is the
- * hoop stress. Any pointer may be null. The first of the next three calls computes all fields of an answer. */
+/* Gives the stresses of the last answer: the means over the cells [n_cells][6] and their von Mises stress [n_cells],
+ * and the smoothed stresses at the nodes [n_nodes][6] with their von Mises stress [n_nodes]. The components are xx, yy,
+ * zz, xy, yz, xz. In axisymmetric models x = r and y = z, and zz is the hoop stress. Any pointer may be null. This call
+ * and the next two compute all fields of an answer when the first of them is made. */
 int signorom_get_stresses(signorom_context *context, double *stress, double *von_mises, double *nodal_stress,
                           double *nodal_von_mises);
-/* What temperatures and swelling impose, as means of the cells [n_cells][6]; components of the tensor. */
+/* Gives the strains that temperatures and swelling impose, as means over the cells [n_cells][6]. The shears are
+ * components of the tensor. */
 int signorom_get_imposed_strains(signorom_context *context, double *strain);
-/* At the nodes: force of the other body [n_nodes][n_dimensions], contact pressure and gap [n_nodes] (not a number
- * off the contacts), status [n_nodes]: 0 no contact, 1 open, 2 closed. Of the cells [n_cells]: 0 no contact at their
- * nodes, 1 open, 2 closed, 3 closed at some nodes. Any pointer may be null. */
+/* Gives the contact fields. At the nodes: the force of the other body [n_nodes][n_dimensions], contact pressure and gap
+ * [n_nodes] (the gap is NaN off the contacts), and the status [n_nodes]: 0 no contact, 1 open, 2 closed. In the cells:
+ * the status [n_cells]: 0 no contact at their nodes, 1 open, 2 closed, 3 closed at some nodes. Any pointer may be null.
+ */
 int signorom_get_contact_fields(signorom_context *context, double *force, double *pressure, double *gap, int *status,
                                 int *cell_status);
 
-/* Derivatives of the last answer with respect to each parameter, while contacts that push stay closed and open ones
- * stay open. A contact that touches without a force (n_grazing of them) may do either: then, and at a kink of an
- * expression of the deck, the derivative towards larger values (direction 1) is not the one towards smaller values
- * (direction -1), and is_one_sided [n_parameters] is 1. Both pointers may be null. Models of the kinds condensed,
- * interpolated and tied have derivatives. A hyper-reduced model that keeps the full-order operator has those of that
- * operator: of the full-order solution, not of its own answer. SIGNOROM_NO_ANSWER without that operator, where a load
- * jumps at the point (whole_edges), and where the forces are not unique. It costs about a query per parameter. */
+/* Computes the derivatives of the last answer with respect to each parameter, where closed contacts with a force stay
+ * closed and open ones stay open. n_grazing contacts touch without a force and may do either. With such contacts, or at
+ * a kink of an expression of the deck, the derivative towards larger values (direction 1) differs from the one towards
+ * smaller values (direction -1), and is_one_sided [n_parameters] is 1. Both pointers may be null. Models of the kinds
+ * condensed, interpolated and tied have derivatives. A hyper-reduced model that keeps the full-order operator gives the
+ * derivatives of the full-order solution, and not those of its own answer. The call returns SIGNOROM_NO_ANSWER without
+ * that operator, where a load jumps at the point (whole_edges), and where the forces are not unique. It costs about one
+ * query per parameter. */
 int signorom_differentiate(signorom_context *context, int direction, int *n_grazing, int *is_one_sided);
-/* Of the contact forces [n_parameters][n_contacts]. */
+/* Gives the derivatives of the contact forces [n_parameters][n_contacts]. */
 int signorom_get_multiplier_gradient(signorom_context *context, double *gradient);
-/* Of the resultants and their moments on each entry, as in signorom_get_resultants: [n_parameters][n_entries]
- * [n_dimensions] and [n_parameters][n_entries][n_moments]. */
+/* Gives the derivatives of the resultant forces [n_parameters][n_entries][n_dimensions] and of their moments
+ * [n_parameters][n_entries][n_moments], as defined at signorom_get_resultants. */
 int signorom_get_resultant_gradient(signorom_context *context, double *forces, double *moments);
-/* Of the displacement of chosen nodes [n_parameters][n][n_dimensions]; SIGNOROM_NO_ANSWER where one of them has none.
- */
+/* Gives the derivatives of the displacement of the nodes that the caller chooses [n_parameters][n][n_dimensions]. The
+ * call returns SIGNOROM_NO_ANSWER where one of them has no displacement. */
 int signorom_get_displacement_gradient_at(signorom_context *context, int n, const int *nodes, double *gradient);
 
 #ifdef __cplusplus

@@ -13,7 +13,8 @@
 /* y = alpha a x + beta y, shapes (m, n), (n), (m). With beta = 0 it does not matter what y holds. */
 void sig_multiply(int m, int n, double alpha, const double *a, int lda, const double *x, double beta, double *y);
 
-/* y += a x of an x that is mostly zero: columns of zeros are not read. Shapes (m, n), (n), (m). */
+/* y += a x for an x that is mostly zero: the columns of a that belong to zeros are not read. Shapes (m, n), (n), (m).
+ */
 void sig_add_few_columns(int m, int n, const double *a, int lda, const double *x, double *y);
 
 /* y = alpha a' x + beta y, shapes (m, n), (m), (n). */
@@ -48,10 +49,10 @@ void sig_solve_cholesky(int n, int n_rhs, const double *factor, int ldf, double 
 /* b = L^-1 b in place: b' A^-1 b is then the sum of squares. */
 void sig_reduce_cholesky(int n, const double *factor, int ldf, double *b);
 
-/* As sig_reciprocal_condition_lu. */
+/* 1 / (|A| |A^-1|) as sig_reciprocal_condition_lu gives it, from the factor of sig_factor_cholesky. */
 double sig_reciprocal_condition_cholesky(int n, const double *factor, int ldf, double norm, double *work, int *signs);
 
-/* Largest |x_i|, 0 of none; not a number where an x_i is none. */
+/* Largest |x_i|; 0 where n is 0, NaN where an x_i is NaN. */
 double sig_largest_size(int n, const double *x);
 
 /* Sum of |x_i|. */

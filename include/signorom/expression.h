@@ -5,7 +5,7 @@
 
 #include <stddef.h>
 
-/* Why a text is no expression; the Fortran side makes the sentence. */
+/* Reasons why a text is not a valid expression. The Fortran side makes the message. */
 enum {
   SIG_EXPRESSION_OK = 0,
   SIG_EXPRESSION_NO_MEMORY = 1,
@@ -26,10 +26,11 @@ int sig_expression_create(const char *text, size_t text_length, const char *name
                           const int *places, sig_expression **expression, int *position, char *token, char *message,
                           size_t size);
 
-/* Value for `values` (the places say which belongs to which name). Returns 1 when it is finite, else 0. */
+/* Computes the value of the expression for `values`; the places of sig_expression_create say which value belongs to
+ * which name. Returns 1 when the result is finite, else 0. */
 int sig_expression_evaluate(sig_expression *expression, const double *values, double *result);
 
-/* 1 when name `i` (0-based) occurs in the text, whatever its value. */
+/* Returns 1 when name `i` (0-based) occurs in the text, whatever its value, else 0. */
 int sig_expression_uses(sig_expression *expression, int i);
 
 void sig_expression_free(sig_expression *expression);

@@ -7,7 +7,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-/* Bytes that the seal takes; HDF5 leaves a user block of this size alone. */
+/* Number of bytes of the seal. HDF5 does not use a user block of this size. */
 #define SIG_SEAL_SIZE 512
 
 enum sig_seal_status {
@@ -19,10 +19,11 @@ enum sig_seal_status {
   SIG_SEAL_NO_READ = 5
 };
 
-/* Writes the seal over the first SIG_SEAL_SIZE bytes; 0 or an errno. */
+/* Writes the seal over the first SIG_SEAL_SIZE bytes. Returns 0 or an errno. */
 int sig_seal_file(const char *path, size_t length);
 
-/* A value of sig_seal_status; bytes that there are and that were sealed, 0 where not known. */
+/* Checks the seal and returns a value of sig_seal_status. *n_found and *n_sealed are the numbers of bytes that the file
+ * has and that were sealed; 0 where not known. */
 int sig_check_seal(const char *path, size_t length, int64_t *n_found, int64_t *n_sealed);
 
 #endif

@@ -6,18 +6,19 @@
 
 #include <stddef.h>
 
-/* What stands at a path. */
+/* Kinds of what a path leads to. */
 enum sig_file_kind { SIG_NO_FILE = 0, SIG_PLAIN_FILE = 1, SIG_DIRECTORY = 2, SIG_OTHER_FILE = 3 };
 
 int sig_file_kind(const char *path, size_t length);
 
-/* mkdir -p. */
+/* Makes a folder and the missing folders above it, as mkdir -p does. */
 int sig_make_directories(const char *path, size_t length);
 
-/* Whole file into a new block of `*size` bytes; give it back to sig_free. */
+/* Reads a whole file into a new block of `*size` bytes. The caller frees it with sig_free. */
 int sig_read_file(const char *path, size_t length, char **bytes, size_t *size);
 
-/* A file, a device or a pipe piece by piece: as many bytes as are there now, up to `size`; none at its end. */
+/* Read a file, a device or a pipe piece by piece. sig_read_some reads the bytes that are there now, at most `size`;
+ * *n_read is 0 at the end of the file. */
 int sig_open_to_read(const char *path, size_t length, int *descriptor);
 int sig_read_some(int descriptor, char *bytes, size_t size, size_t *n_read);
 void sig_close_descriptor(int descriptor);
@@ -29,23 +30,25 @@ int sig_write_file(const char *path, size_t length, const char *bytes, size_t si
 /* fsyncs `from`, renames it to `to` (replacing it) and fsyncs the folder. */
 int sig_commit_file(const char *from, size_t from_length, const char *to, size_t to_length);
 
-/* Makes the new name of a renamed file safe; null-terminated. */
+/* Writes the folder of a renamed file to the disk, so that the new name survives a crash. `name` is null-terminated. */
 void sig_sync_folder_of(const char *name);
 
 int sig_remove_file(const char *path, size_t length);
 
-/* Takes `<path>/.lock` without waiting and notes the process number in it. The lock goes with the descriptor or the
- * process. EWOULDBLOCK: another process has it, `*process` is its number, 0 if unknown. ELOOP: it is a link, or no
- * plain file. */
+/* Takes the lock `<path>/.lock` without waiting and writes the process number into it. The lock ends with the
+ * descriptor or with the process. EWOULDBLOCK: another process holds the lock; `*process` is its number, 0 if unknown.
+ * ELOOP: the lock is a link or not a plain file. */
 int sig_lock_directory(const char *path, size_t length, int *descriptor, long *process);
 void sig_unlock_directory(int descriptor);
 
-/* Names in a folder that start with `prefix`, in byte order, each ended by a null, in one block of `*size` bytes for
- * sig_free. Folders and names with a leading dot are left out. */
+/* Lists the files of a folder whose names start with `prefix`, in byte order. Each name ends with a null; all stand in
+ * one block of `*size` bytes, which the caller frees with sig_free. Folders and names with a leading dot are left out.
+ */
 int sig_list_files(const char *path, size_t length, const char *prefix, size_t prefix_length, char **names,
                    size_t *size);
 
-/* Path of the running program with links resolved, null-terminated; ENAMETOOLONG where it needs more than `size`. */
+/* Gives the path of the running program with links resolved, null-terminated. Returns ENAMETOOLONG where the path needs
+ * more than `size` bytes. */
 int sig_program_path(char *path, size_t size);
 
 #endif

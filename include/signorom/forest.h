@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* A random forest that somebody else trained, as flat arrays: from a point to the votes of its trees.
-   Nodes of all trees stand one after the other. All numbers are 0-based. */
+/* A random forest that scikit-learn trained, as flat arrays. It maps a point to the votes of its trees. The nodes of
+ * all trees stand one after the other. All numbers are 0-based. */
 #ifndef SIGNOROM_FOREST_H
 #define SIGNOROM_FOREST_H
 
@@ -17,12 +17,12 @@ typedef struct {
   const double *values;
 } sig_forest;
 
-/* 0, -1 where the starts of the trees are no ascending numbers from 0, or 1 + the first node with a feature or a child
-   that cannot be. With 0 every walk ends in a leaf. */
+/* Checks a forest. Returns 0 when it is valid, -1 when the starts of the trees are not ascending from 0, or 1 + the
+ * number of the first node with an invalid feature or child. In a valid forest every walk ends in a leaf. */
 int sig_forest_check(const sig_forest *forest);
 
-/* Mean share of each class over the trees, votes (n_classes), at a point (n_features). Values are compared in single
-   precision and shares are added in the order of the trees: exactly what scikit-learn does. */
+/* Computes the mean share of each class over the trees, votes (n_classes), at a point (n_features). The function
+ * compares values in single precision and adds shares in the order of the trees, exactly as scikit-learn does. */
 void sig_forest_votes(const sig_forest *forest, const double *point, double *votes);
 
 #endif

@@ -18,31 +18,33 @@ enum { SIG_GMSH_MESSAGE_SIZE = 512 };
  * memory. SIG_GMSH_INVALID: sig_gmsh_message has the sentence. SIG_GMSH_UNREADABLE: sig_gmsh_sizes[0] has errno. */
 int sig_gmsh_read(const char *path, size_t length, sig_gmsh **mesh);
 
-/* The same for bytes in memory, which are not kept. */
+/* Reads a gmsh file from bytes in memory, which are not kept. Status and *mesh are as for sig_gmsh_read. */
 int sig_gmsh_parse(const char *bytes, size_t n_bytes, sig_gmsh **mesh);
 
-/* Null-terminated sentence; *line is 1-based, 0 in binary parts, where the sentence names the byte. */
+/* Gives the error message as a null-terminated sentence. *line is 1-based; it is 0 in binary parts, where the sentence
+ * names the byte. */
 void sig_gmsh_message(const sig_gmsh *mesh, char message[SIG_GMSH_MESSAGE_SIZE], int *line);
 
-/* FNV-1a of the file's bytes. */
+/* Returns the FNV-1a hash of the file's bytes. */
 uint64_t sig_gmsh_hash(const sig_gmsh *mesh);
 
-/* sizes[5]: n_nodes, n_elements, n_element_nodes, n_memberships, n_groups. */
+/* Gives sizes[5]: n_nodes, n_elements, n_element_nodes, n_memberships, n_groups. */
 void sig_gmsh_sizes(const sig_gmsh *mesh, int sizes[5]);
 
-/* tags[n_nodes]; coordinates[3 * n_nodes], x y z of each node in turn, in the file's order. */
+/* Gives tags[n_nodes] and coordinates[3 * n_nodes] (x y z of each node in turn), in the file's order. */
 void sig_gmsh_nodes(const sig_gmsh *mesh, int *tags, double *coordinates);
 
-/* Elements of a physical group, in the file's order: gmsh types[n_elements], tags[n_elements], places[2 * n_elements]
- * (line and column, 1-based, 0 in a binary file), offsets[n_elements + 1], nodes[n_element_nodes] (0-based, in gmsh's
- * order within the element). */
+/* Gives the elements of physical groups, in the file's order: gmsh types[n_elements], tags[n_elements], places[2 *
+ * n_elements] (line and column, 1-based, 0 in a binary file), offsets[n_elements + 1], nodes[n_element_nodes] (0-based,
+ * in gmsh's order within the element). */
 void sig_gmsh_elements(const sig_gmsh *mesh, int *types, int *tags, int *places, int *offsets, int *nodes);
 
-/* Element `elements[m]` belongs to group `groups[m]`, both 0-based, shape n_memberships; elements ascend. */
+/* Gives the memberships: element `elements[m]` belongs to group `groups[m]`. Both arrays are 0-based and of size
+ * n_memberships; elements ascend. */
 void sig_gmsh_memberships(const sig_gmsh *mesh, int *elements, int *groups);
 
-/* Group 0 <= i < n_groups: dimension, physical tag, name (empty where the file gives none). The name lives with the
- * mesh. */
+/* Gives dimension, physical tag and name of group i, 0 <= i < n_groups. The name is empty where the file gives none; it
+ * exists as long as the mesh. */
 void sig_gmsh_group(const sig_gmsh *mesh, int i, int *n_dim, int *tag, const char **name, size_t *name_length);
 
 /* Reads the $NodeData sections of a file and nothing else of it; a mesh is not needed. Status and *fields as those of
@@ -51,11 +53,13 @@ int sig_gmsh_read_fields(const char *path, size_t length, sig_gmsh **fields);
 
 int sig_gmsh_n_fields(const sig_gmsh *fields);
 
-/* Field 0 <= i < n_fields: components of a value, nodes with a value, name. The name lives with the fields. */
+/* Describes field i, 0 <= i < n_fields: the number of components of a value, the number of nodes with a value, and the
+ * name. The name exists as long as the fields. */
 void sig_gmsh_field(const sig_gmsh *fields, int i, int *n_components, int *n_values, const char **name,
                     size_t *name_length);
 
-/* tags[n_values]: node numbers; values[n_values]: the first component at each, in the file's order. */
+/* Gives the values of a field in the file's order: tags[n_values] are node numbers, values[n_values] is the first
+ * component at each node. */
 void sig_gmsh_field_values(const sig_gmsh *fields, int i, int *tags, double *values);
 
 void sig_gmsh_free(sig_gmsh *mesh);

@@ -29,50 +29,55 @@ enum sig_h5_status {
   SIG_H5_TOO_LARGE = 9  /* more values than the file can hold */
 };
 
-/* `n_free` bytes at the head are left to the caller: 0 or a power of 2 from 512. */
+/* Creates a file. `n_free` bytes at its head are left to the caller: 0 or a power of 2 from 512. */
 int sig_h5_create(const char *path, size_t length, size_t n_free, sig_h5_file **file);
 
-/* Reading only. Links and values in other files are not followed, and nothing is read that the file's size cannot hold:
- * the functions below then return SIG_H5_ELSEWHERE or SIG_H5_TOO_LARGE. */
+/* Opens a file for reading. The functions below do not follow links or values in other files, and read no more than a
+ * file of this size can hold. In these cases they return SIG_H5_ELSEWHERE or SIG_H5_TOO_LARGE. */
 int sig_h5_open(const char *path, size_t length, sig_h5_file **file);
 
-/* A file in memory alone, and what is to be read from the bytes of one, which are copied. */
+/* Create a file that exists in memory only, or open the bytes of such a file for reading; the bytes are copied. */
 int sig_h5_create_image(sig_h5_file **file);
 int sig_h5_open_image(const void *bytes, size_t size, sig_h5_file **file);
 
-/* Bytes of a file in memory as it stands now, -1 on a failure; then the bytes, for which `bytes` has room. */
+/* sig_h5_image_size returns the number of bytes of a file in memory, or -1 on a failure. sig_h5_get_image copies these
+ * bytes; `bytes` has room for `size` of them. */
 int64_t sig_h5_image_size(sig_h5_file *file);
 int sig_h5_get_image(sig_h5_file *file, size_t size, void *bytes);
 
-/* The handle is gone even on a failure. */
+/* Closes the file. The handle is no longer valid, even after a failure. */
 int sig_h5_close(sig_h5_file *file);
 
-/* `values`: double or int, as `type` says; `shape` has `rank` entries, rank 0 is a scalar. */
+/* Writes an array. `values` are double or int, as `type` says; `shape` has `rank` entries, and rank 0 is a scalar. */
 int sig_h5_write(sig_h5_file *file, const char *address, size_t length, int type, int rank, const int64_t *shape,
                  const void *values);
 
-/* A matrix of reals whose `n_rows` rows of `row_size` values stand apart in memory. */
+/* Writes a matrix of reals whose `n_rows` rows of `row_size` values stand at separate places in memory. */
 int sig_h5_write_rows(sig_h5_file *file, const char *address, size_t length, int64_t n_rows, int64_t row_size,
                       const double *const *rows);
 
-/* `rank` 0: one text; 1: `n` texts. Text i is characters[ends[i - 1] .. ends[i]), the first one starts at 0. */
+/* Writes one text (`rank` 0) or `n` texts (`rank` 1). Text i is characters[ends[i - 1] .. ends[i]); the first one
+ * starts at 0. */
 int sig_h5_write_texts(sig_h5_file *file, const char *address, size_t length, int rank, int64_t n,
                        const char *characters, const int64_t *ends);
 
-/* 1 where the group, dataset or attribute is there, else 0. */
+/* Returns 1 where the group, dataset or attribute exists, else 0. */
 int sig_h5_has(sig_h5_file *file, const char *address, size_t length);
 
-/* `shape`: room for SIG_H5_MAX_RANK entries; a larger rank counts as SIG_H5_NO_READ. */
+/* Gives type and shape of an array. `shape` has room for SIG_H5_MAX_RANK entries; a larger rank returns SIG_H5_NO_READ.
+ */
 int sig_h5_describe(sig_h5_file *file, const char *address, size_t length, int *type, int *rank, int64_t *shape);
 
-/* `values`: room for what sig_h5_describe told, as double or int (integers may be read as double). */
+/* Reads an array as double or int; integers may be read as double. `values` has room for the array that sig_h5_describe
+ * described. */
 int sig_h5_read(sig_h5_file *file, const char *address, size_t length, int type, void *values);
 
-/* A block of a matrix of numbers, 0-based; row by row into `values`. */
+/* Reads a block of a matrix of numbers, row by row into `values`. Rows and columns count from 0. */
 int sig_h5_read_part(sig_h5_file *file, const char *address, size_t length, int64_t first_row, int64_t n_rows,
                      int64_t first_column, int64_t n_columns, double *values);
 
-/* `*characters` and `*ends` as in sig_h5_write_texts, for sig_free; null on a failure. */
+/* Reads texts. `*characters` and `*ends` are as in sig_h5_write_texts; the caller frees them with sig_free. They are
+ * null on a failure. */
 int sig_h5_read_texts(sig_h5_file *file, const char *address, size_t length, int64_t *n, char **characters,
                       int64_t **ends);
 

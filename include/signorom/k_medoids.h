@@ -14,17 +14,17 @@ enum {
   SIG_K_MEDOIDS_BAD_LABEL = 5
 };
 
-/* How medoids get better.
-   FASTER_PAM: any exchange of a medoid for another item that lowers the loss is made at once, until none is left; a
-   look at all exchanges costs n_items**2 (Schubert and Rousseeuw, Information Systems 101 (2021) 101804). ALTERNATING:
-   new medoid of each cluster, new clusters, until the loss stands still (Park and Jun, Expert Systems with Applications
-   36 (2009) 3336); cheaper, and stops at worse places. */
+/* Methods that improve the medoids. FASTER_PAM exchanges a medoid for another item as soon as that lowers the loss,
+ * until no exchange does; a look at all exchanges costs n_items**2 (Schubert and Rousseeuw, Information Systems 101
+ * (2021) 101804). ALTERNATING computes a new medoid of each cluster and then new clusters, until the loss does not
+ * change (Park and Jun, Expert Systems with Applications 36 (2009) 3336). It is cheaper, and its result is often worse.
+ */
 enum { SIG_K_MEDOIDS_FASTER_PAM = 0, SIG_K_MEDOIDS_ALTERNATING = 1 };
 
-/* Where they start.
-   BUILD: one by one, each the item that lowers the loss most. RANDOM: any items. LAB: as BUILD, each among
-   10 + sqrt(n_items) items drawn anew and judged by these alone (same source as FASTER_PAM). CENTRAL: the items of
-   least dissimilarity to all, relative to that of the others (Park and Jun). */
+/* Methods that choose the first medoids. BUILD chooses one by one the item that lowers the loss most. RANDOM takes any
+ * items. LAB works as BUILD does, but each medoid is chosen among 10 + sqrt(n_items) items that are drawn anew and
+ * judged by these items alone (same source as FASTER_PAM). CENTRAL takes the items of least dissimilarity to all items,
+ * relative to that of the others (Park and Jun). */
 enum { SIG_K_MEDOIDS_BUILD = 0, SIG_K_MEDOIDS_RANDOM = 1, SIG_K_MEDOIDS_LAB = 2, SIG_K_MEDOIDS_CENTRAL = 3 };
 
 typedef struct {
@@ -34,14 +34,16 @@ typedef struct {
   int seed;     /* the same seed gives the same result */
 } sig_k_medoids_options;
 
-/* Medoids (n_clusters), ascending, and the cluster of each item, labels (n_items): that of the nearest medoid; a medoid
-   is in its own cluster. loss = sum of the dissimilarities of the items to the medoids of their clusters. */
+/* Finds the medoids (n_clusters), ascending, and labels (n_items), the cluster of each item: that of the nearest
+ * medoid. A medoid is in its own cluster. loss is the sum of the dissimilarities of the items to the medoids of their
+ * clusters. */
 int sig_find_medoids(int n_items, const double *dissimilarity, int n_clusters, const sig_k_medoids_options *options,
                      int *medoids, int *labels, double *loss);
 
-/* Mean over the items of (b - a) / max(a, b), a = mean dissimilarity to the others of the item's cluster, b = smallest
-   mean dissimilarity to another cluster; 0 for an item that is alone in its cluster, and where there is one cluster
-   (Rousseeuw, J. Comput. Appl. Math. 20 (1987) 53). In [-1, 1], large = well separated. */
+/* Computes the mean silhouette: the mean over the items of (b - a) / max(a, b), where a is the mean dissimilarity to
+ * the other items of the item's cluster and b the smallest mean dissimilarity to another cluster. It is 0 for an item
+ * that is alone in its cluster, and where there is one cluster (Rousseeuw, J. Comput. Appl. Math. 20 (1987) 53). The
+ * result is in [-1, 1]; large values mean well separated clusters. */
 int sig_silhouette(int n_items, const double *dissimilarity, int n_clusters, const int *labels, double *silhouette);
 
 #endif

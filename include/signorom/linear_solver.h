@@ -15,22 +15,23 @@ enum { SIG_LINEAR_DONE = 1, SIG_LINEAR_FAILED = -1, SIG_LINEAR_SINGULAR = -2 };
    failures too, without a trace. The KSP is created here and destroyed by sig_linear_solver_destroy. */
 int sig_linear_solver_create(intptr_t matrix, const char *prefix, int kind, intptr_t *ksp, int *reason, char *message);
 
-/* From here on the KSP is for `matrix` = T' K T with some unknowns held, whose entries may be set later: T =
-   `transformation`, with its `inverse`, and K = `stiffness`. The levels of GAMG keep the interpolations that they have
-   for the matrix of sig_linear_solver_create. */
+/* Makes the KSP solve with `matrix` = T' K T from now on, where some unknowns are held. The entries of `matrix` may be
+ * set later. T is `transformation`, with its `inverse`, and K is `stiffness`. The levels of GAMG keep the
+ * interpolations that they have for the matrix of sig_linear_solver_create. */
 int sig_linear_solver_change_unknowns(intptr_t ksp, intptr_t stiffness, intptr_t transformation, intptr_t inverse,
                                       intptr_t matrix);
 
-/* After sig_linear_solver_change_unknowns and before sig_linear_solver_renew: which unknowns are held. The vector has 1
-   for a free unknown and a small number for a held one: what is left of its interpolation. */
+/* Says which unknowns are held. Call it after sig_linear_solver_change_unknowns and before sig_linear_solver_renew.
+ * `free_share` has 1 for a free unknown and a small number, the remaining share of its interpolation, for a held one.
+ */
 int sig_linear_solver_hold(intptr_t ksp, intptr_t free_share);
 
 /* Makes a KSP ready again after the entries of its matrix changed within their pattern: MUMPS keeps its ordering and
    factors the new numbers, GAMG keeps its interpolation and computes the matrices of its levels anew. */
 int sig_linear_solver_renew(intptr_t ksp, int *reason, char *message);
 
-/* How many solves with the factor take about the time of a factorization, by MUMPS's count of its operations; 0 where
-   nobody counts. */
+/* Tells how many solves with the factor take about the time of one factorization, by MUMPS's count of operations; 0
+ * where there is no count. */
 int sig_linear_solver_solves_per_factorization(intptr_t ksp, int *n_solves);
 
 /* Makes a KSP ready again after the entries of its factored matrix changed within their pattern: the factor that it has

@@ -1,9 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Numbers as text, whatever the locale and the threads. */
+/* Numbers as text, independent of the locale and safe for several threads. */
 #ifndef SIG_NUMBER_TEXT_H
 #define SIG_NUMBER_TEXT_H
 
-/* Fewest digits, but at least 15, that read back as the same number, as d.ddde+dd; `text` has room for 32. */
+/* Writes a number as d.ddde+dd with the fewest digits, but at least 15, that read back as the same number. `text` has
+ * room for 32 characters. */
 void sig_shortest_decimal(double number, char *text, int *length);
 
 #endif

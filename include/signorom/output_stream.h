@@ -8,19 +8,19 @@
 
 typedef struct sig_output_stream sig_output_stream;
 
-/* What a path means for writing, with its symbolic links followed: a new text for sig_free.
- * *is_direct 0: a plain file, or none yet; it is replaced as a whole. 1: something else is there, such as a device or a
- * pipe, which is written to and never replaced. */
+/* Finds the file that a path leads to for writing, with its symbolic links followed. *target is a new text for
+ * sig_free. *is_direct is 0 for a plain file or a new one, which is replaced as a whole. It is 1 for anything else,
+ * such as a device or a pipe, which is written to and never replaced. */
 int sig_find_target(const char *path, size_t length, char **target, int *is_direct);
 
-/* An empty path is the standard output. A file that is there keeps its mode. */
+/* Opens a stream. An empty path is the standard output. An existing file keeps its access mode. */
 int sig_output_open(const char *path, size_t length, sig_output_stream **stream);
 
-/* After a failure later writes do nothing and return the first errno again. */
+/* Writes a text. After a failure later writes do nothing and return the first errno again. */
 int sig_output_write(sig_output_stream *stream, const char *text, size_t size);
 
-/* Writes what is left. A file gets its name if `is_kept` and nothing failed; else it is removed, and what had the name
- * stays. The stream is gone. */
+/* Writes what is left and frees the stream. A file gets its name if `is_kept` and nothing failed; else it is removed,
+ * and an earlier file of this name stays. */
 int sig_output_close(sig_output_stream *stream, int is_kept);
 
 #endif

@@ -6,21 +6,23 @@
 
 #include <stddef.h>
 
-/* This file is not whole from now on. */
+/* Notes a file as incomplete from now on. */
 void sig_note_partial_file(const char *name, size_t length);
 
-/* It has its place now, or is gone. A name that nobody noted is no error. */
+/* Forgets a file that has its final name now or was removed. A name that was never noted is no error. */
 void sig_forget_partial_file(const char *name, size_t length);
 
-/* The process may not end between these two: for writing into a file that must stay. Keep it short. */
+/* The process does not end between these two calls. They protect writes into a file that must stay. Keep the time
+ * between them short. */
 void sig_begin_writing(void);
 void sig_end_writing(void);
 
-/* After a failure with a file: does not return where the process is being ended, whose files are gone then. */
+/* Call this after a failed operation on a file. It does not return where the process is ending, because its partial
+ * files are removed then. */
 void sig_let_end_pass(void);
 
-/* Removes what was noted. Waits up to `seconds` for who is between sig_begin_writing and sig_end_writing. The process
- * must end afterwards. */
+/* Removes all noted files. It waits up to `seconds` for threads that are between sig_begin_writing and sig_end_writing.
+ * The process must end afterwards. */
 void sig_remove_partial_files(double seconds);
 
 #endif

@@ -3,9 +3,10 @@
 #ifndef SIG_PARTITION_H
 #define SIG_PARTITION_H
 
-/* The graph: neighbors[offsets[i] .. offsets[i + 1] - 1] of vertex i, 0-based, each edge in both directions, no vertex
- * its own neighbor; weights[n_vertices] > 0. Writes part[n_vertices], 0 <= part < n_parts. The same seed gives the same
- * parts. No part stays empty where n_vertices >= n_parts. Returns 0, or nonzero when METIS fails (out of memory). */
+/* Partitions a graph. The neighbors of vertex i are neighbors[offsets[i] .. offsets[i + 1] - 1], 0-based, with each
+ * edge in both directions and no vertex its own neighbor; weights[n_vertices] > 0. The result is part[n_vertices], 0 <=
+ * part < n_parts. The same seed gives the same parts. No part is empty where n_vertices >= n_parts. Returns 0, or
+ * nonzero when METIS fails (out of memory). */
 int sig_partition_graph(int n_vertices, const int *offsets, const int *neighbors, const int *weights, int n_parts,
                         int seed, int *part);
 

@@ -6,35 +6,37 @@
 #define SIGNOROM_PETSC_SUPPORT_H
 #include <stdint.h>
 
-/* Starts MPI, PETSc and SLEPc without reading the command line; takes no signals from the caller. */
+/* Starts MPI, PETSc and SLEPc without reading the command line. PETSc installs no signal handlers. */
 int sig_petsc_start(void);
 int sig_petsc_end(void);
 
-/* Adds "-name value ..." (null-terminated) to the options database; later calls win. What PETSc has against them, such
- * as a file of options that is missing, goes to `message` (SIG_MESSAGE_SIZE bytes, empty where all is well) and is no
- * failure. */
+/* Adds "-name value ..." (null-terminated) to the options database; later calls win. `message` (SIG_MESSAGE_SIZE bytes)
+ * gets PETSc's complaint, for example about a missing file of options; it is empty where all is well. A complaint is
+ * not a failure. */
 int sig_petsc_insert_options(const char *options, char *message);
 
-/* The options that nobody asked for, "-name -name ", cut at the capacity; empty when every option was used. */
+/* Gives the options that no object used, "-name -name ", cut at the capacity; empty when every option was used. */
 int sig_petsc_unused_options(char *names, int capacity);
 
-/* Releases of PETSc and SLEPc and the name of the MPI library that run, separated by semicolons, cut at the capacity.
- */
+/* Gives the versions of the PETSc and SLEPc in use and the name of the MPI library, separated by semicolons, cut at the
+ * capacity. */
 int sig_library_versions(char *versions, int capacity);
 
-/* 1 where SNESVI can use GAMG: PETSc before 3.19 stops when the inactive set changes its size. */
+/* Returns 1 where SNESVI can use GAMG. PETSc before 3.19 stops when the inactive set changes its size. */
 int sig_has_multigrid_vi(void);
 
-/* Square AIJ matrix on comm (a Fortran handle) with n_local rows per rank, blocks of block_size rows,
-   and room for diagonal[i] + off_diagonal[i] blocks in local block row i (arrays of n_local / block_size). */
+/* Creates a square AIJ matrix on comm (a Fortran handle) with n_local rows per rank, blocks of block_size rows, and
+ * room for diagonal[i] + off_diagonal[i] blocks in local block row i (arrays of n_local / block_size). */
 int sig_matrix_create(int comm, int n_local, int block_size, const int *diagonal, const int *off_diagonal,
                       intptr_t *matrix);
 
-/* matrix times n_columns columns, which hold this rank's n_local rows each; product is an array of the same shape. */
+/* Multiplies a matrix by n_columns columns, which hold this rank's n_local rows each; product is an array of the same
+ * shape. */
 int sig_matrix_multiply(intptr_t matrix, int n_local, int n_columns, const double *columns, double *product);
 
-/* Between the two calls errors of PETSc are returned without a trace; the first one's sentence goes to `message`, which
-   must live as long and holds SIG_MESSAGE_SIZE bytes. For what wrong options may do: a failure with a reason. */
+/* Between these two calls errors of PETSc are returned without a trace. The text of the first one goes to `message`,
+ * which holds SIG_MESSAGE_SIZE bytes and must exist until the second call. Use them where wrong options may cause
+ * errors, so that these become a failure with a reason. */
 enum { SIG_MESSAGE_SIZE = 256 };
 void sig_quiet_errors(char *message);
 void sig_loud_errors(void);

@@ -6,10 +6,10 @@
 
 #include <stdint.h>
 
-/* In [0, 1), multiples of 2**-53. */
+/* Returns a random number in [0, 1), a multiple of 2**-53. */
 double sig_random_fraction(uint64_t *state);
 
-/* In 0 .. n - 1, n > 0. */
+/* Returns a random whole number in 0 .. n - 1, n > 0. */
 int sig_random_below(uint64_t *state, int n);
 
 #endif

@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Another program as a helper. */
+/* Runs another program. */
 #ifndef SIG_SHELL_H
 #define SIG_SHELL_H
 
-/* Runs a command by the shell and waits: its exit code, 128 + number where a signal ended it, 127 where it could not be
- * started. Unlike system() it listens to signals meanwhile: a wish to stop ends the helper (signals.h). */
+/* Runs a command by the shell, waits for it and returns its exit code: 128 + number where a signal ended it, 127 where
+ * it could not be started. Unlike system(), a signal to stop also ends the command (signals.h). */
 int sig_run_shell(const char *command);
 
 #endif

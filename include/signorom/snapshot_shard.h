@@ -18,7 +18,7 @@ enum {
   SIG_SHARD_VERSION = -2,    /* of another format version or byte order */
   SIG_SHARD_PROVENANCE = -3, /* of another deck or mesh */
   SIG_SHARD_SIZES = -4,      /* of other sizes */
-  SIG_SHARD_SHORT = -5,      /* a record that the file's end or damage cuts short */
+  SIG_SHARD_SHORT = -5,      /* a record that is cut off or damaged */
   SIG_SHARD_GONE = -6        /* no longer where it was opened */
 };
 
@@ -32,15 +32,15 @@ typedef struct sig_shard sig_shard;
 int sig_shard_open(const char *path, size_t length, const char *provenance, const int64_t *sizes, int is_writing,
                    sig_shard **shard, int64_t *n_records, int64_t *n_dropped);
 
-/* Record i_record (0-based) and its hash into values: one double more than the sizes add up to. SIG_SHARD_SHORT for a
-   bad one. */
+/* Reads record i_record (0-based) and its hash into values, which has room for one double more than the sizes add up
+ * to. Returns SIG_SHARD_SHORT for a bad record. */
 int sig_shard_read(const sig_shard *shard, int64_t i_record, double *values);
 
-/* Hands n_records records to the system at once, so that a killed process loses nothing, and to the disk unless the
-   last time is less than a second ago. values: the records one behind the other, each with room for one double more,
-   where the hash is put. A failure leaves the records before them as they were. */
+/* Writes n_records records at once. The system has them when the call returns, so that a killed process loses nothing;
+ * they go to the disk unless the last time was less than a second ago. values holds the records one after the other,
+ * each with room for one more double, where the hash is put. After a failure the earlier records are unchanged. */
 int sig_shard_append(sig_shard *shard, int64_t n_records, double *values);
 
-/* Brings what was appended to the disk and frees the handle; null is allowed. */
+/* Writes the appended records to the disk and frees the handle; null is allowed. */
 int sig_shard_close(sig_shard *shard);
 #endif

@@ -6,31 +6,34 @@
 #define SIGNOROM_SNAPSHOT_SVD_H
 #include <stdint.h>
 
-/* Room for n_local rows of this rank (n_local >= 0, different from rank to rank) and n_columns columns of zeros. */
+/* Makes a matrix of n_columns columns of zeros with n_local rows on this rank; n_local >= 0 may differ from rank to
+ * rank. */
 int sig_snapshot_svd_create(int comm, int n_local, int n_columns, intptr_t *svd);
 
-/* Column `column`, 0-based: the n_local rows of this rank. */
+/* Sets column `column`, 0-based: the n_local rows of this rank. */
 int sig_snapshot_svd_set_column(intptr_t svd, int column, const double *rows);
 
-/* A = Q triangle with orthonormal columns of Q, by tall-skinny QR (SLEPc's BV). triangle (n_columns, n_columns), zero
-   below its diagonal, the same on all ranks. Q takes the place of A. Needs n_columns <= rows of all ranks. */
+/* Decomposes A = Q triangle with orthonormal columns of Q, by tall-skinny QR (SLEPc's BV). triangle (n_columns,
+ * n_columns) is zero below its diagonal and the same on all ranks. Q replaces A. The call needs n_columns <= rows of
+ * all ranks. */
 int sig_snapshot_svd_triangle(intptr_t svd, double *triangle);
 
-/* A = left diag(singular_values) right', by the same and SLEPc's SVD object for the triangle. singular_values
-   (n_columns), descending, the same on all ranks. An error where options of the SVD object (-pod_svd_...) leave values
-   out: the tail of the values counts. */
+/* Decomposes A = left diag(singular_values) right', by the same QR and SLEPc's SVD object for the triangle.
+ * singular_values (n_columns) are descending and the same on all ranks. The call fails where options of the SVD object
+ * (-pod_svd_...) leave values out, because the error measure needs all of them. */
 int sig_snapshot_svd_decompose(intptr_t svd, double *singular_values);
 
-/* After sig_snapshot_svd_decompose, once: the first n_vectors left vectors, shape (n_local, n_vectors). */
+/* Gives the first n_vectors left vectors, shape (n_local, n_vectors). Call it once, after sig_snapshot_svd_decompose.
+ */
 int sig_snapshot_svd_left(intptr_t svd, int n_vectors, double *left);
 
 int sig_snapshot_svd_destroy(intptr_t *svd);
 
-/* The same for a matrix (n_rows, n_columns) of any shape on one rank; with k = min(n_rows, n_columns):
-   singular_values (k), left (n_rows, k). */
+/* Computes the singular values and left vectors of a matrix (n_rows, n_columns) of any shape on one rank. With k =
+ * min(n_rows, n_columns) the results are singular_values (k) and left (n_rows, k). */
 int sig_thin_svd(int n_rows, int n_columns, const double *matrix, double *singular_values, double *left);
 
-/* Rows of all ranks below each other, in rank order: local (n_local, n_columns) -> gathered (n_rows, n_columns)
-   everywhere, n_rows = sum of n_local. */
+/* Gathers the rows of all ranks on every rank, in rank order: local (n_local, n_columns) -> gathered (n_rows,
+ * n_columns), n_rows = sum of n_local. */
 int sig_gather_rows(int comm, int n_local, int n_rows, int n_columns, const double *local, double *gathered);
 #endif

@@ -5,9 +5,9 @@
 #define SIGNOROM_SYMMETRIC_COPY_H
 #include <petscmat.h>
 
-/* Copy of an AIJ matrix whose pattern has full blocks of its block size; the caller destroys it. */
+/* Makes a copy of an AIJ matrix whose pattern has full blocks of its block size; the caller destroys it. */
 PetscErrorCode sig_symmetric_copy_create(Mat matrix, Mat *copy);
 
-/* New values of the matrix into its copy. */
+/* Copies new values of the matrix into its copy. */
 PetscErrorCode sig_symmetric_copy_fill(Mat matrix, Mat copy);
 #endif

@@ -8,7 +8,7 @@
 /* Kinds of nodes. */
 enum { SIG_YAML_SCALAR = 1, SIG_YAML_MAPPING = 2, SIG_YAML_SEQUENCE = 3 };
 
-/* Kinds of faults: the text is no YAML; a key stands twice; YAML that a deck may not use. */
+/* Kinds of faults: the text is not valid YAML; a key occurs twice; the YAML is valid but not allowed in a deck. */
 enum { SIG_YAML_SYNTAX = 1, SIG_YAML_DUPLICATE = 2, SIG_YAML_REFUSED = 3 };
 
 /* Opaque result of a reading: nodes in the order of the text (a parent before its children) and faults. */

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Texts to C and back.
+!> Conversion of texts to and from C.
 module sig_c_strings
   use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_f_pointer, c_null_char, c_ptr, c_size_t
   use sig_base_c_interfaces, only: strlen
@@ -7,14 +7,15 @@ module sig_c_strings
   private
   public :: to_c, from_c
 
-  !> From a null-terminated pointer, a pointer with a length, or an array of characters (up to its first null).
+  !> Converts a C text to a Fortran text: from a null-terminated pointer, a pointer with a length, or an array of characters (up to
+  !> its first null).
   interface from_c
     procedure from_pointer, from_sized_pointer, from_array
   end interface from_c
 
 contains
 
-  !> The text as a null-terminated array.
+  !> Returns the text as a null-terminated array.
   pure function to_c(text) result(array)
     character(*), intent(in) :: text
     character(kind=c_char) :: array(len(text) + 1)
@@ -26,7 +27,7 @@ contains
     array(len(text) + 1) = c_null_char
   end function to_c
 
-  !> A null pointer gives an empty text.
+  !> Converts a null-terminated C text; a null pointer gives an empty text.
   function from_pointer(pointer) result(text)
     type(c_ptr), intent(in) :: pointer
     character(:), allocatable :: text
@@ -37,7 +38,7 @@ contains
 
   function from_sized_pointer(pointer, length) result(text)
     type(c_ptr), intent(in) :: pointer
-    !> bytes
+    !> number of bytes
     integer(c_size_t), intent(in) :: length
     character(:), allocatable :: text
     character(kind=c_char), pointer :: characters(:)

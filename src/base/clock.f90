@@ -8,7 +8,7 @@ module sig_clock
 
 contains
 
-  !> [s] since an arbitrary start; never runs backwards, so differences are durations.
+  !> Returns the time [s] since an arbitrary start. The clock never runs backwards, so differences are durations.
   real(rk) function wall_time() result(seconds)
     integer(lk) :: count, count_rate
 
@@ -16,7 +16,7 @@ contains
     seconds = real(count, rk) / real(count_rate, rk)
   end function wall_time
 
-  !> `2026-11-23T04:05:06+00:00`, in the time zone of the machine.
+  !> Returns the date and time as `2026-11-23T04:05:06+00:00`, in the time zone of the machine.
   function date_and_time_text() result(text)
     character(25) :: text
     character(8) :: date

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> User errors as values: a sentence, the place in the file it speaks of, a hint. Nothing here prints or stops.
+!> User errors as values: a sentence, its place in a file, and a hint. Nothing here prints or stops.
 module sig_errors
   use sig_text, only: string_t, split, to_text
   implicit none(type, external)
@@ -8,33 +8,33 @@ module sig_errors
   public :: exit_success, exit_internal, exit_user, exit_not_converged, exit_stopped
 
   integer, parameter :: exit_success = 0
-  !> a broken promise inside the program (PETSc, MPI, a precondition)
+  !> exit code: an internal fault of the program, PETSc or MPI
   integer, parameter :: exit_internal = 1
-  !> deck, mesh, file or command line of the user
+  !> exit code: the user has to correct the deck, the mesh, a file or the command line
   integer, parameter :: exit_user = 2
-  !> a numerical method ended without an answer
+  !> exit code: a numerical method ended without an answer
   integer, parameter :: exit_not_converged = 3
-  !> a signal ended the command; the same command goes on
+  !> exit code: a signal ended the command; the same command continues the work
   integer, parameter :: exit_stopped = 130
 
-  !> An error that the user can mend (or, with exit_not_converged, should know).
+  !> An error that the user can correct or, with exit_not_converged, should know.
   type :: error_t
-    !> whole sentence: what, where, what is allowed
+    !> complete sentence: what is wrong, where, and what is allowed
     character(:), allocatable :: message
-    !> file that the message speaks of; empty where there is none
+    !> file that the message is about; empty where there is none
     character(:), allocatable :: file
-    !> 1-based; 0 = unknown
+    !> line in the file, 1-based; 0 = unknown
     integer :: line = 0
-    !> 1-based; 0 = unknown
+    !> column in the line, 1-based; 0 = unknown
     integer :: column = 0
-    !> what to do about it; may be empty
+    !> how to correct the error; may be empty
     character(:), allocatable :: hint
     integer :: exit_code = exit_user
   end type error_t
 
-  !> Errors gathered before any of them is shown.
+  !> A list of errors that are shown together.
   type :: error_list_t
-    !> unallocated until the first one
+    !> unallocated until the first error
     type(error_t), allocatable :: errors(:)
   contains
     procedure :: add
@@ -43,7 +43,7 @@ module sig_errors
 
 contains
 
-  !> Fills an error; the caller returns right after.
+  !> Fills an error; the caller returns right afterwards.
   pure subroutine make_error(error, message, file, line, column, hint, exit_code)
     type(error_t), allocatable, intent(out) :: error
     character(*), intent(in) :: message
@@ -64,7 +64,7 @@ contains
     if (present(exit_code)) error%exit_code = exit_code
   end subroutine make_error
 
-  !> `file:line:column` as far as it is known, or an empty text.
+  !> Returns `file:line:column` as far as it is known, or an empty text.
   pure function error_location(error) result(text)
     type(error_t), intent(in) :: error
     character(:), allocatable :: text
@@ -74,7 +74,7 @@ contains
     if (error%line > 0 .and. error%column > 0) text = text // ':' // to_text(error%column)
   end function error_location
 
-  !> What the user sees: place and message, then the source line with a marker below it, then the hint.
+  !> Returns the text that the user sees: place and message, then the source line with a marker below it, then the hint.
   !>
   !>     disks.yaml:17:18: error: poisson_ratio is 0.52; it must be less than 0.5
   !>       17 |   poisson_ratio: 0.52
@@ -82,7 +82,7 @@ contains
   !>     hint: ...
   pure function error_report(error, source_text) result(text)
     type(error_t), intent(in) :: error
-    !> whole text of the file that the error speaks of
+    !> whole text of the file that the error is about
     character(*), intent(in), optional :: source_text
     character(:), allocatable :: text
 
@@ -93,7 +93,7 @@ contains
     if (len(text_or_empty(error%hint)) > 0) text = text // new_line('a') // 'hint: ' // error%hint
   end function error_report
 
-  !> The error's source line and the marker, each on a new line; empty where the text has no such line.
+  !> Returns the error's source line and the marker, each on a new line. The result is empty where the text has no such line.
   pure function marked_line(error, source_text) result(text)
     type(error_t), intent(in) :: error
     character(*), intent(in) :: source_text
@@ -114,7 +114,7 @@ contains
       blank_up_to(line, error%column) // '^'
   end function marked_line
 
-  !> As many blanks as stand before the column; tabs stay tabs, and a UTF-8 character counts once.
+  !> Returns as many blanks as there are characters before the column; tabs stay tabs, and a UTF-8 character counts once.
   pure function blank_up_to(line, column) result(text)
     character(*), intent(in) :: line
     integer, intent(in) :: column
@@ -141,7 +141,7 @@ contains
     if (allocated(text)) copy = text
   end function text_or_empty
 
-  !> Appends an error. An unallocated actual argument adds nothing, so no caller needs to ask first.
+  !> Appends an error. An unallocated error adds nothing, so that no caller needs to ask first.
   pure subroutine add(self, error)
     class(error_list_t), intent(inout) :: self
     type(error_t), intent(in), optional :: error

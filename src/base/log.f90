@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> What the program says while it runs. The only module with a state: whether this rank speaks, and whether all was heard.
+!> Output of the program while it runs. Only this module has a state: whether this rank prints, and whether a write failed.
 module sig_log
   use, intrinsic :: iso_c_binding, only: c_int, c_size_t
   use sig_base_c_interfaces, only: sig_open_to_append, sig_write_all
@@ -11,25 +11,25 @@ module sig_log
   public :: start_log, log_to_file, log_info, log_note, log_warning, log_error, log_to_file_only, lost_output
   public :: is_log_shown, show_status, clear_status
 
-  !> false until start_log: a library is silent
+  !> false until start_log, so that a library prints nothing
   logical :: is_log_speaking = .false.
   logical :: is_log_quiet = .false.
-  !> columns that the status line on the terminal takes now; 0 = there is none
+  !> columns that the status line takes on the terminal now; 0 = there is no status line
   integer :: n_status_columns = 0
-  !> the first errno of the standard output, and of the log file
+  !> first errno of the standard output, and of the log file
   integer(c_int) :: output_failure = 0
   integer(c_int) :: file_failure = 0
-  !> of the log file; negative: there is none
+  !> descriptor of the log file; negative: there is none
   integer(c_int) :: log_file = -1
-  !> Linux's numbers
+  !> file descriptors of Linux
   integer(c_int), parameter :: standard_output = 1, standard_error = 2
 
 contains
 
-  !> Says who speaks. Every rank calls it; one of them with is_speaking.
+  !> Starts the log. Every rank calls it; one of them with is_speaking.
   subroutine start_log(is_speaking, is_quiet)
     logical, intent(in) :: is_speaking
-    !> keeps warnings and errors only
+    !> print only warnings and errors
     logical, intent(in) :: is_quiet
 
     is_log_speaking = is_speaking
@@ -37,7 +37,7 @@ contains
     n_status_columns = 0
   end subroutine start_log
 
-  !> Opens a file that gets all that this rank says from now on, each time with the date, whether the terminal is quiet or not.
+  !> Opens a log file. From now on it gets every line of this rank with the date, also where the terminal is quiet.
   !>
   !> Errors: the file cannot be written.
   subroutine log_to_file(path, error)
@@ -54,7 +54,7 @@ contains
     is_log_shown = is_log_speaking .and. .not. is_log_quiet
   end function is_log_shown
 
-  !> Writes to stdout. A full disk does not end the work: lost_output tells of it in the end.
+  !> Writes a line to stdout. A full disk does not end the work: lost_output reports it at the end.
   subroutine log_info(text)
     character(*), intent(in) :: text
     integer(c_int) :: code
@@ -65,7 +65,7 @@ contains
     if (output_failure == 0) output_failure = code
   end subroutine log_info
 
-  !> Writes to stderr, for a command whose table goes to stdout; not when quiet.
+  !> Writes a line to stderr, for a command whose table goes to stdout. It writes nothing when the log is quiet.
   subroutine log_note(text)
     character(*), intent(in) :: text
     integer(c_int) :: ignored
@@ -74,7 +74,7 @@ contains
     if (is_log_shown()) call say(standard_error, text, ignored)
   end subroutine log_note
 
-  !> What the terminal shows in another way.
+  !> Writes a text to the log file only. The terminal shows the same information in another form.
   subroutine log_to_file_only(text)
     character(*), intent(in) :: text
     character(:), allocatable :: line
@@ -86,7 +86,7 @@ contains
     if (file_failure == 0) file_failure = code
   end subroutine log_to_file_only
 
-  !> Errors: something that log_info said did not arrive.
+  !> Reports lost output. Errors: a line of log_info or the log file was not written.
   subroutine lost_output(error)
     type(error_t), allocatable, intent(out) :: error
 
@@ -97,7 +97,7 @@ contains
     end if
   end subroutine lost_output
 
-  !> Writes a warning to stderr, quiet or not.
+  !> Writes a warning to stderr, also when the log is quiet.
   subroutine log_warning(text)
     character(*), intent(in) :: text
 
@@ -107,7 +107,7 @@ contains
     if (is_log_speaking) call say(standard_error, 'warning: ' // text, ignored)
   end subroutine log_warning
 
-  !> Writes to stderr, quiet or not; the text is error_report's and already names itself an error.
+  !> Writes an error to stderr, also when the log is quiet. The text comes from error_report and already contains the word `error`.
   subroutine log_error(text)
     character(*), intent(in) :: text
 
@@ -120,14 +120,14 @@ contains
   subroutine say(descriptor, text, code)
     integer(c_int), intent(in) :: descriptor
     character(*), intent(in) :: text
-    !> errno or 0
+    !> 0 or the errno of the failure
     integer(c_int), intent(out) :: code
 
     call clear_status()
     code = sig_write_all(descriptor, text // new_line('a'), len(text, c_size_t) + 1)
   end subroutine say
 
-  !> Draws one line on the terminal (stderr) over the one before it; the next log line wipes it.
+  !> Draws one line on the terminal (stderr) over the status line before it; the next log line erases it.
   subroutine show_status(text)
     !> ASCII, shorter than a terminal line
     character(*), intent(in) :: text
@@ -137,14 +137,14 @@ contains
     n_status_columns = len(text)
   end subroutine show_status
 
-  !> Wipes the status line.
+  !> Erases the status line.
   subroutine clear_status()
     if (n_status_columns == 0) return
     call draw(achar(13) // repeat(' ', n_status_columns) // achar(13))
     n_status_columns = 0
   end subroutine clear_status
 
-  !> Writes to stderr without the end of a line. It does not matter when this fails.
+  !> Writes to stderr without the end of a line. A failure is ignored.
   subroutine draw(text)
     character(*), intent(in) :: text
     integer(c_int) :: ignored

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Progress of a long loop: a bar with the time left on a terminal, sparse log lines elsewhere.
+!> Progress of a long loop: a bar with the time left on a terminal, few log lines elsewhere.
 module sig_progress
   use, intrinsic :: iso_c_binding, only: c_int
   use sig_base_c_interfaces, only: sig_is_terminal, sig_terminal_columns
@@ -18,13 +18,13 @@ module sig_progress
   integer, parameter :: n_bar_columns = 30
   integer(c_int), parameter :: stderr_descriptor = 2
 
-  !> start, advance (as often as wanted), finish. Local: call it on the rank that speaks or on all of them.
+  !> Progress of one loop: call start, advance (as often as wanted) and finish. Local: call it on the rank that prints or on all.
   type :: progress_t
     private
     character(:), allocatable :: label
     integer :: n_total = 0
     integer :: n_done = 0
-    !> [s] clock at the start, at the last drawing or line, and at the last line of the log file beside a bar
+    !> [s] time of the start, of the last drawing or line, and of the last line in the log file beside a bar
     real(rk) :: start_time = 0
     real(rk) :: shown_time = 0
     real(rk) :: noted_time = 0
@@ -41,7 +41,7 @@ contains
   !> Starts a loop of n_total steps.
   subroutine start(self, label, n_total)
     class(progress_t), intent(inout) :: self
-    !> what is being done, e.g. `sampling`
+    !> name of the work, for example `sampling`
     character(*), intent(in) :: label
     integer, intent(in) :: n_total
 
@@ -57,7 +57,7 @@ contains
     if (self%is_bar) call show_status(bar_text(self, 0.0_rk))
   end subroutine start
 
-  !> Says how many of the steps are done by now.
+  !> Sets the number of steps that are done.
   subroutine advance(self, n_done)
     class(progress_t), intent(inout) :: self
     integer, intent(in) :: n_done
@@ -78,7 +78,7 @@ contains
     end if
   end subroutine advance
 
-  !> Takes the bar away and leaves one line with the total time.
+  !> Removes the bar and writes one line with the total time.
   subroutine finish(self)
     class(progress_t), intent(inout) :: self
 
@@ -89,10 +89,10 @@ contains
     self%is_shown = .false.
   end subroutine finish
 
-  !> `sampling [=======>      ]  12/31  0:07 left`; on a narrow terminal without the bar, or cut.
+  !> Returns the bar, `sampling [=======>      ]  12/31  0:07 left`. On a narrow terminal the text has no bar, or is cut.
   function bar_text(self, elapsed) result(text)
     class(progress_t), intent(in) :: self
-    !> [s]
+    !> [s] time since the start
     real(rk), intent(in) :: elapsed
     character(:), allocatable :: text
     integer :: n_columns, n_filled
@@ -109,14 +109,14 @@ contains
 
   pure function line_text(self, elapsed) result(text)
     class(progress_t), intent(in) :: self
-    !> [s]
+    !> [s] time since the start
     real(rk), intent(in) :: elapsed
     character(:), allocatable :: text
 
     text = self%label // ': ' // to_text(self%n_done) // ' of ' // to_text(self%n_total) // time_left(self, elapsed)
   end function line_text
 
-  !> Time that the remaining steps take if they are as slow as those done; empty before the first one.
+  !> Returns the time left if the remaining steps take as long as those done; empty before the first step is done.
   pure function time_left(self, elapsed) result(text)
     class(progress_t), intent(in) :: self
     !> [s]
@@ -128,7 +128,7 @@ contains
     text = ', ' // duration_text(elapsed * (self%n_total - self%n_done) / self%n_done) // ' left'
   end function time_left
 
-  !> [s] as people say it: `0.34 s`, `12 s`, `3 min 05 s`, `2 h 03 min`.
+  !> Returns a duration [s] as text for people: `0.34 s`, `12 s`, `3 min 05 s`, `2 h 03 min`.
   pure function duration_text(seconds) result(text)
     real(rk), intent(in) :: seconds
     character(:), allocatable :: text

@@ -7,7 +7,7 @@ module sig_random_numbers
   private
   public :: random_t
 
-  !> A stream of random numbers; set the state to a seed and draw.
+  !> A stream of random numbers. Set the state to a seed, then draw.
   type :: random_t
     integer(lk) :: state = 0
   contains
@@ -17,7 +17,7 @@ module sig_random_numbers
 
 contains
 
-  !> The next random number, in [0, 1).
+  !> Draws the next random number in [0, 1).
   subroutine fraction(self, value)
     class(random_t), intent(inout) :: self
     real(rk), intent(out) :: value
@@ -25,7 +25,7 @@ contains
     value = sig_random_fraction(self%state)
   end subroutine fraction
 
-  !> The numbers 1 to size(values) in any order, each order as likely as the others.
+  !> Fills the array with the numbers 1 to size(values) in random order; every order is equally likely.
   subroutine permutation(self, values)
     class(random_t), intent(inout) :: self
     integer, intent(out) :: values(:)

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Why a solver or a model has an answer at a parameter point, or has none. One list for all layers: files keep these numbers.
+!> Reasons why a solver or a model has an answer at a parameter point, or has none. All layers and files use these numbers.
 module sig_reasons
   implicit none(type, external)
   private
@@ -8,30 +8,30 @@ module sig_reasons
   !> > 0: there is an answer; < 0: there is none
   integer, parameter, public :: reason_converged = 1
 
-  ! of the full-order model
+  ! reasons of the full-order model
   integer, parameter, public :: reason_max_iterations = -1
   integer, parameter, public :: reason_linear_solver = -3
   integer, parameter, public :: reason_floating_body = -4
   integer, parameter, public :: reason_no_complementary_solution = -5
   integer, parameter, public :: reason_line_search = -6
-  !> of a condensed model, too
+  !> reason of a condensed model, too
   integer, parameter, public :: reason_pulled_off = -7
 
-  ! of a reduced model
-  !> the point needs one value for each parameter
+  ! reasons of a reduced model
+  !> the point does not have one value for each parameter
   integer, parameter, public :: reason_bad_point = -11
   !> a term of the model is infinite or not a number there
   integer, parameter, public :: reason_bad_term = -12
-  !> the certificate does not reach certificate.max_error, and nothing better is left
+  !> the certificate does not reach certificate.max_error, and the model has no better answer
   integer, parameter, public :: reason_large_bound = -13
-  !> contacts that always were open or closed in training are not there
+  !> contacts that were always open or always closed in training are not so at this point
   integer, parameter, public :: reason_outside = -15
   !> nothing touches in the reduced integration domain, but the loads or the gaps say that something does elsewhere
   integer, parameter, public :: reason_blind = -16
   !> the reduced stiffness is singular with the elastic constants of the point
   integer, parameter, public :: reason_singular = -17
 
-  ! of a dense complementarity problem
+  ! reasons of a dense complementarity problem
   !> an entry of the matrix or of q is not finite
   integer, parameter, public :: reason_not_finite = -21
   !> Lemke's path ended on a secondary ray: most often there is no solution
@@ -40,15 +40,15 @@ module sig_reasons
   integer, parameter, public :: reason_max_pivots = -23
   !> an answer was found, but round-off has spoiled it
   integer, parameter, public :: reason_ill_conditioned = -24
-  !> an index set came back, or its matrix is singular: the next method takes over
+  !> an index set repeats, or its matrix is singular; the next method continues
   integer, parameter, public :: reason_cycle = -25
 
-  !> room for the longest sentence
+  !> length of the longest sentence
   integer, parameter, public :: reason_length = 128
 
 contains
 
-  !> The reason as a sentence without its full stop.
+  !> Returns the reason as a sentence without its full stop.
   pure function reason_text(reason) result(text)
     integer, intent(in) :: reason
     character(:), allocatable :: text
@@ -58,10 +58,11 @@ contains
     text = trim(sentence)
   end function reason_text
 
-  !> As reason_text, safe for several threads: gfortran 12 keeps the lengths of what text functions return in static variables.
+  !> Writes the reason as a sentence without its full stop. Unlike reason_text it is safe for several threads: gfortran 12 keeps the
+  !> lengths of what text functions return in static variables.
   pure subroutine put_reason(reason, text)
     integer, intent(in) :: reason
-    !> at least of reason_length
+    !> length of at least reason_length
     character(*), intent(out) :: text
 
     select case (reason)

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Another program as a helper.
+!> Runs another program.
 module sig_shell
   use, intrinsic :: iso_c_binding, only: c_null_char
   use sig_base_c_interfaces, only: sig_run_shell
@@ -9,9 +9,8 @@ module sig_shell
 
 contains
 
-  !> Runs a command by the shell and waits: its exit code, 128 + number where a signal ended it, 127 where there is no such program.
-  !>
-  !> Unlike execute_command_line it listens to SIGINT meanwhile; a wish to stop ends the helper, too.
+  !> Runs a command by the shell, waits for it and returns its exit code: 128 + number where a signal ended it, 127 where there is
+  !> no such program. Unlike execute_command_line, SIGINT also stops the command.
   integer function run_shell(command)
     character(*), intent(in) :: command
 

@@ -1,5 +1,6 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> SIGINT and SIGTERM as a wish to stop, asked for between two pieces of work; where no one asks in time, the process is ended.
+!> Requests to stop by SIGINT and SIGTERM. The program checks for them between two pieces of work; a process that does not stop in
+!> time is ended.
 module sig_signals
   use, intrinsic :: iso_c_binding, only: c_int, c_size_t
   use sig_base_c_interfaces, only: sig_install_stop_signals, sig_is_stop_requested, sig_set_last_words
@@ -10,9 +11,9 @@ module sig_signals
 
 contains
 
-  !> From now on SIGINT and SIGTERM set a flag. A process that has not ended by itself a while later is ended, whatever it does.
+  !> Makes SIGINT and SIGTERM set a flag from now on. A process that has not ended `grace` seconds later is ended, whatever it does.
   subroutine install_stop_signals(grace)
-    !> [s] that while
+    !> [s] time between the signal and the forced end
     real(rk), intent(in) :: grace
 
     call sig_install_stop_signals(grace)
@@ -23,10 +24,10 @@ contains
     is_stop_requested = sig_is_stop_requested() == 1
   end function is_stop_requested
 
-  !> What standard output, or standard error, gets where the process is ended; empty: nothing.
+  !> Sets the text that a forced end writes to standard output or standard error; an empty text writes nothing.
   subroutine say_when_ended(text, is_warning)
     character(*), intent(in) :: text
-    !> to standard error; default: no
+    !> write it to standard error; default: no
     logical, intent(in), optional :: is_warning
     integer(c_int) :: descriptor
 

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Order statistics of error figures; values that are no number are left out.
+!> Order statistics of errors; values that are not a number are left out.
 module sig_statistics
   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   use sig_kinds, only: rk
@@ -8,7 +8,7 @@ module sig_statistics
   public :: statistics_t, summarize, measured_statistics
 
   type :: statistics_t
-    !> finite or infinite values that went in
+    !> number of finite or infinite values that were counted
     integer :: n_values = 0
     real(rk) :: minimum = 0
     real(rk) :: median = 0
@@ -18,7 +18,7 @@ module sig_statistics
 
 contains
 
-  !> Statistics of the values that are numbers; all zero where there is none.
+  !> Computes the statistics of the values that are numbers; all are zero where there is none.
   pure function summarize(values) result(statistics)
     real(rk), intent(in) :: values(:)
     type(statistics_t) :: statistics
@@ -34,7 +34,7 @@ contains
     statistics%maximum = sorted(size(sorted))
   end function summarize
 
-  !> As summarize, for errors: not a number where there is nothing to compare, because zero would say that nothing is wrong.
+  !> Computes the statistics of errors, as summarize does. Without any value they are NaN, because zero would mean no error.
   pure function measured_statistics(values) result(statistics)
     real(rk), intent(in) :: values(:)
     type(statistics_t) :: statistics
@@ -46,9 +46,9 @@ contains
     statistics = statistics_t(n_values=0, minimum=none, median=none, p95=none, maximum=none)
   end function measured_statistics
 
-  !> Quantile of ascending values, linear between neighbors (the default of NumPy).
+  !> Returns a quantile of ascending values, linear between neighbors (the default of NumPy).
   pure real(rk) function quantile(sorted, fraction)
-    !> at least one
+    !> ascending, at least one value
     real(rk), intent(in) :: sorted(:)
     !> [-] in [0, 1]
     real(rk), intent(in) :: fraction
@@ -61,7 +61,7 @@ contains
     part = position - i
     quantile = sorted(i)
     if (i == size(sorted)) return
-    ! Infinite neighbors must turn neither a part of zero nor their difference into no number.
+    ! With infinite neighbors neither their difference nor a share of zero may become NaN.
     if (part > 0 .and. sorted(i + 1) > sorted(i)) quantile = sorted(i) + part * (sorted(i + 1) - sorted(i))
   end function quantile
 
@@ -71,7 +71,7 @@ contains
     is_no_number = .not. (value >= -huge(value) .or. value < -huge(value))
   end function is_no_number
 
-  !> Shell sort: the lists are short and nothing else in the code sorts reals.
+  !> Sorts by Shell's method: the lists are short, and no other part of the code sorts reals.
   pure subroutine sort(values)
     real(rk), intent(inout) :: values(:)
     real(rk) :: value

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> The system's words.
+!> Error messages of the system.
 module sig_system
   use, intrinsic :: iso_c_binding, only: c_char, c_int, c_size_t
   use sig_base_c_interfaces, only: sig_error_text
@@ -10,7 +10,7 @@ module sig_system
 
 contains
 
-  !> The system's words for an errno, without a capital: `no such file or directory`.
+  !> Returns the system's message for an errno, without a capital: `no such file or directory`.
   function system_reason(code) result(text)
     integer(c_int), intent(in) :: code
     character(:), allocatable :: text

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Small text helpers: numbers to text, lists of names, the nearest known word.
+!> Helpers for short texts: numbers as text, lists of names, the nearest known word.
 module sig_text
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite, ieee_is_nan
   use, intrinsic :: iso_c_binding, only: c_char, c_int
@@ -11,10 +11,10 @@ module sig_text
   public :: counted, are, lost_digits
   public :: lower, split, read_real, read_integer, did_you_mean
 
-  !> digits of short_number that are enough to find a place or to compare two measures
+  !> digits for short_number that are enough to find a place or to compare two sizes
   integer, parameter, public :: fine_digits = 6
 
-  !> A text of its own length, so that texts can stand in arrays.
+  !> A text with its own length, so that arrays can hold texts.
   type :: string_t
     character(:), allocatable :: text
   end type string_t
@@ -23,7 +23,7 @@ module sig_text
     procedure integer_to_text, long_to_text, real_to_text
   end interface to_text
 
-  !> Texts or numbers with a separator between them.
+  !> Joins texts or numbers with a separator between them.
   interface join
     procedure join_texts, join_reals
   end interface join
@@ -46,7 +46,7 @@ contains
 
     rest = number
     do i = len(buffer), 2, -1
-      ! of a negative number too, whose opposite may not exist
+      ! this also works for a negative number whose opposite does not exist
       buffer(i:i) = achar(iachar('0') + int(abs(mod(rest, 10_lk))))
       rest = rest / 10
       if (rest == 0) exit
@@ -55,10 +55,10 @@ contains
     if (number < 0) text = '-' // text
   end function long_to_text
 
-  !> A number of things: `1 point`, `2 points`, `3 stiffnesses`, `0 entries`.
+  !> Returns a number with its noun: `1 point`, `2 points`, `3 stiffnesses`, `0 entries`.
   pure function counted(n, noun) result(text)
     integer, intent(in) :: n
-    !> one of them
+    !> noun in the singular
     character(*), intent(in) :: noun
     character(:), allocatable :: text
 
@@ -73,7 +73,7 @@ contains
     end if
   end function counted
 
-  !> The verb of so many things: `is` or `are`.
+  !> Returns the verb for n things: `is` or `are`.
   pure function are(n) result(verb)
     integer, intent(in) :: n
     character(:), allocatable :: verb
@@ -81,7 +81,8 @@ contains
     verb = trim(merge('is ', 'are', n == 1))
   end function are
 
-  !> Shortest decimal that reads back as the same number, with a point: 0.15, 1.0e-8, 2.1e11; nan, inf, -inf. Zero has no sign.
+  !> Returns the shortest decimal that reads back as the same number, with a point: 0.15, 1.0e-8, 2.1e11; nan, inf, -inf. Zero has
+  !> no sign.
   pure function real_to_text(number) result(text)
     real(rk), intent(in) :: number
     character(:), allocatable :: text
@@ -107,7 +108,7 @@ contains
     text = plain_decimal(text)
   end function real_to_text
 
-  !> `-1.234e+02` as people write it: positional from 1e-4 to 1e6, else d.ddde<n>.
+  !> Rewrites `-1.234e+02` for people: positional from 1e-4 to 1e6, else d.ddde<n>.
   pure function plain_decimal(scientific) result(text)
     character(*), intent(in) :: scientific
     character(:), allocatable :: text
@@ -143,10 +144,10 @@ contains
     if (len(digits) == 0) text = '0'
   end function or_zero
 
-  !> A number rounded to a few digits, for people.
+  !> Returns a number rounded to a few digits, for messages.
   pure function short_number(value, n_digits) result(text)
     real(rk), intent(in) :: value
-    !> 1 to 15; 4 unless told
+    !> number of digits, 1 to 15; default 4
     integer, intent(in), optional :: n_digits
     character(:), allocatable :: text
     character(24) :: buffer
@@ -166,7 +167,7 @@ contains
     text = to_text(merge(rounded, value, status == 0) + 0.0_rk)
   end function short_number
 
-  !> What a condition number costs, for people: `8 of 16 digits`.
+  !> Returns how many digits a condition number costs: `8 of 16 digits`.
   pure function lost_digits(condition) result(text)
     !> [-] >= 1
     real(rk), intent(in) :: condition
@@ -176,7 +177,7 @@ contains
     if (condition < 1.0e16_rk) text = to_text(nint(log10(max(condition, 1.0_rk)))) // ' of 16 digits'
   end function lost_digits
 
-  !> Seven digits, and words that every CSV reader takes for what is no finite number. Requires: value >= 0.
+  !> Returns a number with seven digits; what is not finite becomes a word that every CSV reader knows. Requires: value >= 0.
   pure function csv_number(value) result(text)
     real(rk), intent(in) :: value
     character(:), allocatable :: text
@@ -192,9 +193,8 @@ contains
     end if
   end function csv_number
 
-  !> Puts a text at the end of a list; an unallocated list counts as empty.
-  !>
-  !> An array constructor of string_t with a text that is computed loses it in gfortran 12.
+  !> Appends a text to a list; an unallocated list counts as empty. Use it instead of an array constructor of string_t, which loses
+  !> a computed text in gfortran 12.
   pure subroutine append_text(list, text)
     type(string_t), allocatable, intent(inout) :: list(:)
     character(*), intent(in) :: text
@@ -210,7 +210,7 @@ contains
     call move_alloc(longer, list)
   end subroutine append_text
 
-  !> Names with a comma between them, for messages.
+  !> Joins names with a comma between them, for messages.
   pure function join_texts(names, separator) result(text)
     type(string_t), intent(in) :: names(:)
     character(*), intent(in) :: separator
@@ -237,7 +237,7 @@ contains
     text = join(texts, separator)
   end function join_reals
 
-  !> ASCII capitals made small; all other bytes stay.
+  !> Returns the text with ASCII capitals in lower case; all other bytes stay.
   pure function lower(text) result(lowered)
     character(*), intent(in) :: text
     character(len(text)) :: lowered
@@ -249,7 +249,7 @@ contains
     end do
   end function lower
 
-  !> Pieces between separators; a text without separator is one piece, so the result is never empty.
+  !> Splits a text at its separators. A text without separator is one piece, so the result is never empty.
   pure function split(text, separator) result(pieces)
     character(*), intent(in) :: text
     !> not empty
@@ -275,8 +275,8 @@ contains
     pieces(n_pieces)%text = text(i_start:)
   end function split
 
-  !> A decimal number and nothing else (blanks around it are allowed): `-1.5e-3`, `2`, `.5`.
-  !> Not valid: nan, inf, overflow, Fortran's own forms (`1d0`, `2*3`, `1,`).
+  !> Reads a decimal number such as `-1.5e-3`, `2` or `.5`; only blanks may stand around it. Not valid: nan, inf, overflow,
+  !> Fortran's own forms (`1d0`, `2*3`, `1,`).
   pure subroutine read_real(text, value, is_valid)
     character(*), intent(in) :: text
     !> zero when not valid
@@ -294,7 +294,7 @@ contains
     if (.not. is_valid) value = 0
   end subroutine read_real
 
-  !> A whole number and nothing else (blanks around it are allowed), within the default integer's range.
+  !> Reads a whole number within the default integer's range; only blanks may stand around it.
   pure subroutine read_integer(text, value, is_valid)
     character(*), intent(in) :: text
     !> zero when not valid
@@ -340,7 +340,7 @@ contains
     is_decimal = i == len(word) + 1
   end function is_decimal
 
-  !> How many characters from position i_start on, at most n_max, belong to the set.
+  !> Counts the characters from position i_start on, at most n_max, that belong to the set.
   pure integer function n_of_set(word, i_start, set, n_max) result(n)
     character(*), intent(in) :: word
     integer, intent(in) :: i_start
@@ -354,9 +354,8 @@ contains
     end do
   end function n_of_set
 
-  !> The candidate that differs least from the word, empty where none is near (a third of the letters, at least one).
-  !>
-  !> Capitals do not count; of equally near candidates the first is taken.
+  !> Returns the candidate that differs least from the word. The result is empty where no candidate is near (a third of the letters,
+  !> at least one). Upper and lower case are equal; of equally near candidates the first one is taken.
   pure function did_you_mean(word, candidates) result(text)
     character(*), intent(in) :: word
     type(string_t), intent(in) :: candidates(:)
@@ -373,7 +372,7 @@ contains
     end do
   end function did_you_mean
 
-  !> Least number of letters inserted, deleted, replaced or swapped with their neighbor that turns one word into the other.
+  !> Returns the least number of letters to insert, delete, replace or swap with their neighbor that turns one word into the other.
   pure integer function edit_distance(first, second) result(distance)
     character(*), intent(in) :: first
     character(*), intent(in) :: second

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> A text that grows: adding costs what the addition costs, not a copy of all that is there.
+!> A text that grows in pieces: appending a piece does not copy the text before it.
 module sig_text_buffer
   implicit none(type, external)
   private
@@ -7,7 +7,7 @@ module sig_text_buffer
 
   type :: text_buffer_t
     private
-    !> with room at the end
+    !> text, with free space at its end
     character(:), allocatable :: storage
     integer :: length = 0
   contains
@@ -36,7 +36,7 @@ contains
     self%length = self%length + len(piece)
   end subroutine add
 
-  !> The whole text: all pieces one after the other.
+  !> Returns the whole text: all pieces one after the other.
   pure function text(self)
     class(text_buffer_t), intent(in) :: self
     character(:), allocatable :: text
@@ -45,7 +45,7 @@ contains
     if (self%length > 0) text = self%storage(:self%length)
   end function text
 
-  !> Empties it; the room stays.
+  !> Empties the buffer and keeps its memory.
   pure subroutine clear(self)
     class(text_buffer_t), intent(inout) :: self
 

@@ -1,19 +1,18 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Choices that rounding must not decide: the number of ranks changes the last bits of what is compared.
+!> Choices that must not depend on rounding: the number of ranks changes the last bits of the compared values.
 module sig_ties
   use sig_kinds, only: rk
   implicit none(type, external)
   private
   public :: first_largest
 
-  !> [-] values this close (relative) are equal
+  !> [-] relative difference up to which values count as equal
   real(rk), parameter, public :: tie_tolerance = 1.0e-8_rk
 
 contains
 
-  !> Lowest index of the largest values, which are equal to 1e-8; the last one where no value is a number.
-  !>
-  !> Requires: a value, and the largest >= 0.
+  !> Returns the lowest index of the largest values, which count as equal to 1e-8; the last index where no value is a number.
+  !> Requires: at least one value, and a largest value >= 0.
   pure integer function first_largest(values) result(i_first)
     real(rk), intent(in) :: values(:)
 

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Checksums (FNV-1a, 64 bits): tell changed files apart; no protection against intent.
+!> Checksums (FNV-1a, 64 bits). They detect changed files; they do not protect against intended changes.
 module sig_checksum
   use, intrinsic :: iso_c_binding, only: c_size_t
   use sig_files_c_interfaces, only: sig_fnv1a
@@ -12,15 +12,15 @@ module sig_checksum
   !> FNV's offset basis, z'cbf29ce484222325', as a signed number
   integer(lk), parameter :: fnv1a_seed = -3750763034362895579_lk
 
-  !> fnv1a(value, seed): hash of the value's bytes; seed is fnv1a_seed or the hash of what stands before.
-  !> Numbers enter as the machine's bytes, rank 1 and 2 alike (column by column).
+  !> fnv1a(value, seed) returns the hash of the bytes of a value. The seed is fnv1a_seed or the hash of the values before. Numbers
+  !> enter as the machine's bytes, arrays of rank 1 and 2 alike (column by column).
   interface fnv1a
     procedure fnv1a_of_text, fnv1a_of_integers, fnv1a_of_reals, fnv1a_of_matrix
   end interface fnv1a
 
 contains
 
-  !> 16 hexadecimal digits of the text's bytes.
+  !> Returns the hash of a text as 16 hexadecimal digits.
   pure function hash_of_text(text) result(digits)
     character(*), intent(in) :: text
     character(16) :: digits
@@ -28,7 +28,7 @@ contains
     digits = hash_digits(fnv1a(text, fnv1a_seed))
   end function hash_of_text
 
-  !> A hash as 16 lower-case hexadecimal digits.
+  !> Returns a hash as 16 lower-case hexadecimal digits.
   pure function hash_digits(hash) result(digits)
     integer(lk), intent(in) :: hash
     character(16) :: digits

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Seals at the head of files: a file that was cut off or changed is refused before a library stumbles over it.
+!> Seals at the head of files. They detect a file that was cut off or changed before a library reads it.
 module sig_file_seal
   use, intrinsic :: iso_c_binding, only: c_int, c_int64_t, c_size_t
   use sig_files_c_interfaces, only: sig_check_seal, sig_seal_file
@@ -10,7 +10,7 @@ module sig_file_seal
   private
   public :: seal_file, check_seal, seal_size
 
-  ! as in file_seal.h
+  ! the same value as in file_seal.h
   integer, parameter :: seal_size = 512
   integer(c_int), parameter :: no_seal = 1, newer = 2, other_length = 3, changed = 4
   character(*), parameter :: again = 'copy or make the file again'
@@ -27,7 +27,8 @@ contains
     if (code /= 0) call make_error(error, 'cannot write the file: ' // system_reason(code), file=path)
   end subroutine seal_file
 
-  !> Errors: the file is not what was sealed. One without a seal, or that cannot be read, is none.
+  !> Checks the seal of a file. Errors: the file differs from what was sealed. A file without a seal, or an unreadable one, is no
+  !> error.
   subroutine check_seal(path, is_sealed, error)
     character(*), intent(in) :: path
     logical, intent(out) :: is_sealed

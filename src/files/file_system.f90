@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Files and folders; what goes wrong comes back as a sentence with the path. Local: one rank calls.
+!> Files and folders. Failures come back as a sentence with the path. Local: one rank calls.
 module sig_file_system
   use, intrinsic :: iso_c_binding, only: c_char, c_int, c_long, c_ptr, c_size_t
   use sig_base_c_interfaces, only: sig_free
@@ -17,17 +17,17 @@ module sig_file_system
   public :: directory_lock_t, lock_directory, unlock_directory
   public :: directory_of, base_name, program_folder
 
-  ! as in file_system.h
+  ! the same values as in file_system.h
   integer(c_int), parameter :: no_file = 0, plain_file = 1, directory = 2
   !> Linux's EWOULDBLOCK
   integer(c_int), parameter :: would_block = 11
-  !> and ELOOP
+  !> Linux's ELOOP
   integer(c_int), parameter :: is_link = 40
 
   !> Linux's PATH_MAX
   integer, parameter :: longest_path = 4096
 
-  !> Held from lock_directory to unlock_directory or to the end of the process.
+  !> A lock on a folder, from lock_directory to unlock_directory or to the end of the process.
   type :: directory_lock_t
     private
     integer(c_int) :: descriptor = -1
@@ -35,7 +35,7 @@ module sig_file_system
 
 contains
 
-  !> Whether the path is a file, not a folder and not nothing.
+  !> Whether the path leads to a file that is not a folder.
   logical function file_exists(path)
     character(*), intent(in) :: path
     integer(c_int) :: kind
@@ -50,7 +50,7 @@ contains
     is_directory = sig_file_kind(path, len(path, c_size_t)) == directory
   end function is_directory
 
-  !> Makes a folder and those above it; nothing happens where it is there. An empty path is the current folder.
+  !> Makes a folder and the folders above it; an existing folder is no error. An empty path is the current folder.
   subroutine make_directories(path, error)
     character(*), intent(in) :: path
     type(error_t), allocatable, intent(out) :: error
@@ -61,7 +61,7 @@ contains
     if (code /= 0) call make_error(error, 'cannot make the folder: ' // system_reason(code), file=path)
   end subroutine make_directories
 
-  !> A whole text file, as it is.
+  !> Reads a whole text file without changes.
   !>
   !> Errors: no such file, a folder, not readable, empty, not text (it holds null bytes).
   subroutine read_text_file(path, text, error)
@@ -106,8 +106,8 @@ contains
     end if
   end subroutine check_text
 
-  !> Replaces a file as a whole: whoever reads it meanwhile, and whoever finds it after a crash, sees the old or the new text.
-  !> A symbolic link stays and leads to the new text; a device or a pipe gets it as it is.
+  !> Replaces a file as a whole: a reader sees the old or the new text, also after a crash. A symbolic link stays and leads to the
+  !> new text. A device or a pipe is written to directly.
   subroutine write_text_file(path, text, error)
     character(*), intent(in) :: path
     character(*), intent(in) :: text
@@ -129,7 +129,7 @@ contains
     if (code /= 0) call make_error(error, 'cannot remove the file: ' // system_reason(code), file=path)
   end subroutine remove_file
 
-  !> Claims a folder for this process, so that two runs do not write into it at once.
+  !> Locks a folder for this process, so that two runs do not write into it at once.
   !>
   !> Requires: the folder is there. Errors: another process has it; its .lock is a link; no right to write there.
   subroutine lock_directory(path, lock, error)
@@ -159,7 +159,7 @@ contains
     if (process > 0) text = ' (process ' // to_text(int(process, lk)) // ')'
   end function holder_text
 
-  !> Gives the folder free; a lock that was never taken does no harm.
+  !> Unlocks the folder. A lock that was never taken is no error.
   subroutine unlock_directory(lock)
     type(directory_lock_t), intent(inout) :: lock
 
@@ -167,8 +167,8 @@ contains
     lock%descriptor = -1
   end subroutine unlock_directory
 
-  !> Names (without the folder) of the files that start with the prefix, in byte order; no folders, no hidden files.
-  !> A folder that is not there has no files. An empty path is the current folder.
+  !> Returns the names (without the folder) of the files that start with the prefix, in byte order, without folders and hidden
+  !> files. A missing folder has no files. An empty path is the current folder.
   function list_files(path, prefix) result(names)
     character(*), intent(in) :: path
     character(*), intent(in) :: prefix
@@ -187,7 +187,7 @@ contains
     if (len(packed) > 0) names = split(packed(:len(packed) - 1), achar(0))
   end function list_files
 
-  !> Folder part of a path without the last slash: `a/b.yaml` -> `a`, `b.yaml` -> `.`, `/b` -> `/`.
+  !> Returns the folder of a path without the last slash: `a/b.yaml` -> `a`, `b.yaml` -> `.`, `/b` -> `/`.
   pure function directory_of(path) result(folder)
     character(*), intent(in) :: path
     character(:), allocatable :: folder
@@ -203,7 +203,7 @@ contains
     end if
   end function directory_of
 
-  !> Folder of the running program, links resolved; empty where the system does not tell.
+  !> Returns the folder of the running program with links resolved; empty where the system does not tell.
   function program_folder() result(folder)
     character(:), allocatable :: folder
     character(kind=c_char) :: path(longest_path)
@@ -212,7 +212,7 @@ contains
     if (sig_program_path(path, size(path, kind=c_size_t)) == 0) folder = directory_of(from_c(path))
   end function program_folder
 
-  !> File part of a path without its ending: `a/b.c.yaml` -> `b.c`; a leading dot is no ending.
+  !> Returns the file name of a path without its ending: `a/b.c.yaml` -> `b.c`. A leading dot does not start an ending.
   pure function base_name(path) result(name)
     character(*), intent(in) :: path
     character(:), allocatable :: name

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> One HDF5 array, text or attribute at a time; what goes wrong comes back as a sentence with the file's name.
+!> Reads and writes one HDF5 array, text or attribute; failures come back as a sentence with the file's name.
 !>
 !> An address names a dataset (`/clusters/1/basis`) or, with an @, an attribute (`/clusters/1@rank`).
 !> Only sig_hdf5_reader and sig_hdf5_writer call it; they give it types and generic names.
@@ -18,23 +18,23 @@ module sig_hdf5_access
   public :: create_hdf5, open_hdf5, write_array, write_columns, write_texts, find_shape, read_array, read_columns, read_texts
   public :: column_t, real_type, integer_type, text_type
 
-  !> Where a column of a matrix stands in memory.
+  !> Address of a matrix column in memory.
   type :: column_t
     real(rk), pointer, contiguous :: values(:) => null()
   end type column_t
 
-  ! as in hdf5_file.h
+  ! the same values as in hdf5_file.h
   integer(c_int), parameter :: real_type = 1, integer_type = 2, text_type = 3
   integer(c_int), parameter :: not_hdf5 = 1, damaged = 2, locked = 3, missing = 7, elsewhere = 8, too_large = 9
   integer, parameter :: max_rank = 8
 
 contains
 
-  !> Errors: no right to write there, no such folder.
+  !> Creates a file. Errors: no right to write there, no such folder.
   subroutine create_hdf5(path, partial, n_free, handle, error)
-    !> for the sentence
+    !> name of the file for messages
     character(*), intent(in) :: path
-    !> name under which the file grows
+    !> name of the file while it is incomplete
     character(*), intent(in) :: partial
     !> bytes at the head that are left to the caller
     integer, intent(in) :: n_free
@@ -45,7 +45,7 @@ contains
       call make_error(error, 'cannot create the HDF5 file; check that the folder exists and that you may write there', file=path)
   end subroutine create_hdf5
 
-  !> Errors: no such file, a folder, not HDF5, cut off or damaged, in use by a writer.
+  !> Opens a file for reading. Errors: no such file, a folder, not HDF5, cut off or damaged, in use by a writer.
   subroutine open_hdf5(path, handle, error)
     character(*), intent(in) :: path
     type(c_ptr), intent(out) :: handle
@@ -71,7 +71,7 @@ contains
     end if
   end subroutine open_hdf5
 
-  !> `the dataset /a/b` or `the attribute c of /a/b`, for sentences.
+  !> Returns `the dataset /a/b` or `the attribute c of /a/b`, for messages.
   pure function address_text(address) result(text)
     character(*), intent(in) :: address
     character(:), allocatable :: text
@@ -85,13 +85,13 @@ contains
     end if
   end function address_text
 
-  !> Writes numbers; the shape is Fortran's, and stands reversed in the file.
+  !> Writes numbers. The shape is Fortran's; the file has it in reverse order.
   subroutine write_array(handle, path, address, type, shape, values, error)
     type(c_ptr), intent(in) :: handle
     character(*), intent(in) :: path
     character(*), intent(in) :: address
     integer(c_int), intent(in) :: type
-    !> empty for a scalar
+    !> Fortran shape; empty for a scalar
     integer, intent(in) :: shape(:)
     !> real(rk) or integer, as type says
     type(*), intent(in) :: values(*)
@@ -103,7 +103,7 @@ contains
     if (status /= 0) call report_write(path, address, error)
   end subroutine write_array
 
-  !> Writes a matrix without gathering its columns first.
+  !> Writes a matrix whose columns stand at separate places in memory, without a copy of the whole.
   subroutine write_columns(handle, path, address, columns, n_rows, error)
     type(c_ptr), intent(in) :: handle
     character(*), intent(in) :: path
@@ -123,7 +123,7 @@ contains
     if (status /= 0) call report_write(path, address, error)
   end subroutine write_columns
 
-  !> Writes texts, as a list or (is_scalar) the first of them alone.
+  !> Writes a list of texts, or only its first text (is_scalar).
   subroutine write_texts(handle, path, address, texts, is_scalar, error)
     type(c_ptr), intent(in) :: handle
     character(*), intent(in) :: path
@@ -161,14 +161,14 @@ contains
       'already', file=path)
   end subroutine report_write
 
-  !> Fortran shape of what stands at the address, after a check of its type and rank.
+  !> Returns the Fortran shape of an array after a check of its type and rank.
   subroutine find_shape(handle, path, address, type, rank, shape, error)
     type(c_ptr), intent(in) :: handle
     character(*), intent(in) :: path
     character(*), intent(in) :: address
-    !> integers are fine where reals are asked for; 0 takes any type
+    !> expected type; integers may be read as reals; 0 takes any type
     integer(c_int), intent(in) :: type
-    !> -1 takes any rank
+    !> expected rank; -1 takes any rank
     integer, intent(in) :: rank
     integer, allocatable, intent(out) :: shape(:)
     type(error_t), allocatable, intent(out) :: error
@@ -198,7 +198,7 @@ contains
   subroutine report_read(path, address, status, error)
     character(*), intent(in) :: path
     character(*), intent(in) :: address
-    !> of hdf5_file.h, not 0
+    !> status of hdf5_file.h, not 0
     integer(c_int), intent(in) :: status
     type(error_t), allocatable, intent(out) :: error
 
@@ -238,7 +238,7 @@ contains
     end select
   end function type_text
 
-  !> Reads numbers into an array of the shape that find_shape told.
+  !> Reads numbers into an array of the shape that find_shape returned.
   subroutine read_array(handle, path, address, type, values, error)
     type(c_ptr), intent(in) :: handle
     character(*), intent(in) :: path

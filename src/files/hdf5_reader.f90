@@ -56,7 +56,7 @@ contains
     call open_hdf5(path, self%handle, error)
   end subroutine open_file
 
-  !> Opens the bytes of a file in memory. Errors: they are none.
+  !> Opens a file from its bytes in memory. Errors: the bytes are not an HDF5 file.
   subroutine open_image(self, bytes, error)
     class(h5_reader_t), intent(inout) :: self
     character(1), intent(in) :: bytes(:)
@@ -68,7 +68,7 @@ contains
       call make_error(error, 'the bytes of an HDF5 file are damaged', exit_code=exit_internal)
   end subroutine open_image
 
-  !> Ends the work on the file; that none is open is fine.
+  !> Closes the file; a closed one is no error.
   subroutine close_file(self)
     class(h5_reader_t), intent(inout) :: self
     integer(c_int) :: ignored
@@ -101,7 +101,8 @@ contains
     has_attribute = self%has(object // '@' // name)
   end function has_attribute
 
-  !> How many of name/1, name/2, ... are there without a gap, up to n: a number in a file may be any.
+  !> Counts the groups name/1, name/2, ... that exist without a gap, up to n. A file may contain any number n, so it is checked
+  !> here.
   integer function count_groups(self, name, n) result(n_found)
     class(h5_reader_t), intent(in) :: self
     character(*), intent(in) :: name
@@ -113,7 +114,7 @@ contains
     n_found = max(n, 0)
   end function count_groups
 
-  !> Fortran shape of a dataset, empty for a scalar.
+  !> Returns the Fortran shape of a dataset; empty for a scalar.
   subroutine get_shape(self, name, shape, error)
     class(h5_reader_t), intent(in) :: self
     character(*), intent(in) :: name
@@ -123,9 +124,8 @@ contains
     call shape_for(self, name, 0_c_int, -1, shape, error)
   end subroutine get_shape
 
-  !> Some rows of some columns of a matrix, in Fortran's order, and nothing else of it into memory.
-  !>
-  !> Errors: as those of read; rows or columns that are not there.
+  !> Reads some rows of some columns of a matrix, in Fortran's order, and nothing else of it. Errors: as those of read; rows or
+  !> columns that do not exist.
   subroutine read_block(self, name, first, last, columns, values, error)
     class(h5_reader_t), intent(in) :: self
     character(*), intent(in) :: name
@@ -150,7 +150,7 @@ contains
     end do
   end subroutine read_block
 
-  !> Where the numbers that follow each other from the i-th on end.
+  !> Returns the last index of the consecutive numbers that start at index i.
   pure integer function end_of_run(numbers, i) result(i_end)
     integer, intent(in) :: numbers(:)
     integer, intent(in) :: i
@@ -320,7 +320,7 @@ contains
     call get_texts(self, object // '@' // name, 1, value, error)
   end subroutine read_text_1_attribute
 
-  !> Shape of an array that is to be read; zeros where it cannot be, or where a read before it failed.
+  !> Returns the shape of an array to read; zeros where it cannot be read, or where an earlier read failed.
   subroutine shape_for(self, address, type, rank, shape, error)
     class(h5_reader_t), intent(in) :: self
     character(*), intent(in) :: address

@@ -18,8 +18,8 @@ module sig_hdf5_writer
   private
   public :: column_t, h5_writer_t
 
-  !> The file appears under its name only with a close that succeeds; before, it is `<path>.partial`.
-  !> The first failure of a write is kept, later writes do nothing, and close hands it back. One that is never closed is removed.
+  !> The file appears under its name only after a close that succeeds; before, its name is `<path>.partial`. The first failure of a
+  !> write is kept, later writes do nothing, and close returns it. A file that is never closed is removed.
   !>
   !> `write(name, value [, unit, description])`: value is real of rank 0 to 3, integer of rank 0 to 2, a text or a list
   !> of texts (string_t); groups in the name are made. `write_attribute(object, name, value)`: a text, integer, real, list of
@@ -51,7 +51,7 @@ module sig_hdf5_writer
 
 contains
 
-  !> Starts a new file; a symbolic link stays and leads to it. Errors: no such folder, no right to write there, a device or a pipe.
+  !> Creates a new file; a symbolic link stays and leads to it. Errors: no such folder, no right to write there, a device or a pipe.
   subroutine create(self, path, error, is_sealed)
     class(h5_writer_t), intent(inout) :: self
     character(*), intent(in) :: path
@@ -67,7 +67,7 @@ contains
       call create_hdf5(path, self%path // '.partial', merge(seal_size, 0, self%is_sealed), self%handle, error)
   end subroutine create
 
-  !> Ends the work on the file: it is flushed to the disk and gets its name, unless a write failed.
+  !> Closes the file: it is written to the disk and gets its name, unless a write failed.
   subroutine close_file(self, error)
     class(h5_writer_t), intent(inout) :: self
     !> the first failure since create
@@ -94,7 +94,7 @@ contains
     if (sig_h5_create_image(self%handle) /= 0) call make_error(error, 'no memory for an HDF5 file', exit_code=exit_internal)
   end subroutine create_image
 
-  !> Ends the work on a file in memory and hands out its bytes, none after a failure.
+  !> Closes a file in memory and returns its bytes; there are none after a failure.
   subroutine close_image(self, bytes, error)
     class(h5_writer_t), intent(inout) :: self
     character(1), allocatable, intent(out) :: bytes(:)
@@ -133,7 +133,7 @@ contains
     call remove_file(path // '.partial', ignored)
   end subroutine remove_partial
 
-  !> Gives up the file and removes it; that none is open is fine.
+  !> Removes the unfinished file; a closed one is no error.
   subroutine discard_file(self)
     class(h5_writer_t), intent(inout) :: self
     integer(c_int) :: ignored
@@ -181,7 +181,7 @@ contains
     call put(self, name, real_type, shape(value), value, unit, description)
   end subroutine write_real_2
 
-  !> A matrix whose columns stand apart in memory.
+  !> Writes a matrix whose columns stand at separate places in memory.
   subroutine write_real_columns(self, name, columns, n_rows, unit, description)
     class(h5_writer_t), intent(inout) :: self
     character(*), intent(in) :: name
@@ -302,7 +302,7 @@ contains
     call put_texts(self, object // '@' // name, value, .false.)
   end subroutine write_text_1_attribute
 
-  !> Numbers, with unit and description where given; keeps the first failure.
+  !> Writes numbers, with unit and description where given. It keeps the first failure.
   subroutine put(self, address, type, shape, values, unit, description)
     class(h5_writer_t), intent(inout) :: self
     character(*), intent(in) :: address

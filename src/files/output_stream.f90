@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Lines on their way to the standard output, a file, a device or a pipe: no write fails without a word.
+!> Output of lines to the standard output, a file, a device or a pipe. Every failed write is reported.
 module sig_output_stream
   use, intrinsic :: iso_c_binding, only: c_associated, c_int, c_null_ptr, c_ptr, c_size_t
   use sig_base_c_interfaces, only: sig_free
@@ -11,12 +11,12 @@ module sig_output_stream
   private
   public :: output_stream_t, find_target
 
-  !> A file appears under its name only with a close that succeeds. One that is there stays until then, and a symbolic link leads to
-  !> the file that is written. A device or a pipe is written to as it is.
+  !> An output stream. A file appears under its name only after a close that succeeds; an earlier file stays until then. A symbolic
+  !> link stays and leads to the new file. A device or a pipe is written to directly.
   type :: output_stream_t
     private
     type(c_ptr) :: handle = c_null_ptr
-    !> for messages
+    !> name of the target for messages
     character(:), allocatable :: name
   contains
     procedure :: open => open_stream
@@ -26,7 +26,7 @@ module sig_output_stream
 
 contains
 
-  !> Errors: no right to write there, no such folder, a folder.
+  !> Opens a stream. Errors: no right to write there, no such folder, the path is a folder.
   subroutine open_stream(self, path, error)
     class(output_stream_t), intent(inout) :: self
     !> empty = the standard output
@@ -40,7 +40,7 @@ contains
     if (code /= 0) call make_error(error, 'cannot write here: ' // system_reason(code), file=self%name)
   end subroutine open_stream
 
-  !> A line and its end. Errors: the disk is full, nobody reads the pipe; every later line has the same.
+  !> Writes a line and its end. Errors: the disk is full, or the pipe has no reader; every later line returns the same error.
   subroutine write_line(self, line, error)
     class(output_stream_t), intent(inout) :: self
     character(*), intent(in) :: line
@@ -51,11 +51,11 @@ contains
     if (code /= 0) call report(self, code, error)
   end subroutine write_line
 
-  !> Ends the work; one that is not open does no harm. An error that is there already stays, and then a file is not kept.
+  !> Closes the stream; a closed one is no error. An earlier error stays, and then the file is not kept.
   subroutine close_stream(self, error, is_dropped)
     class(output_stream_t), intent(inout) :: self
     type(error_t), allocatable, intent(inout) :: error
-    !> a file is not kept either; default: it is
+    !> do not keep the file; default: keep it
     logical, intent(in), optional :: is_dropped
     logical :: is_kept
     integer(c_int) :: code
@@ -76,9 +76,8 @@ contains
     call make_error(error, 'cannot write everything: ' // system_reason(code), file=self%name)
   end subroutine report
 
-  !> What a path means for writing a file as a whole, with its symbolic links followed.
-  !>
-  !> Errors: links that lead round about; a device or a pipe, which can hold no such file.
+  !> Finds the file that a path leads to when it is written as a whole, with symbolic links followed. Errors: a loop of links; a
+  !> device or a pipe, which cannot hold such a file.
   subroutine find_target(path, target, error)
     character(*), intent(in) :: path
     character(:), allocatable, intent(out) :: target

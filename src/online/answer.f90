@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> What a model says at a parameter point, and the words for it.
+!> The answer of a model at a parameter point, and its texts for tables and reports.
 module sig_answer
   use sig_kinds, only: rk
   use sig_lcp, only: lcp_lemke, lcp_method_name, lcp_solution_t
@@ -9,55 +9,57 @@ module sig_answer
   private
   public :: answer_t, bound_text, comparable_size, method_name
 
-  !> methods of an answer: those of sig_lcp, and
+  !> methods of an answer: those of sig_lcp, and this one
   integer, parameter, public :: answer_condensed = lcp_lemke + 1
   integer, parameter, public :: n_answer_methods = answer_condensed
 
-  !> a bound that the model cannot give
+  !> value of a bound that the model cannot give
   real(rk), parameter, public :: no_bound = -1
 
-  !> Answer at one point; where there is none the arrays are zero.
+  !> Answer at one point. Without an answer the arrays are zero.
   type :: answer_t
-    !> part of the model that the choice named, 1-based
+    !> part of the model that the choice selected, 1-based
     integer :: cluster = 1
     !> part that answered: the cluster, or the model's fallback
     integer :: part = 1
-    !> part whose displacement it is
+    !> part that gives the displacement
     integer :: displacement_part = 1
-    !> cluster of contacts that answered, of a part that has several; 0 = none
+    !> cluster of contacts that answered, in a part that has several; 0 = none
     integer :: row_cluster = 0
     !> [length] gamma of the cluster, shape (n_modes)
     real(rk), allocatable :: coordinates(:)
     !> [force] lambda on the contact rows of the cluster, shape (n_rows)
     real(rk), allocatable :: multipliers_rid(:)
-    !> lambda > 0 there, shape (n_rows)
+    !> whether lambda > 0 on the contact rows of the cluster, shape (n_rows)
     logical, allocatable :: is_active(:)
     !> [force] lambda on all contacts where is_whole, shape (n_multipliers)
     real(rk), allocatable :: multipliers(:)
     logical :: is_whole = .false.
-    !> [force] unknowns of a problem that has others beside the multipliers (openings of anchors), shape (n_multipliers)
+    !> [force] unknowns of the solved problem; they differ from the multipliers at anchors, whose openings are unknowns; shape
+    !> (n_multipliers)
     real(rk), allocatable :: unknowns(:)
-    !> one of sig_lcp's methods, or answer_condensed; method_name says it in words
+    !> one of sig_lcp's methods, or answer_condensed; method_name gives its name
     integer :: method = 0
     !> one of sig_reasons
     integer :: reason = reason_bad_point
-    !> linear solves and pivots
+    !> number of linear solves and pivots
     integer :: n_iterations = 0
-    !> the point lies in the trained box; an answer is given outside too
+    !> whether the point lies in the trained box; outside there is an answer, too
     logical :: is_inside_box = .false.
-    !> [-] to the nearest training point, the box taken as of side 1
+    !> [-] distance to the nearest training point, with each side of the box scaled to 1
     real(rk) :: distance = huge(1.0_rk)
     !> [-] largest violation of the contact conditions of the problem that was solved, relative to the terms of its row
     real(rk) :: residual = huge(1.0_rk)
-    !> solutions of the reduced problem that two starts found, 0 without an answer; 2: it has several, and the forces are doubtful
+    !> number of solutions of the reduced problem that two starts found, 0 without an answer; with 2 the forces are less reliable
     integer :: n_solutions = 0
-    !> [sqrt(force*length)] certificate: no less than the error of lambda in the norm of W; no_bound without one
+    !> [sqrt(force*length)] upper bound of the error of lambda in the norm of W; no_bound without one
     real(rk) :: bound = no_bound
-    !> [-] the same over the size of the answer, at least a thousandth of the largest in training; no_bound without one
+    !> [-] the bound over the size of the answer, which counts as at least a thousandth of the largest in training; no_bound without
+    !> one
     real(rk) :: relative_bound = no_bound
-    !> [sqrt(force*length)] no less than the error of the displacement in the norm of the stiffness; no_bound without one
+    !> [sqrt(force*length)] upper bound of the error of the displacement in the norm of the stiffness; no_bound without one
     real(rk) :: displacement_bound = no_bound
-    !> [-] the same over the size of the displacement, at least a thousandth of the largest in training; no_bound without one
+    !> [-] this bound over the size of the displacement, at least a thousandth of the largest in training; no_bound without one
     real(rk) :: relative_displacement_bound = no_bound
     !> values of the model's terms, shape (n_terms)
     real(rk), allocatable :: theta(:)
@@ -71,12 +73,12 @@ module sig_answer
 
 contains
 
-  !> No answer yet: zeros in arrays of the right size.
+  !> Starts an answer: it has no solution yet, and zeros in arrays of the right size.
   pure subroutine start(self, cluster, n_terms, n_modes, n_rows, n_multipliers)
     class(answer_t), intent(inout) :: self
     integer, intent(in) :: cluster
     integer, intent(in) :: n_terms
-    !> of the cluster
+    !> number of modes of the cluster
     integer, intent(in) :: n_modes
     integer, intent(in) :: n_rows
     integer, intent(in) :: n_multipliers
@@ -121,7 +123,7 @@ contains
     values = 0
   end subroutine resize
 
-  !> How a complementarity problem was solved.
+  !> Copies how a complementarity problem was solved.
   pure subroutine take_solution(self, solution, method)
     class(answer_t), intent(inout) :: self
     type(lcp_solution_t), intent(in) :: solution
@@ -134,7 +136,7 @@ contains
     self%n_solutions = merge(1, 0, solution%reason > 0)
   end subroutine take_solution
 
-  !> The multipliers of all contacts are set: those of the part's contact rows, too, where these are all contacts.
+  !> Notes that the multipliers of all contacts are set. Where the part's contact rows are all contacts, these get them, too.
   pure subroutine take_all_forces(self)
     class(answer_t), intent(inout) :: self
 
@@ -144,23 +146,23 @@ contains
     self%is_active = self%multipliers > 0
   end subroutine take_all_forces
 
-  !> The bound and what it is relative to the size of the answer, huge where it is so; 0/0 is 0.
+  !> Sets the bound and the relative bound; the latter is huge where the bound is, and 0/0 counts as 0.
   pure subroutine take_bound(self, bound, size_of_answer)
     class(answer_t), intent(inout) :: self
     !> [sqrt(force*length)]
     real(rk), intent(in) :: bound
-    !> [sqrt(force*length)] of comparable_size
+    !> [sqrt(force*length)] result of comparable_size
     real(rk), intent(in) :: size_of_answer
 
     call relate(bound, size_of_answer, self%bound, self%relative_bound)
   end subroutine take_bound
 
-  !> As take_bound, for the displacement.
+  !> Sets the bound of the displacement, as take_bound does.
   pure subroutine take_displacement_bound(self, bound, size_of_field)
     class(answer_t), intent(inout) :: self
     !> [sqrt(force*length)]
     real(rk), intent(in) :: bound
-    !> [sqrt(force*length)] of comparable_size
+    !> [sqrt(force*length)] result of comparable_size
     real(rk), intent(in) :: size_of_field
 
     call relate(bound, size_of_field, self%displacement_bound, self%relative_displacement_bound)
@@ -174,14 +176,14 @@ contains
 
     bound = huge(bound)
     relative_bound = huge(bound)
-    ! true of what is no number, too
+    ! this is true for a value that is not a number, too
     if (.not. found < huge(bound)) return
     bound = found
     relative_bound = 0
     if (bound > 0) relative_bound = bound / max(size_of_answer, tiny(bound))
   end subroutine relate
 
-  !> [sqrt(force*length)] The size of an answer, at least a share of the largest one in training.
+  !> Returns the size of an answer [sqrt(force*length)], at least a fixed share of the largest size in training.
   pure real(rk) function comparable_size(size_of_forces, largest_size)
     real(rk), intent(in) :: size_of_forces
     real(rk), intent(in) :: largest_size
@@ -190,7 +192,7 @@ contains
     comparable_size = max(size_of_forces, smallest_share * largest_size)
   end function comparable_size
 
-  !> A bound as in tables.
+  !> Returns a bound as text for tables.
   pure function bound_text(bound) result(text)
     real(rk), intent(in) :: bound
     character(:), allocatable :: text
@@ -199,7 +201,7 @@ contains
     if (bound >= 0) text = csv_number(bound)
   end function bound_text
 
-  !> A method as in reports and tables.
+  !> Returns the name of a method for reports and tables.
   pure function method_name(method) result(name)
     integer, intent(in) :: method
     character(:), allocatable :: name

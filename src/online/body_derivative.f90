@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> How the responses of one body change with the terms: the product rule on (1/s) M(c) x, with the scale s of its moduli and its
-!> interpolated constants c.
+!> Derivatives of one body's responses with respect to the terms, by the product rule on (1/s) M(c) x with the scale s of its moduli
+!> and its interpolated constants c.
 module sig_body_derivative
   use sig_body_response, only: body_response_t, sum_of_row
   use sig_interpolated_constants, only: variable_change
@@ -10,15 +10,15 @@ module sig_body_derivative
   private
   public :: body_derivative_t
 
-  !> Along one direction of the terms.
+  !> State and its change along one direction of the terms.
   type :: body_derivative_t
-    !> [-] s, and ds/s
+    !> [-] s and ds/s
     real(rk) :: modulus_ratio = 1
     real(rk) :: relative_change = 0
-    !> [-] what each node counts, and how this changes; shape (n_nodes)
+    !> [-] weight of each node of the interpolation, and its change; shape (n_nodes)
     real(rk), allocatable :: weights(:)
     real(rk), allocatable :: weight_changes(:)
-    !> of the terms, shape (n_terms)
+    !> values of the terms and their changes, shape (n_terms)
     real(rk), allocatable :: theta(:)
     real(rk), allocatable :: theta_change(:)
   contains
@@ -49,7 +49,7 @@ contains
       variable_change(constants, changes, body%denominators > 0, body%is_logarithmic), self%weight_changes)
   end subroutine create
 
-  !> The interpolated constants and how they change.
+  !> Computes the interpolated constants and their changes.
   pure subroutine find_constants(body, theta, theta_change, constants, changes)
     type(body_response_t), intent(in) :: body
     real(rk), intent(in) :: theta(:)
@@ -70,7 +70,7 @@ contains
     end do
   end subroutine find_constants
 
-  !> Adds the change of the body's part of W z + q at fixed z.
+  !> Adds the change of the body's part of W z + q for constant z.
   subroutine add_opening(self, body, forces, opening)
     class(body_derivative_t), intent(in) :: self
     type(body_response_t), intent(in) :: body
@@ -99,7 +99,7 @@ contains
     call add_interpolated(columns, self%weights, (x_change - self%relative_change * x) / self%modulus_ratio, y)
   end subroutine add_change
 
-  !> Adds the change of M x, which does not depend on s.
+  !> Adds the change of M x, where M does not depend on s.
   subroutine add_prescribed(self, columns, x, x_change, y)
     type(body_derivative_t), intent(in) :: self
     real(rk), contiguous, intent(in) :: columns(:, :)
@@ -119,14 +119,14 @@ contains
     real(rk), contiguous, intent(inout) :: y(:)
     real(rk) :: matrix(size(y), size(x)), flat(size(columns, 1))
 
-    ! most parameters leave most bodies as they are
+    ! most parameters do not change most bodies
     if (.not. (any(abs(weights) > 0) .and. any(abs(x) > 0))) return
     call multiply(1.0_rk, columns, weights, 0.0_rk, flat)
     matrix = reshape(flat, shape(matrix))
     call multiply(1.0_rk, matrix, x, 1.0_rk, y)
   end subroutine add_interpolated
 
-  !> [length] change of one row of W z + q, z changing too.
+  !> Returns the change [length] of one row of W z + q; z changes, too.
   pure real(rk) function opening_of_row(self, body, forces, force_change, row) result(change)
     class(body_derivative_t), intent(in) :: self
     type(body_response_t), intent(in) :: body
@@ -139,23 +139,23 @@ contains
       change_in_row(self, size(forces), row, body%compliance, forces, force_change)
   end function opening_of_row
 
-  !> [length] change of the displacement of one of the body's exact dofs.
+  !> Returns the change [length] of the displacement of one of the body's exact dofs.
   pure real(rk) function displacement_of(self, body, forces, force_change, i) result(change)
     class(body_derivative_t), intent(in) :: self
     type(body_response_t), intent(in) :: body
     real(rk), intent(in) :: forces(:)
     real(rk), intent(in) :: force_change(:)
-    !> 1-based in body%own
+    !> place in body%own, 1-based
     integer, intent(in) :: i
 
     change = change_of_row(self, size(body%own), i, body%loaded_field, body%prescribed_field) - &
       change_in_row(self, size(body%own), i, body%contact_field, forces, force_change)
   end function displacement_of
 
-  !> Change of one row of (loaded / s + prescribed) theta.
+  !> Returns the change of one row of (loaded / s + prescribed) theta.
   pure real(rk) function change_of_row(self, n, row, loaded, prescribed) result(change)
     type(body_derivative_t), intent(in) :: self
-    !> rows of the matrices
+    !> number of rows of the matrices
     integer, intent(in) :: n
     integer, intent(in) :: row
     real(rk), intent(in) :: loaded(:, :)
@@ -167,7 +167,7 @@ contains
     end associate
   end function change_of_row
 
-  !> Change of one row of (1/s) M x.
+  !> Returns the change of one row of (1/s) M x.
   pure real(rk) function change_in_row(self, n, row, columns, x, x_change) result(change)
     type(body_derivative_t), intent(in) :: self
     integer, intent(in) :: n

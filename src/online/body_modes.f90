@@ -1,5 +1,6 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> The displacement of one body by modes where its elastic constants depend on the parameters: what training makes and a file keeps.
+!> The displacement of one body by modes where its elastic constants depend on the parameters: data that training makes and a file
+!> keeps.
 !>
 !> u = L theta + Phi a with liftings L of prescribed displacements and POD modes Phi, which vanish on held dofs. Galerkin's method
 !> gives a from the contact forces z:  sum_q k_q Phi'K_q Phi a = Phi'(F theta - B'z) - sum_q k_q Phi'K_q L theta, where K_q are
@@ -20,9 +21,9 @@ module sig_body_modes
   public :: body_modes_t, find_coordinates, part_moduli, part_ratios
 
   type :: body_modes_t
-    !> of the body, ascending, 1-based
+    !> dofs of the body, ascending, 1-based
     integer, allocatable :: dofs(:)
-    !> L and Phi, [-] but L as prescribed; shape (size(dofs), n_lifted + n_modes)
+    !> L and Phi, shape (size(dofs), n_lifted + n_modes); Phi is [-], L has the units of the prescribed values
     real(rk), allocatable :: basis(:, :)
     !> terms that L lifts, 1-based
     integer, allocatable :: lifted_terms(:)
@@ -39,7 +40,7 @@ module sig_body_modes
     real(rk), allocatable :: contact(:, :)
     !> [sqrt(force*length)] T, for the coefficients of F, of B', of K_1 V, K_2 V, ...
     real(rk), allocatable :: residuals(:, :)
-    !> plane stress
+    !> whether the model is plane stress
     logical :: is_thin = .false.
   contains
     procedure :: n_modes
@@ -61,11 +62,11 @@ contains
     n_modes = size(self%basis, 2) - size(self%lifted_terms)
   end function n_modes
 
-  !> [force/length**2] bulk and shear modulus, of which Hooke's matrix is a sum (modulus_text of sig_elasticity).
+  !> Returns the bulk and shear moduli [force/length**2] in which Hooke's matrix is linear (modulus_text of sig_elasticity).
   pure function part_moduli(young_modulus, poisson_ratio, is_thin) result(moduli)
     real(rk), intent(in) :: young_modulus
     real(rk), intent(in) :: poisson_ratio
-    !> plane stress
+    !> whether the model is plane stress
     logical, intent(in) :: is_thin
     real(rk) :: moduli(2)
 
@@ -74,7 +75,7 @@ contains
     moduli(2) = young_modulus / (2 * (1 + poisson_ratio))
   end function part_moduli
 
-  !> [-] k_q at a point.
+  !> Returns k_q [-] at a point.
   pure function part_ratios(self, theta) result(ratios)
     type(body_modes_t), intent(in) :: self
     real(rk), intent(in) :: theta(:)
@@ -87,7 +88,7 @@ contains
     ratios = ratios / self%moduli
   end function part_ratios
 
-  !> The coordinates a under contact forces, how far these are from equilibrium, and the energy of the field.
+  !> Computes the coordinates a under contact forces, their residual of equilibrium, and the energy of the displacement.
   subroutine solve(self, theta, forces, coordinates, residual, energy)
     class(body_modes_t), intent(in) :: self
     !> values of the model's terms
@@ -96,7 +97,7 @@ contains
     real(rk), contiguous, intent(in) :: forces(:)
     !> [length] shape (n_modes)
     real(rk), contiguous, intent(inout) :: coordinates(:)
-    !> [sqrt(force*length)] no less than |r| in the norm of K^-1
+    !> [sqrt(force*length)] upper bound of |r| in the norm of K^-1
     real(rk), intent(out) :: residual
     !> [force*length] u'K u
     real(rk), intent(out) :: energy
@@ -114,7 +115,7 @@ contains
     residual = size_of_residual(self, ratios, theta, forces, place)
   end subroutine solve
 
-  !> Adds B u, the closing of the contacts by the body.
+  !> Adds B u, the amount by which the body closes each contact.
   subroutine add_closing(self, theta, coordinates, closing)
     class(body_modes_t), intent(in) :: self
     real(rk), intent(in) :: theta(:)
@@ -126,7 +127,7 @@ contains
     call multiply_transpose(1.0_rk, self%contact, [theta(self%lifted_terms), coordinates], 1.0_rk, closing)
   end subroutine add_closing
 
-  !> [-] K is at most this times K(mu_0).
+  !> Returns the smallest factor b [-] with K <= b K(mu_0).
   pure real(rk) function stiffest(self, theta)
     class(body_modes_t), intent(in) :: self
     real(rk), intent(in) :: theta(:)
@@ -138,11 +139,11 @@ contains
   subroutine find_coordinates(self, n, stiffness, theta, forces, place, further)
     type(body_modes_t), intent(in) :: self
     integer, intent(in) :: n
-    !> V'K V
+    !> V'K V, shape (n, n)
     real(rk), intent(in) :: stiffness(n, n)
     real(rk), contiguous, intent(in) :: theta(:)
     real(rk), contiguous, intent(in) :: forces(:)
-    !> the liftings' share is there
+    !> displacement coordinates; in: the part of the liftings is set
     real(rk), contiguous, intent(inout) :: place(:)
     !> [force*length] work of further forces on the modes, shape (n_modes)
     real(rk), intent(in), optional :: further(:)
@@ -198,13 +199,13 @@ contains
     residual = norm2(reduced) / sqrt(minval(ratios))
   end function size_of_residual
 
-  !> The displacement of the body's dofs, without rigid motion.
+  !> Adds the displacement of the body's dofs, without rigid motion.
   subroutine add_field(self, theta, coordinates, displacement)
     class(body_modes_t), intent(in) :: self
     real(rk), contiguous, intent(in) :: theta(:)
     !> [length] shape (n_modes)
     real(rk), contiguous, intent(in) :: coordinates(:)
-    !> [length] of all dofs
+    !> [length] displacement of all dofs
     real(rk), contiguous, intent(inout) :: displacement(:)
     real(rk) :: field(size(self%dofs))
 
@@ -212,7 +213,7 @@ contains
     displacement(self%dofs) = field
   end subroutine add_field
 
-  !> [length] the same of one dof; 0 where it is of another body.
+  !> Returns the displacement [length] of one dof; 0 for a dof of another body.
   pure real(rk) function displacement_of(self, theta, coordinates, dof) result(displacement)
     class(body_modes_t), intent(in) :: self
     real(rk), intent(in) :: theta(:)
@@ -231,7 +232,7 @@ contains
     end do
   end function displacement_of
 
-  !> Name of a part whose shape does not fit the model; empty when all fit.
+  !> Returns the name of a part whose shape does not fit the model; empty when all fit.
   pure function mismatch(self, n_dofs, n_multipliers, n_terms) result(name)
     class(body_modes_t), intent(in) :: self
     integer, intent(in) :: n_dofs, n_multipliers, n_terms

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> How the displacement of one body by modes changes with the terms: Galerkin's equations of sig_body_modes differentiated.
+!> Derivatives of one body's displacement by modes with respect to the terms, from Galerkin's equations of sig_body_modes.
 module sig_body_modes_derivative
   use sig_body_modes, only: body_modes_t, find_coordinates, part_ratios
   use sig_dense_kernels, only: multiply
@@ -10,10 +10,10 @@ module sig_body_modes_derivative
 
 contains
 
-  !> K_r da = Phi'(F dtheta - B'dz) - sum_q dk_q Phi'K_q u - Phi'K L dtheta.
+  !> Computes da from K_r da = Phi'(F dtheta - B'dz) - sum_q dk_q Phi'K_q u - Phi'K L dtheta.
   subroutine differentiate_modes(modes, theta, theta_change, coordinates, force_change, changes)
     type(body_modes_t), intent(in) :: modes
-    !> values of the model's terms and how they change, shape (n_terms)
+    !> values of the model's terms and their changes, shape (n_terms)
     real(rk), contiguous, intent(in) :: theta(:)
     real(rk), contiguous, intent(in) :: theta_change(:)
     !> [length] a, shape (n_modes)
@@ -36,7 +36,7 @@ contains
     changes = place_change(n_lifted + 1:)
   end subroutine differentiate_modes
 
-  !> [-] dk_q: moduli are in proportion to Young's, and d ln(kappa)/d nu = 2/(1 - 2 nu), in plane stress 1/(1 - nu),
+  !> Returns dk_q [-]. Moduli are proportional to Young's modulus, and d ln(kappa)/d nu = 2/(1 - 2 nu), in plane stress 1/(1 - nu),
   !> d ln(G)/d nu = -1/(1 + nu).
   pure function part_ratio_changes(modes, theta, theta_change) result(changes)
     type(body_modes_t), intent(in) :: modes

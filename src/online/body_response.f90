@@ -1,5 +1,6 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> How one body answers loads and contact forces, as a function of its elastic constants: what training makes and a file keeps.
+!> Responses of one body to loads and contact forces as functions of its elastic constants: data that training makes and a file
+!> keeps.
 !>
 !> Bodies share no dofs, so W and q are sums over bodies. With all moduli of a body scaled by one s, its responses to forces are
 !> those of s = 1 over s, and its responses to prescribed displacements do not change: that is exact. In its
@@ -19,13 +20,13 @@ module sig_body_response
   public :: body_response_t, sum_of_row
 
   type :: body_response_t
-    !> the model's term that is its modulus, and [force/length**2] the modulus that stands for s = 1
+    !> term of the model that is the body's modulus, and the modulus [force/length**2] for which s = 1
     integer :: modulus_term = 0
     real(rk) :: modulus = 1
-    !> interpolated constants: term, over another term where that is not 0; shape (n_variables)
+    !> interpolated constants: a term, divided by another term where that is not 0; shape (n_variables)
     integer, allocatable :: numerators(:)
     integer, allocatable :: denominators(:)
-    !> variables are logarithms (sig_interpolated_constants)
+    !> whether the variables are logarithms (sig_interpolated_constants)
     logical :: is_logarithmic = .false.
     type(polynomial_nodes_t) :: nodes
     !> [length/force] of W at the nodes, column by column; shape (n_multipliers**2, n_nodes)
@@ -36,14 +37,14 @@ module sig_body_response
     real(rk), allocatable :: prescribed_opening(:, :)
     !> the body's exact dofs, 1-based among those of the model, ascending; shape (n_own)
     integer, allocatable :: own(:)
-    !> their displacements likewise, shape (n_own * n_driving_terms, n_nodes), and [length/force] under contact forces, shape
-    !> (n_own * n_multipliers, n_nodes)
+    !> displacements of these dofs, shape (n_own * n_driving_terms, n_nodes), and [length/force] their response to contact forces,
+    !> shape (n_own * n_multipliers, n_nodes)
     real(rk), allocatable :: loaded_field(:, :)
     real(rk), allocatable :: prescribed_field(:, :)
     real(rk), allocatable :: contact_field(:, :)
-    !> of one variable that is no logarithm
+    !> bound of the interpolation error, for one variable that is not a logarithm
     type(interpolation_bound_t) :: bound
-    !> plane stress
+    !> whether the model is plane stress
     logical :: is_thin = .false.
   contains
     procedure :: modulus_ratio
@@ -64,7 +65,7 @@ module sig_body_response
 
 contains
 
-  !> [-] The factor s of all moduli of the body.
+  !> Returns the common factor s [-] of all moduli of the body.
   pure real(rk) function modulus_ratio(self, theta)
     class(body_response_t), intent(in) :: self
     !> values of the model's terms
@@ -73,7 +74,7 @@ contains
     modulus_ratio = theta(self%modulus_term) / self%modulus
   end function modulus_ratio
 
-  !> What each node counts at a point.
+  !> Computes the weight of each node of the interpolation at a point.
   pure subroutine weights_at(self, theta, weights)
     class(body_response_t), intent(in) :: self
     real(rk), intent(in) :: theta(:)
@@ -83,7 +84,7 @@ contains
     call self%nodes%weights(self%variables_at(theta), weights)
   end subroutine weights_at
 
-  !> The variables of the interpolation at a point.
+  !> Returns the variables of the interpolation at a point.
   pure function variables_at(self, theta) result(variables)
     class(body_response_t), intent(in) :: self
     real(rk), intent(in) :: theta(:)
@@ -93,7 +94,7 @@ contains
     variables = to_variable(constants_at(self, theta), self%denominators > 0, self%is_logarithmic)
   end function variables_at
 
-  !> [-] The interpolated constants at a point.
+  !> Returns the interpolated constants [-] at a point.
   pure function constants_at(self, theta) result(constants)
     type(body_response_t), intent(in) :: self
     real(rk), intent(in) :: theta(:)
@@ -145,14 +146,14 @@ contains
     call add_columns(size(field), responses, -forces, field)
   end subroutine add_field
 
-  !> Whether the body's responses have a bound; exact bodies have one, too.
+  !> Whether the responses of the body have an error bound; exact bodies have one, too.
   pure logical function has_bound(self)
     class(body_response_t), intent(in) :: self
 
     has_bound = size(self%numerators) == 0 .or. self%bound%is_there()
   end function has_bound
 
-  !> [sqrt(force*length)] What interpolation costs, as openings of the contacts in the norm of W^-1. Requires: has_bound.
+  !> Returns a bound [sqrt(force*length)] of the openings that interpolation misses, in the norm of W^-1. Requires: has_bound.
   real(rk) function error_bound(self, theta, forces) result(bound)
     class(body_response_t), intent(in) :: self
     real(rk), contiguous, intent(in) :: theta(:)
@@ -175,8 +176,8 @@ contains
       self%is_thin, coefficients, reshape(compliance, [size(forces), size(forces)]))
   end function error_bound
 
-  !> [-] The stiffness is at least the first and at most the second of these times that for which the bound was made. Requires:
-  !> has_bound.
+  !> Returns two limits [-]: the stiffness is at least the first and at most the second times the stiffness for which the bound was
+  !> made. Requires: has_bound.
   pure function stiffness_limits(self, theta) result(limits)
     class(body_response_t), intent(in) :: self
     real(rk), intent(in) :: theta(:)
@@ -189,7 +190,7 @@ contains
     limits = self%modulus_ratio(theta) * limits
   end function stiffness_limits
 
-  !> [length] the body's part of one row of W z + q.
+  !> Returns the body's part [length] of one row of W z + q.
   pure real(rk) function opening_of_row(self, theta, forces, row) result(opening)
     class(body_response_t), intent(in) :: self
     real(rk), intent(in) :: theta(:)
@@ -203,12 +204,12 @@ contains
       sum_of_row(size(forces), row, self%compliance, weights, forces) / self%modulus_ratio(theta)
   end function opening_of_row
 
-  !> [length] displacement of one of the body's exact dofs.
+  !> Returns the displacement [length] of one of the body's exact dofs.
   pure real(rk) function displacement_of(self, theta, forces, i) result(displacement)
     class(body_response_t), intent(in) :: self
     real(rk), intent(in) :: theta(:)
     real(rk), intent(in) :: forces(:)
-    !> 1-based in `own`
+    !> place in `own`, 1-based
     integer, intent(in) :: i
     real(rk) :: weights(self%nodes%n_nodes())
 
@@ -217,7 +218,7 @@ contains
       sum_of_row(size(self%own), i, self%contact_field, weights, forces) / self%modulus_ratio(theta)
   end function displacement_of
 
-  !> Value of one row of (loaded / s + prescribed) theta.
+  !> Returns the value of one row of (loaded / s + prescribed) theta.
   pure real(rk) function value_of(self, n, row, loaded, prescribed, weights, theta) result(value)
     type(body_response_t), intent(in) :: self
     integer, intent(in) :: n
@@ -241,7 +242,7 @@ contains
     integer, intent(in) :: row
     !> the matrix at each node of the interpolation, column by column; shape (n * size(x), n_nodes)
     real(rk), intent(in) :: columns(:, :)
-    !> [-] what each node counts, shape (n_nodes)
+    !> [-] weight of each node, shape (n_nodes)
     real(rk), intent(in) :: weights(:)
     real(rk), intent(in) :: x(:)
     integer :: k
@@ -253,7 +254,7 @@ contains
     end do
   end function sum_of_row
 
-  !> Adds (loaded / s + prescribed) theta, both interpolated.
+  !> Adds (loaded / s + prescribed) theta, with both matrices interpolated.
   subroutine add_driven(self, loaded, prescribed, theta, values)
     class(body_response_t), intent(in) :: self
     !> shape (size(values) * n_driving_terms, n_nodes)
@@ -270,7 +271,7 @@ contains
     call add_columns(size(values), responses, theta(:size(responses) / size(values)), values)
   end subroutine add_driven
 
-  !> y = y + a x.
+  !> Computes y = y + a x.
   subroutine add_columns(n, a, x, y)
     integer, intent(in) :: n
     real(rk), contiguous, intent(in) :: x(:)
@@ -280,7 +281,7 @@ contains
     call multiply(1.0_rk, a, x, 1.0_rk, y)
   end subroutine add_columns
 
-  !> Name of a part whose shape does not fit the model; empty when all fit.
+  !> Returns the name of a part whose shape does not fit the model; empty when all fit.
   pure function mismatch(self, n_multipliers, n_terms, n_exact) result(name)
     class(body_response_t), intent(in) :: self
     integer, intent(in) :: n_multipliers, n_terms, n_exact

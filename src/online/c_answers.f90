@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Asks a context at a point, and tells the caller's signorom_answer what came of it.
+!> Queries a context at a point and fills the caller's signorom_answer.
 module sig_c_answers
   use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int, c_intptr_t, c_loc, c_ptr, c_size_t, &
     c_sizeof
@@ -10,7 +10,7 @@ module sig_c_answers
   private
   public :: ask, has_size, place_of, tell, too_large
 
-  !> signorom_answer
+  !> the structure signorom_answer of signorom.h
   type, bind(c) :: c_answer_t
     integer(c_size_t) :: size
     integer(c_int) :: code, method, cluster, n_modes, n_domain_contacts, n_active, n_iterations, is_inside_box
@@ -19,20 +19,20 @@ module sig_c_answers
     real(c_double) :: bound, relative_bound, displacement_bound, relative_displacement_bound
   end type c_answer_t
 
-  !> size of the first version, which ends with n_solutions and what fills it up
+  !> size of the first version, which ends with n_solutions and padding
   integer(c_size_t), parameter :: first_size = 64
-  !> no version will be as large: it is what an uninitialized struct says
+  !> an uninitialized structure gives a size like this; no version will be as large
   integer(c_size_t), parameter :: too_large = 65536
 
 contains
 
-  !> Whether the caller has said how large its answers are. A program with a newer header has larger ones; zero, as in an answer
-  !> that was filled with zeros, means the first version of the struct, which every later one begins with.
+  !> Whether the caller has given the size of its answers. A program with a newer header has larger answers. Zero, as in an answer
+  !> filled with zeros, means the first version of the structure, with which every later version begins.
   logical function has_size(handle, answer, n_bytes)
     type(context_handle_t), intent(inout) :: handle
-    !> or null
+    !> the caller's answer, or null
     type(c_ptr), intent(in) :: answer
-    !> 0 for null
+    !> size of the answer; 0 for null
     integer(c_size_t), intent(out) :: n_bytes
     type(c_answer_t), pointer :: told
 
@@ -73,10 +73,10 @@ contains
   subroutine tell(handle, code, n_bytes, place)
     type(context_handle_t), intent(in) :: handle
     integer(c_int), intent(in) :: code
-    !> of the caller's answer; what lies behind the members known here stays as it is
+    !> size of the caller's answer; bytes behind the members known here stay unchanged
     integer(c_size_t), intent(in) :: n_bytes
     type(c_ptr), intent(in) :: place
-    ! volatile: its bytes are read as characters, which an optimizer need not expect
+    ! volatile: the bytes are read as characters, which an optimizer need not expect
     type(c_answer_t), target, volatile :: told
     character(1), pointer :: bytes(:), own(:)
 
@@ -92,10 +92,10 @@ contains
     bytes = own
   end subroutine tell
 
-  !> Where entry i of an array stands, 1-based.
+  !> Returns the address of entry i of an array, 1-based.
   pure function place_of(first, n_bytes, i) result(place)
     type(c_ptr), intent(in) :: first
-    !> of an entry
+    !> size of an entry
     integer(c_size_t), intent(in) :: n_bytes
     integer, intent(in) :: i
     type(c_ptr) :: place

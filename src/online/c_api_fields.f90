@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> The part of include/signorom.h that tells of fields and their mesh; each procedure is explained there.
+!> The functions of include/signorom.h for fields and their mesh; each one is explained there.
 module sig_c_api_fields
   use, intrinsic :: iso_c_binding, only: c_int, c_loc, c_null_ptr, c_ptr
   use sig_c_handles, only: answered_context, bad_argument, code_ok, context_handle_t, keep, model_handle_t, no_answer, &
@@ -60,7 +60,7 @@ contains
     end associate
   end function signorom_get_contact_facets
 
-  !> The handle of a model that keeps its mesh, or null.
+  !> Returns the handle of a model that keeps its mesh, or null.
   function model_with_mesh(model, code) result(handle)
     type(c_ptr), intent(in) :: model
     integer(c_int), intent(out) :: code
@@ -130,14 +130,15 @@ contains
     end associate
   end function signorom_get_contact_fields
 
-  !> The handle of a context whose answer has its fields, or null with the sentence in its message. They are computed once.
+  !> Returns the handle of a context whose answer has its fields, or null with a sentence in its message. The fields of an answer
+  !> are computed once.
   function context_with_fields(context, code) result(handle)
     type(c_ptr), intent(in) :: context
     integer(c_int), intent(out) :: code
     type(context_handle_t), pointer :: handle
 
     code = bad_argument
-    ! the arrays may be null
+    ! answered_context needs an array that is not null; the arrays of these functions may be null
     handle => answered_context(context, context)
     if (.not. associated(handle)) return
     code = no_answer

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> The part of include/signorom.h that tells how answers change with the parameters; each procedure is explained there.
+!> The functions of include/signorom.h for derivatives with respect to the parameters; each one is explained there.
 module sig_c_api_gradient
   use, intrinsic :: iso_c_binding, only: c_double, c_f_pointer, c_int, c_ptr
   use sig_c_handles, only: answered_context, bad_argument, chosen_nodes, code_ok, context_handle_t, keep, no_answer, &
@@ -41,7 +41,8 @@ contains
     code = code_ok
   end function signorom_differentiate
 
-  !> The handle of a context with derivatives that go into an array of the caller, or null with the sentence in its message.
+  !> Returns the handle of a context with derivatives, for a function that writes to the caller's array, or null with a sentence in
+  !> its message.
   function differentiated_context(context, array) result(handle)
     type(c_ptr), intent(in) :: context
     type(c_ptr), intent(in) :: array
@@ -66,7 +67,7 @@ contains
     code = code_ok
   end function signorom_get_multiplier_gradient
 
-  !> Forces and moments are linear in the multipliers.
+  !> Gives the derivatives of the resultants. Forces and moments are linear in the multipliers.
   integer(c_int) function signorom_get_resultant_gradient(context, forces, moments) result(code) bind(c)
     type(c_ptr), value :: context
     type(c_ptr), value :: forces, moments
@@ -122,7 +123,7 @@ contains
   !> Whether each of the nodes has a derivative of its displacement; the message says so where one has none.
   logical function all_have_displacements(handle, nodes)
     type(context_handle_t), intent(inout) :: handle
-    !> from 0
+    !> node numbers, 0-based
     integer(c_int), intent(in) :: nodes(:)
     integer :: i
 
@@ -138,10 +139,10 @@ contains
       'a node has no derivative of its displacement: see reduction.displacement of the deck')
   end function all_have_displacements
 
-  !> Dofs of nodes, 1-based.
+  !> Returns the dofs of nodes, 1-based.
   pure function dofs_of(n_dim, nodes) result(dofs)
     integer, intent(in) :: n_dim
-    !> from 0
+    !> node numbers, 0-based
     integer(c_int), intent(in) :: nodes(:)
     integer :: dofs(n_dim * size(nodes))
     integer :: i, k

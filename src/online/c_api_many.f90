@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> The part of include/signorom.h that asks many points in one call; each procedure is explained there.
+!> The functions of include/signorom.h that answer many points in one call; each one is explained there.
 module sig_c_api_many
   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int, c_ptr, c_size_t, c_sizeof
@@ -11,7 +11,7 @@ module sig_c_api_many
   implicit none(type, external)
   private
 
-  !> signorom_arrays
+  !> the structure signorom_arrays of signorom.h
   type, bind(c) :: c_arrays_t
     integer(c_size_t) :: size
     type(c_ptr) :: answers, multipliers, areas, forces, moments
@@ -19,7 +19,7 @@ module sig_c_api_many
     type(c_ptr) :: nodes, displacement
   end type c_arrays_t
 
-  !> Arrays of the caller, a point per last index. Null: not wanted.
+  !> The caller's arrays; the last index is the point. An array that the caller does not want is null.
   type :: targets_t
     integer(c_int), pointer :: nodes(:) => null()
     real(c_double), pointer :: multipliers(:, :) => null()
@@ -78,7 +78,7 @@ contains
     call keep(handle%message, 'the number of points is negative, or the points or the arrays are a null pointer')
   end subroutine refuse_points
 
-  !> Arrays of the caller as Fortran knows them; where something is wrong with them, the message says what.
+  !> Sets pointers to the caller's arrays. Where something is wrong with them, is_fine is false and the message says what.
   subroutine set_targets(handle, n, given, targets, is_fine)
     type(context_handle_t), intent(inout) :: handle
     integer(c_int), intent(in) :: n
@@ -106,7 +106,7 @@ contains
     end associate
   end subroutine set_targets
 
-  !> Whether the caller has said how large its struct is, and gives arrays that belong together.
+  !> Whether the caller has given the size of its structure, and arrays that belong together.
   logical function are_consistent(handle, given)
     type(context_handle_t), intent(inout) :: handle
     type(c_arrays_t), intent(in) :: given
@@ -122,15 +122,15 @@ contains
     if (.not. are_consistent) call keep(handle%message, 'areas, forces and moments belong together, and to multipliers')
   end function are_consistent
 
-  !> Asks one point after the other.
+  !> Queries one point after the other.
   subroutine ask_all(handle, n, points, answers, targets, blank, code)
     type(context_handle_t), intent(inout) :: handle
     integer(c_int), intent(in) :: n
     type(c_ptr), intent(in) :: points
-    !> or null
+    !> the caller's answers, or null
     type(c_ptr), intent(in) :: answers
     type(targets_t), intent(inout) :: targets
-    !> what stands in the arrays where a point has no answer
+    !> value of array entries where a point has no answer
     real(rk), intent(in) :: blank
     integer(c_int), intent(out) :: code
     real(c_double), pointer :: values(:, :)
@@ -157,7 +157,7 @@ contains
     call keep(handle%message, 'some of the points have no answer; the code of each answer says which')
   end subroutine ask_all
 
-  !> What the last answer says of one point.
+  !> Writes the last answer to the entries of one point.
   subroutine fill_targets(handle, i, blank, targets)
     type(context_handle_t), intent(inout) :: handle
     integer, intent(in) :: i
@@ -180,12 +180,12 @@ contains
     if (associated(targets%displacement)) call fill_nodes(handle, blank, targets%nodes, targets%displacement(:, :, i))
   end subroutine fill_targets
 
-  !> Displacement of chosen nodes in the last answer.
+  !> Gives the displacement of the chosen nodes in the last answer.
   subroutine fill_nodes(handle, blank, nodes, displacement)
     type(context_handle_t), intent(in) :: handle
-    !> where there is none
+    !> value for nodes without displacement
     real(rk), intent(in) :: blank
-    !> from 0
+    !> node numbers, 0-based
     integer(c_int), intent(in) :: nodes(:)
     !> [length] shape (n_dim, size(nodes))
     real(c_double), intent(out) :: displacement(:, :)

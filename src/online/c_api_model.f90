@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> The part of include/signorom.h that tells of models; each procedure is explained there.
+!> The functions of include/signorom.h for models; each one is explained there.
 module sig_c_api_model
   use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int, c_loc, c_null_ptr, c_ptr
   use sig_c_handles, only: bad_argument, bad_model, code_ok, keep, model_handle_t, n_text_kinds, no_memory, put_integers, &
@@ -14,7 +14,7 @@ module sig_c_api_model
   implicit none(type, external)
   private
 
-  !> signorom_sizes
+  !> the structure signorom_sizes of signorom.h
   type, bind(c) :: c_sizes_t
     integer(c_int) :: n_parameters, n_clusters, n_contacts, n_nodes, n_dimensions, n_dofs, n_training_points
     integer(c_int) :: has_full_order_multipliers, has_full_order_displacement
@@ -137,7 +137,7 @@ contains
     code = code_ok
   end function signorom_get_sizes
 
-  !> Whether the model knows the displacement of all nodes; a part that answers all contacts exactly may know it, too.
+  !> Whether the model knows the displacement of all nodes. A part that answers all contacts exactly may know it, too.
   pure logical function has_exact_field(model)
     type(model_t), intent(in) :: model
     integer :: i, k

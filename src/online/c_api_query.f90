@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> The part of include/signorom.h that asks models; each procedure is explained there.
+!> The functions of include/signorom.h for queries; each one is explained there.
 module sig_c_api_query
   use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int, c_loc, c_null_ptr, c_ptr, c_size_t
   use sig_c_answers, only: ask, has_size, tell
@@ -123,7 +123,7 @@ contains
     code = code_ok
   end function signorom_get_coordinates
 
-  !> Whether the model answers displacements; the message says so where it does not.
+  !> Whether the model gives displacements; the message says so where it does not.
   logical function has_displacement(handle)
     type(context_handle_t), intent(inout) :: handle
 

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> What the handles of include/signorom.h point at, and how values pass to C.
+!> Objects behind the handles of include/signorom.h, and the transfer of values to C.
 module sig_c_handles
   use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_double, c_f_pointer, c_int, c_null_char, c_ptr
   use sig_answer, only: answer_t
@@ -15,28 +15,28 @@ module sig_c_handles
     put_integers, put_reals
   public :: code_ok, no_answer, bad_argument, bad_model, no_memory, n_text_kinds
 
-  ! signorom_code
+  ! the values of signorom_code
   integer(c_int), parameter :: code_ok = 0, no_answer = 1, bad_argument = 2, bad_model = 3, no_memory = 4
   integer, parameter :: n_text_kinds = 9
 
-  !> A text that C may keep a pointer to as long as it lives here.
+  !> A text to which C may keep a pointer as long as the object exists.
   type :: c_text_t
     character(kind=c_char), allocatable :: characters(:)
   end type c_text_t
 
   type :: model_handle_t
     type(online_model_t) :: online
-    !> read and prepared
+    !> whether the model was read and prepared
     logical :: is_ready = .false.
     type(c_text_t) :: message
-    !> signorom_text_kind + 1
+    !> texts of the model; the index is signorom_text_kind + 1
     type(c_text_t) :: texts(n_text_kinds)
     type(c_text_t), allocatable :: names(:)
     type(c_text_t), allocatable :: units(:)
-    !> of the contacts of the deck
+    !> names of the entries of the deck's contact section
     type(c_text_t), allocatable :: contact_names(:)
     type(c_text_t), allocatable :: region_names(:)
-    !> why it answers no fields; empty where it does
+    !> reason why the model gives no fields; empty where it gives them
     character(:), allocatable :: field_refusal
   end type model_handle_t
 
@@ -45,15 +45,15 @@ module sig_c_handles
     type(query_t) :: query
     type(answer_t) :: answer
     type(rooms_t) :: rooms
-    !> the last point, and how its answer changes with the parameters
+    !> the last point, and the derivatives of its answer
     real(rk), allocatable :: point(:)
     type(gradient_t) :: gradient
     logical :: is_ready = .false.
-    !> the last question had an answer
+    !> whether the last query had an answer
     logical :: has_answer = .false.
-    !> and derivatives
+    !> whether this answer has its derivatives
     logical :: has_gradient = .false.
-    !> and fields, which are asked for after it
+    !> whether this answer has its fields
     logical :: has_fields = .false.
     type(field_query_t) :: fields
     type(c_text_t) :: message
@@ -61,7 +61,7 @@ module sig_c_handles
 
 contains
 
-  !> A copy for C, with its null.
+  !> Keeps a copy of a text for C, with a null at its end.
   subroutine keep(text, value)
     type(c_text_t), intent(inout) :: text
     character(*), intent(in) :: value
@@ -75,7 +75,7 @@ contains
     text%characters(len(value) + 1) = c_null_char
   end subroutine keep
 
-  !> The handle of a model that can answer, or null.
+  !> Returns the handle of a model that can answer, or null.
   function ready_model(model) result(handle)
     type(c_ptr), intent(in) :: model
     type(model_handle_t), pointer :: handle
@@ -86,7 +86,7 @@ contains
     if (.not. handle%is_ready) handle => null()
   end function ready_model
 
-  !> The handle of a context that can be asked, or null with the sentence in its message.
+  !> Returns the handle of a context that can answer, or null with a sentence in its message.
   function ready_context(context) result(handle)
     type(c_ptr), intent(in) :: context
     type(context_handle_t), pointer :: handle
@@ -97,7 +97,8 @@ contains
     if (.not. handle%is_ready) handle => null()
   end function ready_context
 
-  !> The handle of a context with an answer that goes into an array of the caller, or null with the sentence in its message.
+  !> Returns the handle of a context with an answer, for a function that writes to the caller's array, or null with a sentence in
+  !> its message.
   function answered_context(context, array) result(handle)
     type(c_ptr), intent(in) :: context
     type(c_ptr), intent(in) :: array
@@ -114,7 +115,7 @@ contains
     handle => null()
   end function answered_context
 
-  !> Nodes that the caller asks for, from 0, or null with the sentence in the message.
+  !> Returns the nodes that the caller chose, counted from 0, or null with a sentence in the message.
   function chosen_nodes(handle, n, nodes) result(chosen)
     type(context_handle_t), intent(inout) :: handle
     integer(c_int), intent(in) :: n
@@ -132,7 +133,7 @@ contains
     chosen => null()
   end function chosen_nodes
 
-  !> Copies values into the caller's array; a null pointer wants none.
+  !> Copies values into the caller's array; it does nothing for a null pointer.
   subroutine put_integers(values, pointer)
     integer, intent(in) :: values(:)
     type(c_ptr), intent(in) :: pointer

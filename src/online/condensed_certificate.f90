@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> How good contact forces are, by the condensed problem of all contacts: their energy, and a bound of their error.
+!> The energy of contact forces and a bound of their error, from the condensed problem of all contacts.
 !>
-!> The derivation stands in the README of this folder.
+!> The README of this folder derives the bound.
 module sig_condensed_certificate
   use sig_answer, only: answer_t, comparable_size
   use sig_condensed_data, only: condensed_data_t
@@ -15,7 +15,7 @@ module sig_condensed_certificate
 
   type :: condensed_certificate_t
     private
-    !> rows that are no anchors, 1-based, and the norm of their compliance
+    !> rows that are not anchors, 1-based, and the norm of their compliance
     integer, allocatable :: free_rows(:)
     type(contact_error_bound_t) :: bound
     type(hanging_bodies_t) :: bodies
@@ -32,7 +32,7 @@ module sig_condensed_certificate
 
 contains
 
-  !> Factors W. No errors.
+  !> Factors W. There are no errors.
   subroutine create(self, data)
     class(condensed_certificate_t), intent(inout) :: self
     class(condensed_data_t), intent(in) :: data
@@ -51,17 +51,17 @@ contains
     is_valid = self%bound%is_valid
   end function is_valid
 
-  !> [force*length] E = 1/2 lambda' W lambda + q' lambda. With anchors without their rows, and huge of forces that do not balance
-  !> the loads.
+  !> Returns the energy E = 1/2 lambda' W lambda + q' lambda [force*length]. Rows of anchors do not count. The result is huge for
+  !> forces that do not balance the loads.
   real(rk) function energy(self, data, theta, multipliers, opening)
     class(condensed_certificate_t), intent(in) :: self
-    !> of create
+    !> the data that create was called with
     class(condensed_data_t), intent(in) :: data
     !> shape (n_terms)
     real(rk), contiguous, intent(in) :: theta(:)
     !> [force] of all contacts, shape (n_multipliers)
     real(rk), contiguous, intent(in) :: multipliers(:)
-    !> room, shape (n_multipliers)
+    !> work array, shape (n_multipliers)
     real(rk), contiguous, intent(inout) :: opening(:)
     real(rk) :: forces(size(multipliers))
 
@@ -76,14 +76,14 @@ contains
     energy = dot_product(forces, opening)
   end function energy
 
-  !> Bodies that only contact holds: forces that somebody else found, without those where contacts are open.
+  !> Corrects contact forces that another part found: with bodies that only contact holds, open contacts lose their forces.
   subroutine correct(self, data, theta, free_opening, opening, multipliers)
     class(condensed_certificate_t), intent(in) :: self
-    !> of create
+    !> the data that create was called with
     class(condensed_data_t), intent(in) :: data
     !> shape (n_terms)
     real(rk), contiguous, intent(in) :: theta(:)
-    !> room, shape (n_multipliers)
+    !> work array, shape (n_multipliers)
     real(rk), contiguous, intent(inout) :: free_opening(:)
     real(rk), contiguous, intent(inout) :: opening(:)
     !> [force] >= 0 of all contacts, shape (n_multipliers)
@@ -94,22 +94,21 @@ contains
     if (self%bodies%are_balanced(free_opening, multipliers)) call self%bodies%release(opening(self%free_rows), multipliers)
   end subroutine correct
 
-  !> |lambda_r - lambda| in the norm of W is at most the bound of sig_contact_error_bound; it is |u(lambda_r) - u| in the norm of K.
-  !>
-  !> With anchors the norm is that of the elastic parts of the displacements, with closed anchors, and forces that do not balance
-  !> the loads have no bound: infinite.
+  !> Bounds |lambda_r - lambda| in the norm of W, by sig_contact_error_bound; it equals |u(lambda_r) - u| in the norm of K. With
+  !> anchors the norm is that of the elastic parts of the displacements, with closed anchors. Forces that do not balance the loads
+  !> have an infinite bound.
   subroutine certify(self, data, multipliers, is_own, free_opening, opening, answer)
     class(condensed_certificate_t), intent(in) :: self
-    !> of create
+    !> the data that create was called with
     class(condensed_data_t), intent(in) :: data
     !> [force] >= 0 of all contacts, shape (n_multipliers)
     real(rk), contiguous, intent(in) :: multipliers(:)
-    !> the condensed problem has just been solved for them; free_opening and opening are its own
+    !> whether the condensed problem has just been solved for these forces; free_opening and opening then belong to this solution
     logical, intent(in) :: is_own
     !> [length] q and w, shape (n_multipliers); computed where they are not the problem's own
     real(rk), contiguous, intent(inout) :: free_opening(:)
     real(rk), contiguous, intent(inout) :: opening(:)
-    !> theta is set, and unknowns where is_own; bound and relative_bound will be
+    !> in: theta, and unknowns where is_own; out: bound and relative_bound
     type(answer_t), intent(inout) :: answer
     real(rk) :: closing(size(self%free_rows)), forces(size(self%free_rows)), place(size(self%free_rows))
     real(rk) :: size_of_answer, surplus
@@ -130,7 +129,7 @@ contains
     end if
   end subroutine certify
 
-  !> q and w of forces that somebody else found, with closed anchors.
+  !> Computes q and w for forces that another part found, with closed anchors.
   subroutine open_under(data, theta, multipliers, free_opening, opening)
     class(condensed_data_t), intent(in) :: data
     real(rk), contiguous, intent(in) :: theta(:)
@@ -146,11 +145,11 @@ contains
     call multiply(1.0_rk, data%compliance, forces, 1.0_rk, opening)
   end subroutine open_under
 
-  !> Takes what the openings of the anchors contribute out of W z.
+  !> Removes from W z the contribution of the anchors' openings.
   subroutine close_anchors(self, data, unknowns, closing)
     class(condensed_certificate_t), intent(in) :: self
     class(condensed_data_t), intent(in) :: data
-    !> z
+    !> the unknowns z
     real(rk), intent(in) :: unknowns(:)
     !> [length] on the free rows
     real(rk), intent(inout) :: closing(:)

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> The data of the condensed kind: the full-order problem condensed to its contacts, as training makes it and a file keeps it.
+!> The data of a condensed model: the full-order problem condensed to its contacts. Training makes them and a file keeps them.
 module sig_condensed_data
   use sig_errors, only: error_t
   use sig_hdf5_reader, only: h5_reader_t
@@ -16,31 +16,31 @@ module sig_condensed_data
 
   !> 0 <= z, W z + free_opening theta >= 0, complementary; u = G theta' - H z with the leading terms theta'.
   !>
-  !> z are the multipliers. Bodies that only contact holds hang on anchors: in the place of the multiplier of an anchor stands its
-  !> opening, and in the place of its opening its multiplier, both times `scale`.
+  !> z are the multipliers. Bodies that only contact holds hang on anchors. For an anchor the unknown is its opening instead of its
+  !> multiplier, and the complementary value is its multiplier instead of its opening, both times `scale`.
   type, abstract, extends(reduced_exact_t) :: condensed_data_t
     !> [length/force] W, shape (n_multipliers, n_multipliers); symmetric without anchors
     real(rk), allocatable :: compliance(:, :)
     !> [length per unit of theta] D - B G, shape (n_multipliers, n_terms)
     real(rk), allocatable :: free_opening(:, :)
-    !> [length per unit of theta] G of the leading terms, the others drive nothing; of the exact dofs or, where there are modes, of
-    !> all; shape (n_exact or n_dofs, n_driving_terms)
+    !> [length per unit of theta] G of the leading terms, as the other terms cause no displacement; for the exact dofs or, with
+    !> modes, for all dofs; shape (n_exact or n_dofs, n_driving_terms)
     real(rk), allocatable :: free_response(:, :)
     !> [length/force] H of the exact dofs, shape (n_exact, n_multipliers)
     real(rk), allocatable :: contact_response(:, :)
-    !> [-] for the other dofs: H z is nearly basis (contact_coordinates z), orthonormal columns; shape (n_dofs, n_modes), or none
+    !> [-] orthonormal modes for the other dofs: H z is nearly basis (contact_coordinates z); shape (n_dofs, n_modes), or none
     real(rk), allocatable :: basis(:, :)
     !> [length/force] shape (n_modes, n_multipliers)
     real(rk), allocatable :: contact_coordinates(:, :)
-    !> 1-based among the multipliers
+    !> rows that are anchors, 1-based among the multipliers
     integer, allocatable :: anchors(:)
-    !> [length/force]
+    !> [length/force] scale of the anchors
     real(rk) :: scale = 1
-    !> [sqrt(force*length)] largest size of the forces in training, in the norm of W
+    !> [sqrt(force*length)] size of the largest forces in training, in the norm of W
     real(rk) :: largest_size = 0
-    !> sets with a principal pivot transform: which training points have them, shape (n_references)
+    !> training points whose active sets have a principal pivot transform, shape (n_references)
     integer, allocatable :: reference_points(:)
-    !> the reference nearest to each training point's set, 1-based; shape (n_points), or none
+    !> number of the reference nearest to each training point's set, 1-based; shape (n_points), or none
     integer, allocatable :: reference_of_point(:)
     !> the transforms side by side, shape (n_multipliers, n_multipliers * n_references)
     real(rk), allocatable :: transforms(:, :)
@@ -54,7 +54,7 @@ module sig_condensed_data
     procedure :: open_freely
   end type condensed_data_t
 
-  !> [-] a load that works less than this share of its parts on a free motion is in equilibrium
+  !> [-] loads whose work on a free motion is less than this share of its parts are in equilibrium
   real(rk), parameter :: rounding = 1.0e-12_rk
 
 contains
@@ -77,7 +77,7 @@ contains
     call fill_missing(self%transforms, sizes%n_multipliers)
   end subroutine complete
 
-  !> Name of a part whose shape does not fit the model; empty when all fit. Requires: complete.
+  !> Returns the name of a part whose shape does not fit the model; empty when all fit. Requires: complete.
   pure function mismatch(self, sizes) result(name)
     class(condensed_data_t), intent(in) :: self
     type(model_sizes_t), intent(in) :: sizes
@@ -96,7 +96,7 @@ contains
     if (len(name) == 0) name = field_mismatch(self, sizes)
   end function mismatch
 
-  !> The same for what answers displacements.
+  !> Returns the name of a displacement part whose shape does not fit the model; empty when all fit.
   pure function field_mismatch(self, sizes) result(name)
     class(condensed_data_t), intent(in) :: self
     type(model_sizes_t), intent(in) :: sizes
@@ -125,7 +125,7 @@ contains
     has_modes = size(self%basis, 2) > 0
   end function has_modes
 
-  !> free_opening theta, where loads on a free motion that are in equilibrium but for rounding are so.
+  !> Computes free_opening theta. Loads on a free motion that are in equilibrium except for rounding get exactly zero there.
   subroutine open_freely(self, theta, opening)
     class(condensed_data_t), intent(in) :: self
     !> shape (n_terms)

@@ -12,10 +12,10 @@ module sig_condensed_displacement
 
 contains
 
-  !> No numbers where the model has no displacement.
+  !> Computes the displacement of all dofs; it is NaN where the model has none.
   subroutine fill_condensed_displacement(data, theta, unknowns, displacement)
     class(condensed_data_t), intent(in) :: data
-    !> of all terms
+    !> values of all terms
     real(rk), contiguous, intent(in) :: theta(:)
     !> [force] z, shape (n_multipliers)
     real(rk), contiguous, intent(in) :: unknowns(:)
@@ -38,7 +38,7 @@ contains
     displacement(data%exact_dofs) = exact
   end subroutine fill_condensed_displacement
 
-  !> [length] one component of the same.
+  !> Returns the displacement [length] of one dof.
   pure real(rk) function condensed_displacement_of_dof(data, theta, unknowns, dof) result(displacement)
     class(condensed_data_t), intent(in) :: data
     real(rk), intent(in) :: theta(:)

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> A line of a description.
+!> Lines of a model's description.
 module sig_description_line
   implicit none(type, external)
   private
@@ -9,7 +9,7 @@ module sig_description_line
 
 contains
 
-  !> `word                    value`
+  !> Returns one line, `word                    value`.
   pure function line(word, value) result(text)
     character(*), intent(in) :: word
     character(*), intent(in) :: value

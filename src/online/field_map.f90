@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> What a model keeps of the mesh so that it answers fields: cells, regions, contact surfaces, strains as functions of the
-!> displacement, contact rows, elastic constants and imposed strains as functions of the parameters.
+!> The parts of the mesh that a model keeps for fields: cells, regions, contact surfaces, strains as functions of the displacement,
+!> contact rows, elastic constants, and imposed strains as functions of the parameters.
 module sig_field_map
   use sig_contact_rows, only: contact_rows_t
   use sig_elasticity, only: n_stresses, stress_matrix, von_mises
@@ -14,26 +14,26 @@ module sig_field_map
   private
   public :: field_map_t, field_values_t
 
-  !> Nothing is allocated in a model that keeps none.
+  !> The data for fields. Nothing is allocated in a model without fields.
   type :: field_map_t
     type(mechanical_model_t) :: mechanics
     character(:), allocatable :: stress_unit
     character(:), allocatable :: area_unit
-    !> strains of the cells, the nodes of whose rows are those of the cells in the elements' order; smoothed ones at the nodes
+    !> strains of the cells, whose rows have the cells' nodes in the elements' order, and smoothed strains at the nodes
     type(strain_map_t) :: of_cells
     type(strain_map_t) :: of_nodes
     type(string_t), allocatable :: region_names(:)
-    !> of each cell, 1-based; 0 = none
+    !> region of each cell, 1-based; 0 = none
     integer, allocatable :: regions(:)
-    !> facets of the first surfaces of all contacts: nodes of facet i are facet_nodes(facet_starts(i) + 1:facet_starts(i + 1))
+    !> facets of the first surfaces of all contacts: the nodes of facet i are facet_nodes(facet_starts(i) + 1:facet_starts(i + 1))
     integer, allocatable :: facet_starts(:)
     integer, allocatable :: facet_nodes(:)
-    !> contact of the deck that each facet belongs to
+    !> entry of the deck's contact section for each facet
     integer, allocatable :: facet_entries(:)
     type(contact_rows_t) :: rows
-    !> factors of imposed strains and elastic constants
+    !> terms of imposed strains and elastic constants
     type(term_set_t) :: terms
-    !> terms of the Young's modulus and Poisson's ratio of the first material, of the second, ...
+    !> terms of Young's modulus and Poisson's ratio of the first material, of the second one, ...
     integer, allocatable :: constant_terms(:)
   contains
     procedure :: is_there
@@ -42,7 +42,7 @@ module sig_field_map
     procedure :: laws
   end type field_map_t
 
-  !> Fields at one point.
+  !> Values of all fields at one point.
   type :: field_values_t
     !> [length] shape (n_dim, n_nodes)
     real(rk), allocatable :: displacement(:, :)
@@ -50,21 +50,21 @@ module sig_field_map
     real(rk), allocatable :: stress(:, :)
     !> shape (n_cells)
     real(rk), allocatable :: von_mises(:)
-    !> [-] means over the cells, components of the tensor
+    !> [-] imposed strains as means over the cells; the shears are components of the tensor
     real(rk), allocatable :: imposed_strain(:, :)
     !> [force/length**2] at the nodes, shapes (n_stresses, n_nodes) and (n_nodes)
     real(rk), allocatable :: stress_smoothed(:, :)
     real(rk), allocatable :: von_mises_smoothed(:)
-    !> [force] of the other body on each node, shape (n_dim, n_nodes)
+    !> [force] force of the other body on each node, shape (n_dim, n_nodes)
     real(rk), allocatable :: contact_force(:, :)
-    !> [force/length**2] 0 off the contacts, shape (n_nodes)
+    !> [force/length**2] contact pressure, 0 off the contacts, shape (n_nodes)
     real(rk), allocatable :: contact_pressure(:)
-    !> [length] no number off the contacts, shape (n_nodes)
+    !> [length] gap, NaN off the contacts, shape (n_nodes)
     real(rk), allocatable :: gap(:)
-    !> nodal_contact and cell_contact, shapes (n_nodes) and (n_cells)
+    !> results of nodal_contact and cell_contact, shapes (n_nodes) and (n_cells)
     integer, allocatable :: node_contact(:)
     integer, allocatable :: cell_contact(:)
-    !> [force] and [length] of each row
+    !> [force] multiplier and [length] opening of each row
     real(rk), allocatable :: multipliers(:)
     real(rk), allocatable :: opening(:)
   contains
@@ -93,10 +93,11 @@ contains
     has_imposed_strains = size(self%of_cells%imposed_rows) > 0
   end function has_imposed_strains
 
-  !> [force/length**2] Stresses from strains of each material, shape (n_stresses, n_stresses, n_materials).
+  !> Returns Hooke's matrix [force/length**2] of each material, which gives stresses from strains, shape (n_stresses, n_stresses,
+  !> n_materials).
   pure function laws(self, theta)
     class(field_map_t), intent(in) :: self
-    !> of self%terms
+    !> values of self%terms
     real(rk), intent(in) :: theta(:)
     real(rk) :: laws(n_stresses, n_stresses, size(self%constant_terms) / 2)
     integer :: i
@@ -116,20 +117,20 @@ contains
     self%displacement = reshape(displacement, [map%mechanics%n_dim, size(displacement) / map%mechanics%n_dim])
   end subroutine take_displacement
 
-  !> Requires: take_displacement.
+  !> Computes the contact fields. Requires: take_displacement.
   pure subroutine take_contact(self, map, theta, multipliers)
     class(field_values_t), intent(inout) :: self
     type(field_map_t), intent(in) :: map
-    !> of the terms of the gaps
+    !> values of the terms of the gaps
     real(rk), intent(in) :: theta(:)
-    !> [force] of each row
+    !> [force] multiplier of each row
     real(rk), intent(in) :: multipliers(:)
     integer :: n_nodes
 
     n_nodes = size(self%displacement, 2)
     self%multipliers = multipliers
     self%opening = matmul(map%rows%gap, theta) - map%rows%apply([self%displacement])
-    ! What the other body does to each node: the opposite of B' lambda, which the stiffness balances.
+    ! The force of the other body on each node is the opposite of B' lambda, which the stiffness balances.
     self%contact_force = -reshape(map%rows%apply_transpose(multipliers, size(self%displacement)), shape(self%displacement))
     self%contact_pressure = nodal_pressures(map%rows, multipliers, n_nodes)
     self%gap = nodal_gaps(map%rows, self%opening, n_nodes)
@@ -137,11 +138,11 @@ contains
     self%cell_contact = cell_contact(self%node_contact, map%of_cells%starts, map%of_cells%nodes)
   end subroutine take_contact
 
-  !> Requires: take_displacement.
+  !> Computes strains and stresses. Requires: take_displacement.
   pure subroutine take_stresses(self, map, theta)
     class(field_values_t), intent(inout) :: self
     type(field_map_t), intent(in) :: map
-    !> of map%terms
+    !> values of map%terms
     real(rk), intent(in) :: theta(:)
     real(rk) :: of_materials(n_stresses, n_stresses, size(map%constant_terms) / 2)
 
@@ -155,14 +156,14 @@ contains
   pure subroutine find_stresses(mechanics, rows, of_materials, theta, displacement, stresses, imposed_strains)
     type(mechanical_model_t), intent(in) :: mechanics
     type(strain_map_t), intent(in) :: rows
-    !> of laws
+    !> result of laws
     real(rk), intent(in) :: of_materials(:, :, :)
     real(rk), intent(in) :: theta(:)
     !> [length] shape (n_dim, n_nodes)
     real(rk), intent(in) :: displacement(:, :)
     !> [force/length**2] shape (n_stresses, n_rows)
     real(rk), allocatable, intent(inout) :: stresses(:, :)
-    !> [-] components of the tensor, same shape
+    !> [-] imposed strains, the shears as components of the tensor, same shape
     real(rk), allocatable, intent(inout), optional :: imposed_strains(:, :)
     real(rk), dimension(n_stresses, rows%n_rows()) :: imposed, strains
 

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> The group /fields of model.h5, which is there where the deck asked for fields, and whether what it holds fits the model.
+!> The group /fields of model.h5, which exists where the deck asked for fields, and the check that its data fit the model.
 module sig_field_map_file
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   use sig_contact_rows, only: contact_rows_t
@@ -68,11 +68,11 @@ contains
       'these strains')
   end subroutine write_strain_map
 
-  !> Leaves the map empty where the file has none. Gaps, areas and entries of the contact rows are the model's. Errors: a part is
-  !> missing.
+  !> Reads the group; the map stays empty where the file has none. Gaps, areas and entries of the contact rows are those of the
+  !> model. Errors: a part is missing.
   subroutine read_field_map(file, path, parameter_names, map, error)
     type(h5_reader_t), intent(in) :: file
-    !> for messages
+    !> name of the file for messages
     character(*), intent(in) :: path
     type(string_t), intent(in) :: parameter_names(:)
     type(field_map_t), intent(inout) :: map
@@ -116,13 +116,13 @@ contains
     call file%read(group // '/imposed_terms', map%imposed_terms, error)
   end subroutine read_strain_map
 
-  !> Whether every index points at something that exists: a model may come from anywhere.
+  !> Whether all indices point at existing data. A model file may come from anywhere, so nothing is taken for granted.
   pure logical function field_map_fits(map, n_dim, n_nodes, n_multipliers, n_entries) result(fits)
     type(field_map_t), intent(in) :: map
     integer, intent(in) :: n_dim
     integer, intent(in) :: n_nodes
     integer, intent(in) :: n_multipliers
-    !> contacts of the deck
+    !> number of entries of the deck's contact section
     integer, intent(in) :: n_entries
     integer :: n_materials
 
@@ -174,7 +174,7 @@ contains
     are_elements = all([(element_type_with(n_dim, starts(i + 1) - starts(i)) > 0, i=1, size(starts) - 1)])
   end function are_elements
 
-  !> Whether the rows are whole nodes, with an owner each.
+  !> Whether the rows consist of whole nodes, with an owner each.
   pure logical function rows_fit(rows, n_dofs, n_multipliers)
     type(contact_rows_t), intent(in) :: rows
     integer, intent(in) :: n_dofs
@@ -190,7 +190,7 @@ contains
     end associate
     if (rows_fit) rows_fit = all([(rows%dofs(i) == rows%dofs(i - modulo(i - 1, rows%n_dim)) + modulo(i - 1, rows%n_dim), &
       i=1, size(rows%dofs))]) .and. all(modulo(rows%dofs(1::rows%n_dim) - 1, rows%n_dim) == 0)
-    ! normals are divided by the length of the owner's coefficients
+    ! normals are divided by the length of the owner's coefficients, so it must not be zero
     if (rows_fit) rows_fit = all([(norm2(rows%coefficients_of(i)) > 0, i=1, rows%n_rows)])
   end function rows_fit
 end module sig_field_map_file

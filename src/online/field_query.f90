@@ -15,7 +15,7 @@ module sig_field_query
   private
   public :: field_query_t, why_no_fields
 
-  !> create; then evaluate for each point. One per thread.
+  !> Queries for fields: call create, then evaluate for each point. One per thread.
   type :: field_query_t
     private
     type(term_values_t) :: terms
@@ -32,7 +32,7 @@ module sig_field_query
 
 contains
 
-  !> Why a model answers no fields; empty where it does.
+  !> Returns the reason why a model gives no fields; empty where it gives them.
   pure function why_no_fields(model) result(reason)
     type(model_t), intent(in) :: model
     character(:), allocatable :: reason
@@ -54,10 +54,10 @@ contains
       'is large enough'
   end function why_no_fields
 
-  !> Errors: message is allocated when a term is no expression.
+  !> Prepares the query. Errors: message is allocated when a term is not a valid expression.
   subroutine create(self, online, message)
     class(field_query_t), intent(inout) :: self
-    !> that keeps fields
+    !> a model that keeps fields
     type(online_model_t), intent(in) :: online
     character(:), allocatable, intent(out) :: message
 
@@ -68,13 +68,13 @@ contains
       self%multipliers(online%model%n_multipliers))
   end subroutine create
 
-  !> Sets the values. An elastic constant may have no value far outside of the box: then is_valid is false.
+  !> Computes the fields of an answer. is_valid is false where an elastic constant has no valid value, far outside of the box.
   subroutine evaluate(self, online, point, answer, is_valid)
     class(field_query_t), intent(inout) :: self
-    !> the model of create
+    !> the model that create was called with
     type(online_model_t), intent(in) :: online
     real(rk), intent(in) :: point(:)
-    !> at this point, with a solution
+    !> answer at this point, with a solution
     type(answer_t), intent(in) :: answer
     logical, intent(out) :: is_valid
     integer :: i_source

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> A random forest that scikit-learn trained (signorom-post forest): from a point to its cluster. forest.c walks the trees.
+!> A random forest that scikit-learn trained (signorom-post forest): it gives the cluster of a point. forest.c walks the trees.
 module sig_forest
   use, intrinsic :: iso_c_binding, only: c_loc
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
@@ -14,16 +14,16 @@ module sig_forest
   private
   public :: forest_t, read_forest
 
-  !> Nodes of all trees one after the other; numbers are 0-based as in forest.h.
+  !> A forest: the nodes of all trees stand one after the other. Numbers are 0-based as in forest.h.
   type :: forest_t
-    !> parameters in the order of the features
+    !> names of the parameters in the order of the features
     type(string_t), allocatable :: parameter_names(:)
     !> shape (n_trees + 1)
     integer, allocatable :: tree_starts(:)
-    !> -1 in a leaf, shape (n_nodes)
+    !> feature that a node compares, -1 in a leaf, shape (n_nodes)
     integer, allocatable :: feature(:)
     real(rk), allocatable :: threshold(:)
-    !> counted from the first node of the tree
+    !> children, counted from the first node of the tree
     integer, allocatable :: left(:)
     integer, allocatable :: right(:)
     !> [-] share of each cluster, shape (n_clusters, n_nodes)
@@ -45,7 +45,7 @@ contains
     n_clusters = size(self%shares, 1)
   end function n_clusters
 
-  !> What C sees of the forest: pointers into self, which therefore is a target in the caller too.
+  !> Returns the C structure of the forest. It points into self, which therefore has to be a target in the caller, too.
   type(forest_arrays_t) function arrays(self)
     class(forest_t), intent(in), target :: self
 
@@ -54,7 +54,7 @@ contains
       c_loc(self%shares))
   end function arrays
 
-  !> Mean share of each cluster over the trees; they add up to 1.
+  !> Returns the mean share of each cluster over the trees; the shares sum up to 1.
   function votes(self, point) result(shares)
     class(forest_t), intent(in), target :: self
     !> [unit of each parameter] shape (n_parameters)
@@ -66,7 +66,7 @@ contains
     call sig_forest_votes(self%arrays(), point, shares)
   end function votes
 
-  !> The cluster with most votes, and the one with most of the others; of equal ones the lower number.
+  !> Returns the cluster with the most votes and the one with the second most. Of equal ones the lower number counts.
   subroutine choose(self, point, best, second)
     class(forest_t), intent(in), target :: self
     real(rk), intent(in) :: point(:)
@@ -83,12 +83,11 @@ contains
     if (size(shares) > 1) second = maxloc(shares, dim=1)
   end subroutine choose
 
-  !> The file that signorom-post writes.
-  !>
-  !> Errors: the file's own, another format, parts that do not fit, other parameters than those of the model.
+  !> Reads the file that signorom-post writes. Errors: the file cannot be read, has another format, has parts that do not fit, or
+  !> has other parameters than the model.
   subroutine read_forest(path, parameter_names, forest, error)
     character(*), intent(in) :: path
-    !> of the model, in its order
+    !> parameters of the model, in its order
     type(string_t), intent(in) :: parameter_names(:)
     type(forest_t), intent(out) :: forest
     type(error_t), allocatable, intent(out) :: error
@@ -106,13 +105,13 @@ contains
       join(parameter_names, ', '), path)
   end subroutine read_forest
 
-  !> The forest in a group of an open file. Errors: a part is missing or does not fit the others.
+  !> Reads the forest from a group of an open file. Errors: a part is missing or does not fit the others.
   subroutine read_arrays(self, file, group, path, error)
     class(forest_t), intent(inout) :: self
     type(h5_reader_t), intent(in) :: file
     !> without its last slash; empty = the root
     character(*), intent(in) :: group
-    !> for the message
+    !> name of the file for the message
     character(*), intent(in) :: path
     type(error_t), allocatable, intent(inout) :: error
 

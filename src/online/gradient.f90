@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> How an answer changes with the parameters, while contacts that push stay closed and open ones stay open.
+!> Derivatives of an answer with respect to the parameters, where closed contacts with a force stay closed and open ones stay open.
 module sig_gradient
   use sig_answer, only: answer_t
   use sig_kinds, only: rk
@@ -8,25 +8,27 @@ module sig_gradient
   private
   public :: gradient_t
 
-  !> A column per parameter, per unit of the parameter.
+  !> Derivatives: arrays have one column per parameter, per unit of the parameter.
   type :: gradient_t
-    !> the answer that changes: that of the model, or of its full-order operator where that answer's part has no derivatives
+    !> the answer whose derivatives these are: that of the model, or of its full-order operator where that answer's part has no
+    !> derivatives
     type(answer_t) :: answer
     !> +1: derivatives towards larger values of each parameter; -1: towards smaller ones. These differ where is_one_sided.
     integer :: direction = 1
-    !> shape (n_parameters)
+    !> whether the derivatives differ on both sides, shape (n_parameters)
     logical, allocatable :: is_one_sided(:)
-    !> contacts that touch without a force
+    !> number of contacts that touch without a force
     integer :: n_grazing = 0
-    !> of the terms, shape (n_terms, n_parameters)
+    !> derivatives of the terms, shape (n_terms, n_parameters)
     real(rk), allocatable :: theta(:, :)
-    !> [force] of the unknowns of answer_t, shape (n_multipliers, n_parameters)
+    !> [force] derivatives of the unknowns of answer_t, shape (n_multipliers, n_parameters)
     real(rk), allocatable :: unknowns(:, :)
-    !> [force] shape (n_multipliers, n_parameters)
+    !> [force] derivatives of the multipliers, shape (n_multipliers, n_parameters)
     real(rk), allocatable :: multipliers(:, :)
-    !> [length] of the places of bodies that only contact holds, where a kind of model needs them; shape (n_anchors, n_parameters)
+    !> [length] derivatives of the places of bodies that only contact holds, where a kind of model needs them; shape (n_anchors,
+    !> n_parameters)
     real(rk), allocatable :: moves(:, :)
-    !> [length] of the coordinates of modes, where they give displacements; shape (n_modes, n_parameters)
+    !> [length] derivatives of the coordinates of modes, where these give displacements; shape (n_modes, n_parameters)
     real(rk), allocatable :: coordinates(:, :)
   contains
     procedure :: take
@@ -35,7 +37,7 @@ module sig_gradient
 
 contains
 
-  !> The unknowns, from derivatives in this gradient's direction.
+  !> Sets the derivatives of the unknowns from those in this gradient's direction.
   pure subroutine take(self, derivative)
     class(gradient_t), intent(inout) :: self
     type(lcp_derivative_t), intent(in) :: derivative
@@ -45,11 +47,11 @@ contains
     self%unknowns = self%direction * derivative%unknowns
   end subroutine take
 
-  !> The multipliers: the unknowns and, of anchors, their openings over `scale`.
+  !> Sets the derivatives of the multipliers. They are those of the unknowns; for anchors, those of their openings over `scale`.
   pure subroutine take_forces(self, derivative, anchors, scale)
     class(gradient_t), intent(inout) :: self
     type(lcp_derivative_t), intent(in) :: derivative
-    !> 1-based among the multipliers
+    !> rows that are anchors, 1-based among the multipliers
     integer, intent(in) :: anchors(:)
     !> [length/force]
     real(rk), intent(in) :: scale

@@ -1,12 +1,12 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> The cells between the points of a regular grid in a box of any dimension: corners of a cell, cell of a point.
+!> The cells between the points of a regular grid in a box of any dimension: the corners of a cell, and the cell of a point.
 module sig_grid_cells
   use sig_kinds, only: rk
   implicit none(type, external)
   private
   public :: grid_cells_t
 
-  !> [-] of a cell's width: a point this close to a border lies on it
+  !> [-] share of a cell's width: a point this close to a border lies on it
   real(rk), parameter :: border_tolerance = 1.0e-8_rk
 
   !> A grid of n_values points per parameter, ends included, the first parameter slowest. A parameter of one value has one
@@ -26,7 +26,7 @@ module sig_grid_cells
 
 contains
 
-  !> Cells along each parameter.
+  !> Returns the number of cells along each parameter.
   pure function n_layers(self) result(counts)
     class(grid_cells_t), intent(in) :: self
     integer :: counts(size(self%n_values))
@@ -40,7 +40,8 @@ contains
     n_cells = product(self%n_layers())
   end function n_cells
 
-  !> Numbers of the grid points at the corners of a cell, ascending: 2**n_parameters, halved by each parameter of one value.
+  !> Returns the numbers of the grid points at the corners of a cell, ascending. There are 2**n_parameters corners; each parameter
+  !> of one value halves this number.
   pure function corners(self, i_cell) result(points)
     class(grid_cells_t), intent(in) :: self
     integer, intent(in) :: i_cell
@@ -57,7 +58,7 @@ contains
     end do
   end function corners
 
-  !> Cell of a point; on a border the one of the lower number, outside the box the nearest one.
+  !> Returns the cell of a point. On a border it is the one of the lower number, outside the box the nearest one.
   pure integer function find(self, point) result(i_cell)
     class(grid_cells_t), intent(in) :: self
     !> [unit of each parameter] shape (n_parameters)
@@ -76,7 +77,7 @@ contains
     end do
   end function find
 
-  !> From a point to the nearest point of a cell, the sides of the box taken as of length 1.
+  !> Returns the squared distance from a point to the nearest point of a cell, with each side of the box scaled to 1.
   pure real(rk) function squared_distance(self, i_cell, point) result(distance)
     class(grid_cells_t), intent(in) :: self
     integer, intent(in) :: i_cell
@@ -96,7 +97,7 @@ contains
     end do
   end function squared_distance
 
-  !> Digits of a number, each to a base of its own, the last one fastest.
+  !> Returns the digits of a number, each to a base of its own, the last one fastest.
   pure function digits_of(number, bases) result(digits)
     integer, intent(in) :: number
     integer, intent(in) :: bases(:)

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Bodies that only contact holds, as a condensed problem has them: they hang on anchors, and have to be brought to a place before
-!> anything can be said about contact forces that somebody else found.
+!> Bodies that only contact holds, in a condensed problem: they hang on anchors. To judge contact forces that another part found,
+!> these bodies must first be moved to a suitable place.
 module sig_hanging_bodies
   use sig_condensed_data, only: condensed_data_t
   use sig_force_balance, only: balance_forces, keep_balance
@@ -12,10 +12,10 @@ module sig_hanging_bodies
 
   type :: hanging_bodies_t
     private
-    !> rows that are anchors, T, and the others
+    !> rows that are anchors (T), and the other rows
     integer, allocatable :: anchors(:)
     integer, allocatable :: others(:)
-    !> [-] N: what openings of the anchors open on the others, shape (n_others, n_anchors)
+    !> [-] N: openings of the other rows per opening of each anchor, shape (n_others, n_anchors)
     real(rk), allocatable :: reach(:, :)
     !> [-] [N; 1]: work of each contact force on each free motion, shape (n_multipliers, n_anchors)
     real(rk), allocatable :: work(:, :)
@@ -35,7 +35,7 @@ contains
   subroutine create(self, data, others)
     class(hanging_bodies_t), intent(out) :: self
     class(condensed_data_t), intent(in) :: data
-    !> rows that are no anchors
+    !> rows that are not anchors
     integer, intent(in) :: others(:)
     integer :: i, t
 
@@ -51,9 +51,8 @@ contains
     end do
   end subroutine create
 
-  !> Whether forces balance the loads but for rounding; free_opening: (D - B G) theta of the condensed problem, which holds the
-  !> work of the
-  !> loads in the rows of the anchors.
+  !> Whether forces balance the loads except for rounding. free_opening is (D - B G) theta of the condensed problem; its rows of the
+  !> anchors hold the work of the loads.
   logical function are_balanced(self, free_opening, forces)
     class(hanging_bodies_t), intent(in) :: self
     real(rk), intent(in) :: free_opening(:)
@@ -63,15 +62,15 @@ contains
     are_balanced = keep_balance(self%work, free_opening(self%anchors) / self%scale, forces)
   end function are_balanced
 
-  !> The bodies at the place where the sum of forces times squared openings is least, anchors included: closed rows are where forces
-  !> are, and traces of force far away do not pull. Any place gives a bound; it costs n t^2 operations.
+  !> Moves the bodies to the place where the sum of forces times squared openings, anchors included, is least: rows with forces are
+  !> nearly closed there, and small forces far away hardly count. Any place gives a bound. The cost is n t^2 operations.
   subroutine settle(self, forces, opening, surplus)
     class(hanging_bodies_t), intent(in) :: self
     !> [force] >= 0 of all contacts
     real(rk), intent(in) :: forces(:)
-    !> [length] of the others: in with closed anchors, out C lambda + q + N (s - rho_T)
+    !> [length] openings of the other rows: in with closed anchors, out C lambda + q + N (s - rho_T)
     real(rk), intent(inout) :: opening(:)
-    !> [force*length] c of the anchors
+    !> [force*length] contribution of the anchors to c
     real(rk), intent(out) :: surplus
     real(rk) :: s(size(self%anchors))
     logical :: is_held(size(s))
@@ -79,19 +78,19 @@ contains
     associate (at_anchors => forces(self%anchors))
       s = self%place(forces, opening)
       is_held = at_anchors > s / self%scale
-      ! rho_T is s of held anchors, else what they penetrate
+      ! rho_T is s for held anchors, else their penetration
       opening = opening + matmul(self%reach, merge(0.0_rk, max(s, 0.0_rk), is_held))
       surplus = sum(at_anchors * max(s, 0.0_rk), mask=.not. is_held)
     end associate
   end subroutine settle
 
-  !> [length] openings of the anchors that make the sum of forces times squared openings least; at rest where the forces do not
-  !> hold all motions.
+  !> Returns the openings [length] of the anchors that make the sum of forces times squared openings least. Motions that the forces
+  !> do not hold stay at rest.
   function place(self, forces, opening) result(s)
     class(hanging_bodies_t), intent(in) :: self
     !> [force] >= 0 of all contacts
     real(rk), intent(in) :: forces(:)
-    !> [length] of the others, with closed anchors
+    !> [length] openings of the other rows, with closed anchors
     real(rk), intent(in) :: opening(:)
     real(rk) :: s(size(self%anchors))
     real(rk) :: square(size(s), size(s)), pull(size(s))
@@ -108,13 +107,12 @@ contains
     end associate
   end function place
 
-  !> Takes forces away from contacts that are open at the place of the bodies, and balances the others.
-  !>
-  !> A projection on the balance spreads forces over all contacts, far from those that are closed. Each costs lambda w in the
-  !> bound. Where the rest cannot keep the balance, all stay.
+  !> Removes forces from contacts that are open at the place of the bodies, and balances the others. A projection on the balance
+  !> spreads forces over all contacts, far from those that are closed, and each such force adds lambda w to the bound. Where the
+  !> remaining forces cannot keep the balance, all forces stay.
   subroutine release(self, opening, forces)
     class(hanging_bodies_t), intent(in) :: self
-    !> [length] of the others, C lambda + q with closed anchors
+    !> [length] openings of the other rows, C lambda + q with closed anchors
     real(rk), intent(in) :: opening(:)
     !> [force] >= 0 of all contacts, in balance
     real(rk), intent(inout) :: forces(:)

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Whether a hyper-reduced answer without contact forces misses what its domain does not see.
+!> Checks whether a hyper-reduced answer without contact forces misses contacts outside its domain.
 module sig_hhr_blindness
   use sig_hhr_data, only: fill_openings, hhr_data_t
   use sig_kinds, only: rk
@@ -8,13 +8,13 @@ module sig_hhr_blindness
   private
   public :: is_blind
 
-  !> [-] penetration up to this share of the snapshots' largest normal displacement is what modes leave
+  !> [-] penetration up to this share of the snapshots' largest normal displacement counts as an error of the modes
   real(rk), parameter :: noticeable = 1.0e-2_rk
 
 contains
 
-  !> Whether something must touch although the domain has no contact forces: loads on a body that only contact holds, or pairs
-  !> that penetrate elsewhere.
+  !> Whether some contact must touch although the domain has no contact forces: a load acts on a body that only contact holds, or
+  !> pairs outside the domain penetrate.
   logical function is_blind(data, largest_value, theta, coordinates, opening)
     type(hhr_data_t), intent(in) :: data
     !> [length] largest normal displacement in the snapshots
@@ -23,7 +23,7 @@ contains
     real(rk), contiguous, intent(in) :: theta(:)
     !> [length] gamma, shape (n_modes)
     real(rk), contiguous, intent(in) :: coordinates(:)
-    !> room, shape (n_multipliers)
+    !> work array, shape (n_multipliers)
     real(rk), contiguous, intent(inout) :: opening(:)
     logical :: is_known
 

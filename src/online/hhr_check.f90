@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Whether the parts of a hyper-reduced model fit together.
+!> Checks that the parts of a hyper-reduced model fit together.
 module sig_hhr_check
   use sig_bits, only: n_words
   use sig_hhr_data, only: enrichment_history_t, hhr_data_t
@@ -11,7 +11,7 @@ module sig_hhr_check
 
 contains
 
-  !> Name of a part whose shape does not fit, or whose values a query cannot work with; empty when all fit.
+  !> Returns the name of a part whose shape does not fit, or whose values a query cannot use; empty when all fit.
   pure function find_hhr_mismatch(cluster, sizes) result(name)
     type(hhr_data_t), intent(in) :: cluster
     type(model_sizes_t), intent(in) :: sizes
@@ -43,7 +43,7 @@ contains
       size(cluster%dual_snapshots, 2), cluster%n_rows, size(cluster%motion_closing, 2))
   end function find_hhr_mismatch
 
-  !> What multipliers outside the domain are made of.
+  !> Returns the name of a part of the snapshots for the multipliers outside the domain that does not fit; empty when all fit.
   pure function find_snapshot_mismatch(cluster, sizes) result(name)
     type(hhr_data_t), intent(in) :: cluster
     type(model_sizes_t), intent(in) :: sizes

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 #include "signorom/macros.h"
-!> A user error found on any rank, or a text or bytes of one rank, told to every rank before anybody leaves.
+!> Sends a user error of any rank, or a text or bytes of one rank, to all ranks before any of them returns.
 module sig_error_broadcast
   use, intrinsic :: iso_fortran_env, only: int64
   use mpi, only: MPI_Allreduce, MPI_Bcast, MPI_CHARACTER, MPI_Comm_rank, MPI_INTEGER, MPI_INTEGER8, MPI_MIN
@@ -10,7 +10,7 @@ module sig_error_broadcast
   private
   public :: broadcast_error, broadcast_text, broadcast_bytes
 
-  !> bytes that go at once: a count of MPI is a default integer
+  !> bytes in one message: a count of MPI is a default integer
   integer(int64), parameter :: largest_piece = 2_int64**30
 
 contains
@@ -45,7 +45,7 @@ contains
     call make_error(error, message, file=file, line=numbers(1), column=numbers(2), hint=hint, exit_code=numbers(3))
   end subroutine broadcast_error
 
-  !> Collective on comm. Rank 0's text becomes that of every rank; unallocated counts as empty.
+  !> Collective on comm. Rank 0's text becomes that of every rank; an unallocated text counts as empty.
   subroutine broadcast_text(text, comm, ierr)
     character(:), allocatable, intent(inout) :: text
     MPI_Comm, intent(in) :: comm
@@ -56,13 +56,13 @@ contains
 
   !> Collective on comm. The bytes of one rank become those of every rank.
   subroutine broadcast_bytes(root, bytes, comm, ierr, piece)
-    !> rank that has them, 0-based
+    !> rank that has the bytes, 0-based
     integer, intent(in) :: root
-    !> unallocated counts as none
+    !> the bytes; unallocated counts as none
     character(1), allocatable, intent(inout) :: bytes(:)
     MPI_Comm, intent(in) :: comm
     PetscErrorCode, intent(out) :: ierr
-    !> bytes at once; default largest_piece
+    !> bytes in one message; default largest_piece
     integer(int64), intent(in), optional :: piece
     integer(int64) :: first, last, length, step
     integer :: rank

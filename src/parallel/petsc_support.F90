@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 #include "signorom/macros.h"
-!> Fortran face of the PETSc corners that live in C, and the exchange between replicated arrays and distributed vectors.
+!> Fortran interface of the PETSc parts that are called from C, and the exchange between replicated arrays and distributed vectors.
 module sig_petsc_support
   use, intrinsic :: iso_c_binding, only: c_char, c_double, c_int, c_intptr_t, c_null_char
   use mpi, only: MPI_Allreduce, MPI_Bcast, MPI_Comm_rank, MPI_Comm_size, MPI_DOUBLE_PRECISION, MPI_IN_PLACE, MPI_MAX, MPI_SUM
@@ -90,7 +90,7 @@ module sig_petsc_support
 
 contains
 
-  !> Collective on all ranks. Starts MPI too.
+  !> Starts MPI, PETSc and SLEPc. Collective on all ranks.
   subroutine start_petsc(ierr)
     PetscErrorCode, intent(out) :: ierr
 
@@ -103,7 +103,7 @@ contains
     ierr = sig_petsc_end()
   end subroutine end_petsc
 
-  !> Whether SNESVI may use GAMG: before 3.19 PETSc stops when the inactive set changes its size.
+  !> Whether SNESVI can use GAMG: PETSc before 3.19 stops when the inactive set changes its size.
   logical function has_multigrid_vi()
     has_multigrid_vi = sig_has_multigrid_vi() /= 0
   end function has_multigrid_vi
@@ -112,7 +112,7 @@ contains
   subroutine insert_petsc_options(options, ierr, message)
     character(*), intent(in) :: options
     PetscErrorCode, intent(out) :: ierr
-    !> what PETSc has against the options; unallocated where all is well. Without it a complaint is an internal error.
+    !> complaint of PETSc about the options; unallocated where all is well. Without this argument a complaint is an internal error.
     character(:), allocatable, intent(out), optional :: message
     character(kind=c_char, len=message_size) :: buffer
 
@@ -126,7 +126,7 @@ contains
     end if
   end subroutine insert_petsc_options
 
-  !> Options that no object asked for: `-name`, each.
+  !> Returns the options that no object used, each as `-name`.
   subroutine unused_petsc_options(names, ierr)
     type(string_t), allocatable, intent(out) :: names(:)
     PetscErrorCode, intent(out) :: ierr
@@ -143,7 +143,7 @@ contains
     end do
   end subroutine unused_petsc_options
 
-  !> What runs: PETSc, SLEPc, MPI, in this order.
+  !> Returns the versions of PETSc, SLEPc and MPI in use, in this order.
   subroutine library_versions(versions, ierr)
     type(string_t), allocatable, intent(out) :: versions(:)
     PetscErrorCode, intent(out) :: ierr
@@ -154,7 +154,7 @@ contains
     versions = split(buffer(:index(buffer, c_null_char) - 1), ';')
   end subroutine library_versions
 
-  !> Square AIJ matrix with room for the given numbers of blocks per local block row.
+  !> Makes a square AIJ matrix with memory for the given numbers of blocks per local block row.
   subroutine create_matrix(comm, n_local, block_size, diagonal, off_diagonal, matrix, ierr)
     MPI_Comm, intent(in) :: comm
     integer, intent(in) :: n_local
@@ -167,7 +167,7 @@ contains
     ierr = sig_matrix_create(int(comm, c_int), n_local, block_size, diagonal, off_diagonal, matrix%v)
   end subroutine create_matrix
 
-  !> Matrix times many columns: one pass over the matrix for all. Collective.
+  !> Multiplies a matrix by many columns in one pass over the matrix. Collective.
   subroutine multiply_block(matrix, columns, product, ierr)
     Mat, intent(in) :: matrix
     !> rows of this rank, shape (n_local, n_columns)
@@ -179,7 +179,7 @@ contains
     ierr = sig_matrix_multiply(matrix%v, size(columns, 1), size(columns, 2), columns, product)
   end subroutine multiply_block
 
-  !> Distributed vector of zeros.
+  !> Makes a distributed vector of zeros.
   subroutine create_vector(comm, n_local, vector, ierr)
     MPI_Comm, intent(in) :: comm
     integer, intent(in) :: n_local
@@ -200,7 +200,7 @@ contains
     call MPI_Comm_size(comm, n_ranks, ierr)
   end subroutine rank_and_size
 
-  !> First and last of the rows that a rank takes of a matrix: nearly equal slices.
+  !> Returns the first and last row of a matrix that belong to a rank; all ranks get nearly equal slices.
   subroutine rows_of_rank(n_rows, comm, first, last, ierr)
     integer, intent(in) :: n_rows
     MPI_Comm, intent(in) :: comm
@@ -216,7 +216,7 @@ contains
     last = slice_end(n_rows, rank + 1, n_ranks)
   end subroutine rows_of_rank
 
-  !> Last row of the first i_slice of n_slices nearly equal slices, safe against overflow of a plain product.
+  !> Returns the last row of the first i_slice of n_slices nearly equal slices. It avoids the overflow of a plain product.
   pure integer function slice_end(n_rows, i_slice, n_slices)
     integer, intent(in) :: n_rows
     integer, intent(in) :: i_slice
@@ -225,7 +225,7 @@ contains
     slice_end = i_slice * (n_rows / n_slices) + min(i_slice, modulo(n_rows, n_slices))
   end function slice_end
 
-  !> Sums an array over the ranks, in place. Collective on comm.
+  !> Sums an array over the ranks in place. Collective on comm.
   subroutine sum_vector(comm, values, ierr)
     MPI_Comm, intent(in) :: comm
     real(rk), intent(inout) :: values(:)
@@ -242,7 +242,7 @@ contains
     call MPI_Allreduce(MPI_IN_PLACE, values, size(values), MPI_DOUBLE_PRECISION, MPI_SUM, comm, ierr)
   end subroutine sum_block
 
-  !> Largest value over the ranks, in place. Collective on comm.
+  !> Takes the largest value over the ranks in place. Collective on comm.
   subroutine max_scalar(comm, value, ierr)
     MPI_Comm, intent(in) :: comm
     real(rk), intent(inout) :: value
@@ -251,7 +251,7 @@ contains
     call MPI_Allreduce(MPI_IN_PLACE, value, 1, MPI_DOUBLE_PRECISION, MPI_MAX, comm, ierr)
   end subroutine max_scalar
 
-  !> Largest value of each entry over the ranks, in place. Collective on comm.
+  !> Takes the largest value of each entry over the ranks in place. Collective on comm.
   subroutine max_block(comm, values, ierr)
     MPI_Comm, intent(in) :: comm
     real(rk), contiguous, intent(inout) :: values(:, :)
@@ -260,7 +260,7 @@ contains
     call MPI_Allreduce(MPI_IN_PLACE, values, size(values), MPI_DOUBLE_PRECISION, MPI_MAX, comm, ierr)
   end subroutine max_block
 
-  !> Gives the first rank's values to all. Collective on comm. Column by column: counts stay below 2**31.
+  !> Copies the first rank's values to all ranks. Collective on comm. It works column by column, so that counts stay below 2**31.
   subroutine broadcast_columns(values, comm, ierr)
     !> same shape on all ranks
     real(rk), contiguous, intent(inout) :: values(:, :)
@@ -274,7 +274,7 @@ contains
     end do
   end subroutine broadcast_columns
 
-  !> What SIG_CHECK calls: records the place on PETSc's error stack.
+  !> Records the place of a failed precondition on PETSc's error stack. SIG_CHECK calls it.
   subroutine precondition_failed(code, sentence, file, line, ierr)
     PetscErrorCode, intent(in) :: code
     character(*), intent(in) :: sentence

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 #include "signorom/macros.h"
-!> A wish to stop that came to one rank, made known to all.
+!> Tells all ranks that one of them got a request to stop.
 module sig_stop_request
   use sig_kinds, only: rk
   use sig_petsc_support, only: max_over_ranks

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Condition number of the projected contact matrix: the indicator of how well multipliers are determined.
+!> Condition number of the projected contact matrix. It shows how well the multipliers are determined.
 module sig_condition_number
   use, intrinsic :: ieee_arithmetic, only: ieee_positive_inf, ieee_value
   use sig_kinds, only: rk
@@ -10,15 +10,12 @@ module sig_condition_number
 
 contains
 
-  !> kappa = sigma_max / sigma_n_rows.
-  !>
-  !> Source: (11).
-  !> Paper: it needs a convention when rank < n_rows: kappa is infinite then. An empty matrix has kappa 1 and rank 0: no row is
-  !> badly determined.
+  !> Computes kappa = sigma_max / sigma_n_rows and the rank of a matrix. Source: (11). Paper: it gives no convention for rank <
+  !> n_rows; here kappa is infinite then. An empty matrix has kappa 1 and rank 0, because no row is badly determined.
   subroutine condition_number(matrix, rank_tolerance, kappa, rank)
     !> shape (n_rows, n_columns): multipliers by modes
     real(rk), intent(in) :: matrix(:, :)
-    !> [-] a singular value below this times the largest counts as zero
+    !> [-] singular values below this share of the largest one count as zero
     real(rk), intent(in) :: rank_tolerance
     !> [-] at least 1
     real(rk), intent(out) :: kappa
@@ -27,7 +24,7 @@ contains
     call condition_of_values(singular_values(matrix), size(matrix, 1), rank_tolerance, kappa, rank)
   end subroutine condition_number
 
-  !> The condition number from the singular values of a matrix with so many rows.
+  !> Computes the condition number from the singular values of a matrix with n_rows rows.
   pure subroutine condition_of_values(sigma, n_rows, rank_tolerance, kappa, rank)
     !> descending
     real(rk), intent(in) :: sigma(:)

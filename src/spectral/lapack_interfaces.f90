@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Explicit interfaces of the LAPACK routines in use. Nobody calls them without one.
+!> Explicit interfaces of the LAPACK routines in use. The code calls no LAPACK routine without one.
 module sig_lapack_interfaces
   use sig_kinds, only: rk
   implicit none(type, external)

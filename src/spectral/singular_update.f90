@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Extreme singular values of a matrix that gets one more column, from the decomposition of the matrix without it.
+!> Extreme singular values of a matrix with one more column, computed from the decomposition of the matrix without it.
 module sig_singular_update
   use, intrinsic :: ieee_arithmetic, only: ieee_positive_inf, ieee_value
   use sig_kinds, only: rk
@@ -8,10 +8,10 @@ module sig_singular_update
   private
   public :: column_space_t, decompose_columns, keep_largest, ratio_with_column
 
-  !> halvings of an interval until no number lies between its ends; roots near zero need more than the 53 of a mantissa
+  !> number of halvings until no number lies between the ends of an interval; roots near zero need more than the 53 of a mantissa
   integer, parameter :: n_halvings = 200
 
-  !> What is needed of A = U diag(s) V'.
+  !> The parts of A = U diag(s) V' that are needed.
   type :: column_space_t
     !> orthonormal columns, shape (n_rows, min(n_rows, n_columns))
     real(rk), allocatable :: left(:, :)
@@ -30,7 +30,7 @@ contains
     call svd(matrix, space%left, space%values, right)
   end subroutine decompose_columns
 
-  !> As if A had no more than its n largest singular values.
+  !> Keeps only the n largest singular values of A.
   pure subroutine keep_largest(space, n)
     type(column_space_t), intent(inout) :: space
     integer, intent(in) :: n
@@ -39,7 +39,8 @@ contains
     space%values = space%values(:n)
   end subroutine keep_largest
 
-  !> Largest over smallest of the min(n_rows, n_columns + 1) singular values of [A, c]; infinite where the smallest is zero.
+  !> Returns the ratio of the largest to the smallest of the min(n_rows, n_columns + 1) singular values of [A, c]; infinite where
+  !> the smallest is zero.
   !>
   !> The squares of the values are the roots of 1 + sum_i z_i**2 / (d_i**2 - x), d the values of A (and one zero while A has fewer
   !> columns than rows), z = U' c (and the part of c outside the columns of A). Solved for x**(1/2) with differences of the d_i,
@@ -72,7 +73,7 @@ contains
     if (smallest > 0) ratio = largest_root(poles, weights) / smallest
   end function ratio_with_column
 
-  !> Length of what is left of a column without its part in the span of orthonormal ones.
+  !> Returns the length of a column after its part in the span of orthonormal columns is taken away.
   pure real(rk) function outside_part(basis, column) result(length)
     real(rk), intent(in) :: basis(:, :)
     real(rk), intent(in) :: column(:)
@@ -80,7 +81,7 @@ contains
     integer :: repetition
 
     rest = column
-    ! twice, because the first pass leaves rounding relative to what it takes away
+    ! two passes, because the first one leaves rounding relative to the part that it takes away
     do repetition = 1, 2
       rest = rest - matmul(basis, matmul(rest, basis))
     end do
@@ -88,7 +89,7 @@ contains
     if (length <= epsilon(length) * norm2(column)) length = 0
   end function outside_part
 
-  !> The root between the two lowest poles; a pole itself where its weight is zero.
+  !> Returns the root between the two lowest poles, or a pole where its weight is zero.
   pure real(rk) function smallest_root(poles, weights) result(root)
     !> ascending, >= 0
     real(rk), intent(in) :: poles(:)
@@ -105,7 +106,7 @@ contains
     root = poles(1) + offset_of_root(poles, weights, 1, upper - poles(1))
   end function smallest_root
 
-  !> The root above the highest pole; that pole where no other root lies there.
+  !> Returns the root above the highest pole, or that pole where no other root lies there.
   pure real(rk) function largest_root(poles, weights) result(root)
     real(rk), intent(in) :: poles(:)
     real(rk), intent(in) :: weights(:)
@@ -115,7 +116,7 @@ contains
     end associate
   end function largest_root
 
-  !> Where 1 + sum_i z_i**2 / ((d_i - x) (d_i + x)) changes its sign for x = d_k + offset, 0 < offset < widest, by halving.
+  !> Finds by halving where 1 + sum_i z_i**2 / ((d_i - x) (d_i + x)) changes its sign for x = d_k + offset, 0 < offset < widest.
   pure real(rk) function offset_of_root(poles, weights, i_pole, widest) result(offset)
     real(rk), intent(in) :: poles(:)
     real(rk), intent(in) :: weights(:)

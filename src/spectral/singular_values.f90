@@ -10,7 +10,7 @@ module sig_singular_values
 
 contains
 
-  !> Singular values in descending order; all NaN when the matrix is not finite.
+  !> Returns the singular values in descending order; all are NaN when the matrix is not finite.
   function singular_values(a) result(values)
     !> shape (n_rows, n_columns)
     real(rk), intent(in) :: a(:, :)
@@ -22,7 +22,7 @@ contains
     call run_dgesdd('N', a, values, no_vectors, no_vectors)
   end function singular_values
 
-  !> Thin singular value decomposition a = u diag(s) vt.
+  !> Computes the thin singular value decomposition a = u diag(s) vt.
   subroutine svd(a, u, s, vt)
     !> shape (n_rows, n_columns)
     real(rk), intent(in) :: a(:, :)
@@ -39,7 +39,8 @@ contains
     call run_dgesdd('S', a, s, u, vt)
   end subroutine svd
 
-  !> dgesdd with its work space; a matrix that is not finite (LAPACK might not return) or no convergence gives NaN.
+  !> Calls dgesdd with its work space. The values are NaN where the matrix is not finite (LAPACK might not return) or the method
+  !> does not converge.
   subroutine run_dgesdd(job, a, s, u, vt)
     character(1), intent(in) :: job
     real(rk), intent(in) :: a(:, :)
