@@ -22,7 +22,7 @@ mapfile -t fortran < <(find src tests \( -name '*.f90' -o -name '*.F90' \) | sor
 mapfile -t tests < <(find tests -name '*.pf' | sort)
 # macros.h is Fortran
 mapfile -t c_files < <(find src include tests \( -name '*.c' -o -name '*.h' ! -name macros.h \) | sort)
-mapfile -t scripts < <(find tools .ci -name '*.sh' -o -path .ci/run | sort)
+mapfile -t scripts < <(find tools .ci input -name '*.sh' -o -name '*.slurm' -o -path .ci/run | sort)
 
 shell_syntax() {
   local script
