@@ -7,6 +7,6 @@ set -euo pipefail
 tools=build/venv/bin
 [ -x $tools/ruff ] || fail "no formatters in $tools; run: tools/install_dependencies.sh --test"
 find src include tests \( -name '*.c' -o -name '*.h' ! -name macros.h \) -exec clang-format -i {} +
-find src tests \( -name '*.f90' -o -name '*.F90' -o -name '*.pf' \) -exec $tools/python tools/format_fortran.py {} +
+find src tests include \( -name '*.f90' -o -name '*.F90' -o -name '*.pf' \) -exec $tools/python tools/format_fortran.py {} +
 $tools/ruff check --quiet --fix . || true
 $tools/ruff format --quiet .

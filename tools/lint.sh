@@ -18,7 +18,7 @@ check() {
   "$@" || failed+=("$name")
 }
 
-mapfile -t fortran < <(find src tests \( -name '*.f90' -o -name '*.F90' \) | sort)
+mapfile -t fortran < <(find src tests include \( -name '*.f90' -o -name '*.F90' \) | sort)
 mapfile -t tests < <(find tests -name '*.pf' | sort)
 # macros.h is Fortran
 mapfile -t c_files < <(find src include tests \( -name '*.c' -o -name '*.h' ! -name macros.h \) | sort)
