@@ -53,7 +53,7 @@ contains
     PetscCall(measure_block(system, theta, states, reactions, ierr))
   end subroutine measure_points
 
-  !> Prescribed dofs among those of this rank.
+  !> Returns the prescribed dofs of this rank.
   pure function own_prescribed(system) result(held)
     type(contact_system_t), intent(in) :: system
     !> 1-based in map%local_dofs
@@ -142,7 +142,7 @@ contains
     sums(n + 1) = sum_of_sizes(forces)
   end subroutine add_forces
 
-  !> The relative measures of one point. Local.
+  !> Computes the relative residuals of one point. Local.
   pure subroutine compare(system, theta, largest, sums, smallest_per_length, smallest_load, state)
     type(contact_system_t), intent(in) :: system
     real(rk), intent(in) :: theta(:)

@@ -54,7 +54,7 @@ module sig_contact_system
 
 contains
 
-  !> Collective on comm, for which the mesh is partitioned.
+  !> Creates the problem and assembles K. Collective on comm, for which the mesh is partitioned.
   subroutine create(self, comm, mesh, body, boundary, rows, ierr)
     class(contact_system_t), intent(out) :: self
     MPI_Comm, intent(in) :: comm
@@ -87,7 +87,8 @@ contains
     PetscCall(create_vector(comm, self%map%n_local_dofs, self%work_out, ierr))
   end subroutine create
 
-  !> K of the same mesh with other materials. What a solver made of the old one is out of date then. Collective.
+  !> Assembles K again with other materials on the same mesh. Data that a solver derived from the old K are then out of date.
+  !> Collective.
   subroutine update_stiffness(self, mesh, body, ierr)
     class(contact_system_t), intent(inout) :: self
     type(mesh_t), intent(in) :: mesh
@@ -110,7 +111,7 @@ contains
     displacement = self%boundary%prescribed_displacement(theta)
   end function prescribed_displacement
 
-  !> The gaps D(mu). Local.
+  !> Returns the gaps D(mu). Local.
   pure function gap(self, theta)
     class(contact_system_t), intent(in) :: self
     real(rk), intent(in) :: theta(:)
@@ -120,7 +121,7 @@ contains
     gap = matmul(self%rows%gap, theta)
   end function gap
 
-  !> The load F(mu). Local.
+  !> Returns the loads F(mu). Local.
   pure function load(self, theta)
     class(contact_system_t), intent(in) :: self
     real(rk), intent(in) :: theta(:)
@@ -130,7 +131,7 @@ contains
     load = self%boundary%forces(theta)
   end function load
 
-  !> K u with replicated arrays. Collective.
+  !> Computes K u; both arrays are complete on every rank. Collective.
   subroutine apply_stiffness(self, displacement, forces, ierr)
     class(contact_system_t), intent(inout) :: self
     !> [length] natural, shape (n_dofs)
@@ -144,7 +145,7 @@ contains
     PetscCall(self%get(self%work_out, forces, ierr))
   end subroutine apply_stiffness
 
-  !> Replicated array -> distributed vector. Local.
+  !> Copies an array that every rank has into a distributed vector. Local.
   subroutine put(self, values, vector, ierr)
     class(contact_system_t), intent(in) :: self
     real(rk), intent(in) :: values(:)
@@ -157,7 +158,7 @@ contains
     PetscCall(VecRestoreArrayF90(vector, local, ierr))
   end subroutine put
 
-  !> As put, for some dofs; the others keep their values. Local.
+  !> Copies the values of some dofs into a distributed vector; other dofs keep their values. Local.
   subroutine put_some(self, dofs, values, vector, ierr)
     class(contact_system_t), intent(in) :: self
     !> natural
@@ -176,7 +177,7 @@ contains
     PetscCall(VecRestoreArrayF90(vector, local, ierr))
   end subroutine put_some
 
-  !> Distributed vector -> replicated array. Collective.
+  !> Copies a distributed vector into an array on every rank. Collective.
   subroutine get(self, vector, values, ierr)
     class(contact_system_t), intent(in) :: self
     Vec, intent(in) :: vector
@@ -191,7 +192,7 @@ contains
     PetscCall(sum_over_ranks(self%comm, values, ierr))
   end subroutine get
 
-  !> Distributed columns -> natural order on every rank, filled up with columns of zeros. Collective.
+  !> Copies distributed columns, in natural order, into an array on every rank. Missing columns become zeros. Collective.
   subroutine share_columns(self, local, n_columns, columns, ierr)
     class(contact_system_t), intent(in) :: self
     !> rows of this rank, shape (n_local_dofs, at most n_columns)

@@ -21,7 +21,7 @@ module sig_convex_polygons
 
 contains
 
-  !> A polygon from corners that may go round either way.
+  !> Returns the polygon of corners that are given in either sense of rotation.
   pure type(polygon_t) function polygon_of(corners) result(polygon)
     real(rk), intent(in) :: corners(:, :)
 
@@ -43,7 +43,7 @@ contains
     end associate
   end function area_of
 
-  !> Mean of the corners: a place inside.
+  !> Returns the mean of the corners, which lies inside the polygon.
   pure function centroid_of(polygon) result(place)
     type(polygon_t), intent(in) :: polygon
     real(rk) :: place(2)
@@ -51,7 +51,8 @@ contains
     place = sum(polygon%corners(:, :polygon%n), dim=2) / polygon%n
   end function centroid_of
 
-  !> I. E. Sutherland, G. W. Hodgman, Communications of the ACM 17 (1974) 32. Without corners where there is nothing in common.
+  !> Returns the intersection of two polygons, without corners where it is empty. Method: I. E. Sutherland, G. W. Hodgman,
+  !> Communications of the ACM 17 (1974) 32.
   pure type(polygon_t) function common_part(one, other) result(part)
     type(polygon_t), intent(in) :: one, other
     integer :: i
@@ -63,7 +64,7 @@ contains
     end do
   end function common_part
 
-  !> Polygons that make up one without the other, those without area left out.
+  !> Returns polygons that together make up `one` without `other`. Polygons below the smallest area are left out.
   pure subroutine rest_of(one, other, smallest, rest)
     type(polygon_t), intent(in) :: one, other
     !> [length**2] what has less area is nothing

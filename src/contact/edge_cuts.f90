@@ -29,8 +29,8 @@ module sig_edge_cuts
 
 contains
 
-  !> The edge cut at the nodes of all other edges; each piece with the edge that it faces, the nearest one of several. Pieces that
-  !> face nothing are left out.
+  !> Cuts an edge at the nodes of all other edges. Each piece gets the nearest edge that it faces. Pieces that face no edge are left
+  !> out.
   pure subroutine cut_edge(ends, normals, others, outward, limit, pieces)
     !> [length] and [-] of the two nodes, shape (2, 2)
     real(rk), intent(in) :: ends(:, :)
@@ -56,7 +56,7 @@ contains
     end do
   end subroutine cut_edge
 
-  !> 0, the places opposite nodes of the others, 1; ascending.
+  !> Returns the places of the cuts in ascending order: 0, the places opposite to nodes of the other edges, 1.
   pure function cuts_of_edge(ends, normals, others) result(cuts)
     real(rk), intent(in) :: ends(:, :), normals(:, :), others(:, :, :)
     real(rk), allocatable :: cuts(:)

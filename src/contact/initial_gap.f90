@@ -45,8 +45,8 @@ contains
     end do
   end subroutine set_initial_gaps
 
-  !> Adds a value to the gaps of some pairs: what does not depend on the parameters to the initial gap, a product of what does and
-  !> of the place as a factor of its term.
+  !> Adds a value to the gaps of some pairs. A part without parameters is added to the initial gap. A product of functions of the
+  !> parameters and of the place becomes a term with a factor.
   subroutine add_gap(mesh, members, value, deck_path, terms, pairs, error)
     type(mesh_t), intent(in) :: mesh
     integer, intent(in) :: members(:)

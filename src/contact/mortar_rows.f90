@@ -30,7 +30,7 @@ module sig_mortar_rows
   !> [-] a normal with a larger part along free components leans on a plane of symmetry, and is straightened
   real(rk), parameter :: nearly_free = 0.9_rk
 
-  !> The rows of one entry, and what comes with them.
+  !> The rows of one entry with their terms and a note.
   type :: new_rows_t
     type(surface_pair_t) :: surfaces
     type(contact_rows_t) :: rows
@@ -40,7 +40,7 @@ module sig_mortar_rows
     character(:), allocatable :: note
   end type new_rows_t
 
-  !> Which surface of an entry has the rows.
+  !> The side of an entry that carries the rows.
   type :: side_choice_t
     !> why it is the second one; not allocated where it is the first
     character(:), allocatable :: why_swapped
@@ -102,7 +102,7 @@ contains
 
   contains
 
-    !> The rows in one order of the sides, and what speaks against them.
+    !> Builds the rows for one order of the sides and finds what prevents it.
     subroutine try_order(is_swapped, speaks_against, failure)
       logical, intent(in) :: is_swapped
       type(conflict_t), allocatable, intent(out) :: speaks_against
@@ -134,7 +134,7 @@ contains
     if (entry%has_direction) entry%direction = -entry%direction
   end subroutine swap_sides
 
-  !> Errors: surfaces that do not face each other.
+  !> Builds the contact rows of one entry. Errors: surfaces that do not face each other.
   subroutine build_rows(mesh, model, contact, i_entry, deck_path, is_prescribed, more, error)
     type(mesh_t), intent(in) :: mesh
     type(mechanical_model_t), intent(in) :: model
@@ -247,7 +247,7 @@ contains
     allocate (sites%initial_gap(sites%n_pairs), source=0.0_rk)
   end subroutine keep_sites
 
-  !> Errors: a node on both surfaces.
+  !> Checks that no node belongs to both surfaces. Errors: a node on both surfaces.
   pure subroutine check_common_nodes(mesh, surfaces, error)
     type(mesh_t), intent(in) :: mesh
     type(surface_pair_t), intent(in) :: surfaces
@@ -261,7 +261,7 @@ contains
     if (i > 0) call refuse_common_node(mesh, surfaces, surfaces%first_nodes(i), error)
   end subroutine check_common_nodes
 
-  !> Errors: every node overlaps by more than an element.
+  !> Checks the gaps. Errors: every node overlaps by more than an element.
   pure subroutine check_overlap(surfaces, gaps, first, error)
     type(surface_pair_t), intent(in) :: surfaces
     !> [length] of the rows

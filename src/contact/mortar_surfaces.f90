@@ -125,7 +125,7 @@ contains
     end associate
   end subroutine integrate_facet
 
-  !> Phi = dual N with dual M = diag(integral N_k), M = integral N_i N_k.
+  !> Computes the dual functions Phi = dual N with dual M = diag(integral N_k), M = integral N_i N_k.
   subroutine find_dual(values, weights, dual, is_singular)
     !> [-] shape functions at the points, shape (n_nodes, n_points)
     real(rk), intent(in) :: values(:, :)
@@ -180,7 +180,7 @@ contains
     end associate
   end function bulge_at
 
-  !> Integrals of Phi_j and Phi_j N_l.
+  !> Adds the integrals of Phi_j and Phi_j N_l.
   subroutine add_shares(shapes, nodes, duals, second, points, sums)
     type(facet_shape_t), intent(in) :: shapes(:)
     !> of the facet
@@ -239,7 +239,7 @@ contains
     end if
   end function size_of
 
-  !> circumference of several places.
+  !> Returns the circumference at several places.
   pure function around(model, places)
     type(mechanical_model_t), intent(in) :: model
     real(rk), intent(in) :: places(:, :)

@@ -14,7 +14,7 @@ module sig_node_pair_rows
 
 contains
 
-  !> One row per pair, in their order. B B' is 2 for pairs and 1 for obstacles.
+  !> Creates one row per pair, in the order of the pairs. B B' is 2 for a pair and 1 for an obstacle.
   pure subroutine create_node_pair_rows(pairs, areas, n_terms, rows)
     type(node_pairs_t), intent(in) :: pairs
     !> [length**(n_dim - 1)] shape (n_pairs)
@@ -41,7 +41,7 @@ contains
     end associate
   end subroutine create_node_pair_rows
 
-  !> What the first node of each pair stands for on its surface, per unit thickness in the plane, with 2 pi r in axisymmetry.
+  !> Returns the area of the first node of each pair: per unit thickness in the plane, with the factor 2 pi r in axisymmetry.
   pure function areas_of_pairs(mesh, body, contact, pairs) result(areas)
     type(mesh_t), intent(in) :: mesh
     type(elastic_body_t), intent(in) :: body

@@ -75,7 +75,7 @@ contains
     end do
   end subroutine create_rigid_motions
 
-  !> Modes of a body: translations, then rotations; in axisymmetry only along the axis.
+  !> Number of rigid modes of a body: translations and rotations; in axisymmetry only the axial translation.
   pure integer function n_rigid_modes(n_dim, is_round)
     integer, intent(in) :: n_dim
     logical, intent(in) :: is_round
@@ -84,7 +84,7 @@ contains
     if (is_round) n_rigid_modes = 1
   end function n_rigid_modes
 
-  !> Their displacements at a place that is given from the center and in sizes of the body.
+  !> Displacements of the rigid modes at a place, which is relative to the center and scaled by the size of the body.
   pure function rigid_modes(place, is_round) result(modes)
     real(rk), intent(in) :: place(:)
     logical, intent(in) :: is_round
@@ -108,7 +108,7 @@ contains
     end if
   end function rigid_modes
 
-  !> Center: mean of the nodes; size: distance of the farthest one.
+  !> Computes the center (mean of the nodes) and the size (distance of the farthest node) of each body.
   pure subroutine measure_bodies(motions)
     type(rigid_motions_t), intent(inout) :: motions
     integer :: i_node, n_nodes(motions%n_bodies)
@@ -128,7 +128,7 @@ contains
     end associate
   end subroutine measure_bodies
 
-  !> Per body, what the rigid modes leave at rest on the prescribed dofs.
+  !> Finds for each body the rigid motions that do not move the prescribed dofs.
   subroutine find_free_motions(is_prescribed, motions)
     logical, intent(in) :: is_prescribed(:)
     type(rigid_motions_t), intent(inout) :: motions
@@ -156,7 +156,7 @@ contains
     end do
   end subroutine find_free_motions
 
-  !> Orthonormal columns that a Gram matrix takes to zero.
+  !> Returns an orthonormal basis of the null space of a Gram matrix.
   function null_space(gram) result(columns)
     !> symmetric, no negative eigenvalue, shape (n, n)
     real(rk), intent(in) :: gram(:, :)
@@ -171,7 +171,7 @@ contains
     columns = transpose(vt(rank + 1:, :))
   end function null_space
 
-  !> All rigid modes of the node's body at the node.
+  !> Returns all rigid modes of the node's body at the node.
   pure function modes_at(motions, i_node) result(modes)
     type(rigid_motions_t), intent(in) :: motions
     integer, intent(in) :: i_node
@@ -182,7 +182,7 @@ contains
     end associate
   end function modes_at
 
-  !> Rows of Z of a node, shape (n_dim, n_free).
+  !> Returns the rows of Z that belong to a node, shape (n_dim, n_free).
   pure function at_node(self, i_node) result(rows)
     class(rigid_motions_t), intent(in) :: self
     integer, intent(in) :: i_node
@@ -198,7 +198,7 @@ contains
     end do
   end function at_node
 
-  !> Z times amplitudes, as a field.
+  !> Returns the displacement field Z times amplitudes.
   pure function field(self, amplitudes) result(displacement)
     class(rigid_motions_t), intent(in) :: self
     !> shape (n_free)
@@ -213,7 +213,7 @@ contains
     end do
   end function field
 
-  !> Z' F: work of forces on each motion.
+  !> Returns Z' F, the work of forces on each motion.
   pure function work(self, forces)
     class(rigid_motions_t), intent(in) :: self
     !> [force] natural, shape (n_dofs)

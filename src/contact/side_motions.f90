@@ -65,7 +65,7 @@ contains
     end do
   end subroutine find_followers
 
-  !> What the owner of a row has to do when another node of its first side moves.
+  !> Returns how the owner of a row must move when another node of its first side moves.
   pure function following_motion(rows, row, is_prescribed, node, motion) result(answer)
     type(contact_rows_t), intent(in) :: rows
     !> a follower

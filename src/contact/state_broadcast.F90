@@ -12,7 +12,7 @@ module sig_state_broadcast
 
 contains
 
-  !> Collective on comm; the others' states are replaced.
+  !> Copies the state of the root to all other ranks of comm. Collective on comm.
   subroutine broadcast_state(state, root, comm, ierr)
     type(contact_state_t), intent(inout) :: state
     !> rank in comm, 0-based
@@ -47,7 +47,7 @@ contains
     if (allocated(flags)) state%is_active = flags > 0
   end subroutine broadcast_state
 
-  !> An array that the root lacks is lacking everywhere.
+  !> Copies an array of the root to all other ranks. If the root has no array, the others have none afterwards.
   subroutine broadcast_values(values, root, comm, ierr)
     real(rk), allocatable, intent(inout) :: values(:)
     integer, intent(in) :: root

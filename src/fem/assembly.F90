@@ -15,7 +15,7 @@ module sig_assembly
 
 contains
 
-  !> Collective on comm, for which the mesh was partitioned. Each rank computes the cells that it owns.
+  !> Creates K in the distribution of the mesh over comm. Each rank computes the cells that it owns. Collective on comm.
   subroutine assemble_stiffness(comm, mesh, body, map, stiffness, ierr)
     MPI_Comm, intent(in) :: comm
     type(mesh_t), intent(in) :: mesh
@@ -53,7 +53,7 @@ contains
     PetscCall(MatSetOption(stiffness, MAT_SYMMETRIC, PETSC_TRUE, ierr))
   end subroutine fill_stiffness
 
-  !> Nodes that share a cell with each owned node, on this rank and on others: the exact preallocation.
+  !> Counts for each owned node the nodes that share a cell with it, on this rank and on others. This gives the exact preallocation.
   subroutine count_neighbors(mesh, map, inside, outside)
     type(mesh_t), intent(in) :: mesh
     type(dof_map_t), intent(in) :: map

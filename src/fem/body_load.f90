@@ -20,8 +20,8 @@ module sig_body_load
 
 contains
 
-  !> A component is a sum of products: what depends on the parameters is a term, what depends on the place its pattern. The deck
-  !> layer refuses others.
+  !> Adds a body force to the terms and patterns. Each component is a sum of products of a function of the parameters (a term) and a
+  !> function of the place (its pattern). The deck layer refuses other expressions.
   !>
   !> Errors: unknown region, a value that is not finite.
   subroutine add_body_load(mesh, body, load, deck_path, terms, pattern, error)
@@ -62,7 +62,7 @@ contains
     end do
   end subroutine add_body_load
 
-  !> Nodal forces along one component.
+  !> Computes the nodal forces along one component.
   pure subroutine integrate(mesh, body, cells, component, densities, forces)
     type(mesh_t), intent(in) :: mesh
     type(elastic_body_t), intent(in) :: body

@@ -39,6 +39,8 @@ module sig_boundary_conditions
 
 contains
 
+  !> Creates the conditions of the deck's entries and their terms.
+  !>
   !> Errors: unknown boundary name; a dof prescribed by two entries with different values; a value that is not finite.
   subroutine create_boundary_conditions(mesh, entries, deck_path, terms, conditions, error)
     type(mesh_t), intent(in) :: mesh
@@ -64,7 +66,7 @@ contains
     call collect_terms(mesh, entries, entry_of_dof, deck_path, terms, conditions, error)
   end subroutine create_boundary_conditions
 
-  !> Columns of a lifting: one for each leading term, then one for each of the lifted forces.
+  !> Number of columns of a lifting: one for each leading term, then one for each lifted force.
   pure integer function n_lifted_terms(self)
     class(boundary_conditions_t), intent(in) :: self
 
@@ -83,7 +85,7 @@ contains
     displacement(self%prescribed_dofs) = matmul(self%prescribed_values, theta(:size(self%prescribed_values, 2)))
   end function prescribed_displacement
 
-  !> Nodal forces of loads and imposed strains together.
+  !> Returns the nodal forces of the loads and of the imposed strains together.
   pure subroutine get_forces(self, pattern)
     class(boundary_conditions_t), intent(in) :: self
     type(load_pattern_t), intent(out) :: pattern
@@ -131,7 +133,7 @@ contains
     end do
   end subroutine claim_dofs
 
-  !> Whether two values are equal, constants by value: 0 and 0.0 are the same.
+  !> Whether two values differ. Constants are compared by value: 0 and 0.0 are equal.
   pure logical function differ(one, other)
     type(value_config_t), intent(in) :: one
     type(value_config_t), intent(in) :: other
@@ -143,7 +145,7 @@ contains
     end if
   end function differ
 
-  !> Terms of each entry and component, then their values.
+  !> Finds the terms of each entry and component, then their values.
   subroutine collect_terms(mesh, entries, entry_of_dof, deck_path, terms, conditions, error)
     type(mesh_t), intent(in) :: mesh
     type(boundary_config_t), intent(in) :: entries(:)
@@ -174,7 +176,7 @@ contains
     call widen(conditions%prescribed_values, conditions%n_terms)
   end subroutine collect_terms
 
-  !> The parts of one component of an entry.
+  !> Adds the values of the parts of one component of an entry.
   pure subroutine add_values(dofs, parts, n_terms, conditions)
     !> ascending
     integer, intent(in) :: dofs(:)
@@ -198,7 +200,7 @@ contains
     end do
   end subroutine add_values
 
-  !> Columns of zeros behind those that are there.
+  !> Appends columns of zeros up to n_columns.
   pure subroutine widen(values, n_columns)
     real(rk), allocatable, intent(inout) :: values(:, :)
     integer, intent(in) :: n_columns

@@ -11,7 +11,7 @@ module sig_cell_stiffness
 
 contains
 
-  !> Dofs of a cell in natural numbering, node by node.
+  !> Returns the dofs of a cell in natural numbering, node by node.
   pure function cell_dofs(mesh, i_cell) result(dofs)
     type(mesh_t), intent(in) :: mesh
     integer, intent(in) :: i_cell
@@ -27,7 +27,7 @@ contains
     end do
   end function cell_dofs
 
-  !> Stiffness matrix of one cell; rows and columns as in cell_dofs.
+  !> Returns the stiffness matrix of one cell. Rows and columns are ordered as in cell_dofs.
   function cell_stiffness(mesh, body, i_cell) result(stiffness)
     type(mesh_t), intent(in) :: mesh
     type(elastic_body_t), intent(in) :: body

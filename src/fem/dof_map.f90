@@ -25,7 +25,7 @@ module sig_dof_map
 
 contains
 
-  !> Local: the mesh and its partition are known everywhere.
+  !> Creates the map of one rank. Local: every rank knows the mesh and its partition.
   pure subroutine create_dof_map(mesh, partition, rank, n_ranks, map)
     type(mesh_t), intent(in) :: mesh
     type(mesh_partition_t), intent(in) :: partition
@@ -56,7 +56,7 @@ contains
     end do
   end subroutine create_dof_map
 
-  !> Where a natural dof stands among those of this rank, 0 if another rank owns it.
+  !> Returns the position of a natural dof among the dofs of this rank, 0 if another rank owns it.
   pure integer function local_index(self, dof)
     class(dof_map_t), intent(in) :: self
     integer, intent(in) :: dof

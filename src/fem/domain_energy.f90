@@ -25,7 +25,7 @@ module sig_domain_energy
 
 contains
 
-  !> Local. Memory: one full matrix per cell.
+  !> Computes the stiffness matrix of each of the cells. The memory is one full matrix per cell. Local.
   subroutine create(self, mesh, body, cells)
     class(domain_energy_t), intent(out) :: self
     type(mesh_t), intent(in) :: mesh
@@ -65,7 +65,7 @@ contains
     end do
   end function strain_energy
 
-  !> x' A x.
+  !> Returns x' A x.
   pure real(rk) function quadratic_form(n, matrix, x) result(form)
     integer, intent(in) :: n
     real(rk), intent(in) :: matrix(n, n)

@@ -52,7 +52,7 @@ contains
     end do
   end subroutine create_elastic_body
 
-  !> Other values, for the same materials or others.
+  !> Sets new elastic constants. The number of materials may change.
   subroutine set_moduli(self, young_moduli, poisson_ratios)
     class(elastic_body_t), intent(inout) :: self
     !> [force/length**2] shape (n_materials)
@@ -70,7 +70,7 @@ contains
     end do
   end subroutine set_moduli
 
-  !> Another law for each material, such as a part of Hooke's.
+  !> Sets another matrix of elasticity for each material, such as one part of Hooke's matrix.
   pure subroutine set_stresses(self, matrices)
     class(elastic_body_t), intent(inout) :: self
     !> [force/length**2] all stresses from all elastic strains, shape (n_stresses, n_stresses, n_materials)

@@ -15,7 +15,7 @@ module sig_imposed_energy
   private
   public :: imposed_energy_t
 
-  !> Of some cells; the terms are those of the imposed strains.
+  !> The energy of imposed strains over some cells. Its terms are those of the imposed strains.
   type :: imposed_energy_t
     private
     !> F*
@@ -29,7 +29,7 @@ module sig_imposed_energy
 
 contains
 
-  !> Local. The energies are those of the elastic constants that the body has.
+  !> Computes the forces and energies with the present elastic constants of the body. Local.
   subroutine create(self, mesh, body, strains, cells)
     class(imposed_energy_t), intent(out) :: self
     type(mesh_t), intent(in) :: mesh

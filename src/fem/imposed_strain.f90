@@ -34,7 +34,7 @@ module sig_imposed_strain
     procedure :: restrict
   end type strain_part_t
 
-  !> The strains at one point of the parameters; nothing allocated where there are none.
+  !> The imposed strains at one parameter point. Its arrays are not allocated where there are no imposed strains.
   type :: strain_field_t
     private
     !> integration points of cell c: offsets(c) + 1 to offsets(c + 1), none where nothing is imposed on it
@@ -78,7 +78,7 @@ contains
     call move_alloc(longer, self%parts)
   end subroutine add_part
 
-  !> The part in those of its cells that a list holds.
+  !> Restricts a part to those of its cells that are in a list.
   pure subroutine restrict(self, mesh, body, cells, part)
     class(strain_part_t), intent(in) :: self
     type(mesh_t), intent(in) :: mesh
@@ -98,7 +98,7 @@ contains
       i=1, size(self%cells))])
   end subroutine restrict
 
-  !> The strains for values of the terms. Local.
+  !> Computes the imposed strains from the values of the terms. Local.
   pure subroutine evaluate(self, mesh, body, theta, field)
     class(imposed_strains_t), intent(in) :: self
     type(mesh_t), intent(in) :: mesh
@@ -146,7 +146,7 @@ contains
     end do
   end subroutine number_points
 
-  !> [-] shears as angles; zero where nothing is imposed.
+  !> [-] The imposed strain at an integration point, shears as angles; zero where nothing is imposed.
   pure function at_point(self, i_cell, i_point) result(strain)
     class(strain_field_t), intent(in) :: self
     integer, intent(in) :: i_cell
@@ -158,7 +158,7 @@ contains
     if (self%offsets(i_cell + 1) > self%offsets(i_cell)) strain = self%strains(:, self%offsets(i_cell) + i_point)
   end function at_point
 
-  !> Means over the cells, as components of the tensor. Local.
+  !> Returns the mean imposed strain of each cell, as components of the tensor. Local.
   pure function cell_strains(mesh, body, field) result(means)
     type(mesh_t), intent(in) :: mesh
     type(elastic_body_t), intent(in) :: body

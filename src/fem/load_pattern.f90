@@ -37,7 +37,7 @@ contains
     if (allocated(self%dofs)) n_entries = size(self%dofs)
   end function n_entries
 
-  !> How many terms it has entries of.
+  !> Returns the number of terms that have entries.
   pure integer function n_terms(self)
     class(load_pattern_t), intent(in) :: self
     logical, allocatable :: has_entries(:)
@@ -49,7 +49,7 @@ contains
     n_terms = count(has_entries)
   end function n_terms
 
-  !> Adds the entries of another one.
+  !> Adds the entries of another pattern.
   pure subroutine add_pattern(self, other)
     class(load_pattern_t), intent(inout) :: self
     type(load_pattern_t), intent(in) :: other
@@ -70,7 +70,7 @@ contains
     end associate
   end subroutine add_forces
 
-  !> A term that is the force on one dof.
+  !> Adds a term that is a force of 1 on one dof.
   pure subroutine add_unit(self, i_term, dof)
     class(load_pattern_t), intent(inout) :: self
     integer, intent(in) :: i_term
@@ -91,7 +91,7 @@ contains
     self%values = [self%values, values]
   end subroutine append
 
-  !> F at a point of the parameters, without what rounding leaves.
+  !> Returns the forces F at a parameter point. Forces that are only rounding errors are set to zero.
   pure function forces(self, theta, n_dofs)
     class(load_pattern_t), intent(in) :: self
     !> [-] shape (n_terms)
@@ -108,7 +108,7 @@ contains
     where (abs(forces) <= rounding * maxval(self%part_sizes(theta, n_dofs))) forces = 0
   end function forces
 
-  !> Sums of the sizes of the parts.
+  !> Returns for each dof the sum of the absolute values of the parts.
   pure function part_sizes(self, theta, n_dofs) result(sizes)
     class(load_pattern_t), intent(in) :: self
     !> [-] shape (n_terms)
@@ -124,7 +124,7 @@ contains
     end do
   end function part_sizes
 
-  !> Dofs that can carry a load, ascending.
+  !> Returns the dofs that can carry a load, ascending.
   pure function loaded_dofs(self, n_dofs) result(dofs)
     class(load_pattern_t), intent(in) :: self
     integer, intent(in) :: n_dofs

@@ -15,7 +15,7 @@ module sig_loads
 
 contains
 
-  !> Adds the terms of the loads behind those of the prescribed displacements. Errors: as add_surface_load and add_body_load.
+  !> Adds the terms of all loads after those of the prescribed displacements. Errors: those of add_surface_load and add_body_load.
   subroutine create_loads(mesh, body, loads, deck_path, terms, pattern, error)
     type(mesh_t), intent(in) :: mesh
     type(elastic_body_t), intent(in) :: body

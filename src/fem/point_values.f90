@@ -13,7 +13,7 @@ module sig_point_values
 
 contains
 
-  !> Integration points of some cells.
+  !> Returns the number of integration points of some cells.
   pure integer function count_points(mesh, body, cells) result(n)
     type(mesh_t), intent(in) :: mesh
     type(elastic_body_t), intent(in) :: body
@@ -26,7 +26,7 @@ contains
     end do
   end function count_points
 
-  !> Values of an expression of the coordinates. Requires: it is one.
+  !> Evaluates an expression of the coordinates at the integration points of cells. The value must be an expression.
   subroutine evaluate_at_points(mesh, body, cells, value, coordinate_names, values, bad_cell)
     type(mesh_t), intent(in) :: mesh
     type(elastic_body_t), intent(in) :: body
@@ -57,7 +57,7 @@ contains
     call expression%destroy()
   end subroutine evaluate_at_points
 
-  !> Nodal values by the shape functions of the cells.
+  !> Interpolates nodal values at the integration points with the shape functions of the cells.
   pure subroutine interpolate_at_points(mesh, body, cells, nodal, values)
     type(mesh_t), intent(in) :: mesh
     type(elastic_body_t), intent(in) :: body

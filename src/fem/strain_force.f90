@@ -65,7 +65,7 @@ contains
     has_numbers = material%young_modulus%is_constant .and. material%poisson_ratio%is_constant
   end function has_numbers
 
-  !> Empty for term 1.
+  !> Returns the expression of the term that a part belongs to; empty for term 1.
   pure function theta_text(strains, part) result(text)
     type(imposed_strains_t), intent(in) :: strains
     type(strain_part_t), intent(in) :: part
@@ -75,7 +75,7 @@ contains
     if (part%term > 1) text = strains%terms%names(part%term)%text
   end function theta_text
 
-  !> Forces of one part for a given law, the whole one or one of its terms.
+  !> Computes the nodal forces of one part for a given matrix of elasticity, or for one term of it.
   pure subroutine strain_forces(mesh, body, part, hooke, forces)
     type(mesh_t), intent(in) :: mesh
     type(elastic_body_t), intent(in) :: body

@@ -29,7 +29,7 @@ module sig_strain_maps
 
 contains
 
-  !> Local: every rank computes every cell.
+  !> Creates the maps to the strains of cells and of nodes. Local: every rank computes every cell.
   pure subroutine create_strain_maps(mesh, body, imposed, of_cells, of_nodes)
     type(mesh_t), intent(in) :: mesh
     type(elastic_body_t), intent(in) :: body
@@ -45,7 +45,7 @@ contains
     call impose(mesh, body, imposed, volumes, of_cells, of_nodes)
   end subroutine create_strain_maps
 
-  !> Means over the cells.
+  !> Creates the map to the mean strains of the cells.
   pure subroutine map_cells(mesh, body, map, volumes)
     type(mesh_t), intent(in) :: mesh
     type(elastic_body_t), intent(in) :: body
@@ -66,7 +66,7 @@ contains
     end do
   end subroutine map_cells
 
-  !> The gradients at the integration points of a cell.
+  !> Computes the gradients of the shape functions at the integration points of a cell.
   pure subroutine find_gradients(mesh, body, i_cell, gradients)
     type(mesh_t), intent(in) :: mesh
     type(elastic_body_t), intent(in) :: body
@@ -89,7 +89,7 @@ contains
     end associate
   end subroutine find_gradients
 
-  !> Sum over the points.
+  !> Returns the weighted sum of the gradients over the integration points.
   pure function weighted(gradients, weights) result(total)
     type(cell_gradients_t), intent(in) :: gradients
     !> [-] of each point
@@ -159,7 +159,7 @@ contains
     map%nodes = map%nodes(:last)
   end subroutine list_neighbors
 
-  !> Means over the cells around the nodes.
+  !> Creates the map to the nodal strains: means over the cells around each node.
   pure subroutine map_nodes(mesh, body, volumes, map)
     type(mesh_t), intent(in) :: mesh
     type(elastic_body_t), intent(in) :: body

@@ -24,7 +24,7 @@ module sig_strain_parts
     real(rk), allocatable :: values(:)
   end type point_product_t
 
-  !> One entry on one material.
+  !> One entry of the section, restricted to one material.
   type :: entry_t
     type(imposed_strain_config_t) :: strain
     type(material_config_t) :: material
@@ -35,7 +35,7 @@ module sig_strain_parts
 
 contains
 
-  !> Entries on one region add up. A region may hold several materials.
+  !> Creates the imposed strains of the deck. Entries on the same region add up. A region may hold several materials.
   !>
   !> Errors: unknown region; a temperature on a material without thermal_expansion; a value that is not finite.
   subroutine create_imposed_strains(mesh, body, deck, fields, strains, error)
@@ -99,7 +99,7 @@ contains
     end do
   end subroutine add_entry
 
-  !> A swelling, or alpha (T - T_ref).
+  !> Returns the products of an isotropic strain: a swelling, or alpha (T - T_ref).
   subroutine isotropic_products(mesh, body, entry, cells, terms, products, error)
     type(mesh_t), intent(in) :: mesh
     type(elastic_body_t), intent(in) :: body
@@ -131,7 +131,7 @@ contains
     end associate
   end subroutine isotropic_products
 
-  !> A sum of products of the parameters and the place. Errors: a value that is not finite.
+  !> Splits a value into products of functions of the parameters and of the place. Errors: a value that is not finite.
   subroutine place_products(mesh, body, cells, value, terms, deck_path, products, error)
     type(mesh_t), intent(in) :: mesh
     type(elastic_body_t), intent(in) :: body
@@ -191,7 +191,7 @@ contains
     call move_alloc(scaled, products)
   end subroutine scale_products
 
-  !> Products with the same function of the parameters are one.
+  !> Adds a product. Products with the same function of the parameters are merged into one.
   subroutine add_product(products, of_parameters, values)
     type(point_product_t), allocatable, intent(inout) :: products(:)
     character(*), intent(in) :: of_parameters

@@ -28,6 +28,8 @@ module sig_surface_load
 
 contains
 
+  !> Adds a pressure or a traction to the terms and patterns.
+  !>
   !> Errors: unknown surface, a facet inside the body, a value that is not finite.
   subroutine add_surface_load(mesh, load, deck_path, terms, term_of_dof, pattern, error)
     type(mesh_t), intent(in) :: mesh
@@ -54,7 +56,7 @@ contains
     end do
   end subroutine add_surface_load
 
-  !> +1 where the order of the nodes gives the outward normal, else -1.
+  !> Sets +1 for facets whose node order gives the outward normal, else -1.
   subroutine orient_facets(mesh, i_group, load, deck_path, orientations, error)
     type(mesh_t), intent(in) :: mesh
     integer, intent(in) :: i_group
@@ -83,7 +85,7 @@ contains
     end associate
   end subroutine orient_facets
 
-  !> The pressure (component 0) or one component of the traction.
+  !> Adds the pressure (component 0) or one component of the traction.
   subroutine add_part(mesh, load, i_group, component, value, orientations, deck_path, terms, term_of_dof, pattern, error)
     type(mesh_t), intent(in) :: mesh
     type(load_config_t), intent(in) :: load
@@ -119,7 +121,7 @@ contains
     end do
   end subroutine add_part
 
-  !> Nodal forces of a load without parameters.
+  !> Computes the nodal forces of a load that does not depend on the parameters.
   subroutine integrate(mesh, load, i_group, component, value, orientations, terms, deck_path, forces, error)
     type(mesh_t), intent(in) :: mesh
     type(load_config_t), intent(in) :: load
@@ -168,7 +170,7 @@ contains
     if (load%has_maximum) window%maximum = load%maximum%constant
   end function fixed_window
 
-  !> A term per dof that the load can reach; several such loads share them.
+  !> Adds one term per dof that the load can reach. Several such loads share these terms.
   subroutine add_dof_terms(mesh, load, i_group, component, value, orientations, terms, term_of_dof, pattern)
     type(mesh_t), intent(in) :: mesh
     type(load_config_t), intent(in) :: load

@@ -11,7 +11,8 @@ module sig_surface_measure
 
 contains
 
-  !> Integral of N_k over the facets, per unit thickness in the plane, with 2 pi r in axisymmetry; zero on all other nodes. Local.
+  !> Returns for each node the integral of its shape function over the facets: per unit thickness in the plane, with the factor 2 pi
+  !> r in axisymmetry. The value is zero at all other nodes. Local.
   pure function nodal_areas(mesh, body, facets) result(areas)
     type(mesh_t), intent(in) :: mesh
     type(elastic_body_t), intent(in) :: body

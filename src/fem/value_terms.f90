@@ -21,8 +21,8 @@ module sig_value_terms
 
 contains
 
-  !> As split_value, but a sum of products, of what depends on the parameters and what depends on the place, has a term per product.
-  !> The value at node k is the sum over the parts.
+  !> Splits a value that is a sum of products of functions of the parameters and of the place: each product has one term. The value
+  !> at node k is the sum over the parts.
   subroutine split_sum(mesh, nodes, value, deck_path, terms, parts, error)
     type(mesh_t), intent(in) :: mesh
     integer, intent(in) :: nodes(:)
@@ -57,9 +57,10 @@ contains
     end do
   end subroutine split_sum
 
-  !> A value without parameters belongs to term 1; one without coordinates is a term; with both, every node is a term.
+  !> Splits a value at nodes into terms. A value without parameters belongs to term 1. A value without coordinates is one term. A
+  !> value with both has one term per node.
   !>
-  !> Errors: not finite at a node, for a value without parameters.
+  !> Errors: a value without parameters that is not finite at a node.
   subroutine split_value(mesh, nodes, value, deck_path, terms, parts, error)
     type(mesh_t), intent(in) :: mesh
     integer, intent(in) :: nodes(:)
@@ -84,7 +85,7 @@ contains
     end if
   end subroutine split_value
 
-  !> Values of an expression of the coordinates.
+  !> Evaluates an expression of the coordinates at the nodes.
   subroutine evaluate_on_nodes(mesh, nodes, value, deck_path, terms, values, error)
     type(mesh_t), intent(in) :: mesh
     integer, intent(in) :: nodes(:)

@@ -8,7 +8,7 @@ module sig_cell_collection
   private
   public :: cell_collection_t
 
-  !> start; then the add procedures; mesh is whole at any time, but for the coordinates, which are the caller's.
+  !> Call `start`, then the add procedures. The mesh is complete at any time, except for the coordinates, which the caller sets.
   type :: cell_collection_t
     type(mesh_t) :: mesh
     !> what the caller wants to know of each cell, shape (n_labels, n_cells)
@@ -49,7 +49,7 @@ contains
     call self%add(mesh%cell_types, mesh%cell_offsets(2:) - mesh%cell_offsets(:mesh%n_cells), mesh%cell_nodes, labels)
   end subroutine add_bodies
 
-  !> Some facets of a mesh, one label for all.
+  !> Adds some facets of a mesh. All of them get the same labels.
   pure subroutine add_facets(self, mesh, facets, numbers, labels)
     class(cell_collection_t), intent(inout) :: self
     type(mesh_t), intent(in) :: mesh
@@ -66,7 +66,7 @@ contains
     call self%add(mesh%facet_types(facets), sizes, numbers(nodes), spread(labels, 2, size(facets)))
   end subroutine add_facets
 
-  !> Lines between two nodes.
+  !> Adds lines between two nodes.
   pure subroutine add_lines(self, from, to, labels)
     class(cell_collection_t), intent(inout) :: self
     !> same shape

@@ -111,7 +111,7 @@ contains
     end do
   end subroutine start_point
 
-  !> Without fields and numbers.
+  !> Starts a grid without fields and numbers.
   subroutine start_grid(self, label)
     class(field_file_t), intent(inout) :: self
     character(*), intent(in) :: label
@@ -121,14 +121,14 @@ contains
     allocate (self%grid%fields(0), self%grid%numbers(0))
   end subroutine start_grid
 
-  !> The point is whole, or the mesh where there is no point.
+  !> Ends the grid of the present point, or of the mesh where there is no point.
   subroutine end_grid(self)
     class(field_file_t), intent(inout) :: self
 
     call self%xdmf%add(xdmf_grid(self%path(index(self%path, '/', back=.true.) + 1:), self%mesh, self%grid, max(1, self%n_points)))
   end subroutine end_grid
 
-  !> A number of the point, e.g. a resultant.
+  !> Adds a number of the point, e.g. a resultant.
   subroutine add_number(self, name, value, unit, description)
     class(field_file_t), intent(inout) :: self
     character(*), intent(in) :: name
@@ -172,7 +172,7 @@ contains
     call note_field(self, name, n_components=1)
   end subroutine add_node_scalar
 
-  !> Several numbers per node.
+  !> Adds a field of several numbers per node.
   subroutine add_node_vector(self, name, values, unit, description)
     class(field_file_t), intent(inout) :: self
     character(*), intent(in) :: name
@@ -213,7 +213,7 @@ contains
     call note_field(self, name, n_components=1, is_cell_field=.true., is_integer=.true.)
   end subroutine add_cell_integer
 
-  !> Several numbers per cell.
+  !> Adds a field of several numbers per cell.
   subroutine add_cell_vector(self, name, values, unit, description)
     class(field_file_t), intent(inout) :: self
     character(*), intent(in) :: name
@@ -250,7 +250,7 @@ contains
     call note_field(self, name, n_components, is_cell_field)
   end subroutine add_components
 
-  !> The components, and zeros for those that lack.
+  !> Returns the values with zeros for the missing components.
   pure function padded(values, n_components) result(all_values)
     !> shape (up to n_components, n)
     real(rk), intent(in) :: values(:, :)
@@ -261,7 +261,7 @@ contains
     all_values(:size(values, 1), :) = values
   end function padded
 
-  !> Whether the sizes fit. A wrong size is a mistake of the code, not of the user; it must not become a file that no viewer
+  !> Whether the sizes are right. A wrong size is an error of the code, not of the user. It must not lead to a file that no viewer
   !> opens.
   logical function is_size_right(self, name, n, n_expected)
     class(field_file_t), intent(inout) :: self
@@ -300,7 +300,7 @@ contains
     end associate
   end subroutine note_field
 
-  !> An array of the point that is no field of the mesh.
+  !> Adds an array of the point that is not a field of the mesh.
   subroutine add_real_array(self, name, values, unit, description)
     class(field_file_t), intent(inout) :: self
     character(*), intent(in) :: name
@@ -331,7 +331,7 @@ contains
     call self%file%write(self%group // '/' // name, values, unit, description)
   end subroutine add_integer_array
 
-  !> An array that does not depend on the point; the name is a path from the file's root, e.g. `contact/areas`.
+  !> Adds an array that does not depend on the point. The name is a path from the root of the file, e.g. `contact/areas`.
   subroutine add_shared_reals(self, name, values, unit, description)
     class(field_file_t), intent(inout) :: self
     character(*), intent(in) :: name

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> The cells of a mesh as viewers want them.
+!> The cells of a mesh in the order and numbering of viewers.
 module sig_field_topology
   use sig_element_types, only: element_types
   use sig_hdf5_writer, only: h5_writer_t
@@ -40,7 +40,7 @@ contains
     end if
   end subroutine write_topology
 
-  !> Type and nodes of each cell, one after the other; points and lines have their number of nodes in between.
+  !> Returns the type and the nodes of each cell, one cell after the other. Points and lines have their number of nodes in between.
   pure function mixed_topology(mesh) result(topology)
     type(mesh_t), intent(in) :: mesh
     integer, allocatable :: topology(:)
@@ -63,7 +63,7 @@ contains
     topology = buffer(:n_entries)
   end function mixed_topology
 
-  !> Nodes of a cell, from 0, in VTK's order.
+  !> Returns the nodes of a cell, counted from 0, in VTK's order.
   pure function output_nodes(mesh, i_cell) result(nodes)
     type(mesh_t), intent(in) :: mesh
     integer, intent(in) :: i_cell

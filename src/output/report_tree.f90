@@ -39,7 +39,7 @@ module sig_report_tree
 
 contains
 
-  !> A value, in place of an earlier one.
+  !> Sets the value of a key, or replaces it.
   subroutine set(self, key, yaml, is_block)
     class(report_tree_t), intent(inout) :: self
     !> path of keys: `errors/e_u/median`
@@ -77,7 +77,7 @@ contains
     self%entries(1)%key = ''
   end subroutine start
 
-  !> Where a key below a parent stands, or the free slot where it belongs.
+  !> Returns the slot of a key below a parent, or the free slot for a new key.
   pure integer function slot_of(self, key, i_parent) result(i_slot)
     class(report_tree_t), intent(in) :: self
     character(*), intent(in) :: key
@@ -92,7 +92,7 @@ contains
     end do
   end function slot_of
 
-  !> A new last key below a parent.
+  !> Appends a new key below a parent.
   pure subroutine append(self, key, i_parent, i_slot)
     class(report_tree_t), intent(inout) :: self
     character(*), intent(in) :: key
@@ -118,7 +118,7 @@ contains
     if (2 * i > size(self%slots)) call spread_out(self)
   end subroutine append
 
-  !> Twice the room. Texts move: copies of so many would take their time.
+  !> Doubles the number of entries. Texts are moved and not copied, because copies would take long.
   pure subroutine grow(entries)
     type(entry_t), allocatable, intent(inout) :: entries(:)
     type(entry_t), allocatable :: longer(:)
@@ -137,7 +137,7 @@ contains
     call move_alloc(longer, entries)
   end subroutine grow
 
-  !> Four times the slots.
+  !> Makes the table of slots four times as large.
   pure subroutine spread_out(self)
     class(report_tree_t), intent(inout) :: self
     integer, allocatable :: slots(:)
@@ -174,7 +174,7 @@ contains
     has_keys = self%entries(i)%i_first > 0
   end function has_keys
 
-  !> An entry with all below it as YAML, or the whole tree.
+  !> Returns an entry with everything below it as YAML; without an entry, the whole tree.
   function tree_text(self, i_entry) result(text)
     class(report_tree_t), intent(in) :: self
     integer, intent(in), optional :: i_entry
@@ -203,7 +203,7 @@ contains
     end do
   end subroutine add_below
 
-  !> A key with its value, its block or all below it.
+  !> Adds a key with its value, its block or everything below it to the buffer.
   recursive subroutine add_entry(self, i, indent, buffer)
     class(report_tree_t), intent(in) :: self
     integer, intent(in) :: i
@@ -224,7 +224,7 @@ contains
     end associate
   end subroutine add_entry
 
-  !> Each line that is not empty, shifted to the right.
+  !> Adds the lines with an indent; empty lines get none.
   subroutine add_indented(lines, indent, buffer)
     character(*), intent(in) :: lines
     character(*), intent(in) :: indent

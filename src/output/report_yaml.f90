@@ -10,7 +10,8 @@ module sig_report_yaml
 
 contains
 
-  !> YAML has words of its own for what is no number; readers of YAML 1.1 (PyYAML) want the sign of an exponent.
+  !> Returns a real number in YAML. YAML has own words for infinity and not-a-number, and YAML 1.1 (PyYAML) needs a sign in the
+  !> exponent.
   pure function yaml_of_real(value) result(yaml)
     real(rk), intent(in) :: value
     character(:), allocatable :: yaml
@@ -27,7 +28,7 @@ contains
     end if
   end function yaml_of_real
 
-  !> Plain where YAML can take it for nothing but this text, else between double quotes.
+  !> Returns a text in YAML: plain where YAML can only read it as this text, else in double quotes.
   pure function yaml_of_text(value) result(yaml)
     character(*), intent(in) :: value
     character(:), allocatable :: yaml

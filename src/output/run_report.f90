@@ -111,7 +111,7 @@ contains
     call self%tree%set(key, yaml, .true.)
   end subroutine add_yaml
 
-  !> The whole report as YAML.
+  !> Returns the whole report as YAML.
   function report_text(self) result(text)
     class(run_report_t), intent(in) :: self
     character(:), allocatable :: text
@@ -156,7 +156,7 @@ contains
     call add_missing(self, section, key, value, block, left_out)
   end subroutine complete
 
-  !> Whether the report is of the same deck with its defaults, and of the same provenance.
+  !> Whether an earlier report has the same deck (with its defaults) and the same provenance.
   logical function is_same_study(self, earlier)
     class(run_report_t), intent(in) :: self
     character(*), intent(in) :: earlier
@@ -173,7 +173,7 @@ contains
     end do
   end function is_same_study
 
-  !> One key of a section, or a value at the top, unless it is there or out of date. Empties the block.
+  !> Adds one key of a section, or a value at the top, unless the report has it or it is out of date. Empties the block.
   subroutine add_missing(self, section, key, value, block, left_out)
     class(run_report_t), intent(inout) :: self
     character(*), intent(in) :: section
@@ -205,7 +205,7 @@ contains
     end if
   end subroutine add_missing
 
-  !> `key: value` or `key:`; quotes around a key go.
+  !> Splits `key: value` or `key:` and removes quotes around the key.
   pure subroutine split_line(line, key, value)
     character(*), intent(in) :: line
     character(:), allocatable, intent(out) :: key
@@ -220,7 +220,7 @@ contains
     end if
   end subroutine split_line
 
-  !> Replaces the file as a whole. Errors: it cannot be written.
+  !> Writes the report and replaces the whole file. Errors: the file cannot be written.
   subroutine write_report(self, path, error)
     class(run_report_t), intent(in) :: self
     character(*), intent(in) :: path

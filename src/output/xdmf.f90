@@ -48,7 +48,7 @@ module sig_xdmf
 
 contains
 
-  !> What stands before the grids, of which there is one at least: one temporal collection.
+  !> Returns the text before the grids. The file needs at least one grid, in one temporal collection.
   pure function xdmf_head() result(text)
     character(:), allocatable :: text
 
@@ -56,14 +56,14 @@ contains
       '    <Grid Name="points" GridType="Collection" CollectionType="Temporal">' // nl
   end function xdmf_head
 
-  !> What stands behind them.
+  !> Returns the text after the grids.
   pure function xdmf_tail() result(text)
     character(:), allocatable :: text
 
     text = '    </Grid>' // nl // '  </Domain>' // nl // '</Xdmf>' // nl
   end function xdmf_tail
 
-  !> Topology and geometry, the same for each point.
+  !> Returns topology and geometry, which are the same for each point.
   pure function mesh_text(h5_name, mesh) result(text)
     character(*), intent(in) :: h5_name
     type(xdmf_mesh_t), intent(in) :: mesh
@@ -94,7 +94,7 @@ contains
     end do
   end function topology_name
 
-  !> The grid of one parameter point. Its "time" is its number, from 1.
+  !> Returns the grid of one parameter point. Its "time" is the number of the point, counted from 1.
   pure function xdmf_grid(h5_name, mesh, grid, i_grid) result(text)
     !> name of the HDF5 file as seen from the folder of the XDMF file
     character(*), intent(in) :: h5_name
@@ -158,7 +158,7 @@ contains
     end select
   end function value_name
 
-  !> Reference to an array; sizes as h5py shows them.
+  !> Returns a reference to an array. The sizes are in the order of h5py.
   pure function item_text(h5_name, address, sizes, is_integer) result(text)
     character(*), intent(in) :: h5_name
     character(*), intent(in) :: address
