@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> A hyper-reduced model of one cluster of snapshots, (10), as data: what training makes and a file keeps.
+!> The data of a hyper-reduced model of one cluster of snapshots, (10). Training makes them and a file keeps them.
 module sig_hhr_data
   use sig_bits, only: n_words
   use sig_hhr_stiffness, only: hhr_stiffness_t
@@ -12,23 +12,22 @@ module sig_hhr_data
   private
   public :: hhr_data_t, enrichment_history_t, add_lifted, complete_cluster, fill_openings, stiffness_at
 
-  !> What Algorithm 1 found: first the modes without hat functions, then an entry per hat, in the order in which they joined.
-  !>
-  !> The leading n_columns columns of the basis make the reduced model of an entry.
+  !> Steps of Algorithm 1: the first entry has the modes without hat functions; one more entry follows per hat, in the order in
+  !> which they joined. The leading n_columns columns of the basis make the reduced model of an entry.
   type :: enrichment_history_t
     !> multiplier whose pair carries the hat, 1-based among all multipliers; 0 for the first entry
     integer, allocatable :: rows(:)
     !> node of the hat, natural, 1-based; 0 for the first entry
     integer, allocatable :: nodes(:)
-    !> POD modes and hats; with prescribed rows the basis has fewer columns
+    !> number of POD modes and hats; with prescribed rows the basis has fewer columns
     integer, allocatable :: n_columns(:)
-    !> of (11)
+    !> rank of (11)
     integer, allocatable :: ranks(:)
     !> [-] kappa of (11), infinite below full rank
     real(rk), allocatable :: condition_numbers(:)
-    !> [-] largest singular value of the contact rows over the smallest of the min(rows, columns) ones: what the algorithm lowers
+    !> [-] largest over smallest of the min(rows, columns) singular values of the contact rows, which the algorithm reduces
     real(rk), allocatable :: singular_ratios(:)
-    !> [-] of K_r
+    !> [-] condition number of K_r
     real(rk), allocatable :: stiffness_conditions(:)
   end type enrichment_history_t
 
@@ -39,31 +38,31 @@ module sig_hhr_data
   !> parameters, K_r and the load have further parts (varying).
   !> Source: (10). theta(n_terms) are the values of the model's terms. Numbers of nodes, cells and dofs are natural, 1-based.
   type :: hhr_data_t
-    !> columns of the basis: what prescribed rows leave of the POD modes, then the hats
+    !> columns of the basis: the part of the POD modes that prescribed rows leave, then the hats
     integer :: n_modes = 0
-    !> POD modes that choose the domain (l of the paper), further ones in the basis, hat functions
+    !> number of POD modes that choose the domain (l of the paper), of further POD modes in the basis, and of hat functions
     integer :: n_pod_modes = 0
     integer :: n_extra_modes = 0
     integer :: n_hats = 0
-    !> multipliers of the reduced integration domain
+    !> number of multipliers in the reduced integration domain
     integer :: n_rows = 0
     !> [-] V, shape (n_dofs, n_modes)
     real(rk), allocatable :: basis(:, :)
-    !> [length per unit of theta] of the lifted terms, shape (n_dofs, n_lifted_terms)
+    !> [length per unit of theta] displacements of the lifted terms, shape (n_dofs, n_lifted_terms)
     real(rk), allocatable :: lifting(:, :)
-    !> their numbers, 1-based; a term may stand there twice; shape (n_lifted_terms)
+    !> numbers of the lifted terms, 1-based; a term may occur twice; shape (n_lifted_terms)
     integer, allocatable :: lifted_terms(:)
-    !> what depends on the elastic constants, where these depend on the parameters
+    !> the parts that depend on the elastic constants, where these depend on the parameters
     type(hhr_stiffness_t) :: varying
     !> [force / length] K_r, neither symmetric nor definite, without the parts that vary; shape (n_modes, n_modes)
     real(rk), allocatable :: reduced_stiffness(:, :)
     !> [-] M, shape (n_rows, n_modes)
     real(rk), allocatable :: contact_matrix(:, :)
-    !> [force per unit of theta] without the parts that vary, shape (n_modes, n_terms)
+    !> [force per unit of theta] load without the parts that vary, shape (n_modes, n_terms)
     real(rk), allocatable :: load(:, :)
     !> [length per unit of theta] shape (n_rows, n_terms)
     real(rk), allocatable :: gap(:, :)
-    !> rows that hold bodies which only contact holds where K_r does not (sig_hhr_system), 1-based among the n_rows
+    !> rows that stop rigid motions which only contact holds and K_r does not (sig_hhr_system), 1-based among the n_rows
     integer, allocatable :: anchors(:)
     !> A_lambda: index of each row among all multipliers, ascending, shape (n_rows)
     integer, allocatable :: contact_rows(:)
@@ -75,49 +74,49 @@ module sig_hhr_data
     integer, allocatable :: interior_dofs(:)
     integer, allocatable :: interface_dofs(:)
     integer, allocatable :: contact_dofs(:)
-    !> its snapshots among the training points, 1-based, ascending
+    !> training points whose snapshots the cluster has, 1-based, ascending
     integer, allocatable :: training_points(:)
     !> [force] multipliers of the snapshots, shape (n_multipliers, n_snapshots)
     real(rk), allocatable :: dual_snapshots(:, :)
     !> [length] normal displacements of the snapshots, first sides, then second sides, shape (n_contact_values, n_snapshots)
     real(rk), allocatable :: contact_displacement_snapshots(:, :)
-    !> the reconstruction fits these displacements, too
+    !> whether the reconstruction fits these displacements, too
     logical :: fits_displacements = .true.
-    !> [-] the same displacements of basis and lifting, (n_contact_values, n_modes or n_lifted_terms)
+    !> [-] the normal displacements of basis and lifting, shape (n_contact_values, n_modes or n_lifted_terms)
     real(rk), allocatable :: contact_value_basis(:, :)
     real(rk), allocatable :: contact_value_lifting(:, :)
     !> [length per unit of theta] initial gaps of all contacts, shape (n_multipliers, n_terms), or no columns
     real(rk), allocatable :: contact_gap(:, :)
     !> [-] work of each contact force on each rigid motion that only contact holds, shape (n_multipliers, n_motions)
     real(rk), allocatable :: motion_closing(:, :)
-    !> [force per unit of theta] and of the loads, shape (n_terms, n_motions)
+    !> [force per unit of theta] work of the loads on these motions, shape (n_terms, n_motions)
     real(rk), allocatable :: motion_load(:, :)
-    !> bounds answers where the matrix of all contacts has no room
+    !> data for error bounds where the matrix of all contacts is too large to keep
     type(lifted_data_t) :: certificate
-    !> active sets of the reduced answers at the training points, as bits: where a query starts, shape (n_words(n_rows), n_points);
-    !> no columns: a query starts with what penetrates
+    !> active sets of the reduced answers at the training points, as bits; a query starts from them. Shape (n_words(n_rows),
+    !> n_points); without columns a query starts with the rows that penetrate
     integer, allocatable :: start_sets(:, :)
-    !> [length] of the snapshots, descending
+    !> [length] singular values of the snapshots, descending
     real(rk), allocatable :: singular_values(:)
     !> [-] kappa of M, (11); infinite when rank < n_rows
     real(rk) :: condition_number = 1
     integer :: rank = 0
-    !> [-] of K_r
+    !> [-] condition number of K_r
     real(rk) :: stiffness_condition = 1
-    !> of K_r: modes that the equations determine
+    !> rank of K_r: number of modes that the equations determine
     integer :: stiffness_rank = 0
-    !> of the basis on the domain: n_modes, unless columns depend on each other there
+    !> rank of the basis on the domain: n_modes, unless columns depend on each other there
     integer :: basis_rank = 0
-    !> loaded, prescribed and contact dofs in the domain, and hats: as many modes as these the equations can determine
+    !> number of loaded, prescribed and contact dofs in the domain, and of hats: the equations can determine as many modes as these
     integer :: primal_rank_expected = 0
     type(enrichment_history_t) :: history
-    !> sentences of the training
+    !> warnings of the training, one sentence each
     type(string_t), allocatable :: warnings(:)
   end type hhr_data_t
 
 contains
 
-  !> Gives every part that is not allocated its empty value, so that nobody has to ask.
+  !> Gives every part that is not allocated its empty value.
   pure subroutine complete_cluster(cluster, n_dofs, n_multipliers)
     type(hhr_data_t), intent(inout) :: cluster
     integer, intent(in) :: n_dofs
@@ -161,7 +160,7 @@ contains
     call fill_missing(cluster%warnings)
   end subroutine complete_cluster
 
-  !> y = y + factor * a theta' with the lifted terms, for queries: nothing is allocated.
+  !> Computes y = y + factor * a theta' with the lifted terms. It allocates nothing, because queries call it.
   subroutine add_lifted(cluster, factor, a, theta, y)
     type(hhr_data_t), intent(in) :: cluster
     real(rk), intent(in) :: factor
@@ -188,8 +187,8 @@ contains
     end associate
   end subroutine add_lifted
 
-  !> Openings of all contacts by the reduced displacement; is_known is false where the model lacks what they need. Nothing is
-  !> allocated.
+  !> Computes the openings of all contacts by the reduced displacement. is_known is false where the model lacks the data for this.
+  !> Nothing is allocated.
   subroutine fill_openings(cluster, theta, coordinates, opening, is_known)
     type(hhr_data_t), intent(in) :: cluster
     !> values of all terms
@@ -212,7 +211,8 @@ contains
     end do
   end subroutine fill_openings
 
-  !> Adds what a displacement field opens: its normal displacements on the second surface minus those on the first one.
+  !> Adds the openings that a displacement field causes: its normal displacements on the second surface minus those on the first
+  !> one.
   pure subroutine add_opening(factor, field, opening)
     real(rk), intent(in) :: factor
     !> [length] first surface, then second surface, shape (2 n_multipliers)
@@ -227,7 +227,7 @@ contains
     end do
   end subroutine add_opening
 
-  !> [force / length] K_r with these moduli, those that varying knows.
+  !> Returns K_r [force / length] for the moduli of `varying`.
   pure function stiffness_at(cluster, moduli) result(stiffness)
     type(hhr_data_t), intent(in) :: cluster
     !> [force/length**2]

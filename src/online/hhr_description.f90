@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> A hyper-reduced model explained to a person.
+!> Describes a hyper-reduced model for people.
 module sig_hhr_description
   use sig_description_line, only: line
   use sig_hhr_data, only: hhr_data_t
@@ -10,7 +10,7 @@ module sig_hhr_description
 
 contains
 
-  !> Lines, each with its end.
+  !> Returns the lines of the description, each with its end.
   pure function describe_hhr(cluster) result(text)
     type(hhr_data_t), intent(in) :: cluster
     character(:), allocatable :: text
@@ -29,7 +29,7 @@ contains
     end do
   end function describe_hhr
 
-  !> How many hats, and the rank of (11) without them: whether the model needs any.
+  !> Returns the number of hats and the rank of (11) without them, which shows whether the model needs hats.
   pure function hats_text(cluster) result(text)
     type(hhr_data_t), intent(in) :: cluster
     character(:), allocatable :: text

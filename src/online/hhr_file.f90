@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> A hyper-reduced model as a group of an HDF5 file, or as bytes on their way to another rank.
+!> Writes and reads a hyper-reduced model as a group of an HDF5 file, or as bytes for another rank.
 module sig_hhr_file
   use sig_errors, only: error_t
   use sig_hdf5_reader, only: h5_reader_t
@@ -9,12 +9,12 @@ module sig_hhr_file
   private
   public :: write_cluster, read_cluster, pack_cluster, unpack_cluster
 
-  !> the only group of a file of bytes
+  !> name of the only group in a file of bytes
   character(*), parameter :: packed_group = '/cluster'
 
 contains
 
-  !> Bytes from which unpack_cluster makes the same cluster.
+  !> Packs a cluster into bytes, from which unpack_cluster makes the same cluster.
   !>
   !> Requires: complete_cluster.
   subroutine pack_cluster(cluster, bytes, error)
@@ -25,7 +25,7 @@ contains
 
     call file%create_image(error)
     if (allocated(error)) return
-    ! the units are nobody's here
+    ! nobody reads the units of these bytes
     call write_cluster(file, packed_group, cluster, '', '')
     call file%close_image(bytes, error)
   end subroutine pack_cluster
@@ -136,7 +136,7 @@ contains
 
     call file%read(group // '/basis', cluster%basis, error)
     call file%read(group // '/lifting', cluster%lifting, error)
-    ! before strains were lifted these were the first ones
+    ! files from the time before strains were lifted have no lifted_terms; these are the first terms then
     if (file%has(group // '/lifted_terms')) call file%read(group // '/lifted_terms', cluster%lifted_terms, error)
     call file%read(group // '/reduced_stiffness', cluster%reduced_stiffness, error)
     call file%read(group // '/contact_matrix', cluster%contact_matrix, error)

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Room of a hyper-reduced model for one thread, and how it takes a solution of its complementarity problem.
+!> Work arrays of a hyper-reduced model for one thread, and the answer from a solution of its complementarity problem.
 module sig_hhr_room
   use sig_answer, only: answer_t
   use sig_hhr_data, only: hhr_data_t
@@ -17,7 +17,7 @@ module sig_hhr_room
     type(lcp_solution_t) :: solution
     type(lcp_solution_t) :: other_solution
     type(multiplier_fit_workspace_t) :: fit
-    !> of the point that was solved last, where the stiffness depends on the parameters
+    !> system of the point that was solved last, where the stiffness depends on the parameters
     type(hhr_system_t) :: system
     logical :: is_singular = .false.
     !> (q, coordinates without contact forces), shape (n_rows + n_modes)
@@ -26,10 +26,10 @@ module sig_hhr_room
     logical, allocatable :: start(:)
     !> [length] shape (n_modes)
     real(rk), allocatable :: coordinates(:)
-    !> [force] of the domain, and those that the coordinates follow (hhr_system_t%forces_of), shape (n_rows)
+    !> [force] forces of the domain, and the forces for the coordinates (hhr_system_t%forces_of), shape (n_rows)
     real(rk), allocatable :: forces(:)
     real(rk), allocatable :: held_forces(:)
-    !> [force] of all contacts, and what energies need; shape (n_multipliers)
+    !> [force] forces of all contacts, and work arrays for energies; shape (n_multipliers)
     real(rk), allocatable :: multipliers(:)
     real(rk), allocatable :: opening(:)
   contains
@@ -40,7 +40,7 @@ contains
 
   subroutine create(self, data)
     class(hhr_room_t), intent(inout) :: self
-    !> complete
+    !> the data, after complete_cluster
     type(hhr_data_t), intent(in) :: data
 
     associate (n_multipliers => size(data%dual_snapshots, 1))
@@ -51,7 +51,7 @@ contains
     if (data%varying%is_there()) call self%system%reserve(data)
   end subroutine create
 
-  !> Solves nothing: an answer from a solution that the system of the room's response has.
+  !> Fills an answer from a solution of the system in the room. It solves nothing.
   subroutine take(system, room, solution, answer)
     type(hhr_system_t), intent(in) :: system
     type(hhr_room_t), intent(inout) :: room
@@ -71,7 +71,7 @@ contains
     call system%coordinates(room%response, room%held_forces, answer%coordinates)
   end subroutine take
 
-  !> From closed rows to unknowns that are not zero: those of anchors are openings. Without a temporary array.
+  !> Converts closed rows to unknowns that are not zero; the unknowns of anchors are openings. It uses no temporary array.
   pure subroutine swap_roles(anchors, is_closed)
     integer, intent(in) :: anchors(:)
     logical, intent(inout) :: is_closed(:)

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> The active sets of new hyper-reduced models' answers at the training points, from which queries nearby start.
+!> Computes the active sets of the answers of new hyper-reduced models at the training points. Queries nearby start from them.
 module sig_hhr_start_sets
   use sig_answer, only: answer_t
   use sig_bits, only: n_words, pack_bits
@@ -15,9 +15,9 @@ module sig_hhr_start_sets
 
 contains
 
-  !> Answers of each cluster at every training point, from the full-order contacts and from none: where the reduced problem has
-  !> several solutions, queries nearby shall begin on the better one. A model that cannot answer gets no sets: its user will be
-  !> told why.
+  !> Answers each training point with each cluster, once from the full-order contacts and once from none. Where the reduced problem
+  !> has several solutions, queries nearby then begin with the better one. A model that cannot answer gets no sets; its user learns
+  !> the reason later.
   subroutine fill_start_sets(model)
     type(model_t), intent(inout) :: model
     type(online_model_t) :: online
@@ -32,7 +32,7 @@ contains
       end select
     end do
     k = model%fallback()
-    ! lent: a copy of it can be larger than all the rest
+    ! the fallback is moved and not copied, because it can be larger than all the rest
     if (k > 0) call move_alloc(model%parts(k)%reduced, fallback)
     online%model = model
     if (k > 0) call move_alloc(fallback, online%model%parts(k)%reduced)
@@ -41,9 +41,9 @@ contains
   end subroutine fill_start_sets
 
   subroutine fill_from(online, model)
-    !> the model without sets
+    !> the model without start sets
     type(online_model_t), target, intent(inout) :: online
-    !> its fallback is not there
+    !> the model; its fallback has been moved away
     type(model_t), intent(inout) :: model
     type(term_values_t) :: terms
     class(reduced_t), pointer :: judge
@@ -70,9 +70,9 @@ contains
     call terms%destroy()
   end subroutine fill_from
 
-  !> Sets of one cluster's answers.
+  !> Computes the active sets of one cluster's answers.
   subroutine answer_points(part, terms, points, is_closed, judge, sets)
-    !> prepared
+    !> the part, after prepare
     type(reduced_hhr_t), intent(inout) :: part
     type(term_values_t), intent(inout) :: terms
     !> shape (n_parameters, n_points)
@@ -100,7 +100,8 @@ contains
     end do
   end subroutine answer_points
 
-  !> Full-order contacts at the training points, those of the clusters' snapshots; open where no cluster has a snapshot.
+  !> Finds the contacts that are closed in the full-order solutions at the training points, from the clusters' snapshots. Contacts
+  !> count as open where no cluster has a snapshot.
   subroutine find_closed(model, is_closed)
     type(model_t), intent(in) :: model
     !> shape (n_multipliers, n_points)

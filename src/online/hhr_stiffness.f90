@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> What a hyper-reduced model keeps of a stiffness that depends on the parameters, as data.
+!> The data of a hyper-reduced model whose stiffness depends on the parameters.
 !>
-!> K is a sum of parts, K = K_0 + sum over q of m_q K_q with the bulk and the shear modulus of each material as m_q, and so is
-!> all that (10) sees of it. The lifting is one field for all parameters: whatever it is, what it misses is a matter of the
-!> modes, and its forces K(mu) lifting are products of a modulus and a lifted term.
+!> K is a sum of parts, K = K_0 + sum over q of m_q K_q, where m_q are the bulk and the shear modulus of each material. All parts of
+!> (10) that come from K are such sums, too. The lifting is one field for all parameters: the modes represent the rest of the
+!> displacement, and the forces K(mu) lifting are products of a modulus and a lifted term.
 module sig_hhr_stiffness
   use sig_errors, only: error_t
   use sig_hdf5_reader, only: h5_reader_t
@@ -15,16 +15,16 @@ module sig_hhr_stiffness
   private
   public :: hhr_stiffness_t
 
-  !> which modulus: bulk, E / (3 (1 - 2 nu)); shear, E / (2 (1 + nu)); bulk in plane stress, E / (2 (1 - nu))
+  !> kind of a modulus: bulk, E / (3 (1 - 2 nu)); shear, E / (2 (1 + nu)); bulk in plane stress, E / (2 (1 - nu))
   integer, parameter, public :: bulk_modulus = 1, shear_modulus = 2, thin_bulk_modulus = 3
 
   type :: hhr_stiffness_t
-    !> one of the above for each m_q; none: the stiffness does not depend on the parameters
+    !> kind of each m_q; empty: the stiffness does not depend on the parameters
     integer, allocatable :: kinds(:)
-    !> the model's terms E and nu of its material, 1-based
+    !> the model's terms E and nu of the material of each m_q, 1-based
     integer, allocatable :: young_terms(:)
     integer, allocatable :: poisson_terms(:)
-    !> [force/length**2] the moduli where the condition of K_r was measured, in the middle of the box of the parameters
+    !> [force/length**2] moduli in the middle of the parameter box, where the condition number of K_r was measured
     real(rk), allocatable :: reference(:)
     !> [length] V[A]' K_q V per unit of m_q, column by column; shape (n_modes**2, n_moduli)
     real(rk), allocatable :: parts(:, :)
@@ -48,7 +48,7 @@ contains
     if (allocated(self%kinds)) is_there = size(self%kinds) > 0
   end function is_there
 
-  !> [force/length**2] The moduli for values of the model's terms.
+  !> Computes the moduli [force/length**2] from the values of the model's terms.
   pure subroutine moduli_at(self, theta, moduli)
     class(hhr_stiffness_t), intent(in) :: self
     !> shape (n_terms)
@@ -83,13 +83,13 @@ contains
     call fill_missing(self%lifting_parts, 0)
   end subroutine complete
 
-  !> Name of a part whose shape does not fit; empty when all fit, or there is nothing. Requires: complete.
+  !> Returns the name of a part whose shape does not fit; empty when all fit, or when there are no data. Requires: complete.
   pure function mismatch(self, n_terms, n_modes, n_lifted) result(name)
     class(hhr_stiffness_t), intent(in) :: self
-    !> of the model
+    !> number of terms of the model
     integer, intent(in) :: n_terms
     integer, intent(in) :: n_modes
-    !> columns of the lifting
+    !> number of columns of the lifting
     integer, intent(in) :: n_lifted
     character(:), allocatable :: name
 

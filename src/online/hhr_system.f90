@@ -1,16 +1,16 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> The equations (10) of a hyper-reduced model condensed on the multipliers of its domain: once and for all, or, where the stiffness
-!> depends on the parameters, at each point.
+!> The equations (10) of a hyper-reduced model condensed on the multipliers of its domain. They are made once or, where the
+!> stiffness depends on the parameters, at each point.
 !>
-!> Bodies that only contact holds and that snapshots move freely leave K_r singular: a rigid motion has no stiffness. Then as many
-!> rows T, the anchors, change their roles. With K' = K_r + s M_T' M_T, which is regular, and F' = F + s M_T' D_T, (10) is the same
-!> as K' gamma + M' (lambda + s w on T) = F' for the openings w = D - M gamma, so w = W' (lambda + s w on T) + q'. A principal
-!> pivot on T makes w_T the unknowns and lambda_T what they are complementary to:
+!> Bodies that only contact holds and that snapshots move freely leave K_r singular, because a rigid motion has no stiffness. Then
+!> as many rows T, the anchors, exchange their unknowns. With K' = K_r + s M_T' M_T, which is regular, and F' = F + s M_T' D_T, (10)
+!> is the same as K' gamma + M' (lambda + s w on T) = F' for the openings w = D - M gamma, so w = W' (lambda + s w on T) + q'. A
+!> principal pivot on T makes w_T the unknowns and lambda_T their complementary values:
 !>
 !>   lambda_T = A (1 - s A^-1) w_T - A W'_TR lambda_R - A q'_T,   A = W'_TT^-1
 !>   w_R = W'_RT A w_T + (W'_RR - W'_RT A W'_TR) lambda_R + q'_R - W'_RT A q'_T
 !>
-!> which is a complementarity problem again. It is exact, whether K_r is singular or not.
+!> This is a complementarity problem again. It is exact, whether K_r is singular or not.
 module sig_hhr_system
   use sig_hhr_data, only: add_lifted, hhr_data_t
   use sig_dense_kernels, only: add_product, factor_lu, reciprocal_condition_lu, solve_lu
@@ -22,7 +22,7 @@ module sig_hhr_system
   public :: hhr_system_t, held_stiffness
 
   type :: hhr_system_t
-    !> T: rows whose unknown is their opening over `scale`, and what is complementary to it their force times `scale`
+    !> T: rows whose unknown is their opening over `scale`; the complementary value is their force times `scale`
     integer, allocatable :: anchors(:)
     !> [length/force]
     real(rk) :: scale = 1
@@ -34,7 +34,8 @@ module sig_hhr_system
     real(rk), allocatable :: response(:, :)
     !> gamma = K_r^-1 F - multiplier_response lambda, shape (n_modes, n_rows)
     real(rk), allocatable :: multiplier_response(:, :)
-    !> room of systems that are made at each point: factors of K_r, the forces against the lifting per lifted term, and others
+    !> work arrays of systems that are made at each point: factors of K_r, the forces against the lifting per lifted term, and
+    !> others
     real(rk), allocatable, private :: factors(:, :)
     real(rk), allocatable, private :: lifting_load(:, :)
     real(rk), allocatable, private :: moduli(:)
@@ -52,7 +53,7 @@ module sig_hhr_system
 
 contains
 
-  !> Errors: message is allocated when the reduced stiffness is numerically singular.
+  !> Makes the system. Errors: message is allocated when the reduced stiffness is numerically singular.
   subroutine create(self, cluster, message)
     class(hhr_system_t), intent(inout) :: self
     type(hhr_data_t), intent(in) :: cluster
@@ -79,7 +80,7 @@ contains
     if (size(self%anchors) > 0) call self%exchange(self%response(:cluster%n_rows, :))
   end subroutine create
 
-  !> [force/length] s of the size of K_r; 0 without anchors.
+  !> Returns the spring stiffness s [force/length], of the size of K_r; 0 without anchors.
   pure real(rk) function spring_of(cluster, stiffness) result(spring)
     type(hhr_data_t), intent(in) :: cluster
     real(rk), intent(in) :: stiffness(:, :)
@@ -89,7 +90,7 @@ contains
     spring = maxval(abs(stiffness)) / maxval(sum(cluster%contact_matrix(cluster%anchors, :)**2, dim=2))
   end function spring_of
 
-  !> [force/length] K' of some K_r; K_r itself without anchors.
+  !> Returns K' [force/length] for a given K_r; K_r itself without anchors.
   pure function held_stiffness(cluster, stiffness) result(held)
     type(hhr_data_t), intent(in) :: cluster
     real(rk), intent(in) :: stiffness(:, :)
@@ -102,7 +103,7 @@ contains
     end associate
   end function held_stiffness
 
-  !> [force per unit of theta] s M_T' D_T.
+  !> Returns s M_T' D_T [force per unit of theta].
   pure function held_load(self, cluster) result(load)
     type(hhr_system_t), intent(in) :: self
     type(hhr_data_t), intent(in) :: cluster
@@ -111,11 +112,11 @@ contains
     load = self%spring * matmul(transpose(cluster%contact_matrix(self%anchors, :)), cluster%gap(self%anchors, :))
   end function held_load
 
-  !> The pivot on T: from W' and q' of K'.
+  !> Makes the pivot on T from W' and q' of K'.
   subroutine exchange(self, columns)
-    !> W' in, the matrix of the new problem out
+    !> in: W'; out: the matrix of the new problem
     class(hhr_system_t), intent(inout) :: self
-    !> [length] of q', shape (n_rows, n_columns); likewise
+    !> [length] in: q', shape (n_rows, n_columns); out: that of the new problem
     real(rk), intent(inout) :: columns(:, :)
     real(rk) :: inverse(size(self%anchors), size(self%anchors)), reach(size(columns, 1), size(self%anchors))
     real(rk) :: own(size(self%anchors), size(columns, 1)), q(size(self%anchors), size(columns, 2))
@@ -142,11 +143,12 @@ contains
     end associate
   end subroutine exchange
 
-  !> From the unknowns of the complementarity problem to the forces of all rows, and to those that K' sees.
+  !> Converts the unknowns of the complementarity problem to the forces of all rows, and to the forces that act in the equations of
+  !> K'.
   subroutine forces_of(self, unknowns, response, forces, held_forces)
     class(hhr_system_t), intent(in) :: self
     real(rk), contiguous, intent(in) :: unknowns(:)
-    !> (q, ...) of the point
+    !> (q, ...) at the point
     real(rk), contiguous, intent(in) :: response(:)
     !> [force] lambda, shape (n_rows)
     real(rk), contiguous, intent(inout) :: forces(:)
@@ -171,7 +173,7 @@ contains
     end do
   end subroutine forces_of
 
-  !> Room for assemble.
+  !> Allocates the work arrays for assemble.
   pure subroutine reserve(self, cluster)
     class(hhr_system_t), intent(inout) :: self
     type(hhr_data_t), intent(in) :: cluster
@@ -184,16 +186,16 @@ contains
     end associate
   end subroutine reserve
 
-  !> The system at a point. Cost: 2/3 n_modes^3 + 2 n_modes^2 (n_rows + number of moduli).
+  !> Makes the system at a point. Cost: 2/3 n_modes^3 + 2 n_modes^2 (n_rows + number of moduli).
   subroutine assemble(self, cluster, theta, response, is_singular)
     class(hhr_system_t), target, intent(inout) :: self
-    !> that of reserve
+    !> the data that reserve was called with
     type(hhr_data_t), intent(in) :: cluster
     !> values of the model's terms
     real(rk), contiguous, intent(in) :: theta(:)
     !> (q, K_r^-1 F), shape (n_rows + n_modes)
     real(rk), contiguous, intent(inout) :: response(:)
-    !> K_r is, numerically: there is no system
+    !> whether K_r is numerically singular; there is no system then
     logical, intent(out) :: is_singular
     real(rk), pointer, contiguous :: flat(:)
     real(rk) :: column(cluster%n_rows, merge(1, 0, size(self%anchors) > 0)), norm
@@ -232,11 +234,11 @@ contains
     end associate
   end subroutine assemble
 
-  !> [force] F of the reduced equations.
+  !> Computes F [force] of the reduced equations.
   subroutine load_at(cluster, theta, lifting_load, load)
     type(hhr_data_t), intent(in) :: cluster
     real(rk), contiguous, intent(in) :: theta(:)
-    !> [force] what varies, shape (n_modes, n_lifted_terms)
+    !> [force] the varying part, shape (n_modes, n_lifted_terms)
     real(rk), contiguous, intent(in) :: lifting_load(:, :)
     real(rk), contiguous, intent(inout) :: load(:)
 
@@ -244,10 +246,10 @@ contains
     call add_lifted(cluster, 1.0_rk, lifting_load, theta, load)
   end subroutine load_at
 
-  !> gamma under the forces of the domain: lambda + s w on T.
+  !> Computes gamma under the forces of the domain, lambda + s w on T.
   subroutine coordinates(self, response, multipliers, values)
     class(hhr_system_t), intent(in) :: self
-    !> response theta, shape (n_rows + n_modes)
+    !> response theta of the point, shape (n_rows + n_modes)
     real(rk), intent(in) :: response(:)
     !> [force] shape (n_rows)
     real(rk), contiguous, intent(in) :: multipliers(:)

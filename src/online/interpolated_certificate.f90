@@ -1,6 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> How good contact forces that somebody else found are, by the interpolated problem of all contacts: their energy, and a bound of
-!> their error.
+!> The energy of contact forces that another part found and a bound of their error, from the interpolated problem of all contacts.
 module sig_interpolated_certificate
   use sig_contact_error_bound, only: contact_error_bound_t
   use sig_force_balance, only: keep_balance
@@ -13,15 +12,15 @@ module sig_interpolated_certificate
 
 contains
 
-  !> [force*length] E = 1/2 lambda' W lambda + q' lambda. With anchors without their rows, and huge of forces that do not balance
-  !> the loads.
+  !> Returns the energy E = 1/2 lambda' W lambda + q' lambda [force*length]. Rows of anchors do not count. The result is huge for
+  !> forces that do not balance the loads.
   real(rk) function interpolated_energy(data, theta, multipliers, opening) result(energy)
     class(interpolated_data_t), intent(in) :: data
     !> shape (n_terms)
     real(rk), contiguous, intent(in) :: theta(:)
     !> [force] of all contacts, shape (n_multipliers)
     real(rk), contiguous, intent(in) :: multipliers(:)
-    !> room, shape (n_multipliers)
+    !> work array, shape (n_multipliers)
     real(rk), contiguous, intent(inout) :: opening(:)
     real(rk) :: compliance(size(multipliers), size(multipliers)), forces(size(multipliers))
 
@@ -36,10 +35,10 @@ contains
     energy = dot_product(forces, opening)
   end function interpolated_energy
 
-  !> Whether forces balance the loads on bodies that only contact holds, but for rounding.
+  !> Whether forces balance the loads on bodies that only contact holds, except for rounding.
   logical function are_balanced(data, free_opening, forces)
     class(interpolated_data_t), intent(in) :: data
-    !> q, with the work of the loads in the rows of the anchors
+    !> q; its rows of the anchors hold the work of the loads
     real(rk), intent(in) :: free_opening(:)
     real(rk), intent(in) :: forces(:)
     real(rk) :: work(size(forces), size(data%anchors))
@@ -53,10 +52,9 @@ contains
     are_balanced = keep_balance(work, free_opening(data%anchors) / data%scale, forces)
   end function are_balanced
 
-  !> [sqrt(force*length)] |lambda_r - lambda| in the norm of W is at most this: the bound of the interpolated problem, and what
-  !> interpolation makes of these forces. Huge where the interpolated W is not positive definite. Source: README.
-  !>
-  !> Requires: no anchors, data%has_bound().
+  !> Returns a bound [sqrt(force*length)] of |lambda_r - lambda| in the norm of W. It is the bound of the interpolated problem plus
+  !> the effect of interpolation on these forces. The result is huge where the interpolated W is not positive definite. Source:
+  !> README. Requires: no anchors, data%has_bound().
   real(rk) function bound_foreign_forces(data, theta, multipliers, compliance, opening, enough) result(bound)
     class(interpolated_data_t), intent(in) :: data
     real(rk), contiguous, intent(in) :: theta(:)
@@ -64,7 +62,7 @@ contains
     !> W and w at the point
     real(rk), contiguous, intent(in) :: compliance(:, :)
     real(rk), contiguous, intent(in) :: opening(:)
-    !> a bound as small as this need not be better
+    !> a bound as small as this need not be improved
     real(rk), intent(in) :: enough
     type(contact_error_bound_t) :: norm
 

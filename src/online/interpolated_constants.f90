@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Elastic constants as variables of an interpolation: Poisson's ratios and ratios of moduli.
+!> Elastic constants as interpolation variables: Poisson's ratios and ratios of moduli.
 !>
 !> Stiffnesses become singular only for constants below zero: responses are analytic where |Im| < pi in the logarithms of a ratio of
 !> moduli and of bulk over shear modulus, which grows as 1/(1 - 2 nu). There polynomials converge far faster than in the constants
@@ -13,9 +13,9 @@ module sig_interpolated_constants
 contains
 
   elemental real(rk) function to_variable(constant, is_ratio_of_moduli, is_logarithmic) result(variable)
-    !> [-]
+    !> [-] elastic constant
     real(rk), intent(in) :: constant
-    !> otherwise it is a Poisson's ratio
+    !> whether the constant is a ratio of moduli; otherwise it is a Poisson's ratio
     logical, intent(in) :: is_ratio_of_moduli
     logical, intent(in) :: is_logarithmic
 
@@ -28,9 +28,9 @@ contains
     end if
   end function to_variable
 
-  !> How the variable changes with the constant.
+  !> Returns the change of the variable with the constant.
   elemental real(rk) function variable_change(constant, change, is_ratio_of_moduli, is_logarithmic)
-    !> [-]
+    !> [-] elastic constant
     real(rk), intent(in) :: constant
     real(rk), intent(in) :: change
     logical, intent(in) :: is_ratio_of_moduli
@@ -45,7 +45,7 @@ contains
     end if
   end function variable_change
 
-  !> The inverse.
+  !> Returns the constant of a variable: the inverse of to_variable.
   elemental real(rk) function to_constant(variable, is_ratio_of_moduli, is_logarithmic) result(constant)
     real(rk), intent(in) :: variable
     logical, intent(in) :: is_ratio_of_moduli

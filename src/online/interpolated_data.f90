@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> The data of the interpolated kind: the condensed problem of bodies whose elastic constants depend on the parameters, as training
-!> makes it and a file keeps it.
+!> The data of an interpolated model: the condensed problem of bodies whose elastic constants depend on the parameters. Training
+!> makes them and a file keeps them.
 !>
 !> 0 <= z, W(mu) z + q(mu) >= 0, complementary; W and q are sums over bodies (sig_body_response). Bodies that only contact holds
 !> hang on anchors T as in sig_condensed_data. The bodies' responses hold the anchors' own rows of W z + q as they are before
@@ -24,34 +24,34 @@ module sig_interpolated_data
 
   type, abstract, extends(reduced_exact_t) :: interpolated_data_t
     type(body_response_t), allocatable :: bodies(:)
-    !> [length per unit of theta] D, with anchors as the bodies' openings; shape (n_multipliers, n_terms)
+    !> [length per unit of theta] D; for anchors the openings of the bodies; shape (n_multipliers, n_terms)
     real(rk), allocatable :: gap(:, :)
-    !> 1-based among the multipliers
+    !> rows that are anchors, 1-based among the multipliers
     integer, allocatable :: anchors(:)
-    !> [-] what each anchor's opening closes on all pairs, shape (n_multipliers, n_anchors)
+    !> [-] closing of all pairs per opening of each anchor, shape (n_multipliers, n_anchors)
     real(rk), allocatable :: anchor_closing(:, :)
-    !> [force per unit of theta] of closed anchors alone, shape (n_anchors, n_terms)
+    !> [force per unit of theta] forces on the anchors while all anchors are closed, shape (n_anchors, n_terms)
     real(rk), allocatable :: anchor_forces(:, :)
-    !> [-] displacement of the exact dofs as an anchor opens by -1, shape (n_exact, n_anchors)
+    !> [-] displacement of the exact dofs when an anchor opens by -1, shape (n_exact, n_anchors)
     real(rk), allocatable :: anchor_motions(:, :)
-    !> [length/force] of the anchors' unknowns
+    !> [length/force] scale of the anchors' unknowns
     real(rk) :: scale = 1
-    !> displacements of the other dofs, an entry per body; none: they have no displacement
+    !> displacements of the other dofs, one entry per body; empty: the other dofs have no displacement
     type(body_modes_t), allocatable :: modes(:)
-    !> [-] displacement of all dofs as an anchor opens by -1, of a model with modes; shape (n_dofs, n_anchors)
+    !> [-] displacement of all dofs when an anchor opens by -1, in a model with modes; shape (n_dofs, n_anchors)
     real(rk), allocatable :: mode_motions(:, :)
-    !> [length/force] W of all bodies at the place mu_0 of the modes; empty where the bound of displacements does not need it
+    !> [length/force] W of all bodies at the place mu_0 of the modes; empty where the displacement bound does not need it
     real(rk), allocatable :: middle_compliance(:, :)
-    !> [sqrt(force*length)] largest |u|_K in training, by modes
+    !> [sqrt(force*length)] largest |u|_K in training, from the modes
     real(rk) :: largest_field = 0
     !> [sqrt(force*length)] largest size of the forces in training, in the norm of W
     real(rk) :: largest_size = 0
-    !> [-] largest error of the forces at the training points, whose constants are no nodes, relative to the size of the forces, at
-    !> least a thousandth of the largest
+    !> [-] largest error of the forces at the training points whose constants are not interpolation nodes, relative to the size of
+    !> the forces, which counts as at least a thousandth of the largest size
     real(rk) :: measured_error = 0
-    !> the training point that has it, 1-based
+    !> training point with this error, 1-based
     integer :: worst_point = 0
-    !> that training made
+    !> number of factorizations in training
     integer :: n_factorizations = 0
   contains
     procedure :: complete
@@ -68,7 +68,7 @@ module sig_interpolated_data
     procedure :: read
   end type interpolated_data_t
 
-  !> [-] a load that works less than this share of its parts on a free motion is in equilibrium
+  !> [-] loads whose work on a free motion is less than this share of its parts are in equilibrium
   real(rk), parameter :: rounding = 1.0e-12_rk
 
 contains
@@ -90,7 +90,7 @@ contains
     call fill_missing(self%middle_compliance, 0)
   end subroutine complete
 
-  !> Name of a part whose shape does not fit the model; empty when all fit. Requires: complete.
+  !> Returns the name of a part whose shape does not fit the model; empty when all fit. Requires: complete.
   pure function mismatch(self, sizes) result(name)
     class(interpolated_data_t), intent(in) :: self
     type(model_sizes_t), intent(in) :: sizes
@@ -131,7 +131,7 @@ contains
     if (allocated(self%modes)) has_modes = size(self%modes) > 0
   end function has_modes
 
-  !> W and q at a point.
+  !> Computes W and q at a point.
   subroutine evaluate(self, theta, compliance, opening)
     class(interpolated_data_t), intent(in) :: self
     !> shape (n_terms)
@@ -153,7 +153,7 @@ contains
     call close_anchors(self, theta, compliance, opening)
   end subroutine evaluate
 
-  !> Whether there is a bound: every body has one.
+  !> Whether the model has an error bound, which needs one for every body.
   pure logical function has_bound(self)
     class(interpolated_data_t), intent(in) :: self
     integer :: i
@@ -161,8 +161,8 @@ contains
     has_bound = all([(self%bodies(i)%has_bound(), i=1, size(self%bodies))])
   end function has_bound
 
-  !> [sqrt(force*length)] |lambda_r - lambda| in the norm of W is at most this, for the forces of the interpolated problem. Source:
-  !> README. Requires: has_bound.
+  !> Returns a bound [sqrt(force*length)] of |lambda_r - lambda| in the norm of W, for the forces of the interpolated problem.
+  !> Source: README. Requires: has_bound.
   real(rk) function bound(self, theta, unknowns)
     class(interpolated_data_t), intent(in) :: self
     real(rk), contiguous, intent(in) :: theta(:)
@@ -177,7 +177,7 @@ contains
       bounds(i) = self%bodies(i)%error_bound(theta, forces)
       limits(:, i) = self%bodies(i)%stiffness_limits(theta)
     end do
-    ! W of the other bodies makes less of the openings of one; of several bodies the bounds then add up
+    ! the W of the other bodies reduces the effect of the openings of one body; the bounds of several bodies add up
     total = 0
     do i = 1, size(bounds)
       largest = maxval([limits(2, :i - 1), limits(2, i + 1:)])
@@ -186,7 +186,7 @@ contains
     bound = min(norm2(bounds), total)
   end function bound
 
-  !> In the place of the anchors' forces stand their openings, in the place of their openings their forces.
+  !> Exchanges the unknowns of the anchors: openings become unknowns instead of forces, and forces the complementary values.
   pure subroutine close_anchors(self, theta, compliance, opening)
     class(interpolated_data_t), intent(in) :: self
     real(rk), intent(in) :: theta(:)
@@ -210,7 +210,7 @@ contains
     compliance(self%anchors, self%anchors) = 0
   end subroutine close_anchors
 
-  !> Displacement of the exact dofs.
+  !> Computes the displacement of the exact dofs.
   subroutine field(self, theta, unknowns, displacement)
     class(interpolated_data_t), intent(in) :: self
     !> shape (n_terms)
@@ -236,12 +236,12 @@ contains
     call multiply(1.0_rk, self%anchor_motions, self%moves(theta, unknowns), 1.0_rk, displacement)
   end subroutine field
 
-  !> [length] one component of the same.
+  !> Returns the displacement [length] of one exact dof.
   pure real(rk) function displacement_of(self, theta, unknowns, i) result(displacement)
     class(interpolated_data_t), intent(in) :: self
     real(rk), intent(in) :: theta(:)
     real(rk), intent(in) :: unknowns(:)
-    !> 1-based among the exact dofs
+    !> place among the exact dofs, 1-based
     integer, intent(in) :: i
     real(rk) :: forces(size(unknowns))
     integer :: i_body, i_own
@@ -255,7 +255,7 @@ contains
     end do
   end function displacement_of
 
-  !> [length] how far each anchor closes, as a rigid motion of the bodies that hang on it.
+  !> Returns how far each anchor closes [length], as a rigid motion of the bodies that hang on it.
   pure function moves(self, theta, unknowns)
     class(interpolated_data_t), intent(in) :: self
     real(rk), intent(in) :: theta(:)
@@ -329,7 +329,7 @@ contains
     call file%read(group // '/n_bodies', n_bodies, error)
     call file%read(group // '/n_modes', n_modes, error)
     if (allocated(error)) return
-    ! a number alone may be any
+    ! a file may contain any number of bodies, so it is checked
     if (file%count_groups(group // '/bodies', n_bodies) < n_bodies) n_bodies = 0
     allocate (self%bodies(max(0, n_bodies)))
     do i = 1, size(self%bodies)

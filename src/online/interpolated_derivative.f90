@@ -15,16 +15,16 @@ module sig_interpolated_derivative
 
 contains
 
-  !> Forces, openings, and places of bodies that only contact holds. is_singular: there is no derivative.
+  !> Computes the derivatives of forces, openings and places of bodies that only contact holds. is_singular: there is no derivative.
   subroutine differentiate_interpolated(data, theta, unknowns, coordinates, gradient, is_singular)
     class(interpolated_data_t), intent(in) :: data
     !> shape (n_terms)
     real(rk), contiguous, intent(in) :: theta(:)
     !> [force] z, shape (n_multipliers)
     real(rk), contiguous, intent(in) :: unknowns(:)
-    !> [length] of the modes of one body after the other
+    !> [length] coordinates of the modes, one body after the other
     real(rk), intent(in) :: coordinates(:)
-    !> theta is set
+    !> in: theta is set; out: the derivatives
     type(gradient_t), intent(inout) :: gradient
     logical, intent(out) :: is_singular
     real(rk), allocatable :: changes(:, :), compliance(:, :), opening(:)
@@ -52,7 +52,7 @@ contains
     end do
   end subroutine differentiate_interpolated
 
-  !> Coordinates of the modes of all bodies.
+  !> Computes the changes of the mode coordinates of all bodies.
   subroutine change_modes(data, theta, theta_change, coordinates, unknown_change, changes)
     class(interpolated_data_t), intent(in) :: data
     real(rk), contiguous, intent(in) :: theta(:)
@@ -73,12 +73,13 @@ contains
     end do
   end subroutine change_modes
 
-  !> [length] Displacement of a dof by modes over one parameter: it is linear in the terms, the coordinates and the moves.
+  !> Returns the derivative [length] of a dof's displacement by modes over one parameter. It is linear in the terms, the coordinates
+  !> and the moves.
   pure real(rk) function mode_displacement_change(data, gradient, i_parameter, dof) result(change)
     class(interpolated_data_t), intent(in) :: data
     type(gradient_t), intent(in) :: gradient
     integer, intent(in) :: i_parameter
-    !> 1-based
+    !> dof, 1-based
     integer, intent(in) :: dof
     integer :: first, i, last
 
@@ -92,7 +93,7 @@ contains
     end do
   end function mode_displacement_change
 
-  !> [length] sizes of what q is a sum of, body by body.
+  !> Returns the sum of the absolute values [length] of the parts of q, body by body.
   function opening_terms(data, theta) result(terms)
     class(interpolated_data_t), intent(in) :: data
     real(rk), contiguous, intent(in) :: theta(:)
@@ -110,7 +111,7 @@ contains
     terms(data%anchors) = data%scale * matmul(abs(data%anchor_forces), abs(theta))
   end function opening_terms
 
-  !> Change of W z + q at fixed z.
+  !> Computes the change of W z + q for constant z.
   subroutine change_opening(data, theta, theta_change, unknowns, opening)
     class(interpolated_data_t), intent(in) :: data
     real(rk), contiguous, intent(in) :: theta(:)
@@ -132,7 +133,7 @@ contains
     opening(data%anchors) = data%scale * matmul(data%anchor_forces, theta_change)
   end subroutine change_opening
 
-  !> [length] of how far each anchor closes (moves in sig_interpolated_data).
+  !> Returns the changes [length] of how far each anchor closes (moves in sig_interpolated_data).
   function move_changes(data, theta, theta_change, unknowns, unknown_change) result(changes)
     class(interpolated_data_t), intent(in) :: data
     real(rk), contiguous, intent(in) :: theta(:)
@@ -159,7 +160,7 @@ contains
     end do
   end function move_changes
 
-  !> Displacement of some exact dofs over one parameter.
+  !> Computes the derivatives of the displacement of some exact dofs over one parameter.
   subroutine interpolated_displacement_changes(data, theta, unknowns, gradient, i_parameter, places, changes)
     class(interpolated_data_t), intent(in) :: data
     real(rk), contiguous, intent(in) :: theta(:)
@@ -167,7 +168,7 @@ contains
     real(rk), intent(in) :: unknowns(:)
     type(gradient_t), intent(in) :: gradient
     integer, intent(in) :: i_parameter
-    !> 1-based among the exact dofs
+    !> places among the exact dofs, 1-based
     integer, intent(in) :: places(:)
     !> [length] shape (size(places))
     real(rk), intent(out) :: changes(:)

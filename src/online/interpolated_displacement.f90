@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Displacements of an interpolated model: interpolated at the exact dofs, by modes at others, or none.
+!> Displacements of an interpolated model: interpolated at the exact dofs, by modes at the others, or none.
 module sig_interpolated_displacement
   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   use sig_interpolated_data, only: interpolated_data_t
@@ -12,7 +12,7 @@ module sig_interpolated_displacement
 
 contains
 
-  !> Modes of all bodies together.
+  !> Returns the number of modes of all bodies together.
   pure integer function n_modes_of(data) result(n_modes)
     class(interpolated_data_t), intent(in) :: data
     integer :: i
@@ -22,15 +22,16 @@ contains
     n_modes = sum([(data%modes(i)%n_modes(), i=1, size(data%modes))])
   end function n_modes_of
 
-  !> Coordinates under contact forces, the residual of equilibrium, and the size of the field. Requires: modes.
+  !> Computes the mode coordinates under contact forces, the residual of equilibrium, and the size of the displacement. Requires:
+  !> modes.
   subroutine solve_modes(data, theta, unknowns, coordinates, residual, field_size)
     class(interpolated_data_t), intent(in) :: data
     real(rk), contiguous, intent(in) :: theta(:)
     !> [force] z, shape (n_multipliers)
     real(rk), contiguous, intent(in) :: unknowns(:)
-    !> [length] of one body after the other, shape (n_modes_of)
+    !> [length] coordinates, one body after the other, shape (n_modes_of)
     real(rk), contiguous, intent(inout) :: coordinates(:)
-    !> [sqrt(force*length)] no less than |u_r - u(z)|_K, and |u_r|_K
+    !> [sqrt(force*length)] upper bound of |u_r - u(z)|_K, and |u_r|_K
     real(rk), intent(out) :: residual
     real(rk), intent(out) :: field_size
     real(rk) :: forces(size(unknowns)), own_energy, own_residual
@@ -52,15 +53,15 @@ contains
     field_size = sqrt(field_size)
   end subroutine solve_modes
 
-  !> The closing B u_r of all contacts, and the largest of the bodies' K over K(mu_0). Requires: modes.
+  !> Computes the closing B u_r of all contacts, and the largest K / K(mu_0) of the bodies. Requires: modes.
   subroutine close_by_modes(data, theta, coordinates, closing, stiffest)
     class(interpolated_data_t), intent(in) :: data
     real(rk), contiguous, intent(in) :: theta(:)
-    !> [length] of solve_modes
+    !> [length] coordinates from solve_modes
     real(rk), contiguous, intent(in) :: coordinates(:)
     !> [length] shape (n_multipliers)
     real(rk), contiguous, intent(inout) :: closing(:)
-    !> [-]
+    !> [-] largest ratio of K to K(mu_0)
     real(rk), intent(out) :: stiffest
     integer :: first, i, last
 
@@ -75,12 +76,12 @@ contains
     end do
   end subroutine close_by_modes
 
-  !> No numbers where the model has no displacement.
+  !> Computes the displacement of all dofs; it is NaN where the model has none.
   subroutine fill_interpolated_displacement(data, theta, unknowns, coordinates, displacement)
     class(interpolated_data_t), intent(in) :: data
     real(rk), contiguous, intent(in) :: theta(:)
     real(rk), contiguous, intent(in) :: unknowns(:)
-    !> [length] of solve_modes
+    !> [length] coordinates from solve_modes
     real(rk), contiguous, intent(in) :: coordinates(:)
     !> [length] shape (n_dofs)
     real(rk), contiguous, intent(inout) :: displacement(:)
@@ -100,7 +101,7 @@ contains
     displacement(data%exact_dofs) = exact
   end subroutine fill_interpolated_displacement
 
-  !> [length] one component of the same.
+  !> Returns the displacement [length] of one dof.
   pure real(rk) function interpolated_displacement_of_dof(data, theta, unknowns, coordinates, dof) result(displacement)
     class(interpolated_data_t), intent(in) :: data
     real(rk), intent(in) :: theta(:)

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Bound of what interpolation over one elastic constant of a body costs the contact forces.
+!> Bound of the error in the contact forces that comes from interpolation over one elastic constant of a body.
 !>
 !> With K affine in the constant c but for a factor, p(c) K(c) / s, and responses U_I interpolated at n nodes (n >= 3), the
 !> residual p F - p K U_I / s is a polynomial of degree n that vanishes at the nodes: w(c) Z with w(c) = prod (c - c_i) and Z
@@ -18,16 +18,16 @@ module sig_interpolation_bound
   public :: interpolation_bound_t, node_product, stiffness_factor, stiffness_ratios
 
   type :: interpolation_bound_t
-    !> c_0
+    !> c_0, the place of the additional response
     real(rk) :: place = 0
     !> [force*length per square of a coefficient] Z'K_0^-1 Z, for the coefficients of loads, of prescribed displacements, of contact
     !> forces; empty: there is no bound
     real(rk), allocatable :: residuals(:, :)
-    !> the same of the rest r'
+    !> the same quantity for the rest r'
     real(rk), allocatable :: rest(:, :)
     !> [force per unit of a coefficient] y, shape (n_multipliers, n_coefficients)
     real(rk), allocatable :: forces(:, :)
-    !> [-] the W of all other bodies together is at least this times that of the body, at the places of all
+    !> [-] a factor: the W of all other bodies together is at least this times the W of the body, for all values of the constants
     real(rk) :: share = 0
   contains
     procedure :: is_there
@@ -43,7 +43,7 @@ contains
     if (allocated(self%residuals)) is_there = size(self%residuals) > 0
   end function is_there
 
-  !> [sqrt(force*length)] of the openings of one body in the norm of W^-1.
+  !> Returns the bound [sqrt(force*length)] of the openings of one body in the norm of W^-1.
   real(rk) function evaluate(self, nodes, constant, modulus_ratio, is_ratio_of_moduli, is_thin, coefficients, compliance) &
     result(bound)
     class(interpolation_bound_t), intent(in) :: self
@@ -53,11 +53,11 @@ contains
     real(rk), intent(in) :: constant
     !> [-] s
     real(rk), intent(in) :: modulus_ratio
-    !> otherwise the constant is a Poisson's ratio
+    !> whether the constant is a ratio of moduli; otherwise it is a Poisson's ratio
     logical, intent(in) :: is_ratio_of_moduli
-    !> plane stress
+    !> whether the model is plane stress
     logical, intent(in) :: is_thin
-    !> x; [force] those of contact forces
+    !> x; the coefficients of contact forces are in [force]
     real(rk), contiguous, intent(in) :: coefficients(:)
     !> [length/force] W of the body at the point, shape (n_multipliers, n_multipliers)
     real(rk), contiguous, intent(in) :: compliance(:, :)
@@ -72,7 +72,7 @@ contains
     bound = factor * min(bound, size_in(self%residuals, coefficients) / sqrt(ratios(1)))
   end function evaluate
 
-  !> sqrt(x'Mx).
+  !> Returns sqrt(x'Mx).
   real(rk) function size_in(matrix, x)
     real(rk), contiguous, intent(in) :: matrix(:, :)
     real(rk), contiguous, intent(in) :: x(:)
@@ -82,7 +82,7 @@ contains
     size_in = sqrt(max(0.0_rk, dot_product(x, y)))
   end function size_in
 
-  !> w(c).
+  !> Returns w(c).
   pure real(rk) function node_product(nodes, constant)
     real(rk), intent(in) :: nodes(:)
     real(rk), intent(in) :: constant
@@ -90,7 +90,7 @@ contains
     node_product = product(constant - nodes)
   end function node_product
 
-  !> [-] p(c): times this the stiffness of one material with Young's modulus 1 is affine in Poisson's ratio.
+  !> Returns p(c) [-]: p times the stiffness of one material with Young's modulus 1 is affine in Poisson's ratio.
   pure real(rk) function stiffness_factor(constant, is_ratio_of_moduli, is_thin) result(factor)
     real(rk), intent(in) :: constant
     logical, intent(in) :: is_ratio_of_moduli
@@ -102,7 +102,8 @@ contains
     if (is_thin) factor = (1 + constant) * (1 - constant)
   end function stiffness_factor
 
-  !> [-] alpha and beta, with equal moduli s: the ratios of the parts of the stiffness, of two materials or of bulk and shear.
+  !> Returns alpha and beta [-] for equal s: the least and the largest ratio of the parts of the stiffness, which are two materials
+  !> or bulk and shear.
   pure function stiffness_ratios(constant, place, is_ratio_of_moduli, is_thin) result(ratios)
     real(rk), intent(in) :: constant
     real(rk), intent(in) :: place

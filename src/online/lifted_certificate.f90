@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> The certificate of a hyper-reduced model that has not the matrix W of all contacts.
+!> The error bound of a hyper-reduced model that does not keep the matrix W of all contacts.
 !>
-!> Its forces are a combination of the snapshots' and of unit forces on rows of its domain, and so are the openings W lambda. Forces
-!> that anybody has moved since have no bound.
+!> The model's forces are a combination of the snapshots' forces and of unit forces on rows of its domain, and so are the openings W
+!> lambda. Forces that were changed afterwards have no bound.
 module sig_lifted_certificate
   use sig_answer, only: answer_t, comparable_size
   use sig_force_balance, only: keep_balance
@@ -23,7 +23,7 @@ module sig_lifted_certificate
     procedure :: certify
   end type lifted_certificate_t
 
-  !> [-] of the largest force: what a sum of forces may be off by
+  !> [-] rounding error of a sum of forces, relative to the largest force
   real(rk), parameter :: rounding = 1.0e-13_rk
 
 contains
@@ -39,7 +39,8 @@ contains
     end associate
   end subroutine prepare
 
-  !> [length/force] About the diagonal of W, from the entries that are known: it says how far a force reaches.
+  !> Returns an estimate [length/force] of the diagonal of W from the known entries. It tells how much a force moves its own
+  !> contact.
   pure function reach_of(cluster) result(reach)
     type(hhr_data_t), intent(in) :: cluster
     real(rk), allocatable :: reach(:)
@@ -59,13 +60,13 @@ contains
   !> Bounds the error of an answer's forces on all contacts.
   subroutine certify(self, cluster, coefficients, multipliers, answer)
     class(lifted_certificate_t), intent(in) :: self
-    !> that of prepare
+    !> the data that prepare was called with
     type(hhr_data_t), intent(in) :: cluster
-    !> [-] >= 0, of the snapshots, from which the forces outside of the domain were made; shape (n_snapshots)
+    !> [-] coefficients >= 0 of the snapshots that gave the forces outside of the domain; shape (n_snapshots)
     real(rk), contiguous, intent(in) :: coefficients(:)
     !> [force] >= 0 of all contacts, shape (n_multipliers)
     real(rk), contiguous, intent(in) :: multipliers(:)
-    !> theta is set; bound and relative_bound will be, unless nothing can be said
+    !> in: theta; out: bound and relative_bound, which stay unset where there is no bound
     type(answer_t), intent(inout) :: answer
     real(rk) :: closing(size(multipliers)), opening(size(multipliers)), rest(size(multipliers)), size_of_answer
 
@@ -87,7 +88,8 @@ contains
     end if
   end subroutine certify
 
-  !> [sqrt(force*length)] Forces in the norm of W: the square root of their work on what they open, the anchors closed.
+  !> Returns the size of forces [sqrt(force*length)] in the norm of W: the square root of their work on the openings that they
+  !> cause, with closed anchors.
   real(rk) function size_of(cluster, multipliers, closing)
     type(hhr_data_t), intent(in) :: cluster
     real(rk), intent(in) :: multipliers(:)

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> What a hyper-reduced model needs to bound its answers where the matrix W of all contacts has no room: what training makes and a
-!> file keeps. Without it, arrays have no rows.
+!> The data with which a hyper-reduced model bounds its errors where the matrix W of all contacts is too large to keep. Training
+!> makes them and a file keeps them. In a model without them the arrays have no rows.
 module sig_lifted_data
   use sig_errors, only: error_t
   use sig_hdf5_reader, only: h5_reader_t
@@ -16,18 +16,18 @@ module sig_lifted_data
   type :: lifted_data_t
     !> [length per unit of theta] openings without contact forces, D - B G, shape (n_multipliers, n_terms)
     real(rk), allocatable :: free_opening(:, :)
-    !> [length] W Lambda of the dual snapshots, shape (n_multipliers, n_snapshots)
+    !> [length] W Lambda for the dual snapshots Lambda, shape (n_multipliers, n_snapshots)
     real(rk), allocatable :: snapshot_opening(:, :)
     !> [length/force] columns of W of the domain's rows, shape (n_multipliers, n_rows)
     real(rk), allocatable :: row_opening(:, :)
     !> force patterns Y of energy 1, and W Y; shape (n_multipliers, n_patterns)
     real(rk), allocatable :: pattern_forces(:, :)
     real(rk), allocatable :: pattern_opening(:, :)
-    !> rows whose forces balance all that these openings are under, where only contact holds a body
+    !> rows whose forces balance the loads behind these openings, where only contact holds a body
     integer, allocatable :: anchors(:)
     !> [force/length] L' K L
     type(sparse_matrix_t) :: lift
-    !> [sqrt(force*length)] of the snapshots in the norm of W
+    !> [sqrt(force*length)] size of the largest snapshot in the norm of W
     real(rk) :: largest_size = 0
   contains
     procedure :: is_there
@@ -61,16 +61,16 @@ contains
     call fill_missing(self%lift%values)
   end subroutine complete
 
-  !> Name of a part whose shape does not fit; empty when all fit, or there is nothing. Requires: complete.
+  !> Returns the name of a part whose shape does not fit; empty when all fit, or when there are no data. Requires: complete.
   pure function mismatch(self, n_multipliers, n_terms, n_snapshots, n_rows, n_motions) result(name)
     class(lifted_data_t), intent(in) :: self
     integer, intent(in) :: n_multipliers
     integer, intent(in) :: n_terms
-    !> dual ones
+    !> number of dual snapshots
     integer, intent(in) :: n_snapshots
-    !> of the domain
+    !> number of rows of the domain
     integer, intent(in) :: n_rows
-    !> that only contact holds
+    !> number of rigid motions that only contact holds
     integer, intent(in) :: n_motions
     character(:), allocatable :: name
 

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> A trained model as data: all that a query needs, and what describes it. Nothing here depends on a mesh file or a deck.
+!> A trained model as data: everything that a query or a description needs. Nothing here depends on a mesh file or a deck.
 module sig_model
   use sig_field_map, only: field_map_t
   use sig_kinds, only: rk
@@ -13,12 +13,12 @@ module sig_model
   private
   public :: model_t, contact_side_t, validation_statistics_t, complete_model, model_sizes
 
-  !> layout of the file; a change that an older reader would misread raises it (4: parts of several kinds)
+  !> version of the file layout; it increases when an older reader would misread the file (4: parts of several kinds)
   integer, parameter, public :: model_format_version = 4
-  !> oldest layout that is still read
+  !> oldest layout that can be read
   integer, parameter, public :: oldest_model_format = 4
 
-  !> Nodes of one side of all contacts; those of contact k are starts(k) + 1 ... starts(k + 1).
+  !> Nodes of one side of all contacts; the nodes of contact k are starts(k) + 1 ... starts(k + 1).
   type :: contact_side_t
     !> shape (n_multipliers + 1)
     integer, allocatable :: starts(:)
@@ -32,17 +32,17 @@ module sig_model
     procedure :: owner_tag
   end type contact_side_t
 
-  !> Errors against the full-order model over a test set; no entries until validated.
+  !> Errors against the full-order model over a test set; empty until validated.
   type :: validation_statistics_t
-    !> whether the errors are small enough, as a sentence; empty until validated
+    !> sentence that says whether the errors are small enough; empty until validated
     character(:), allocatable :: verdict
-    !> e_u, e_lambda_rid, ...; all arrays have their length
+    !> names of the errors: e_u, e_lambda_rid, ...; all arrays have their length
     type(string_t), allocatable :: names(:)
     real(rk), allocatable :: minimum(:)
     real(rk), allocatable :: median(:)
     real(rk), allocatable :: p95(:)
     real(rk), allocatable :: maximum(:)
-    !> how many of the points each method answered, none included; no entries until validated
+    !> methods, and how many of the points each one answered, `none` included; empty until validated
     type(string_t), allocatable :: method_names(:)
     integer, allocatable :: method_counts(:)
   end type validation_statistics_t
@@ -51,53 +51,54 @@ module sig_model
   type :: model_t
     integer :: format_version = model_format_version
     character(:), allocatable :: code_version
-    !> effective deck, for people
+    !> deck with all defaults, for people
     character(:), allocatable :: deck_text
     character(:), allocatable :: title
-    !> hash of physics and mesh, as in the snapshots
+    !> hash of physics and mesh, the same as in the snapshots
     character(:), allocatable :: provenance
     character(:), allocatable :: mesh_hash
     character(:), allocatable :: length_unit
     character(:), allocatable :: force_unit
     type(string_t), allocatable :: parameter_names(:)
     type(string_t), allocatable :: parameter_units(:)
-    !> minimum and maximum, shape (2, n_parameters)
+    !> minimum and maximum of each parameter, shape (2, n_parameters)
     real(rk), allocatable :: box(:, :)
     !> shape (n_parameters, n_points)
     real(rk), allocatable :: training_points(:, :)
-    !> theta as a function of the parameters
+    !> the terms theta as functions of the parameters
     type(term_set_t) :: terms
     integer :: n_nodes = 0
     integer :: n_dofs = 0
     integer :: n_dim = 0
     integer :: n_multipliers = 0
-    !> tags of the mesh file, shape (n_nodes), or none
+    !> node tags of the mesh file, shape (n_nodes), or none
     integer, allocatable :: node_tags(:)
     !> [length] shape (n_dim, n_nodes), or none
     real(rk), allocatable :: coordinates(:, :)
-    !> at least one node per contact
+    !> nodes of the first side, at least one per contact
     type(contact_side_t) :: first_side
-    !> no node where a contact is that with a rigid obstacle
+    !> nodes of the second side; a contact with a rigid obstacle has none
     type(contact_side_t) :: second_side
-    !> [length, or its square but in plane models] pressure = multiplier / area, shape (n_multipliers)
+    !> [length**(n_dim - 1)] pressure = multiplier / area, shape (n_multipliers)
     real(rk), allocatable :: areas(:)
-    !> what the contact forces come to on each contact of the deck
+    !> sums of the contact forces over each entry of the deck's contact section
     type(resultant_map_t) :: resultants
     !> [length per unit of theta] initial gaps of all contacts, shape (n_multipliers, n_terms)
     real(rk), allocatable :: gap(:, :)
-    !> [-]
+    !> [-] energy tail of the POD
     real(rk) :: pod_tolerance = 0
     !> elastic_lifting or multiplier
     character(:), allocatable :: dirichlet
-    !> [-] largest relative bound of an answer; larger ones fall back or are refused; 0 = no hyper-reduced answer is certified
+    !> [-] largest allowed relative bound of an answer; an answer with a larger one goes to the fallback or is refused; 0 = no
+    !> limit, and the fallback gives no bounds for other parts
     real(rk) :: max_error = 0
     !> one per cluster, then the fallback if there is one
     type(part_t), allocatable :: parts(:)
     logical :: has_fallback = .false.
-    !> which cluster answers where; empty with one cluster
+    !> choice of the cluster that answers at a point; empty with one cluster
     type(model_choice_t) :: choice
     type(validation_statistics_t) :: validation
-    !> what fields need; empty where the deck did not ask for any
+    !> data for fields; empty where the deck did not ask for them
     type(field_map_t) :: fields
   contains
     procedure :: n_clusters
@@ -107,7 +108,7 @@ module sig_model
 
 contains
 
-  !> Gives every part that is not allocated its empty value, so that nobody has to ask.
+  !> Gives every part that is not allocated its empty value.
   pure subroutine complete_model(model)
     type(model_t), intent(inout) :: model
     integer :: i
@@ -157,7 +158,7 @@ contains
     call fill_missing(side%coordinates, n_dim)
   end subroutine complete_side
 
-  !> Of a model that is complete but for its parts.
+  !> Returns the sizes of a model that is complete except for its parts.
   pure function model_sizes(model) result(sizes)
     type(model_t), intent(in) :: model
     type(model_sizes_t) :: sizes
@@ -166,7 +167,7 @@ contains
       n_points=size(model%training_points, 2))
   end function model_sizes
 
-  !> Of the first side: tag of the node that carries the force of contact k.
+  !> Returns the tag of the node on the first side that carries the force of contact k.
   pure integer function owner_tag(self, k)
     class(contact_side_t), intent(in) :: self
     integer, intent(in) :: k
@@ -174,7 +175,7 @@ contains
     owner_tag = self%tags(self%starts(k) + 1)
   end function owner_tag
 
-  !> Parts that the choice chooses among.
+  !> Returns the number of parts among which the choice selects.
   pure integer function n_clusters(self)
     class(model_t), intent(in) :: self
 
@@ -182,14 +183,14 @@ contains
     if (allocated(self%parts)) n_clusters = size(self%parts) - merge(1, 0, self%has_fallback)
   end function n_clusters
 
-  !> The part that answers where a cluster cannot; 0 = none.
+  !> Returns the number of the part that answers where a cluster cannot; 0 = none.
   pure integer function fallback(self)
     class(model_t), intent(in) :: self
 
     fallback = merge(self%n_clusters() + 1, 0, self%has_fallback)
   end function fallback
 
-  !> Place of a part in the model file.
+  !> Returns the group of a part in the model file.
   pure function group_of(self, i) result(group)
     class(model_t), intent(in) :: self
     integer, intent(in) :: i

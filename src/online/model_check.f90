@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Whether the parts of a model fit together, so that no query and no description can go wrong in them.
+!> Checks that the parts of a model fit together, so that queries and descriptions cannot fail on them.
 module sig_model_check
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   use sig_expression, only: is_identifier
@@ -14,10 +14,9 @@ module sig_model_check
 
 contains
 
-  !> Name of a part whose shape does not fit the others, or whose values a query cannot work with; empty when all fit.
-  !>
-  !> A model may come from anywhere: whatever indexes an array, or sends a loop round, is looked at here once.
-  !> Requires: complete_model.
+  !> Returns the name of a part whose shape does not fit the others, or whose values a query cannot use; empty when all fit. A model
+  !> file may come from anywhere, so every value that indexes an array or controls a loop is checked here once. Requires:
+  !> complete_model.
   pure function find_mismatch(model) result(name)
     type(model_t), intent(in) :: model
     character(:), allocatable :: name
@@ -53,7 +52,7 @@ contains
     if (model%n_multipliers < 0) name = 'n_multipliers'
     if (len(name) > 0) return
     if (model%n_dofs / model%n_dim /= model%n_nodes .or. modulo(model%n_dofs, model%n_dim) /= 0) name = 'n_dofs'
-    ! a number alone may be any: there is an array of this size
+    ! a number in the file may have any value, but there is an array of this size
     if (model%n_dofs > 0 .and. size(model%node_tags) == 0 .and. &
       .not. any([(model%parts(i)%reduced%has_whole_field(model%n_dofs), i=1, size(model%parts))])) name = 'n_dofs'
     if (all(size(model%node_tags) /= [0, model%n_nodes])) name = 'node_tags'
@@ -93,14 +92,14 @@ contains
   !> Whether the lists of nodes follow one another and have their coordinates.
   pure logical function is_side(side, n_least, n_multipliers, n_dim)
     type(contact_side_t), intent(in) :: side
-    !> nodes of each contact at least
+    !> least number of nodes of each contact
     integer, intent(in) :: n_least
     integer, intent(in) :: n_multipliers
     integer, intent(in) :: n_dim
 
     is_side = .false.
     associate (starts => side%starts)
-      ! sums of numbers that may be any could overflow
+      ! a sum of arbitrary numbers could overflow
       if (size(starts) - 1 /= n_multipliers) return
       if (any(starts < 0 .or. starts > size(side%tags)) .or. starts(1) /= 0 .or. starts(size(starts)) /= size(side%tags)) return
       is_side = all(starts(2:) - starts(:n_multipliers) >= n_least) .and. size(side%weights) == size(side%tags) .and. &

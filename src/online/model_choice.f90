@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Which of a model's clusters answers at a point: that of the grid cell, or that of a random forest.
+!> Chooses the cluster that answers at a point: by the grid cell or by a random forest.
 module sig_model_choice
   use sig_errors, only: error_t
   use sig_forest, only: forest_t
@@ -11,15 +11,15 @@ module sig_model_choice
   private
   public :: model_choice_t
 
-  !> By cell where there are labels, by forest where there is one; else there is one cluster.
+  !> The choice is by cell where there are labels, and by forest where there is one; otherwise there is one cluster.
   type :: model_choice_t
-    !> of the training grid
+    !> cells of the training grid
     type(grid_cells_t) :: cells
     !> cluster of each cell, 1-based; unallocated without cells
     integer, allocatable :: labels(:)
-    !> its shares are unallocated without a forest
+    !> random forest; its shares are unallocated where there is none
     type(forest_t) :: forest
-    !> [rad] sum of the dissimilarities to the medoids, and [-] mean silhouette of what was clustered
+    !> [rad] sum of the dissimilarities to the medoids, and [-] mean silhouette of the clustering
     real(rk) :: loss = 0
     real(rk) :: silhouette = 0
   contains
@@ -32,7 +32,7 @@ module sig_model_choice
 
 contains
 
-  !> Cluster of a point, 1-based.
+  !> Returns the cluster of a point, 1-based.
   integer function cluster_of(self, point)
     class(model_choice_t), intent(in) :: self
     !> [unit of each parameter]
@@ -47,8 +47,8 @@ contains
     end if
   end function cluster_of
 
-  !> The cluster that would be next: that of the nearest cell of another one (the first of several), or the one with the second
-  !> most votes; 0 where there is one cluster only.
+  !> Returns the second choice at a point: the cluster of the nearest cell of another cluster (the first of several), or the one
+  !> with the second most votes; 0 where there is one cluster only.
   integer function next_cluster(self, point)
     class(model_choice_t), intent(in) :: self
     real(rk), intent(in) :: point(:)
@@ -79,7 +79,7 @@ contains
 
     if (allocated(self%labels)) then
       fits = size(self%cells%n_values) == n_parameters .and. all(self%cells%n_values >= 1)
-      ! before the product of integers, which may leave their range
+      ! checked before the product of integers, which could overflow
       if (fits) fits = product(real(max(1, self%cells%n_values - 1), rk)) <= size(self%labels)
       if (fits) fits = size(self%labels) == self%cells%n_cells()
       if (fits) fits = all(self%labels >= 1 .and. self%labels <= n_clusters)
@@ -90,13 +90,13 @@ contains
     end if
   end function fits
 
-  !> Errors: a part is missing, or a forest does not hang together.
+  !> Reads the choice. Errors: a part is missing, or the parts of a forest do not fit together.
   subroutine read_choice(self, file, path, box, error)
     class(model_choice_t), intent(inout) :: self
     type(h5_reader_t), intent(in) :: file
-    !> for messages
+    !> name of the file for messages
     character(*), intent(in) :: path
-    !> of the model, shape (2, n_parameters)
+    !> box of the model, shape (2, n_parameters)
     real(rk), intent(in) :: box(:, :)
     type(error_t), allocatable, intent(inout) :: error
 

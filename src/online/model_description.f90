@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> A model explained to a person.
+!> Describes a model for people.
 module sig_model_description
   use sig_description_line, only: eol, line
   use sig_kinds, only: rk
@@ -11,9 +11,7 @@ module sig_model_description
 
 contains
 
-  !> Some lines of text; the last one has no end.
-  !>
-  !> Requires: complete_model.
+  !> Returns the lines of the description; the last one has no end. Requires: complete_model.
   pure function describe_model(model) result(text)
     type(model_t), intent(in) :: model
     character(:), allocatable :: text
@@ -42,7 +40,7 @@ contains
     text = text // line('training points', to_text(size(model%training_points, 2))) // choice_line(model)
   end function parameter_lines
 
-  !> What chooses among several clusters.
+  !> Returns the line that tells how a cluster is chosen.
   pure function choice_line(model) result(text)
     type(model_t), intent(in) :: model
     character(:), allocatable :: text
@@ -66,7 +64,7 @@ contains
       line('prescribed values', model%dirichlet)
   end function size_lines
 
-  !> The contacts of the deck by the numbers that `predict` gives them.
+  !> Returns the entries of the deck's contact section with the numbers that `predict` gives them.
   pure function contact_lines(model) result(text)
     type(model_t), intent(in) :: model
     character(:), allocatable :: text
@@ -98,7 +96,7 @@ contains
     character(:), allocatable :: text
     integer :: i
 
-    ! a name for the index: gfortran 12 forgets to evaluate a function there
+    ! this index needs a name: gfortran 12 forgets to evaluate a function there
     i = model%fallback()
     if (i == 0) then
       text = ''

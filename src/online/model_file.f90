@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> model.h5: writes a model, reads one, refuses what is none, of another format or changed.
+!> Writes and reads model.h5. Reading refuses a file that is not a model, has another format, or was changed.
 module sig_model_file
   use sig_errors, only: error_t, exit_internal, make_error
   use sig_field_map_file, only: read_field_map, write_field_map
@@ -22,7 +22,7 @@ module sig_model_file
 
 contains
 
-  !> Writes a model; the file appears only when it is whole.
+  !> Writes a model; the file appears under its name only when it is complete.
   !>
   !> Errors: a part does not fit the others (internal), the file cannot be written.
   subroutine write_model(path, model, error)
@@ -125,9 +125,7 @@ contains
     call file%write('/validation/method_counts', validation%method_counts, description='points that each method answered')
   end subroutine write_validation
 
-  !> Reads a model.
-  !>
-  !> Errors: no such file, not HDF5, no model, another format version, cut off or changed, a part is missing.
+  !> Reads a model. Errors: no such file, not HDF5, not a model, another format version, cut off or changed, a part is missing.
   subroutine read_model(path, model, error)
     character(*), intent(in) :: path
     type(model_t), intent(out) :: model
@@ -197,7 +195,7 @@ contains
     call file%read('/certificate/max_error', model%max_error, error)
   end subroutine read_problem
 
-  !> What the rows of the fields share with the model is taken from it.
+  !> Reads the data for fields; what the contact rows share with the model is copied from it.
   subroutine read_fields(file, path, model, error)
     type(h5_reader_t), intent(in) :: file
     character(*), intent(in) :: path
@@ -239,7 +237,7 @@ contains
     model%box(2, :) = maximum(:size(model%box, 2))
   end subroutine read_parameters
 
-  !> Each part says what kind it is.
+  !> Reads the parts. The file says for each part of which kind it is.
   subroutine read_parts(file, path, model, error)
     type(h5_reader_t), intent(in) :: file
     character(*), intent(in) :: path

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Trained reduced models as the parts of a model.
+!> Makes trained reduced models the parts of a model.
 module sig_model_parts
   use sig_hhr_data, only: hhr_data_t
   use sig_model, only: model_t
@@ -11,7 +11,7 @@ module sig_model_parts
 
 contains
 
-  !> Local models in the order of the clusters; a fallback stays.
+  !> Sets the local models in the order of the clusters; an existing fallback stays.
   subroutine set_clusters(model, clusters)
     type(model_t), intent(inout) :: model
     type(hhr_data_t), intent(in) :: clusters(:)
@@ -30,9 +30,9 @@ contains
     call move_alloc(parts, model%parts)
   end subroutine set_clusters
 
-  !> A part that answers where the clusters cannot; none where it is not allocated. The model takes it.
+  !> Sets the part that answers where the clusters cannot. The model takes it over; an unallocated part means no fallback.
   subroutine set_fallback(model, fallback)
-    !> without a fallback
+    !> a model without a fallback
     type(model_t), intent(inout) :: model
     class(reduced_t), allocatable, intent(inout) :: fallback
     type(part_t), allocatable :: parts(:)
@@ -49,7 +49,7 @@ contains
     model%has_fallback = .true.
   end subroutine set_fallback
 
-  !> What a hyper-reduced part is made of; null where the part is of another kind.
+  !> Returns the data of a hyper-reduced part; null where the part is of another kind.
   function cluster_of(model, k) result(cluster)
     type(model_t), target, intent(in) :: model
     integer, intent(in) :: k

@@ -1,11 +1,11 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Multipliers of all contacts from those of the reduced integration domain: the non-negative combination of the dual snapshots that
-!> is nearest to what an answer knows.
+!> Computes the multipliers of all contacts from those of the reduced integration domain: the non-negative combination of the dual
+!> snapshots that is nearest to the known values of an answer.
 !>
-!> Known are the multipliers of the domain and, unless the model leaves them out, the normal displacements of all the contact nodes;
-!> each of the two blocks is divided by the size of its snapshots, so that units do not matter. The resultants of bodies that only
-!> contact holds are known, too, exactly: the forces are moved to the nearest ones that balance the loads, or, where the openings of
-!> other forces are not known, the combination and the forces of the domain are.
+!> The known values are the multipliers of the domain and, unless the model leaves them out, the normal displacements of all contact
+!> nodes. Each of these two blocks is divided by the size of its snapshots, so that units do not matter. The resultants on bodies
+!> that only contact holds are known exactly: the forces are moved to the nearest ones that balance the loads. Where the openings of
+!> other forces are not known, the combination and the forces of the domain are moved instead.
 module sig_multiplier_fit
   use sig_force_balance, only: balance_forces
   use sig_kinds, only: rk
@@ -16,23 +16,23 @@ module sig_multiplier_fit
   private
   public :: work_of_loads, multiplier_fit_t, multiplier_fit_workspace_t
 
-  !> What does not depend on the point.
+  !> The parts of the fit that do not depend on the point.
   type :: multiplier_fit_t
     private
     type(nnls_t) :: snapshots
     integer :: n_rows = 0
-    !> [-] normal displacements that are fitted too
+    !> [-] number of normal displacements that are fitted, too
     integer :: n_values = 0
     integer :: n_snapshots = 0
-    !> [1/force], [1/length] of the two blocks
+    !> scales of the two blocks, [1/force] and [1/length]
     real(rk) :: multiplier_scale = 1
     real(rk) :: displacement_scale = 1
-    !> the forces have to stay a combination
+    !> whether the forces have to stay a combination of the snapshots
     logical :: is_bound_to_snapshots = .false.
-    !> contacts that the displacement says are open get no force
+    !> whether contacts that are open by the displacement get no force
     logical :: releases_open_contacts = .false.
-    !> [force] of the snapshots outside of the domain, and the work of a unit of it on each motion, shapes (n_snapshots) and
-    !> (n_snapshots, n_motions)
+    !> [force] size of the snapshots outside of the domain, and the work of a unit of this size on each motion, shapes (n_snapshots)
+    !> and (n_snapshots, n_motions)
     real(rk), allocatable :: outside_size(:)
     real(rk), allocatable :: outside_work(:, :)
   contains
@@ -43,20 +43,20 @@ module sig_multiplier_fit
     procedure, private :: balance
   end type multiplier_fit_t
 
-  !> Room; as long as one cluster answers nothing is allocated after the first point. One per thread.
+  !> Work arrays of one thread. While the same cluster answers, nothing is allocated after the first point.
   type :: multiplier_fit_workspace_t
     type(nnls_workspace_t), private :: nnls
     !> shape (n_rows + n_values)
     real(rk), allocatable, private :: known(:)
-    !> [-] >= 0, of the combination, shape (n_snapshots)
+    !> [-] coefficients of the combination, >= 0, shape (n_snapshots)
     real(rk), allocatable :: coefficients(:)
-    !> [force] of the domain, shape (n_rows)
+    !> [force] forces of the domain, shape (n_rows)
     real(rk), allocatable, private :: forces(:)
-    !> [length] of all contacts, shape (n_multipliers)
+    !> [length] openings of all contacts, shape (n_multipliers)
     real(rk), allocatable, private :: opening(:)
   end type multiplier_fit_workspace_t
 
-  !> [-] work of the loads below this share of its parts is none
+  !> [-] work of the loads below this share of its parts counts as zero
   real(rk), parameter :: rounding = 1.0e-12_rk
 
 contains
@@ -84,7 +84,7 @@ contains
     if (self%is_bound_to_snapshots) call measure_outside(self, cluster)
   end subroutine prepare
 
-  !> What the snapshots do outside of the domain, for a balance.
+  !> Measures the forces of the snapshots outside of the domain and their work, which a balance needs.
   subroutine measure_outside(self, cluster)
     class(multiplier_fit_t), intent(inout) :: self
     type(hhr_data_t), intent(in) :: cluster
@@ -99,10 +99,11 @@ contains
       spread(self%outside_size, 2, size(cluster%motion_closing, 2))
   end subroutine measure_outside
 
-  !> Values of the domain stay as they are, unless the loads of a body that only contact holds are out of balance.
+  !> Computes the multipliers of all contacts. Those of the domain stay unchanged, unless the loads of a body that only contact
+  !> holds are out of balance.
   subroutine evaluate(self, cluster, theta, coordinates, multipliers_rid, workspace, multipliers)
     class(multiplier_fit_t), intent(in) :: self
-    !> that of prepare
+    !> the data that prepare was called with
     type(hhr_data_t), intent(in) :: cluster
     !> values of the model's terms, shape (n_terms)
     real(rk), contiguous, intent(in) :: theta(:)
@@ -140,7 +141,7 @@ contains
       call balance_forces(cluster%motion_closing, work_of_loads(cluster, theta), multipliers, is_balanced)
   end subroutine evaluate
 
-  !> The combination of the snapshots' forces on all contacts.
+  !> Combines the snapshots' forces on all contacts.
   subroutine combine(self, cluster, coefficients, multipliers)
     class(multiplier_fit_t), intent(in) :: self
     type(hhr_data_t), intent(in) :: cluster
@@ -164,7 +165,7 @@ contains
     type(hhr_data_t), intent(in) :: cluster
     real(rk), contiguous, intent(in) :: theta(:)
     real(rk), contiguous, intent(in) :: coordinates(:)
-    !> [length] room, shape (n_multipliers)
+    !> [length] work array, shape (n_multipliers)
     real(rk), contiguous, intent(inout) :: opening(:)
     !> [force] of all contacts, shape (n_multipliers)
     real(rk), intent(inout) :: multipliers(:)
@@ -175,7 +176,7 @@ contains
     where (self%multiplier_scale * multipliers <= self%displacement_scale * opening) multipliers = 0
   end subroutine release
 
-  !> The nearest combination and forces of the domain in balance; as they were where there are none.
+  !> Moves the combination and the forces of the domain to the nearest ones in balance; they stay unchanged where there are none.
   subroutine balance(self, cluster, theta, coefficients, forces)
     class(multiplier_fit_t), intent(in) :: self
     type(hhr_data_t), intent(in) :: cluster
@@ -201,7 +202,8 @@ contains
     end associate
   end subroutine balance
 
-  !> [force] of each rigid motion that only contact holds; 0 where the loads are in equilibrium but for rounding.
+  !> Returns the work [force] of the loads on each rigid motion that only contact holds; 0 where the loads are in equilibrium except
+  !> for rounding.
   pure function work_of_loads(cluster, theta) result(work)
     type(hhr_data_t), intent(in) :: cluster
     real(rk), intent(in) :: theta(:)
@@ -230,7 +232,7 @@ contains
     allocate (workspace%forces(self%n_rows), workspace%opening(n_multipliers))
   end subroutine reserve
 
-  !> 1 / Frobenius norm; 1 for zeros.
+  !> Returns 1 / Frobenius norm; 1 for a block of zeros.
   pure function inverse_size(block) result(scale)
     real(rk), intent(in) :: block(:, :)
     real(rk) :: scale

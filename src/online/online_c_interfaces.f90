@@ -6,7 +6,7 @@ module sig_online_c_interfaces
   private
   public :: forest_arrays_t, sig_forest_check, sig_forest_votes
 
-  !> sig_forest of forest.h: pointers to arrays that somebody else holds.
+  !> The structure sig_forest of forest.h; its pointers lead to arrays of somebody else.
   type, bind(c) :: forest_arrays_t
     integer(c_int) :: n_features
     integer(c_int) :: n_classes

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> A model made ready for queries: what does not depend on the point is computed once. Any number of threads may share it.
+!> A model prepared for queries: everything that does not depend on the point is computed once. Any number of threads may share it.
 module sig_online_model
   use sig_kinds, only: rk
   use sig_model, only: complete_model, model_t
@@ -9,7 +9,7 @@ module sig_online_model
   public :: online_model_t
 
   type :: online_model_t
-    !> set by the caller before prepare
+    !> the model; the caller sets it before prepare
     type(model_t) :: model
     !> [-] 1 / length of each side of the box, 0 for a side without length; shape (n_parameters)
     real(rk), allocatable :: box_scale(:)
@@ -21,7 +21,7 @@ module sig_online_model
     procedure :: lengths_at
   end type online_model_t
 
-  !> a point counts as inside when it is beyond a side by less than this part of the side's length (rounded grid points)
+  !> a point counts as inside when it is outside by less than this share of the side's length (grid points are rounded)
   real(rk), parameter :: box_tolerance = 1.0e-9_rk
 
 contains
@@ -46,7 +46,8 @@ contains
     end do
   end subroutine prepare
 
-  !> Training point nearest to a point, sides of the box taken as of length 1; the first of several. 0 without training points.
+  !> Returns the training point nearest to a point, with each side of the box scaled to 1; the first of several. 0 without training
+  !> points.
   pure subroutine nearest_point(self, point, i_nearest, distance)
     class(online_model_t), intent(in) :: self
     real(rk), intent(in) :: point(:)
@@ -70,14 +71,13 @@ contains
     if (i_nearest > 0) distance = sqrt(distance)
   end subroutine nearest_point
 
-  !> Training point nearest to a point among those on its other side, seen from its nearest training point: the two enclose it.
-  !>
-  !> On the other side is an angle of 90 degrees or more at the point; where no training point is there, the nearest but one. The
-  !> first of several; 0 without a second training point.
+  !> Returns the nearest training point on the other side of a point, seen from its nearest training point, so that the two enclose
+  !> it. The other side means an angle of 90 degrees or more at the point. Where no training point is there, the result is the
+  !> second nearest one. The first of several counts; 0 without a second training point.
   pure subroutine opposite_point(self, point, i_nearest, i_opposite)
     class(online_model_t), intent(in) :: self
     real(rk), intent(in) :: point(:)
-    !> of nearest_point
+    !> result of nearest_point
     integer, intent(in) :: i_nearest
     integer, intent(out) :: i_opposite
     real(rk) :: along, distance, distance_opposite, square
@@ -125,7 +125,7 @@ contains
     end do
   end function is_inside_box
 
-  !> Lengths to measure steps by, in the units of the parameters: sides of the box, else the size of the value, else 1.
+  !> Returns step lengths in the units of the parameters: the sides of the box, else the size of the value, else 1.
   pure function lengths_at(self, point) result(lengths)
     class(online_model_t), intent(in) :: self
     real(rk), intent(in) :: point(:)

@@ -1,5 +1,6 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Answers of a model at parameter points: the part that the choice names, the fallback where it has no answer, a certificate.
+!> Queries of a model at parameter points: the chosen part answers, or the fallback where that part has no answer, and an error
+!> bound is added.
 module sig_query
   use sig_answer, only: answer_t
   use sig_gradient, only: gradient_t
@@ -14,7 +15,7 @@ module sig_query
   private
   public :: query_t
 
-  !> Room and expressions of one thread. After the first answers a query allocates nothing.
+  !> Work arrays and expressions of one thread. After the first answers a query allocates nothing.
   type :: query_t
     private
     type(term_values_t) :: terms
@@ -28,10 +29,10 @@ module sig_query
 
 contains
 
-  !> Errors: message is allocated when a term is no expression.
+  !> Prepares a query. Errors: message is allocated when a term is not a valid expression.
   subroutine create(self, online, message)
     class(query_t), intent(inout) :: self
-    !> prepared
+    !> the model, after prepare
     type(online_model_t), intent(in) :: online
     character(:), allocatable, intent(out) :: message
     integer :: i
@@ -47,12 +48,12 @@ contains
   !> Answers at one point.
   subroutine evaluate(self, online, point, answer, cluster)
     class(query_t), intent(inout) :: self
-    !> the model of create
+    !> the model that create was called with
     type(online_model_t), intent(in) :: online
     !> values of the parameters in the model's order
     real(rk), intent(in) :: point(:)
     type(answer_t), intent(inout) :: answer
-    !> to be asked whatever the point; default: the model's choice
+    !> cluster to ask whatever the point; default: the model's choice
     integer, intent(in), optional :: cluster
     type(neighbors_t) :: near
     integer :: i_cluster, i_source
@@ -76,16 +77,16 @@ contains
     if (is_valid) call answer_at(self, online, near, answer)
   end subroutine evaluate
 
-  !> How an answer changes with the parameters.
+  !> Computes the derivatives of an answer with respect to the parameters.
   !>
   !> Errors: message is allocated when there is no derivative.
   subroutine differentiate(self, online, point, answer, direction, gradient, message)
     class(query_t), intent(inout) :: self
-    !> the model of create
+    !> the model that create was called with
     type(online_model_t), intent(in) :: online
-    !> of evaluate
+    !> the point that evaluate was called with
     real(rk), intent(in) :: point(:)
-    !> of evaluate, with a solution
+    !> answer of evaluate, with a solution
     type(answer_t), intent(in) :: answer
     !> +1: towards larger values of each parameter; -1: towards smaller ones
     integer, intent(in) :: direction
@@ -109,8 +110,9 @@ contains
     call online%model%parts(gradient%answer%part)%reduced%differentiate(gradient%answer, gradient, message)
   end subroutine differentiate
 
-  !> The answer to differentiate. A hyper-reduced one has an error of its own and reconstructs forces, which bend where snapshots
-  !> come and go: the full-order operator, where the model keeps it, has the derivatives of the problem itself.
+  !> Chooses the answer to differentiate. A hyper-reduced answer has an error of its own, and its reconstructed forces have kinks
+  !> where snapshots enter or leave the combination. Where the model keeps the full-order operator, its answer is differentiated
+  !> instead, which gives the derivatives of the full-order problem.
   subroutine choose_answer(self, online, point, answer, chosen)
     class(query_t), intent(inout) :: self
     type(online_model_t), intent(in) :: online
@@ -132,7 +134,7 @@ contains
     if (chosen%reason <= 0) chosen = answer
   end subroutine choose_answer
 
-  !> Answers by the cluster, and by the fallback where that has no answer, or its certificate does not reach the model's limit.
+  !> Answers by the cluster, or by the fallback where the cluster has no answer or its certificate exceeds the model's limit.
   subroutine answer_at(self, online, near, answer)
     class(query_t), intent(inout) :: self
     type(online_model_t), intent(in), target :: online
@@ -156,9 +158,8 @@ contains
     end if
   end subroutine answer_at
 
-  !> Whether the certificate reaches the limit. One that the model cannot give is no reason to refuse an answer: the user is told
-  !> that there
-  !> is none.
+  !> Whether the certificate keeps the limit. Where the model cannot give a certificate, the answer is not refused: the user is told
+  !> that there is none.
   pure logical function is_certain(online, answer)
     type(online_model_t), intent(in) :: online
     type(answer_t), intent(in) :: answer
@@ -193,7 +194,7 @@ contains
     end associate
   end subroutine certify
 
-  !> The fallback answers; the cluster gives the displacement where the fallback has none.
+  !> Answers by the fallback; the cluster gives the displacement where the fallback has none.
   subroutine fall_back(self, online, near, answer)
     class(query_t), intent(inout) :: self
     type(online_model_t), intent(in) :: online

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> From an answer back to the mesh: displacement of every dof, multipliers of every pair.
+!> Computes from an answer the displacement of every dof and the multipliers of every contact.
 module sig_reconstruction
   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   use sig_answer, only: answer_t
@@ -14,7 +14,7 @@ module sig_reconstruction
 
 contains
 
-  !> Displacement of the answer; no numbers where the model has none.
+  !> Computes the displacement of an answer; it is NaN where the model has none.
   subroutine reconstruct_displacement(model, answer, displacement)
     type(model_t), intent(in) :: model
     type(answer_t), intent(in) :: answer
@@ -25,7 +25,7 @@ contains
     call fill_displacement(model, answer, displacement)
   end subroutine reconstruct_displacement
 
-  !> Which dofs have a displacement, shape (n_dofs).
+  !> Tells which dofs have a displacement, shape (n_dofs).
   pure function has_displacements(model, answer) result(is_known)
     type(model_t), intent(in) :: model
     type(answer_t), intent(in) :: answer
@@ -37,7 +37,7 @@ contains
     end associate
   end function has_displacements
 
-  !> The same into an array of the caller.
+  !> Computes the displacement of an answer in an array of the caller; it is NaN where the model has none.
   subroutine fill_displacement(model, answer, displacement)
     type(model_t), intent(in) :: model
     type(answer_t), intent(in) :: answer
@@ -53,7 +53,7 @@ contains
     end associate
   end subroutine fill_displacement
 
-  !> [length] one component of the same; without a temporary array.
+  !> Returns the displacement [length] of one dof, without a temporary array.
   pure real(rk) function displacement_of_dof(model, answer, dof) result(displacement)
     type(model_t), intent(in) :: model
     type(answer_t), intent(in) :: answer
@@ -68,9 +68,9 @@ contains
     end associate
   end function displacement_of_dof
 
-  !> Contact forces of all contacts; zeros without an answer.
+  !> Computes the contact forces of all contacts; they are zero without an answer.
   subroutine reconstruct_multipliers(online, answer, rooms, multipliers)
-    !> prepared
+    !> the model, after prepare
     type(online_model_t), intent(in) :: online
     type(answer_t), intent(in) :: answer
     type(rooms_t), intent(inout) :: rooms

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> What every kind of reduced model can do. A kind extends reduced_t in a file of its own and has a line in sig_reduced_kinds;
-!> queries, files, descriptions and the C interface know no more than this.
+!> The functions that every kind of reduced model has. A kind extends reduced_t in a file of its own and has a line in
+!> sig_reduced_kinds; queries, files, descriptions and the C interface use nothing else.
 module sig_reduced
   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   use sig_answer, only: answer_t
@@ -14,7 +14,7 @@ module sig_reduced
   private
   public :: reduced_t, room_t, part_t, model_sizes_t, neighbors_t
 
-  !> where the displacement of a dof comes from
+  !> source of the displacement of a dof
   integer, parameter, public :: displacement_none = 0, displacement_by_modes = 1, displacement_exact = 2
 
   !> Sizes of the model that a part belongs to.
@@ -22,18 +22,18 @@ module sig_reduced
     integer :: n_dofs = 0
     integer :: n_multipliers = 0
     integer :: n_terms = 0
-    !> training points
+    !> number of training points
     integer :: n_points = 0
   end type model_sizes_t
 
-  !> Training points around a point, 1-based; 0 = none.
+  !> The training points near a point, 1-based; 0 = none.
   type :: neighbors_t
     integer :: nearest = 0
-    !> the nearest one on the other side, where the part starts from two sides
+    !> the nearest training point on the other side, where the part starts from two sides
     integer :: opposite = 0
   end type neighbors_t
 
-  !> Room that a part needs to answer: one per thread, so that parts never change while they answer.
+  !> Work arrays that a part needs to answer: one per thread, so that parts never change while they answer.
   type, abstract :: room_t
   end type room_t
 
@@ -54,7 +54,7 @@ module sig_reduced
     procedure(write_part), deferred :: write
     procedure(read_part), deferred :: read
     procedure(text_lines), deferred :: describe
-    ! what a kind may offer beyond
+    ! functions that a kind may offer in addition
     procedure :: cells => no_indices
     procedure :: interior_dofs => no_indices
     procedure :: training_points => no_indices
@@ -73,13 +73,13 @@ module sig_reduced
     procedure :: displacement_changes => no_changes
   end type reduced_t
 
-  !> A part of a model, whatever its kind.
+  !> A part of a model, of any kind.
   type :: part_t
     class(reduced_t), allocatable :: reduced
   end type part_t
 
   abstract interface
-    !> The word in files.
+    !> Returns the name of the kind, as in files.
     pure function kind_name(self) result(name)
       import :: reduced_t
       implicit none(type, external)
@@ -95,7 +95,8 @@ module sig_reduced
       type(model_sizes_t), intent(in) :: sizes
     end subroutine complete_part
 
-    !> Name of something whose shape does not fit, or whose values a query cannot work with; empty when all fit. Requires: complete.
+    !> Returns the name of something whose shape does not fit, or whose values a query cannot use; empty when all fit. Requires:
+    !> complete.
     pure function find_mismatch_in(self, sizes) result(name)
       import :: model_sizes_t, reduced_t
       implicit none(type, external)
@@ -104,7 +105,8 @@ module sig_reduced
       character(:), allocatable :: name
     end function find_mismatch_in
 
-    !> Computes what does not depend on the point. Errors: message is allocated when the part cannot answer. Requires: complete.
+    !> Computes everything that does not depend on the point. Errors: message is allocated when the part cannot answer. Requires:
+    !> complete.
     subroutine prepare_part(self, message)
       import :: reduced_t
       implicit none(type, external)
@@ -119,8 +121,8 @@ module sig_reduced
       class(room_t), allocatable, intent(out) :: room
     end subroutine make_room
 
-    !> Answers at a point with these values of the terms. The start depends on the point alone: where an answer is not unique it
-    !> must not depend on the one before.
+    !> Answers at a point with given values of the terms. The start depends on the point alone: where an answer is not unique, it
+    !> must not depend on the query before.
     subroutine solve_at(self, theta, near, judge, room, answer)
       import :: answer_t, neighbors_t, reduced_t, rk, room_t
       implicit none(type, external)
@@ -128,15 +130,15 @@ module sig_reduced
       !> shape (n_terms)
       real(rk), contiguous, intent(in) :: theta(:)
       type(neighbors_t), intent(in) :: near
-      !> says by its energy which of two solutions is the better one; null = nobody
+      !> part whose energy decides which of two solutions is better; null = none
       class(reduced_t), pointer, intent(in) :: judge
-      !> of create_room
+      !> work arrays from create_room
       class(room_t), intent(inout) :: room
-      !> started; reason, method, multipliers and what they belong to are set
+      !> in: after start; out: reason, method, multipliers and the values that belong to them
       type(answer_t), intent(inout) :: answer
     end subroutine solve_at
 
-    !> Contact forces of all contacts from an answer of this part.
+    !> Computes the forces of all contacts from an answer of this part.
     subroutine fill_forces(self, answer, room, multipliers)
       import :: answer_t, reduced_t, rk, room_t
       implicit none(type, external)
@@ -147,7 +149,7 @@ module sig_reduced
       real(rk), intent(out) :: multipliers(:)
     end subroutine fill_forces
 
-    !> Displacement of all dofs; no numbers where displacement_source is displacement_none.
+    !> Computes the displacement of all dofs; it is NaN where displacement_source is displacement_none.
     subroutine fill_field(self, answer, displacement)
       import :: answer_t, reduced_t, rk
       implicit none(type, external)
@@ -157,7 +159,7 @@ module sig_reduced
       real(rk), contiguous, intent(inout) :: displacement(:)
     end subroutine fill_field
 
-    !> [length] one component of the same, without a temporary array.
+    !> Returns the displacement [length] of one dof, without a temporary array.
     pure real(rk) function dof_value(self, answer, dof)
       import :: answer_t, reduced_t, rk
       implicit none(type, external)
@@ -166,7 +168,7 @@ module sig_reduced
       integer, intent(in) :: dof
     end function dof_value
 
-    !> 1-based numbers.
+    !> Returns 1-based numbers.
     pure function index_list(self) result(numbers)
       import :: reduced_t
       implicit none(type, external)
@@ -186,12 +188,12 @@ module sig_reduced
       class(reduced_t), intent(in) :: self
       type(h5_writer_t), intent(inout) :: file
       character(*), intent(in) :: group
-      !> units
+      !> names of the units
       character(*), intent(in) :: length
       character(*), intent(in) :: force
     end subroutine write_part
 
-    !> Errors: something is missing.
+    !> Reads the part. Errors: something is missing.
     subroutine read_part(self, file, group, error)
       import :: error_t, h5_reader_t, reduced_t
       implicit none(type, external)
@@ -201,7 +203,7 @@ module sig_reduced
       type(error_t), allocatable, intent(inout) :: error
     end subroutine read_part
 
-    !> Lines for a person, each with its end.
+    !> Returns the lines of a description for people, each with its end.
     pure function text_lines(self) result(text)
       import :: reduced_t
       implicit none(type, external)
@@ -226,7 +228,7 @@ contains
     allocate (warnings(0))
   end function no_warnings
 
-  !> No: this kind does not offer it.
+  !> Returns false: this kind does not offer the function.
   pure logical function no(self)
     class(reduced_t), intent(in) :: self
 
@@ -239,7 +241,7 @@ contains
     yes = .true.
   end function yes
 
-  !> Whether the part has a displacement of all dofs.
+  !> Whether the part has a displacement of all dofs. This default says yes.
   pure logical function whole(self, n_dofs)
     class(reduced_t), intent(in) :: self
     integer, intent(in) :: n_dofs
@@ -247,7 +249,7 @@ contains
     whole = .true.
   end function whole
 
-  !> Source of a displacement that modes give.
+  !> Returns displacement_by_modes for every dof.
   pure integer function by_modes(self, dof) result(source)
     class(reduced_t), intent(in) :: self
     integer, intent(in) :: dof
@@ -255,57 +257,60 @@ contains
     source = displacement_by_modes
   end function by_modes
 
-  !> Coordinates under contact forces that another part found, for a displacement that this one has no field for.
+  !> Computes the coordinates under contact forces that another part found, where this part gives the displacement. This default
+  !> does nothing.
   subroutine nothing_to_do(self, room, answer)
     class(reduced_t), intent(in) :: self
     class(room_t), intent(inout) :: room
-    !> multipliers of all contacts are set
+    !> in: the multipliers of all contacts are set
     type(answer_t), intent(inout) :: answer
   end subroutine nothing_to_do
 
-  !> [force*length] E = 1/2 lambda' W lambda + q' lambda, which the contact forces make least; 0 of a kind that has no W.
+  !> Returns the energy E = 1/2 lambda' W lambda + q' lambda [force*length], which is least for the contact forces of the full-order
+  !> problem. This default, for a kind without W, returns 0.
   real(rk) function energy_unknown(self, theta, multipliers, opening) result(energy)
     class(reduced_t), intent(in) :: self
     !> shape (n_terms)
     real(rk), contiguous, intent(in) :: theta(:)
     !> [force] of all contacts, shape (n_multipliers)
     real(rk), contiguous, intent(in) :: multipliers(:)
-    !> room, shape (n_multipliers)
+    !> work array, shape (n_multipliers)
     real(rk), contiguous, intent(inout) :: opening(:)
 
     energy = 0
   end function energy_unknown
 
-  !> Moves contact forces that another part found where this one sees that they are wrong.
+  !> Corrects contact forces that another part found, where this part knows that they are wrong. This default does nothing.
   subroutine nothing_to_correct(self, theta, room, multipliers)
     class(reduced_t), intent(in) :: self
     !> shape (n_terms)
     real(rk), contiguous, intent(in) :: theta(:)
-    !> of this part
+    !> room of this part
     class(room_t), intent(inout) :: room
     !> [force] >= 0 of all contacts, shape (n_multipliers)
     real(rk), contiguous, intent(inout) :: multipliers(:)
   end subroutine nothing_to_correct
 
-  !> Bounds the error of contact forces, whoever found them.
+  !> Bounds the error of contact forces, whichever part found them. This default gives no bound.
   subroutine no_certificate(self, multipliers, is_own, room, answer)
     class(reduced_t), intent(in) :: self
     !> [force] >= 0 of all contacts, shape (n_multipliers)
     real(rk), contiguous, intent(in) :: multipliers(:)
-    !> this part has just solved for them
+    !> whether this part has just solved for these forces
     logical, intent(in) :: is_own
-    !> of this part
+    !> room of this part
     class(room_t), intent(inout) :: room
-    !> theta is set; bound and relative_bound will be
+    !> in: theta; out: bound and relative_bound
     type(answer_t), intent(inout) :: answer
   end subroutine no_certificate
 
-  !> How the answer changes with the parameters. Errors: message is allocated when it has no derivative.
+  !> Differentiates the answer with respect to the parameters. Errors: message is allocated when it has no derivative, as in this
+  !> default.
   subroutine no_derivative(self, answer, gradient, message)
     class(reduced_t), intent(in) :: self
-    !> of this part
+    !> answer of this part
     type(answer_t), intent(in) :: answer
-    !> in: direction, is_one_sided, and theta, how the terms change; out: multipliers and what displacement_changes needs
+    !> in: direction, is_one_sided and theta, the derivatives of the terms; out: multipliers and the data for displacement_changes
     type(gradient_t), intent(inout) :: gradient
     character(:), allocatable, intent(out) :: message
 
@@ -313,14 +318,15 @@ contains
       '(reduction.max_full_order_size); the kinds condensed, interpolated and tied have them'
   end subroutine no_derivative
 
-  !> How the displacement of some dofs changes with one parameter; no numbers where there is none.
+  !> Computes the derivatives of the displacement of some dofs with respect to one parameter; NaN where there are none, as in this
+  !> default.
   subroutine no_changes(self, answer, gradient, i_parameter, dofs, changes)
     class(reduced_t), intent(in) :: self
     type(answer_t), intent(in) :: answer
-    !> of differentiate
+    !> result of differentiate
     type(gradient_t), intent(in) :: gradient
     integer, intent(in) :: i_parameter
-    !> 1-based
+    !> dofs, 1-based
     integer, intent(in) :: dofs(:)
     !> [length per unit of the parameter] same shape
     real(rk), intent(out) :: changes(:)

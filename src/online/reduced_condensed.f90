@@ -1,8 +1,9 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> The full-order contact problem condensed to its contacts as a kind of reduced model: exact on all contacts, without a mesh.
+!> The full-order contact problem condensed to its contacts, as a kind of reduced model. It is exact on all contacts and needs no
+!> mesh.
 !>
-!> A query starts from the active set of the nearest training point. Where that has a reference with a principal pivot transform,
-!> the transformed problem is solved, in which only the contacts that differ from the reference are unknown.
+!> A query starts from the active set of the nearest training point. Where this set belongs to a reference with a principal pivot
+!> transform, the transformed problem is solved; its unknowns are only the contacts that differ from the reference.
 module sig_reduced_condensed
   use sig_answer, only: answer_condensed, answer_t
   use sig_bits, only: unpack_bits
@@ -25,9 +26,9 @@ module sig_reduced_condensed
   public :: reduced_condensed_t
 
   type, extends(condensed_data_t) :: reduced_condensed_t
-    !> q of each transform, times theta; shape (n_multipliers, n_terms, n_references)
+    !> q of each transform, per term; shape (n_multipliers, n_terms, n_references)
     real(rk), allocatable, private :: transformed_opening(:, :, :)
-    !> the sets of the references, shape (n_multipliers, n_references)
+    !> active sets of the references, shape (n_multipliers, n_references)
     logical, allocatable, private :: reference_sets(:, :)
     type(condensed_certificate_t), allocatable, private :: certificate
   contains
@@ -49,7 +50,7 @@ module sig_reduced_condensed
   type, extends(room_t) :: condensed_room_t
     type(lcp_workspace_t) :: workspace
     type(lcp_solution_t) :: solution
-    !> [length] without forces and with them, shape (n_multipliers)
+    !> [length] openings without contact forces and with them, shape (n_multipliers)
     real(rk), allocatable :: free_opening(:)
     real(rk), allocatable :: opening(:)
     real(rk), allocatable :: transformed(:)
@@ -65,7 +66,7 @@ contains
     name = 'condensed'
   end function kind_of
 
-  !> Transforms the terms of q, and factors W for bounds. No errors.
+  !> Transforms the terms of q, and factors W for bounds. There are no errors.
   subroutine prepare(self, message)
     class(reduced_condensed_t), intent(inout) :: self
     character(:), allocatable, intent(out) :: message
@@ -100,7 +101,7 @@ contains
     call move_alloc(own, room)
   end subroutine create_room
 
-  !> The complementarity problem of all contacts. With a symmetric W, which is positive semidefinite, it has a solution.
+  !> Solves the complementarity problem of all contacts. With a symmetric W, which is positive semidefinite, it has a solution.
   subroutine solve(self, theta, near, judge, room, answer)
     class(reduced_condensed_t), intent(in) :: self
     real(rk), contiguous, intent(in) :: theta(:)
@@ -124,7 +125,8 @@ contains
     end select
   end subroutine solve
 
-  !> The set of the nearest training point; without one what penetrates, and with anchors all pairs, which hold the bodies.
+  !> Chooses the active set to start from: that of the nearest training point. Without one it has the contacts that penetrate
+  !> or, with anchors, all pairs, which hold the bodies.
   subroutine start_set(data, near, room)
     class(condensed_data_t), intent(in) :: data
     type(neighbors_t), intent(in) :: near
@@ -140,7 +142,7 @@ contains
     end if
   end subroutine start_set
 
-  !> Through a principal pivot transform: the unknowns are the contacts that differ from the reference.
+  !> Solves a problem transformed by a principal pivot: the unknowns are the contacts that differ from the reference.
   subroutine solve_transformed(self, i_reference, theta, room, answer)
     class(reduced_condensed_t), intent(in) :: self
     integer, intent(in) :: i_reference
@@ -202,7 +204,7 @@ contains
     text = text // line('  pivot transforms', counted(size(self%reference_points), 'reference set'))
   end function describe
 
-  !> [force*length] E = 1/2 lambda' W lambda + q' lambda, huge of forces that do not balance the loads.
+  !> Returns the energy E = 1/2 lambda' W lambda + q' lambda [force*length]; huge for forces that do not balance the loads.
   real(rk) function energy(self, theta, multipliers, opening)
     class(reduced_condensed_t), intent(in) :: self
     real(rk), contiguous, intent(in) :: theta(:)
@@ -212,7 +214,7 @@ contains
     energy = self%certificate%energy(self, theta, multipliers, opening)
   end function energy
 
-  !> Bodies that only contact holds: no forces where contacts are open.
+  !> With bodies that only contact holds, removes forces from open contacts.
   subroutine correct_forces(self, theta, room, multipliers)
     class(reduced_condensed_t), intent(in) :: self
     real(rk), contiguous, intent(in) :: theta(:)
@@ -265,7 +267,7 @@ contains
     end if
   end subroutine differentiate
 
-  !> The displacement is linear in the terms and in the unknowns.
+  !> Computes the derivatives of the displacement, which is linear in the terms and in the unknowns.
   subroutine displacement_changes(self, answer, gradient, i_parameter, dofs, changes)
     class(reduced_condensed_t), intent(in) :: self
     type(answer_t), intent(in) :: answer

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> What the kinds of reduced model share that solve for the exact forces on all contacts.
+!> Common parts of the kinds of reduced model that solve for the exact forces on all contacts.
 module sig_reduced_exact
   use sig_answer, only: answer_t
   use sig_bits, only: n_words
@@ -18,12 +18,13 @@ module sig_reduced_exact
 
   character(*), parameter, public :: not_unique = 'the contact forces have no derivative at this point: they are not unique'
 
-  !> Each kind extends it twice: in a file of its data, which says how these are completed, checked, written and read, and in a file
-  !> of its queries.
+  !> Base type of these kinds. Each kind extends it twice: in a file for its data, which completes, checks, writes and reads them,
+  !> and in a file for its queries.
   type, abstract, extends(reduced_t) :: reduced_exact_t
-    !> dofs whose displacement is exact, ascending, 1-based: those of all nodes, or of nodes that the deck names; shape (n_exact)
+    !> dofs whose displacement is exact, ascending, 1-based: those of all nodes, or of the nodes that the deck names; shape
+    !> (n_exact)
     integer, allocatable :: exact_dofs(:)
-    !> boundaries of the mesh whose nodes these are; none where they are all or no nodes
+    !> boundaries of the mesh with these nodes; empty where they are all nodes or no nodes
     type(string_t), allocatable :: exact_boundaries(:)
     !> active sets (z > 0) at the training points, as bits; shape (n_words(n_multipliers), n_points), or no columns
     integer, allocatable :: start_sets(:, :)
@@ -44,7 +45,7 @@ module sig_reduced_exact
 
 contains
 
-  !> The contact rows that the part solves for: all of the model.
+  !> Returns the contact rows that the part solves for, which are all rows of the model.
   pure function contact_rows(self) result(numbers)
     class(reduced_exact_t), intent(in) :: self
     integer, allocatable :: numbers(:)
@@ -53,7 +54,7 @@ contains
     numbers = [(i, i=1, self%n_rows())]
   end function contact_rows
 
-  !> There is no basis that the forces depend on.
+  !> Returns 0: there is no basis that the forces depend on.
   pure integer function n_modes(self)
     class(reduced_exact_t), intent(in) :: self
 
@@ -75,14 +76,14 @@ contains
     is_exact = .true.
   end function is_exact
 
-  !> Whether modes give the displacement of the dofs that are not exact: no, unless the kind says otherwise.
+  !> Whether modes give the displacement of the dofs that are not exact. This default says no.
   pure logical function has_modes(self)
     class(reduced_exact_t), intent(in) :: self
 
     has_modes = .false.
   end function has_modes
 
-  !> Whether the part has a displacement, if only of some dofs.
+  !> Whether the part has a displacement, perhaps of some dofs only.
   pure logical function has_displacement(self)
     class(reduced_exact_t), intent(in) :: self
 
@@ -104,7 +105,7 @@ contains
     if (place_in_ascending(self%exact_dofs, dof) > 0) source = displacement_exact
   end function displacement_source
 
-  !> Gives the data of all these kinds their empty values.
+  !> Gives the common data of these kinds their empty values where they are not allocated.
   pure subroutine complete_shared(self, sizes)
     class(reduced_exact_t), intent(inout) :: self
     type(model_sizes_t), intent(in) :: sizes
@@ -114,7 +115,7 @@ contains
     call fill_missing(self%start_sets, n_words(sizes%n_multipliers))
   end subroutine complete_shared
 
-  !> Name of one of these data that does not fit the model; empty where all fit.
+  !> Returns the name of one of the common data that does not fit the model; empty where all fit.
   pure function shared_mismatch(self, sizes) result(name)
     class(reduced_exact_t), intent(in) :: self
     type(model_sizes_t), intent(in) :: sizes
@@ -138,7 +139,7 @@ contains
       'active contacts at each training point, a bit per contact, 32 to an integer, a point per row')
   end subroutine write_shared
 
-  !> Errors: something is missing.
+  !> Reads the common data. Errors: something is missing.
   subroutine read_shared(self, file, group, error)
     class(reduced_exact_t), intent(inout) :: self
     type(h5_reader_t), intent(in) :: file
@@ -150,20 +151,20 @@ contains
     call file%read(group // '/start_sets', self%start_sets, error)
   end subroutine read_shared
 
-  !> Multipliers from the unknowns of a condensed problem, and the openings w = W z + q. In the place of an anchor's multiplier
-  !> stands its opening, in the place of its opening its multiplier times `scale`.
+  !> Computes the multipliers from the unknowns of a condensed problem, and the openings w = W z + q. For an anchor the unknown is
+  !> its opening over `scale` instead of its multiplier, and the complementary value is its multiplier times `scale`.
   subroutine take_forces(compliance, free_opening, anchors, scale, opening, answer)
     !> [length/force] W, shape (n_multipliers, n_multipliers)
     real(rk), contiguous, intent(in) :: compliance(:, :)
     !> [length] q
     real(rk), contiguous, intent(in) :: free_opening(:)
-    !> 1-based among the multipliers
+    !> rows that are anchors, 1-based among the multipliers
     integer, intent(in) :: anchors(:)
     !> [length/force]
     real(rk), intent(in) :: scale
     !> [length] w, shape (n_multipliers)
     real(rk), contiguous, intent(inout) :: opening(:)
-    !> unknowns are set
+    !> in: unknowns; out: multipliers
     type(answer_t), intent(inout) :: answer
     integer :: i
 
@@ -178,13 +179,13 @@ contains
     call answer%take_all_forces()
   end subroutine take_forces
 
-  !> Says of which dofs a model has displacements, and whether they are exact.
+  !> Returns a text that says which dofs have displacements, and whether these are exact.
   pure function displacement_text(exact_boundaries, n_exact, n_modes) result(text)
-    !> boundaries whose nodes are exact; none where all nodes are, or no node
+    !> boundaries whose nodes are exact; empty where all nodes or no nodes are exact
     type(string_t), intent(in) :: exact_boundaries(:)
-    !> dofs whose displacement is exact
+    !> number of dofs whose displacement is exact
     integer, intent(in) :: n_exact
-    !> modes for the others
+    !> number of modes for the other dofs
     integer, intent(in) :: n_modes
     character(:), allocatable :: text
 

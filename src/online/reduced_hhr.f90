@@ -1,5 +1,6 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Hybrid hyper-reduction as a kind of reduced model: (10) condensed on the multipliers of its domain, the others reconstructed.
+!> Hybrid hyper-reduction as a kind of reduced model: (10) condensed on the multipliers of its domain; the other multipliers are
+!> reconstructed.
 module sig_reduced_hhr
   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   use sig_answer, only: answer_t
@@ -83,7 +84,8 @@ contains
     name = find_hhr_mismatch(self%data, sizes)
   end function mismatch
 
-  !> Errors: the reduced stiffness is numerically singular; one that depends on the parameters is looked at in queries.
+  !> Prepares the part. Errors: the reduced stiffness is numerically singular; one that depends on the parameters is checked in
+  !> queries.
   subroutine prepare(self, message)
     class(reduced_hhr_t), intent(inout) :: self
     character(:), allocatable, intent(out) :: message
@@ -104,7 +106,8 @@ contains
     call move_alloc(own, room)
   end subroutine create_room
 
-  !> The complementarity problem of the domain. No contact forces are no answer where there must be some.
+  !> Solves the complementarity problem of the domain. A solution without contact forces does not count as an answer where some
+  !> contact must touch.
   subroutine solve(self, theta, near, judge, room, answer)
     class(reduced_hhr_t), intent(in) :: self
     real(rk), contiguous, intent(in) :: theta(:)
@@ -126,7 +129,7 @@ contains
     end select
   end subroutine solve
 
-  !> Solves with the equations of the point, whose stiffness differs.
+  !> Solves with the equations of the point, where the stiffness depends on the parameters.
   subroutine solve_varying(self, theta, near, judge, room, answer)
     class(reduced_hhr_t), intent(in) :: self
     real(rk), contiguous, intent(in) :: theta(:)
@@ -140,10 +143,10 @@ contains
     if (.not. room%is_singular) call solve_from_sets(self, room%system, theta, near, judge, room, answer)
   end subroutine solve_varying
 
-  !> Starts from the active sets of two training points; without sets from the rows that penetrate.
+  !> Starts from the active sets of two training points; without these sets from the rows that penetrate.
   subroutine solve_from_sets(self, system, theta, near, judge, room, answer)
     class(reduced_hhr_t), intent(in) :: self
-    !> whose response is in the room
+    !> system whose response is in the room
     type(hhr_system_t), intent(in) :: system
     real(rk), contiguous, intent(in) :: theta(:)
     type(neighbors_t), intent(in) :: near
@@ -171,8 +174,8 @@ contains
     end associate
   end subroutine solve_from_sets
 
-  !> A second solution, from another active set. The judge says by the energy of all forces which is the answer; without one the
-  !> first stays.
+  !> Looks for a second solution from another active set. The judge decides by the energy of all forces which one is the answer;
+  !> without a judge the first solution stays.
   !>
   !> (10) may have several solutions, because its matrix is neither symmetric nor a P-matrix. The full-order forces are the minimum
   !> of E(lambda) = 1/2 lambda' W lambda + q' lambda over lambda >= 0, W and q those of all contacts, and
@@ -182,7 +185,7 @@ contains
     type(hhr_system_t), intent(in) :: system
     real(rk), contiguous, intent(in) :: theta(:)
     class(reduced_t), pointer, intent(in) :: judge
-    !> start is the other set
+    !> in: its start is the other active set
     type(hhr_room_t), intent(inout) :: room
     type(answer_t), intent(inout) :: answer
     real(rk) :: energy
@@ -199,7 +202,7 @@ contains
     answer%n_solutions = 2
   end subroutine look_for_other
 
-  !> [force*length] E of the forces of all contacts, those outside of the domain reconstructed.
+  !> Returns the energy E [force*length] of the forces of all contacts; those outside of the domain are reconstructed.
   real(rk) function force_energy(self, system, theta, judge, solution, room) result(energy)
     class(reduced_hhr_t), intent(in) :: self
     type(hhr_system_t), intent(in) :: system
@@ -214,7 +217,8 @@ contains
     energy = judge%energy(theta, room%multipliers, room%opening)
   end function force_energy
 
-  !> Forces of the domain as the answer has them, the fit elsewhere; balanced where only contact holds a body.
+  !> Computes the forces of all contacts: the answer's forces in the domain, the fit elsewhere. They balance the loads where only
+  !> contact holds a body.
   subroutine fill_multipliers(self, answer, room, multipliers)
     class(reduced_hhr_t), intent(in) :: self
     type(answer_t), intent(in) :: answer
@@ -227,7 +231,7 @@ contains
     end select
   end subroutine fill_multipliers
 
-  !> u = lifting theta + basis gamma, with the lifted terms.
+  !> Computes u = lifting theta + basis gamma, with the lifted terms.
   subroutine fill_displacement(self, answer, displacement)
     class(reduced_hhr_t), intent(in) :: self
     type(answer_t), intent(in) :: answer
@@ -320,14 +324,14 @@ contains
     warnings = self%data%warnings
   end function warnings
 
-  !> Yes: (10) may have several solutions.
+  !> Returns true: (10) may have several solutions.
   pure logical function starts_from_two_sides(self)
     class(reduced_hhr_t), intent(in) :: self
 
     starts_from_two_sides = .true.
   end function starts_from_two_sides
 
-  !> gamma under contact forces that another part found; where these leave bodies free, anchors are taken to be closed.
+  !> Computes gamma under contact forces that another part found. Anchors count as closed where these forces leave bodies free.
   subroutine displace_under(self, room, answer)
     class(reduced_hhr_t), intent(in) :: self
     class(room_t), intent(inout) :: room
@@ -347,7 +351,7 @@ contains
     end select
   end subroutine displace_under
 
-  !> Whether the part has a certificate of its own, because W of all contacts had no room.
+  !> Whether the part has a certificate of its own; it has one where W of all contacts was too large to keep.
   pure logical function can_certify(self)
     class(reduced_hhr_t), intent(in) :: self
 

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> The condensed contact problem of bodies whose elastic constants depend on the parameters as a kind of reduced model.
+!> The condensed contact problem of bodies whose elastic constants depend on the parameters, as a kind of reduced model.
 !>
 !> A query interpolates W and q over the constants, and solves the problem of all contacts from the active set of the nearest
 !> training point.
@@ -29,9 +29,9 @@ module sig_reduced_interpolated
   public :: reduced_interpolated_t
 
   type, extends(interpolated_data_t) :: reduced_interpolated_t
-    !> L of W = L L' at mu_0 without the anchors; empty: W is not needed
+    !> L of W = L L' at mu_0 without the anchors; empty where W is not needed
     real(rk), allocatable, private :: middle_factor(:, :)
-    !> rows that are no anchors
+    !> rows that are not anchors
     integer, allocatable, private :: free_rows(:)
   contains
     procedure :: kind => kind_of
@@ -59,12 +59,12 @@ module sig_reduced_interpolated
     real(rk), allocatable :: free_opening(:)
     real(rk), allocatable :: opening(:)
     logical, allocatable :: start(:)
-    !> [sqrt(force*length)] of solve_modes
+    !> [sqrt(force*length)] residual from solve_modes
     real(rk) :: residual = 0
     real(rk) :: field_size = 0
   end type interpolated_room_t
 
-  !> [-] of the size of the answer: what rounding of the factorizations may cost
+  !> [-] rounding error of the factorizations, relative to the size of the answer
   real(rk), parameter :: rounding = 1.0e-10_rk
 
 contains
@@ -76,7 +76,7 @@ contains
     name = 'interpolated'
   end function kind_of
 
-  !> The polynomials of the interpolations, and the factor of W. No errors.
+  !> Prepares the polynomials of the interpolations and the factor of W. There are no errors.
   subroutine prepare(self, message)
     class(reduced_interpolated_t), intent(inout) :: self
     character(:), allocatable, intent(out) :: message
@@ -106,7 +106,7 @@ contains
     call move_alloc(own, room)
   end subroutine create_room
 
-  !> The complementarity problem of all contacts, as in sig_reduced_condensed.
+  !> Solves the complementarity problem of all contacts, as in sig_reduced_condensed.
   subroutine solve(self, theta, near, judge, room, answer)
     class(reduced_interpolated_t), intent(in) :: self
     real(rk), contiguous, intent(in) :: theta(:)
@@ -135,10 +135,10 @@ contains
     end select
   end subroutine solve
 
-  !> Where the forces have no bound: |delta|_{W^-1} bounds their error, with the openings delta that the interpolation misses. These
-  !> are the openings rho between the displacement by modes and the interpolated one, and those of what the modes miss, whose norm
-  !> is at most the residual:
-  !> |u_r - u|_K <= 2 |r|_{K^-1} + |rho|_{W^-1},  W >= W(mu_0) / b,  b = the largest K / K(mu_0) of the bodies.
+  !> Bounds the displacement where the forces have no bound: the error of the forces is at most |delta|_{W^-1}, where delta are the
+  !> openings that the interpolation misses. These are the openings rho between the displacement by modes and the interpolated one,
+  !> and the openings that the modes miss, whose norm is at most the residual: |u_r - u|_K <= 2 |r|_{K^-1} + |rho|_{W^-1},  W >=
+  !> W(mu_0) / b,  b = the largest K / K(mu_0) of the bodies.
   subroutine bound_displacement(self, room, answer)
     class(reduced_interpolated_t), intent(in) :: self
     type(interpolated_room_t), intent(in) :: room
@@ -177,24 +177,23 @@ contains
     displacement = interpolated_displacement_of_dof(self, answer%theta, answer%unknowns, answer%coordinates, dof)
   end function displacement_of_dof
 
-  !> Modes of displacements; forces do not depend on them.
+  !> Returns the number of modes of displacements; forces do not depend on them.
   pure integer function n_modes(self)
     class(reduced_interpolated_t), intent(in) :: self
 
     n_modes = n_modes_of(self)
   end function n_modes
 
-  !> Whether each body's responses are exact or interpolated over one constant.
+  !> Whether the responses of each body are exact or interpolated over one constant.
   pure logical function can_certify(self)
     class(reduced_interpolated_t), intent(in) :: self
 
     can_certify = self%has_bound()
   end function can_certify
 
-  !> The error is that of the interpolation: the interpolated problem was solved but for rounding.
-  !>
-  !> With u(lambda_r) the displacement under these forces |u_r - u|_K <= |u_r - u(lambda_r)|_K + |u(lambda_r) - u|_K, the latter
-  !> the same as the error of the forces, |lambda_r - lambda|_W.
+  !> Bounds the error of the interpolation; the interpolated problem itself was solved except for rounding. With u(lambda_r) the
+  !> displacement under these forces, |u_r - u|_K <= |u_r - u(lambda_r)|_K + |u(lambda_r) - u|_K, and the last part equals the error
+  !> of the forces, |lambda_r - lambda|_W.
   subroutine certify(self, multipliers, is_own, room, answer)
     class(reduced_interpolated_t), intent(in) :: self
     real(rk), contiguous, intent(in) :: multipliers(:)
@@ -218,7 +217,7 @@ contains
     end select
   end subroutine certify
 
-  !> Forces that another part found; with anchors there is no bound.
+  !> Bounds the error of forces that another part found; with anchors there is no bound.
   subroutine certify_foreign(self, multipliers, room, answer)
     type(reduced_interpolated_t), intent(in) :: self
     real(rk), contiguous, intent(in) :: multipliers(:)
@@ -237,7 +236,7 @@ contains
     end select
   end subroutine certify_foreign
 
-  !> Which of two solutions that another part found is the better one.
+  !> Returns the energy that decides which of two solutions of another part is better.
   real(rk) function energy(self, theta, multipliers, opening)
     class(reduced_interpolated_t), intent(in) :: self
     real(rk), contiguous, intent(in) :: theta(:)
@@ -247,7 +246,7 @@ contains
     energy = interpolated_energy(self, theta, multipliers, opening)
   end function energy
 
-  !> [sqrt(force*length)] sqrt(lambda' W lambda) with closed anchors, W of the point that was solved last.
+  !> Returns sqrt(lambda' W lambda) [sqrt(force*length)] with closed anchors, for W of the point that was solved last.
   real(rk) function size_in_energy(self, room, multipliers) result(size_of_forces)
     class(reduced_interpolated_t), intent(in) :: self
     class(room_t), intent(in) :: room

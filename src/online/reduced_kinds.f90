@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> The kinds of reduced models by their names: a new one is a file of its own and a line here.
+!> The kinds of reduced models by their names: a new kind needs a file of its own and a line here.
 module sig_reduced_kinds
   use sig_reduced, only: reduced_t
   use sig_reduced_condensed, only: reduced_condensed_t
@@ -14,7 +14,7 @@ module sig_reduced_kinds
 
 contains
 
-  !> Not allocated where nobody knows the name.
+  !> Makes a reduced model of the named kind; it stays unallocated where the name is unknown.
   subroutine create_reduced(kind, reduced)
     character(*), intent(in) :: kind
     class(reduced_t), allocatable, intent(out) :: reduced

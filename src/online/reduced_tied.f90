@@ -1,9 +1,10 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> A large contact as a kind of reduced model: exact forces on all contacts where only the trained rows change.
+!> A large contact as a kind of reduced model: it gives exact forces on all contacts, where only the trained rows change between
+!> open and closed.
 !>
-!> A query solves the rows that change in the cluster of the nearest training point, and looks whether the rows that were taken for
-!> closed still push and those that were taken for open stay open. If not, the other clusters are asked, one after the other; an
-!> answer that none of them can give is refused.
+!> A query solves for the changing rows in the cluster of the nearest training point. It then checks that the rows taken as closed
+!> still push and that those taken as open stay open. If not, the other clusters are tried one after the other. An answer that none
+!> of them can give is refused.
 module sig_reduced_tied
   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   use sig_answer, only: answer_condensed, answer_t
@@ -24,11 +25,11 @@ module sig_reduced_tied
   private
   public :: reduced_tied_t
 
-  !> What a cluster's queries need beside its data.
+  !> Prepared data of a cluster, in addition to those in the file.
   type :: prepared_t
     !> changing rows, 1-based
     integer, allocatable :: changing(:)
-    !> [length/force] the operator there, shape (n_changing, n_changing)
+    !> [length/force] operator of the changing rows, shape (n_changing, n_changing)
     real(rk), allocatable :: compliance(:, :)
   end type prepared_t
 
@@ -54,7 +55,7 @@ module sig_reduced_tied
     logical, allocatable :: start(:)
   end type tied_room_t
 
-  !> [-] a sign that is wrong by less than this share of the largest of its kind is rounding
+  !> [-] a wrong sign below this share of the largest value of its kind counts as rounding
   real(rk), parameter :: rounding = 1.0e-10_rk
 
 contains
@@ -66,7 +67,7 @@ contains
     name = 'tied'
   end function kind_of
 
-  !> No errors.
+  !> Prepares the clusters. There are no errors.
   subroutine prepare(self, message)
     class(reduced_tied_t), intent(inout) :: self
     character(:), allocatable, intent(out) :: message
@@ -78,7 +79,7 @@ contains
       associate (cluster => self%clusters(i), prepared => self%prepared(i))
         prepared%changing = pack([(k, k=1, size(cluster%status))], cluster%status == row_changing)
         prepared%compliance = cluster%operator(prepared%changing, :)
-        ! symmetric but for rounding
+        ! the matrix is symmetric except for rounding
         prepared%compliance = (prepared%compliance + transpose(prepared%compliance)) / 2
       end associate
     end do
@@ -118,10 +119,10 @@ contains
     end select
   end subroutine solve
 
-  !> The changing rows, then a look at the others.
+  !> Solves for the changing rows, then checks the others.
   subroutine solve_cluster(self, i, theta, room, answer)
     class(reduced_tied_t), intent(in) :: self
-    !> cluster
+    !> number of the cluster
     integer, intent(in) :: i
     real(rk), contiguous, intent(in) :: theta(:)
     type(tied_room_t), intent(inout) :: room
@@ -196,7 +197,7 @@ contains
     end associate
   end function displacement_of_dof
 
-  !> The changing rows are the problem; closed ones follow, and open ones stay without force.
+  !> Differentiates the answer. The changing rows are the problem; closed rows follow, and open ones stay without force.
   subroutine differentiate(self, answer, gradient, message)
     class(reduced_tied_t), intent(in) :: self
     type(answer_t), intent(in) :: answer

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> What contact forces come to on each contact of the deck: area that touches, resultant force and moment.
+!> Sums of the contact forces over each entry of the deck's contact section: area that touches, resultant force and moment.
 module sig_resultant_map
   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan, ieee_quiet_nan, ieee_value
   use sig_errors, only: error_t
@@ -14,13 +14,12 @@ module sig_resultant_map
   private
   public :: resultant_map_t
 
-  !> Linear in the multipliers, because geometry and normals are those of the undeformed mesh.
-  !>
-  !> Forces are those on the first surface. The moment, about the origin, is x cross f: three numbers in space, x f_y - y f_x in
-  !> the plane. In axisymmetry both are sums over the full turn of components in the half plane r, z: F_r is what presses in
-  !> radial direction, though it has no resultant in space, and r f_z - z f_r tells where F_z acts.
+  !> The resultants are linear in the multipliers, because geometry and normals are those of the undeformed mesh. Forces act on the
+  !> first surface. The moment about the origin is x cross f: three numbers in space, x f_y - y f_x in the plane. In axisymmetry
+  !> both are sums over the full turn of components in the half plane r, z: F_r is the force in radial direction, though it has no
+  !> resultant in space, and r f_z - z f_r tells at which radius F_z acts.
   type :: resultant_map_t
-    !> what touches what, an entry of the deck's contact section each; shape (n_entries); none in older files
+    !> names of the two surfaces, for each entry of the deck's contact section; shape (n_entries); none in older files
     type(string_t), allocatable :: names(:)
     !> entry of each multiplier, 1-based, shape (n_multipliers)
     integer, allocatable :: entries(:)
@@ -28,7 +27,7 @@ module sig_resultant_map
     real(rk), allocatable :: unit_forces(:, :)
     !> [length] moment of a multiplier of 1, shape (1 or 3, n_multipliers)
     real(rk), allocatable :: unit_moments(:, :)
-    !> [length] moment of the forces on both surfaces, same shape; no numbers in older files
+    !> [length] moment of the forces on both surfaces together, same shape; NaN in older files
     real(rk), allocatable :: unit_imbalances(:, :)
   contains
     procedure :: n_entries
@@ -49,19 +48,18 @@ contains
     n_entries = size(self%names)
   end function n_entries
 
-  !> Components of a moment.
+  !> Returns the number of components of a moment.
   pure integer function n_moments(self)
     class(resultant_map_t), intent(in) :: self
 
     n_moments = size(self%unit_moments, 1)
   end function n_moments
 
-  !> Sums over the multipliers of each entry: areas where they are more than rounding, forces, moments.
-  !>
-  !> Where a multiplier is not a number, no sum of its entry is one. Allocates nothing.
+  !> Sums over the multipliers of each entry: the areas of those that are more than rounding, forces, and moments. Where a
+  !> multiplier is not a number, the sums of its entry are not numbers either. It allocates nothing.
   pure subroutine evaluate(self, row_areas, multipliers, areas, forces, moments)
     class(resultant_map_t), intent(in) :: self
-    !> [length**(n_dim - 1)] of each row, shape (n_multipliers)
+    !> [length**(n_dim - 1)] area of each row, shape (n_multipliers)
     real(rk), intent(in) :: row_areas(:)
     !> [force] same shape
     real(rk), intent(in) :: multipliers(:)
@@ -87,7 +85,7 @@ contains
     end do
   end subroutine evaluate
 
-  !> [force*length] Moments of the forces on both surfaces of each entry together, shape (n_moments, n_entries).
+  !> Returns the moments [force*length] of the forces on both surfaces of each entry together, shape (n_moments, n_entries).
   pure function imbalances(self, multipliers)
     class(resultant_map_t), intent(in) :: self
     !> [force] shape (n_multipliers)
@@ -103,7 +101,7 @@ contains
     end do
   end function imbalances
 
-  !> Empty where nothing was set, as in files of earlier programs.
+  !> Gives the map its empty value where nothing was set, as in files of earlier programs.
   pure subroutine complete(self, n_dim)
     class(resultant_map_t), intent(inout) :: self
     integer, intent(in) :: n_dim
@@ -130,7 +128,7 @@ contains
       is_matrix(self%unit_imbalances, moments_of(n_dim), n)
   end function fits
 
-  !> Components of a moment; a file may say anything of n_dim.
+  !> Returns the number of components of a moment; n_dim from a file may have any value.
   pure integer function moments_of(n_dim)
     integer, intent(in) :: n_dim
 
@@ -153,7 +151,7 @@ contains
       'the same moment of the forces on both surfaces, a multiplier per row')
   end subroutine write
 
-  !> Leaves all parts empty where the file has none.
+  !> Reads the map; all parts stay empty where the file has none.
   subroutine read(self, file, n_dim, error)
     class(resultant_map_t), intent(inout) :: self
     type(h5_reader_t), intent(in) :: file

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> The rooms of a model's parts for one thread, made when a part is first asked.
+!> The work arrays of a model's parts for one thread. Those of a part are made when it is asked first.
 module sig_rooms
   use sig_model, only: model_t
   use sig_reduced, only: room_t
@@ -20,12 +20,12 @@ module sig_rooms
 
 contains
 
-  !> Makes sure that there is a room.
+  !> Makes the room of a part if there is none yet.
   subroutine enter(self, model, i)
     class(rooms_t), intent(inout) :: self
-    !> prepared
+    !> the model, after prepare
     type(model_t), intent(in) :: model
-    !> part
+    !> number of the part
     integer, intent(in) :: i
 
     if (.not. allocated(self%of_part)) allocate (self%of_part(size(model%parts)))

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Shapes and values of arrays that came from a file.
+!> Checks of shapes and values of arrays from a file.
 module sig_shape_checks
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   use sig_kinds, only: rk
@@ -32,7 +32,7 @@ contains
     is_ascending = all(values(2:) > values(:size(values) - 1))
   end function is_ascending
 
-  !> Where a number stands in an ascending list, 0 where it is not there.
+  !> Returns the place of a number in an ascending list; 0 where it is not there.
   pure integer function place_in_ascending(list, number) result(place)
     integer, intent(in) :: list(:)
     integer, intent(in) :: number

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> The data of the tied kind: a large contact condensed to the rows that change, cluster by cluster, as training makes it and a file
-!> keeps it.
+!> The data of a tied model: a large contact condensed to the rows that change, cluster by cluster. Training makes them and a file
+!> keeps them.
 module sig_tied_data
   use sig_bits, only: n_words
   use sig_errors, only: error_t
@@ -16,10 +16,11 @@ module sig_tied_data
   private
   public :: tied_cluster_t, tied_data_t
 
-  !> what is known of a row in a cluster
+  !> status of a row in a cluster
   integer, parameter, public :: row_open = 0, row_closed = 1, row_changing = 2
 
-  !> Of every row, its force where it is closed and its opening elsewhere: free theta + operator lambda of the changing rows.
+  !> One cluster. Each row has a value, its force where it is closed and its opening elsewhere: free theta + operator lambda with
+  !> lambda of the changing rows.
   type :: tied_cluster_t
     !> row_*, shape (n_multipliers)
     integer, allocatable :: status(:)
@@ -34,7 +35,7 @@ module sig_tied_data
 
   type, abstract, extends(reduced_exact_t) :: tied_data_t
     type(tied_cluster_t), allocatable :: clusters(:)
-    !> shape (n_points)
+    !> cluster of each training point, shape (n_points)
     integer, allocatable :: cluster_of_point(:)
   contains
     procedure :: complete
@@ -56,7 +57,7 @@ contains
     call fill_missing(self%cluster_of_point)
   end subroutine complete
 
-  !> Name of a part whose shape does not fit the model; empty when all fit. Requires: complete.
+  !> Returns the name of a part whose shape does not fit the model; empty when all fit. Requires: complete.
   pure function mismatch(self, sizes) result(name)
     class(tied_data_t), intent(in) :: self
     type(model_sizes_t), intent(in) :: sizes
@@ -122,7 +123,7 @@ contains
     call self%read_shared(file, group, error)
     call file%read(group // '/cluster_of_point', self%cluster_of_point, error)
     if (allocated(error)) return
-    ! as many as the points name; a number alone may be any
+    ! the number of clusters is the largest one that the points name, because a number in the file may have any value
     n_clusters = maxval([0, self%cluster_of_point])
     n_found = file%count_groups(group // '/tied', n_clusters)
     if (n_found < n_clusters) n_clusters = 0
