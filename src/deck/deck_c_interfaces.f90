@@ -7,7 +7,7 @@ module sig_deck_c_interfaces
   public :: yaml_node_c_t, yaml_fault_c_t
   public :: sig_yaml_read, sig_yaml_n_nodes, sig_yaml_n_faults, sig_yaml_get_node, sig_yaml_get_fault, sig_yaml_free
 
-  !> struct sig_yaml_node
+  !> The structure sig_yaml_node of yaml_reader.h.
   type, bind(c) :: yaml_node_c_t
     integer(c_int) :: kind
     integer(c_int) :: parent
@@ -22,7 +22,7 @@ module sig_deck_c_interfaces
     integer(c_size_t) :: text_length
   end type yaml_node_c_t
 
-  !> struct sig_yaml_fault
+  !> The structure sig_yaml_fault of yaml_reader.h.
   type, bind(c) :: yaml_fault_c_t
     integer(c_int) :: kind
     integer(c_int) :: line

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> What the entries of the section `contact` must satisfy.
+!> Checks of the entries of the section `contact`.
 module sig_deck_check_contact
   use sig_deck_check_values, only: check_field, check_range
   use sig_deck_config, only: contact_config_t, deck_config_t, value_config_t
@@ -13,7 +13,7 @@ module sig_deck_check_contact
 
 contains
 
-  !> Checks one entry, by itself and against those before it.
+  !> Checks one entry, alone and against the entries before it.
   subroutine check_contact(tree, config, i_contact)
     type(deck_tree_t), intent(inout) :: tree
     type(deck_config_t), intent(in) :: config
@@ -55,7 +55,7 @@ contains
   subroutine check_direction(tree, path, direction, model)
     type(deck_tree_t), intent(inout) :: tree
     character(*), intent(in) :: path
-    !> empty where it could not be read
+    !> direction of the entry; empty where it could not be read
     real(rk), intent(in) :: direction(:)
     type(mechanical_model_t), intent(in) :: model
 
@@ -67,7 +67,7 @@ contains
     end if
   end subroutine check_direction
 
-  !> Place, size and direction; what is not known before the mesh is read is left to it.
+  !> Checks place, size and direction of an obstacle. Checks that need the mesh follow when it is read.
   subroutine check_obstacle(tree, path, config, entry)
     type(deck_tree_t), intent(inout) :: tree
     character(*), intent(in) :: path
@@ -101,7 +101,7 @@ contains
     end associate
   end subroutine check_obstacle
 
-  !> A plane that is turned about the axis must be normal to it.
+  !> Checks that a plane in an axisymmetric model is normal to the axis.
   subroutine check_level(tree, path, normal)
     type(deck_tree_t), intent(inout) :: tree
     character(*), intent(in) :: path
@@ -112,7 +112,7 @@ contains
       '; in an axisymmetric model a half space must be normal to the axis', 'write normal: [0, 1] or [0, -1]')
   end subroutine check_level
 
-  !> A sphere that is turned about the axis must have its center there.
+  !> Checks that a sphere in an axisymmetric model has its center on the axis.
   subroutine check_on_axis(tree, path, radius, unit)
     type(deck_tree_t), intent(inout) :: tree
     character(*), intent(in) :: path

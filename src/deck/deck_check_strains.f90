@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> What the entries of the section `imposed_strains` must satisfy, and values that must be sums of products.
+!> Checks of the entries of the section `imposed_strains`, and of values that must be sums of products.
 module sig_deck_check_strains
   use sig_deck_check_values, only: check_field
   use sig_deck_config, only: deck_config_t, value_config_t
@@ -38,12 +38,13 @@ contains
     end associate
   end subroutine check_imposed_strain
 
-  !> What acts all over a region has no term of its own at each place: that would be as many as there are elements.
+  !> Checks that a value over a region is a sum of products. Otherwise each place would need a term of its own, as many as there are
+  !> elements.
   subroutine check_products(tree, path, value, noun)
     type(deck_tree_t), intent(inout) :: tree
     character(*), intent(in) :: path
     type(value_config_t), intent(in) :: value
-    !> what must be a sum of products
+    !> name of the value for messages
     character(*), intent(in) :: noun
     type(product_t), allocatable :: products(:)
     character(:), allocatable :: factor

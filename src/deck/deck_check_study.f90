@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Ranges and cross-checks of the sections that say how the problem is solved, reduced and written.
+!> Ranges and cross-checks of the sections on solving, reduction and output.
 module sig_deck_check_study
   use sig_deck_config, only: clusters_config_t, deck_config_t, displacement_config_t, greedy_config_t, max_sobol_parameters, &
     parameter_config_t, point_set_config_t, reduction_config_t
@@ -11,7 +11,7 @@ module sig_deck_check_study
   private
   public :: check_study, complaint_about_options
 
-  !> a larger grid is a slip: it could be neither solved nor stored
+  !> a larger grid is an error of the user: it could be neither solved nor stored
   integer, parameter :: max_points = 1000000
   character(*), parameter :: too_many = 'has more than 1000000 points'
   character(*), parameter :: option_prefixes(4) = [character(12) :: '-fom_', '-active_set_', '-vi_', '-pod_']
@@ -56,7 +56,7 @@ contains
     if (len(complaint) > 0) call tree%report_at('petsc_options', 'has ' // complaint)
   end subroutine check_study
 
-  !> Whether a condensed model has a displacement of every node, as the deck asks.
+  !> Whether the deck asks for the displacement of every node from a condensed model.
   pure logical function has_all_nodes(displacement)
     type(displacement_config_t), intent(in) :: displacement
 
@@ -78,7 +78,8 @@ contains
     if (points%seed < 0) call tree%report_at(section // '.seed', 'is ' // to_text(points%seed) // '; it must be at least 0')
   end subroutine check_point_set
 
-  !> Errors: the budget does not hold the initial points; more initial points than candidates.
+  !> Checks a greedy selection. Errors: the largest number of points is below the number of initial points; more initial points than
+  !> candidates.
   subroutine check_greedy(tree, greedy, candidates)
     type(deck_tree_t), intent(inout) :: tree
     type(greedy_config_t), intent(in) :: greedy
@@ -166,7 +167,7 @@ contains
       '; it must be at most max_number, which is ' // to_text(clusters%max_number))
   end subroutine check_refine
 
-  !> Huge where a file has them, or where they are too many.
+  !> Returns the number of points; huge where a file has them, or where they are too many.
   pure integer function n_points_of(points) result(n_points)
     type(point_set_config_t), intent(in) :: points
 
@@ -229,7 +230,7 @@ contains
     end do
   end subroutine check_output_points
 
-  !> Only names are checked here: a value may start with a minus sign but not with a minus sign and a letter.
+  !> Checks only the names of options. A value may start with a minus sign, but not with a minus sign and a letter.
   subroutine check_petsc_options(tree, options)
     type(deck_tree_t), intent(inout) :: tree
     character(*), intent(in) :: options
@@ -256,8 +257,8 @@ contains
     end do
   end subroutine check_petsc_options
 
-  !> A preconditioner that is no factorization would be an answer without accuracy where a factorization is meant. Empty text:
-  !> no complaint.
+  !> Returns a complaint about a preconditioner that is not a factorization where the deck asks for one, because answers would lose
+  !> accuracy. An empty text means no complaint.
   pure function complaint_about_options(options, linear) result(complaint)
     character(*), intent(in) :: options
     !> solver.linear of the deck
@@ -277,7 +278,7 @@ contains
     end do
   end function complaint_about_options
 
-  !> Whether a word is a minus sign and then a letter, so that `-1e-3` is a value.
+  !> Whether a word is a minus sign and then a letter, so that `-1e-3` counts as a value.
   pure logical function is_option(word)
     character(*), intent(in) :: word
 

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Values that are expressions: finite over the box of the parameters, or within bounds too.
+!> Checks of values that are expressions: they must be finite over the box of the parameters, some also within bounds.
 module sig_deck_check_values
   use sig_deck_config, only: parameter_config_t, value_config_t
   use sig_deck_tree, only: deck_tree_t, shown
@@ -10,12 +10,12 @@ module sig_deck_check_values
   private
   public :: check_field, check_range
 
-  !> corners of the box are tried for so many of the parameters in a text; the others stay at their minimum
+  !> number of parameters of a text whose corners of the box are tried; the others stay at their minimum
   integer, parameter :: max_corner_parameters = 10
 
 contains
 
-  !> What depends on coordinates is looked at on the mesh.
+  !> Checks an expression that may contain coordinates. One that does is checked on the mesh.
   subroutine check_field(tree, path, parameters, value)
     type(deck_tree_t), intent(inout) :: tree
     character(*), intent(in) :: path
@@ -33,7 +33,7 @@ contains
       parameters%maximum < huge(1.0_rk))
   end function has_box
 
-  !> A number, or an expression at the middle and at the corners of the box, must lie between two bounds.
+  !> Checks that a number, or an expression at the middle and at the corners of the box, lies between two bounds.
   subroutine check_range(tree, path, parameters, value, above, below, unit)
     type(deck_tree_t), intent(inout) :: tree
     character(*), intent(in) :: path
@@ -41,9 +41,9 @@ contains
     type(value_config_t), intent(in) :: value
     !> the value must be greater than this
     real(rk), intent(in) :: above
-    !> and less than this; huge: no bound
+    !> the value must be less than this; huge: no bound
     real(rk), intent(in) :: below
-    !> with a blank before it
+    !> unit with a blank before it
     character(*), intent(in) :: unit
 
     if (value%is_constant) then
@@ -54,7 +54,7 @@ contains
     end if
   end subroutine check_range
 
-  !> The bound that a value breaks.
+  !> Returns the text of the bound that a value breaks.
   pure function range_text(value, above, below) result(text)
     real(rk), intent(in) :: value
     real(rk), intent(in) :: above
@@ -65,13 +65,13 @@ contains
     if (value <= above) text = '; it must be greater than ' // to_text(nint(above))
   end function range_text
 
-  !> An expression must have a value at the middle and at the corners of the box: where divisions by zero are likely.
+  !> Checks that an expression has a value at the middle and at the corners of the box, where divisions by zero are likely.
   subroutine check_finite(tree, path, parameters, value, above, below, unit)
     type(deck_tree_t), intent(inout) :: tree
     character(*), intent(in) :: path
     type(parameter_config_t), intent(in) :: parameters(:)
     type(value_config_t), intent(in) :: value
-    !> as for check_range; default: any finite value will do
+    !> lower bound as in check_range; default: any finite value is allowed
     real(rk), intent(in), optional :: above
     real(rk), intent(in), optional :: below
     character(*), intent(in), optional :: unit
@@ -88,7 +88,7 @@ contains
       names(i)%text = parameters(i)%name
     end do
     call expression%create(value%text, names, message)
-    ! a parameter with an impossible name, reported already
+    ! a parameter with an invalid name, which was reported already
     if (allocated(message)) return
     used = expression%used_places()
     n_tried = min(size(used), max_corner_parameters)
@@ -112,7 +112,7 @@ contains
     call expression%destroy()
   end subroutine check_finite
 
-  !> `squeeze = 0.15 m, angle = 2.0`
+  !> Returns a point as text, `squeeze = 0.15 m, angle = 2.0`.
   pure function point_text(parameters, point) result(text)
     type(parameter_config_t), intent(in) :: parameters(:)
     real(rk), intent(in) :: point(:)

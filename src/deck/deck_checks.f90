@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Ranges of single values and what several values must satisfy together, for the sections that say what is solved.
+!> Checks of single values and of values together, for the sections that define the problem.
 module sig_deck_checks
   use sig_deck_check_contact, only: check_contact
   use sig_deck_check_strains, only: check_imposed_strain, check_products
@@ -15,14 +15,14 @@ module sig_deck_checks
   private
   public :: check_deck
 
-  !> coordinates in expressions (now or later), and columns of validation.csv
+  !> names of coordinates in expressions (now or later), and of columns of validation.csv
   character(*), parameter :: reserved_names(19) = [character(22) :: 'x', 'y', 'z', 'r', 'cluster', 'solver', 'e_u', &
     'e_lambda_rid', 'e_lambda_all', 'e_energy', 'e_energy_rid', 'e_energy_relative', 'e_energy_rid_relative', 'e_u_energy', &
     'e_u_energy_relative', 'n_active', 'n_active_full_order', 'true', 'false']
 
 contains
 
-  !> Adds all that is wrong with a configuration that was read without errors, or with harmless values in place of faulty ones.
+  !> Adds all errors of a configuration. It was read without errors, or has harmless values in place of faulty ones.
   subroutine check_deck(tree, config)
     type(deck_tree_t), intent(inout) :: tree
     type(deck_config_t), intent(in) :: config
@@ -73,7 +73,7 @@ contains
       '; it must be greater than min, which is ' // to_text(parameter%minimum) // unit)
   end subroutine check_parameter
 
-  !> Reports at the key, because the key is what is wrong.
+  !> Reports an error at the place of the key, because the key is wrong.
   subroutine report_name(tree, name, message)
     type(deck_tree_t), intent(inout) :: tree
     character(*), intent(in) :: name
@@ -88,7 +88,7 @@ contains
     type(deck_tree_t), intent(inout) :: tree
     type(deck_config_t), intent(in) :: config
     integer, intent(in) :: i_material
-    !> of a stress
+    !> unit of a stress
     character(*), intent(in) :: unit
     character(:), allocatable :: path
     integer :: i, j, k
@@ -126,7 +126,7 @@ contains
           if (config%boundary_conditions(j)%boundary%text /= config%boundary_conditions(i)%boundary%text) cycle
           call tree%report_at(path, 'is prescribed twice for ' // shown(config%boundary_conditions(i)%boundary%text) // &
             '; boundary_conditions[' // to_text(j) // '] has it already')
-          ! one entry says enough: a deck may repeat it hundreds of times
+          ! one message is enough: a deck may repeat the entry hundreds of times
           exit
         end do
         call check_field(tree, path, config%parameters, config%boundary_conditions(i)%displacement(i_axis))

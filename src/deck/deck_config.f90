@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> The deck as data: one type per section, with every default and unit. Nobody after the deck layer checks these again.
+!> The deck as data: one type per section, with every default and unit. No later layer checks these values again.
 module sig_deck_config
   use sig_kinds, only: rk
   use sig_text, only: string_t
@@ -12,13 +12,13 @@ module sig_deck_config
   public :: target_config_t, refine_config_t
   public :: clusters_config_t, enrichment_config_t, zone_config_t
 
-  !> [-] default of contact%pairing_tolerance for averaged normals, which on uneven facets point a little aside
+  !> [-] default of contact%pairing_tolerance for averaged normals, which are not exact on uneven facets
   real(rk), parameter, public :: averaged_tolerance = 0.1_rk
 
-  !> those whose direction numbers stand in sobol.f90
+  !> largest number of parameters for which sobol.f90 has direction numbers
   integer, parameter, public :: max_sobol_parameters = 10
 
-  !> A name that only the mesh knows, with its place in the deck for the message.
+  !> A name that has to exist in the mesh, with its place in the deck for messages.
   type :: name_config_t
     character(:), allocatable :: text
     integer :: line = 0
@@ -27,29 +27,29 @@ module sig_deck_config
 
   !> A number or an expression of the parameters and, where allowed, the coordinates.
   type :: value_config_t
-    !> what muParser reads; a number is written so that it reads back the same
+    !> text for muParser; a number is written so that it reads back the same
     character(:), allocatable :: text
-    !> neither parameter nor coordinate occurs in it
+    !> whether the text contains neither parameters nor coordinates
     logical :: is_constant = .true.
     logical :: uses_parameters = .false.
     logical :: uses_coordinates = .false.
-    !> its value where is_constant
+    !> value of the text where is_constant
     real(rk) :: constant = 0
     integer :: line = 0
     integer :: column = 0
   end type value_config_t
 
   type :: units_config_t
-    !> m, cm, mm or um; every length of the deck and of the results
+    !> m, cm, mm or um: the unit of every length of the deck and of the results
     character(:), allocatable :: length
-    !> N, kN or MN; stresses are force / length**2
+    !> N, kN or MN: the unit of every force; stresses are force / length**2
     character(:), allocatable :: force
   end type units_config_t
 
   type :: mesh_config_t
-    !> path relative to the deck's folder, as written
+    !> path as written in the deck, relative to the deck's folder
     character(:), allocatable :: file
-    !> path that can be opened from the current directory
+    !> path relative to the current directory
     character(:), allocatable :: path
     !> plane_strain, plane_stress, axisymmetric or solid: a name of the table in mechanical_models
     character(:), allocatable :: model
@@ -63,20 +63,20 @@ module sig_deck_config
     character(:), allocatable :: name
     real(rk) :: minimum = 0
     real(rk) :: maximum = 0
-    !> free text for axes and reports; default empty
+    !> unit of the parameter, free text for axes and reports; default empty
     character(:), allocatable :: unit
     integer :: line = 0
   end type parameter_config_t
 
   type :: material_config_t
     character(:), allocatable :: name
-    !> physical names of cells
+    !> physical names of the cells with this material
     type(name_config_t), allocatable :: regions(:)
     !> [force/length**2] > 0; a number or an expression of the parameters
     type(value_config_t) :: young_modulus
-    !> [-] in (-1, 0.5); likewise
+    !> [-] in (-1, 0.5); a number or an expression of the parameters
     type(value_config_t) :: poisson_ratio
-    !> otherwise (default) temperatures cannot be imposed on it
+    !> whether the material has thermal expansion; otherwise (default) temperatures cannot be imposed on it
     logical :: has_thermal_expansion = .false.
     !> [1/degree] a number or an expression of the parameters
     type(value_config_t) :: thermal_expansion
@@ -87,71 +87,72 @@ module sig_deck_config
     type(name_config_t) :: boundary
     !> names of the components
     character(1) :: axes(3) = ['x', 'y', 'z']
-    !> which components are prescribed
+    !> whether each component is prescribed
     logical :: is_prescribed(3) = .false.
-    !> [length] their values
+    !> [length] prescribed values
     type(value_config_t) :: displacement(3)
   end type boundary_config_t
 
   !> Pressure or traction on a named surface, or body force in a named region.
   type :: load_config_t
-    !> boundary, or region of a body force
+    !> boundary, or region for a body force
     type(name_config_t) :: target
     logical :: is_body_force = .false.
     logical :: has_pressure = .false.
-    !> [force/length**2] > 0 pushes into the body
+    !> [force/length**2] pressure; a positive value pushes into the body
     type(value_config_t) :: pressure
     !> names of the components in the deck
     character(1) :: axes(3) = ['x', 'y', 'z']
-    !> components of the traction or the body force that are given
+    !> whether each component of the traction or the body force is given
     logical :: has_component(3) = .false.
-    !> [force/length**2 or force/length**3]
+    !> [force/length**2] traction or [force/length**3] body force
     type(value_config_t) :: components(3)
-    !> window: bounded coordinate, 0 = none
+    !> coordinate that the window bounds, 0 = no window
     integer :: axis = 0
     logical :: has_minimum = .false.
     logical :: has_maximum = .false.
-    !> [length] expressions of the parameters
+    !> [length] bounds of the window, expressions of the parameters
     type(value_config_t) :: minimum
     type(value_config_t) :: maximum
-    !> cut the facets at the window (default), or take those that lie in it
+    !> whether the window cuts facets (default); otherwise only facets inside the window count
     logical :: is_cut = .true.
   end type load_config_t
 
   !> Values at nodes, from a file.
   type :: field_config_t
-    !> as written, and openable from the current directory
+    !> path as written in the deck, and relative to the current directory
     character(:), allocatable :: file
     character(:), allocatable :: path
-    !> of the field in the file
+    !> name of the field in the file
     type(name_config_t) :: name
     integer :: line = 0
     integer :: column = 0
   end type field_config_t
 
-  !> Strains that a region would have without stress: by a temperature, or as they are.
+  !> Strains that a region would have without stress: from a temperature, or given directly.
   type :: imposed_strain_config_t
     type(name_config_t) :: region
-    !> the material's thermal_expansion * (temperature - reference); otherwise the strain itself is given
+    !> whether the strain is the material's thermal_expansion * (temperature - reference); otherwise the strain itself is given
     logical :: is_thermal = .true.
-    !> temperature or isotropic strain, a sum of products of the parameters and the place; the factor of a field's values
+    !> temperature or isotropic strain, a sum of products of functions of the parameters and of the place; with a field, the factor
+    !> of its values
     type(value_config_t) :: value
     logical :: has_field = .false.
     type(field_config_t) :: field
-    !> [degree] is_thermal: where there is no strain; expression of the parameters
+    !> [degree] is_thermal: temperature without strain; expression of the parameters
     type(value_config_t) :: reference
-    !> components of the strain tensor that are given in place of value, in the order of mechanical_model_t
+    !> whether each component of the strain tensor is given instead of value, in the order of mechanical_model_t
     logical :: has_component(6) = .false.
     type(value_config_t) :: components(6)
   end type imposed_strain_config_t
 
   !> A rigid body that the first surface may touch.
   type :: obstacle_config_t
-    !> half_space or sphere (a cylinder in the plane)
+    !> half_space or sphere (in the plane a cylinder)
     character(:), allocatable :: type
     !> [length] a point of the half space's face or the sphere's center, expressions of the parameters
     type(value_config_t), allocatable :: place(:)
-    !> [-] half space: out of the obstacle, not yet of unit length
+    !> [-] half space: normal out of the obstacle, not yet of unit length
     real(rk), allocatable :: normal(:)
     !> [length] sphere: expression of the parameters, > 0
     type(value_config_t) :: radius
@@ -161,11 +162,11 @@ module sig_deck_config
 
   type :: contact_config_t
     type(name_config_t) :: first
-    !> empty with an obstacle
+    !> name of the second surface; empty with an obstacle
     type(name_config_t) :: second
     logical :: has_obstacle = .false.
     type(obstacle_config_t) :: obstacle
-    !> otherwise (default) the averaged outward normals of the first surface count
+    !> whether the deck gives a direction; otherwise (default) the averaged outward normals of the first surface count
     logical :: has_direction = .false.
     !> [-] from the first body to the second or to the obstacle (a half space: against its normal), not yet of unit length
     real(rk), allocatable :: direction(:)
@@ -173,14 +174,15 @@ module sig_deck_config
     integer :: direction_column = 0
     !> auto, node_to_node or mortar
     character(12) :: formulation = 'auto'
-    !> [length] mortar: surfaces that are farther apart never touch; otherwise (default) 50 times the longest edge of both
+    !> [length] mortar: surfaces that are farther apart than this never touch; without it (default) 50 times the longest edge of
+    !> both
     logical :: has_search_distance = .false.
     real(rk) :: search_distance = 0
     !> [-] largest lateral offset of a pair over the mesh size; default 1.0e-6 along a direction, else averaged_tolerance
     real(rk) :: pairing_tolerance = 1.0e-6_rk
-    !> otherwise (default) the distance of the two nodes along the direction is the gap
+    !> whether the deck gives the gap; otherwise (default) it is the distance of the two nodes along the direction
     logical :: has_initial_gap = .false.
-    !> [length] at the first node's coordinates; negative = interference
+    !> [length] gap at the first node's coordinates; negative = interference
     type(value_config_t) :: initial_gap
   end type contact_config_t
 
@@ -189,46 +191,46 @@ module sig_deck_config
     character(:), allocatable :: type
     !> auto (default), cholesky or gamg
     character(:), allocatable :: linear
-    !> active-set or Newton steps per parameter point; default 50
+    !> largest number of active-set or Newton steps per parameter point; default 50
     integer :: max_iterations = 50
-    !> of the section
+    !> line of the section in the deck
     integer :: line = 0
     integer :: column = 0
   end type solver_config_t
 
   !> A grid over the box, a list from a CSV file whose header names the parameters, or a sequence that fills the box.
   type :: point_set_config_t
-    !> points per parameter, in the order of the deck's parameters; unallocated where it is none
+    !> number of points per parameter, in the order of the deck's parameters; unallocated for other kinds of sets
     integer, allocatable :: grid(:)
-    !> as written, and openable from the current directory; unallocated where it is none
+    !> path of the CSV file as written in the deck, and relative to the current directory; unallocated for other kinds of sets
     character(:), allocatable :: file
     character(:), allocatable :: path
-    !> points of Sobol's sequence, or of a Latin hypercube; 0 = another kind of set
+    !> number of points of Sobol's sequence, or of a Latin hypercube; 0 = another kind of set
     integer :: n_sobol = 0
     integer :: n_latin_hypercube = 0
-    !> of either; with 0 (default) Sobol's sequence as it is
+    !> seed of either; with 0 (default) Sobol's sequence is not changed
     integer :: seed = 0
-    !> groups of ranks that work on different points; 0 = `auto` in the deck (default)
+    !> number of groups of ranks that work on different points; 0 = `auto` in the deck (default)
     integer :: n_groups = 0
-    !> of training only: auto (default), factored or interpolated; where the fields come from as elastic constants vary
+    !> auto (default), factored or interpolated: how training points are solved where elastic constants vary; for training only
     character(:), allocatable :: stiffness
     integer :: line = 0
     integer :: column = 0
   end type point_set_config_t
 
-  !> Training points that are chosen among candidates, one round after the other, where they are worst represented.
+  !> Greedy selection: training points are chosen among candidates, round after round, where they are represented worst.
   type :: greedy_config_t
-    !> training is the set of candidates
+    !> whether the selection is used; training is then the set of candidates
     logical :: is_used = .false.
-    !> projection (default) or defect: what is compared
+    !> projection (default) or defect: the indicator that compares candidates
     character(:), allocatable :: indicator
-    !> points to begin with, far from each other; default 5
+    !> number of initial points, far from each other; default 5
     integer :: n_initial = 5
-    !> [-] ends when no candidate has a larger indicator; default none (0)
+    !> [-] the selection ends when no candidate has a larger indicator; default none (0)
     real(rk) :: tolerance = 0
-    !> ends at so many points; default none (huge)
+    !> the selection ends at this number of points; default none (huge)
     integer :: max_points = huge(1)
-    !> defect: points of a round; default 1
+    !> defect: number of points per round; default 1
     integer :: batch = 1
   end type greedy_config_t
 
@@ -237,11 +239,11 @@ module sig_deck_config
     type(name_config_t) :: boundary
     !> names of the coordinates in the deck
     character(1) :: axes(3) = ['x', 'y', 'z']
-    !> bounded coordinate, 0 = none
+    !> coordinate that the window bounds, 0 = no window
     integer :: axis = 0
     logical :: has_minimum = .false.
     logical :: has_maximum = .false.
-    !> [length]
+    !> [length] bounds of the window
     real(rk) :: minimum = 0
     real(rk) :: maximum = 0
   end type zone_config_t
@@ -249,15 +251,15 @@ module sig_deck_config
   type :: enrichment_config_t
     !> auto (default: greedy where (11) fails without hats), none, greedy (Algorithm 1) or all (both hats of every pair)
     character(:), allocatable :: type
-    !> [-] greedy ends at this kappa with full rank; at 1 every pair gets a hat; default 10
+    !> [-] greedy ends when kappa is at most this, with full rank; at 1 every pair gets a hat; default 10
     real(rk) :: max_condition_number = 10
     !> first (default) or second: the node of a pair that carries its hat, unless its displacement is prescribed
     character(:), allocatable :: side
-    !> greedy takes no more; default none (huge)
+    !> largest number of hats for greedy; default none (huge)
     integer :: max_hats = huge(1)
   end type enrichment_config_t
 
-  !> The error that local models are to have.
+  !> The largest error that local models may have.
   type :: target_config_t
     logical :: is_used = .false.
     !> [-] > 0
@@ -266,50 +268,50 @@ module sig_deck_config
     character(:), allocatable :: measure
     !> p95 (default), median or max
     character(:), allocatable :: statistic
-    !> points where it is measured
+    !> points where the error is measured
     type(point_set_config_t) :: candidates
   end type target_config_t
 
-  !> Snapshots added and clusters split until the target is met.
+  !> Refinement: snapshots are added and clusters split until the target is met.
   type :: refine_config_t
     logical :: is_used = .false.
-    !> candidates that may become snapshots; default 100
+    !> largest number of candidates that become snapshots; default 100
     integer :: max_points = 100
-    !> how many of them in a round, for one cluster; default 5
+    !> number of these candidates in a round, for one cluster; default 5
     integer :: points_per_round = 5
   end type refine_config_t
 
-  !> Local reduced models, each of a part of the training points.
+  !> Local reduced models, each for a part of the training points.
   type :: clusters_config_t
-    !> default 1: one model of all points; 0 = `auto` in the deck: as the silhouette says, up to max_number
+    !> number of clusters, default 1: one model of all points; 0 = `auto` in the deck: chosen by the silhouette, up to max_number
     integer :: number = 1
-    !> default 8
+    !> largest number of clusters for `auto`, default 8
     integer :: max_number = 8
-    !> regular (default): of the cells of training.grid; irregular: of the training points themselves
+    !> regular (default): clusters of the cells of training.grid; irregular: clusters of the training points themselves
     character(:), allocatable :: method
-    !> [-] energy tail of the bases of the cells that are compared; default 1.0e-6
+    !> [-] energy tail of the bases of the compared cells; default 1.0e-6
     real(rk) :: cell_pod_tolerance = 1.0e-6_rk
     !> equal (default): snapshots that differ in sign alone are alike; different: (16) as it is printed
     character(:), allocatable :: opposite_snapshots
-    !> snapshots that a cluster must have, default 2
+    !> least number of snapshots of a cluster, default 2
     integer :: min_snapshots = 2
-    !> refuse (default) or merge: what becomes of a cluster with fewer
+    !> refuse (default) or merge: treatment of a cluster with fewer snapshots
     character(:), allocatable :: small_clusters
-    !> faster_pam (default) or alternating: how the medoids are found
+    !> faster_pam (default) or alternating: algorithm for the medoids
     character(:), allocatable :: algorithm
-    !> of what is drawn at random; default 1
+    !> seed of random choices; default 1
     integer :: seed = 1
     type(target_config_t) :: target
     type(refine_config_t) :: refine
   end type clusters_config_t
 
-  !> reduction.displacement: of which nodes a condensed model answers displacements.
+  !> reduction.displacement: the nodes for which a condensed model gives displacements.
   type :: displacement_config_t
-    !> auto (default): all nodes, exactly where there is room, else by POD modes; none; boundaries
+    !> auto (default): all nodes, exactly where memory allows, else by POD modes; none; boundaries
     character(:), allocatable :: type
-    !> of type boundaries: the nodes with exact displacements
+    !> for type boundaries: boundaries whose nodes have exact displacements
     type(name_config_t), allocatable :: boundaries(:)
-    !> of type boundaries: none (default) or modes
+    !> for type boundaries: none (default) or modes at the other nodes
     character(:), allocatable :: elsewhere
   end type displacement_config_t
 
@@ -318,46 +320,47 @@ module sig_deck_config
     character(:), allocatable :: method
     !> [-] energy tail of the POD, (20); default 1.0e-8
     real(rk) :: pod_tolerance = 1.0e-8_rk
-    !> modes in place of the tolerance; default auto (0)
+    !> number of modes instead of the tolerance; default auto (0)
     integer :: n_modes = 0
-    !> [-] energy tail of the basis where that has more modes than choose the domain; default none (0)
+    !> [-] energy tail of the basis where the basis has more modes than those that choose the domain; default none (0)
     real(rk) :: extended_pod_tolerance = 0
-    !> modes of the basis beyond those that choose the domain; default 0
+    !> number of modes of the basis in addition to those that choose the domain; default 0
     integer :: extra_modes = 0
-    !> each snapshot is divided by its size before the POD; default no
+    !> whether each snapshot is divided by its size before the POD; default no
     logical :: is_normalized = .false.
     !> [-] energy tail of the POD of the multipliers, whose interpolation points join the domain; default none (0)
     real(rk) :: dual_pod_tolerance = 0
-    !> elastic_lifting (default) or multiplier; method: prescribed values in the reduced model
+    !> elastic_lifting (default) or multiplier; method for prescribed displacements in the reduced model
     character(:), allocatable :: dirichlet
-    !> zones_of_interest: auto (default), every loaded surface where a point of the parameters can load it
+    !> zones_of_interest: auto (default), every loaded surface where some point of the parameters loads it
     logical :: has_loaded_zones = .true.
-    !> boundaries whose nodes all join the reduced integration domain, beside auto or in its place
+    !> boundaries whose nodes all join the reduced integration domain, in addition to auto or instead of it
     type(zone_config_t), allocatable :: zones_of_interest(:)
     !> join (default): the cells of a contact node's partner are added; remove: a contact node without partner has no equation
     character(:), allocatable :: unpaired_nodes
     type(enrichment_config_t) :: enrichment
-    !> [-] singular values below this times the largest count as zero in rank checks; default 1.0e-10
+    !> [-] singular values below this share of the largest one count as zero in rank checks; default 1.0e-10
     real(rk) :: rank_tolerance = 1.0e-10_rk
-    !> multipliers_and_displacements (default) or multipliers: what the non-negative least squares fit
+    !> multipliers_and_displacements (default) or multipliers: the data that the non-negative least squares fit
     character(:), allocatable :: reconstruction
     type(displacement_config_t) :: displacement
-    !> the model answers fields; default no
+    !> whether the model gives fields; default no
     logical :: has_fields = .false.
-    !> [MB] >= 0 for the condensed full-order operator: of the multipliers, and of the displacement if it fits; 0 = none; default 64
+    !> [MB] memory >= 0 for the condensed full-order operator: for the multipliers, and for the displacement if it fits; 0 = none;
+    !> default 64
     real(rk) :: max_full_order_size = 64
-    !> [MB] >= 0 that a condensed model may spend on pivot transforms, which make its answers fast; default 256
+    !> [MB] memory >= 0 of a condensed model for pivot transforms, which make its answers fast; default 256
     real(rk) :: max_transforms_size = 256
-    !> [-] between 0 and 1: relative error of the contact forces that interpolation over elastic constants may make; default 1.0e-6
+    !> [-] between 0 and 1: largest relative error of the contact forces from interpolation over elastic constants; default 1.0e-6
     real(rk) :: stiffness_tolerance = 1.0e-6_rk
     !> [-] certificate.max_error: > 0; 0 = none; < 0 = auto (default)
     real(rk) :: max_error = -1
   end type reduction_config_t
 
   type :: output_config_t
-    !> results folder, relative to the deck; `auto` (default) = results/<deck name> below the current directory
+    !> results folder, relative to the deck; `auto` (default) = results/<deck name> in the current directory
     character(:), allocatable :: directory
-    !> openable from the current directory
+    !> path of the folder relative to the current directory
     character(:), allocatable :: path
     logical :: has_displacement = .true.
     logical :: has_stress = .true.
@@ -377,21 +380,21 @@ module sig_deck_config
     type(parameter_config_t), allocatable :: parameters(:)
     type(material_config_t), allocatable :: materials(:)
     type(boundary_config_t), allocatable :: boundary_conditions(:)
-    !> none by default, as imposed strains
+    !> loads and imposed strains; none by default
     type(load_config_t), allocatable :: loads(:)
     type(imposed_strain_config_t), allocatable :: imposed_strains(:)
     type(contact_config_t), allocatable :: contact(:)
     type(solver_config_t) :: solver
-    !> the deck has the section; commands that need a section which is not there say so
+    !> whether the deck has the section; commands that need a missing section say so
     logical :: has_training = .false.
     type(point_set_config_t) :: training
-    !> greedy%is_used: training has the candidates
+    !> greedy selection; where greedy%is_used, training has the candidates
     type(greedy_config_t) :: greedy
     logical :: has_test = .false.
     type(point_set_config_t) :: test
     type(clusters_config_t) :: clusters
     type(reduction_config_t) :: reduction
-    !> [-] validation.accept > 0: largest p95 of e_lambda_all of a model that is good enough; default 0.05
+    !> [-] validation.accept > 0: a model is accepted if the p95 of e_lambda_all is at most this; default 0.05
     real(rk) :: accepted_error = 0.05_rk
     type(output_config_t) :: output
     !> PETSc options with the prefixes fom_, active_set_, vi_, pod_; may be empty

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Configuration -> YAML with every default: what `check` prints, what reports and models keep. Reading it back gives the same.
+!> Writes a configuration as YAML with every default: `check` prints it, reports and models keep it. Reading it back gives the same.
 module sig_deck_echo
   use sig_deck_config, only: boundary_config_t, clusters_config_t, contact_config_t, deck_config_t, displacement_config_t, &
     imposed_strain_config_t, load_config_t, material_config_t, name_config_t, obstacle_config_t, output_config_t, &
@@ -17,7 +17,7 @@ module sig_deck_echo
 
 contains
 
-  !> The deck with all defaults, as YAML.
+  !> Returns the deck with all defaults, as YAML.
   pure function echo_deck(config) result(yaml)
     type(deck_config_t), intent(in) :: config
     character(:), allocatable :: yaml
@@ -44,9 +44,9 @@ contains
       'petsc_options: ' // yaml_text(config%petsc_options) // eol
   end function echo_deck
 
-  !> Only what decides about the full-order answer at a parameter point: the text whose hash is a snapshot's provenance.
-  !>
-  !> A wider parameter range or a mesh file in another folder changes no answer; the caller adds the content of the mesh.
+  !> Returns only the settings that determine the full-order answer at a parameter point; the hash of this text is a snapshot's
+  !> provenance. A wider parameter range, or a mesh file in another folder, changes no answer. The caller adds the content of the
+  !> mesh.
   pure function echo_physics(config) result(text)
     type(deck_config_t), intent(in) :: config
     character(:), allocatable :: text
@@ -59,12 +59,11 @@ contains
     text = text // body_sections(config)
   end function echo_physics
 
-  !> First line of the sections clusters and reduction that stands in another way in an effective deck; empty where none does.
-  !>
-  !> A key that the other deck lacks is one of a later version, and is left out.
+  !> Returns the first line of the sections clusters and reduction that differs in another deck with all defaults; empty where none
+  !> does. A key that the other deck lacks belongs to a later version and is left out.
   pure function differing_setting(config, other_deck) result(setting)
     type(deck_config_t), intent(in) :: config
-    !> of echo_deck, this version's or an older one's
+    !> text from echo_deck of this version or of an older one
     character(*), intent(in) :: other_deck
     character(:), allocatable :: setting
     character(:), allocatable :: lines, line
@@ -88,7 +87,7 @@ contains
     yaml = 'units: {length: ' // config%units%length // ', force: ' // config%units%force // '}' // eol
   end function units_section
 
-  !> Materials, boundary conditions, loads and imposed strains if there are any, and contact.
+  !> Returns the sections materials, boundary_conditions, loads and imposed_strains (the last two if there are any), and contact.
   pure function body_sections(config) result(yaml)
     type(deck_config_t), intent(in) :: config
     character(:), allocatable :: yaml
@@ -142,7 +141,7 @@ contains
       component_mapping(condition%axes, condition%is_prescribed, condition%displacement) // '}'
   end function boundary_entry
 
-  !> {x: 0.0, y: push}
+  !> Returns the given components, `{x: 0.0, y: push}`.
   pure function component_mapping(axes, is_given, values) result(yaml)
     character(*), intent(in) :: axes(:)
     logical, intent(in) :: is_given(:)
@@ -333,7 +332,7 @@ contains
     do i = 1, size(entries)
       associate (zone => reduction%zones_of_interest(i))
         entries(i)%text = yaml_text(zone%boundary%text)
-        ! a boundary of this name
+        ! this is a boundary with the name `auto`
         if (zone%axis == 0 .and. zone%boundary%text == 'auto') entries(i)%text = '{boundary: auto}'
         if (zone%axis == 0) cycle
         entries(i)%text = '{boundary: ' // entries(i)%text // ', window: {axis: ' // zone%axes(zone%axis)
@@ -374,7 +373,7 @@ contains
     if (output%has_displacement) yaml = yaml // ', displacement'
     if (output%has_stress) yaml = yaml // ', stress'
     if (output%has_contact) yaml = yaml // ', contact'
-    ! never empty: the deck may leave the list out, but not empty
+    ! the list is never empty: a deck may leave it out, but it must not be empty
     yaml = yaml(3:)
   end function field_list
 

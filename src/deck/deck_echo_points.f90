@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Sets of points as YAML reads them back: of training and test, and candidates of a greedy selection.
+!> Writes sets of points as YAML: training and test points, and candidates of a greedy selection.
 module sig_deck_echo_points
   use sig_deck_config, only: greedy_config_t, parameter_config_t, point_set_config_t
   use sig_deck_echo_words, only: count_or_word, tolerance_or_none, yaml_text
@@ -10,7 +10,7 @@ module sig_deck_echo_points
 
 contains
 
-  !> The section training.
+  !> Returns the section training.
   pure function training_set(greedy, points, parameters) result(yaml)
     type(greedy_config_t), intent(in) :: greedy
     !> the candidates where greedy%is_used
@@ -23,7 +23,7 @@ contains
     yaml = yaml(:len(yaml) - 1) // ', stiffness: ' // points%stiffness // '}'
   end function training_set
 
-  !> Candidates and how to choose among them.
+  !> Returns the candidates and the settings of the greedy selection.
   pure function greedy_choice(greedy, points, parameters) result(yaml)
     type(greedy_config_t), intent(in) :: greedy
     type(point_set_config_t), intent(in) :: points
@@ -37,7 +37,7 @@ contains
     yaml = yaml // '}'
   end function greedy_choice
 
-  !> {grid: {...}}
+  !> Returns a set of candidates, `{grid: {...}}`.
   pure function candidate_set(points, parameters) result(yaml)
     type(point_set_config_t), intent(in) :: points
     type(parameter_config_t), intent(in) :: parameters(:)
@@ -46,7 +46,7 @@ contains
     yaml = '{' // kind_text(points, parameters) // '}'
   end function candidate_set
 
-  !> {grid: {...}, groups: auto}
+  !> Returns a set of points, `{grid: {...}, groups: auto}`.
   pure function point_set(points, parameters) result(yaml)
     type(point_set_config_t), intent(in) :: points
     type(parameter_config_t), intent(in) :: parameters(:)

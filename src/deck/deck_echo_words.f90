@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Single values as YAML reads them back.
+!> Writes single values so that YAML reads them back.
 module sig_deck_echo_words
   use sig_kinds, only: rk
   use sig_text, only: lower, read_real, to_text
@@ -28,7 +28,7 @@ contains
     if (tolerance > 0) yaml = to_text(tolerance)
   end function tolerance_or_none
 
-  !> A text as YAML reads it back: as it is where that is safe (inside { } too), else in double quotes.
+  !> Returns a text for YAML: unchanged where that is safe (inside { }, too), else in double quotes.
   pure function yaml_text(text) result(yaml)
     character(*), intent(in) :: text
     character(:), allocatable :: yaml
@@ -53,11 +53,11 @@ contains
 
     is_plain = .false.
     if (len(text) == 0) return
-    ! a minus sign may lead, as in -squeeze
+    ! the text may start with a minus sign, as in -squeeze
     i = merge(2, 1, text(1:1) == '-')
     if (i > len(text)) return
     if (index(first, text(i:i)) == 0 .or. verify(text, first // '-+*^)<>= ') > 0 .or. text(len(text):) == ' ') return
-    ! words that YAML (here or in another reader) takes for something else than a text
+    ! words that YAML (here or in another reader) does not read as a text
     select case (lower(text))
     case ('null', 'true', 'false', 'yes', 'no', 'on', 'off', 'y', 'n')
       is_plain = .false.

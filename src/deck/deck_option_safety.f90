@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> PETSc options that a deck must not have: those that write files or load code. A deck may come from anybody; the command line is
-!> the user's own.
+!> PETSc options that a deck must not have, because they write files or load code. A deck may come from anybody, but the user writes
+!> the command line.
 module sig_deck_option_safety
   use sig_text, only: lower, split, string_t
   implicit none(type, external)
@@ -8,18 +8,18 @@ module sig_deck_option_safety
   public :: complaint_about_writing
 
   character(*), parameter :: hint_of_all = '; such options go on the command line'
-  !> what an option's name holds that shows something: it takes the name of a file, or of a kind of file, as its value
+  !> parts of names of options that show something: their value is the name of a file, or of a kind of file
   character(*), parameter :: showing(5) = [character(8) :: 'view', 'monitor', 'reason', 'draw', 'save']
-  !> what it holds that is never for a deck: factors in files (MUMPS's control 22) and their folder, code to run
+  !> parts of names that a deck must never use: factors in files (MUMPS's control 22) and their folder, code to run
   character(*), parameter :: forbidden(3) = [character(10) :: 'ooc', 'icntl_22', 'python']
 
   character(*), parameter :: letters = 'abcdefghijklmnopqrstuvwxyz'
 
 contains
 
-  !> Empty text: no complaint.
+  !> Returns a complaint about options that write files; an empty text means no complaint.
   pure function complaint_about_writing(options) result(complaint)
-    !> of the deck: names with their values, between blanks
+    !> options of the deck: names with their values, between blanks
     character(*), intent(in) :: options
     character(:), allocatable :: complaint
     type(string_t), allocatable :: words(:)
@@ -35,7 +35,7 @@ contains
       if (len(complaint) > 0) return
       if (len(words(i)%text) == 0) cycle
       if (words(i)%text(1:1) == '-' .and. scan(lower(words(i)%text), letters) == 2) then
-        ! PETSc does not tell small from large letters in names
+        ! PETSc ignores upper and lower case in names
         name = lower(words(i)%text)
         if (has_any(name, forbidden)) complaint = name // ', which may write files or run code' // hint_of_all
       else if (names_file(name, words(i)%text)) then
@@ -44,9 +44,8 @@ contains
     end do
   end function complaint_about_writing
 
-  !> Whether the output shows on the terminal: `ascii`, `::ascii_info` and `ascii::ascii_info` do; a word behind one colon is a
-  !> file, and so is the default
-  !> file of any other kind.
+  !> Whether the output goes to a file. It goes to the terminal for `ascii`, `::ascii_info` and `ascii::ascii_info`. A word after
+  !> one colon is a file, and so is the default of any other kind.
   pure logical function names_file(name, value)
     character(*), intent(in) :: name
     character(*), intent(in) :: value

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Deck text -> tree, through the YAML reader in C.
+!> Makes a tree of the deck's text, by the YAML reader in C.
 module sig_deck_parse
   use, intrinsic :: iso_c_binding, only: c_int, c_ptr, c_size_t
   use sig_c_strings, only: from_c
@@ -17,9 +17,8 @@ module sig_deck_parse
 
 contains
 
-  !> Makes the tree of a deck. Where tree%errors holds anything afterwards, the nodes are of no use.
-  !>
-  !> Errors: no YAML, duplicate keys, what a deck may not use (anchors, tags, tabs as indentation), nothing in it, no mapping.
+  !> Makes the tree of a deck. Where tree%errors is not empty afterwards, the nodes must not be used. Errors: not valid YAML,
+  !> duplicate keys, YAML that a deck may not use (anchors, tags, tabs as indentation), an empty deck, no mapping.
   subroutine parse_deck(path, text, tree)
     character(*), intent(in) :: path
     character(*), intent(in) :: text
@@ -76,9 +75,9 @@ contains
     call tree%errors%add(error)
   end subroutine report
 
-  !> The slips that break YAML most often in a deck.
+  !> Returns a hint about the most frequent mistakes that make a deck invalid YAML.
   pure function hint_for_slip(message, text, line) result(hint)
-    !> libfyaml's
+    !> libfyaml's message
     character(*), intent(in) :: message
     character(*), intent(in) :: text
     integer, intent(in) :: line
@@ -110,7 +109,7 @@ contains
       call copy_node(node, tree%nodes(i_node))
       tree%nodes(i_node)%last = i_node
     end do
-    ! backwards: what is below a node is known before the node itself
+    ! from the last node to the first: the nodes below a node must be known before it
     do i_node = size(tree%nodes), 2, -1
       i_parent = tree%nodes(i_node)%parent
       tree%nodes(i_parent)%last = max(tree%nodes(i_parent)%last, tree%nodes(i_node)%last)

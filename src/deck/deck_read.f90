@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Deck text -> configuration, with all that is wrong with it.
+!> Reads the text of a deck into a configuration and finds all its errors.
 module sig_deck_read
   use sig_deck_checks, only: check_deck
   use sig_deck_config, only: deck_config_t
@@ -16,17 +16,15 @@ module sig_deck_read
   private
   public :: read_deck
 
-  !> nobody reads more at once
+  !> a user does not read more errors at once
   integer, parameter :: max_errors = 40
 
 contains
 
-  !> Reads the text of a deck. Local and deterministic: every rank gets the same from the same text.
-  !>
-  !> Errors: all of them, in the order of the lines; where there is one, the configuration is of no use.
-  !> YAML that cannot be read ends the search at once.
+  !> Reads the text of a deck. Local and deterministic: the same text gives the same result on every rank. Errors: all errors in the
+  !> order of the lines; the configuration must not be used where there is one. YAML that cannot be read ends the search at once.
   subroutine read_deck(path, text, config, errors)
-    !> as given by the user: for messages, for the deck's name, and because paths in a deck are relative to it
+    !> path as the user gave it: for messages, for the deck's name, and because paths in a deck are relative to it
     character(*), intent(in) :: path
     character(*), intent(in) :: text
     type(deck_config_t), intent(out) :: config
@@ -43,7 +41,7 @@ contains
     call take_first(tree%errors, path, errors)
   end subroutine read_deck
 
-  !> The first errors, and how many were left out.
+  !> Keeps the first errors, and says how many were left out.
   subroutine take_first(found, path, errors)
     type(error_list_t), intent(in) :: found
     character(*), intent(in) :: path
@@ -76,7 +74,7 @@ contains
     call check_deck(tree, config)
   end subroutine read_sections
 
-  !> Insertion sort: stable, so that errors of one place stay in the order in which they were found.
+  !> Sorts errors by insertion, which is stable: errors of one place stay in the order in which they were found.
   pure subroutine sort_by_line(errors)
     type(error_t), intent(inout) :: errors(:)
     type(error_t) :: error

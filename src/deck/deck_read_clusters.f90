@@ -51,7 +51,7 @@ contains
     call tree%close_mapping(i_clusters)
   end subroutine read_clusters
 
-  !> The error that is wanted, and where.
+  !> Reads the target error, and the points where it is measured.
   subroutine read_target(tree, i_clusters, parameters, target)
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_clusters
@@ -64,7 +64,7 @@ contains
     i_target = get_mapping(tree, i_clusters, 'target', .false.)
     target%is_used = i_target > 0
     if (.not. target%is_used) return
-    ! where it is faulty
+    ! value in place of a faulty one
     target%error = 1
     call get_number(tree, i_target, 'error', .true., target%error)
     call get_choice(tree, i_target, 'measure', .false., measures, target%measure)

@@ -69,7 +69,7 @@ contains
     call read_vector(tree, i_list, contact%direction)
   end subroutine read_direction
 
-  !> Numbers of a list; left empty where one is none, so that the length is not checked.
+  !> Reads a list of numbers. The vector stays empty where an entry is not a number, so that its length is not checked.
   subroutine read_vector(tree, i_list, vector)
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_list
@@ -101,11 +101,11 @@ contains
     if (i_gap == 0) return
     call value_of(tree, i_gap, 'a number or an expression of the parameters and the coordinates', contact%initial_gap, is_valid, &
       may_use_coordinates=.true.)
-    ! reported; the checks that follow must not trip over it
+    ! the error was reported; later checks must not fail on the value
     if (.not. is_valid) contact%initial_gap%is_constant = .true.
   end subroutine read_initial_gap
 
-  !> A half space has its direction from its normal, a sphere has one of its own.
+  !> Reads an obstacle. The direction of a half space is that of its normal; a sphere has a key of its own for it.
   subroutine read_obstacle(tree, i_entry, contact)
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_entry
@@ -158,7 +158,7 @@ contains
     end do
   end subroutine read_place
 
-  !> An expression of the parameters; a harmless number in place of a faulty one.
+  !> Reads an expression of the parameters; a harmless number replaces a faulty one.
   subroutine read_value(tree, i_node, value)
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_node

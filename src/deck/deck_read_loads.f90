@@ -10,13 +10,13 @@ module sig_deck_read_loads
   public :: read_axis, read_loads
 
   character(*), parameter :: load_modes(2) = [character(11) :: 'cut', 'whole_edges']
-  !> of all mechanical models
+  !> axes of all mechanical models
   character(*), parameter :: axes(4) = ['x', 'y', 'z', 'r']
   character(*), parameter :: field = 'a number or an expression of the parameters and the coordinates'
 
 contains
 
-  !> No section: no loads.
+  !> Reads the section loads. Without the section there are no loads.
   subroutine read_loads(tree, model, loads)
     type(deck_tree_t), intent(inout) :: tree
     type(mechanical_model_t), intent(in) :: model
@@ -89,7 +89,7 @@ contains
     if (size(tree%children(i_mapping)) == 0) call tree%report(i_mapping, 'is an empty mapping; ' // components_text(model))
   end subroutine read_components
 
-  !> An expression with coordinates; a harmless number in place of a faulty one.
+  !> Reads an expression with coordinates; a harmless number replaces a faulty one.
   subroutine read_field(tree, i_node, value)
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_node
@@ -117,7 +117,7 @@ contains
       call tree%report(i_window, 'has no bound; it needs min, max or both')
   end subroutine read_window
 
-  !> Number of the coordinate that a window bounds.
+  !> Reads the number of the coordinate that a window bounds.
   subroutine read_axis(tree, i_window, model, i_axis)
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_window
@@ -127,7 +127,7 @@ contains
 
     axis = model%axes(1)
     call get_choice(tree, i_window, 'axis', .true., model%axes(:model%n_dim), axis)
-    ! ends at 1 where it is none of the others
+    ! the loop ends at 1 where the coordinate is none of the others
     do i_axis = model%n_dim, 2, -1
       if (model%axes(i_axis) == axis) exit
     end do

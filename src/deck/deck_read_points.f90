@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Sets of points: the sections `training` and `test`, and candidates below other keys.
+!> Reads sets of points: the sections `training` and `test`, and candidates below other keys.
 module sig_deck_read_points
   use sig_deck_config, only: greedy_config_t, parameter_config_t, point_set_config_t
   use sig_deck_read_problem, only: path_below
@@ -11,7 +11,7 @@ module sig_deck_read_points
   private
   public :: read_point_set, read_candidates, read_count
 
-  !> the last one of training only
+  !> kinds of point sets; the last one is for training only
   character(*), parameter :: point_sets(5) = [character(15) :: 'grid', 'file', 'sobol', 'latin_hypercube', 'greedy']
   character(*), parameter :: seeded(2) = point_sets(3:4)
   character(*), parameter :: stiffness_kinds(3) = [character(12) :: 'auto', 'factored', 'interpolated']
@@ -24,9 +24,9 @@ contains
     character(*), intent(in) :: key
     type(parameter_config_t), intent(in) :: parameters(:)
     logical, intent(out) :: is_there
-    !> the candidates where greedy%is_used
+    !> the points; the candidates where greedy%is_used
     type(point_set_config_t), intent(inout) :: points
-    !> where points may be chosen
+    !> greedy selection, where it is allowed
     type(greedy_config_t), intent(inout), optional :: greedy
     integer :: i_section
 
@@ -46,7 +46,7 @@ contains
     call check_kind(tree, i_section, key, point_sets(:merge(5, 4, present(greedy))))
   end subroutine read_point_set
 
-  !> The greedy choice below a section, if there is one.
+  !> Reads the greedy selection of a section, if there is one.
   subroutine read_greedy(tree, i_section, parameters, greedy, candidates)
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_section
@@ -79,11 +79,11 @@ contains
       'training.greedy does not say when to stop; it must have tolerance, max_points or both')
   end subroutine read_greedy
 
-  !> The key `candidates` below another one, required: a set of points without groups of its own.
+  !> Reads the required key `candidates` of another key: a set of points without groups of its own.
   subroutine read_candidates(tree, i_parent, path, parameters, candidates)
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_parent
-    !> of the key, for messages
+    !> path of the key, for messages
     character(*), intent(in) :: path
     type(parameter_config_t), intent(in) :: parameters(:)
     type(point_set_config_t), intent(inout) :: candidates
@@ -98,7 +98,7 @@ contains
     call check_kind(tree, i_candidates, path, point_sets(:4))
   end subroutine read_candidates
 
-  !> Each kind of point set that there is.
+  !> Reads all kinds of point sets that the section has.
   subroutine read_kinds(tree, i_section, parameters, points)
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_section
@@ -115,12 +115,12 @@ contains
     call get_integer(tree, i_section, 'seed', .false., points%seed)
   end subroutine read_kinds
 
-  !> Exactly one kind of point set, and a seed only where it means something.
+  !> Checks that there is exactly one kind of point set, and a seed only for kinds that use it.
   subroutine check_kind(tree, i_section, key, kinds)
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_section
     character(*), intent(in) :: key
-    !> those that may be there
+    !> kinds that are allowed
     character(*), intent(in) :: kinds(:)
     character(:), allocatable :: allowed
     type(string_t), allocatable :: all_kinds(:), found(:)
@@ -141,7 +141,7 @@ contains
     end if
   end subroutine check_kind
 
-  !> A number of points: at least one.
+  !> Reads a number of points, at least one.
   subroutine read_count(tree, i_section, key, n_points)
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_section
@@ -156,7 +156,7 @@ contains
     if (n_points < 1) call tree%report(i_node, 'is ' // to_text(n_points) // '; it must be at least 1')
   end subroutine read_count
 
-  !> Points per parameter; each parameter needs its count.
+  !> Reads the number of points per parameter; each parameter needs one.
   subroutine read_grid(tree, i_grid, parameters, points)
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_grid
@@ -171,7 +171,7 @@ contains
     call tree%close_mapping(i_grid)
   end subroutine read_grid
 
-  !> `auto` or a whole number from 1 on.
+  !> Reads `auto` or a whole number of at least 1.
   subroutine read_groups(tree, i_section, n_groups)
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_section

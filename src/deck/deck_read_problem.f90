@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> The sections of a deck that say what is solved: units, mesh, parameters, materials, boundary conditions, contact.
+!> Reads the sections of a deck that define the problem: units, mesh, parameters, materials, boundary conditions, contact.
 module sig_deck_read_problem
   use sig_deck_config, only: boundary_config_t, deck_config_t, material_config_t, &
     mesh_config_t, parameter_config_t, units_config_t
@@ -20,12 +20,12 @@ module sig_deck_read_problem
 
   character(*), parameter :: length_units(4) = [character(2) :: 'm', 'cm', 'mm', 'um']
   character(*), parameter :: force_units(3) = [character(2) :: 'N', 'kN', 'MN']
-  !> of all mechanical models
+  !> axes of all mechanical models
   character(*), parameter :: axes(4) = ['x', 'y', 'z', 'r']
 
 contains
 
-  !> Reads these sections into the configuration; values with an error keep a harmless stand-in.
+  !> Reads these sections into the configuration; a harmless value replaces a faulty one.
   subroutine read_problem(tree, config)
     type(deck_tree_t), intent(inout) :: tree
     type(deck_config_t), intent(inout) :: config
@@ -34,7 +34,7 @@ contains
     call read_units(tree, config%units)
     call read_mesh(tree, config%units, config%mesh)
     call read_parameters(tree, config%parameters)
-    ! said already; every expression and grid would complain again
+    ! the error was reported; every expression and grid would fail for the same reason
     if (size(config%parameters) == 0) return
     call read_materials(tree, config%materials)
     tree%coordinate_names = coordinate_names(mechanical_model(config%mesh%model))
@@ -84,7 +84,7 @@ contains
     mesh%column = tree%nodes(i_file)%column
   end subroutine read_mesh
 
-  !> A path of the deck as seen from the current directory.
+  !> Returns a path of the deck relative to the current directory.
   pure function path_below(deck_path, path) result(openable)
     character(*), intent(in) :: deck_path
     character(*), intent(in) :: path
@@ -121,7 +121,7 @@ contains
     call offer_names(parameters, tree%parameter_names)
   end subroutine read_parameters
 
-  !> The names that expressions may use; a name that muParser would refuse is reported by the checks.
+  !> Sets the names that expressions may use; the checks report a name that muParser would refuse.
   pure subroutine offer_names(parameters, names)
     type(parameter_config_t), intent(in) :: parameters(:)
     type(string_t), allocatable, intent(out) :: names(:)
@@ -134,7 +134,7 @@ contains
     end do
   end subroutine offer_names
 
-  !> Entries of a required mapping whose keys are names of the user; at least one.
+  !> Returns the entries of a required mapping whose keys are names of the user; there must be at least one.
   subroutine get_entries(tree, key, nodes)
     type(deck_tree_t), intent(inout) :: tree
     character(*), intent(in) :: key
@@ -205,7 +205,7 @@ contains
       condition%is_prescribed(i_component) = .true.
       call value_of(tree, i_value, 'a number or an expression of the parameters and the coordinates', &
         condition%displacement(i_component), is_valid, may_use_coordinates=.true.)
-      ! reported; the checks that follow must not trip over it
+      ! the error was reported; later checks must not fail on the value
       if (.not. is_valid) condition%displacement(i_component)%is_constant = .true.
     end do
     call refuse_other_axes(tree, i_displacement, model)
@@ -214,7 +214,7 @@ contains
       'is an empty mapping; ' // components_text(model))
   end subroutine read_displacement
 
-  !> Components of another model are more than unknown keys: the message says which ones this model has.
+  !> Refuses components of another model; the message says which components this model has.
   subroutine refuse_other_axes(tree, i_mapping, model)
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_mapping

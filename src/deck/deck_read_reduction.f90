@@ -84,7 +84,7 @@ contains
     call tree%close_mapping(i_certificate)
   end subroutine read_certificate
 
-  !> How many modes the domain, the basis and the multipliers get.
+  !> Reads the numbers of modes of the domain, the basis and the multipliers.
   subroutine read_modes(tree, i_reduction, reduction)
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_reduction
@@ -101,12 +101,12 @@ contains
     reduction%is_normalized = switch == switches(2)
   end subroutine read_modes
 
-  !> A number below a key, or `none`.
+  !> Reads a number below a key, or `none`.
   subroutine read_tolerance_or_none(tree, i_parent, key, tolerance)
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_parent
     character(*), intent(in) :: key
-    !> stays as it is for `none`
+    !> tolerance; unchanged for `none`
     real(rk), intent(inout) :: tolerance
     integer :: i_node
     logical :: is_valid
@@ -119,7 +119,7 @@ contains
       '; it must be none, or greater than 0 and less than 1')
   end subroutine read_tolerance_or_none
 
-  !> A whole number below a key, or a word.
+  !> Reads a whole number below a key, or a word.
   subroutine read_count_or_word(tree, i_parent, key, word, minimum, count)
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_parent
@@ -127,7 +127,7 @@ contains
     character(*), intent(in) :: word
     character(1) :: digit
     integer, intent(in) :: minimum
-    !> stays as it is for the word
+    !> count; unchanged for the word
     integer, intent(inout) :: count
     integer :: i_node
 
@@ -150,7 +150,7 @@ contains
     if (is_word) is_word = tree%nodes(i_node)%text == word
   end function is_word
 
-  !> `auto`, `none`, or {boundaries: [names], elsewhere: none or modes}.
+  !> Reads `auto`, `none`, or {boundaries: [names], elsewhere: none or modes}.
   subroutine read_displacement(tree, i_reduction, displacement)
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_reduction
@@ -176,7 +176,7 @@ contains
     call tree%close_mapping(i_node)
   end subroutine read_displacement
 
-  !> A type alone, or a mapping with what belongs to it.
+  !> Reads a type alone, or a mapping with the type and its settings.
   subroutine read_enrichment(tree, i_reduction, enrichment)
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_reduction
@@ -198,7 +198,7 @@ contains
     call tree%close_mapping(i_enrichment)
   end subroutine read_enrichment
 
-  !> `auto`, or a list of names, of mappings {boundary: name, window: {...}}, and of the word auto beside them.
+  !> Reads `auto`, or a list of names, of mappings {boundary: name, window: {...}}, and of the word auto.
   subroutine read_zones(tree, i_reduction, model, reduction)
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_reduction
@@ -234,7 +234,7 @@ contains
     end do
   end subroutine read_zones
 
-  !> A name, or {boundary: name, window: {...}}.
+  !> Reads a name, or {boundary: name, window: {...}}.
   subroutine read_zone(tree, i_node, model, zone)
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_node
@@ -252,7 +252,7 @@ contains
     end if
   end subroutine read_zone
 
-  !> Whether the list holds this boundary as a whole already.
+  !> Whether the list already holds this boundary as a whole.
   pure logical function is_there(zones, zone)
     type(zone_config_t), intent(in) :: zones(:)
     type(zone_config_t), intent(in) :: zone

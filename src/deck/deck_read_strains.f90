@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> The section `imposed_strains` of a deck: what temperatures and swelling would strain a region by if nothing held it.
+!> Reads the section `imposed_strains` of a deck: strains from temperatures and swelling that a free region would have.
 module sig_deck_read_strains
   use sig_deck_config, only: field_config_t, imposed_strain_config_t, value_config_t
   use sig_deck_tree, only: append_text, deck_tree_t, kind_mapping, root_node
@@ -16,7 +16,7 @@ module sig_deck_read_strains
 
 contains
 
-  !> No section: no imposed strains.
+  !> Reads the section. Without it there are no imposed strains.
   subroutine read_imposed_strains(tree, model, strains)
     type(deck_tree_t), intent(inout) :: tree
     type(mechanical_model_t), intent(in) :: model
@@ -69,7 +69,7 @@ contains
     end if
   end subroutine read_entry
 
-  !> After an error that says enough, other keys are known ones.
+  !> Marks all other keys of an entry as known after an error, so that they cause no further errors.
   subroutine forget_rest(tree, i_entry)
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_entry
@@ -79,7 +79,7 @@ contains
     ignored = tree%find(i_entry, 'factor')
   end subroutine forget_rest
 
-  !> Values of a file times a factor.
+  !> Reads a field from a file and the factor of its values.
   subroutine read_field(tree, i_entry, strain)
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_entry
@@ -138,7 +138,7 @@ contains
     if (size(tree%children(i_strain)) == 0) call tree%report(i_strain, 'is an empty mapping; ' // strains_text(model))
   end subroutine read_strain
 
-  !> Components of another model are more than unknown keys: the message says which ones this model has.
+  !> Refuses components of another model; the message says which components this model has.
   subroutine refuse_other_components(tree, i_mapping, model)
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_mapping
@@ -159,7 +159,7 @@ contains
     end do
   end subroutine refuse_other_components
 
-  !> `plane_stress models take the strains xx, yy, xy`
+  !> Returns `plane_stress models take the strains xx, yy, xy`.
   pure function strains_text(model) result(text)
     type(mechanical_model_t), intent(in) :: model
     character(:), allocatable :: text
@@ -173,7 +173,7 @@ contains
     text = trim(model%name) // ' models take the strains ' // join(names, ', ')
   end function strains_text
 
-  !> A harmless number in place of a faulty value.
+  !> Reads a value; a harmless number replaces a faulty one.
   subroutine read_value(tree, i_node, wanted, may_use_coordinates, value)
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_node

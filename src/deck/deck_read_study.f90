@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> The sections of a deck that say how it is solved and written: solver, output; and, by their own readers, the others.
+!> Reads the sections solver and output of a deck, and calls the readers of training, test, reduction and clusters.
 module sig_deck_read_study
   use sig_deck_config, only: deck_config_t, output_config_t, parameter_config_t, solver_config_t
   use sig_deck_read_clusters, only: read_clusters
@@ -36,7 +36,7 @@ contains
 
   subroutine read_validation(tree, accepted_error)
     type(deck_tree_t), intent(inout) :: tree
-    !> [-]
+    !> [-] largest accepted error
     real(rk), intent(inout) :: accepted_error
     integer :: i_validation
 
@@ -81,7 +81,7 @@ contains
     if (config%output%directory == 'auto') config%output%path = 'results/' // config%name
   end subroutine read_output
 
-  !> The default output point: the middle of the box.
+  !> Sets the default output point, the middle of the box.
   subroutine set_middle(parameters, points)
     type(parameter_config_t), intent(in) :: parameters(:)
     real(rk), allocatable, intent(out) :: points(:, :)
@@ -94,7 +94,7 @@ contains
     end do
   end subroutine set_middle
 
-  !> Rounded to 12 digits, because it becomes a label: 0.06 rather than 0.060000000000000005.
+  !> Returns the middle of a parameter's range, rounded to 12 digits because it becomes a label: 0.06 and not 0.060000000000000005.
   real(rk) function middle_of(parameter) result(middle)
     type(parameter_config_t), intent(in) :: parameter
     character(24) :: digits
@@ -140,7 +140,7 @@ contains
     end do
   end subroutine read_field
 
-  !> Points with a value for each parameter.
+  !> Reads points with a value for each parameter.
   subroutine read_points(tree, i_output, parameters, output)
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_output
@@ -153,7 +153,7 @@ contains
     i_list = get_list(tree, i_output, 'points', .false., .false.)
     if (i_list == 0) return
     nodes = tree%children(i_list)
-    ! where a value is missing or faulty, the middle of the box stands in
+    ! the middle of the box replaces a missing or faulty value
     points = spread(output%points(:, 1), 2, size(nodes))
     do i = 1, size(nodes)
       if (tree%nodes(nodes(i))%kind /= kind_mapping) then

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> The deck as a tree that knows where everything stands, which keys were asked for, and what is wrong.
+!> The deck as a tree that knows the place of every value, which keys were read, and the errors found.
 module sig_deck_tree
   use sig_errors, only: error_list_t, error_t, make_error
   use sig_text, only: did_you_mean, join, string_t, to_text
@@ -19,32 +19,32 @@ module sig_deck_tree
 
   type :: deck_node_t
     integer :: kind = 0
-    !> 0 for the root
+    !> node above this one; 0 for the root
     integer :: parent = 0
-    !> last node below this one; itself where there is none
+    !> last node below this one; the node itself where there is none
     integer :: last = 0
-    !> place of the value, 1-based
+    !> line and column of the value, 1-based
     integer :: line = 0
     integer :: column = 0
-    !> place of the key; that of the value in a list
+    !> line and column of the key; those of the value in a list
     integer :: key_line = 0
     integer :: key_column = 0
     logical :: is_quoted = .false.
     logical :: was_read = .false.
     character(:), allocatable :: key
     character(:), allocatable :: text
-    !> mapping: the keys that a reader asked for, which are the keys that it may have
+    !> of a mapping: the keys that were read, which are the only valid ones
     type(string_t), allocatable :: asked_keys(:)
   end type deck_node_t
 
-  !> Nodes in the order of the text; node 1 is the root. Errors gather here while it is read.
+  !> The nodes are in the order of the text; node 1 is the root. Errors are collected here while the deck is read.
   type :: deck_tree_t
     !> file name for the messages
     character(:), allocatable :: path
     type(deck_node_t), allocatable :: nodes(:)
-    !> what expressions may name; none until the parameters are read
+    !> names that expressions may use; none until the parameters are read
     type(string_t), allocatable :: parameter_names(:)
-    !> what some of them may name besides: the coordinates of the model
+    !> additional names for some expressions: the coordinates of the model
     type(string_t), allocatable :: coordinate_names(:)
     type(error_list_t) :: errors
   contains
@@ -63,7 +63,7 @@ module sig_deck_tree
 
 contains
 
-  !> The value of a key, 0 where the mapping has no such key. The key counts as known and as read from now on.
+  !> Returns the value of a key, 0 where the mapping has no such key. The key counts as known and as read from now on.
   integer function find(this, i_mapping, key) result(i_node)
     class(deck_tree_t), intent(inout) :: this
     integer, intent(in) :: i_mapping
@@ -74,7 +74,7 @@ contains
     if (.not. was_asked(this%nodes(i_mapping), key)) call append_text(this%nodes(i_mapping)%asked_keys, key)
     do i = i_mapping + 1, this%nodes(i_mapping)%last
       if (this%nodes(i)%parent /= i_mapping .or. this%nodes(i)%key /= key) cycle
-      ! Fortran takes trailing blanks for nothing
+      ! Fortran ignores trailing blanks in comparisons
       if (len(this%nodes(i)%key) /= len(key)) cycle
       i_node = i
       this%nodes(i)%was_read = .true.
@@ -94,7 +94,7 @@ contains
     end do
   end function was_asked
 
-  !> Values of a mapping or entries of a list, in order.
+  !> Returns the values of a mapping or the entries of a list, in order.
   pure function children(this, i_parent) result(nodes)
     class(deck_tree_t), intent(in) :: this
     integer, intent(in) :: i_parent
@@ -120,7 +120,8 @@ contains
     end select
   end function is_empty
 
-  !> `materials.disk.poisson_ratio`, `contact[1].direction[2]` (entries of lists count from 1); `the deck` for the root.
+  !> Returns the path of a node, `materials.disk.poisson_ratio` or `contact[1].direction[2]` (entries of lists count from 1); `the
+  !> deck` for the root.
   pure recursive function key_path(this, i_node) result(path)
     class(deck_tree_t), intent(in) :: this
     integer, intent(in) :: i_node
@@ -140,7 +141,7 @@ contains
     end if
   end function key_path
 
-  !> The node with this key path; the nearest one above where the deck does not hold it.
+  !> Returns the node with this key path, or the nearest one above it where the deck does not have it.
   pure integer function node_at(this, path) result(i_node)
     class(deck_tree_t), intent(in) :: this
     character(*), intent(in) :: path
@@ -156,7 +157,7 @@ contains
     i_node = root_node
   end function node_at
 
-  !> The kind of a value for messages: `solver is a list; it must be ...`.
+  !> Returns the kind of a value for messages, as in `solver is a list; it must be ...`.
   pure function kind_name(this, i_node) result(name)
     class(deck_tree_t), intent(in) :: this
     integer, intent(in) :: i_node
@@ -197,7 +198,7 @@ contains
     end if
   end subroutine report_key
 
-  !> Adds the error `<path> <message>` at the value with this key path (where it is a default: at what stands above it).
+  !> Adds the error `<key path> <message>` at the value with this key path; for a default value, at the nearest key above it.
   subroutine report_at(this, path, message, hint)
     class(deck_tree_t), intent(inout) :: this
     character(*), intent(in) :: path
@@ -221,12 +222,12 @@ contains
     call this%errors%add(error)
   end subroutine add
 
-  !> Refuses a key that users know from other programs, with the reason, so that it does not count as misspelled.
+  !> Refuses a key that users know from other programs. The message gives the reason, so that the key does not count as misspelled.
   subroutine refuse_key(this, i_mapping, key, reason)
     class(deck_tree_t), intent(inout) :: this
     integer, intent(in) :: i_mapping
     character(*), intent(in) :: key
-    !> half a sentence
+    !> reason, as the second half of a sentence
     character(*), intent(in) :: reason
     integer, allocatable :: nodes(:)
     integer :: i
@@ -239,7 +240,7 @@ contains
     end do
   end subroutine refuse_key
 
-  !> Refuses the keys of a mapping that nobody asked for. To be called when all of them were.
+  !> Refuses the keys of a mapping that were not read. Call it after all valid keys were read.
   subroutine close_mapping(this, i_mapping)
     class(deck_tree_t), intent(inout) :: this
     integer, intent(in) :: i_mapping
@@ -257,8 +258,8 @@ contains
     end do
   end subroutine close_mapping
 
-  !> Whether the key is the rest of an expression: `{x: max(a, b)}` is for YAML the pair `x: max(a` and a key `b)`. The first one
-  !> is reported with a hint, which is enough.
+  !> Whether the key is the rest of an expression: YAML reads `{x: max(a, b)}` as the pair `x: max(a` and a key `b)`. The pair is
+  !> reported with a hint, so the key needs no message.
   pure logical function is_split_expression(this, i_before, i_node)
     type(deck_tree_t), intent(in) :: this
     integer, intent(in) :: i_before
@@ -286,7 +287,7 @@ contains
     end if
   end function hint_for_key
 
-  !> Step by step: gfortran 12 loses the text in `[list, string_t(text)]`.
+  !> Appends a text to a list. Use it because gfortran 12 loses the text in `[list, string_t(text)]`.
   pure subroutine append_text(list, text)
     type(string_t), allocatable, intent(inout) :: list(:)
     character(*), intent(in) :: text
@@ -298,7 +299,7 @@ contains
     call move_alloc(longer, list)
   end subroutine append_text
 
-  !> A user's text between quotes, on one line and cut to a readable length.
+  !> Returns a user's text between quotes, on one line and cut to a readable length.
   pure function shown(text) result(quoted)
     character(*), intent(in) :: text
     character(:), allocatable :: quoted
@@ -314,7 +315,7 @@ contains
     short = text
     if (len(text) > max_shown) then
       i = max_shown
-      ! not in the middle of a UTF-8 character
+      ! do not cut inside a UTF-8 character
       do while (iand(ichar(text(i + 1:i + 1)), 192) == 128)
         i = i - 1
       end do
@@ -325,7 +326,7 @@ contains
     end do
   end function cut
 
-  !> Opened minus closed parentheses.
+  !> Returns the number of opening minus closing parentheses.
   pure integer function parenthesis_balance(text) result(balance)
     character(*), intent(in) :: text
     integer :: i

@@ -1,17 +1,17 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Places of a deck that its author has yet to fill in, as `signorom init` leaves them.
+!> Finds the places of a deck that its author still has to fill in, as `signorom init` leaves them.
 module sig_deck_unfilled
   use sig_deck_tree, only: deck_tree_t, kind_scalar
   implicit none(type, external)
   private
   public :: report_unfilled
 
-  !> stands where a value is missing
+  !> text in place of a missing value
   character(*), parameter, public :: placeholder = 'FILL_IN'
 
 contains
 
-  !> An error for each place.
+  !> Reports an error for each such place.
   subroutine report_unfilled(tree)
     type(deck_tree_t), intent(inout) :: tree
     integer :: i

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Typed getters: the value of a key, or an error that says what is allowed and leaves the value as it was.
+!> Functions that read the value of a key by its type. On an error they say what is allowed and leave the value unchanged.
 module sig_deck_values
   use sig_deck_config, only: name_config_t, value_config_t
   use sig_deck_tree, only: deck_tree_t, kind_list, kind_mapping, kind_scalar, parenthesis_balance, shown
@@ -14,7 +14,7 @@ module sig_deck_values
 
 contains
 
-  !> The mapping below a key; 0 where it is missing (an error if required) or of another kind (an error).
+  !> Returns the mapping below a key; 0 where it is missing (an error if required) or of another kind (an error).
   integer function get_mapping(tree, i_parent, key, is_required) result(i_node)
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_parent
@@ -36,7 +36,8 @@ contains
       call tree%report(i_node, 'is ' // tree%kind_name(i_node) // '; it must be a mapping {key: value, ...}')
   end function is_mapping
 
-  !> The list below a key; 0 as for a mapping, and also (an error) where the list is empty but must not be.
+  !> Returns the list below a key; 0 where it is missing (an error if required), of another kind (an error), or empty but must not
+  !> be (an error).
   integer function get_list(tree, i_parent, key, is_required, may_be_empty) result(i_node)
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_parent
@@ -56,7 +57,7 @@ contains
     i_node = 0
   end function get_list
 
-  !> The nodes of the list below a key; none where get_list returns 0.
+  !> Returns the nodes of the list below a key; none where get_list returns 0.
   subroutine get_list_entries(tree, i_parent, key, is_required, may_be_empty, nodes)
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_parent
@@ -74,7 +75,7 @@ contains
     end if
   end subroutine get_list_entries
 
-  !> The text below a key, the value stays as it is where the key is missing (an error if required).
+  !> Reads the text below a key. The value is unchanged where the key is missing (an error if required).
   subroutine get_text(tree, i_parent, key, is_required, value)
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_parent
@@ -87,7 +88,7 @@ contains
     if (i_node > 0) call text_of(tree, i_node, value)
   end subroutine get_text
 
-  !> A text below a key that must not be empty.
+  !> Reads a text below a key that must not be empty.
   subroutine get_word(tree, i_parent, key, is_required, value)
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_parent
@@ -106,7 +107,7 @@ contains
     integer, intent(in) :: i_parent
     character(*), intent(in) :: key
     logical, intent(in) :: is_required
-    !> padded with blanks
+    !> allowed words, padded with blanks
     character(*), intent(in) :: choices(:)
     character(:), allocatable, intent(inout) :: value
     integer :: i_node
@@ -115,7 +116,7 @@ contains
     if (i_node > 0) call choice_of(tree, i_node, choices, value)
   end subroutine get_choice
 
-  !> The number below a key; a constant expression counts as a number.
+  !> Reads the number below a key; a constant expression counts as a number.
   subroutine get_number(tree, i_parent, key, is_required, value)
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_parent
@@ -128,7 +129,7 @@ contains
     if (i_node > 0) call number_of(tree, i_node, value)
   end subroutine get_number
 
-  !> A number or an expression of the parameters below a key. Always required; where it is faulty the constant stays as it was.
+  !> Reads a number or an expression of the parameters below a required key. The constant is unchanged where the text is faulty.
   subroutine get_value(tree, i_parent, key, value)
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_parent
@@ -145,7 +146,7 @@ contains
     if (is_valid) value = found
   end subroutine get_value
 
-  !> The whole number below a key.
+  !> Reads the whole number below a key.
   subroutine get_integer(tree, i_parent, key, is_required, value)
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_parent
@@ -158,7 +159,7 @@ contains
     if (i_node > 0) call integer_of(tree, i_node, value)
   end subroutine get_integer
 
-  !> A name of the mesh below a key, with its place. Always required.
+  !> Reads a name of the mesh below a required key, with its place.
   subroutine get_name(tree, i_parent, key, name)
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_parent
@@ -171,12 +172,12 @@ contains
     if (i_node > 0) call name_of(tree, i_node, name)
   end subroutine get_name
 
-  !> Names of the mesh below a key. A name that stands there twice is an error.
+  !> Reads names of the mesh below a key. A name that occurs twice is an error.
   subroutine get_names(tree, i_parent, key, is_required, names)
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_parent
     character(*), intent(in) :: key
-    !> if so, there must be one name at least
+    !> whether the key is required; there must be at least one name then
     logical, intent(in) :: is_required
     type(name_config_t), allocatable, intent(out) :: names(:)
     integer, allocatable :: nodes(:)
@@ -199,7 +200,7 @@ contains
     end do
   end subroutine get_names
 
-  !> Any value below a key, 0 where the key is missing (an error if required).
+  !> Returns the node of any value below a key, 0 where the key is missing (an error if required).
   integer function get_node(tree, i_parent, key, is_required) result(i_node)
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_parent
@@ -214,7 +215,7 @@ contains
     call tree%report_key(i_parent, path // ' is missing')
   end function get_node
 
-  !> A scalar that is not empty, on one line.
+  !> Reads a scalar that is not empty, on one line.
   subroutine text_of(tree, i_node, value)
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_node
@@ -310,15 +311,15 @@ contains
     name%column = tree%nodes(i_node)%column
   end subroutine name_of
 
-  !> A number or an expression of the parameters. Quotes do not matter: they only keep YAML from reading the text.
+  !> Reads a number or an expression of the parameters. Quotes are ignored: they only keep YAML from interpreting the text.
   subroutine value_of(tree, i_node, wanted, value, is_valid, may_use_coordinates)
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_node
-    !> what the message asks for: `a number`, `a number or an expression of the parameters`
+    !> what the message asks for: `a number`, or `a number or an expression of the parameters`
     character(*), intent(in) :: wanted
     type(value_config_t), intent(inout) :: value
     logical, intent(out) :: is_valid
-    !> default no
+    !> whether coordinates are allowed; default no
     logical, intent(in), optional :: may_use_coordinates
     type(string_t), allocatable :: coordinates(:)
 
@@ -343,7 +344,7 @@ contains
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_node
     character(*), intent(in) :: wanted
-    !> names of the coordinates where they may occur
+    !> names of the coordinates that are allowed
     type(string_t), intent(in) :: coordinates(:)
     type(value_config_t), intent(inout) :: value
     logical, intent(out) :: is_valid
@@ -368,7 +369,7 @@ contains
     call expression%destroy()
   end subroutine read_expression
 
-  !> A comma in { } or [ ] has cut the expression in two.
+  !> Returns a hint where a comma inside { } or [ ] has cut an expression in two.
   pure function hint_of(tree, i_node) result(hint)
     type(deck_tree_t), intent(in) :: tree
     integer, intent(in) :: i_node

@@ -1,5 +1,6 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> A value as a sum of products of what depends on the parameters and what depends on the place: so it stays a sum of terms.
+!> Splits a value into a sum of products of a function of the parameters and a function of the place, so that it stays a sum of
+!> terms.
 module sig_value_products
   use sig_text, only: string_t
   implicit none(type, external)
@@ -7,25 +8,26 @@ module sig_value_products
   public :: product_t, split_products
 
   type :: product_t
-    !> empty where no parameter occurs
+    !> factor of the parameters; empty where no parameter occurs
     character(:), allocatable :: of_parameters
-    !> expression of the coordinates, or a number
+    !> factor of the place: an expression of the coordinates, or a number
     character(:), allocatable :: of_place
   end type product_t
 
-  !> a sign behind one of these belongs to what follows
+  !> after one of these characters a sign belongs to the next operand
   character(*), parameter :: before_sign = ' *(/^+-<>=!&|?:,'
 
 contains
 
-  !> is_split is false where a factor depends on both; mixed_factor is the first such one. Requires: an expression of these names.
+  !> Splits a text into products. is_split is false where a factor depends on both, and mixed_factor is the first such factor.
+  !> Requires: a valid expression of these names.
   pure subroutine split_products(text, parameter_names, coordinate_names, products, is_split, mixed_factor)
     character(*), intent(in) :: text
     type(string_t), intent(in) :: parameter_names(:)
     type(string_t), intent(in) :: coordinate_names(:)
     type(product_t), allocatable, intent(out) :: products(:)
     logical, intent(out) :: is_split
-    !> as it stands in the text; empty where there is none
+    !> the factor as it occurs in the text; empty where there is none
     character(:), allocatable, intent(out), optional :: mixed_factor
     character(:), allocatable :: mixed
     character(len(text)) :: operators
@@ -63,12 +65,12 @@ contains
 
   pure subroutine collect_factors(addend, signs, parameter_names, coordinate_names, product, mixed)
     character(*), intent(in) :: addend
-    !> operators between the factors, at their places
+    !> operators between the factors, at their positions
     character(*), intent(in) :: signs
     type(string_t), intent(in) :: parameter_names(:)
     type(string_t), intent(in) :: coordinate_names(:)
     type(product_t), intent(inout) :: product
-    !> first factor that depends on both; empty where none does
+    !> first factor that depends on both; empty where there is none
     character(:), allocatable, intent(out) :: mixed
     integer :: first, last
     character :: sign
@@ -103,7 +105,8 @@ contains
     end if
   end subroutine append_factor
 
-  !> Operators + - * / between operands outside parentheses, at their places; none where one that binds less stands there too.
+  !> Returns the operators + - * / between operands outside parentheses, at their positions. It returns none where an operator with
+  !> lower precedence occurs there, too.
   pure function find_operators(text) result(operators)
     character(*), intent(in) :: text
     character(len(text)) :: operators
@@ -129,7 +132,7 @@ contains
     end do
   end function find_operators
 
-  !> Whether the word ends like the first part of 1.5e-3, not like the name h1e.
+  !> Whether the text ends like the first part of 1.5e-3, and not like the name h1e.
   pure logical function ends_in_exponent(head)
     character(*), intent(in) :: head
     integer :: before
