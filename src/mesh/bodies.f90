@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> The bodies of a mesh: what hangs together by cells.
+!> The bodies of a mesh: cells that are connected by common nodes.
 module sig_bodies
   use sig_mesh, only: mesh_t
   use sig_text, only: append_text, string_t
@@ -12,12 +12,12 @@ contains
   !> Numbers the bodies in the order of their lowest node. Cost: next to linear in the number of cells.
   pure subroutine find_bodies(mesh, body_of_node, n_bodies)
     type(mesh_t), intent(in) :: mesh
-    !> shape (n_nodes)
+    !> number of the body of each node, 1-based, shape (n_nodes)
     integer, allocatable, intent(out) :: body_of_node(:)
     integer, intent(out) :: n_bodies
     integer :: i, i_cell, root, lowest(mesh%n_nodes)
 
-    ! each node points to a lower one of its body, the lowest one to itself
+    ! each node refers to a lower node of its body, the lowest node to itself
     lowest = [(i, i=1, mesh%n_nodes)]
     do i_cell = 1, mesh%n_cells
       do i = mesh%cell_offsets(i_cell) + 2, mesh%cell_offsets(i_cell + 1)
@@ -34,7 +34,7 @@ contains
     end do
   end subroutine find_bodies
 
-  !> The bodies of two nodes become one.
+  !> Joins the bodies of two nodes.
   pure subroutine join(lowest, first, second)
     integer, intent(inout) :: lowest(:)
     integer, intent(in) :: first, second
@@ -45,7 +45,7 @@ contains
     lowest(max(a, b)) = min(a, b)
   end subroutine join
 
-  !> Halves the way on the way.
+  !> Finds the lowest node of a body, and halves the path to it for later searches.
   pure subroutine find_root(lowest, node, root)
     integer, intent(inout) :: lowest(:)
     integer, intent(in) :: node
@@ -58,7 +58,7 @@ contains
     end do
   end subroutine find_root
 
-  !> Physical names of the body's cells.
+  !> Returns the physical names of the body's cells.
   pure function regions_of_body(mesh, body_of_node, i_body) result(names)
     type(mesh_t), intent(in) :: mesh
     integer, intent(in) :: body_of_node(:)

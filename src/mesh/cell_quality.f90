@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Cells with a volume: inside-out ones are turned, flat ones are refused.
+!> Checks the volumes of cells: inverted cells are turned, flat cells are refused.
 module sig_cell_quality
   use sig_element_types, only: element_types, mirrored_order, n_element_types
   use sig_errors, only: error_t, make_error
@@ -12,14 +12,13 @@ module sig_cell_quality
   private
   public :: orient_cells
 
-  !> [-] below this a cell counts as flat
+  !> [-] a cell below this quality counts as flat
   real(rk), parameter :: min_quality = 1.0e-10_rk
 
 contains
 
-  !> Gives every cell a positive volume, by another order of its nodes where needed.
-  !>
-  !> Errors: a cell is flat or folded; with its region, its number in gmsh and its quality.
+  !> Gives every cell a positive volume, by another order of its nodes where needed. Errors: a cell is flat or folded; the message
+  !> has its region, its number in gmsh and its quality.
   pure subroutine orient_cells(mesh, path, error)
     type(mesh_t), intent(inout) :: mesh
     !> mesh file, for messages
@@ -31,7 +30,7 @@ contains
     call tabulate_curved(mesh, tables)
     do i_cell = 1, mesh%n_cells
       associate (qualities => corner_qualities(mesh, i_cell))
-        ! turned around so that a NaN from huge coordinates is refused too
+        ! written with .not., so that a NaN from huge coordinates is refused, too
         if (.not. all(abs(qualities) >= min_quality)) then
           call refuse_cell(mesh, i_cell, 'is flat', minval(abs(qualities)), path, error)
         else if (all(qualities < 0)) then
@@ -49,7 +48,7 @@ contains
     end do
   end subroutine orient_cells
 
-  !> Tables of the quadratic elements that the mesh has.
+  !> Makes the tables of the quadratic elements that the mesh has.
   pure subroutine tabulate_curved(mesh, tables)
     type(mesh_t), intent(in) :: mesh
     type(shape_table_t), intent(inout) :: tables(n_element_types)
@@ -63,7 +62,7 @@ contains
     end do
   end subroutine tabulate_curved
 
-  !> Smallest determinant of the directions along the reference axes at the integration points.
+  !> Returns the smallest determinant of the directions along the reference axes at the integration points.
   pure real(rk) function point_quality(mesh, i_cell, table) result(quality)
     type(mesh_t), intent(in) :: mesh
     integer, intent(in) :: i_cell
@@ -81,11 +80,11 @@ contains
     end do
   end function point_quality
 
-  !> Determinant of the directions of the edges at each corner: 1 = right angles, 0 = flat, negative = inside out there.
+  !> Returns the determinant of the directions of the edges at each corner: 1 = right angles, 0 = flat, negative = inverted.
   pure function corner_qualities(mesh, i_cell) result(qualities)
     type(mesh_t), intent(in) :: mesh
     integer, intent(in) :: i_cell
-    !> [-] shape (corners of the cell)
+    !> [-] shape (number of corners of the cell)
     real(rk), allocatable :: qualities(:)
     real(rk) :: directions(mesh%n_dim, mesh%n_dim)
     integer, allocatable :: nodes(:)
@@ -102,7 +101,7 @@ contains
     end do
   end function corner_qualities
 
-  !> Zero for a zero vector.
+  !> Returns the unit vector of a vector; zero for a zero vector.
   pure function direction(vector) result(unit)
     real(rk), intent(in) :: vector(:)
     real(rk) :: unit(size(vector))
@@ -110,7 +109,7 @@ contains
     unit = vector / max(norm2(vector), tiny(1.0_rk))
   end function direction
 
-  !> Determinant of a matrix of order 2 or 3.
+  !> Returns the determinant of a matrix of order 2 or 3.
   pure real(rk) function determinant(matrix)
     real(rk), intent(in) :: matrix(:, :)
 
@@ -148,7 +147,7 @@ contains
                     ', at least 1.0e-10 is needed', file=path, hint='correct the geometry or the mesh size there')
   end subroutine refuse_cell
 
-  !> First region that holds the cell, in quotes.
+  !> Returns the first region that holds the cell, in quotes.
   pure function region_of_cell(mesh, i_cell) result(name)
     type(mesh_t), intent(in) :: mesh
     integer, intent(in) :: i_cell

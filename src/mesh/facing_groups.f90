@@ -1,5 +1,6 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Which named surfaces of a mesh face each other: a guess for a first deck, by the middles of the facets.
+!> Guesses which named surfaces of a mesh face each other, by the centers of their facets. `signorom init` needs it for a first
+!> deck.
 module sig_facing_groups
   use sig_bodies, only: find_bodies
   use sig_k_d_tree, only: k_d_tree_t
@@ -10,42 +11,42 @@ module sig_facing_groups
   private
   public :: facing_groups_t, find_facing_groups
 
-  !> Two surfaces of different bodies; the first one is the one that faces the other with more of its area.
+  !> Two surfaces of different bodies. The first one faces the other with the larger share of its area.
   type :: facing_groups_t
-    !> groups of the mesh
+    !> numbers of the groups in the mesh
     integer :: first = 0
     integer :: second = 0
-    !> [-] of the first one's area
+    !> [-] share of the first surface's area that faces the second one
     real(rk) :: share = 0
     !> [length] least and largest distance along the normals of the first one, negative where they overlap
     real(rk) :: gap(2) = 0
   end type facing_groups_t
 
-  !> A named surface.
+  !> A named surface with the data for the search.
   type :: surface_t
     integer :: group = 0
     integer :: body = 0
-    !> [length] reach of a look across a gap
+    !> [length] distance up to which the search looks across a gap
     real(rk) :: reach = 0
-    !> [length] middle of each facet, and its normal times its size; shape (n_dim, n_facets)
+    !> [length] center of each facet, and its normal times its size; shape (n_dim, n_facets)
     real(rk), allocatable :: centers(:, :)
     real(rk), allocatable :: area_vectors(:, :)
     type(k_d_tree_t) :: tree
   end type surface_t
 
-  !> [-] share of the area that has to face the other surface: that of two disks that touch is a quarter
+  !> [-] share of the area that has to face the other surface; for two disks that touch it is a quarter
   real(rk), parameter :: enough = 0.2_rk
   !> [-] cosine between normals that counts as opposite: 60 degrees
   real(rk), parameter :: opposite = -0.5_rk
-  !> [-] a gap up to this share of a surface's length is bridged, and up to so many facets
+  !> [-] share of a surface's length up to which a gap is bridged, and the same limit as a number of facets
   real(rk), parameter :: of_length = 0.1_rk
   real(rk), parameter :: of_facets = 2
-  !> [-] of the reach: a gap that is none
+  !> [-] share of this distance below which a gap counts as zero
   real(rk), parameter :: rounding = 1.0e-9_rk
 
 contains
 
-  !> Guesses the contacts, in the order of the groups.
+  !> Guesses the contact pairs, in the order of the groups.
   subroutine find_facing_groups(mesh, pairs)
     type(mesh_t), intent(in) :: mesh
     type(facing_groups_t), allocatable, intent(out) :: pairs(:)
@@ -66,7 +67,7 @@ contains
     end do
   end subroutine find_facing_groups
 
-  !> The surfaces that are the outside of one body.
+  !> Measures the surfaces that are the outside of one body.
   subroutine measure_surfaces(mesh, surfaces)
     type(mesh_t), intent(in) :: mesh
     type(surface_t), allocatable, intent(out) :: surfaces(:)
@@ -98,14 +99,14 @@ contains
     end do
   end subroutine measure_surfaces
 
-  !> [length] diagonal of the box around points.
+  !> Returns the diagonal [length] of the box around points.
   pure real(rk) function length_of(points)
     real(rk), intent(in) :: points(:, :)
 
     length_of = norm2(maxval(points, dim=2) - minval(points, dim=2))
   end function length_of
 
-  !> How much of a surface faces another one.
+  !> Computes how much of a surface faces another one.
   pure type(facing_groups_t) function face(surface, other) result(pair)
     type(surface_t), intent(in) :: surface
     type(surface_t), intent(in) :: other

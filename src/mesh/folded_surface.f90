@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> A contact surface that is folded onto itself: one name for both sides of an interface.
+!> Checks for a contact surface that is folded onto itself: one name for both sides of an interface.
 module sig_folded_surface
   use sig_deck_config, only: name_config_t
   use sig_errors, only: error_t
@@ -12,20 +12,21 @@ module sig_folded_surface
   private
   public :: check_folded
 
-  !> [-] of the mesh size: nodes that near to each other have no other body between them, not even a foil
+  !> [-] share of the mesh size: nodes closer than this have no other body between them, not even a foil
   real(rk), parameter :: near = 1.0e-3_rk
-  !> [-] cosine of normals that are opposite, curved facets and rims included
+  !> [-] cosine of normals that count as opposite, also on curved facets and at rims
   real(rk), parameter :: opposite = -0.5_rk
-  !> [-] of the mesh size: rounding of coordinates
+  !> [-] rounding of coordinates, relative to the mesh size
   real(rk), parameter :: rounding = 1.0e-6_rk
 
 contains
 
-  !> Errors: two nodes of the surface look at each other across no gap, or hardly any. Those of a thin plate look away.
+  !> Checks one surface. Errors: two nodes of the surface face each other across no gap, or hardly any. The nodes on both sides of a
+  !> thin plate face away from each other.
   pure subroutine check_folded(mesh, surfaces, surface, i_group, geometry, error)
     type(mesh_t), intent(in) :: mesh
     type(surface_pair_t), intent(in) :: surfaces
-    !> as the deck has it
+    !> name of the surface in the deck
     type(name_config_t), intent(in) :: surface
     integer, intent(in) :: i_group
     type(surface_geometry_t), intent(in) :: geometry
@@ -37,7 +38,7 @@ contains
 
     associate (nodes => mesh%groups(i_group)%nodes, normals => averaged_normals(mesh, i_group, geometry%area_vectors), &
       size_of_edge => geometry%mesh_size)
-      ! a fold at a node without normal has a message of its own
+      ! another check reports nodes without a normal
       if (any(.not. norm2(normals, dim=1) > 0)) return
       call tree%create(mesh%coordinates(:, nodes))
       do i = 1, size(nodes)

@@ -12,15 +12,15 @@ module sig_mesh
     character(:), allocatable :: name
     !> dimension of its entities; 0 for points
     integer :: n_dim = 0
-    !> its entities: cells where n_dim is the dimension of the mesh, facets one below; empty for points
+    !> entities of the group: cells where n_dim is the dimension of the mesh, facets where it is one less; empty for points
     integer, allocatable :: entities(:)
-    !> all its nodes, ascending
+    !> all nodes of the group, ascending
     integer, allocatable :: nodes(:)
-    !> elements of the file that touch no named cell, and are left out
+    !> number of elements of the file that touch no named cell and are left out
     integer :: n_left_out = 0
   end type group_t
 
-  !> Nodes keep the order of the file ("natural"), so results do not depend on the rank count. All indices 1-based.
+  !> The mesh. Nodes keep the order of the file ("natural"), so results do not depend on the rank count. All indices are 1-based.
   type :: mesh_t
     integer :: n_dim = 0
     integer :: n_nodes = 0
@@ -37,7 +37,7 @@ module sig_mesh
     integer, allocatable :: cell_nodes(:)
     !> gmsh's element numbers, for messages
     integer, allocatable :: cell_tags(:)
-    !> named facets only; same layout
+    !> the same data for the named facets
     integer, allocatable :: facet_types(:)
     integer, allocatable :: facet_offsets(:)
     integer, allocatable :: facet_nodes(:)
@@ -46,7 +46,7 @@ module sig_mesh
     character(16) :: file_hash = ''
   end type mesh_t
 
-  !> Who works on what, for the ranks of one communicator (0-based).
+  !> Shares of the ranks of one communicator (0-based).
   type :: mesh_partition_t
     !> rank that assembles the cell, shape (n_cells)
     integer, allocatable :: cell_owner(:)
@@ -56,7 +56,7 @@ module sig_mesh
 
 contains
 
-  !> Nodes of one cell, in the element's order.
+  !> Returns the nodes of one cell, in the element's order.
   pure function nodes_of_cell(mesh, i_cell) result(nodes)
     type(mesh_t), intent(in) :: mesh
     integer, intent(in) :: i_cell
@@ -65,7 +65,7 @@ contains
     nodes = mesh%cell_nodes(mesh%cell_offsets(i_cell) + 1:mesh%cell_offsets(i_cell + 1))
   end function nodes_of_cell
 
-  !> Nodes of one named facet.
+  !> Returns the nodes of one named facet.
   pure function nodes_of_facet(mesh, i_facet) result(nodes)
     type(mesh_t), intent(in) :: mesh
     integer, intent(in) :: i_facet
@@ -74,7 +74,7 @@ contains
     nodes = mesh%facet_nodes(mesh%facet_offsets(i_facet) + 1:mesh%facet_offsets(i_facet + 1))
   end function nodes_of_facet
 
-  !> Index of the physical name, 0 where the mesh lacks it.
+  !> Returns the index of the physical name, 0 where the mesh does not have it.
   pure integer function find_group(mesh, name) result(i_group)
     type(mesh_t), intent(in) :: mesh
     character(*), intent(in) :: name
@@ -85,7 +85,7 @@ contains
     i_group = 0
   end function find_group
 
-  !> Cells that touch each node, as offsets (n_nodes + 1, starting with 0) and a flat list.
+  !> Lists the cells that touch each node, as offsets (n_nodes + 1, starting with 0) and a flat list.
   pure subroutine cells_around_nodes(mesh, offsets, cells)
     type(mesh_t), intent(in) :: mesh
     integer, allocatable, intent(out) :: offsets(:)

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Meshes of axisymmetric bodies lie on one side of the axis x = 0.
+!> Checks that axisymmetric bodies lie on one side of the axis x = 0.
 module sig_mesh_axis
   use sig_errors, only: error_t, make_error
   use sig_kinds, only: rk
@@ -11,13 +11,13 @@ module sig_mesh_axis
 
 contains
 
-  !> Puts nodes on the axis that are behind it by rounding. Errors: a node behind the axis.
+  !> Moves nodes that rounding has put behind the axis onto it. Errors: a node behind the axis.
   pure subroutine check_radii(mesh, path, error)
     type(mesh_t), intent(inout) :: mesh
     !> mesh file, for messages
     character(*), intent(in) :: path
     type(error_t), allocatable, intent(out) :: error
-    !> [-] of the largest coordinate: a node that far behind the axis is on it but for rounding
+    !> [-] share of the largest coordinate: a node behind the axis by at most this is on the axis except for rounding
     real(rk), parameter :: rounding = 1.0e-12_rk
     integer :: i_node
 
@@ -33,9 +33,9 @@ contains
 
   !> Whether an edge has a node on the axis.
   pure logical function ends_on_axis(radii)
-    !> [length] of its nodes
+    !> [length] radii of the edge's nodes
     real(rk), intent(in) :: radii(:)
-    !> [-] of the edge's extent: a node that near to the axis is on it
+    !> [-] share of the edge's extent: a node as close as this to the axis is on it
     real(rk), parameter :: rounding = 1.0e-9_rk
 
     ends_on_axis = minval(radii) <= rounding * maxval(radii)

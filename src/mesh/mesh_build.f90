@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> From what a gmsh file says to the mesh the code works on: named cells and facets, each once, and the nodes of the cells.
+!> Builds the mesh from the content of a gmsh file: named cells and facets, each once, and the nodes of the cells.
 module sig_mesh_build
   use sig_element_types, only: element_type_of_gmsh, element_types
   use sig_errors, only: error_t, make_error
@@ -12,22 +12,21 @@ module sig_mesh_build
   private
   public :: build_mesh, mesh_dimension
 
-  !> [-] how far from a plane a plane mesh may lie, relative to its size
+  !> [-] largest distance of a plane mesh from a plane, relative to its size
   real(rk), parameter :: plane_tolerance = 1.0e-9_rk
 
 contains
 
-  !> Local. Elements that occur several times count once, nodes without a cell are dropped, the order of the file is kept.
-  !>
-  !> Errors: another dimension than wanted, no named cells, cells of a group without a name, a plane mesh out of its plane,
-  !> linear and quadratic elements on one edge.
+  !> Builds the mesh. Local. Elements that occur several times count once, nodes without a cell are removed, and the order of the
+  !> file is kept. Errors: another dimension than wanted, no named cells, cells of a group without a name, a plane mesh out of its
+  !> plane, linear and quadratic elements on one edge.
   subroutine build_mesh(raw, n_dim, length_factor, path, mesh, error)
     type(raw_mesh_t), intent(in) :: raw
     !> 2 or 3: dimension of the model
     integer, intent(in) :: n_dim
     !> [units.length / mesh.length_unit]
     real(rk), intent(in) :: length_factor
-    !> for messages
+    !> name of the file for messages
     character(*), intent(in) :: path
     type(mesh_t), intent(out) :: mesh
     type(error_t), allocatable, intent(out) :: error
@@ -59,7 +58,7 @@ contains
     n_dim = element_types(element_type_of_gmsh(raw%element_types(i_element)))%n_dim
   end function dimension_of_element
 
-  !> Largest dimension of the elements that belong to a physical group; -1 where none does.
+  !> Returns the largest dimension of the elements that belong to a physical group; -1 where none does.
   pure integer function mesh_dimension(raw) result(n_dim)
     type(raw_mesh_t), intent(in) :: raw
     integer :: i_element
@@ -99,7 +98,7 @@ contains
       to_text(n_dim)
   end function dimension_hint
 
-  !> Regions are used by name; a nameless one would vanish without a word.
+  !> Checks that regions have names. The deck uses regions by name, so a nameless one would be lost without a message.
   pure subroutine check_names(raw, n_dim, path, error)
     type(raw_mesh_t), intent(in) :: raw
     integer, intent(in) :: n_dim
@@ -118,13 +117,13 @@ contains
     end do
   end subroutine check_names
 
-  !> Numbers the cells in the file's order, and the nodes that they use.
+  !> Numbers the cells in the file's order, and the nodes of the cells.
   pure subroutine number_cells(raw, n_dim, cell_of_element, node_of_raw_node)
     type(raw_mesh_t), intent(in) :: raw
     integer, intent(in) :: n_dim
-    !> 0 for other elements
+    !> number of the cell of each element; 0 for other elements
     integer, allocatable, intent(out) :: cell_of_element(:)
-    !> 0 for nodes without a cell
+    !> number of each node; 0 for nodes without a cell
     integer, allocatable, intent(out) :: node_of_raw_node(:)
     integer :: i_element, i_node, n
 
@@ -145,14 +144,15 @@ contains
     end do
   end subroutine number_cells
 
-  !> Numbers the elements of one dimension that have all their nodes in use; those on the same nodes get the same number.
+  !> Numbers the elements of one dimension whose nodes all belong to cells. Elements on the same nodes get the same number.
   pure subroutine number_elements(raw, n_dim, node_of_raw_node, number_of_element)
     type(raw_mesh_t), intent(in) :: raw
     integer, intent(in) :: n_dim
     integer, intent(in) :: node_of_raw_node(:)
-    !> 0 for other elements
+    !> number of each element; 0 for other elements
     integer, allocatable, intent(out) :: number_of_element(:)
-    !> last numbered element whose smallest node is this one, and the one before it: short chains instead of all pairs
+    !> last numbered element whose smallest node is this one, and the one before it: short chains, so that not all pairs are
+    !> compared
     integer :: last_at_node(raw%n_nodes), previous(raw%n_elements)
     integer :: i_element, i_twin, n, smallest
 
@@ -235,7 +235,7 @@ contains
     end do
   end subroutine copy_nodes
 
-  !> Copies each numbered element once, as the first of its twins has it.
+  !> Copies each numbered element once, from its first occurrence in the file.
   pure subroutine copy_elements(raw, number_of_element, node_of_raw_node, n_kept, types, offsets, nodes, tags)
     type(raw_mesh_t), intent(in) :: raw
     integer, intent(in) :: number_of_element(:)
@@ -266,7 +266,7 @@ contains
     if (present(tags)) tags = raw%element_tags(first_element)
   end subroutine copy_elements
 
-  !> One group per name; nameless ones are of no use to a deck.
+  !> Makes one group per name; a deck cannot use groups without a name.
   pure subroutine build_groups(raw, cell_of_element, facet_of_element, node_of_raw_node, mesh)
     type(raw_mesh_t), intent(in) :: raw
     integer, intent(in) :: cell_of_element(:), facet_of_element(:), node_of_raw_node(:)
@@ -296,7 +296,7 @@ contains
     end do
   end subroutine build_groups
 
-  !> Elements group by group.
+  !> Sorts the elements by groups.
   pure subroutine sort_members(raw, members_before, elements)
     type(raw_mesh_t), intent(in) :: raw
     integer, intent(out) :: members_before(:)
@@ -319,13 +319,13 @@ contains
     end do
   end subroutine sort_members
 
-  !> Each once, ascending; elements that touch a dropped node do not count.
+  !> Lists the nodes of elements, each once, ascending; elements that touch a removed node do not count.
   pure subroutine collect_nodes(raw, elements, node_of_raw_node, nodes, n_left_out)
     type(raw_mesh_t), intent(in) :: raw
     integer, intent(in) :: elements(:)
     integer, intent(in) :: node_of_raw_node(:)
     integer, allocatable, intent(out) :: nodes(:)
-    !> elements that do not count
+    !> number of elements that do not count
     integer, intent(out) :: n_left_out
     logical :: is_used(maxval(node_of_raw_node))
     integer, allocatable :: own(:)
@@ -344,10 +344,10 @@ contains
     nodes = pack([(i_node, i_node=1, size(is_used))], is_used)
   end subroutine collect_nodes
 
-  !> The positive numbers of a list, each once, ascending.
+  !> Returns the positive numbers of a list, each once, ascending.
   pure function ascending(numbers, n) result(sorted)
     integer, intent(in) :: numbers(:)
-    !> largest number there may be
+    !> largest possible number
     integer, intent(in) :: n
     integer, allocatable :: sorted(:)
     logical :: is_used(n)

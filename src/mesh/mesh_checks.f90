@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Names of the deck that only the mesh knows: regions, boundaries, surfaces.
+!> Checks names of the deck that have to exist in the mesh: regions, boundaries, surfaces.
 module sig_mesh_checks
   use sig_deck_config, only: material_config_t, name_config_t, zone_config_t
   use sig_errors, only: error_t, make_error
@@ -12,9 +12,7 @@ module sig_mesh_checks
 
 contains
 
-  !> Index in `materials` of each cell's material.
-  !>
-  !> Errors: unknown region, a cell in two materials, a cell in none.
+  !> Finds the index in `materials` of each cell's material. Errors: unknown region, a cell in two materials, a cell in none.
   pure subroutine material_of_cells(mesh, materials, deck_path, material_of_cell, error)
     type(mesh_t), intent(in) :: mesh
     type(material_config_t), intent(in) :: materials(:)
@@ -82,9 +80,8 @@ contains
                     column=column, hint='add it to the regions of a material')
   end subroutine refuse_bare_cell
 
-  !> Nodes of a named boundary, ascending: facets, edges or points, but no region.
-  !>
-  !> Errors: unknown name, a region's name, nothing there.
+  !> Finds the nodes of a named boundary, ascending. The name may belong to facets, edges or points, but not to a region. Errors:
+  !> unknown name, a region's name, a boundary without nodes.
   pure subroutine nodes_of_boundary(mesh, boundary, deck_path, nodes, error)
     type(mesh_t), intent(in) :: mesh
     type(name_config_t), intent(in) :: boundary
@@ -98,14 +95,15 @@ contains
     if (.not. allocated(error)) nodes = mesh%groups(i_group)%nodes
   end subroutine nodes_of_boundary
 
-  !> Nodes of a zone of interest, ascending. Errors: as nodes_of_boundary, and a window without nodes.
+  !> Finds the nodes of a zone of interest, ascending. Errors: as nodes_of_boundary, and a window without nodes.
   pure subroutine nodes_of_zone(mesh, zone, deck_path, nodes, error)
     type(mesh_t), intent(in) :: mesh
     type(zone_config_t), intent(in) :: zone
     character(*), intent(in) :: deck_path
     integer, allocatable, intent(out) :: nodes(:)
     type(error_t), allocatable, intent(out) :: error
-    !> [-] of the extent of the boundary: a node this little outside is inside (rounding of coordinates, in any unit)
+    !> [-] share of the boundary's extent: a node outside the window by at most this counts as inside (rounding of coordinates, in
+    !> any unit)
     real(rk), parameter :: node_tolerance = 1.0e-9_rk
     integer, allocatable :: all_nodes(:)
     logical, allocatable :: is_inside(:)
@@ -126,7 +124,7 @@ contains
       deck_path, zone%boundary%line, zone%boundary%column)
   end subroutine nodes_of_zone
 
-  !> Index of a named surface: a group of facets. Errors: as nodes_of_boundary.
+  !> Finds the index of a named surface, a group of facets. Errors: as nodes_of_boundary.
   pure subroutine group_of_surface(mesh, surface, deck_path, i_group, error)
     type(mesh_t), intent(in) :: mesh
     type(name_config_t), intent(in) :: surface
@@ -137,7 +135,7 @@ contains
     call find_name(mesh, surface, mesh%n_dim - 1, mesh%n_dim - 1, 'surface', deck_path, i_group, error)
   end subroutine group_of_surface
 
-  !> Index of a named region: a group of cells. Errors: as nodes_of_boundary.
+  !> Finds the index of a named region, a group of cells. Errors: as nodes_of_boundary.
   pure subroutine group_of_region(mesh, region, deck_path, i_group, error)
     type(mesh_t), intent(in) :: mesh
     type(name_config_t), intent(in) :: region
@@ -148,15 +146,15 @@ contains
     call find_name(mesh, region, mesh%n_dim, mesh%n_dim, 'region', deck_path, i_group, error)
   end subroutine group_of_region
 
-  !> The group of that name whose dimension lies between the two.
+  !> Finds the group of a name whose dimension lies between min_dim and max_dim.
   pure subroutine find_name(mesh, name, min_dim, max_dim, noun, deck_path, i_group, error)
     type(mesh_t), intent(in) :: mesh
     type(name_config_t), intent(in) :: name
     integer, intent(in) :: min_dim, max_dim
-    !> region, boundary or surface
+    !> word for messages: region, boundary or surface
     character(*), intent(in) :: noun
     character(*), intent(in) :: deck_path
-    !> 0 on an error
+    !> index of the group; 0 on an error
     integer, intent(out) :: i_group
     type(error_t), allocatable, intent(out) :: error
     integer :: i, n_found

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> A gmsh file as flat arrays: what it says, not yet what the code needs.
+!> The content of a gmsh file as flat arrays, before anything is selected or checked.
 module sig_mesh_file
   use, intrinsic :: iso_c_binding, only: c_char, c_int, c_null_char, c_ptr, c_size_t
   use sig_c_strings, only: from_c
@@ -15,10 +15,10 @@ module sig_mesh_file
   private
   public :: raw_mesh_t, read_raw_mesh, report_invalid
 
-  !> how the message begins where the file is missing, a folder, or not ours to read
+  !> start of the message where the file is missing, a folder, or not readable
   character(*), parameter, public :: unreadable_mesh = 'cannot read the mesh file'
 
-  !> Nodes in the file's order; elements of at least one physical group only. All indices 1-based.
+  !> The content of the file: nodes in the file's order, and the elements of at least one physical group. All indices are 1-based.
   type :: raw_mesh_t
     integer :: n_nodes = 0
     integer :: n_elements = 0
@@ -27,10 +27,10 @@ module sig_mesh_file
     integer, allocatable :: node_tags(:)
     !> [mesh.length_unit] shape (3, n_nodes)
     real(rk), allocatable :: coordinates(:, :)
-    !> gmsh's numbers of type and element, shape (n_elements)
+    !> gmsh's number of each element's type, and of the element, shape (n_elements)
     integer, allocatable :: element_types(:)
     integer, allocatable :: element_tags(:)
-    !> line and column in the file, 0 in a binary one, shape (2, n_elements)
+    !> line and column in the file, 0 in a binary file, shape (2, n_elements)
     integer, allocatable :: element_places(:, :)
     !> nodes of element e: element_nodes(element_offsets(e) + 1 : element_offsets(e + 1))
     integer, allocatable :: element_offsets(:)
@@ -40,7 +40,7 @@ module sig_mesh_file
     integer, allocatable :: member_groups(:)
     integer, allocatable :: group_dims(:)
     integer, allocatable :: group_tags(:)
-    !> empty where the file gives no name
+    !> names of the groups; empty where the file gives no name
     type(string_t), allocatable :: group_names(:)
     !> FNV-1a of the file's bytes, 16 hexadecimal digits
     character(16) :: hash = ''
@@ -48,7 +48,8 @@ module sig_mesh_file
 
 contains
 
-  !> Local. Errors: the file cannot be read or is no mesh that the reader supports; with the line of the file.
+  !> Reads a gmsh file. Local. Errors: the file cannot be read, or is not a mesh that the reader supports; with the line of the
+  !> file.
   subroutine read_raw_mesh(path, raw, error)
     character(*), intent(in) :: path
     type(raw_mesh_t), intent(out) :: raw
@@ -71,7 +72,7 @@ contains
     call sig_gmsh_free(handle)
   end subroutine read_raw_mesh
 
-  !> The sentence and the line of a file that the C side refused.
+  !> Reports the message and the line of a file that the C side refused.
   subroutine report_invalid(handle, path, error)
     type(c_ptr), intent(in) :: handle
     character(*), intent(in) :: path

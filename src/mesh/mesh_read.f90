@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> From a gmsh file to a checked mesh, on one rank.
+!> Reads a gmsh file and returns a checked mesh, on one rank.
 module sig_mesh_read
   use sig_cell_quality, only: orient_cells
   use sig_errors, only: error_t
@@ -13,7 +13,7 @@ module sig_mesh_read
 
 contains
 
-  !> Local. Errors: those of the file, of build_mesh and of orient_cells.
+  !> Reads and checks a mesh. Local. Errors: those of the file, of build_mesh and of orient_cells.
   subroutine read_mesh(path, n_dim, length_factor, mesh, error)
     character(*), intent(in) :: path
     !> 2 or 3: dimension of the model; 0: that of the mesh, at least 2

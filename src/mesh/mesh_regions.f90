@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Named regions as numbers, for files: 1, 2, ... in the order of the mesh file's names.
+!> Numbers of the named regions for files: 1, 2, ... in the order of the mesh file's names.
 module sig_mesh_regions
   use sig_mesh, only: mesh_t
   use sig_text, only: append_text, string_t
@@ -20,7 +20,7 @@ contains
     end do
   end function region_names
 
-  !> A cell of several regions gets the first one.
+  !> Returns the region of each cell; a cell of several regions gets the first one.
   pure function regions_of_cells(mesh) result(regions)
     type(mesh_t), intent(in) :: mesh
     integer :: regions(mesh%n_cells)

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Linear and quadratic elements in one mesh: what shares an edge or a face must have the same nodes on it.
+!> Checks that linear and quadratic elements fit in one mesh: elements that share an edge or a face must have the same nodes on it.
 module sig_mid_nodes
   use sig_element_types, only: element_type_of_gmsh, element_types, fullest_type, n_element_types
   use sig_errors, only: error_t, make_error
@@ -10,27 +10,27 @@ module sig_mid_nodes
   private
   public :: check_mid_nodes
 
-  !> corners of a quadrilateral face
+  !> number of corners of a quadrilateral face
   integer, parameter :: most_corners = 4
-  !> edges and faces of a hexahedron
+  !> number of edges and faces of a hexahedron
   integer, parameter :: most_middles = 18
 
-  !> Edges and faces of an element type that may have a node in their middle.
+  !> The edges and faces of an element type that may have a node in their middle.
   type :: middles_t
     integer :: n = 0
-    !> their corners, filled up with 0
+    !> corners of each edge and face, filled up with 0
     integer :: corners(most_corners, most_middles) = 0
-    !> the element's node in the middle, 0 = none
+    !> number of the middle node in the element, 0 = none
     integer :: node(most_middles) = 0
   end type middles_t
 
-  !> Edges and faces of the cells seen so far, in chains by their lowest corner.
+  !> The edges and faces of the cells seen so far, in chains by their lowest corner.
   type :: seen_t
     integer :: n = 0
     !> shape (n_nodes)
     integer, allocatable :: last_at_node(:)
     integer, allocatable :: previous(:)
-    !> nodes of the file, ascending, shape (most_corners, n)
+    !> corners as nodes of the file, ascending, shape (most_corners, n)
     integer, allocatable :: corners(:, :)
     !> node in the middle, 0 = none
     integer, allocatable :: node(:)
@@ -39,12 +39,11 @@ module sig_mid_nodes
 
 contains
 
-  !> Local. Cost: linear in the number of elements; a mesh without quadratic elements is not searched.
-  !>
-  !> Errors: two cells, or a cell and an element of a boundary, on the same edge or face with different nodes in its middle.
+  !> Checks the middle nodes. Local. Cost: linear in the number of elements; a mesh without quadratic elements is not searched.
+  !> Errors: two cells, or a cell and an element of a boundary, have different nodes in the middle of the same edge or face.
   pure subroutine check_mid_nodes(raw, n_dim, path, error)
     type(raw_mesh_t), intent(in) :: raw
-    !> of the cells
+    !> dimension of the cells
     integer, intent(in) :: n_dim
     character(*), intent(in) :: path
     type(error_t), allocatable, intent(out) :: error
@@ -62,7 +61,7 @@ contains
     end do
     allocate (seen%previous(n), seen%corners(most_corners, n), seen%node(n), seen%element(n))
     allocate (seen%last_at_node(raw%n_nodes), source=0)
-    ! first the cells, then what lies on them
+    ! first the cells, then the elements on their edges and faces
     do i_sweep = 1, 2
       do i_element = 1, raw%n_elements
         i_type = element_type_of_gmsh(raw%element_types(i_element))
@@ -83,7 +82,8 @@ contains
     end do
   end function has_quadratic
 
-  !> Edges and faces of a type by the nodes of the fullest element of its shape; the inside of a cell is no concern of others.
+  !> Returns the edges and faces of a type, by the nodes of the element of its shape with most nodes. The node inside a cell does
+  !> not matter for other elements.
   pure function middles_of(i_type, n_dim) result(middles)
     integer, intent(in) :: i_type
     integer, intent(in) :: n_dim
@@ -133,7 +133,7 @@ contains
     end associate
   end subroutine compare_element
 
-  !> Sorts by insertion: there are four numbers at most.
+  !> Sorts by insertion: there are at most four numbers.
   pure function ascending(numbers) result(sorted)
     integer, intent(in) :: numbers(:)
     integer :: sorted(size(numbers))
@@ -144,7 +144,7 @@ contains
     end do
   end function ascending
 
-  !> 0 where no cell has had it yet.
+  !> Returns the place of an edge or face; 0 where no cell has had it yet.
   pure integer function place_of(seen, corners) result(i_seen)
     type(seen_t), intent(in) :: seen
     integer, intent(in) :: corners(most_corners)
@@ -173,9 +173,9 @@ contains
   pure subroutine refuse(raw, i_element, i_cell, corners, is_cell, path, error)
     type(raw_mesh_t), intent(in) :: raw
     integer, intent(in) :: i_element
-    !> the other one
+    !> the other cell
     integer, intent(in) :: i_cell
-    !> nodes of the edge or face, then 0
+    !> nodes of the edge or face, filled up with 0
     integer, intent(in) :: corners(most_corners)
     logical, intent(in) :: is_cell
     character(*), intent(in) :: path
@@ -194,7 +194,7 @@ contains
       ' between the nodes ' // place, path, raw%element_places(1, i_element), raw%element_places(2, i_element), hint)
   end subroutine refuse
 
-  !> `T6 17 of 'block'`, by its number in gmsh.
+  !> Returns an element for messages, `T6 17 of 'block'`, with its number in gmsh.
   pure function element_text(raw, i_element) result(text)
     type(raw_mesh_t), intent(in) :: raw
     integer, intent(in) :: i_element

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> A field of one number per node, from a file that names nodes by their numbers in the mesh file.
+!> A field with one number per node, from a file that identifies nodes by their numbers in the mesh file.
 module sig_nodal_field
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite, ieee_quiet_nan, ieee_value
   use sig_deck_config, only: field_config_t, imposed_strain_config_t
@@ -14,23 +14,21 @@ module sig_nodal_field
   public :: nodal_field_t, read_nodal_field
 
   type :: nodal_field_t
-    !> at the nodes of the mesh; no number where the file has none
+    !> value at each node of the mesh; NaN where the file has none
     real(rk), allocatable :: values(:)
   end type nodal_field_t
 
-  !> [-] of the largest coordinate: what the digits of files leave
+  !> [-] largest difference of coordinates from the digits of files, relative to the largest coordinate
   real(rk), parameter :: same_place = 1.0e-6_rk
 
 contains
 
-  !> The field of an entry, with a value at every node of its region. Local.
-  !>
-  !> Errors: those of the file; a node that the mesh lacks, or has elsewhere; a node of the region without a value, or with one that
-  !> is not finite.
+  !> Reads the field of an entry, which needs a value at every node of the entry's region. Local. Errors: those of the file; a node
+  !> that the mesh does not have or has at another place; a node of the region without a finite value.
   subroutine read_nodal_field(mesh, strain, deck_path, field, error, length_factor)
     type(mesh_t), intent(in) :: mesh
     type(imposed_strain_config_t), intent(in) :: strain
-    !> for messages
+    !> name of the deck for messages
     character(*), intent(in) :: deck_path
     type(nodal_field_t), intent(out) :: field
     type(error_t), allocatable, intent(out) :: error
@@ -49,7 +47,7 @@ contains
     if (.not. allocated(error)) call check_region(mesh, i_group, raw, field%values, strain%field, deck_path, error)
   end subroutine read_nodal_field
 
-  !> Values of the file to the nodes that it names.
+  !> Assigns the values of the file to the nodes of the mesh.
   subroutine place_values(mesh, raw, config, deck_path, values, error)
     type(mesh_t), intent(in) :: mesh
     type(raw_field_t), intent(in) :: raw
@@ -75,7 +73,7 @@ contains
       ' nodes; the mesh has ' // to_text(mesh%n_nodes) // ')', deck_path, config%name%line, config%name%column)
   end subroutine place_values
 
-  !> Another mesh may have nodes of the same numbers.
+  !> Checks that the nodes of the file are where the mesh has them, because another mesh may have the same node numbers.
   subroutine check_places(mesh, raw, config, deck_path, error)
     type(mesh_t), intent(in) :: mesh
     type(raw_field_t), intent(in) :: raw
@@ -97,7 +95,7 @@ contains
     allowed = same_place * maxval([0.0_rk, abs(mesh%coordinates)])
     do i = 1, size(raw%place_tags)
       i_node = node_with_tag(mesh%node_tags, order, raw%place_tags(i))
-      ! a node of no element, which the mesh leaves out
+      ! this node belongs to no element, so the mesh does not have it
       if (i_node == 0) cycle
       if (all(abs(mesh%coordinates(:, i_node) - raw%coordinates(:mesh%n_dim, i)) <= allowed)) cycle
       call make_error(error, 'the field ''' // config%name%text // ''' belongs to another mesh: node ' // &
@@ -138,11 +136,11 @@ contains
     end associate
   end subroutine check_region
 
-  !> Order in which the tags ascend, by merging.
+  !> Finds by merging the order in which the tags ascend.
   pure recursive subroutine sort_tags(tags, order, is_part)
     integer, intent(in) :: tags(:)
     integer, intent(inout) :: order(:)
-    !> `order` is filled; default no
+    !> whether `order` is filled already; default no
     logical, intent(in), optional :: is_part
     integer :: half(size(order) / 2), i, j, k
 
@@ -167,7 +165,7 @@ contains
     end do
   end subroutine sort_tags
 
-  !> 0 where there is none.
+  !> Returns the node with a tag; 0 where there is none.
   pure integer function node_with_tag(tags, order, tag) result(i_node)
     integer, intent(in) :: tags(:)
     integer, intent(in) :: order(:)

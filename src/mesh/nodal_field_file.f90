@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Files that hold values at nodes: gmsh's $NodeData, and HDF5.
+!> Reads files with values at nodes: gmsh's $NodeData, and HDF5.
 !>
-!> HDF5: /node_tags has the numbers of the nodes in the mesh file, /<name> a value for each; /coordinates, if it is there, where
-!> these nodes are.
+!> In HDF5, /node_tags has the numbers of the nodes in the mesh file, /<name> one value for each node, and /coordinates, if it
+!> exists, the places of these nodes.
 module sig_nodal_field_file
   use, intrinsic :: iso_c_binding, only: c_int, c_ptr, c_size_t
   use sig_c_strings, only: from_c
@@ -19,30 +19,29 @@ module sig_nodal_field_file
   private
   public :: raw_field_t, read_raw_field
 
-  !> As the file has it.
+  !> A field as the file has it.
   type :: raw_field_t
     !> node numbers of the mesh file
     integer, allocatable :: tags(:)
     real(rk), allocatable :: values(:)
-    !> node numbers with a place, and [length of the mesh file] the places, shape (n_components, n_places); not allocated where the
-    !> file has none
+    !> numbers of the nodes whose places the file gives, and their places [length of the mesh file], shape (n_components, n_places);
+    !> not allocated where the file has none
     integer, allocatable :: place_tags(:)
     real(rk), allocatable :: coordinates(:, :)
   end type raw_field_t
 
-  !> data set of HDF5 with the numbers of the nodes
+  !> data set of HDF5 with the node numbers
   character(*), parameter :: tags_name = '/node_tags'
-  !> and with the places of these
+  !> data set of HDF5 with the places of these nodes
   character(*), parameter :: places_name = '/coordinates'
 
 contains
 
-  !> Files that end in .h5 or .hdf5 are HDF5, others gmsh's. Local.
-  !>
-  !> Errors: a file that cannot be read; no field of this name, or several; more than one number per node.
+  !> Reads a field. Files that end in .h5 or .hdf5 are HDF5, all others gmsh's. Local. Errors: a file that cannot be read; no field
+  !> of this name, or several; more than one number per node.
   subroutine read_raw_field(config, deck_path, field, error)
     type(field_config_t), intent(in) :: config
-    !> for messages
+    !> name of the deck for messages
     character(*), intent(in) :: deck_path
     type(raw_field_t), intent(out) :: field
     type(error_t), allocatable, intent(out) :: error
@@ -144,7 +143,7 @@ contains
     end if
   end subroutine copy_field
 
-  !> The nodes of a mesh beside the field.
+  !> Copies the nodes of a mesh in the same file as the field.
   subroutine copy_places(handle, field)
     type(c_ptr), intent(in) :: handle
     type(raw_field_t), intent(inout) :: field
@@ -156,7 +155,7 @@ contains
     call sig_gmsh_nodes(handle, field%place_tags, field%coordinates)
   end subroutine copy_places
 
-  !> The names in a list; `none` where there is none.
+  !> Returns the names as a list; `none` where there is none.
   pure function listed(names) result(text)
     type(string_t), intent(in) :: names(:)
     character(:), allocatable :: text
@@ -168,7 +167,7 @@ contains
   subroutine refuse_name(config, deck_path, message, error)
     type(field_config_t), intent(in) :: config
     character(*), intent(in) :: deck_path
-    !> behind the name of the file
+    !> message after the name of the file
     character(*), intent(in) :: message
     type(error_t), allocatable, intent(inout) :: error
 

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> The graph of the nodes: neighbors share a cell; the two nodes of a contact pair are one vertex.
+!> The graph of the nodes. Neighbors share a cell; the two nodes of a contact pair are one vertex.
 module sig_node_graph
   use sig_mesh, only: cells_around_nodes, mesh_t
   implicit none(type, external)
@@ -12,7 +12,7 @@ contains
   pure subroutine merge_pairs(n_nodes, pair_first, pair_second, vertex_of_node, n_vertices)
     integer, intent(in) :: n_nodes
     integer, intent(in) :: pair_first(:), pair_second(:)
-    !> 1-based, shape (n_nodes)
+    !> vertex of each node, 1-based, shape (n_nodes)
     integer, allocatable, intent(out) :: vertex_of_node(:)
     integer, intent(out) :: n_vertices
     integer :: i_node, partner(n_nodes)
@@ -32,9 +32,8 @@ contains
     end do
   end subroutine merge_pairs
 
-  !> Neighbors of vertex v: neighbors(offsets(v) + 1 : offsets(v + 1)), each once, v not among them.
-  !>
-  !> Cost: linear in the number of cells.
+  !> Lists the neighbors of each vertex: those of v are neighbors(offsets(v) + 1 : offsets(v + 1)), each once, without v. Cost:
+  !> linear in the number of cells.
   pure subroutine node_graph(mesh, vertex_of_node, n_vertices, offsets, neighbors)
     type(mesh_t), intent(in) :: mesh
     integer, intent(in) :: vertex_of_node(:)
@@ -47,7 +46,7 @@ contains
     call cells_around_nodes(mesh, cell_offsets, cells)
     call nodes_of_vertices(vertex_of_node, n_vertices, node_offsets, nodes)
     allocate (offsets(n_vertices + 1), source=0)
-    ! first the counts, then the lists
+    ! the first sweep counts, the second one lists
     do i_sweep = 1, 2
       if (i_sweep == 2) allocate (neighbors(offsets(n_vertices + 1)))
       block
@@ -65,13 +64,13 @@ contains
     end do
   end subroutine node_graph
 
-  !> Counts the neighbors of a vertex, and lists them once there is room for it.
+  !> Counts the neighbors of a vertex, and lists them where the list is allocated.
   pure subroutine visit_neighbors(mesh, vertex_of_node, cell_offsets, cells, i_vertex, own_nodes, last_seen, n, neighbors)
     type(mesh_t), intent(in) :: mesh
     integer, intent(in) :: vertex_of_node(:), cell_offsets(:), cells(:)
     integer, intent(in) :: i_vertex
     integer, intent(in) :: own_nodes(:)
-    !> vertex that saw this one last
+    !> last vertex that met each vertex
     integer, intent(inout) :: last_seen(:)
     integer, intent(inout) :: n
     integer, allocatable, intent(inout) :: neighbors(:)

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Facing nodes of two surfaces (node-to-node contact): who faces whom, along which normal, how far apart.
+!> Pairs of facing nodes of two surfaces (node-to-node contact), with their normals and gaps.
 module sig_node_pairs
   use sig_deck_config, only: contact_config_t
   use sig_errors, only: error_t
@@ -13,38 +13,38 @@ module sig_node_pairs
   private
   public :: node_pairs_t, find_node_pairs
 
-  !> Pairs in ascending order of their first node, and nodes that face an obstacle. All indices 1-based.
+  !> The pairs in ascending order of their first node, and nodes that face an obstacle. All indices are 1-based.
   type :: node_pairs_t
     integer :: n_pairs = 0
     integer, allocatable :: first_node(:)
-    !> 0 = a rigid obstacle
+    !> second node of each pair; 0 = a rigid obstacle
     integer, allocatable :: second_node(:)
     !> [-] unit vector from the first body to the second or to the obstacle, shape (n_dim, n_pairs)
     real(rk), allocatable :: normal(:, :)
     !> [length] (x_second - x_first) . normal; negative where the bodies overlap at the start; 0 for an obstacle
     real(rk), allocatable :: initial_gap(:)
-    !> [length] factors of the terms that add to the initial gap, shape (n_pairs, terms so far)
+    !> [length] factors of the terms that add to the initial gap, shape (n_pairs, number of terms so far)
     real(rk), allocatable :: gap_factors(:, :)
-    !> entry of the deck's contact section that made the pair
+    !> entry of the deck's contact section that made each pair
     integer, allocatable :: contact_entry(:)
   end type node_pairs_t
 
 contains
 
-  !> Pairs of all contact entries whose formulation is node_to_node, or auto and where the nodes face each other one to one. Local.
-  !> Cost: O(n log n) in the nodes of the surfaces.
-  !>
-  !> Errors: unknown surface, a direction of no use, surfaces that do not face each other, nodes without partner, a node in two
-  !> pairs, quadratic facets that pairs cannot take; with the entry's place in the deck.
+  !> Finds the pairs of all contact entries whose formulation is node_to_node, or auto where the nodes face each other one to one.
+  !> Local. Cost: O(n log n) in the nodes of the surfaces. Errors, with the entry's place in the deck: unknown surface, an unusable
+  !> direction, surfaces that do not face each other, nodes without partner, a node in two pairs, quadratic facets that pairs do not
+  !> support.
   pure subroutine find_node_pairs(mesh, is_round, contact, deck_path, pairs, error, why_mortar)
     type(mesh_t), intent(in) :: mesh
-    !> it turns around the axis x = 0
+    !> whether the mesh turns around the axis x = 0
     logical, intent(in) :: is_round
     type(contact_config_t), intent(in) :: contact(:)
     character(*), intent(in) :: deck_path
     type(node_pairs_t), intent(out) :: pairs
     type(error_t), allocatable, intent(out) :: error
-    !> why the entry needs mortar, empty where it has pairs; shape (size(contact)). Without it all entries must have pairs
+    !> reason why an entry needs mortar, empty where it has pairs; shape (size(contact)). Without this argument all entries must
+    !> have pairs
     type(string_t), allocatable, intent(out), optional :: why_mortar(:)
     type(surface_pair_t) :: surfaces
     type(pairing_t) :: before, pairing
@@ -70,13 +70,13 @@ contains
     call collect_pairs(mesh, pairing, pairs)
   end subroutine find_node_pairs
 
-  !> Pairs of one entry, or why it needs mortar instead.
+  !> Finds the pairs of one entry, or the reason why it needs mortar instead.
   pure subroutine pair_entry(mesh, is_round, surfaces, pairing, why, error)
     type(mesh_t), intent(in) :: mesh
     logical, intent(in) :: is_round
     type(surface_pair_t), intent(in) :: surfaces
     type(pairing_t), intent(inout) :: pairing
-    !> empty where the deck wants pairs, errors or not
+    !> the reason; empty where the deck wants pairs, with errors or not
     character(:), allocatable, intent(out) :: why
     type(error_t), allocatable, intent(out) :: error
 

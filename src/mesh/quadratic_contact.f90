@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Where quadratic facets can be in contact.
+!> Checks where quadratic facets can be in contact.
 !>
-!> A uniform pressure has the nodal forces p times the integrals of N_j: 1/6, 4/6, 1/6 of an edge, 1/36, 4/36, 16/36 of a face of
-!> nine nodes. At the corners of a face of six nodes they are 0, of eight nodes -1/12: a closed gap there has no force, or pulls.
-!> So it is with 2 pi r at the end of an edge on the axis, where r N_j has the integral 0.
+!> A uniform pressure p has nodal forces p times the integrals of N_j: 1/6, 4/6, 1/6 of an edge, 1/36, 4/36, 16/36 of a face of nine
+!> nodes. At the corners of a face of six nodes they are 0, and of eight nodes -1/12: a closed gap there has no force, or a tensile
+!> one. The same happens with 2 pi r at the end of an edge on the axis, where the integral of r N_j is 0.
 module sig_quadratic_contact
   use sig_changed_basis, only: has_weak_corners
   use sig_deck_config, only: name_config_t
@@ -43,7 +43,7 @@ contains
     end associate
   end subroutine check_weights
 
-  !> The first facet of a list with a node that has no share of a uniform pressure, or a negative one; 0 where none has.
+  !> Returns the first facet of a list with a node whose share of a uniform pressure is zero or negative; 0 where there is none.
   pure integer function first_weak_facet(mesh, facets) result(i)
     type(mesh_t), intent(in) :: mesh
     integer, intent(in) :: facets(:)
@@ -60,9 +60,8 @@ contains
     i = 0
   end function first_weak_facet
 
-  !> Errors: a quadratic facet does not face one of the same kind, so that forces and displacements of the two differ.
-  !>
-  !> The last node of such a facet, in its middle, belongs to no other facet.
+  !> Checks that a quadratic facet faces one of the same kind, because otherwise their forces and displacements differ. The last
+  !> node of such a facet, in its middle, belongs to no other facet. Errors: it does not.
   pure subroutine check_partners(mesh, surfaces, pairing, error)
     type(mesh_t), intent(in) :: mesh
     type(surface_pair_t), intent(in) :: surfaces
@@ -79,7 +78,7 @@ contains
     call check_side(mesh, surfaces, surfaces%entry%second, surfaces%second_facets, pairing%partner, facet_of_middle, error)
   end subroutine check_partners
 
-  !> Quadratic facets by their last node.
+  !> Notes the quadratic facets by their last node.
   pure subroutine note_middles(mesh, facets, facet_of_middle)
     type(mesh_t), intent(in) :: mesh
     integer, intent(in) :: facets(:)

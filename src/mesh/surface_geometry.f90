@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Size and outward normal of the facets of a named surface.
+!> Sizes and outward normals of the facets of a named surface.
 module sig_surface_geometry
   use sig_cross_products, only: cross_product
   use sig_element_types, only: element_type_with, element_types
@@ -11,17 +11,17 @@ module sig_surface_geometry
   public :: surface_geometry_t, measure_surface, averaged_normals
 
   type :: surface_geometry_t
-    !> [length or length**2] outward normal of each facet times its size, shape (n_dim, n_facets of the group)
+    !> [length or length**2] outward normal of each facet times its size, shape (n_dim, number of facets of the group)
     real(rk), allocatable :: area_vectors(:, :)
     !> [length] mean edge length of the facets
     real(rk) :: mesh_size = 0
-    !> first facet that is not a side of exactly one cell, 0 if there is none
+    !> first facet that is not a side of exactly one cell, 0 where there is none
     integer :: inner_facet = 0
   end type surface_geometry_t
 
 contains
 
-  !> Measures a group of facets.
+  !> Computes the geometry of a group of facets.
   pure subroutine measure_surface(mesh, i_group, geometry)
     type(mesh_t), intent(in) :: mesh
     integer, intent(in) :: i_group
@@ -49,7 +49,7 @@ contains
     end associate
   end subroutine measure_surface
 
-  !> The cells that have all nodes of the facet.
+  !> Returns the cells that have all nodes of the facet.
   pure function cells_with_facet(mesh, i_facet, cells) result(found)
     type(mesh_t), intent(in) :: mesh
     integer, intent(in) :: i_facet
@@ -67,7 +67,7 @@ contains
     found = pack(cells, has_all)
   end function cells_with_facet
 
-  !> Normal of a facet, of either sense, times its length or area; of a quadratic one by its corners.
+  !> Returns the normal of a facet, in either direction, times its length or area; for a quadratic facet by its corners.
   pure function area_vector(mesh, i_facet) result(vector)
     type(mesh_t), intent(in) :: mesh
     integer, intent(in) :: i_facet
@@ -89,18 +89,17 @@ contains
     end if
   end function area_vector
 
-  !> Outward unit normal at each node of a group: the mean of its facets' area vectors, zero where they cancel.
-  !>
-  !> A facet counts by its area, in axisymmetry by the length of its meridian: so on a circle in equal parts the normals are
-  !> exactly radial there too. At the rim of the surface only one side counts.
+  !> Returns the outward unit normal at each node of a group: the mean of its facets' area vectors, zero where they cancel. A facet
+  !> counts by its area, in axisymmetry by the length of its meridian: so the normals on a circle in equal parts are exactly radial
+  !> there, too. At the rim of the surface only one side counts.
   pure function averaged_normals(mesh, i_group, area_vectors) result(normals)
     type(mesh_t), intent(in) :: mesh
     integer, intent(in) :: i_group
-    !> from measure_surface
+    !> result of measure_surface
     real(rk), intent(in) :: area_vectors(:, :)
-    !> [-] in the order of the group's nodes, shape (n_dim, n_nodes of the group)
+    !> [-] normals in the order of the group's nodes, shape (n_dim, number of nodes of the group)
     real(rk), allocatable :: normals(:, :)
-    !> [-] share of the facets' area below which the rest of a sum is rounding
+    !> [-] share of the facets' area below which a sum counts as zero
     real(rk), parameter :: cancelled = 1.0e-9_rk
     real(rk), allocatable :: vectors(:, :), areas(:), own(:, :)
     integer :: i, j
@@ -126,7 +125,7 @@ contains
     end associate
   end function averaged_normals
 
-  !> The facet's area vector for each of its nodes, of a quadratic facet turned into its normal there.
+  !> Returns the facet's area vector at each of its nodes; for a quadratic facet it has the direction of the normal there.
   pure function nodal_normals(vertices, area_vector) result(vectors)
     !> [length] shape (n_dim, n_nodes)
     real(rk), intent(in) :: vertices(:, :)

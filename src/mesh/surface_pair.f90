@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Two surfaces while their nodes are paired, and what is said when they cannot be.
+!> Two surfaces during the pairing of their nodes, and the messages where nodes cannot be paired.
 module sig_surface_pair
   use sig_deck_config, only: contact_config_t, name_config_t
   use sig_errors, only: error_t, make_error
@@ -14,45 +14,45 @@ module sig_surface_pair
   public :: refuse, refuse_facing, refuse_unpaired, refuse_second_pair, refuse_common_node, refuse_overlap
   public :: offset_text, node_text, place_text, direction_text
 
-  !> One entry of the deck's contact section on the mesh. All indices 1-based.
+  !> One entry of the deck's contact section on the mesh. All indices are 1-based.
   type :: surface_pair_t
     integer :: i_entry = 0
     type(contact_config_t) :: entry
     character(:), allocatable :: deck_path
     integer, allocatable :: first_nodes(:)
-    !> none of an obstacle
+    !> nodes of the second surface; none for an obstacle
     integer, allocatable :: second_nodes(:)
     integer, allocatable :: first_facets(:)
     integer, allocatable :: second_facets(:)
     type(surface_geometry_t) :: first_geometry
     type(surface_geometry_t) :: second_geometry
-    !> [length] smallest and largest coordinates, shape (n_dim, 2); the second one not of an obstacle
+    !> [length] smallest and largest coordinates of both surfaces, shape (n_dim, 2); an obstacle has no second box
     real(rk), allocatable :: first_box(:, :), second_box(:, :)
-    !> [-] from the first body to the second at each first node, shape (n_dim, n_first_nodes)
+    !> [-] normals from the first body to the second at each first node, shape (n_dim, n_first_nodes)
     real(rk), allocatable :: normals(:, :)
     !> [-] averaged outward normals of the second surface, shape (n_dim, n_second_nodes); only without a fixed direction
     real(rk), allocatable :: second_normals(:, :)
-    !> places of the second nodes
+    !> tree of the places of the second nodes
     type(k_d_tree_t) :: tree
     !> [length] largest lateral offset of a pair
     real(rk) :: tolerance = 0
   end type surface_pair_t
 
-  !> What all entries have paired so far.
+  !> The pairs of all entries so far.
   type :: pairing_t
     !> node on the other side, 0 = none or an obstacle; shape (n_nodes)
     integer, allocatable :: partner(:)
-    !> entry that holds the node, 0 = none; shape (n_nodes)
+    !> entry that has the node in a pair, 0 = none; shape (n_nodes)
     integer, allocatable :: entry(:)
-    !> the node is on the first side; shape (n_nodes)
+    !> whether the node is on the first side; shape (n_nodes)
     logical, allocatable :: is_first(:)
-    !> [-] at first nodes, shape (n_dim, n_nodes)
+    !> [-] normals at first nodes, shape (n_dim, n_nodes)
     real(rk), allocatable :: normals(:, :)
   end type pairing_t
 
 contains
 
-  !> An error of this entry at the place of one of its names.
+  !> Makes an error of this entry at the place of one of its names.
   pure subroutine refuse(surfaces, name, message, error, hint)
     type(surface_pair_t), intent(in) :: surfaces
     type(name_config_t), intent(in) :: name
@@ -79,7 +79,7 @@ contains
                 surfaces%entry%second%text // "' do not face each other along " // line // ': ' // reason, error, remedy)
   end subroutine refuse_facing
 
-  !> Where both surfaces are: wrong names, units and positions are seen from it.
+  !> Returns the positions of both surfaces, which show wrong names, units and places.
   pure function where_text(surfaces) result(text)
     type(surface_pair_t), intent(in) :: surfaces
     character(:), allocatable :: text
@@ -97,13 +97,13 @@ contains
     text = place_text(box(:, 1)) // ' to ' // place_text(box(:, 2))
   end function box_text
 
-  !> Some nodes of a surface have no partner.
+  !> Makes the error that some nodes of a surface have no partner.
   pure subroutine refuse_unpaired(surfaces, is_second, lonely_nodes, reason, error)
     type(surface_pair_t), intent(in) :: surfaces
-    !> the nodes lie on the second surface
+    !> whether the nodes lie on the second surface
     logical, intent(in) :: is_second
     integer, intent(in) :: lonely_nodes(:)
-    !> about the first of them
+    !> reason, about the first of these nodes
     character(*), intent(in) :: reason
     type(error_t), allocatable, intent(out) :: error
     type(name_config_t) :: surface, other
@@ -123,13 +123,13 @@ contains
                 'formulation: mortar')
   end subroutine refuse_unpaired
 
-  !> A node that has a partner would get another one.
+  !> Makes the error that a node with a partner would get another one.
   pure subroutine refuse_second_pair(mesh, surfaces, pairing, node, other, error)
     type(mesh_t), intent(in) :: mesh
     type(surface_pair_t), intent(in) :: surfaces
     type(pairing_t), intent(in) :: pairing
     integer, intent(in) :: node
-    !> its partner by this entry, 0 = an obstacle
+    !> partner of the node by this entry, 0 = an obstacle
     integer, intent(in) :: other
     type(error_t), allocatable, intent(out) :: error
 
@@ -138,7 +138,7 @@ contains
                 partner_text(mesh, other) // ' by ' // entry_text(surfaces%i_entry), error)
   end subroutine refuse_second_pair
 
-  !> A node cannot be in contact with itself.
+  !> Makes the error that a node would be in contact with itself.
   pure subroutine refuse_common_node(mesh, surfaces, node, error)
     type(mesh_t), intent(in) :: mesh
     type(surface_pair_t), intent(in) :: surfaces
@@ -150,12 +150,12 @@ contains
                 'contact needs two bodies with nodes of their own')
   end subroutine refuse_common_node
 
-  !> The surfaces overlap everywhere by more than an element.
+  !> Makes the error that the surfaces overlap everywhere by more than an element.
   pure subroutine refuse_overlap(surfaces, what, overlap, error)
     type(surface_pair_t), intent(in) :: surfaces
-    !> what overlaps: pair, node
+    !> word for what overlaps: pair, node
     character(*), intent(in) :: what
-    !> [length] the smallest
+    !> [length] smallest overlap
     real(rk), intent(in) :: overlap
     type(error_t), allocatable, intent(out) :: error
 
@@ -165,7 +165,7 @@ contains
 
   pure function partner_text(mesh, i_node) result(text)
     type(mesh_t), intent(in) :: mesh
-    !> 0 = none
+    !> node, 0 = none
     integer, intent(in) :: i_node
     character(:), allocatable :: text
 
@@ -173,11 +173,11 @@ contains
     if (i_node > 0) text = node_text(mesh, i_node)
   end function partner_text
 
-  !> How far aside the nearest node of the second surface lies, and how far it may.
+  !> Returns how far to the side the nearest node of the second surface lies, and the allowed distance.
   pure function offset_text(mesh, surfaces, i_first) result(text)
     type(mesh_t), intent(in) :: mesh
     type(surface_pair_t), intent(in) :: surfaces
-    !> of the first nodes
+    !> number among the first nodes
     integer, intent(in) :: i_first
     character(:), allocatable :: text
     integer :: nearest
@@ -190,7 +190,7 @@ contains
       short_number(surfaces%first_geometry%mesh_size, fine_digits) // ')'
   end function offset_text
 
-  !> Name of a contact entry in messages.
+  !> Returns the name of a contact entry for messages.
   pure function entry_text(i_entry) result(text)
     integer, intent(in) :: i_entry
     character(:), allocatable :: text
@@ -198,7 +198,7 @@ contains
     text = 'contact[' // to_text(i_entry) // ']'
   end function entry_text
 
-  !> `node 17 (0.25, 1.0)` by its number in gmsh.
+  !> Returns a node for messages, `node 17 (0.25, 1.0)`, with its number in gmsh.
   pure function node_text(mesh, i_node) result(text)
     type(mesh_t), intent(in) :: mesh
     integer, intent(in) :: i_node
@@ -219,7 +219,7 @@ contains
     text = '(' // join(numbers, ', ') // ')'
   end function place_text
 
-  !> A direction as decks write it.
+  !> Returns a direction as it is written in decks.
   pure function direction_text(direction) result(text)
     real(rk), intent(in) :: direction(:)
     character(:), allocatable :: text

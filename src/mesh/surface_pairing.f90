@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Gives every node of one surface its partner on another, the nearest node along the normal, or an obstacle.
+!> Gives every node of one surface its partner: the nearest node of another surface along the normal, or an obstacle.
 module sig_surface_pairing
   use sig_deck_config, only: contact_config_t, name_config_t
   use sig_errors, only: error_t, make_error
@@ -16,14 +16,14 @@ module sig_surface_pairing
   private
   public :: open_surfaces, pair_surfaces, gap_of_pair
 
-  !> [-] a surface counts as turned away from the direction beyond this share of its area
+  !> [-] share of the area beyond which a surface counts as facing away from the direction
   real(rk), parameter :: turned_tolerance = 1.0e-9_rk
 
 contains
 
-  !> Finds the two surfaces and the normals at the nodes of the first: the given direction, or its averaged outward normals.
-  !>
-  !> Errors: unknown surface, a surface inside a body, a direction of no use or that does not lead from first to second.
+  !> Finds the two surfaces and the normals at the nodes of the first one: the given direction, or its averaged outward normals.
+  !> Errors: unknown surface, a surface inside a body, an unusable direction or one that does not lead from the first to the second
+  !> surface.
   pure subroutine open_surfaces(mesh, contact, i_entry, deck_path, surfaces, error)
     type(mesh_t), intent(in) :: mesh
     type(contact_config_t), intent(in) :: contact(:)
@@ -70,7 +70,7 @@ contains
     end if
   end subroutine open_surfaces
 
-  !> Mesh size and facets of a surface. Errors: a facet inside a body, a surface that is folded onto itself.
+  !> Computes mesh size and facets of a surface. Errors: a facet inside a body, a surface that is folded onto itself.
   pure subroutine measure(mesh, surfaces, surface, i_group, geometry, error)
     type(mesh_t), intent(in) :: mesh
     type(surface_pair_t), intent(in) :: surfaces
@@ -91,7 +91,7 @@ contains
                 'draw the surface once for each body, so that gmsh does not join their nodes')
   end subroutine measure
 
-  !> The smallest and the largest coordinates of some nodes.
+  !> Returns the smallest and the largest coordinates of some nodes.
   pure function box_of(mesh, nodes) result(box)
     type(mesh_t), intent(in) :: mesh
     integer, intent(in) :: nodes(:)
@@ -130,7 +130,7 @@ contains
     end associate
   end subroutine fix_direction
 
-  !> The direction to an obstacle. Errors: the surface looks away from it.
+  !> Sets the direction to an obstacle. Errors: the surface faces away from it.
   pure subroutine face_obstacle(surfaces, error)
     type(surface_pair_t), intent(inout) :: surfaces
     type(error_t), allocatable, intent(out) :: error
@@ -156,7 +156,7 @@ contains
     call refuse(surfaces, place, message, error, hint)
   end subroutine refuse_direction
 
-  !> How far the outer side of a surface looks along a direction: 1 = fully, -1 = the other way.
+  !> Returns how far the outer side of a surface faces along a direction: 1 = fully, -1 = the opposite direction.
   pure real(rk) function lean(geometry, direction)
     type(surface_geometry_t), intent(in) :: geometry
     real(rk), intent(in) :: direction(:)
@@ -164,7 +164,7 @@ contains
     lean = dot_product(sum(geometry%area_vectors, dim=2), direction) / sum(norm2(geometry%area_vectors, dim=1))
   end function lean
 
-  !> Errors: facets around a node that look in opposite ways have no normal.
+  !> Checks that every node has a normal. Errors: facets around a node face opposite directions.
   pure subroutine check_normals(mesh, surfaces, error)
     type(mesh_t), intent(in) :: mesh
     type(surface_pair_t), intent(in) :: surfaces
@@ -253,12 +253,12 @@ contains
     gap = dot_product(mesh%coordinates(:, second) - mesh%coordinates(:, first), normal)
   end function gap_of_pair
 
-  !> A line along the normal may meet a surface several times: the place with the smallest gap counts.
+  !> Returns the candidate with the smallest gap, because a line along the normal may meet a surface several times.
   pure integer function nearest_along(mesh, first, second_nodes, candidates, normal) result(i_second)
     type(mesh_t), intent(in) :: mesh
     integer, intent(in) :: first
     integer, intent(in) :: second_nodes(:)
-    !> indices in second_nodes
+    !> indices of the candidates in second_nodes
     integer, intent(in) :: candidates(:)
     real(rk), intent(in) :: normal(:)
     real(rk) :: gaps(size(candidates))
@@ -270,7 +270,7 @@ contains
     i_second = candidates(minloc(gaps, dim=1))
   end function nearest_along
 
-  !> Errors: the averaged normals of the two nodes of a pair look the same way.
+  !> Checks a pair. Errors: the averaged normals of its two nodes do not point to opposite sides.
   pure subroutine check_facing(mesh, surfaces, i_first, i_second, error)
     type(mesh_t), intent(in) :: mesh
     type(surface_pair_t), intent(in) :: surfaces
@@ -314,7 +314,7 @@ contains
     type(mesh_t), intent(in) :: mesh
     type(surface_pair_t), intent(in) :: surfaces
     type(pairing_t), intent(in) :: pairing
-    !> first of them
+    !> first of these nodes
     integer, intent(in) :: i_unpaired
     integer, intent(in) :: n_unpaired
     type(error_t), allocatable, intent(out) :: error
@@ -330,7 +330,7 @@ contains
     end if
   end subroutine refuse_lonely_first
 
-  !> The first surface is paired as a whole.
+  !> Reports nodes of the second surface without partner, after the first surface was paired completely.
   pure subroutine refuse_lonely_second(mesh, surfaces, pairing, error)
     type(mesh_t), intent(in) :: mesh
     type(surface_pair_t), intent(in) :: surfaces
