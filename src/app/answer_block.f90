@@ -159,7 +159,8 @@ contains
     end do
   end function table_header
 
-  !> Area, force, moment and what is left of the moments of both sides, of each contact of the deck, by its number.
+  !> Returns the heads of the columns of each contact of the deck, by its number: area, force, moment, and the imbalance
+  !> of the moments of both sides.
   function contact_columns(model) result(text)
     type(model_t), intent(in) :: model
     character(:), allocatable :: text
@@ -178,7 +179,7 @@ contains
 
   contains
 
-    !> One in the plane, one per axis in space.
+    !> Returns the heads of a moment: one column in the plane, one per axis in space.
     function moment_columns(name) result(columns)
       character(*), intent(in) :: name
       character(:), allocatable :: columns
@@ -192,7 +193,7 @@ contains
     end function moment_columns
   end function contact_columns
 
-  !> Line of the table for point i.
+  !> Returns the line of the table for point i.
   function line(self, i) result(text)
     class(answer_block_t), intent(in) :: self
     integer, intent(in) :: i

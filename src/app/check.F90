@@ -89,7 +89,7 @@ contains
     end if
   end subroutine choose_shown
 
-  !> check.h5 and check.xdmf in the results folder, also after an error of the deck. Collective on all ranks.
+  !> Writes check.h5 and check.xdmf in the results folder, also after an error of the deck. Collective on all ranks.
   subroutine write_fields(point, session, ierr)
     real(rk), intent(in) :: point(:)
     type(session_t), intent(inout) :: session
@@ -112,7 +112,7 @@ contains
     end if
   end subroutine write_fields
 
-  !> Names of the numbers in the field `boundary`, which viewers do not know.
+  !> Returns the names of the numbers in the field `boundary`, because viewers do not know them.
   function boundary_text(problem) result(text)
     type(problem_t), intent(in) :: problem
     character(:), allocatable :: text

@@ -12,7 +12,7 @@ module sig_command_help
 
 contains
 
-  !> The text that --help prints.
+  !> Returns the text that --help prints.
   function usage() result(text)
     character(:), allocatable :: text
     integer :: i
@@ -31,7 +31,7 @@ contains
     text = text(:len(text) - 1)
   end function usage
 
-  !> The rows of the commands on one kind of file, below a heading.
+  !> Returns the rows of the commands on one kind of file, below a heading.
   function commands_on(file, heading) result(text)
     character(*), intent(in) :: file, heading
     character(:), allocatable :: text
@@ -44,7 +44,7 @@ contains
     end do
   end function commands_on
 
-  !> What an option does, after the commands that have it.
+  !> Returns what an option does, with the commands that have it in front.
   function summary_of_option(i) result(text)
     integer, intent(in) :: i
     character(:), allocatable :: text
@@ -53,7 +53,7 @@ contains
     if (options(i)%commands /= '') text = text // ' (' // listed(trim(options(i)%commands)) // ')'
   end function summary_of_option
 
-  !> Words between blanks with commas between them.
+  !> Returns words that blanks separate as a list with commas.
   pure function listed(words) result(text)
     character(*), intent(in) :: words
     character(:), allocatable :: text
@@ -66,7 +66,7 @@ contains
     end do
   end function listed
 
-  !> A name, and from `column` on what it means, in lines of at most text_width characters.
+  !> Returns a name and, from `column` on, its meaning, in lines of at most text_width characters.
   pure function row(name, meaning, column) result(text)
     character(*), intent(in) :: name, meaning
     integer, intent(in) :: column
@@ -84,7 +84,7 @@ contains
     text = text // rest // nl
   end function row
 
-  !> The manual page in the language of man(7).
+  !> Returns the manual page in the language of man(7).
   function manual_page(version) result(text)
     character(*), intent(in) :: version
     character(:), allocatable :: text
@@ -114,7 +114,7 @@ contains
       'mpirun \-n 4 signorom run part.yaml' // nl // 'signorom predict results/part/model.h5 \-\-at load=3.5' // nl // '.EE' // nl
   end function manual_page
 
-  !> Hyphens as characters that can be copied into a shell.
+  !> Returns words whose hyphens are escaped, so that readers can copy them into a shell.
   pure function escaped(words) result(text)
     character(*), intent(in) :: words
     character(:), allocatable :: text
@@ -127,7 +127,7 @@ contains
     end do
   end function escaped
 
-  !> A script for bash: commands, then files of the command's kind and its options.
+  !> Returns a script for bash that completes commands, files of the command's kind, and its options.
   function bash_completion() result(text)
     character(:), allocatable :: text
     integer :: i
@@ -153,7 +153,7 @@ contains
       '}' // nl // 'complete -F _signorom signorom' // nl
   end function bash_completion
 
-  !> How the names of files of a kind end.
+  !> Returns the ending of the names of files of a kind.
   pure function ending(file) result(text)
     character(*), intent(in) :: file
     character(:), allocatable :: text

@@ -37,7 +37,9 @@ module sig_command_line
 
 contains
 
-  !> Errors: no or an unknown command or option, an option without its value or of another command, a missing file.
+  !> Reads the arguments of the command line.
+  !>
+  !> Errors: no command or an unknown command or option, an option without its value or of another command, a missing file.
   subroutine parse_command_line(arguments, command, error)
     type(string_t), intent(in) :: arguments(:)
     type(command_t), intent(out) :: command
@@ -64,7 +66,7 @@ contains
     call check_command(command, error)
   end subroutine parse_command_line
 
-  !> A word too many; a blank between parameters of a point makes one.
+  !> Reports a word too many; a blank between the parameters of a point causes one.
   subroutine refuse_word(word, command, error)
     character(*), intent(in) :: word
     type(command_t), intent(in) :: command
@@ -163,7 +165,7 @@ contains
     value = arguments(i)%text
   end subroutine take_value
 
-  !> What belongs to what.
+  !> Checks that the command has its file and its options.
   subroutine check_command(command, error)
     type(command_t), intent(in) :: command
     type(error_t), allocatable, intent(out) :: error
@@ -224,7 +226,7 @@ contains
     if (file == 'MODEL') kind = 'a model (model.h5)'
   end function kind_of_file
 
-  !> Words with commas, and `and` before the last one.
+  !> Returns words with commas between them and `and` before the last one.
   function enumerated(words) result(text)
     type(string_t), intent(in) :: words(:)
     character(:), allocatable :: text

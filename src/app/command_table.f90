@@ -74,7 +74,7 @@ contains
     is_option_of = option%commands == '' .or. index(' ' // option%commands // ' ', ' ' // trim(command) // ' ') > 0
   end function is_option_of
 
-  !> Names of the commands.
+  !> Returns the names of the commands.
   function command_words() result(words)
     type(string_t), allocatable :: words(:)
     integer :: i
@@ -85,7 +85,7 @@ contains
     end do
   end function command_words
 
-  !> Names of the options; with the name of a command, those of this command.
+  !> Returns the names of the options; with the name of a command, only the options of this command.
   function option_words(command) result(words)
     character(*), intent(in), optional :: command
     type(string_t), allocatable :: words(:)

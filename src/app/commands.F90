@@ -103,7 +103,7 @@ contains
     exit_code = session%exit_code
   end subroutine run_on_deck
 
-  !> run is sample, train, validate and fields; it stops at the first stage that fails.
+  !> Runs the stages sample, train, validate and fields. Stops at the first stage that fails.
   subroutine run_stages(command, session, ierr)
     type(command_t), intent(in) :: command
     type(session_t), target, intent(inout) :: session

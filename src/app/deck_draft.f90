@@ -18,7 +18,7 @@ module sig_deck_draft
 
 contains
 
-  !> The deck, with comments that say what to do.
+  !> Returns the text of a first deck, with comments that say what to do.
   function draft_deck(mesh, mesh_file, deck_file, pairs) result(text)
     type(mesh_t), intent(in) :: mesh
     !> as the deck names it
@@ -75,7 +75,7 @@ contains
     end do
   end function material_section
 
-  !> The boundaries of the mesh as comments, a support and a load.
+  !> Returns the boundaries of the mesh as comments, a support and a load.
   function boundary_section(mesh) result(text)
     type(mesh_t), intent(in) :: mesh
     character(:), allocatable :: text
@@ -94,7 +94,7 @@ contains
       'loads:' // nl // '  - {boundary: ' // placeholder // ', pressure: P}' // nl
   end function boundary_section
 
-  !> A support for each body.
+  !> Returns one support for each body.
   function support_lines(mesh) result(lines)
     type(mesh_t), intent(in) :: mesh
     character(:), allocatable :: lines

@@ -17,7 +17,7 @@ module sig_describe
 
 contains
 
-  !> Rank 0 works. Collective on all ranks, which all get the exit code.
+  !> Prints what a model file contains. Rank 0 works. Collective on all ranks, which all get the exit code.
   subroutine describe(command, exit_code, ierr)
     type(command_t), intent(in) :: command
     integer, intent(out) :: exit_code

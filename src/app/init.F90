@@ -22,7 +22,7 @@ module sig_init
 
 contains
 
-  !> Rank 0 works. Collective on all ranks, which all get the exit code.
+  !> Writes a first deck for a mesh. Rank 0 works. Collective on all ranks, which all get the exit code.
   subroutine init_deck(command, exit_code, ierr)
     type(command_t), intent(in) :: command
     integer, intent(out) :: exit_code

@@ -10,7 +10,7 @@ module sig_point_argument
 
 contains
 
-  !> Errors: no `name=value`, an unknown, repeated or missing parameter, something that is no number.
+  !> Reads a parameter point. Errors: no `name=value`, an unknown, repeated or missing parameter, something that is no number.
   subroutine parse_point(text, names, points, error)
     character(*), intent(in) :: text
     type(string_t), intent(in) :: names(:)

@@ -35,7 +35,8 @@ module sig_predict
 
 contains
 
-  !> Rank 0 works: a query is too short to share. Collective on all ranks, which all get the exit code.
+  !> Answers points with a model. Rank 0 works, as a query is too short to share. Collective on all ranks, which all get the exit
+  !> code.
   subroutine predict(command, exit_code, ierr)
     type(command_t), intent(in) :: command
     integer, intent(out) :: exit_code
@@ -113,7 +114,7 @@ contains
     call block%destroy()
   end subroutine predict_points
 
-  !> Reads the next points, and does what --strict asks for.
+  !> Reads the next points and checks them if --strict is given.
   subroutine next_block(command, list, block, error)
     type(command_t), intent(in) :: command
     type(point_list_t), intent(inout) :: list
@@ -140,7 +141,8 @@ contains
     end do
   end subroutine check_box
 
-  !> A block of lines after the other, in the order of the points: neither memory nor order depends on their number or the threads.
+  !> Answers one block of points after the other and writes the lines in the order of the points. Neither the memory nor the order
+  !> depends on the number of points or threads.
   subroutine answer_blocks(command, list, block, table, fields, is_stopped, error)
     type(command_t), intent(in) :: command
     type(point_list_t), intent(inout) :: list
@@ -193,7 +195,7 @@ contains
     end if
   end subroutine say_stopped
 
-  !> Points without an answer are marked in the table, and decide about the exit code.
+  !> Reports points without an answer, which are marked in the table, and sets the exit code.
   subroutine report_unanswered(block, exit_code)
     type(answer_block_t), intent(in) :: block
     integer, intent(inout) :: exit_code
@@ -206,7 +208,7 @@ contains
       ' without an answer; the column status says why')
   end subroutine report_unanswered
 
-  !> How many answers, and by which methods.
+  !> Reports the number of answers by each method.
   subroutine report_methods(command, block)
     type(command_t), intent(in) :: command
     type(answer_block_t), intent(in) :: block
@@ -222,7 +224,7 @@ contains
     call log_info(counted(sum(counts), 'answer') // ' (' // text(3:) // '): ' // command%output)
   end subroutine report_methods
 
-  !> Tells where the fields are.
+  !> Reports the folder of the fields.
   subroutine report_fields(command, fields)
     type(command_t), intent(in) :: command
     type(predicted_fields_t), intent(in) :: fields

@@ -14,7 +14,7 @@ module sig_predicted_fields
   private
   public :: predicted_fields_t, fields_folder
 
-  !> create; then add for each point; close, without which nothing is written.
+  !> Call `create`, then `add` for each point, then `close`; without `close` nothing is written.
   type :: predicted_fields_t
     private
     logical :: is_used = .false.
@@ -34,7 +34,7 @@ module sig_predicted_fields
 
 contains
 
-  !> Beside the table; `predicted_fields` beside the model where the table goes to the terminal.
+  !> Returns the folder of the fields: beside the table, or `predicted_fields` beside the model if the table goes to the terminal.
   pure function fields_folder(model_path, output) result(folder)
     character(*), intent(in) :: model_path
     !> of the table, empty = the terminal
@@ -45,7 +45,7 @@ contains
     if (output /= '') folder = directory_of(output) // '/' // base_name(output) // '_fields'
   end function fields_folder
 
-  !> Errors: the model answers no fields; the files cannot be created.
+  !> Starts the files. Errors: the model answers no fields; the files cannot be created.
   subroutine create(self, online, model_path, folder, error)
     class(predicted_fields_t), intent(inout) :: self
     !> prepared
@@ -74,7 +74,7 @@ contains
     if (.not. allocated(error)) call self%writer%create(online%model, everything, folder, error)
   end subroutine create
 
-  !> A point without an answer has no fields.
+  !> Adds the fields of a point. A point without an answer has no fields.
   subroutine add(self, point)
     class(predicted_fields_t), intent(inout) :: self
     real(rk), intent(in) :: point(:)

@@ -19,7 +19,7 @@ module sig_sampling_stage
 
 contains
 
-  !> snapshots.h5, and candidates.h5 where the deck has a target. Collective on all ranks.
+  !> Makes snapshots.h5, and candidates.h5 where the deck has a target. Collective on all ranks.
   subroutine sample_stage(session, ierr)
     type(session_t), target, intent(inout) :: session
     PetscErrorCode, intent(out) :: ierr
@@ -49,7 +49,7 @@ contains
     end if
   end subroutine sample_stage
 
-  !> candidates.h5, on which local models are measured.
+  !> Makes candidates.h5 with the points at which the errors of local models are measured.
   subroutine sample_candidates(session, ierr)
     type(session_t), target, intent(inout) :: session
     PetscErrorCode, intent(out) :: ierr
@@ -63,7 +63,7 @@ contains
       found_text(outcome) // '): ' // store%path(), error)
   end subroutine sample_candidates
 
-  !> How a sampling ended.
+  !> Reports how a sampling ended.
   subroutine tell_sampled(session, outcome, text, error)
     type(session_t), intent(inout) :: session
     type(sampling_result_t), intent(in) :: outcome
@@ -84,7 +84,7 @@ contains
     end if
   end subroutine tell_sampled
 
-  !> What the snapshots are.
+  !> Returns a text that describes the snapshots.
   pure function sampled_text(session, outcome, selection) result(text)
     type(session_t), intent(in) :: session
     type(sampling_result_t), intent(in) :: outcome

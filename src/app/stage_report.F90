@@ -30,7 +30,7 @@ module sig_stage_report
 
 contains
 
-  !> What ran on what. Collective on all ranks.
+  !> Adds a description of the problem and of the run to the report. Collective on all ranks.
   subroutine describe_problem(problem, report, ierr)
     type(problem_t), intent(in) :: problem
     type(run_report_t), intent(inout) :: report
@@ -61,7 +61,7 @@ contains
       problem%rows%n_rows, inert_pair_names(problem), report)
   end subroutine describe_problem
 
-  !> Who ran what, when and where: this command, which is the last one that completed the report.
+  !> Adds who ran what, when and where. This command is then the last one that completed the report.
   subroutine describe_run(problem, report, ierr)
     type(problem_t), intent(in) :: problem
     type(run_report_t), intent(inout) :: report
@@ -82,7 +82,7 @@ contains
     call report%add('version/build', build_type)
   end subroutine describe_run
 
-  !> What the full-order points took and how they ended; reactions.
+  !> Adds the costs of the full-order points, how they ended, and the reactions.
   subroutine report_fields(problem, points, solved, report)
     type(problem_t), intent(in) :: problem
     real(rk), intent(in) :: points(:, :)
@@ -121,7 +121,7 @@ contains
     call report%add('residuals/warning', warning)
   end subroutine warn_of_residuals
 
-  !> What earlier commands on the same deck and mesh reported stays, but for what this stage makes anew. `run` is all stages.
+  !> Writes the report. What earlier commands on the same deck and mesh reported is kept, except for what this stage makes again.
   subroutine write_report(session, renewed, report)
     type(session_t), intent(inout) :: session
     !> sections, and keys of sections

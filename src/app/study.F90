@@ -63,7 +63,7 @@ contains
     call session%stop('the finished stages are kept; run the same command again to go on')
   end subroutine stop_if_asked
 
-  !> model.h5 and enrichment.csv of snapshots.h5.
+  !> Trains the model: reads snapshots.h5, writes model.h5 and enrichment.csv.
   subroutine train_stage(session, report, ierr)
     type(session_t), intent(inout) :: session
     type(run_report_t), intent(inout) :: report
@@ -122,7 +122,8 @@ contains
     if (any(snapshots%reasons /= reason_converged)) session%exit_code = exit_not_converged
   end subroutine train_stage
 
-  !> The snapshots of the deck's training points, their dofs spread over the ranks; the file may hold more. Collective on all ranks.
+  !> Reads the snapshots of the deck's training points and distributes their dofs over the ranks. The file may hold more points.
+  !> Collective on all ranks.
   subroutine read_snapshots(session, problem, snapshots, selection, error, ierr)
     type(session_t), intent(in) :: session
     type(problem_t), intent(in) :: problem
@@ -154,7 +155,7 @@ contains
       counted(size(is_missing), 'training point') // ' of the deck', snapshots_path(session%folder), hint=hint)
   end subroutine read_snapshots
 
-  !> validation.csv, and its statistics in model.h5 and in the report.
+  !> Writes validation.csv, and its statistics into model.h5 and the report.
   subroutine validate_stage(session, report, ierr)
     type(session_t), intent(inout) :: session
     type(run_report_t), intent(inout) :: report
@@ -230,7 +231,7 @@ contains
     if (any(outcome%reason_full_order /= reason_converged) .or. verdict%n_unanswered > 0) session%exit_code = exit_not_converged
   end subroutine keep_validation
 
-  !> fields.h5 and fields.xdmf at the given points, with the reduced answers where there is a model.
+  !> Writes fields.h5 and fields.xdmf at the given points, with the reduced answers where there is a model.
   subroutine fields_stage(session, points, has_model, report, ierr)
     type(session_t), intent(inout) :: session
     !> shape (n_parameters, n_points)
@@ -272,7 +273,7 @@ contains
     if (any(solved%states%reason /= reason_converged)) session%exit_code = exit_not_converged
   end subroutine fields_stage
 
-  !> The model of this folder, if it was trained for this deck and mesh.
+  !> Reads the model of this folder if it was trained for this deck and mesh.
   subroutine read_own_model(session, problem, model, error)
     type(session_t), intent(in) :: session
     type(problem_t), intent(in) :: problem

@@ -20,7 +20,7 @@ module sig_check_fields
   private
   public :: write_check_fields, boundary_groups
 
-  !> Rows of the labels of a cell, and what a cell is.
+  !> Number of labels per cell, and the values of the first label: what a cell is.
   integer, parameter :: n_labels = 6
   integer, parameter :: label_kind = 1, label_material = 2, label_region = 3, label_boundary = 4, label_contact = 5, label_side = 6
   integer, parameter :: kind_body = 1, kind_boundary = 2, kind_surface = 3, kind_link = 4
@@ -65,7 +65,7 @@ contains
     call file%close(error)
   end subroutine write_check_fields
 
-  !> Material and region of the cells.
+  !> Returns the material and the region of each cell.
   pure function body_labels(problem) result(labels)
     type(problem_t), intent(in) :: problem
     integer :: labels(n_labels, problem%mesh%n_cells)
@@ -85,7 +85,7 @@ contains
     groups = pack([(i, i=1, size(mesh%groups))], mesh%groups%n_dim < mesh%n_dim)
   end function boundary_groups
 
-  !> Facets of each named boundary; points of one that is made of edges of a solid, or of points.
+  !> Adds the facets of each named boundary, or its points if it consists of edges of a solid or of points.
   pure subroutine add_boundaries(mesh, cells)
     type(mesh_t), intent(in) :: mesh
     type(cell_collection_t), intent(inout) :: cells
@@ -106,7 +106,7 @@ contains
     end do
   end subroutine add_boundaries
 
-  !> Facets of both sides of each contact entry. Errors: none after the rows were built.
+  !> Adds the facets of both sides of each contact entry. Errors: none after the rows were built.
   pure subroutine add_surfaces(problem, cells, error)
     type(problem_t), intent(in) :: problem
     type(cell_collection_t), intent(inout) :: cells
@@ -126,7 +126,7 @@ contains
     end do
   end subroutine add_surfaces
 
-  !> A line from the owner of each row to each node of its second side.
+  !> Adds a line from the owner of each row to each node of its second side.
   pure subroutine add_links(rows, cells, shares)
     type(contact_rows_t), intent(in) :: rows
     type(cell_collection_t), intent(inout) :: cells
@@ -146,7 +146,7 @@ contains
     call cells%add_lines(owners(row), nodes, labels)
   end subroutine add_links
 
-  !> What the numbers in the cell fields stand for.
+  !> Writes what the numbers in the cell fields mean.
   subroutine write_names(problem, file)
     type(problem_t), intent(in) :: problem
     type(field_file_t), intent(inout) :: file
@@ -191,7 +191,7 @@ contains
       'of a line: part of the contact force that goes to its second end, below 0 where it pulls; else 0')
   end subroutine write_cell_fields
 
-  !> Supports and loads at the point.
+  !> Writes supports and loads at the point.
   subroutine write_driving_fields(problem, theta, file)
     type(problem_t), intent(in) :: problem
     real(rk), intent(in) :: theta(:)
@@ -206,7 +206,7 @@ contains
     call file%add_node_field('load', values, force_unit(problem%deck), 'force of all loads on the node')
   end subroutine write_driving_fields
 
-  !> Imposed strains at the point; zero off the bodies.
+  !> Writes the imposed strains at the point; they are zero outside of the bodies.
   subroutine write_strains(problem, point, n_cells, file)
     type(problem_t), intent(in) :: problem
     real(rk), intent(in) :: point(:)
@@ -222,7 +222,7 @@ contains
     call file%add_cell_field('imposed_strain', strains, '-', 'mean of what is imposed on the cell by temperature or swelling')
   end subroutine write_strains
 
-  !> Who meets whom, along which normal, at which distance.
+  !> Writes for each contact node which node it faces, along which normal and at which distance.
   subroutine write_contact_fields(problem, rows, theta, file)
     type(problem_t), intent(in) :: problem
     !> those without a multiplier behind the others
@@ -247,7 +247,7 @@ contains
     call file%add_node_field('largest_share', largest, '-', 'of these nodes in the contact force: 1 of a pair')
   end subroutine write_contact_fields
 
-  !> Which nodes are in rows. A node of the second side of several entries gets the first of them.
+  !> Lists the nodes that are in rows. A node of the second side of several entries gets the first entry.
   pure subroutine list_sides(rows, n_with_force, side, entry, status)
     type(contact_rows_t), intent(in) :: rows
     !> leading rows with a multiplier
@@ -269,7 +269,7 @@ contains
     status(rows%owners()) = merge(1, 2, [(k <= n_with_force, k=1, rows%n_rows)])
   end subroutine list_sides
 
-  !> Normals and the other side, at the owners of the rows.
+  !> Lists normals and nodes of the other side at the owners of the rows.
   pure subroutine list_partners(rows, normals, partners, largest)
     type(contact_rows_t), intent(in) :: rows
     !> [-] shape (n_dim, n_nodes)

@@ -16,7 +16,7 @@ module sig_contact_surfaces
   private
   public :: contact_surfaces_t
 
-  !> Rows of one entry of the deck's contact section.
+  !> The rows of one entry of the deck's contact section.
   type :: entry_rows_t
     !> among all rows
     integer, allocatable :: indices(:)
@@ -98,7 +98,7 @@ contains
     if (.not. allocated(error)) call remove_file(folder // '/contact.h5', error)
   end subroutine remove_old_files
 
-  !> Facets with the nodes of their entry, which are those of the bodies in ascending order.
+  !> Builds a mesh of the facets, each with the nodes of its entry. These are nodes of the bodies in ascending order.
   pure subroutine build_mesh(self, model)
     class(contact_surfaces_t), intent(inout) :: self
     type(model_t), intent(in) :: model
@@ -142,7 +142,7 @@ contains
     if (self%is_used) call self%file%start_point(label, point)
   end subroutine start_point
 
-  !> An answer, whoever found it.
+  !> Writes the answer of a full-order or a reduced model at the present point.
   subroutine write_values(self, values, has_displacement)
     class(contact_surfaces_t), intent(inout) :: self
     type(field_values_t), intent(in) :: values
@@ -166,7 +166,7 @@ contains
     call self%file%add_cell_field('contact', self%entries, '-', 'entry of the deck''s contact section, 1-based')
   end subroutine write_values
 
-  !> The answer of a reduced model at the same point.
+  !> Writes the answer of a reduced model at the same point.
   subroutine write_reduced(self, multipliers)
     class(contact_surfaces_t), intent(inout) :: self
     !> [force] shape (n_rows)
@@ -181,7 +181,7 @@ contains
       'multiplier over area, as contact_pressure; reduced model')
   end subroutine write_reduced
 
-  !> Forces and pressures at the nodes, from the rows of their entry alone.
+  !> Computes the forces and pressures at the nodes from the rows of their entry alone.
   subroutine gather(self, multipliers, force, pressure)
     class(contact_surfaces_t), intent(in) :: self
     !> [force] of all rows
@@ -205,7 +205,7 @@ contains
     end do
   end subroutine gather
 
-  !> Gaps and what became of them.
+  !> Computes the gaps and the contact status at the nodes, and the contact status of the facets.
   subroutine gather_state(self, multipliers, opening, gap, status, contact)
     class(contact_surfaces_t), intent(in) :: self
     !> [force] of all rows
@@ -237,7 +237,7 @@ contains
     contact = cell_contact(touching, self%mesh%cell_offsets, self%mesh%cell_nodes)
   end subroutine gather_state
 
-  !> Gives the files their names. Errors: the first failure since create.
+  !> Gives the files their final names. Errors: the first failure since create.
   subroutine close_file(self, error)
     class(contact_surfaces_t), intent(inout) :: self
     type(error_t), allocatable, intent(out) :: error

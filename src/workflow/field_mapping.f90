@@ -15,7 +15,7 @@ module sig_field_mapping
 
 contains
 
-  !> Local: every rank computes everything. Errors: none after the contact rows were built.
+  !> Creates the map. Every rank computes everything. Local. Errors: none after the contact rows were built.
   subroutine create_field_map(problem, map, error)
     type(problem_t), intent(in) :: problem
     type(field_map_t), intent(out) :: map
@@ -33,7 +33,7 @@ contains
     call list_facets(problem, map, error)
   end subroutine create_field_map
 
-  !> Facets of the surfaces with the multipliers.
+  !> Lists the facets of the surfaces that carry the multipliers.
   subroutine list_facets(problem, map, error)
     type(problem_t), intent(in) :: problem
     type(field_map_t), intent(inout) :: map

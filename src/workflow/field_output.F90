@@ -30,7 +30,7 @@ module sig_field_output
   private
   public :: write_fields, solved_points_t
 
-  !> Full-order answers, and what they took.
+  !> The full-order answers and their costs.
   type :: solved_points_t
     !> shape (n_points)
     type(contact_state_t), allocatable :: states(:)
@@ -107,7 +107,7 @@ contains
     end do
   end subroutine solve_points
 
-  !> Local: one rank writes.
+  !> Writes the files of the fields. Local: one rank writes.
   subroutine write_file(problem, points, folder, states, error, model)
     type(problem_t), intent(in) :: problem
     real(rk), intent(in) :: points(:, :)
@@ -141,7 +141,7 @@ contains
     call writer%close(error)
   end subroutine write_file
 
-  !> What the files say of the problem, in the form of a model without parts.
+  !> Makes a model without parts that holds what the files say of the problem.
   subroutine describe_problem(problem, header, error)
     type(problem_t), intent(in) :: problem
     type(model_t), intent(out) :: header
@@ -153,7 +153,7 @@ contains
     call create_field_map(problem, header%fields, error)
   end subroutine describe_problem
 
-  !> Requires: the point was checked, so that its terms have values.
+  !> Computes the values of the fields at a point. The point must have been checked, so that its terms have values.
   subroutine find_values(header, point, state, values)
     type(model_t), intent(in) :: header
     real(rk), intent(in) :: point(:)
@@ -199,7 +199,7 @@ contains
     call writer%surfaces%write_reduced(multipliers)
   end subroutine write_reduced
 
-  !> A field in viewers only where all nodes have a displacement.
+  !> Writes the displacement of the reduced model. It is a field in viewers only if all nodes have a displacement.
   subroutine write_displacement(problem, displacement, writer)
     type(problem_t), intent(in) :: problem
     !> [length] of the reduced model, shape (n_dofs)
@@ -220,7 +220,7 @@ contains
     end if
   end subroutine write_displacement
 
-  !> Source of the displacement of each node, one of displacement_*.
+  !> Returns the source of the displacement of each node, one of displacement_*.
   pure function displacement_sources(model, answer) result(sources)
     type(model_t), intent(in) :: model
     type(answer_t), intent(in) :: answer

@@ -33,7 +33,7 @@ module sig_field_writer
 
 contains
 
-  !> Errors: the files cannot be created.
+  !> Starts the files. Errors: the files cannot be created.
   subroutine create(self, model, wanted, folder, error)
     class(field_writer_t), intent(inout) :: self
     !> a header with fields; its parts are not asked
@@ -70,7 +70,7 @@ contains
     end associate
   end function mesh_of
 
-  !> Which nodes face each other; the same for all points.
+  !> Writes which nodes face each other; this is the same for all points.
   subroutine write_side(rows, is_second, group, file)
     type(contact_rows_t), intent(in) :: rows
     logical, intent(in) :: is_second
@@ -144,7 +144,7 @@ contains
     call write_areas(self, model, values)
   end subroutine write_contact
 
-  !> How much of each contact touches.
+  !> Writes the area of each contact that touches.
   subroutine write_areas(self, model, values)
     class(field_writer_t), intent(inout) :: self
     type(model_t), intent(in) :: model
@@ -179,7 +179,7 @@ contains
     end associate
   end subroutine write_stresses
 
-  !> Errors: the first failure since create.
+  !> Closes the files. Errors: the first failure since create.
   subroutine close_files(self, error)
     class(field_writer_t), intent(inout) :: self
     type(error_t), allocatable, intent(out) :: error

@@ -20,7 +20,7 @@ module sig_candidate_pool
   public :: pool_errors_t, usable_candidates, draw_half, measure_candidates, finish_displacement_errors, errors_among
   public :: worst_candidates
 
-  !> What a model does at each candidate.
+  !> The errors of a model at all candidates.
   type :: pool_errors_t
     !> [-] infinite at candidates that failed; no number where nothing touches in either model, and at candidates that were not
     !> asked for; shape (n_candidates)
@@ -33,7 +33,7 @@ module sig_candidate_pool
 
 contains
 
-  !> Which candidates were solved, move something, and are not trained on already.
+  !> Returns which candidates have a solution with a displacement that is not zero, and are no training points.
   pure function usable_candidates(candidates, lengths, training_points) result(is_usable)
     type(snapshot_set_t), intent(in) :: candidates
     !> [length] Euclidean norms of the displacements, shape (n_candidates)
@@ -50,7 +50,7 @@ contains
     end do
   end function usable_candidates
 
-  !> Half of the candidates, drawn by lot: one more than the rest where their number is odd.
+  !> Draws half of the candidates at random; one more than the rest if their number is odd.
   function draw_half(is_usable, seed) result(is_drawn)
     logical, intent(in) :: is_usable(:)
     integer, intent(in) :: seed
@@ -110,7 +110,7 @@ contains
     call query%destroy()
   end subroutine measure_candidates
 
-  !> e_u of the squares, which are those of all dofs now. Local.
+  !> Computes e_u from the squares, which must be summed over all dofs. Local.
   pure subroutine finish_displacement_errors(candidates, errors)
     type(snapshot_set_t), intent(in) :: candidates
     type(pool_errors_t), intent(inout) :: errors
@@ -124,7 +124,7 @@ contains
     end do
   end subroutine finish_displacement_errors
 
-  !> [-] Infinite where an error is no number although something touches: what cannot be measured must not flatter.
+  !> [-] The error; infinite if it is not a number although there is contact, so that it never looks too small.
   pure real(rk) function measurable(error, multipliers)
     real(rk), intent(in) :: error
     !> full-order
@@ -134,7 +134,7 @@ contains
     if (ieee_is_nan(error) .and. any(multipliers > 0)) measurable = ieee_value(error, ieee_positive_inf)
   end function measurable
 
-  !> The errors as if only these candidates had been asked for.
+  !> Returns the errors as if only these candidates had been measured.
   pure function errors_among(errors, is_chosen) result(chosen)
     type(pool_errors_t), intent(in) :: errors
     logical, intent(in) :: is_chosen(:)

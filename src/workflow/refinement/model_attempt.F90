@@ -26,7 +26,7 @@ module sig_model_attempt
   private
   public :: attempt_t, share_candidates, start_attempt, train_attempt
 
-  !> A model, what it was made of, and how well it does.
+  !> A model with its snapshots, its division into clusters, and its errors.
   type :: attempt_t
     type(training_set_t) :: snapshots
     type(division_t) :: division
@@ -43,9 +43,10 @@ module sig_model_attempt
 
 contains
 
-  !> Half of the candidates may become snapshots; where none may, all are for measuring. Collective on all ranks.
+  !> Divides the candidates: half of them may become snapshots, the others measure the errors. If none may become a snapshot, all
+  !> measure. Collective on all ranks.
   !>
-  !> Errors: there is none to measure on.
+  !> Errors: there is no candidate to measure on.
   subroutine share_candidates(problem, candidates, attempt, error, ierr)
     type(problem_t), intent(in) :: problem
     type(snapshot_set_t), intent(in) :: candidates
@@ -70,7 +71,7 @@ contains
     end associate
   end subroutine share_candidates
 
-  !> The first division, trained and measured.
+  !> Makes the first division, trains the model and measures its errors.
   subroutine start_attempt(problem, candidates, fallback, n_clusters, attempt, error, ierr)
     type(problem_t), intent(in) :: problem
     type(snapshot_set_t), intent(in) :: candidates
@@ -131,7 +132,7 @@ contains
     call finish_displacement_errors(candidates, attempt%errors)
   end subroutine train_attempt
 
-  !> [-] errors that tell how good the model is.
+  !> [-] Returns the errors that measure how good the model is.
   pure function measured(self) result(values)
     class(attempt_t), intent(in) :: self
     real(rk), allocatable :: values(:)
@@ -139,7 +140,7 @@ contains
     values = pack(self%errors%values, self%is_measure)
   end function measured
 
-  !> Errors that tell where it is bad.
+  !> Returns the errors at candidates that may become snapshots; they show where the model is bad.
   pure function open_errors(self) result(errors)
     class(attempt_t), intent(in) :: self
     type(pool_errors_t) :: errors

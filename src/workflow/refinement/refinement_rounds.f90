@@ -77,7 +77,7 @@ contains
     end do
   end function worst_cluster
 
-  !> Values that are no number are left out; 0 without others.
+  !> Returns a statistic of the values. Values that are not a number are left out; the result is 0 if there are no others.
   pure real(rk) function statistic_of(name, values) result(value)
     !> median, p95 or max
     character(*), intent(in) :: name
@@ -95,7 +95,7 @@ contains
     end select
   end function statistic_of
 
-  !> Candidates without an answer of their cluster, or without an error that is a number.
+  !> Number of candidates whose error is infinite: the cluster has no answer, or its error cannot be measured.
   pure integer function n_failed(values)
     real(rk), intent(in) :: values(:)
 
@@ -122,7 +122,7 @@ contains
     if (round%n_failed > 0) text = text // ', ' // to_text(round%n_failed) // ' failed'
   end function round_text
 
-  !> Three digits for people.
+  !> Returns a number with three digits.
   pure function three_digits(value) result(text)
     real(rk), intent(in) :: value
     character(:), allocatable :: text
@@ -133,7 +133,7 @@ contains
     text = trim(adjustl(buffer))
   end function three_digits
 
-  !> How a refinement ended.
+  !> Adds how a refinement ended to the report.
   subroutine report_refinement(rounds, best_round, is_reached, ending, report)
     type(refinement_round_t), intent(in) :: rounds(:)
     !> from 0 on: which gave the model
@@ -150,7 +150,7 @@ contains
     call report%add('reduction/refinement/ending', ending)
   end subroutine report_refinement
 
-  !> Errors: the file cannot be written.
+  !> Writes refinement.csv. Errors: the file cannot be written.
   subroutine write_refinement_table(rounds, path, error)
     type(refinement_round_t), intent(in) :: rounds(:)
     character(*), intent(in) :: path

@@ -13,7 +13,8 @@ module sig_enrichment_table
 
 contains
 
-  !> A line before the first hat of each cluster and one per hat. Local. Errors: the file cannot be written.
+  !> Writes a line before the first hat function of each cluster, and one per hat function. Local. Errors: the file cannot be
+  !> written.
   subroutine write_enrichment_table(model, path, error)
     type(model_t), intent(in) :: model
     character(*), intent(in) :: path

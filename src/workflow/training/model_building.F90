@@ -91,8 +91,8 @@ contains
     end if
   end subroutine build_model
 
-  !> The elastic responses that modes leave out, where the snapshots lack some: those of an earlier version do. Collective on all
-  !> ranks. Errors: the stiffness could not be factored.
+  !> Computes the elastic responses that the snapshots lack, such as snapshots of an earlier version. Collective on all ranks.
+  !> Errors: the stiffness could not be factored.
   subroutine complete_lifting(full_order, snapshots, error, ierr)
     type(full_order_t), intent(inout) :: full_order
     type(snapshot_set_t), intent(inout) :: snapshots
@@ -182,7 +182,7 @@ contains
     max_error_of = merge(default, reduction%max_error, reduction%max_error < 0)
   end function max_error_of
 
-  !> A model of one condensed part. Collective on all ranks.
+  !> Builds a model of one condensed part. Collective on all ranks.
   !>
   !> Errors: no training point has a solution; the stiffness could not be factored.
   subroutine build_condensed(full_order, snapshots, kind, model, reason, error, ierr)

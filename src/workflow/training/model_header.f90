@@ -13,7 +13,7 @@ module sig_model_header
 
 contains
 
-  !> Local.
+  !> Fills the header of the model. Local.
   subroutine fill_model_header(problem, snapshots, model)
     type(problem_t), intent(in) :: problem
     type(training_set_t), intent(in) :: snapshots

@@ -13,7 +13,7 @@ module sig_answer_errors
 
 contains
 
-  !> An error of the forces by its name in validation.csv: e_lambda_rid, e_lambda_all.
+  !> Returns an error of the contact forces by its name in validation.csv: e_lambda_rid or e_lambda_all.
   real(rk) function forces_error(name, online, answer, multipliers) result(error)
     character(*), intent(in) :: name
     !> prepared

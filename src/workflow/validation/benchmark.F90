@@ -34,7 +34,7 @@ module sig_benchmark
 
 contains
 
-  !> Collective on all ranks; the result is the same on each.
+  !> Measures the times. Collective on all ranks; the result is the same on each.
   subroutine run_benchmark(problem, groups, online, query, points, benchmark, ierr)
     type(problem_t), intent(in) :: problem
     type(rank_groups_t), intent(in) :: groups
@@ -52,7 +52,7 @@ contains
     benchmark%is_done = .true.
   end subroutine run_benchmark
 
-  !> What a point costs without condensation: an active set that factors at every step. The first group measures.
+  !> Measures the time of a point without condensation: the active set method factors at every step. The first group measures.
   subroutine time_refactored(problem, groups, points, median, ierr)
     type(problem_t), intent(in) :: problem
     type(rank_groups_t), intent(in) :: groups
@@ -84,7 +84,7 @@ contains
     PetscCall(max_over_ranks(PETSC_COMM_WORLD, median, ierr))
   end subroutine time_refactored
 
-  !> Mean time of a query over all points, repeated until the clock can be trusted. Local.
+  !> Measures the mean time of a query over all points, repeated until the clock is precise enough. Local.
   subroutine time_queries(online, query, points, seconds)
     type(online_model_t), intent(in) :: online
     type(query_t), intent(inout) :: query

@@ -89,7 +89,7 @@ contains
     end do
   end subroutine measure_errors
 
-  !> |u_r - u|_K. Collective.
+  !> Computes |u_r - u|_K. Collective.
   subroutine measure_fields(system, fields, errors, ierr)
     type(contact_system_t), intent(inout) :: system
     !> [length] natural; of the answers, then of the full-order model; shape (n_dofs, 2 * n_points)
@@ -108,7 +108,7 @@ contains
     end do
   end subroutine measure_fields
 
-  !> Strain energy less work of the loads of each field on the bodies and on the reduced domain. Collective.
+  !> Computes the strain energy less the work of the loads, for each field, on the bodies and on the reduced domain. Collective.
   subroutine measure_energies(system, bodies, online, answers, fields, energies, ierr)
     type(contact_system_t), intent(inout) :: system
     type(measured_bodies_t), intent(in) :: bodies
@@ -136,7 +136,7 @@ contains
     end do
   end subroutine measure_energies
 
-  !> 1/2 u' K u of each field. Collective.
+  !> Computes 1/2 u' K u of each field. Collective.
   subroutine measure_strain_energies(system, fields, energies, ierr)
     type(contact_system_t), intent(inout) :: system
     real(rk), intent(in) :: fields(:, :)

@@ -64,7 +64,7 @@ module sig_validation
 
 contains
 
-  !> Collective on all ranks; the result is the same on each.
+  !> Compares the model with the full-order model at the points. Collective on all ranks; the result is the same on each.
   subroutine validate(problem, team, model, points, has_benchmark, outcome, error, ierr)
     type(problem_t), intent(in) :: problem
     !> shares out the points
@@ -101,8 +101,8 @@ contains
     call query%destroy()
   end subroutine validate
 
-  !> Fills one column of the table per point, by the leader of the group that solved it; as many points at once as the solver
-  !> likes.
+  !> Fills one column of the table per point. The leader of the group that solved the point does this, for as many points at once as
+  !> the solver takes.
   subroutine compare_points(problem, team, online, query, points, is_stopped, table, ierr)
     type(problem_t), intent(in) :: problem
     type(team_t), intent(inout) :: team
@@ -143,7 +143,7 @@ contains
     end do
   end subroutine compare_points
 
-  !> The energies of whole bodies and domains. Local.
+  !> Creates the energies of whole bodies and of reduced domains. Local.
   subroutine create_bodies(problem, online, bodies)
     type(problem_t), intent(in) :: problem
     type(online_model_t), intent(in) :: online
@@ -153,7 +153,7 @@ contains
     call measure_with(problem, online, problem%body, bodies)
   end subroutine create_bodies
 
-  !> Measures energies with these elastic constants. Local.
+  !> Sets the elastic constants with which energies are measured. Local.
   subroutine measure_with(problem, online, body, bodies)
     type(problem_t), intent(in) :: problem
     type(online_model_t), intent(in) :: online
@@ -186,7 +186,7 @@ contains
     call measure_with(problem, online, body, bodies)
   end subroutine update_bodies
 
-  !> Collective on the team's group; its leader fills columns of the table.
+  !> Compares the points of one batch. The leader fills their columns of the table. Collective on the team's group.
   subroutine compare_batch(problem, bodies, online, query, team, points, numbers, table, ierr)
     type(problem_t), intent(in) :: problem
     type(measured_bodies_t), intent(inout) :: bodies

@@ -74,7 +74,7 @@ contains
     if (reason == reason_converged) text = 'converged'
   end function status
 
-  !> Errors with their quartiles, where they are largest, and what the answers cost.
+  !> Adds the quartiles of the errors, the worst points and the costs of the answers to the report.
   subroutine report_validation(deck, solver_type, outcome, verdict, report)
     type(deck_config_t), intent(in) :: deck
     !> that solved the full-order points
@@ -107,7 +107,7 @@ contains
     if (outcome%benchmark%is_done) call report_benchmark(solver_type, outcome, report)
   end subroutine report_validation
 
-  !> Warns of large errors on the terminal.
+  !> Prints a warning if errors are large.
   subroutine warn_of_errors(outcome)
     type(validation_t), intent(in) :: outcome
     type(string_t), allocatable :: warnings(:)
@@ -133,7 +133,7 @@ contains
     end associate
   end subroutine report_benchmark
 
-  !> How many points each method answered; none stands first.
+  !> Counts the points that each method answered; the count of points without an answer comes first.
   pure subroutine count_methods(outcome, names, counts)
     type(validation_t), intent(in) :: outcome
     type(string_t), allocatable, intent(out) :: names(:)
@@ -153,7 +153,7 @@ contains
     is_no_number = .not. (value >= 0)
   end function is_no_number
 
-  !> The points with the largest errors, largest first; the first one of equals.
+  !> Returns the points with the largest errors, the largest first; of equal errors the first point.
   function worst_points(deck, outcome, i_error) result(points)
     type(deck_config_t), intent(in) :: deck
     type(validation_t), intent(in) :: outcome
@@ -172,7 +172,7 @@ contains
     end do
   end function worst_points
 
-  !> Statistics for the model file.
+  !> Copies the statistics into the model.
   subroutine keep_statistics(outcome, verdict, model)
     type(validation_t), intent(in) :: outcome
     type(verdict_t), intent(in) :: verdict

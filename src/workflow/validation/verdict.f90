@@ -28,7 +28,7 @@ module sig_verdict
 
 contains
 
-  !> p95 of the errors of all contact forces against the deck's limit. Points that have no full-order solution do not count.
+  !> Compares p95 of the errors of all contact forces with the deck's limit. Points without a full-order solution do not count.
   pure function judge_validation(outcome, limit) result(verdict)
     type(validation_t), intent(in) :: outcome
     !> [-] validation.accept
@@ -104,7 +104,7 @@ contains
     text = cell(name, 24) // cell(shown(statistics%median), 14) // cell(shown(statistics%p95), 14) // shown(statistics%maximum)
   end function row
 
-  !> `none` for what a point without an answer has.
+  !> Returns a number as text; `none` where a point without an answer gives no value.
   pure function shown(value) result(text)
     real(rk), intent(in) :: value
     character(:), allocatable :: text
