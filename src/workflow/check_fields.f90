@@ -20,7 +20,7 @@ module sig_check_fields
   private
   public :: write_check_fields, boundary_groups
 
-  !> Number of labels per cell, and the values of the first label: what a cell is.
+  !> Number of labels per cell, the row of each label, and the values of the first one: what a cell is.
   integer, parameter :: n_labels = 6
   integer, parameter :: label_kind = 1, label_material = 2, label_region = 3, label_boundary = 4, label_contact = 5, label_side = 6
   integer, parameter :: kind_body = 1, kind_boundary = 2, kind_surface = 3, kind_link = 4

@@ -16,7 +16,7 @@ FORMATS = ("png", "pdf", "svg")
 
 
 def add_check_command(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
-    """Its arguments."""
+    """Add the command `check` and its arguments."""
     check = commands.add_parser("check", help="draw the set-up that `signorom check DECK --fields` wrote")
     check.add_argument(
         "file", metavar="RESULTS_DIR|FILE", type=Path, help="results folder, check.h5 or check.xdmf"
@@ -37,7 +37,7 @@ def _run(options: argparse.Namespace) -> int:
 
 
 def write_pictures(check: CheckFile, output: Path, file_format: str) -> Iterator[Path]:
-    """Bodies with supports and loads, then each contact."""
+    """Draw the bodies with supports and loads, then each contact."""
     with styled():
         path = output / f"check_bodies.{file_format}"
         save(check_bodies(check), path)
@@ -49,6 +49,6 @@ def write_pictures(check: CheckFile, output: Path, file_format: str) -> Iterator
 
 
 def follow_pictures(log: Log, check: CheckFile, output: Path, file_format: str) -> Iterator[Path]:
-    """The same with progress."""
+    """Draw the pictures like `write_pictures` and show the progress."""
     n_pictures = 1 + len(check.names["contacts"])
     return log.follow("pictures", write_pictures(check, output, file_format), n_pictures)

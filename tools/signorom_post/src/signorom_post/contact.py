@@ -20,7 +20,7 @@ class ContactSide:
     weights: FloatArray
 
     def of(self, row: int) -> IntArray:
-        """Nodes of a row; none: a rigid obstacle."""
+        """Return the nodes of a row; empty for a rigid obstacle."""
         return self.nodes[self.starts[row] : self.starts[row + 1]]
 
 
@@ -44,7 +44,7 @@ class Contact:
         return self.first.nodes[self.first.starts[:-1]]
 
     def nodes_of(self, rows: IntArray | None = None) -> IntArray:
-        """Nodes of some rows, or of all: the first sides, then the second ones, each node once."""
+        """Return the nodes of some rows, or of all: first sides, then second sides, each node once."""
         chosen = range(self.n_rows) if rows is None else rows
         nodes = [side.of(row) for side in (self.first, self.second) for row in chosen]
         return np.array(list(dict.fromkeys(np.concatenate(nodes))) if nodes else [], dtype=np.int64)

@@ -78,7 +78,7 @@ def write_figures(
 def follow_figures(
     log: Log, results: Results, output: Path, file_format: str, options: FigureOptions
 ) -> Iterator[Outcome]:
-    """The same with progress."""
+    """Write the figures like `write_figures` and show the progress."""
     names = [name for name in BUILDERS if options.only is None or name in options.only]
     outcomes = write_figures(results, output, file_format, options)
     return log.follow("figures", outcomes, len(names), lambda outcome: names.index(outcome.name) + 1)
@@ -113,7 +113,7 @@ def _initial_and_deformed(results: Results, options: FigureOptions) -> Iterator[
 
 
 def _axis_names(results: Results) -> tuple[str, str]:
-    """By the model, or after `solve` by the report."""
+    """Return the names of the axes from the model or, after `solve`, from the report."""
     if results.model_if_present is not None:
         return results.model.axis_names
     try:

@@ -44,7 +44,7 @@ class Output:
 
 
 def add_fmu_command(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
-    """Its arguments."""
+    """Add the command `fmu` and its arguments."""
     fmu = commands.add_parser("fmu", help="write a model as a unit of FMI 3.0 for simulators of systems")
     fmu.add_argument("model", metavar="MODEL", type=Path, help="for instance results/part/model.h5")
     fmu.add_argument(
@@ -76,7 +76,7 @@ def run_fmu(options: argparse.Namespace) -> int:
 
 
 def tags_of(text: str | None) -> list[int]:
-    """Node tags of `12,57`."""
+    """Return the node tags of a text such as `12,57`."""
     try:
         return [int(word) for word in (text or "").split(",") if word.strip()]
     except ValueError as error:
@@ -110,13 +110,13 @@ def write_fmu(model: Model, path: Path, output: Path, tags: list[int]) -> None:
 
 
 def identifier(text: str) -> str:
-    """A text as a name of C and of FMI."""
+    """Turn a text into a valid name for C and FMI."""
     word = re.sub(r"\W+", "_", text, flags=re.ASCII).strip("_")[:60]
     return word if re.match(r"[A-Za-z]", word) else f"m_{word}".rstrip("_")
 
 
 def places_of(model: Model, path: Path, tags: list[int]) -> list[int]:
-    """Places of nodes among the model's nodes."""
+    """Return the positions of nodes, given by their tags, in the model's list of nodes."""
     all_tags, sources = model.nodes[0], model.displacement_sources
     places = []
     for tag in tags:
@@ -166,12 +166,12 @@ def outputs_of(model: Model, tags: list[int]) -> list[Output]:
 
 
 def middle(model: Model) -> dict[str, float]:
-    """The middle of the trained box, where the unit starts."""
+    """Return the middle of the trained box; the unit starts there."""
     return {p.name: p.minimum + (p.maximum - p.minimum) / 2 for p in model.parameters}
 
 
 def has_gradient(model: Model) -> bool:
-    """Whether the model differentiates at the start values."""
+    """Return whether the model has derivatives at the start values."""
     try:
         _ = model.query(nodes=[], **middle(model)).gradient
     except NoAnswerError:
@@ -187,7 +187,7 @@ def table(token: str, nodes: list[int], outputs: list[Output]) -> str:
 
 
 def description(model: Model, name: str, token: str, outputs: list[Output]) -> bytes:
-    """modelDescription.xml."""
+    """Return the text of modelDescription.xml."""
     n_inputs = len(model.parameters)
     root = ET.Element(
         "fmiModelDescription",
@@ -226,7 +226,7 @@ def description(model: Model, name: str, token: str, outputs: list[Output]) -> b
 
 
 def add_inputs(variables: ET.Element, model: Model) -> None:
-    """Parameters of the model: they may change at any time."""
+    """Add the parameters of the model as inputs, which may change at any time."""
     start = middle(model)
     for i, parameter in enumerate(model.parameters):
         attributes = {
@@ -245,7 +245,7 @@ def add_inputs(variables: ET.Element, model: Model) -> None:
 
 
 def add_output(variables: ET.Element, output: Output, reference: int) -> None:
-    """One output."""
+    """Add one output to the variables."""
     attributes = {
         "name": output.name,
         "valueReference": str(reference),
@@ -259,7 +259,7 @@ def add_output(variables: ET.Element, output: Output, reference: int) -> None:
 
 
 def documentation(model: Model) -> str:
-    """A page that says what the model is."""
+    """Return a page that describes the model."""
     text = html.escape(model.describe())
     return (
         f'<!DOCTYPE html><html lang="en"><head><meta charset="utf-8"><title>{html.escape(model.title)}</title></head>'

@@ -12,7 +12,7 @@ _NO_UNIT = {"", "-", "1"}
 
 
 def base_unit(unit: str) -> dict[str, str] | None:
-    """Attributes of BaseUnit; None where the unit is only a name."""
+    """Return the attributes of BaseUnit; None where the unit is only a name."""
     if unit.removesuffix("^2") in _LENGTHS:
         power = 2 if unit.endswith("^2") else 1
         return _attributes({"m": power}, _LENGTHS[unit.removesuffix("^2")] ** power)
@@ -34,7 +34,7 @@ def base_unit(unit: str) -> dict[str, str] | None:
 
 
 def moment_unit(force: str, length: str) -> str:
-    """Unit of a moment; in plane models forces and moments are per unit thickness."""
+    """Return the unit of a moment; in plane models forces and moments are per unit thickness."""
     per_length = f"/{length}"
     return force.removesuffix(per_length) if force.endswith(per_length) else f"{force}*{length}"
 
@@ -45,7 +45,7 @@ def _attributes(exponents: dict[str, int], factor: float) -> dict[str, str]:
 
 
 def unit_definitions(units: Iterable[str]) -> ET.Element:
-    """The element UnitDefinitions with each unit once."""
+    """Return the element UnitDefinitions, which contains each unit once."""
     definitions = ET.Element("UnitDefinitions")
     for unit in dict.fromkeys(unit for unit in units if unit not in _NO_UNIT):
         element = ET.SubElement(definitions, "Unit", name=unit)

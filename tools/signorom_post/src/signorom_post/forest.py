@@ -37,7 +37,7 @@ def train_forest(labels_path: Path, output: Path, n_trees: int, seed: int) -> fl
 
 
 def read_labels(path: Path) -> tuple[list[str], FloatArray, IntArray]:
-    """Names of the parameters, points (n_points, n_parameters) and clusters, from 1."""
+    """Return parameter names, points of shape (n_points, n_parameters), and clusters counted from 1."""
     try:
         with path.open(newline="", encoding="utf-8") as file:
             rows = [row for row in csv.reader(file) if row and not row[0].lstrip().startswith("#")]
@@ -66,7 +66,7 @@ def read_labels(path: Path) -> tuple[list[str], FloatArray, IntArray]:
 
 
 def fit(points: FloatArray, labels: IntArray, n_trees: int, seed: int) -> Any:
-    """A trained RandomForestClassifier; the same seed gives the same trees."""
+    """Return a trained RandomForestClassifier; the same seed gives the same trees."""
     classifier = random_forest_class()(n_estimators=n_trees, random_state=seed, oob_score=True)
     with warnings.catch_warnings():  # about points that every tree has drawn
         warnings.simplefilter("ignore", UserWarning)
@@ -75,7 +75,7 @@ def fit(points: FloatArray, labels: IntArray, n_trees: int, seed: int) -> Any:
 
 
 def random_forest_class() -> Any:
-    """The class of scikit-learn, or an error that tells how to install it where this tool is."""
+    """Return the class of scikit-learn; if it is missing, raise an error that tells how to install it."""
     need_scikit_learn()
     from sklearn.ensemble import RandomForestClassifier
 
@@ -83,7 +83,7 @@ def random_forest_class() -> Any:
 
 
 def need_scikit_learn() -> None:
-    """Raise an error where scikit-learn is not installed. This takes no second, as an import would."""
+    """Raise an error if scikit-learn is not installed. This is much faster than an import."""
     if find_spec("sklearn") is None:
         raise InputError(
             "signorom-post forest",
@@ -92,7 +92,7 @@ def need_scikit_learn() -> None:
 
 
 def flat_arrays(classifier: Any, n_clusters: int) -> dict[str, np.ndarray]:
-    """Nodes of all trees, one tree after the other, as include/signorom/forest.h has them."""
+    """Return the nodes of all trees, one tree after the other, in the layout of include/signorom/forest.h."""
     trees = [estimator.tree_ for estimator in classifier.estimators_]
     features = np.concatenate([tree.feature for tree in trees])
     shares = np.zeros((len(features), n_clusters))
@@ -108,7 +108,7 @@ def flat_arrays(classifier: Any, n_clusters: int) -> dict[str, np.ndarray]:
 
 
 def write_forest(path: Path, names: list[str], arrays: dict[str, np.ndarray]) -> None:
-    """The file that the program reads; it gets its name when it is whole."""
+    """Write the file that the program reads. It gets its final name when it is complete."""
     partial = path.with_name(path.name + ".partial")
     try:
         with h5py.File(partial, "w") as file:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What a command says: on the terminal, and in a file where the user names one; progress of what takes long."""
+"""Messages of a command on the terminal and, if the user wants it, in a file; progress of long tasks."""
 
 import os
 import sys
@@ -20,7 +20,7 @@ Item = TypeVar("Item")
 
 
 class Log:
-    """Says what a command has to say; a file, if any, gets all of it with dates."""
+    """Writes the messages of a command. If there is a file, it gets all messages with dates."""
 
     def __init__(self, path: Path | None = None) -> None:
         """InputError where the file cannot be written."""
@@ -36,7 +36,7 @@ class Log:
                 raise InputError(path, f"cannot write the log: {error.strerror}") from error
 
     def close(self) -> None:
-        """Nothing more is said."""
+        """Close the file; no message may follow."""
         if self._file is None:
             return
         try:
@@ -46,15 +46,15 @@ class Log:
         self._file = None
 
     def result(self, text: object) -> None:
-        """What the command is asked for, to stdout."""
+        """Write a result that the user asked for to stdout."""
         self._say(str(text), sys.stdout)
 
     def note(self, text: object) -> None:
-        """What happens on the way, and what is wrong, to stderr."""
+        """Write a message about progress or errors to stderr."""
         self._say(str(text), sys.stderr)
 
     def to_file_only(self, text: str) -> None:
-        """What the terminal shows in another way."""
+        """Write a text to the file only, because the terminal shows it in another form."""
         if self._file is None:
             return
         date = datetime.now().astimezone().isoformat(timespec="seconds")
@@ -75,7 +75,7 @@ class Log:
         self._n_status_columns = len(text)
 
     def clear_status(self) -> None:
-        """Wipe that line."""
+        """Remove the status line from the terminal."""
         if self._n_status_columns:
             print(f"\r{' ' * self._n_status_columns}\r", end="", file=sys.stderr, flush=True)
             self._n_status_columns = 0

@@ -26,17 +26,17 @@ class Faces:
 
     @property
     def n_corners(self) -> IntArray:
-        """3 or 4, shape (n_faces)."""
+        """Number of corners of each face, 3 or 4; shape (n_faces)."""
         return np.where(self.nodes[:, 2] == self.nodes[:, 3], 3, 4)
 
     @property
     def triangles(self) -> IntArray:
-        """Two for a quadrilateral, shape (n_triangles, 3)."""
+        """Triangles of the faces, two for a quadrilateral; shape (n_triangles, 3)."""
         is_quad = self.n_corners == 4
         return np.vstack([self.nodes[:, :3], self.nodes[is_quad][:, [0, 2, 3]]])
 
     def take(self, which: IntArray) -> "Faces":
-        """Some of them."""
+        """Return some of the faces."""
         return Faces(self.nodes[which], self.cells[which])
 
 

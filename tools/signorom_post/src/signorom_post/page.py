@@ -65,7 +65,7 @@ CAPTIONS = {
 
 
 def add_report_command(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
-    """Its arguments."""
+    """Add the command `report` and its arguments."""
     report = commands.add_parser(
         "report", help="write one HTML page: verdict, errors, pictures, deck, provenance"
     )
@@ -85,7 +85,7 @@ def _run(options: argparse.Namespace) -> int:
 
 
 def build_page(results: Results, log: Log) -> str:
-    """The page as text. InputError where report.yaml is missing or damaged."""
+    """Return the page as text. Raise InputError if report.yaml is missing or damaged."""
     report = results.report
     title = value_text(mapping(report.get("deck")).get("title"))
     return "\n".join(

@@ -26,22 +26,22 @@ class Results:
 
     @cached_property
     def fields(self) -> FieldFile:
-        """fields.h5."""
+        """Contents of fields.h5."""
         return read_fields(self.folder / "fields.h5")
 
     @cached_property
     def snapshots(self) -> SnapshotSet:
-        """snapshots.h5."""
+        """Contents of snapshots.h5."""
         return read_snapshots(self.folder / "snapshots.h5")
 
     @cached_property
     def model(self) -> Model:
-        """model.h5."""
+        """Contents of model.h5."""
         return read_model(self.folder / "model.h5")
 
     @property
     def model_if_present(self) -> Model | None:
-        """model.h5, None where it is missing; a damaged one is an error."""
+        """Contents of model.h5; None if the file is missing. A damaged file is an error."""
         try:
             return self.model
         except MissingFileError:
@@ -49,15 +49,15 @@ class Results:
 
     @cached_property
     def enrichment(self) -> list[History]:
-        """enrichment.csv, a history per cluster."""
+        """Contents of enrichment.csv: one history per cluster."""
         return read_enrichment(self.folder / "enrichment.csv")
 
     @cached_property
     def validation(self) -> Validation:
-        """validation.csv."""
+        """Contents of validation.csv."""
         return read_validation(self.folder / "validation.csv")
 
     @cached_property
     def report(self) -> dict[str, Any]:
-        """report.yaml."""
+        """Contents of report.yaml."""
         return read_report(self.folder / "report.yaml")

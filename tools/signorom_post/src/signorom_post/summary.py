@@ -196,7 +196,7 @@ def error_text(value: Any) -> str:
 
 
 def duration(value: Any) -> str:
-    """Seconds with a legible unit: 21.3 us, 1.50 ms, 12.3 s, 2 min 5 s."""
+    """Return a time in seconds with a legible unit: 21.3 us, 1.50 ms, 12.3 s, 2 min 5 s."""
     seconds = as_number(value)
     if seconds is None or not math.isfinite(seconds) or seconds < 0:
         return value_text(value)

@@ -66,7 +66,7 @@ def format_markdown(figures: Sequence[VerifiedFigure]) -> str:
 
 
 def write_csv(figures: Sequence[VerifiedFigure], path: Path) -> None:
-    """The texts of the table."""
+    """Write the texts of the table as CSV."""
     with path.open("w", newline="", encoding="utf-8") as file:
         csv.writer(file).writerows([HEADINGS[:-1] + ("result",), *table_of(figures)])
 

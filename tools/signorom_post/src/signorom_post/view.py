@@ -51,7 +51,7 @@ for field in {cell_fields!r}:
 
 
 def add_view_command(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
-    """Its arguments."""
+    """Add the command `view` and its arguments."""
     view = commands.add_parser(
         "view", help="draw the standard pictures by VTK, and write a script for ParaView"
     )
@@ -99,7 +99,7 @@ def write_view(fields: FieldFile, point: FieldPoint, output: Path) -> Iterator[P
 
 
 def paraview_script(fields: FieldFile, point: FieldPoint, scale: float, script: Path) -> str:
-    """For pvpython: the pictures of the same point, from fields.xdmf."""
+    """Return a script for pvpython that makes the pictures of the same point from fields.xdmf."""
     return SCRIPT.format(
         name=fields.path.parent.name,
         script=script.name,

@@ -42,7 +42,7 @@ ERRORS: list[Column] = [
 
 
 def format_markdown(study: Study, has_times: bool) -> str:
-    """A line per full-order solver and per model, columns aligned."""
+    """Return a Markdown table: a line per full-order solver and per model, columns aligned."""
     columns = [*SIZES, *(TIMES if has_times else []), *ERRORS]
     rows = [[heading for heading, _, _ in columns]]
     for entry in [*study.full_order, *study.models]:
@@ -55,7 +55,7 @@ def format_markdown(study: Study, has_times: bool) -> str:
 
 
 def explanation(study: Study, has_times: bool, n_query_points: int, seed: int) -> str:
-    """What the columns mean, and where their numbers are from."""
+    """Return a text that explains the columns and where their numbers are from."""
     infinite = any(entry.largest == math.inf for entry in study.models)
     sentences = [
         f"Errors {ERROR} at {study.n_points} test points, against the full-order model.",
@@ -74,7 +74,7 @@ def explanation(study: Study, has_times: bool, n_query_points: int, seed: int) -
 
 
 def write_csv(path: Path, entries: Sequence[Entry]) -> None:
-    """All numbers as they are; seconds, bytes."""
+    """Write all numbers without rounding; times in seconds, sizes in bytes."""
     with path.open("w", newline="", encoding="utf-8") as file:
         names = [field.name for field in fields(Entry)]
         writer = csv.DictWriter(file, fieldnames=names, lineterminator="\n")

@@ -42,11 +42,11 @@ class CheckFile:
         return self.fields[name].values
 
     def of(self, kind: int, **labels: int) -> list[IntArray]:
-        """Nodes of the cells of a kind that have such labels."""
+        """Return the nodes of the cells of a kind that have these labels."""
         return [self.cells[i] for i in self.indices(kind, **labels)]
 
     def indices(self, kind: int, **labels: int) -> IntArray:
-        """These cells."""
+        """Return the indices of the cells of a kind that have these labels."""
         is_chosen = self["kind"] == kind
         for name, value in labels.items():
             is_chosen = is_chosen & (self[name] == value)
@@ -54,12 +54,12 @@ class CheckFile:
 
     @cached_property
     def axis_names(self) -> tuple[str, str, str]:
-        """Of the coordinates."""
+        """Names of the coordinates."""
         return ("r", "z", "") if self.names["model"] == ["axisymmetric"] else ("x", "y", "z")
 
 
 def find_check_file(path: Path) -> Path:
-    """check.h5 of a results folder, or beside the XDMF file."""
+    """Return the path of check.h5 in a results folder or beside the XDMF file."""
     if path.is_dir():
         return path / "check.h5"
     return path.with_suffix(".h5") if path.suffix == ".xdmf" else path

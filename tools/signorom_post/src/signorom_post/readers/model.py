@@ -62,7 +62,7 @@ class Model:
 
     @property
     def axis_names(self) -> tuple[str, str]:
-        """Of the first two coordinates."""
+        """Names of the first two coordinates."""
         return ("r", "z") if self._mechanical_model == "axisymmetric" else ("x", "y")
 
     @property
@@ -75,7 +75,7 @@ class Model:
         return f"{unit}/{self.length_unit}" if kind.startswith("plane") else unit
 
     def unit_of(self, parameter: str) -> str:
-        """Unit of a parameter, empty where it has none."""
+        """Return the unit of a parameter; empty where it has none."""
         units = dict(zip(self.parameter_names, self.parameter_units, strict=True))
         return units.get(parameter, "")
 
