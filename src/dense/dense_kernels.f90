@@ -124,7 +124,7 @@ contains
     call sig_solve_lu(n, 1_c_int, factors, size(factors, 1), pivots, b, size(b))
   end subroutine solve_lu_vector
 
-  !> As solve_lu_vector, for the columns of b.
+  !> Computes b = A^-1 b for the columns of b, with the factors of factor_lu.
   subroutine solve_lu_matrix(n, factors, pivots, b)
     integer, intent(in) :: n
     real(rk), contiguous, intent(in) :: factors(:, :)
@@ -179,7 +179,7 @@ contains
     call sig_reduce_cholesky(n, factor, size(factor, 1), b)
   end subroutine reduce_cholesky
 
-  !> As reciprocal_condition_lu, from the factor of factor_cholesky.
+  !> Returns 1 / (|A| |A^-1|) as reciprocal_condition_lu does, from the factor of factor_cholesky.
   real(rk) function reciprocal_condition_cholesky(n, factor, norm, work, signs) result(reciprocal)
     integer, intent(in) :: n
     real(rk), contiguous, intent(in) :: factor(:, :)
@@ -192,14 +192,15 @@ contains
     reciprocal = sig_reciprocal_condition_cholesky(n, factor, size(factor, 1), norm, work, signs)
   end function reciprocal_condition_cholesky
 
-  !> Largest |x_i|, 0 of none. Several times as fast as maxval(abs(x)), which waits for each comparison.
+  !> Returns the largest |x_i|, 0 for an empty array. It is several times as fast as maxval(abs(x)), which waits for each
+  !> comparison.
   pure real(rk) function largest_size(x)
     real(rk), contiguous, intent(in) :: x(:)
 
     largest_size = sig_largest_size(size(x), x)
   end function largest_size
 
-  !> Sum of |x_i|.
+  !> Returns the sum of |x_i|.
   pure real(rk) function sum_of_sizes(x)
     real(rk), contiguous, intent(in) :: x(:)
 

@@ -16,7 +16,7 @@ module sig_force_balance
 
 contains
 
-  !> The nearest forces that are not negative and in balance: the projection on {lambda >= 0, A lambda = b}, which holds the
+  !> Moves forces to the nearest non-negative ones in balance: the projection on {lambda >= 0, A lambda = b}. This set contains the
   !> solution, so that no error of the forces (Euclidean) grows.
   !>
   !> lambda(y) = max(0, lambda_r + A' y); y makes |lambda(y)|^2/2 - b'y least, a convex function with the gradient A lambda(y) - b.
@@ -64,7 +64,7 @@ contains
     end function dual
   end subroutine balance_forces
 
-  !> Whether a lambda = b but for rounding.
+  !> Whether A lambda = b except for rounding.
   pure logical function keep_balance(matrix, work, forces)
     real(rk), intent(in) :: matrix(:, :)
     real(rk), intent(in) :: work(:)
@@ -74,7 +74,7 @@ contains
     keep_balance = all(abs(matmul(forces, matrix) - work) <= balanced * (matmul(forces, abs(matrix)) + abs(work)))
   end function keep_balance
 
-  !> A D A' of the rows that carry force.
+  !> Returns A D A' for the rows that carry force.
   pure function curvature(matrix, is_loaded) result(square)
     real(rk), intent(in) :: matrix(:, :)
     logical, intent(in) :: is_loaded(:)

@@ -128,7 +128,7 @@ contains
       same_solution * max(maxval(other%lambda), maxval(known%lambda))
   end subroutine find_other_solution
 
-  !> A solution of n zeros, without an answer yet.
+  !> Starts a solution of n zeros, without an answer yet.
   pure subroutine start_solution(n, solution)
     integer, intent(in) :: n
     type(lcp_solution_t), intent(inout) :: solution
@@ -179,7 +179,7 @@ contains
     call finish(matrix, q, workspace, solution, is_done)
   end subroutine try_block_pivoting
 
-  !> Lemke, then one solve on the set that it ends with: its tableau has gathered the round-off of all the pivots.
+  !> Runs Lemke's method, then solves once with its last set, because its tableau has collected the round-off of all pivots.
   subroutine try_lemke(matrix, q, i_path, solution, workspace, is_done)
     real(rk), intent(in) :: matrix(:, :)
     real(rk), intent(in) :: q(:)
@@ -248,7 +248,7 @@ contains
     solution%is_active = solution%lambda > 0
   end subroutine finish
 
-  !> Largest of |w| where lambda > 0 and of -w elsewhere, w = W lambda + q, each over the terms of its row.
+  !> Measures the largest of |w| where lambda > 0 and of -w elsewhere, w = W lambda + q, each over the terms of its row.
   pure subroutine measure_residual(matrix, q, workspace, solution)
     real(rk), intent(in) :: matrix(:, :)
     real(rk), intent(in) :: q(:)

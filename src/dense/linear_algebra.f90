@@ -18,7 +18,7 @@ module sig_linear_algebra
     integer :: n = 0
     !> [-] of the matrix in the 1-norm; 0 when singular or not finite, 1 when empty
     real(rk) :: reciprocal_condition = 1
-    !> numerically: no digit of a solution would be right
+    !> whether the matrix is numerically singular: no digit of a solution would be right
     logical :: is_singular = .false.
     real(rk), allocatable, private :: factors(:, :)
     integer, allocatable, private :: pivots(:)
@@ -58,7 +58,7 @@ contains
     self%is_singular = .not. self%reciprocal_condition > singular_reciprocal
   end subroutine lu_factor
 
-  !> x = A^-1 b.
+  !> Returns x = A^-1 b.
   function lu_solve_vector(self, b) result(x)
     class(lu_t), intent(in) :: self
     !> shape (n)
@@ -70,7 +70,7 @@ contains
     call solve_lu(self%n, self%factors, self%pivots, x)
   end function lu_solve_vector
 
-  !> X = A^-1 B.
+  !> Returns X = A^-1 B.
   function lu_solve_matrix(self, b) result(x)
     class(lu_t), intent(in) :: self
     !> shape (n, m)
@@ -116,7 +116,7 @@ contains
     if (.not. is_singular) x = lu%solve(b)
   end subroutine solve_dense_matrix
 
-  !> Inverse of a square matrix; zero when it is numerically singular.
+  !> Computes the inverse of a square matrix; zero when it is numerically singular.
   subroutine invert(a, inverse, is_singular)
     !> shape (n, n)
     real(rk), intent(in) :: a(:, :)
@@ -133,7 +133,7 @@ contains
     call solve_dense(a, identity, inverse, is_singular)
   end subroutine invert
 
-  !> Column i of the unit matrix.
+  !> Returns column i of the unit matrix.
   pure function unit_vector(n, i) result(vector)
     integer, intent(in) :: n
     integer, intent(in) :: i

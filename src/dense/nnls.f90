@@ -54,7 +54,7 @@ module sig_nnls
 
 contains
 
-  !> Requires nothing of A; one that is not finite counts as zero.
+  !> Prepares A. A matrix that is not finite counts as zero.
   subroutine prepare(self, matrix)
     class(nnls_t), intent(inout) :: self
     !> A, shape (n_rows, n_columns)
@@ -109,7 +109,7 @@ contains
     residual_norm = residual_norm * rhs_norm
   end subroutine solve
 
-  !> No column in use.
+  !> Starts with no column in use.
   subroutine start(self, rhs, rhs_norm, workspace)
     class(nnls_t), intent(in) :: self
     real(rk), intent(in) :: rhs(:)
@@ -147,7 +147,7 @@ contains
     allocate (workspace%used_before(most), workspace%x_before(most))
   end subroutine reserve
 
-  !> Products of the unit columns with the residual.
+  !> Computes the products of the unit columns with the residual.
   subroutine find_gains(self, workspace)
     class(nnls_t), intent(in) :: self
     type(nnls_workspace_t), intent(inout) :: workspace
@@ -226,7 +226,7 @@ contains
     end do
   end subroutine improve
 
-  !> The set and the coefficients before the step.
+  !> Restores the set and the coefficients before the step.
   subroutine restore(self, n_before, workspace)
     class(nnls_t), intent(in) :: self
     integer, intent(in) :: n_before

@@ -99,7 +99,7 @@ module sig_element_types
 
 contains
 
-  !> Row of the table with this gmsh number; 0 where the code has no such element.
+  !> Returns the row of the table with this gmsh number; 0 where the code has no such element.
   pure integer function element_type_of_gmsh(gmsh_type) result(i_type)
     integer, intent(in) :: gmsh_type
 
@@ -109,7 +109,7 @@ contains
     i_type = 0
   end function element_type_of_gmsh
 
-  !> Row of the element of this dimension with so many nodes, 0 where there is none.
+  !> Returns the row of the element of this dimension with so many nodes, 0 where there is none.
   pure integer function element_type_with(n_dim, n_nodes) result(i_type)
     integer, intent(in) :: n_dim
     integer, intent(in) :: n_nodes
@@ -120,14 +120,14 @@ contains
     i_type = 0
   end function element_type_with
 
-  !> Row of the linear element of the same shape.
+  !> Returns the row of the linear element of the same shape.
   pure integer function corner_type(i_type)
     integer, intent(in) :: i_type
 
     corner_type = element_type_with(element_types(i_type)%n_dim, element_types(i_type)%n_corners)
   end function corner_type
 
-  !> Row of the element of the same shape that has most nodes.
+  !> Returns the row of the element of the same shape that has most nodes.
   pure integer function fullest_type(i_type)
     integer, intent(in) :: i_type
     integer :: i_other
@@ -139,7 +139,7 @@ contains
     end do
   end function fullest_type
 
-  !> Order of the nodes that turns a cell inside out: xi and eta change places.
+  !> Returns the order of the nodes that turns a cell inside out: xi and eta change places.
   pure function mirrored_order(i_type) result(order)
     integer, intent(in) :: i_type
     integer :: order(element_types(i_type)%n_nodes)

@@ -116,7 +116,7 @@ contains
     inverse = rows(:, n + 1:)
   end function inverted
 
-  !> Shape functions at a point of the reference element.
+  !> Returns the shape functions at a point of the reference element.
   pure function shape_values(i_type, coefficients, point) result(values)
     integer, intent(in) :: i_type
     !> from shape_coefficients
@@ -128,7 +128,7 @@ contains
     values = matmul(monomial_values(element_types(i_type), point, 0), coefficients)
   end function shape_values
 
-  !> Their derivatives along one direction of the reference element.
+  !> Returns the derivatives of the shape functions along one direction of the reference element.
   pure function shape_slopes(i_type, coefficients, point, i_dim) result(slopes)
     integer, intent(in) :: i_type
     real(rk), intent(in) :: coefficients(:, :)
@@ -139,7 +139,7 @@ contains
     slopes = matmul(monomial_values(element_types(i_type), point, i_dim), coefficients)
   end function shape_slopes
 
-  !> The corners of the edge, the face or the cell in whose middle a node sits; of a corner itself alone.
+  !> Returns the corners of the edge, the face or the cell in whose middle a node is; for a corner the corner itself.
   pure function corners_of_node(i_type, i_node) result(corners)
     integer, intent(in) :: i_type
     integer, intent(in) :: i_node

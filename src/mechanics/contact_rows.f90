@@ -52,7 +52,7 @@ module sig_contact_rows
 
 contains
 
-  !> Rows from the lists of their nodes.
+  !> Makes the rows from the lists of their nodes.
   pure subroutine create_contact_rows(n_first, n_second, nodes, weights, gap, areas, contact_entry, rows)
     !> nodes of either side of each row, shape (n_rows)
     integer, intent(in) :: n_first(:), n_second(:)
@@ -85,7 +85,7 @@ contains
     rows%contact_entry = contact_entry
   end subroutine create_contact_rows
 
-  !> Takes the rows that meet only prescribed displacements from the others: they get no multiplier, their gaps are checked.
+  !> Separates the rows that meet only prescribed displacements: they get no multiplier, and only their gaps are checked.
   pure subroutine separate_inert_rows(all_rows, is_prescribed, rows, inert)
     type(contact_rows_t), intent(in) :: all_rows
     !> shape (n_dofs), natural
@@ -104,7 +104,7 @@ contains
     inert = all_rows%select(pack([(k, k=1, all_rows%n_rows)], is_inert))
   end subroutine separate_inert_rows
 
-  !> B u: how far each row has closed.
+  !> Returns B u, the amount by which each row has closed.
   pure function apply(self, displacement) result(closing)
     class(contact_rows_t), intent(in) :: self
     !> [length] shape (n_dofs)
@@ -120,7 +120,7 @@ contains
     end do
   end function apply
 
-  !> B' lambda: the contact forces that the bodies' stiffness has to balance, on every dof.
+  !> Returns B' lambda, the contact forces on every dof that the stiffness of the bodies balances.
   pure function apply_transpose(self, multipliers, n_dofs) result(forces)
     class(contact_rows_t), intent(in) :: self
     !> [force] shape (n_rows)
@@ -138,7 +138,7 @@ contains
     end do
   end function apply_transpose
 
-  !> Natural dofs of a row, the owner's first.
+  !> Returns the natural dofs of a row, the owner's first.
   pure function dofs_of(self, row) result(dofs)
     class(contact_rows_t), intent(in) :: self
     integer, intent(in) :: row
@@ -156,7 +156,7 @@ contains
     coefficients = self%coefficients(self%offsets(row) + 1:self%offsets(row + 1))
   end function coefficients_of
 
-  !> Natural node of each row at which its multiplier sits.
+  !> Returns the natural node of each row that carries its multiplier.
   pure function owners(self)
     class(contact_rows_t), intent(in) :: self
     integer :: owners(self%n_rows)
@@ -164,7 +164,7 @@ contains
     owners = (self%dofs(self%offsets(:self%n_rows) + 1) - 1) / self%n_dim + 1
   end function owners
 
-  !> Natural nodes of a row, the owner first, then the rest of the first side, then the second side.
+  !> Returns the natural nodes of a row: the owner, the rest of the first side, then the second side.
   pure function nodes_of(self, row) result(nodes)
     class(contact_rows_t), intent(in) :: self
     integer, intent(in) :: row
@@ -181,7 +181,7 @@ contains
     nodes = (self%dofs(self%offsets(row) + 1:self%splits(row):self%n_dim) - 1) / self%n_dim + 1
   end function first_nodes_of
 
-  !> Empty for an obstacle.
+  !> Returns the natural nodes of a row on the second side; empty for an obstacle.
   pure function second_nodes_of(self, row) result(nodes)
     class(contact_rows_t), intent(in) :: self
     integer, intent(in) :: row
@@ -190,7 +190,7 @@ contains
     nodes = (self%dofs(self%splits(row) + 1:self%offsets(row + 1):self%n_dim) - 1) / self%n_dim + 1
   end function second_nodes_of
 
-  !> How many rows each node meets.
+  !> Counts the rows that each node meets.
   pure function rows_per_node(self, n_nodes) result(n)
     class(contact_rows_t), intent(in) :: self
     integer, intent(in) :: n_nodes
@@ -205,7 +205,7 @@ contains
     end do
   end function rows_per_node
 
-  !> Nodes that one row ties to one other node, and nothing else does: best kept on one rank.
+  !> Finds pairs of nodes that only one row ties to each other; both are best kept on one rank.
   pure subroutine tied_nodes(self, n_nodes, first, second)
     class(contact_rows_t), intent(in) :: self
     integer, intent(in) :: n_nodes
@@ -225,7 +225,7 @@ contains
     second = pack(nodes(2, :), is_tied)
   end subroutine tied_nodes
 
-  !> Nodes of one side of all rows, for files: those of row k are starts(k) + 1 ... starts(k + 1), the owner first.
+  !> Lists the nodes of one side of all rows for files: those of row k are starts(k) + 1 ... starts(k + 1), the owner first.
   pure subroutine list_side(self, is_second, starts, nodes, weights)
     class(contact_rows_t), intent(in) :: self
     logical, intent(in) :: is_second
@@ -256,8 +256,8 @@ contains
     end do
   end subroutine list_side
 
-  !> Share of the row's force that each of its nodes bears, negative where it pulls: the first side's and the second side's sum up
-  !> to 1 each.
+  !> Returns the share of the row's force that each of its nodes carries, negative where it pulls. The shares of the first side sum
+  !> up to 1, and so do those of the second side.
   pure function weights_of(self, row) result(weights)
     class(contact_rows_t), intent(in) :: self
     integer, intent(in) :: row
@@ -275,8 +275,8 @@ contains
     end associate
   end function weights_of
 
-  !> Of each row, the resultant on its first side of a multiplier of 1, and its moment about the origin: x cross f, in the plane
-  !> (and in the half plane of axisymmetry) x f_y - y f_x.
+  !> Computes for each row the resultant on its first side for a multiplier of 1, and its moment about the origin: x cross f, in the
+  !> plane (and in the half plane of axisymmetry) x f_y - y f_x.
   pure subroutine unit_resultants(self, coordinates, forces, moments)
     class(contact_rows_t), intent(in) :: self
     !> [length] natural, shape (n_dim, n_nodes)
@@ -293,8 +293,8 @@ contains
     end do
   end subroutine unit_resultants
 
-  !> Of each row, the moment about the origin of the forces of a multiplier of 1 on both of its sides: their resultants cancel,
-  !> their lines may lie beside each other. Zero against an obstacle, which has no forces here.
+  !> Returns for each row the moment about the origin of the forces on both of its sides for a multiplier of 1. The resultants
+  !> cancel, but their lines may have a distance. It is zero against an obstacle, which has no forces here.
   pure function unit_imbalances(self, coordinates) result(moments)
     class(contact_rows_t), intent(in) :: self
     !> [length] natural, shape (n_dim, n_nodes)
@@ -335,7 +335,7 @@ contains
     end do
   end subroutine add_up
 
-  !> Some of the rows, in the given order.
+  !> Returns some of the rows, in the given order.
   pure function select(self, indices) result(rows)
     class(contact_rows_t), intent(in) :: self
     integer, intent(in) :: indices(:)
@@ -358,7 +358,7 @@ contains
     rows%contact_entry = self%contact_entry(indices)
   end function select
 
-  !> Other rows behind these, with the gaps of terms that are not there yet.
+  !> Appends other rows. Gaps of terms that these rows do not have yet become zero.
   pure subroutine append(self, more)
     class(contact_rows_t), intent(inout) :: self
     !> at least as many terms

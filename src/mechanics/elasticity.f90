@@ -15,7 +15,7 @@ module sig_elasticity
 
 contains
 
-  !> Strain components that do work in a model; 0 for an unknown one.
+  !> Returns the number of strain components that do work in a model; 0 for an unknown one.
   pure integer function n_strains(model)
     !> name of a mechanical model
     character(*), intent(in) :: model
@@ -25,7 +25,7 @@ contains
     n_strains = row%n_strains
   end function n_strains
 
-  !> Stress = hooke * strain in the components that do work, shear strains as angles (2 eps_xy).
+  !> Returns Hooke's matrix for the components that do work; shear strains are angles (2 eps_xy).
   pure function hooke_matrix(model, young_modulus, poisson_ratio) result(hooke)
     !> name of a mechanical model
     character(*), intent(in) :: model
@@ -43,7 +43,7 @@ contains
     hooke = all_stresses(row%strains(:row%n_strains), row%strains(:row%n_strains))
   end function hooke_matrix
 
-  !> Hooke's matrix: all six stresses from all six elastic strains, shear strains as angles.
+  !> Returns Hooke's matrix for all six stresses and elastic strains; shear strains are angles.
   !>
   !> lambda (tr eps) I + 2 mu eps; in plane stress eps_zz is such that sigma_zz is zero, whatever is said of it.
   pure function stress_matrix(model, young_modulus, poisson_ratio) result(hooke)
@@ -104,7 +104,7 @@ contains
     end do
   end function hooke_term
 
-  !> The modulus of a hooke_term as an expression: E / (3 (1 - 2 nu)), E / (2 (1 - nu)) in plane stress; E / (2 (1 + nu)).
+  !> Returns the modulus of a hooke_term as an expression: E / (3 (1 - 2 nu)), E / (2 (1 - nu)) in plane stress; E / (2 (1 + nu)).
   pure function modulus_text(model, i_term, young_modulus, poisson_ratio) result(text)
     !> name of a mechanical model
     character(*), intent(in) :: model
@@ -124,7 +124,7 @@ contains
     text = '(' // young_modulus // ')/' // text
   end function modulus_text
 
-  !> How many normal strains the law of the model relates.
+  !> Returns the number of normal strains in the law of the model.
   pure integer function normal_strains(model)
     character(*), intent(in) :: model
     type(mechanical_model_t) :: row
@@ -133,7 +133,8 @@ contains
     normal_strains = merge(2, 3, row%is_thin)
   end function normal_strains
 
-  !> sqrt(((xx - yy)**2 + (yy - zz)**2 + (zz - xx)**2) / 2 + 3 (xy**2 + yz**2 + xz**2)) of each column.
+  !> Returns the von Mises stress of each column: sqrt(((xx - yy)**2 + (yy - zz)**2 + (zz - xx)**2) / 2 + 3 (xy**2 + yz**2 +
+  !> xz**2)).
   pure function von_mises(stresses) result(equivalent)
     !> [force/length**2] shape (n_stresses, n)
     real(rk), intent(in) :: stresses(:, :)

@@ -15,7 +15,7 @@ module sig_mechanical_models
     integer :: n_dim = 0
     !> names of the coordinates and of the displacement components in the deck
     character(1) :: axes(3) = ' '
-    !> the mesh turns around the axis x = 0
+    !> whether the mesh turns around the axis x = 0
     logical :: is_round = .false.
     !> no stress across the plane; otherwise no strain where a component is not in `strains`
     logical :: is_thin = .false.
@@ -40,7 +40,7 @@ module sig_mechanical_models
 
 contains
 
-  !> Row of the table with this name; an empty row where there is none.
+  !> Returns the row of the table with this name; an empty row where there is none.
   pure type(mechanical_model_t) function mechanical_model(name) result(model)
     character(*), intent(in) :: name
     integer :: i
@@ -50,7 +50,7 @@ contains
     end do
   end function mechanical_model
 
-  !> What expressions may call the coordinates.
+  !> Returns the names of the coordinates in expressions.
   pure function coordinate_names(model) result(names)
     type(mechanical_model_t), intent(in) :: model
     type(string_t), allocatable :: names(:)
@@ -62,7 +62,7 @@ contains
     end do
   end function coordinate_names
 
-  !> What an integral over the mesh carries at a place: 2 pi r in axisymmetry, 1 elsewhere (in the plane per unit thickness).
+  !> Returns the factor of integrals over the mesh at a place: 2 pi r in axisymmetry, 1 elsewhere (in the plane per unit thickness).
   pure real(rk) function circumference(model, place)
     type(mechanical_model_t), intent(in) :: model
     !> [length] shape (n_dim)
@@ -79,7 +79,7 @@ contains
     is_plane = model%n_dim == 2 .and. .not. model%is_round
   end function is_plane
 
-  !> `a plane_strain model has the components x and y`
+  !> Returns `a plane_strain model has the components x and y`.
   pure function components_text(model) result(text)
     type(mechanical_model_t), intent(in) :: model
     character(:), allocatable :: text

@@ -21,7 +21,8 @@ module sig_nodal_values
 
 contains
 
-  !> Area of each node: of an owner the area of its row; of other nodes their shares of the areas of rows that they meet.
+  !> Returns the area of each node: for an owner the area of its row, for other nodes their shares of the areas of rows that they
+  !> meet.
   pure function nodal_areas(rows, n_nodes) result(areas)
     type(contact_rows_t), intent(in) :: rows
     integer, intent(in) :: n_nodes
@@ -38,7 +39,7 @@ contains
     areas(rows%owners()) = rows%areas
   end function nodal_areas
 
-  !> Force of each row over its area; zero off the rows.
+  !> Returns the force of each row over its area; zero off the rows.
   pure function nodal_pressures(rows, multipliers, n_nodes) result(pressures)
     type(contact_rows_t), intent(in) :: rows
     !> [force] shape (n_rows)
@@ -65,13 +66,13 @@ contains
     where (.not. is_owner .and. weights > 0) pressures = sums / weights
   end function nodal_pressures
 
-  !> Opening at each contact node: at an owner its own, at others the smallest of the rows that they meet.
+  !> Returns the opening at each contact node: at an owner its own, at others the smallest of the rows that they meet.
   pure function nodal_gaps(rows, opening, n_nodes) result(gaps)
     type(contact_rows_t), intent(in) :: rows
     !> [length] shape (n_rows)
     real(rk), intent(in) :: opening(:)
     integer, intent(in) :: n_nodes
-    !> [length] no number where no row is
+    !> [length] NaN where no row is
     real(rk) :: gaps(n_nodes)
     real(rk) :: least(n_nodes)
     logical :: is_owner(n_nodes)
@@ -88,7 +89,8 @@ contains
     where (rows%rows_per_node(n_nodes) == 0) gaps = ieee_value(gaps, ieee_quiet_nan)
   end function nodal_gaps
 
-  !> [force] What is less is rounding of the largest one: full-order solvers leave such forces on open contacts.
+  !> Returns the least force [force] that counts. Smaller ones are rounding of the largest one: full-order solvers leave such forces
+  !> on open contacts.
   pure real(rk) function least_force(multipliers)
     !> [force] of all rows
     real(rk), intent(in) :: multipliers(:)
@@ -98,7 +100,7 @@ contains
     if (size(multipliers) > 0) least_force = rounding * max(0.0_rk, maxval(multipliers))
   end function least_force
 
-  !> Rows that carry a force.
+  !> Tells which rows carry a force.
   pure function closed_rows(multipliers) result(is_closed)
     !> [force] of all rows
     real(rk), intent(in) :: multipliers(:)
@@ -107,7 +109,7 @@ contains
     is_closed = multipliers > least_force(multipliers)
   end function closed_rows
 
-  !> One of status_* for the nodes of the first side.
+  !> Returns the status, one of status_*, of the nodes of the first side.
   pure function nodal_status(rows, is_closed, n_nodes) result(status)
     type(contact_rows_t), intent(in) :: rows
     !> shape (n_rows)
@@ -119,7 +121,7 @@ contains
     status(rows%owners()) = merge(status_closed, status_open, is_closed)
   end function nodal_status
 
-  !> One of status_* for the nodes of both sides: closed where one of the rows that meet it is.
+  !> Returns the status of the nodes of both sides: a node is closed where one of the rows that meet it is closed.
   pure function nodal_contact(rows, is_closed, n_nodes) result(status)
     type(contact_rows_t), intent(in) :: rows
     !> shape (n_rows)
@@ -136,7 +138,7 @@ contains
     end do
   end function nodal_contact
 
-  !> One of status_* for each cell, from those of its nodes that meet rows.
+  !> Returns the status of each cell, from those of its nodes that meet rows.
   pure function cell_contact(of_nodes, starts, nodes) result(status)
     !> nodal_contact
     integer, intent(in) :: of_nodes(:)

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Strains of cells or at nodes as a linear function of the displacement: made from a mesh once, used without one.
+!> Strains of cells or at nodes as a linear function of the displacement. The map is made once from a mesh and used without one.
 module sig_strain_map
   use sig_elasticity, only: n_stresses
   use sig_kinds, only: rk
@@ -16,7 +16,7 @@ module sig_strain_map
     integer, allocatable :: nodes(:)
     !> [1/length] g of each entry, shape (3, n_entries); in axisymmetry the third one is N / r
     real(rk), allocatable :: gradients(:, :)
-    !> of each row, 0 = none; shape (n_rows)
+    !> material of each row, 0 = none; shape (n_rows)
     integer, allocatable :: materials(:)
     !> imposed strains: what imposed_terms(i) adds to row imposed_rows(i), [-] shears as angles, shape (n_stresses, n)
     real(rk), allocatable :: imposed(:, :)
@@ -38,7 +38,7 @@ contains
     if (allocated(self%materials)) n_rows = size(self%materials)
   end function n_rows
 
-  !> Strains of the displacement, imposed ones included.
+  !> Computes the strains of a displacement, imposed ones included.
   pure subroutine fill_strains(self, model, displacement, strains)
     class(strain_map_t), intent(in) :: self
     type(mechanical_model_t), intent(in) :: model
@@ -64,7 +64,7 @@ contains
     end do
   end subroutine fill_strains
 
-  !> Strains that temperature or swelling imposes.
+  !> Computes the strains that temperature or swelling imposes.
   pure subroutine fill_imposed(self, theta, strains)
     class(strain_map_t), intent(in) :: self
     !> [-] values of the terms
@@ -81,7 +81,7 @@ contains
     end do
   end subroutine fill_imposed
 
-  !> Stresses of elastic strains; zero where a row has no material.
+  !> Computes the stresses of elastic strains; zero where a row has no material.
   pure subroutine fill_stresses(self, laws, strains, stresses)
     class(strain_map_t), intent(in) :: self
     !> [force/length**2] stress_matrix of each material, shape (n_stresses, n_stresses, n_materials)

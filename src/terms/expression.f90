@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Expressions of named variables: `-squeeze`, `max(a, 0.1) * 2`, `squeeze > 0.2 ? 1 : 0`.
+!> Expressions of named variables, such as `-squeeze`, `max(a, 0.1) * 2`, `squeeze > 0.2 ? 1 : 0`.
 module sig_expression
   use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_double, c_int, c_null_char, c_null_ptr, c_ptr, c_size_t
   use sig_kinds, only: rk
@@ -26,7 +26,7 @@ module sig_expression
   type :: expression_t
     private
     type(c_ptr) :: handle = c_null_ptr
-    !> how many values it takes
+    !> number of values that the expression takes
     integer :: n_values = 0
     !> names that may occur in the text, and the places of their values; of thousands of names a text has a few
     type(string_t), allocatable :: names(:)
@@ -43,7 +43,7 @@ contains
 
   !> Compiles a text over the named variables.
   !>
-  !> Errors: message is allocated when the text is no expression, and says what is wrong and where.
+  !> Errors: message is allocated when the text is not a valid expression, and says what is wrong and where.
   subroutine create(this, text, names, message)
     class(expression_t), intent(inout) :: this
     character(*), intent(in) :: text
@@ -75,7 +75,7 @@ contains
     end if
   end subroutine create
 
-  !> Value at `values` (one per name, in order); is_valid is false when it is infinite or not a number.
+  !> Computes the value for `values` (one per name, in order); is_valid is false when it is infinite or not a number.
   subroutine evaluate(this, values, result, is_valid)
     class(expression_t), intent(in) :: this
     real(rk), intent(in) :: values(:)
@@ -105,7 +105,7 @@ contains
     end do
   end function uses
 
-  !> Places of the variables that occur in the text among all of them, ascending.
+  !> Returns the positions of the variables that occur in the text, ascending.
   function used_places(this) result(places)
     class(expression_t), intent(in) :: this
     integer, allocatable :: places(:)
@@ -124,7 +124,7 @@ contains
     if (allocated(this%names)) deallocate (this%names, this%places)
   end subroutine destroy
 
-  !> Names of muParser's functions and constants, which a parameter cannot have.
+  !> Returns the names of muParser's functions and constants, which a parameter cannot have.
   pure function function_names() result(names)
     type(string_t), allocatable :: names(:)
     character(*), parameter :: known(28) = [character(5) :: 'sin', 'cos', 'tan', 'asin', 'acos', 'atan', 'atan2', 'sinh', &
@@ -150,7 +150,7 @@ contains
     end do
   end function is_function_name
 
-  !> Whether the name is a letter, then letters, digits and underscores: what an expression can name.
+  !> Whether the name is a letter, then letters, digits and underscores, as expressions require.
   pure logical function is_identifier(name)
     character(*), intent(in) :: name
 

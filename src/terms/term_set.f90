@@ -60,7 +60,7 @@ module sig_term_set
 
 contains
 
-  !> The set that holds term 1 only.
+  !> Makes the set that holds term 1 only.
   pure subroutine start_terms(parameter_names, coordinate_names, is_round, terms)
     type(string_t), intent(in) :: parameter_names(:)
     type(string_t), intent(in) :: coordinate_names(:)
@@ -81,7 +81,7 @@ contains
     if (allocated(self%names)) n_terms = size(self%names)
   end function n_terms
 
-  !> A new term, which is zero until a source adds to it.
+  !> Adds a new term, which is zero until a source adds to it.
   pure subroutine add_term(self, name, i_term)
     class(term_set_t), intent(inout) :: self
     character(*), intent(in) :: name
@@ -91,7 +91,7 @@ contains
     i_term = size(self%names)
   end subroutine add_term
 
-  !> Several new terms at once, in the time that one takes.
+  !> Adds several new terms at once, in the time that one takes.
   pure subroutine add_terms(self, names, terms)
     class(term_set_t), intent(inout) :: self
     type(string_t), intent(in) :: names(:)
@@ -108,7 +108,7 @@ contains
     terms = [(n + i, i=1, size(names))]
   end subroutine add_terms
 
-  !> A new term that is an expression of the parameters.
+  !> Adds a new term that is an expression of the parameters.
   pure subroutine add_expression(self, text, line, column, i_term)
     class(term_set_t), intent(inout) :: self
     character(*), intent(in) :: text
@@ -125,7 +125,7 @@ contains
     call self%add_source(source)
   end subroutine add_expression
 
-  !> A source of terms that exist; parts that it does not use become empty.
+  !> Adds a source of existing terms; parts that it does not use become empty.
   pure subroutine add_source(self, source)
     class(term_set_t), intent(inout) :: self
     type(term_source_t), intent(in) :: source
@@ -150,7 +150,7 @@ contains
     call move_alloc(longer, self%sources)
   end subroutine add_source
 
-  !> Moves a source without a copy of what a whole source holds: a deck may have thousands.
+  !> Moves a source without copying its arrays, because a deck may have thousands of sources.
   pure subroutine move_source(from, to)
     type(term_source_t), intent(inout) :: from
     type(term_source_t), intent(inout) :: to

@@ -56,7 +56,7 @@ module sig_term_values
 
 contains
 
-  !> Errors: message is allocated when a text is no expression.
+  !> Compiles the expressions. Errors: message is allocated when a text is not a valid expression.
   subroutine create(self, terms, message)
     class(term_values_t), intent(inout) :: self
     type(term_set_t), intent(in) :: terms
@@ -162,7 +162,7 @@ contains
     end do
   end function scales
 
-  !> theta at one point; is_valid is false, and i_source says where, when a value is infinite or not a number.
+  !> Computes theta at one point. is_valid is false when a value is infinite or not a number; i_source says where.
   subroutine evaluate(self, point, theta, is_valid, i_source)
     class(term_values_t), intent(inout) :: self
     real(rk), intent(in) :: point(:)
@@ -222,7 +222,7 @@ contains
     end do
   end subroutine add_places
 
-  !> Nodal forces of a surface load.
+  !> Adds the nodal forces of a surface load.
   subroutine add_surface(self, i_source, point, theta, is_valid)
     class(term_values_t), intent(inout) :: self
     integer, intent(in) :: i_source
@@ -271,7 +271,7 @@ contains
     end do
   end subroutine add_nodal_forces
 
-  !> Nodal forces of one facet by self%rule.
+  !> Adds the nodal forces of one facet by self%rule.
   subroutine add_facet(self, i_source, i_facet, value, theta, is_valid)
     class(term_values_t), intent(inout) :: self
     integer, intent(in) :: i_source
@@ -305,7 +305,7 @@ contains
     end associate
   end subroutine add_facet
 
-  !> [length**(n_dim - 1)] force of the value 1 at one point of a rule.
+  !> Computes the force [length**(n_dim - 1)] of the value 1 at one point of a rule.
   pure subroutine point_force(rule, i, component, orientation, is_round, force)
     type(facet_rule_t), intent(in) :: rule
     integer, intent(in) :: i
@@ -323,7 +323,7 @@ contains
     if (is_round) force = force * 2 * pi * rule%places(1, i)
   end subroutine point_force
 
-  !> Nodal forces of a pressure (against the outward normal) or of one traction component on a facet.
+  !> Computes the nodal forces of a pressure (against the outward normal) or of one traction component on a facet.
   subroutine facet_forces(rule, component, orientation, is_round, expression, point, forces, is_valid)
     type(facet_rule_t), intent(in) :: rule
     !> 0 = pressure

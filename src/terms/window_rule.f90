@@ -33,7 +33,7 @@ module sig_window_rule
 
 contains
 
-  !> Rule for an edge (n_dim = 2) or a triangle or quadrilateral (n_dim = 3).
+  !> Returns the rule for an edge (n_dim = 2) or a triangle or quadrilateral (n_dim = 3).
   pure function facet_rule(vertices, window) result(rule)
     !> [length] shape (n_dim, n_nodes)
     real(rk), intent(in) :: vertices(:, :)
