@@ -50,7 +50,7 @@ contains
       'the residuals in the report')
   end function material_warnings
 
-  !> What the full-order solutions miss in (3); empty where it is rounding.
+  !> Returns a warning if full-order solutions do not satisfy (3) accurately; empty if the residuals are only rounding errors.
   pure function equilibrium_warning(residuals) result(warning)
     !> [-] of equilibrium, relative to the forces
     real(rk), intent(in) :: residuals(:)
@@ -64,7 +64,7 @@ contains
       'of very different stiffness and at flat elements'
   end function equilibrium_warning
 
-  !> Errors of a model that are large, or that cannot be measured.
+  !> Returns warnings of errors of a model that are large or cannot be measured.
   pure function error_warnings(names, errors) result(warnings)
     !> columns of validation.csv
     character(*), intent(in) :: names(:)

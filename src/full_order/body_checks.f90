@@ -16,7 +16,8 @@ module sig_body_checks
 
 contains
 
-  !> Errors: a body that nothing can hold, with its free motion. A body that contact alone holds is a note.
+  !> Checks that something holds each body. Errors: a body that nothing can hold, with its free motion. A body that only contact
+  !> holds gives a note.
   subroutine check_bodies(deck, mesh, motions, notes, error)
     type(deck_config_t), intent(in) :: deck
     type(mesh_t), intent(in) :: mesh

@@ -122,7 +122,7 @@ contains
     self%is_ready = .true.
   end subroutine make_ready
 
-  !> Collective on all ranks.
+  !> Frees the team. Collective on all ranks.
   subroutine destroy_team(self, ierr)
     class(team_t), intent(inout) :: self
     PetscErrorCode, intent(out) :: ierr

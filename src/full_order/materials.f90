@@ -68,7 +68,7 @@ contains
       i=1, size(deck%materials))])
   end function has_fixed_stiffness
 
-  !> What makes stiffnesses differ: the elastic constants at each point; nothing where none depends on the parameters.
+  !> Returns the elastic constants at each point, which make stiffnesses differ; empty if none depends on the parameters.
   function varying_constants(deck, terms, points) result(constants)
     type(deck_config_t), intent(in) :: deck
     !> of create_material_terms
@@ -86,7 +86,7 @@ contains
     end if
   end function varying_constants
 
-  !> How many points share a stiffness in the deck's largest set of points.
+  !> Returns how many points share a stiffness in the deck's largest set of points.
   integer function most_points_per_stiffness(deck, terms) result(n)
     type(deck_config_t), intent(in) :: deck
     !> of create_material_terms

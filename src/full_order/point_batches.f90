@@ -43,7 +43,7 @@ contains
     end if
   end subroutine deal_points
 
-  !> How many stiffnesses the points need.
+  !> Returns the number of different stiffnesses that the points need.
   pure integer function count_distinct(constants)
     !> shape (n_constants, n_points)
     real(rk), intent(in) :: constants(:, :)

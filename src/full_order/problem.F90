@@ -87,7 +87,7 @@ module sig_problem
 
 contains
 
-  !> Collective on comm. Problem and errors are the same on all its ranks.
+  !> Builds the problem of a deck. Collective on comm. Problem and errors are the same on all its ranks.
   subroutine load_problem(deck, comm, problem, error, ierr)
     type(deck_config_t), intent(in) :: deck
     MPI_Comm, intent(in) :: comm

@@ -38,7 +38,7 @@ contains
     if (n_wanted > 0) n_groups = min(n_wanted, n_groups)
   end function number_of_groups
 
-  !> Collective on all ranks. Neighboring ranks share a group. Arguments as for number_of_groups.
+  !> Divides the ranks into groups of neighboring ranks. The arguments are those of number_of_groups. Collective on all ranks.
   subroutine create_rank_groups(n_wanted, n_points, groups, ierr)
     integer, intent(in) :: n_wanted
     integer, intent(in) :: n_points

@@ -111,7 +111,7 @@ contains
     text = join(parts, ', ')
   end function format_point_of_deck
 
-  !> As format_point, from names, with or without units.
+  !> Formats a point like format_point, but from names, with or without units.
   pure function format_point_of_names(names, point, units) result(text)
     type(string_t), intent(in) :: names(:)
     real(rk), intent(in) :: point(:)

@@ -219,7 +219,7 @@ contains
     if (text(len(text):) == achar(13)) text = text(:len(text) - 1)
   end function without_end
 
-  !> Which parameter each column holds.
+  !> Finds which parameter each column holds.
   subroutine read_header(path, i_line, line, names, columns, error)
     character(*), intent(in) :: path
     integer, intent(in) :: i_line
@@ -265,7 +265,7 @@ contains
     if (len(hint) > 0) hint = 'did you mean ''' // hint // '''?'
   end function suggestion
 
-  !> What to do about a line with semicolons or tabs.
+  !> Returns a hint for a line with semicolons or tabs.
   pure function separator_hint(line) result(hint)
     character(*), intent(in) :: line
     character(:), allocatable :: hint
@@ -274,7 +274,7 @@ contains
     if (scan(line, ';' // achar(9)) > 0) hint = 'separate the values by commas, and write decimals with a point (0.5,1.25)'
   end function separator_hint
 
-  !> What to do about a line with another number of values than there are columns.
+  !> Returns a hint for a line whose number of values differs from the number of columns.
   pure function count_hint(line, n_values, n_columns) result(hint)
     character(*), intent(in) :: line
     integer, intent(in) :: n_values
@@ -323,7 +323,7 @@ contains
     end do
   end subroutine read_row
 
-  !> What stands between the commas, without blanks around it, and the column of its first character.
+  !> Returns the texts between the commas, without blanks around them, and the column of the first character of each.
   pure subroutine split_fields(line, fields, starts)
     character(*), intent(in) :: line
     type(string_t), allocatable, intent(out) :: fields(:)

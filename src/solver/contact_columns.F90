@@ -35,7 +35,8 @@ module sig_contact_columns
 
 contains
 
-  !> One factorization, n_driving_terms + n_chosen solves; the same on all ranks of the system. Collective.
+  !> Computes the columns with one factorization and n_driving_terms + n_chosen solves; the same on all ranks of the system.
+  !> Collective.
   subroutine solve(self, system, is_multigrid, chosen, ierr)
     class(contact_columns_t), intent(inout) :: self
     type(contact_system_t), intent(inout) :: system

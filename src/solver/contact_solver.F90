@@ -25,7 +25,7 @@ module sig_contact_solver
   end type contact_solver_t
 
   abstract interface
-    !> Collective on the system's communicator.
+    !> Prepares the solver for a system. Collective on the system's communicator.
     subroutine create_solver(self, system, ierr)
       import :: contact_solver_t, contact_system_t
       class(contact_solver_t), intent(inout) :: self
@@ -33,7 +33,7 @@ module sig_contact_solver
       PetscErrorCode, intent(out) :: ierr
     end subroutine create_solver
 
-    !> Collective. Fills displacement, multipliers, active set, iterations and reason; a failure is a reason.
+    !> Solves one point: sets displacement, multipliers, active set, iterations and reason. A failure is a reason. Collective.
     subroutine solve_point(self, system, theta, state, ierr)
       import :: contact_solver_t, contact_state_t, contact_system_t, rk
       class(contact_solver_t), intent(inout) :: self

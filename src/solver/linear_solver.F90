@@ -159,7 +159,7 @@ contains
     if (self%reason == reason_linear_solver) call log_warning('the linear solver: ' // from_c(message))
   end subroutine renew
 
-  !> How many solves take about the time of a factorization; 0 where nobody knows. Collective.
+  !> Estimates how many solves take as long as one factorization; 0 if this is not known. Collective.
   subroutine solves_per_factorization(self, n_solves, ierr)
     class(linear_solver_t), intent(in) :: self
     integer, intent(out) :: n_solves
@@ -205,7 +205,7 @@ contains
     ierr = sig_set_near_null_space(matrix%v, size(modes, 2), size(modes, 1), modes)
   end subroutine set_near_null_space
 
-  !> Collective. Arrays hold the rows of this rank. Sets the reason.
+  !> Solves for several right-hand sides. Arrays hold the rows of this rank. Sets the reason. Collective.
   subroutine solve_many(self, rhs, solution, ierr)
     class(linear_solver_t), intent(inout) :: self
     !> [force] shape (n_local_dofs, n_columns)
@@ -219,7 +219,7 @@ contains
     call set_reason(self, reason)
   end subroutine solve_many
 
-  !> Collective. Sets the reason.
+  !> Solves for one right-hand side. Sets the reason. Collective.
   subroutine solve_vector(self, rhs, tolerance, solution, ierr)
     class(linear_solver_t), intent(inout) :: self
     Vec, intent(in) :: rhs

@@ -30,7 +30,7 @@ contains
     end do
   end subroutine refuse_unused_options
 
-  !> What the options of a solver start with.
+  !> Returns the prefix of the options of a solver.
   pure function prefix_of(solver_type) result(prefix)
     character(*), intent(in) :: solver_type
     character(:), allocatable :: prefix

@@ -45,7 +45,7 @@ module sig_solver_plan
 
 contains
 
-  !> Errors: a message, for what the deck asks for and cannot have.
+  !> Chooses the solvers. If the deck asks for something that is not possible, the message says so.
   subroutine make_solver_plan(config, sizes, plan, message)
     type(solver_config_t), intent(in) :: config
     type(problem_size_t), intent(in) :: sizes

@@ -112,7 +112,7 @@ contains
     end associate
   end subroutine divide_cells
 
-  !> Errors: the grid has holes.
+  !> Checks that the points fill the whole grid. Errors: the grid has holes.
   subroutine need_whole_grid(deck, n_points, error)
     type(deck_config_t), intent(in) :: deck
     !> that have a solution
@@ -150,7 +150,7 @@ contains
     PetscCall(train_forest(deck, model%training_points, found%labels, PETSC_COMM_WORLD, model%choice%forest, error, ierr))
   end subroutine divide_points
 
-  !> As many clusters as are asked for, or as are best separated. Local; every rank finds the same.
+  !> Finds as many clusters as are asked for, or the best separated number of clusters. Local; every rank finds the same.
   subroutine find_clusters(deck, n_clusters, dissimilarity, found, error)
     type(deck_config_t), intent(in) :: deck
     integer, intent(in) :: n_clusters

@@ -95,7 +95,7 @@ contains
     is_named = length > 0
   end function is_named
 
-  !> One word for the shell, whatever is in it.
+  !> Quotes a text, so that the shell takes it as one word.
   pure function shell_text(text) result(word)
     character(*), intent(in) :: text
     character(:), allocatable :: word
