@@ -50,7 +50,8 @@ module sig_session
 
 contains
 
-  !> Reads the deck; exit_code is not exit_success when it has errors, which are then printed. Collective on all ranks.
+  !> Reads the deck and sets the PETSc options of the deck and the command line. Errors are printed and set exit_code. Collective on
+  !> all ranks.
   subroutine open(self, command, ierr)
     class(session_t), intent(inout) :: self
     type(command_t), intent(in) :: command

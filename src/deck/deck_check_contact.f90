@@ -116,6 +116,7 @@ contains
   subroutine check_on_axis(tree, path, radius, unit)
     type(deck_tree_t), intent(inout) :: tree
     character(*), intent(in) :: path
+    !> coordinate r of the center
     type(value_config_t), intent(in) :: radius
     character(*), intent(in) :: unit
     character(*), parameter :: rule = '; in an axisymmetric model the center must lie on the axis r = 0'

@@ -11,7 +11,7 @@ module sig_deck_unfilled
 
 contains
 
-  !> Reports an error for each such place.
+  !> Reports an error for each value of the deck that is still the placeholder FILL_IN.
   subroutine report_unfilled(tree)
     type(deck_tree_t), intent(inout) :: tree
     integer :: i

@@ -211,7 +211,7 @@ contains
     if (largest > 0) ratio = smallest / largest
   end subroutine measure_pivots
 
-  !> 1-norm reciprocal condition number of the set's matrix.
+  !> Estimates the reciprocal condition number (1-norm) of the active set's matrix from its factors in the workspace.
   subroutine measure_condition(matrix, workspace, n, reciprocal)
     real(rk), intent(in) :: matrix(:, :)
     type(lcp_workspace_t), intent(inout) :: workspace

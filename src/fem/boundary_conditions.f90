@@ -145,7 +145,7 @@ contains
     end if
   end function differ
 
-  !> Finds the terms of each entry and component, then their values.
+  !> Lists the prescribed dofs. Then it finds, for each entry and component, the terms and their factors at each dof.
   subroutine collect_terms(mesh, entries, entry_of_dof, deck_path, terms, conditions, error)
     type(mesh_t), intent(in) :: mesh
     type(boundary_config_t), intent(in) :: entries(:)

@@ -83,7 +83,8 @@ contains
     end do
   end subroutine find_body_constants
 
-  !> Checks the elastic constants in the whole box of the parameters. Errors: as find_body_constants.
+  !> Checks the elastic constants in the middle, at the corners and at sample points of the box, if the stiffness depends on the
+  !> parameters. Errors: as find_body_constants.
   subroutine check_box(problem, error)
     type(problem_t), intent(in) :: problem
     type(error_t), allocatable, intent(out) :: error

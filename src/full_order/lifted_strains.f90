@@ -54,7 +54,7 @@ contains
     end do
   end subroutine lift_strains
 
-  !> The problem's term theta_s, made where there is none.
+  !> Returns the index of the problem's term that equals term s of the strains. The term is added where there is none.
   integer function term_of(strains, s, i_part, n_first, terms) result(i_term)
     type(imposed_strains_t), intent(in) :: strains
     integer, intent(in) :: s

@@ -205,7 +205,7 @@ contains
     end do
   end function rows_per_node
 
-  !> Finds pairs of nodes that only one row ties to each other; both are best kept on one rank.
+  !> Finds pairs of nodes that one row ties to each other and that no other row meets. Both nodes are best kept on one rank.
   pure subroutine tied_nodes(self, n_nodes, first, second)
     class(contact_rows_t), intent(in) :: self
     integer, intent(in) :: n_nodes

@@ -21,9 +21,9 @@ module sig_surface_pairing
 
 contains
 
-  !> Finds the two surfaces and the normals at the nodes of the first one: the given direction, or its averaged outward normals.
-  !> Errors: unknown surface, a surface inside a body, an unusable direction or one that does not lead from the first to the second
-  !> surface.
+  !> Finds the surfaces (only the first one with an obstacle) and the normals at the nodes of the first surface. A normal is the
+  !> given direction, the direction to the obstacle, or the averaged outward normal. Errors: an unknown, folded or inner surface, an
+  !> unusable direction, or one that does not lead from the first to the second surface.
   pure subroutine open_surfaces(mesh, contact, i_entry, deck_path, surfaces, error)
     type(mesh_t), intent(in) :: mesh
     type(contact_config_t), intent(in) :: contact(:)

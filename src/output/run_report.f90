@@ -173,7 +173,8 @@ contains
     end do
   end function is_same_study
 
-  !> Adds one key of a section, or a value at the top, unless the report has it or it is out of date. Empties the block.
+  !> Adds a key of a section, or a value at the top, unless the report has it or left_out names it as out of date. Empties the
+  !> block.
   subroutine add_missing(self, section, key, value, block, left_out)
     class(run_report_t), intent(inout) :: self
     character(*), intent(in) :: section

@@ -18,7 +18,8 @@ module sig_pod
   private
   public :: pod_t, compute_pod, compute_pod_of_rows, contact_part, decompose_contact_parts
 
-  !> A decomposition on its way: create, set_snapshot for each, decompose or triangle, left_vectors once, destroy.
+  !> A decomposition in steps: create, set_snapshot for each snapshot; then decompose and, once, left_vectors. For tall matrices,
+  !> triangle can stand in place of these two. destroy is the last step.
   type :: pod_t
     !> [as snapshots] descending, after decompose; shape (min(n_rows, n_snapshots))
     real(rk), allocatable :: singular_values(:)

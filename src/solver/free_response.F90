@@ -44,7 +44,7 @@ contains
     PetscCall(VecDestroy(unused, ierr))
   end subroutine factor_without_contact
 
-  !> Prescribed ones and supports: right-hand sides must be 0 there.
+  !> Dofs that are prescribed, or held in place of bodies that only contact holds. Right-hand sides must be 0 there.
   function held_dofs(system) result(is_held)
     type(contact_system_t), intent(in) :: system
     !> natural, shape (n_dofs)

@@ -88,7 +88,8 @@ contains
     end do
   end function own_sum
 
-  !> Displacement along n that each row sees of the first side, then of the second side; 0 for obstacles.
+  !> Displacements along n that each contact row sees. Row k is that of the first side, row n_rows + k that of the second side,
+  !> which is 0 for obstacles.
   pure function normal_displacements(rows, fields) result(values)
     type(contact_rows_t), intent(in) :: rows
     !> [length] shape (n_dofs, n_fields)

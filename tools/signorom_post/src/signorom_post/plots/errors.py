@@ -69,7 +69,7 @@ def status_changes(parameter: FloatArray, n_active: FloatArray) -> FloatArray:
 
 
 def drawable(values: FloatArray) -> BoolArray:
-    """Values that a logarithmic axis can show."""
+    """Return True for each value that a logarithmic axis can show: finite and positive."""
     return np.isfinite(values) & (values > 0.0)
 
 
