@@ -18,6 +18,8 @@ from c_programs import compile_c, run_c
 from decks import copy_deck
 from runs import HERE
 
+pytestmark = pytest.mark.slow
+
 INPUT = HERE.parents[1] / "input"
 DECKS = ("pellet_cladding", "pellet_cladding_clusters")
 N_THREADS = 8
