@@ -1,10 +1,12 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Integration over the part of a quadratic edge or face that lies in a window.
+!> Integration points on the part of a quadratic edge or face that lies in a window.
 !>
-!> A face is the image of the unit square (s, t): of a triangle xi = s, eta = (1 - s) t. The coordinate that the window bounds is
-!> quadratic in t at each s, so the pieces of t inside have closed forms; so have those s where a bound crosses a side, between
-!> which these pieces are smooth functions of s. On faces without a cut the points are exact for a pressure that is a quadratic
-!> function of the place, on a cut edge, too.
+!> A face is described as the image of the unit square (s, t); on a triangle the reference coordinates are xi = s, eta = (1 - s) t.
+!> At fixed s, the coordinate that the window bounds is a quadratic function of t. The intervals of t inside of the window therefore
+!> follow from the roots of quadratic equations. The same equations give those s at which a bound crosses a side t = 0 or t = 1.
+!> Between two such s, the ends of the intervals of t are smooth functions of s, and Gauss points are used for s and for t.
+!>
+!> The points are exact for a pressure that is a quadratic function of the coordinates, on faces without a cut and on all edges.
 module sig_curved_rule
   use sig_cross_products, only: cross_product
   use sig_element_types, only: element_type_with, element_types
@@ -21,25 +23,26 @@ module sig_curved_rule
   real(rk), parameter :: half_weights(3) = [0.46791393457269104739_rk, 0.36076157304813860757_rk, 0.17132449237917034504_rk]
   real(rk), parameter :: points(n_points) = [1 - half_points, 1 + half_points] / 2
   real(rk), parameter :: weights(n_points) = [half_weights, half_weights] / 2
-  !> a quadratic function meets each of two bounds twice
+  !> most points where a quadratic function equals one of the two bounds: two per bound
   integer, parameter :: most_cuts = 4
-  !> both ends, and the cuts of two sides
+  !> most ends of strips: 0, 1, and the cuts of two sides
   integer, parameter :: most_borders = 2 + 2 * most_cuts
 
-  !> A facet while its points are made.
+  !> The data of a face that its integration points need.
   type :: curved_facet_t
+    !> row of element_types
     integer :: i_type = 0
-    !> [-] shape (n_nodes, n_nodes)
+    !> [-] of the shape functions, from shape_coefficients, shape (n_nodes, n_nodes)
     real(rk), allocatable :: coefficients(:, :)
-    !> [-] reference places of (s, t) = (0, 0), (1, 0), (1, 1), (0, 1), shape (2, 4)
+    !> [-] reference coordinates of (s, t) = (0, 0), (1, 0), (1, 1), (0, 1), shape (2, 4)
     real(rk) :: corners(2, 4) = 0
   end type curved_facet_t
 
 contains
 
-  !> An edge of three nodes, both ends first.
+  !> Appends to `rule` the integration points of an edge of three nodes, on the part inside of the window.
   pure subroutine add_curved_edge(vertices, window, rule)
-    !> [length] shape (2, 3)
+    !> [length] coordinates of the nodes, both ends first, shape (2, 3)
     real(rk), intent(in) :: vertices(:, :)
     type(window_t), intent(in) :: window
     type(facet_rule_t), intent(inout) :: rule
@@ -62,9 +65,9 @@ contains
     end do
   end subroutine add_curved_edge
 
-  !> A face of six, eight or nine nodes, corners first.
+  !> Appends to `rule` the integration points of a face of six, eight or nine nodes, on the part inside of the window.
   pure subroutine add_curved_face(vertices, window, rule)
-    !> [length] shape (3, n_nodes)
+    !> [length] coordinates of the nodes, corners first, shape (3, n_nodes)
     real(rk), intent(in) :: vertices(:, :)
     type(window_t), intent(in) :: window
     type(facet_rule_t), intent(inout) :: rule
@@ -92,7 +95,8 @@ contains
     end do
   end subroutine add_curved_face
 
-  !> Reference places of the square's corners, so turned that the coordinate grows along t as much as it can.
+  !> Returns the reference coordinates of the corners of the unit square. The square is turned so that the bounded coordinate
+  !> changes along t as much as possible.
   pure function chosen_corners(i_type, vertices, window) result(corners)
     integer, intent(in) :: i_type
     real(rk), intent(in) :: vertices(:, :)
@@ -118,13 +122,13 @@ contains
     end associate
   end function chosen_corners
 
-  !> Ends of strips of s, within which no bound crosses a side t = 0 or t = 1.
+  !> Divides 0 <= s <= 1 into strips, within which no bound crosses a side t = 0 or t = 1.
   pure subroutine find_strips(facet, coordinates, window, borders, n_strips)
     type(curved_facet_t), intent(in) :: facet
-    !> [length] of the nodes along the window's axis
+    !> [length] bounded coordinate of the nodes
     real(rk), intent(in) :: coordinates(:)
     type(window_t), intent(in) :: window
-    !> ascending; the first n_strips + 1 count
+    !> ends of the strips, ascending; only the first n_strips + 1 are set
     real(rk), intent(out) :: borders(most_borders)
     integer, intent(out) :: n_strips
     real(rk) :: cuts(most_cuts), places(3)
@@ -144,6 +148,7 @@ contains
     end do
   end subroutine find_strips
 
+  !> Returns the bounded coordinate at a point of the face.
   pure real(rk) function coordinate_at(facet, coordinates, place)
     type(curved_facet_t), intent(in) :: facet
     real(rk), intent(in) :: coordinates(:)
@@ -154,7 +159,7 @@ contains
       matmul(facet%corners, square_values(place))))
   end function coordinate_at
 
-  !> Shape functions of the unit square at (s, t).
+  !> Returns the bilinear shape functions of the unit square at (s, t).
   pure function square_values(place) result(values)
     real(rk), intent(in) :: place(2)
     real(rk) :: values(4)
@@ -164,7 +169,7 @@ contains
     end associate
   end function square_values
 
-  !> Keeps the borders in order.
+  !> Inserts `cut` into the ascending borders.
   pure subroutine insert(cut, borders, n_strips)
     real(rk), intent(in) :: cut
     real(rk), intent(inout) :: borders(most_borders)
@@ -177,7 +182,7 @@ contains
     n_strips = n_strips + 1
   end subroutine insert
 
-  !> Points along t at one s.
+  !> Appends the integration points along t at one s.
   pure subroutine add_line(facet, vertices, window, s, weight_of_s, rule)
     type(curved_facet_t), intent(in) :: facet
     real(rk), intent(in) :: vertices(:, :)
@@ -205,6 +210,7 @@ contains
     end do
   end subroutine add_line
 
+  !> Appends one integration point with a weight for the area of the unit square.
   pure subroutine add_face_point(facet, vertices, place, weight, rule)
     type(curved_facet_t), intent(in) :: facet
     real(rk), intent(in) :: vertices(:, :)
@@ -227,7 +233,7 @@ contains
       weight * (along_s(1) * along_t(2) - along_s(2) * along_t(1)) * cross_product(tangents(:, 1), tangents(:, 2)), rule)
   end subroutine add_face_point
 
-  !> All of (0, 1).
+  !> Returns one piece, the whole interval (0, 1).
   pure subroutine start_pieces(pieces, n_pieces)
     real(rk), intent(out) :: pieces(2, most_cuts)
     integer, intent(out) :: n_pieces
@@ -237,9 +243,9 @@ contains
     n_pieces = 1
   end subroutine start_pieces
 
-  !> The pieces of (0, 1) on which a quadratic function lies between the bounds.
+  !> Returns the pieces of (0, 1) on which a quadratic function lies between the bounds of the window.
   pure subroutine find_pieces(places, window, pieces, n_pieces)
-    !> [length] its values at 0, 1/2 and 1
+    !> [length] values of the function at 0, 1/2 and 1
     real(rk), intent(in) :: places(3)
     type(window_t), intent(in) :: window
     real(rk), intent(out) :: pieces(2, most_cuts)
@@ -265,9 +271,9 @@ contains
     end do
   end subroutine find_pieces
 
-  !> Where on (0, 1) a quadratic function meets one of the bounds.
+  !> Returns the points of (0, 1) where a quadratic function equals one of the bounds of the window.
   pure subroutine find_cuts(places, window, cuts, n_cuts)
-    !> [length] its values at 0, 1/2 and 1
+    !> [length] values of the function at 0, 1/2 and 1
     real(rk), intent(in) :: places(3)
     type(window_t), intent(in) :: window
     real(rk), intent(out) :: cuts(most_cuts)
@@ -290,7 +296,7 @@ contains
     end do
   end subroutine find_cuts
 
-  !> Keeps above / below where it lies on (0, 1).
+  !> Adds above / below to the cuts where this quotient lies in (0, 1).
   pure subroutine keep_cut(above, below, cuts, n_cuts)
     real(rk), intent(in) :: above
     real(rk), intent(in) :: below
@@ -302,14 +308,14 @@ contains
     cuts(n_cuts) = above / below
   end subroutine keep_cut
 
-  !> b of a s**2 + b s + c from the values at 0, 1/2 and 1.
+  !> Returns b of the function a s**2 + b s + c with the values `places` at s = 0, 1/2 and 1.
   pure real(rk) function slope_at_start(places)
     real(rk), intent(in) :: places(3)
 
     slope_at_start = 4 * (places(2) - places(1)) - (places(3) - places(1))
   end function slope_at_start
 
-  !> a of the same.
+  !> Returns a of the function a s**2 + b s + c with the values `places` at s = 0, 1/2 and 1.
   pure real(rk) function bend(places)
     real(rk), intent(in) :: places(3)
 

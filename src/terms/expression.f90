@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Expressions of named variables, such as `-squeeze`, `max(a, 0.1) * 2`, `squeeze > 0.2 ? 1 : 0`.
+!> Expressions of named variables, such as `-squeeze`, `max(a, 0.1) * 2`, `squeeze > 0.2 ? 1 : 0`. muParser evaluates them.
 module sig_expression
   use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_double, c_int, c_null_char, c_null_ptr, c_ptr, c_size_t
   use sig_kinds, only: rk
@@ -9,27 +9,28 @@ module sig_expression
   private
   public :: expression_t, function_names, is_function_name, is_identifier
 
-  !> Codes of include/signorom/expression.h.
+  !> the codes of include/signorom/expression.h
   enum, bind(c)
     enumerator :: no_fault = 0, no_memory = 1, bad_name = 2, unknown_name = 3, bad_syntax = 4, several_values = 5
   end enum
 
-  !> Room for muParser's token and message.
+  !> [characters] room for the word that muParser complains about and for its message
   integer, parameter :: max_message = 256
 
-  !> muParser writes its complaints into a fixed buffer of 2048 bytes without a check
+  !> [characters] most in one expression: muParser writes its messages into a fixed buffer of 2048 bytes without a check
   integer, parameter :: max_expression = 1000
 
   character(*), parameter :: letters = 'abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ'
 
-  !> A compiled expression. One handle per thread; a copy shares the handle, so only its owner destroys it.
+  !> A compiled expression. Two threads must not use the same one. A copy shares muParser's handle, so destroy only one of them.
   type :: expression_t
     private
     type(c_ptr) :: handle = c_null_ptr
-    !> number of values that the expression takes
+    !> number of values that `evaluate` takes, one per name that `create` got
     integer :: n_values = 0
-    !> names that may occur in the text, and the places of their values; of thousands of names a text has a few
+    !> only the names that may occur in the text, because a deck can have thousands of names
     type(string_t), allocatable :: names(:)
+    !> place of the value of each of these names among the values that `evaluate` takes
     integer, allocatable :: places(:)
   contains
     procedure :: create
@@ -41,7 +42,7 @@ module sig_expression
 
 contains
 
-  !> Compiles a text over the named variables.
+  !> Compiles a text that may contain the variables in `names`.
   !>
   !> Errors: message is allocated when the text is not a valid expression, and says what is wrong and where.
   subroutine create(this, text, names, message)
@@ -75,7 +76,8 @@ contains
     end if
   end subroutine create
 
-  !> Computes the value for `values` (one per name, in order); is_valid is false when it is infinite or not a number.
+  !> Computes the result for `values`, one per name that `create` got and in the same order. is_valid is false when the result is
+  !> infinite or not a number, when the expression is not compiled, or when the number of values is wrong.
   subroutine evaluate(this, values, result, is_valid)
     class(expression_t), intent(in) :: this
     real(rk), intent(in) :: values(:)
@@ -91,7 +93,7 @@ contains
     result = number
   end subroutine evaluate
 
-  !> Whether the variable occurs in the text.
+  !> Whether the variable `name` occurs in the text. False before `create`.
   logical function uses(this, name)
     class(expression_t), intent(in) :: this
     character(*), intent(in) :: name
@@ -105,7 +107,7 @@ contains
     end do
   end function uses
 
-  !> Returns the positions of the variables that occur in the text, ascending.
+  !> Returns the positions, ascending, of the variables that occur in the text among the names that `create` got.
   function used_places(this) result(places)
     class(expression_t), intent(in) :: this
     integer, allocatable :: places(:)
@@ -116,6 +118,7 @@ contains
     places = pack(this%places, [(sig_expression_uses(this%handle, int(i - 1, c_int)) == 1, i=1, size(this%places))])
   end function used_places
 
+  !> Frees the compiled expression. Does nothing when there is none.
   subroutine destroy(this)
     class(expression_t), intent(inout) :: this
 
@@ -138,6 +141,7 @@ contains
     end do
   end function function_names
 
+  !> Whether `name` is one of muParser's functions or constants.
   pure logical function is_function_name(name)
     character(*), intent(in) :: name
     type(string_t), allocatable :: names(:)
@@ -158,7 +162,7 @@ contains
     if (is_identifier) is_identifier = index(letters, name(1:1)) > 0 .and. verify(name, letters // '0123456789_') == 0
   end function is_identifier
 
-  !> Names side by side in fields of one width, as the C side wants them.
+  !> Writes all names into one text, each padded with blanks to the same width, as sig_expression_create takes them.
   pure subroutine pack_names(names, fields, width)
     type(string_t), intent(in) :: names(:)
     character(:), allocatable, intent(out) :: fields
@@ -175,6 +179,7 @@ contains
     end do
   end subroutine pack_names
 
+  !> Calls sig_expression_create of expression.h, which describes the arguments.
   subroutine call_c(text, names, places, handle, code, position, token, sentence)
     character(*), intent(in) :: text
     type(string_t), intent(in) :: names(:)
@@ -206,6 +211,7 @@ contains
     if (position > 0) text(position:) = ''
   end subroutine cut_at_null
 
+  !> Returns the message for an error code of sig_expression_create.
   pure function explain(text, names, code, position, token, sentence) result(message)
     character(*), intent(in) :: text
     type(string_t), intent(in) :: names(:)
@@ -234,6 +240,7 @@ contains
     end select
   end function explain
 
+  !> Returns the message for a word `token` that is not among the names.
   pure function explain_unknown(names, token, place) result(message)
     type(string_t), intent(in) :: names(:)
     character(*), intent(in) :: token

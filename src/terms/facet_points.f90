@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Windows on surfaces, and the integration points of a facet as they are collected.
+!> Windows on surfaces, integration points of a facet, and Gauss points on (0, 1).
 module sig_facet_points
   use sig_kinds, only: rk
   implicit none(type, external)
@@ -7,24 +7,25 @@ module sig_facet_points
   public :: window_t, facet_rule_t, make_room, add_point
   public :: n_gauss, gauss_points, gauss_weights, n_fine, fine_points, fine_weights
 
+  !> The part of a surface between two values of one coordinate.
   type :: window_t
-    !> coordinate that it bounds, 0 = no window
+    !> number of the bounded coordinate, 0 = no window
     integer :: axis = 0
-    !> [length]
+    !> [length] bounds of this coordinate; huge = no bound
     real(rk) :: minimum = -huge(1.0_rk)
     real(rk) :: maximum = huge(1.0_rk)
-    !> cut facets at the bounds; otherwise a facet counts wholly, and only where all of it is inside
+    !> the bounds cut facets; otherwise a facet counts as a whole where all its nodes are inside, and else not at all
     logical :: is_cut = .true.
   end type window_t
 
-  !> Integration points of one facet, none where it is outside.
+  !> Integration points of one facet; none where the facet lies outside of the window. Arrays may have room for more points.
   type :: facet_rule_t
     integer :: n_points = 0
-    !> [length] shape (n_dim, n_points)
+    !> [length] coordinates of the points, shape (n_dim, n_points)
     real(rk), allocatable :: places(:, :)
-    !> [-] shape functions, shape (n_nodes, n_points)
+    !> [-] shape functions at the points, shape (n_nodes, n_points)
     real(rk), allocatable :: values(:, :)
-    !> [length**(n_dim - 1)] weight times normal, by the order of the nodes, shape (n_dim, n_points)
+    !> [length**(n_dim - 1)] weight times unit normal, shape (n_dim, n_points); the order of the nodes gives the side of the normal
     real(rk), allocatable :: area_vectors(:, :)
   end type facet_rule_t
 
@@ -34,7 +35,7 @@ module sig_facet_points
   real(rk), parameter :: gauss_points(n_gauss) = [1 - outer, 1 - inner, 1 + inner, 1 + outer] / 2
   real(rk), parameter :: gauss_weights(n_gauss) = [18 - sqrt(30.0_rk), 18 + sqrt(30.0_rk), 18 + sqrt(30.0_rk), &
     18 - sqrt(30.0_rk)] / 72
-  !> the same with 12 points, those above 1/2 mirrored: for the rational functions along which a bound cuts an uneven quadrilateral
+  !> 12 Gauss points on (0, 1), for rational functions: a bound cuts a quadrilateral with unequal sides along one
   integer, parameter :: n_fine = 12
   real(rk), parameter :: half_points(6) = [0.12523340851146891547_rk, 0.36783149899818019375_rk, 0.58731795428661744730_rk, &
     0.76990267419430468704_rk, 0.90411725637047485668_rk, 0.98156063424671925069_rk]
@@ -45,8 +46,9 @@ module sig_facet_points
 
 contains
 
-  !> Arrays of exactly this size in a new rule; larger ones of one that is used again stay.
+  !> Allocates the arrays of `rule` for n_points points. Arrays that are large enough and fit the facet stay as they are.
   pure subroutine make_room(vertices, n_points, rule)
+    !> [length] coordinates of the nodes, shape (n_dim, n_nodes)
     real(rk), intent(in) :: vertices(:, :)
     integer, intent(in) :: n_points
     type(facet_rule_t), intent(inout) :: rule
@@ -60,11 +62,13 @@ contains
     allocate (rule%area_vectors(size(vertices, 1), n_points))
   end subroutine make_room
 
-  !> Appends a point; the arrays have room for it.
+  !> Appends a point to `rule`, whose arrays must have room for it (make_room).
   pure subroutine add_point(vertices, values, area_vector, rule)
+    !> [length] coordinates of the nodes, shape (n_dim, n_nodes)
     real(rk), intent(in) :: vertices(:, :)
-    !> [-] shape functions, the first ones count
+    !> [-] shape functions at the point; only the first n_nodes are used
     real(rk), intent(in) :: values(:)
+    !> [length**(n_dim - 1)] weight times unit normal; only the first n_dim are used
     real(rk), intent(in) :: area_vector(3)
     type(facet_rule_t), intent(inout) :: rule
     integer :: k

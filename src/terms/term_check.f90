@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Whether the terms of a model hang together: what a query takes for granted of them.
+!> Checks of the terms that were read from a model file. A query relies on them and does not check again.
 module sig_term_check
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   use sig_element_types, only: element_type_with, max_facet_nodes
@@ -8,14 +8,16 @@ module sig_term_check
   private
   public :: are_sound_terms
 
-  !> rows of the table of facets: most nodes of a linear one, whatever the facets are
+  !> least number of rows of the table of facets, even where facets have fewer nodes
   integer, parameter :: fewest_rows = 4
 
 contains
 
-  !> Whether every source is of a known kind, and its indices point at terms, places and coordinates that exist.
+  !> Whether there is at least one term, every source is of a known kind, and all its indices point at terms, places and coordinates
+  !> that exist.
   pure logical function are_sound_terms(terms, n_dim)
     type(term_set_t), intent(in) :: terms
+    !> number of coordinates, 2 or 3
     integer, intent(in) :: n_dim
     integer :: i
 
@@ -64,7 +66,7 @@ contains
     has_sound_window = source%component >= 0 .and. source%component <= n_dim .and. source%axis >= 0 .and. source%axis <= n_dim
   end function has_sound_window
 
-  !> Whether the nodes stand first, then zeros; there are as many nodes as an edge or a face has.
+  !> Whether each column of the table of facets has nodes first, then zeros, and as many nodes as a known edge or face has.
   pure logical function has_sound_facets(source, n_dim)
     type(term_source_t), intent(in) :: source
     integer, intent(in) :: n_dim

@@ -1,11 +1,14 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> Derivatives of the terms with respect to the parameters.
 !>
-!> The texts of the terms are known to muParser alone, so they are evaluated beside the point: four values per parameter give the
-!> derivative to the fourth order, about 1e-12 of the variation over the box. Where the slopes of both sides differ from it, the
-!> steps are made smaller. At the last step the limits of both sides count. Where these are the same, only the curvature jumps, as
-!> where the end of a window passes a node. Where they differ, the point is a kink (of min, max, abs, a condition, a window). The
-!> slope is then that of the side that was asked for.
+!> The terms are texts that only muParser can evaluate, so the derivatives are finite differences. Per parameter the terms are
+!> evaluated at two places on each side of the point. These four values give a derivative of fourth order, with an error of about
+!> 1e-12 of the variation over the box. The values of each side alone give a slope of second order, too.
+!>
+!> Where the slopes of both sides equal the derivative, it is accepted. Elsewhere the step is made smaller. Where no step serves,
+!> the slopes of each side are extrapolated to the step 0. If both limits are the same, they are the derivative: only the curvature
+!> jumps, for example where the end of a window passes a node. If they differ, the point is a kink (of min, max, abs, a condition, a
+!> window), and the derivative is the limit of the side that the caller asks for.
 module sig_term_derivatives
   use sig_kinds, only: rk
   use sig_term_values, only: term_values_t
@@ -13,31 +16,33 @@ module sig_term_derivatives
   private
   public :: differentiate_terms
 
-  !> [-] steps as shares of a side of the box, the first one that serves
+  !> [-] steps as fractions of a side of the box; they are tried in this order
   real(rk), parameter :: steps(4) = [1.0e-3_rk, 1.0e-4_rk, 1.0e-5_rk, 1.0e-6_rk]
-  !> [-] slopes that differ by less than this share of themselves are the same
+  !> [-] largest relative difference of two slopes that count as equal
   real(rk), parameter :: same_slope = 1.0e-6_rk
-  !> [-] rounding of a term's value, as a share of its scale
+  !> [-] rounding error of the value of a term, relative to its size from term_values_t%scales
   real(rk), parameter :: rounding = 1.0e-14_rk
 
 contains
 
-  !> Derivatives at a point, one parameter after the other.
+  !> Computes the derivatives of all terms with respect to all parameters at one point.
+  !>
+  !> i_failed is not 0 where a derivative does not exist; the column of that parameter is then of no use.
   subroutine differentiate_terms(terms, point, theta, lengths, direction, derivatives, is_kink, i_failed)
     type(term_values_t), intent(inout) :: terms
-    !> values of the parameters, where all terms have finite values; shape (n_parameters)
+    !> values of the parameters, shape (n_parameters); all terms must have finite values there
     real(rk), intent(in) :: point(:)
-    !> the terms there, shape (n_terms)
+    !> values of the terms at this point, shape (n_terms)
     real(rk), intent(in) :: theta(:)
-    !> sides of the box, positive, in the units of the parameters
+    !> sides of the box of the parameters, positive, shape (n_parameters)
     real(rk), intent(in) :: lengths(:)
-    !> +1: the slope towards larger values of each parameter counts at kinks; -1: towards smaller ones
+    !> which slope to take at a kink: +1 = towards larger values of the parameter, -1 = towards smaller ones
     integer, intent(in) :: direction
     !> [per unit of a parameter] shape (n_terms, n_parameters)
     real(rk), contiguous, intent(inout) :: derivatives(:, :)
-    !> the slopes on both sides differ; shape (n_parameters)
+    !> whether the slopes on both sides differ for some term, shape (n_parameters)
     logical, intent(out) :: is_kink(:)
-    !> first parameter over which a term has no slope, because it jumps or has no value beside the point; 0 = none
+    !> first parameter for which a term has no derivative, because it jumps or has no finite value beside the point; 0 = none
     integer, intent(out) :: i_failed
     integer :: i
     logical :: is_found
@@ -50,7 +55,7 @@ contains
     end do
   end subroutine differentiate_terms
 
-  !> Derivatives of all terms over one parameter.
+  !> Computes the derivatives of all terms with respect to one parameter.
   subroutine differentiate(terms, point, theta, i_parameter, length, direction, slopes, is_kink, is_found)
     type(term_values_t), intent(inout) :: terms
     real(rk), intent(in) :: point(:)
@@ -87,12 +92,13 @@ contains
     if (any(is_open)) call take_limits(sides, has_side, noise, is_open, direction, slopes, is_kink, is_found)
   end subroutine differentiate
 
-  !> The limits of the slopes on both sides: their mean where they are the same, else that of the side that was asked for.
+  !> Sets the slopes that are still open: the mean of the limits on both sides where these are equal, else the limit on the side
+  !> `direction`.
   pure subroutine take_limits(sides, has_side, noise, is_open, direction, slopes, is_kink, is_found)
     !> slopes below, in the middle and above at all steps, shape (n_terms, 3, n_steps)
     real(rk), intent(in) :: sides(:, -1:, :)
     logical, intent(in) :: has_side(-1:)
-    !> [per unit of the parameter] rounding of a slope at the last step, shape (n_terms)
+    !> [per unit of the parameter] rounding error of a slope at the last step, shape (n_terms)
     real(rk), intent(in) :: noise(:)
     !> terms that have no slope yet, shape (n_terms)
     logical, intent(in) :: is_open(:)
@@ -119,8 +125,9 @@ contains
     is_found = all(has_limit(:, direction) .or. is_smooth .or. .not. is_open)
   end subroutine take_limits
 
-  !> Where the slopes of one side go as the step goes to 0. Their errors are of second order, so that those of the last two steps,
-  !> one of which is a tenth of the other, give the limit. There is none where they do not settle: at a jump, or under a root.
+  !> Extrapolates the slopes of one side to the step 0. Their errors are of second order, and the last step is a tenth of the one
+  !> before it, so the last two slopes give the limit. There is no limit where the slopes do not converge: at a jump, or at a root
+  !> of infinite slope.
   pure subroutine find_limits(slopes, noise, limits, has_limit)
     !> shape (n_terms, n_steps)
     real(rk), intent(in) :: slopes(:, :)
@@ -137,15 +144,15 @@ contains
     limits = slopes(:, n) + (slopes(:, n) - slopes(:, n - 1)) / 99
   end subroutine find_limits
 
-  !> The terms at steps -2 to 2 but at 0, where they are known.
+  !> Evaluates the terms at the steps -2, -1, 1 and 2. The values at 0 are known already.
   subroutine evaluate_beside(terms, point, i_parameter, step, values, has_side)
     type(term_values_t), intent(inout) :: terms
     real(rk), intent(in) :: point(:)
     integer, intent(in) :: i_parameter
     real(rk), intent(in) :: step
-    !> shape (n_terms, 5); zero where has_side says no
+    !> shape (n_terms, 5); zero on a side where has_side is false
     real(rk), contiguous, intent(inout) :: values(:, -2:)
-    !> all terms have finite values on this side
+    !> whether all terms have finite values on the side -1 and on the side 1
     logical, intent(out) :: has_side(-1:)
     real(rk) :: place(size(point))
     integer :: i, i_source
@@ -163,7 +170,7 @@ contains
     if (.not. has_side(1)) values(:, 1:2) = 0
   end subroutine evaluate_beside
 
-  !> The slopes of both sides are that of the middle, but for rounding.
+  !> Whether the slopes of both sides equal the central slope up to rounding, for each term.
   pure function are_same(sides, noise)
     !> slopes below, in the middle and above, shape (n_terms, 3)
     real(rk), intent(in) :: sides(:, -1:)
@@ -175,7 +182,7 @@ contains
     end associate
   end function are_same
 
-  !> Slopes from the values on one side: (-3 f_0 + 4 f_1 - f_2) / 2h.
+  !> Returns the slopes from the values on one side: (-3 f_0 + 4 f_1 - f_2) / 2h.
   pure function slope_of_side(values, side, step) result(slopes)
     real(rk), intent(in) :: values(:, -2:)
     integer, intent(in) :: side
@@ -185,7 +192,7 @@ contains
     slopes = side * (4 * (values(:, side) - values(:, 0)) - (values(:, 2 * side) - values(:, 0))) / (2 * step)
   end function slope_of_side
 
-  !> (f_-2 - 8 f_-1 + 8 f_1 - f_2) / 12h.
+  !> Returns the slopes from the values on both sides: (f_-2 - 8 f_-1 + 8 f_1 - f_2) / 12h.
   pure function central_slope(values, step) result(slopes)
     real(rk), intent(in) :: values(:, -2:)
     real(rk), intent(in) :: step

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Terms of a model in model.h5: <group>/names, and a group per source below <group>/sources.
+!> Reads and writes the terms of a model in model.h5: <group>/names, and a group per source below <group>/sources.
 module sig_term_file
   use sig_errors, only: error_t, make_error
   use sig_hdf5_reader, only: h5_reader_t
@@ -12,12 +12,13 @@ module sig_term_file
 
 contains
 
+  !> Writes a term set into a group of an open file. Write errors are kept in `file`.
   subroutine write_terms(file, group, terms, length)
     type(h5_writer_t), intent(inout) :: file
-    !> of the file
+    !> path of the group in the file
     character(*), intent(in) :: group
     type(term_set_t), intent(in) :: terms
-    !> unit of lengths
+    !> unit of lengths, as text
     character(*), intent(in) :: length
     integer :: i
 
@@ -50,12 +51,14 @@ contains
     call file%write_attribute(group, 'is_cut', merge(1, 0, source%is_cut))
   end subroutine write_source
 
-  !> Errors: a part is missing.
+  !> Reads a term set. Indices in it are not checked here (are_sound_terms).
+  !>
+  !> Errors: a data set is missing; the number of sources is not the one that the file says.
   subroutine read_terms(file, group, path, parameter_names, terms, error)
     type(h5_reader_t), intent(in) :: file
-    !> of the file
+    !> path of the group in the file
     character(*), intent(in) :: group
-    !> for messages
+    !> path of the file, for messages
     character(*), intent(in) :: path
     type(string_t), intent(in) :: parameter_names(:)
     type(term_set_t), intent(out) :: terms

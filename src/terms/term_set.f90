@@ -1,8 +1,10 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> The terms theta_t(mu) in which everything that depends on the parameters is linear: what they are made of, as data.
+!> The definition of the terms theta_t(mu), as data. A term is a function of the parameters mu; loads, gaps and prescribed values
+!> are linear functions of the terms.
 !>
-!> theta_1 = 1. Every other term is a sum of sources: an expression of the parameters, an expression of the parameters and the
-!> coordinates at fixed places, or the nodal forces of a surface load whose value or window depends on the parameters.
+!> theta_1 = 1. Every other term is a sum of sources. A source is one of three kinds: an expression of the parameters; an expression
+!> of the parameters and the coordinates, evaluated at fixed places; the nodal forces of a surface load whose value or window
+!> depends on the parameters.
 module sig_term_set
   use sig_kinds, only: rk
   use sig_text, only: append_text, string_t
@@ -11,43 +13,48 @@ module sig_term_set
   public :: term_set_t, term_source_t, start_terms
   public :: source_expression, source_places, source_surface
 
+  !> kinds of sources, as listed above
   integer, parameter :: source_expression = 1
   integer, parameter :: source_places = 2
   integer, parameter :: source_surface = 3
 
+  !> One source. It adds its values to one or more terms.
   type :: term_source_t
     integer :: kind = source_expression
-    !> expression of the parameters and, but for source_expression, of the coordinates
+    !> the expression: of the parameters only for source_expression, otherwise of the parameters and the coordinates
     character(:), allocatable :: text
-    !> source_expression: its one term; source_places: the term of each place
+    !> source_expression: its one term; source_places: the term of each place; source_surface: empty
     integer, allocatable :: terms(:)
-    !> [length] places, or the nodes of the surface; shape (n_dim, n_places)
+    !> [length] coordinates of the places, or of the nodes of the surface, shape (n_dim, n_places)
     real(rk), allocatable :: places(:, :)
     !> source_surface: 0 = pressure, else component of a traction
     integer :: component = 0
-    !> window: coordinate (0 = none), its bounds as expressions of the parameters (empty = none), cut or whole facets
+    !> number of the coordinate that the window bounds, 0 = no window
     integer :: axis = 0
+    !> bounds of the window, expressions of the parameters; empty = no bound
     character(:), allocatable :: minimum
     character(:), allocatable :: maximum
+    !> the window cuts facets; otherwise a facet counts as a whole or not at all
     logical :: is_cut = .true.
-    !> places of each facet, filled up with 0, shape (4 or more, n_facets)
+    !> source_surface: nodes of each facet as indices of `places`, filled up with 0, shape (4 or more, n_facets)
     integer, allocatable :: facets(:, :)
-    !> +1 where the order of a facet's nodes gives the outward normal, else -1
+    !> +1 where the order of the facet's nodes gives the outward normal, else -1, shape (n_facets)
     integer, allocatable :: orientations(:)
-    !> terms of the nodal forces, 0 = none, shape (n_dim, n_places)
+    !> term of each component of each nodal force, 0 = none, shape (n_dim, n_places)
     integer, allocatable :: dof_terms(:, :)
     !> where the expression stands in the deck, for messages; not kept in a model
     integer :: line = 0
     integer :: column = 0
   end type term_source_t
 
+  !> All terms of a problem or a model.
   type :: term_set_t
     type(string_t), allocatable :: parameter_names(:)
-    !> what expressions may call the coordinates: x, y, z or r, z
+    !> names of the coordinates in expressions: x, y, z or r, z
     type(string_t), allocatable :: coordinate_names(:)
-    !> integrals carry 2 pi times the first coordinate
+    !> axisymmetric: integrals over surfaces are multiplied by 2 pi times the first coordinate
     logical :: is_round = .false.
-    !> a few words or the expression for each term; the first is `1`
+    !> a name or the expression for each term, shape (n_terms); the first is `1`
     type(string_t), allocatable :: names(:)
     type(term_source_t), allocatable :: sources(:)
   contains
@@ -60,7 +67,7 @@ module sig_term_set
 
 contains
 
-  !> Makes the set that holds term 1 only.
+  !> Makes a set that holds only term 1. The other arguments are the components of term_set_t.
   pure subroutine start_terms(parameter_names, coordinate_names, is_round, terms)
     type(string_t), intent(in) :: parameter_names(:)
     type(string_t), intent(in) :: coordinate_names(:)
@@ -74,6 +81,7 @@ contains
     call append_text(terms%names, '1')
   end subroutine start_terms
 
+  !> Returns the number of terms; 0 before start_terms.
   pure integer function n_terms(self)
     class(term_set_t), intent(in) :: self
 
@@ -81,7 +89,7 @@ contains
     if (allocated(self%names)) n_terms = size(self%names)
   end function n_terms
 
-  !> Adds a new term, which is zero until a source adds to it.
+  !> Adds a new term and returns its index. The term is zero until a source adds to it.
   pure subroutine add_term(self, name, i_term)
     class(term_set_t), intent(inout) :: self
     character(*), intent(in) :: name
@@ -91,11 +99,11 @@ contains
     i_term = size(self%names)
   end subroutine add_term
 
-  !> Adds several new terms at once, in the time that one takes.
+  !> Adds several new terms with one allocation. Each is zero until a source adds to it.
   pure subroutine add_terms(self, names, terms)
     class(term_set_t), intent(inout) :: self
     type(string_t), intent(in) :: names(:)
-    !> shape (size(names))
+    !> indices of the new terms, shape (size(names))
     integer, intent(out) :: terms(:)
     type(string_t), allocatable :: longer(:)
     integer :: i, n
@@ -108,10 +116,11 @@ contains
     terms = [(n + i, i=1, size(names))]
   end subroutine add_terms
 
-  !> Adds a new term that is an expression of the parameters.
+  !> Adds a new term that is an expression of the parameters, and returns its index. The text is not checked here.
   pure subroutine add_expression(self, text, line, column, i_term)
     class(term_set_t), intent(inout) :: self
     character(*), intent(in) :: text
+    !> line and column of the text in the deck, for messages
     integer, intent(in) :: line
     integer, intent(in) :: column
     integer, intent(out) :: i_term
@@ -125,7 +134,7 @@ contains
     call self%add_source(source)
   end subroutine add_expression
 
-  !> Adds a source of existing terms; parts that it does not use become empty.
+  !> Adds a source, whose terms must exist. Components of the source that are not allocated become empty.
   pure subroutine add_source(self, source)
     class(term_set_t), intent(inout) :: self
     type(term_source_t), intent(in) :: source

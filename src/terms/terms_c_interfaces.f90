@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> The C side of this layer, as declared in include/signorom/expression.h.
+!> Fortran interfaces of the C functions of this layer; include/signorom/expression.h describes them.
 module sig_terms_c_interfaces
   use, intrinsic :: iso_c_binding, only: c_char, c_double, c_int, c_ptr, c_size_t
   implicit none(type, external)

@@ -1,11 +1,12 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Integration over the part of a facet that lies in a window `minimum <= coordinate <= maximum`, exact on the cut.
+!> Integration points on the part of a facet that lies in a window `minimum <= coordinate <= maximum`. A facet is cut exactly at the
+!> bounds, so an integral is a continuous function of the bounds. Quadratic facets: curved_rule.f90.
 !>
-!> An edge is cut to a piece of itself. A face is the image of a unit square (s, t) on which the coordinate is bilinear: at each s
-!> the window leaves a piece of t, whose ends are rational functions of s between those s where a bound crosses a side. Gauss
-!> points in t on that piece and in s between these borders are exact for triangles and parallelograms (polynomials), and to 1e-9
-!> or better for quadrilaterals whose opposite sides differ by a factor of 5. The integral is a continuous function of the window.
-!> Quadratic facets: curved_rule.f90.
+!> Of an edge, the window leaves one piece. A face is the image of a unit square (s, t), on which the bounded coordinate is
+!> bilinear. At fixed s the window leaves an interval of t. The ends of this interval are rational functions of s between those s
+!> where a bound crosses a side t = 0 or t = 1. Gauss points are put on this interval of t, and in s between two such s. They are
+!> exact for triangles and parallelograms, where the integrands are polynomials. For quadrilaterals whose opposite sides differ by a
+!> factor of 5, the relative error is at most 1e-9.
 module sig_window_rule
   use sig_cross_products, only: cross_product
   use sig_curved_rule, only: add_curved_edge, add_curved_face
@@ -19,23 +20,24 @@ module sig_window_rule
   public :: facet_rule, find_facet_rule, facet_position, facet_box
   public :: facet_outside, facet_cut, facet_inside
 
-  !> where a facet lies relative to a window
+  !> results of facet_position: where a facet lies relative to a window
   integer, parameter :: facet_outside = 0, facet_cut = 1, facet_inside = 2
 
-  !> [-] of a facet's size: a node this little outside is inside (rounding of coordinates and bounds, in any unit)
+  !> [-] a node that is outside of the window by at most this fraction of the facet's size counts as inside (rounding errors)
   real(rk), parameter :: node_tolerance = 1.0e-9_rk
-  !> nodes of a triangle at (0, 0), (1, 0), (1, 1), (0, 1)
+  !> nodes of a triangle at (s, t) = (0, 0), (1, 0), (1, 1), (0, 1)
   integer, parameter :: triangle_corners(4) = [1, 2, 2, 3]
-  !> of a linear face
+  !> most corners of a linear face
   integer, parameter :: most_corners = 4
-  !> both ends, and two bounds on two sides
+  !> most ends of strips: 0, 1, and the cuts of two bounds with two sides
   integer, parameter :: most_borders = 6
 
 contains
 
-  !> Returns the rule for an edge (n_dim = 2) or a triangle or quadrilateral (n_dim = 3).
+  !> Returns the integration points of an edge (n_dim = 2), or of a triangle or quadrilateral (n_dim = 3), on the part inside of the
+  !> window. Linear and quadratic facets are known.
   pure function facet_rule(vertices, window) result(rule)
-    !> [length] shape (n_dim, n_nodes)
+    !> [length] coordinates of the nodes, corners first, shape (n_dim, n_nodes)
     real(rk), intent(in) :: vertices(:, :)
     type(window_t), intent(in) :: window
     type(facet_rule_t) :: rule
@@ -47,7 +49,8 @@ contains
     rule%area_vectors = rule%area_vectors(:, :rule%n_points)
   end function facet_rule
 
-  !> As facet_rule, in arrays that are kept from facet to facet where they are large enough: only the first n_points count then.
+  !> Does the same as facet_rule, but uses the arrays of `rule` again where they are large enough. Only the first n_points points of
+  !> the arrays are valid.
   pure subroutine find_facet_rule(vertices, window, rule)
     real(rk), intent(in) :: vertices(:, :)
     type(window_t), intent(in) :: window
@@ -72,6 +75,7 @@ contains
     end if
   end subroutine find_facet_rule
 
+  !> Returns where a facet lies relative to a window.
   pure integer function position_of(vertices, window) result(position)
     real(rk), intent(in) :: vertices(:, :)
     type(window_t), intent(in) :: window
@@ -83,12 +87,15 @@ contains
     position = facet_position(lower, upper, window)
   end function position_of
 
-  !> Box of the nodes; of a facet that is cut, whose middle may bulge beyond them, at least as large as the facet.
+  !> Computes the smallest and largest coordinates of the nodes of a facet. A curved facet may bulge beyond its nodes. For a
+  !> quadratic facet that windows cut (is_cut), the box is therefore made larger, so that it contains the whole facet.
   !>
-  !> Its places are those of its corners' linear facet plus sum_i N_i d_i with d_i the further nodes' offset from there, |N_i| <= 1.
+  !> A point of a quadratic facet is a point of the linear facet of its corners plus sum_i N_i d_i over the other nodes. d_i is the
+  !> distance of node i from its place on the linear facet, and |N_i| <= 1.
   pure subroutine facet_box(vertices, is_cut, lower, upper)
-    !> [length] shape (n_dim, n_nodes)
+    !> [length] coordinates of the nodes, shape (n_dim, n_nodes)
     real(rk), intent(in) :: vertices(:, :)
+    !> as in window_t
     logical, intent(in) :: is_cut
     !> [length] shape (n_dim)
     real(rk), intent(out) :: lower(:)
@@ -115,11 +122,13 @@ contains
     upper = upper + bulge
   end subroutine facet_box
 
-  !> From the facet's box alone: outside (its part in the window has no area), inside, or to be cut.
+  !> Returns facet_inside, facet_outside or facet_cut for the box of a facet (facet_box). A facet that only touches the window, with
+  !> no area inside, is outside.
   !>
-  !> Without cutting a facet is inside where all its nodes are, up to rounding, and else outside.
+  !> Where the window does not cut facets (is_cut is false), a facet is inside if its box is inside up to rounding, and else
+  !> outside.
   pure integer function facet_position(lower, upper, window) result(position)
-    !> [length] smallest and largest coordinates of its nodes, shape (n_dim)
+    !> [length] from facet_box, shape (n_dim)
     real(rk), intent(in) :: lower(:)
     real(rk), intent(in) :: upper(:)
     type(window_t), intent(in) :: window
@@ -142,6 +151,7 @@ contains
     end associate
   end function facet_position
 
+  !> Appends to `rule` the points of a linear edge.
   pure subroutine cut_edge(vertices, window, rule)
     real(rk), intent(in) :: vertices(:, :)
     type(window_t), intent(in) :: window
@@ -162,8 +172,8 @@ contains
     end do
   end subroutine cut_edge
 
-  !> From where to where on (0, 1) a coordinate that goes from first to last lies between the bounds; where it never does, the
-  !> end is not behind the start.
+  !> Returns the interval of (0, 1) on which a linear function from `first` to `last` lies between the bounds. If there is none, the
+  !> end of the interval is not larger than its start.
   pure function piece_inside(first, last, window) result(piece)
     !> [length]
     real(rk), intent(in) :: first
@@ -179,7 +189,8 @@ contains
     end if
   end function piece_inside
 
-  !> The face is the image of the unit square (s, t); of a triangle the side s = 1 has shrunk to the second node.
+  !> Appends to `rule` the points of a linear face, the image of the unit square (s, t). On a triangle the side s = 1 of the square
+  !> is only a point, the second node.
   pure subroutine cut_face(vertices, window, rule)
     real(rk), intent(in) :: vertices(:, :)
     type(window_t), intent(in) :: window
@@ -206,10 +217,10 @@ contains
     end do
   end subroutine cut_face
 
-  !> The quadrilateral's corners in the sense, and in the order, in which the coordinate grows along t as evenly as it can: where a
-  !> bound cuts the face is a function t(s) with a pole at the s where the coordinate does not grow.
+  !> Returns the corners of a quadrilateral in the order in which the bounded coordinate changes most evenly along t. A bound cuts
+  !> the face along a function t(s), which has a pole at each s where the coordinate does not change along t.
   pure function best_corners(places) result(corners)
-    !> [length] coordinate of the nodes
+    !> [length] bounded coordinate of the nodes
     real(rk), intent(in) :: places(4)
     integer :: corners(4)
 
@@ -217,9 +228,10 @@ contains
     if (evenness(places([1, 4, 3, 2])) > evenness(places)) corners = [1, 4, 3, 2]
   end function best_corners
 
-  !> Smaller over larger growth of the coordinate along t on the sides s = 0 and s = 1; 0 where one grows and one falls.
+  !> Compares how much the coordinate changes along t on the side s = 0 and on the side s = 1. Returns the smaller change divided by
+  !> the larger one, or 0 where the signs of both differ.
   pure real(rk) function evenness(places)
-    !> [length] coordinate of the corners (0, 0), (1, 0), (1, 1), (0, 1)
+    !> [length] bounded coordinate of the corners (0, 0), (1, 0), (1, 1), (0, 1)
     real(rk), intent(in) :: places(4)
     real(rk) :: growth(2)
 
@@ -228,11 +240,11 @@ contains
     if (growth(1) * growth(2) > 0) evenness = minval(abs(growth)) / maxval(abs(growth))
   end function evenness
 
-  !> Ends of strips of s, within which no bound crosses a side t = 0 or t = 1.
+  !> Divides 0 <= s <= 1 into strips, within which no bound crosses a side t = 0 or t = 1.
   pure subroutine find_borders(places, window, borders, n_strips)
     real(rk), intent(in) :: places(4)
     type(window_t), intent(in) :: window
-    !> ascending; the first n_strips + 1 count
+    !> ends of the strips, ascending; only the first n_strips + 1 are set
     real(rk), intent(out) :: borders(most_borders)
     integer, intent(out) :: n_strips
     real(rk) :: ends(4)
@@ -251,8 +263,8 @@ contains
     end do
   end subroutine find_borders
 
-  !> How many values of s a strip needs. What a bound cuts of a triangle is a polynomial of s, of a quadrilateral the less one the
-  !> less even the coordinate grows.
+  !> Returns the number of Gauss points in s for a strip: 0 where the strip lies outside of the window, n_fine where a bound cuts a
+  !> quadrilateral along a function that is not close to a polynomial of s, else n_gauss.
   pure integer function outer_points(places, window, strip, is_triangle) result(n_points)
     real(rk), intent(in) :: places(4)
     type(window_t), intent(in) :: window
@@ -268,9 +280,9 @@ contains
     if (piece(2) > piece(1) .and. piece(2) - piece(1) < 1) n_points = n_fine
   end function outer_points
 
-  !> From where to where in t the window leaves the face at one s.
+  !> Returns the interval of t that lies in the window at one s.
   pure function piece_at(places, s, window) result(piece)
-    !> [length] coordinate of the corners
+    !> [length] bounded coordinate of the corners
     real(rk), intent(in) :: places(4)
     real(rk), intent(in) :: s
     type(window_t), intent(in) :: window
@@ -279,14 +291,15 @@ contains
     piece = piece_inside((1 - s) * places(1) + s * places(2), (1 - s) * places(4) + s * places(3), window)
   end function piece_at
 
+  !> Appends to `rule` the points of one strip.
   pure subroutine add_strip(vertices, corners, window, strip, n_outer, rule)
     real(rk), intent(in) :: vertices(:, :)
-    !> nodes at (0, 0), (1, 0), (1, 1), (0, 1)
+    !> nodes at (s, t) = (0, 0), (1, 0), (1, 1), (0, 1)
     integer, intent(in) :: corners(4)
     type(window_t), intent(in) :: window
-    !> from where to where in s
+    !> interval of s
     real(rk), intent(in) :: strip(2)
-    !> n_gauss, n_fine, or none
+    !> number of Gauss points in s: n_gauss, n_fine or 0
     integer, intent(in) :: n_outer
     type(facet_rule_t), intent(inout) :: rule
     real(rk) :: points(n_fine), weights(n_fine), piece(2), s
@@ -306,12 +319,12 @@ contains
     end do
   end subroutine add_strip
 
-  !> Gauss points along t at one s.
+  !> Appends the Gauss points along t at one s.
   pure subroutine add_line(vertices, corners, s, piece, weight_of_s, rule)
     real(rk), intent(in) :: vertices(:, :)
     integer, intent(in) :: corners(4)
     real(rk), intent(in) :: s
-    !> from where to where in t
+    !> interval of t
     real(rk), intent(in) :: piece(2)
     real(rk), intent(in) :: weight_of_s
     type(facet_rule_t), intent(inout) :: rule
