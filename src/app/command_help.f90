@@ -1,8 +1,9 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> The table of commands as texts: --help, the manual page signorom(1), completion in bash.
 module sig_command_help
-  use sig_command_table, only: command_words, commands, exit_codes, option_words, options, petsc_options
-  use sig_text, only: join, string_t
+  use sig_command_table, only: command_words, commands, exit_codes, file_kind_of, file_kind_t, file_kinds, option_words, options, &
+    petsc_options
+  use sig_text, only: join, split
   implicit none(type, external)
   private
   public :: usage, manual_page, bash_completion
@@ -18,9 +19,11 @@ contains
     integer :: i
 
     text = 'usage: signorom COMMAND FILE [options]' // nl // &
-      '       mpirun -n N signorom COMMAND FILE [options]' // nl // &
-      commands_on('MESH', 'Command on a mesh (.msh):') // commands_on('DECK', 'Commands on a deck (.yaml):') // &
-      commands_on('MODEL', 'Commands on a model (model.h5):') // nl // 'Options:' // nl
+      '       mpirun -n N signorom COMMAND FILE [options]' // nl
+    do i = 1, size(file_kinds)
+      text = text // commands_on(file_kinds(i))
+    end do
+    text = text // nl // 'Options:' // nl
     do i = 1, size(options)
       text = text // row(trim(options(i)%name) // ' ' // options(i)%value, summary_of_option(i), 18)
     end do
@@ -31,40 +34,27 @@ contains
     text = text(:len(text) - 1)
   end function usage
 
-  !> Returns the rows of the commands on one kind of file, below a heading.
-  function commands_on(file, heading) result(text)
-    character(*), intent(in) :: file, heading
+  !> Returns the rows of the commands on one kind of file, below their heading.
+  function commands_on(kind) result(text)
+    type(file_kind_t), intent(in) :: kind
     character(:), allocatable :: text
     integer :: i
 
-    text = nl // heading // nl
+    text = nl // trim(kind%heading) // nl
     do i = 1, size(commands)
-      if (commands(i)%file == file) &
-        text = text // row(trim(commands(i)%name) // ' ' // file, commands(i)%summary, 18)
+      if (commands(i)%file == kind%name) &
+        text = text // row(trim(commands(i)%name) // ' ' // kind%name, commands(i)%summary, 18)
     end do
   end function commands_on
 
-  !> Returns what an option does, with the commands that have it in front.
+  !> Returns what an option does, with the commands that have it in brackets behind.
   function summary_of_option(i) result(text)
     integer, intent(in) :: i
     character(:), allocatable :: text
 
     text = trim(options(i)%summary)
-    if (options(i)%commands /= '') text = text // ' (' // listed(trim(options(i)%commands)) // ')'
+    if (options(i)%commands /= '') text = text // ' (' // join(split(trim(options(i)%commands), ' '), ', ') // ')'
   end function summary_of_option
-
-  !> Returns words that blanks separate as a list with commas.
-  pure function listed(words) result(text)
-    character(*), intent(in) :: words
-    character(:), allocatable :: text
-    integer :: i
-
-    text = ''
-    do i = 1, len(words)
-      if (words(i:i) == ' ') text = text // ','
-      text = text // words(i:i)
-    end do
-  end function listed
 
   !> Returns a name and, from `column` on, its meaning, in lines of at most text_width characters.
   pure function row(name, meaning, column) result(text)
@@ -115,21 +105,17 @@ contains
   end function manual_page
 
   !> Returns words whose hyphens are escaped, so that readers can copy them into a shell.
-  pure function escaped(words) result(text)
+  function escaped(words) result(text)
     character(*), intent(in) :: words
     character(:), allocatable :: text
-    integer :: i
 
-    text = ''
-    do i = 1, len(words)
-      if (words(i:i) == '-') text = text // '\'
-      text = text // words(i:i)
-    end do
+    text = join(split(words, '-'), '\-')
   end function escaped
 
   !> Returns a script for bash that completes commands, files of the command's kind, and its options.
   function bash_completion() result(text)
     character(:), allocatable :: text
+    type(file_kind_t) :: kind
     integer :: i
 
     text = '# Completion of signorom in bash; in zsh after `autoload bashcompinit && bashcompinit`.' // nl // &
@@ -142,7 +128,8 @@ contains
       '    signorom) words="' // join(command_words(), ' ') // ' --help --version" ;;' // nl // &
       '    *) case ${COMP_WORDS[1]} in' // nl
     do i = 1, size(commands)
-      text = text // '      ' // trim(commands(i)%name) // ') files="*' // ending(commands(i)%file) // '" words="' // &
+      kind = file_kinds(file_kind_of(commands(i)%name))
+      text = text // '      ' // trim(commands(i)%name) // ') files="*' // trim(kind%ending) // '" words="' // &
         join(option_words(trim(commands(i)%name)), ' ') // '" ;;' // nl
     end do
     text = text // '    esac ;;' // nl // '  esac' // nl // &
@@ -152,14 +139,4 @@ contains
       '  mapfile -t -O "${#COMPREPLY[@]}" COMPREPLY < <(compgen -d -- "$word"; compgen -f -X "!$files" -- "$word")' // nl // &
       '}' // nl // 'complete -F _signorom signorom' // nl
   end function bash_completion
-
-  !> Returns the ending of the names of files of a kind.
-  pure function ending(file) result(text)
-    character(*), intent(in) :: file
-    character(:), allocatable :: text
-
-    text = '.yaml'
-    if (file == 'MESH') text = '.msh'
-    if (file == 'MODEL') text = '.h5'
-  end function ending
 end module sig_command_help

@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> The command line as data: which command, on which file, with which options.
 module sig_command_line
-  use sig_command_table, only: command_words, commands, is_option_of, option_words, options
+  use sig_command_table, only: command_words, file_kind_of, file_kinds, is_option_of, option_words, options
   use sig_errors, only: error_t, make_error
   use sig_text, only: did_you_mean, join, read_integer, split, string_t, to_text
   implicit none(type, external)
@@ -173,11 +173,12 @@ contains
     if (command%name == 'help' .or. command%name == 'version') return
     if (command%name == '') then
       call make_error(error, 'no command; one of ' // join(command_words(), ', ') // ' is needed', hint=see_help)
-    else if (file_of(command%name) == '') then
+    else if (file_kind_of(command%name) == 0) then
       call make_error(error, 'unknown command ''' // command%name // '''; the commands are ' // join(command_words(), ', '), &
         hint=suggestion(command%name, command_words()))
     else if (command%file == '') then
-      call make_error(error, 'the command ' // command%name // ' needs ' // kind_of_file(file_of(command%name)), hint=see_help)
+      call make_error(error, 'the command ' // command%name // ' needs ' // trim(file_kinds(file_kind_of(command%name))%text), &
+        hint=see_help)
     else
       call check_options(command, error)
     end if
@@ -198,33 +199,12 @@ contains
     if (command%name == 'predict' .and. ((command%at == '') .eqv. (command%points == ''))) then
       call make_error(error, 'predict needs either --at or --points', hint='for example: signorom predict ' // &
         command%file // ' --at squeeze=0.2')
-    else if (file_of(command%name) /= 'DECK' .and. command%petsc_options /= '') then
+    else if (file_kinds(file_kind_of(command%name))%name /= 'DECK' .and. command%petsc_options /= '') then
       call make_error(error, command%name // ' works without PETSc and takes no option of it:' // command%petsc_options)
     else if (command%name == 'check' .and. command%at /= '' .and. .not. command%has_fields) then
       call make_error(error, '--at goes with check only where --fields does, too')
     end if
   end subroutine check_options
-
-  !> MESH, DECK or MODEL; empty for a word that is no command.
-  pure function file_of(name) result(file)
-    character(*), intent(in) :: name
-    character(:), allocatable :: file
-    integer :: i
-
-    file = ''
-    do i = 1, size(commands)
-      if (commands(i)%name == name) file = trim(commands(i)%file)
-    end do
-  end function file_of
-
-  pure function kind_of_file(file) result(kind)
-    character(*), intent(in) :: file
-    character(:), allocatable :: kind
-
-    kind = 'a deck (.yaml)'
-    if (file == 'MESH') kind = 'a mesh (.msh)'
-    if (file == 'MODEL') kind = 'a model (model.h5)'
-  end function kind_of_file
 
   !> Returns words with commas between them and `and` before the last one.
   function enumerated(words) result(text)

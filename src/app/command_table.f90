@@ -4,12 +4,23 @@ module sig_command_table
   use sig_text, only: string_t
   implicit none(type, external)
   private
-  public :: command_entry_t, option_entry_t, exit_code_entry_t
-  public :: commands, options, exit_codes, petsc_options, is_option_of, option_words, command_words
+  public :: file_kind_t, command_entry_t, option_entry_t, exit_code_entry_t
+  public :: file_kinds, commands, options, exit_codes, petsc_options, file_kind_of, is_option_of, option_words, command_words
+
+  !> A kind of file that commands work on.
+  type :: file_kind_t
+    character(5) :: name
+    !> text for messages
+    character(18) :: text
+    !> heading above its commands
+    character(31) :: heading
+    !> ending of the names of such files
+    character(5) :: ending
+  end type file_kind_t
 
   type :: command_entry_t
     character(8) :: name
-    !> what it works on: MESH, DECK or MODEL
+    !> name of the kind of file that it works on
     character(5) :: file
     character(120) :: summary
   end type command_entry_t
@@ -27,6 +38,11 @@ module sig_command_table
     character(3) :: code
     character(80) :: summary
   end type exit_code_entry_t
+
+  type(file_kind_t), parameter :: file_kinds(*) = [ &
+    file_kind_t('MESH', 'a mesh (.msh)', 'Command on a mesh (.msh):', '.msh'), &
+    file_kind_t('DECK', 'a deck (.yaml)', 'Commands on a deck (.yaml):', '.yaml'), &
+    file_kind_t('MODEL', 'a model (model.h5)', 'Commands on a model (model.h5):', '.h5')]
 
   type(command_entry_t), parameter :: commands(*) = [ &
     command_entry_t('init', 'MESH', 'write a first deck beside the mesh, with places to fill in'), &
@@ -65,6 +81,17 @@ module sig_command_table
     exit_code_entry_t('130', 'stopped by SIGINT or SIGTERM; the same command goes on')]
 
 contains
+
+  !> Returns the position of a command's kind of file among file_kinds; 0 for a word that is no command.
+  pure integer function file_kind_of(command) result(i_kind)
+    character(*), intent(in) :: command
+    integer :: i
+
+    i_kind = 0
+    do i = 1, size(commands)
+      if (commands(i)%name == command) i_kind = findloc(file_kinds%name, commands(i)%file, dim=1)
+    end do
+  end function file_kind_of
 
   !> Whether a command has an option.
   pure logical function is_option_of(option, command)
