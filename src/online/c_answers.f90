@@ -6,9 +6,11 @@ module sig_c_answers
   use sig_c_handles, only: code_ok, context_handle_t, keep, no_answer
   use sig_kinds, only: rk
   use sig_reasons, only: put_reason, reason_length
+  use sig_reconstruction, only: displacement_of_dof
+  use sig_reduced, only: displacement_none
   implicit none(type, external)
   private
-  public :: ask, has_size, place_of, tell, too_large
+  public :: ask, copy_displacement, has_node, has_size, place_of, tell, too_large
 
   !> the structure signorom_answer of signorom.h
   type, bind(c) :: c_answer_t
@@ -91,6 +93,34 @@ contains
     call c_f_pointer(c_loc(told), own, [size(bytes)])
     bytes = own
   end subroutine tell
+
+  !> Whether the last answer has a displacement of a node. Requires: a model with displacements.
+  logical function has_node(handle, node)
+    type(context_handle_t), intent(in) :: handle
+    !> 0-based
+    integer(c_int), intent(in) :: node
+
+    associate (model => handle%model%online%model)
+      has_node = model%parts(handle%answer%displacement_part)%reduced%displacement_source(model%n_dim * (node + 1)) /= &
+        displacement_none
+    end associate
+  end function has_node
+
+  !> Copies the displacement of a node in the last answer. Requires: has_node.
+  subroutine copy_displacement(handle, node, displacement)
+    type(context_handle_t), intent(in) :: handle
+    !> 0-based
+    integer(c_int), intent(in) :: node
+    !> [length] shape (n_dim)
+    real(c_double), intent(out) :: displacement(:)
+    integer :: k
+
+    associate (model => handle%model%online%model)
+      do k = 1, model%n_dim
+        displacement(k) = displacement_of_dof(model, handle%answer, model%n_dim * node + k)
+      end do
+    end associate
+  end subroutine copy_displacement
 
   !> Returns the address of entry i of an array, 1-based.
   pure function place_of(first, n_bytes, i) result(place)

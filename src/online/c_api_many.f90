@@ -3,11 +3,10 @@
 module sig_c_api_many
   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int, c_ptr, c_size_t, c_sizeof
-  use sig_c_answers, only: ask, has_size, place_of, tell, too_large
+  use sig_c_answers, only: ask, copy_displacement, has_node, has_size, place_of, tell, too_large
   use sig_c_handles, only: bad_argument, chosen_nodes, code_ok, context_handle_t, keep, no_answer, ready_context
   use sig_kinds, only: rk
-  use sig_reconstruction, only: displacement_of_dof, reconstruct_multipliers
-  use sig_reduced, only: displacement_none
+  use sig_reconstruction, only: reconstruct_multipliers
   implicit none(type, external)
   private
 
@@ -189,22 +188,15 @@ contains
     integer(c_int), intent(in) :: nodes(:)
     !> [length] shape (n_dim, size(nodes))
     real(c_double), intent(out) :: displacement(:, :)
-    integer :: i, k
-    logical :: has_one
+    integer :: i
 
     displacement = blank
     if (.not. handle%has_answer) return
-    associate (model => handle%model%online%model)
-      associate (part => model%parts(handle%answer%displacement_part)%reduced)
-        if (.not. part%has_displacement()) return
-        do i = 1, size(nodes)
-          has_one = part%displacement_source(model%n_dim * (nodes(i) + 1)) /= displacement_none
-          if (.not. has_one) cycle
-          do k = 1, model%n_dim
-            displacement(k, i) = displacement_of_dof(model, handle%answer, model%n_dim * nodes(i) + k)
-          end do
-        end do
-      end associate
+    associate (part => handle%model%online%model%parts(handle%answer%displacement_part)%reduced)
+      if (.not. part%has_displacement()) return
     end associate
+    do i = 1, size(nodes)
+      if (has_node(handle, nodes(i))) call copy_displacement(handle, nodes(i), displacement(:, i))
+    end do
   end subroutine fill_nodes
 end module sig_c_api_many

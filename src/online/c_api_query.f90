@@ -2,11 +2,10 @@
 !> The functions of include/signorom.h for queries; each one is explained there.
 module sig_c_api_query
   use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int, c_loc, c_null_ptr, c_ptr, c_size_t
-  use sig_c_answers, only: ask, has_size, tell
+  use sig_c_answers, only: ask, copy_displacement, has_node, has_size, tell
   use sig_c_handles, only: answered_context, bad_argument, bad_model, chosen_nodes, code_ok, context_handle_t, keep, &
     no_answer, no_memory, put_reals, ready_context, ready_model
-  use sig_reconstruction, only: displacement_of_dof, fill_displacement, reconstruct_multipliers
-  use sig_reduced, only: displacement_none
+  use sig_reconstruction, only: fill_displacement, reconstruct_multipliers
   implicit none(type, external)
   private
 
@@ -157,7 +156,7 @@ contains
     type(context_handle_t), pointer :: handle
     integer(c_int), pointer :: chosen(:)
     real(c_double), pointer :: target(:, :)
-    integer :: i, k
+    integer :: i
 
     code = bad_argument
     handle => answered_context(context, displacement)
@@ -167,21 +166,16 @@ contains
     code = bad_argument
     chosen => chosen_nodes(handle, n, nodes)
     if (.not. associated(chosen)) return
-    associate (model => handle%model%online%model)
-      do i = 1, n
-        if (model%parts(handle%answer%displacement_part)%reduced%displacement_source(model%n_dim * (chosen(i) + 1)) /= &
-          displacement_none) cycle
-        call keep(handle%message, 'a node has no displacement: see reduction.displacement of the deck')
-        code = no_answer
-        return
-      end do
-      call c_f_pointer(displacement, target, [model%n_dim, int(n)])
-      do i = 1, n
-        do k = 1, model%n_dim
-          target(k, i) = displacement_of_dof(model, handle%answer, model%n_dim * chosen(i) + k)
-        end do
-      end do
-    end associate
+    do i = 1, n
+      if (has_node(handle, chosen(i))) cycle
+      call keep(handle%message, 'a node has no displacement: see reduction.displacement of the deck')
+      code = no_answer
+      return
+    end do
+    call c_f_pointer(displacement, target, [handle%model%online%model%n_dim, int(n)])
+    do i = 1, n
+      call copy_displacement(handle, chosen(i), target(:, i))
+    end do
     code = code_ok
   end function signorom_get_displacement_at
 end module sig_c_api_query
