@@ -140,25 +140,20 @@ contains
     real(rk), intent(in) :: theta(:)
     !> [-] shape (n_terms)
     real(rk) :: scales(size(theta))
-    integer :: i, j, k
+    integer, allocatable :: forces(:)
+    integer :: i, k
     real(rk) :: total
 
     scales = abs(theta)
     do i = 1, size(self%terms%sources)
-      if (self%terms%sources(i)%kind /= source_surface) cycle
-      associate (dof_terms => self%terms%sources(i)%dof_terms)
-        total = 0
-        do k = 1, size(dof_terms, 2)
-          do j = 1, size(dof_terms, 1)
-            if (dof_terms(j, k) > 0) total = total + abs(theta(dof_terms(j, k)))
-          end do
-        end do
-        do k = 1, size(dof_terms, 2)
-          do j = 1, size(dof_terms, 1)
-            if (dof_terms(j, k) > 0) scales(dof_terms(j, k)) = max(scales(dof_terms(j, k)), total)
-          end do
-        end do
+      associate (source => self%terms%sources(i))
+        if (source%kind /= source_surface) cycle
+        forces = pack(source%dof_terms, source%dof_terms > 0)
       end associate
+      total = sum(abs(theta(forces)))
+      do k = 1, size(forces)
+        scales(forces(k)) = max(scales(forces(k)), total)
+      end do
     end do
   end function scales
 
