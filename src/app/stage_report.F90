@@ -6,6 +6,7 @@ module sig_stage_report
   use sig_accuracy_warnings, only: equilibrium_warning
   use sig_clock, only: date_and_time_text
   use sig_commit, only: source_commit
+  use sig_deck_units, only: force_unit, stress_unit
   use sig_errors, only: error_t
   use sig_field_output, only: solved_points_t
   use sig_file_system, only: file_exists, read_text_file
@@ -13,7 +14,7 @@ module sig_stage_report
   use sig_log, only: log_warning
   use sig_parameter_space, only: format_point
   use sig_petsc_support, only: library_versions, rank_and_size
-  use sig_problem, only: force_unit, inert_pair_names, problem_t, stress_unit
+  use sig_problem, only: inert_pair_names, problem_t
   use sig_reactions, only: boundary_reactions, reaction_t
   use sig_reasons, only: reason_converged, reason_text
   use sig_reporting, only: report_deck, report_reactions, report_sizes, report_states

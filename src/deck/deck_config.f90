@@ -5,12 +5,10 @@ module sig_deck_config
   use sig_text, only: string_t
   implicit none(type, external)
   private
-  public :: deck_config_t, units_config_t, mesh_config_t, parameter_config_t, material_config_t, value_config_t, name_config_t
-  public :: load_config_t, field_config_t, imposed_strain_config_t, obstacle_config_t
-  public :: boundary_config_t, contact_config_t, solver_config_t, point_set_config_t, reduction_config_t, output_config_t
-  public :: displacement_config_t, greedy_config_t
-  public :: target_config_t, refine_config_t
-  public :: clusters_config_t, enrichment_config_t, zone_config_t
+  public :: deck_config_t, units_config_t, mesh_config_t, parameter_config_t, material_config_t, value_config_t, name_config_t, &
+    load_config_t, field_config_t, imposed_strain_config_t, obstacle_config_t, boundary_config_t, contact_config_t, &
+    solver_config_t, point_set_config_t, reduction_config_t, output_config_t, displacement_config_t, greedy_config_t, &
+    target_config_t, refine_config_t, clusters_config_t, enrichment_config_t, zone_config_t
 
   !> [-] default of contact%pairing_tolerance for averaged normals, which are not exact on uneven facets
   real(rk), parameter, public :: averaged_tolerance = 0.1_rk
@@ -134,8 +132,7 @@ module sig_deck_config
     type(name_config_t) :: region
     !> whether the strain is the material's thermal_expansion * (temperature - reference); otherwise the strain itself is given
     logical :: is_thermal = .true.
-    !> temperature or isotropic strain, a sum of products of functions of the parameters and of the place; with a field, the factor
-    !> of its values
+    !> temperature or isotropic strain, a sum of products of functions of parameters and place; with a field, factor of its values
     type(value_config_t) :: value
     logical :: has_field = .false.
     type(field_config_t) :: field
@@ -174,8 +171,7 @@ module sig_deck_config
     integer :: direction_column = 0
     !> auto, node_to_node or mortar
     character(12) :: formulation = 'auto'
-    !> [length] mortar: surfaces that are farther apart than this never touch; without it (default) 50 times the longest edge of
-    !> both
+    !> [length] mortar: surfaces farther apart than this never touch; by default 50 times the longest edge of both
     logical :: has_search_distance = .false.
     real(rk) :: search_distance = 0
     !> [-] largest lateral offset of a pair over the mesh size; default 1.0e-6 along a direction, else averaged_tolerance

@@ -21,7 +21,7 @@ module sig_problem
   use sig_loads, only: create_loads
   use sig_log, only: log_info, log_warning
   use sig_materials, only: add_material_terms, create_material_terms, has_fixed_stiffness, most_points_per_stiffness, set_materials
-  use sig_mechanical_models, only: coordinate_names, is_plane, mechanical_model, mechanical_model_t
+  use sig_mechanical_models, only: coordinate_names, mechanical_model, mechanical_model_t
   use sig_mesh, only: mesh_t
   use sig_mesh_checks, only: material_of_cells, nodes_of_boundary, nodes_of_zone
   use sig_mesh_load, only: load_mesh
@@ -40,7 +40,7 @@ module sig_problem
   implicit none(type, external)
   private
   public :: problem_t, load_problem, announce_plan, body_at, strains_at, surface_of_side
-  public :: area_unit, force_unit, moment_unit, parameter_names, parameter_units, stress_unit, inert_pair_names, tags_text
+  public :: inert_pair_names, parameter_names, parameter_units, tags_text
 
   type :: problem_t
     type(deck_config_t) :: deck
@@ -333,53 +333,6 @@ contains
       text = text // separator // to_text(tags(i))
     end do
   end function tags_text
-
-  !> Unit of multipliers and reactions: a plane model's forces are per unit thickness, an axisymmetric one's for the full turn.
-  pure function force_unit(deck) result(unit)
-    type(deck_config_t), intent(in) :: deck
-    character(:), allocatable :: unit
-
-    unit = deck%units%force
-    if (is_plane(mechanical_model(deck%mesh%model))) unit = unit // '/' // deck%units%length
-  end function force_unit
-
-  !> Unit of moments; in the plane that of a moment per unit thickness.
-  pure function moment_unit(deck) result(unit)
-    type(deck_config_t), intent(in) :: deck
-    character(:), allocatable :: unit
-
-    unit = deck%units%force // '*' // deck%units%length
-    if (is_plane(mechanical_model(deck%mesh%model))) unit = unit // '/' // deck%units%length
-  end function moment_unit
-
-  !> Unit of the area that a contact row stands for: a length per unit thickness in the plane, an area of the full turn in
-  !> axisymmetry.
-  pure function area_unit(deck) result(unit)
-    type(deck_config_t), intent(in) :: deck
-    character(:), allocatable :: unit
-
-    unit = deck%units%length
-    if (.not. is_plane(mechanical_model(deck%mesh%model))) unit = unit // '2'
-  end function area_unit
-
-  !> Name of force / length**2.
-  pure function stress_unit(deck) result(unit)
-    type(deck_config_t), intent(in) :: deck
-    character(:), allocatable :: unit
-
-    select case (deck%units%force // '/' // deck%units%length)
-    case ('N/m')
-      unit = 'Pa'
-    case ('kN/m')
-      unit = 'kPa'
-    case ('MN/m', 'N/mm')
-      unit = 'MPa'
-    case ('kN/mm')
-      unit = 'GPa'
-    case default
-      unit = deck%units%force // '/' // deck%units%length // '2'
-    end select
-  end function stress_unit
 
   pure function parameter_names(deck) result(names)
     type(deck_config_t), intent(in) :: deck

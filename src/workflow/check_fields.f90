@@ -4,6 +4,7 @@ module sig_check_fields
   use sig_cell_collection, only: cell_collection_t
   use sig_contact_rows, only: contact_rows_t
   use sig_contact_summary, only: contact_name
+  use sig_deck_units, only: area_unit, force_unit
   use sig_errors, only: error_t
   use sig_field_file, only: field_file_t
   use sig_imposed_strain, only: cell_strains, strain_field_t
@@ -13,7 +14,7 @@ module sig_check_fields
   use sig_mesh_regions, only: region_names, regions_of_cells
   use sig_nodal_values, only: nodal_areas, nodal_gaps
   use sig_parameter_space, only: format_point
-  use sig_problem, only: area_unit, force_unit, parameter_names, parameter_units, problem_t, strains_at, surface_of_side
+  use sig_problem, only: parameter_names, parameter_units, problem_t, strains_at, surface_of_side
   use sig_term_values, only: evaluate_points
   use sig_text, only: append_text, string_t
   implicit none(type, external)

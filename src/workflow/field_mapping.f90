@@ -1,13 +1,14 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> What fields need of a problem, as a model keeps it.
 module sig_field_mapping
+  use sig_deck_units, only: area_unit, stress_unit
   use sig_errors, only: error_t
   use sig_field_map, only: field_map_t
   use sig_materials, only: add_material_terms
   use sig_mesh, only: nodes_of_facet
   use sig_mesh_checks, only: group_of_surface
   use sig_mesh_regions, only: region_names, regions_of_cells
-  use sig_problem, only: area_unit, problem_t, stress_unit, surface_of_side
+  use sig_problem, only: problem_t, surface_of_side
   use sig_strain_maps, only: create_strain_maps
   implicit none(type, external)
   private

@@ -6,6 +6,7 @@ module sig_field_output
   use sig_answer, only: answer_t
   use sig_clock, only: wall_time
   use sig_contact_state, only: contact_state_t
+  use sig_deck_units, only: force_unit
   use sig_error_broadcast, only: broadcast_error
   use sig_errors, only: error_t
   use sig_field_map, only: field_values_t
@@ -16,7 +17,7 @@ module sig_field_output
   use sig_model, only: model_t
   use sig_model_header, only: fill_model_header
   use sig_online_model, only: online_model_t
-  use sig_problem, only: force_unit, problem_t
+  use sig_problem, only: problem_t
   use sig_query, only: query_t
   use sig_reconstruction, only: reconstruct_displacement, reconstruct_multipliers
   use sig_rooms, only: rooms_t

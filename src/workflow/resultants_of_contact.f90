@@ -4,8 +4,9 @@ module sig_resultants_of_contact
   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   use sig_contact_state, only: contact_state_t
   use sig_contact_summary, only: contact_name
+  use sig_deck_units, only: area_unit, moment_unit
   use sig_kinds, only: rk
-  use sig_problem, only: area_unit, moment_unit, problem_t
+  use sig_problem, only: problem_t
   use sig_reasons, only: reason_converged
   use sig_resultant_map, only: resultant_map_t
   use sig_run_report, only: run_report_t

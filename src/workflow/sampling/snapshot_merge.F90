@@ -6,6 +6,7 @@
 module sig_snapshot_merge
   use mpi, only: MPI_Barrier, MPI_Bcast, MPI_Comm_rank, MPI_INTEGER, MPI_LOGICAL
   use sig_condensed_plan, only: needs_displacements
+  use sig_deck_units, only: force_unit
   use sig_error_broadcast, only: broadcast_error
   use sig_errors, only: error_t, exit_not_converged, make_error
   use sig_file_system, only: file_exists, list_files, remove_file
@@ -13,7 +14,7 @@ module sig_snapshot_merge
   use sig_petsc_support, only: rows_of_rank
   use sig_kinds, only: rk
   use sig_log, only: log_info, log_warning
-  use sig_problem, only: force_unit, parameter_names, parameter_units, problem_t
+  use sig_problem, only: parameter_names, parameter_units, problem_t
   use sig_reasons, only: reason_converged, reason_text
   use sig_snapshot_shard, only: append_records, read_shard, snapshot_record_t
   use sig_snapshot_store, only: all_points, pick_records, read_snapshot_set, records_of_set, snapshot_set_t, write_snapshots

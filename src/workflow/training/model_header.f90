@@ -2,8 +2,9 @@
 !> The part of a model that does not depend on its clusters: where it comes from, its parameters, terms and contact pairs.
 module sig_model_header
   use sig_deck_echo, only: echo_deck
+  use sig_deck_units, only: force_unit
   use sig_model, only: contact_side_t, model_t
-  use sig_problem, only: force_unit, parameter_names, parameter_units, problem_t
+  use sig_problem, only: parameter_names, parameter_units, problem_t
   use sig_resultants_of_contact, only: create_resultant_map
   use sig_training_set, only: training_set_t
   use sig_version, only: code_version
