@@ -18,7 +18,7 @@ from signorom_post import __version__
 from signorom_post.answer import ModelError, NoAnswerError
 from signorom_post.errors import InputError, writing
 from signorom_post.fmu_units import moment_unit, unit_definitions
-from signorom_post.library import LibraryError
+from signorom_post.library import LibraryError, loaded_library
 from signorom_post.online import DISPLACEMENT_NONE, Model
 
 PLATFORM = "x86_64-linux"
@@ -48,7 +48,7 @@ def add_fmu_command(commands: "argparse._SubParsersAction[argparse.ArgumentParse
     fmu = commands.add_parser("fmu", help="write a model as a unit of FMI 3.0 for simulators of systems")
     fmu.add_argument("model", metavar="MODEL", type=Path, help="for instance results/part/model.h5")
     fmu.add_argument(
-        "--output", metavar="FILE", type=Path, help="default: the deck's name with .fmu, beside MODEL"
+        "--output", metavar="FILE", type=Path, help="default: the deck's title with .fmu, beside MODEL"
     )
     fmu.add_argument(
         "--nodes",
@@ -96,7 +96,7 @@ def write_fmu(model: Model, path: Path, output: Path, tags: list[int]) -> None:
     nodes = places_of(model, path, tags)
     outputs = outputs_of(model, tags)
     name = identifier(model.title)
-    libraries = libraries_of_unit(model)
+    libraries = libraries_of_unit()
     partial = output.with_name(output.name + ".partial")
     with zipfile.ZipFile(partial, "w", zipfile.ZIP_DEFLATED) as unit:
         unit.writestr("modelDescription.xml", description(model, name, token, outputs))
@@ -198,11 +198,12 @@ def description(model: Model, name: str, token: str, outputs: list[Output]) -> b
         generationTool=f"signorom-post {__version__}",
         license="BSD-3-Clause (the binary); the model belongs to who made it",
     )
+    differentiates = str(has_gradient(model)).lower()
     flags = {
         "modelIdentifier": name,
         "canGetAndSetFMUState": "true",
-        "providesDirectionalDerivatives": str(has_gradient(model)).lower(),
-        "providesAdjointDerivatives": str(has_gradient(model)).lower(),
+        "providesDirectionalDerivatives": differentiates,
+        "providesAdjointDerivatives": differentiates,
     }
     ET.SubElement(root, "ModelExchange", flags)
     ET.SubElement(root, "CoSimulation", flags | {"canHandleVariableCommunicationStepSize": "true"})
@@ -269,9 +270,9 @@ def documentation(model: Model) -> str:
     )
 
 
-def libraries_of_unit(model: Model) -> dict[str, Path]:
-    """Names in the unit, with {name} for the unit's own, and files of all that a Linux without Signorom lacks."""
-    online = model.library_path
+def libraries_of_unit() -> dict[str, Path]:
+    """Return the libraries that the unit must carry: their names in the unit ({name}: the unit's own), their files."""
+    online = loaded_library()
     wrapper = online.parent / WRAPPER
     if not wrapper.is_file():
         raise InputError(

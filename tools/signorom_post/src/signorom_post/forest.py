@@ -75,20 +75,26 @@ def fit(points: FloatArray, labels: IntArray, n_trees: int, seed: int) -> Any:
 
 
 def random_forest_class() -> Any:
-    """Return the class of scikit-learn; if it is missing, raise an error that tells how to install it."""
-    need_scikit_learn()
-    from sklearn.ensemble import RandomForestClassifier
-
+    """Return the class of scikit-learn; if it cannot be imported, raise an error that tells how to install it."""
+    try:
+        from sklearn.ensemble import RandomForestClassifier
+    except ImportError as error:
+        raise no_scikit_learn(f"cannot be imported ({error})") from error
     return RandomForestClassifier
 
 
 def need_scikit_learn() -> None:
     """Raise an error if scikit-learn is not installed. This is much faster than an import."""
     if find_spec("sklearn") is None:
-        raise InputError(
-            "signorom-post forest",
-            f"scikit-learn is not installed; hint: {sys.executable} -m pip install '{REQUIREMENT}'",
-        )
+        raise no_scikit_learn("is not installed")
+
+
+def no_scikit_learn(reason: str) -> InputError:
+    """Return an error that says why scikit-learn cannot be used and how to install it."""
+    return InputError(
+        "signorom-post forest",
+        f"scikit-learn {reason}; hint: {sys.executable} -m pip install '{REQUIREMENT}'",
+    )
 
 
 def flat_arrays(classifier: Any, n_clusters: int) -> dict[str, np.ndarray]:

@@ -168,6 +168,13 @@ def load_library() -> ctypes.CDLL:
     return library
 
 
+def loaded_library() -> Path:
+    """File of the online library in this process. Requires: it is loaded."""
+    # the loader may have found it by its name alone
+    with Path("/proc/self/maps").open() as maps:
+        return next(Path(line.split()[-1]) for line in maps if "libsignorom_online" in line)
+
+
 def text_of(value: bytes | None) -> str:
     return (value or b"").decode("utf-8", "replace")
 

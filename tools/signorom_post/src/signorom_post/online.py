@@ -52,6 +52,8 @@ class Model:
         with self._handles.model() as model:
             self._library.signorom_get_sizes(model, byref(self._sizes))
             self.parameters = [self._parameter(model, i) for i in range(self._sizes.n_parameters)]
+            self._areas = np.zeros(self._sizes.n_contacts)
+            self._library.signorom_get_contact_areas(model, doubles(self._areas))
         self._summary = self._summarize()
 
     def __reduce__(self) -> tuple[type["Model"], tuple[str]]:
@@ -94,13 +96,6 @@ class Model:
     def _told(self, kind: int) -> str:
         with self._handles.model() as model:
             return text_of(self._library.signorom_text(model, kind))
-
-    @property
-    def library_path(self) -> Path:
-        """File of the online library that answers."""
-        # the loader may have found it by its name alone
-        with Path("/proc/self/maps").open() as maps:
-            return next(Path(line.split()[-1]) for line in maps if "libsignorom_online" in line)
 
     @property
     def title(self) -> str:
@@ -150,10 +145,7 @@ class Model:
     @property
     def contact_areas(self) -> FloatArray:
         """Contact pressure = contact force / area; in plane models lengths. Shape (n_contacts)."""
-        areas = np.zeros(self._sizes.n_contacts)
-        with self._handles.model() as model:
-            self._library.signorom_get_contact_areas(model, doubles(areas))
-        return areas
+        return self._areas.copy()
 
     @property
     def contact_names(self) -> list[str]:
@@ -226,19 +218,16 @@ class Model:
 
         NoAnswerError where the model has no answer, or no fields: its deck must say `reduction: {fields: true}`.
         """
-        asked = point_of(self.parameters, values)
-        point = {
-            parameter.name: float(value) for parameter, value in zip(self.parameters, asked, strict=True)
-        }
+        point = point_of(self.parameters, values)
         told = CAnswer(size=ctypes.sizeof(CAnswer))
         with self._handles.model() as model, self._handles.context() as context:
-            has_failed = self._library.signorom_query(context, doubles(asked), byref(told))
-            warn_outside(self.parameters, asked[None], np.array([bool(told.is_inside_box)]))
+            has_failed = self._library.signorom_query(context, doubles(point), byref(told))
+            warn_outside(self.parameters, point[None], np.array([bool(told.is_inside_box)]))
             if has_failed:
                 raise NoAnswerError(text_of(self._library.signorom_message(context)))
             multipliers = self._get(context, "signorom_get_multipliers", self._sizes.n_contacts)
             area = self.resultants(multipliers).areas
-            return fields_of(self._library, model, context, self._sizes, point, area)
+            return fields_of(self._library, model, context, self._sizes, self._named(point), area)
 
     def query(self, *, nodes: Sequence[int] | IntArray | None = None, **values: float) -> Answer:
         """Answer at a point, a keyword per parameter; `nodes` (mesh tags) asks for the displacement of these.
@@ -256,7 +245,7 @@ class Model:
                 raise NoAnswerError(text_of(self._library.signorom_message(context)))
             multipliers = self._get(context, "signorom_get_multipliers", self._sizes.n_contacts)
             return Answer(
-                point={parameter.name: float(values[parameter.name]) for parameter in self.parameters},
+                point=self._named(point),
                 multipliers=multipliers,
                 resultants=self.resultants(multipliers),
                 domain_multipliers=self._get(
@@ -280,8 +269,13 @@ class Model:
                     None if told.relative_displacement_bound < 0 else told.relative_displacement_bound
                 ),
                 _differentiate=partial(self._gradient, point, indices),
-                _areas=self.contact_areas,
+                _areas=self._areas,
             )
+
+    def _named(self, point: FloatArray) -> dict[str, float]:
+        """Return the values of a point by the names of the parameters."""
+        names = [parameter.name for parameter in self.parameters]
+        return dict(zip(names, point.tolist(), strict=True))
 
     def _gradient(self, point: FloatArray, indices: IntArray | None, direction: int) -> Gradient:
         """Derivatives of the answer at a point; the displacement's at some nodes, or at all that have one."""
@@ -333,10 +327,9 @@ class Model:
         """
         given = points_of(self.parameters, points)
         indices = self._indices_of(nodes)
-        areas = self.contact_areas
         with self._handles.model() as model, self._handles.context() as context:
             n_entries = self._n_entries(model)
-            answers = answers_at(self._library, context, self._sizes, n_entries, given, indices, areas)
+            answers = answers_at(self._library, context, self._sizes, n_entries, given, indices, self._areas)
         warn_outside(self.parameters, given, answers.is_inside_box)
         return answers
 
@@ -352,6 +345,8 @@ class Model:
 
     def _indices_of(self, nodes: Sequence[int] | IntArray) -> IntArray:
         """Places of nodes (mesh tags) among the model's nodes."""
+        if not len(nodes):
+            return np.zeros(0, dtype=np.intc)
         tags = self.nodes[0]
         order = np.argsort(tags)
         places = np.searchsorted(tags, nodes, sorter=order)
