@@ -40,10 +40,11 @@ def library(signorom):
     return loadable(path)
 
 
-@pytest.fixture
-def post(library, monkeypatch):
+@pytest.fixture(scope="module")
+def post(library):
     """The Python package on the library under test."""
-    monkeypatch.setenv("SIGNOROM_LIBRARY", str(library))
-    import signorom_post
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("SIGNOROM_LIBRARY", str(library))
+        import signorom_post
 
-    return signorom_post
+        yield signorom_post

@@ -45,6 +45,14 @@ def run_shifted_disks(signorom, folder, n_ranks=1, **replacements):
     return folder / "results" / "shifted_disks"
 
 
+def train_shifted_disks(signorom, folder, **replacements):
+    """File of a model that decks/shifted_disks.yaml, with changes, trains."""
+    deck = write_deck("shifted_disks", folder, **replacements)
+    for command in ("sample", "train"):
+        signorom(command, deck.name, folder=folder)
+    return folder / "results" / "shifted_disks" / "model.h5"
+
+
 def check_reduced_model(signorom, results, folder):
     """Small errors at the test points, and at the second output point, squeeze = 0.4, the force of the full order."""
     table = read_table(results / "validation.csv")

@@ -104,14 +104,11 @@ def test_pictures(outcome):
         assert (folder / "results" / "calibration" / f"{name}.png").stat().st_size > 10000
 
 
-def test_sobol_indices_are_those_of_conditional_means(rod, study, library, monkeypatch):
+def test_sobol_indices_are_those_of_conditional_means(rod, study, post):
     """The first-order index is the variance of the mean at a given value, over the variance: here from other points."""
     said = study("sobol", **{"N_BASE = 1024": "N_BASE = 128"})
     rows = dict(re.findall(r"(?m)^(\w+) +(\S+ \+- \S+ +\S+ \+- \S+)$", said))
-    monkeypatch.setenv("SIGNOROM_LIBRARY", str(library))
-    from signorom_post import Model
-
-    with Model(rod / "results" / "fuel_rod" / "model.h5") as model:
+    with post.Model(rod / "results" / "fuel_rod" / "model.h5") as model:
         names = [parameter.name for parameter in model.parameters]
         lowest, highest = np.array([(p.minimum, p.maximum) for p in model.parameters]).T
         shares = np.random.default_rng(4).random((1500, len(names)))

@@ -13,7 +13,7 @@ import pytest
 from fmpy.fmi3 import FMU3Slave
 from fmpy.validation import validate_fmu
 
-from runs import HERE, write_deck
+from runs import HERE, train_shifted_disks
 
 pytestmark = pytest.mark.slow
 
@@ -41,7 +41,7 @@ with open("/proc/self/maps") as maps:
 """
 
 
-def post(library, *arguments, folder):
+def run_post(library, *arguments, folder):
     """Run signorom-post."""
     command = [sys.executable, "-m", "signorom_post", *map(str, arguments)]
     environment = os.environ | {"SIGNOROM_LIBRARY": str(library), "PYTHONPATH": str(POST)}
@@ -51,11 +51,8 @@ def post(library, *arguments, folder):
 @pytest.fixture(scope="module")
 def model_file(signorom, tmp_path_factory):
     """A trained model; contact in the plane, two parameters."""
-    folder = tmp_path_factory.mktemp("study")
-    deck = write_deck("shifted_disks", folder, **{"method: hhr": "method: condensed"})
-    for command in ("sample", "train"):
-        signorom(command, deck.name, folder=folder)
-    return folder / "results" / "shifted_disks" / "model.h5"
+    changes = {"method: hhr": "method: condensed"}
+    return train_shifted_disks(signorom, tmp_path_factory.mktemp("study"), **changes)
 
 
 @pytest.fixture(scope="module")
@@ -63,20 +60,18 @@ def unit(model_file, library):
     """The model as a unit, with displacements of two nodes."""
     output = model_file.with_name("disks.fmu")
     nodes = ",".join(map(str, NODES))
-    done = post(library, "fmu", model_file, "--nodes", nodes, "--output", output, folder=model_file.parent)
+    done = run_post(
+        library, "fmu", model_file, "--nodes", nodes, "--output", output, folder=model_file.parent
+    )
     assert done.returncode == 0, done.stderr
     assert done.stdout.split() == [str(output)]
     return output
 
 
 @pytest.fixture(scope="module")
-def model(model_file, library):
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("SIGNOROM_LIBRARY", str(library))
-        from signorom_post import Model
-
-        with Model(model_file) as opened:
-            yield opened
+def model(model_file, post):
+    with post.Model(model_file) as opened:
+        yield opened
 
 
 def numbers_of(answer):
@@ -250,7 +245,7 @@ def test_unit_carries_its_libraries(unit, model, tmp_path):
     ],
 )
 def test_mistakes_are_named(model_file, library, arguments, sentence):
-    done = post(library, "fmu", *arguments, folder=model_file.parent)
+    done = run_post(library, "fmu", *arguments, folder=model_file.parent)
     assert done.returncode == 2
     assert sentence in done.stderr
     assert "Traceback" not in done.stderr

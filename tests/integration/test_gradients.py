@@ -92,14 +92,11 @@ CASES = {
 }
 
 
-def trained(signorom, library, monkeypatch, deck):
+def trained(signorom, post, deck):
     """The model of a deck, opened in Python."""
-    monkeypatch.setenv("SIGNOROM_LIBRARY", str(library))
-    from signorom_post import Model
-
     for command in ("sample", "train"):
         signorom(command, deck, folder=deck.parent)
-    return Model(deck.parent / "results" / deck.stem / "model.h5")
+    return post.Model(deck.parent / "results" / deck.stem / "model.h5")
 
 
 def full_order_differences(signorom, deck, folder, names, point, lengths):
@@ -127,13 +124,13 @@ def full_order_differences(signorom, deck, folder, names, point, lengths):
 
 
 @pytest.mark.parametrize("name", CASES)
-def test_gradients_are_those_of_the_full_order(signorom, library, monkeypatch, tmp_path, name):
+def test_gradients_are_those_of_the_full_order(signorom, post, tmp_path, name):
     """All parameters, all contacts, all nodes; every kind of model that has derivatives, 2D and 3D."""
     write, kind = CASES[name]
     (tmp_path / "model").mkdir()
     (tmp_path / "beside").mkdir()
     deck = write(tmp_path / "model")
-    with trained(signorom, library, monkeypatch, deck) as model:
+    with trained(signorom, post, deck) as model:
         assert kind in model.describe()
         ranges = np.array([[parameter.minimum, parameter.maximum] for parameter in model.parameters])
         lengths = ranges[:, 1] - ranges[:, 0]
@@ -176,10 +173,10 @@ def test_gradients_are_those_of_the_full_order(signorom, library, monkeypatch, t
         ("bracket", HANGING | {"contact:\n": "reduction: {max_full_order_size: 3}\ncontact:\n"}),
     ],
 )
-def test_displacements_by_modes(signorom, library, monkeypatch, tmp_path, name, changes):
+def test_displacements_by_modes(signorom, post, tmp_path, name, changes):
     """Their derivatives are those of the answer itself, which errs by what the modes leave: differences of answers."""
     deck = write_few(name, tmp_path, changes)
-    with trained(signorom, library, monkeypatch, deck) as model:
+    with trained(signorom, post, deck) as model:
         assert (model.displacement_sources == 1).all()
         ranges = {parameter.name: (parameter.minimum, parameter.maximum) for parameter in model.parameters}
         values = {name: low + 0.55 * (high - low) for name, (low, high) in ranges.items()}
@@ -198,12 +195,12 @@ def assert_close(found, expected, lengths, values):
     assert worst <= ALLOWED
 
 
-def test_one_sided_where_contacts_graze(signorom, library, monkeypatch, tmp_path):
+def test_one_sided_where_contacts_graze(signorom, post, tmp_path):
     """The stroke has just closed the gap: pushing on builds up force, pulling back does nothing."""
     stacked_blocks("Q4", 2).write(tmp_path / "blocks.msh")
     deck = tmp_path / "blocks.yaml"
     deck.write_text(BLOCKS)
-    with trained(signorom, library, monkeypatch, deck) as model:
+    with trained(signorom, post, deck) as model:
         pressed = model.query(stroke=0.015, gap=0.01)
         assert pressed.gradient.n_grazing == 0
         np.testing.assert_allclose(pressed.gradient.forces[:, 0, 1], [-STIFFNESS, STIFFNESS], rtol=1e-10)
@@ -221,18 +218,18 @@ def test_one_sided_where_contacts_graze(signorom, library, monkeypatch, tmp_path
         assert not apart.gradient.multipliers.any()
 
 
-def test_answers_without_derivatives(signorom, post, library, monkeypatch, tmp_path):
+def test_answers_without_derivatives(signorom, post, tmp_path):
     """A hyper-reduced answer alone, and a load that jumps at the point: a sentence says why."""
     deck = copy_deck(INPUT / "half_disks.yaml", tmp_path)
     deck.write_text(deck.read_text().replace("{method: hhr", "{method: hhr, max_full_order_size: 0"))
-    with trained(signorom, library, monkeypatch, deck) as model:
+    with trained(signorom, post, deck) as model:
         answer = model.query(**{parameter.name: parameter.maximum for parameter in model.parameters})
         with pytest.raises(post.NoAnswerError, match="a model of the kind hhr has no derivatives"):
             _ = answer.gradient
     stacked_blocks("Q4", 2).write(tmp_path / "blocks.msh")
     deck = tmp_path / "blocks.yaml"
     deck.write_text(BLOCKS.replace('"-stroke"', '"stroke > 0.01 ? -stroke : 0"'))
-    with trained(signorom, library, monkeypatch, deck) as model:
+    with trained(signorom, post, deck) as model:
         with pytest.raises(post.NoAnswerError, match="jumps as 'stroke' passes this point"):
             _ = model.query(stroke=0.01, gap=0.005).gradient
         np.testing.assert_allclose(

@@ -8,7 +8,7 @@ import subprocess
 import pytest
 
 from c_programs import INCLUDE, SOURCES
-from runs import write_deck
+from runs import train_shifted_disks
 
 POINT = {"squeeze": 0.31, "shift": 0.02}
 # [-] the programs print 12 digits
@@ -19,11 +19,7 @@ COMPILERS = {"c": ["cc", "-std=c11"], "cpp": ["c++", "-std=c++17"], "f90": ["gfo
 @pytest.fixture(scope="module")
 def model(signorom, tmp_path_factory):
     """A trained model."""
-    folder = tmp_path_factory.mktemp("study")
-    deck = write_deck("shifted_disks", folder)
-    for command in ("sample", "train"):
-        signorom(command, deck.name, folder=folder)
-    return folder / "results" / "shifted_disks" / "model.h5"
+    return train_shifted_disks(signorom, tmp_path_factory.mktemp("study"))
 
 
 @pytest.fixture(scope="module")
@@ -38,18 +34,9 @@ def prefix(library, tmp_path_factory):
 
 
 @pytest.fixture(scope="module")
-def force(post_module, model):
+def force(post, model):
     """Sum of the contact forces, by the Python interface."""
-    return post_module.Model(model).query(**POINT).multipliers.sum()
-
-
-@pytest.fixture(scope="module")
-def post_module(library):
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("SIGNOROM_LIBRARY", str(library))
-        import signorom_post
-
-        yield signorom_post
+    return post.Model(model).query(**POINT).multipliers.sum()
 
 
 def pkg_config(prefix, *options):

@@ -17,7 +17,6 @@ from signorom_post.forest import fit, read_labels
 from c_programs import compile_c, run_c
 from results import read_snapshots, read_table, table_of
 from runs import HERE
-from signorom_post import Model
 
 pytestmark = pytest.mark.slow
 
@@ -91,10 +90,9 @@ def test_forest_of_any_number_of_parameters_chooses(study):
     assert np.median(table["e_u"]) < 1e-2
 
 
-def test_answers_of_the_program_of_python_and_of_c_agree(signorom, library, study, tmp_path, monkeypatch):
+def test_answers_of_the_program_of_python_and_of_c_agree(signorom, library, post, study, tmp_path):
     """Cluster, next cluster and forces; columns of the points in any order; a wrong number of values is refused."""
     n, results = study
-    monkeypatch.setenv("SIGNOROM_LIBRARY", str(library))
     validation = read_table(results / "validation.csv")
     names, points = list(PARAMETERS)[:n], points_of(validation, n)
     write_points(tmp_path / "points.csv", points[:, ::-1], names[::-1])
@@ -107,7 +105,7 @@ def test_answers_of_the_program_of_python_and_of_c_agree(signorom, library, stud
     assert (answers["next_cluster"] != answers["cluster"]).all()
     votes = votes_of(results, points)
     np.testing.assert_array_equal(answers["next_cluster"], 1 + np.argsort(-votes, kind="stable")[:, 1])
-    with h5py.File(results / "model.h5") as file, Model(results / "model.h5") as model:
+    with h5py.File(results / "model.h5") as file, post.Model(results / "model.h5") as model:
         assert [parameter.name for parameter in model.parameters] == names
         for i, point in enumerate(points[:5]):
             answer = model.query(**dict(zip(names, point, strict=True)))

@@ -41,12 +41,9 @@ def models(signorom, tmp_path_factory):
 
 
 @pytest.fixture
-def model(models, library, monkeypatch):
+def model(models, post):
     """A model without clusters, opened in Python."""
-    monkeypatch.setenv("SIGNOROM_LIBRARY", str(library))
-    from signorom_post import Model
-
-    with Model(models[DECKS[0]]) as opened:
+    with post.Model(models[DECKS[0]]) as opened:
         yield opened
 
 

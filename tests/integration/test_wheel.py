@@ -8,7 +8,7 @@ import zipfile
 
 import pytest
 
-from runs import HERE, write_deck
+from runs import HERE, train_shifted_disks
 
 pytestmark = pytest.mark.slow
 PACKAGE = HERE.parents[1] / "tools" / "signorom_post"
@@ -60,10 +60,7 @@ def test_wheel_holds_library_license_and_no_binding_to_one_python(wheel):
 
 def test_model_answers_in_a_clean_environment(signorom, post, python, tmp_path):
     """No variable, no build folder: the wheel's library and libraries answer as those of the build."""
-    deck = write_deck("shifted_disks", tmp_path)
-    for command in ("sample", "train"):
-        signorom(command, deck.name, folder=tmp_path)
-    model = tmp_path / "results" / "shifted_disks" / "model.h5"
+    model = train_shifted_disks(signorom, tmp_path)
     command = [python, "-I", "-c", ASK, model]
     done = subprocess.run(command, capture_output=True, text=True, env={"HOME": "/nowhere"}, cwd=tmp_path)
     assert done.returncode == 0, done.stderr
