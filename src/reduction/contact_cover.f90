@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Contact rows that a reduced integration domain lacks: a domain on which no row is closed answers without contact forces, whatever
-!> happens elsewhere.
+!> Finds contact rows that should be added to a reduced integration domain. Where no row of the domain is closed, the reduced model
+!> answers without contact forces, even if contacts outside of the domain are closed.
 module sig_contact_cover
   use sig_kinds, only: rk
   use sig_ties, only: first_largest
@@ -8,17 +8,18 @@ module sig_contact_cover
   private
   public :: missing_rows, rows_next_to_close
 
-  !> [-] a force below this share of its snapshot's largest tells nothing of the others
+  !> [-] a snapshot counts as seen by a row whose force is at least this fraction of the largest force of the snapshot
   real(rk), parameter :: noticeable = 1.0e-2_rk
 
 contains
 
-  !> As few rows as give each snapshot with contact forces one that carries some: each time the row that carries most of the
-  !> forces of those that still have none. Of equal ones the first. None where the domain sees all.
+  !> Returns a few contact rows to add to a domain, so that each snapshot with contact forces has a noticeable force on some row of
+  !> the domain. The rows are chosen one after the other. Each is the row with the largest sum of relative forces over the snapshots
+  !> that still have no row; of equal rows it is the first. The result is empty where nothing is missing.
   pure function missing_rows(multipliers, domain_rows) result(rows)
     !> [force] shape (n_rows, n_snapshots)
     real(rk), intent(in) :: multipliers(:, :)
-    !> 1-based
+    !> rows that the domain has already, 1-based
     integer, intent(in) :: domain_rows(:)
     integer, allocatable :: rows(:)
     real(rk) :: shares(size(multipliers, 1), size(multipliers, 2))
@@ -39,9 +40,10 @@ contains
     end do
   end function missing_rows
 
-  !> The row of each snapshot that is nearest to touching, each once, ascending: where contact begins.
+  !> Returns the rows that have the smallest opening of a snapshot, where contact would begin. Each row is listed once, in ascending
+  !> order.
   pure function rows_next_to_close(openings) result(rows)
-    !> [length] shape (n_rows, n_snapshots)
+    !> [length] opening of each contact row, shape (n_rows, n_snapshots)
     real(rk), intent(in) :: openings(:, :)
     integer, allocatable :: rows(:)
     logical :: is_next(size(openings, 1))

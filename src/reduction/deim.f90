@@ -1,5 +1,6 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Discrete empirical interpolation: as many rows of a basis as it has columns, so that the basis is known from them.
+!> Discrete empirical interpolation (DEIM): chooses as many rows of a basis as it has columns. The values of a combination of the
+!> modes on these rows determine the combination.
 module sig_deim
   use sig_kinds, only: rk
   use sig_ties, only: first_largest
@@ -9,13 +10,15 @@ module sig_deim
 
 contains
 
-  !> Interpolation rows of a basis, one per column, in the order in which they are found.
+  !> Returns the interpolation rows of a basis, one per column, in the order in which they are found.
   !>
-  !> Row k is where column k differs most from its interpolation by the columns before it in the rows before it. With residuals
-  !> scaled to 1 in their own row, the interpolation is the elimination step of Gauss: no linear system.
-  !> Source: Chaturantabut and Sorensen, SIAM J. Sci. Comput. 32 (2010), algorithm 1. Local. Cost: n_dofs * n_modes**2.
-  !> Ties go to the lowest natural number, so that rounding (rank count, BLAS) does not change the choice.
-  !> Requires: independent columns, not more than rows.
+  !> Columns 1 to k - 1 interpolate column k from its values on rows 1 to k - 1. Row k is the row where column k differs most from
+  !> this interpolation. Each residual is scaled to 1 in its own row; the interpolation is then a step of Gauss elimination, and no
+  !> linear system is solved. Of nearly equal rows the one with the lowest natural number is taken, so that rounding (number of
+  !> ranks, BLAS) does not change the choice.
+  !>
+  !> Source: Chaturantabut and Sorensen, SIAM J. Sci. Comput. 32 (2010), algorithm 1. Local. Cost: n_dofs * n_modes**2. Requires:
+  !> independent columns, and not more columns than rows.
   pure function deim_rows(basis) result(rows)
     !> shape (n_dofs, n_modes)
     real(rk), intent(in) :: basis(:, :)

@@ -10,19 +10,19 @@ module sig_dirichlet_rows
 
 contains
 
-  !> Splits gamma into what the prescribed rows fix and what they leave free.
+  !> Divides the reduced coordinates gamma into a part that the prescribed displacements fix and a part that stays free.
   !>
-  !> C gamma = g theta with C = V[dofs, :]: gamma = C^+ g theta + Z z, the columns of Z orthonormal and C Z = 0. Then V Z is the
-  !> basis and V C^+ g the lifting of a problem without prescribed rows; its solution is that with multipliers for them.
-  !> Rows that depend on others (both ends of a symmetric body, a fixed component that no mode moves) drop out by the rank.
-  !> Values that the basis cannot take are met in the sense of least squares; the caller knows for which theta that matters.
-  !> Local.
+  !> The prescribed displacements are the equations C gamma = g theta with C = V[dofs, :]. Their solutions are gamma = C^+ g theta +
+  !> Z z, where the columns of Z are orthonormal and C Z = 0. The problem on the basis V Z with the lifting V C^+ g has no
+  !> prescribed rows, and its solution is the same as with multipliers for these rows. Dependent rows (both ends of a symmetric
+  !> body, a fixed component that no mode moves) are left out: only `rank` rows count. Values that no combination of the modes takes
+  !> are met in the sense of least squares, without an error. Local.
   subroutine impose_dirichlet_rows(basis, dofs, values, rank_tolerance, free_basis, lifting, rank)
     !> V, shape (n_dofs, n_modes)
     real(rk), intent(in) :: basis(:, :)
-    !> natural, shape (n_rows)
+    !> prescribed dofs, natural numbers, shape (n_rows)
     integer, intent(in) :: dofs(:)
-    !> [length] g, shape (n_rows, n_terms)
+    !> [length] g, the prescribed displacement per term, shape (n_rows, n_terms)
     real(rk), intent(in) :: values(:, :)
     !> [-] singular values of C below this times the largest count as zero
     real(rk), intent(in) :: rank_tolerance
@@ -30,7 +30,7 @@ contains
     real(rk), allocatable, intent(out) :: free_basis(:, :)
     !> [length] V C^+ g, shape (n_dofs, n_terms)
     real(rk), allocatable, intent(out) :: lifting(:, :)
-    !> independent rows
+    !> number of independent rows
     integer, intent(out) :: rank
     real(rk), allocatable :: particular(:, :), null_space(:, :)
 
@@ -40,7 +40,7 @@ contains
     lifting = matmul(basis, particular)
   end subroutine impose_dirichlet_rows
 
-  !> Solution of least norm and orthonormal null space of C x = g, by the singular values of C.
+  !> Computes the solution of least norm of C x = g and an orthonormal basis of the null space of C, by the singular values of C.
   subroutine solve_rows(matrix, rhs, rank_tolerance, particular, null_space)
     !> C, shape (n_rows, n)
     real(rk), intent(in) :: matrix(:, :)
@@ -70,10 +70,11 @@ contains
     null_space = complement(right(:rank, :))
   end subroutine solve_rows
 
-  !> Orthonormal basis of what is orthogonal to some orthonormal rows. It depends on their span alone, not on rounding: unit
-  !> vectors far from the span, projected and orthonormalized in ascending order.
+  !> Returns an orthonormal basis of all vectors that are orthogonal to the given rows. It is made from the unit vectors that are
+  !> farthest from the span of the rows, projected and orthonormalized in ascending order. It therefore depends on the span alone,
+  !> not on rounding.
   pure function complement(rows) result(basis)
-    !> shape (rank, n)
+    !> orthonormal, shape (rank, n)
     real(rk), intent(in) :: rows(:, :)
     !> shape (n, n - rank)
     real(rk) :: basis(size(rows, 2), size(rows, 2) - size(rows, 1))
@@ -98,8 +99,8 @@ contains
     end do
   end function complement
 
-  !> As many unit vectors as there are rows, those with the largest parts in their span: a Cholesky decomposition of the
-  !> projector with pivots; ties go to the lowest number.
+  !> Chooses as many unit vectors as there are rows, those with the largest components in the span of the rows. The method is a
+  !> Cholesky decomposition with pivots of the projector on the span. Of nearly equal pivots the lowest number is taken.
   pure function nearest_unit_vectors(rows) result(is_near)
     !> orthonormal, shape (rank, n)
     real(rk), intent(in) :: rows(:, :)

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Algorithm 1: which hat functions of contact nodes join the basis so that the contact rows are well conditioned.
+!> Algorithm 1: chooses hat functions of contact nodes to add to the basis, so that the contact rows are well conditioned.
 module sig_enrichment
   use, intrinsic :: ieee_arithmetic, only: ieee_positive_inf, ieee_value
   use sig_condition_number, only: condition_of_values
@@ -10,23 +10,26 @@ module sig_enrichment
   private
   public :: enrichment_rule_t, enrichment_path_t, choose_hats
 
+  !> How hats are chosen, from reduction.enrichment of the deck.
   type :: enrichment_rule_t
-    !> take the best hat each time; otherwise all of them in their order
+    !> take the best hat each time, until a limit below is reached; otherwise take all hats in their order
     logical :: is_greedy = .true.
-    !> none where the rank of (11) is full without hats
+    !> take no hat where the rank of (11) is full without hats
     logical :: is_auto = .false.
-    !> [-] greedy ends at this kappa with full rank
+    !> [-] the greedy choice ends when the rank is full and kappa is at most this
     real(rk) :: max_condition_number = 10
+    !> the greedy choice ends at this number of hats
     integer :: max_hats = huge(1)
     !> [-] singular values below this times the largest count as zero
     real(rk) :: rank_tolerance = 1.0e-10_rk
   end type enrichment_rule_t
 
-  !> Chosen hats, and what the contact rows are like before the first and after each: arrays from 0 to the number of hats.
+  !> The chosen hats, and the rank and conditioning of the contact rows before the first hat and after each. Except for `chosen`,
+  !> the arrays have one entry more than there are hats; the first entry is for no hat.
   type :: enrichment_path_t
     !> indices of the candidates in the order of the choice
     integer, allocatable :: chosen(:)
-    !> of (11)
+    !> rank of the contact rows (11)
     integer, allocatable :: ranks(:)
     !> [-] kappa, infinite below full rank
     real(rk), allocatable :: condition_numbers(:)
@@ -36,21 +39,23 @@ module sig_enrichment
 
 contains
 
-  !> Adds hats until kappa is small enough and the rank full, or no candidate is left.
+  !> Adds hats until kappa is small enough and the rank is full, until max_hats is reached, or until no candidate is left.
   !>
-  !> M = B[A_lambda, A_c] V[A_c] grows by a column per hat, which is zero but for the row of the hat's pair.
-  !> Source: Algorithm 1, (11), (12). Local. Ties go to the lowest candidate. Cost: per hat one decomposition of M, and per
+  !> Each hat adds a column to M = B[A_lambda, A_c] V[A_c]. This column is zero except in the contact row of the hat. Source:
+  !> Algorithm 1, (11), (12). Local. Of nearly equal candidates the first is taken. Cost: per hat one decomposition of M, and per
   !> candidate n_rows times the steps of a root search.
-  !> Paper: Algorithm 1 has no branch for a sweep in which no candidate lowers kappa, and the first hats usually raise it: the best
-  !> candidate of a sweep joins anyway. Below full rank the smallest value that is not zero stands for the last. What is below
-  !> the rank tolerance (pairs that are closed in all snapshots give many such values) is rounding, which must not choose.
-  !> Candidates are one hat per pair, because the second one adds no direction to the columns of M.
+  !>
+  !> Paper: Algorithm 1 does not say what to do where no candidate lowers kappa, and the first hats usually raise it. Here the best
+  !> candidate is added anyway. Where the rank is not full, the smallest singular value above the rank tolerance replaces the
+  !> smallest one in kappa. Values below the rank tolerance are rounding and must not influence the choice; pairs that are closed in
+  !> all snapshots give many such values. There is one candidate per pair, because a hat on the other side adds no direction to the
+  !> columns of M.
   subroutine choose_hats(contact_matrix, rows, entries, rule, path)
     !> M, shape (n_rows, n_modes)
     real(rk), intent(in) :: contact_matrix(:, :)
-    !> row of each candidate in M
+    !> row of M in which the column of each candidate is not zero, shape (n_candidates)
     integer, intent(in) :: rows(:)
-    !> [-] and its entry there, not zero
+    !> [-] the entry of the column in this row, shape (n_candidates)
     real(rk), intent(in) :: entries(:)
     type(enrichment_rule_t), intent(in) :: rule
     type(enrichment_path_t), intent(out) :: path
@@ -84,6 +89,7 @@ contains
     allocate (path%chosen(0), path%ranks(0), path%condition_numbers(0), path%ratios(0))
   end subroutine start_path
 
+  !> Appends rank, kappa and ratio of the contact rows to the path.
   pure subroutine append_state(sigma, n_rows, rule, path)
     !> singular values of M, descending
     real(rk), intent(in) :: sigma(:)
@@ -115,7 +121,7 @@ contains
     end associate
   end function is_finished
 
-  !> Candidate that leaves the lowest ratio.
+  !> Returns the candidate that gives the smallest ratio of singular values.
   pure integer function best_hat(space, rows, entries, is_left) result(i_best)
     type(column_space_t), intent(in) :: space
     integer, intent(in) :: rows(:)

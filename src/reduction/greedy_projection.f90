@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Greedy choice among vectors: each time the one that the span of those chosen so far represents worst.
+!> Greedy choice among vectors. Each time it takes the vector with the largest distance from the span of those taken before.
 !>
-!> The vectors lose what each new direction of an orthonormal basis represents (modified Gram-Schmidt, with pivoting), so that
-!> small errors are lengths of small vectors and have digits of their own. An error never grows: a vector is brought up to date
-!> only when its last error is the largest one.
+!> The method is modified Gram-Schmidt with pivoting: each new direction of an orthonormal basis is subtracted from the vectors. An
+!> error is then the length of what is left of a vector, so that small errors are exact, too. Errors never grow. A vector is
+!> therefore updated only when its last known error is the largest one.
 module sig_greedy_projection
   use sig_kinds, only: rk
   use sig_linear_algebra, only: multiply, multiply_transpose
@@ -12,16 +12,17 @@ module sig_greedy_projection
   private
   public :: greedy_projection_t
 
+  !> The vectors and those that are taken. Call `create`, then `find_worst` and `take` in turn.
   type :: greedy_projection_t
     private
-    !> what the basis leaves of each vector, shape (n, n_vectors)
+    !> each vector minus its projection on the basis, shape (n, n_vectors)
     real(rk), allocatable :: rests(:, :)
-    !> lengths of the rests; of those that are not up to date an upper bound
+    !> lengths of the rests; an upper bound where a rest is not up to date
     real(rk), allocatable :: errors(:)
-    !> directions of the basis that each rest has lost
+    !> number of directions of the basis that were subtracted from each rest
     integer, allocatable :: n_lost(:)
     logical, allocatable :: is_taken(:)
-    !> orthonormal, shape (n, room); the first n_directions count
+    !> orthonormal columns, of which the first n_directions are set, shape (n, n_most)
     real(rk), allocatable :: basis(:, :)
     integer :: n_directions = 0
   contains
@@ -32,12 +33,12 @@ module sig_greedy_projection
 
 contains
 
-  !> Takes the vectors, which are gone from where they were.
+  !> Starts a choice among the vectors. No vector is taken yet. The array is moved, so that `vectors` is not allocated afterwards.
   subroutine create(self, vectors, n_most)
     class(greedy_projection_t), intent(out) :: self
-    !> divided by what their errors are relative to, shape (n, n_vectors)
+    !> shape (n, n_vectors); scale them before, because errors are lengths of what is left of them
     real(rk), allocatable, intent(inout) :: vectors(:, :)
-    !> most that will be taken
+    !> largest number of vectors that will be taken
     integer, intent(in) :: n_most
     integer :: n
 
@@ -49,11 +50,12 @@ contains
     allocate (self%basis(size(self%rests, 1), n_most))
   end subroutine create
 
-  !> The vector with the largest error among those that are not taken; of equal ones the first. 0 where all are taken.
+  !> Finds the vector with the largest error among those that are not taken; of nearly equal ones the first. i_worst and error are 0
+  !> where all are taken.
   subroutine find_worst(self, i_worst, error)
     class(greedy_projection_t), intent(inout) :: self
     integer, intent(out) :: i_worst
-    !> [-] its distance from the span
+    !> [as vectors] its distance from the span of those taken
     real(rk), intent(out) :: error
     integer :: i
     logical :: is_current
@@ -74,7 +76,7 @@ contains
     if (i_worst == 0) error = 0
   end subroutine find_worst
 
-  !> Removes from a rest what the directions since its last update represent.
+  !> Subtracts from a rest its projection on the directions that were added since its last update.
   subroutine update(self, i)
     type(greedy_projection_t), intent(inout) :: self
     integer, intent(in) :: i
@@ -88,7 +90,7 @@ contains
     self%errors(i) = norm2(self%rests(:, i))
   end subroutine update
 
-  !> A vector joins the span.
+  !> Takes vector i: it is not a candidate any more, and the span grows by its direction unless the span contains it up to rounding.
   subroutine take(self, i)
     class(greedy_projection_t), intent(inout) :: self
     integer, intent(in) :: i
@@ -98,10 +100,10 @@ contains
     call update(self, i)
     if (self%errors(i) <= 0) return
     direction = self%rests(:, i) / self%errors(i)
-    ! once more: what is left of a vector that is nearly in the span is not orthogonal to it
+    ! a second time: the rest of a vector that lies nearly in the span is not orthogonal to the span
     call multiply_transpose(1.0_rk, self%basis(:, :self%n_directions), direction, 0.0_rk, shares)
     call multiply(-1.0_rk, self%basis(:, :self%n_directions), shares, 1.0_rk, direction)
-    ! rounding has no direction
+    ! the rest was only rounding
     if (norm2(direction) < 0.5_rk) return
     self%n_directions = self%n_directions + 1
     self%basis(:, self%n_directions) = direction / norm2(direction)

@@ -1,5 +1,6 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> The finite element shape functions of contact nodes, along the contact normal: what a basis is enriched with, (12).
+!> Hat functions (12): the finite element shape functions of contact nodes, along the contact normal. They are added to a basis to
+!> make its contact rows well conditioned.
 module sig_hat_functions
   use sig_contact_rows, only: contact_rows_t
   use sig_kinds, only: rk
@@ -12,18 +13,19 @@ module sig_hat_functions
   !> [-] a component of the unit normal below this is rounding of the deck's direction
   real(rk), parameter :: negligible = 1.0e-12_rk
 
-  !> Hat i moves one node along the contact normal, as far as no displacement of the node is prescribed. Where other rows meet that
-  !> node, their owners move, too, so that these rows stay as they are.
+  !> A set of hats. Hat i moves one node along the contact normal; prescribed components of the node do not move. Where other
+  !> contact rows contain this node, their owners move, too, so that the openings of these rows do not change.
   type :: hat_set_t
-    !> contact row of the domain, shape (n_hats)
+    !> contact row of the hat, an index of domain%contact_rows, shape (n_hats)
     integer, allocatable :: rows(:)
-    !> natural, shape (n_hats)
+    !> node that the hat moves, natural number, shape (n_hats)
     integer, allocatable :: nodes(:)
     !> [-] normal on the free components, 0 on the others, shape (n_dim, n_hats)
     real(rk), allocatable :: values(:, :)
-    !> [-] the hat in its own contact row, B hat; all other rows are zero; shape (n_hats)
+    !> [-] entry of B hat in the row of the hat; all other entries are zero; shape (n_hats)
     real(rk), allocatable :: entries(:)
-    !> owners of other rows that follow hat i, and how: starts(i) + 1 to starts(i + 1); shapes (n_hats + 1), (n), (n_dim, n)
+    !> nodes that move with hat i, and their displacements: entries starts(i) + 1 to starts(i + 1) of more_nodes and more_values;
+    !> shapes (n_hats + 1), (n), (n_dim, n)
     integer, allocatable :: starts(:)
     integer, allocatable :: more_nodes(:)
     real(rk), allocatable :: more_values(:, :)
@@ -31,16 +33,16 @@ module sig_hat_functions
 
 contains
 
-  !> One hat per contact row of the domain, in their order: on the node of one side or, where that has none that can move along the
-  !> normal, of the other.
+  !> Returns one hat per contact row of the domain, in the order of the rows. The hat is on the preferred side, or on the other side
+  !> where the preferred side has no node that can move along the normal. A row where neither side can move has no hat.
   !>
-  !> The hats of both sides have the same contact row but for the sign, so they do the same to kappa. Source: section 3.3. Local.
+  !> The hats of both sides change B V in the same way except for the sign, so both give the same kappa. Source: section 3.3. Local.
   pure function hats_of_rows(rows, domain, is_prescribed, is_second) result(hats)
     type(contact_rows_t), intent(in) :: rows
     type(reduced_domain_t), intent(in) :: domain
-    !> shape (n_dofs), natural
+    !> whether the displacement is prescribed, shape (n_dofs), natural numbers
     logical, intent(in) :: is_prescribed(:)
-    !> prefer the second body
+    !> prefer the second side
     logical, intent(in) :: is_second
     type(hat_set_t) :: hats
     type(hat_set_t) :: both
@@ -52,12 +54,13 @@ contains
     hats = select_hats(hats, movable(hats))
   end function hats_of_rows
 
-  !> Both hats of every pair, L_C = A_c of [9]: all of one body, then those of the other.
+  !> Returns the hats of both sides of every contact row of the domain (L_C = A_c of [9]): first all hats of one side, then those of
+  !> the other. Arguments as for hats_of_rows.
   pure function hats_of_all_nodes(rows, domain, is_prescribed, is_second) result(hats)
     type(contact_rows_t), intent(in) :: rows
     type(reduced_domain_t), intent(in) :: domain
     logical, intent(in) :: is_prescribed(:)
-    !> start with the second body
+    !> start with the second side
     logical, intent(in) :: is_second
     type(hat_set_t) :: hats
 
@@ -65,6 +68,7 @@ contains
     hats = select_hats(hats, movable(hats))
   end function hats_of_all_nodes
 
+  !> Returns the hats of both sets, those of `one` first.
   pure function joined(one, other) result(hats)
     type(hat_set_t), intent(in) :: one, other
     type(hat_set_t) :: hats
@@ -80,8 +84,9 @@ contains
     hats%more_values = reshape([one%more_values, other%more_values], [n_dim, size(hats%more_nodes)])
   end function joined
 
-  !> The hats of one side, with zeros where nothing can move: on the owners, or where a second side is one node. A node that meets
-  !> other rows has none, because a hat must leave them alone, unless their owners can follow it.
+  !> Returns the hats of one side: one per row of the domain, with zeros where there is no hat. The hats of the first side are on
+  !> the owners of the rows. The second side has hats only where it is a single node. A hat must not change other rows. A node of
+  !> other rows has therefore a hat only on the first side, and only where the owners of these rows can follow.
   pure function hats_of_side(rows, domain, is_prescribed, is_second) result(hats)
     type(contact_rows_t), intent(in) :: rows
     type(reduced_domain_t), intent(in) :: domain
@@ -114,8 +119,9 @@ contains
     end do
   end function hats_of_side
 
-  !> [-] coefficients of the owner, of the size at which they close the row by 1 where it does not stand alone on its side: along a
-  !> side of a quadratic face that is the function of its middle in the changed basis.
+  !> [-] Returns the coefficients of the owner of a row. Where the first side of the row has more nodes than the owner, they are
+  !> scaled so that the hat changes the row by 1. Along a side of a quadratic face this is the shape function of the middle node in
+  !> the changed basis.
   pure function normal_of(rows, row) result(normal)
     type(contact_rows_t), intent(in) :: rows
     integer, intent(in) :: row
@@ -125,6 +131,7 @@ contains
     if (rows%splits(row) - rows%offsets(row) > rows%n_dim) normal = normal / sum(normal**2)
   end function normal_of
 
+  !> Adds to a hat the motions of the owners of other rows that follow it.
   pure subroutine add_followers(rows, row, is_prescribed, followers, i_hat, hats)
     type(contact_rows_t), intent(in) :: rows
     integer, intent(in) :: row
@@ -147,6 +154,7 @@ contains
     hats%starts(i_hat + 1) = size(hats%more_nodes)
   end subroutine add_followers
 
+  !> Returns the indices of the hats that change their contact row.
   pure function movable(hats) result(indices)
     type(hat_set_t), intent(in) :: hats
     integer, allocatable :: indices(:)
@@ -155,7 +163,7 @@ contains
     indices = pack([(i, i=1, size(hats%entries))], abs(hats%entries) > 0)
   end function movable
 
-  !> Some hats of a set, in the given order.
+  !> Returns the hats with the given indices, in this order.
   pure function select_hats(hats, indices) result(selected)
     type(hat_set_t), intent(in) :: hats
     integer, intent(in) :: indices(:)
@@ -176,11 +184,11 @@ contains
     selected%more_values = hats%more_values(:, places)
   end function select_hats
 
-  !> The hats as displacement fields, shape (n_dofs, n_hats).
+  !> Returns the hats as displacement fields.
   pure function hat_columns(hats, n_dofs) result(columns)
     type(hat_set_t), intent(in) :: hats
     integer, intent(in) :: n_dofs
-    !> [-]
+    !> [-] shape (n_dofs, n_hats)
     real(rk), allocatable :: columns(:, :)
     integer :: i, j, n_dim
 

@@ -1,9 +1,10 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 #include "signorom/macros.h"
-!> Proper orthogonal decomposition: the left singular vectors of the snapshots are the modes.
+!> Proper orthogonal decomposition (POD): the left singular vectors of the snapshots are the modes.
 !>
-!> Tall: QR over the ranks, SVD of its triangle on one. Wide (fewer dofs than snapshots): small, so every rank decomposes the
-!> whole matrix. The snapshots are handed over one by one and kept once, spread over the ranks.
+!> The snapshots are the columns of a matrix, whose rows are spread over the ranks. They are handed over one by one and kept once. A
+!> tall matrix (not fewer rows than snapshots) gets a QR over the ranks, and one rank decomposes the triangle. A wide matrix (fewer
+!> rows than snapshots) is small, so every rank gathers and decomposes all of it.
 module sig_pod
   use, intrinsic :: iso_c_binding, only: c_intptr_t
   use sig_kinds, only: rk
@@ -18,17 +19,17 @@ module sig_pod
   private
   public :: pod_t, compute_pod, compute_pod_of_rows, contact_part, decompose_contact_parts
 
-  !> A decomposition in steps: create, set_snapshot for each snapshot; then decompose and, once, left_vectors. For tall matrices,
-  !> triangle can stand in place of these two. destroy is the last step.
+  !> A decomposition in steps: create; set_snapshot for each snapshot; decompose; left_vectors, at most once; destroy. For tall
+  !> matrices, `triangle` can take the place of decompose and left_vectors.
   type :: pod_t
     !> [as snapshots] descending, after decompose; shape (min(n_rows, n_snapshots))
     real(rk), allocatable :: singular_values(:)
     MPI_Comm, private :: comm
     integer, private :: n_rows = 0
     integer, private :: n_local = 0
-    !> tall
+    !> tall matrix: handle of snapshot_svd.h
     integer(c_intptr_t), private :: svd = 0
-    !> wide: rows of this rank, then the left vectors
+    !> wide matrix: rows of this rank; after decompose the left vectors
     real(rk), allocatable, private :: wide(:, :)
   contains
     procedure :: create
@@ -41,10 +42,10 @@ module sig_pod
 
 contains
 
-  !> Collective on comm. Ranks may hold few rows or none.
+  !> Makes room for the snapshots. Collective on comm. A rank may have no rows.
   subroutine create(self, n_local, n_rows, n_snapshots, comm, ierr)
     class(pod_t), intent(out) :: self
-    !> rows of this rank, of all ranks
+    !> number of rows of this rank, and of all ranks
     integer, intent(in) :: n_local
     integer, intent(in) :: n_rows
     integer, intent(in) :: n_snapshots
@@ -80,7 +81,8 @@ contains
     end if
   end subroutine set_snapshot
 
-  !> The snapshots in an orthonormal basis of what they span, with zeros below the diagonal; for tall matrices only. Collective.
+  !> Returns the coordinates of the snapshots in an orthonormal basis of their span; the entries below the diagonal are zero. For
+  !> tall matrices only, after set_snapshot. Collective.
   subroutine triangle(self, coordinates, ierr)
     class(pod_t), intent(inout) :: self
     !> [as snapshots] shape (n_snapshots, n_snapshots), the same on all ranks
@@ -91,7 +93,7 @@ contains
     ierr = sig_snapshot_svd_triangle(self%svd, coordinates)
   end subroutine triangle
 
-  !> Finds the singular values. Collective.
+  !> Computes the singular values. Collective. ierr is not 0 where PETSc options (-pod_svd_...) leave values out.
   subroutine decompose(self, ierr)
     class(pod_t), intent(inout) :: self
     PetscErrorCode, intent(out) :: ierr
@@ -109,10 +111,11 @@ contains
     ierr = sig_thin_svd(self%n_rows, size(rows, 2), rows, self%singular_values, self%wide)
   end subroutine decompose
 
-  !> The first left singular vectors, all rows of them on every rank. Collective.
+  !> Returns the first left singular vectors, with all rows on every rank. Collective.
   !>
-  !> Any number of ranks gives the same result to rounding: each vector's largest entry is positive (the lowest index within
-  !> 1e-8 of the largest). Vectors whose value is rounding (below 1e-15 of the first) are arbitrary.
+  !> The result does not depend on the number of ranks, up to rounding: the sign is such that the largest entry of each vector is
+  !> positive (of entries within 1e-8 of the largest, the one with the lowest index). Vectors whose singular value is only rounding
+  !> (below 1e-15 of the first value) are arbitrary.
   subroutine left_vectors(self, n_vectors, vectors, ierr)
     class(pod_t), intent(inout) :: self
     integer, intent(in) :: n_vectors
@@ -134,7 +137,8 @@ contains
     call fix_signs(vectors)
   end subroutine left_vectors
 
-  !> A singular vector has no sign: make its largest entry positive, of nearly equal ones that of the lowest index.
+  !> Chooses the sign of each vector, which the decomposition leaves open: its largest entry becomes positive; of nearly equal
+  !> entries the one with the lowest index.
   pure subroutine fix_signs(vectors)
     real(rk), intent(inout) :: vectors(:, :)
     integer :: i_column, i_row
@@ -145,7 +149,7 @@ contains
     end do
   end subroutine fix_signs
 
-  !> Collective.
+  !> Frees the memory of SLEPc. Collective.
   subroutine destroy(self, ierr)
     class(pod_t), intent(inout) :: self
     PetscErrorCode, intent(out) :: ierr
@@ -154,17 +158,18 @@ contains
     if (self%svd /= 0) ierr = sig_snapshot_svd_destroy(self%svd)
   end subroutine destroy
 
-  !> Singular values of what contact adds to the elastic response, u_i - G theta_i. Collective on comm, over which the dofs of the
-  !> snapshots are spread.
+  !> Creates and decomposes the POD of the parts of the displacements that contact causes, u_i - G theta_i. Collective on comm, over
+  !> which the dofs of the snapshots are spread.
   subroutine decompose_contact_parts(snapshots, response, theta, is_normalized, comm, pod, ierr)
     type(training_set_t), intent(in) :: snapshots
-    !> [length] G, all dofs of it on every rank, shape (n_dofs, n_terms)
+    !> [length] G, the elastic response to each term, all dofs on every rank, shape (n_dofs, n_terms)
     real(rk), intent(in) :: response(:, :)
-    !> [-] shape (n_terms, n_snapshots); without terms the fields stay whole
+    !> [-] values of the terms, shape (n_terms, n_snapshots); with n_terms = 0 the whole displacements are decomposed
     real(rk), intent(in) :: theta(:, :)
-    !> all parts count alike
+    !> scale all parts to length 1, so that weak ones count as much as strong ones
     logical, intent(in) :: is_normalized
     MPI_Comm, intent(in) :: comm
+    !> after its step `decompose`
     type(pod_t), intent(out) :: pod
     PetscErrorCode, intent(out) :: ierr
     real(rk) :: weights(size(theta, 2))
@@ -190,14 +195,14 @@ contains
     PetscCall(pod%decompose(ierr))
   end subroutine decompose_contact_parts
 
-  !> [length] u_i - G theta_i at the dofs of this rank. Local.
+  !> [length] Returns u_i - G theta_i at the dofs of this rank, the part of displacement i that contact causes. Local.
   pure function contact_part(snapshots, own_response, theta, i) result(field)
     type(training_set_t), intent(in) :: snapshots
     !> [length] this rank's dofs of G, shape (n_own, n_terms)
     real(rk), intent(in) :: own_response(:, :)
     !> [-] shape (n_terms, n_snapshots)
     real(rk), intent(in) :: theta(:, :)
-    !> 1-based
+    !> number of the snapshot, 1-based
     integer, intent(in) :: i
     real(rk) :: field(snapshots%n_own)
 
@@ -205,15 +210,15 @@ contains
     if (size(theta, 1) > 0) field = field - matmul(own_response, theta(:, i))
   end function contact_part
 
-  !> Thin singular value decomposition of snapshots that every rank holds; the work is shared, the result is everywhere.
-  !> Collective on comm.
+  !> Computes the singular values and left singular vectors of snapshots that every rank has. The ranks share the work, and each
+  !> gets the whole result. Collective on comm.
   subroutine compute_pod(snapshots, comm, singular_values, vectors, ierr)
     !> shape (n_rows, n_snapshots), the same on all ranks
     real(rk), intent(in) :: snapshots(:, :)
     MPI_Comm, intent(in) :: comm
     !> [as snapshots] descending, shape (k), k = min(n_rows, n_snapshots)
     real(rk), allocatable, intent(out) :: singular_values(:)
-    !> [-] as of left_vectors, shape (n_rows, k)
+    !> [-] left singular vectors as from left_vectors, shape (n_rows, k)
     real(rk), allocatable, intent(out) :: vectors(:, :)
     PetscErrorCode, intent(out) :: ierr
     integer :: first, last
@@ -222,7 +227,8 @@ contains
     PetscCall(compute_pod_of_rows(snapshots(first:last, :), size(snapshots, 1), comm, singular_values, vectors, ierr))
   end subroutine compute_pod
 
-  !> As compute_pod, where each rank holds rows of its own, in rank order; ranks may hold few rows or none. Collective on comm.
+  !> Does the same as compute_pod for snapshots whose rows are spread over the ranks in rank order. A rank may have no rows.
+  !> Collective on comm.
   subroutine compute_pod_of_rows(local_rows, n_rows, comm, singular_values, vectors, ierr)
     !> shape (rows of this rank, n_snapshots)
     real(rk), intent(in), contiguous :: local_rows(:, :)

@@ -1,52 +1,54 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> How many modes a snapshot set needs: the rank from the energy that the left-out modes carry; and snapshots of equal weight.
+!> Chooses the number of modes of a POD from the singular values; and weights that make snapshots equally long.
 module sig_pod_rank
   use sig_kinds, only: rk
   implicit none(type, external)
   private
   public :: available_modes, equal_weights, pod_rank
 
-  !> [-] vectors whose value is this small against the first are rounding of the snapshots, whatever the tolerance asks for
+  !> [-] modes whose singular value is at most this fraction of the first one are rounding of the snapshots
   real(rk), parameter :: noise = 1.0e-13_rk
 
 contains
 
-  !> Modes of a reduced model: as many as the energy tail asks for, but none that is rounding. Local.
+  !> Returns the number of modes of a reduced model: as many as the tolerance asks for (20), but none that is rounding. Local.
   pure integer function pod_rank(singular_values, tolerance) result(n_modes)
-    !> [-] descending, >= 0
+    !> descending, >= 0, in any unit
     real(rk), intent(in) :: singular_values(:)
-    !> [-] the deck's pod_tolerance
+    !> [-] pod_tolerance of the deck
     real(rk), intent(in) :: tolerance
 
     n_modes = min(rank_from_energy_tail(singular_values, tolerance), available_modes(singular_values))
   end function pod_rank
 
-  !> Modes that are no rounding.
+  !> Returns the number of modes whose singular value is more than rounding.
   pure integer function available_modes(singular_values) result(n_modes)
-    !> [-] descending, >= 0
+    !> descending, >= 0, in any unit
     real(rk), intent(in) :: singular_values(:)
 
     n_modes = 0
     if (size(singular_values) > 0) n_modes = count(singular_values > noise * singular_values(1))
   end function available_modes
 
-  !> Factors that make snapshots equally long, so that weak ones count like strong ones; 0 for what is rounding beside the largest.
+  !> Returns factors that scale each snapshot to length 1, so that weak snapshots count as much as strong ones. The factor is 0 for
+  !> a snapshot that is only rounding compared with the largest one.
   pure function equal_weights(sizes) result(weights)
     !> [as snapshots] their Euclidean norms
     real(rk), intent(in) :: sizes(:)
     !> [1 / as snapshots]
     real(rk) :: weights(size(sizes))
-    !> [-] a snapshot this small beside the largest is what rounding left of no displacement
+    !> [-] a snapshot of at most this fraction of the largest length is only rounding
     real(rk), parameter :: negligible = 1.0e-10_rk
 
     weights = 0
     where (sizes > negligible * maxval(sizes)) weights = 1 / sizes
   end function equal_weights
 
-  !> Smallest l with sum_{i > l} s_i**2 / sum_i s_i**2 < tolerance; all of them where no l does, none where all are zero.
+  !> Returns the smallest l with sum_{i > l} s_i**2 / sum_i s_i**2 < tolerance; the number of all values where no l satisfies this;
+  !> 0 where all values are zero.
   !>
-  !> Source: (20), read as the energy tail: with it both cases of the paper get the numbers of modes that the paper tells, with its
-  !> square root or with s_l / s_1 they do not. Local.
+  !> Source: (20), understood as the energy of the modes that are left out. With this reading both cases of the paper get the
+  !> numbers of modes that the paper gives. With the square root of this ratio, or with s_l / s_1, they do not. Local.
   pure integer function rank_from_energy_tail(singular_values, tolerance) result(n_modes)
     !> [-] descending, >= 0
     real(rk), intent(in) :: singular_values(:)
@@ -58,7 +60,7 @@ contains
     n_modes = 0
     if (size(singular_values) == 0) return
     if (singular_values(1) <= 0) return
-    ! Squares of values relative to the first neither overflow nor vanish; small ones first, so that the tail keeps its digits.
+    ! Values are divided by the first one, so that squares neither overflow nor vanish. Small ones are summed first, for accuracy.
     total = 0
     do i_value = size(singular_values), 1, -1
       total = total + (singular_values(i_value) / singular_values(1))**2

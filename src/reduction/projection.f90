@@ -1,5 +1,6 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> The blocks of the hyper-reduced system (10): stiffness, load and contact rows seen through the basis, on the reduced domain.
+!> The blocks of the hyper-reduced system (10): stiffness, load and contact rows on the reduced integration domain, projected on the
+!> basis.
 module sig_projection
   use sig_cell_stiffness, only: cell_dofs, cell_stiffness
   use sig_contact_rows, only: contact_rows_t
@@ -15,22 +16,23 @@ module sig_projection
 
   !> reduced_stiffness * gamma + contact_matrix' * lambda = load * theta, contact_matrix * gamma <= gap * theta, lambda >= 0.
   type :: projected_blocks_t
-    !> [force/length] not symmetric where the domain is a part of the mesh, shape (n_modes, n_modes)
+    !> [force/length] shape (n_modes, n_modes); not symmetric where the domain is not the whole mesh
     real(rk), allocatable :: reduced_stiffness(:, :)
-    !> [force] shape (n_modes, n_terms)
+    !> [force] per term, shape (n_modes, n_terms)
     real(rk), allocatable :: load(:, :)
     !> [-] shape (n_rows, n_modes)
     real(rk), allocatable :: contact_matrix(:, :)
-    !> [length] shape (n_rows, n_terms)
+    !> [length] per term, shape (n_rows, n_terms)
     real(rk), allocatable :: gap(:, :)
   end type projected_blocks_t
 
 contains
 
-  !> Projects the full-order model with displacement = lifting * theta + basis * gamma.
+  !> Computes the blocks of (10) for the displacement = lifting * theta + basis * gamma.
   !>
-  !> V[A]' K[A, A+I] V[A+I] and the like, A and I of the domain; the load is V[A]' (F[A] - K[A, A+I] lifting).
-  !> Source: (10). Local. Cost: size of the domain times (n_modes + n_terms) * n_modes.
+  !> With the sets A, I, A_c and A_lambda of the domain, the stiffness is V[A]' K[A, A+I] V[A+I], the load is V[A]' (F[A] - K[A,
+  !> A+I] lifting), the contact matrix is B[A_lambda, A_c] V[A_c], and the gap is D[A_lambda] - B[A_lambda, :] lifting. Source:
+  !> (10). Local. Cost: size of the domain times (n_modes + n_terms) * n_modes.
   subroutine project(mesh, body, rows, loads, domain, basis, lifting, lifted_terms, blocks)
     type(mesh_t), intent(in) :: mesh
     type(elastic_body_t), intent(in) :: body
@@ -39,9 +41,9 @@ contains
     type(reduced_domain_t), intent(in) :: domain
     !> V, shape (n_dofs, n_modes)
     real(rk), intent(in) :: basis(:, :)
-    !> [length] of the lifted terms, shape (n_dofs, n_lifted_terms)
+    !> [length] displacement per lifted term, shape (n_dofs, n_lifted_terms)
     real(rk), intent(in) :: lifting(:, :)
-    !> their numbers, shape (n_lifted_terms)
+    !> numbers of the terms that have a lifting, shape (n_lifted_terms)
     integer, intent(in) :: lifted_terms(:)
     type(projected_blocks_t), intent(out) :: blocks
     real(rk), allocatable :: tests(:, :), lifted(:, :)
@@ -62,10 +64,11 @@ contains
     blocks%gap = project_gap(rows, domain, lifting, lifted_terms)
   end subroutine project
 
-  !> What one part K_q of the stiffness adds to the system per unit of its modulus: V[A]' K_q V, and - V[A]' K_q lifting. Local.
+  !> Computes what one part K_q of the stiffness adds to (10) per unit of its modulus: V[A]' K_q V to the stiffness, and -V[A]' K_q
+  !> lifting to the load. Local.
   subroutine project_part(mesh, body, domain, basis, lifting, stiffness, load)
     type(mesh_t), intent(in) :: mesh
-    !> with the law of the part
+    !> body whose stiffness is K_q
     type(elastic_body_t), intent(in) :: body
     type(reduced_domain_t), intent(in) :: domain
     !> V, shape (n_dofs, n_modes)
@@ -83,9 +86,9 @@ contains
     load = -reshape(matmul(tests, stiffness_rows(mesh, body, domain, lifting)), shape(load))
   end subroutine project_part
 
-  !> K[A, A+I] * fields[A+I, :], shape (size of A, n_fields).
+  !> Returns K[A, A+I] * fields[A+I, :], shape (size of A, n_fields).
   !>
-  !> Cells of the domain are enough, because all cells around a dof of A belong to it.
+  !> The sum over the cells of the domain is complete, because all cells around a dof of A belong to the domain.
   function stiffness_rows(mesh, body, domain, fields) result(rows)
     type(mesh_t), intent(in) :: mesh
     type(elastic_body_t), intent(in) :: body
@@ -109,7 +112,8 @@ contains
     end do
   end function stiffness_rows
 
-  !> Contact rows of the domain through the basis: B[A_lambda, A_c] V[A_c], shape (size of A_lambda, n_modes). Source: (10), (11).
+  !> Returns the contact rows of the domain projected on the basis, B[A_lambda, A_c] V[A_c], shape (size of A_lambda, n_modes).
+  !> Source: (10), (11).
   pure function project_contact_rows(rows, domain, basis) result(contact_matrix)
     type(contact_rows_t), intent(in) :: rows
     type(reduced_domain_t), intent(in) :: domain
@@ -130,7 +134,7 @@ contains
     end do
   end function project_contact_rows
 
-  !> What the lifting leaves of the gaps: D[A_lambda] - B[A_lambda, :] lifting, shape (size of A_lambda, n_terms).
+  !> Returns the gaps under the lifting, D[A_lambda] - B[A_lambda, :] lifting, shape (size of A_lambda, n_terms).
   pure function project_gap(rows, domain, lifting, lifted_terms) result(gap)
     type(contact_rows_t), intent(in) :: rows
     type(reduced_domain_t), intent(in) :: domain
@@ -151,14 +155,16 @@ contains
     end do
   end function project_gap
 
-  !> Rank that snapshots in equilibrium can give at most: K V vanishes but where a force drives the body.
+  !> Returns the largest rank that the reduced stiffness can have if the modes are combinations of snapshots in equilibrium. Then K
+  !> V is zero at all dofs of A without a force, and each independent force adds at most one to the rank.
   !>
-  !> The sides of a contact row carry opposite forces, so a row counts once. A hat function is in no equilibrium: it adds one.
+  !> Both sides of a contact row carry opposite forces, so a row counts once. A hat function is not in equilibrium and counts once.
+  !> The rank is at most the number of modes.
   pure integer function expected_stiffness_rank(domain, driven_dofs, n_patterns, n_hats, n_modes) result(rank)
     type(reduced_domain_t), intent(in) :: domain
-    !> loaded dofs, and prescribed dofs on which the basis does not vanish; natural
+    !> loaded dofs, and prescribed dofs on which the basis is not zero; natural numbers
     integer, intent(in) :: driven_dofs(:)
-    !> of forces that act all over a region: imposed strains, term by term
+    !> number of force fields that act on whole regions: imposed strains, one per term
     integer, intent(in) :: n_patterns
     integer, intent(in) :: n_hats
     integer, intent(in) :: n_modes

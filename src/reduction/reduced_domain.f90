@@ -1,5 +1,6 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> The reduced integration domain (RID): the few cells on which the reduced equations are written, and its sets of unknowns.
+!> The reduced integration domain (RID): the few cells on which the reduced equations are written, and the sets of its dofs and
+!> contact rows.
 module sig_reduced_domain
   use sig_contact_rows, only: contact_rows_t
   use sig_mesh, only: cells_around_nodes, mesh_t, nodes_of_cell
@@ -7,17 +8,17 @@ module sig_reduced_domain
   private
   public :: reduced_domain_t, build_reduced_domain, nodes_of_dofs
 
-  !> Sets (4)-(9) of the paper; all natural numbers, 1-based, ascending.
+  !> The sets (4)-(9) of the paper. All entries are natural numbers, 1-based and ascending.
   type :: reduced_domain_t
-    !> L: nodes that the domain was asked to hold
+    !> L: nodes around which the domain is built
     integer, allocatable :: seed_nodes(:)
-    !> L': partners of seed nodes, then partners of other interior nodes that had to be added to close the rows
+    !> L': contact partners of seed nodes, and partners that were added so that no contact row is cut
     integer, allocatable :: facing_nodes(:)
     !> Omega_A: every cell that touches a seed or facing node
     integer, allocatable :: cells(:)
-    !> A: dofs of nodes whose cells all belong to the domain
+    !> A: dofs of interior nodes, whose cells all belong to the domain
     integer, allocatable :: interior_dofs(:)
-    !> I: the other dofs of the domain's cells
+    !> I: the other dofs of cells that touch an interior node
     integer, allocatable :: interface_dofs(:)
     !> A_c: dofs of A that occur in a contact row
     integer, allocatable :: contact_dofs(:)
@@ -25,20 +26,20 @@ module sig_reduced_domain
     integer, allocatable :: contact_rows(:)
   end type reduced_domain_t
 
-  !> A domain that grows node by node; a node is interior once no cell around it is left outside.
+  !> A domain that grows cell by cell. A node is interior when all cells around it belong to the domain.
   type :: growth_t
     !> cells around node i: cells(offsets(i) + 1 : offsets(i + 1))
     integer, allocatable :: offsets(:)
     integer, allocatable :: cells(:)
     logical, allocatable :: is_inside(:)
-    !> cells around each node that are not inside
+    !> number of cells around each node that do not belong to the domain
     integer, allocatable :: n_outside(:)
     !> nodes in the order in which they became interior
     integer, allocatable :: interior_nodes(:)
     integer :: n_interior = 0
   end type growth_t
 
-  !> Nodes that contact rows tie to node i: partners(offsets(i) + 1 : offsets(i + 1)), repetitions included.
+  !> Nodes that share a contact row with node i: partners(offsets(i) + 1 : offsets(i + 1)), possibly repeated, node i included.
   type :: ties_t
     integer, allocatable :: offsets(:)
     integer, allocatable :: partners(:)
@@ -46,18 +47,19 @@ module sig_reduced_domain
 
 contains
 
-  !> Domain around the seed nodes, with whole contact rows only: all nodes that a row ties to an interior node are interior too.
+  !> Builds the domain around the seed nodes. It has whole contact rows only: if one node of a row is interior, all its nodes are.
   !>
-  !> Source: (4)-(9). Paper: (4) adds the partners of L only; a node of A outside L could still face a node outside A, so the
-  !> partners' cells are added until no row is cut: an equation of A then has all its contact forces, and a row all its motions.
-  !> Rows that share nodes bring each other.
-  !> Local. Cost: one pass over the mesh's connectivity, then the size of the domain.
+  !> Source: (4)-(9). Paper: (4) adds only the partners of L. A node of A outside of L could then face a node outside of A.
+  !> Therefore the cells around partners are added until no row is cut. Then each equation of A has all its contact forces, and each
+  !> row all its displacements. Rows that share nodes are added together. Local. Cost: one pass over the connectivity of the mesh,
+  !> then proportional to the size of the domain.
   pure subroutine build_reduced_domain(mesh, rows, seed_nodes, has_partners, domain)
     type(mesh_t), intent(in) :: mesh
     type(contact_rows_t), intent(in) :: rows
-    !> natural, in any order, repetitions allowed
+    !> natural numbers, in any order, repetitions allowed
     integer, intent(in) :: seed_nodes(:)
-    !> partners join (Fig. 2b); otherwise contact nodes without partner have no equations (Fig. 2a, the way of [9])
+    !> true: partners are added (Fig. 2b). False: nodes of a cut contact row are not interior and have no equations (Fig. 2a, as in
+    !> [9])
     logical, intent(in) :: has_partners
     type(reduced_domain_t), intent(out) :: domain
     type(growth_t) :: growth
@@ -83,7 +85,7 @@ contains
     call collect_sets(mesh, rows, growth, domain)
   end subroutine build_reduced_domain
 
-  !> Each node's partners: row by row, all nodes of the rows that it meets, itself included.
+  !> Lists for each node the nodes of all its contact rows, itself included.
   pure subroutine find_ties(rows, n_nodes, ties)
     type(contact_rows_t), intent(in) :: rows
     integer, intent(in) :: n_nodes
@@ -121,7 +123,7 @@ contains
     allocate (growth%interior_nodes(mesh%n_nodes), source=0)
   end subroutine start_growth
 
-  !> Puts the support of a node's shape function into the domain and notes the nodes that become interior by it.
+  !> Adds all cells around a node to the domain, and lists the nodes that become interior.
   pure subroutine take_cells_around(mesh, node, growth)
     type(mesh_t), intent(in) :: mesh
     integer, intent(in) :: node
@@ -143,7 +145,7 @@ contains
     end do
   end subroutine take_cells_around
 
-  !> Adds the supports of a node's partners.
+  !> Adds all cells around the contact partners of a node.
   pure subroutine take_partners(mesh, ties, node, growth, is_facing)
     type(mesh_t), intent(in) :: mesh
     type(ties_t), intent(in) :: ties
@@ -161,7 +163,7 @@ contains
     end do
   end subroutine take_partners
 
-  !> Adds partners of interior nodes, and of those that become interior by it, until none is missing.
+  !> Adds the partners of all interior nodes, and of those that become interior by that, until no row is cut.
   pure subroutine close_rows(mesh, ties, growth, is_facing)
     type(mesh_t), intent(in) :: mesh
     type(ties_t), intent(in) :: ties
@@ -179,8 +181,7 @@ contains
     end do
   end subroutine close_rows
 
-  !> Takes contact nodes with a partner that is not interior from the interior nodes, and then those that they leave without
-  !> theirs; their cells stay.
+  !> Removes from the interior nodes all nodes of a contact row that is cut, until no row is cut. The cells stay in the domain.
   pure subroutine remove_unpaired(rows, growth, n_nodes)
     type(contact_rows_t), intent(in) :: rows
     type(growth_t), intent(inout) :: growth
@@ -206,9 +207,9 @@ contains
     growth%interior_nodes(:size(nodes)) = nodes
   end subroutine remove_unpaired
 
-  !> Reads the sets off a finished domain.
+  !> Makes the sets of a finished domain.
   !>
-  !> (7) asks for K_ij /= 0: I is all that is left on the cells that touch an interior node.
+  !> Source: (7) asks for dofs with K_ij /= 0, so I are the other dofs of the cells that touch an interior node.
   pure subroutine collect_sets(mesh, rows, growth, domain)
     type(mesh_t), intent(in) :: mesh
     type(contact_rows_t), intent(in) :: rows
@@ -245,9 +246,9 @@ contains
     domain%contact_rows = true_indices(is_row)
   end subroutine collect_sets
 
-  !> Nodes that carry the dofs, ascending, each once: what turns interpolation rows into seed nodes.
+  !> Returns the nodes of the given dofs, ascending and each once. It makes seed nodes of the rows that DEIM chooses.
   pure function nodes_of_dofs(dofs, n_dim) result(nodes)
-    !> natural
+    !> natural numbers
     integer, intent(in) :: dofs(:)
     integer, intent(in) :: n_dim
     integer, allocatable :: nodes(:)

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> The C side of the reduction, as Fortran sees it; what each function does stands in include/signorom/snapshot_svd.h and
-!> include/signorom/k_medoids.h.
+!> Fortran interfaces of the C functions of the reduction. include/signorom/snapshot_svd.h and include/signorom/k_medoids.h describe
+!> them.
 module sig_reduction_c_interfaces
   use, intrinsic :: iso_c_binding, only: c_int
   implicit none(type, external)
@@ -25,7 +25,7 @@ module sig_reduction_c_interfaces
   type, bind(c) :: k_medoids_options_t
     integer(c_int) :: method = method_faster_pam
     integer(c_int) :: start = start_build
-    !> the best of so many counts
+    !> number of starts, of which the best is taken
     integer(c_int) :: n_starts = 10
     integer(c_int) :: seed = 1
   end type k_medoids_options_t

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 #include "signorom/macros.h"
-!> Lengths and differences of displacement fields whose dofs are spread over the ranks.
+!> Euclidean norms of displacement snapshots whose dofs are spread over the ranks, and a search for equal snapshots.
 module sig_snapshot_lengths
   use sig_kinds, only: rk
   use sig_petsc_support, only: sum_over_ranks
@@ -12,11 +12,11 @@ module sig_snapshot_lengths
 
 contains
 
-  !> [length] Euclidean norm of each displacement, the same on all ranks. Collective on comm, over which the dofs are spread.
+  !> Computes the Euclidean norm of each displacement, the same on all ranks. Collective on comm, over which the dofs are spread.
   subroutine snapshot_lengths(snapshots, comm, lengths, ierr)
     type(training_set_t), intent(in) :: snapshots
     MPI_Comm, intent(in) :: comm
-    !> shape (n_snapshots)
+    !> [length] shape (n_snapshots)
     real(rk), allocatable, intent(out) :: lengths(:)
     PetscErrorCode, intent(out) :: ierr
     integer :: i
@@ -29,12 +29,13 @@ contains
     lengths = sqrt(lengths)
   end subroutine snapshot_lengths
 
-  !> The first snapshot that equals an earlier one, and that one; 0 where all differ. Collective on comm.
+  !> Finds the first snapshot that equals an earlier one, up to rounding, and this earlier one. Both numbers are 0 where all differ.
+  !> Collective on comm.
   !>
-  !> No error: a load that lies on whole edges is the same at two points of the parameters, and k-medoids bears it.
+  !> Equal snapshots are no error, and k-medoids accepts them: a load on whole edges can be the same at two parameter points.
   subroutine find_identical(snapshots, lengths, comm, i_snapshot, i_earlier, ierr)
     type(training_set_t), intent(in) :: snapshots
-    !> of snapshot_lengths
+    !> [length] from snapshot_lengths
     real(rk), intent(in) :: lengths(:)
     MPI_Comm, intent(in) :: comm
     integer, intent(out) :: i_snapshot

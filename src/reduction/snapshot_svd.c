@@ -5,12 +5,12 @@
 #include <slepcsvd.h>
 
 typedef struct {
-  BV basis;        // A, then Q
+  BV basis;        // the matrix A, later Q of its QR
   Mat of_triangle; // left vectors of the triangle
   PetscInt n_local, n_columns;
 } snapshot_svd;
 
-// Largest k singular values of a matrix on one rank and its left vectors, k columns; all of them or an error.
+// Computes the largest k singular values of a matrix on one rank and their left vectors. Fails where fewer are found.
 static PetscErrorCode decompose(Mat matrix, PetscInt k, double *singular_values, Mat left) {
   SVD svd;
   Vec vector;
@@ -55,8 +55,8 @@ int sig_thin_svd(int n_rows, int n_columns, const double *matrix, double *singul
   return 0;
 }
 
-// An empty rank adds one row of zeros, because LAPACK's QR refuses none at all and zero rows change neither singular
-// values nor the other rows of the left vectors.
+// A rank without rows adds one row of zeros, because LAPACK's QR refuses an empty block. Zero rows change neither
+// singular values nor the other rows of the left vectors.
 int sig_snapshot_svd_create(int comm, int n_local, int n_columns, intptr_t *handle) {
   snapshot_svd *self;
 
@@ -100,7 +100,7 @@ int sig_snapshot_svd_triangle(intptr_t handle, double *triangle) {
   return 0;
 }
 
-// Every rank has the triangle, but one decomposes it: that takes the memory of some twenty triangles.
+// Every rank has the triangle, but only one decomposes it, because this takes the memory of some twenty triangles.
 static PetscErrorCode decompose_on_first(MPI_Comm comm, Mat triangle, PetscInt n, double *singular_values, Mat left) {
   PetscMPIInt rank;
   PetscScalar *entries;

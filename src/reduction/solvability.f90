@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Whether a reduced model has one answer: ranks and condition numbers of its blocks, and what to say about them.
+!> Checks whether a hyper-reduced model has one answer: ranks and condition numbers of its blocks, and warnings about them.
 module sig_solvability
   use sig_condition_number, only: condition_number
   use sig_kinds, only: rk
@@ -12,12 +12,14 @@ module sig_solvability
   private
   public :: hang_bodies, measure_stiffness, rank_on_domain, is_undetermined, solvability_warnings, undetermined_text
 
-  !> [-] from here on half of the digits of an answer may be lost
+  !> [-] above this condition number half of the digits of an answer may be lost
   real(rk), parameter :: large_condition = 1.0e8_rk
 
 contains
 
-  !> Rank and condition of K_r, and the condition before the first hat and after each: those of its leading blocks.
+  !> Measures the rank and the condition number of the reduced stiffness K_r, and keeps them in `cluster`. The condition numbers
+  !> before the first hat and after each hat are those of the leading blocks of K_r, because hats are the last modes. Where K_r
+  !> depends on the parameters, it is taken in the middle of the box.
   subroutine measure_stiffness(rank_tolerance, cluster)
     !> [-] a singular value below this times the largest counts as zero
     real(rk), intent(in) :: rank_tolerance
@@ -39,7 +41,7 @@ contains
     call condition_number(stiffness, rank_tolerance, condition, cluster%stiffness_rank)
   end subroutine measure_stiffness
 
-  !> K_r, in the middle of the box of the parameters where it depends on them.
+  !> Returns K_r; where it depends on the parameters, that in the middle of the box.
   pure function reference_stiffness(cluster) result(stiffness)
     type(hhr_data_t), intent(in) :: cluster
     real(rk), allocatable :: stiffness(:, :)
@@ -48,10 +50,12 @@ contains
     if (cluster%varying%is_there()) stiffness = stiffness_at(cluster, cluster%varying%reference)
   end function reference_stiffness
 
-  !> Chooses the rows that hold what K_r lets move, rigid motions of bodies that only contact holds; rank and condition are then
-  !> those of the held stiffness. Nothing changes where K_r lacks more than such motions can explain. Requires: measure_stiffness.
+  !> Chooses anchors: contact rows that hold the rigid motions for which K_r has no stiffness, those of bodies that only contact
+  !> holds. Rank and condition number are then measured again, with these rows as constraints. There are no anchors where K_r has
+  !> full rank, where more motions lack stiffness than rigid motions exist, or where the rows cannot hold them. Requires:
+  !> measure_stiffness.
   subroutine hang_bodies(n_free, rank_tolerance, cluster)
-    !> rigid motions that only contact holds
+    !> number of rigid motions that only contact holds
     integer, intent(in) :: n_free
     real(rk), intent(in) :: rank_tolerance
     type(hhr_data_t), intent(inout) :: cluster
@@ -63,7 +67,7 @@ contains
     n_missing = cluster%n_modes - cluster%stiffness_rank
     if (n_missing == 0 .or. n_missing > min(n_free, cluster%n_rows)) return
     call svd(reference_stiffness(cluster), u, s, vt)
-    ! how far each row opens by the motions without stiffness
+    ! opening of each row under the motions without stiffness
     reach = matmul(cluster%contact_matrix, transpose(vt(cluster%stiffness_rank + 1:, :)))
     is_anchor = .false.
     do k = 1, n_missing
@@ -78,14 +82,15 @@ contains
       cluster%stiffness_rank)
   end subroutine hang_bodies
 
-  !> Rank of the basis on the dofs of the domain; each column counts by its direction, not by its size there.
+  !> Returns the rank of the basis on the dofs of the domain. The columns are first scaled to length 1 there.
   !>
-  !> Source: remark at the end of section 3.4: the enriched basis has to be a basis on the domain.
+  !> Source: remark at the end of section 3.4: the modes with hats must be independent on the domain.
   integer function rank_on_domain(basis, dofs, rank_tolerance) result(rank)
     !> shape (n_dofs, n_modes)
     real(rk), intent(in) :: basis(:, :)
-    !> of the domain, natural
+    !> dofs of the domain, natural numbers
     integer, intent(in) :: dofs(:)
+    !> [-] singular values below this times the largest count as zero
     real(rk), intent(in) :: rank_tolerance
     real(rk), allocatable :: columns(:, :), sigma(:)
     integer :: i
@@ -99,10 +104,11 @@ contains
     if (size(sigma) > 0) rank = count(sigma > 0 .and. sigma >= rank_tolerance * sigma(1))
   end function rank_on_domain
 
-  !> Whether the equations leave modes undetermined: the model would have no answer that means anything (trap 1 of the method).
+  !> Whether the equations do not determine all modes, so that answers of the model would be arbitrary (trap 1 of the method).
   !>
-  !> Hats make K_r badly conditioned on purpose, so a rank that falls short of the tolerance is an error without hats only;
-  !> a K_r that is numerically singular always is. Requires: measure_stiffness.
+  !> That is the case where K_r, held by the anchors if there are any, is numerically singular; without hats also where its rank by
+  !> the tolerance is not full. With hats the rank does not count, because hats make K_r badly conditioned. Requires:
+  !> measure_stiffness.
   logical function is_undetermined(cluster)
     type(hhr_data_t), intent(in) :: cluster
     real(rk), allocatable :: stiffness(:, :)
@@ -114,6 +120,7 @@ contains
     is_undetermined = lu%is_singular .or. (cluster%n_hats == 0 .and. cluster%stiffness_rank < cluster%n_modes)
   end function is_undetermined
 
+  !> Returns a sentence, without full stop, on how many modes the equations determine.
   function undetermined_text(cluster) result(text)
     type(hhr_data_t), intent(in) :: cluster
     character(:), allocatable :: text
@@ -123,12 +130,13 @@ contains
       to_text(cluster%primal_rank_expected) // ')'
   end function undetermined_text
 
-  !> A sentence per doubt, without full stop. Requires: a measured model.
+  !> Returns the warnings about a model, one sentence each, without full stop. Requires: the ranks and condition numbers in
+  !> `cluster`.
   function solvability_warnings(cluster, has_all_hats, n_loaded, n_missed) result(warnings)
     type(hhr_data_t), intent(in) :: cluster
     !> both hats of every pair are in the basis
     logical, intent(in) :: has_all_hats
-    !> nodes of loaded surfaces, and how many of them the domain does not hold
+    !> number of nodes of loaded surfaces, and of those among them that the domain does not contain
     integer, intent(in) :: n_loaded
     integer, intent(in) :: n_missed
     type(string_t), allocatable :: warnings(:)
