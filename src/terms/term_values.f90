@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Values of the terms at parameter points: the expressions of a term set, ready for use.
+!> Values of the terms theta_t at parameter points. The texts of a term set are compiled once and evaluated at every point.
 module sig_term_values
   use sig_expression, only: expression_t
   use sig_facet_points, only: facet_rule_t, window_t
@@ -13,17 +13,17 @@ module sig_term_values
 
   real(rk), parameter :: pi = 3.14159265358979323846264338327950288_rk
 
-  !> What one facet needs at every point.
+  !> Data of one facet of a surface load, the same at every point.
   type :: facet_table_t
     integer :: n_nodes = 0
-    !> [length] box around it, shape (n_dim)
+    !> [length] smallest and largest coordinates, by facet_box, shape (n_dim)
     real(rk), allocatable :: lower(:)
     real(rk), allocatable :: upper(:)
-    !> [length] shape (n_dim, n_nodes)
+    !> [length] coordinates of the nodes, shape (n_dim, n_nodes)
     real(rk), allocatable :: vertices(:, :)
     !> terms of the nodal forces, 0 = none, shape (n_dim, n_nodes)
     integer, allocatable :: dof_terms(:, :)
-    !> [length**(n_dim - 1), times length in the round] nodal forces of the whole facet under the value 1, shape (n_dim, n_nodes)
+    !> nodal forces of the whole facet under the load value 1, in length**(n_dim - 1), axisymmetric length**2; (n_dim, n_nodes)
     real(rk), allocatable :: unit_forces(:, :)
   end type facet_table_t
 
@@ -34,17 +34,17 @@ module sig_term_values
     type(expression_t) :: maximum
     logical :: has_minimum = .false.
     logical :: has_maximum = .false.
-    !> the value is the same all over the surface
+    !> the load value does not depend on the coordinates
     logical :: is_uniform = .false.
     type(facet_table_t), allocatable :: facets(:)
   end type handles_t
 
-  !> A term set ready for use. A copy shares the expressions, so only its owner destroys it; one per thread.
+  !> A term set with compiled expressions, for one thread at a time. A copy shares the expressions: destroy only one of both.
   type :: term_values_t
     private
     type(term_set_t) :: terms
     type(handles_t), allocatable :: handles(:)
-    !> kept from point to point: parameters and coordinates, the rule of a facet that a window cuts
+    !> work space that is used again at the next point: values of the parameters, then of the coordinates
     real(rk), allocatable :: arguments(:)
     type(facet_rule_t) :: rule
   contains
@@ -56,7 +56,7 @@ module sig_term_values
 
 contains
 
-  !> Compiles the expressions. Errors: message is allocated when a text is not a valid expression.
+  !> Compiles the expressions of `terms`. Errors: message is allocated when a text is not a valid expression.
   subroutine create(self, terms, message)
     class(term_values_t), intent(inout) :: self
     type(term_set_t), intent(in) :: terms
@@ -103,7 +103,7 @@ contains
     end if
   end subroutine create_handles
 
-  !> Most facets lie wholly inside or outside the window at every point: only those that it cuts are integrated again.
+  !> Tabulates the facets of a surface load: at a point, only facets that the window cuts or with an uneven load are integrated.
   subroutine tabulate_facets(terms, source, handles)
     type(term_set_t), intent(in) :: terms
     type(term_source_t), intent(in) :: source
@@ -132,13 +132,13 @@ contains
     call one%destroy()
   end subroutine tabulate_facets
 
-  !> Sizes whose rounding errors the values have. The end of a window is rounded as a coordinate of the whole surface is, so each
-  !> nodal force of a surface has the error of the sum of all.
+  !> Returns for each term a size to which the rounding error of its value is proportional: |theta|, or for a nodal force of a
+  !> surface the sum of |theta| over this surface, because the end of a window is rounded as a coordinate of the whole surface is.
   pure function scales(self, theta)
     class(term_values_t), intent(in) :: self
-    !> [-] shape (n_terms)
+    !> values of the terms, shape (n_terms)
     real(rk), intent(in) :: theta(:)
-    !> [-] shape (n_terms)
+    !> shape (n_terms)
     real(rk) :: scales(size(theta))
     integer, allocatable :: forces(:)
     integer :: i, k
@@ -157,11 +157,13 @@ contains
     end do
   end function scales
 
-  !> Computes theta at one point. is_valid is false when a value is infinite or not a number; i_source says where.
+  !> Computes the values of all terms at one point. Where a value is infinite or not a number, is_valid is false, i_source says
+  !> which source gave it, and theta is incomplete.
   subroutine evaluate(self, point, theta, is_valid, i_source)
     class(term_values_t), intent(inout) :: self
+    !> values of the parameters, shape (n_parameters)
     real(rk), intent(in) :: point(:)
-    !> [-] shape (n_terms)
+    !> shape (n_terms)
     real(rk), intent(out) :: theta(:)
     logical, intent(out) :: is_valid
     !> first source without a finite value, 0 = none
@@ -266,12 +268,12 @@ contains
     end do
   end subroutine add_nodal_forces
 
-  !> Adds the nodal forces of one facet by self%rule.
+  !> Integrates the load over one facet by the points of self%rule and adds the nodal forces to their terms.
   subroutine add_facet(self, i_source, i_facet, value, theta, is_valid)
     class(term_values_t), intent(inout) :: self
     integer, intent(in) :: i_source
     integer, intent(in) :: i_facet
-    !> where the load is uniform
+    !> value of the load where it is uniform; not used elsewhere
     real(rk), intent(in) :: value
     real(rk), intent(inout) :: theta(:)
     logical, intent(out) :: is_valid
@@ -300,7 +302,7 @@ contains
     end associate
   end subroutine add_facet
 
-  !> Computes the force [length**(n_dim - 1)] of the value 1 at one point of a rule.
+  !> Computes the force of the load value 1 at point i of a rule, in length**(n_dim - 1); axisymmetric: length**2.
   pure subroutine point_force(rule, i, component, orientation, is_round, force)
     type(facet_rule_t), intent(in) :: rule
     integer, intent(in) :: i
@@ -318,16 +320,18 @@ contains
     if (is_round) force = force * 2 * pi * rule%places(1, i)
   end subroutine point_force
 
-  !> Computes the nodal forces of a pressure (against the outward normal) or of one traction component on a facet.
+  !> Computes the nodal forces on one facet of a pressure, which acts against the outward normal, or of one component of a traction.
+  !> Where the load has no finite value, is_valid is false and forces are incomplete.
   subroutine facet_forces(rule, component, orientation, is_round, expression, point, forces, is_valid)
+    !> integration points of the facet
     type(facet_rule_t), intent(in) :: rule
-    !> 0 = pressure
+    !> 0 = pressure, else component of the traction
     integer, intent(in) :: component
-    !> +1 where the rule's normal points outward
+    !> +1 where the normal of the rule points outward, else -1
     integer, intent(in) :: orientation
-    !> integrals carry 2 pi times the first coordinate
+    !> axisymmetric: multiply by 2 pi times the first coordinate
     logical, intent(in) :: is_round
-    !> of the parameters and the coordinates
+    !> value of the load; its variables are the parameters, then the coordinates
     type(expression_t), intent(in) :: expression
     !> values of the parameters
     real(rk), intent(in) :: point(:)
@@ -349,6 +353,7 @@ contains
     end do
   end subroutine facet_forces
 
+  !> Frees the expressions.
   subroutine destroy(self)
     class(term_values_t), intent(inout) :: self
     integer :: i
@@ -362,14 +367,15 @@ contains
     deallocate (self%handles, self%arguments)
   end subroutine destroy
 
-  !> theta(n_terms, n_points). The deck layer checked the texts; a value that is not finite at a point is left to the caller.
+  !> Computes the values of all terms at several points. The texts must be valid expressions, as the deck layer checks. At the first
+  !> value that is not finite the work stops: i_bad_point and i_bad_source name it, and theta is incomplete.
   subroutine evaluate_points(terms, points, theta, i_bad_point, i_bad_source)
     type(term_set_t), intent(in) :: terms
     !> shape (n_parameters, n_points)
     real(rk), intent(in) :: points(:, :)
-    !> [-] shape (n_terms, n_points)
+    !> shape (n_terms, n_points)
     real(rk), allocatable, intent(out) :: theta(:, :)
-    !> first point and source where a term has no finite value; 0 = none
+    !> first point, and first source there, without a finite value; 0 = none
     integer, intent(out) :: i_bad_point
     integer, intent(out) :: i_bad_source
     type(term_values_t) :: values
