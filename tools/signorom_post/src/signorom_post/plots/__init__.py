@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""One module per figure; each takes what the readers give and returns a matplotlib figure."""
+"""One module per figure. Each takes the data that the modules of `readers` return, and returns a matplotlib figure."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""How much displacements are magnified, and what the figure says about it."""
+"""The factor by which displacements are magnified in a figure, and the title that names it."""
 
 import math
 
@@ -8,21 +8,25 @@ import numpy as np
 from signorom_post.arrays import FloatArray, format_number
 from signorom_post.readers.fields import FieldPoint
 
-#: displacements below this share of the size of the mesh are drawn larger than they are
+#: displacements are magnified if the largest component is below this share of the size of the mesh
 VISIBLE_SHARE = 0.02
-#: [characters] a title that is longer has a line per parameter
+#: [characters] a label of a point that is longer is broken into one line per parameter
 LONGEST_TITLE = 24
 
 
 def deformed_title(point: FieldPoint, scale: float) -> str:
-    """The point, and by how much its displacement is magnified."""
+    """Returns a title: the parameters of the point, and the factor `scale` of its displacement unless it is 1."""
     lines = [*point.label.split(", ")] if len(point.label) > LONGEST_TITLE else [point.label]
     lines[-1] += f"  (displacement x {format_number(scale)})" if scale != 1 else ""
     return "\n".join(lines)
 
 
 def magnification(displacement: FloatArray, size: float) -> float:
-    """1 where displacements, shape (n_nodes, 3), are visible; else 1, 2 or 5 times a power of ten."""
+    """Returns the factor by which a figure multiplies `displacement`, shape (n_nodes, 3).
+
+    The factor is 1 if the displacement is zero or if it is visible on a mesh of this `size`. Else it is 1, 2 or 5 times
+    a power of ten, such that the largest component comes to at most 4 % of the size. Both are in one length unit.
+    """
     largest = float(np.abs(displacement).max(initial=0.0))
     if largest == 0.0 or largest >= VISIBLE_SHARE * size:
         return 1.0

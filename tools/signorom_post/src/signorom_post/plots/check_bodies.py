@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The set-up of a deck: regions, named boundaries, supports and loads."""
+"""Figure of the set-up of a deck: regions, named boundaries, supports and loads."""
 
 from typing import Any
 
@@ -16,23 +16,29 @@ from signorom_post.plots.surface import AZIMUTH, ELEVATION, draw_surface, frame_
 from signorom_post.readers.check import BODY, BOUNDARY, CheckFile
 from signorom_post.style import BLUE, GRAY, INK, VERMILLION, cluster_colors, new_figure
 
-#: share of white in the colors of the regions
+#: share of white that is mixed into the colors of the regions
 PALE = 0.72
-#: [of the size of the mesh] longest arrow
+#: length of the longest arrow, as a share of the size of the mesh
 ARROW = 0.1
-#: [of the longest arrow] outside no arrow is shorter, so that small loads are seen beside large ones; smaller ones stay
+#: shares of the longest arrow: on the outline of a body, an arrow longer than SMALL is stretched to at least SHORTEST,
+#: so that small loads are seen beside large ones; an arrow shorter than SMALL keeps its length
 SHORTEST, SMALL = 0.3, 0.01
-#: arrows of more nodes cover each other
+#: about the largest number of arrows in a figure: more would cover each other
 MOST_ARROWS = 60
-#: marks of prescribed components: carets that point along them; in space dashes and a ring
+#: matplotlib's markers of a prescribed component. In the plane they are carets that point along the component; in space
+#: they are dashes for x and y and a ring for z
 MARKS = (5, 6)
 SOLID_MARKS = ("_", "|", "o")
-#: share of the largest force on a node below which a force is rounding
+#: a force below this share of the largest force is taken as a rounding error
 NEGLIGIBLE = 1e-9
 
 
 def check_bodies(check: CheckFile) -> Figure:
-    """Supports as marks along the prescribed components, loads and prescribed displacements as arrows."""
+    """Returns a figure of the bodies with supports, loads and boundaries, in the plane or in space.
+
+    A support is a mark for each prescribed component. Loads and prescribed displacements that are not zero are arrows.
+    Named boundaries have numbers.
+    """
     return _solid(check) if check.mesh.n_dim == 3 else _plane(check)
 
 
@@ -63,7 +69,7 @@ def _plane(check: CheckFile) -> Figure:
 
 
 def _solid(check: CheckFile) -> Figure:
-    """From above, and from below on the other side."""
+    """Two panels: the bodies seen from above, and seen from below on the other side."""
     mesh = check.mesh
     figure = new_figure(10.2, 4.6, has_equal_axes=True)
     faces, colors = mesh.outer_faces, _region_colors(check)
@@ -75,7 +81,7 @@ def _solid(check: CheckFile) -> Figure:
         np.add.at(outward, faces.nodes[:, corner], normals)
     middles, middle_normals = _middles(check, outward)
     np.add.at(outward, middles, middle_normals)
-    # the other body stands before these
+    # nodes that face the other body: it hides them
     met = np.flatnonzero((check["contact_side"] == 2) | (check["n_partners"] > 0))
     is_covered = np.isin(faces.nodes, met).all(axis=1)
     looks = (view(), view(AZIMUTH + 180.0, -ELEVATION))
@@ -99,9 +105,10 @@ def _solid(check: CheckFile) -> Figure:
 
 
 def _middles(check: CheckFile, outward: FloatArray) -> tuple[IntArray, FloatArray]:
-    """Nodes within the sides of named quadratic facets, and the outward normal of the facet; a node may come twice.
+    """Returns the nodes of named quadratic facets that are not corners, and the outward unit normal of their facets.
 
-    `outward` at the corners, zero at other nodes, shape (n_nodes, 3).
+    A node of two facets comes twice. `outward`, shape (n_nodes, 3), is an outward normal at the corners of the outer
+    faces, and zero at all other nodes.
     """
     middles, normals = [np.empty(0, dtype=np.int64)], [np.empty((0, 3))]
     for facet in check.of(BOUNDARY):
@@ -124,7 +131,7 @@ def _region_colors(check: CheckFile) -> list[Any]:
 
 
 def _outward_in_plane(check: CheckFile) -> FloatArray:
-    """At the nodes of outlines, zero inside; shape (n_nodes, 3), of any length."""
+    """Returns outward normals, not of unit length, at nodes of outlines, else zero; shape (n_nodes, 3)."""
     mesh = check.mesh
     outward = np.zeros((mesh.n_nodes, 3))
     edges = np.vstack([np.column_stack([cell, np.roll(cell, -1)]) for cell in mesh.cells])
@@ -141,7 +148,11 @@ def _outward_in_plane(check: CheckFile) -> FloatArray:
 def _number_boundaries(
     axes: Axes, check: CheckFile, flat: FloatArray, seen: IntArray, outward: FloatArray
 ) -> None:
-    """The number of each named boundary, inside the body at the node that is nearest to its middle."""
+    """Writes the number of each named boundary next to its middle node, shifted into the body.
+
+    `flat`: places of the nodes in the picture; `seen`: nodes that the viewer sees; `outward`: outward normals in the
+    picture.
+    """
     shift = 0.035 * float(np.ptp(flat, axis=0).max())
     for number in range(1, len(check.names["boundaries"]) + 1):
         cells = [cell for cell in check.of(BOUNDARY, boundary=number) if np.isin(cell, seen).all()]
@@ -164,7 +175,7 @@ def _number_boundaries(
 
 
 def _draw_supports(axes: Axes, check: CheckFile, flat: FloatArray, seen: IntArray | None = None) -> None:
-    """A mark per prescribed component."""
+    """Draws one mark per node and prescribed component."""
     for component in range(check.mesh.n_dim):
         nodes = np.flatnonzero(check["prescribed"][:, component])
         style = _support_style(check, component, len(nodes))
@@ -192,7 +203,10 @@ def _draw_arrows(
     outward: FloatArray,
     seen: IntArray | None = None,
 ) -> None:
-    """Loads end where they push, and start where they pull; so do prescribed displacements."""
+    """Draws loads and prescribed displacements as arrows.
+
+    An arrow ends at its node where it points into the body, and starts there where it points out of the body.
+    """
     for name, color in (("load", VERMILLION), ("prescribed_displacement", BLUE)):
         vectors = check[name]
         sizes = np.linalg.norm(vectors, axis=1)
@@ -218,7 +232,7 @@ def _some(nodes: IntArray) -> IntArray:
 
 
 def _widen(axes: Axes, size: float) -> None:
-    """Room for arrows."""
+    """Widens the axes so that arrows outside of the bodies fit."""
     (left, right), (low, high) = axes.get_xlim(), axes.get_ylim()
     margin = ARROW * size
     axes.set_xlim(left - margin, right + margin)
@@ -252,7 +266,7 @@ def _handles(check: CheckFile, colors: list[Any]) -> list[Patch | Line2D]:
 
 
 def _rounded(vectors: FloatArray, component: int) -> float:
-    """Sum of a component; what is rounding is zero."""
+    """Returns the sum of a component over all nodes, or zero if the sum is only a rounding error."""
     total = float(vectors[:, component].sum())
     return total if abs(total) > NEGLIGIBLE * float(np.abs(vectors).sum()) else 0.0
 

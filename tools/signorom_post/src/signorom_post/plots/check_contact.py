@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The set-up of one contact: both surfaces, initial gaps, normals, who faces whom, and what faces nothing."""
+"""Figure of the set-up of one contact: both surfaces, initial gaps, normals, and which nodes face which.
+
+Nodes of the first surface that face nothing are marked.
+"""
 
 import matplotlib as mpl
 import numpy as np
@@ -16,20 +19,20 @@ from signorom_post.plots.surface import frame_surface, view
 from signorom_post.readers.check import LINK, SURFACE, CheckFile
 from signorom_post.style import BLUE, BODY, GRAY, INK, LIGHT_GRAY, ORANGE, SEQUENTIAL, VERMILLION, new_figure
 
-#: normals of more nodes cover each other
+#: about the largest number of normals in a figure: more would cover each other
 MOST_NORMALS = 40
-#: [of the size of the picture] length of normals
+#: length of normals in the plane, as a share of the size of the contact surfaces; in space normals are twice as long
 NORMAL = 0.07
-#: [of the size of the mesh] smaller lengths are rounding
+#: lengths below this share of the size of the mesh are taken as rounding errors
 ROUNDING = 1e-9
-#: of facets without a row: gray
+#: colors of gaps; facets whose nodes have no contact row are gray
 GAPS = mpl.colormaps[SEQUENTIAL].with_extremes(bad=LIGHT_GRAY)
-#: [of its height] least width of the picture in space, for directions and scale below it
+#: least width of the picture in space, as a share of its height; the directions and the scale below it need this width
 LEAST_WIDTH = 0.7
 
 
 def check_contact(check: CheckFile, entry: int) -> Figure:
-    """The entry of the deck's contact section, from 1."""
+    """Returns the figure of one contact; `entry` is its number in the deck's section `contact`, from 1."""
     return _solid(check, entry) if check.mesh.n_dim == 3 else _plane(check, entry)
 
 
@@ -64,7 +67,7 @@ def _plane(check: CheckFile, entry: int) -> Figure:
 
 
 def _solid(check: CheckFile, entry: int) -> Figure:
-    """Left: the surfaces where they are. Right: the first one alone, laid flat."""
+    """Left: both surfaces at their places. Right: the first surface alone, projected on a coordinate plane."""
     points, towards = check.mesh.coordinates, view()
     first, second = check.of(SURFACE, contact=entry, side=1), check.of(SURFACE, contact=entry, side=2)
     nodes = np.unique(np.concatenate(first + second))
@@ -92,7 +95,7 @@ def _solid(check: CheckFile, entry: int) -> Figure:
 
 
 def _room(flat: FloatArray, points: FloatArray) -> FloatArray:
-    """Two places that make a picture of a surface on edge wide enough."""
+    """Returns two points that widen the picture of a surface which the viewer sees from the side; shape (2, 3)."""
     width, height = np.ptp(flat, axis=0)
     aside = 0.5 * max(width, LEAST_WIDTH * height) * view()[0]
     middle = 0.5 * (flat.min(axis=0) + flat.max(axis=0)) @ view()[:2]
@@ -114,14 +117,14 @@ def _far_first(points: FloatArray, faces: list[IntArray], towards: FloatArray) -
 
 
 def _laid_flat(points: FloatArray, faces: list[IntArray]) -> tuple[FloatArray, tuple[str, str]]:
-    """Along the two axes in which the surface is longest."""
+    """Returns the coordinates along the two axes in which the surface is longest, and the names of these axes."""
     sizes = np.ptp(points[np.unique(np.concatenate(faces))], axis=0)
     across, up = np.sort(np.argsort(sizes, kind="stable")[1:])
     return points[:, [across, up]], ("xyz"[across], "xyz"[up])
 
 
 def _of_facets(check: CheckFile, facets: list[IntArray]) -> FloatArray:
-    """Mean gap of the nodes of each facet; no number where none of them has a row."""
+    """Returns the mean gap of the nodes of each facet, masked for a facet whose nodes have no contact row."""
     gaps = check["gap"]
     means = np.full(len(facets), np.nan)
     for i, facet in enumerate(facets):
@@ -132,7 +135,7 @@ def _of_facets(check: CheckFile, facets: list[IntArray]) -> FloatArray:
 
 
 def _owners(check: CheckFile, entry: int) -> IntArray:
-    """Nodes of the first surface that have a row."""
+    """Returns the nodes of the first surface that have a contact row."""
     return np.flatnonzero((check["contact_row"] > 0) & (check["contact_entry"] == entry))
 
 
@@ -150,7 +153,10 @@ def _is_constant(check: CheckFile, entry: int) -> bool:
 
 
 def _draw_links(axes: Axes, check: CheckFile, entry: int, flat: FloatArray) -> None:
-    """From each node with a row to those that it faces; paler where the share is smaller."""
+    """Draws a line from each node with a contact row to each node that it faces.
+
+    The smaller the share of the facing node in the row, the paler is the line.
+    """
     links = check.indices(LINK, contact=entry)
     if not links.size:
         return
@@ -163,7 +169,7 @@ def _draw_links(axes: Axes, check: CheckFile, entry: int, flat: FloatArray) -> N
 def _draw_normals(
     axes: Axes, check: CheckFile, entry: int, flat: FloatArray, directions: FloatArray, length: float
 ) -> None:
-    """Some of them, spread over the surface."""
+    """Draws the normals of some contact nodes, spread over the surface."""
     nodes = _owners(check, entry)
     order = np.lexsort(np.round(flat[nodes], 12).T)
     nodes = nodes[order][:: max(1, len(nodes) // MOST_NORMALS)]
@@ -172,7 +178,7 @@ def _draw_normals(
 
 
 def _mark_nodes(axes: Axes, check: CheckFile, entry: int, flat: FloatArray) -> None:
-    """Nodes of the first surface without a row, and those whose row is inert."""
+    """Marks the nodes of the first surface that face nothing (crosses), and the inert pairs (squares)."""
     alone, inert = _alone(check, entry), _inert(check, entry)
     axes.plot(*flat[alone].T, "x", color=VERMILLION, markersize=6, markeredgewidth=1.4, zorder=6, gid="alone")
     style = {
@@ -196,7 +202,7 @@ def _inert(check: CheckFile, entry: int) -> IntArray:
 
 
 def _finish(figure: Figure, axes: Axes, check: CheckFile, entry: int, gaps: Normalize) -> None:
-    """Title, legend, scale of the gaps."""
+    """Adds the title, the legend and the color scale of the gaps."""
     owners, alone, inert = _owners(check, entry), _alone(check, entry), _inert(check, entry)
     title = f"contact {entry}: {check.names['contacts'][entry - 1]}"
     if check.mesh.n_dim == 3:

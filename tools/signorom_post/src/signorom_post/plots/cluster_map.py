@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Clusters over two parameters: their snapshots, and where each of them answers (paper, Figure 15)."""
+"""Figure of clusters over two parameters: their snapshots, and where each cluster answers (paper, Figure 15)."""
 
 from dataclasses import dataclass
 
@@ -13,17 +13,21 @@ from signorom_post.style import cluster_colors, new_figure
 
 @dataclass(frozen=True)
 class ClusterMap:
-    """Labels from 0 at points of a full grid in any order, and the snapshots of each cluster."""
+    """The cluster that answers at each point of a full grid, and the snapshots of each cluster."""
 
+    #: [unit of each parameter] the points in any order, and the cluster that answers there, from 0; shape (n_points)
     x: FloatArray
     y: FloatArray
     labels: IntArray
-    #: shape (n_snapshots, 2) each; a snapshot may belong to several
+    #: points of the snapshots of each cluster, shape (n_snapshots, 2); a snapshot may belong to several clusters
     members: list[FloatArray]
 
 
 def cluster_map(shown: ClusterMap, x_label: str = "$P_1$ [MPa]", y_label: str = "$h_1$ [mm]") -> Figure:
-    """A pale color where a cluster answers; dots are its snapshots, rings those of a second cluster."""
+    """Returns the figure: a pale color per cluster where it answers, and its snapshots as dots.
+
+    A ring is a snapshot that belongs to an earlier cluster, too.
+    """
     figure = new_figure(6.4, 4.6)
     axes = figure.subplots()
     x, i_x = np.unique(shown.x, return_inverse=True)

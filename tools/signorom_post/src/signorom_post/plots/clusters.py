@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Clusters over any number of parameters: their snapshots, and which of them answers where."""
+"""Figure of clusters over any number of parameters: their snapshots, and which cluster answers where."""
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -12,14 +12,15 @@ from signorom_post.readers.model import Model
 from signorom_post.readers.validation import Validation
 from signorom_post.style import cluster_colors
 
-#: bars over each parameter
+#: number of bars over each parameter, on the diagonal
 N_BARS = 20
 
 
 def clusters(validation: Validation, model: Model) -> Figure:
-    """Below the diagonal the test points in the color of the cluster that answered, above it the snapshots of each.
+    """Returns a square of panels, one row and one column per parameter; each cluster has its color.
 
-    On the diagonal the shares of the clusters in the answers. Rings: a snapshot belongs to one more cluster.
+    Below the diagonal: test points in the color of the cluster that answered. Above it: snapshots of each cluster. A
+    ring is a snapshot that belongs to an earlier cluster, too. On the diagonal: the clusters' shares of the answers.
     """
     names = model.parameter_names
     points = validation.parameters[:, [validation.parameter_names.index(name) for name in names]]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Contact forces along the height, full order and reduced on top of each other (paper, Figure 14)."""
+"""Figure of contact forces along the height: full order and reduced, one over the other (paper, Figure 14)."""
 
 from dataclasses import dataclass
 
@@ -14,13 +14,14 @@ from signorom_post.style import INK, VERMILLION, add_grid, new_figure
 
 @dataclass(frozen=True)
 class ContactForces:
-    """One model at one point."""
+    """The contact forces of the full order and of one reduced model at one point."""
 
     title: str
-    #: [length_unit] and [force_unit], shape (n_contacts)
+    #: [length_unit] height of each contact, shape (n_contacts)
     position: FloatArray
+    #: [force_unit] force of each contact, shape (n_contacts)
     full_order: FloatArray
-    #: on the reduced domain only, shape (n_contact_rows)
+    #: the same two of the contacts in the reduced domain only, shape (n_contact_rows)
     reduced_position: FloatArray
     reduced: FloatArray
     force_unit: str
@@ -28,7 +29,11 @@ class ContactForces:
 
 
 def contact_forces(panels: list[ContactForces]) -> Figure:
-    """An arrow per contact of the full order; a narrower one with a dot at its tip per contact of the reduced domain."""
+    """Returns a figure with one panel per model.
+
+    Each active contact of the full order is a wide line as long as its force. A narrow line with a dot at its end is
+    the reduced model's force; only contacts in the reduced domain have one.
+    """
     figure = new_figure(8.2, 5.4)
     all_axes = figure.subplots(1, len(panels), sharex=True, sharey=True, squeeze=False)[0]
     for axes, panel in zip(all_axes, panels, strict=True):

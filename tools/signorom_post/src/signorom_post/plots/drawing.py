@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Meshes on axes, shared by the figures."""
+"""Procedures that draw meshes, arrows and nodal fields on axes; several figures use them."""
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -12,7 +12,11 @@ from signorom_post.style import BODY, INK, SEQUENTIAL
 
 
 def draw_edges(axes: Axes, points: FloatArray, edges: IntArray, color: str, width: float) -> LineCollection:
-    """Lines along edges, shape (n_edges, 2), of points, shape (n_nodes, 2)."""
+    """Draws a line along each edge.
+
+    `edges`, shape (n_edges, 2), has the two nodes of each edge; `points`, shape (n_nodes, 2), are the places of the
+    nodes in the picture; `width` is in typographic points.
+    """
     lines = LineCollection(list(points[edges]), colors=color, linewidths=width, capstyle="round")
     axes.add_collection(lines)
     return lines
@@ -21,20 +25,23 @@ def draw_edges(axes: Axes, points: FloatArray, edges: IntArray, color: str, widt
 def draw_arrows(
     axes: Axes, points: FloatArray, arrows: FloatArray, color: str, name: str, **style: object
 ) -> None:
-    """Arrows at points, in the units of the axes; both have the shape (n, 2). The layout does not make room for them."""
+    """Draws `arrows` at `points`, both of shape (n, 2) and in the units of the axes.
+
+    The layout of the figure does not make room for the arrows. `name` is their `gid`; `style` goes to `Axes.quiver`.
+    """
     lengths = {"angles": "xy", "scale_units": "xy", "scale": 1.0, "units": "inches", "width": 0.013}
     axes.quiver(*points.T, *arrows.T, color=color, gid=name, **lengths, **style).set_in_layout(False)
 
 
 def draw_cells(axes: Axes, points: FloatArray, cells: list[IntArray], color: str) -> PolyCollection:
-    """Cells filled with one colour."""
+    """Fills cells with one color; `cells` has the nodes of each, `points`, shape (n_nodes, 2), the places of nodes."""
     polygons = PolyCollection([points[cell] for cell in cells], facecolors=color, edgecolors="none")
     axes.add_collection(polygons)
     return polygons
 
 
 def draw_mesh(axes: Axes, mesh: Mesh, points: FloatArray, fill: str = BODY) -> None:
-    """All cells in a quiet tone with their edges, and the outline of the bodies."""
+    """Draws all cells in the color `fill`, their edges in gray, and the outline of the bodies in black."""
     draw_cells(axes, points, mesh.cells, fill)
     draw_edges(axes, points, mesh.edges, "#BDBDBD", 0.4)
     draw_edges(axes, points, mesh.boundary_edges, INK, 0.9)
@@ -43,7 +50,7 @@ def draw_mesh(axes: Axes, mesh: Mesh, points: FloatArray, fill: str = BODY) -> N
 def draw_shaded(
     axes: Axes, mesh: Mesh, points: FloatArray, values: FloatArray, limits: tuple[float, float]
 ) -> TriMesh:
-    """Nodal values as smooth colour, with edges and outline on top."""
+    """Draws `values`, shape (n_nodes), as smooth colors between the two `limits`, with edges and outline on top."""
     triangulation = Triangulation(points[:, 0], points[:, 1], mesh.triangles)
     low, high = limits
     shading = axes.tripcolor(
@@ -55,7 +62,7 @@ def draw_shaded(
 
 
 def frame(axes: Axes, points: FloatArray, unit: str, names: tuple[str, str] = ("x", "y")) -> None:
-    """Equal scales, a margin around the points, and axes named with the unit."""
+    """Gives the axes equal scales, limits with a margin around `points`, and labels with their names and the unit."""
     low, high = points.min(axis=0), points.max(axis=0)
     margin = 0.03 * float(np.max(high - low))
     axes.set_xlim(low[0] - margin, high[0] + margin)
@@ -66,6 +73,10 @@ def frame(axes: Axes, points: FloatArray, unit: str, names: tuple[str, str] = ("
 
 
 def marker_scale(mesh: Mesh, points: FloatArray, points_per_unit: float) -> float:
-    """Smaller markers on fine meshes, so that neighbors stay apart; edges of 8 points or more get full size."""
+    """Returns a factor of 0.4 to 1 for the size of markers, so that markers of neighboring nodes do not overlap.
+
+    The factor is 1 if the median edge is drawn 8 typographic points long or longer. `points_per_unit` is the number of
+    typographic points per length unit of the mesh.
+    """
     lengths = np.linalg.norm(np.diff(points[mesh.edges], axis=1)[:, 0], axis=1)
     return float(np.clip(np.median(lengths) * points_per_unit / 8.0, 0.4, 1.0))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Condition numbers while hat functions join the basis (paper, Algorithm 1)."""
+"""Figure of condition numbers while hat functions are added to the basis (paper, Algorithm 1)."""
 
 from typing import Any
 
@@ -14,10 +14,10 @@ from signorom_post.style import GRAY, VERMILLION, add_grid, cluster_colors, new_
 
 
 def enrichment(histories: list[History]) -> Figure:
-    """Left: kappa over the size of the basis. Right: the condition number of the reduced stiffness.
+    """Returns a figure. Left: kappa over the size of the basis. Right: the condition number of the reduced stiffness.
 
-    Before the contact rows have full rank kappa is infinite; the ratio of the largest to the smallest of the
-    singular values that are not zero stands in for it, as open circles. A dashed line marks full rank of a single model.
+    Kappa is infinite until the contact rows have full rank. Open circles then show the ratio of the largest singular
+    value to the smallest one that is not zero. For a model without clusters, a dashed line marks the first full rank.
     """
     figure = new_figure(8.2, 3.6)
     left, right = figure.subplots(1, 2)

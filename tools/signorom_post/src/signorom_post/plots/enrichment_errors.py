@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Errors at one point while hat functions join the basis (paper, Figures 3 and 10)."""
+"""Figures of errors at one point while hat functions are added to the basis (paper, Figures 3 and 10)."""
 
 from dataclasses import dataclass
 
@@ -17,22 +17,22 @@ MARKERS = ("o", "s")
 
 @dataclass(frozen=True)
 class ErrorSeries:
-    """Errors before the first hat and after each one; all arrays have one length."""
+    """Errors before the first hat function and after each one; all arrays have the same length."""
 
     label: str
-    #: columns of the basis
+    #: number of columns of the basis
     sizes: IntArray
-    #: kappa, infinite below full rank
+    #: kappa (11), infinite as long as the contact rows do not have full rank
     condition_numbers: FloatArray
-    #: shares
+    #: primal (displacement) and dual (contact force) errors; 1 is 100 %
     primal: FloatArray
     dual: FloatArray
-    #: hats after which the contact rows have full rank; None: never
+    #: number of hats after which the contact rows have full rank for the first time; None: never
     first_solvable: int | None
 
 
 def errors_and_kappa(series: ErrorSeries) -> Figure:
-    """Dual error on the left, primal error on the right, both over kappa."""
+    """Returns a figure of both errors over kappa: dual error on the left, primal error on the right."""
     figure = new_figure(8.2, 3.6)
     left, right = figure.subplots(1, 2)
     for axes, values, text in (
@@ -47,7 +47,7 @@ def errors_and_kappa(series: ErrorSeries) -> Figure:
 
 
 def errors_and_size(all_series: list[ErrorSeries]) -> Figure:
-    """Dual errors over the size of the basis on the left, over kappa on the right."""
+    """Returns a figure of the dual errors of one or two series: over the size of the basis, and over kappa."""
     figure = new_figure(8.2, 3.8)
     left, right = figure.subplots(1, 2, sharey=True)
     for i, series in enumerate(all_series):

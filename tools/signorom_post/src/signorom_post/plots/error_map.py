@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Maps of an error over two parameters on a grid, on one colour scale (paper, Figures 11 and 13)."""
+"""Figure of maps of an error over a grid of two parameters; all have one color scale (paper, Figures 11 and 13)."""
 
 from dataclasses import dataclass
 
@@ -14,23 +14,24 @@ from matplotlib.patches import Patch
 from signorom_post.arrays import FloatArray
 from signorom_post.style import LIGHT_GRAY, SEQUENTIAL, VERMILLION, new_figure
 
-#: [%] ends of the colour scale; errors beyond have the colour of the end
+#: [%] ends of the color scale; errors below or above have the color of the nearer end
 LOWEST, HIGHEST = 0.3, 100.0
 
 
 @dataclass(frozen=True)
 class ErrorMap:
-    """Errors, shares, at points of a full grid in any order; all arrays have one length."""
+    """Errors at the points of a full grid, in any order; all arrays have the same length."""
 
     title: str
+    #: [unit of each parameter] the points
     x: FloatArray
     y: FloatArray
-    #: nan: no contact in either model; infinite: contact in the reduced model only
+    #: 1 is 100 %; nan: no contact in either model; infinite: contact in the reduced model only
     errors: FloatArray
 
 
 def error_maps(maps: list[ErrorMap], x_label: str = "$P_1$ [MPa]", y_label: str = "$h_1$ [mm]") -> Figure:
-    """One panel per map, a cell per point."""
+    """Returns a figure with one panel per map; each point is a cell in the color of its error."""
     figure = new_figure(8.6 if len(maps) > 1 else 5.6, 4.3)
     panels = figure.subplots(1, len(maps), sharex=True, sharey=True, squeeze=False)[0]
     for axes, item in zip(panels, maps, strict=True):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Errors of the reduced model over the parameters (paper, Figure 7)."""
+"""Figure of the errors of the reduced model over the parameters (paper, Figure 7)."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -20,7 +20,7 @@ from signorom_post.style import BLUE, GRAY, GREEN, INK, ORANGE, SEQUENTIAL, VERM
 
 @dataclass(frozen=True)
 class Curve:
-    """One column of validation.csv on a panel."""
+    """How one column of validation.csv is drawn on a panel."""
 
     column: str
     color: str
@@ -28,7 +28,7 @@ class Curve:
     legend: str
 
 
-#: axis text -> curves, the uppermost last
+#: label of a panel -> its curves; the last one is drawn on top
 PANELS = {
     "displacement error $e_u$": [Curve("e_u", BLUE, "o", "on $\\Omega$")],
     "multiplier error $e_\\lambda$": [
@@ -41,7 +41,7 @@ PANELS = {
     ],
 }
 
-#: column -> text of the maps over two parameters
+#: column of validation.csv -> label of its map over two parameters
 MAPS = {
     "e_u": "displacement error $e_u$",
     "e_energy": "energy error $e_\\mathrm{ener}$",
@@ -51,9 +51,10 @@ MAPS = {
 
 
 def errors(validation: Validation, model: Model | None = None) -> Figure:
-    """Errors at every test point: curves over one parameter, maps over two, maps over each pair of more.
+    """Returns a figure of the errors at all test points.
 
-    The model gives the training points and the units; without it the figure has neither.
+    One parameter: curves. Two: a map per error. Three or more: panels for each pair of parameters (`errors_of_pairs`).
+    The training points and the units come from `model`; without a model the figure shows neither.
     """
     if len(validation.parameter_names) == 1:
         return _over_one_parameter(validation, model)
@@ -63,13 +64,16 @@ def errors(validation: Validation, model: Model | None = None) -> Figure:
 
 
 def status_changes(parameter: FloatArray, n_active: FloatArray) -> FloatArray:
-    """Midpoints between neighbors, `parameter` ascending, where the number of active pairs changes."""
+    """Returns the places where the contact status changes: midpoints of neighbors with different `n_active`.
+
+    `parameter`, ascending, and `n_active`, the number of active pairs there, have the same shape (n_points).
+    """
     is_change = np.diff(n_active) != 0
     return 0.5 * (parameter[:-1] + parameter[1:])[is_change]
 
 
 def drawable(values: FloatArray) -> BoolArray:
-    """Return True for each value that a logarithmic axis can show: finite and positive."""
+    """Returns whether a logarithmic axis can show each value, that is, whether the value is finite and positive."""
     return np.isfinite(values) & (values > 0.0)
 
 
@@ -145,13 +149,13 @@ def _draw_active(axes: Axes, parameter: FloatArray, columns: dict[str, FloatArra
 
 
 def _legend_above(axes: Axes) -> None:
-    """The legend of a panel on one line above it, where no curve can run through it."""
+    """Puts the legend of a panel above it, where no curve can cross the legend."""
     style: dict[str, Any] = {"columnspacing": 1.5, "handletextpad": 0.5, "borderaxespad": 0.1}
     axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2, **style)
 
 
 def _mark(axes: Axes, training: FloatArray, changes: FloatArray) -> None:
-    """Ticks on the axis at training points; dotted lines where the contact status changes."""
+    """Draws ticks on the x axis at training points, and dotted lines where the contact status changes."""
     if training.size:  # an empty artist in these coordinates would spoil the layout
         axes.plot(
             training,
@@ -179,7 +183,7 @@ def _mark(axes: Axes, training: FloatArray, changes: FloatArray) -> None:
 
 
 def _add_key(figure: Figure, has_training: bool, has_changes: bool) -> None:
-    """One line above the panels that explains the marks they share."""
+    """Adds a legend above the panels for the marks that all panels have."""
     handles = []
     if has_training:
         style: dict[str, Any] = {"linestyle": "none", "markersize": 9, "markeredgewidth": 1.2}
@@ -229,7 +233,10 @@ def _over_two_parameters(validation: Validation, model: Model | None) -> Figure:
 
 
 def _training_points(validation: Validation, model: Model | None) -> FloatArray:
-    """Training points, parameters in the table's order, shape (m, n_parameters); none without a model."""
+    """Returns the training points, shape (n_points, n_parameters), with the parameters in the order of `validation`.
+
+    There are none without a model, or if the model does not have all these parameters.
+    """
     names = validation.parameter_names
     if model is None or not set(names) <= set(model.parameter_names):
         return np.empty((0, len(names)))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Errors at two points over the number of extra POD modes, all hats (paper, Table 1)."""
+"""Figure of errors at two points over the number of extra POD modes, with all hat functions (paper, Table 1)."""
 
 from dataclasses import dataclass
 
@@ -13,7 +13,7 @@ STYLES = ((INK, "x", "none"), (BLUE, "o", "-"), (ORANGE, "s", "-"))
 
 @dataclass(frozen=True)
 class ModeSeries:
-    """Shares; first index: point, second: number of extra modes."""
+    """Errors; 1 is 100 %. The first index is the point, the second one the number of extra modes."""
 
     label: str
     primal: list[list[float]]
@@ -21,7 +21,10 @@ class ModeSeries:
 
 
 def errors_of_modes(extra_modes: list[int], all_series: list[ModeSeries], titles: list[str]) -> Figure:
-    """A column of panels per point: dual error above, primal error below."""
+    """Returns a figure with a column of panels per point: dual error above, primal error below.
+
+    `extra_modes` are the values along x, `titles` those of the points. There must be three series.
+    """
     figure = new_figure(8.2, 5.6)
     panels = figure.subplots(2, len(titles), sharex=True, sharey="row", squeeze=False)
     for i_point, title in enumerate(titles):

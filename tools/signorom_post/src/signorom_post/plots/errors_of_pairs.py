@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Errors of the reduced model over three parameters or more."""
+"""Figure of the errors of the reduced model over three parameters or more."""
 
 import numpy as np
 from matplotlib.cm import ScalarMappable
@@ -12,8 +12,9 @@ from signorom_post.plots.pairs import PairPanels
 from signorom_post.readers.validation import Validation
 from signorom_post.style import BLUE, ORANGE, SEQUENTIAL, VERMILLION
 
-#: column -> color on the diagonal and text
+#: columns of validation.csv
 DISPLACEMENT, MULTIPLIER = "e_u", "e_lambda_rid"
+#: column -> color of its dots on the diagonal, and label
 TEXTS = {
     MULTIPLIER: (ORANGE, "multiplier error $e_\\lambda$, RID"),
     DISPLACEMENT: (BLUE, "displacement error $e_u$"),
@@ -21,9 +22,10 @@ TEXTS = {
 
 
 def errors_of_pairs(validation: Validation, texts: list[str]) -> Figure:
-    """Below the diagonal multiplier errors over each pair of parameters, above it displacement errors.
+    """Returns a square of panels, one row and one column per parameter; `texts` are the labels of the parameters.
 
-    On the diagonal both over one parameter. The largest errors lie on top.
+    Below the diagonal: multiplier errors over each pair of parameters. Above it: displacement errors. On the diagonal:
+    both errors over one parameter. Where points overlap, the larger error is on top.
     """
     panels = PairPanels(texts, "error")
     points = validation.parameters

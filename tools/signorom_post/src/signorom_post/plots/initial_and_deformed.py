@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The bodies before and after loading, side by side (paper, Figure 5)."""
+"""Figure of the bodies before and after loading, side by side (paper, Figure 5)."""
 
 import numpy as np
 from matplotlib.cm import ScalarMappable
@@ -13,18 +13,18 @@ from signorom_post.plots.drawing import draw_mesh, draw_shaded, frame
 from signorom_post.readers.fields import FieldFile, FieldPoint
 from signorom_post.style import GRAY, SEQUENTIAL, new_figure
 
-#: bodies whose height is less than this share of their width
+#: the color bar stands below the panels if the height of the bodies is less than this share of their width
 FLAT = 0.4
 
 
 def initial_and_deformed(
     fields: FieldFile, point: FieldPoint, color: str = "displacement", names: tuple[str, str] = ("x", "y")
 ) -> Figure:
-    """Mesh at rest and mesh displaced, on equal axes.
+    """Returns a figure of the mesh at rest and of the displaced mesh at one point, on equal axes.
 
-    `color` is `displacement`, its magnitude everywhere, or `contact`, the pressure on the contact nodes: open
-    ones are white.
-    Small displacements are magnified by a round factor, which the caption then names. `names` are those of the axes.
+    `color` says what the colors show. `displacement`: the magnitude of the displacement everywhere. `contact`: the
+    contact pressure on the contact nodes; nodes of open contacts are white. Small displacements are multiplied by a
+    round factor that the title names. `names` are the names of the axes.
     """
     mesh = fields.mesh
     displacement = fields.field(point, "displacement")
@@ -62,7 +62,7 @@ def initial_and_deformed(
     right.set_ylabel("")
     left.set_title("initial")
     right.set_title(deformed_title(point, scale))
-    # beside flat bodies there is no room for its label
+    # beside flat bodies there is no room for the label of the color bar
     place = {"location": "bottom", "aspect": 40} if height < FLAT * width else {"shrink": 0.85}
     shading = ScalarMappable(Normalize(*limits), SEQUENTIAL)
     bar = figure.colorbar(shading, ax=[left, right], label=label, pad=0.02, **place)

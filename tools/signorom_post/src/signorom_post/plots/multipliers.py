@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Multipliers of the full-order and of the reduced model along the contact surface (paper, Figure 6b)."""
+"""Figure of the multipliers (contact forces) of both models along the contact surface (paper, Figure 6b)."""
 
 from typing import Any
 
@@ -13,15 +13,17 @@ from signorom_post.readers.fields import FieldFile, FieldPoint
 from signorom_post.readers.model import Model
 from signorom_post.style import GRAY, INK, add_grid, new_figure, ordered_colors
 
-#: more curves than this cannot be told apart
+#: largest number of curves; the reader could not tell more of them apart
 MAX_CURVES = 6
 
 
 def multipliers(fields: FieldFile, model: Model | None = None, names: tuple[str, str] = ("x", "y")) -> Figure:
-    """Full-order multipliers as lines, reduced ones as markers: full on the RID, pale where reconstructed.
+    """Returns a figure of the multipliers at up to six points of the field file.
 
-    The nodes of the first surface are drawn at their coordinate along the surface's longest side. With more
-    than six points, six spread over the file are drawn. The model only gives units; `names`: of the axes.
+    Lines are full-order multipliers and markers are reduced ones. A filled marker is a contact in the RID, a pale one a
+    reconstructed multiplier. The x axis is the coordinate along which the first surface is longest. If the file has
+    more than six points, six of them are drawn, spread over the file. `model` only gives the units of the parameters;
+    `names` are the names of the axes of the mesh.
     """
     points = [point for point in fields.points if "multipliers_full_order" in point.fields]
     chosen = points if len(points) <= MAX_CURVES else [points[i] for i in _spread(len(points), MAX_CURVES)]
@@ -85,7 +87,7 @@ def multipliers(fields: FieldFile, model: Model | None = None, names: tuple[str,
 
 
 def _kinds(points: list[FieldPoint]) -> list[Line2D]:
-    """What the lines and markers are; no markers where there is no reduced model."""
+    """Returns the entries of the legend; markers have none if there is no reduced model."""
     kinds = [Line2D([], [], color=INK, linewidth=1.5, label="full order")]
     if any("multipliers_reduced" in point.fields for point in points):
         full: dict[str, Any] = {"marker": "o", "linestyle": "none", "color": INK}
@@ -100,14 +102,14 @@ def _spread(n_items: int, n_chosen: int) -> list[int]:
 
 
 def _positions(fields: FieldFile) -> tuple[int, FloatArray]:
-    """Number and values of the coordinate along which the first surface is longest, shape (n_contacts)."""
+    """Returns the axis (0 to 2) along which the first surface is longest, and each contact's coordinate along it."""
     coordinates = fields.mesh.coordinates[fields.contact.owners]
     i_axis = int(np.argmax(np.ptp(coordinates, axis=0)))
     return i_axis, coordinates[:, i_axis]
 
 
 def _limit(axes: Axes, position: FloatArray, is_shown: BoolArray) -> None:
-    """Show what is in contact or in the RID, with a margin; the rest of the surface is zero anyway."""
+    """Limits the x axis, with a margin, to the contacts that are closed in the full order or that are in the RID."""
     shown = position[is_shown] if is_shown.any() else position
     margin = 0.06 * max(float(np.ptp(shown)), 0.05 * float(np.ptp(position)))
     axes.set_xlim(shown.min() - margin, shown.max() + margin)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A square of panels for any number of parameters: pairs of them off the diagonal, single ones on it."""
+"""A square of panels for any number of parameters: single parameters on the diagonal, pairs of them elsewhere."""
 
 from collections.abc import Iterator
 
@@ -10,13 +10,15 @@ from signorom_post.style import new_figure
 
 
 class PairPanels:
-    """A panel and its mirror image in the diagonal show the same pair on the same axes.
+    """A figure of n x n panels for n parameters.
 
-    Row i and column j below the diagonal: parameter j along x and parameter i along y; above it i along x and j along y.
+    The panel in row i and column j below the diagonal (i > j) has parameter j along x and parameter i along y. Its
+    mirror image in the diagonal has the same parameters along the same axes, so that two fields over one pair of
+    parameters can be compared.
     """
 
     def __init__(self, texts: list[str], diagonal_text: str) -> None:
-        """Axis texts of the parameters, and of the diagonal's y axes."""
+        """`texts` are the labels of the parameters, `diagonal_text` the label of y on the diagonal."""
         self.n = len(texts)
         self.figure: Figure = new_figure(3.2 + 2.5 * (self.n - 0.5), 1.2 + 2.4 * (self.n - 0.3))
         self.axes = self.figure.subplots(self.n, self.n, squeeze=False)
@@ -38,13 +40,13 @@ class PairPanels:
         yield from ((i, j) for i in range(self.n) for j in range(self.n))
 
     def diagonal(self) -> Iterator[tuple[int, Axes]]:
-        """Number of the parameter and its panel."""
+        """Yields the number of each parameter, from 0, and its panel on the diagonal."""
         yield from ((i, self.axes[i, i]) for i in range(self.n))
 
     def below(self) -> Iterator[tuple[int, int, Axes]]:
-        """Numbers of the parameters along x and y, and their panel, below the diagonal."""
+        """Yields, for each panel below the diagonal, the parameters along x and along y, from 0, and the panel."""
         yield from ((j, i, self.axes[i, j]) for i, j in self._places() if i > j)
 
     def above(self) -> Iterator[tuple[int, int, Axes]]:
-        """The same above the diagonal."""
+        """Yields, for each panel above the diagonal, the parameters along x and along y, from 0, and the panel."""
         yield from ((i, j, self.axes[i, j]) for i, j in self._places() if i < j)

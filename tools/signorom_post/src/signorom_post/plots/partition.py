@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Scattered snapshots in clusters, and how a random forest parts the box among them (paper, Figure 20)."""
+"""Figure of scattered snapshots in clusters, and of the parts of the box that a random forest gives to each cluster.
+
+Paper, Figure 20.
+"""
 
 from dataclasses import dataclass
 
@@ -12,26 +15,29 @@ from matplotlib.patches import Patch
 from signorom_post.arrays import FloatArray, IntArray
 from signorom_post.style import INK, cluster_colors, new_figure
 
-#: a point lies near a border where the second cluster has at least this share of the votes of the first
+#: a point is hatched if the second-best cluster has at least this share of the votes of the best one
 NEAR = 0.5
 
 
 @dataclass(frozen=True)
 class Partition:
-    """Clusters count from 0."""
+    """The snapshots of each cluster, and the answers of the forest on a grid; clusters are numbered from 0."""
 
-    #: [unit of each parameter] shape (n_snapshots, 2) of each cluster
+    #: [unit of each parameter] points of the snapshots of each cluster, shape (n_snapshots, 2)
     members: list[FloatArray]
     #: points of a full grid in any order, shape (n_points, 2)
     points: FloatArray
-    #: which cluster answers there, shape (n_points)
+    #: the cluster that answers at each grid point, shape (n_points)
     labels: IntArray
-    #: votes of the second cluster over those of the first, shape (n_points)
+    #: votes for the second-best cluster divided by votes for the best one, shape (n_points)
     ratios: FloatArray
 
 
 def partition(shown: Partition, x_label: str = "$P_1$ [MPa]", y_label: str = "$h_1$ [mm]") -> Figure:
-    """Left: snapshots in the color of their cluster. Right: who answers, hatched near borders."""
+    """Returns a figure. Left: snapshots in the color of their cluster. Right: the cluster that answers.
+
+    Hatching marks where the two best clusters have similar numbers of votes (`NEAR`).
+    """
     figure = new_figure(8.6, 4.3)
     left, right = figure.subplots(1, 2, sharex=True, sharey=True)
     colors = cluster_colors(len(shown.members))

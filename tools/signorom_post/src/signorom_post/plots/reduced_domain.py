@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The mesh with its reduced integration domain (paper, Figure 6a)."""
+"""Figure of the mesh with its reduced integration domain (paper, Figure 6a)."""
 
 from typing import Any
 
@@ -16,7 +16,8 @@ from signorom_post.readers.fields import FieldFile
 from signorom_post.readers.model import Cluster
 from signorom_post.style import INK, SKY_BLUE, VERMILLION, new_figure
 
-#: marker, fill, edge, size [points] and legend of each kind of node; later ones lie on top
+#: kind of node -> marker, color inside, color of its edge, size [typographic points], text of the legend; kinds that
+#: stand later are drawn on top
 NODES = {
     "contact": ("o", "none", VERMILLION, 8.0, "contact nodes"),
     "facing": ("s", "white", INK, 3.6, "facing nodes"),
@@ -26,11 +27,12 @@ RID_COLOR = SKY_BLUE
 
 
 def reduced_domain(fields: FieldFile, cluster: Cluster | None, names: tuple[str, str] = ("x", "y")) -> Figure:
-    """Cells of the reduced integration domain on the mesh at rest, with seed, facing and contact nodes.
+    """Returns a figure of the cells of the reduced integration domain on the mesh at rest.
 
-    Without a model (`cluster` is None) the cells are those of the first point of the field file and
-    neither seeds nor facing nodes are drawn. Contact nodes are those of the rows in the domain, on both sides.
-    `names` are those of the axes. In three dimensions see solid_figures.
+    Markers show the contact nodes, that is, the nodes of the domain's contact rows on both surfaces, and the seed and
+    facing nodes of `cluster`. If `cluster` is None, the cells are those of the first point of the field file that has a
+    reduced domain, and there are no seed or facing nodes. `names` are the names of the axes. A mesh in three dimensions
+    is drawn by `solid_figures`. InputError if no domain is known, or if the mesh is smaller than the model needs.
     """
     mesh = fields.mesh
     cells = _cells(fields, cluster)

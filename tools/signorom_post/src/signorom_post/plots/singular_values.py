@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Decay of the singular values of the snapshots, and the modes that are kept."""
+"""Figure of the decay of the singular values of the snapshots, and of the modes that are kept."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -13,39 +13,43 @@ from signorom_post.arrays import FloatArray, power_of_ten
 from signorom_post.readers.model import Cluster, Model
 from signorom_post.style import GRAY, INK, add_grid, cluster_colors, new_figure
 
-#: tails further below the tolerance are not shown: in the end they are round-off, squared
+#: tails below this share of the tolerance are not shown: they are squares of rounding errors
 SHOWN_BELOW_TOLERANCE = 1e-8
 
 
 def energy_tail(singular_values: FloatArray) -> FloatArray:
-    """Share of the energy beyond the first l modes for l = 0..m, shape (m + 1): (20) of the paper."""
+    """Returns the share of the energy beyond the first l modes, for l = 0 to m; shape (m + 1); (20) of the paper.
+
+    `singular_values` has the shape (m). The energy of a mode is its singular value squared.
+    """
     squares = singular_values**2
     tail = np.append(np.cumsum(squares[::-1])[::-1], 0.0)
     return tail / tail[0] if tail[0] > 0 else tail
 
 
 def kept_modes(cluster: Cluster, tolerance: float) -> int:
-    """The smallest l whose tail is below the tolerance.
+    """Returns the smallest number of modes l whose energy tail is below the tolerance.
 
-    Not the size of the basis in the model: imposing prescribed values on the basis takes modes away.
+    The basis in the model may have fewer modes, because imposing the prescribed displacements on it removes some.
     """
     return int(np.argmax(energy_tail(cluster.singular_values) < tolerance))
 
 
 @dataclass(frozen=True)
 class Decay:
-    """Singular values of some snapshots, and which modes are kept."""
+    """Singular values of a set of snapshots, and how many modes are kept."""
 
     singular_values: FloatArray
+    #: number of modes l that are kept
     n_kept: int
-    #: energy tail below which it falls
+    #: the energy tail beyond the kept modes is below this number
     tolerance: float
-    #: in front of l in the legend
+    #: text in front of l in the legend
     prefix: str = ""
 
 
 def singular_values(model: Model) -> Figure:
-    """Of each cluster: singular values relative to the first; energy tail, tolerance, and the chosen l."""
+    """Returns the figure of `decays` for the clusters of a model."""
     return decays(
         [
             Decay(
@@ -60,7 +64,10 @@ def singular_values(model: Model) -> Figure:
 
 
 def decays(shown: list[Decay]) -> Figure:
-    """Left: singular values relative to the first. Right: energy tails, tolerances, and the chosen l."""
+    """Returns a figure. Left: singular values divided by the first one. Right: energy tails, tolerances, the kept l.
+
+    Filled dots are kept modes, open circles are dropped ones.
+    """
     figure = new_figure(8.2, 3.5)
     left, right = figure.subplots(1, 2)
     tolerances = sorted({decay.tolerance for decay in shown})

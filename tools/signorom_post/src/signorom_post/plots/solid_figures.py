@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Bodies in three dimensions: at rest and displaced, their reduced domain, the pressure on the contact surface."""
+"""Figures of bodies in three dimensions: displacement, reduced domain, and pressure on the contact surface."""
 
 import matplotlib as mpl
 import numpy as np
@@ -16,12 +16,15 @@ from signorom_post.plots.surface import draw_surface, frame_surface, one_color, 
 from signorom_post.readers.fields import FieldFile, FieldPoint
 from signorom_post.style import BODY, SEQUENTIAL, SKY_BLUE, VERMILLION, new_figure
 
-#: more panels than this are too small to be read
+#: largest number of panels side by side; more would be too small to read
 MAX_PANELS = 4
 
 
 def initial_and_deformed_solid(fields: FieldFile, point: FieldPoint, color: str = "displacement") -> Figure:
-    """Outer faces before and after the deformation; the color shows displacement or contact pressure."""
+    """Returns a figure of the outer faces before and after the deformation at one point.
+
+    `color` says what the colors show: `displacement`, its magnitude, or `contact`, the contact pressure.
+    """
     mesh = fields.mesh
     displacement = fields.field(point, "displacement")
     scale = magnification(displacement.values, mesh.size)
@@ -48,7 +51,10 @@ def initial_and_deformed_solid(fields: FieldFile, point: FieldPoint, color: str 
 
 
 def reduced_domain_solid(fields: FieldFile, cells: IntArray, rows: IntArray) -> Figure:
-    """Left: where the domain reaches the outer faces. Right: the domain alone, and its contact nodes."""
+    """Returns a figure. Left: the bodies, with the domain's outer faces in color. Right: the domain alone.
+
+    `cells` are the cells of the domain and `rows` its contact rows, both from 0. Dots on the right are contact nodes.
+    """
     mesh = fields.mesh
     faces = mesh.outer_faces
     figure = new_figure(8.2, 4.4, has_equal_axes=True)
@@ -83,9 +89,10 @@ def reduced_domain_solid(fields: FieldFile, cells: IntArray, rows: IntArray) -> 
 
 
 def contact_surface(fields: FieldFile) -> Figure:
-    """Contact force of each node over the area of the first surface that it stands for; a column per point.
+    """Returns a figure of the contact pressure on the first surface, with one column per point, at most four.
 
-    Full order above; below it the reduced model, where there is one.
+    The pressure of a row is its contact force divided by its area. The full order is above, and the reduced model below
+    it if there is one.
     """
     points = [point for point in fields.points if "multipliers_full_order" in point.fields]
     chosen = [points[i] for i in sorted({round(i) for i in np.linspace(0, len(points) - 1, MAX_PANELS)})]
@@ -136,7 +143,7 @@ def _colors(norm: Normalize, values: FloatArray) -> FloatArray:
 
 
 def _flattened(fields: FieldFile) -> tuple[FloatArray, str]:
-    """The first surface in the two directions in which it is longest, and their names."""
+    """Returns the contact nodes' coordinates along the surface's two longest axes, and the names of these axes."""
     points = fields.mesh.coordinates[fields.contact.owners]
     axes = np.sort(np.argsort(np.ptp(points, axis=0), kind="stable")[1:])
     return points[:, axes], "".join("xyz"[i] for i in axes)

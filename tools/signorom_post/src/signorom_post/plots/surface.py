@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Bodies in three dimensions on plain axes: their outer faces, seen from a corner, lit from above."""
+"""Procedures that draw bodies in three dimensions on plane axes: outer faces seen from a corner, with light from above.
+
+`towards`, shape (3, 3), is the direction of the view: see `view`. Without it the view is the standard one.
+"""
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -10,16 +13,16 @@ from signorom_post.arrays import FloatArray, format_number
 from signorom_post.mesh import Faces
 from signorom_post.style import INK
 
-#: [degrees] where the viewer stands: from x towards y, and above the x-y plane
+#: [degrees] where the viewer stands: angle from x towards y, and angle above the x-y plane
 AZIMUTH, ELEVATION = -55.0, 25.0
-#: share of its color that a face keeps in the shadow
+#: share of its brightness that a face in the shadow keeps
 AMBIENT = 0.75
-#: more visible faces than this get no edges
+#: edges are not drawn if more faces than this are visible
 MOST_EDGES = 8000
 
 
 def view(azimuth: float = AZIMUTH, elevation: float = ELEVATION) -> FloatArray:
-    """Rows: to the right and up in the picture, and towards the viewer."""
+    """Returns a rotation, shape (3, 3); its rows are unit vectors to the right, upwards, and towards the viewer."""
     a, e = np.radians([azimuth, elevation])
     return np.array(
         [
@@ -31,7 +34,7 @@ def view(azimuth: float = AZIMUTH, elevation: float = ELEVATION) -> FloatArray:
 
 
 def normals_of(points: FloatArray, faces: Faces) -> FloatArray:
-    """Outward, of length 1; shape (n_faces, 3)."""
+    """Returns the outward unit normals of the faces, shape (n_faces, 3); `points` are the nodes, shape (n_nodes, 3)."""
     corners = points[faces.nodes]
     normals = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
     normals /= np.maximum(np.linalg.norm(normals, axis=1), np.finfo(float).tiny)[:, None]
@@ -41,7 +44,10 @@ def normals_of(points: FloatArray, faces: Faces) -> FloatArray:
 def draw_surface(
     axes: Axes, points: FloatArray, faces: Faces, colors: FloatArray, towards: FloatArray | None = None
 ) -> PolyCollection:
-    """The faces that look at the viewer, far ones first; `points` of all nodes, `colors` (n_faces, 3)."""
+    """Draws the faces that point towards the viewer, the far ones first.
+
+    `points`, shape (n_nodes, 3), are the places of all nodes; `colors`, shape (n_faces, 3), are RGB values.
+    """
     towards = view() if towards is None else towards
     corners = points[faces.nodes]
     normals = normals_of(points, faces)
@@ -62,12 +68,15 @@ def draw_surface(
 
 
 def one_color(faces: Faces, color: str) -> FloatArray:
-    """The same color for every face."""
+    """Returns RGB values of the same color for every face, shape (n_faces, 3)."""
     return np.tile(to_rgb(color), (len(faces.nodes), 1))
 
 
 def frame_surface(axes: Axes, points: FloatArray, unit: str, towards: FloatArray | None = None) -> None:
-    """Equal scales without ticks; the directions of the axes and a bar of a round length stand below."""
+    """Gives the axes equal scales and limits around `points`, and replaces ticks by two drawings below the picture.
+
+    These are arrows along x, y and z, and a scale bar of a round length in `unit`.
+    """
     towards = view() if towards is None else towards
     flat = points @ towards[:2].T
     low, high = flat.min(axis=0), flat.max(axis=0)
@@ -94,6 +103,6 @@ def frame_surface(axes: Axes, points: FloatArray, unit: str, towards: FloatArray
 
 
 def _round_length(length: float) -> float:
-    """1, 2 or 5 times a power of ten, not above the length."""
+    """Returns the largest number that is 1, 2 or 5 times a power of ten and not above `length`."""
     power = 10.0 ** np.floor(np.log10(length))
     return float(max(step * power for step in (1.0, 2.0, 5.0) if step * power <= length * (1 + 1e-12)))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Pellet and cladding: a sketch with the load, and the mesh (paper, Figure 8)."""
+"""Figure of pellet and cladding: a sketch with supports and load, and the mesh (paper, Figure 8)."""
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -15,9 +15,10 @@ N_ARROWS = 9
 
 
 def two_bodies(fields: FieldFile, is_first: BoolArray, loaded_height: float) -> Figure:
-    """Left: what is held and loaded, with a height of the load as an example. Right: the mesh.
+    """Returns a figure. Left: a sketch of supports and load. Right: the mesh.
 
-    `is_first`, shape (n_nodes), tells the nodes of the pellet from those of the cladding.
+    `is_first`, shape (n_nodes), is true at the nodes of the pellet and false at those of the cladding. The sketch shows
+    the pressure up to `loaded_height` [mm].
     """
     points = fields.mesh.coordinates[:, :2]
     figure = new_figure(7.6, 4.9, has_equal_axes=True)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The verification as one table to look at."""
+"""Figure of the verification: all its numbers in one table."""
 
 from collections.abc import Sequence
 
@@ -12,16 +12,19 @@ from signorom_post.readers.verification import VerifiedFigure
 from signorom_post.style import BODY, GRAY, GREEN, INK, LIGHT_GRAY, VERMILLION, new_figure
 from signorom_post.verification import HEADINGS, PASSED, table_of, verdict, worst_of_alike
 
-#: [inch]
+#: [inch] sizes of the table
 ROW_HEIGHT = 0.2
 COLUMN_GAP = 0.18
 MARGIN = 0.2
-#: columns of numbers end at one line
+#: columns whose texts are aligned on the right
 RIGHT_ALIGNED = ("reference", "Signorom", "difference", "allowed")
 
 
 def verification_table(figures: Sequence[VerifiedFigure]) -> Figure:
-    """Rows grouped by problem; of many similar rows only the worst. What fails is bold and in color."""
+    """Returns a figure with a table of the verified figures, grouped by problem.
+
+    Of many similar rows it shows only the worst. The verdict of a row that fails is bold and red.
+    """
     rows = table_of(worst_of_alike(figures))
     widths = _column_widths([list(HEADINGS), *rows])
     width = sum(widths) + COLUMN_GAP * (len(widths) - 1) + 2 * MARGIN
@@ -73,7 +76,7 @@ def _draw_row(
 
 
 def _column_widths(rows: list[list[str]]) -> list[float]:
-    """[inch] widest text of each column, as it is drawn."""
+    """Returns the width [inch] of the widest text of each column, as matplotlib draws it."""
     figure = Figure()
     renderer = FigureCanvasAgg(figure).get_renderer()
     widths = []

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Bodies as VTK draws them without a screen."""
+"""Pictures of bodies that VTK draws without a screen."""
 
 from pathlib import Path
 
@@ -13,19 +13,24 @@ from signorom_post.mesh import Mesh
 from signorom_post.readers.fields import FieldFile, FieldPoint
 from signorom_post.style import SEQUENTIAL
 
+#: [pixels] width and height of a picture
 SIZE = (1600, 900)
+#: RGB of texts and outlines
 INK = (0.15, 0.15, 0.15)
-#: of the bodies behind a contact surface
+#: opacity of the bodies around a contact surface in space
 FAINT = 0.12
-#: cells by their number of corners in space
+#: number of corners of a cell in space -> VTK's cell type
 SOLIDS = {4: vtk.VTK_TETRA, 8: vtk.VTK_HEXAHEDRON}
 
 
 class Scene:
-    """The bodies of one point, displaced."""
+    """The displaced bodies at one point of a field file."""
 
     def __init__(self, fields: FieldFile, point: FieldPoint, scale: float) -> None:
-        """Displacements count `scale` times; contact surfaces stand at rest, as magnified bodies would overlap."""
+        """The bodies are displaced by `scale` times the displacement.
+
+        Contact surfaces are drawn at rest, because magnified bodies would overlap.
+        """
         self._fields = fields
         self._point = point
         at_rest = fields.mesh.coordinates
@@ -34,7 +39,11 @@ class Scene:
         self._contact = _surface(at_rest, _contact_facets(fields), fields.mesh.n_dim)
 
     def draw(self, name: str, title: str, caption: str, path: Path, on_contact: bool) -> None:
-        """One picture, colored by a field of nodes or cells, of a vector by its length; on all bodies or on contacts."""
+        """Writes one picture to `path` (PNG), colored by the field `name` of nodes or cells; a vector by its length.
+
+        `on_contact`: only the contact surfaces are colored, else the bodies. `title` stands above the color bar, and
+        `caption` in the corner.
+        """
         quantity = self._point.fields[name]
         values = quantity.values if quantity.values.ndim == 1 else np.linalg.norm(quantity.values, axis=1)
         renderer = vtk.vtkRenderer()
@@ -43,7 +52,7 @@ class Scene:
         bodies = self._at_rest if on_contact else self._moved
         has_nodes = len(values) == self._fields.mesh.n_nodes
         actor, colors = _colored(self._contact if on_contact else bodies, values, has_nodes)
-        # what the colors say must not depend on the light
+        # the light must not change the colors of the field
         actor.GetProperty().SetAmbient(1.0 if on_contact or n_dim == 2 else 0.65)
         actor.GetProperty().SetDiffuse(0.0 if on_contact or n_dim == 2 else 0.35)
         if on_contact:
@@ -59,7 +68,7 @@ class Scene:
 
 
 def _grid(mesh: Mesh, points: FloatArray) -> "vtk.vtkUnstructuredGrid":
-    """Cells with their corners, plane ones as polygons through all their nodes."""
+    """Returns the cells with their corners; plane cells are polygons through all their nodes."""
     grid = vtk.vtkUnstructuredGrid()
     grid.SetPoints(_points(points))
     for cell in mesh.cells:
@@ -75,7 +84,7 @@ def _points(points: FloatArray) -> "vtk.vtkPoints":
 
 
 def _contact_facets(fields: FieldFile) -> list[IntArray]:
-    """Outer edges or faces whose nodes all carry a contact force."""
+    """Returns the outer edges or faces whose nodes all have a contact row."""
     if fields.mesh.n_dim == 2:
         edges = fields.mesh.boundary_edges
         return list(edges[np.isin(edges, fields.contact.owners).all(axis=1)])
@@ -95,7 +104,7 @@ def _surface(points: FloatArray, facets: list[IntArray], n_dim: int) -> "vtk.vtk
 def _colored(
     grid: "vtk.vtkUnstructuredGrid", values: FloatArray, has_nodes: bool
 ) -> tuple["vtk.vtkActor", "vtk.vtkLookupTable"]:
-    """The grid in the colors of a field, and what they mean; gray where there is no number."""
+    """Returns the grid in the colors of a field, gray where the field is nan, and the table of these colors."""
     array = numpy_to_vtk(np.ascontiguousarray(values, dtype=float), deep=True)
     (grid.GetPointData() if has_nodes else grid.GetCellData()).SetScalars(array)
     finite = values[np.isfinite(values)]
@@ -117,7 +126,7 @@ def _colored(
 
 
 def _sequential() -> "vtk.vtkLookupTable":
-    """The colors of all figures."""
+    """Returns the color map of all figures as VTK's table."""
     table = vtk.vtkLookupTable()
     table.SetNumberOfTableValues(256)
     for i, color in enumerate(mpl.colormaps[SEQUENTIAL](np.linspace(0.0, 1.0, 256))):
@@ -139,7 +148,7 @@ def _plain(grid: "vtk.vtkUnstructuredGrid", opacity: float) -> "vtk.vtkActor":
 
 
 def _outline(grid: "vtk.vtkUnstructuredGrid") -> "vtk.vtkActor":
-    """Sharp edges and borders."""
+    """Returns the sharp edges and the borders of a grid."""
     surface = vtk.vtkGeometryFilter()
     surface.SetInputData(grid)
     edges = vtk.vtkFeatureEdges()
@@ -191,7 +200,7 @@ def _ink(text: "vtk.vtkTextProperty", size: int) -> None:
 
 
 def _aim(renderer: "vtk.vtkRenderer", n_dim: int) -> None:
-    """Plane meshes from the front, others from a corner above; room for the color bar on the right."""
+    """Places the camera: in front of a plane mesh, else above a corner; leaves room for the color bar on the right."""
     camera = renderer.GetActiveCamera()
     camera.ParallelProjectionOn()
     if n_dim == 3:
@@ -203,7 +212,7 @@ def _aim(renderer: "vtk.vtkRenderer", n_dim: int) -> None:
 
 
 def _write(renderer: "vtk.vtkRenderer", path: Path) -> None:
-    # it says that there is no screen
+    # otherwise VTK prints a warning that there is no screen
     vtk.vtkLogger.SetStderrVerbosity(vtk.vtkLogger.VERBOSITY_ERROR)
     window = vtk.vtkRenderWindow()
     window.SetOffScreenRendering(1)
