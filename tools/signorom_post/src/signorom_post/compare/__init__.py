@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Models of one problem beside each other: sizes, times, errors."""
+"""Comparison of models of one problem: sizes, times, errors."""

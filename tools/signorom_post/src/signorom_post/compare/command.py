@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""`signorom-post compare`: one table of all models of a problem."""
+"""The command `signorom-post compare`: one table of several models of one problem."""
 
 import argparse
 import itertools
@@ -19,7 +19,7 @@ from signorom_post.program import terminable
 def add_compare_command(
     commands: "argparse._SubParsersAction[argparse.ArgumentParser]", positive: Callable[[str], int]
 ) -> None:
-    """The command and its options."""
+    """Adds the command `compare` and its options; `positive` converts a text to a positive whole number."""
     compare = commands.add_parser(
         "compare", help="print a table of models of one problem: sizes, times, errors"
     )
@@ -65,7 +65,10 @@ def _make(options: argparse.Namespace) -> list[Path]:
 
 
 def _timer(options: argparse.Namespace, progress: Progress) -> Callable[[Path], float | None]:
-    """Times a query of a model file, unless times are not wanted or there is no library."""
+    """Returns a function that returns the time [s] of a query of a model file.
+
+    That function returns None if the user does not want times, or if there is no library.
+    """
     steps = itertools.count(1)
 
     def time_of(path: Path) -> float | None:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What a comparison says of each model, read from the results folders of one problem."""
+"""The numbers of each model in a comparison, from the results folders of one problem."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -13,50 +13,56 @@ from signorom_post.errors import InputError, MissingFileError
 from signorom_post.readers.validation import Validation
 from signorom_post.results import Results
 
-#: the error that is compared: of the contact forces on all contacts
+#: column of validation.csv with the error that is compared: that of the contact forces on all contacts
 ERROR = "e_lambda_all"
 COMMAND = "signorom run DECK --benchmark"
 
 
 @dataclass(frozen=True)
 class Entry:
-    """One line; None where there is nothing to say."""
+    """One line of the table: a model or a full-order solver. None stands for a number that it does not have."""
 
     name: str
+    #: kind of the model with the number of its clusters, or type of the full-order solver
     kind: str
-    #: modes and hats of a reduced basis, dofs, or contacts where only these are solved for; the range over clusters
+    #: number of unknowns: modes and hats of a reduced basis, dofs, or the contacts if only their forces are solved for.
+    #: With clusters it is a range
     unknowns: str | None
-    #: in the reduced integration domain; the range over clusters
+    #: number of contacts in the reduced integration domain; with clusters it is a range
     domain_contacts: str | None
+    #: number of all contacts
     n_contacts: int | None
-    #: of model.h5 [bytes]
+    #: size of model.h5 [bytes]
     file_size: int | None = None
-    #: [s] set-up, snapshots and training; of a full-order solver its set-up
+    #: [s] time of set-up, snapshots and training; of a full-order solver, time of its set-up
     offline: float | None = None
-    #: [s] a query with the forces of all contacts, or a full-order solution
+    #: [s] time of a query with the forces of all contacts, or of a full-order solution
     query: float | None = None
-    #: [-] of ERROR
+    #: [-] median, 95th percentile and maximum of ERROR over the test points
     median: float | None = None
     p95: float | None = None
     largest: float | None = None
-    #: points that another model than the reduced one answered, and that none answered
+    #: number of test points that the fallback answered
     n_fallbacks: int | None = None
+    #: number of test points without an answer
     n_unanswered: int | None = None
 
 
 @dataclass(frozen=True)
 class Study:
-    """Validated models of one problem, tested at the same points."""
+    """Validated models of one problem, all tested at the same points."""
 
+    #: the full-order solvers
     full_order: list[Entry]
     models: list[Entry]
     n_points: int
 
 
 def read_study(folders: Sequence[Path], time_of: Callable[[Path], float | None]) -> Study:
-    """Entries of these results folders; a problem or test points that differ are refused.
+    """Returns the entries of these results folders.
 
-    `time_of` a model file is what a query takes.
+    InputError if the folders have different problems or different test points, or if files are missing. `time_of`
+    returns the time [s] of a query of a model file.
     """
     all_results = [Results(folder) for folder in folders]
     for results in all_results:
@@ -72,7 +78,7 @@ def read_study(folders: Sequence[Path], time_of: Callable[[Path], float | None])
 
 
 def _names(folders: Sequence[Path]) -> list[str]:
-    """Last parts of the paths, or whole paths where these are not different."""
+    """Returns the names of the folders, or their whole paths if two names are the same."""
     names = [folder.resolve().name for folder in folders]
     return names if len(set(names)) == len(names) else [str(folder) for folder in folders]
 
@@ -98,7 +104,7 @@ def _check_same(results: Results, first: Results) -> None:
 
 
 def _report(results: Results) -> dict[str, Any]:
-    """The report of a validated model."""
+    """Returns the report of a validated model; InputError if it lacks a section that the comparison needs."""
     try:
         report = results.report
     except MissingFileError as error:
@@ -151,13 +157,13 @@ def _model_entry(name: str, results: Results, time_of: Callable[[Path], float | 
 
 
 def _clusters(reduction: dict[str, Any]) -> list[dict[str, Any]]:
-    """What the report says of each local model, or of the only one."""
+    """Returns the section of the report about each local model, or about the only model."""
     parts = reduction.get("clusters")
     return list(parts.values()) if isinstance(parts, dict) and parts else [reduction]
 
 
 def _statistics(errors: FloatArray) -> dict[str, float]:
-    """Median, p95 and largest; beside infinite ones a quantile is infinite, never no number."""
+    """Returns median, 95th percentile and maximum. Infinite errors never make a quantile nan."""
     if len(errors) == 0:
         return {"median": np.nan, "p95": np.nan, "largest": np.nan}
     return {
@@ -168,7 +174,7 @@ def _statistics(errors: FloatArray) -> dict[str, float]:
 
 
 def _quantile(errors: FloatArray, fraction: float) -> float:
-    """Linear between neighbours."""
+    """Returns a quantile with linear interpolation between neighbors."""
     ascending = np.sort(errors)
     position = fraction * (len(ascending) - 1)
     i = int(position)
@@ -177,7 +183,7 @@ def _quantile(errors: FloatArray, fraction: float) -> float:
 
 
 def _range(clusters: Sequence[dict[str, Any]], key: str) -> str | None:
-    """One number, or the smallest and the largest of the clusters."""
+    """Returns the number that all clusters have, or the smallest and the largest one, as text."""
     numbers = sorted({number for cluster in clusters if (number := _whole(cluster, key)) is not None})
     if not numbers:
         return None
@@ -185,7 +191,7 @@ def _range(clusters: Sequence[dict[str, Any]], key: str) -> str | None:
 
 
 def _offline(report: dict[str, Any]) -> float | None:
-    """[s] Set-up of the full-order model, as many snapshots as were solved, and training."""
+    """Returns the time [s] of the full-order set-up, of all snapshots (median times number) and of the training."""
     parts = [
         _number(report, "times", "full_order_setup"),
         _number(report, "times", "sample_per_point", "median"),
@@ -199,7 +205,10 @@ def _offline(report: dict[str, Any]) -> float | None:
 
 
 def _full_order_entries(reports: Sequence[dict[str, Any]]) -> list[Entry]:
-    """The solver that factors anew and the one of the decks, each with the least time that a report has."""
+    """Returns the entries of the full-order solvers, each with its shortest time in the reports.
+
+    First comes the solver that factors the stiffness anew at each point, then each solver that a deck uses.
+    """
     n_contacts = _whole(reports[0], "sizes", "n_multipliers")
     n_dofs = _whole(reports[0], "sizes", "n_dofs")
     entries = [
@@ -229,7 +238,7 @@ def _full_order_entries(reports: Sequence[dict[str, Any]]) -> list[Entry]:
 
 
 def _solver(report: dict[str, Any]) -> str:
-    """The solver of the test points."""
+    """Returns the type of the full-order solver at the test points."""
     section = report.get("solver")
     return str(section.get("type")) if isinstance(section, dict) else ""
 
@@ -249,7 +258,7 @@ def _whole(report: dict[str, Any], *keys: str) -> int | None:
 
 
 def _number(report: dict[str, Any], *keys: str) -> float | None:
-    """A leaf of nested sections, None where there is none."""
+    """Returns the number under these nested keys; None if there is none."""
     value: Any = report
     for key in keys:
         value = value.get(key) if isinstance(value, dict) else None

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A comparison as a Markdown table and as CSV."""
+"""Writes a comparison as a Markdown table and as CSV."""
 
 import csv
 import math
@@ -11,7 +11,7 @@ from typing import Any
 from signorom_post.compare.entries import ERROR, Entry, Study
 from signorom_post.summary import ABSENT, duration
 
-#: heading, attribute of Entry, how it is shown
+#: a column: heading, attribute of Entry, and the function that returns the text of a value
 Column = tuple[str, str, Callable[[Any], str]]
 
 
@@ -42,7 +42,7 @@ ERRORS: list[Column] = [
 
 
 def format_markdown(study: Study, has_times: bool) -> str:
-    """Return a Markdown table: a line per full-order solver and per model, columns aligned."""
+    """Returns a Markdown table with aligned columns, one line per full-order solver and per model."""
     columns = [*SIZES, *(TIMES if has_times else []), *ERRORS]
     rows = [[heading for heading, _, _ in columns]]
     for entry in [*study.full_order, *study.models]:
@@ -55,7 +55,7 @@ def format_markdown(study: Study, has_times: bool) -> str:
 
 
 def explanation(study: Study, has_times: bool, n_query_points: int, seed: int) -> str:
-    """Return a text that explains the columns and where their numbers are from."""
+    """Returns a text that explains the columns and says where their numbers are from."""
     infinite = any(entry.largest == math.inf for entry in study.models)
     sentences = [
         f"Errors {ERROR} at {study.n_points} test points, against the full-order model.",
@@ -74,7 +74,7 @@ def explanation(study: Study, has_times: bool, n_query_points: int, seed: int) -
 
 
 def write_csv(path: Path, entries: Sequence[Entry]) -> None:
-    """Write all numbers without rounding; times in seconds, sizes in bytes."""
+    """Writes all numbers without rounding; times in seconds, sizes in bytes."""
     with path.open("w", newline="", encoding="utf-8") as file:
         names = [field.name for field in fields(Entry)]
         writer = csv.DictWriter(file, fieldnames=names, lineterminator="\n")

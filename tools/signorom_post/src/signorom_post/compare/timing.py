@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What a query costs: processor time of the library, forces of all contacts and certificate included."""
+"""Measures the processor time of a query by the library, with the forces of all contacts and the certificate."""
 
 import time
 from pathlib import Path
@@ -8,14 +8,16 @@ import numpy as np
 
 from signorom_post.online import Model
 
-#: the batch is asked so often, after a first time that does not count
+#: number of timed calls with all points; one call before them is not timed
 N_REPETITIONS = 5
 
 
 def query_time(path: Path, n_points: int, seed: int) -> float:
-    """[s] Mean over random points of the trained box, asked in one call: the median of the calls.
+    """Returns the processor time [s] of a query of the model file `path`.
 
-    Processor time of this thread: other work on the machine hardly counts, and Python's own part is one call.
+    Each of several calls answers `n_points` random points in the trained box. The result is the median time of the
+    calls divided by the number of points. Only the time of this thread counts, so that other work on the machine hardly
+    changes it; the time of Python itself is small, because one call answers all points.
     """
     with Model(path) as model:
         low = np.array([parameter.minimum for parameter in model.parameters])

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A file that names models of one deck, and the runs that make them.
+"""Reads a file that lists models of one deck, and runs the program for each of them. An example of such a file:
 
 deck: ../half_disks.yaml
 models:
-  paper: {}                                   # as in the deck
-  condensed: {reduction: {method: condensed}} # these sections in place of the deck's; null: without the section
+  paper: {}                                   # the deck as it is
+  condensed: {reduction: {method: condensed}} # these sections replace the deck's; null removes a section
 """
 
 import re
@@ -22,12 +22,15 @@ from signorom_post.log import LOOK_INTERVAL, Log, Progress, last_line
 from signorom_post.program import USABLE, find_program, program_environment
 from signorom_post.readers.report import read_sections
 
-#: of a model: it is a folder's name
+#: pattern of a model's name, which is also the name of its folder
 NAME = re.compile(r"[A-Za-z0-9][\w.-]*")
 
 
 def run_variants(path: Path, output: Path, log: Log) -> list[Path]:
-    """Run each model of the file in its folder below `output`; returns the folders. Snapshots that are there stay."""
+    """Runs the program for each model of the file in its own folder below `output`, and returns these folders.
+
+    Snapshots that a folder already has are used again. InputError if the file is wrong or if a run fails.
+    """
     decks = read_variants(path)
     program = find_program()
     folders = [output / name for name in decks]
@@ -41,7 +44,10 @@ def run_variants(path: Path, output: Path, log: Log) -> list[Path]:
 
 
 def read_variants(path: Path) -> dict[str, dict[str, Any]]:
-    """The deck of each model; results lie beside it."""
+    """Returns name -> deck of each model of the file; the results of a deck will lie beside it.
+
+    InputError if the file is wrong.
+    """
     file = read_sections(path, "list of models")
     if set(file) != {"deck", "models"} or not isinstance(file["models"], dict) or not file["models"]:
         raise InputError(
@@ -61,7 +67,7 @@ def read_variants(path: Path) -> dict[str, dict[str, Any]]:
 
 
 def _with_whole_paths(deck: dict[str, Any], folder: Path) -> dict[str, Any]:
-    """A deck that may stand in another folder."""
+    """Returns the deck with absolute paths of its files, so that it can be moved to another folder."""
     for section in ("mesh", "training", "test"):
         values = deck.get(section)
         if isinstance(values, dict) and "file" in values:
@@ -70,7 +76,7 @@ def _with_whole_paths(deck: dict[str, Any], folder: Path) -> dict[str, Any]:
 
 
 def _run(program: Path, folder: Path, advance: Callable[[str], None]) -> None:
-    """`advance` is told what the program says last."""
+    """Runs the program in a folder; calls `advance` with the last line that the program printed."""
     log = folder / "log.txt"
     with log.open("wb") as output:
         process = subprocess.Popen(

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Figures 15, 17 and 18 and Table 2: three local models from regular snapshots."""
+"""Figures 15, 17 and 18 and Table 2: three local models from snapshots on a grid (the paper: "regular")."""
 
 import numpy as np
 
@@ -15,11 +15,11 @@ from signorom_post.readers.model import Cluster, Model
 from signorom_post.results import Results
 
 N_CLUSTERS = 3
-#: snapshots of a cluster, size of its basis
+#: allowed differences from the paper: in the snapshots of a cluster, and in the size of its basis
 SNAPSHOTS_MARGIN, COLUMNS_MARGIN = 20, 8
-#: dual errors with all hats
+#: dual errors with all hats may be up to this factor times the paper's
 FACTOR = 1.3
-#: kappa_max -> what counts as agreement of the map with three clusters; the paper has a picture at 10, and none at 1
+#: kappa_max -> upper limits of the map with three clusters. The paper shows a map at 10 as a picture, and none at 1
 MAP_LIMITS = {
     published.MAX_CONDITION_NUMBER: published.MapStatistics(0.04, 0.18, 0.12),
     1.0: published.MapStatistics(0.015, None, 0.04),
@@ -35,26 +35,26 @@ MAP_REMARK = (
 
 
 def _local_models(study: Study) -> Results:
-    """At kappa_max = 10, with model and map."""
+    """Returns the results of three clusters at kappa_max = 10, with the model and an error map."""
     kappa = published.MAX_CONDITION_NUMBER
     variant = Variant(None, kappa, n_clusters=N_CLUSTERS, n_map=study.n_map, has_fields=True)
     return study.runs.results([variant])[0]
 
 
 def local_bases(study: Study) -> Results:
-    """With all hats, without a map: as Table 2."""
+    """Returns the results of three clusters with all hats and without an error map, as in Table 2."""
     return study.runs.results([Variant(None, 1.0, n_clusters=N_CLUSTERS, has_fields=True)])[0]
 
 
 def by_height(model: Model) -> list[Cluster]:
-    """Clusters by falling mean height of the load of their snapshots."""
+    """Returns the clusters in descending order of the mean height of the load h1 over their snapshots."""
     return sorted(
         model.clusters, key=lambda cluster: -model.training_points[cluster.training_points, 1].mean()
     )
 
 
 def figure_15(study: Study) -> Outcome:
-    """Which cluster holds which snapshots, and answers where."""
+    """Returns the snapshots of each cluster, and a map of the cluster that answers."""
     results = _local_models(study)
     model, validation = results.model, results.validation
     clusters = by_height(model)
@@ -87,13 +87,13 @@ def figure_15(study: Study) -> Outcome:
 
 
 def figure_17(study: Study) -> Outcome:
-    """The reduced integration domain of each cluster."""
+    """Returns the reduced integration domain of each cluster."""
     results = _local_models(study)
     return domains_of_clusters("Fig. 17", results, by_height(results.model), published.CLUSTERS)
 
 
 def table_2(study: Study) -> Outcome:
-    """All hats, the two points of Table 1."""
+    """Returns the errors with three clusters and all hats, at the two points of Table 1."""
     results = local_bases(study)
     validation = results.validation
     table: list[Row] = []
@@ -144,7 +144,7 @@ def table_2(study: Study) -> Outcome:
 
 
 def figure_18(study: Study) -> Outcome:
-    """Maps of the dual error with three clusters, at kappa_max = 10 and with all hats."""
+    """Returns two maps of the dual error with three clusters: at kappa_max = 10, and with all hats (kappa_max = 1)."""
     results = _local_models(study)
     order = by_height(results.model)
     sizes = [int(cluster.n_modes) for cluster in order]

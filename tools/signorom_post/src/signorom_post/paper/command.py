@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""`signorom-post paper`: every entry's tables and figures, and one table of all numbers."""
+"""The command `signorom-post paper`: tables and figures of case b, and one table of all its numbers."""
 
 import argparse
 import csv
@@ -27,7 +27,7 @@ from signorom_post.paper.table_1 import table_1
 from signorom_post.program import find_base_deck, find_program, terminable
 from signorom_post.style import save, styled
 
-#: what can be made, in the order of the paper's figures
+#: name of a figure or table of the paper -> procedure that makes it; in the paper's order
 ENTRIES: dict[str, Entry] = {
     "fig03": figure_3,
     "fig08": figure_8,
@@ -57,21 +57,22 @@ INTRODUCTION = (
 
 @dataclass(frozen=True)
 class PaperOptions:
-    """What the user may choose."""
+    """The options of the command."""
 
+    #: folder of all files
     output: Path
     #: keys of ENTRIES
     only: Sequence[str]
     file_format: str
     #: points per parameter of the error maps
     n_map: int
-    #: runs at a time
+    #: number of runs that work at the same time
     n_jobs: int
     log: Log
 
 
 def add_paper_command(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
-    """The command and its options."""
+    """Adds the command `paper` and its options."""
     paper = commands.add_parser("paper", help="run case b of the paper and compare its figures and numbers")
     paper.add_argument(
         "--output", metavar="DIR", type=Path, default=Path("results/paper"), help="default: results/paper"
@@ -117,7 +118,7 @@ def _run(options: argparse.Namespace) -> int:
 
 
 def make_paper(options: PaperOptions) -> list[Comparison]:
-    """Run what is missing, write all files, print the table; returns its numbers."""
+    """Starts the runs that are missing, writes all files, prints the table, and returns the numbers of the table."""
     start = time.monotonic()
     runs = Runs(options.output / "runs", find_program(), find_base_deck(), options.n_jobs, options.log)
     study = Study(runs, options.n_map)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A number of the paper next to ours, what is allowed, and the table of all of them."""
+"""Comparison of a number of the paper with ours, that is, Signorom's, and the table of all comparisons."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -12,45 +12,48 @@ WITHIN, OUTSIDE, OUTSIDE_NOT_ROBUST, ABSENT = "within", "OUTSIDE", "outside, not
 
 
 def percent(value: float) -> str:
-    """A share, two significant digits, as the paper prints errors: 2.5 %."""
+    """Returns a share in percent with two significant digits, as the paper prints errors: 0.025 becomes `2.5 %`."""
     return f"{float(f'{100 * value:.2g}'):g} %" if math.isfinite(value) else str(value)
 
 
 def count(value: float) -> str:
-    """A whole number."""
+    """Returns the text of a whole number."""
     return f"{value:.0f}"
 
 
 def number(value: float) -> str:
-    """Two significant digits."""
+    """Returns the text of a number with two significant digits."""
     return format_number(float(f"{value:.2g}"))
 
 
 @dataclass(frozen=True)
 class Comparison:
-    """One number."""
+    """One number of the paper and ours."""
 
     #: figure or table of the paper
     where: str
+    #: name of the number
     quantity: str
-    #: None where the paper has a picture
+    #: the paper's number; None if the paper shows only a picture
     paper: float | None
+    #: the number that Signorom finds
     ours: float
+    #: returns the text of a number
     show: Callable[[float], str]
-    #: range of ours that counts as agreement; None where none was agreed on
+    #: lower and upper limit of `ours` that count as agreement; None if no limits were set
     allowed: tuple[float, float] | None = None
-    #: False: depends on choices that the paper does not tell, so a difference means little
+    #: False: the number depends on choices that the paper does not give, so a difference means little
     is_robust: bool = True
-    #: False: the number beside ours is not the paper's; the remark says whose
+    #: False: the number in `paper` is not from the paper; the remark says where it is from
     is_published: bool = True
-    #: the same with edges cut by the height; None where that was not run
+    #: our number if the pressure also acts on the part of an edge below the height (load `cut`); None: not run
     cut: float | None = None
-    #: why ours differs, or how the number is meant
+    #: why ours differs, or what the number means
     remark: str = ""
 
     @property
     def verdict(self) -> str:
-        """Whether ours lies in what is allowed."""
+        """Returns in one word whether `ours` lies within the limits; ABSENT if there are no limits."""
         if self.allowed is None:
             return ABSENT
         if self.allowed[0] <= self.ours <= self.allowed[1]:
@@ -58,7 +61,7 @@ class Comparison:
         return OUTSIDE if self.is_robust else OUTSIDE_NOT_ROBUST
 
     def cells(self) -> list[str]:
-        """Texts of the columns; with a star where a difference would mean little."""
+        """Returns the texts of the columns. A star marks a number that is not robust."""
         cut = ABSENT if self.cut is None else self.show(self.cut)
         paper = ABSENT if self.paper is None else self.show(self.paper)
         paper = paper if self.is_published else f"({paper})"
@@ -85,22 +88,22 @@ class Comparison:
 
 
 def exactly(value: float) -> tuple[float, float]:
-    """The paper's number itself."""
+    """Returns limits that allow only the paper's number."""
     return value, value
 
 
 def about(value: float, margin: float) -> tuple[float, float]:
-    """The paper's number with a margin on both sides."""
+    """Returns limits at a distance `margin` on both sides of the paper's number."""
     return value - margin, value + margin
 
 
 def at_most(value: float, factor: float) -> tuple[float, float]:
-    """Errors: anything up to so many times the paper's."""
+    """Returns limits for an error: from 0 to `factor` times the paper's error."""
     return 0.0, factor * value
 
 
 def text_table(comparisons: Sequence[Comparison]) -> str:
-    """For a terminal: columns under each other, then what the remarks say."""
+    """Returns the table with aligned columns for a terminal, and the notes and remarks below it."""
     rows = [list(COLUMNS), *(comparison.cells() for comparison in comparisons)]
     widths = [max(len(row[i]) for row in rows) for i in range(len(COLUMNS))]
     lines = [
@@ -110,7 +113,7 @@ def text_table(comparisons: Sequence[Comparison]) -> str:
 
 
 def markdown_table(comparisons: Sequence[Comparison]) -> str:
-    """The same in Markdown."""
+    """Returns the table, the notes and the remarks in Markdown."""
     rows = [list(COLUMNS), ["---"] * len(COLUMNS), *(comparison.cells() for comparison in comparisons)]
     lines = ["| " + " | ".join(cell.replace("*", "\\*") for cell in row) + " |" for row in rows]
     notes = [f"- {note}".replace("*", "\\*") for note in _notes(comparisons)]
@@ -118,7 +121,7 @@ def markdown_table(comparisons: Sequence[Comparison]) -> str:
 
 
 def rows_for_csv(comparisons: Sequence[Comparison]) -> list[dict[str, object]]:
-    """The same with all digits."""
+    """Returns the rows of the table with all digits: column name -> number or text."""
     return [
         {
             "where": item.where,

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Figures 3 and 10: errors while hat functions join the basis, at the point of strong contact."""
+"""Figures 3 and 10: errors at the point of strong contact while hat functions are added to the basis."""
 
 import math
 
@@ -21,14 +21,14 @@ RANK_REMARK = (
 
 
 def figure_3(study: Study) -> Outcome:
-    """Dual and primal errors over kappa, hats only."""
+    """Returns dual and primal errors over kappa, with hat functions only."""
     history, rows = _series(study, 0)
     series = _error_series(history, rows, 0)
     return Outcome({"fig03": rows}, {"fig03": errors_and_kappa(series)})
 
 
 def figure_10(study: Study) -> Outcome:
-    """Dual errors over the size of the basis and over kappa, without and with extra modes."""
+    """Returns dual errors over the size of the basis and over kappa, without and with extra modes."""
     extras = (0, published.EXTRA_MODES)
     found = {extra: _series(study, extra) for extra in extras}
     series = [_error_series(history, rows, extra) for extra, (history, rows) in found.items()]
@@ -38,7 +38,7 @@ def figure_10(study: Study) -> Outcome:
 
 
 def _series(study: Study, extra: int) -> tuple[History, list[Row]]:
-    """The whole enrichment, and a row with the errors after each hat."""
+    """Returns the whole enrichment, and one row with the errors before the first hat and after each hat."""
     whole = Variant(DOMAIN, 1.0, extra_modes=extra)
     history = history_of(study.runs.results([whole])[0])
     parts = [Variant(DOMAIN, 1.0, max_hats=k, extra_modes=extra) for k in range(history.n_hats)]

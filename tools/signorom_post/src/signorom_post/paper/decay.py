@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Figure 16: approximation error of the snapshots, of all of them and of the three clusters."""
+"""Figure 16: approximation error (20) of all snapshots, and of the snapshots of each of the three clusters."""
 
 from signorom_post.paper import published
 from signorom_post.paper.clusters import by_height, local_bases
@@ -10,7 +10,7 @@ from signorom_post.plots.singular_values import Decay, decays, energy_tail, kept
 
 
 def figure_16(study: Study) -> Outcome:
-    """Singular values and energy tails; the tails behind Table 1's extra modes."""
+    """Returns singular values and energy tails, and the energy tails beyond the extra modes of Table 1."""
     (results,), (results_cut,) = study.both_loads([Variant(34, 1.0, has_fields=True)])
     model, model_cut = results.model, results_cut.model
     cluster, cluster_cut = model.clusters[0], model_cut.clusters[0]
@@ -58,7 +58,7 @@ def figure_16(study: Study) -> Outcome:
 
 
 def _table(curves: list[Decay]) -> list[Row]:
-    """A row per number of modes; the columns of a cluster end with its snapshots."""
+    """Returns one row per number of modes. A cluster's cells are empty beyond its number of singular values."""
     names = ["", *(f"_of_cluster_{i}" for i in range(1, len(curves)))]
     table: list[Row] = [{"modes": i} for i in range(len(curves[0].singular_values) + 1)]
     for name, curve in zip(names, curves, strict=True):

@@ -13,23 +13,24 @@ from signorom_post.readers.fields import FieldFile
 from signorom_post.readers.model import Cluster
 from signorom_post.results import Results
 
-#: contact pairs in a domain depend on ties in DEIM and on the mesh's exact dimensions
+#: allowed difference in the number of contact pairs of a domain. This number depends on ties in DEIM and on the exact
+#: dimensions of the mesh
 MARGIN = 6
 
 
 def figure_9(study: Study) -> Outcome:
-    """One DEIM, and two."""
+    """Returns the domain of one DEIM (displacements), and that of two (displacements and contact forces)."""
     return _domains(study, {"fig09a": 12, "fig09b": 34})
 
 
 def figure_12(study: Study) -> Outcome:
-    """Two DEIM, the dual one with a smaller tolerance."""
+    """Returns the domain of two DEIM; the DEIM of the contact forces has a smaller tolerance than in Figure 9."""
     return _domains(study, {"fig12": 60})
 
 
 def _domains(study: Study, domains: dict[str, int]) -> Outcome:
     outcome = Outcome({}, {})
-    # hats change nothing of the domain; those of Figure 14 are run anyway
+    # the domain does not depend on the hats: models with all hats are taken, because Figure 14 runs them anyway
     ours, cut = study.both_loads(
         [Variant(domain, None if domain == 12 else 1.0, has_fields=True) for domain in domains.values()]
     )
@@ -70,7 +71,7 @@ def _domains(study: Study, domains: dict[str, int]) -> Outcome:
 
 
 def domain_table(fields: FieldFile, cluster: Cluster) -> list[Row]:
-    """Nodes, pairs and cells of the domain with their places; numbers are 1-based."""
+    """Returns a row for each node, contact pair and cell of the domain, with its number (from 1) and its place [mm]."""
     places = fields.mesh.coordinates
     centers = [places[cell].mean(axis=0) for cell in fields.mesh.cells]
     kinds = {
@@ -93,7 +94,11 @@ def domains_of_clusters(
     papers: Sequence[published.LocalModel],
     remark: str = "",
 ) -> Outcome:
-    """Reduced integration domains of local models: pictures, tables `fig17a`, ..., and sizes beside the paper's."""
+    """Returns pictures, tables and sizes of the reduced integration domains of local models.
+
+    `where` is the figure of the paper, such as `Fig. 17`: names of tables and pictures are then `fig17a`, `fig17b`, ...
+    `papers` are the sizes in the paper, in the order of `clusters`.
+    """
     outcome = Outcome({}, {})
     for i, (cluster, paper) in enumerate(zip(clusters, papers, strict=True), start=1):
         name = f"fig{where.removeprefix('Fig. ')}{'abc'[i - 1]}"

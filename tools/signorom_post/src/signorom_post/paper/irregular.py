@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Figures 19 to 22: models of irregular snapshots, without clusters and with three."""
+"""Figures 19 to 22: models from scattered snapshots (the paper: "irregular"), without and with three clusters."""
 
 import numpy as np
 
@@ -16,7 +16,7 @@ from signorom_post.plots.partition import Partition, partition
 from signorom_post.readers.model import Cluster, Model
 from signorom_post.results import Results
 
-#: the paper's domain without clusters has the dual tolerance of its largest one
+#: key of DOMAINS: without clusters, the paper takes the same dual tolerance as for its largest domain
 DOMAIN = 60
 REMARK = (
     "the paper takes its snapshots by a greedy algorithm whose criterion and candidates it does not give; ours are "
@@ -30,7 +30,7 @@ ORDER_REMARK = f"clusters in the order of the pairs in their domains, the paper'
 
 
 def figure_19(study: Study) -> Outcome:
-    """Maps without clusters, hats only and with more modes."""
+    """Returns maps of the dual error without clusters: with hat functions only, and with more modes, too."""
     tolerances = {"FE": None, "POD + FE": published.IRREGULAR_TOLERANCE}
     kappa = published.MAX_CONDITION_NUMBER
     variants = [
@@ -62,7 +62,7 @@ def figure_19(study: Study) -> Outcome:
 
 
 def figure_20(study: Study) -> Outcome:
-    """Snapshots by cluster, and where the forest sends a point."""
+    """Returns the snapshots of each cluster, and the cluster that the random forest chooses at each point of a map."""
     results = _local_models(study)
     model, validation = results.model, results.validation
     clusters = by_rows(model)
@@ -97,14 +97,14 @@ def figure_20(study: Study) -> Outcome:
 
 
 def figure_21(study: Study) -> Outcome:
-    """The reduced integration domain of each cluster."""
+    """Returns the reduced integration domain of each cluster."""
     results = _local_models(study)
     papers = published.IRREGULAR_CLUSTERS
     return domains_of_clusters("Fig. 21", results, by_rows(results.model), papers, ORDER_REMARK)
 
 
 def figure_22(study: Study) -> Outcome:
-    """Map with three clusters."""
+    """Returns the map of the dual error with three clusters."""
     results = _local_models(study)
     sizes = [cluster.n_modes for cluster in by_rows(results.model)]
     title = f"three clusters: $\\bar{{\\ell}}$ = {', '.join(map(str, sizes))}"
@@ -121,12 +121,12 @@ def figure_22(study: Study) -> Outcome:
 
 
 def by_rows(model: Model) -> list[Cluster]:
-    """Clusters by rising number of pairs in their domains."""
+    """Returns the clusters in ascending order of the number of contact pairs in their domains."""
     return sorted(model.clusters, key=lambda cluster: len(cluster.contact_rows))
 
 
 def _local_models(study: Study) -> Results:
-    """At kappa_max = 10, with model and map."""
+    """Returns the results of three clusters at kappa_max = 10, with the model and an error map."""
     kappa = published.MAX_CONDITION_NUMBER
     variant = Variant(
         None, kappa, n_clusters=N_CLUSTERS, n_map=study.n_map, has_fields=True, training=IRREGULAR
@@ -139,7 +139,7 @@ def _number(where: str, quantity: str, paper: int, ours: int, remark: str = REMA
 
 
 def _map_numbers(where: str, what: str, results: Results) -> list[Comparison]:
-    """The paper prints pictures: nothing stands beside ours."""
+    """Returns our statistics of a map. The paper's maps are pictures, so there are no numbers to compare with."""
     ours = statistics(results.validation)
     return [
         Comparison(where, f"{what}: {text}", None, getattr(ours, key), percent, remark=REMARK)

@@ -14,13 +14,13 @@ from signorom_post.plots.error_map import ErrorMap, error_maps
 from signorom_post.readers.validation import Validation
 from signorom_post.results import Results
 
-#: size of the basis at kappa_max
+#: allowed difference in the size of the basis at kappa_max
 MARGIN = 8
-#: statistics of a map
+#: statistics of a map may be up to this factor times the reference
 FACTOR = 1.3
-#: field of the statistics of a map -> text
+#: attribute of MapStatistics -> its name in the table
 TEXTS = {"median": "median of the dual error", "p95": "95th percentile", "above_10": "points above 10 %"}
-#: what answered a point whose reduced problem has no solution
+#: solver in validation.csv at a point whose reduced problem has no solution: the full-order operator answered
 FULL_ORDER_METHOD = "condensed"
 REFERENCE_REMARK = (
     "the paper prints its maps as pictures; the number beside ours is of an independent NumPy code on 40 x 40 "
@@ -29,12 +29,12 @@ REFERENCE_REMARK = (
 
 
 def figure_11(study: Study) -> Outcome:
-    """The domain with 34 pairs."""
+    """Returns the error maps of the domain with 34 contact pairs."""
     return _maps(study, "fig11", 34)
 
 
 def figure_13(study: Study) -> Outcome:
-    """The domain with 60 pairs."""
+    """Returns the error maps of the domain with 60 contact pairs."""
     outcome = _maps(study, "fig13", 60)
     variant = Variant(60, published.MAX_CONDITION_NUMBER, n_map=study.n_map)
     history = history_of(study.runs.results([variant])[0])
@@ -54,7 +54,10 @@ def figure_13(study: Study) -> Outcome:
 
 
 def statistics(validation: Validation) -> published.MapStatistics:
-    """Of the dual error on the reduced domain; points without contact in either model do not count."""
+    """Returns the statistics of the dual error on the reduced domain.
+
+    Points where neither model has contact do not count.
+    """
     error = validation.columns["e_lambda_rid"]
     error = error[~np.isnan(error)]
     median, p95 = np.quantile(error, [0.5, 0.95], method="inverted_cdf")
@@ -117,7 +120,7 @@ def _map_comparisons(name: str, domain: int, extra: int, validation: Validation)
 
 
 def error_map_of(validation: Validation, title: str) -> ErrorMap:
-    """The map with its statistics below the title."""
+    """Returns the map of the dual error on the reduced domain, with its statistics below the title."""
     ours = statistics(validation)
     spread = f"median {percent(ours.median)}, 95 %: {percent(ours.p95)}, above 10 %: {percent(ours.above_10)}"
     return ErrorMap(
@@ -129,7 +132,7 @@ def error_map_of(validation: Validation, title: str) -> ErrorMap:
 
 
 def map_table(results: Results, extra: int) -> list[Row]:
-    """A row per point."""
+    """Returns one row per point with errors, numbers of active contacts, and the solver; `extra` is the extra modes."""
     validation = results.validation
     names = ("e_u", "e_lambda_rid", "e_lambda_all", "n_active", "n_active_full_order")
     return [

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What the entries of the paper have in common: what they get, what they give, and numbers that many of them need."""
+"""What the procedures for the paper's figures and tables share: their argument, their result, and common numbers."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
@@ -19,14 +19,14 @@ Row = dict[str, object]
 
 @dataclass(frozen=True)
 class Study:
-    """What an entry may ask for."""
+    """The argument of each procedure that makes a figure or table of the paper: it gives the results of runs."""
 
     runs: Runs
     #: points per parameter of the error maps
     n_map: int
 
     def both_loads(self, variants: Sequence[Variant]) -> tuple[list[Results], list[Results]]:
-        """Results of these variants, and of the same with edges cut by the height."""
+        """Returns the results of the variants under the load `whole_edges`, and under the load `cut`."""
         both = [replace(variant, load=load) for load in LOADS for variant in variants]
         results = self.runs.results(both)
         return results[: len(variants)], results[len(variants) :]
@@ -34,7 +34,10 @@ class Study:
 
 @dataclass(frozen=True)
 class Outcome:
-    """Tables and figures by the names of their files without ending, and numbers next to the paper's."""
+    """What such a procedure returns: tables, figures, and comparisons of numbers with the paper.
+
+    The keys of tables and figures are names of files without their ending.
+    """
 
     tables: dict[str, list[Row]]
     figures: dict[str, Figure]
@@ -45,7 +48,10 @@ Entry = Callable[[Study], Outcome]
 
 
 def errors_at(results: Results, point: tuple[float, float]) -> tuple[float, float]:
-    """Primal and dual error on the reduced domain at a test point (pressure [MPa], height [mm])."""
+    """Returns the primal error, and the dual error on the reduced domain, at a test point.
+
+    `point` is the pressure [MPa] and the height [mm]. InputError if it is not a test point.
+    """
     validation = results.validation
     rows = np.flatnonzero(np.all(np.isclose(validation.parameters, point), axis=1))
     if rows.size == 0:
@@ -54,20 +60,20 @@ def errors_at(results: Results, point: tuple[float, float]) -> tuple[float, floa
 
 
 def history_of(results: Results) -> History:
-    """The enrichment of a model without clusters."""
+    """Returns the enrichment of a model without clusters."""
     return results.enrichment[0]
 
 
 def n_contact_rows(results: Results) -> int:
-    """Contact pairs in the reduced domain of a model without clusters."""
+    """Returns the number of contact pairs in the reduced domain of a model without clusters."""
     return int(results.report["reduction"]["n_contact_rows"])
 
 
 def point_text(point: tuple[float, float]) -> str:
-    """(170 MPa, 3.2 mm)."""
+    """Returns the text of a point, such as `(170 MPa, 3.2 mm)`."""
     return f"({point[0]:g} MPa, {point[1]:g} mm)"
 
 
 def strategy_text(extra_modes: int) -> str:
-    """Name of an enrichment strategy as in the paper's legends."""
+    """Returns the name of an enrichment strategy as in the paper's legends: `FE`, or `POD + 9 and FE`."""
     return f"POD + {extra_modes} and FE" if extra_modes else "FE"

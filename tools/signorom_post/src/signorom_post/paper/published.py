@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 N_NODES, N_FUEL_NODES, N_CLADDING_NODES, N_PAIRS = 7070, 6161, 909, 101
 N_SNAPSHOTS = 500
-#: l at a POD tolerance of 1e-6
+#: number of modes l at a POD tolerance of 1e-6
 N_MODES = 36
 #: kappa at which Algorithm 1 stops for the error maps
 MAX_CONDITION_NUMBER = 10.0
@@ -15,34 +15,35 @@ EXTRA_MODES = 9
 
 @dataclass(frozen=True)
 class Enrichment:
-    """What Algorithm 1 does with one reduced domain, hat functions only."""
+    """What the paper says of Algorithm 1 on one reduced domain."""
 
-    #: size of the basis at which (11) holds for the first time
+    #: size of the basis at which (11) holds for the first time, with hat functions only
     n_columns_solvable: int
-    #: sizes of the basis at kappa_max = 10: hats only, and with EXTRA_MODES
+    #: sizes of the basis at kappa_max = 10: with hat functions only, and with EXTRA_MODES more modes
     n_columns: tuple[int, int]
-    #: dual error with all hats at (170 MPa, 3.2 mm), Figure 14
+    #: dual error with all hats and no extra modes at (170 MPa, 3.2 mm), Figure 14
     dual_error: float
 
 
-#: key: contact pairs in the reduced domain
+#: number of contact pairs in the reduced domain -> the paper's numbers
 ENRICHMENT = {
     34: Enrichment(40, (55, 62), 0.025),
     60: Enrichment(61, (83, 91), 0.026),
 }
-#: Figure 10: dual error at (170 MPa, 3.2 mm) at kappa_max = 10, hats only, 34 pairs
+#: Figure 10: dual error at the point (170 MPa, 3.2 mm) at kappa_max = 10, with hat functions only and 34 pairs
 DUAL_ERROR_AT_10 = 0.063
 
 
 @dataclass(frozen=True)
 class Table1Row:
-    """A row of Table 1; errors are shares."""
+    """A row of Table 1; an error of 1 is 100 %."""
 
     extra_modes: int
-    #: epsilon_POD2; None in the row without extra modes
+    #: POD tolerance that gives the extra modes (epsilon_POD2); None in the row without extra modes
     tolerance: float | None
-    #: kappa before the hats
+    #: kappa before the first hat
     condition_number: float
+    #: final size of the basis
     n_columns: int
     #: primal and dual error at (170 MPa, 3.2 mm), and at (30 MPa, 5.25 mm)
     strong: tuple[float, float]
@@ -65,25 +66,26 @@ TABLE_1 = (
 
 @dataclass(frozen=True)
 class LocalModel:
-    """One of three clusters."""
+    """The paper's numbers of one of three clusters."""
 
-    #: None where the paper does not tell
+    #: None if the paper does not give it
     n_snapshots: int | None
     n_modes: int
     n_contact_rows: int
-    #: at kappa_max = 10
+    #: size of the basis at kappa_max = 10
     n_columns: int
 
 
-#: of regular snapshots, by falling height of the load, as the points of Table 2 tell: cluster 1 holds 5.25 mm, 2 holds
-#: 3.2 mm
+#: Clusters of regular snapshots, in descending order of the height of the load. The order follows from the points of
+#: Table 2: cluster 1 contains 5.25 mm, and cluster 2 contains 3.2 mm
 CLUSTERS = (LocalModel(170, 31, 36, 54), LocalModel(194, 39, 40, 67), LocalModel(170, 36, 35, 57))
 
 
 @dataclass(frozen=True)
 class Table2Row:
-    """A row of Table 2, all hats; errors are shares."""
+    """A row of Table 2 (all hats); an error of 1 is 100 %."""
 
+    #: kappa before the first hat
     condition_number: float
     n_modes: int
     n_columns: int
@@ -91,15 +93,15 @@ class Table2Row:
     dual: float
 
 
-#: at (170 MPa, 3.2 mm) and (30 MPa, 5.25 mm)
+#: rows at the points (170 MPa, 3.2 mm) and (30 MPa, 5.25 mm)
 TABLE_2 = (Table2Row(1.5e5, 39, 79, 0.0003, 0.020), Table2Row(2.2e4, 31, 67, 0.0002, 0.024))
 
 
-#: Figures 19 to 22: snapshots, l at 1e-6, pairs at a dual tolerance of 1e-4, more modes at a tolerance, sizes of the
-#: basis at kappa_max = 10 without and with these
+#: Figures 19 to 22: number of snapshots, modes l at a POD tolerance of 1e-6, contact pairs at a dual tolerance of 1e-4
 N_IRREGULAR, IRREGULAR_MODES, IRREGULAR_ROWS = 200, 33, 57
+#: smaller POD tolerance, number of modes that it adds, and sizes of the basis at kappa_max = 10 without and with them
 IRREGULAR_TOLERANCE, IRREGULAR_EXTRA, IRREGULAR_COLUMNS = 3.5e-7, 5, (60, 82)
-#: of irregular snapshots, by the pairs in their domains: the paper's clusters 2, 0 and 1
+#: clusters of irregular snapshots, in ascending order of the pairs in their domains: the paper's clusters 2, 0 and 1
 IRREGULAR_CLUSTERS = (
     LocalModel(None, 23, 35, 48),
     LocalModel(None, 27, 36, 52),
@@ -109,16 +111,17 @@ IRREGULAR_CLUSTERS = (
 
 @dataclass(frozen=True)
 class MapStatistics:
-    """Dual errors on the reduced domain over a map, shares: median, 95th percentile, points above 10 %."""
+    """Statistics of the dual errors on the reduced domain at all points of a map; an error of 1 is 100 %."""
 
     median: float
-    #: None: no limit is agreed on
+    #: 95th percentile; None: no limit was set
     p95: float | None
+    #: share of the points whose error is above 10 %
     above_10: float
 
 
-#: The paper prints its maps as pictures. These are from an independent NumPy code on 40 x 40 points, kappa_max = 10,
-#: cladding hats; key: contact pairs in the reduced domain, extra modes.
+#: (contact pairs in the reduced domain, extra modes) -> statistics of a map. The paper prints its maps as pictures, so
+#: these are from an independent NumPy code: 40 x 40 points, kappa_max = 10, hats on the cladding
 REFERENCE_MAPS = {
     (34, 0): MapStatistics(0.063, 0.39, 0.35),
     (34, 9): MapStatistics(0.044, 0.24, 0.24),

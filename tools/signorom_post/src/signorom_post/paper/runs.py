@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Runs of the program, kept in a folder: what was run before with the same program, mesh and deck is not run again."""
+"""Runs of the program, kept in a folder. A finished run with the same program, mesh and deck is not repeated."""
 
 import hashlib
 import os
@@ -22,29 +22,31 @@ from signorom_post.program import USABLE, program_environment
 from signorom_post.readers.hdf5_input import Hdf5Input
 from signorom_post.results import Results
 
-#: what was run: written first into the folder of a run; and the empty file that is written last
+#: files in the folder of a run: a checksum of its inputs, written first, and an empty file, written at the end
 FINGERPRINT, FINISHED = "fingerprint", "finished"
-#: beside the snapshots at scattered points: these points
+#: file with the scattered training points, in the folder of their snapshots
 IRREGULAR_FILE = "points.csv"
-#: folder of the snapshots
+#: GRID or IRREGULAR -> folder of the snapshots
 SNAPSHOTS = {GRID: "snapshots", IRREGULAR: "irregular_snapshots"}
 
 
 @dataclass(frozen=True)
 class Job:
-    """One start of the program."""
+    """One run of the program."""
 
+    #: folder of the deck and of the results
     folder: Path
+    #: the program's command, such as `run`
     command: str
     deck: dict[str, Any]
-    #: file to be read from another run's folder, beside the deck
+    #: file of another run; a link to it is made in `folder`, so that the run finds it
     link: Path | None = None
-    #: results that are large and not wanted
+    #: names of large result files that are not needed and are deleted
     dropped: tuple[str, ...] = ()
 
 
 class Runs:
-    """Starts the program for the variants that a figure needs, several at a time."""
+    """Starts the program for the variants that a figure needs, up to `n_jobs` runs at a time."""
 
     def __init__(self, folder: Path, program: Path, base_deck: Path, n_jobs: int, log: Log) -> None:
         self.folder = folder
@@ -59,7 +61,7 @@ class Runs:
         self._is_stopped = False
 
     def results(self, variants: Sequence[Variant]) -> list[Results]:
-        """Results of these variants, in their order; runs what is missing."""
+        """Returns the results of these variants in the same order; runs that are missing are done first."""
         self.folder.mkdir(parents=True, exist_ok=True)
         lines = ["P1,h1", *(f"{pressure},{height}" for pressure, height in POINTS)]
         (self.folder / "points.csv").write_text("\n".join(lines) + "\n", encoding="utf-8")
@@ -76,7 +78,7 @@ class Runs:
         return Job(self.folder / load / SNAPSHOTS[training], "sample", deck)
 
     def _write_points(self, folder: Path) -> None:
-        """However they were chosen: the models take them as a list."""
+        """Writes the training points of the snapshots in `folder` as CSV, from which the models' decks read them."""
         path = folder / IRREGULAR_FILE
         with Hdf5Input(folder / "snapshots.h5") as file:
             names, points = file.texts("/parameter_names"), file.reals("/parameters", 2)
@@ -103,7 +105,7 @@ class Runs:
                 raise
 
     def _follow(self, jobs: dict[Future[float], Job], progress: Progress) -> None:
-        """Say what has ended, and what one of the others is doing."""
+        """Reports each run that has ended, and the last line of one that is still at work."""
         left = set(jobs)
         while left:
             ended, left = wait(left, LOOK_INTERVAL, return_when=FIRST_COMPLETED)
@@ -115,7 +117,7 @@ class Runs:
             progress.advance(len(jobs) - len(left), said)
 
     def _run(self, job: Job) -> float:
-        """Run the program in the job's folder; [s] that it took."""
+        """Runs the program in the job's folder and returns the seconds that it took; InputError if the run failed."""
         start = time.monotonic()
         self._prepare(job)
         log = job.folder / "log.txt"
@@ -144,7 +146,7 @@ class Runs:
         return time.monotonic() - start
 
     def _prepare(self, job: Job) -> None:
-        """A folder with the deck; what an interrupted run of the same left there is kept, so that it goes on."""
+        """Makes the folder with the deck. If it has an interrupted run with the same inputs, this run will continue."""
         if not self._is_same(job):
             shutil.rmtree(job.folder, ignore_errors=True)
         job.folder.mkdir(parents=True, exist_ok=True)
@@ -167,7 +169,7 @@ class Runs:
         return _digest(self._inputs.encode(), job.command.encode(), _deck_text(job).encode(), snapshots)
 
     def _stop(self, pool: ThreadPoolExecutor) -> None:
-        """Cancel what waits and end what runs; the program ends after its current point."""
+        """Cancels the runs that wait, and asks the others to end; the program ends after its current point."""
         with self._lock:
             self._is_stopped = True
             for process in self._processes:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Table 1: all hats, more and more POD modes, two points, hats on either body."""
+"""Table 1: errors at two points with all hats and a growing number of POD modes, with the hats on either body."""
 
 from signorom_post.paper.comparison import Comparison, about, at_most, count, number, percent
 from signorom_post.paper.domains import MARGIN
@@ -10,9 +10,10 @@ from signorom_post.plots.errors_of_modes import ModeSeries, errors_of_modes
 from signorom_post.results import Results
 
 DOMAIN = 34
-#: dual errors with cladding hats at the point of strong contact are compared closely up to so many extra modes
+#: dual errors at the point of strong contact with hats on the cladding and up to N_CLOSE extra modes may be up to CLOSE
+#: times the paper's; all other errors may be up to LOOSE times the paper's
 N_CLOSE, CLOSE, LOOSE = 15, 1.3, 2.0
-#: primal errors beyond so many extra modes depend on what rounding leaves of the modes
+#: with more extra modes than this, primal errors depend on the rounding errors in the modes
 N_ROBUST_PRIMAL = 12
 PRIMAL_REMARK = (
     "primal errors depend by factors on which body of each pair carries its hat function; both give the same kappa, "
@@ -23,7 +24,7 @@ POINTS = {"strong": STRONG, "weak": WEAK}
 
 
 def table_1(study: Study) -> Outcome:
-    """The table with ours beside the paper's, and its errors as curves."""
+    """Returns the table with our numbers beside the paper's, and a figure of the errors."""
     cladding, cut = study.both_loads(_variants("cladding"))
     found = {"cladding": cladding, "fuel": study.runs.results(_variants("fuel"))}
     table: list[Row] = []

@@ -1,64 +1,68 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The reduced models of case b that the paper shows, as decks."""
+"""The decks of the reduced models of case b that the paper shows."""
 
 import copy
 from dataclasses import dataclass
 from typing import Any
 
-#: the paper's number of contact pairs in a reduced domain -> energy tail of the dual POD whose DEIM nodes join it
+#: the paper's number of contact pairs in a reduced domain -> tolerance (energy tail) of the POD of the contact forces,
+#: whose DEIM nodes are added to the domain; None: no such nodes
 DOMAINS: dict[int, float | None] = {12: None, 34: 4.0e-4, 60: 1.0e-4}
-#: body whose nodes carry the hat functions -> its side of the pairs in the deck
+#: body whose nodes have the hat functions -> side of the contact pairs in the deck
 SIDES = {"cladding": "second", "fuel": "first"}
-#: strong and weak contact: pressure [MPa] and height [mm]
+#: points of strong and weak contact: pressure [MPa] and height [mm]
 STRONG, WEAK = (170.0, 3.2), (30.0, 5.25)
 POINTS = (STRONG, WEAK)
 POD_TOLERANCE = 1.0e-6
-#: of the displacements and of the multipliers, for each cluster
+#: POD tolerances of the displacements and of the contact forces, for models with clusters
 LOCAL_TOLERANCES: tuple[float, float | None] = (1.0e-8, 1.0e-6)
 ZONE = "cladding_outside"
-#: [MB] room for the full-order operator on the multipliers, which answers where the reduced problem has no solution
+#: [MB] largest size of the full-order operator on the contact forces; it answers where the reduced problem has no
+#: solution
 FULL_ORDER_SIZE = 1.0
-#: where the snapshots are: on the grid of the deck, or scattered
+#: training points: on the grid of the deck, or scattered
 GRID, IRREGULAR = "grid", "irregular"
-#: how scattered ones are chosen, as in input/pellet_cladding_greedy.yaml
+#: section `training` of the deck that chooses scattered points, as in input/pellet_cladding_greedy.yaml
 IRREGULAR_POINTS: dict[str, Any] = {
     "greedy": {"candidates": {"sobol": 2000}, "indicator": "projection", "initial": 10, "max_points": 200}
 }
-#: of the program's random forest
+#: number of trees and seed of the program's random forest
 FOREST_TREES, FOREST_SEED = 100, 1
-#: which edges below the height carry the pressure: whole ones only, as in the paper, or cut ones too
+#: edges that carry the pressure: only those that lie below the height as a whole, as in the paper, or also the lower
+#: part of the edge that the height cuts
 LOADS = ("whole_edges", "cut")
 
 
 @dataclass(frozen=True)
 class Variant:
-    """One reduced model, and where it is compared with the full order."""
+    """One reduced model, and the points where it is compared with the full order."""
 
-    #: key of DOMAINS; None with clusters, whose domains are their own
+    #: key of DOMAINS; None with clusters, because each cluster has its own domain
     domain: int | None
-    #: Algorithm 1 ends there; None: no hat functions
+    #: Algorithm 1 ends at this kappa (kappa_max); None: no hat functions
     max_condition_number: float | None = 10.0
-    #: or after so many hats; None: no limit
+    #: Algorithm 1 also ends after this number of hats; None: no limit
     max_hats: int | None = None
-    #: POD modes beyond those that choose the domain
+    #: number of POD modes beyond those that choose the domain
     extra_modes: int = 0
-    #: or as many as this energy tail asks for
+    #: POD tolerance that gives the extra modes in place of their number; None: `extra_modes` counts
     extended_tolerance: float | None = None
-    #: key of SIDES
+    #: key of SIDES: the body with the hat functions
     side: str = "cladding"
+    #: one of LOADS
     load: str = LOADS[0]
-    #: compared on a grid of so many points per parameter; None: at the two POINTS
+    #: the test points are a grid with this number of points per parameter; None: the two POINTS
     n_map: int | None = None
-    #: local models by the paper's method for these snapshots; None: one model
+    #: number of local models, by the paper's method for these snapshots; None: one model
     n_clusters: int | None = None
     #: GRID or IRREGULAR
     training: str = GRID
-    #: model and fields are wanted, not just the tables
+    #: whether the model and the fields are kept, not only the tables
     has_fields: bool = False
 
     @property
     def name(self) -> str:
-        """A name for its folder, different for each variant."""
+        """Name of the folder of this variant, different for each variant."""
         of_what = f"rid{self.domain}" if self.n_clusters is None else f"clusters{self.n_clusters}"
         parts = [of_what, f"plus{self.extra_modes}"]
         if self.training != GRID:
@@ -76,7 +80,10 @@ class Variant:
         return f"{self.load}/{'_'.join(parts)}"
 
     def deck(self, base: dict[str, Any], points_file: str, irregular_file: str) -> dict[str, Any]:
-        """The deck of this variant from the one of case b; the results lie beside it."""
+        """Returns the deck of this variant, whose results lie beside it.
+
+        `base` is the deck of case b. `points_file` has the test points, `irregular_file` the scattered training points.
+        """
         deck = with_load(base, self.load)
         if self.training == IRREGULAR:
             deck["training"] = {"file": irregular_file}
@@ -115,7 +122,7 @@ class Variant:
 
 
 def with_training(deck: dict[str, Any], training: str) -> dict[str, Any]:
-    """A copy of a deck whose snapshots are chosen in this way."""
+    """Returns a copy of a deck with training points of this kind, GRID or IRREGULAR."""
     deck = copy.deepcopy(deck)
     if training == IRREGULAR:
         deck["training"] = IRREGULAR_POINTS
@@ -123,7 +130,7 @@ def with_training(deck: dict[str, Any], training: str) -> dict[str, Any]:
 
 
 def with_load(base: dict[str, Any], load: str) -> dict[str, Any]:
-    """A copy of the deck of case b under this load, with results beside it."""
+    """Returns a copy of the deck of case b with this load, one of LOADS, whose results lie beside the deck."""
     deck = copy.deepcopy(base)
     deck["loads"][0]["load"] = load
     deck["output"] = {"directory": "."}

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""One module per file of a results folder."""
+"""Readers of the files in a results folder, one module per file."""

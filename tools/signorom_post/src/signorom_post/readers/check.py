@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""check.h5: the set-up of a deck before anything is solved."""
+"""Reads check.h5: the set-up of a deck before any solution."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -13,7 +13,8 @@ from signorom_post.mesh import Mesh
 from signorom_post.readers.hdf5_input import Hdf5Input
 from signorom_post.readers.topology import XDMF_CELLS, XDMF_EDGES, cells_of_mixed, drawn_nodes
 
-#: what a cell is
+#: values of the field `kind`: a cell of a body, a facet of a named boundary, a facet of a contact surface, and a line
+#: between two nodes of a contact that face each other
 BODY, BOUNDARY, SURFACE, LINK = 1, 2, 3, 4
 CELL_FIELDS = ("kind", "material", "region", "boundary", "contact", "side", "share")
 NODE_VECTORS = ("prescribed", "prescribed_displacement", "load", "contact_normal")
@@ -23,30 +24,30 @@ NAMES = ("materials", "regions", "boundaries", "contacts", "model")
 
 @dataclass(frozen=True)
 class CheckFile:
-    """Everything in check.h5; indices are 0-based, numbers of names 1-based."""
+    """The contents of check.h5. Indices of nodes and cells count from 0, numbers of contacts and boundaries from 1."""
 
     path: Path
-    #: the bodies alone
+    #: the cells of the bodies only
     mesh: Mesh
-    #: parameter point
+    #: text of the parameter point
     label: str
-    #: nodes of each cell, of any kind, in the order of drawing
+    #: nodes of each cell of any kind, in the order in which a picture joins them by lines
     cells: list[IntArray]
-    #: by name: of cells (n_cells), of nodes (n_nodes) or (n_nodes, 3)
+    #: name -> field, of cells with shape (n_cells), or of nodes with shape (n_nodes) or (n_nodes, 3)
     fields: dict[str, Quantity]
-    #: NAMES -> texts
+    #: key of NAMES -> names of the materials, regions and so on
     names: dict[str, list[str]]
 
     def __getitem__(self, name: str) -> FloatArray:
-        """Values of a field."""
+        """Returns the values of a field."""
         return self.fields[name].values
 
     def of(self, kind: int, **labels: int) -> list[IntArray]:
-        """Return the nodes of the cells of a kind that have these labels."""
+        """Returns the nodes of the cells of a kind whose fields have these values, such as `contact=1, side=2`."""
         return [self.cells[i] for i in self.indices(kind, **labels)]
 
     def indices(self, kind: int, **labels: int) -> IntArray:
-        """Return the indices of the cells of a kind that have these labels."""
+        """Returns the indices of the cells of a kind whose fields have these values, such as `contact=1, side=2`."""
         is_chosen = self["kind"] == kind
         for name, value in labels.items():
             is_chosen = is_chosen & (self[name] == value)
@@ -54,19 +55,19 @@ class CheckFile:
 
     @cached_property
     def axis_names(self) -> tuple[str, str, str]:
-        """Names of the coordinates."""
+        """Names of the three coordinates: r, z and none if the model is axisymmetric, else x, y, z."""
         return ("r", "z", "") if self.names["model"] == ["axisymmetric"] else ("x", "y", "z")
 
 
 def find_check_file(path: Path) -> Path:
-    """Return the path of check.h5 in a results folder or beside the XDMF file."""
+    """Returns the path of check.h5: in the results folder `path`, beside the XDMF file `path`, or `path` itself."""
     if path.is_dir():
         return path / "check.h5"
     return path.with_suffix(".h5") if path.suffix == ".xdmf" else path
 
 
 def read_check(path: Path) -> CheckFile:
-    """Read and check check.h5."""
+    """Returns the contents of check.h5; InputError if the file is missing, damaged or without a set-up."""
     try:
         with Hdf5Input(path) as file:
             file.check_format("signorom fields", 3)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A CSV file with a header line, whose every fault ends in a sentence with the file's name."""
+"""Reads a CSV file with a header line. Each error is an InputError: one sentence with the name of the file."""
 
 import csv
 from collections.abc import Sequence
@@ -13,10 +13,10 @@ from signorom_post.readers.hdf5_input import require_file
 
 
 class CsvInput:
-    """The whole table as text; columns are converted when they are asked for."""
+    """The whole table as text. A column is converted to numbers when it is read by `numbers`."""
 
     def __init__(self, path: Path, columns: Sequence[str]) -> None:
-        """Read a table that has at least these columns and a row."""
+        """Reads a table; InputError if a column of `columns` is missing, or if there is no row below the header."""
         self.path = path
         require_file(path)
         try:
@@ -35,7 +35,7 @@ class CsvInput:
         self._rows = rows[1:]
 
     def texts(self, name: str) -> list[str]:
-        """A column as text, shape (n_rows)."""
+        """Returns a column as text, shape (n_rows)."""
         i_column = self.header.index(name)
         for i_row, row in enumerate(self._rows):
             if len(row) != len(self.header):
@@ -44,7 +44,7 @@ class CsvInput:
         return [row[i_column].strip() for row in self._rows]
 
     def numbers(self, name: str) -> FloatArray:
-        """A column as numbers, nan where it is empty; shape (n_rows)."""
+        """Returns a column as numbers, nan where a cell is empty; shape (n_rows)."""
         texts = self.texts(name)
         values = np.empty(len(texts))
         for i_row, text in enumerate(texts):

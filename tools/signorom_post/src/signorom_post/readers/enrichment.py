@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""enrichment.csv: how hat functions joined the basis of each reduced model."""
+"""Reads enrichment.csv: the hat functions of each reduced model in the order in which they were added to the basis."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,21 +16,21 @@ NUMBERS = ("condition_number", "singular_ratio", "stiffness_condition")
 
 @dataclass(frozen=True)
 class History:
-    """The enrichment of one cluster; all arrays have an entry before the first hat and one per hat."""
+    """The enrichment of one cluster. Arrays have the shape (n_hats + 1): before the first hat, and after each hat."""
 
     cluster: int
-    #: number of the pair that carries the hat, and of the node: 1-based; 0 before the first hat
+    #: contact pair and node of each hat, from 1; 0 before the first hat
     pairs: IntArray
     nodes: IntArray
-    #: POD modes and hats: l-bar of the paper
+    #: number of POD modes and hats: l-bar of the paper
     n_columns: IntArray
-    #: of the contact rows, (11)
+    #: rank of the contact rows (11)
     ranks: IntArray
-    #: kappa of the contact rows, infinite below full rank
+    #: kappa of the contact rows (11), infinite as long as they do not have full rank
     condition_numbers: FloatArray
     #: largest singular value of the contact rows over the smallest of the min(rows, columns) ones
     singular_ratios: FloatArray
-    #: of the reduced stiffness
+    #: condition number of the reduced stiffness
     stiffness_conditions: FloatArray
 
     @property
@@ -39,17 +39,17 @@ class History:
         return len(self.pairs) - 1
 
     def first_solvable(self) -> int | None:
-        """Hats after which the contact rows have full rank (11) for the first time; None: never."""
+        """Returns the number of hats after which the contact rows first have full rank (11); None: never."""
         return self.first_below(np.inf)
 
     def first_below(self, condition_number: float) -> int | None:
-        """Hats after which kappa is at most so large for the first time; None: never."""
+        """Returns the number of hats after which kappa is first finite and at most `condition_number`; None: never."""
         is_below = np.isfinite(self.condition_numbers) & (self.condition_numbers <= condition_number)
         return int(np.argmax(is_below)) if is_below.any() else None
 
 
 def read_enrichment(path: Path) -> list[History]:
-    """Read and check enrichment.csv; a history per cluster, in the order of the file."""
+    """Returns the enrichment of each cluster in the order of enrichment.csv; InputError if the file cannot be used."""
     file = CsvInput(path, (*COUNTS, *NUMBERS))
     counts = {name: _integers(path, name, file.numbers(name)) for name in COUNTS}
     numbers = {name: file.numbers(name) for name in NUMBERS}

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""fields.h5: the mesh, and the fields of a few parameter points."""
+"""Reads fields.h5: the mesh, and the fields of some parameter points."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -14,12 +14,12 @@ from signorom_post.mesh import Faces, Mesh
 from signorom_post.readers.hdf5_input import Hdf5Input
 from signorom_post.readers.topology import XDMF_CELLS, cells_of_mixed, drawn_nodes
 
-#: a file with more points than this may not fit into memory: its fields are read when they are asked for
+#: largest number of points whose fields are all read at once; with more points, a field is read at its first use
 MOST_IN_MEMORY = 100
 
 
 class StoredFields(Mapping[str, Quantity]):
-    """Fields of one point of a large file; each is read, and checked, at its first use."""
+    """The fields of one point of a large file; each field is read and checked at its first use."""
 
     def __init__(self, path: Path, group: str, names: list[str], lengths: dict[str, int]) -> None:
         self._path = path
@@ -49,14 +49,15 @@ class FieldPoint:
 
     label: str
     parameter_names: list[str]
-    #: shape (n_parameters)
+    #: values of the parameters, shape (n_parameters)
     parameters: FloatArray
-    #: by dataset name; of nodes (n_nodes) or (n_nodes, 3), cells (n_cells[, n]), pairs (n_contacts)
+    #: dataset name -> field. Shapes: of nodes (n_nodes) or (n_nodes, 3), of cells (n_cells) or (n_cells, n), of contact
+    #: rows (n_contacts)
     fields: Mapping[str, Quantity]
 
     @property
     def reduced_rows(self) -> IntArray:
-        """Pairs whose multiplier the reduced model that answers computes, 0-based; none where there is no model."""
+        """Contact rows in the domain of the reduced model that answers here, from 0; empty without a model."""
         if "rows_in_reduced_domain" not in self.fields:
             return np.empty(0, dtype=np.int64)
         return np.flatnonzero(self.fields["rows_in_reduced_domain"].values)
@@ -64,7 +65,7 @@ class FieldPoint:
 
 @dataclass(frozen=True)
 class FieldFile:
-    """Everything in fields.h5; indices are 0-based."""
+    """The contents of fields.h5; all indices count from 0."""
 
     path: Path
     mesh: Mesh
@@ -72,25 +73,25 @@ class FieldFile:
     contact: Contact
 
     def field(self, point: FieldPoint, name: str) -> Quantity:
-        """A field of a point, or an error that names the file."""
+        """Returns a field of a point; InputError if the point does not have it."""
         if name not in point.fields:
             raise InputError(self.path, f"the point '{point.label}' has no field '{name}'")
         return point.fields[name]
 
     @property
     def contact_faces(self) -> Faces:
-        """Outer faces of solid cells whose nodes all carry a contact force."""
+        """Outer faces of solid cells whose nodes all own a contact row."""
         faces = self.mesh.outer_faces
         return faces.take(np.flatnonzero(np.isin(faces.nodes, self.contact.owners).all(axis=1)))
 
 
 def read_fields(path: Path) -> FieldFile:
-    """Read and check fields.h5."""
+    """Returns the contents of fields.h5; InputError if the file is missing, damaged or inconsistent."""
     with Hdf5Input(path) as file:
         file.check_format("signorom fields", 3)
         mesh = _read_mesh(file)
         contact = _read_contact(file, mesh.n_nodes)
-        # 0001 ... 9999, 10000: by number
+        # sorted by number: 10000 comes after 9999
         names = sorted(file.names("/points"), key=lambda name: (len(name), name))
         lengths = _field_lengths(mesh, contact.n_rows)
         in_memory = len(names) <= MOST_IN_MEMORY

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""An HDF5 file opened for reading, whose every fault ends in a sentence with the file's name."""
+"""Reads an HDF5 file. Each error is an InputError: one sentence with the name of the file."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -15,7 +15,7 @@ from signorom_post.errors import InputError, MissingFileError
 
 
 def require_file(path: Path) -> None:
-    """Refuse what is missing, unfinished, a folder or empty."""
+    """Raises an error if the file is missing, unfinished, a folder, or empty."""
     if path.is_dir():
         raise InputError(path, "this is a folder, not a file")
     if not path.exists():
@@ -28,7 +28,7 @@ def require_file(path: Path) -> None:
 
 
 class Hdf5Input:
-    """Checked access to datasets and attributes; use it in a `with` block."""
+    """Access to datasets and attributes, all of which are checked. Use it in a `with` block, which closes the file."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
@@ -53,11 +53,11 @@ class Hdf5Input:
         self._file.close()
 
     def fail(self, sentence: str) -> InputError:
-        """An error about this file, to be raised by the caller."""
+        """Returns an error about this file, which the caller raises."""
         return InputError(self.path, sentence)
 
     def check_format(self, name: str, version: int) -> None:
-        """Refuse a file of another kind, or of a format version that this package does not know."""
+        """Raises InputError if the file is of another format, or of a version that this package does not read."""
         found = self.attribute("/", "format")
         if found is None:
             raise self.fail(f"the file is not a '{name}' file: it has no attribute 'format'")
@@ -71,7 +71,7 @@ class Hdf5Input:
 
     @contextmanager
     def _guarded(self, what: str) -> Iterator[None]:
-        """What h5py raises inside a damaged file is of many types; all become one sentence."""
+        """Turns every exception of h5py into one InputError, because damaged files cause many types of them."""
         try:
             yield
         except InputError:
@@ -80,18 +80,18 @@ class Hdf5Input:
             raise self.fail(f"{what} cannot be read: the file is damaged or truncated") from error
 
     def has(self, name: str) -> bool:
-        """Whether there is a dataset or group of this name."""
+        """Returns whether there is a dataset or group of this name."""
         with self._guarded(f"'{name}'"):
             return name in self._file
 
     def names(self, group: str) -> list[str]:
-        """Sorted names in a group; empty where the group is missing."""
+        """Returns the sorted names in a group; empty if the group is missing."""
         with self._guarded(f"group '{group}'"):
             node = self._file.get(group)
             return sorted(node) if isinstance(node, h5py.Group) else []
 
     def is_dataset(self, name: str) -> bool:
-        """Whether the name stands for a dataset."""
+        """Returns whether there is a dataset of this name."""
         with self._guarded(f"'{name}'"):
             return name in self._file and isinstance(self._file[name], h5py.Dataset)
 
@@ -105,7 +105,7 @@ class Hdf5Input:
             return node[()]
 
     def reals(self, name: str, n_axes: int) -> FloatArray:
-        """A real dataset with so many axes; integers are converted."""
+        """Returns a dataset of real or integer numbers as real numbers; it must have `n_axes` dimensions."""
         values = np.asarray(self._raw(name))
         if values.dtype.kind not in "fiub":
             raise self.fail(f"dataset '{name}' is text; numbers are needed")
@@ -114,14 +114,18 @@ class Hdf5Input:
         return values.astype(np.float64)
 
     def integers(self, name: str, n_axes: int = 1) -> IntArray:
-        """An integer dataset with so many axes."""
+        """Returns a dataset of whole numbers; it must have `n_axes` dimensions."""
         values = self.reals(name, n_axes)
         if not np.all(np.isfinite(values)) or np.any(values != np.round(values)):
             raise self.fail(f"dataset '{name}' has values that are not integers")
         return values.astype(np.int64)
 
     def indices(self, name: str, n_items: int, lowest: int = 1) -> IntArray:
-        """A list of 1-based numbers of items, returned 0-based, shape (n); with lowest = 0 none is -1."""
+        """Returns a list of numbers of items, which the file counts from 1, counted from 0; shape (n).
+
+        Numbers outside of `lowest` to `n_items` are an error. With `lowest` = 0, the file's 0 means no item, and is
+        returned as -1.
+        """
         values = self.integers(name)
         if values.size and (values.min() < lowest or values.max() > n_items):
             outside = values[(values < lowest) | (values > n_items)][0]
@@ -129,7 +133,7 @@ class Hdf5Input:
         return values - 1
 
     def quantity(self, name: str) -> Quantity:
-        """A numeric dataset of any shape with its unit and description."""
+        """Returns a dataset of numbers of any shape with its unit and description."""
         values = np.asarray(self._raw(name))
         if values.dtype.kind not in "fiub":
             raise self.fail(f"dataset '{name}' is text; numbers are needed")
@@ -138,17 +142,17 @@ class Hdf5Input:
         )
 
     def text(self, name: str) -> str:
-        """A text dataset."""
+        """Returns the first text of a dataset; empty if it has none."""
         texts = self.texts(name)
         return texts[0] if texts else ""
 
     def texts(self, name: str) -> list[str]:
-        """A list of texts; blanks at the end are padding."""
+        """Returns a list of texts without the blanks at their ends."""
         values = np.atleast_1d(np.asarray(self._raw(name), dtype=object)).ravel()
         return [_to_text(value) for value in values]
 
     def attribute(self, name: str, attribute: str) -> Any:
-        """An attribute as text, number or array; None where it is missing."""
+        """Returns an attribute as text, number, array or list of texts; None if it is missing."""
         with self._guarded(f"attribute '{attribute}' of '{name}'"):
             value = self._file[name].attrs.get(attribute)
         if isinstance(value, bytes | str):
@@ -161,7 +165,7 @@ class Hdf5Input:
         return value.item() if isinstance(value, np.generic) else value
 
     def unit(self, name: str) -> str:
-        """The attribute `unit`, empty where the dataset has none."""
+        """Returns the attribute `unit` of a dataset; empty if there is none."""
         return str(self.attribute(name, "unit") or "")
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""model.h5: the reduced model."""
+"""Reads the parts of model.h5, the reduced model, that the figures need."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,28 +14,33 @@ from signorom_post.readers.hdf5_input import Hdf5Input
 
 @dataclass(frozen=True)
 class Cluster:
-    """What the figures need of one local reduced model; indices are 0-based."""
+    """One local hyper-reduced model; all indices count from 0."""
 
+    #: its number as text, from 1
     name: str
-    #: of the snapshots, descending, shape (m)
+    #: singular values of its snapshots, descending, shape (m)
     singular_values: FloatArray
+    #: number of columns of the basis: POD modes and hats
     n_modes: int
-    #: nodes chosen by DEIM and the zones of interest; nodes facing them
+    #: nodes that DEIM and the zones of interest chose
     seed_nodes: IntArray
+    #: nodes on the other contact surface that face seed nodes
     facing_nodes: IntArray
     #: cells of the reduced integration domain
     cells: IntArray
-    #: multipliers that the reduced model computes
+    #: contact rows in the domain, whose forces the model solves for
     contact_rows: IntArray
+    #: kappa (11)
     condition_number: float
+    #: condition number of the reduced stiffness
     stiffness_condition: float
-    #: its snapshots among the training points
+    #: its snapshots, as indices of the model's training points
     training_points: IntArray
 
 
 @dataclass(frozen=True)
 class Model:
-    """What the figures need of the reduced model."""
+    """The parts of a model file that the figures need."""
 
     path: Path
     title: str
@@ -43,16 +48,16 @@ class Model:
     force_unit: str
     parameter_names: list[str]
     parameter_units: list[str]
-    #: the trained box, shape (n_parameters)
+    #: limits of the trained box, shape (n_parameters)
     minimum: FloatArray
     maximum: FloatArray
-    #: shape (m, n_parameters)
+    #: shape (n_training_points, n_parameters)
     training_points: FloatArray
-    #: hyper-reduced local models; none in a condensed model
+    #: hyper-reduced local models; a condensed model has none
     clusters: list[Cluster]
-    #: energy tail that the basis may lose
+    #: tolerance of the POD: the basis may lose less than this share of the energy (20)
     pod_tolerance: float
-    #: the deck, as read from its YAML text; empty where that is not YAML
+    #: the deck, from its YAML text; empty if the text is not YAML
     deck: dict[str, Any]
 
     @property
@@ -67,7 +72,7 @@ class Model:
 
     @property
     def energy_unit(self) -> str:
-        """Unit of an elastic energy: per unit of thickness in plane models, empty where not known."""
+        """Unit of an elastic energy, in plane models of an energy per thickness; empty if a unit is not known."""
         kind = self._mechanical_model
         if not (self.force_unit and self.length_unit and kind):
             return ""
@@ -75,13 +80,13 @@ class Model:
         return f"{unit}/{self.length_unit}" if kind.startswith("plane") else unit
 
     def unit_of(self, parameter: str) -> str:
-        """Return the unit of a parameter; empty where it has none."""
+        """Returns the unit of a parameter; empty if the parameter is unknown or has no unit."""
         units = dict(zip(self.parameter_names, self.parameter_units, strict=True))
         return units.get(parameter, "")
 
 
 def read_model(path: Path) -> Model:
-    """Read and check model.h5."""
+    """Returns the contents of model.h5; InputError if the file is missing, damaged or inconsistent."""
     with Hdf5Input(path) as file:
         file.check_format("signorom model", 4)
         names = file.texts("/parameters/names")

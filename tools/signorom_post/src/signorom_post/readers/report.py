@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""report.yaml, what a run did, and other YAML files, as nested keys."""
+"""Reads report.yaml, which says what a run did, and other YAML files, as nested dictionaries."""
 
 from pathlib import Path
 from typing import Any
@@ -11,12 +11,12 @@ from signorom_post.readers.hdf5_input import require_file
 
 
 def read_report(path: Path) -> dict[str, Any]:
-    """Read report.yaml; which sections it has depends on the commands that were run."""
+    """Returns the sections of report.yaml, which depend on the commands that were run; InputError if it has none."""
     return read_sections(path, "report")
 
 
 def read_sections(path: Path, kind: str) -> dict[str, Any]:
-    """Read a YAML file of named sections; `kind` says what it should be."""
+    """Returns the sections of a YAML file; InputError if it has none. `kind` names the kind of file in the message."""
     require_file(path)
     try:
         sections = yaml.safe_load(path.read_text(encoding="utf-8"))

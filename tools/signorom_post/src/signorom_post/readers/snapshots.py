@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""snapshots.h5: the full-order solutions at the training points."""
+"""Reads snapshots.h5: the full-order solutions at the training points."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,29 +10,30 @@ from signorom_post.readers.hdf5_input import Hdf5Input
 
 @dataclass(frozen=True)
 class SnapshotSet:
-    """Full-order solutions, one row per training point."""
+    """The full-order solutions at m training points, one row per point."""
 
     path: Path
+    #: checksum that identifies the mechanical problem
     provenance: str
     parameter_names: list[str]
-    #: shape (m, n_parameters)
+    #: values of the parameters, shape (m, n_parameters)
     parameters: FloatArray
-    #: [length] shape (m, n_dofs), or (m, 0) where a condensed model needs contact forces only
+    #: [length] shape (m, n_dofs), or (m, 0) if a condensed model needs contact forces only
     displacement: Quantity
-    #: [force, or force per length] shape (m, n_multipliers)
+    #: contact forces [force, or force per length], shape (m, n_multipliers)
     multipliers: Quantity
-    #: solver steps, shape (m)
+    #: steps of the solver, shape (m)
     iterations: IntArray
-    #: > 0 converged, < 0 failed, shape (m)
+    #: > 0 converged, < 0 failed; shape (m)
     reasons: IntArray
-    #: equilibrium, penetration, negative multiplier, complementarity; shape (m, 4)
+    #: errors of equilibrium, penetration, negative contact force, complementarity; shape (m, 4)
     residuals: FloatArray
-    #: [s] shape (m)
+    #: wall time of each solution [s], shape (m)
     seconds: FloatArray
 
 
 def read_snapshots(path: Path) -> SnapshotSet:
-    """Read and check snapshots.h5."""
+    """Returns the contents of snapshots.h5; InputError if the file is missing, damaged or inconsistent."""
     with Hdf5Input(path) as file:
         file.check_format("signorom snapshots", 2)
         names = file.texts("/parameter_names")

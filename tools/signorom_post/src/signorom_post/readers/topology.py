@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Cells as XDMF numbers and lists them."""
+"""Cells in XDMF's mixed lists, and the nodes of a cell that pictures use."""
 
 from collections.abc import Mapping
 
@@ -8,10 +8,10 @@ import numpy as np
 from signorom_post.arrays import IntArray
 from signorom_post.readers.hdf5_input import Hdf5Input
 
-#: XDMF number of a cell type -> (number of nodes, dimension)
+#: XDMF's number of a cell type -> (number of nodes, dimension)
 XDMF_CELLS = {4: (3, 2), 5: (4, 2), 6: (4, 3), 9: (8, 3)}
 XDMF_CELLS |= {36: (6, 2), 37: (8, 2), 35: (9, 2), 38: (10, 3), 48: (20, 3), 50: (27, 3)}
-#: the same of points and lines; those with a number below SIZED tell their number of nodes in the list
+#: the same for points and lines; after a type below SIZED, the list has the number of nodes before the nodes
 XDMF_EDGES = {1: (1, 0), 2: (2, 1), 34: (3, 1)}
 SIZED = 3
 
@@ -19,7 +19,11 @@ SIZED = 3
 def cells_of_mixed(
     file: Hdf5Input, flat: IntArray, known: Mapping[int, tuple[int, int]]
 ) -> tuple[list[IntArray], list[int]]:
-    """Nodes and dimension of each cell of XDMF's mixed list: the type's number, then the nodes, for each cell."""
+    """Returns the nodes of each cell of XDMF's mixed list, and the dimension of each cell.
+
+    `flat` is the list: for each cell the number of its type, then its nodes. `known` are the types that may occur;
+    InputError for another type, or if the list ends too early.
+    """
     cells, dimensions, start = [], [], 0
     while start < len(flat):
         kind = int(flat[start])
@@ -36,13 +40,13 @@ def cells_of_mixed(
 
 
 def drawn_nodes(nodes: IntArray, n_dim: int) -> IntArray:
-    """Nodes of a cell in pictures: along a line, around a plane one, the corners of a solid one."""
+    """Returns the nodes of a cell for pictures: along a line, around a plane cell, the corners of a solid cell."""
     if n_dim == 3:
         return nodes[: 4 if len(nodes) in (4, 10) else 8]
     if n_dim < 2:
         return nodes[[0, 2, 1]] if len(nodes) == 3 else nodes
     if len(nodes) <= 4:
         return nodes
-    # from the middle of the first side
+    # corners and middles of sides in turn, beginning with the middle of the first side
     n_corners = 3 if len(nodes) == 6 else 4
     return np.column_stack([nodes[n_corners : 2 * n_corners], np.roll(nodes[:n_corners], -1)]).ravel()

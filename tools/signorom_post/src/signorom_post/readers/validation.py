@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""validation.csv: errors of the reduced model, one line per test point."""
+"""Reads validation.csv: errors of the reduced model, one line per test point."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,7 +10,7 @@ from signorom_post.arrays import BoolArray, FloatArray
 from signorom_post.errors import InputError
 from signorom_post.readers.csv_input import CsvInput
 
-#: numbers; an error may be inf, or nan where it is not defined
+#: columns of numbers that must be there; an error may be infinite, or nan if it is not defined
 NUMERIC_COLUMNS = (
     "cluster",
     "e_u",
@@ -29,20 +29,20 @@ class Validation:
 
     path: Path
     parameter_names: list[str]
-    #: shape (n_points, n_parameters)
+    #: values of the parameters, shape (n_points, n_parameters)
     parameters: FloatArray
-    #: numeric columns by name, shape (n_points) each; an error is nan where it is not defined
+    #: name -> column of numbers, shape (n_points); an error is nan if it is not defined
     columns: dict[str, FloatArray]
-    #: what solved each point; none: without an answer
+    #: solver that answered at each point; `none`: there is no answer
     solvers: list[str]
-    #: the full-order model has a solution there, shape (n_points)
+    #: whether the full-order model has a solution at each point, shape (n_points)
     has_solution: BoolArray
 
     def counted_errors(self, name: str) -> FloatArray:
-        """Errors in which nothing is forgotten, as `validate` does: a point without an answer is infinitely wrong.
+        """Returns the column of an error as the command `validate` counts it in its statistics.
 
-        Where nothing touches in either model nothing is wrong; any other 0/0 counts as infinite. Points that have no
-        full-order solution are left out.
+        A point without an answer counts as infinite. An undefined error (nan) counts as 0 if the full order has no
+        closed contact, and else as infinite. Points without a full-order solution are left out.
         """
         errors = self.columns[name]
         n_active = self.columns["n_active_full_order"]
@@ -52,7 +52,10 @@ class Validation:
 
 
 def read_validation(path: Path) -> Validation:
-    """Read and check validation.csv; its first columns, up to `cluster`, are the parameters."""
+    """Returns the contents of validation.csv, whose columns before `cluster` are the parameters.
+
+    InputError if the file is missing or cannot be used.
+    """
     file = CsvInput(path, (*NUMERIC_COLUMNS, "solver"))
     n_parameters = file.header.index("cluster")
     if n_parameters == 0:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What the verification tests compared with known answers: one CSV file per test file, one row per figure."""
+"""Reads the results of the verification tests: one CSV file per test file, one row per number that was compared."""
 
 import csv
 import math
@@ -20,14 +20,15 @@ COLUMNS = (
     "kind",
     "is_passed",
 )
-#: relative and absolute differences from a reference; limits of what is found; a test that broke off has none
+#: kinds of comparison: relative or absolute difference from a reference, or a lower or upper limit of the number found;
+#: empty: the test failed before the comparison
 KINDS = ("relative", "absolute", "at_least", "at_most", "")
 HOW_TO_MAKE = "`ctest --preset ci -L verification` makes them, in build/ci/verification"
 
 
 @dataclass(frozen=True)
 class VerifiedFigure:
-    """One row; numbers are nan where the row has none."""
+    """One number that was compared; nan stands for numbers that the row does not have."""
 
     problem: str
     quantity: str
@@ -43,7 +44,10 @@ class VerifiedFigure:
 
 
 def read_verification(folder: Path) -> list[VerifiedFigure]:
-    """All rows of all files of a folder, files in the order of their names, the rows of a problem together."""
+    """Returns the rows of all CSV files of a folder, with the rows of one problem next to each other.
+
+    Files are read in the order of their names. InputError if there are no rows, or if a file cannot be used.
+    """
     if not folder.is_dir():
         raise InputError(folder, f"there are no verification results; {HOW_TO_MAKE}")
     figures = [figure for path in sorted(folder.glob("*.csv")) for figure in _read_file(path)]
