@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What a trained model says, as data."""
+"""Data of the answers of a trained model: forces, resultants, fields, derivatives, certificates."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -16,11 +16,14 @@ class ModelError(InputError):
 
 
 class NoAnswerError(Exception):
-    """A point at which the model has no answer."""
+    """The model has no answer at a point, or cannot give what was asked for."""
 
 
 def pressure_of(multipliers: FloatArray, areas: FloatArray) -> FloatArray:
-    """Force over area of contacts, their last dimension; NaN where a contact has no area."""
+    """Returns the contact pressures: `multipliers`, shape (..., n_contacts), over `areas`, shape (n_contacts).
+
+    The pressure of a contact without an area is NaN.
+    """
     return multipliers / np.where(areas > 0, areas, np.nan)
 
 
@@ -36,48 +39,52 @@ class Parameter:
 
 @dataclass(frozen=True)
 class ContactNodes:
-    """Nodes of one side of the contacts; those of contact i are the entries from starts[i] up to starts[i + 1]."""
+    """The nodes of one side of all contacts; those of contact i are the entries starts[i] to starts[i + 1] - 1."""
 
-    #: shape (n_contacts + 1)
+    #: first entry of each contact, shape (n_contacts + 1)
     starts: IntArray
-    #: of the mesh file; on the first side the node that carries the contact's force comes first; none: a rigid obstacle
+    #: numbers of the nodes in the mesh file. On the first side, the node that carries the contact's force comes first.
+    #: A contact with a rigid obstacle has no nodes on the second side
     tags: IntArray
-    #: share of the contact's force on each node, shape of `tags`
+    #: share of the contact's force on each node, same shape as `tags`
     weights: FloatArray
-    #: [length unit of the model] shape (len(tags), n_dimensions)
+    #: coordinates of the nodes [length unit of the model], shape (len(tags), n_dimensions)
     coordinates: FloatArray
 
 
 @dataclass(frozen=True)
 class Resultants:
-    """What contact forces come to on each contact of the deck; of many answers with a dimension for these in front.
+    """Contact area, resultant force and moment on each entry of the deck's section `contact`.
 
-    Units are those of the model: length (but of plane models: its square), force, force times length.
+    The arrays of many answers have one more dimension in front, for the points. Units are those of the model. An area
+    has the unit of a length in plane models, and else of a length squared.
     """
 
-    #: area that touches, shape (n_entries)
+    #: area of the closed contacts, shape (n_entries)
     areas: FloatArray
-    #: resultant on the first surface, shape (n_entries, n_dimensions); in axisymmetry the sums of F_r and F_z
+    #: resultant force on the first surface, shape (n_entries, n_dimensions); in axisymmetry the sums of F_r and F_z
     forces: FloatArray
-    #: its moment about the origin on the undeformed mesh, shape (n_entries, 3), but of plane and axisymmetric models
-    #: (n_entries, 1): x F_y - y F_x, r F_z - z F_r
+    #: moment of the forces about the origin on the undeformed mesh. Shape (n_entries, 3) in space. In plane and
+    #: axisymmetric models (n_entries, 1), which is x F_y - y F_x or r F_z - z F_r
     moments: FloatArray
 
 
 @dataclass(frozen=True)
 class Cells:
-    """Mesh of a model that answers fields; nodes count from 0, those of cell i are nodes[starts[i]:starts[i + 1]].
+    """The mesh of a model that can compute fields. Nodes count from 0.
 
-    The elements are gmsh's by their number of nodes: T3, Q4, T6, Q8, Q9 in the plane, T4, H8, T10, H20, H27 in space.
+    The number of nodes gives the type of an element: T3, Q4, T6, Q8, Q9 in the plane, T4, H8, T10, H20, H27 in space.
+    The nodes of an element are in gmsh's order.
     """
 
-    #: shape (n_cells + 1)
+    #: the nodes of cell i are nodes[starts[i]:starts[i + 1]]; shape (n_cells + 1)
     starts: IntArray
     nodes: IntArray
-    #: region of each cell, an index of region_names, -1 where it has none; shape (n_cells)
+    #: region of each cell as an index of `region_names`, -1 if it has none; shape (n_cells)
     regions: IntArray
     region_names: list[str]
-    #: facets of the surfaces that carry the contact forces, and the contact of the deck of each, from 0
+    #: facets of the surfaces with the contact forces, in the same form as the cells, and the number of the contact of
+    #: the deck to which each facet belongs, from 0; shape (n_facets)
     facet_starts: IntArray
     facet_nodes: IntArray
     facet_contacts: IntArray
@@ -85,66 +92,69 @@ class Cells:
 
 @dataclass(frozen=True)
 class Fields:
-    """What a model says at one point on its whole mesh, under the names of fields.h5.
+    """The fields of an answer at one point on the whole mesh; they have the same names as in fields.h5.
 
-    Six components are xx, yy, zz, xy, yz, xz; in axisymmetry x = r, y = z, and zz is the hoop direction.
+    The six components of a tensor are xx, yy, zz, xy, yz, xz. In axisymmetry x is r, y is z, and zz is the hoop
+    direction.
     """
 
     #: values of the parameters
     point: dict[str, float]
     #: shape (n_nodes, n_dimensions)
     displacement: FloatArray
-    #: means of the cells, shapes (n_cells, 6) and (n_cells)
+    #: stress and von Mises stress, means of the cells, shapes (n_cells, 6) and (n_cells)
     stress: FloatArray
     von_mises: FloatArray
-    #: what temperatures and swelling impose: means of the cells, components of the tensor, shape (n_cells, 6)
+    #: strain that temperature and swelling impose, means of the cells, components of the tensor, shape (n_cells, 6)
     imposed_strain: FloatArray
-    #: at the nodes, shapes (n_nodes, 6) and (n_nodes)
+    #: stress and von Mises stress at the nodes, smoothed, shapes (n_nodes, 6) and (n_nodes)
     stress_smoothed: FloatArray
     von_mises_smoothed: FloatArray
     #: force of the other body on each node, shape (n_nodes, n_dimensions)
     contact_force: FloatArray
-    #: 0 off the contacts, shape (n_nodes)
+    #: contact pressure at each node, 0 at nodes without a contact, shape (n_nodes)
     contact_pressure: FloatArray
-    #: NaN off the contacts, shape (n_nodes)
+    #: gap at each node, NaN at nodes without a contact, shape (n_nodes)
     gap: FloatArray
-    #: of the nodes: 0 no contact, 1 open, 2 closed; shape (n_nodes)
+    #: status of each node: 0 no contact, 1 open, 2 closed; shape (n_nodes)
     status: IntArray
-    #: of the cells: 0 no contact at their nodes, 1 open, 2 closed, 3 closed at some nodes; shape (n_cells)
+    #: status of each cell: 0 no contact at its nodes, 1 open, 2 closed, 3 closed at some nodes; shape (n_cells)
     contact_status: IntArray
-    #: area of each contact of the deck that touches, shape (n_entries)
+    #: area of the closed contacts in each contact of the deck, shape (n_entries)
     contact_area: FloatArray
-    #: unit of each of these
+    #: name of a field -> its unit
     units: dict[str, str]
 
 
 @dataclass(frozen=True)
 class Gradient:
-    """How an answer changes with each parameter, while contacts that push stay closed and open ones stay open.
+    """Derivatives of an answer with respect to each parameter.
 
-    Units are those of the answer over those of the parameter. The first dimension of each array is that of `parameters`.
+    They hold as long as contacts with a force stay closed and open contacts stay open. The unit of a derivative is the
+    unit of the answer over that of the parameter. The first dimension of each array counts the parameters.
     """
 
-    #: names, in the model's order
+    #: names of the parameters, in the model's order
     parameters: list[str]
-    #: of the contact forces, shape (n_parameters, n_contacts)
+    #: derivatives of the contact forces, shape (n_parameters, n_contacts)
     multipliers: FloatArray
-    #: of the resultants, shapes (n_parameters, n_entries, n_dimensions) and (n_parameters, n_entries, n_moments)
+    #: derivatives of the resultant forces, shape (n_parameters, n_entries, n_dimensions)
     forces: FloatArray
+    #: derivatives of the resultant moments, shape (n_parameters, n_entries, n_moments)
     moments: FloatArray
-    #: of the displacement of the nodes that the query asked for, NaN where there is none; shape (n_parameters, n_nodes,
-    #: n_dimensions)
+    #: derivatives of the displacement of the nodes that the query asked for, NaN at nodes without a displacement; shape
+    #: (n_parameters, n_nodes, n_dimensions)
     displacement: FloatArray
-    #: the derivative on the other side is another one: a contact grazes, or an expression of the deck has a kink here;
-    #: shape (n_parameters)
+    #: whether the derivatives towards larger and smaller values of a parameter differ. This happens where a contact
+    #: touches without a force, or where an expression of the deck has a kink; shape (n_parameters)
     is_one_sided: BoolArray
-    #: contacts that touch without a force
+    #: number of contacts that touch without a force (grazing contacts)
     n_grazing: int
 
 
 @dataclass(frozen=True)
 class Answer:
-    """What the model says at one point; arrays are the caller's own."""
+    """The answer of a model at one point. The arrays are copies: a later query does not change them."""
 
     #: values of the parameters
     point: dict[str, float]
@@ -152,65 +162,70 @@ class Answer:
     multipliers: FloatArray
     #: contact area, resultant force and moment of each contact of the deck
     resultants: Resultants
-    #: the multipliers in the reduced integration domain of this cluster only, shape (n_domain_contacts)
+    #: force of each contact in the reduced integration domain of the cluster that answered, shape (n_domain_contacts)
     domain_multipliers: FloatArray
-    #: which contacts these are, counted from 0
+    #: numbers of these contacts, from 0, shape (n_domain_contacts)
     domain_contacts: IntArray
-    #: displacement of each node, or of the chosen ones [length unit of the model], NaN where there is none; shape
-    #: (n_nodes, n_dimensions)
+    #: displacement of all nodes, or of the nodes that the query asked for [length unit of the model], NaN at nodes
+    #: without a displacement; shape (n_nodes, n_dimensions)
     displacement: FloatArray
     #: reduced coordinates, shape (n_modes)
     coordinates: FloatArray
-    #: active_set, block_pivoting, lemke, or condensed: the full-order operator answered
+    #: solver that answered: active_set, block_pivoting, lemke, or condensed, which is the full-order operator
     method: str
-    #: which local model answered, counted from 0, and which would be next; None where there is one only
+    #: number of the local model that answered, from 0
     cluster: int
+    #: number of the local model that is second in the choice, from 0; None if there is only one
     next_cluster: int | None
-    #: linear solves and pivots
+    #: number of linear solves and pivots
     n_iterations: int
-    #: the point lies in the trained box; outside, the answer is an extrapolation
+    #: whether the point lies in the trained box; outside of it, the answer is an extrapolation
     is_inside_box: bool
-    #: to the nearest training point, the sides of the box taken as 1
+    #: distance to the nearest training point, with all parameters scaled so that the box has sides of length 1
     distance: float
-    #: largest violation of the contact conditions of the dense problem, relative: rounding, not the error of the model
+    #: largest relative violation of the contact conditions of the reduced problem. It shows rounding errors of the
+    #: solver, not the error of the model
     residual: float
-    #: solutions of the reduced problem that two starts found; 2: it has several, and the forces are less reliable
+    #: number of different solutions of the reduced problem that two starts of the solver found. 2 means that the
+    #: solution is not unique, so that the forces are less reliable
     n_solutions: int
-    #: certificate: the contact forces are no farther from the full-order ones, in the norm of the energy
-    #: [sqrt(force * length)]; None where the model cannot give one
+    #: certificate: upper bound of the error of the contact forces in the energy norm [sqrt(force * length)]; None if
+    #: the model cannot give one
     bound: float | None
-    #: the same over the size of the forces, at least a thousandth of the largest in training; at most 1e-12: exact
+    #: `bound` over the size of the forces, which counts as at least a thousandth of the largest size in training. If it
+    #: is at most 1e-12, the forces are exact
     relative_bound: float | None
-    #: the same of the displacement in the norm of the stiffness [sqrt(force * length)], rigid motions of bodies that
-    #: only contact holds left out; None where the model cannot give one
+    #: certificate: upper bound of the error of the displacement in the norm of the stiffness [sqrt(force * length)],
+    #: without rigid motions of bodies that only contact holds; None if the model cannot give one
     displacement_bound: float | None
-    #: the same over the size of the displacement, at least a thousandth of the largest in training
+    #: `displacement_bound` over the size of the displacement, which counts as at least a thousandth of the largest size
+    #: in training
     relative_displacement_bound: float | None
-    #: asks the model for derivatives in a direction
+    #: returns the derivatives towards larger (1) or smaller (-1) values of the parameters
     _differentiate: Callable[[int], Gradient] = field(repr=False, compare=False)
     _areas: FloatArray = field(repr=False, compare=False)
 
     @cached_property
     def gradient(self) -> Gradient:
-        """Derivatives with respect to the parameters; where they are one-sided, those towards larger values.
+        """Derivatives with respect to the parameters; if they are one-sided, those towards larger values.
 
-        Those of a hyper-reduced model are the derivatives of the full-order operator that it keeps. NoAnswerError where
-        there are none: a hyper-reduced model without that operator, a load that jumps at the point. The model is asked
-        at the first access, so it must still be open.
+        A hyper-reduced model gives the derivatives of its full-order operator. NoAnswerError if the model has no such
+        operator, or if a load jumps at the point. The derivatives are computed at the first access, so the model must
+        still be open then.
         """
         return self._differentiate(1)
 
     @cached_property
     def backward_gradient(self) -> Gradient:
-        """The same; where derivatives are one-sided, those towards smaller values."""
+        """Derivatives like `gradient`; if they are one-sided, those towards smaller values."""
         return self._differentiate(-1)
 
     @cached_property
     def pressure(self) -> FloatArray:
-        """Contact pressures [force unit / area], NaN where a contact has no area; shape (n_contacts)."""
+        """Contact pressures [force unit / area unit], NaN if a contact has no area; shape (n_contacts)."""
         return pressure_of(self.multipliers, self._areas)
 
     @property
     def contact_force(self) -> float:
-        """Sum of the contact forces."""
+        """Sum of the contact forces of all contacts [force unit of the model]."""
         return float(self.multipliers.sum())

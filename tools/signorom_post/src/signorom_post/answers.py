@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What a trained model says at many points, as arrays."""
+"""Data of the answers of a trained model at many points, as arrays."""
 
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -10,35 +10,37 @@ from signorom_post.arrays import BoolArray, FloatArray, IntArray, TextArray
 
 @dataclass(frozen=True, eq=False)
 class Answers:
-    """Answers at many points, a row per point; arrays are the caller's own.
+    """The answers of a model at many points, one row per point.
 
-    Numbers are NaN where there is no answer.
+    The arrays are copies: a later query does not change them. Real numbers are NaN at points without an answer.
     """
 
     #: values of the parameters, shape (n_points, n_parameters)
     points: FloatArray
-    #: the model has an answer, shape (n_points)
+    #: whether the model has an answer, shape (n_points)
     has_answer: BoolArray
     #: force of each contact [force unit of the model], shape (n_points, n_contacts)
     multipliers: FloatArray
     #: contact area, resultant force and moment of each contact of the deck, with a row per point
     resultants: Resultants
-    #: displacement of the nodes that were asked for [length unit of the model], NaN where a node has none; shape
-    #: (n_points, n_nodes, n_dimensions)
+    #: displacement of the nodes that the query asked for [length unit of the model], NaN at nodes without a
+    #: displacement; shape (n_points, n_nodes, n_dimensions)
     displacement: FloatArray
-    #: active_set, block_pivoting, lemke, condensed, or none without an answer; shape (n_points), like all that follow
+    #: solver that answered: active_set, block_pivoting, lemke, condensed, or none if there is no answer. This array and
+    #: all that follow have the shape (n_points)
     method: TextArray
-    #: which local model was asked, counted from 0
+    #: number of the local model that was asked, from 0
     cluster: IntArray
-    #: the point lies in the trained box; outside, the answer is an extrapolation
+    #: whether the point lies in the trained box; outside of it, the answer is an extrapolation
     is_inside_box: BoolArray
-    #: to the nearest training point, the sides of the box taken as 1
+    #: distance to the nearest training point, with all parameters scaled so that the box has sides of length 1
     distance: FloatArray
-    #: largest violation of the contact conditions of the dense problem, relative: rounding, not the error of the model
+    #: largest relative violation of the contact conditions of the reduced problem. It shows rounding errors of the
+    #: solver, not the error of the model
     residual: FloatArray
-    #: solutions of the reduced problem that two starts found; 0 without an answer
+    #: number of different solutions of the reduced problem that two starts of the solver found; 0 without an answer
     n_solutions: IntArray
-    #: certificates as in Answer, NaN where the model cannot give one
+    #: certificates as in Answer, NaN if the model cannot give one
     bound: FloatArray
     relative_bound: FloatArray
     displacement_bound: FloatArray
@@ -47,12 +49,12 @@ class Answers:
 
     @cached_property
     def pressure(self) -> FloatArray:
-        """Contact pressures [force unit / area], NaN where a contact has no area; shape (n_points, n_contacts)."""
+        """Contact pressures [force unit / area unit], NaN if a contact has no area; shape (n_points, n_contacts)."""
         return pressure_of(self.multipliers, self._areas)
 
     @property
     def contact_force(self) -> FloatArray:
-        """Sum of the contact forces at each point, shape (n_points)."""
+        """Sum of the forces of all contacts at each point [force unit of the model], shape (n_points)."""
         return self.multipliers.sum(axis=1)
 
     def __len__(self) -> int:

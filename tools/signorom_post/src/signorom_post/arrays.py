@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Array types of the annotations, and values with their unit."""
+"""Array types for annotations, values with their unit, and texts of numbers."""
 
 import math
 from dataclasses import dataclass
@@ -16,7 +16,7 @@ TextArray = NDArray[np.str_]
 
 @dataclass(frozen=True)
 class Quantity:
-    """An array, its unit (empty where it has none) and what it is."""
+    """An array, its unit (empty if it has none), and a description of the quantity."""
 
     values: FloatArray
     unit: str = ""
@@ -24,7 +24,7 @@ class Quantity:
 
 
 def as_number(value: Any) -> float | None:
-    """The number in a YAML value, or None; YAML 1.1 takes `1e8` and `1.0e8` for text, we do not."""
+    """Returns the number in a YAML value, or None. A text such as `1e8`, no number in YAML 1.1, counts as a number."""
     if isinstance(value, bool):
         return None
     if isinstance(value, int | float):
@@ -38,17 +38,17 @@ def as_number(value: Any) -> float | None:
 
 
 def format_number(value: float) -> str:
-    """Four significant digits, without trailing zeros: 0.2, 3.217, 1.08e-05."""
+    """Returns a number with four significant digits and without trailing zeros: 0.2, 3.217, 1.08e-05."""
     return f"{value:.4g}" if math.isfinite(value) else str(value)
 
 
 def power_of_ten(value: float) -> str:
-    """A positive number in mathtext, such as 10^{-8} or 2.5 x 10^{-8}."""
+    """Returns a positive number in matplotlib's mathtext, such as 10^{-8} or 2.5 x 10^{-8}."""
     mantissa, exponent = f"{value:.1e}".split("e")
     power = f"10^{{{int(exponent)}}}"
     return f"${power}$" if mantissa == "1.0" else rf"${mantissa}\times{power}$"
 
 
 def with_unit(text: str, unit: str) -> str:
-    """A label for an axis: `x [m]`, or the bare text where the quantity has no unit."""
+    """Returns a label for an axis, such as `x [m]`, or only the text if the quantity has no unit."""
     return f"{text} [{unit}]" if unit not in ("", "-", "1") else text

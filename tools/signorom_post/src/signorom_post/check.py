@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The command `signorom-post check`: what `signorom check DECK --fields` found, as pictures."""
+"""The command `signorom-post check`: pictures of the set-up that `signorom check DECK --fields` wrote."""
 
 import argparse
 from collections.abc import Iterator
@@ -37,7 +37,7 @@ def _run(options: argparse.Namespace) -> int:
 
 
 def write_pictures(check: CheckFile, output: Path, file_format: str) -> Iterator[Path]:
-    """Draw the bodies with supports and loads, then each contact."""
+    """Writes a picture of the bodies with supports and loads, then one of each contact; yields the path of each."""
     with styled():
         path = output / f"check_bodies.{file_format}"
         save(check_bodies(check), path)
@@ -49,6 +49,6 @@ def write_pictures(check: CheckFile, output: Path, file_format: str) -> Iterator
 
 
 def follow_pictures(log: Log, check: CheckFile, output: Path, file_format: str) -> Iterator[Path]:
-    """Draw the pictures like `write_pictures` and show the progress."""
+    """Writes the pictures like `write_pictures`, and shows the progress."""
     n_pictures = 1 + len(check.names["contacts"])
     return log.follow("pictures", write_pictures(check, output, file_format), n_pictures)

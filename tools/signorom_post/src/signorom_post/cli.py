@@ -31,9 +31,10 @@ EXIT_STOPPED = 130
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run one command and return the exit code.
+    """Runs one command of `arguments` (default: those of the process) and returns the exit code.
 
-    0, 2 where files or arguments are at fault, 1 where a figure fails, 130 when stopped.
+    0: success. 1: a number of the verification lies outside of its limits. 2: a file or an argument is wrong. 130: the
+    user stopped the command.
     """
     options = _parser().parse_args(arguments)
     try:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Contact rows: the nodes of both sides of each, and the area that it stands for."""
+"""Contact rows: the nodes of both sides and the area of each row."""
 
 from dataclasses import dataclass
 
@@ -10,17 +10,17 @@ from signorom_post.arrays import FloatArray, IntArray
 
 @dataclass(frozen=True)
 class ContactSide:
-    """Nodes of one side of all rows; those of row i are `nodes[starts[i] : starts[i + 1]]`."""
+    """The nodes of one side of all contact rows; those of row i are `nodes[starts[i] : starts[i + 1]]`."""
 
-    #: shape (n_rows + 1)
+    #: first entry of each row, shape (n_rows + 1)
     starts: IntArray
-    #: 0-based; on the first side the one that carries the row's force comes first
+    #: nodes, from 0; on the first side, the node that carries the row's force comes first
     nodes: IntArray
-    #: share of the row's force on each node, shape of `nodes`
+    #: share of the row's force on each node, same shape as `nodes`
     weights: FloatArray
 
     def of(self, row: int) -> IntArray:
-        """Return the nodes of a row; empty for a rigid obstacle."""
+        """Returns the nodes of a row on this side; the second side of a rigid obstacle has none."""
         return self.nodes[self.starts[row] : self.starts[row + 1]]
 
 
@@ -30,21 +30,21 @@ class Contact:
 
     first: ContactSide
     second: ContactSide
-    #: force of a row over its area is the pressure there, shape (n_rows)
+    #: area of each row, shape (n_rows): the force of a row over its area is the contact pressure
     areas: FloatArray
 
     @property
     def n_rows(self) -> int:
-        """Number of contact forces."""
+        """Number of contact rows, each of which has one contact force."""
         return len(self.areas)
 
     @property
     def owners(self) -> IntArray:
-        """Node that carries the force of each row, shape (n_rows)."""
+        """Node that carries the force of each row (its owner), shape (n_rows)."""
         return self.first.nodes[self.first.starts[:-1]]
 
     def nodes_of(self, rows: IntArray | None = None) -> IntArray:
-        """Return the nodes of some rows, or of all: first sides, then second sides, each node once."""
+        """Returns the nodes of some rows, or of all: those of the first side, then those of the second, each once."""
         chosen = range(self.n_rows) if rows is None else rows
         nodes = [side.of(row) for side in (self.first, self.second) for row in chosen]
         return np.array(list(dict.fromkeys(np.concatenate(nodes))) if nodes else [], dtype=np.int64)

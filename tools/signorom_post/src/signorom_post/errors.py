@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What can be wrong with the files that the user gives."""
+"""Errors of the files that the user gives."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -7,7 +7,7 @@ from pathlib import Path
 
 
 class InputError(Exception):
-    """A file that cannot be used: one sentence, begun by the name of the file."""
+    """A file cannot be used. The message is the name of the file and one sentence."""
 
     def __init__(self, path: Path | str, sentence: str) -> None:
         super().__init__(f"{path}: error: {sentence}")
@@ -17,7 +17,7 @@ class InputError(Exception):
 
 @contextmanager
 def writing(what: str, place: Path) -> Iterator[None]:
-    """Files that cannot be written below a place are an InputError: `<what> cannot be written`."""
+    """Turns an OSError in its block into an InputError: `<what> cannot be written`; `place` is the folder or file."""
     try:
         yield
     except OSError as error:
@@ -25,4 +25,4 @@ def writing(what: str, place: Path) -> Iterator[None]:
 
 
 class MissingFileError(InputError):
-    """A file that is not there; figures that need it are left out, which is no failure."""
+    """A file is missing. Figures that need it are left out, and this is not a failure of the command."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Which figures a results folder allows, and writing them."""
+"""Writes all figures for which a results folder has the files."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -26,16 +26,16 @@ COLORS = ("displacement", "contact")
 
 
 class NotDrawableError(Exception):
-    """The files are sound but hold nothing for this figure; the text says why."""
+    """The files are valid, but have no data for this figure; the message says why."""
 
 
 @dataclass(frozen=True)
 class FigureOptions:
-    """What the user may choose."""
+    """The choices of the user."""
 
-    #: number (1-based) or label of the point of initial_and_deformed; None: the middle one of the file
+    #: point of the figure `initial_and_deformed`: its number, from 1, or its label; None: the middle one of the file
     point: str | None = None
-    #: colour of initial_and_deformed
+    #: field that gives the colors of the figure `initial_and_deformed`: one of COLORS
     color: str = "displacement"
     #: names of the figures to draw; None: all
     only: tuple[str, ...] | None = None
@@ -43,21 +43,21 @@ class FigureOptions:
 
 @dataclass(frozen=True)
 class Outcome:
-    """What became of one figure."""
+    """The outcome of one figure: written or left out."""
 
     name: str
-    #: file that was written; None where the figure was left out
+    #: file that was written; None if the figure was left out
     path: Path | None
-    #: why it was left out
+    #: why the figure was left out
     reason: str = ""
-    #: a file was damaged or foreign, not just missing
+    #: whether it was left out because a file is damaged or not of the right kind, not just missing
     is_failure: bool = False
 
 
 def write_figures(
     results: Results, output: Path, file_format: str, options: FigureOptions
 ) -> Iterator[Outcome]:
-    """Draw and write the figures one after the other; one that cannot be drawn does not stop the rest."""
+    """Writes the figures one after the other, and yields the outcome of each; after a failure it goes on."""
     for name, build in BUILDERS.items():
         if options.only is not None and name not in options.only:
             continue
@@ -78,14 +78,17 @@ def write_figures(
 def follow_figures(
     log: Log, results: Results, output: Path, file_format: str, options: FigureOptions
 ) -> Iterator[Outcome]:
-    """Write the figures like `write_figures` and show the progress."""
+    """Writes the figures like `write_figures`, and shows the progress."""
     names = [name for name in BUILDERS if options.only is None or name in options.only]
     outcomes = write_figures(results, output, file_format, options)
     return log.follow("figures", outcomes, len(names), lambda outcome: names.index(outcome.name) + 1)
 
 
 def choose_point(fields: FieldFile, wanted: str | None) -> FieldPoint:
-    """A point of the field file by its number or label; the middle one where nothing is wanted."""
+    """Returns the point of the field file with this number (from 1) or label; the middle one if `wanted` is None.
+
+    NotDrawableError if the file has no points, InputError if it does not have this point.
+    """
     if not fields.points:
         raise NotDrawableError(f"{fields.path}: there is no parameter point")
     if wanted is None:
@@ -113,7 +116,7 @@ def _initial_and_deformed(results: Results, options: FigureOptions) -> Iterator[
 
 
 def _axis_names(results: Results) -> tuple[str, str]:
-    """Return the names of the axes from the model or, after `solve`, from the report."""
+    """Returns the names of the axes from the model or, if there is no model, from the report."""
     if results.model_if_present is not None:
         return results.model.axis_names
     try:
@@ -181,7 +184,7 @@ def _enrichment(results: Results, options: FigureOptions) -> Iterator[tuple[str,
     yield "", enrichment(histories)
 
 
-#: name of the file without ending -> what draws it
+#: name of a figure, which is its file without the ending -> procedure that draws it
 BUILDERS: dict[str, Callable[[Results, FigureOptions], Iterator[tuple[str, Figure]]]] = {
     "initial_and_deformed": _initial_and_deformed,
     "reduced_domain": _reduced_domain,

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What the library holds for an open model: the model and its contexts, shared by threads."""
+"""Handles of the library for an open model: the model and its contexts, which several threads use."""
 
 import os
 import threading
@@ -10,16 +10,16 @@ from ctypes import byref, c_void_p
 from signorom_post.answer import ModelError
 from signorom_post.library import load_library, text_of
 
-# The library makes and frees its handles in one thread at a time. The garbage collector may free a model in the
-# middle of this module's own work: the same thread may come in again.
+# Only one thread at a time may make or free handles of the library. The lock is reentrant: while a thread holds it, the
+# garbage collector may free another model in the same thread.
 _making = threading.RLock()
 
 
 class Handles:
-    """What the library holds for an open model. A context serves one thread at a time, so each caller borrows one."""
+    """The library's handles of one open model. A context serves one thread at a time, so each caller borrows one."""
 
     def __init__(self, path: str) -> None:
-        """Read the file; ModelError where the library refuses it."""
+        """Opens the model file `path`; ModelError if the library cannot read it or if the model cannot answer."""
         self._lock = threading.Lock()
         self._model = c_void_p()
         self._idle: list[c_void_p] = []
@@ -32,7 +32,7 @@ class Handles:
                 if self.library.signorom_open(os.fsencode(path), byref(self._model)):
                     raise self._failure(self.library.signorom_model_message(self._model))
             with self.context():
-                pass  # a model that cannot answer is refused here
+                pass  # making a context fails if the model cannot answer
         except BaseException:
             self.close()
             raise
@@ -43,7 +43,10 @@ class Handles:
 
     @contextmanager
     def model(self) -> Iterator[c_void_p]:
-        """The model; another thread that closes it meanwhile does not take it away."""
+        """Gives the model's handle to a `with` block. It stays valid there, even if another thread closes the model.
+
+        ValueError if the model is closed.
+        """
         with self._lock:
             if self._is_closed:
                 raise ValueError("the model is closed")
@@ -57,7 +60,7 @@ class Handles:
 
     @contextmanager
     def context(self) -> Iterator[c_void_p]:
-        """A context that nobody else has meanwhile: one that has been given back, or a new one."""
+        """Gives a context to a `with` block, in which no other caller has it. It is one that is free, or a new one."""
         with self.model() as model:
             context = self._take() or self._new_context(model)
             try:
@@ -80,7 +83,7 @@ class Handles:
         return context
 
     def close(self) -> None:
-        """Take no more callers; the last one that is at work frees the model."""
+        """Closes the model for new callers. It is freed at once, or when the last caller that still uses it ends."""
         with self._lock:
             self._is_closed = True
         self._free_if_unused()

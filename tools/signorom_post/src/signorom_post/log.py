@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Messages of a command on the terminal and, if the user wants it, in a file; progress of long tasks."""
+"""Writes the messages of a command to the terminal and, if wanted, to a file; shows the progress of long tasks."""
 
 import os
 import sys
@@ -11,10 +11,10 @@ from typing import Self, TextIO, TypeVar
 
 from signorom_post.errors import InputError
 
-#: [s] between two drawings of a bar, and between two lines where there is no terminal
+#: [s] time between two drawings of a progress bar, and between two lines of progress
 BAR_INTERVAL, LINE_INTERVAL = 0.1, 10.0
 BAR_COLUMNS = 30
-#: [s] between two looks at what a run of the program says
+#: [s] time between two looks at the messages of a run of the program
 LOOK_INTERVAL = 0.5
 Item = TypeVar("Item")
 
@@ -23,9 +23,9 @@ class Log:
     """Writes the messages of a command. If there is a file, it gets all messages with dates."""
 
     def __init__(self, path: Path | None = None) -> None:
-        """InputError where the file cannot be written."""
+        """Opens the file `path` to append to it, if it is given; InputError if it cannot be written."""
         self.path = path
-        #: why the file lacks something; the work goes on without it
+        #: why a message could not be written to the file; the command goes on without it
         self.failure = ""
         self._file: TextIO | None = None
         self._n_status_columns = 0
@@ -46,15 +46,15 @@ class Log:
         self._file = None
 
     def result(self, text: object) -> None:
-        """Write a result that the user asked for to stdout."""
+        """Writes a result that the user asked for to stdout."""
         self._say(str(text), sys.stdout)
 
     def note(self, text: object) -> None:
-        """Write a message about progress or errors to stderr."""
+        """Writes a message about progress or errors to stderr."""
         self._say(str(text), sys.stderr)
 
     def to_file_only(self, text: str) -> None:
-        """Write a text to the file only, because the terminal shows it in another form."""
+        """Writes a text to the file only, because the terminal shows it in another form."""
         if self._file is None:
             return
         date = datetime.now().astimezone().isoformat(timespec="seconds")
@@ -69,13 +69,13 @@ class Log:
         print(text, file=stream, flush=True)
 
     def show_status(self, text: str) -> None:
-        """Draw one line on the terminal over the one before it; whatever is said next wipes it."""
+        """Writes a status line on the terminal in place of the last one; the next message removes it."""
         padding = " " * max(0, self._n_status_columns - len(text))
         print(f"\r{text}{padding}", end="", file=sys.stderr, flush=True)
         self._n_status_columns = len(text)
 
     def clear_status(self) -> None:
-        """Remove the status line from the terminal."""
+        """Removes the status line from the terminal."""
         if self._n_status_columns:
             print(f"\r{' ' * self._n_status_columns}\r", end="", file=sys.stderr, flush=True)
             self._n_status_columns = 0
@@ -83,9 +83,10 @@ class Log:
     def follow(
         self, label: str, items: Iterable[Item], n_total: int, place: Callable[[Item], int] | None = None
     ) -> Iterator[Item]:
-        """The items, with a bar on a terminal; `place` of an item is how many of the steps are done by then.
+        """Yields the items, and shows their progress as a bar if there is a terminal.
 
-        Elsewhere what is said of each item is enough.
+        `n_total` is the number of all steps. `place` returns the number of steps that are done when an item comes;
+        without it, each item is one step.
         """
         with Progress(self, label, n_total, has_lines=False) as progress:
             for i, item in enumerate(items, start=1):
@@ -94,10 +95,13 @@ class Log:
 
 
 class Progress:
-    """A bar with the time left on a terminal, sparse lines elsewhere; `with` takes the bar away."""
+    """Progress of a task: a bar with the time left on a terminal, else a line now and then.
+
+    Use it in a `with` block, which removes the bar at its end.
+    """
 
     def __init__(self, log: Log, label: str, n_total: int, has_lines: bool = True) -> None:
-        """Nothing is done yet."""
+        """Begins a task of `n_total` steps; `label` is its name, `has_lines` whether lines are written, too."""
         self._log = log
         self._label = label
         self._n_total = n_total
@@ -115,7 +119,7 @@ class Progress:
         self._log.clear_status()
 
     def advance(self, n_done: int, detail: str = "") -> None:
-        """So many of the steps are done, and this is going on; may be called as often as wanted."""
+        """Shows that `n_done` steps are done; `detail` says what goes on. It may be called very often."""
         self._n_done = n_done
         now = time.monotonic()
         if self._is_bar and now - self._shown >= BAR_INTERVAL:
@@ -127,7 +131,7 @@ class Progress:
             say(self._line(now - self._start, detail))
 
     def _bar(self, elapsed: float, detail: str) -> str:
-        """`runs [=======>      ] 12/31, 7 s left`; on a narrow terminal without the bar, or cut."""
+        """Returns `runs [=======       ] 12/31, 7 s left`; shorter on a narrow terminal, without detail or bar."""
         n_filled = int(BAR_COLUMNS * min(1.0, self._n_done / max(1, self._n_total)))
         bar = f"{'=' * n_filled}{' ' * (BAR_COLUMNS - n_filled)}"
         counts = f"{self._n_done}/{self._n_total}{self._time_left(elapsed)}"
@@ -138,14 +142,14 @@ class Progress:
         ):
             if len(text) < n_columns:
                 return text
-        return self._line(elapsed, detail)[: max(0, n_columns - 1)]  # the cursor needs a column, too
+        return self._line(elapsed, detail)[: max(0, n_columns - 1)]  # one column is for the cursor
 
     def _line(self, elapsed: float, detail: str) -> str:
         counts = f"{self._n_done} of {self._n_total}{self._time_left(elapsed)}"
         return f"{self._label}: {counts}{detail and f'; {detail}'}"
 
     def _time_left(self, elapsed: float) -> str:
-        """What the other steps take if they are as slow as those done; empty before the first one."""
+        """Returns the time left if the other steps take as long as those done; empty before the first step is done."""
         if not 0 < self._n_done < self._n_total:
             return ""
         return f", {duration(elapsed * (self._n_total - self._n_done) / self._n_done)} left"
@@ -159,7 +163,7 @@ def _terminal_columns() -> int:
 
 
 def duration(seconds: float) -> str:
-    """As people say it, and as the program does: `0.34 s`, `12 s`, `3 min 05 s`, `2 h 03 min`."""
+    """Returns the text of a time as the program prints it: `0.34 s`, `12 s`, `3 min 05 s`, `2 h 03 min`."""
     whole = round(seconds)
     if seconds < 9.995:
         return f"{max(seconds, 0.0):.2f} s"
@@ -171,7 +175,7 @@ def duration(seconds: float) -> str:
 
 
 def last_line(path: Path) -> str:
-    """What a program that runs said last into its file."""
+    """Returns the last line that is not blank of a file to which a program writes; empty if there is none."""
     try:
         with path.open("rb") as file:
             file.seek(max(0, path.stat().st_size - 1000))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""One call of the online library for many points, and its arrays."""
+"""One call of the online library for many points."""
 
 import ctypes
 from ctypes import byref, c_void_p
@@ -21,9 +21,10 @@ def answers_at(
     nodes: IntArray,
     areas: FloatArray,
 ) -> Answers:
-    """Answers at points [n_points, n_parameters] with the displacement of nodes, numbered from 0.
+    """Returns the answers at `points`, shape (n_points, n_parameters).
 
-    `n_entries` are the contacts of the deck and the components of a moment, `areas` [n_contacts] those of the contacts.
+    `nodes` are the nodes whose displacement is wanted, from 0. `n_entries` is a pair: the contacts of the deck and
+    the components of a moment. `areas`, shape (n_contacts), are the areas of the contacts.
     """
     n, n_dimensions = len(points), sizes.n_dimensions
     told = np.zeros(n, dtype=np.dtype(CAnswer))
@@ -69,5 +70,5 @@ def answers_at(
 
 
 def _known(bounds: FloatArray, has_answer: BoolArray) -> FloatArray:
-    """Bounds, NaN where there is none."""
+    """Returns the bounds, NaN where the library gives none."""
     return np.where(has_answer & (bounds >= 0), bounds, np.nan)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The mesh as data, with the triangles and edges that drawing needs."""
+"""The mesh, with the triangles, edges and faces that pictures need."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -8,7 +8,7 @@ import numpy as np
 
 from signorom_post.arrays import FloatArray, IntArray
 
-#: corners of the faces of solid cells by the cell's number of nodes
+#: number of corners of a solid cell -> corners of each of its faces
 CELL_FACES = {
     4: ((0, 2, 1), (0, 1, 3), (1, 2, 3), (0, 3, 2)),
     8: ((0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)),
@@ -17,11 +17,11 @@ CELL_FACES = {
 
 @dataclass(frozen=True)
 class Faces:
-    """Faces of solid cells, counterclockwise seen from outside."""
+    """Faces of solid cells; their corners are counterclockwise for a viewer outside of the body."""
 
-    #: shape (n_faces, 4); a triangle repeats its last corner
+    #: corners of each face, shape (n_faces, 4); a triangle repeats its last corner
     nodes: IntArray
-    #: the cell of each, shape (n_faces)
+    #: the cell to which each face belongs, shape (n_faces)
     cells: IntArray
 
     @property
@@ -36,17 +36,17 @@ class Faces:
         return np.vstack([self.nodes[:, :3], self.nodes[is_quad][:, [0, 2, 3]]])
 
     def take(self, which: IntArray) -> "Faces":
-        """Return some of the faces."""
+        """Returns the faces with these indices."""
         return Faces(self.nodes[which], self.cells[which])
 
 
 @dataclass(frozen=True)
 class Mesh:
-    """Nodes and cells; all indices here are 0-based."""
+    """Nodes and cells; all indices count from 0."""
 
-    #: [unit] shape (n_nodes, 3)
+    #: coordinates of the nodes [unit], shape (n_nodes, 3)
     coordinates: FloatArray
-    #: nodes of each cell, around the cell in two dimensions; shape (n_cells)[3 or 4 or 8]
+    #: nodes of each cell: of a plane cell in the order around it, of a solid cell its 4 or 8 corners
     cells: list[IntArray]
     #: dimension of the cells: 2 or 3
     n_dim: int
@@ -65,12 +65,12 @@ class Mesh:
 
     @property
     def size(self) -> float:
-        """Largest side of the box around the mesh [unit]."""
+        """Longest side of the box around the mesh [unit]."""
         return float(np.ptp(self.coordinates, axis=0).max())
 
     @cached_property
     def triangles(self) -> IntArray:
-        """Plane cells cut into triangles, shape (n_triangles, 3)."""
+        """Triangles into which the plane cells are divided, shape (n_triangles, 3)."""
         fans = [(cell[0], cell[i], cell[i + 1]) for cell in self.cells for i in range(1, len(cell) - 1)]
         return np.array(fans, dtype=np.int64).reshape(-1, 3)
 
@@ -87,24 +87,24 @@ class Mesh:
 
     @property
     def boundary_edges(self) -> IntArray:
-        """Edges with a cell on one side only, shape (n_boundary_edges, 2)."""
+        """Edges that belong to one cell only, shape (n_boundary_edges, 2)."""
         edges, counts = self._edges_and_counts
         return edges[counts == 1]
 
     @cached_property
     def outer_faces(self) -> Faces:
-        """Faces of solid cells with a cell on one side only."""
+        """Faces of solid cells that belong to one cell only."""
         return self.faces_of(np.arange(self.n_cells))
 
     def faces_of(self, cells: IntArray) -> Faces:
-        """Outer faces of a body that is made of some solid cells."""
+        """Returns the outer faces of the body that these solid cells form."""
         rows, owners = [], []
         for i in cells:
             for corners in CELL_FACES[len(self.cells[i])]:
                 rows.append([self.cells[i][corner] for corner in (*corners, corners[-1])[:4]])
                 owners.append(i)
         nodes, owner = np.array(rows, dtype=np.int64).reshape(-1, 4), np.array(owners, dtype=np.int64)
-        # a triangle repeats its last corner, and neighbors do not have the same last corner
+        # the repeated corner of a triangle must not count: two cells may repeat different corners of their common face
         key = np.sort(
             np.where((nodes[:, 2] == nodes[:, 3])[:, None] & (np.arange(4) == 3), -1, nodes), axis=1
         )
@@ -113,7 +113,7 @@ class Mesh:
         return self._turned_outwards(Faces(nodes[alone], owner[alone]))
 
     def _turned_outwards(self, faces: Faces) -> Faces:
-        """Cells may be written inside out."""
+        """Returns the faces with their normals outwards, also for cells whose nodes are numbered inside out."""
         if not faces.cells.size:
             return faces
         corners = self.coordinates[faces.nodes]
@@ -122,7 +122,7 @@ class Mesh:
         is_inward = np.einsum("ij,ij->i", normals, corners.mean(axis=1) - middles) < 0.0
         order = np.where(is_inward[:, None], [0, 3, 2, 1], [0, 1, 2, 3])
         turned = np.take_along_axis(faces.nodes, order, axis=1)
-        # a turned triangle a, c, c, b keeps its repeated corner last
+        # a turned triangle is a, c, c, b here; it must be a, c, b, b
         is_triangle = faces.n_corners == 3
         turned[is_triangle & is_inward] = turned[is_triangle & is_inward][:, [0, 1, 3, 3]]
         return Faces(turned, faces.cells)

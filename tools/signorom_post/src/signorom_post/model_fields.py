@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Mesh and fields of a model, as the online library hands them out."""
+"""Mesh and fields of a model, from the online library."""
 
 import ctypes
 from ctypes import byref, c_int, c_void_p
@@ -15,14 +15,14 @@ STRESS_UNIT, AREA_UNIT = 6, 7
 
 
 def _sizes(library: ctypes.CDLL, model: c_void_p) -> tuple[int, ...]:
-    """Cells, nodes of all cells, regions, facets, nodes of all facets."""
+    """Returns the numbers of cells, of nodes of all cells, of regions, of facets, and of nodes of all facets."""
     numbers = [c_int() for _ in range(5)]
     library.signorom_get_field_sizes(model, *(byref(number) for number in numbers))
     return tuple(number.value for number in numbers)
 
 
 def cells_of(library: ctypes.CDLL, model: c_void_p) -> Cells:
-    """NoAnswerError where the model keeps none."""
+    """Returns the mesh of the model; NoAnswerError if the model keeps no mesh for fields."""
     n_cells, n_cell_nodes, n_regions, n_facets, n_facet_nodes = _sizes(library, model)
     starts, nodes, regions = (np.zeros(n, dtype=np.intc) for n in (n_cells + 1, n_cell_nodes, n_cells))
     facets = [np.zeros(n, dtype=np.intc) for n in (n_facets + 1, n_facet_nodes, n_facets)]
@@ -44,7 +44,10 @@ def fields_of(
     point: dict[str, float],
     contact_area: FloatArray,
 ) -> Fields:
-    """Those of the answer that the context holds; NoAnswerError where the model has none."""
+    """Returns the fields of the last answer in the context; NoAnswerError if the model cannot give fields.
+
+    `point` and `contact_area` are the parameters and the contact areas of this answer.
+    """
     n_cells, n_nodes, n_dimensions = _sizes(library, model)[0], sizes.n_nodes, sizes.n_dimensions
     displacement, contact_force = np.zeros((n_nodes, n_dimensions)), np.zeros((n_nodes, n_dimensions))
     stress, von_mises, imposed_strain = np.zeros((n_cells, 6)), np.zeros(n_cells), np.zeros((n_cells, 6))

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The command `signorom-post report`: one HTML page of a run, with its pictures inside.
 
-The page asks for nothing from elsewhere: no script, no font, no picture. It reads well on a phone and in the dark.
+The page needs no other files: it has no scripts, and pictures are inside of it. It fits a phone, and has dark colors if
+the browser asks for them.
 """
 
 import argparse
@@ -40,7 +41,7 @@ img { max-width: 100%; height: auto; background: #ffffff; padding: .5rem; border
 pre { overflow-x: auto; background: var(--soft); padding: .8rem; font-size: .85rem; }
 li { overflow-wrap: anywhere; }
 """
-#: column of validation.csv -> what it is
+#: error in the report -> its name in the table
 ERRORS = {
     "e_u": "displacement",
     "e_lambda_rid": "contact forces in the reduced integration domain",
@@ -65,7 +66,7 @@ CAPTIONS = {
 
 
 def add_report_command(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
-    """Add the command `report` and its arguments."""
+    """Adds the command `report` and its arguments."""
     report = commands.add_parser(
         "report", help="write one HTML page: verdict, errors, pictures, deck, provenance"
     )
@@ -85,7 +86,7 @@ def _run(options: argparse.Namespace) -> int:
 
 
 def build_page(results: Results, log: Log) -> str:
-    """Return the page as text. Raise InputError if report.yaml is missing or damaged."""
+    """Returns the page as HTML; InputError if report.yaml is missing or damaged."""
     report = results.report
     title = value_text(mapping(report.get("deck")).get("title"))
     return "\n".join(
@@ -122,7 +123,7 @@ def _verdict(report: dict[str, Any]) -> str:
 
 
 def _remarks(report: dict[str, Any]) -> Iterator[str]:
-    """Warnings of all sections, then notes."""
+    """Yields the warnings of all sections of the report, then the notes."""
     for heading, keys in {"Warnings": ("warning", "warnings"), "Notes": ("notes",)}.items():
         found: list[str] = []
         for section in map(mapping, report.values()):
@@ -153,12 +154,12 @@ def _parameters(report: dict[str, Any]) -> Iterator[str]:
 
 
 def _has_domain(report: dict[str, Any]) -> bool:
-    """The model has a reduced integration domain; others answer on all contacts."""
+    """Returns whether the model has a reduced integration domain, which only hyper-reduced models have."""
     return mapping(report.get("reduction")).get("kind", "hhr") == "hhr"
 
 
 def _model(report: dict[str, Any]) -> dict[str, Any]:
-    """What the report says of the model, without what only a model with a domain has."""
+    """Returns the section `reduction` of the report without the clusters, and without entries that do not apply."""
     left_out = {"clusters"} if _has_domain(report) else {"clusters", "dirichlet"}
     return {key: value for key, value in mapping(report.get("reduction")).items() if key not in left_out}
 
@@ -191,7 +192,7 @@ def _errors(report: dict[str, Any]) -> Iterator[str]:
 
 
 def _contacts(report: dict[str, Any]) -> Iterator[str]:
-    """A row for each contact of each full-order point."""
+    """Yields a table with one row for each contact of each full-order point."""
     units = mapping(report.get("units"))
     rows = []
     for point in map(mapping, mapping(report.get("points")).values()):
@@ -206,7 +207,7 @@ def _contacts(report: dict[str, Any]) -> Iterator[str]:
 
 
 def _pictures(results: Results, log: Log) -> Iterator[str]:
-    """Those that the folder allows; others are left out."""
+    """Yields the pictures for which the folder has the files."""
     with TemporaryDirectory() as name:
         folder = Path(name)
         paths: list[Path] = []
@@ -225,7 +226,7 @@ def _pictures(results: Results, log: Log) -> Iterator[str]:
 
 
 def _caption(stem: str) -> str:
-    """By the beginning of a figure's name; the rest is the number of a contact or a cluster."""
+    """Returns the caption of a figure: the text of CAPTIONS, and the number of the contact or cluster if it has one."""
     for name, caption in CAPTIONS.items():
         if stem == name or stem.startswith(f"{name}_"):
             return " ".join([caption, stem[len(name) :].replace("_", " ").strip()]).strip()
@@ -247,7 +248,7 @@ def _provenance(report: dict[str, Any]) -> Iterator[str]:
 
 
 def _table(titles: list[str], rows: Iterable[list[str]]) -> str:
-    """The first column is words."""
+    """Returns a table in HTML; the first column has texts, and the others have numbers."""
     head = "".join(f"<th>{escape(title)}</th>" for title in titles)
     lines = [f"<tr>{head}</tr>"] if titles else []
     for first, *others in rows:

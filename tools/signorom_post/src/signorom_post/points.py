@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Parameter points that a model is asked at: what is wrong with them, and where they leave the trained box."""
+"""Checks of the parameter points of a query: whether they are valid, and whether they lie in the trained box."""
 
 import warnings
 from collections.abc import Mapping, Sequence
@@ -11,13 +11,13 @@ from signorom_post.arrays import BoolArray, FloatArray
 
 
 class ExtrapolationWarning(UserWarning):
-    """A model was asked outside of the box in which it was trained."""
+    """A query lies outside of the box in which the model was trained."""
 
 
 def point_of(parameters: Sequence[Parameter], values: Mapping[str, float]) -> FloatArray:
-    """Values in the model's order, shape (n_parameters).
+    """Returns the values of the parameters in the model's order, shape (n_parameters).
 
-    TypeError for a parameter that is missing or unknown, ValueError for a value that is not finite.
+    TypeError if a parameter is missing or unknown, ValueError if a value is not finite.
     """
     names = [parameter.name for parameter in parameters]
     for name in values:
@@ -34,9 +34,9 @@ def point_of(parameters: Sequence[Parameter], values: Mapping[str, float]) -> Fl
 
 
 def points_of(parameters: Sequence[Parameter], points: FloatArray) -> FloatArray:
-    """The points as the library takes them, shape (n_points, n_parameters).
+    """Returns the points as contiguous real numbers, shape (n_points, n_parameters).
 
-    ValueError for another shape, and for a value that is not finite.
+    ValueError if they have another shape, or if a value is not finite.
     """
     given = np.ascontiguousarray(points, dtype=float)
     if given.ndim != 2 or given.shape[1] != len(parameters):
@@ -54,9 +54,10 @@ def points_of(parameters: Sequence[Parameter], points: FloatArray) -> FloatArray
 def warn_outside(
     parameters: Sequence[Parameter], points: FloatArray, is_inside: BoolArray, stack_level: int = 3
 ) -> None:
-    """One ExtrapolationWarning that names the parameters whose values lie outside of their ranges.
+    """Issues one ExtrapolationWarning that names the parameters with values outside of their ranges, if there are any.
 
-    `points` has the shape (n_points, n_parameters), `is_inside` (n_points); the stack level counts from here.
+    `points` has the shape (n_points, n_parameters). `is_inside`, shape (n_points): whether a point lies in the box.
+    `stack_level` is that of `warnings.warn`, so that the warning names the line of the caller.
     """
     if is_inside.all():
         return
@@ -78,7 +79,7 @@ def warn_outside(
 
 
 def range_of(parameter: Parameter) -> str:
-    """The trained range, as in `5 to 200 MPa`."""
+    """Returns the text of the trained range of a parameter, such as `5 to 200 MPa`."""
     unit = "" if parameter.unit in ("", "-", "1") else f" {parameter.unit}"
     return f"{parameter.minimum:.6g} to {parameter.maximum:.6g}{unit}"
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Where the program and the deck of case b are, and how the program is started and ended."""
+"""Finds the program and the deck of case b; environment and end of runs of the program."""
 
 import os
 import shutil
@@ -14,9 +14,9 @@ from signorom_post.errors import InputError
 
 VARIABLE = "SIGNOROM_EXECUTABLE"
 BASE_DECK = Path("input/pellet_cladding_whole_edges.yaml")
-#: exit codes of a run whose results can be used: all done; done, but some points did not converge
+#: exit codes of runs whose results can be used: 0 everything converged, 3 some points did not converge
 USABLE = (0, 3)
-#: one core per run
+#: environment variables with which each run uses one core
 ENVIRONMENT = {
     "OMP_NUM_THREADS": "1",
     "OPENBLAS_NUM_THREADS": "1",
@@ -26,7 +26,10 @@ ENVIRONMENT = {
 
 
 def find_program() -> Path:
-    """The program by the variable SIGNOROM_EXECUTABLE, then in PATH, then in a build folder, release first."""
+    """Returns the path of the program; InputError if it is not found.
+
+    The variable SIGNOROM_EXECUTABLE comes first, then PATH, then the build folders, with `release` before the others.
+    """
     wanted = os.environ.get(VARIABLE)
     if wanted:
         if not Path(wanted).is_file():
@@ -46,7 +49,7 @@ def find_program() -> Path:
 
 
 def find_base_deck() -> Path:
-    """The deck of case b in the clone that holds the current folder or this package."""
+    """Returns the deck of case b in the clone with the current folder or with this package; InputError if none."""
     for root in _roots():
         if (root / BASE_DECK).is_file():
             return root / BASE_DECK
@@ -54,20 +57,20 @@ def find_base_deck() -> Path:
 
 
 def _roots() -> Iterator[Path]:
-    """Folders that may be the clone: the current one, that of the environment and of this file, upwards."""
+    """Yields the folders that may be the clone: the current one, Python's environment, this file, and their parents."""
     for start in (Path.cwd(), Path(sys.prefix), Path(__file__).resolve()):
         yield from (start, *start.parents)
 
 
 def program_environment() -> dict[str, str]:
-    """The program starts the tool that trains the forest: the one that runs now."""
+    """Returns the environment of a run, in which the program finds this signorom-post to train forests."""
     path = os.pathsep.join([str(Path(sys.executable).parent), os.environ.get("PATH", os.defpath)])
     return os.environ | ENVIRONMENT | {"PATH": path}
 
 
 @contextmanager
 def terminable() -> Iterator[None]:
-    """SIGTERM ends the runs as Ctrl-C does."""
+    """In its `with` block, SIGTERM raises KeyboardInterrupt, so that it ends the runs as Ctrl-C does."""
 
     def interrupt(_number: int, _frame: FrameType | None) -> None:
         raise KeyboardInterrupt

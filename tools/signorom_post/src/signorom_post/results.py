@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A results folder: each file is read once, when it is first asked for."""
+"""A results folder. Each file is read once, at its first use."""
 
 from functools import cached_property
 from pathlib import Path
@@ -15,7 +15,7 @@ from signorom_post.readers.validation import Validation, read_validation
 
 
 class Results:
-    """The files of one deck's results."""
+    """The files in the results folder of one deck. An attribute raises InputError if its file cannot be used."""
 
     def __init__(self, folder: Path) -> None:
         if not folder.exists():

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""One look for all figures: colours, sizes, and how a figure is made and written without a display."""
+"""The common style of all figures: colors, sizes, and procedures that make and write a figure without a display."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -13,7 +13,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter
 
-# Okabe and Ito's palette, told apart by every common kind of colour vision
+# the palette of Okabe and Ito: people with any common kind of color vision can tell its colors apart
 BLACK = "#000000"
 ORANGE = "#E69F00"
 SKY_BLUE = "#56B4E9"
@@ -30,10 +30,10 @@ GRAY = "#8C8C8C"
 LIGHT_GRAY = "#D4D4D4"
 BODY = "#F1F1F1"
 
-#: of quantities >= 0: perceptually uniform and safe for colour-blind readers
+#: color map of quantities >= 0; it is perceptually uniform and suits color-blind readers
 SEQUENTIAL = "viridis"
 
-#: [1/inch] of png files and of the shaded parts of pdf and svg files
+#: [1/inch] resolution of png files, and of the shaded parts of pdf and svg files
 RESOLUTION = 200
 
 PARAMETERS: dict[str, Any] = {
@@ -68,7 +68,7 @@ PARAMETERS: dict[str, Any] = {
 
 @contextmanager
 def styled() -> Iterator[None]:
-    """The style, for figures made and saved in this block; the process's own settings come back after it."""
+    """Sets the style of the figures that are made and saved in its `with` block, then restores the settings."""
     with mpl.rc_context():
         mpl.rcdefaults()
         mpl.rcParams.update(PARAMETERS)
@@ -76,33 +76,36 @@ def styled() -> Iterator[None]:
 
 
 def cluster_colors(n: int) -> list[str]:
-    """Colors of n clusters; beyond six they are spread over the wheel."""
+    """Returns the colors of n clusters: fixed ones for up to six clusters, else colors spread over a color map."""
     if n <= len(CLUSTER_COLORS):
         return list(CLUSTER_COLORS[:n])
     return [mpl.colors.to_hex(mpl.colormaps["turbo"](value)) for value in np.linspace(0.05, 0.95, n)]
 
 
 def new_figure(width: float, height: float, has_equal_axes: bool = False) -> Figure:
-    """An empty figure of this size [inch] that needs no display; axes of equal scales are moved together."""
+    """Returns an empty figure of this size [inch], which needs no display.
+
+    `has_equal_axes`: the axes have equal scales, and the layout leaves no gaps between them.
+    """
     figure = Figure(figsize=(width, height), layout="compressed" if has_equal_axes else "constrained")
     FigureCanvasAgg(figure)
     return figure
 
 
 def save(figure: Figure, path: Path) -> None:
-    """Write the figure in the format of the path's ending; two runs write the same bytes."""
+    """Writes the figure in the format of the path's ending, without a date, so that two runs write the same bytes."""
     metadata = {".png": {"Software": None}, ".pdf": {"CreationDate": None}, ".svg": {"Date": None}}
     figure.savefig(path, dpi=RESOLUTION, metadata=metadata.get(path.suffix, {}))
 
 
 def ordered_colors(n: int) -> list[tuple[float, float, float, float]]:
-    """Colours of n curves in the order of a parameter; the palest end of the map is left out."""
+    """Returns the colors (RGBA) of n curves in the order of a parameter, without the palest colors of the map."""
     positions = np.linspace(0.0, 0.76, n) if n > 1 else np.array([0.25])
     return [tuple(color) for color in mpl.colormaps[SEQUENTIAL](positions)]
 
 
 def finish_percent_axis(axes: Axes) -> None:
-    """A logarithmic y axis with plain numbers at 1, 2, 5, 10, ... and a grid."""
+    """Makes the y axis logarithmic, with plain numbers at 1, 2, 5, 10, ..., and adds a grid."""
     axes.set_yscale("log")
     axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
     axes.yaxis.set_major_formatter("{x:g}")
@@ -111,5 +114,5 @@ def finish_percent_axis(axes: Axes) -> None:
 
 
 def add_grid(axes: Axes) -> None:
-    """A quiet grid behind the curves."""
+    """Adds a pale grid behind the curves."""
     axes.grid(visible=True, which="major")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A short table of a run, from report.yaml."""
+"""Short tables of the numbers in report.yaml."""
 
 import math
 from collections.abc import Callable, Iterator
@@ -7,7 +7,7 @@ from typing import Any
 
 from signorom_post.arrays import as_number, format_number
 
-#: key of the report, or section/key, -> text of the table; other keys are shown with blanks for underscores
+#: key of the report, or section/key -> name in the table; other keys are shown with blanks in place of underscores
 NAMES = {
     "n_nodes": "nodes",
     "n_cells": "cells",
@@ -39,7 +39,7 @@ ABSENT = "-"
 
 
 def format_summary(report: dict[str, Any]) -> str:
-    """Sizes, reduction, errors, times and speed-up; sections that the report lacks are left out."""
+    """Returns the tables of sizes, reduction, errors, times, speed-up and contacts; missing sections are left out."""
     blocks = [_heading(report)]
     for key, heading in SECTIONS.items():
         section = report.get(key)
@@ -71,7 +71,10 @@ def _heading(report: dict[str, Any]) -> str:
 
 
 def entries(section: Any, path: str, show: Callable[[Any], str]) -> Iterator[tuple[str, str]]:
-    """Names and texts of the leaves of nested mappings; empty lists say nothing and are left out."""
+    """Yields the name and the text of each value in nested mappings, without empty lists.
+
+    `path` is the section's key, by which NAMES are found; `show` returns the text of a value.
+    """
     if not isinstance(section, dict):
         yield "", show(section)
         return
@@ -86,7 +89,7 @@ def entries(section: Any, path: str, show: Callable[[Any], str]) -> Iterator[tup
 
 
 def _spread(statistics: dict[str, Any], show: Callable[[Any], str]) -> str:
-    """Statistics of one quantity in one cell: the median and, in parentheses, the largest."""
+    """Returns the statistics of one quantity as text: the median and, in parentheses, the maximum."""
     return f"{show(statistics.get('median'))} (max {show(statistics.get('max'))})"
 
 
@@ -98,7 +101,7 @@ def _table(heading: str, entries: list[tuple[str, str]]) -> str:
 
 
 def _cluster_table(clusters: dict[str, dict[str, Any]]) -> str:
-    """A row per quantity, a column per cluster."""
+    """Returns a table with one row per quantity and one column per cluster."""
     keys = dict.fromkeys(key for cluster in clusters.values() for key in cluster)
     rows = [["Cluster", *map(str, clusters)]]
     for key in keys:
@@ -115,7 +118,10 @@ def _cluster_table(clusters: dict[str, dict[str, Any]]) -> str:
 
 
 def _contact_tables(report: dict[str, Any]) -> Iterator[str]:
-    """For each contact a row per full-order point: area that touches, force, moment, moment of both sides."""
+    """Yields a table for each contact, with one row per full-order point.
+
+    Its columns are the area of closed contacts, the force, the moment, and the sum of the moments of both sides.
+    """
     points = mapping(report.get("points")).values()
     units = mapping(report.get("units"))
     tables: dict[str, list[list[str]]] = {}
@@ -144,12 +150,12 @@ def _contact_tables(report: dict[str, Any]) -> Iterator[str]:
 
 
 def mapping(value: Any) -> dict[Any, Any]:
-    """What a report says where a mapping should be; nothing of anything else."""
+    """Returns `value` if it is a mapping, else an empty mapping."""
     return value if isinstance(value, dict) else {}
 
 
 def _error_table(heading: str, section: dict[str, Any]) -> str:
-    """A row per error; what a report says of an error besides its statistics follows below the rows."""
+    """Returns a table with one row per error, and below it the other entries of the report about an error."""
     rows, remarks = [], []
     for name, statistics in section.items():
         if statistics is None:
@@ -196,7 +202,7 @@ def error_text(value: Any) -> str:
 
 
 def duration(value: Any) -> str:
-    """Return a time in seconds with a legible unit: 21.3 us, 1.50 ms, 12.3 s, 2 min 5 s."""
+    """Returns the text of a time in seconds with a suitable unit: 21.3 us, 1.50 ms, 12.3 s, 2 min 5 s."""
     seconds = as_number(value)
     if seconds is None or not math.isfinite(seconds) or seconds < 0:
         return value_text(value)

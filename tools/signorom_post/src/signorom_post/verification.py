@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The table of the verification: the cells as texts, and as Markdown."""
+"""The table of the verification as texts, in Markdown and as CSV."""
 
 import csv
 import math
@@ -14,7 +14,7 @@ PASSED, FAILED = "pass", "FAIL"
 
 
 def table_of(figures: Sequence[VerifiedFigure]) -> list[list[str]]:
-    """A row of texts per figure, in the columns of HEADINGS."""
+    """Returns one row of texts per verified number, with the columns of HEADINGS."""
     return [
         [
             figure.problem,
@@ -31,7 +31,11 @@ def table_of(figures: Sequence[VerifiedFigure]) -> list[list[str]]:
 
 
 def worst_of_alike(figures: Sequence[VerifiedFigure]) -> list[VerifiedFigure]:
-    """Of passed rows of one problem, upper limit and source only the largest, which says how many they are."""
+    """Returns the rows with groups of similar rows replaced by one row, which says how many there are.
+
+    Similar rows have the kind `at_most`, have passed, and have the same problem, source and limit. The row that stays
+    has the largest number.
+    """
     groups: dict[tuple[object, ...], list[VerifiedFigure]] = {}
     for i_row, figure in enumerate(figures):
         is_alike = figure.kind == "at_most" and figure.is_passed
@@ -48,13 +52,13 @@ def _worst(group: list[VerifiedFigure]) -> VerifiedFigure:
 
 
 def verdict(figures: Sequence[VerifiedFigure]) -> str:
-    """How many figures there are and how many pass."""
+    """Returns a text with the number of verified numbers, and of those that failed."""
     n_failed = sum(not figure.is_passed for figure in figures)
     return f"{len(figures)} figures, " + (f"{n_failed} FAILED" if n_failed else "all within what is allowed")
 
 
 def format_markdown(figures: Sequence[VerifiedFigure]) -> str:
-    """An aligned table that is legible as text too."""
+    """Returns the table in Markdown with aligned columns, and the verdict below it."""
     rows = [list(HEADINGS), *table_of(figures)]
     widths = [max(3, *(len(row[i]) for row in rows)) for i in range(len(HEADINGS))]
     lines = [
@@ -66,7 +70,7 @@ def format_markdown(figures: Sequence[VerifiedFigure]) -> str:
 
 
 def write_csv(figures: Sequence[VerifiedFigure], path: Path) -> None:
-    """Write the texts of the table as CSV."""
+    """Writes the texts of the table as CSV."""
     with path.open("w", newline="", encoding="utf-8") as file:
         csv.writer(file).writerows([HEADINGS[:-1] + ("result",), *table_of(figures)])
 
@@ -74,7 +78,7 @@ def write_csv(figures: Sequence[VerifiedFigure], path: Path) -> None:
 def _value(value: float, unit: str) -> str:
     if math.isnan(value):
         return ""
-    # small numbers without a unit are differences, of which two digits say enough
+    # small numbers without a unit are differences, for which two digits are enough
     n_digits = 2 if abs(value) < 1e-3 and not unit else 6
     return f"{_number(value, n_digits)} {unit}".rstrip()
 
@@ -97,11 +101,11 @@ def _allowed(figure: VerifiedFigure) -> str:
 
 
 def _share(value: float, sign: str = "") -> str:
-    """In percent where that is legible: 2 %, +0.013 %, -3e-11."""
+    """Returns a share in percent, or as a power of ten if it is below 1e-5: 2 %, +0.013 %, -3e-11."""
     is_legible = value == 0 or abs(value) >= 1e-5
     return f"{_number(100 * value, 2, sign)} %" if is_legible else _number(value, 1, sign)
 
 
 def _number(value: float, n_digits: int, sign: str = "") -> str:
-    """Digits that count; 1e-9, not 1e-09."""
+    """Returns a number with `n_digits` significant digits, and exponents without zeros in front: 1e-9, not 1e-09."""
     return f"{value:{sign}.{n_digits}g}".replace("e-0", "e-").replace("e+0", "e+")

@@ -12,7 +12,7 @@ from signorom_post.plots.captions import deformed_title, magnification
 from signorom_post.readers.fields import FieldFile, FieldPoint
 from signorom_post.results import Results
 
-#: picture -> field of fields.h5 that gives its colors, and what the color bar says
+#: name of a picture -> field of fields.h5 that gives its colors, and title of the color bar
 PICTURES = {
     "displacement": ("displacement", "displacement"),
     "von_mises": ("von_mises_smoothed", "von Mises stress"),
@@ -51,7 +51,7 @@ for field in {cell_fields!r}:
 
 
 def add_view_command(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
-    """Add the command `view` and its arguments."""
+    """Adds the command `view` and its arguments."""
     view = commands.add_parser(
         "view", help="draw the standard pictures by VTK, and write a script for ParaView"
     )
@@ -74,7 +74,10 @@ def _run(options: argparse.Namespace) -> int:
 
 
 def write_view(fields: FieldFile, point: FieldPoint, output: Path) -> Iterator[Path]:
-    """A picture of each field that the point has, then the script."""
+    """Writes a picture of each field of PICTURES that the point has, then the script; yields the path of each file.
+
+    A field that is zero everywhere gets no picture. InputError if VTK or the displacement is missing.
+    """
     if find_spec("vtk") is None:
         raise InputError(
             "signorom-post view", "VTK is not installed; pip install 'tools/signorom_post[view]'"
@@ -99,7 +102,10 @@ def write_view(fields: FieldFile, point: FieldPoint, output: Path) -> Iterator[P
 
 
 def paraview_script(fields: FieldFile, point: FieldPoint, scale: float, script: Path) -> str:
-    """Return a script for pvpython that makes the pictures of the same point from fields.xdmf."""
+    """Returns a script for pvpython that makes pictures of the same point from fields.xdmf.
+
+    `scale` is the factor of the displacements; `script` is the path of the script, beside which it writes its pictures.
+    """
     return SCRIPT.format(
         name=fields.path.parent.name,
         script=script.name,
