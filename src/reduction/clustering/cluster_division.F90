@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 #include "signorom/macros.h"
-!> Divides the training points into the clusters that the deck asks for, and prepares the choice of a cluster at any point.
+!> Divides the training points into the clusters that the deck asks for, and prepares the rule by which a query chooses a cluster.
 module sig_cluster_division
   use sig_clustering, only: cell_subspaces, check_clusters, check_snapshots, cluster_t, clusters_of_cells, clusters_of_snapshots
   use sig_deck_config, only: clusters_config_t, deck_config_t
@@ -25,17 +25,18 @@ module sig_cluster_division
 
 contains
 
-  !> Clusters of the snapshots, and model%choice. Collective on all ranks; the same on each.
+  !> Makes the clusters of the snapshots, and fills model%choice unless there is one cluster. Collective on all ranks, with the same
+  !> result on each.
   !>
-  !> Source: section 4. Errors: a snapshot without direction, a grid with holes, more clusters than items, a cluster that is too
-  !> small, a forest that cannot be trained.
+  !> Source: section 4. Errors: a snapshot is zero; a point of the grid has no solution (regular clusters); more clusters than items
+  !> are asked for; a cluster has too few snapshots; the forest cannot be trained (irregular clusters).
   subroutine divide_snapshots(deck, n_clusters, snapshots, model, clusters, error, ierr)
     type(deck_config_t), intent(in) :: deck
-    !> 0: as many as are best separated
+    !> 0: the number with the best separated clusters is chosen
     integer, intent(in) :: n_clusters
-    !> those with a full-order solution, in the order of the deck's training points
+    !> all snapshots that have a full-order solution, in the order of the training points of the deck
     type(training_set_t), intent(in) :: snapshots
-    !> its header is filled
+    !> model whose header is filled
     type(model_t), intent(inout) :: model
     type(cluster_t), allocatable, intent(out) :: clusters(:)
     type(error_t), allocatable, intent(out) :: error
@@ -64,6 +65,7 @@ contains
     if (len(error%file) == 0) error%file = deck%path
   end subroutine divide_snapshots
 
+  !> Writes a warning to the log where two snapshots are equal. Collective on all ranks.
   subroutine warn_of_identical(deck, snapshots, lengths, ierr)
     type(deck_config_t), intent(in) :: deck
     type(training_set_t), intent(in) :: snapshots
@@ -77,7 +79,7 @@ contains
       format_point(deck%parameters, snapshots%parameters(:, i_snapshot)) // ' are equal; one of them adds no information')
   end subroutine warn_of_identical
 
-  !> Source: section 4.1: cells of the grid by the angles of their bases.
+  !> Clusters the cells of the grid by the principal angles between their POD modes. Source: section 4.1.
   subroutine divide_cells(deck, n_clusters, coordinates, model, clusters, error, ierr)
     type(deck_config_t), intent(in) :: deck
     integer, intent(in) :: n_clusters
@@ -112,10 +114,10 @@ contains
     end associate
   end subroutine divide_cells
 
-  !> Checks that the points fill the whole grid. Errors: the grid has holes.
+  !> Checks that every point of the training grid has a solution. Errors: a point has none.
   subroutine need_whole_grid(deck, n_points, error)
     type(deck_config_t), intent(in) :: deck
-    !> that have a solution
+    !> number of training points that have a solution
     integer, intent(in) :: n_points
     type(error_t), allocatable, intent(out) :: error
 
@@ -124,7 +126,7 @@ contains
       hint='use clusters: {method: irregular, ...}')
   end subroutine need_whole_grid
 
-  !> Source: section 4.2: snapshots by their angles; the forest learns their labels.
+  !> Clusters the snapshots by the angles between them, and trains a forest on their labels. Source: section 4.2.
   subroutine divide_points(deck, n_clusters, coordinates, model, clusters, error, ierr)
     type(deck_config_t), intent(in) :: deck
     integer, intent(in) :: n_clusters
@@ -150,7 +152,8 @@ contains
     PetscCall(train_forest(deck, model%training_points, found%labels, PETSC_COMM_WORLD, model%choice%forest, error, ierr))
   end subroutine divide_points
 
-  !> Finds as many clusters as are asked for, or the best separated number of clusters. Local; every rank finds the same.
+  !> Finds n_clusters clusters, or, with n_clusters = 0, the number with the best separated clusters. Local, with the same result on
+  !> every rank.
   subroutine find_clusters(deck, n_clusters, dissimilarity, found, error)
     type(deck_config_t), intent(in) :: deck
     integer, intent(in) :: n_clusters
@@ -165,6 +168,7 @@ contains
     end if
   end subroutine find_clusters
 
+  !> Returns the options of k-medoids from the deck.
   pure function medoid_options(clusters) result(options)
     type(clusters_config_t), intent(in) :: clusters
     type(k_medoids_options_t) :: options
@@ -173,7 +177,7 @@ contains
     options%seed = clusters%seed
   end function medoid_options
 
-  !> Whether the cluster is one that the deck wants to have merged, and another one exists.
+  !> Whether some cluster has too few snapshots and the deck asks to merge such clusters. False where there is only one cluster.
   pure logical function has_small_cluster(deck, clusters, found)
     type(deck_config_t), intent(in) :: deck
     type(cluster_t), intent(in) :: clusters(:)
@@ -193,7 +197,7 @@ contains
     end do
   end function sizes_of
 
-  !> Merges the smallest cluster, the first of several, and says so.
+  !> Merges the smallest cluster (of equal ones the first) into another one, and writes that to the log.
   subroutine dissolve_small(deck, dissimilarity, clusters, found)
     type(deck_config_t), intent(in) :: deck
     real(rk), intent(in), contiguous :: dissimilarity(:, :)
@@ -209,6 +213,7 @@ contains
       ': merged into cluster ' // to_text(i_target) // ' (' // counted(sizes(i_target), 'snapshot') // '), whose medoid is nearest')
   end subroutine dissolve_small
 
+  !> Keeps the loss and the silhouette in the model.
   subroutine keep_division(found, choice)
     type(medoids_t), intent(in) :: found
     type(model_choice_t), intent(inout) :: choice

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 #include "signorom/macros.h"
-!> One cluster of a division made two, by the medoids of its own cells or snapshots.
+!> Splits one cluster of a division into two, by two medoids among its own cells or snapshots.
 module sig_cluster_split
   use mpi, only: MPI_COMM_WORLD
   use sig_cluster_division, only: medoid_options
@@ -19,28 +19,30 @@ module sig_cluster_split
   private
   public :: division_t, split_cluster, restore_forest
 
-  !> Which snapshots each cluster has, and which cluster answers where.
+  !> The snapshots of each cluster, and the rule by which a query chooses a cluster.
   type :: division_t
     type(cluster_t), allocatable :: clusters(:)
     type(model_choice_t) :: choice
-    !> the first so many snapshots trained its forest
+    !> number of snapshots on which the forest was trained, the first ones
     integer :: n_labeled = 0
-    !> ranks that share the work of a split, over which the dofs of the snapshots are spread
+    !> communicator of the ranks that share the work of a split; the dofs of the snapshots are spread over them
     integer :: comm = MPI_COMM_WORLD
   end type division_t
 
 contains
 
-  !> The second half of the cluster becomes the last cluster. Collective on division%comm; the same on each rank.
+  !> Splits cluster k: it keeps the first half, and the second half becomes a new last cluster. For irregular clusters the forest is
+  !> trained again. Collective on division%comm, with the same result on each rank.
   !>
-  !> Requires: with cells, the snapshots of the whole grid come first. Errors: a forest that cannot be trained.
+  !> Requires: for regular clusters, the snapshots of the whole grid come first. Errors: the forest cannot be trained.
   subroutine split_cluster(deck, snapshots, k, division, is_split, error, ierr)
     type(deck_config_t), intent(in) :: deck
-    !> all that are trained on
+    !> all snapshots of the training
     type(training_set_t), intent(in) :: snapshots
+    !> number of the cluster
     integer, intent(in) :: k
     type(division_t), intent(inout) :: division
-    !> false where a half would have too few snapshots: the division stays as it is
+    !> false where a half would have too few snapshots; then the division does not change
     logical, intent(out) :: is_split
     type(error_t), allocatable, intent(out) :: error
     PetscErrorCode, intent(out) :: ierr
@@ -66,7 +68,8 @@ contains
     end if
   end subroutine split_cluster
 
-  !> The forest of a division and its files in the results folder. Collective on division%comm. Errors: it cannot be trained.
+  !> Trains the forest of a division again on its first n_labeled snapshots, and writes its files into the results folder.
+  !> Collective on division%comm. Errors: the forest cannot be trained.
   subroutine restore_forest(deck, snapshots, division, error, ierr)
     type(deck_config_t), intent(in) :: deck
     type(training_set_t), intent(in) :: snapshots
@@ -81,13 +84,14 @@ contains
     end associate
   end subroutine restore_forest
 
-  !> Halves a cluster by the angles between the bases of its cells. What was added to the grid goes with its cell.
+  !> Splits a cluster by the principal angles between the POD modes of its cells. A snapshot that was added to the grid goes to the
+  !> half of the cell that contains its point.
   subroutine halve_cells(deck, snapshots, k, division, labels, halves, ierr)
     type(deck_config_t), intent(in) :: deck
     type(training_set_t), intent(in) :: snapshots
     integer, intent(in) :: k
     type(division_t), intent(inout) :: division
-    !> of all cells afterwards
+    !> cluster of each cell after the split
     integer, allocatable, intent(out) :: labels(:)
     type(cluster_t), intent(out) :: halves(2)
     PetscErrorCode, intent(out) :: ierr
@@ -115,7 +119,7 @@ contains
     end associate
   end subroutine halve_cells
 
-  !> One cluster has no labels: give its cells their 1.
+  !> Fills cells and labels of the choice where they are missing, because a division into one cluster has none: all labels are 1.
   subroutine need_labels(deck, choice)
     type(deck_config_t), intent(in) :: deck
     type(model_choice_t), intent(inout) :: choice
@@ -126,7 +130,7 @@ contains
     allocate (choice%labels(choice%cells%n_cells()), source=1)
   end subroutine need_labels
 
-  !> Halves a cluster by the angles between its snapshots.
+  !> Splits a cluster by the angles between its snapshots.
   subroutine halve_snapshots(deck, snapshots, cluster, comm, halves, ierr)
     type(deck_config_t), intent(in) :: deck
     type(training_set_t), intent(in) :: snapshots
@@ -146,7 +150,7 @@ contains
     halves(2)%snapshots = pack(cluster%snapshots, is_second)
   end subroutine halve_snapshots
 
-  !> Which items lie around the second of two medoids; none of a single item.
+  !> Whether each item belongs to the second of two medoids; false for a single item.
   function second_half(deck, dissimilarity) result(is_second)
     type(deck_config_t), intent(in) :: deck
     real(rk), intent(in), contiguous :: dissimilarity(:, :)
@@ -160,7 +164,7 @@ contains
     if (.not. allocated(error)) is_second = found%labels == 2
   end function second_half
 
-  !> Cluster of each snapshot where each has one only.
+  !> Returns the cluster of each snapshot. Each snapshot must be in one cluster only.
   pure function labels_of(clusters) result(labels)
     type(cluster_t), intent(in) :: clusters(:)
     integer, allocatable :: labels(:)

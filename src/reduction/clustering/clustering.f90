@@ -1,5 +1,6 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> From labels to clusters of snapshots: what is clustered (cells of a grid, or snapshots), and what each cluster holds.
+!> Makes clusters of snapshots from labels. The labels belong to the items that are clustered: cells of the training grid, or
+!> snapshots.
 module sig_clustering
   use sig_errors, only: error_t, make_error
   use sig_grassmann, only: subspace_t
@@ -21,13 +22,14 @@ module sig_clustering
 
 contains
 
-  !> Every snapshot must have a direction. Errors: a snapshot that is zero, named by its point.
+  !> Checks that no snapshot is zero, because angles between snapshots need a direction. Errors: a snapshot is zero; the message
+  !> gives its point.
   subroutine check_snapshots(lengths, names, points, error)
-    !> Euclidean norms, shape (n_snapshots)
+    !> Euclidean norms of the snapshots, shape (n_snapshots)
     real(rk), intent(in) :: lengths(:)
-    !> of the parameters
+    !> names of the parameters
     type(string_t), intent(in) :: names(:)
-    !> shape (n_parameters, n_snapshots)
+    !> values of the parameters, shape (n_parameters, n_snapshots)
     real(rk), intent(in) :: points(:, :)
     type(error_t), allocatable, intent(out) :: error
     integer :: i
@@ -41,14 +43,14 @@ contains
     end do
   end subroutine check_snapshots
 
-  !> POD of the snapshots at the corners of each wanted cell. Source: section 4.1. Local.
+  !> Returns for each wanted cell the POD modes of the snapshots at its corners, at least one mode. Source: section 4.1. Local.
   function cell_subspaces(coordinates, cells, wanted, pod_tolerance) result(subspaces)
-    !> of the snapshots of the whole grid, in its order, shape (n_coordinates, n_snapshots)
+    !> snapshot_coordinates of the snapshots of the whole grid, in its order, shape (n_coordinates, n_snapshots)
     real(rk), intent(in) :: coordinates(:, :)
     type(grid_cells_t), intent(in) :: cells
     !> numbers of cells, 1-based
     integer, intent(in) :: wanted(:)
-    !> [-] energy tail
+    !> [-] tolerance of pod_rank
     real(rk), intent(in) :: pod_tolerance
     type(subspace_t) :: subspaces(size(wanted))
     real(rk), allocatable :: left(:, :), right_rows(:, :), sigma(:)
@@ -60,7 +62,8 @@ contains
     end do
   end function cell_subspaces
 
-  !> The corners of all its cells are a cluster's snapshots: one on a border belongs to all clusters that meet there.
+  !> Returns the clusters of snapshots of labeled cells. A cluster has the snapshots at the corners of all its cells, so a snapshot
+  !> on the border between clusters belongs to each of them.
   pure function clusters_of_cells(labels, n_clusters, cells) result(clusters)
     !> cluster of each cell, 1-based
     integer, intent(in) :: labels(:)
@@ -79,7 +82,7 @@ contains
     end do
   end function clusters_of_cells
 
-  !> Each snapshot belongs to one cluster. Source: section 4.2.
+  !> Returns the clusters of labeled snapshots. Each snapshot belongs to one cluster. Source: section 4.2.
   pure function clusters_of_snapshots(labels, n_clusters) result(clusters)
     !> cluster of each snapshot, 1-based
     integer, intent(in) :: labels(:)
@@ -100,7 +103,7 @@ contains
     numbers = pack([(i, i=1, size(is_member))], is_member)
   end function numbers_of
 
-  !> Each cluster needs snapshots for a basis of its own. Errors: a cluster with too few, named by its number.
+  !> Checks the number of snapshots of each cluster. Errors: a cluster has fewer than min_snapshots; the message gives its number.
   pure subroutine check_clusters(clusters, min_snapshots, error)
     type(cluster_t), intent(in) :: clusters(:)
     integer, intent(in) :: min_snapshots

@@ -1,6 +1,7 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 #include "signorom/macros.h"
-!> Dissimilarities of all pairs of subspaces or snapshots, the pairs shared by the ranks, in coordinates of few dimensions.
+!> Dissimilarities of all pairs of subspaces or snapshots. The ranks share the pairs. Snapshots are represented by few coordinates
+!> instead of all dofs.
 module sig_dissimilarity
   use sig_grassmann, only: snapshot_angle, subspace_distance, subspace_t
   use sig_kinds, only: rk
@@ -15,10 +16,11 @@ module sig_dissimilarity
 
 contains
 
-  !> The snapshots in an orthonormal basis of what they span: angles and lengths are kept, the number of dofs is gone.
+  !> Returns the coordinates of the snapshots in an orthonormal basis of their span. Angles and lengths are the same as of the
+  !> snapshots, but the cost of comparisons does not depend on the number of dofs.
   !>
-  !> Triangle of one thin QR; where there are more snapshots than dofs, the snapshots themselves. Collective on comm, over which the
-  !> dofs are spread.
+  !> The coordinates are the triangle of one thin QR; where there are not more dofs than snapshots, they are the snapshots
+  !> themselves. Collective on comm, over which the dofs are spread.
   subroutine snapshot_coordinates(snapshots, comm, coordinates, ierr)
     type(training_set_t), intent(in) :: snapshots
     MPI_Comm, intent(in) :: comm
@@ -59,7 +61,7 @@ contains
     ierr = sig_gather_rows(comm, size(own, 1), size(fields, 1), size(fields, 2), own, fields)
   end subroutine gather_fields
 
-  !> Distances (13) of all pairs, symmetric with a zero diagonal. Collective on comm.
+  !> Computes the distances (13) of all pairs of subspaces, a symmetric matrix with a zero diagonal. Collective on comm.
   subroutine dissimilarity_of_subspaces(subspaces, comm, dissimilarity, ierr)
     !> the same on all ranks
     type(subspace_t), intent(in) :: subspaces(:)
@@ -79,11 +81,11 @@ contains
     PetscCall(complete_columns(comm, dissimilarity, ierr))
   end subroutine dissimilarity_of_subspaces
 
-  !> Angles (16) of all pairs of snapshots, symmetric with a zero diagonal. Collective on comm.
+  !> Computes the angles (16) of all pairs of snapshots, a symmetric matrix with a zero diagonal. Collective on comm.
   subroutine dissimilarity_of_snapshots(coordinates, is_signed, comm, dissimilarity, ierr)
-    !> of any length but zero, shape (n_coordinates, n_snapshots), the same on all ranks
+    !> snapshot_coordinates, no column zero, shape (n_coordinates, n_snapshots), the same on all ranks
     real(rk), intent(in) :: coordinates(:, :)
-    !> opposite snapshots differ: the printed form of (16)
+    !> the angle between opposite snapshots is pi, as (16) is printed; otherwise it is 0
     logical, intent(in) :: is_signed
     MPI_Comm, intent(in) :: comm
     !> [rad] shape (n_snapshots, n_snapshots), the same on all ranks
@@ -107,7 +109,7 @@ contains
     PetscCall(complete_columns(comm, dissimilarity, ierr))
   end subroutine dissimilarity_of_snapshots
 
-  !> The lower triangle, of which each rank has columns, everywhere and mirrored.
+  !> Gives every rank the whole symmetric matrix. Before, each rank has some columns of the lower triangle, and zeros elsewhere.
   subroutine complete_columns(comm, matrix, ierr)
     MPI_Comm, intent(in) :: comm
     real(rk), intent(inout) :: matrix(:, :)

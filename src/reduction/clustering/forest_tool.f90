@@ -12,26 +12,28 @@ module sig_forest_tool
   public :: find_forest_tool, forest_tool_name, may_need_forest, shell_text
 
   character(*), parameter :: forest_tool_name = 'signorom-post'
-  !> environment variable that names the tool's file
+  !> environment variable with the path of the tool
   character(*), parameter :: variable = 'SIGNOROM_POST'
   !> exit code of a shell that does not find a command
   integer, parameter :: exit_not_found = 127
 
 contains
 
-  !> Whether training can end with a forest.
+  !> Whether the training of these clusters may need a random forest: irregular clusters that are, or can become, more than one.
   pure logical function may_need_forest(clusters)
     type(clusters_config_t), intent(in) :: clusters
 
     may_need_forest = clusters%method == 'irregular' .and. (clusters%number /= 1 .or. clusters%refine%is_used)
   end function may_need_forest
 
-  !> The first tool that has what it needs: the one that SIGNOROM_POST names and no other; else in PATH, beside the program, in
-  !> the environment `venv` of a build folder. Local: one rank calls.
+  !> Finds the first signorom-post that can train a forest, by running its check. If the environment variable SIGNOROM_POST is set,
+  !> only this file is tried. Otherwise the places are PATH, the folder of the program, and the environments `venv` of a build
+  !> folder. Local: call it on one rank.
   !>
-  !> Errors: there is none, or those that there are cannot train (the first one has then said why on standard error).
+  !> Errors: no tool is found; the tools that are found cannot train (the first one prints the reason on standard error); a stop is
+  !> requested.
   subroutine find_forest_tool(tool, error)
-    !> one word for the shell
+    !> path or name of the tool, quoted as one word for the shell
     character(:), allocatable, intent(out) :: tool
     type(error_t), allocatable, intent(out) :: error
     type(string_t), allocatable :: places(:)
@@ -66,7 +68,7 @@ contains
     end if
   end subroutine find_forest_tool
 
-  !> Files, or a name without a folder for PATH, in the order in which they are tried.
+  !> Lists the files to try, in this order. A name without a folder is looked for in PATH.
   subroutine candidates(places)
     type(string_t), allocatable, intent(out) :: places(:)
     character(:), allocatable :: folder
@@ -88,6 +90,7 @@ contains
     places(4)%text = folder // '/venv/bin/' // forest_tool_name
   end subroutine candidates
 
+  !> Whether the environment variable is set.
   logical function is_named()
     integer :: length
 

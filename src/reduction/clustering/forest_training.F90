@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 #include "signorom/macros.h"
-!> Has the Python tool train the random forest that chooses the cluster of a point, and reads it.
+!> Trains the random forest that chooses the cluster of a point: runs the Python tool signorom-post and reads its result.
 module sig_forest_training
   use mpi, only: MPI_Comm_rank
   use sig_deck_config, only: deck_config_t
@@ -22,9 +22,10 @@ module sig_forest_training
 
 contains
 
-  !> Looks for the tool before the work that leads to a forest; nothing happens where none is needed. Collective on all ranks.
+  !> Checks, before a long training, that signorom-post can train a forest. Does nothing where the deck needs no forest. Collective
+  !> on all ranks.
   !>
-  !> Errors: it is not there, or it lacks something.
+  !> Errors: as find_forest_tool.
   subroutine need_forest_tool(deck, error, ierr)
     type(deck_config_t), intent(in) :: deck
     type(error_t), allocatable, intent(out) :: error
@@ -39,7 +40,7 @@ contains
     PetscCall(broadcast_error(error, PETSC_COMM_WORLD, ierr))
   end subroutine need_forest_tool
 
-  !> What training will lack, said where it can still be mended in time. Collective on all ranks.
+  !> Writes a warning to the log where need_forest_tool has an error, for commands before the training. Collective on all ranks.
   subroutine warn_of_missing_tool(deck, ierr)
     type(deck_config_t), intent(in) :: deck
     PetscErrorCode, intent(out) :: ierr
@@ -52,12 +53,14 @@ contains
     call log_warning('train cannot work here yet: ' // error%message)
   end subroutine warn_of_missing_tool
 
-  !> Writes labels.csv into the results folder, runs signorom-post on it, reads its forest.h5. Collective on comm.
+  !> Writes labels.csv into the results folder, runs signorom-post on it, and reads the forest.h5 that it writes. Collective on
+  !> comm.
   !>
-  !> Errors: the tool is not installed, or it failed (it has said why), or its forest does not fit.
+  !> Errors: labels.csv cannot be written; the tool is not found or fails (it prints the reason); forest.h5 cannot be read or does
+  !> not belong to these parameters.
   subroutine train_forest(deck, points, labels, comm, forest, error, ierr)
     type(deck_config_t), intent(in) :: deck
-    !> shape (n_parameters, n_points)
+    !> values of the parameters, shape (n_parameters, n_points)
     real(rk), intent(in) :: points(:, :)
     !> cluster of each point, 1-based
     integer, intent(in) :: labels(:)
@@ -81,6 +84,7 @@ contains
     PetscCall(broadcast_error(error, comm, ierr))
   end subroutine train_forest
 
+  !> Returns the text of labels.csv: a head line, then one line per point with its parameters and its cluster.
   pure function label_table(names, points, labels) result(text)
     type(string_t), intent(in) :: names(:)
     real(rk), intent(in) :: points(:, :)
@@ -97,6 +101,7 @@ contains
     end do
   end function label_table
 
+  !> Runs signorom-post on labels_path; it writes forest_path. Errors: no tool is found, or it fails.
   subroutine run_tool(labels_path, forest_path, seed, error)
     character(*), intent(in) :: labels_path
     character(*), intent(in) :: forest_path

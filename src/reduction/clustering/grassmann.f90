@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> How far two subspaces, or two snapshots, are from each other: by the principal angles between them.
+!> Distances of two subspaces, or of two snapshots, by the principal angles between them.
 module sig_grassmann
   use sig_kinds, only: rk
   use sig_singular_values, only: svd
@@ -7,11 +7,11 @@ module sig_grassmann
   private
   public :: subspace_t, subspace_distance, snapshot_angle
 
-  !> [-] above this cosine (45 degrees) the angle is taken from its sine: a cosine near 1 has lost half of its digits
+  !> [-] above this cosine (45 degrees) the angle is computed from its sine, because near 1 the arc cosine loses half of the digits
   real(rk), parameter :: cosine_of_sines = sqrt(0.5_rk)
   real(rk), parameter :: half_pi = 2 * atan(1.0_rk)
 
-  !> A subspace by an orthonormal basis.
+  !> A subspace, given by an orthonormal basis.
   type :: subspace_t
     !> [-] orthonormal columns, shape (n_coordinates, dimension)
     real(rk), allocatable :: basis(:, :)
@@ -19,10 +19,10 @@ module sig_grassmann
 
 contains
 
-  !> Distance of two subspaces, possibly of different dimension: each dimension more counts as a right angle.
+  !> Returns the distance d of two subspaces with the orthonormal bases A and B and the dimensions a and b, which may differ.
   !>
-  !> d**2 = (pi/2)**2 |a - b| + sum of the squared principal angles; the cosines are the singular values of A'B = Y C Z', the
-  !> sine of angle i is the length of (B - A A'B) z_i.
+  !> d**2 = (pi/2)**2 |a - b| + sum of the squared principal angles. Each missing dimension therefore counts as a right angle. The
+  !> cosines of the angles are the singular values C of A'B = Y C Z'. The sine of angle i is the length of (B - A A'B) z_i.
   !> Source: (14), (15); sines: Björck and Golub, Math. Comp. 27 (1973) 579. Local.
   function subspace_distance(first, second) result(distance)
     type(subspace_t), intent(in) :: first
@@ -30,7 +30,7 @@ contains
     !> [rad] 0 for equal subspaces
     real(rk) :: distance
 
-    ! The sines are those of vectors of the smaller subspace.
+    ! the formula for the sines needs vectors of the smaller subspace
     if (size(first%basis, 2) >= size(second%basis, 2)) then
       distance = distance_from_larger(first%basis, second%basis)
     else
@@ -61,16 +61,16 @@ contains
     distance = sqrt(distance)
   end function distance_from_larger
 
-  !> Angle between two snapshots of length 1.
+  !> Returns the angle between two snapshots of length 1.
   !>
-  !> Source: (16). Local. Paper: (16) is printed without a modulus, so that opposite snapshots are pi apart; they span the same
-  !> line, and here they are equal unless is_signed asks for the printed form.
+  !> Source: (16). Local. Paper: (16) has no modulus, so that the angle between opposite snapshots is pi. But they span the same
+  !> line. Here their angle is 0 unless is_signed asks for the form of the paper.
   pure function snapshot_angle(first, second, is_signed) result(angle)
     !> [-] of length 1
     real(rk), intent(in) :: first(:)
     real(rk), intent(in) :: second(:)
     logical, intent(in) :: is_signed
-    !> [rad] in [0, pi/2], or [0, pi] where signed
+    !> [rad] in [0, pi/2]; in [0, pi] with is_signed
     real(rk) :: angle
     real(rk) :: cosine
 

@@ -11,7 +11,7 @@
 
 static const double tie_tolerance = 1e-8;
 
-/* What the methods know of each item and each medoid. Medoids are named by their place in `medoids`. */
+/* State of a search. Medoids are numbered by their place in `medoids`. */
 typedef struct {
   int n, k;
   const double *dissimilarity;
@@ -49,7 +49,7 @@ static void add_medoid(search_t *search, int i_medoid, int item) {
     if (i_medoid == 0 || row[o] < search->to_nearest[o]) search->to_nearest[o] = row[o];
 }
 
-/* The item with the smallest sum of dissimilarities to all. */
+/* Returns the item with the smallest sum of dissimilarities to all items. */
 static int most_central(const search_t *search) {
   int best = 0;
   double least = INFINITY;
@@ -65,7 +65,7 @@ static int most_central(const search_t *search) {
   return best;
 }
 
-/* How much the loss falls with one more medoid. */
+/* Returns by how much one more medoid lowers the loss. */
 static double gain_of(const search_t *search, int candidate) {
   const double *row = row_of(search, candidate);
   double gain = 0;
@@ -80,7 +80,7 @@ static void start_with_build(search_t *search) {
     int best = -1;
     double most = -1;
     for (int c = 0; c < search->n; c++) {
-      /* A gain never grows when medoids are added: an earlier one bounds it. */
+      /* More medoids never make a gain larger, so an earlier gain is an upper bound. */
       if (search->bound[c] <= most * (1 + tie_tolerance) || is_medoid(search, i, c)) continue;
       const double gain = search->bound[c] = gain_of(search, c);
       if (gain <= most * (1 + tie_tolerance)) continue;
@@ -196,7 +196,7 @@ static void sum_up(search_t *search) {
   }
 }
 
-/* The candidate takes the place of a medoid: each item looks only at what that changes for it. */
+/* Replaces a medoid by the candidate. For each item only what changes is computed again. */
 static void exchange(search_t *search, int i_medoid, int candidate) {
   const double *row = row_of(search, candidate);
   search->medoids[i_medoid] = candidate;
@@ -225,8 +225,9 @@ static void exchange(search_t *search, int i_medoid, int candidate) {
   sum_up(search);
 }
 
-/* Best medoid to give way to the candidate, and the change of the loss. What the candidate takes from all is counted
-   once; what depends on who gives way is counted for the nearest medoid of each item: all k exchanges cost one pass. */
+/* Returns the medoid that the candidate should replace, and the change of the loss. `shared` is the part of the change
+   that is the same for all medoids; `change` adds, for each medoid, the items whose nearest medoid it is. One pass over
+   the items therefore judges all k exchanges. */
 static int best_exchange(search_t *search, int candidate, double *total) {
   const double *row = row_of(search, candidate), *to_nearest = search->to_nearest, *to_second = search->to_second;
   double *change = search->change, shared = 0;
@@ -251,7 +252,7 @@ static int best_exchange(search_t *search, int candidate, double *total) {
   return best;
 }
 
-/* Candidates in the order of the pool. */
+/* Method FASTER_PAM, with the candidates in the order of the pool. */
 static void run_faster_pam(search_t *search) {
   if (search->k == 1) { /* nobody is second nearest; all exchanges are known from the sums */
     search->medoids[0] = most_central(search);
@@ -267,7 +268,7 @@ static void run_faster_pam(search_t *search) {
     if (search->to_nearest[c] <= 0 && is_medoid(search, search->k, c)) continue;
     double total;
     const int i_medoid = best_exchange(search, c, &total);
-    /* Not for rounding either: it could go round in circles. */
+    /* A gain that is only rounding does not count either: the same exchanges could repeat without end. */
     const double rounding = DBL_EPSILON * search->n * (search->loss + search->removal_loss[i_medoid]);
     if (total >= -(tie_tolerance * search->loss + rounding)) continue;
     exchange(search, i_medoid, c);
@@ -296,7 +297,7 @@ static double assign(search_t *search) {
   return loss;
 }
 
-/* Each cluster's item with the smallest sum to the others of the cluster. */
+/* Makes the item with the smallest sum of dissimilarities to its cluster the medoid of the cluster. */
 static void move_to_centers(search_t *search) {
   for (int i = 0; i < search->k; i++) search->change[i] = INFINITY;
   for (int c = 0; c < search->n; c++) {
@@ -337,7 +338,7 @@ static int check(int n, const double *dissimilarity, int k, const sig_k_medoids_
   return is_dissimilarity(n, dissimilarity) ? SIG_K_MEDOIDS_OK : SIG_K_MEDOIDS_BAD_DISSIMILARITY;
 }
 
-/* Points the members into two blocks; NULL blocks where there is no memory. */
+/* Allocates two blocks for the arrays of the search. A block is NULL where there is no memory. */
 static void create_search(search_t *search, double **reals, int **integers) {
   const size_t n = (size_t)search->n, k = (size_t)search->k;
   *reals = malloc((3 * n + 2 * k) * sizeof **reals);
@@ -358,7 +359,7 @@ static double run_start(search_t *search, const sig_k_medoids_options *options, 
   uint64_t state = ((uint64_t)(uint32_t)options->seed << 32) + (uint64_t)i_start;
   const bool is_fixed = options->start == SIG_K_MEDOIDS_BUILD || options->start == SIG_K_MEDOIDS_CENTRAL;
   start_search(search, is_fixed && i_start > 0 ? SIG_K_MEDOIDS_RANDOM : options->start, &state);
-  /* Starts that look at the candidates in one order would often end at one place. */
+  /* Starts with the same order of candidates would often give the same result. */
   fill_pool(search);
   if (i_start > 0) draw_to_front(search->pool, search->n, search->n, &state);
   if (options->method == SIG_K_MEDOIDS_FASTER_PAM)

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Clusters around medoids: the items are known by their mutual dissimilarities only. The work is done by k_medoids.c.
+!> Clusters around medoids. Only the dissimilarity of each pair of items is known. k_medoids.c does the work.
 module sig_k_medoids
   use sig_errors, only: error_t, make_error
   use sig_kinds, only: rk
@@ -14,11 +14,11 @@ module sig_k_medoids
 
   !> Clusters of items, all numbers 1-based.
   type :: medoids_t
-    !> ascending, shape (n_clusters)
+    !> item that is the medoid of each cluster, ascending, shape (n_clusters)
     integer, allocatable :: medoids(:)
     !> cluster of each item, shape (n_items)
     integer, allocatable :: labels(:)
-    !> [as the dissimilarity] sum over the items to the medoids of their clusters
+    !> [as the dissimilarity] sum over all items of the dissimilarity to the medoid of their cluster
     real(rk) :: loss = 0
     !> [-] mean silhouette, in [-1, 1], large = well separated; 0 for one cluster
     real(rk) :: silhouette = 0
@@ -26,10 +26,10 @@ module sig_k_medoids
 
 contains
 
-  !> Best clusters that the asked number of starts finds.
+  !> Finds clusters with a small loss: the best result of options%n_starts starts.
   !>
-  !> Local; the same options give the same clusters. Cost: a few n_items**2 per start.
-  !> Errors, without a place in a file: fewer than one cluster, more than items; a dissimilarity that is no number or negative.
+  !> Local; the same options give the same clusters. Cost: a few n_items**2 per start. Errors, without a place in a file: fewer than
+  !> one cluster, or more clusters than items; a dissimilarity is negative or not finite; wrong options.
   subroutine find_medoids(dissimilarity, n_clusters, options, found, error)
     !> symmetric, zero diagonal, shape (n_items, n_items)
     real(rk), intent(in), contiguous :: dissimilarity(:, :)
@@ -66,12 +66,12 @@ contains
     end select
   end subroutine explain
 
-  !> The number of clusters from 2 to max_clusters with the largest silhouette; of nearly equal ones the smallest.
-  !>
-  !> One cluster where there are not two items or max_clusters is 1: it has no silhouette to compare.
+  !> Finds clusters for each number from 2 to max_clusters, and returns those with the largest silhouette; of nearly equal ones
+  !> those with the fewest clusters. Returns one cluster where max_clusters is 1 or there is only one item. Errors: as find_medoids.
   subroutine choose_n_clusters(dissimilarity, max_clusters, options, best, error)
+    !> as in find_medoids
     real(rk), intent(in), contiguous :: dissimilarity(:, :)
-    !> cut to the number of items
+    !> may be larger than the number of items
     integer, intent(in) :: max_clusters
     type(k_medoids_options_t), intent(in) :: options
     type(medoids_t), intent(out) :: best
@@ -88,15 +88,15 @@ contains
     end do
   end subroutine choose_n_clusters
 
-  !> Dissolves a cluster: its items join the cluster whose medoid is nearest to its own, the first of several; the clusters behind
-  !> it move up by one.
+  !> Merges cluster i_cluster into the cluster whose medoid is nearest to its own medoid; of equally near ones the first. The
+  !> numbers of later clusters become smaller by one. Loss and silhouette are computed again.
   !>
   !> Requires: two clusters or more.
   subroutine merge_cluster(dissimilarity, i_cluster, found, i_target)
     real(rk), intent(in), contiguous :: dissimilarity(:, :)
     integer, intent(in) :: i_cluster
     type(medoids_t), intent(inout) :: found
-    !> the cluster that its items join, as it was numbered before
+    !> number, before the merge, of the cluster that gets the items
     integer, intent(out) :: i_target
     integer :: i, status
 

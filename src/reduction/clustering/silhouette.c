@@ -4,7 +4,7 @@
 #include <math.h>
 #include <stdlib.h>
 
-/* (b - a) / max(a, b) of one item from its sums over the clusters. */
+/* Returns (b - a) / max(a, b) of one item (k_medoids.h) from its sums of dissimilarities over each of the clusters. */
 static double silhouette_of(int own, int k, const double *sums, const int *sizes) {
   double others = INFINITY;
   if (sizes[own] < 2) return 0;

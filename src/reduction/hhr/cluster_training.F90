@@ -1,6 +1,7 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 #include "signorom/macros.h"
-!> Snapshots of a cluster -> POD -> reduced integration domain -> reduced system; groups of ranks train different clusters.
+!> Trains the hyper-reduced model of each cluster: POD of its snapshots, reduced integration domain, reduced system. Groups of ranks
+!> train different clusters at the same time.
 module sig_cluster_training
   use mpi, only: MPI_Allreduce, MPI_INTEGER, MPI_MIN
   use sig_hhr_file, only: pack_cluster, unpack_cluster
@@ -27,18 +28,18 @@ module sig_cluster_training
 
 contains
 
-  !> Local models, each by one group of ranks, then on every rank. Collective on all ranks.
+  !> Trains the models of some clusters, each by one group of ranks. Afterwards every rank has all of them. Collective on all ranks.
   !>
-  !> Errors: of the first of these clusters that could not be trained, named by its number where there are several; then no
-  !> model has changed.
+  !> Errors: the error of the first cluster that could not be trained, with its number where there are several clusters. Then no
+  !> model changes.
   subroutine train_clusters(problem, snapshots, clusters, which, models, error, ierr)
     type(problem_t), intent(in) :: problem
-    !> solved, their dofs spread over all ranks
+    !> full-order solutions, whose dofs are spread over all ranks
     type(training_set_t), intent(in) :: snapshots
     type(cluster_t), intent(in) :: clusters(:)
     !> numbers of the clusters to be trained
     integer, intent(in) :: which(:)
-    !> of all clusters; the others stay as they are
+    !> models of all clusters; only those in `which` change
     type(hhr_data_t), intent(inout) :: models(:)
     type(error_t), allocatable, intent(out) :: error
     PetscErrorCode, intent(out) :: ierr
@@ -63,8 +64,8 @@ contains
     end do
   end subroutine train_clusters
 
-  !> Some clusters, one for each group: all ranks compress the snapshots, of which each has some dofs, then each group goes on with
-  !> its cluster. Collective on all ranks.
+  !> Trains at most one cluster per group. First all ranks together compute the modes of each cluster, because each rank has only
+  !> some dofs of the snapshots. Then each group trains its cluster. Collective on all ranks.
   subroutine train_round(problem, snapshots, clusters, which, groups, trained, i_failed, error, ierr)
     type(problem_t), intent(in) :: problem
     type(training_set_t), intent(in) :: snapshots
@@ -73,9 +74,9 @@ contains
     integer, intent(in) :: which(:)
     type(rank_groups_t), intent(in) :: groups
     type(hhr_data_t), intent(inout) :: trained(:)
-    !> the first of the round that could not be trained, as far as this rank knows; beyond the last where there is none
+    !> first cluster of the round that could not be trained, as far as this rank knows; size(which) + 1 where there is none
     integer, intent(out) :: i_failed
-    !> why
+    !> the error of this cluster
     type(error_t), allocatable, intent(inout) :: error
     PetscErrorCode, intent(out) :: ierr
     type(error_t), allocatable :: own_error
@@ -102,17 +103,17 @@ contains
     call move_alloc(own_error, error)
   end subroutine train_round
 
-  !> Makes every trained cluster known to all ranks. Collective on all ranks.
+  !> Sends every trained cluster to all ranks. Collective on all ranks.
   !>
-  !> Errors: of the first cluster that could not be trained. Those before it are there in every division of the ranks, because a
-  !> group trains its clusters in their order.
+  !> Errors: the error of the first cluster that could not be trained. It is the same for any number of groups, because each group
+  !> trains its clusters in their order.
   subroutine exchange_clusters(problem, groups, i_failed, trained, error, ierr)
     type(problem_t), intent(in) :: problem
     type(rank_groups_t), intent(in) :: groups
-    !> which one this group could not train, where it has an error
+    !> cluster that this group could not train, where it has an error
     integer, intent(in) :: i_failed
     type(hhr_data_t), intent(inout) :: trained(:)
-    !> in: of this group
+    !> on entry the error of this group
     type(error_t), allocatable, intent(inout) :: error
     PetscErrorCode, intent(out) :: ierr
     type(error_t), allocatable :: own_error
@@ -133,7 +134,7 @@ contains
 
   !> Sends a cluster from one rank to all. Collective on all ranks. Errors: no memory.
   subroutine share_cluster(root, rank, cluster, error, ierr)
-    !> 0-based: rank that has the cluster, and this one
+    !> 0-based: the rank that has the cluster, and this rank
     integer, intent(in) :: root
     integer, intent(in) :: rank
     type(hhr_data_t), intent(inout) :: cluster
@@ -147,7 +148,7 @@ contains
     PetscCall(broadcast_error(error, PETSC_COMM_WORLD, ierr))
   end subroutine share_cluster
 
-  !> What the training of each cluster found doubtful.
+  !> Writes the warnings of the training of each cluster to the log.
   subroutine log_cluster_warnings(model)
     type(model_t), intent(in) :: model
     type(string_t), allocatable :: warnings(:)
@@ -164,14 +165,14 @@ contains
     end do
   end subroutine log_cluster_warnings
 
-  !> Trains one local model. Collective on comm.
+  !> Trains the model of one cluster. Collective on comm.
   subroutine train_cluster(problem, snapshots, comm, modes, cluster, error, ierr)
     type(problem_t), intent(in) :: problem
     type(training_set_t), intent(in) :: snapshots
     MPI_Comm, intent(in) :: comm
-    !> of the snapshots, all dofs
+    !> modes of the snapshots, all dofs
     type(pod_modes_t), intent(in) :: modes
-    !> what the snapshots alone tell is set: training_points, contact_displacement_snapshots
+    !> training_points and contact_displacement_snapshots are set before
     type(hhr_data_t), intent(inout) :: cluster
     type(error_t), allocatable, intent(out) :: error
     PetscErrorCode, intent(out) :: ierr
@@ -196,7 +197,7 @@ contains
     cluster%fits_displacements = problem%deck%reduction%reconstruction == 'multipliers_and_displacements'
   end subroutine train_cluster
 
-  !> Prescribed rows use up modes.
+  !> Checks that modes are left after the prescribed rows are imposed. Errors: none is left.
   subroutine need_unknowns(problem, cluster, error)
     type(problem_t), intent(in) :: problem
     type(hhr_data_t), intent(in) :: cluster

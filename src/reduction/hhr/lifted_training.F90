@@ -1,9 +1,10 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 #include "signorom/macros.h"
-!> What hyper-reduced models need to bound their answers where the matrix W of all contacts has no room.
+!> Computes what hyper-reduced models need for bounds of the error of their answers (certificates) where there is no memory for the
+!> matrix W of all contacts.
 !>
-!> W Lambda of the snapshots is what they close less than without contact, B (u_free - u); only the rows of the domains and the
-!> terms cost solves.
+!> W times the contact forces Lambda of the snapshots is known without W: it is the change of the openings by contact, B (u_free -
+!> u). Linear solves are needed only for the contact rows of the domains and for the terms.
 module sig_lifted_training
   use sig_condensed, only: condensed_t
   use sig_condensed_plan, only: number_size
@@ -26,20 +27,22 @@ module sig_lifted_training
   private
   public :: add_certificates
 
-  !> force patterns of a cluster
+  !> largest number of force patterns of a cluster
   integer, parameter :: most_patterns = 20
-  !> snapshots that they are made of, at most
+  !> largest number of snapshots that the patterns are made of
   integer, parameter :: most_samples = 300
-  !> [-] of the largest energy: patterns below are rounding
+  !> [-] patterns whose energy is at most this fraction of the largest one are rounding
   real(rk), parameter :: negligible = 1.0e-10_rk
 
 contains
 
-  !> Gives every cluster its own, if all have room together. Collective on all ranks; the same on each.
+  !> Adds the data for certificates to every cluster. No cluster gets them where reduction.max_full_order_size is 0, or, with a
+  !> warning in the log, where they need more memory than it allows or the solves are not possible. Collective on all ranks, with
+  !> the same result on each.
   subroutine add_certificates(full_order, model, ierr)
-    !> loaded, with a stiffness that does not depend on the parameters
+    !> loaded problem, whose stiffness does not depend on the parameters
     type(full_order_t), intent(inout) :: full_order
-    !> of hyper-reduced clusters
+    !> model of hyper-reduced clusters
     type(model_t), target, intent(inout) :: model
     PetscErrorCode, intent(out) :: ierr
     type(contact_columns_t) :: columns
@@ -72,6 +75,7 @@ contains
       ' of its columns and the snapshots')
   end subroutine add_certificates
 
+  !> Returns the reason, as text, why there are no certificates.
   function why_not(columns) result(reason)
     type(contact_columns_t), intent(in) :: columns
     character(:), allocatable :: reason
@@ -80,7 +84,7 @@ contains
     if (columns%reason == reason_converged) reason = 'a contact pair has no node of its own that is free to move'
   end function why_not
 
-  !> [MB] of all clusters, but for the lift.
+  !> [MB] Returns the memory for the certificates of all clusters, without the lift.
   real(rk) function size_of_certificates(model) result(room)
     type(model_t), target, intent(in) :: model
     type(hhr_data_t), pointer :: cluster
@@ -94,7 +98,7 @@ contains
     end do
   end function size_of_certificates
 
-  !> Contact rows of all domains, ascending.
+  !> Returns the contact rows of the domains of all clusters, ascending.
   function rows_of_domains(model) result(rows)
     type(model_t), target, intent(in) :: model
     integer, allocatable :: rows(:)
@@ -110,7 +114,8 @@ contains
     rows = pack([(i, i=1, size(is_chosen))], is_chosen)
   end function rows_of_domains
 
-  !> Collective on all ranks; the first rank's numbers count.
+  !> Computes the columns of W for the chosen rows, the openings without contact per term, and the lift. Collective on all ranks.
+  !> The results of the first rank are sent to all.
   subroutine solve_columns(full_order, chosen, columns, lift, ierr)
     type(full_order_t), intent(inout) :: full_order
     integer, intent(in) :: chosen(:)
@@ -139,11 +144,11 @@ contains
     lift%stiffness%values = values(:, 1)
   end subroutine solve_columns
 
-  !> Local.
+  !> Fills cluster%certificate. Local.
   subroutine fill_certificate(model, columns, own_columns, lift, cluster)
     type(model_t), intent(in) :: model
     type(contact_columns_t), intent(in) :: columns
-    !> [length/force] of W, of the rows of the cluster's domain
+    !> [length/force] columns of W for the contact rows of the domain of this cluster, shape (n_multipliers, n_rows)
     real(rk), intent(in) :: own_columns(:, :)
     type(contact_lift_t), intent(in) :: lift
     type(hhr_data_t), intent(inout) :: cluster
@@ -163,14 +168,15 @@ contains
     end associate
   end subroutine fill_certificate
 
-  !> Modes of the snapshots' forces in the norm of W: of the displacements that they cause. Local.
+  !> Computes POD modes ("patterns") of the contact forces of the snapshots in the norm of W, that is, in the energy norm of the
+  !> displacements that the forces cause. Local.
   subroutine choose_patterns(forces, openings, largest_size, patterns, pattern_openings)
-    !> [force] Lambda in balance, and W Lambda; shape (n_multipliers, n_snapshots)
+    !> [force] Lambda, in balance with the anchors, and [length] W Lambda; shape (n_multipliers, n_snapshots)
     real(rk), intent(in) :: forces(:, :)
     real(rk), intent(in) :: openings(:, :)
-    !> [sqrt(force*length)] of the snapshots
+    !> [sqrt(force*length)] largest norm of the forces of a snapshot
     real(rk), intent(out) :: largest_size
-    !> of energy 1, shape (n_multipliers, n_patterns)
+    !> patterns of norm 1, and W times them, shape (n_multipliers, n_patterns)
     real(rk), allocatable, intent(out) :: patterns(:, :)
     real(rk), allocatable, intent(out) :: pattern_openings(:, :)
     real(rk), allocatable :: gram(:, :), u(:, :), s(:), vt(:, :), weights(:, :)

@@ -1,5 +1,6 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Where a reduced model writes its equations: interpolation points of its modes, zones of the deck, nodes of prescribed values.
+!> Chooses the reduced integration domain of a model from the interpolation points of its modes, the zones of interest of the deck,
+!> and the nodes with prescribed displacements.
 module sig_training_domain
   use sig_contact_cover, only: missing_rows, rows_next_to_close
   use sig_contact_rows, only: contact_rows_t
@@ -19,19 +20,21 @@ module sig_training_domain
 
 contains
 
-  !> The reduced integration domain. With automatic zones, and where it would have no contact row, it grows by rows that its
-  !> snapshots close. Errors: a boundary that the mesh lacks, a window without nodes.
+  !> Builds the reduced integration domain. With automatic zones of interest, and where the domain has no contact row, more contact
+  !> rows are added: rows that are closed in snapshots (lacking_rows).
+  !>
+  !> Errors: the mesh lacks a boundary of the deck; no node lies in a window.
   subroutine choose_domain(problem, snapshots, contact_values, modes, dual_modes, domain, moved_nodes, error)
     type(problem_t), intent(in) :: problem
     type(training_set_t), intent(in) :: snapshots
-    !> [length] of snapshot_contact_values
+    !> [length] from snapshot_contact_values
     real(rk), intent(in) :: contact_values(:, :)
     !> V, shape (n_dofs, n_modes)
     real(rk), intent(in) :: modes(:, :)
-    !> shape (n_multipliers, n_dual_modes)
+    !> modes of the contact forces, shape (n_multipliers, n_dual_modes)
     real(rk), intent(in) :: dual_modes(:, :)
     type(reduced_domain_t), intent(out) :: domain
-    !> nodes where the prescribed rows are imposed
+    !> nodes on which prescribed displacements are imposed as equations
     integer, allocatable, intent(out) :: moved_nodes(:)
     type(error_t), allocatable, intent(out) :: error
     type(contact_rows_t) :: dual_rows
@@ -53,12 +56,12 @@ contains
     end associate
   end subroutine choose_domain
 
-  !> Contact rows that a domain has to have beside its own.
+  !> Returns the contact rows that must be added to a domain.
   !>
-  !> Paper: there the interpolation points of the displacement modes meet enough of them. They need not: without a closed row the
-  !> reduced problem has no contact forces, and says so without any doubt. A deck that names its zones is taken at its word, but for
-  !> a domain without contact rows. Where nothing touches in any snapshot the rows next to touching are taken: no contact is then
-  !> the right answer, until they close.
+  !> Paper: there the domain has enough contact rows by the interpolation points of the displacement modes. That is not always so.
+  !> Without a closed row the reduced problem has no contact forces, and nothing in its answer shows the error. Where the deck names
+  !> its own zones, rows are added only to a domain without any contact row. Where no contact is closed in any snapshot, the rows
+  !> with the smallest openings are added: the answer without contact forces is right until one of them closes.
   function lacking_rows(problem, snapshots, contact_values, domain) result(rows)
     type(problem_t), intent(in) :: problem
     type(training_set_t), intent(in) :: snapshots
@@ -79,9 +82,10 @@ contains
     rows = rows_next_to_close(openings)
   end function lacking_rows
 
-  !> Where the prescribed rows are imposed: the middle node of each boundary that the parameters move.
+  !> Finds the nodes on which prescribed displacements are imposed as equations: the middle node of each boundary with a prescribed
+  !> displacement that is not zero. There are none where the deck uses a lifting instead.
   !>
-  !> Paper: section 5.1 adds "two nodes on the top and bottom surfaces". A lifting needs none.
+  !> Paper: section 5.1 adds "two nodes on the top and bottom surfaces".
   subroutine find_moved_nodes(problem, nodes, error)
     type(problem_t), intent(in) :: problem
     integer, allocatable, intent(out) :: nodes(:)
@@ -98,7 +102,7 @@ contains
     end do
   end subroutine find_moved_nodes
 
-  !> Whether some prescribed value on the nodes is not zero for all parameters.
+  !> Whether some prescribed displacement of the nodes has a term that is not zero.
   pure logical function is_moved(problem, nodes)
     type(problem_t), intent(in) :: problem
     integer, intent(in) :: nodes(:)
@@ -114,7 +118,7 @@ contains
     end do
   end function is_moved
 
-  !> Node nearest to the mean of all; the lowest number where two are equally near.
+  !> Returns the node nearest to the mean of all nodes; of equally near ones the lowest number.
   pure integer function middle_node(coordinates, nodes)
     !> shape (n_dim, size(nodes))
     real(rk), intent(in) :: coordinates(:, :)

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 #include "signorom/macros.h"
-!> What the reconstruction of multipliers outside the reduced integration domain is made of.
+!> Keeps the data from which a query reconstructs the contact forces outside of the reduced integration domain.
 module sig_training_duals
   use sig_contact_rows, only: contact_rows_t
   use sig_kinds, only: rk
@@ -16,8 +16,8 @@ module sig_training_duals
 
 contains
 
-  !> Multipliers of the snapshots, the normal displacements of basis and lifting, and what is known without them: gaps and
-  !> resultants. Requires: the basis.
+  !> Fills in `cluster` the contact forces of the snapshots, the normal displacements of basis and lifting at the contacts, the
+  !> gaps, and the data of the force balance. Requires: cluster%basis and cluster%lifting.
   subroutine keep_dual_snapshots(problem, snapshots, cluster)
     type(problem_t), intent(in) :: problem
     type(training_set_t), intent(in) :: snapshots
@@ -30,7 +30,7 @@ contains
     call keep_resultants(problem, cluster)
   end subroutine keep_dual_snapshots
 
-  !> Z'F = Z'B' lambda of the rigid motions Z that no prescribed displacement holds.
+  !> Keeps the force balance Z'F = Z'B' lambda for the rigid motions Z that no prescribed displacement holds.
   subroutine keep_resultants(problem, cluster)
     type(problem_t), intent(in) :: problem
     type(hhr_data_t), intent(inout) :: cluster
@@ -47,12 +47,13 @@ contains
     end associate
   end subroutine keep_resultants
 
-  !> normal_displacements of the snapshots, on every rank. Collective on comm, over which their dofs are spread.
+  !> Computes the normal displacements of both sides of each contact row for all snapshots, the same on every rank. Collective on
+  !> comm, over which the dofs of the snapshots are spread.
   subroutine snapshot_contact_values(rows, snapshots, comm, values, ierr)
     type(contact_rows_t), intent(in) :: rows
     type(training_set_t), intent(in) :: snapshots
     MPI_Comm, intent(in) :: comm
-    !> [length] shape (2 * n_rows, n_snapshots)
+    !> [length] first sides, then second sides (0 for obstacles), shape (2 * n_rows, n_snapshots)
     real(rk), allocatable, intent(out) :: values(:, :)
     PetscErrorCode, intent(out) :: ierr
     integer :: i, k
@@ -71,7 +72,7 @@ contains
     PetscCall(sum_over_ranks(comm, values, ierr))
   end subroutine snapshot_contact_values
 
-  !> sum c_j u_j over the dofs of this rank.
+  !> Returns the sum of c_j u_j over the dofs of this rank.
   pure real(rk) function own_sum(coefficients, dofs, own, first_dof)
     real(rk), intent(in) :: coefficients(:)
     !> natural
@@ -88,8 +89,8 @@ contains
     end do
   end function own_sum
 
-  !> Displacements along n that each contact row sees. Row k is that of the first side, row n_rows + k that of the second side,
-  !> which is 0 for obstacles.
+  !> Returns the normal displacements of both sides of each contact row: row k of the result for the first side, row n_rows + k for
+  !> the second side. The latter is 0 for obstacles. Their difference is B u.
   pure function normal_displacements(rows, fields) result(values)
     type(contact_rows_t), intent(in) :: rows
     !> [length] shape (n_dofs, n_fields)

@@ -1,6 +1,7 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 #include "signorom/macros.h"
-!> The modes of a reduced model: POD of its displacement snapshots and, for the domain alone, of its multipliers.
+!> The modes of a hyper-reduced model: POD of its displacement snapshots. A POD of its contact forces is used only to choose the
+!> domain.
 module sig_training_modes
   use sig_deck_config, only: reduction_config_t
   use sig_errors, only: error_t, make_error
@@ -17,10 +18,12 @@ module sig_training_modes
   private
   public :: pod_modes_t, compute_modes, compute_dual_modes, terms_at
 
+  !> The modes of one cluster.
   type :: pod_modes_t
-    !> descending, of all snapshots
+    !> all singular values, descending
     real(rk), allocatable :: singular_values(:)
-    !> orthonormal columns: those that choose the domain, then the further ones of the basis; shape (n_dofs, n_domain + n_extra)
+    !> orthonormal columns: n_domain modes that choose the domain, then n_extra more modes; all are in the basis; shape (n_dofs,
+    !> n_domain + n_extra)
     real(rk), allocatable :: vectors(:, :)
     integer :: n_domain = 0
     integer :: n_extra = 0
@@ -28,9 +31,11 @@ module sig_training_modes
 
 contains
 
-  !> Collective on comm, over which the dofs of the snapshots are spread.
+  !> Computes the modes of the snapshots minus their response without contact, or of the whole snapshots with `dirichlet:
+  !> multiplier`. Collective on comm, over which the dofs of the snapshots are spread.
   !>
-  !> Errors: no snapshot differs from zero; the deck wants more modes than there are.
+  !> Errors: there is no mode above rounding, for example because no snapshot has contact; the deck asks for more modes than there
+  !> are.
   subroutine compute_modes(problem, snapshots, comm, modes, error, ierr)
     type(problem_t), intent(in) :: problem
     type(training_set_t), intent(in) :: snapshots
@@ -54,7 +59,8 @@ contains
     PetscCall(pod%destroy(ierr))
   end subroutine compute_modes
 
-  !> Values of the terms whose free response the fields lose: none where the modes carry the prescribed displacements.
+  !> Returns the values of the lifted terms at the training points; their response without contact is subtracted from the snapshots.
+  !> There are none (n_terms = 0) with `dirichlet: multiplier`, where the modes contain the prescribed displacements.
   function terms_at(problem, snapshots) result(theta)
     type(problem_t), intent(in) :: problem
     type(training_set_t), intent(in) :: snapshots
@@ -70,7 +76,8 @@ contains
     end if
   end function terms_at
 
-  !> Source: section 3.4: the domain by the first tolerance, the basis by the second.
+  !> Sets n_domain by pod_tolerance and n_extra by extended_pod_tolerance, or as the deck gives them. Source: section 3.4. Errors:
+  !> the deck asks for more modes than there are.
   subroutine count_modes(reduction, path, modes, error)
     type(reduction_config_t), intent(in) :: reduction
     character(*), intent(in) :: path
@@ -90,7 +97,7 @@ contains
       hint='take fewer modes or more training points')
   end subroutine count_modes
 
-  !> Why there is nothing to compress: no load, or no contact. Collective on comm.
+  !> Makes the error for snapshots without modes: no load, no contact, or no effect of contact. Collective on comm.
   subroutine explain_no_modes(snapshots, path, comm, error, ierr)
     type(training_set_t), intent(in) :: snapshots
     character(*), intent(in) :: path
@@ -110,8 +117,8 @@ contains
     end if
   end subroutine explain_no_modes
 
-  !> Modes of the multipliers, shape (n_multipliers, n_modes); none without a tolerance or without contact. Collective on comm,
-  !> whose ranks share the work.
+  !> Computes the modes of the contact forces, shape (n_multipliers, n_modes). There are none where the deck has no
+  !> dual_pod_tolerance or where no snapshot has contact forces. Collective on comm, whose ranks share the work.
   !>
   !> Source: section 5.2: "this dual POD RB is only used for the RID expansion".
   subroutine compute_dual_modes(problem, snapshots, comm, vectors, ierr)

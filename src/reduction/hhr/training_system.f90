@@ -1,5 +1,6 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> The reduced system of a domain and its modes: prescribed values split off, hats added, everything projected and measured.
+!> Builds the reduced system of a domain and its modes: imposes prescribed displacements, adds hats, projects the equations, and
+!> checks that they have one solution.
 module sig_training_system
   use sig_dirichlet_rows, only: impose_dirichlet_rows
   use sig_elastic_body, only: elastic_body_t
@@ -26,13 +27,16 @@ module sig_training_system
 
 contains
 
-  !> Enriches, projects, and measures what makes the reduced problem solvable: kappa, the rank of (11), cond(K_r), trap 1.
+  !> Fills in `cluster` the domain, the basis with hats, the lifting, the blocks of (10), and what tells whether the reduced problem
+  !> is solvable: kappa and the rank of (11), the rank and condition number of K_r.
   !>
-  !> Errors: modes that miss the prescribed values, or that the equations of the domain do not determine.
+  !> Errors: the modes do not take the prescribed displacements; the equations of the domain do not determine all modes (trap 1);
+  !> the mesh lacks a loaded boundary.
   subroutine build_system(problem, snapshots, domain, moved_nodes, modes, cluster, error)
     type(problem_t), intent(in) :: problem
     type(training_set_t), intent(in) :: snapshots
     type(reduced_domain_t), intent(in) :: domain
+    !> nodes on which prescribed displacements are imposed as equations
     integer, intent(in) :: moved_nodes(:)
     !> V, shape (n_dofs, n_modes)
     real(rk), intent(in) :: modes(:, :)
@@ -56,7 +60,7 @@ contains
     call check_solvable(problem, snapshots%parameters, domain, cluster, error)
   end subroutine build_system
 
-  !> The parts of the system that depend on elastic constants.
+  !> Fills cluster%varying, the parts of the system for each modulus that depends on the parameters.
   subroutine project_varying(problem, domain, cluster)
     type(problem_t), intent(in) :: problem
     type(reduced_domain_t), intent(in) :: domain
@@ -84,7 +88,7 @@ contains
     end associate
   end subroutine project_varying
 
-  !> Kind of the modulus of a hooke_term, for a query.
+  !> Returns the kind of modulus of a part of the stiffness, as a query knows it.
   pure integer function modulus_kind(is_thin, i_hooke) result(kind)
     logical, intent(in) :: is_thin
     integer, intent(in) :: i_hooke
@@ -93,7 +97,8 @@ contains
     if (i_hooke == 2) kind = shear_modulus
   end function modulus_kind
 
-  !> How many modes the equations can determine. With another stiffness a snapshot is in equilibrium nowhere, so every dof counts.
+  !> Computes how many modes the equations can determine. Where the stiffness depends on the parameters, every dof of A counts,
+  !> because snapshots of another stiffness are not in equilibrium.
   subroutine count_equations(problem, domain, cluster)
     type(problem_t), intent(in) :: problem
     type(reduced_domain_t), intent(in) :: domain
@@ -107,7 +112,8 @@ contains
     if (cluster%varying%is_there()) cluster%primal_rank_expected = min(cluster%n_modes, size(domain%interior_dofs))
   end subroutine count_equations
 
-  !> Hat functions by the deck's rule join the basis; their choice looks at the POD modes as they are, prescribed rows or not.
+  !> Adds hat functions to the basis by the rule of the deck. The choice uses the POD modes before prescribed displacements were
+  !> imposed on them.
   subroutine enrich(problem, domain, modes, hats, cluster)
     type(problem_t), intent(in) :: problem
     type(reduced_domain_t), intent(in) :: domain
@@ -135,6 +141,7 @@ contains
     call keep_path(path, hats, domain, size(modes, 2), cluster)
   end subroutine enrich
 
+  !> Appends columns to a matrix.
   pure subroutine append_columns(matrix, columns)
     real(rk), allocatable, intent(inout) :: matrix(:, :)
     real(rk), intent(in) :: columns(:, :)
@@ -148,9 +155,10 @@ contains
     call move_alloc(wider, matrix)
   end subroutine append_columns
 
+  !> Keeps the history of the choice of hats in `cluster`.
   pure subroutine keep_path(path, hats, domain, n_pod_columns, cluster)
     type(enrichment_path_t), intent(in) :: path
-    !> the chosen ones
+    !> the chosen hats
     type(hat_set_t), intent(in) :: hats
     type(reduced_domain_t), intent(in) :: domain
     integer, intent(in) :: n_pod_columns
@@ -193,7 +201,8 @@ contains
     cluster%gap = blocks%gap
   end subroutine keep_blocks
 
-  !> Displacement = lifting * theta + basis * gamma, either way of treating the prescribed values.
+  !> Sets basis and lifting of the displacement = lifting * theta + basis * gamma, for both values of reduction.dirichlet. Errors:
+  !> the modes do not take the prescribed displacements.
   subroutine split_prescribed(problem, snapshots, moved_nodes, modes, cluster, error)
     type(problem_t), intent(in) :: problem
     type(training_set_t), intent(in) :: snapshots
@@ -201,7 +210,7 @@ contains
     real(rk), intent(in) :: modes(:, :)
     type(hhr_data_t), intent(inout) :: cluster
     type(error_t), allocatable, intent(out) :: error
-    !> [-] prescribed values that the modes miss by more than this cannot be imposed
+    !> [-] largest relative error of the prescribed displacements that is accepted
     real(rk), parameter :: representable = 1.0e-6_rk
     integer, allocatable :: rows(:)
     real(rk) :: misfit
@@ -225,13 +234,15 @@ contains
       hint='use reduction.dirichlet: elastic_lifting, or a smaller reduction.pod_tolerance')
   end subroutine split_prescribed
 
-  !> Largest difference between the lifting and the prescribed values over the training points, relative to the values.
+  !> Returns the largest difference between the lifting and the prescribed values over the training points, relative to the largest
+  !> value.
   !>
-  !> Term by term the modes may miss them (both sides of a symmetric body move together): only their sum has to fit.
+  !> The modes need not take the values of each term alone, for example where both sides of a symmetric body always move together.
+  !> Only the sum over the terms must be right.
   real(rk) function prescribed_misfit(problem, snapshots, rows, lifting) result(misfit)
     type(problem_t), intent(in) :: problem
     type(training_set_t), intent(in) :: snapshots
-    !> which of the prescribed dofs
+    !> indices of boundary%prescribed_dofs
     integer, intent(in) :: rows(:)
     real(rk), intent(in) :: lifting(:, :)
     real(rk), allocatable :: theta(:, :), wanted(:, :), found(:, :)
@@ -244,6 +255,8 @@ contains
     if (misfit > 0) misfit = misfit / max(tiny(misfit), maxval(abs(wanted)))
   end function prescribed_misfit
 
+  !> Measures ranks and condition numbers, chooses anchors, and sets cluster%warnings. Errors: the equations do not determine all
+  !> modes; the mesh lacks a loaded boundary.
   subroutine check_solvable(problem, training_points, domain, cluster, error)
     type(problem_t), intent(in) :: problem
     !> shape (n_parameters, n_points)

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Zones of interest: the nodes that join the reduced integration domain because the deck names them or a load drives them.
+!> Zones of interest: nodes that are added to the reduced integration domain because the deck names them or because they are loaded.
 module sig_zone_nodes
   use sig_deck_config, only: parameter_config_t, point_set_config_t
   use sig_errors, only: error_t
@@ -12,19 +12,20 @@ module sig_zone_nodes
   private
   public :: find_zone_nodes, find_loaded_nodes
 
-  !> corners of the box are tried for so many parameters; with more, the training points have to do
+  !> with more parameters than this, the corners of the box are not tried, only the training points
   integer, parameter :: max_corner_parameters = 10
 
 contains
 
-  !> Nodes of the loaded surfaces, of the deck's zones, or of both; repetitions are possible.
+  !> Returns the nodes of loaded surfaces (where the deck asks for them by `auto`) and of the zones that the deck names; repetitions
+  !> are possible.
   !>
-  !> Errors: a boundary that the mesh lacks; a window without nodes.
+  !> Errors: the mesh lacks a boundary; no node lies in a window.
   subroutine find_zone_nodes(problem, training_points, nodes, error)
     type(problem_t), intent(in) :: problem
     !> shape (n_parameters, n_points)
     real(rk), intent(in) :: training_points(:, :)
-    !> natural
+    !> natural numbers
     integer, allocatable, intent(out) :: nodes(:)
     type(error_t), allocatable, intent(out) :: error
     integer, allocatable :: more(:)
@@ -40,9 +41,10 @@ contains
     end do
   end subroutine find_zone_nodes
 
-  !> Nodes of loaded surfaces on which the load differs from zero at a training point or in a corner of the box.
+  !> Returns the nodes of loaded surfaces on which a load is not zero at a training point or at a corner of the box. Body forces do
+  !> not count, because they act on all nodes of a region.
   !>
-  !> A body force is no surface: its equations are everywhere.
+  !> Errors: the mesh lacks a boundary.
   subroutine find_loaded_nodes(problem, training_points, nodes, error)
     type(problem_t), intent(in) :: problem
     real(rk), intent(in) :: training_points(:, :)
@@ -68,7 +70,7 @@ contains
     nodes = pack([(i, i=1, size(is_zone))], is_zone)
   end subroutine find_loaded_nodes
 
-  !> The corners of the parameters' box, shape (n_parameters, 2**n_parameters).
+  !> Returns the corners of the box of the parameters, shape (n_parameters, 2**n_parameters).
   function corners(parameters) result(points)
     type(parameter_config_t), intent(in) :: parameters(:)
     real(rk), allocatable :: points(:, :)
@@ -79,7 +81,7 @@ contains
     call build_points(both_ends, parameters, points, error)
   end function corners
 
-  !> Which nodes carry a force at one of the points.
+  !> Whether each node carries a force at one of the points.
   function has_load(problem, points) result(is_loaded)
     type(problem_t), intent(in) :: problem
     real(rk), intent(in) :: points(:, :)
