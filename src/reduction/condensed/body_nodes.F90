@@ -1,6 +1,7 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 #include "signorom/macros.h"
-!> Responses of bodies at the nodes of their interpolations: one factorization serves a node of each body.
+!> Computes the responses of bodies at the interpolation nodes, which are chosen values of their elastic constants. One
+!> factorization of the whole stiffness gives the responses at one node of each body.
 module sig_body_nodes
   use sig_body_constants, only: body_constants_t, joined_body_t
   use sig_condensed_training, only: share_rows
@@ -18,24 +19,24 @@ module sig_body_nodes
   private
   public :: close_anchors, dofs_of_body, fill_nodes, grow_nodes, responses_t, solve_node, start_body
 
-  !> What one factorization gives, rows of this rank.
+  !> The responses that one factorization gives; the rows of this rank.
   type :: responses_t
     type(anchors_t) :: anchors
-    !> [length] under loads, and under prescribed displacements; shape (n_local_dofs, n_driving_terms)
+    !> [length] displacements under loads, and under prescribed displacements, per term; shape (n_local_dofs, n_driving_terms)
     real(rk), allocatable :: loaded(:, :)
     real(rk), allocatable :: prescribed(:, :)
-    !> [length/force] shape (n_local_dofs, n_multipliers)
+    !> [length/force] displacements under a unit force on each contact row, shape (n_local_dofs, n_multipliers)
     real(rk), allocatable :: contact(:, :)
   end type responses_t
 
 contains
 
-  !> A body without nodes. Local.
+  !> Starts the data of a body that has no nodes yet. Local.
   subroutine start_body(problem, constants, i_body, data)
     type(problem_t), intent(in) :: problem
     type(body_constants_t), intent(in) :: constants
     integer, intent(in) :: i_body
-    !> its exact dofs are known
+    !> exact_dofs must be set
     class(interpolated_data_t), intent(inout) :: data
     logical, allocatable :: is_own(:)
     integer :: i
@@ -58,7 +59,7 @@ contains
     end associate
   end subroutine start_body
 
-  !> Marks the dofs of a body, in natural order; shape (n_dofs).
+  !> Whether each dof belongs to a body, in natural order; shape (n_dofs).
   pure function dofs_of_body(problem, i_body) result(is_own)
     type(problem_t), intent(in) :: problem
     integer, intent(in) :: i_body
@@ -69,9 +70,10 @@ contains
     end associate
   end function dofs_of_body
 
-  !> The nodes of the next degree; those that are there stay.
+  !> Gives each body the nodes of the polynomial degree of a round. Nodes of earlier rounds stay the first ones.
   subroutine grow_nodes(constants, i_round, data)
     type(body_constants_t), intent(in) :: constants(:)
+    !> number of the round, from 0 on
     integer, intent(in) :: i_round
     class(interpolated_data_t), intent(inout) :: data
     integer :: i
@@ -81,7 +83,7 @@ contains
     end do
   end subroutine grow_nodes
 
-  !> Responses at all nodes that have none. Collective on all ranks; the same on each.
+  !> Computes the responses at all nodes that have none yet. Collective on all ranks, with the same result on each.
   !>
   !> Errors: the stiffness could not be factored.
   subroutine fill_nodes(problem, team, constants, joined, data, error, ierr)
@@ -114,7 +116,8 @@ contains
     end do
   end subroutine fill_nodes
 
-  !> Solves for the responses with one factorization, which is counted. Collective on the team's group.
+  !> Computes the responses for the elastic constants in `joined` with one factorization, and adds 1 to data%n_factorizations.
+  !> Collective on the ranks of the team.
   !>
   !> Errors: the stiffness could not be factored.
   subroutine solve_node(problem, team, joined, data, responses, error, ierr)
@@ -145,7 +148,7 @@ contains
     responses%loaded = responses%loaded - responses%prescribed
   end subroutine solve_node
 
-  !> Adds one body's share of the responses as its next node. Collective on all ranks.
+  !> Appends the part of the responses that belongs to one body as its next node. Collective on all ranks.
   subroutine add_node(problem, team, responses, i_body, data, ierr)
     type(problem_t), intent(in) :: problem
     type(team_t), intent(inout) :: team
@@ -180,10 +183,11 @@ contains
     end associate
   end subroutine add_node
 
-  !> What is left with closed anchors; their own rows keep how far they would open.
+  !> Changes the values of all contact rows (gaps or B u) to those after the rigid motions that close the anchors. The rows of the
+  !> anchors are left as they are.
   pure subroutine close_anchors(anchors, values)
     type(anchors_t), intent(in) :: anchors
-    !> shape (n_multipliers, n_columns)
+    !> [length or length/force] shape (n_multipliers, n_columns)
     real(rk), intent(inout) :: values(:, :)
     real(rk) :: own(size(anchors%rows), size(values, 2))
 
@@ -192,7 +196,7 @@ contains
     values(anchors%rows, :) = own
   end subroutine close_anchors
 
-  !> The first body's first node says how large the unknowns of the anchors are.
+  !> Sets data%scale, the scale of the unknowns of the anchors, from the compliance of the first body at its first node.
   pure subroutine set_scale(anchors, compliance, data)
     type(anchors_t), intent(in) :: anchors
     real(rk), intent(in) :: compliance(:, :)
@@ -205,7 +209,7 @@ contains
     if (mean > 0) data%scale = mean
   end subroutine set_scale
 
-  !> The first rank's numbers as one more column. Collective on all ranks.
+  !> Appends the values of the first rank as one more column, the same on every rank. Collective on all ranks.
   subroutine append(values, columns, ierr)
     real(rk), intent(in) :: values(:, :)
     !> shape (size(values), n_columns)

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Which kind of model a deck gets, and of which nodes a condensed one answers displacements: known before anything is solved.
+!> Decides, before anything is solved, which kind of model a deck gets, and for which nodes a condensed model answers displacements.
 module sig_condensed_plan
   use sig_errors, only: error_t
   use sig_kinds, only: rk
@@ -11,13 +11,13 @@ module sig_condensed_plan
   public :: choose_model_kind, displacement_plan_t, needs_displacements, plan_displacements, why_not_condensed, all_dofs_fit
   public :: number_size
 
-  !> reduction.displacement for the problem at hand.
+  !> What reduction.displacement of the deck means for a problem.
   type :: displacement_plan_t
-    !> ascending, natural; all, none, or those of the named boundaries
+    !> dofs with exact displacements, ascending natural numbers: all, none, or those of the named boundaries
     integer, allocatable :: exact_dofs(:)
-    !> names of the boundaries; none where the deck names none
+    !> boundaries that the deck names
     type(string_t), allocatable :: boundaries(:)
-    !> the other dofs by POD modes
+    !> the displacements of the other dofs are answered by POD modes
     logical :: has_modes = .false.
   end type displacement_plan_t
 
@@ -26,12 +26,13 @@ module sig_condensed_plan
 
 contains
 
-  !> The kind of the deck's model. `tied` is the condensed one where W has no room: the snapshots will say whether that can be.
+  !> Chooses the kind of the model. `tied` is a condensed model where W takes too much memory; whether it is possible is known only
+  !> when the snapshots are there.
   subroutine choose_model_kind(problem, kind, reason)
     type(problem_t), intent(in) :: problem
     !> condensed, interpolated (where the stiffness depends on the parameters), tied or hhr
     character(:), allocatable, intent(out) :: kind
-    !> why it is not condensed or interpolated; empty where it is, and where the deck wants hhr
+    !> why it is not condensed or interpolated; empty where it is, and where the deck asks for hhr
     character(:), allocatable, intent(out) :: reason
 
     kind = 'hhr'
@@ -54,7 +55,7 @@ contains
     end associate
   end subroutine choose_model_kind
 
-  !> Why the deck's problem cannot be condensed; empty where it can.
+  !> Returns why the problem of the deck cannot be condensed, as a part of a sentence; empty where it can.
   function why_not_condensed(problem) result(reason)
     type(problem_t), intent(in) :: problem
     character(:), allocatable :: reason
@@ -72,7 +73,7 @@ contains
     end associate
   end function why_not_condensed
 
-  !> [MB] of W and q.
+  !> [MB] Returns the memory for W and q.
   pure real(rk) function forces_size(problem)
     type(problem_t), intent(in) :: problem
 
@@ -81,10 +82,10 @@ contains
     end associate
   end function forces_size
 
-  !> Whether there is room for the displacements of all nodes, beside W and q.
+  !> Whether reduction.max_full_order_size allows the memory for W, q and the displacements of all nodes.
   pure logical function all_dofs_fit(problem, n_nodes)
     type(problem_t), intent(in) :: problem
-    !> responses that are kept for each dof; default: one
+    !> number of interpolation nodes at which responses are kept; default: one
     real(rk), intent(in), optional :: n_nodes
     real(rk) :: fields_size
 
@@ -95,7 +96,8 @@ contains
     all_dofs_fit = forces_size(problem) + fields_size <= problem%deck%reduction%max_full_order_size
   end function all_dofs_fit
 
-  !> Plans of which nodes a condensed model answers displacements.
+  !> Returns the plan for which nodes a condensed model answers displacements, by reduction.displacement and the memory that is
+  !> allowed.
   function plan_displacements(problem, n_nodes) result(plan)
     type(problem_t), intent(in) :: problem
     !> as in all_dofs_fit
@@ -118,7 +120,7 @@ contains
     plan%exact_dofs = pack([(i, i=1, n_dim * size(is_exact))], reshape(spread(is_exact, 1, n_dim), [n_dim * size(is_exact)]))
   end function plan_displacements
 
-  !> Nodes of a boundary that the deck names; that the mesh has it was checked.
+  !> Marks the nodes of boundary i that the deck names. That the mesh has this boundary was checked before.
   subroutine mark_nodes(problem, i, is_marked)
     type(problem_t), intent(in) :: problem
     integer, intent(in) :: i
@@ -130,7 +132,7 @@ contains
     if (.not. allocated(error)) is_marked(nodes) = .true.
   end subroutine mark_nodes
 
-  !> Whether training takes the displacements of the snapshots, not the contact forces alone.
+  !> Whether training needs the displacements of the snapshots, and not only the contact forces.
   logical function needs_displacements(problem)
     type(problem_t), intent(in) :: problem
     type(displacement_plan_t) :: plan
@@ -142,12 +144,12 @@ contains
       plan = plan_displacements(problem)
       needs_displacements = needs_displacements .or. plan%has_modes
     else if (kind == 'interpolated') then
-      ! how many nodes need room is known after them
+      ! how much memory the nodes need is known only after the training
       associate (displacement => problem%deck%reduction%displacement)
         needs_displacements = needs_displacements .or. displacement%type == 'auto' .or. displacement%elsewhere == 'modes'
       end associate
     else if (kind == 'hhr' .or. problem%deck%reduction%method == 'auto') then
-      ! auto: hyper-reduction may have to do
+      ! method auto: hyper-reduction is used where the tied model is not possible
       needs_displacements = .true.
     end if
   end function needs_displacements

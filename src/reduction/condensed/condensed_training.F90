@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 #include "signorom/macros.h"
-!> The full-order problem condensed to its contacts as a reduced model, as far as the deck gives it room: the whole model, or what
-!> answers where a hyper-reduced one cannot.
+!> Makes a reduced model of the full-order problem condensed to its contacts, as far as the deck allows memory for it. The result is
+!> the whole model, or the fallback where a hyper-reduced model has no answer.
 module sig_condensed_training
   use sig_condensed, only: condensed_t
   use sig_condensed_data, only: condensed_data_t
@@ -28,13 +28,15 @@ module sig_condensed_training
 
 contains
 
-  !> What answers where a hyper-reduced model has no answer. Collective on all ranks; the same on each.
+  !> Makes the fallback of a hyper-reduced model. There is none without contact rows, where reduction.max_full_order_size is 0,
+  !> where the stiffness cannot be factored, or, with a warning in the log, where the problem cannot be condensed. Collective on all
+  !> ranks, with the same result on each.
   subroutine condense_fallback(full_order, multipliers, part, ierr)
-    !> loaded
+    !> loaded problem
     type(full_order_t), intent(inout) :: full_order
-    !> [force] of the snapshots, shape (n_multipliers, n_snapshots)
+    !> [force] contact forces of the snapshots, shape (n_multipliers, n_snapshots)
     real(rk), intent(in) :: multipliers(:, :)
-    !> not allocated where there is none
+    !> the fallback; not allocated where there is none
     class(reduced_t), allocatable, intent(out) :: part
     PetscErrorCode, intent(out) :: ierr
     type(reduced_condensed_t), allocatable :: reduced
@@ -50,7 +52,7 @@ contains
         '; where the reduced problem has no solution there will be no answer')
       return
     end if
-    ! all nodes or none: the reduced basis has a displacement, too
+    ! displacements of all nodes or of none: elsewhere the reduced basis gives them
     allocate (plan%boundaries(0), plan%exact_dofs(0))
     if (all_dofs_fit(full_order%problem)) &
       plan%exact_dofs = [(i, i=1, full_order%problem%mesh%n_dim * full_order%problem%mesh%n_nodes)]
@@ -60,13 +62,14 @@ contains
     call move_alloc(reduced, part)
   end subroutine condense_fallback
 
-  !> A model that answers all contacts exactly, with the sets from which queries start. Collective on all ranks; the same on each.
+  !> Makes a model that answers all contact forces exactly, with the active sets from which queries start. Collective on all ranks,
+  !> with the same result on each.
   !>
-  !> Errors: no snapshot differs from zero.
+  !> Errors: those of choose_references.
   subroutine train_condensed(full_order, snapshots, part, error, ierr)
-    !> loaded
+    !> loaded problem
     type(full_order_t), intent(inout) :: full_order
-    !> solved
+    !> full-order solutions; their displacements are needed only for modes
     type(training_set_t), intent(in) :: snapshots
     !> not allocated where the stiffness could not be factored
     class(reduced_t), allocatable, intent(out) :: part
@@ -87,7 +90,8 @@ contains
     call move_alloc(reduced, part)
   end subroutine train_condensed
 
-  !> W and q, and G and H of the dofs with exact displacements. Collective on all ranks; the same on each.
+  !> Takes from the condensed solver W and q, and the displacements G (per term) and H (per contact force) of the dofs with exact
+  !> displacements. Collective on all ranks, with the same result on each.
   subroutine condense(full_order, plan, reduced, ierr)
     type(full_order_t), intent(inout) :: full_order
     type(displacement_plan_t), intent(in) :: plan
@@ -114,13 +118,14 @@ contains
     PetscCall(agree(reduced, ierr))
   end subroutine condense
 
-  !> Some rows of distributed columns, on every rank. Collective.
+  !> Returns some rows of columns that are spread over the ranks, on every rank. Collective on the ranks of the team.
   subroutine share_rows(team, local, n_columns, dofs, rows, ierr)
     type(team_t), intent(inout) :: team
     !> rows of this rank, shape (n_local_dofs, at most n_columns)
     real(rk), intent(in) :: local(:, :)
+    !> number of columns of the result; columns that `local` lacks are zero
     integer, intent(in) :: n_columns
-    !> natural
+    !> natural numbers
     integer, intent(in) :: dofs(:)
     !> shape (size(dofs), n_columns)
     real(rk), allocatable, intent(out) :: rows(:, :)
@@ -136,7 +141,8 @@ contains
     PetscCall(sum_over_ranks(team%solver%system%comm, rows, ierr))
   end subroutine share_rows
 
-  !> Groups of ranks condense on their own and may differ by rounding: the first rank's numbers count. Collective on all ranks.
+  !> Gives every rank the numbers of the first rank, because groups of ranks condense on their own and may differ by rounding.
+  !> Collective on all ranks.
   subroutine agree(data, ierr)
     class(condensed_data_t), intent(inout) :: data
     PetscErrorCode, intent(out) :: ierr
@@ -147,7 +153,8 @@ contains
     PetscCall(broadcast_columns(data%contact_response, PETSC_COMM_WORLD, ierr))
   end subroutine agree
 
-  !> H by the modes of what contact displaces at the training points. Collective on all ranks.
+  !> Adds displacements of all nodes by POD modes: G of all dofs, the modes, and the coordinates of H in them. Collective on all
+  !> ranks.
   subroutine add_modes(full_order, snapshots, data, ierr)
     type(full_order_t), intent(inout) :: full_order
     type(training_set_t), intent(in) :: snapshots
@@ -170,11 +177,11 @@ contains
     end associate
   end subroutine add_modes
 
-  !> Modes of u - G theta. Collective on all ranks.
+  !> Computes the POD modes of u - G theta, the displacements by contact at the training points. Collective on all ranks.
   subroutine find_modes(problem, snapshots, data, ierr)
     type(problem_t), intent(in) :: problem
     type(training_set_t), intent(in) :: snapshots
-    !> its free response is there
+    !> free_response, which is G, must be set
     class(condensed_data_t), intent(inout) :: data
     PetscErrorCode, intent(out) :: ierr
     type(pod_t) :: pod
@@ -188,7 +195,7 @@ contains
     PetscCall(pod%destroy(ierr))
   end subroutine find_modes
 
-  !> Largest size of the forces in the norm of W.
+  !> Raises data%largest_size to the largest norm of the contact forces in the norm of W, without the anchors.
   subroutine measure_forces(multipliers, data)
     real(rk), intent(in) :: multipliers(:, :)
     class(condensed_data_t), intent(inout) :: data

@@ -1,7 +1,9 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 #include "signorom/macros.h"
-!> Displacements by modes where elastic constants depend on the parameters: a basis of each body, Galerkin's equations part by part
-!> of the stiffness, and the residuals that bound their error (sig_body_modes).
+!> Displacements by modes where elastic constants depend on the parameters. For each body this module computes a basis, the reduced
+!> equations (Galerkin) for each part of the stiffness, and the residuals that bound their error. sig_body_modes uses them.
+!>
+!> mu_0 are the elastic constants in the middle of their ranges. A part of the stiffness belongs to one modulus of one material.
 module sig_displacement_modes
   use sig_body_constants, only: body_constants_t, joined_body_t
   use sig_body_modes, only: body_modes_t, part_moduli
@@ -27,14 +29,15 @@ module sig_displacement_modes
   private
   public :: add_displacement_modes
 
-  !> Distributed columns, rows of this rank.
+  !> Columns that are spread over the ranks: the rows of this rank.
   type :: columns_t
     real(rk), allocatable :: values(:, :)
   end type columns_t
 
 contains
 
-  !> Sets data%modes and data%mode_motions. Collective on all ranks; the same on each.
+  !> Sets data%modes and data%mode_motions, and data%middle_compliance where the data have no bound. Collective on all ranks, with
+  !> the same result on each.
   !>
   !> Errors: the stiffness could not be factored.
   subroutine add_displacement_modes(problem, team, constants, joined, snapshots, data, error, ierr)
@@ -42,7 +45,7 @@ contains
     type(team_t), intent(inout) :: team
     type(body_constants_t), intent(in) :: constants(:)
     type(joined_body_t), intent(inout) :: joined
-    !> with displacements
+    !> full-order solutions with displacements
     type(training_set_t), intent(in) :: snapshots
     class(interpolated_data_t), intent(inout) :: data
     type(error_t), allocatable, intent(out) :: error
@@ -69,11 +72,11 @@ contains
     PetscCall(measure_modes(team, responses, bases, forces, data, ierr))
   end subroutine add_displacement_modes
 
-  !> Terms and moduli of the body's materials. Local.
+  !> Sets the terms of the elastic constants of a body, and its moduli at mu_0. Local.
   subroutine take_materials(problem, constants, joined, i_body, modes)
     type(problem_t), intent(in) :: problem
     type(body_constants_t), intent(in) :: constants
-    !> at mu_0
+    !> elastic constants mu_0
     type(joined_body_t), intent(in) :: joined
     integer, intent(in) :: i_body
     type(body_modes_t), intent(inout) :: modes
@@ -92,15 +95,15 @@ contains
     end associate
   end subroutine take_materials
 
-  !> Liftings and modes of each body. Collective on all ranks.
+  !> Computes the basis of each body: the responses to prescribed displacements, then the POD modes. Collective on all ranks.
   subroutine find_bases(problem, team, responses, snapshots, data, bases, ierr)
     type(problem_t), intent(in) :: problem
     type(team_t), intent(inout) :: team
-    !> at mu_0
+    !> responses at mu_0
     type(responses_t), intent(in) :: responses
     type(training_set_t), intent(in) :: snapshots
     class(interpolated_data_t), intent(inout) :: data
-    !> rows of this rank, zero outside of the body
+    !> basis of each body on the rows of this rank, zero outside of the body
     type(columns_t), intent(out) :: bases(:)
     PetscErrorCode, intent(out) :: ierr
     real(rk), allocatable :: lifting(:, :), modes(:, :)
@@ -133,7 +136,7 @@ contains
     end associate
   end subroutine find_bases
 
-  !> How the motions of the anchors move all dofs. Local.
+  !> Sets data%mode_motions, the displacements of all dofs by the rigid motions of the anchors. Local.
   subroutine move_all_dofs(team, responses, data)
     type(team_t), intent(in) :: team
     type(responses_t), intent(in) :: responses
@@ -148,7 +151,7 @@ contains
     end associate
   end subroutine move_all_dofs
 
-  !> K_q V and V'K_q V of all bodies, one part of each at a time. Collective.
+  !> Computes K_q V and V'K_q V of all bodies for each part K_q of the stiffness at mu_0. Collective.
   subroutine measure_parts(problem, team, joined, bases, forces, data, ierr)
     type(problem_t), intent(in) :: problem
     type(team_t), intent(inout) :: team
@@ -191,7 +194,7 @@ contains
     end do
   end subroutine measure_parts
 
-  !> The law of one part of each body at mu_0; bodies with fewer parts have none. Local.
+  !> Sets the material law to one part of each body at mu_0. Bodies with fewer parts get zero stiffness. Local.
   subroutine take_part(joined, data, i_part, law)
     type(joined_body_t), intent(in) :: joined
     class(interpolated_data_t), intent(in) :: data
@@ -212,10 +215,10 @@ contains
     end associate
   end subroutine take_part
 
-  !> Work of loads and contact forces on the modes, and residuals of all bodies. Collective on all ranks.
+  !> Computes the work of loads and contact forces on the modes, and the residuals, of all bodies. Collective on all ranks.
   subroutine measure_modes(team, responses, bases, forces, data, ierr)
     type(team_t), intent(inout) :: team
-    !> at mu_0, as the stiffness
+    !> responses at mu_0; the stiffness of the team must be that of mu_0, too
     type(responses_t), intent(in) :: responses
     type(columns_t), intent(in) :: bases(:)
     type(columns_t), intent(in) :: forces(:)
@@ -248,7 +251,7 @@ contains
     end associate
   end subroutine measure_modes
 
-  !> Zeros outside of a body. Local.
+  !> Sets the columns to zero outside of a body. Local.
   subroutine keep_body(team, dofs, columns)
     type(team_t), intent(in) :: team
     integer, intent(in) :: dofs(:)
@@ -263,7 +266,8 @@ contains
     end do
   end subroutine keep_body
 
-  !> Phi'F and V'B'. Collective on all ranks.
+  !> Computes Phi'F, the work of the loads on the POD modes Phi, and V'B', the work of unit contact forces on the basis V.
+  !> Collective on all ranks.
   subroutine take_work(team, anchors, basis, driven, modes, ierr)
     type(team_t), intent(in) :: team
     type(anchors_t), intent(in) :: anchors
@@ -284,7 +288,7 @@ contains
     modes%contact = transpose(closing)
   end subroutine take_work
 
-  !> The triangle without its rows of zeros. Collective on all ranks.
+  !> Sets modes%residuals to the triangle of find_triangle without its rows of zeros. Collective on all ranks.
   subroutine take_residuals(team, columns, modes, ierr)
     type(team_t), intent(inout) :: team
     real(rk), contiguous, intent(in) :: columns(:, :)

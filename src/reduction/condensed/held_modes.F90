@@ -1,7 +1,8 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 #include "signorom/macros.h"
-!> POD modes of one body that vanish where it is held: of the snapshots without what lifts prescribed displacements, and without
-!> the rigid motion that moves the supports of a body which only contact holds.
+!> POD modes of one body that are zero on its held dofs. Two parts are first subtracted from the snapshots: the response to
+!> prescribed displacements (lifting), and the rigid motion of a body that only contact holds. This motion is taken from the
+!> displacements of the artificial supports of the body.
 module sig_held_modes
   use sig_contact_system, only: contact_system_t
   use sig_free_response, only: held_dofs
@@ -20,17 +21,18 @@ module sig_held_modes
 
 contains
 
-  !> Finds as many modes as reduction.pod_tolerance asks for. Collective on all ranks; the same on each.
+  !> Computes as many modes as reduction.pod_tolerance asks for. Collective on all ranks, with the same result on each.
   subroutine find_held_modes(problem, system, snapshots, dofs, lifting, lifted_terms, modes, ierr)
     type(problem_t), intent(in) :: problem
     type(contact_system_t), intent(in) :: system
     type(training_set_t), intent(in) :: snapshots
-    !> of the body, ascending
+    !> dofs of the body, ascending
     integer, intent(in) :: dofs(:)
-    !> [length] of prescribed displacements, shape (n_dofs, size(lifted_terms))
+    !> [length] response to prescribed displacements, shape (n_dofs, size(lifted_terms))
     real(rk), intent(in) :: lifting(:, :)
+    !> terms of the prescribed displacements
     integer, intent(in) :: lifted_terms(:)
-    !> [-] orthonormal but for the held dofs, shape (size(dofs), n_modes)
+    !> [-] shape (size(dofs), n_modes); orthonormal before rounding errors on held dofs are set to zero
     real(rk), allocatable, intent(out) :: modes(:, :)
     PetscErrorCode, intent(out) :: ierr
     type(pod_t) :: pod
@@ -57,7 +59,8 @@ contains
     end do
   end subroutine find_held_modes
 
-  !> The free motions, and how much of them each snapshot has at the supports. Collective on all ranks.
+  !> Returns the free rigid motions, and their amplitudes in each snapshot from its displacements at the supports. Collective on all
+  !> ranks.
   subroutine find_motions(system, snapshots, motions, amplitudes, ierr)
     type(contact_system_t), intent(in) :: system
     type(training_set_t), intent(in) :: snapshots

@@ -1,9 +1,11 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 #include "signorom/macros.h"
-!> The condensed problem of bodies whose elastic constants depend on the parameters: responses at nodes in the space of the
-!> constants, as many as the forces at the training points need.
+!> Trains a condensed model of bodies whose elastic constants depend on the parameters. The responses of each body are interpolated
+!> between nodes, which are chosen values of its constants. Nodes are added until the contact forces at the training points are
+!> exact enough.
 !>
-!> The training points were solved with constants of their own: they measure the error, and are no part of the interpolation.
+!> The training points were solved with their own elastic constants. They measure the error of the interpolation, and are not used
+!> to build it.
 module sig_interpolated_training
   use sig_body_constants, only: body_constants_t, find_body_constants, joined_body_t
   use sig_body_nodes, only: close_anchors, fill_nodes, grow_nodes, start_body
@@ -30,24 +32,26 @@ module sig_interpolated_training
   private
   public :: any_variable, interpolate_fallback, interpolate_responses, train_interpolated, usual_nodes_of
 
-  !> [-] of the tolerance: neither the training points nor the probes are the worst ones
+  !> [-] the measured error must be below this fraction of the tolerance, because other points can have larger errors
   real(rk), parameter :: caution = 0.25_rk
-  !> nodes of a body: more would take longer than what the model is for
+  !> most nodes of a body; more would cost too much time
   integer, parameter :: most_nodes = 170
+  !> polynomial degree for estimates of memory
   integer, parameter :: usual_degree = 7
 
 contains
 
-  !> Collective on all ranks; the same on each.
+  !> Trains the whole model: responses at nodes, residuals for bounds of the error, and displacement modes where they are planned.
+  !> Collective on all ranks, with the same result on each.
   !>
   !> Errors: a constant is out of its range somewhere in the box; the interpolation does not reach reduction.stiffness_tolerance;
   !> the stiffness at a node could not be factored.
   subroutine train_interpolated(full_order, snapshots, may_have_modes, part, error, ierr)
-    !> loaded
+    !> loaded problem
     type(full_order_t), intent(inout) :: full_order
-    !> solved
+    !> full-order solutions
     type(training_set_t), intent(in) :: snapshots
-    !> where displacements have no room otherwise; the snapshots have theirs
+    !> allow displacement modes; the snapshots must then have displacements
     logical, intent(in) :: may_have_modes
     class(reduced_t), allocatable, intent(out) :: part
     type(error_t), allocatable, intent(out) :: error
@@ -79,21 +83,21 @@ contains
     call move_alloc(reduced, part)
   end subroutine train_interpolated
 
-  !> Responses at as many nodes as the contact forces at points need that were solved with their own constants. Collective on all
-  !> ranks; the same on each.
+  !> Computes the responses at more and more nodes, until the contact forces at the solved points have errors well below
+  !> reduction.stiffness_tolerance. Collective on all ranks, with the same result on each.
   !>
   !> Errors: the interpolation does not reach reduction.stiffness_tolerance; the stiffness at a node could not be factored.
   subroutine interpolate_responses(problem, team, constants, solved, plan, n_most, joined, reduced, error, ierr)
     type(problem_t), intent(in) :: problem
-    !> ready; its solver then waits for the next point
+    !> from ready_team; its stiffness changes
     type(team_t), intent(inout) :: team
     type(body_constants_t), intent(in) :: constants(:)
-    !> their contact forces; displacements are not looked at
+    !> points with full-order contact forces; their displacements are not used
     type(training_set_t), intent(in) :: solved
     type(displacement_plan_t), intent(in) :: plan
-    !> nodes of a body at most
+    !> largest number of nodes of a body
     integer, intent(in) :: n_most
-    !> created
+    !> after its step `create`
     type(joined_body_t), intent(inout) :: joined
     type(reduced_interpolated_t), intent(inout) :: reduced
     type(error_t), allocatable, intent(out) :: error
@@ -123,17 +127,18 @@ contains
     end do
   end subroutine interpolate_responses
 
-  !> What answers where a hyper-reduced model has no answer, all contacts and the displacements of all nodes or of none.
-  !> Collective on all ranks; the same on each.
+  !> Makes the fallback of a hyper-reduced model: an interpolated model of all contact forces, with the displacements of all nodes
+  !> or of none. Where it cannot be made, the log has a warning; without contact rows, or where reduction.max_full_order_size is 0,
+  !> there is none and no warning. Collective on all ranks, with the same result on each.
   !>
   !> Errors: a constant is out of its range somewhere in the box.
   subroutine interpolate_fallback(full_order, snapshots, has_starts, part, error, ierr)
     type(full_order_t), intent(inout) :: full_order
-    !> solved; their displacements may be gone
+    !> points with full-order contact forces; their displacements are not used
     type(training_set_t), intent(in) :: snapshots
-    !> they are the model's training points
+    !> the snapshots are the training points of the model; otherwise their active sets are not kept as starts
     logical, intent(in) :: has_starts
-    !> not allocated where there is none
+    !> the fallback; not allocated where there is none
     class(reduced_t), allocatable, intent(out) :: part
     type(error_t), allocatable, intent(out) :: error
     PetscErrorCode, intent(out) :: ierr
@@ -162,7 +167,7 @@ contains
     end select
   end subroutine interpolate_fallback
 
-  !> No displacements: those of some nodes alone would stand in the way of the modes' at all. Local.
+  !> Removes the displacements of single boundaries, so that the modes of the hyper-reduced model answer those of all nodes. Local.
   pure subroutine drop_field(data)
     class(interpolated_data_t), intent(inout) :: data
     integer :: i
@@ -180,7 +185,7 @@ contains
     end do
   end subroutine drop_field
 
-  !> What does not depend on the constants. Local.
+  !> Sets the data that do not depend on the elastic constants. Local.
   subroutine start_data(problem, team, constants, snapshots, plan, data)
     type(problem_t), intent(in) :: problem
     type(team_t), intent(in) :: team
@@ -207,7 +212,7 @@ contains
     data%start_sets = start_sets_of(snapshots%forces(), data%anchors)
   end subroutine start_data
 
-  !> Mean number of nodes of the bodies that their interpolation is likely to need.
+  !> Returns the mean number of nodes that a body is likely to need, for estimates of memory.
   pure real(rk) function usual_nodes_of(constants) result(n_nodes)
     type(body_constants_t), intent(in) :: constants(:)
     integer :: i
@@ -216,7 +221,7 @@ contains
       size(constants)
   end function usual_nodes_of
 
-  !> How the motions of the anchors move the exact dofs. Local.
+  !> Sets data%anchor_motions, the displacements of the exact dofs by the rigid motions of the anchors. Local.
   subroutine move_anchors(team, anchors, data)
     type(team_t), intent(in) :: team
     type(anchors_t), intent(in) :: anchors
@@ -231,6 +236,7 @@ contains
     end do
   end subroutine move_anchors
 
+  !> Whether some body needs an interpolation, because its moduli do not all scale together.
   pure logical function any_variable(constants)
     type(body_constants_t), intent(in) :: constants(:)
     integer :: i
@@ -238,7 +244,7 @@ contains
     any_variable = any([(size(constants(i)%numerators) > 0, i=1, size(constants))])
   end function any_variable
 
-  !> Whether no body needs more nodes than there may be.
+  !> Whether the nodes of a round are allowed for every body: at most n_most nodes, and at most most_variables variables.
   pure logical function has_room(constants, i_round, n_most)
     type(body_constants_t), intent(in) :: constants(:)
     integer, intent(in) :: i_round
@@ -254,6 +260,7 @@ contains
     end do
   end function has_room
 
+  !> Makes the error that the interpolation does not reach the tolerance.
   subroutine refuse(problem, constants, data, error)
     type(problem_t), intent(in) :: problem
     type(body_constants_t), intent(in) :: constants(:)
@@ -276,7 +283,7 @@ contains
     end associate
   end subroutine refuse
 
-  !> Tells on the terminal how the constants are interpolated, and the error.
+  !> Writes to the log how the constants are interpolated, and the measured error.
   subroutine log_nodes(constants, data)
     type(body_constants_t), intent(in) :: constants(:)
     class(interpolated_data_t), intent(in) :: data

@@ -1,8 +1,11 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 #include "signorom/macros.h"
-!> Residuals of responses that are interpolated over one elastic constant of each body: what sig_interpolation_bound needs.
+!> Computes the residuals of responses that are interpolated over one elastic constant of each body. sig_interpolation_bound bounds
+!> the error of answers by them.
 !>
-!> All nodes are factored again, so that no more than one response of each kind is in memory.
+!> The stiffness is factored again at all nodes, so that only the responses at one node are in memory at a time. Notation, for one
+!> body: U is its response at a chosen value ("place") of its constant, U_I the interpolated one, E = U - U_I; K_0 and W_0 are its
+!> stiffness and its compliance at this value.
 module sig_interpolation_residuals
   use sig_body_constants, only: body_constants_t, joined_body_t
   use sig_body_nodes, only: close_anchors, dofs_of_body, responses_t, solve_node
@@ -23,14 +26,14 @@ module sig_interpolation_residuals
   private
   public :: measure_residuals
 
-  !> places among which that of the residuals is chosen: in the middle third, where w is largest
+  !> number of places from which widest_place chooses
   integer, parameter :: n_places = 101
-  !> [-] smaller singular values of W_0 are rounding: rows that the body does not meet
+  !> [-] singular values of W_0 below this times the largest are rounding, of contact rows without a node of the body
   real(rk), parameter :: rank_tolerance = 1.0e-12_rk
 
 contains
 
-  !> Sets the bounds of the bodies. Collective on all ranks; the same on each.
+  !> Sets data%bodies(:)%bound of the bodies for which has_identity is true. Collective on all ranks, with the same result on each.
   !>
   !> Errors: the stiffness could not be factored.
   subroutine measure_residuals(problem, team, constants, joined, data, error, ierr)
@@ -54,7 +57,7 @@ contains
       places(i_body) = widest_place(data, i_body)
       n_nodes = max(n_nodes, data%bodies(i_body)%nodes%n_nodes())
     end do
-    ! the responses at the places come last: the stiffness is then theirs
+    ! the responses at the places come last, so that the stiffness is then that of the places
     do i_node = 1, n_nodes + 1
       PetscCall(solve_at(problem, team, constants, joined, places, i_node, n_nodes, data, columns, anchors, error, ierr))
       if (allocated(error)) return
@@ -64,7 +67,7 @@ contains
     PetscCall(fill_bounds(problem, team, constants, places, missing, columns, anchors, data, ierr))
   end subroutine measure_residuals
 
-  !> Whether its stiffness is affine in its one variable, but for a factor.
+  !> Whether the body has one variable elastic constant, of which its stiffness is an affine function times a factor.
   pure logical function has_identity(constants)
     type(body_constants_t), intent(in) :: constants
 
@@ -73,7 +76,8 @@ contains
     has_identity = constants%denominators(1) > 0 .or. size(constants%materials) == 1
   end function has_identity
 
-  !> The constant in the middle of the range where the product of distances from the nodes is largest.
+  !> Returns the value of the elastic constant, in the middle third of its range, where the product of the distances from the nodes
+  !> is largest.
   pure real(rk) function widest_place(data, i_body) result(widest)
     class(interpolated_data_t), intent(in) :: data
     integer, intent(in) :: i_body
@@ -93,8 +97,8 @@ contains
     end associate
   end function widest_place
 
-  !> Responses to loads, prescribed displacements and contact forces at a node of each body, or behind the last node at its place.
-  !> Collective.
+  !> Computes the responses to loads, prescribed displacements and contact forces, in this order. The constants of each body are
+  !> those of node i_node, or those of `places` where i_node is larger than n_nodes. Collective.
   subroutine solve_at(problem, team, constants, joined, places, i_node, n_nodes, data, columns, anchors, error, ierr)
     type(problem_t), intent(in) :: problem
     type(team_t), intent(inout) :: team
@@ -131,7 +135,7 @@ contains
     end associate
   end subroutine solve_at
 
-  !> E = U - U_I, a response at a time; each body has weights of its own. Local.
+  !> Adds the responses at one node, or at the places, to E = U - U_I, with the weights of each body. Local.
   subroutine add_weighted(problem, team, constants, places, i_node, n_nodes, data, columns, missing)
     type(problem_t), intent(in) :: problem
     type(team_t), intent(in) :: team
@@ -161,7 +165,7 @@ contains
     end do
   end subroutine add_weighted
 
-  !> The bounds, K at the places. Collective on all ranks.
+  !> Fills the bounds of the bodies. The stiffness of the team must be that of the places. Collective on all ranks.
   subroutine fill_bounds(problem, team, constants, places, missing, columns, anchors, data, ierr)
     type(problem_t), intent(in) :: problem
     type(team_t), intent(inout) :: team
@@ -211,7 +215,7 @@ contains
     end associate
   end subroutine fill_bounds
 
-  !> y = W_0^+ g of the openings g, and the rest: R'R - g'W_0^+ g. Local.
+  !> Sets bound%forces = W_0^+ g for the openings g, and bound%rest = bound%residuals - g'W_0^+ g. Local.
   subroutine split(anchors, openings, compliance, bound)
     type(anchors_t), intent(in) :: anchors
     !> [length per unit of a coefficient] B K_0^-1 Z, with anchors closed; shape (n_multipliers, n_coefficients)
@@ -239,10 +243,11 @@ contains
     bound%forces(free, :) = matmul(u(:, :n), scaled)
   end subroutine split
 
-  !> [-] A lower bound of the largest k for which W_others - k W_body is positive semidefinite; 0 where W_others is singular. Local.
+  !> [-] Returns a lower bound of the largest k for which W_others - k W_body is positive semidefinite; 0 where W_others is
+  !> singular. Local.
   real(rk) function share_of_others(anchors, compliance, others) result(share)
     type(anchors_t), intent(in) :: anchors
-    !> [length/force] W of the body and of all others
+    !> [length/force] compliance W_body of the body, and W_others of all other bodies
     real(rk), intent(in) :: compliance(:, :)
     real(rk), intent(in) :: others(:, :)
     real(rk), allocatable :: factor(:, :), own(:, :), u(:, :), s(:), vt(:, :)
@@ -270,7 +275,7 @@ contains
     if (s(1) > 0) share = 1 / s(1)
   end function share_of_others
 
-  !> Where it is false.
+  !> Returns the indices of the false entries.
   pure function pack_false(is_wanted) result(places)
     logical, intent(in) :: is_wanted(:)
     integer, allocatable :: places(:)

@@ -1,5 +1,6 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Which active sets of the training points get a principal pivot transform: medoids in the number of contacts that differ.
+!> Chooses the active sets of training points that get a principal pivot transform: the medoids, where the dissimilarity of two sets
+!> is the number of contacts in which they differ.
 module sig_reference_sets
   use sig_bits, only: pack_columns, unpack_columns
   use sig_condensed_data, only: condensed_data_t
@@ -12,14 +13,14 @@ module sig_reference_sets
   private
   public :: choose_references, group_sets, start_sets_of
 
-  !> more gain little
+  !> largest number of references; more make queries hardly faster
   integer, parameter :: most_references = 32
-  !> the dissimilarities of more sets would take long; of more points every n-th is a candidate
+  !> most candidates; of more sets only every n-th is a candidate, because dissimilarities of all pairs would take long
   integer, parameter :: most_candidates = 1000
 
 contains
 
-  !> z > 0 at the training points, as bits: closed pairs, but open anchors.
+  !> Returns as bits which unknowns are active at each point: for contact rows those with a force, for anchors those without one.
   pure function start_sets_of(multipliers, anchors) result(sets)
     !> [force] shape (n_multipliers, n_points)
     real(rk), intent(in) :: multipliers(:, :)
@@ -34,13 +35,14 @@ contains
     sets = pack_columns(is_active)
   end function start_sets_of
 
-  !> Fills references and transforms. A reference whose transform does not exist is left out.
+  !> Sets reference_points, reference_of_point and transforms of `data`. A reference whose transform does not exist is left out.
+  !> There are no references where max_size does not allow one transform.
   !>
-  !> Errors: those of the medoids.
+  !> Errors: those of find_medoids.
   subroutine choose_references(max_size, data, error)
-    !> [MB] that the transforms may take
+    !> [MB] largest memory for the transforms
     real(rk), intent(in) :: max_size
-    !> its start sets are set
+    !> start_sets and compliance must be set
     class(condensed_data_t), intent(inout) :: data
     type(error_t), allocatable, intent(out) :: error
     logical, allocatable :: sets(:, :)
@@ -63,15 +65,15 @@ contains
     if (size(data%reference_points) > 0) data%reference_of_point = nearest_sets(sets, data%reference_points)
   end subroutine choose_references
 
-  !> Groups of sets that differ little: each belongs to the nearest of some medoids.
+  !> Divides sets into groups whose sets differ little. Each set belongs to the medoid from which it differs in the fewest contacts.
   !>
-  !> Errors: those of the medoids.
+  !> Errors: those of find_medoids.
   subroutine group_sets(sets, n_groups, group_of_set, error)
     !> shape (n_contacts, n_sets)
     logical, intent(in) :: sets(:, :)
-    !> fewer where there are not as many different sets
+    !> number of groups; there are fewer where there are fewer different sets
     integer, intent(in) :: n_groups
-    !> 1-based, shape (n_sets)
+    !> group of each set, 1-based, shape (n_sets)
     integer, allocatable, intent(out) :: group_of_set(:)
     type(error_t), allocatable, intent(out) :: error
     integer, allocatable :: candidates(:)
@@ -83,7 +85,7 @@ contains
     if (.not. allocated(error)) group_of_set = nearest_sets(sets, candidates(found%medoids))
   end subroutine group_sets
 
-  !> Numbers of the columns that equal none before them.
+  !> Returns the numbers of the columns that differ from all columns before them.
   pure function distinct_columns(columns) result(numbers)
     integer, intent(in) :: columns(:, :)
     integer, allocatable :: numbers(:)
@@ -98,7 +100,7 @@ contains
     end do
   end function distinct_columns
 
-  !> Contacts in which two sets differ.
+  !> Returns for each pair of sets the number of contacts in which they differ.
   pure function differences(sets) result(counts)
     !> shape (n_contacts, n_sets)
     logical, intent(in) :: sets(:, :)
@@ -114,10 +116,12 @@ contains
     end do
   end function differences
 
+  !> Computes the pivot transforms for the sets of some training points and adds these points to the references, except where the
+  !> transform does not exist.
   subroutine transform_sets(points, sets, data)
-    !> training points whose sets are wanted
+    !> numbers of the training points
     integer, intent(in) :: points(:)
-    !> of all training points
+    !> sets of all training points, shape (n_contacts, n_points)
     logical, intent(in) :: sets(:, :)
     class(condensed_data_t), intent(inout) :: data
     real(rk), allocatable :: transforms(:, :)
@@ -135,10 +139,10 @@ contains
     data%transforms = transforms(:, :n * size(data%reference_points))
   end subroutine transform_sets
 
-  !> The reference whose set differs least from that of each point; the first of equals.
+  !> Returns for each point the reference whose set differs in the fewest contacts; of equal ones the first.
   pure function nearest_sets(sets, references) result(nearest)
     logical, intent(in) :: sets(:, :)
-    !> points
+    !> numbers of the points that are references
     integer, intent(in) :: references(:)
     integer :: nearest(size(sets, 2))
     integer :: counts(size(references)), i, k

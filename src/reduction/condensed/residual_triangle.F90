@@ -1,9 +1,10 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 #include "signorom/macros.h"
-!> Columns in a basis that is orthonormal in the norm of K: a small triangle that has the norms of all their combinations.
+!> Computes the coordinates of columns in a basis that is orthonormal in the norm of K. They are a small triangular matrix R. The
+!> norm of any combination of the columns is the Euclidean norm of the same combination of the columns of R.
 !>
-!> Gram and Schmidt's method, many columns at a time first, then each as often as rounding needs. A combination that is far smaller
-!> than its parts keeps its digits, which the matrix of products of the columns would lose.
+!> The method is Gram-Schmidt, first for many columns at a time, then for each column as often as rounding requires. The norm of a
+!> combination that is much smaller than its parts stays exact; with the matrix of the products of the columns it would not.
 module sig_residual_triangle
   use sig_kinds, only: rk
   use sig_linear_algebra, only: add_product, transposed_product
@@ -13,26 +14,26 @@ module sig_residual_triangle
   private
   public :: find_triangle
 
-  !> columns at a time
+  !> number of columns at a time
   integer, parameter :: chunk = 32
-  !> [-] what is left of a column below this is rounding of the solves
+  !> [-] a rest of at most this fraction of the norm of the column is rounding of the solves
   real(rk), parameter :: dependent = 1.0e-13_rk
-  !> each takes away twelve digits or is the last
+  !> most passes for a column; a pass is the last one unless it makes the rest much smaller
   integer, parameter :: most_passes = 5
 
-  !> The basis on its way, rows of this rank.
+  !> The basis vectors found so far: the rows of this rank.
   type :: basis_t
     integer :: n = 0
-    !> columns, and K times these
+    !> basis vectors, and K times these
     real(rk), allocatable :: columns(:, :)
     real(rk), allocatable :: products(:, :)
   end type basis_t
 
 contains
 
-  !> Finds the upper triangle R of y_j = sum_i q_i R(i, j) with q_i'K q_k = 1 for i = k and 0 otherwise. Dependent columns make
-  !> fewer q than columns; the remaining rows of R are then zero.
-  !> Collective on comm.
+  !> Computes the matrix R of y_j = sum_i q_i R(i, j), where y_j are the columns and q_i'K q_k = 1 for i = k and 0 otherwise.
+  !> Dependent columns add no basis vector, so there can be fewer q than columns; the remaining rows of R are zero. Collective on
+  !> comm.
   subroutine find_triangle(comm, stiffness, columns, triangle, ierr)
     MPI_Comm, intent(in) :: comm
     !> [force/length] K, positive definite on the columns
@@ -63,7 +64,7 @@ contains
     end do
   end subroutine find_triangle
 
-  !> Takes away what the basis spans. Collective.
+  !> Subtracts from the columns of a block their projection on the basis, and adds its coordinates to the triangle. Collective.
   subroutine remove(comm, basis, block, triangle, ierr)
     MPI_Comm, intent(in) :: comm
     type(basis_t), intent(in) :: basis
@@ -80,8 +81,8 @@ contains
     triangle(:basis%n, :) = triangle(:basis%n, :) + shares
   end subroutine remove
 
-  !> Columns that the basis did not span before, one by one. What shrinks is full of rounding that the basis spans: it is taken away
-  !> again. Collective.
+  !> Adds the columns of a block to the basis, one by one, unless they depend on it. Where a projection makes a column much smaller,
+  !> rounding leaves a part in the span of the basis; the projection is then repeated. Collective.
   subroutine append_columns(comm, stiffness, block, sizes, basis, triangle, ierr)
     MPI_Comm, intent(in) :: comm
     Mat, intent(in) :: stiffness

@@ -1,9 +1,10 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Contact forces of interpolated responses against those of the training points, which were solved with constants of their own, and
-!> against those of the round before at points in between.
+!> Measures the error of contact forces from interpolated responses in two ways: at the training points, against the full-order
+!> forces; and at other points (probes), against the forces of the round before.
 !>
-!> Few training points need not have the worst constants. So the forces at many more points are compared with those of one degree
-!> less, which have nearly the error of that degree; how much smaller the error of the new degree is, the training points tell.
+!> The probes are needed because few training points may not have the worst elastic constants. The change of the forces from round
+!> to round is nearly the error of the round before. The training points tell by which factor the error became smaller in the new
+!> round.
 module sig_response_errors
   use sig_answer, only: answer_t, comparable_size
   use sig_deck_config, only: parameter_config_t
@@ -20,17 +21,17 @@ module sig_response_errors
   private
   public :: measure_fields, measure_responses, nearest_of, probes_t
 
-  !> Points in the box of the parameters, and the forces of the last round there.
+  !> Points in the box of the parameters, and the contact forces of the last round there.
   type :: probes_t
-    !> [-] estimated error of the forces of the last round, relative as the measured one; huge before there are two rounds
+    !> [-] estimated relative error of the contact forces of the last round; huge before there are two rounds
     real(rk) :: error = huge(1.0_rk)
-    !> terms, shape (n_terms, n_probes), and the nearest training point
+    !> values of the terms, shape (n_terms, n_probes), and the nearest training point, shape (n_probes)
     real(rk), allocatable, private :: theta(:, :)
     integer, allocatable, private :: nearest(:)
     !> [force] shape (n_multipliers, n_probes)
     real(rk), allocatable, private :: forces(:, :)
     logical, allocatable, private :: is_answered(:)
-    !> [-] of the training points in the last round
+    !> [-] measured error at the training points in the last round
     real(rk), private :: measured_error = huge(1.0_rk)
   contains
     procedure :: create
@@ -38,12 +39,14 @@ module sig_response_errors
   end type probes_t
 
   integer, parameter :: n_probes = 200
-  !> [-] a smaller share of the error that is left says that the training points meet nodes
+  !> [-] least factor by which the error is taken to become smaller in a round; a smaller one means that training points lie on
+  !> nodes
   real(rk), parameter :: fastest = 0.05_rk
 
 contains
 
-  !> Sets measured_error and largest_size. Local.
+  !> Sets measured_error and worst_point, the largest relative error of the contact forces at the training points, and largest_size,
+  !> the largest norm of these forces. Local.
   subroutine measure_responses(problem, snapshots, reduced)
     type(problem_t), intent(in) :: problem
     type(training_set_t), intent(in) :: snapshots
@@ -70,7 +73,7 @@ contains
     reduced%worst_point = maxloc(errors, dim=1)
   end subroutine measure_responses
 
-  !> [force] Euclidean norm of the forces' error at a training point; huge where there is no answer.
+  !> [force] Returns the Euclidean norm of the error of the contact forces at training point i; huge where there is no answer.
   real(rk) function error_at(reduced, i, theta, forces, room) result(error)
     type(reduced_interpolated_t), intent(in) :: reduced
     integer, intent(in) :: i
@@ -88,7 +91,7 @@ contains
     if (answer%reason > 0) error = norm2(answer%multipliers - forces)
   end function error_at
 
-  !> Sets largest_field. Local. Requires: modes.
+  !> Sets data%largest_field, the largest size of the displacements by modes at the training points. Local. Requires: data%modes.
   subroutine measure_fields(problem, snapshots, data)
     type(problem_t), intent(in) :: problem
     type(training_set_t), intent(in) :: snapshots
@@ -105,7 +108,8 @@ contains
     end do
   end subroutine measure_fields
 
-  !> None behind the first one where a term has no value.
+  !> Chooses the probes by a Latin hypercube and evaluates their terms. Only the probes before the first one where a term has no
+  !> finite value are kept.
   subroutine create(self, problem, snapshots)
     class(probes_t), intent(out) :: self
     type(problem_t), intent(in) :: problem
@@ -126,7 +130,7 @@ contains
     allocate (self%is_answered(size(self%theta, 2)), source=.false.)
   end subroutine create
 
-  !> The training point with the smallest distance, the box taken as of side 1.
+  !> Returns the number of the point that is nearest to `point`, where distances are relative to the sides of the box.
   pure integer function nearest_of(parameters, points, point) result(nearest)
     type(parameter_config_t), intent(in) :: parameters(:)
     real(rk), intent(in) :: points(:, :)
@@ -139,7 +143,8 @@ contains
     nearest = minloc(squares, dim=1)
   end function nearest_of
 
-  !> Takes the forces of a new round. Requires: measure_responses of the round.
+  !> Computes the contact forces of a new round at the probes, and from their change the estimate self%error. Requires:
+  !> measure_responses of the same round.
   subroutine compare(self, reduced)
     class(probes_t), intent(inout) :: self
     type(reduced_interpolated_t), intent(in) :: reduced

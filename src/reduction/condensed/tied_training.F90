@@ -1,10 +1,11 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 #include "signorom/macros.h"
-!> A condensed model of a contact whose W has no room: only rows that change in a cluster of training points are kept.
+!> Trains a condensed model of a contact that is so large that W takes too much memory. In each cluster of training points, only the
+!> contact rows that change are kept.
 !>
-!> Clusters are groups of training points whose active sets differ little. In each, rows that are closed at all points are tied,
-!> rows that are open at all points carry nothing; the others and some rings of neighbors around them are the unknowns of the
-!> queries.
+!> A cluster is a group of training points whose active sets differ little. In a cluster, rows that are closed at all points are
+!> tied: they stay closed. Rows that are open at all points carry no force. The unknowns of a query are the other rows and some
+!> rings of neighbors around them.
 module sig_tied_training
   use sig_bits, only: pack_columns
   use sig_condensed_plan, only: displacement_plan_t, number_size, plan_displacements
@@ -27,24 +28,25 @@ module sig_tied_training
   private
   public :: train_tied
 
-  !> rings of neighbors around the rows that change at the training points
+  !> number of rings of neighbors around the rows that change at the training points
   integer, parameter :: n_rings = 2
-  !> more clusters leave each too few training points to know what changes
+  !> most clusters; more would leave each too few training points to know which rows change
   integer, parameter :: most_clusters = 16
 
 contains
 
-  !> Collective on all ranks; the same on each.
+  !> Trains the model, unless the rows that change need too much memory or the tied stiffness cannot be factored. Collective on all
+  !> ranks, with the same result on each.
   !>
-  !> Errors: those of the clusters.
+  !> Errors: those of group_sets.
   subroutine train_tied(full_order, snapshots, part, reason, error, ierr)
-    !> loaded, without a body that only contact holds
+    !> loaded problem, without a body that only contact holds
     type(full_order_t), intent(inout) :: full_order
-    !> solved
+    !> points with full-order contact forces
     type(training_set_t), intent(in) :: snapshots
-    !> not allocated where there is a reason
+    !> not allocated where there is no model
     class(reduced_t), allocatable, intent(out) :: part
-    !> why there is no such model; empty where there is
+    !> why there is no model; empty where there is one
     character(:), allocatable, intent(out) :: reason
     type(error_t), allocatable, intent(out) :: error
     PetscErrorCode, intent(out) :: ierr
@@ -71,13 +73,14 @@ contains
     call move_alloc(reduced, part)
   end subroutine train_tied
 
-  !> Divides into as few clusters as have room. Local.
+  !> Divides the training points into 1, 2, 4, ... clusters, until the memory that they need is allowed. Local.
   subroutine divide(problem, sets, data, reason, error)
     type(problem_t), intent(in) :: problem
     !> closed rows at the training points, shape (n_rows, n_points)
     logical, intent(in) :: sets(:, :)
-    !> its exact dofs are set
+    !> cluster_of_point and the status of the rows of each cluster are set
     class(tied_data_t), intent(inout) :: data
+    !> why no division is possible; empty where one is
     character(:), allocatable, intent(out) :: reason
     type(error_t), allocatable, intent(out) :: error
     integer :: i, k, n_clusters
@@ -107,12 +110,13 @@ contains
     reason = 'the contacts that change take ' // to_text(ceiling(least)) // ' MB, too, even in clusters of the training points'
   end subroutine divide
 
-  !> What a row is in a cluster. Rows near one that changes at its points may change between them.
+  !> Returns the status of each contact row in a cluster. Rows near one that changes at the training points count as changing,
+  !> because they may change between these points.
   function status_of_rows(problem, sets) result(status)
     type(problem_t), intent(in) :: problem
-    !> of the cluster's points, shape (n_rows, n_points)
+    !> closed rows at the points of the cluster, shape (n_rows, n_points)
     logical, intent(in) :: sets(:, :)
-    !> row_*
+    !> row_closed, row_open or row_changing
     integer :: status(size(sets, 1))
     logical :: is_changing(size(sets, 1))
     integer :: i
@@ -125,7 +129,7 @@ contains
     where (is_changing) status = row_changing
   end function status_of_rows
 
-  !> Rows whose nodes share a cell with those of marked ones are marked, too.
+  !> Marks also the rows with a node in a cell that contains a node of a marked row.
   subroutine add_ring(problem, is_marked)
     type(problem_t), intent(in) :: problem
     logical, intent(inout) :: is_marked(:)
@@ -149,12 +153,13 @@ contains
     end do
   end subroutine add_ring
 
-  !> Collective on all ranks; the first rank's numbers count.
+  !> Computes the responses of a cluster with its closed rows tied. Collective on all ranks; the results of the first rank are sent
+  !> to all.
   subroutine fill_cluster(full_order, i, data, reason, ierr)
     type(full_order_t), intent(inout) :: full_order
     integer, intent(in) :: i
     class(tied_data_t), intent(inout) :: data
-    !> why K tied could not be factored; empty where it could
+    !> why the stiffness with tied rows could not be factored; empty where it could
     character(:), allocatable, intent(out) :: reason
     PetscErrorCode, intent(out) :: ierr
     type(team_t), pointer :: team
