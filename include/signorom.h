@@ -12,10 +12,10 @@
  *     signorom_free_context(context);
  *     signorom_close(model);
  *
- * Every call that can fail returns a signorom_code; the sentence that belongs to the last failure is kept in the model
- * or in the context. There are no global variables. Threads may share a model, each with a context of its own; a
- * context belongs to one thread at a time. Models and contexts are made and freed by one thread at a time in the
- * process. Numbers of nodes, contacts and clusters count from 0. Arrays belong to the caller, texts to the model. */
+ * Every call that can fail returns a signorom_code. The message of the last failure is kept in the model or in the
+ * context. There are no global variables. Several threads may use one model if each thread has its own context; only
+ * one thread at a time may use a context. Only one thread of the process at a time may make or free models and
+ * contexts. Numbers of nodes, contacts and clusters count from 0. Arrays belong to the caller, texts to the model. */
 #ifndef SIGNOROM_H
 #define SIGNOROM_H
 
@@ -34,9 +34,9 @@ typedef struct signorom_context signorom_context;
 typedef enum {
   SIGNOROM_OK = 0,
   SIGNOROM_NO_ANSWER = 1,    /* no solution at this point, or a term of the model has no finite value there */
-  SIGNOROM_BAD_ARGUMENT = 2, /* a null pointer, a number out of its range, nothing asked yet */
-  SIGNOROM_BAD_MODEL = 3,    /* missing, damaged, foreign or newer file, or a model that cannot answer */
-  SIGNOROM_NO_MEMORY = 4     /* the handle is null: there is nowhere to keep a sentence */
+  SIGNOROM_BAD_ARGUMENT = 2, /* a null pointer, a number out of its range, or no query was made before */
+  SIGNOROM_BAD_MODEL = 3,    /* the file is missing, damaged, newer or no model, or the model cannot answer */
+  SIGNOROM_NO_MEMORY = 4     /* no memory for the handle, which is null then; so there is no message */
 } signorom_code;
 
 typedef enum {
@@ -101,8 +101,8 @@ typedef struct {
   double residual;
   /* Number of different solutions of the reduced problem that two starts found; 0 without an answer. With 2 the contact
    * conditions of the reduced problem do not determine the answer, and the contact forces are less reliable. Where the
-   * model holds the full-order operator (has_full_order_multipliers), the answer is the solution that violates the full
-   * contact problem less, else the one found from the nearest training point. */
+   * model has the full-order operator (has_full_order_multipliers), the answer is the solution that violates the full
+   * contact problem less, else the one whose start was the nearest training point. */
   int n_solutions;
   /* Bound of the error of the contact forces: |f - f_full| <= bound [sqrt(force * length)]. f holds the forces of all
    * contacts, and the norm is that of the energy that they store in the bodies. relative_bound is the bound divided by

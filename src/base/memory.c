@@ -11,9 +11,9 @@
 
 enum { EXIT_USER = 2 };
 
-/* [s] of processor time; what is watched takes less than a millisecond */
+/* [s] Limit of the processor time between begin and end of the watch; normally it is less than a millisecond. */
 static const long longest_wait = 1;
-/* A handler can reach nothing but static variables. */
+/* Text that the signal handler writes; a handler can use static variables only. */
 static char sentence[256];
 
 void sig_memory_use(double *peak, double *limit) {

@@ -7,8 +7,8 @@
 #include <time.h>
 #include <unistd.h>
 
-/* The end of a process is about all of its files, so they are known to all of it. More than a few at a time there are
- * never; one that finds no room stays behind when the process is ended. */
+/* Names of all partial files of the process, because its end removes all of them. There are never more than a few at a
+ * time. A file for which the list has no room is not removed when the process is ended. */
 enum { MAX_FILES = 16 };
 static char *partial_files[MAX_FILES];
 static pthread_mutex_t files_lock = PTHREAD_MUTEX_INITIALIZER;
@@ -44,7 +44,7 @@ void sig_begin_writing(void) { pthread_mutex_lock(&files_lock); }
 
 void sig_end_writing(void) { pthread_mutex_unlock(&files_lock); }
 
-/* Who ends the process keeps the lock. */
+/* Does not return if another thread ends the process, because that thread keeps the lock. */
 void sig_let_end_pass(void) {
   pthread_mutex_lock(&files_lock);
   pthread_mutex_unlock(&files_lock);
@@ -56,7 +56,7 @@ void sig_remove_partial_files(double seconds) {
   const long nanoseconds = until.tv_nsec + (long)(seconds * 1e9);
   until.tv_sec += nanoseconds / 1000000000;
   until.tv_nsec = nanoseconds % 1000000000;
-  /* Who takes longer hangs in the file system, and then holds the lock without changing the names. */
+  /* A thread that holds the lock for a longer time waits for the file system, and does not change the names. */
   (void)pthread_mutex_timedlock(&files_lock, &until);
   for (int i = 0; i < MAX_FILES; i++)
     if (partial_files[i]) unlink(partial_files[i]);

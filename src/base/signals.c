@@ -11,12 +11,12 @@
 
 #include "signorom/partial_files.h"
 
-/* [s] for a write in progress, and for the end of the others, when the grace is over */
+/* [s] Longest waits at the end of the grace time: for a write in progress, and for the end of the other processes. */
 static const double longest_write = 0.2;
 static const unsigned longest_farewell = 1;
 
-/* A handler can reach nothing but static variables; the rest is what the watching thread shares with those that it
- * ends. */
+/* A signal handler can use static variables only. The other variables here are shared by the watching thread and the
+ * threads that it ends. */
 static volatile sig_atomic_t is_stop_wished = 0;
 static volatile sig_atomic_t has_watcher = 0;
 static volatile sig_atomic_t has_launcher_asked = 0;
@@ -28,7 +28,7 @@ static char last_words[256];
 static int words_descriptor = STDOUT_FILENO;
 static pthread_mutex_t words_lock = PTHREAD_MUTEX_INITIALIZER;
 
-/* The plain way, where there is no thread to go the long one. */
+/* Ends the process without removing files or writing the last words; also used where there is no watching thread. */
 static void end_at_once(int number) {
   (void)number;
   if (stop_helper) kill((pid_t)stop_helper, SIGKILL);
@@ -52,14 +52,14 @@ static void note_stop(int number, siginfo_t *info, void *context) {
 
 static void say_last_words(void) {
   pthread_mutex_lock(&words_lock);
-  /* behind a bar on the terminal */
+  /* the line of the terminal may hold a progress bar */
   if (last_words[0] && isatty(STDERR_FILENO)) (void)!write(STDERR_FILENO, "\n", 1);
   (void)!write(words_descriptor, last_words, strlen(last_words));
   pthread_mutex_unlock(&words_lock);
 }
 
-/* Sleeps until a signal comes, and then until the grace is over: the process still lives, so it cannot stop by itself.
- */
+/* The watching thread: sleeps until a signal comes, and then for the grace time. If the process still runs then, it has
+ * not stopped by itself, and this thread ends it. */
 static void *watch(void *nothing) {
   (void)nothing;
   while (sem_wait(&stop_wish) != 0) continue;
@@ -69,13 +69,13 @@ static void *watch(void *nothing) {
   alarm(longest_farewell);
   sig_remove_partial_files(longest_write);
   say_last_words();
-  /* A launcher like mpirun ends the others itself. */
+  /* A launcher like mpirun ends the other processes itself. */
   if (end_of_others && !has_launcher_asked) end_of_others();
   end_at_once(0);
   return NULL;
 }
 
-/* The watcher itself takes no signals, and needs next to no memory. */
+/* Starts the watching thread, which receives no signals and has a small stack. Returns 1 if it has started. */
 static int start_watcher(void) {
   const size_t stack_size = 256 * 1024;
   pthread_t thread;
@@ -111,7 +111,8 @@ void sig_install_stop_signals(double grace) {
   stop_grace = grace;
   if (!has_watcher) has_watcher = start_watcher();
   install_handlers();
-  // A file that may not grow any more is an error of write, which the caller reports, and no reason to die.
+  // A file at the limit of its size makes write() fail, and the caller reports this. The signal must not end the
+  // process.
   signal(SIGXFSZ, SIG_IGN);
 }
 

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* libfyaml's event stream -> flat node table. Events rather than its document, because they carry the place of every
-   mapping and sequence too, and because a duplicate key can then be reported with the place of the first one. */
+/* Makes a flat table of nodes from libfyaml's events. libfyaml's document would not do: only events give the place of
+   every mapping and sequence, and with them a duplicate key can be reported with the place of the first one. */
 #include "signorom/yaml_reader.h"
 
 #include <libfyaml.h>
@@ -10,7 +10,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Far above any real deck; keep hostile texts from costing memory and quadratic time. */
+/* Limits far above those of any real deck, so that a hostile text cannot use up memory or time. */
 enum { MAX_DEPTH = 32, MAX_NODES = 10000, MAX_FAULTS = 20, MAX_MESSAGE = 240 };
 
 typedef struct {
@@ -36,7 +36,8 @@ typedef struct {
   int line, column;
 } place_t;
 
-/* An open mapping or sequence; a mapping waits for a key or holds the key whose value comes next. */
+/* A mapping or sequence whose end has not been read yet. A mapping waits for a key, or it holds the key whose value
+   comes next. */
 typedef struct {
   int node;
   bool has_key;
@@ -66,7 +67,7 @@ static void add_fault(sig_yaml *reading, int kind, place_t place, const char *fo
   va_end(arguments);
 }
 
-/* Length of the UTF-8 character at text[i], or 0 where there is none or where it is a control character. */
+/* Returns the length of the UTF-8 character at text[i] [bytes]; 0 if it is invalid or a control character. */
 static size_t character_length(const unsigned char *text, size_t i, size_t length) {
   unsigned char first = text[i];
   if (first < 0x80) return (first >= 0x20 && first != 0x7f) || first == '\n' || first == '\r' || first == '\t';
@@ -80,7 +81,7 @@ static size_t character_length(const unsigned char *text, size_t i, size_t lengt
   return n;
 }
 
-/* What libfyaml would drop silently or explain badly: bytes that are no text, tabs as indentation. */
+/* Reports bytes that are not UTF-8 text and tabs as indentation: libfyaml ignores them or gives a bad message. */
 static void check_characters(sig_yaml *reading, const char *text, size_t length) {
   const unsigned char *bytes = (const unsigned char *)text;
   place_t place = {1, 1};
@@ -129,7 +130,7 @@ static size_t keep_text(builder_t *builder, const char *text, size_t length) {
   return start;
 }
 
-/* Appends an empty node of the innermost open mapping or sequence; NULL when there is no room. */
+/* Appends an empty node to the innermost open mapping or sequence; returns NULL when there is no room. */
 static node_t *add_node(builder_t *builder, int kind, place_t place) {
   sig_yaml *reading = builder->reading;
   if (reading->n_nodes == MAX_NODES) {
@@ -205,7 +206,7 @@ static void take_key(builder_t *builder, place_t place, const char *text, size_t
 static void take_scalar(builder_t *builder, place_t place, struct fy_token *token) {
   enum fy_scalar_style style = fy_token_scalar_style(token);
   if (style == FYSS_SINGLE_QUOTED || style == FYSS_DOUBLE_QUOTED)
-    place.column--; /* libfyaml's mark stands behind the quote */
+    place.column--; /* libfyaml gives the place behind the quote */
   size_t length = 0;
   const char *text = fy_token_get_text(token, &length);
   if (!text) length = 0;
@@ -221,7 +222,7 @@ static void take_scalar(builder_t *builder, place_t place, struct fy_token *toke
   }
   const bool is_missing = length == 0 && style == FYSS_PLAIN && builder->depth > 0;
   if (is_missing && builder->frames[builder->depth - 1].has_key)
-    place = (place_t){0, 0}; /* that of its key; some releases of libfyaml have a mark behind the colon */
+    place = (place_t){0, 0}; /* then the key's place counts; some releases of libfyaml give that behind the colon */
   node_t *node = add_node(builder, SIG_YAML_SCALAR, place);
   if (!node) return;
   node->is_quoted = style != FYSS_PLAIN;
@@ -254,7 +255,7 @@ static place_t place_of(const struct fy_mark *mark) {
   return mark ? (place_t){mark->line + 1, mark->column + 1} : (place_t){0, 0};
 }
 
-/* Anchors, aliases and tags: nothing that a deck needs, and a way to hide values from the reader. */
+/* Refuses anchors, aliases and tags: no deck needs them, and they can hide values from a person who reads the deck. */
 static bool refuse_decoration(builder_t *builder, struct fy_event *event) {
   bool is_alias = event->type == FYET_ALIAS;
   bool is_node = event->type == FYET_SCALAR || event->type == FYET_MAPPING_START || event->type == FYET_SEQUENCE_START;
@@ -263,7 +264,7 @@ static bool refuse_decoration(builder_t *builder, struct fy_event *event) {
   if (!anchor && !tag) return false;
   place_t place = place_of(fy_token_start_mark(anchor ? anchor : tag));
   if (anchor) {
-    place.column--; /* libfyaml's mark stands behind the & or * */
+    place.column--; /* libfyaml gives the place behind the & or * */
     add_fault(builder->reading, SIG_YAML_REFUSED, place,
               "anchors and aliases (&name, *name) are not for decks; write the values out");
   } else {
@@ -307,7 +308,7 @@ static void collect_syntax_error(sig_yaml *reading, struct fy_diag *diagnostics)
     add_fault(reading, SIG_YAML_SYNTAX, (place_t){0, 0}, "this is no YAML");
 }
 
-/* Runs the parser over the text; false when memory is exhausted. */
+/* Parses the text; returns false when memory is exhausted. */
 static bool parse(sig_yaml *reading, const char *text, size_t length) {
   struct fy_diag_cfg diagnostics_configuration;
   fy_diag_cfg_default(&diagnostics_configuration);

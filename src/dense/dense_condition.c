@@ -1,19 +1,19 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* How well a factored matrix determines a solution: the 1-norm of its inverse, estimated from a few solves. */
+/* Estimates the 1-norm of the inverse of a factored matrix from a few solves. The condition number follows from it. */
 #include "dense_parts.h"
 #include "signorom/dense_kernels.h"
 
 #include <math.h>
 
-/* Triangles whose inverses, one after the other, are the inverse of the matrix, and its transpose. Exchanges of rows do
-   not change the norm of the inverse. */
+/* The inverse A^-1 as two triangles: solving with `straight`, one after the other, applies A^-1, and with `transposed`
+   its transpose. Exchanges of rows are left out, because they do not change the norm of the inverse. */
 typedef struct {
   int n, ldf;
   const double *factors;
   sig_triangle straight[2], transposed[2];
 } inverse_t;
 
-/* More steps hardly ever raise the estimate. */
+/* Largest number of steps; more of them hardly ever raise the estimate. */
 enum { most_steps = 5 };
 
 static void apply(const inverse_t *inverse, const sig_triangle *kinds, double *x) {
@@ -21,7 +21,7 @@ static void apply(const inverse_t *inverse, const sig_triangle *kinds, double *x
     sig_solve_triangle(kinds[i], inverse->n, 1, inverse->factors, inverse->ldf, x, inverse->n);
 }
 
-/* Signs of x into x and into signs; whether they are those of the step before. */
+/* Replaces x by its signs and stores them in `signs`. Returns 1 if `signs` had the same signs before. */
 static int take_signs(int n, double *x, int *signs) {
   int is_same = 1;
   for (int i = 0; i < n; i++) {
@@ -33,7 +33,7 @@ static int take_signs(int n, double *x, int *signs) {
   return is_same;
 }
 
-/* |A^-1 x| of a vector of size one whose signs alternate: it meets what the steps can miss. */
+/* Returns |A^-1 x| / |x| for a vector x with alternating signs, which finds some large inverses that the steps miss. */
 static double alternating_estimate(const inverse_t *inverse, double *x) {
   const int n = inverse->n;
   for (int i = 0; i < n; i++) x[i] = (i % 2 ? -1 : 1) * (1 + (double)i / (n > 1 ? n - 1 : 1));
@@ -41,7 +41,8 @@ static double alternating_estimate(const inverse_t *inverse, double *x) {
   return 2 * sig_sum_of_sizes(n, x) / (3.0 * n);
 }
 
-/* A step goes to the unit vector along which |A^-1 x| grows most (Hager's method in Higham's form). */
+/* Estimates |A^-1| by Hager's method in Higham's form: each step takes the unit vector x along which |A^-1 x| grows
+   most. */
 static double norm_of_inverse(const inverse_t *inverse, double *x, int *signs) {
   const int n = inverse->n;
   int place = -1;

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* LU and Cholesky factors, and systems of equations with them. A matrix is cut in halves until a few columns are left,
-   so that products of matrices do most of the work (Toledo, SIAM J. Matrix Anal. Appl. 18 (1997) 1065). */
+/* LU and Cholesky factors, and systems of equations with them. A matrix is divided into halves again and again until a
+   few columns are left, so that products of matrices do most of the work (Toledo, SIAM J. Matrix Anal. Appl. 18 (1997)
+   1065). */
 #include "dense_parts.h"
 #include "signorom/dense_kernels.h"
 
@@ -8,10 +9,10 @@
 #include <math.h>
 #include <string.h>
 
-/* Where a matrix of n > SIG_BLOCK columns is cut: about the middle, at a multiple of the block. */
+/* Number of columns in the first half of a matrix with n > SIG_BLOCK columns: a multiple of SIG_BLOCK near n / 2. */
 static int half_of(int n) { return (n / 2 + SIG_BLOCK - 1) / SIG_BLOCK * SIG_BLOCK; }
 
-/* The smallest triangle, one right side. */
+/* b = T^-1 b for a triangle of at most SIG_BLOCK columns and one right-hand side. */
 static void solve_small(sig_triangle kind, int n, const double *a, ptrdiff_t lda, double *b) {
   switch (kind) {
   case SIG_LOWER_UNIT:
@@ -43,10 +44,11 @@ static void solve_small(sig_triangle kind, int n, const double *a, ptrdiff_t lda
   }
 }
 
-/* b -= l b_p for the p-th entry of b: the shuffle spreads that entry over a register. */
+/* b -= l b_p for entry p of b; the shuffle copies this entry to all places of a register. */
 #define TAKE(p, b) b -= l##p * __builtin_shufflevector(b, b, p, p, p, p, p, p, p, p)
 
-/* b = L^-1 b for a full block with ones on its diagonal. Four right sides at once hide how long each step takes. */
+/* b = L^-1 b for a triangle of SIG_BLOCK columns with ones on its diagonal. Four right-hand sides are solved at once,
+   because each step of one of them must wait for its last step. */
 SIG_FOR_EACH_PROCESSOR
 static void solve_unit_block(int n_rhs, const double *a, ptrdiff_t lda, double *b, ptrdiff_t ldb) {
   sig_eight below[SIG_BLOCK] = {0};
@@ -69,7 +71,8 @@ static void solve_unit_block(int n_rhs, const double *a, ptrdiff_t lda, double *
   }
 }
 
-/* b -= a(rows, columns) x for one right side: what a part of the solution takes from the rest. */
+/* b -= a x for one right-hand side, shapes (m), (m, n), (n): moves a known part x of the solution to the right-hand
+   side. */
 static void take_columns(int m, int n, const double *a, ptrdiff_t lda, const double *x, double *b) {
   double t[SIG_BLOCK] = {0};
   for (int j = 0; j < n; j++) t[j] = -x[j];
@@ -82,7 +85,7 @@ static void take_products(int m, int n, const double *a, ptrdiff_t lda, const do
   for (int j = 0; j < n; j++) b[j] -= products[j];
 }
 
-/* One right side: block by block. */
+/* b = T^-1 b for one right-hand side, block by block. */
 static void solve_vector(sig_triangle kind, int n, const double *a, ptrdiff_t lda, double *b) {
   const int last = (n - 1) / SIG_BLOCK * SIG_BLOCK;
   const int is_forward = kind == SIG_LOWER_UNIT || kind == SIG_LOWER || kind == SIG_UPPER_T;
@@ -150,7 +153,8 @@ static void exchange_rows(int n, double *a, ptrdiff_t lda, int first, int last, 
   }
 }
 
-/* LU of a few columns, one after the other: each takes the earlier ones at once. */
+/* LU factors of at most SIG_BLOCK columns, one column after the other; each is updated by all earlier columns at once.
+ */
 static int factor_panel(int m, int n, double *a, ptrdiff_t lda, int *pivots) {
   int bad = 0;
   for (int j = 0; j < n; j++) {
@@ -164,7 +168,7 @@ static int factor_panel(int m, int n, double *a, ptrdiff_t lda, int *pivots) {
       if (!bad) bad = j + 1;
       continue;
     }
-    /* the inverse of a smaller number is infinite */
+    /* the inverse of a smaller pivot could be infinite */
     const double scale = 1 / pivot;
     if (fabs(pivot) >= DBL_MIN)
       for (int i = j + 1; i < m; i++) column[i] *= scale;
@@ -174,7 +178,7 @@ static int factor_panel(int m, int n, double *a, ptrdiff_t lda, int *pivots) {
   return bad;
 }
 
-/* LU of m >= n rows. */
+/* LU factors of n columns with m >= n rows. */
 static int factor_columns(int m, int n, double *a, ptrdiff_t lda, int *pivots) {
   if (n <= SIG_BLOCK) return factor_panel(m, n, a, lda, pivots);
   const int n_1 = half_of(n), n_2 = n - n_1;
@@ -198,7 +202,8 @@ void sig_solve_lu(int n, int n_rhs, const double *factors, int ldf, const int *p
   sig_solve_triangle(SIG_UPPER, n, n_rhs, factors, ldf, b, ldb);
 }
 
-/* Cholesky of the smallest triangle; each column is taken from the later ones as soon as it is known. */
+/* Cholesky factor of a triangle of at most SIG_BLOCK columns. Each column is subtracted from the later ones as soon as
+   it is known. */
 SIG_FOR_EACH_PROCESSOR
 static int factor_small(int n, double *a, ptrdiff_t lda) {
   for (int j = 0; j < n; j++) {
@@ -213,11 +218,11 @@ static int factor_small(int n, double *a, ptrdiff_t lda) {
   return 0;
 }
 
-/* Column j of eight rows of b L'^-1, from the columns before it. */
+/* Steps for column j of b L'^-1 for eight rows: TAKE_COLUMN subtracts column k, FINISH divides by the diagonal. */
 #define FINISH(j) x##j *= 1 / a[j + j * lda]
 #define TAKE_COLUMN(j, k) x##j -= x##k * a[j + k * lda]
 
-/* b = b L'^-1 for eight rows and a full block. */
+/* b = b L'^-1 for eight rows and a triangle of SIG_BLOCK columns. */
 static inline __attribute__((always_inline)) void solve_eight_rows(const double *a, ptrdiff_t lda, double *b,
                                                                    ptrdiff_t ldb) {
   sig_eight_in_memory *place[SIG_BLOCK];
@@ -244,7 +249,7 @@ static inline __attribute__((always_inline)) void solve_eight_rows(const double 
   *place[4] = x4, *place[5] = x5, *place[6] = x6, *place[7] = x7;
 }
 
-/* The same for m rows. */
+/* b = b L'^-1 for m rows and a triangle of SIG_BLOCK columns. */
 SIG_FOR_EACH_PROCESSOR
 static void solve_block_from_right(int m, const double *a, ptrdiff_t lda, double *b, ptrdiff_t ldb) {
   const int whole = m / 8 * 8;
@@ -258,7 +263,8 @@ static void solve_block_from_right(int m, const double *a, ptrdiff_t lda, double
     for (int i = whole; i < m; i++) b[i + j * ldb] = copy[i - whole + 8 * j];
 }
 
-/* b = b L'^-1 for m rows: the rows of the factor below its leading triangle. n is a multiple of the block. */
+/* b = b L'^-1 for m rows, which gives the rows of the factor below its leading triangle. n is a multiple of SIG_BLOCK.
+ */
 static void solve_from_right(int m, int n, const double *a, ptrdiff_t lda, double *b, ptrdiff_t ldb) {
   if (n == SIG_BLOCK) {
     solve_block_from_right(m, a, lda, b, ldb);
@@ -271,7 +277,7 @@ static void solve_from_right(int m, int n, const double *a, ptrdiff_t lda, doubl
   solve_from_right(m, n - n_1, a + n_1 + n_1 * lda, lda, right, ldb);
 }
 
-/* Lower triangle of c -= b b', c of shape (n, n), b of shape (n, k). */
+/* c -= b b' in the lower triangle of c, shapes (n, n) and (n, k). */
 static void take_square(int n, int k, const double *b, ptrdiff_t ldb, double *c, ptrdiff_t ldc) {
   if (n > 3 * SIG_BLOCK) {
     const int n_1 = half_of(n);

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Products of matrices with vectors and matrices.
 
-   Loops that sum write out in which order: the compiler may use vector instructions only where that changes no bit. */
+   The order of every sum is written out in the loops, so that vector instructions of the compiler change no bit. */
 #include "dense_parts.h"
 #include "signorom/dense_kernels.h"
 
@@ -9,10 +9,13 @@
 #include <stdint.h>
 #include <string.h>
 
-/* A panel of 8 rows and so many columns lies in the first cache; so many columns of the other factor in the second. */
+/* Sizes of the pieces of a product. A panel of 8 rows and most_inner columns fits into the first-level cache. A piece
+   of most_inner rows and most_columns columns of the other factor fits into the second-level cache. A tile has
+   tile_columns columns of the result. */
 enum { most_inner = 256, most_columns = 240, tile_columns = 6 };
 
-/* From here on the copy of a panel is cheaper than reading it from its matrix for each tile. */
+/* With this number of columns or more, copying a panel once is cheaper than reading it from its matrix for each tile.
+ */
 enum { columns_worth_a_copy = 25 };
 
 SIG_FOR_EACH_PROCESSOR
@@ -53,13 +56,13 @@ void sig_add_columns(int m, int n, const double *restrict a, ptrdiff_t lda, cons
     for (int i = 0; i < m; i++) y[i] += a[i] * t[0];
 }
 
-/* Sum of eight numbers, pairs first. */
+/* Returns the sum of eight numbers, which are added in pairs. */
 static inline double sum_of(const double *part) {
   return ((part[0] + part[4]) + (part[2] + part[6])) + ((part[1] + part[5]) + (part[3] + part[7]));
 }
 
-/* What four columns give; the columns may be the same. rest_of_x holds the last eight entries of x, zero where earlier
-   steps have taken them. */
+/* Products of four columns of length m with x; the columns may be the same. rest_of_x holds the last eight entries of
+   x, with zeros for entries that earlier steps have used. */
 static inline __attribute__((always_inline)) void four_products(int m, const double *const *a, const double *x,
                                                                 const sig_eight *rest_of_x, double *products) {
   const double *a0 = a[0], *a1 = a[1], *a2 = a[2], *a3 = a[3];
@@ -84,7 +87,7 @@ static inline __attribute__((always_inline)) void four_products(int m, const dou
   for (int k = 0; k < 4; k++) products[k] = sum_of((const double *)&sum[k]);
 }
 
-/* The same for columns of fewer than eight entries. */
+/* Products of columns of fewer than eight entries with x. */
 static void few_products(int m, int n, const double *a, ptrdiff_t lda, const double *x, double *products) {
   for (int j = 0; j < n; j++) {
     products[j] = 0;
@@ -128,7 +131,7 @@ static void set_eight_columns(int m, const double *restrict a, ptrdiff_t lda, co
 
 void sig_multiply(int m, int n, double alpha, const double *a, int lda, const double *x, double beta, double *y) {
   double t[64];
-  int n_set = 0; /* columns that are in y before the loop */
+  int n_set = 0; /* number of columns that y contains before the loop */
   if (beta == 0 && n >= 8) {
     for (int j = 0; j < 8; j++) t[j] = alpha * x[j];
     set_eight_columns(m, a, lda, t, y);
@@ -142,7 +145,7 @@ void sig_multiply(int m, int n, double alpha, const double *a, int lda, const do
   }
 }
 
-/* y += sum_k t_k a_k over four columns anywhere. */
+/* y += sum_k t_k a_k over four columns, each at any place in memory. */
 SIG_FOR_EACH_PROCESSOR
 static void add_four_columns(int m, const double *const *a, const double *restrict t, double *restrict y) {
   const double *restrict a0 = a[0], *restrict a1 = a[1], *restrict a2 = a[2], *restrict a3 = a[3];
@@ -186,14 +189,14 @@ typedef struct {
   ptrdiff_t row, column;
 } factor_t;
 
-/* Eight rows, k columns: entry (i, p) is at [i + p * step]. */
+/* A panel of eight rows and k columns: entry (i, p) is at [i + p * step]. */
 typedef struct {
   const double *entries;
   ptrdiff_t step;
   int k;
 } panel_t;
 
-/* Copies up to eight rows of a factor; rows that are missing are zero. */
+/* Copies up to eight rows and k columns of a factor to a panel; missing rows become zero. */
 static void copy_panel(const factor_t *a, int n_rows, int k, double *copy) {
   if (n_rows == 8 && a->row == 1) {
     for (int p = 0; p < k; p++) memcpy(copy + 8 * p, a->entries + p * a->column, 8 * sizeof *copy);
@@ -206,7 +209,7 @@ static void copy_panel(const factor_t *a, int n_rows, int k, double *copy) {
   }
 }
 
-/* c += alpha sum for a column of up to eight rows. */
+/* c += alpha sum for one column of n_rows <= 8 rows. */
 static inline void add_to(double *c, int n_rows, double alpha, const sig_eight *sum) {
   if (n_rows == 8) {
     *(sig_eight_in_memory *)c += alpha * *sum;
@@ -216,7 +219,7 @@ static inline void add_to(double *c, int n_rows, double alpha, const sig_eight *
   for (int i = 0; i < n_rows; i++) c[i] += scaled[i];
 }
 
-/* c += alpha a b for eight rows (n_rows of them are written) and up to six columns. Columns that are missing are
+/* c += alpha a b for a tile of eight rows, of which n_rows are written, and up to six columns. Missing columns are
    computed as copies of the last one. */
 SIG_FOR_EACH_PROCESSOR
 static void add_tile_of_six(const panel_t *a, const factor_t *b, int n_rows, int n_columns, double alpha, double *c,
@@ -243,7 +246,7 @@ static void add_tile_of_six(const panel_t *a, const factor_t *b, int n_rows, int
   for (int j = 0; j < n_columns; j++) add_to(c + j * ldc, n_rows, alpha, &sum[j]);
 }
 
-/* The same for up to two columns. */
+/* c += alpha a b for a tile of eight rows, of which n_rows are written, and up to two columns. */
 SIG_FOR_EACH_PROCESSOR
 static void add_tile_of_two(const panel_t *a, const factor_t *b, int n_rows, int n_columns, double alpha, double *c,
                             ptrdiff_t ldc) {
@@ -297,7 +300,7 @@ void sig_add_product(int a_is_transposed, int b_is_transposed, int m, int n, int
   }
 }
 
-/* The bits of |x|: as whole numbers they have the same order, and what is no number comes last. */
+/* The bits of |x| as a whole number. These numbers have the same order as the |x|, and NaN comes last. */
 typedef int64_t __attribute__((may_alias)) bits_t;
 static const bits_t all_but_the_sign = INT64_MAX;
 

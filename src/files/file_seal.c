@@ -15,7 +15,7 @@ static const char mark[] = "SIGNOROM SEAL ";
 enum { seal_version = 1 };
 static const uint64_t seed = UINT64_C(0xcbf29ce484222325);
 
-/* Checksum and number of the bytes from where the file stands to its end; errno or 0. */
+/* Gives checksum and number of the bytes from the present position of the file to its end. Returns 0 or an errno. */
 static int sum_rest(FILE *file, uint64_t *hash, int64_t *n_bytes) {
   unsigned char block[1 << 16];
   size_t n;
@@ -29,7 +29,7 @@ static int sum_rest(FILE *file, uint64_t *hash, int64_t *n_bytes) {
   return ferror(file) ? (errno ? errno : EIO) : 0;
 }
 
-/* What the seal of so many bytes with this checksum looks like. */
+/* Makes the seal of `n_bytes` bytes with the checksum `hash`. */
 static void make_seal(int64_t n_bytes, uint64_t hash, char seal[SIG_SEAL_SIZE]) {
   memset(seal, 0, SIG_SEAL_SIZE);
   snprintf(seal, SIG_SEAL_SIZE, "%s%d\nbytes %" PRId64 "\nfnv1a %016" PRIx64 "\n", mark, seal_version, n_bytes, hash);
@@ -60,7 +60,7 @@ int sig_seal_file(const char *path, size_t length) {
   return status;
 }
 
-/* Reads what the seal says; a value of sig_seal_status. */
+/* Reads the number of bytes and the checksum of the seal. Returns a value of sig_seal_status. */
 static int read_seal(FILE *file, int64_t *n_sealed, uint64_t *hash) {
   char seal[SIG_SEAL_SIZE + 1] = {0}, expected[SIG_SEAL_SIZE];
   const size_t n = fread(seal, 1, SIG_SEAL_SIZE, file);

@@ -40,7 +40,7 @@ static int make_directory(const char *name) {
   if (mkdir(name, 0777) == 0) return 0;
   const int code = errno;
   struct stat status;
-  /* Another process may have made it meanwhile. */
+  /* Another process may have made the folder meanwhile. */
   if (stat(name, &status) == 0) return S_ISDIR(status.st_mode) ? 0 : ENOTDIR;
   return code;
 }
@@ -125,8 +125,8 @@ void sig_close_descriptor(int descriptor) {
   if (descriptor >= 0) close(descriptor);
 }
 
-/* The new name of a renamed file is safe only when its folder is. Some file systems cannot: then there is nothing to
- * do. */
+/* The new name of a renamed file survives a crash only if its folder has been written to the disk. Some file systems
+ * cannot do this; a failure is ignored. */
 void sig_sync_folder_of(const char *name) {
   char *folder = sig_copy_text(name, strlen(name));
   if (!folder) return;
@@ -178,7 +178,7 @@ int sig_remove_file(const char *path, size_t length) {
   return code;
 }
 
-/* Number that the holder of the lock noted; 0 if there is none. */
+/* Returns the process number that the holder of the lock has written; 0 if there is none. */
 static long noted_process(int descriptor) {
   char text[32];
   const ssize_t n = pread(descriptor, text, sizeof text - 1, 0);
@@ -187,7 +187,8 @@ static long noted_process(int descriptor) {
   return strtol(text, NULL, 10);
 }
 
-/* A link that somebody put in its place would have another file emptied: by O_NOFOLLOW it is none that counts. */
+/* Opens the file of the lock. Somebody may have put a link there, so that writing the lock would empty another file:
+ * O_NOFOLLOW and the checks refuse links. */
 static int open_lock(const char *name, int *lock) {
   struct stat status;
   *lock = open(name, O_RDWR | O_CREAT | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC, 0666);
@@ -216,13 +217,13 @@ int sig_lock_directory(const char *path, size_t length, int *descriptor, long *p
   }
   char text[32];
   const int n = snprintf(text, sizeof text, "%ld\n", (long)getpid());
-  /* Only a courtesy for the message of whoever comes second. */
+  /* Another process that finds the lock shows this number in its message. */
   if (ftruncate(lock, 0) == 0) (void)sig_write_all(lock, text, (size_t)n);
   *descriptor = lock;
   return 0;
 }
 
-/* The file stays: removing it would let two processes lock two files of the same name. */
+/* The file is not removed: then two processes could lock two different files of the same name. */
 void sig_unlock_directory(int descriptor) {
   if (descriptor >= 0) close(descriptor);
 }

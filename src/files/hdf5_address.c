@@ -27,7 +27,7 @@ static enum sig_h5_path find_link(hid_t file, const char *path) {
   return link.type == H5L_TYPE_HARD ? SIG_H5_PATH_PLAIN : SIG_H5_PATH_LINK;
 }
 
-/* Step by step: H5Lexists fails, rather than answers, where a group on the way is missing, and it follows any link. */
+/* Goes down the path group by group: H5Lexists fails if a group of the path is missing, and it follows any link. */
 enum sig_h5_path sig_h5_find_object(hid_t file, const char *path) {
   if (sig_h5_is_root(path)) return SIG_H5_PATH_PLAIN;
   char *part = sig_copy_text(path, strlen(path));
@@ -43,7 +43,7 @@ enum sig_h5_path sig_h5_find_object(hid_t file, const char *path) {
   return found;
 }
 
-/* HDF5 1.12 gave these another meaning. */
+/* HDF5 1.12 gave the names without a number another meaning. */
 #if !H5_VERSION_GE(1, 12, 0)
 typedef H5L_info_t H5L_info1_t;
 typedef H5O_info_t H5O_info1_t;

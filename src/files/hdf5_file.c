@@ -27,7 +27,8 @@ static int open_failure(const char *name) {
   return H5Fis_hdf5(name) > 0 ? SIG_H5_DAMAGED : SIG_H5_NOT_HDF5;
 }
 
-/* Every value is read once, 4-byte integers perhaps as reals; texts cost a little more than their characters. */
+/* Sets how many bytes may be read from the file in all (n_left). Each value is read once, 4-byte integers perhaps as
+ * reals, and texts need a little more than their characters, so a few times the size of the file is enough. */
 static void measure(sig_h5_file *file) {
   const uint64_t times = 8, for_texts = 1 << 20;
   hsize_t size = 0, head = 0;
@@ -59,7 +60,8 @@ static hid_t create(const char *name, size_t n_free) {
   return id;
 }
 
-/* On a full disk HDF5 cannot close a file, tries again at exit and crashes in it. Counts before its first use only. */
+/* On a full disk HDF5 cannot close a file, tries again when the program ends, and crashes then. This call has an effect
+ * before the first use of HDF5 only. */
 static void forbid_work_at_exit(void) { H5dont_atexit(); }
 
 int sig_h5_create(const char *path, size_t length, size_t n_free, sig_h5_file **file) {
@@ -69,7 +71,7 @@ int sig_h5_create(const char *path, size_t length, size_t n_free, sig_h5_file **
   if (!name) return SIG_H5_NO_READ;
   sig_note_partial_file(path, length);
   forbid_work_at_exit();
-  unlink(name); /* a link that somebody put there is not followed */
+  unlink(name); /* so that a link with this name is not followed */
   H5E_BEGIN_TRY {
     const hid_t id = create(name, n_free);
     if (id >= 0) status = wrap_file(id, file);
@@ -80,7 +82,7 @@ int sig_h5_create(const char *path, size_t length, size_t n_free, sig_h5_file **
   return status;
 }
 
-/* 1, too, for what cannot be opened: HDF5 says why. */
+/* Returns 1 if HDF5 may open the file. Also 1 for a file that cannot be opened: then HDF5 gives the reason. */
 static int has_fine_root(const char *name) {
   struct stat status;
   const int descriptor = open(name, O_RDONLY | O_CLOEXEC | O_NONBLOCK);
@@ -113,7 +115,7 @@ static hid_t create_core(const char *name, hid_t properties) {
 
 static hid_t open_core(const char *name, hid_t properties) { return H5Fopen(name, H5F_ACC_RDONLY, properties); }
 
-/* A file in memory; its bytes, where there are any, are copied. Two of them must not have the same name. */
+/* Makes an HDF5 file in memory from a copy of `bytes`, or an empty one. Two such files must not have the same name. */
 static int start_image(hid_t (*start)(const char *, hid_t), const void *bytes, size_t size, sig_h5_file **file) {
   const size_t increment = 1 << 20;
   char name[32];
@@ -125,7 +127,7 @@ static int start_image(hid_t (*start)(const char *, hid_t), const void *bytes, s
   H5E_BEGIN_TRY {
     const hid_t properties = H5Pcreate(H5P_FILE_ACCESS);
     H5Pset_fapl_core(properties, increment, 0);
-    /* HDF5 copies from what it declares as writable. */
+    /* HDF5 declares the bytes as writable, but only copies them. */
     if (size > 0) H5Pset_file_image(properties, (void *)(uintptr_t)bytes, size);
     (*file)->id = start(name, properties);
     if ((*file)->id >= 0) measure(*file);

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* What a file that somebody else made may claim. A few bytes can promise terabytes, or values of another file: memory
- * is asked for, and values are read, only after a look at where they stand. */
+/* Checks of HDF5 files that somebody else may have made. A few bytes in a file can promise terabytes of values, or
+ * values in another file. So the place of the values is checked before memory is allocated and before values are read.
+ */
 #include "hdf5_address.h"
 
 hid_t sig_h5_type_of(const struct sig_h5_item *item) {
@@ -11,8 +12,7 @@ hid_t sig_h5_space_of(const struct sig_h5_item *item) {
   return item->is_attribute ? H5Aget_space(item->id) : H5Dget_space(item->id);
 }
 
-/* Our files have their values in one piece. What is put together of pieces, of other files or by filters is not ours.
- */
+/* Accepts only values that stand in one piece, as in our files: no chunks, no other files, no filters. */
 static int check_layout(hid_t dataset) {
   const hid_t creation = H5Dget_create_plist(dataset);
   if (creation < 0) return SIG_H5_NO_READ;
@@ -23,7 +23,7 @@ static int check_layout(hid_t dataset) {
   return is_plain ? SIG_H5_OK : SIG_H5_ELSEWHERE;
 }
 
-/* Bytes that the shape promises: no more than stand in the file. */
+/* Checks that the values, as many as the shape says, need no more bytes than are stored in the file. */
 static int check_size(const struct sig_h5_file *file, uint64_t n_stored, hid_t type, hid_t space) {
   const size_t size = H5Tget_size(type);
   const hssize_t n = H5Sget_simple_extent_npoints(space);

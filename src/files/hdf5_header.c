@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The header of a group or dataset is a list of messages in one or more blocks of the file (section IV.A of the
- * format's specification 3.0). HDF5 1.10 believes the sizes of an attribute's parts and the number of its dimensions,
- * and reads behind the message where they are wrong, even of an attribute that nobody asked for. So headers are read
- * here first. Our files have headers of version 1. */
+/* Checks the headers of groups and datasets before HDF5 reads them. A header is a list of messages in one or more
+ * blocks of the file (section IV.A of the format's specification 3.0). HDF5 1.10 does not check the sizes of the parts
+ * of an attribute and the number of its dimensions. If they are wrong, it reads behind the message, even for an
+ * attribute that nobody asked for. Our files have headers of version 1. */
 #include "hdf5_address.h"
 
 #include <stdlib.h>
@@ -19,7 +19,7 @@ struct block {
   uint64_t address, size;
 };
 
-/* Blocks that are still to be read, and the bytes that they may have together. */
+/* Blocks that are not yet read, and the number of bytes that they may have together. */
 struct blocks {
   struct block list[MAX_BLOCKS];
   size_t n;
@@ -33,7 +33,7 @@ static int add_block(struct blocks *blocks, uint64_t address, uint64_t size) {
   return 1;
 }
 
-/* A data space: whether it ends within `size` bytes; the number of its values. */
+/* Returns whether a data space ends within `size` bytes, and gives the number of its values. */
 static int check_space(const unsigned char *space, uint64_t size, uint64_t *n_values) {
   if (size < 4 || space[0] < 1 || space[0] > 2) return 0;
   const uint64_t rank = space[1], start = space[0] == 1 ? 8 : 4, n_lists = space[2] & HAS_MAXIMA ? 2 : 1;
@@ -47,17 +47,17 @@ static int check_space(const unsigned char *space, uint64_t size, uint64_t *n_va
   return 1;
 }
 
-/* A type is its class (4 bits), 28 bits, the size of a value (4 bytes), then what the class wants. What has no fixed
- * length is a reference of 16 bytes, and HDF5 reads so many whatever the size says. */
+/* Checks a type: its class (4 bits), 28 other bits, the size of a value (4 bytes), then data of the class. A value
+ * without a fixed length is a reference of 16 bytes, and HDF5 always reads 16 bytes, whatever the size says. */
 static int check_type(const unsigned char *type, uint64_t size) {
   return size >= 8 && ((type[0] & 0x0f) != VARIABLE_CLASS || sig_h5_decode(type + 4, 4) == REFERENCE_SIZE);
 }
 
-/* An attribute is a head, its name, its type, its data space and its values; in version 1 the three in the middle are
- * filled up to whole words. */
+/* Checks an attribute: a head, its name, its type, its data space and its values. In version 1 name, type and data
+ * space are filled up to whole words. */
 static int check_attribute(const unsigned char *attribute, uint64_t size) {
   if (size < MESSAGE_HEAD + 1 || attribute[0] < 1 || attribute[0] > 3) return 0;
-  if (attribute[0] > 1 && attribute[1] != 0) return 0; /* parts that stand elsewhere */
+  if (attribute[0] > 1 && attribute[1] != 0) return 0; /* parts at other places */
   uint64_t sizes[3], starts[3], at = attribute[0] == 3 ? 9 : 8, n_values;
   for (int i = 0; i < 3; i++) {
     sizes[i] = sig_h5_decode(attribute + 2 + 2 * i, 2);
@@ -71,7 +71,7 @@ static int check_attribute(const unsigned char *attribute, uint64_t size) {
   return value_size > 0 && n_values <= (size - at) / value_size;
 }
 
-/* Their rank, an address and their sizes, by which HDF5 1.10 divides whatever they are. */
+/* Checks the layout of chunks: their rank, an address and their sizes. HDF5 1.10 divides by the sizes, even by 0. */
 static int check_chunks(const unsigned char *chunks, uint64_t size) {
   enum { CHUNK_HEAD = 1 + WORD, CHUNK_WORD = 4 };
   const uint64_t rank = chunks[0];
@@ -81,7 +81,8 @@ static int check_chunks(const unsigned char *chunks, uint64_t size) {
   return 1;
 }
 
-/* Ours are in one piece. Others that do no harm are refused with a sentence of their own when they have been opened. */
+/* Checks a layout message. Values in our files stand in one piece. Other layouts that are harmless here are refused
+ * later, when the dataset is open, with a message about them. */
 static int check_layout(const unsigned char *layout, uint64_t size) {
   if (size < 4) return 0;
   if (layout[0] == VIRTUAL_VERSION) return layout[1] == VIRTUAL_LAYOUT;
@@ -131,7 +132,8 @@ int sig_h5_check_header(const struct sig_h5_file *file, uint64_t address) {
   return is_fine;
 }
 
-/* HDF5 reads the header of the root group when it opens a file, which begins behind 0, 512, 1024, 2048 ... bytes. */
+/* HDF5's part of a file begins after 0, 512, 1024, 2048 ... bytes. When HDF5 opens a file, it reads the header of the
+ * root group. */
 int sig_h5_check_root(int descriptor, uint64_t size) {
   static const unsigned char mark[8] = {0x89, 'H', 'D', 'F', '\r', '\n', 0x1a, '\n'};
   enum { VERSION = 8, OFFSET_SIZE = 13, LENGTH_SIZE = 14, ROOT_HEADER = 64, SUPERBLOCK = 96 };
@@ -141,7 +143,7 @@ int sig_h5_check_root(int descriptor, uint64_t size) {
     file.head = head;
     if (!sig_h5_read_bytes(&file, 0, SUPERBLOCK, bytes)) return 1; /* HDF5 says what is missing */
     if (memcmp(bytes, mark, sizeof mark) != 0) continue;
-    /* other versions are not ours, and have other headers */
+    /* our files do not have other versions, whose headers are different */
     if (bytes[VERSION] != 0 || bytes[OFFSET_SIZE] != WORD || bytes[LENGTH_SIZE] != WORD) return 0;
     return sig_h5_check_header(&file, sig_h5_decode(bytes + ROOT_HEADER, WORD));
   }

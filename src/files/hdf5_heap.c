@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Texts of any length stand in collections of objects, the "global heap" of a file (section III.E of the format's
- * specification 3.0). HDF5 1.10 believes the sizes in a collection and the number of an object, and ends the program
- * where they are wrong. So collections are read here, and checked before anything in them is used. */
+/* Reads texts of variable length. They stand in collections of objects, the "global heap" of a file (section III.E of
+ * the format's specification 3.0). HDF5 1.10 does not check the sizes in a collection and the number of an object, and
+ * ends the program if they are wrong. So collections are read and checked here. */
 #define _DEFAULT_SOURCE /* pread */
 #include "hdf5_address.h"
 
@@ -9,7 +9,7 @@
 #include <string.h>
 #include <unistd.h>
 
-enum { HEAD = 16 }; /* [byte] of a collection and of an object */
+enum { HEAD = 16 }; /* [byte] size of the head of a collection and of an object */
 static const uint64_t smallest_collection = 4096, most_objects = 1 << 16;
 
 struct object {
@@ -49,8 +49,8 @@ int sig_h5_read_bytes(const struct sig_h5_file *file, uint64_t address, uint64_t
   return 1;
 }
 
-/* Object 0 is free space, and its size counts its own head. 0 where the objects do not fill the collection, or where
- * two have the same index. */
+/* Lists the objects of a collection. Object 0 is free space, and its size includes its head. Returns 0 if the objects
+ * do not fill the collection, or if two of them have the same index. */
 static int list_objects(struct sig_h5_collection *collection) {
   const uint64_t most = collection->size / HEAD < most_objects ? collection->size / HEAD : most_objects;
   collection->objects = malloc(most * sizeof *collection->objects);
@@ -73,8 +73,8 @@ static int list_objects(struct sig_h5_collection *collection) {
   return 1;
 }
 
-/* Where a collection of so many bytes belongs in the list; 0 where another one stands in its place of the file, so that
- * all of them together are no larger than the file. */
+/* Gives the place in the list where a new collection of `size` bytes belongs. Returns 0 if it overlaps another
+ * collection in the file. So all collections together are not larger than the file. */
 static int find_place(const struct sig_h5_file *file, uint64_t address, uint64_t size, size_t *i) {
   const struct sig_h5_collection *known = file->collections;
   *i = file->n_collections;

@@ -6,7 +6,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* A group counts, too, and so does a link or what is damaged, of which reading then says why it is not read. */
+/* Finds the object at an address. Groups, links and damaged objects count, too: reading them fails later with a reason.
+ */
 static enum sig_h5_path find_item(const struct sig_h5_file *file, const struct sig_h5_address *address) {
   uint64_t place;
   const enum sig_h5_path found = sig_h5_find_object(file->id, address->object);
@@ -73,7 +74,7 @@ static herr_t read_raw(const struct sig_h5_item *item, hid_t memory_type, void *
   return H5Dread(item->id, memory_type, H5S_ALL, H5S_ALL, H5P_DEFAULT, values);
 }
 
-/* HDF5 knows numbers of any width and layout; only the usual ones are worth the risk. */
+/* HDF5 has numbers of any width and layout. For safety only the usual ones are accepted. */
 static int kind_of(hid_t type) {
   const H5T_class_t kind = H5Tget_class(type);
   const size_t size = H5Tget_size(type);
@@ -150,7 +151,7 @@ int sig_h5_read(sig_h5_file *file, const char *address, size_t length, int type,
   return status;
 }
 
-/* Rows start[0], ... and of each the numbers start[1], ... of a matrix. */
+/* Reads a part of a matrix: count[0] rows from start[0] on, and of each row count[1] numbers from start[1] on. */
 static int read_part(sig_h5_file *file, const struct sig_h5_item *item, const hsize_t start[2], const hsize_t count[2],
                      double *values) {
   hsize_t sizes[2];
@@ -193,7 +194,7 @@ int sig_h5_read_part(sig_h5_file *file, const char *address, size_t length, int6
   return status;
 }
 
-/* Text i of `n` starts at texts[i]; packs them into one block. */
+/* Copies `n` texts, of which text i starts at texts[i] and has sizes[i] bytes, into one block. */
 static int pack_texts(int64_t n, const char *const *texts, const size_t *sizes, char **characters, int64_t **ends) {
   size_t total = 0;
   for (int64_t i = 0; i < n; i++) total += sizes[i];
@@ -209,7 +210,7 @@ static int pack_texts(int64_t n, const char *const *texts, const size_t *sizes, 
   return SIG_H5_OK;
 }
 
-/* h5py and others write texts of fixed width too: padded by nulls or blanks. */
+/* Reads texts of fixed width, which h5py and other programs write; they are padded by nulls or blanks. */
 static int read_fixed_texts(const struct sig_h5_item *item, hid_t type, int64_t n, const char **texts, size_t *sizes,
                             void **block) {
   const size_t width = H5Tget_size(type);
@@ -225,10 +226,11 @@ static int read_fixed_texts(const struct sig_h5_item *item, hid_t type, int64_t 
   return SIG_H5_OK;
 }
 
-/* A text of any length as it stands in the file: its length, and where its characters are. */
+/* A text of variable length is stored as a reference: its length, and the address and index of its characters. [bytes]
+ */
 enum { REFERENCE_SIZE = 4 + 8 + 4, LENGTH_SIZE = 4, ADDRESS_SIZE = 8, INDEX_SIZE = 4 };
 
-/* A conversion of HDF5 that converts nothing. */
+/* A conversion function for HDF5 that leaves the references as they are. */
 static herr_t keep_references(hid_t from, hid_t to, H5T_cdata_t *data, size_t n, size_t stride, size_t other_stride,
                               void *values, void *background, hid_t transfer) {
   (void)n, (void)stride, (void)other_stride, (void)values, (void)background, (void)transfer;
@@ -237,7 +239,8 @@ static herr_t keep_references(hid_t from, hid_t to, H5T_cdata_t *data, size_t n,
   return H5Tget_size(from) == REFERENCE_SIZE && H5Tget_size(to) == REFERENCE_SIZE ? 0 : -1;
 }
 
-/* HDF5 gives texts without a look at where they stand; bytes that mean nothing to it, it gives as they are. */
+/* Reads the references of texts. HDF5 would follow the references of texts without a check. So it is told that they are
+ * opaque bytes, which it gives unchanged. */
 static int read_references(const struct sig_h5_item *item, unsigned char *references) {
   const char *name = "signorom references";
   const hid_t text = sig_h5_text_type(H5T_CSET_UTF8), bytes = H5Tcreate(H5T_OPAQUE, REFERENCE_SIZE);
@@ -251,7 +254,8 @@ static int read_references(const struct sig_h5_item *item, unsigned char *refere
   return status;
 }
 
-/* Many texts may point at the same characters of the file: each of them is booked. */
+/* Follows the reference of one text. Many texts may refer to the same characters of the file; sig_h5_take counts the
+ * characters for each of them. */
 static int follow_reference(sig_h5_file *file, const unsigned char *reference, const char **text, size_t *size) {
   const uint64_t length = sig_h5_decode(reference, LENGTH_SIZE);
   const uint64_t address = sig_h5_decode(reference + LENGTH_SIZE, ADDRESS_SIZE);

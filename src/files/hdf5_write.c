@@ -21,7 +21,7 @@ static int write_attribute(hid_t object, const char *name, const hid_t types[2],
 
 static hid_t create_dataset(hid_t file, const char *path, hid_t links, hid_t type, hid_t space) {
   const hid_t creation = H5Pcreate(H5P_DATASET_CREATE);
-  H5Pset_obj_track_times(creation, 0); /* the same content makes the same file */
+  H5Pset_obj_track_times(creation, 0); /* no times in the file, so that the same content gives the same bytes */
   const hid_t dataset = H5Dcreate2(file, path, type, space, links, creation, H5P_DEFAULT);
   H5Pclose(creation);
   return dataset;
@@ -35,7 +35,7 @@ static int write_dataset(hid_t file, const char *path, hid_t links, const hid_t 
   return failed ? SIG_H5_NO_WRITE : SIG_H5_OK;
 }
 
-/* types: in the file, in memory. */
+/* Writes a dataset or an attribute. types: the type in the file, and the type in memory. */
 static int write_item(hid_t file, const struct sig_h5_address *address, const hid_t types[2], hid_t space,
                       const void *values) {
   int status = SIG_H5_NO_WRITE;
@@ -119,7 +119,7 @@ int sig_h5_write_rows(sig_h5_file *file, const char *address, size_t length, int
   return status;
 }
 
-/* Pointers to null-terminated copies, in one block behind them. */
+/* Returns one block with pointers to null-terminated copies of `n` texts, and the copies behind the pointers. */
 static char **terminated_texts(int64_t n, const char *characters, const int64_t *ends) {
   const size_t n_bytes = n > 0 ? (size_t)(ends[n - 1] + n) : 0;
   char **texts = malloc((size_t)(n + 1) * sizeof *texts + n_bytes);

@@ -19,21 +19,23 @@ enum { most_links = 40, buffer_size = 1 << 16 };
 
 struct sig_output_stream {
   int descriptor;
-  int code;               /* first failure */
-  char *target, *partial; /* null where nothing is renamed in the end */
+  int code;               /* errno of the first failure */
+  char *target, *partial; /* null if no file is renamed at the end */
   size_t n;
   char buffer[buffer_size];
 };
 
-/* Where a symbolic link leads; relative ones start in its own folder. Null: out of memory. */
+/* Returns the path to which a symbolic link leads; a relative one starts in the folder of the link. Null: out of
+ * memory.
+ */
 static char *next_of(const char *name, const char *link) {
   const char *slash = strrchr(name, '/');
   if (link[0] == '/' || !slash) return sig_copy_text(link, strlen(link));
   return sig_join_text(name, (size_t)(slash - name) + 1, link);
 }
 
-/* Replaces *name by what it leads to, step by step: realpath knows no file that is still to be made. The links of /proc
- * are no paths: they stand for files that are open. */
+/* Replaces *name by the path to which its links lead, step by step, because realpath fails for a file that does not
+ * exist yet. The links in /proc are not paths: they stand for open files. */
 static int follow_links(char **name, int *is_direct) {
   char link[PATH_MAX];
   for (int i = 0; i < most_links; i++) {
@@ -72,15 +74,15 @@ int sig_find_target(const char *path, size_t length, char **target, int *is_dire
 
 static int open_direct(const char *target) { return open(target, O_WRONLY | O_APPEND | O_NOCTTY | O_CLOEXEC); }
 
-/* Anew, and never through a link; -1 and errno on a failure. */
+/* Makes the partial file anew, and never follows a link. Returns its descriptor, or -1 and an errno. */
 static int open_partial(const char *partial, const char *target) {
   struct stat status;
   const int is_there = stat(target, &status) == 0;
-  unlink(partial); /* of a run that was killed, or a link that somebody put there */
-  /* Nobody else may look into what will replace a private file. */
+  unlink(partial); /* a file of a run that was killed, or a link that somebody put there */
+  /* The new file gets the permissions of the file that it will replace, so that a private file stays private. */
   const mode_t mode = is_there ? status.st_mode & 0777 : 0666;
   const int descriptor = open(partial, O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, mode);
-  /* what the umask took away; some file systems have no modes */
+  /* Adds permissions that the umask removed. A failure is ignored, because some file systems have no permissions. */
   if (descriptor >= 0 && is_there) (void)fchmod(descriptor, mode);
   return descriptor;
 }

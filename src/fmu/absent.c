@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* What FMI 3.0 has and this unit does not need: modes in which nothing happens, continuous states and event indicators
- * (there are none), variables of other types (there are none), clocks and partitions. Each function must be there. */
+/* Functions of FMI 3.0 that this unit does not need but must have: modes in which nothing happens, and continuous
+ * states, event indicators, variables of other types, clocks and partitions, of which it has none. */
 #include "unit.h"
 
-/* A mode that begins or ends: nothing to do. */
+/* Begin or end of a mode: the function does nothing. */
 #define MODE(name)                                                                                                     \
   FMI3_EXPORT fmi3Status name(fmi3Instance instance) { return fmi3OK; }
 MODE(fmi3ExitInitializationMode)
@@ -15,7 +15,7 @@ MODE(fmi3EnterContinuousTimeMode)
 MODE(fmi3EnterStepMode)
 MODE(fmi3EvaluateDiscreteStates)
 
-/* No variable has the type: an empty list is answered, any other one is an error. */
+/* The unit has no variable of the type: an empty list is accepted, any other one is an error. */
 static fmi3Status refuse(fmi3Instance instance, size_t n) {
   return n == 0 ? fmi3OK : unit_say(instance, fmi3Error, "this unit has no variable of this type");
 }
@@ -65,7 +65,7 @@ FMI3_EXPORT fmi3Status fmi3SetClock(fmi3Instance instance, const fmi3ValueRefere
   return refuse(instance, n);
 }
 
-/* Intervals and shifts of clocks: references, their number, then arrays that stay as they are. */
+/* Intervals and shifts of clocks. Arguments: references, their number, then arrays, which are not changed. */
 #define CLOCKS(name, ...)                                                                                              \
   FMI3_EXPORT fmi3Status name(fmi3Instance instance, const fmi3ValueReference references[], size_t n, __VA_ARGS__) {   \
     return refuse(instance, n);                                                                                        \
@@ -111,8 +111,8 @@ STATES(fmi3GetEventIndicators, fmi3Float64)
 STATES(fmi3GetContinuousStates, fmi3Float64)
 STATES(fmi3GetNominalsOfContinuousStates, fmi3Float64)
 
-/* modelDescription.xml says by canSerializeFMUState, maxOutputDerivativeOrder and its lists that these are not there.
- */
+/* The following functions are not supported: modelDescription.xml says so by canSerializeFMUState,
+ * maxOutputDerivativeOrder and its lists. */
 FMI3_EXPORT fmi3Status fmi3SerializedFMUStateSize(fmi3Instance instance, fmi3FMUState state, size_t *size) {
   *size = 0;
   return unit_say(instance, fmi3Error, "states of this unit cannot be written");

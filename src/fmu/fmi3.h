@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The C interface of the Functional Mock-up Interface 3.0 as this unit needs it: types and states, by the standard's
- * text (https://fmi-standard.org/docs/3.0). */
+/* The part of the C interface of the Functional Mock-up Interface 3.0 that this unit needs, after the text of the
+ * standard (https://fmi-standard.org/docs/3.0). */
 #ifndef SIGNOROM_FMI3_H
 #define SIGNOROM_FMI3_H
 
@@ -21,7 +21,7 @@ typedef const char *fmi3String;
 typedef enum { fmi3OK = 0, fmi3Warning = 1, fmi3Discard = 2, fmi3Error = 3, fmi3Fatal = 4 } fmi3Status;
 
 typedef void (*fmi3LogMessageCallback)(fmi3InstanceEnvironment, fmi3Status, fmi3String category, fmi3String message);
-/* Never called by this unit. */
+/* Stands for all callbacks that this unit never calls. */
 typedef void (*fmi3OtherCallback)(void);
 
 #endif

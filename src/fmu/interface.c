@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The functions of FMI 3.0 that this unit has: its outputs are functions of its inputs at the same time, so there are
- * no states and no events. */
+/* The functions of FMI 3.0 that this unit supports. Its outputs are functions of its inputs at the same time, so there
+ * are no states and no events. */
 #include "unit.h"
 
 #include <stdlib.h>
@@ -52,7 +52,7 @@ FMI3_EXPORT fmi3Status fmi3SetTime(fmi3Instance instance, fmi3Float64 time) {
   return fmi3OK;
 }
 
-/* The outputs belong to the inputs of the end of the step, which are there already. */
+/* The inputs at the end of the step are set already, and the outputs depend on nothing else. */
 FMI3_EXPORT fmi3Status fmi3DoStep(fmi3Instance instance, fmi3Float64 point, fmi3Float64 step, fmi3Boolean is_final,
                                   fmi3Boolean *needs_events, fmi3Boolean *terminates, fmi3Boolean *is_early,
                                   fmi3Float64 *last_time) {
@@ -112,7 +112,7 @@ FMI3_EXPORT fmi3Status fmi3GetBoolean(fmi3Instance instance, const fmi3ValueRefe
   return fmi3OK;
 }
 
-/* Sums over one index of the matrix of derivatives d unknown / d known. */
+/* Products of the matrix of derivatives d unknown / d known, or of its transpose, with the vector `seed`. */
 static fmi3Status multiply(unit_t *unit, const fmi3ValueReference unknowns[], size_t n_unknowns,
                            const fmi3ValueReference knowns[], size_t n_knowns, const fmi3Float64 seed[],
                            fmi3Float64 sensitivity[], bool is_adjoint) {

@@ -6,7 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* The library makes and frees models and contexts in one thread at a time. */
+/* Lock for making and freeing models and contexts, which only one thread at a time may do. */
 static pthread_mutex_t making = PTHREAD_MUTEX_INITIALIZER;
 
 fmi3Status unit_say(const unit_t *unit, fmi3Status status, fmi3String message) {
@@ -16,7 +16,7 @@ fmi3Status unit_say(const unit_t *unit, fmi3Status status, fmi3String message) {
   return status;
 }
 
-/* Folder and name of a file of resources; the folder ends with a slash or not. */
+/* Returns the path of a file in the folder of resources, whose name may end with a slash. */
 static char *path_of(fmi3String resources, const char *name) {
   const size_t n = strlen(resources);
   const char *const slash = n > 0 && resources[n - 1] == '/' ? "" : "/";
@@ -25,8 +25,8 @@ static char *path_of(fmi3String resources, const char *name) {
   return path;
 }
 
-/* Reads `signorom outputs 1`, the token, the number of nodes and the nodes, the number of outputs and a line for each.
- */
+/* Reads the table of outputs: `signorom outputs 1`, the token, the number of nodes and the nodes, the number of outputs
+ * and a line for each of them. */
 static bool read_table(unit_t *unit, FILE *file, fmi3String token) {
   char found[65];
   if (fscanf(file, "signorom outputs 1 %64s %d", found, &unit->n_nodes) != 2 || strcmp(found, token) != 0) return false;
@@ -137,7 +137,8 @@ void unit_reset(unit_t *unit) {
   unit->has_gradient = false;
 }
 
-/* Places in `room` of one answer or of n derivatives: multipliers are stored for all n, then areas, and so on. */
+/* Places in `room` of the arrays of one answer, or of n derivatives: first the multipliers of all n, then the areas of
+ * all n, and so on. */
 typedef struct {
   double *multipliers, *areas, *forces, *moments, *displacement;
 } parts_t;
@@ -152,7 +153,7 @@ static parts_t parts_of(const unit_t *unit, double *room, int n) {
   return parts;
 }
 
-/* The number that belongs to an output: of answer or derivative i. */
+/* Returns the value of an output in answer or derivative i. */
 static double value_of(const unit_t *unit, const parts_t *parts, output_t output, int i,
                        const signorom_answer *answer) {
   const int n_dimensions = unit->sizes.n_dimensions;
@@ -197,9 +198,9 @@ fmi3Status unit_differentiate(unit_t *unit) {
   if (status != fmi3OK) return status;
   const int n = unit->sizes.n_parameters;
   const parts_t parts = parts_of(unit, unit->room, n);
-  /* areas change in steps: their derivatives are 0 between them */
+  /* areas change only in steps, when a contact opens or closes, so their derivatives are 0 */
   memset(parts.areas, 0, (size_t)n * (size_t)unit->n_entries * sizeof(double));
-  /* the context may have answered other inputs since */
+  /* the last answer of the context may be that of other inputs */
   if (signorom_query(unit->context, unit->inputs, NULL) || signorom_differentiate(unit->context, 1, NULL, NULL) ||
       signorom_get_resultant_gradient(unit->context, parts.forces, parts.moments) ||
       (unit->n_nodes > 0 &&

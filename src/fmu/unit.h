@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* An instance of a unit: a model with a context of its own, its inputs, and the outputs that belong to them. */
+/* An instance of a unit: a model with its own context, the inputs, and the outputs at these inputs. */
 #ifndef SIGNOROM_UNIT_H
 #define SIGNOROM_UNIT_H
 
 #include "fmi3.h"
 #include "signorom.h"
 
-/* What an output is; `entry` and `component` say of which contact of the deck or node, and which direction. */
+/* Kind of an output. `entry` is the contact of the deck or the node of the output, `component` its direction. */
 typedef enum { OUTPUT_AREA, OUTPUT_FORCE, OUTPUT_MOMENT, OUTPUT_DISPLACEMENT, OUTPUT_BOUND, OUTPUT_INSIDE } output_kind;
 
 typedef struct {
@@ -23,11 +23,11 @@ typedef struct {
   int n_outputs;
   output_t *outputs;
   int n_nodes;
-  int *nodes;       /* that displacements are asked of, counted from 0; [n_nodes] */
+  int *nodes;       /* nodes whose displacements are outputs, counted from 0; [n_nodes] */
   double *starts;   /* middle of the box, [n_parameters] */
   double *inputs;   /* [n_parameters] */
-  double *values;   /* outputs at these inputs where is_current, [n_outputs] */
-  double *gradient; /* where has_gradient, [n_parameters][n_outputs] */
+  double *values;   /* outputs at these inputs, valid if is_current; [n_outputs] */
+  double *gradient; /* derivatives of the outputs, valid if has_gradient; [n_parameters][n_outputs] */
   double *room;     /* for one answer: multipliers, areas, forces, moments, displacements, and their derivatives */
   bool is_current, has_gradient;
   double time;
@@ -35,7 +35,7 @@ typedef struct {
   fmi3LogMessageCallback log;
 } unit_t;
 
-/* Value references: 0 is the time, then inputs, then outputs. */
+/* The value reference of the time is 0; those of the inputs follow, then those of the outputs. */
 static inline bool is_input(const unit_t *unit, fmi3ValueReference reference) {
   return reference >= 1 && reference <= (unsigned)unit->sizes.n_parameters;
 }
@@ -44,17 +44,18 @@ static inline bool is_output(const unit_t *unit, fmi3ValueReference reference) {
          reference - 1 - (unsigned)unit->sizes.n_parameters < (unsigned)unit->n_outputs;
 }
 
-/* Opens the model and the table of outputs of a folder of resources. Null where this fails; the log says why. */
+/* Opens the model and the table of outputs in the folder `resources`. Null after a failure, whose reason is in the log.
+ */
 unit_t *unit_create(fmi3String token, fmi3String resources, fmi3InstanceEnvironment environment,
                     fmi3LogMessageCallback log);
 void unit_free(unit_t *unit);
-/* Inputs at their start values. */
+/* Sets the inputs to their start values. */
 void unit_reset(unit_t *unit);
-/* Outputs at the present inputs. fmi3Discard where the model has no answer; then there are no values. */
+/* Computes the outputs at the present inputs. fmi3Discard: the model has no answer, and there are no values. */
 fmi3Status unit_evaluate(unit_t *unit);
-/* Derivatives of the outputs at the present inputs. fmi3Discard where there are none. */
+/* Computes the derivatives of the outputs at the present inputs. fmi3Discard: there are no derivatives. */
 fmi3Status unit_differentiate(unit_t *unit);
-/* Hands a sentence on, and returns the status. */
+/* Gives a message to the log of the importer, and returns the status. */
 fmi3Status unit_say(const unit_t *unit, fmi3Status status, fmi3String message);
 
 #endif

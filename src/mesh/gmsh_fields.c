@@ -4,7 +4,7 @@
 
 #include "gmsh_content.h"
 
-/* "text" in quotes, kept in the names of the file. */
+/* Reads a text in quotes, and appends it to the list of names. */
 static bool scan_quoted(sig_gmsh *mesh, size_t *name_at, size_t *name_length) {
   sig_scanner *s = &mesh->scanner;
   if (!sig_scan_expect(s, "\"")) return false;
@@ -25,7 +25,8 @@ static bool scan_count(sig_scanner *s, size_t min_bytes, const char *things, int
   return sig_scan_word_int(s, count) && sig_scan_check_count(s, *count, min_bytes, things);
 }
 
-/* Texts, the first of which is the name; numbers; whole numbers: step, components, nodes. */
+/* Reads the head of $NodeData: texts, of which the first is the name; numbers; whole numbers: step, components, nodes.
+ */
 static bool scan_header(sig_gmsh *mesh, sig_gmsh_field_record *field, int64_t *n_values) {
   sig_scanner *s = &mesh->scanner;
   int64_t count, number;
@@ -53,7 +54,7 @@ static bool scan_header(sig_gmsh *mesh, sig_gmsh_field_record *field, int64_t *n
   return true;
 }
 
-/* Node number and components of one node. */
+/* Reads the number of one node and the components of its value. */
 static bool scan_value(sig_scanner *s, int n_components, int *tag, double *value) {
   int64_t number;
   double component;
@@ -74,7 +75,7 @@ bool sig_gmsh_scan_node_data(sig_gmsh *mesh) {
   sig_gmsh_field_record field = {.first_value = mesh->field_tags.n};
   int64_t n_values = 0;
   const bool is_binary = s->is_binary;
-  s->is_binary = false; /* the header is text in every file */
+  s->is_binary = false; /* the header is text also in a binary file */
   const bool has_header = scan_header(mesh, &field, &n_values);
   s->is_binary = is_binary;
   if (!has_header || !sig_scan_check_count(s, n_values, 4, "nodes")) return false;

@@ -10,7 +10,8 @@
 #include "signorom/file_system.h"
 #include "signorom/system.h"
 
-/* $MeshFormat: version, file type, size of size_t; in binary files a 1 follows that tells the byte order. */
+/* Reads $MeshFormat: version, file type, size of size_t. In a binary file the integer 1 follows, which shows the byte
+ * order. */
 static bool scan_format(sig_gmsh *mesh) {
   sig_scanner *s = &mesh->scanner;
   double version;
@@ -38,7 +39,7 @@ static bool scan_format(sig_gmsh *mesh) {
   return true;
 }
 
-/* Passes a section that says nothing to us, whatever its bytes, up to its end mark. */
+/* Skips a section that we do not need, whatever bytes it has, up to its end mark. */
 static bool skip_section(sig_scanner *s) {
   const size_t length = strlen(s->section);
   for (; s->at < s->size; s->at++) {
@@ -121,7 +122,7 @@ static int compare_numbered(const void *first, const void *second) {
   return (a->tag > b->tag) - (a->tag < b->tag);
 }
 
-/* Node numbers of the file, ascending; null when out of memory or when a number occurs twice. */
+/* Returns the node numbers of the file in ascending order; null when out of memory or when a number occurs twice. */
 static sig_numbered_node *sort_nodes(sig_gmsh *mesh) {
   sig_scanner *s = &mesh->scanner;
   const size_t n = (size_t)mesh->n_nodes;
@@ -138,7 +139,7 @@ static sig_numbered_node *sort_nodes(sig_gmsh *mesh) {
   return sorted;
 }
 
-/* Node numbers of the elements to 0-based nodes. */
+/* Replaces the node numbers of the elements by 0-based nodes. */
 static bool resolve_nodes(sig_gmsh *mesh) {
   sig_numbered_node *sorted = sort_nodes(mesh);
   if (sorted == NULL) return false;
@@ -159,7 +160,7 @@ static bool resolve_nodes(sig_gmsh *mesh) {
   return is_good;
 }
 
-/* Lines and columns of all elements, which stand in ascending order. */
+/* Finds the lines and columns of all elements; the elements are in the order of the file. */
 static void find_places(sig_gmsh *mesh) {
   const sig_scanner *s = &mesh->scanner;
   if (s->is_binary) return;

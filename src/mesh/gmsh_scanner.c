@@ -34,7 +34,7 @@ static bool fail_truncated(sig_scanner *scanner) {
                        scanner->section);
 }
 
-/* The next word, as far as it can be printed, for a message. */
+/* Copies the printable beginning of the next word, for a message. */
 static void show_word(const sig_scanner *scanner, char shown[32]) {
   size_t n = 0;
   for (size_t i = scanner->at; i < scanner->size && n < 24 && !isspace((unsigned char)scanner->bytes[i]); i++)
@@ -62,7 +62,7 @@ void sig_scan_skip_line(sig_scanner *scanner) {
   if (scanner->at < scanner->size) scanner->at++;
 }
 
-/* A word that touches the end of the file may be half a word. */
+/* Ends a word. It is an error if the word ends at the end of the file, because a part of it may be missing. */
 static bool finish_word(sig_scanner *scanner, const char *end, const char *what) {
   const size_t at = (size_t)(end - scanner->bytes);
   if (at == scanner->at) return fail_not_a_number(scanner, what);

@@ -5,7 +5,7 @@
 
 #include "gmsh_content.h"
 
-/* Reads a number that must fit an int, given how it is written. */
+/* Reads a number from `min` to `max` that fits an int; `scan` reads it in the form that the file has. */
 static bool scan_bounded(sig_scanner *scanner, bool (*scan)(sig_scanner *, int64_t *), int64_t min, int64_t max,
                          const char *what, int *value) {
   int64_t number;
@@ -22,14 +22,14 @@ static bool scan_tag(sig_scanner *scanner, bool (*scan)(sig_scanner *, int64_t *
   return scan_bounded(scanner, scan, 1, INT_MAX, what, tag);
 }
 
-/* gmsh gives a group of turned entities as a negative number. */
+/* Reads a physical tag. gmsh writes it as a negative number if the orientation of the entity is reversed. */
 static bool scan_physical_tag(sig_scanner *scanner, int *tag) {
   if (!scan_bounded(scanner, sig_scan_int, -INT_MAX, INT_MAX, "a physical tag", tag)) return false;
   *tag = abs(*tag);
   return true;
 }
 
-/* A line of $PhysicalNames: dimension, tag, "name". */
+/* Reads a line of $PhysicalNames: dimension, tag, "name". */
 static bool scan_name(sig_gmsh *mesh) {
   sig_scanner *s = &mesh->scanner;
   int n_dim, tag;
@@ -64,7 +64,7 @@ bool sig_gmsh_scan_names(sig_gmsh *mesh) {
   return true;
 }
 
-/* Physical tags of the entity that is read now. */
+/* Reads the physical tags of the present entity. */
 static bool scan_entity_groups(sig_gmsh *mesh, int n_dim) {
   sig_scanner *s = &mesh->scanner;
   int64_t count;
@@ -80,7 +80,7 @@ static bool scan_entity_groups(sig_gmsh *mesh, int n_dim) {
   return true;
 }
 
-/* An entity of format 4.1: tag, box, physical tags, bounding entities. */
+/* Reads an entity of format 4.1: tag, box, physical tags, bounding entities. */
 static bool scan_entity(sig_gmsh *mesh, int n_dim) {
   sig_scanner *s = &mesh->scanner;
   const size_t first_group = mesh->entity_groups.n;
@@ -149,8 +149,8 @@ static bool scan_nodes_22(sig_gmsh *mesh) {
   return true;
 }
 
-/* A block of format 4.1: all numbers, then all coordinates. Returns through n_done how many nodes stand before and
- * after. */
+/* Reads a block of nodes of format 4.1: all numbers, then all coordinates. *n_done is the number of nodes that have
+ * been read, before and after the call. */
 static bool scan_node_block(sig_gmsh *mesh, int *n_done) {
   sig_scanner *s = &mesh->scanner;
   int n_dim, is_parametric;
@@ -207,7 +207,7 @@ static bool scan_type(sig_scanner *s, const sig_gmsh_element_type **type) {
   return true;
 }
 
-/* Appends an element whose nodes come next in the file, or passes them where it belongs to no group. */
+/* Appends an element, whose nodes come next in the file. If it belongs to no group, its nodes are only skipped. */
 static bool scan_element_nodes(sig_gmsh *mesh, const sig_gmsh_element_type *type, int tag, bool is_kept, size_t at) {
   sig_scanner *s = &mesh->scanner;
   const size_t n = (size_t)type->n_nodes, first_node = mesh->element_nodes.n;
@@ -226,7 +226,7 @@ static bool scan_element_nodes(sig_gmsh *mesh, const sig_gmsh_element_type *type
          sig_scan_fail(s, at, "the mesh has more elements than this program can number");
 }
 
-/* The last element belongs to this group. */
+/* Adds the last element to the group in this row. */
 static bool add_membership(sig_gmsh *mesh, int row) {
   sig_scanner *s = &mesh->scanner;
   sig_gmsh_member *member = sig_list_add(s, &mesh->members, 1, sizeof *member);
@@ -236,7 +236,7 @@ static bool add_membership(sig_gmsh *mesh, int row) {
          sig_scan_fail(s, s->at, "the mesh has more elements than this program can number");
 }
 
-/* Tags of an element of format 2.2: physical group, entity, then the parts it lies in. */
+/* Reads the tags of an element of format 2.2: physical group, entity, then the partitions to which it belongs. */
 static bool scan_tags_22(sig_scanner *s, int64_t n_tags, int *physical) {
   *physical = 0;
   if (!sig_scan_check_count(s, n_tags, 2, "tags of an element")) return false;

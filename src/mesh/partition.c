@@ -6,7 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Runs of consecutive vertices with about the same number in each part. */
+/* Divides the vertices into parts of consecutive numbers and of about the same size. */
 static void share_in_runs(int n_vertices, int n_parts, int *part) {
   for (int i = 0; i < n_vertices; i++) part[i] = (int)((long long)i * n_parts / n_vertices);
 }
@@ -28,7 +28,7 @@ static int run_metis(int n_vertices, const int *offsets, const int *neighbors, c
   METIS_SetDefaultOptions(options);
   options[METIS_OPTION_SEED] = seed;
   options[METIS_OPTION_NUMBERING] = 0;
-  /* METIS takes the arrays as not const but does not write to them. */
+  /* METIS declares the arrays without const, but does not write to them. */
   const int status = METIS_PartGraphKway(&n, &n_constraints, (idx_t *)offsets, (idx_t *)neighbors, (idx_t *)weights,
                                          NULL, NULL, &parts, NULL, NULL, options, &n_cut, part);
   return status == METIS_OK ? 0 : 1;
@@ -39,7 +39,7 @@ _Static_assert(sizeof(idx_t) == sizeof(int), "METIS with 32-bit numbers is neede
 int sig_partition_graph(int n_vertices, const int *offsets, const int *neighbors, const int *weights, int n_parts,
                         int seed, int *part) {
   if (n_vertices <= 0) return 0;
-  /* A few vertices per part are not worth a graph partition, and METIS may then leave a part empty. */
+  /* With few vertices per part METIS is not needed, and it may leave a part empty. */
   if (n_parts == 1 || n_vertices < 4 * n_parts) {
     share_in_runs(n_vertices, n_parts, part);
     return 0;

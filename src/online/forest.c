@@ -11,7 +11,7 @@ static bool is_node_sound(const sig_forest *forest, int start, int n_nodes, int 
          forest->right[node] < n_nodes;
 }
 
-/* Before any node is looked at: a start behind the last one would lead out of the arrays. */
+/* Checked before any node is read: a start behind the end of the nodes would lead out of the arrays. */
 static bool are_starts_ascending(const sig_forest *forest) {
   if (forest->tree_starts[0] != 0) return false;
   for (int tree = 0; tree < forest->n_trees; tree++)
@@ -29,7 +29,7 @@ int sig_forest_check(const sig_forest *forest) {
   return 0;
 }
 
-/* The leaf of a tree that the point falls into. */
+/* Returns the leaf of a tree to which the point belongs. */
 static int find_leaf(const sig_forest *forest, int start, const double *point) {
   int node = start;
   while (forest->feature[node] >= 0) {

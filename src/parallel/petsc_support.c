@@ -9,10 +9,10 @@
 
 #include "signorom/signals.h"
 
-// A process that no launcher started has nobody to talk to. Open MPI would start a daemon for it and probe the
-// networks, which takes a third of a second. Without the daemon all such processes of a user share one session folder,
-// which one removes while another starts: so there is none, and nothing is left of a process that is killed.
-// What the user asked for stays.
+// Sets options of Open MPI for a process that no launcher started, which has no other processes to communicate with.
+// Open MPI would start a daemon for it and search the networks, which takes a third of a second. Without the daemon,
+// all such processes of a user share one session folder, and one process may remove it while another one starts. So
+// there is no session folder, and a killed process leaves nothing behind. Options that the user has set are kept.
 static void spare_lone_process(void) {
   const char *const launched[] = {"OMPI_COMM_WORLD_SIZE", "PMIX_RANK", "PMI_RANK"};
   const char *const isolated = "OMPI_MCA_ess_singleton_isolated";
@@ -26,8 +26,8 @@ static void spare_lone_process(void) {
 
 static void end_all_ranks(void) { MPI_Abort(MPI_COMM_WORLD, SIG_EXIT_STOPPED); }
 
-// A rank that is ended takes the others along, which wait for it. mpirun kills its ranks a second after it has sent
-// them a signal, so they end themselves before.
+// A rank that ends by force also ends the other ranks, because they wait for it. mpirun kills its ranks one second
+// after it has sent them a signal, so the ranks end themselves before.
 static PetscErrorCode share_ends(void) {
   const double grace_of_ranks = 0.6;
   int n_ranks;
@@ -41,7 +41,7 @@ static PetscErrorCode share_ends(void) {
 
 int sig_petsc_start(void) {
   spare_lone_process();
-  // PETSc's handlers would turn an interrupt into a stack trace; the program finishes its point instead.
+  // After an interrupt PETSc's signal handlers would print a stack trace; without them the program finishes its point.
   PetscCall(PetscOptionsSetValue(NULL, "-no_signal_handler", "true"));
   PetscCall(SlepcInitializeNoArguments());
   PetscCall(PetscInitializeFortran());
@@ -50,7 +50,7 @@ int sig_petsc_start(void) {
 }
 
 int sig_petsc_end(void) {
-  // Left-over options are an error that the program reports itself.
+  // Options that nothing used are an error, which the program reports itself.
   PetscCall(PetscOptionsSetValue(NULL, "-options_left", "no"));
   return SlepcFinalize();
 }
@@ -64,7 +64,7 @@ int sig_petsc_insert_options(const char *options, char *message) {
   sig_loud_errors();
   if (code && message[0]) return 0;
   PetscCall(code);
-  // PETSc asks for it when it starts, before these options, and fails at the end where nothing was logged.
+  // PETSc reads -log_view when it starts, before these options are set, and fails at its end if nothing was logged.
   PetscCall(PetscOptionsHasName(NULL, NULL, "-log_view", &wants_log));
   if (wants_log) PetscCall(PetscLogDefaultBegin());
   return 0;
@@ -93,7 +93,7 @@ int sig_library_versions(char *versions, int capacity) {
   PetscCall(PetscGetVersionNumber(&petsc[0], &petsc[1], &petsc[2], &release));
   PetscCall(SlepcGetVersionNumber(&slepc[0], &slepc[1], &slepc[2], &release));
   PetscCallMPI(MPI_Get_library_version(mpi, &length));
-  // Behind the first comma stand the packager and the date.
+  // The text behind the first comma is the packager and the date.
   mpi[strcspn(mpi, ",\n")] = '\0';
   snprintf(versions, (size_t)capacity, "%d.%d.%d;%d.%d.%d;%s", petsc[0], petsc[1], petsc[2], slepc[0], slepc[1],
            slepc[2], mpi);
@@ -118,7 +118,7 @@ int sig_matrix_multiply(intptr_t matrix, int n_local, int n_columns, const doubl
   MPI_Comm comm = PetscObjectComm((PetscObject)(Mat)matrix);
   Mat from, to;
 
-  // MatCreateDense has no const; the columns are only read.
+  // MatCreateDense takes no const array, but the columns are only read.
   PetscCall(MatCreateDense(comm, n_local, PETSC_DECIDE, PETSC_DETERMINE, n_columns, (PetscScalar *)(uintptr_t)columns,
                            &from));
   PetscCall(MatCreateDense(comm, n_local, PETSC_DECIDE, PETSC_DETERMINE, n_columns, product, &to));

@@ -10,7 +10,7 @@ typedef struct {
   PetscInt n_local, n_columns;
 } snapshot_svd;
 
-// Computes the largest k singular values of a matrix on one rank and their left vectors. Fails where fewer are found.
+// Computes the largest k singular values of a matrix on one rank and their left vectors. Fails if fewer are found.
 static PetscErrorCode decompose(Mat matrix, PetscInt k, double *singular_values, Mat left) {
   SVD svd;
   Vec vector;
@@ -74,7 +74,7 @@ int sig_snapshot_svd_create(int comm, int n_local, int n_columns, intptr_t *hand
   return 0;
 }
 
-// Column by column: newer releases of SLEPc pad the columns of the whole array.
+// Columns are set one by one, because newer releases of SLEPc add padding to the columns of the whole array.
 int sig_snapshot_svd_set_column(intptr_t handle, int column, const double *rows) {
   const snapshot_svd *self = (snapshot_svd *)handle;
   Vec vector;
@@ -100,7 +100,7 @@ int sig_snapshot_svd_triangle(intptr_t handle, double *triangle) {
   return 0;
 }
 
-// Every rank has the triangle, but only one decomposes it, because this takes the memory of some twenty triangles.
+// All ranks have the triangle, but only one decomposes it, because this takes as much memory as about twenty triangles.
 static PetscErrorCode decompose_on_first(MPI_Comm comm, Mat triangle, PetscInt n, double *singular_values, Mat left) {
   PetscMPIInt rank;
   PetscScalar *entries;
@@ -170,7 +170,7 @@ int sig_gather_rows(int comm, int n_local, int n_rows, int n_columns, const doub
   PetscCallMPI(MPI_Allgather(&n_local, 1, MPI_INT, counts, 1, MPI_INT, c_comm));
   starts[0] = 0;
   for (int rank = 0; rank < n_ranks; rank++) starts[rank + 1] = starts[rank] + counts[rank];
-  // Column by column: counts stay below 2**31 and each piece lands in place.
+  // Column by column, so that counts stay below 2**31 and each piece is received at its final place.
   for (int column = 0; column < n_columns; column++)
     PetscCallMPI(MPI_Allgatherv(local + (size_t)column * n_local, n_local, MPI_DOUBLE,
                                 gathered + (size_t)column * n_rows, counts, starts, MPI_DOUBLE, c_comm));

@@ -29,11 +29,11 @@ _Static_assert(sizeof(shard_header) == 72, "the header has no padding");
 
 struct sig_shard {
   int descriptor;
-  // where it was opened
+  // path of the file when it was opened
   char *name;
   int is_writing;
   int is_dirty;
-  // doubles of a record, without its hash
+  // number of doubles of a record, without its hash
   size_t n_values;
   size_t record_bytes;
   // end of the last good record
@@ -96,7 +96,8 @@ static int compare_headers(const shard_header *found, const shard_header *wanted
   return 0;
 }
 
-// Accepts the file's header; a file that ends within it (killed at its birth) gets a new one, or counts as empty.
+// Checks the file's header. If a run was killed while it wrote the header, the file gets a new one, or, for reading,
+// counts as empty.
 static int check_header(sig_shard *shard, const shard_header *wanted, int is_writing) {
   shard_header found;
   size_t n_read;
@@ -113,7 +114,7 @@ static int check_header(sig_shard *shard, const shard_header *wanted, int is_wri
   return code ? code : sync_shard(shard);
 }
 
-// Reads a record and its hash; SIG_SHARD_SHORT where the file ends before it does or the hash is wrong.
+// Reads a record and its hash; SIG_SHARD_SHORT if the record is not complete or the hash is wrong.
 static int read_record(const sig_shard *shard, off_t offset, double *values) {
   uint64_t hash;
   size_t n_read;
@@ -125,7 +126,7 @@ static int read_record(const sig_shard *shard, off_t offset, double *values) {
   return hash == sig_hash_of_doubles(values, shard->n_values) ? 0 : SIG_SHARD_SHORT;
 }
 
-// Bytes behind the last good record.
+// Gives the number of bytes behind the last good record.
 static int count_left(const sig_shard *shard, int64_t *n_left) {
   struct stat status;
 
@@ -134,7 +135,7 @@ static int count_left(const sig_shard *shard, int64_t *n_left) {
   return 0;
 }
 
-// Walks over the good records and cuts whatever stands behind them.
+// Finds the end of the good records, and removes everything behind it.
 static int find_end(sig_shard *shard, int64_t *n_records, int64_t *n_dropped) {
   double *values = malloc(shard->record_bytes);
   int64_t n_left = 0;
@@ -207,7 +208,8 @@ int sig_shard_read(const sig_shard *shard, int64_t i_record, double *values) {
   return read_record(shard, (off_t)sizeof(shard_header) + (off_t)i_record * (off_t)shard->record_bytes, values);
 }
 
-// The results folder may be removed or moved under a run: what is written then is lost, or out of the next run's sight.
+// Checks that the file still has its path. If somebody removes or moves the results folder during a run, records would
+// be lost, or the next run would not find them.
 static int check_place(const sig_shard *shard) {
   struct stat at_name, open_file;
 
@@ -230,7 +232,7 @@ int sig_shard_append(sig_shard *shard, int64_t n_records, double *values) {
   sig_begin_writing();
   code = write_at(shard->descriptor, values, size, shard->end);
   sig_end_writing();
-  // What part of the records got there is overwritten by the next ones or dropped by the next reader.
+  // After a failure `end` does not move: a part that was written is overwritten by the next records or removed later.
   if (code) return code;
   shard->end += (off_t)size;
   shard->is_dirty = 1;

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "signorom/contact_levels.h"
 
-// With P the finest interpolation of GAMG and S = diag(free_share), unknowns x = T^-1 u have the interpolation
-// S T^-1 P, and the first coarse matrix is (T S T^-1 P)' K (T S T^-1 P): K has far fewer entries than T' K T where the
-// rows of contact meet many nodes.
+// P is the finest interpolation of GAMG and S = diag(free_share). The unknowns x = T^-1 u have the interpolation S T^-1
+// P. The first coarse matrix is computed as (T S T^-1 P)' K (T S T^-1 P), because K has far fewer entries than T' K T
+// if contact rows have many nodes.
 typedef struct {
   Mat stiffness, transformation;
   Mat free_interpolation; // T^-1 P
-  Mat interpolation;      // S T^-1 P, which the finest level works with
+  Mat interpolation;      // S T^-1 P, the interpolation of the finest level
   Mat motions;            // T S T^-1 P
 } Levels;
 
@@ -69,12 +69,12 @@ PetscErrorCode sig_contact_levels_create(KSP ksp, Mat stiffness, Mat transformat
   PetscCall(MatDuplicate(levels->free_interpolation, MAT_COPY_VALUES, &levels->interpolation));
   PetscCall(PCMGSetInterpolation(pc, n_levels - 1, levels->interpolation));
   PetscCall(PCMGSetRestriction(pc, n_levels - 1, levels->interpolation));
-  // GAMG would project T' K T itself.
+  // Otherwise GAMG would compute the coarse matrices from T' K T itself.
   PetscCall(PCSetReusePreconditioner(pc, PETSC_TRUE));
   return 0;
 }
 
-// The matrices that a level works with.
+// Sets the matrices of a level: the operator, and the matrix from which its smoother is made.
 static PetscErrorCode set_matrices(PC pc, PetscInt i_level, Mat matrix, Mat preconditioning) {
   KSP smoother;
 
@@ -84,7 +84,8 @@ static PetscErrorCode set_matrices(PC pc, PetscInt i_level, Mat matrix, Mat prec
   return 0;
 }
 
-// P' A P becomes the matrix of a level, which has one that was made in the same way unless it is the first time.
+// Computes P' A P as the matrix of a level. Except for the first time, the level has a matrix of the same pattern,
+// which gets the new values.
 static PetscErrorCode project(PC pc, PetscInt i_level, Mat fine, Mat interpolation, PetscBool is_first, Mat *coarse) {
   KSP smoother;
 
@@ -92,7 +93,7 @@ static PetscErrorCode project(PC pc, PetscInt i_level, Mat fine, Mat interpolati
   PetscCall(KSPGetOperators(smoother, NULL, coarse));
   PetscCall(MatPtAP(fine, interpolation, is_first ? MAT_INITIAL_MATRIX : MAT_REUSE_MATRIX, PETSC_DEFAULT, coarse));
   PetscCall(set_matrices(pc, i_level, *coarse, *coarse));
-  // The smoother holds it.
+  // The smoother keeps a reference to the matrix.
   if (is_first) PetscCall(PetscObjectDereference((PetscObject)*coarse));
   return 0;
 }

@@ -8,15 +8,17 @@
 #include "signorom/linear_solver.h"
 #include "signorom/petsc_support.h"
 
-// Room that MUMPS gets over its own estimate, in percent; doubled on each workspace failure.
+// [%] Memory that MUMPS gets in addition to its own estimate; it is doubled after each failure for lack of memory.
 enum { FIRST_WORKSPACE = 60, LARGEST_WORKSPACE = 1000 };
-// Up to this many unknowns a better ordering than approximate minimum fill takes longer than it saves.
+// Up to this number of unknowns, approximate minimum fill is the best ordering: a better one takes longer than it
+// saves.
 enum { SMALL = 20000 };
 static const char MINIMUM_FILL[] = "2";
-// The same where the preconditioner is a factorization: as good as a new one.
+// Tightest relative tolerance if the preconditioner is a factorization: the solution is as good as by a new
+// factorization.
 static const double TIGHTEST_WITH_FACTOR = 1e-14;
-// Operations of a solve for each entry of the factor; operations per second of a factorization over those of a solve,
-// which waits for the memory.
+// Number of operations of a solve for each entry of the factor, and the speed of a factorization (operations per
+// second) over that of a solve, which is limited by the memory.
 static const double OPERATIONS_PER_ENTRY = 4.0, FACTORIZATION_SPEED = 5.0;
 
 PetscErrorCode sig_is_factored(KSP ksp, PetscBool *answer) {
@@ -41,14 +43,14 @@ static PetscErrorCode prepare_cholesky(KSP ksp, Mat matrix, int workspace) {
   PetscCall(PCFactorSetUpMatSolverType(pc));
   PetscCall(PCFactorGetMatrix(pc, &factor));
   PetscCall(MatMumpsSetIcntl(factor, 14, workspace));
-  // Without null-pivot detection MUMPS answers a singular matrix with numbers of size 1e10 and no error.
+  // Without null-pivot detection, MUMPS gives numbers of size 1e10 and no error for a singular matrix.
   PetscCall(MatMumpsSetIcntl(factor, 24, 1));
   PetscCall(MatMumpsSetCntl(factor, 3, 1e-10));
   return 0;
 }
 
-// KSPSetUp with an ordering that suits the size. It goes through the options: on one rank PETSc 3.18 overwrites what
-// MatMumpsSetIcntl says about it.
+// KSPSetUp with an ordering that suits the size. The ordering is set by an option, because PETSc 3.18 on one rank
+// ignores the ordering of MatMumpsSetIcntl.
 static PetscErrorCode set_up(KSP ksp, Mat matrix) {
   const char *prefix;
   char option[64];
@@ -66,8 +68,8 @@ static PetscErrorCode set_up(KSP ksp, Mat matrix) {
   return status;
 }
 
-// What the factorization says: MUMPS's own codes and null pivots; of other packages, which the options may choose,
-// whether it worked.
+// Gives the result of the factorization: error codes and number of null pivots of MUMPS. Of another package, which
+// options may choose, it gives only whether the factorization succeeded.
 static PetscErrorCode examine(PC pc, PetscInt infog[2], PetscInt *null_pivots) {
   Mat factor;
   MatSolverType type;
@@ -105,7 +107,8 @@ PetscErrorCode sig_factor(KSP ksp, Mat matrix, int *reason, char *message) {
   return 0;
 }
 
-// Numbers only: MUMPS keeps its ordering. Without room it begins anew, as for a first matrix.
+// MUMPS keeps its ordering and factors the new numbers only. If the memory does not suffice, it begins again as for a
+// first matrix.
 PetscErrorCode sig_factor_again(KSP ksp, Mat matrix, int *reason, char *message) {
   PC pc;
   PetscInt infog[2] = {0, 0}, null_pivots = 0;

@@ -8,16 +8,18 @@
 #include "signorom/petsc_support.h"
 #include "signorom/symmetric_copy.h"
 
-// Right-hand sides per call of MatMatSolve: more only costs memory.
+// Number of right-hand sides per call of MatMatSolve; a larger number only needs more memory.
 enum { CHUNK = 64 };
-// Relative, energy norm: multipliers then agree with those of Cholesky to 1e-8.
+// Tightest relative tolerance in the energy norm: with it, contact forces agree with those of a factorization to 1e-8.
 static const double TIGHTEST = 1e-12;
 
-// Ten steps of an estimate find too small a largest eigenvalue on stretched quadratic tetrahedra: Chebyshev's smoother
-// then magnifies what lies above, and the preconditioner is no longer positive. PETSc's own margin is 1.1.
+// Margins of the eigenvalues for Chebyshev's smoother. On stretched quadratic tetrahedra, PETSc's estimate (ten steps)
+// gives too small a largest eigenvalue. Then the smoother magnifies the modes above it, and the preconditioner is no
+// longer positive definite. The margin here is 1.3, PETSc's own one is 1.1.
 static const char ESTIMATE[] = "0,0.1,0,1.3";
 
-// Levels read their options while they are made: our margin stands there until then, unless the user has another one.
+// The levels read their options when they are made. So the margin is set as an option until then, unless the user has
+// set one.
 static PetscErrorCode set_up_with_margin(KSP ksp) {
   const char *prefix;
   char name[256];
@@ -54,9 +56,9 @@ static PetscErrorCode prepare_gamg(KSP ksp, Mat matrix) {
   PetscCall(KSPSetInitialGuessNonzero(ksp, PETSC_TRUE));
   PetscCall(KSPGetPC(ksp, &pc));
   PetscCall(PCSetType(pc, PCGAMG));
-  // Edges without stiffness do not count: aggregates stay in their body.
+  // Edges without stiffness do not count, so that no aggregate has nodes of two bodies.
   PetscCall(PCGAMGSetThreshold(pc, &no_edge, 1));
-  // For sig_linear_solver_renew, which keeps the interpolation; bounds of the smoothers' eigenvalues follow the matrix.
+  // sig_linear_solver_renew keeps the interpolation; the eigenvalues of the smoothers are computed from the new matrix.
   PetscCall(PCGAMGSetReuseInterpolation(pc, PETSC_TRUE));
   PetscCall(PCGAMGSetUseSAEstEig(pc, PETSC_FALSE));
   PetscCall(KSPSetFromOptions(ksp));
@@ -111,7 +113,7 @@ static PetscErrorCode renew(KSP ksp, int *reason, char *message) {
   PetscCall(sig_is_factored(ksp, &has_factor));
   if (has_factor) return sig_factor_again(ksp, matrix, reason, message);
   if (copy != matrix) PetscCall(sig_symmetric_copy_fill(matrix, copy));
-  // Set-up would wait for the solve without this.
+  // Without these calls the set-up would be done in the first solve.
   PetscCall(KSPSetOperators(ksp, copy, matrix));
   PetscCall(KSPSetUp(ksp));
   *reason = SIG_LINEAR_DONE;
@@ -192,8 +194,8 @@ int sig_linear_solver_solve(intptr_t handle, intptr_t rhs, double tolerance, int
   return 0;
 }
 
-// MUMPS skips what a sparse right-hand side does not reach; on several ranks it would want all of it on the first, and
-// it refuses one without any entry. Counts the entries of each column where it may be sparse.
+// Gives whether sparse right-hand sides can be used, and counts the entries of each column then. MUMPS saves work with
+// them. On several ranks it would need all of them on the first rank, and it refuses a right-hand side without entries.
 static PetscErrorCode takes_sparse(Mat factor, int n_columns, int n_local, const double *rhs, PetscInt *counts,
                                    PetscBool *is_sparse) {
   MatSolverType type;
@@ -213,7 +215,7 @@ static PetscErrorCode takes_sparse(Mat factor, int n_columns, int n_local, const
   return 0;
 }
 
-// The transpose of columns with so many entries each.
+// Makes the transpose of the columns as a sparse matrix; counts: number of entries of each column.
 static PetscErrorCode make_sparse_rows(int n_columns, int n_local, const double *columns, const PetscInt *counts,
                                        Mat *rows) {
   PetscCall(MatCreateSeqAIJ(PETSC_COMM_SELF, n_columns, n_local, 0, counts, rows));
@@ -246,7 +248,7 @@ static PetscErrorCode solve_chunks(KSP ksp, int n_columns, int n_local, const do
       PetscCall(make_sparse_rows(n, n_local, rhs + offset, counts, &b));
       PetscCall(MatMatTransposeSolve(factor, b, x));
     } else {
-      // MatCreateDense has no const; the right-hand side is only read.
+      // MatCreateDense takes no const array, but the right-hand side is only read.
       PetscCall(MatCreateDense(comm, n_local, PETSC_DECIDE, PETSC_DETERMINE, n,
                                (PetscScalar *)(uintptr_t)(rhs + offset), &b));
       PetscCall(MatMatSolve(factor, b, x));

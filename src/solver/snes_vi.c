@@ -19,7 +19,7 @@ static PetscErrorCode residual(SNES snes, Vec x, Vec f, void *context) {
   return 0;
 }
 
-// The Jacobian is the scaled matrix itself, which never changes.
+// The Jacobian is the scaled matrix, which never changes.
 static PetscErrorCode jacobian(SNES snes, Vec x, Mat a, Mat p, void *context) {
   (void)snes;
   (void)x;
@@ -29,9 +29,10 @@ static PetscErrorCode jacobian(SNES snes, Vec x, Mat a, Mat p, void *context) {
   return 0;
 }
 
-// Full steps are Newton's on the active set, and end in few steps. The residual is no merit function for them: at the
-// bounds a full step projects the unknowns, which raises it by orders of magnitude, so that a backtracking search
-// creeps (steps of 1/100 to 1/10000 on the paper's case b). It is for sets that come back.
+// search_type: full steps or a backtracking line search. Full steps are Newton steps on the active set and need few
+// iterations. A backtracking search reduces the residual in each step. But at the bounds a full step projects the
+// unknowns, which raises the residual by orders of magnitude, so that the search takes very small steps (1/100 to
+// 1/10000 of a full step on the paper's case b). It is used if full steps repeat the same active sets.
 static PetscErrorCode set_up(SNES snes, quadratic_t *problem, Vec upper, int is_multigrid, int max_iterations,
                              SNESLineSearchType search_type) {
   KSP ksp;
@@ -41,7 +42,7 @@ static PetscErrorCode set_up(SNES snes, quadratic_t *problem, Vec upper, int is_
 
   PetscCall(SNESSetOptionsPrefix(snes, "vi_"));
   PetscCall(SNESSetType(snes, SNESVINEWTONRSLS));
-  // Without a vector of its own SNESVISetVariableBounds asks the (absent) DM for one.
+  // Without this vector SNESVISetVariableBounds would ask the DM for one, and there is no DM.
   PetscCall(VecDuplicate(upper, &work));
   PetscCall(SNESSetFunction(snes, work, residual, problem));
   PetscCall(VecDestroy(&work));
@@ -50,7 +51,8 @@ static PetscErrorCode set_up(SNES snes, quadratic_t *problem, Vec upper, int is_
   PetscCall(VecSet(lower, PETSC_NINFINITY));
   PetscCall(SNESVISetVariableBounds(snes, lower, upper));
   PetscCall(VecDestroy(&lower));
-  // The problem is quadratic on a fixed active set: the residual drops to rounding in the step that finds the set.
+  // On a fixed active set the problem is quadratic, so the residual falls to rounding errors in the step that finds the
+  // set.
   PetscCall(SNESSetTolerances(snes, 1e-11, 0.0, 0.0, max_iterations, PETSC_DEFAULT));
   PetscCall(SNESGetKSP(snes, &ksp));
   PetscCall(KSPSetType(ksp, is_multigrid ? KSPCG : KSPPREONLY));
@@ -80,7 +82,7 @@ static int reason_of(SNESConvergedReason reason) {
   return SIG_VI_LINE_SEARCH;
 }
 
-// One attempt from x. A failed library call is a failed linear solve.
+// Solves the problem once, starting at x. An error of a library call counts as a failed linear solve.
 static PetscErrorCode attempt(quadratic_t *problem, Vec upper, int is_multigrid, int max_iterations,
                               SNESLineSearchType search_type, Vec x, int *n_iterations, int *reason) {
   SNES snes;

@@ -19,7 +19,7 @@ PetscErrorCode sig_symmetric_copy_fill(Mat matrix, Mat copy) {
   return 0;
 }
 
-// Block neighbors of each local block row from its own block on, on this rank and on others. Blocks are full.
+// Counts the blocks of each local block row from its diagonal block on: those in columns of this rank, and the others.
 static PetscErrorCode count_blocks(Mat matrix, PetscInt block_size, PetscInt *inside, PetscInt *outside) {
   PetscInt first, end;
 

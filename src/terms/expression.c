@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* muParser behind plain arguments. muParser's C face never throws; an error is a flag that its first reading clears. */
+/* Calls muParser through its C interface, which throws no exceptions: an error sets a flag, and reading the flag clears
+   it. */
 #include "signorom/expression.h"
 
 #include <ctype.h>
@@ -10,7 +11,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* The numbers of muParser's error codes that have a sentence of their own here (its C header does not name them). */
+/* Those error codes of muParser for which the program has its own message; muParser's C header does not name them. */
 enum {
   MUP_UNEXPECTED_OPERATOR = 0,
   MUP_UNASSIGNABLE_TOKEN = 1,
@@ -23,13 +24,13 @@ enum {
 
 struct sig_expression {
   muParserHandle_t parser;
-  double *values; /* muParser holds pointers into it */
-  int *places;    /* of each name among the caller's values */
-  bool *is_used;  /* of each name; null until somebody asks */
+  double *values; /* values of the variables; muParser keeps pointers to them */
+  int *places;    /* of each name: place of its value among the caller's values */
+  bool *is_used;  /* of each name: whether it occurs in the text; null until it is asked for */
   int n_names;
 };
 
-/* Where an error of creation is written. */
+/* The caller's variables for an error of creation. */
 typedef struct {
   int *position;
   char *token, *message;
@@ -38,8 +39,7 @@ typedef struct {
 
 static void put(char *target, size_t size, const char *text) { snprintf(target, size, "%s", text ? text : ""); }
 
-/* A single '=' would let an expression change a variable: muParser knows assignments and cannot be told to forget them.
- */
+/* Finds an assignment (a single '='), by which an expression could change a variable; muParser cannot forbid them. */
 static const char *find_assignment(const char *text) {
   for (const char *c = text; *c; c++) {
     if (*c != '=') continue;
@@ -54,7 +54,7 @@ static const char *find_assignment(const char *text) {
 static int explain(muParserHandle_t parser, const complaint_t *complaint) {
   int code = mupGetErrorCode(parser);
   *complaint->position = mupGetErrorPos(parser);
-  put(complaint->token, complaint->size, mupGetErrorToken(parser)); /* copied before the next call reuses its buffer */
+  put(complaint->token, complaint->size, mupGetErrorToken(parser)); /* the next call of muParser reuses its buffer */
   for (size_t n = strlen(complaint->token); n > 0 && complaint->token[n - 1] == ' '; n--)
     complaint->token[n - 1] = '\0';
   const char *token = complaint->token;
@@ -101,7 +101,7 @@ static int define_names(sig_expression *expression, const char *names, size_t na
   return code;
 }
 
-/* Evaluates once at ones: muParser compiles, and finds its syntax errors, at the first evaluation. */
+/* Compiles the text by one evaluation with all values 1: muParser compiles and finds errors at the first evaluation. */
 static int compile(sig_expression *expression, const char *text, const complaint_t *complaint) {
   const char *assignment = find_assignment(text);
   if (assignment) {
@@ -126,7 +126,7 @@ static int build(sig_expression *expression, const char *text, size_t text_lengt
     memcpy(copy, text, text_length);
     copy[text_length] = '\0';
     mupDefineConst(expression->parser, "_pi",
-                   3.14159265358979323846); /* muParser 2.3.3 cuts its own after 12 decimals */
+                   3.14159265358979323846); /* the constant of muParser 2.3.3 ends after 12 decimals */
     for (int i = 0; i < expression->n_names; i++) expression->values[i] = 1.0;
     code = define_names(expression, names, name_width, complaint);
     if (code == SIG_EXPRESSION_OK) code = compile(expression, copy, complaint);
@@ -173,7 +173,7 @@ int sig_expression_evaluate(sig_expression *expression, const double *values, do
   return !is_failed && isfinite(*result);
 }
 
-// muParser reads the whole text again for each of these calls, so they are made once for all names.
+// Finds for all names at once whether they occur, because muParser reads the whole text again for each such call.
 static bool find_used(sig_expression *expression) {
   expression->is_used = calloc((size_t)expression->n_names + 1, sizeof *expression->is_used);
   if (!expression->is_used) return false;
