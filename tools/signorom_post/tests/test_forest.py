@@ -86,6 +86,15 @@ def test_missing_scikit_learn_is_named(
         assert expected in capsys.readouterr().err
 
 
+def test_broken_scikit_learn_is_named(
+    labels: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """An installation that is there, but cannot be imported."""
+    monkeypatch.setitem(sys.modules, "sklearn.ensemble", None)
+    assert main(["forest", str(labels)]) == 2
+    assert "scikit-learn cannot be imported (" in capsys.readouterr().err
+
+
 def test_requirement_is_that_of_the_package() -> None:
     project = tomllib.loads((Path(__file__).parents[1] / "pyproject.toml").read_text())
     assert project["project"]["optional-dependencies"]["forest"] == [REQUIREMENT]

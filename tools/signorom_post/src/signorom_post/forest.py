@@ -76,6 +76,7 @@ def fit(points: FloatArray, labels: IntArray, n_trees: int, seed: int) -> Any:
 
 def random_forest_class() -> Any:
     """Return the class of scikit-learn; if it cannot be imported, raise an error that tells how to install it."""
+    need_scikit_learn()
     try:
         from sklearn.ensemble import RandomForestClassifier
     except ImportError as error:
