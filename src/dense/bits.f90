@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Index sets as bits: 32 flags to an integer.
+!> Sets of indices stored as bits: one integer keeps 32 flags.
 module sig_bits
   implicit none(type, external)
   private
@@ -9,13 +9,14 @@ module sig_bits
 
 contains
 
-  !> Integers that hold so many flags.
+  !> Returns the number of integers ("words") for n_flags flags.
   elemental integer function n_words(n_flags)
     integer, intent(in) :: n_flags
 
     n_words = (n_flags + word_size - 1) / word_size
   end function n_words
 
+  !> Writes flags into the bits of integers. Bits without a flag are 0.
   pure subroutine pack_bits(flags, words)
     logical, intent(in) :: flags(:)
     !> shape (n_words(size(flags)))
@@ -28,7 +29,9 @@ contains
     end do
   end subroutine pack_bits
 
+  !> Reads flags from the bits of integers, as many as `flags` has.
   pure subroutine unpack_bits(words, flags)
+    !> from pack_bits
     integer, intent(in) :: words(:)
     logical, intent(out) :: flags(:)
     integer :: i
@@ -38,7 +41,7 @@ contains
     end do
   end subroutine unpack_bits
 
-  !> Each column of flags on its own.
+  !> Returns the words of each column of flags.
   pure function pack_columns(flags) result(words)
     logical, intent(in) :: flags(:, :)
     integer :: words(n_words(size(flags, 1)), size(flags, 2))
@@ -49,10 +52,11 @@ contains
     end do
   end function pack_columns
 
+  !> Returns the flags of each column of words.
   pure function unpack_columns(words, n_flags) result(flags)
     !> shape (n_words(n_flags), n)
     integer, intent(in) :: words(:, :)
-    !> of a column
+    !> number of flags of a column
     integer, intent(in) :: n_flags
     logical :: flags(n_flags, size(words, 2))
     integer :: i

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Least squares on a few columns of a matrix that come and go: their QR factorization is updated.
+!> Least squares on a few columns of a matrix. Columns are added and removed; their QR factorization is updated each time.
 module sig_column_set
   use sig_dense_kernels, only: multiply, multiply_transpose
   use sig_kinds, only: rk
@@ -7,19 +7,19 @@ module sig_column_set
   private
   public :: column_set_t
 
-  !> what a unit column adds to the span of the others is below this: it depends on them
+  !> [-] a column of length 1 depends on the others if at most this length is left after subtracting its projection on them
   real(rk), parameter :: rank_tolerance = 1.0e-10_rk
 
-  !> A(:, used(:n)) = Q R.
+  !> A set of n columns of a matrix A with their factors: A(:, used(:n)) = Q R.
   type :: column_set_t
     integer :: n = 0
-    !> shape (most)
+    !> numbers of the columns in A, shape (most)
     integer, allocatable :: used(:)
     !> orthonormal columns, shape (n_rows, most)
     real(rk), allocatable :: q(:, :)
     !> upper triangle, shape (most, most)
     real(rk), allocatable :: r(:, :)
-    !> room, shape (most)
+    !> work space, shape (most)
     real(rk), allocatable, private :: products(:)
   contains
     procedure :: reserve
@@ -30,7 +30,7 @@ module sig_column_set
 
 contains
 
-  !> Room for so many columns; the set is empty then.
+  !> Allocates room for at most `most` columns of n_rows rows, and makes the set empty.
   subroutine reserve(self, n_rows, most)
     class(column_set_t), intent(inout) :: self
     integer, intent(in) :: n_rows
@@ -41,9 +41,10 @@ contains
     self%n = 0
   end subroutine reserve
 
-  !> Takes a column in unless it depends on the others.
+  !> Adds a column to the set. The set does not change where the column depends on the others or where the set has no room left;
+  !> then is_dependent is true.
   !>
-  !> Gram-Schmidt, twice, which leaves Q orthonormal to round-off.
+  !> The method is Gram-Schmidt, twice, so that Q stays orthonormal up to rounding.
   subroutine add(self, matrix, i_column, is_dependent)
     class(column_set_t), intent(inout) :: self
     !> unit columns, shape (n_rows, n_columns)
@@ -74,10 +75,10 @@ contains
     self%n = self%n + 1
   end subroutine add
 
-  !> Drops a column; plane rotations make R triangular again.
+  !> Removes a column from the set. Plane rotations make R triangular again.
   subroutine remove(self, i)
     class(column_set_t), intent(inout) :: self
-    !> its place in used
+    !> place of the column in `used`
     integer, intent(in) :: i
     real(rk) :: c, radius, s
     integer :: k
@@ -96,7 +97,7 @@ contains
     end do
   end subroutine remove
 
-  !> (a, b) = (c a + s b, c b - s a).
+  !> Replaces (a, b) by (c a + s b, c b - s a).
   elemental subroutine rotate(c, s, a, b)
     real(rk), intent(in) :: c
     real(rk), intent(in) :: s
@@ -109,12 +110,12 @@ contains
     a = turned
   end subroutine rotate
 
-  !> The combination of the columns that is nearest to b, and what is left of b.
+  !> Computes the coefficients of the combination of the columns that is nearest to b, and the residual: b minus this combination.
   subroutine solve(self, rhs, solution, residual)
     class(column_set_t), intent(in) :: self
     !> b, shape (n_rows)
     real(rk), contiguous, intent(in) :: rhs(:)
-    !> shape (>= n)
+    !> coefficients in the order of `used`, shape (>= n)
     real(rk), contiguous, intent(inout) :: solution(:)
     !> shape (n_rows)
     real(rk), contiguous, intent(inout) :: residual(:)

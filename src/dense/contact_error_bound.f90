@@ -1,5 +1,6 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> How far approximate contact forces can be from the solution of the complementarity problem 0 <= lambda, w = W lambda + q >= 0.
+!> Bounds the error of approximate contact forces lambda_r against the solution lambda of the complementarity problem 0 <= lambda, w
+!> = W lambda + q >= 0, lambda' w = 0. The solution itself is not needed.
 module sig_contact_error_bound
   use sig_dense_kernels, only: factor_cholesky, reduce_cholesky, solve_cholesky
   use sig_kinds, only: rk
@@ -7,13 +8,13 @@ module sig_contact_error_bound
   private
   public :: contact_error_bound_t
 
-  !> W ready for bounds of any number of approximations.
+  !> The factored matrix W, for the bounds of any number of approximations.
   type :: contact_error_bound_t
-    !> W is symmetric positive definite: otherwise there is no bound
+    !> W is positive definite; otherwise there is no bound
     logical :: is_valid = .false.
     !> Cholesky factor of W on and below the diagonal, [length/force] W above it; shape (n, n)
     real(rk), allocatable, private :: factor(:, :)
-    !> [length/force] of W, shape (n)
+    !> [length/force] diagonal of W, shape (n)
     real(rk), allocatable, private :: diagonal(:)
   contains
     procedure :: create
@@ -26,9 +27,10 @@ module sig_contact_error_bound
 
 contains
 
+  !> Factors W and sets is_valid.
   subroutine create(self, compliance)
     class(contact_error_bound_t), intent(out) :: self
-    !> W, shape (n, n)
+    !> [length/force] W, symmetric, shape (n, n)
     real(rk), intent(in) :: compliance(:, :)
     integer :: i, info
 
@@ -38,21 +40,26 @@ contains
     self%is_valid = info == 0
   end subroutine create
 
-  !> Upper bound of |lambda_r - lambda| in the norm of W, the energy norm of the displacement that the difference causes.
+  !> [sqrt(force*length)] Returns an upper bound of |e|, e = lambda_r - lambda, in the norm of W. This is the energy norm of the
+  !> displacement that the forces e cause.
   !>
-  !> For any set S of rows, e = lambda_r - lambda, w = W lambda_r + q: e' W e = e' w - e' w(lambda) <= e' rho + c for any rho that
-  !> is w on S and at most w elsewhere, with c the sum of lambda_r (w - rho) elsewhere: lambda_r, lambda and w(lambda) are not
-  !> negative, and lambda' w(lambda) = 0. With d = |rho| in the norm of W^-1 follows |e| <= d/2 + sqrt(d^2/4 + c).
+  !> Let w = W lambda_r + q, let S be any set of rows, and let rho be any vector with rho = w on S and rho <= w elsewhere. Because
+  !> lambda_r, lambda and W lambda + q are not negative and lambda' (W lambda + q) = 0: e' W e <= e' w <= e' rho + c, where c is the
+  !> sum of lambda_r (w - rho) over the rows outside of S. With d = |rho| in the norm of W^-1: |e| <= d/2 + sqrt(d^2/4 + c).
   !>
-  !> First S are the rows with a force, and rho is min(w, 0) elsewhere: the bound of an exact answer is rounding. Then S are the
-  !> rows that the primal-dual active set method closes next (a trace of force across a wide gap is no contact), and rho is
-  !> min(W v, w) elsewhere, where W_SS v_S = w_S is what the step changes: on the set of the solution d is the error itself. Last,
-  !> without the forces D that this step opens: their own norm and the bound of the rest, because |e| <= |D| + |e - D|; a force
-  !> across a wide gap is worth its own energy, not its work on the gap. The smallest bound counts.
+  !> The smallest of three bounds is returned. First bound: S are the rows with a force, and rho = min(w, 0) elsewhere. For an exact
+  !> answer this bound is only rounding.
   !>
-  !> Bodies that hang on anchors T: W and the rows are those of the others with closed anchors, all forces are in balance, and
-  !> w = W lambda_r + q + N s under some openings s of the anchors. e' w over all rows is still |e|^2, and as e_T = -N' e the same
-  !> bound holds with rho - N rho_T: opening is then w - N rho_T, and c has a share of the anchors.
+  !> Second bound: S are the rows that the primal-dual active set method would close next; a very small force across a wide gap is
+  !> then not in S. Elsewhere rho = min(W v, w), where v is zero outside of S and W_SS v_S = w_S: v is the change of the forces in
+  !> this step. If S is the active set of the solution, d is the error itself.
+  !>
+  !> Third bound: S as in the second one, but without the forces D on the rows that this step opens: |e| <= |D| + |e - D|. A force
+  !> across a wide gap then adds its own energy, and not its work on the gap.
+  !>
+  !> Bodies that are held by anchors T: W and the rows are those of the other contacts, with closed anchors. All forces are in
+  !> balance, and w = W lambda_r + q + N s for some openings s of the anchors. Because e_T = -N' e, the same bound holds with rho -
+  !> N rho_T: `opening` is then w - N rho_T, and `surplus` is the part of c that belongs to the anchors.
   !>
   !> Requires: is_valid.
   real(rk) function evaluate(self, lambda, opening, enough, surplus) result(bound)
@@ -61,9 +68,9 @@ contains
     real(rk), contiguous, intent(in) :: lambda(:)
     !> [length] w = W lambda_r + q, shape (n)
     real(rk), contiguous, intent(in) :: opening(:)
-    !> a bound of the first set as small as this needs no other one; default 0
+    !> [sqrt(force*length)] if the first bound is at most this, the others are not computed
     real(rk), intent(in), optional :: enough
-    !> [force*length] share of c that is not of these rows; default 0
+    !> [force*length] part of c that does not belong to these rows; default 0
     real(rk), intent(in), optional :: surplus
     real(rk) :: more
 
@@ -78,14 +85,15 @@ contains
     bound = min(bound, self%bound_of_step(lambda, opening, lambda * self%diagonal > opening, more, .not. present(surplus)))
   end function evaluate
 
-  !> The bound of the set that the primal-dual method closes. It costs a factorization of these rows.
+  !> Returns the smaller one of the second and the third bound, for the set S = is_closed; huge where W_SS cannot be factored. It
+  !> costs a factorization of W_SS.
   real(rk) function bound_of_step(self, lambda, opening, is_closed, more, may_drop) result(bound)
     class(contact_error_bound_t), intent(in) :: self
     real(rk), intent(in) :: lambda(:)
     real(rk), intent(in) :: opening(:)
     logical, intent(in) :: is_closed(:)
     real(rk), intent(in) :: more
-    !> forces need not be in balance, so that some may be left out
+    !> the third bound is allowed, because forces need not be in balance
     logical, intent(in) :: may_drop
     real(rk) :: block(count(is_closed), count(is_closed)), change(count(is_closed))
     integer :: closed(count(is_closed)), i, info, j
@@ -106,13 +114,13 @@ contains
     if (may_drop) bound = min(bound, self%bound_without(lambda, opening, is_closed, closed, block))
   end function bound_of_step
 
-  !> The norm of the forces that a step opens, and the bound of the others on the same set.
+  !> Returns the third bound: the norm of the forces that the step opens plus the bound of the others; huge where it opens none.
   real(rk) function bound_without(self, lambda, opening, is_closed, closed, block) result(bound)
     class(contact_error_bound_t), intent(in) :: self
     real(rk), intent(in) :: lambda(:)
     real(rk), intent(in) :: opening(:)
     logical, intent(in) :: is_closed(:)
-    !> rows of it, and the factor of W on them
+    !> numbers of the closed rows, and the Cholesky factor of W on them
     integer, intent(in) :: closed(:)
     real(rk), contiguous, intent(in) :: block(:, :)
     real(rk) :: change(size(closed)), closing(size(lambda)), rest(size(lambda))
@@ -130,7 +138,7 @@ contains
       self%bound_of(merge(lambda, 0.0_rk, is_closed), rest, merge(rest, min(rest, self%times(closed, change)), is_closed), 0.0_rk)
   end function bound_without
 
-  !> W v of a vector that is zero but on some rows.
+  !> Returns W v for a vector v that is zero except on some rows.
   pure function times(self, rows, values) result(product)
     class(contact_error_bound_t), intent(in) :: self
     integer, intent(in) :: rows(:)
@@ -149,14 +157,14 @@ contains
     end do
   end function times
 
-  !> Rows where the misfit is w are in S.
+  !> Returns d/2 + sqrt(d^2/4 + c) for a given rho. S are the rows where rho = w.
   real(rk) function bound_of(self, lambda, opening, misfit, more) result(bound)
     class(contact_error_bound_t), intent(in) :: self
     real(rk), intent(in) :: lambda(:)
     real(rk), intent(in) :: opening(:)
     !> [length] rho, shape (n)
     real(rk), intent(in) :: misfit(:)
-    !> added to c
+    !> [force*length] added to c
     real(rk), intent(in) :: more
     !> L^-1 rho
     real(rk) :: reduced(size(lambda)), square

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> The C side of the dense layer, as Fortran sees it; what each function does stands in include/signorom/dense_kernels.h.
+!> Fortran interfaces of the C functions of the dense layer; include/signorom/dense_kernels.h describes them.
 module sig_dense_c_interfaces
   use, intrinsic :: iso_c_binding, only: c_double, c_int
   implicit none(type, external)

@@ -1,7 +1,9 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Products and factorizations of dense matrices without BLAS and LAPACK. include/signorom/dense_kernels.h says what they promise.
+!> Products and factorizations of dense matrices without BLAS and LAPACK. They call the C functions of
+!> include/signorom/dense_kernels.h, which describes them in more detail.
 !>
-!> Nothing is allocated, nothing is kept: any number of threads may call them, and the same numbers give the same bits.
+!> Any number of threads may call these procedures, because they keep nothing. Only transposed_product allocates memory. The same
+!> numbers give the same bits.
 module sig_dense_kernels
   use, intrinsic :: iso_c_binding, only: c_int
   use sig_dense_c_interfaces, only: sig_add_few_columns, sig_add_product, sig_factor_cholesky, sig_factor_lu, sig_largest_size, &
@@ -21,7 +23,7 @@ module sig_dense_kernels
 
 contains
 
-  !> y = alpha a x + beta y, without a temporary array.
+  !> Computes y = alpha a x + beta y, without a temporary array.
   subroutine multiply(alpha, a, x, beta, y)
     real(rk), intent(in) :: alpha
     !> shape (m, n)
@@ -29,13 +31,13 @@ contains
     !> shape (n)
     real(rk), contiguous, intent(in) :: x(:)
     real(rk), intent(in) :: beta
-    !> shape (m); with beta = 0 what it holds does not matter
+    !> shape (m); with beta = 0 its values before the call do not matter
     real(rk), contiguous, intent(inout) :: y(:)
 
     call sig_multiply(size(y), size(x), alpha, a, size(a, 1), x, beta, y)
   end subroutine multiply
 
-  !> y = y + a x of an x that is mostly zero: only the columns of its other entries are read.
+  !> Computes y = y + a x for an x that is mostly zero. The columns of a that belong to zeros are not read.
   subroutine add_few_columns(a, x, y)
     !> shape (m, n)
     real(rk), contiguous, intent(in) :: a(:, :)
@@ -47,7 +49,7 @@ contains
     call sig_add_few_columns(size(y), size(x), a, size(a, 1), x, y)
   end subroutine add_few_columns
 
-  !> y = alpha a' x + beta y, without a temporary array.
+  !> Computes y = alpha a' x + beta y, without a temporary array.
   subroutine multiply_transpose(alpha, a, x, beta, y)
     real(rk), intent(in) :: alpha
     !> shape (m, n)
@@ -55,13 +57,13 @@ contains
     !> shape (m)
     real(rk), contiguous, intent(in) :: x(:)
     real(rk), intent(in) :: beta
-    !> shape (n); with beta = 0 what it holds does not matter
+    !> shape (n); with beta = 0 its values before the call do not matter
     real(rk), contiguous, intent(inout) :: y(:)
 
     call sig_multiply_transpose(size(x), size(y), alpha, a, size(a, 1), x, beta, y)
   end subroutine multiply_transpose
 
-  !> c = c + factor * a b.
+  !> Computes c = c + factor * a b.
   subroutine add_product(factor, a, b, c)
     real(rk), intent(in) :: factor
     !> shape (m, k)
@@ -74,7 +76,7 @@ contains
     call sig_add_product(0_c_int, 0_c_int, size(c, 1), size(c, 2), size(b, 1), factor, a, size(a, 1), b, size(b, 1), c, size(c, 1))
   end subroutine add_product
 
-  !> c = c + factor * a' b.
+  !> Computes c = c + factor * a' b.
   subroutine add_transposed_product(factor, a, b, c)
     real(rk), intent(in) :: factor
     !> shape (k, m)
@@ -87,7 +89,7 @@ contains
     call sig_add_product(1_c_int, 0_c_int, size(c, 1), size(c, 2), size(b, 1), factor, a, size(a, 1), b, size(b, 1), c, size(c, 1))
   end subroutine add_transposed_product
 
-  !> c = a' b.
+  !> Returns c = a' b.
   function transposed_product(a, b) result(c)
     !> shape (k, m)
     real(rk), contiguous, intent(in) :: a(:, :)
@@ -100,20 +102,20 @@ contains
     call add_transposed_product(1.0_rk, a, b, c)
   end function transposed_product
 
-  !> LU factors with row exchanges, in place.
+  !> Computes the LU factors of a square matrix with row exchanges, in place.
   subroutine factor_lu(n, a, pivots, info)
     integer, intent(in) :: n
-    !> matrix in its first n rows and columns, shape (>= n, >= n)
+    !> on entry the matrix, on exit its factors, in the first n rows and columns, shape (>= n, >= n)
     real(rk), contiguous, intent(inout) :: a(:, :)
-    !> shape (>= n)
+    !> row exchanges, for solve_lu, shape (>= n)
     integer, contiguous, intent(inout) :: pivots(:)
-    !> 0, or the number of a pivot that is zero or not a number: the factors are of no use
+    !> 0, or the number of the first pivot that is zero or not a number; then the factors are of no use
     integer, intent(out) :: info
 
     info = sig_factor_lu(n, a, size(a, 1), pivots)
   end subroutine factor_lu
 
-  !> b = A^-1 b with the factors of factor_lu.
+  !> Computes b = A^-1 b, with the factors of factor_lu.
   subroutine solve_lu_vector(n, factors, pivots, b)
     integer, intent(in) :: n
     real(rk), contiguous, intent(in) :: factors(:, :)
@@ -135,31 +137,32 @@ contains
     call sig_solve_lu(n, size(b, 2), factors, size(factors, 1), pivots, b, size(b, 1))
   end subroutine solve_lu_matrix
 
-  !> [-] 1 / (|A| |A^-1|) in the 1-norm (estimate) from the factors of factor_lu; 1 of an empty matrix.
+  !> [-] Returns an estimate of the reciprocal condition number 1 / (|A| |A^-1|) in the 1-norm, from the factors of factor_lu; 1 for
+  !> an empty matrix, 0 where the inverse is not finite.
   real(rk) function reciprocal_condition_lu(n, factors, norm, work, signs) result(reciprocal)
     integer, intent(in) :: n
     real(rk), contiguous, intent(in) :: factors(:, :)
-    !> |A|
+    !> |A| in the 1-norm
     real(rk), intent(in) :: norm
-    !> room, shape (>= n)
+    !> work spaces, shape (>= n)
     real(rk), contiguous, intent(inout) :: work(:)
     integer, contiguous, intent(inout) :: signs(:)
 
     reciprocal = sig_reciprocal_condition_lu(n, factors, size(factors, 1), norm, work, signs)
   end function reciprocal_condition_lu
 
-  !> A = L L' in place; the upper triangle is not touched.
+  !> Computes the Cholesky factor L of A = L L', in place. Only the lower triangle is read and written.
   subroutine factor_cholesky(n, a, info)
     integer, intent(in) :: n
-    !> matrix in its first n rows and columns, shape (>= n, >= n)
+    !> on entry the matrix, on exit L, in the first n rows and columns, shape (>= n, >= n)
     real(rk), contiguous, intent(inout) :: a(:, :)
-    !> 0, or the number of a pivot that is not positive: the matrix is not positive definite
+    !> 0, or the number of the first pivot that is not positive; then the matrix is not positive definite, and L is of no use
     integer, intent(out) :: info
 
     info = sig_factor_cholesky(n, a, size(a, 1))
   end subroutine factor_cholesky
 
-  !> b = A^-1 b with the factor of factor_cholesky.
+  !> Computes b = A^-1 b, with the factor of factor_cholesky.
   subroutine solve_cholesky(n, factor, b)
     integer, intent(in) :: n
     real(rk), contiguous, intent(in) :: factor(:, :)
@@ -169,7 +172,7 @@ contains
     call sig_solve_cholesky(n, 1_c_int, factor, size(factor, 1), b, size(b))
   end subroutine solve_cholesky
 
-  !> b = L^-1 b with the factor of factor_cholesky: b' A^-1 b is then the sum of squares.
+  !> Computes b = L^-1 b, with the factor of factor_cholesky. The sum of squares of the result is b' A^-1 b of the original b.
   subroutine reduce_cholesky(n, factor, b)
     integer, intent(in) :: n
     real(rk), contiguous, intent(in) :: factor(:, :)
@@ -183,17 +186,16 @@ contains
   real(rk) function reciprocal_condition_cholesky(n, factor, norm, work, signs) result(reciprocal)
     integer, intent(in) :: n
     real(rk), contiguous, intent(in) :: factor(:, :)
-    !> |A|
+    !> |A| in the 1-norm
     real(rk), intent(in) :: norm
-    !> room, shape (>= n)
+    !> work spaces, shape (>= n)
     real(rk), contiguous, intent(inout) :: work(:)
     integer, contiguous, intent(inout) :: signs(:)
 
     reciprocal = sig_reciprocal_condition_cholesky(n, factor, size(factor, 1), norm, work, signs)
   end function reciprocal_condition_cholesky
 
-  !> Returns the largest |x_i|, 0 for an empty array. It is several times as fast as maxval(abs(x)), which waits for each
-  !> comparison.
+  !> Returns the largest |x_i|; 0 for an empty array, NaN where an entry is NaN. It is several times as fast as maxval(abs(x)).
   pure real(rk) function largest_size(x)
     real(rk), contiguous, intent(in) :: x(:)
 

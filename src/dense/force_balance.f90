@@ -1,5 +1,6 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Contact forces that keep the balance with the loads of bodies which only contact holds: A lambda = b.
+!> The balance A lambda = b between the contact forces and the loads on bodies that only contact holds: for each free rigid motion,
+!> the contact forces and the loads do no work together.
 module sig_force_balance
   use sig_kinds, only: rk
   use sig_linear_algebra, only: solve_dense
@@ -7,28 +8,29 @@ module sig_force_balance
   private
   public :: balance_forces, keep_balance
 
-  !> [-] work that is left, relative to its parts: of forces that are found, and of such that count as balanced
+  !> [-] the steps end when A lambda - b is at most this, relative to the terms of its sum
   real(rk), parameter :: rounding = 1.0e-13_rk
+  !> [-] forces count as balanced when A lambda - b is at most this, relative to the terms of its sum
   real(rk), parameter :: balanced = 1.0e-11_rk
   integer, parameter :: most_steps = 50
-  !> [-] of the curvature, so that a step exists where the closed rows do not hold the bodies
+  !> [-] relative to the size of A A', added to the diagonal so that a step exists where the loaded rows do not hold the bodies
   real(rk), parameter :: damping = 1.0e-10_rk
 
 contains
 
-  !> Moves forces to the nearest non-negative ones in balance: the projection on {lambda >= 0, A lambda = b}. This set contains the
-  !> solution, so that no error of the forces (Euclidean) grows.
+  !> Replaces contact forces lambda_r by the nearest ones with lambda >= 0 and A lambda = b. The solution has these properties, too,
+  !> and the set of such forces is convex. Therefore the Euclidean error of the forces does not become larger.
   !>
-  !> lambda(y) = max(0, lambda_r + A' y); y makes |lambda(y)|^2/2 - b'y least, a convex function with the gradient A lambda(y) - b.
-  !> Newton's method with halved steps. Local.
+  !> The result is lambda(y) = max(0, lambda_r + A' y), where y minimizes |lambda(y)|^2/2 - b'y. This function is convex and has the
+  !> gradient A lambda(y) - b. The method is Newton's with step halving. Local.
   subroutine balance_forces(matrix, work, forces, is_balanced)
-    !> A', work of each force on each motion; shape (n, n_motions)
+    !> A', work of a unit force of each contact row on each free motion, shape (n, n_motions)
     real(rk), intent(in) :: matrix(:, :)
-    !> b, that of the loads; shape (n_motions)
+    !> b, work of the loads on each free motion, shape (n_motions)
     real(rk), intent(in) :: work(:)
     !> [force] shape (n)
     real(rk), intent(inout) :: forces(:)
-    !> false: no forces >= 0 keep this balance; they are left as they were
+    !> false where no non-negative forces with this balance are found; then the forces do not change
     logical, intent(out) :: is_balanced
     real(rk) :: y(size(work)), step(size(work)), rest(size(work)), given(size(forces)), value, length
     logical :: is_singular
@@ -64,7 +66,7 @@ contains
     end function dual
   end subroutine balance_forces
 
-  !> Whether A lambda = b except for rounding.
+  !> Whether A lambda = b up to rounding. Arguments as for balance_forces.
   pure logical function keep_balance(matrix, work, forces)
     real(rk), intent(in) :: matrix(:, :)
     real(rk), intent(in) :: work(:)
@@ -74,7 +76,7 @@ contains
     keep_balance = all(abs(matmul(forces, matrix) - work) <= balanced * (matmul(forces, abs(matrix)) + abs(work)))
   end function keep_balance
 
-  !> Returns A D A' for the rows that carry force.
+  !> Returns A D A' with a small addition to its diagonal, where D selects the rows that carry force.
   pure function curvature(matrix, is_loaded) result(square)
     real(rk), intent(in) :: matrix(:, :)
     logical, intent(in) :: is_loaded(:)

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> A k-d tree: which of many points or balls lie near a place or a line, without looking at them all.
+!> A k-d tree: finds the points or balls near a place or a line without comparing all of them.
 module sig_k_d_tree
   use, intrinsic :: ieee_arithmetic, only: ieee_positive_inf, ieee_value
   use sig_kinds, only: rk
@@ -7,10 +7,10 @@ module sig_k_d_tree
   private
   public :: k_d_tree_t
 
-  !> A balanced tree without pointers: the root of the points lo..hi is the one in the middle, in the order of the tree.
+  !> A balanced tree without pointers. In the order of the tree, the root of the points lo..hi is the one in the middle.
   !>
-  !> A ball around all points of each subtree tells which of them need not be looked at, for distances from a place as well as
-  !> from a line.
+  !> Each subtree has a ball around all its points. A search leaves out subtrees whose ball is too far away. This works for
+  !> distances from a place and from a line.
   type :: k_d_tree_t
     private
     integer :: n_points = 0
@@ -18,9 +18,9 @@ module sig_k_d_tree
     real(rk), allocatable :: points(:, :)
     !> radius of the ball around each point, 0 for points, shape (n_points)
     real(rk), allocatable :: sizes(:)
-    !> the caller's number of each
+    !> number of each point in the order of the caller, shape (n_points)
     integer, allocatable :: numbers(:)
-    !> ball of the subtree below each root, shape (n_dim, n_points) and (n_points)
+    !> center and radius of the ball of the subtree below each root, shape (n_dim, n_points) and (n_points)
     real(rk), allocatable :: centers(:, :)
     real(rk), allocatable :: radii(:)
   contains
@@ -29,17 +29,17 @@ module sig_k_d_tree
     procedure :: within
   end type k_d_tree_t
 
-  !> [-] of the coordinates: a ball that much too large loses no point by rounding
+  !> [-] balls are larger by this fraction of the coordinates, so that no point is lost by rounding
   real(rk), parameter :: slack = 8 * epsilon(1.0_rk)
 
 contains
 
-  !> Cost: O(n log n).
+  !> Makes the tree of some points or balls. Cost: O(n log n).
   pure subroutine create(self, points, sizes)
     class(k_d_tree_t), intent(inout) :: self
-    !> shape (n_dim, n_points)
+    !> points, or centers of the balls, shape (n_dim, n_points)
     real(rk), intent(in) :: points(:, :)
-    !> radius of a ball around each point that `within` looks for, shape (n_points)
+    !> radii of the balls, which only `within` uses; default 0; shape (n_points)
     real(rk), intent(in), optional :: sizes(:)
     integer :: i
 
@@ -74,7 +74,8 @@ contains
     call arrange(self, middle + 1, hi)
   end subroutine arrange
 
-  !> Quickselect: afterwards no point of lo..middle-1 lies above that in the middle, none of middle+1..hi below it.
+  !> Sorts the points lo..hi partly (quickselect). Afterwards, no point of lo..middle-1 has a larger coordinate than the middle one,
+  !> and no point of middle+1..hi a smaller one.
   pure subroutine select_middle(self, axis, lo, middle, hi)
     class(k_d_tree_t), intent(inout) :: self
     integer, intent(in) :: axis, lo, middle, hi
@@ -113,17 +114,18 @@ contains
     self%numbers([i, j]) = self%numbers([j, i])
   end subroutine swap
 
-  !> The point (the center of a ball) nearest to a place, or to a line through it; of equally near ones that with the lowest number.
+  !> Finds the point, or the center of a ball, that is nearest to a place, or to a line through the place; of equally near ones the
+  !> one with the lowest number.
   !>
-  !> Cost: O(log n) as a rule.
+  !> Cost: O(log n) in most cases.
   pure subroutine nearest(self, place, number, distance, direction)
     class(k_d_tree_t), intent(in) :: self
     real(rk), intent(in) :: place(:)
-    !> 1-based; 0 in an empty tree
+    !> number of the point in the order of the caller, 1-based; 0 in an empty tree
     integer, intent(out) :: number
     !> huge in an empty tree
     real(rk), intent(out) :: distance
-    !> [-] of the line, unit vector
+    !> [-] direction of the line, unit vector; default: no line
     real(rk), intent(in), optional :: direction(:)
     real(rk) :: along(size(place))
 
@@ -151,7 +153,7 @@ contains
       distance = candidate
       number = self%numbers(middle)
     end if
-    ! the nearer side first, so that the other one can mostly be left out
+    ! the nearer side first, because the other one can then usually be left out
     if (least_distance(self, place, along, lo, middle - 1) <= least_distance(self, place, along, middle + 1, hi)) then
       call search_nearest(self, place, along, lo, middle - 1, number, distance)
       call search_nearest(self, place, along, middle + 1, hi, number, distance)
@@ -161,7 +163,7 @@ contains
     end if
   end subroutine search_nearest
 
-  !> No point of lo..hi is nearer than this; infinite where there is none.
+  !> Returns a lower bound of the distance of the points or balls lo..hi; infinite where there is none.
   pure real(rk) function least_distance(self, place, along, lo, hi) result(distance)
     class(k_d_tree_t), intent(in) :: self
     real(rk), intent(in) :: place(:)
@@ -175,7 +177,7 @@ contains
     end associate
   end function least_distance
 
-  !> Length of a vector without its part along a unit vector, or of the whole where that is zero.
+  !> Returns the length of a vector without its component along the unit vector `along`; of the whole vector where `along` is zero.
   pure real(rk) function offset(vector, along)
     real(rk), intent(in) :: vector(:)
     real(rk), intent(in) :: along(:)
@@ -183,14 +185,15 @@ contains
     offset = norm2(vector - dot_product(vector, along) * along)
   end function offset
 
-  !> Finds all points, or balls, at most `radius` from a place, or from a line through it, ascending.
+  !> Finds all points, or balls, whose distance from a place, or from a line through the place, is at most `radius`. Balls that
+  !> contain the place, or meet the line, are found, too.
   pure subroutine within(self, place, radius, numbers, direction)
     class(k_d_tree_t), intent(in) :: self
     real(rk), intent(in) :: place(:)
     real(rk), intent(in) :: radius
-    !> 1-based
+    !> numbers in the order of the caller, 1-based, ascending
     integer, allocatable, intent(out) :: numbers(:)
-    !> [-] of the line, unit vector
+    !> [-] direction of the line, unit vector; default: no line
     real(rk), intent(in), optional :: direction(:)
     real(rk) :: along(size(place))
 
@@ -217,7 +220,7 @@ contains
     call search_within(self, place, along, radius, middle + 1, hi, numbers)
   end subroutine search_within
 
-  !> Sorts by insertion: a query finds few points.
+  !> Sorts by insertion, which is fast enough for the few points that a search finds.
   pure subroutine sort_ascending(numbers)
     integer, intent(inout) :: numbers(:)
     integer :: i, j, number

@@ -1,5 +1,6 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Linear complementarity problem 0 <= lambda _|_ W lambda + q >= 0, W any square matrix: a fast method first, a safe one last.
+!> Solves the linear complementarity problem lambda >= 0, w = W lambda + q >= 0, lambda' w = 0 for any square matrix W. Fast methods
+!> are tried first, a safe one last.
 module sig_lcp
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   use sig_kinds, only: rk
@@ -15,26 +16,28 @@ module sig_lcp
   public :: solve_lcp, change_sets, find_other_solution, lcp_solution_t, lcp_workspace_t, lcp_method_name
   public :: lcp_active_set, lcp_block_pivoting, lcp_lemke
 
-  !> largest accepted error of an answer, relative to the terms summed in each row
+  !> [-] largest accepted violation of the conditions, relative to the terms that each row sums
   real(rk), parameter :: accepted_residual = 1.0e-8_rk
-  !> [-] solutions whose multipliers differ by less than this share of the largest one are one solution
+  !> [-] solutions whose multipliers differ by at most this fraction of the largest multiplier count as the same
   real(rk), parameter :: same_solution = 1.0e-6_rk
-  !> covering vectors tried with Lemke's method before a problem counts as without solution
+  !> number of covering vectors that are tried with Lemke's method before a problem counts as without solution
   integer, parameter :: n_paths = 4
 
 contains
 
-  !> Solves 0 <= lambda _|_ W lambda + q >= 0.
+  !> Solves lambda >= 0, w = W lambda + q >= 0, lambda' w = 0. solution%reason is reason_converged where that succeeds; otherwise it
+  !> says why not, and lambda is zero.
   !>
-  !> Active set, then block pivoting, then Lemke with a few covering vectors; each is bounded, so the call ends. An answer that
-  !> is not unique (W no P-matrix) may depend on the start. q >= 0 is answered by zero. Tolerances are relative to what is summed:
-  !> a change of units changes nothing. With a workspace and a solution that were used before nothing is allocated.
+  !> The methods are active set, then block pivoting, then Lemke's with a few covering vectors. Each has a limited number of steps.
+  !> For q >= 0 the answer is zero. Where the solution is not unique (W is no P-matrix), the answer may depend on the start. All
+  !> tolerances are relative to the terms that are summed, so units do not matter. Nothing is allocated with a workspace and a
+  !> solution that were used before for a problem of this size.
   subroutine solve_lcp(matrix, q, is_active_start, solution, workspace)
     !> W, shape (n, n)
     real(rk), intent(in) :: matrix(:, :)
     !> shape (n)
     real(rk), intent(in) :: q(:)
-    !> guess of the active set, shape (n); of size 0: q < 0 is the guess
+    !> guess of the active set (lambda > 0), shape (n); with size 0 the guess is q < 0
     logical, intent(in) :: is_active_start(:)
     type(lcp_solution_t), intent(inout) :: solution
     type(lcp_workspace_t), intent(inout), optional :: workspace
@@ -79,17 +82,19 @@ contains
     end do
   end subroutine solve_in
 
-  !> The active set method alone, from a set that is nearly the answer's, for a matrix that is known to be finite and not symmetric:
-  !> a set of k unknowns costs k^3 / 3 + 2 n k operations, and nothing grows with n^2. Not solved: solve_lcp may do it.
+  !> Solves the problem by the active set method alone, for a start that is nearly the active set of the answer. The matrix must be
+  !> finite and is taken as not symmetric. Where this fails (solution%reason is not reason_converged), solve_lcp may still succeed.
+  !>
+  !> A set of k unknowns costs k^3 / 3 + 2 n k operations; no cost grows with n^2.
   subroutine change_sets(matrix, q, is_active_start, solution, workspace)
     !> shape (n, n)
     real(rk), intent(in) :: matrix(:, :)
     !> shape (n)
     real(rk), intent(in) :: q(:)
-    !> shape (n)
+    !> the start, shape (n)
     logical, intent(in) :: is_active_start(:)
     type(lcp_solution_t), intent(inout) :: solution
-    !> its w is M z + q where solved
+    !> workspace%w is matrix * lambda + q where the problem is solved
     type(lcp_workspace_t), intent(inout) :: workspace
     logical :: is_done
 
@@ -101,10 +106,11 @@ contains
     call try_active_set(matrix, q, solution, workspace, is_done)
   end subroutine change_sets
 
-  !> Looks for another solution of a problem that is solved, by the active set method alone from another start.
+  !> Looks for a second solution of a problem that is already solved, by the active set method alone from another start.
   !>
-  !> The way ends where it meets the known solution's set, comes back to a set, or meets a singular one: it finds nothing then.
-  !> That is no proof that there is one solution only. With a workspace and a solution that were used before nothing is allocated.
+  !> Nothing is found where the method meets the active set of the known solution, a set for the second time, or a set with a
+  !> singular matrix. This does not prove that there is only one solution. Nothing is allocated with a workspace and a solution that
+  !> were used before for a problem of this size.
   subroutine find_other_solution(matrix, q, is_active_start, known, other, workspace, is_found)
     !> W, shape (n, n)
     real(rk), intent(in) :: matrix(:, :)
@@ -112,7 +118,7 @@ contains
     real(rk), intent(in) :: q(:)
     !> guess of the active set, shape (n)
     logical, intent(in) :: is_active_start(:)
-    !> of solve_lcp, solved
+    !> from solve_lcp, with reason_converged
     type(lcp_solution_t), intent(in) :: known
     type(lcp_solution_t), intent(inout) :: other
     type(lcp_workspace_t), intent(inout) :: workspace
@@ -145,7 +151,7 @@ contains
     solution%residual = huge(solution%residual)
   end subroutine start_solution
 
-  !> Whether the value is finite: zero times a number is zero, and else no number.
+  !> Whether all entries are finite: 0 * x is 0 for a finite x, and else not a number.
   pure logical function is_finite(matrix)
     real(rk), intent(in) :: matrix(:, :)
 
@@ -179,7 +185,7 @@ contains
     call finish(matrix, q, workspace, solution, is_done)
   end subroutine try_block_pivoting
 
-  !> Runs Lemke's method, then solves once with its last set, because its tableau has collected the round-off of all pivots.
+  !> Runs Lemke's method, then solves once with its last active set, because the tableau contains the rounding errors of all pivots.
   subroutine try_lemke(matrix, q, i_path, solution, workspace, is_done)
     real(rk), intent(in) :: matrix(:, :)
     real(rk), intent(in) :: q(:)
@@ -202,7 +208,8 @@ contains
     call finish(matrix, q, workspace, solution, is_done)
   end subroutine try_lemke
 
-  !> Positive vectors without a unit: the size of each row, ones, then ones spread by multiples of the golden ratio.
+  !> Chooses the positive covering vector of a path: the size of each row of W (path 1), ones (path 2), or numbers between 0.1 and
+  !> 1.1 by multiples of the golden ratio (later paths). They are scaled so that the largest entry is 1.
   pure subroutine set_covering(matrix, i_path, covering)
     real(rk), intent(in) :: matrix(:, :)
     integer, intent(in) :: i_path
@@ -221,11 +228,12 @@ contains
     covering = covering / max(largest, tiny(covering))
   end subroutine set_covering
 
-  !> Takes over an answer without the round-off below zero, and checks it; no answer leaves zeros behind.
+  !> Takes lambda from the workspace, sets negative rounding errors to zero, and checks the conditions. Where there is no answer,
+  !> lambda is zero.
   pure subroutine finish(matrix, q, workspace, solution, is_done)
     real(rk), intent(in) :: matrix(:, :)
     real(rk), intent(in) :: q(:)
-    !> its lambda is defined when solution%reason is reason_converged
+    !> workspace%lambda is defined where solution%reason is reason_converged
     type(lcp_workspace_t), intent(inout) :: workspace
     type(lcp_solution_t), intent(inout) :: solution
     logical, intent(out) :: is_done
@@ -248,7 +256,8 @@ contains
     solution%is_active = solution%lambda > 0
   end subroutine finish
 
-  !> Measures the largest of |w| where lambda > 0 and of -w elsewhere, w = W lambda + q, each over the terms of its row.
+  !> Sets solution%residual: the largest of |w| on rows with lambda > 0 and of -w elsewhere, each divided by the sum of the terms of
+  !> its row, with w = W lambda + q.
   pure subroutine measure_residual(matrix, q, workspace, solution)
     real(rk), intent(in) :: matrix(:, :)
     real(rk), intent(in) :: q(:)
@@ -266,7 +275,7 @@ contains
     end do
   end subroutine measure_residual
 
-  !> Whether the matrix is symmetric to the last bit: a matrix that is meant to be symmetric is made so.
+  !> Whether the matrix is exactly symmetric. Callers make a matrix that should be symmetric exactly so.
   pure logical function is_symmetric(matrix)
     real(rk), intent(in) :: matrix(:, :)
     integer :: i, j

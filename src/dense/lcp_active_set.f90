@@ -1,5 +1,6 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Primal-dual active set: every wrong sign changes sides at once. Four or five solves when it converges; it may cycle.
+!> Primal-dual active set method for a linear complementarity problem. In each step, every index with a wrong sign enters or leaves
+!> the active set. The method needs four or five solves where it converges, but it may cycle.
 module sig_lcp_active_set
   use sig_bits, only: n_words, pack_bits
   use sig_kinds, only: rk
@@ -11,21 +12,22 @@ module sig_lcp_active_set
 
 contains
 
-  !> Runs from a given set until no sign is wrong, a set comes back, or its matrix is singular.
+  !> Runs from a given set until no sign is wrong (solved), a set comes back, the matrix of a set is singular, or the number of
+  !> steps is max(usual_sets, n + 1).
   subroutine run_active_set(matrix, q, is_active, workspace, reason, n_iterations, is_active_known)
     !> shape (n, n)
     real(rk), intent(in) :: matrix(:, :)
     !> shape (n)
     real(rk), intent(in) :: q(:)
-    !> start; on exit the last set, shape (n)
+    !> on entry the start, on exit the last set, shape (n)
     logical, intent(inout) :: is_active(:)
-    !> its lambda is the answer when solved
+    !> workspace%lambda is the answer where the problem is solved
     type(lcp_workspace_t), intent(inout) :: workspace
     !> reason_converged, or reason_cycle for all other ends
     integer, intent(out) :: reason
-    !> linear solves
+    !> number of linear solves
     integer, intent(out) :: n_iterations
-    !> a set at which to stop, too: its answer is known; shape (n)
+    !> a set whose answer is known already: the method stops there, too, with reason_cycle; shape (n)
     logical, intent(in), optional :: is_active_known(:)
     integer :: i, i_set, max_sets, n
 

@@ -1,5 +1,6 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Block principal pivoting: all the wrong signs change sides while their number falls, otherwise one at a time (Murty).
+!> Block principal pivoting for a linear complementarity problem. While the number of wrong signs falls, all indices with a wrong
+!> sign enter or leave the active set at once; otherwise only one of them does (Murty's rule).
 module sig_lcp_block_pivoting
   use sig_bits, only: n_words, pack_bits
   use sig_kinds, only: rk
@@ -9,28 +10,28 @@ module sig_lcp_block_pivoting
   private
   public :: run_block_pivoting
 
-  !> block exchanges allowed without fewer wrong signs
+  !> number of block exchanges that are allowed although the number of wrong signs does not fall
   integer, parameter :: max_trials = 3
 
 contains
 
-  !> Runs from a given set.
+  !> Runs from a given set until no sign is wrong (solved), a set comes back, the matrix of a set is singular, or the largest number
+  !> of solves is reached.
   !>
-  !> Source: Judice and Pires, Comput. Oper. Res. 21 (1994) 587; Murty's least-index rule. Finite for P-matrices in exact
-  !> arithmetic, but Murty's rule may need 2**n steps there and may cycle elsewhere: the number of solves is bounded, a set that
-  !> comes back ends them, and Lemke's method takes over.
+  !> Source: Judice and Pires, Comput. Oper. Res. 21 (1994) 587; Murty's least-index rule. In exact arithmetic the method ends for
+  !> P-matrices, but Murty's rule may need 2**n steps there, and it may cycle for other matrices.
   subroutine run_block_pivoting(matrix, q, is_active, workspace, reason, n_iterations)
     !> shape (n, n)
     real(rk), intent(in) :: matrix(:, :)
     !> shape (n)
     real(rk), intent(in) :: q(:)
-    !> start; on exit the last set, shape (n)
+    !> on entry the start, on exit the last set, shape (n)
     logical, intent(inout) :: is_active(:)
-    !> its lambda is the answer when solved
+    !> workspace%lambda is the answer where the problem is solved
     type(lcp_workspace_t), intent(inout) :: workspace
     !> reason_converged or reason_cycle
     integer, intent(out) :: reason
-    !> linear solves
+    !> number of linear solves
     integer, intent(out) :: n_iterations
     integer :: fewest, i, max_solves, n_single, n_trials, n_violated
     logical :: is_back
@@ -59,12 +60,12 @@ contains
     n_iterations = max_solves
   end subroutine run_block_pivoting
 
-  !> Whether a set of the single exchanges is the one kept: the rule would take the same way again.
+  !> Whether the single exchanges have come back to the set that is kept, so that they would repeat without end.
   !>
-  !> Kept is the set of the exchanges 1, 2, 4, 8 and so on (Brent), so that any cycle is met.
+  !> The set is kept at the exchanges 1, 2, 4, 8 and so on (Brent), so that a cycle of any length is found.
   pure subroutine look_back(is_active, n_single, workspace, is_back)
     logical, intent(in) :: is_active(:)
-    !> single exchanges in a row, this one included; 0: all the wrong signs change sides
+    !> number of single exchanges in a row, this one included; 0 where this is a block exchange
     integer, intent(in) :: n_single
     type(lcp_workspace_t), intent(inout) :: workspace
     logical, intent(out) :: is_back
@@ -78,14 +79,14 @@ contains
     end associate
   end subroutine look_back
 
-  !> Keeps all the wrong signs, or only the one of the highest index once the trials are used up.
+  !> Chooses the indices to exchange: all wrong signs, or only the one with the highest index where no trials are left.
   pure subroutine choose_exchange(n_violated, is_violated, fewest, n_trials)
     integer, intent(in) :: n_violated
-    !> on exit: which indices change sides
+    !> on entry the wrong signs, on exit the indices to exchange
     logical, intent(inout) :: is_violated(:)
-    !> fewest wrong signs so far
+    !> smallest number of wrong signs so far
     integer, intent(inout) :: fewest
-    !> trials left
+    !> number of block exchanges that are still allowed without fewer wrong signs
     integer, intent(inout) :: n_trials
     integer :: i_last
 

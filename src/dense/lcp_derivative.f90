@@ -1,8 +1,9 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> How the solution of a linear complementarity problem 0 <= z _|_ w = W z + q >= 0 changes with W and q.
+!> Derivatives of the solution of a linear complementarity problem z >= 0, w = W z + q >= 0, z' w = 0 with respect to W and q.
 !>
-!> Rows A with a force stay closed, rows with an opening stay open: W_AA dz_A = -(dW z + dq)_A. Rows G that graze have neither a
-!> force nor an opening and may close or open: dz_G solves a small complementarity problem itself, which holds on one side only.
+!> Rows A with a force stay closed, and rows with an opening stay open: W_AA dz_A = -(dW z + dq)_A. Rows G that graze have neither a
+!> force nor an opening, so they may close or open. Their dz_G is the solution of a small complementarity problem. The derivative in
+!> the opposite direction is then another one.
 module sig_lcp_derivative
   use sig_dense_kernels, only: multiply
   use sig_kinds, only: rk
@@ -12,33 +13,36 @@ module sig_lcp_derivative
   private
   public :: differentiate_lcp, lcp_derivative_t
 
+  !> The directional derivatives of z and w.
   type :: lcp_derivative_t
     !> dz and dw, shape (n, n_directions)
     real(rk), allocatable :: unknowns(:, :)
     real(rk), allocatable :: openings(:, :)
-    !> the opposite direction has another derivative than the negative one, shape (n_directions)
+    !> whether the derivative in the opposite direction is not just the negative of this one, shape (n_directions)
     logical, allocatable :: is_one_sided(:)
-    !> rows G
+    !> number of rows G
     integer :: n_grazing = 0
     !> the solution is not unique: there is no derivative
     logical :: is_singular = .false.
   end type lcp_derivative_t
 
-  !> [-] an opening below this share of its terms is rounding, and so is a force that closes its row by less
+  !> [-] an opening is rounding where it is at most this fraction of its terms; a force where it closes its row by at most as much
   real(rk), parameter :: rounding = 1.0e-9_rk
 
 contains
 
+  !> Computes the derivatives of z and w in some directions. Where the matrix of the active rows is singular, or the problem of the
+  !> grazing rows has no solution, derivative%is_singular is true and the derivatives are of no use.
   subroutine differentiate_lcp(matrix, q, terms, z, changes, derivative)
     !> W, shape (n, n)
     real(rk), contiguous, intent(in) :: matrix(:, :)
     !> shape (n)
     real(rk), intent(in) :: q(:)
-    !> sum of the sizes of what q is a sum of, which may be much larger; shape (n)
+    !> sum of the absolute values of the terms of which q is the sum, shape (n); it may be much larger than |q|
     real(rk), intent(in) :: terms(:)
-    !> the solution, shape (n)
+    !> the solution of the problem, shape (n)
     real(rk), contiguous, intent(in) :: z(:)
-    !> dW z + dq in each direction, shape (n, n_directions)
+    !> dW z + dq for each direction, shape (n, n_directions)
     real(rk), intent(in) :: changes(:, :)
     type(lcp_derivative_t), intent(out) :: derivative
     logical :: grazes(size(z))
@@ -64,7 +68,7 @@ contains
     derivative%openings(active, :) = 0
   end subroutine differentiate_lcp
 
-  !> Rows with neither a force nor an opening, but for rounding.
+  !> Finds the rows that have neither a force nor an opening, up to rounding.
   subroutine find_grazing(matrix, q, terms, z, grazes)
     real(rk), contiguous, intent(in) :: matrix(:, :)
     real(rk), intent(in) :: q(:)
@@ -81,13 +85,13 @@ contains
       closing(k) = matrix(k, k) * z(k)
       if (z(k) > 0) noise = noise + rounding * abs(matrix(:, k)) * z(k)
     end do
-    ! rows of bodies that only contact holds have nothing there
+    ! rows of bodies that only contact holds may have a zero diagonal
     where (.not. closing > 0) closing = z * maxval([(matrix(k, k), k=1, size(z))])
     grazes = closing <= noise .and. abs(w) <= noise
   end subroutine find_grazing
 
-  !> Forces of grazing rows, and what they change on active ones. With the Schur complement S = W_GG - W_GA W_AA^-1 W_AG:
-  !> 0 <= dz_G _|_ S dz_G + p >= 0, p the openings of G without its forces.
+  !> Computes dz_G of the grazing rows and corrects dz_A of the active ones. With the Schur complement S = W_GG - W_GA W_AA^-1 W_AG
+  !> and the change p of the openings of G without forces on G: dz_G >= 0, S dz_G + p >= 0, dz_G' (S dz_G + p) = 0.
   subroutine close_grazing(matrix, changes, active, grazing, factors, derivative)
     real(rk), intent(in) :: matrix(:, :)
     real(rk), intent(in) :: changes(:, :)

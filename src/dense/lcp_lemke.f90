@@ -1,7 +1,8 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Lemke's complementary pivoting with the lexicographic rule, which cannot cycle.
+!> Lemke's method (complementary pivoting) with the lexicographic rule, which cannot cycle.
 !>
-!> The tableau of w - W lambda - d z0 = q is kept in the workspace. Variables: 1..n w, n+1..2n lambda, 2n+1 z0; last column: values.
+!> The tableau of the equations w - W lambda - d z0 = q is kept in the workspace. Its columns 1 to n belong to w, n + 1 to 2n to
+!> lambda, 2n + 1 to z0; the last column has the values of the basic variables.
 module sig_lcp_lemke
   use sig_kinds, only: rk
   use sig_lcp_types, only: lcp_workspace_t
@@ -10,30 +11,30 @@ module sig_lcp_lemke
   private
   public :: run_lemke
 
-  !> a pivot below this times the largest entry of its column counts as zero
+  !> [-] a pivot of at most this fraction of the largest entry of its column counts as zero
   real(rk), parameter :: pivot_tolerance = 1.0e-10_rk
-  !> ratios this close (relative) are a tie
+  !> [-] ratios with at most this relative difference count as equal
   real(rk), parameter :: tie_tolerance = 1.0e-12_rk
 
 contains
 
-  !> Follows the path from w = q + d z0 to z0 = 0, or to a ray.
+  !> Follows the path from w = q + d z0 to z0 = 0, where the problem is solved, or to a ray, where the method has no answer.
   !>
   !> Source: Lemke, Management Science 11 (1965) 681; Cottle, Pang, Stone, The linear complementarity problem, section 4.4.
-  !> Requires: at least one q < 0; the covering vector d > 0 in workspace%covering. The data are scaled inside, so units do not
-  !> matter.
+  !> Requires: at least one q < 0; the covering vector d > 0 in workspace%covering; reserve_tableau. The data are scaled inside, so
+  !> units do not matter.
   subroutine run_lemke(matrix, q, workspace, is_active, reason, n_iterations)
     !> shape (n, n)
     real(rk), intent(in) :: matrix(:, :)
     !> shape (n)
     real(rk), intent(in) :: q(:)
-    !> its lambda is the answer when solved, else zero
+    !> workspace%lambda is the answer where the problem is solved, else zero
     type(lcp_workspace_t), intent(inout) :: workspace
-    !> indices whose lambda is in the last basis, shape (n)
+    !> whether lambda is a basic variable of the answer, shape (n); all false where the problem is not solved
     logical, intent(out) :: is_active(:)
     !> reason_converged, reason_ray or reason_max_pivots
     integer, intent(out) :: reason
-    !> pivots
+    !> number of pivots
     integer, intent(out) :: n_iterations
     integer :: entering, i_row, leaving, max_pivots, n
 
@@ -62,14 +63,14 @@ contains
     n_iterations = max_pivots
   end subroutine run_lemke
 
-  !> Largest entry of W: the unit in which the tableau is written.
+  !> Returns the largest |W_ij|, by which the tableau is scaled.
   pure real(rk) function matrix_size(matrix)
     real(rk), intent(in) :: matrix(:, :)
 
     matrix_size = max(maxval(abs(matrix)), tiny(matrix_size))
   end function matrix_size
 
-  !> Columns I, -W, -d and q, scaled; the basis is w.
+  !> Fills the tableau with the columns I, -W, -d and q, scaled. The basic variables are w.
   pure subroutine fill_tableau(matrix, q, workspace)
     real(rk), intent(in) :: matrix(:, :)
     real(rk), intent(in) :: q(:)
@@ -89,7 +90,8 @@ contains
     workspace%tableau(:n, 2 * n + 2) = q / maxval(abs(q))
   end subroutine fill_tableau
 
-  !> The row that z0 takes first: the lexicographic minimum of (q_i, e_i) / d_i; every row is lexicographically positive then.
+  !> Returns the row where z0 enters the basis: the lexicographic minimum of (q_i, e_i) / d_i. Every row is then lexicographically
+  !> positive.
   pure function first_row(workspace, n) result(i_row)
     type(lcp_workspace_t), intent(in) :: workspace
     integer, intent(in) :: n
@@ -110,7 +112,7 @@ contains
     i_row = 1
   end function first_row
 
-  !> lambda of a w, w of a lambda.
+  !> Returns the variable lambda_i for w_i, and w_i for lambda_i.
   pure function complement(variable, n) result(partner)
     integer, intent(in) :: variable
     integer, intent(in) :: n
@@ -119,8 +121,8 @@ contains
     partner = merge(variable + n, variable - n, variable <= n)
   end function complement
 
-  !> Row of the lexicographically smallest ratio among the positive entries of the entering column; 0 = a ray.
-  !> z0 leaves as soon as it may: that ends the path.
+  !> Finds the row with the lexicographically smallest ratio among the positive entries of the entering column; 0 = a ray. If z0 is
+  !> among the rows with the smallest ratio, it leaves, because this ends the path.
   pure subroutine find_leaving_row(workspace, n, entering, i_leaving)
     type(lcp_workspace_t), intent(inout) :: workspace
     integer, intent(in) :: n
@@ -138,7 +140,7 @@ contains
         i_leaving = z0_row
         return
       end if
-      ! The columns of w hold the inverse of the basis, whose rows differ: the tie ends.
+      ! The columns of w are the inverse of the basis matrix. Its rows differ, so one row is left at the end.
       do i_column = 1, n
         if (count(is_candidate) == 1) exit
         call keep_smallest(workspace%tableau(:n, i_column), column, is_candidate, workspace%ratio(:n))
@@ -147,12 +149,12 @@ contains
     end associate
   end subroutine find_leaving_row
 
-  !> Leaves only the rows whose ratio is the smallest, within the tie tolerance.
+  !> Keeps as candidates only the rows whose ratio is the smallest, within tie_tolerance.
   pure subroutine keep_smallest(numerator, denominator, is_candidate, ratio)
     real(rk), intent(in) :: numerator(:)
     real(rk), intent(in) :: denominator(:)
     logical, intent(inout) :: is_candidate(:)
-    !> room
+    !> work space
     real(rk), intent(inout) :: ratio(:)
     real(rk) :: smallest
 
@@ -161,7 +163,7 @@ contains
     where (is_candidate) is_candidate = ratio <= smallest + tie_tolerance * max(1.0_rk, abs(smallest))
   end subroutine keep_smallest
 
-  !> Gauss-Jordan step on one entry; the entering variable takes the row.
+  !> Makes a Gauss-Jordan step: the entering variable becomes the basic variable of the row.
   pure subroutine pivot(workspace, n, i_row, entering)
     type(lcp_workspace_t), intent(inout) :: workspace
     integer, intent(in) :: n
@@ -185,7 +187,7 @@ contains
     workspace%basis(i_row) = entering
   end subroutine pivot
 
-  !> Multipliers of the basis, in their own unit.
+  !> Reads lambda from the tableau, in its original unit.
   pure subroutine read_solution(matrix, q, workspace, is_active)
     real(rk), intent(in) :: matrix(:, :)
     real(rk), intent(in) :: q(:)

@@ -1,5 +1,6 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> What the methods for the linear complementarity problem share: the answer, its reasons, their room, one index set.
+!> Types and procedures that the methods for the linear complementarity problem share: the solution, the workspace, and the
+!> evaluation of one active set.
 module sig_lcp_types
   use sig_bits, only: n_words
   use sig_dense_kernels, only: factor_cholesky, factor_lu, reciprocal_condition_cholesky, reciprocal_condition_lu, &
@@ -11,62 +12,65 @@ module sig_lcp_types
   private
   public :: lcp_solution_t, lcp_workspace_t, lcp_method_name, evaluate_set, sum_rows
 
-  !> method that gave the answer (or tried last)
+  !> values of lcp_solution_t%method
   integer, parameter, public :: lcp_active_set = 1
   integer, parameter, public :: lcp_block_pivoting = 2
   integer, parameter, public :: lcp_lemke = 3
 
-  !> A sign is wrong only beyond this times the size of what was summed, so that ties do not flicker by round-off.
+  !> [-] a sign is wrong only where the value is larger than this fraction of the terms of its sum; otherwise it is rounding
   real(rk), parameter, public :: sign_tolerance = 1.0e-12_rk
-  !> an ill-conditioned set widens the tolerance up to here
+  !> [-] largest value of this tolerance, for sets with an ill-conditioned matrix
   real(rk), parameter :: widest_tolerance = 1.0e-8_rk
-  !> smallest over largest pivot above which the condition number is asked for only where it decides
+  !> [-] where smallest over largest pivot is above this, the condition number is estimated only if a sign depends on it
   real(rk), parameter :: trusted_pivots = 1.0e-6_rk
-  !> an active set that needs more sets than this, and than unknowns, is left to block pivoting
+  !> the active set method stops after this number of sets, or after one more than there are unknowns if that is larger
   integer, parameter, public :: usual_sets = 50
 
-  !> Answer of 0 <= lambda _|_ W lambda + q >= 0.
+  !> The answer of lambda >= 0, w = W lambda + q >= 0, lambda' w = 0.
   type :: lcp_solution_t
     !> [unit of W^-1 q] >= 0, shape (n)
     real(rk), allocatable :: lambda(:)
     !> lambda > 0, shape (n)
     logical, allocatable :: is_active(:)
-    !> lcp_active_set, lcp_block_pivoting or lcp_lemke
+    !> method that gave the answer or was tried last: lcp_active_set, lcp_block_pivoting or lcp_lemke
     integer :: method = lcp_active_set
     !> one of sig_reasons
     integer :: reason = reason_not_finite
-    !> linear solves and pivots of all the methods tried
+    !> number of linear solves and pivots of all methods that were tried
     integer :: n_iterations = 0
-    !> [-] largest violation of the conditions, relative to what is summed in its row; huge without an answer
+    !> [-] largest violation of the conditions, relative to the terms that its row sums; huge where there is no answer
     real(rk) :: residual = huge(1.0_rk)
   end type lcp_solution_t
 
-  !> Room for one problem after the other: it grows with the largest, and then nothing is allocated any more. One per thread.
+  !> Work space for one problem after the other. It grows to the largest problem; after that nothing is allocated. Two threads must
+  !> not use the same one.
   type :: lcp_workspace_t
-    !> unknowns for which there is room
+    !> number of unknowns for which there is room
     integer :: capacity = 0
-    !> lambda and w of the index set looked at last, shape (capacity); zero outside and inside the set
+    !> of the active set that was evaluated last: lambda, which is zero outside of the set, and w, zero inside; shape (capacity)
     real(rk), allocatable :: lambda(:)
     real(rk), allocatable :: w(:)
-    !> what each row of w sums, without signs, shape (capacity)
+    !> sum of the absolute values of the terms of each row of w, shape (capacity)
     real(rk), allocatable :: row_size(:)
-    !> signs that are wrong beyond the tolerance, shape (capacity)
+    !> whether lambda inside, or w outside of the set, is negative beyond the tolerance; shape (capacity)
     logical, allocatable :: is_violated(:)
-    !> the set's matrix has no inverse; lambda, w and is_violated are not defined then
+    !> the matrix of the set is singular; lambda, w and is_violated are not defined then
     logical :: is_singular = .false.
-    !> W is symmetric: its sets are factored by Cholesky, which takes half the work
+    !> W is symmetric: matrices of sets are then factored by Cholesky, with half the work
     logical :: is_symmetric = .false.
-    !> the set's factors are Cholesky's
+    !> the factors of the set are from Cholesky
     logical :: is_cholesky = .false.
     !> sets already seen, as bits, shape (n_words, n_sets)
     integer, allocatable :: history(:, :)
-    !> factors of the set's matrix, its indices, room for a right side and for an estimate of its condition number
+    !> factors of the matrix of the set, indices of the set, pivots, a right-hand side, signs for the estimate of the condition
+    !> number
     real(rk), allocatable :: factors(:, :)
     integer, allocatable :: active(:)
     integer, allocatable :: pivots(:)
     real(rk), allocatable :: work(:)
     integer, allocatable :: signs(:)
-    !> Lemke: columns of w, lambda, z0 and the values; variable of each row; room for one column and the ratios
+    !> for Lemke's method: the tableau (lcp_lemke.f90), the basic variable of each row, a column, the ratios, the covering vector,
+    !> the candidate rows
     real(rk), allocatable :: tableau(:, :)
     integer, allocatable :: basis(:)
     real(rk), allocatable :: column(:)
@@ -80,7 +84,7 @@ module sig_lcp_types
 
 contains
 
-  !> Makes room for n unknowns.
+  !> Makes room for n unknowns; keeps the arrays where they are large enough.
   pure subroutine reserve(self, n)
     class(lcp_workspace_t), intent(inout) :: self
     integer, intent(in) :: n
@@ -95,7 +99,7 @@ contains
     allocate (self%factors(n, n), self%active(n), self%pivots(n), self%work(n), self%signs(n))
   end subroutine reserve
 
-  !> Makes room for Lemke's method, which few problems need.
+  !> Makes room for Lemke's method, which few problems need. Requires: reserve.
   pure subroutine reserve_tableau(self)
     class(lcp_workspace_t), intent(inout) :: self
 
@@ -105,7 +109,8 @@ contains
     end associate
   end subroutine reserve_tableau
 
-  !> lambda_A = -W_AA^-1 q_A, w = W lambda + q outside A, and the signs that are wrong.
+  !> Evaluates one active set A: computes lambda_A = -W_AA^-1 q_A, w = W lambda + q outside of A, and which of them have a wrong
+  !> sign. workspace%is_singular is true where W_AA is singular.
   !>
   !> Requires: workspace%reserve.
   subroutine evaluate_set(matrix, q, is_active, workspace)
@@ -143,14 +148,14 @@ contains
     end do
     call find_violations(is_active, condition_tolerance(reciprocal), workspace)
     if (doubtful < trusted_pivots .or. n == 0) return
-    ! The exact condition number costs as much as the solve: it is asked for only where it decides.
+    ! The condition number costs as much as the solve, so it is estimated only where a sign depends on the tolerance.
     if (is_decided(size(q), workspace)) return
     call measure_condition(matrix, workspace, n, reciprocal)
     workspace%is_singular = .not. reciprocal > singular_reciprocal
     call find_violations(is_active, condition_tolerance(reciprocal), workspace)
   end subroutine evaluate_set
 
-  !> The set's indices and its matrix.
+  !> Writes the indices of the set and its matrix into the workspace.
   pure subroutine gather(matrix, is_active, workspace, n)
     real(rk), intent(in) :: matrix(:, :)
     logical, intent(in) :: is_active(:)
@@ -172,14 +177,13 @@ contains
     end do
   end subroutine gather
 
-  !> Factors the rows and columns of a set: by Cholesky where the matrix is symmetric and positive definite, else with row
-  !> exchanges.
+  !> Factors the matrix of a set: by Cholesky where it is symmetric and positive definite, else by LU with row exchanges.
   subroutine factor_set(matrix, is_active, workspace, n, info)
     real(rk), intent(in) :: matrix(:, :)
     logical, intent(in) :: is_active(:)
     type(lcp_workspace_t), intent(inout) :: workspace
     integer, intent(inout) :: n
-    !> 0 = done
+    !> 0 = factored, else the number of a pivot that is zero
     integer, intent(out) :: info
 
     workspace%is_cholesky = workspace%is_symmetric
@@ -192,7 +196,7 @@ contains
     call factor_lu(n, workspace%factors, workspace%pivots, info)
   end subroutine factor_set
 
-  !> Smallest over largest pivot; no number where one is none.
+  !> Computes smallest over largest pivot; 0 where a pivot is not finite.
   pure subroutine measure_pivots(factors, n, ratio)
     real(rk), intent(in) :: factors(:, :)
     integer, intent(in) :: n
@@ -235,6 +239,7 @@ contains
     end if
   end subroutine measure_condition
 
+  !> Solves W_AA lambda_A = -q_A with the factors in the workspace.
   subroutine solve_set(q, n, workspace)
     real(rk), intent(in) :: q(:)
     integer, intent(in) :: n
@@ -254,7 +259,8 @@ contains
     end do
   end subroutine solve_set
 
-  !> w = W lambda + q, and the size of what each row sums: |q_i| + sum |W_ij lambda_j|. By columns, as they lie in memory.
+  !> Computes in the workspace w = W lambda + q and the sum of the absolute values of the terms of each row, row_size = |q_i| + sum
+  !> |W_ij lambda_j|.
   pure subroutine sum_rows(matrix, q, lambda, workspace)
     !> shape (n, n)
     real(rk), intent(in) :: matrix(:, :)
@@ -280,7 +286,7 @@ contains
     end do
   end subroutine sum_rows
 
-  !> Signs against what was summed: each w against the terms of its row, each multiplier against the largest one.
+  !> Sets is_violated. The tolerance is relative: for w to the terms of its row, for lambda to the largest lambda.
   pure subroutine find_violations(is_active, tolerance, workspace)
     logical, intent(in) :: is_active(:)
     real(rk), intent(in) :: tolerance
@@ -299,9 +305,9 @@ contains
     end do
   end subroutine find_violations
 
-  !> Whether no sign is wrong by so little that the widest tolerance would allow it.
+  !> Whether all wrong signs would be wrong with the widest tolerance, too.
   pure logical function is_decided(n, workspace)
-    !> unknowns
+    !> number of unknowns
     integer, intent(in) :: n
     type(lcp_workspace_t), intent(in) :: workspace
     real(rk) :: largest
@@ -320,7 +326,7 @@ contains
     is_decided = .true.
   end function is_decided
 
-  !> Round-off of a solve grows with the condition number, and the sign tolerance with it.
+  !> Returns the tolerance for wrong signs. It grows with the condition number of the set, because rounding errors of a solve do.
   pure function condition_tolerance(reciprocal_condition) result(tolerance)
     real(rk), intent(in) :: reciprocal_condition
     real(rk) :: tolerance
@@ -329,7 +335,7 @@ contains
     tolerance = min(max(tolerance, sign_tolerance), widest_tolerance)
   end function condition_tolerance
 
-  !> Name of a method as in reports.
+  !> Returns the name of a method as it stands in reports; `none` for an unknown one.
   pure function lcp_method_name(method) result(name)
     integer, intent(in) :: method
     character(:), allocatable :: name

@@ -1,10 +1,10 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> How far approximate contact forces can be from the solution, where W of all contacts is not known: by displacements that open
-!> the contacts as the forces do wrongly.
+!> Bounds the error of approximate contact forces where the matrix W of all contacts is not known.
 !>
-!> As sig_contact_error_bound, but |rho| in the norm of W^-1 is at most |v| in the norm of K for any v with B v = rho. Such are
-!> v = X c + L (rho - B X c) with the displacements X = H Y under a few force patterns Y, and a lift L that moves the nodes of
-!> each row alone, B L = 1. As K X = B' Y, X' K X = Y' W Y and X' K L = Y': no displacement is needed, only W Y and L' K L.
+!> The bound is that of sig_contact_error_bound, except for d = |rho| in the norm of W^-1. This norm is at most |v| in the norm of K
+!> for any displacement v with B v = rho. Here v = X c + L (rho - B X c) for any coefficients c. X are the displacements under a few
+!> patterns Y of contact forces. The lift L moves, for each contact row, only the nodes of this row, with B L = 1. Because K X = B'
+!> Y: B X = W Y, X' K X = Y' W Y and X' K L = Y'. The displacements themselves are therefore not needed, only W Y and L' K L.
 module sig_lifted_error_bound
   use sig_dense_kernels, only: factor_cholesky, multiply, multiply_transpose, solve_cholesky
   use sig_kinds, only: rk
@@ -13,7 +13,7 @@ module sig_lifted_error_bound
   private
   public :: lifted_error_bound_t, sparse_matrix_t
 
-  !> Rows of a square matrix; the entries of row i are starts(i) + 1 ... starts(i + 1).
+  !> A sparse square matrix by rows; the entries of row i are starts(i) + 1 to starts(i + 1) of columns and values.
   type :: sparse_matrix_t
     !> shape (n + 1)
     integer, allocatable :: starts(:)
@@ -24,21 +24,22 @@ module sig_lifted_error_bound
     procedure :: diagonal
   end type sparse_matrix_t
 
+  !> The data for the bounds of any number of approximations; n_modes = n_patterns + n_motions.
   type :: lifted_error_bound_t
     private
-    !> what rigid motions of bodies that only contact holds close, of size 1 in the norm of L' K L; shape (n, n_motions)
+    !> closing of each row by the rigid motions that only contact holds, of length 1 in the norm of L' K L; shape (n, n_motions)
     real(rk), allocatable :: motions(:, :)
-    !> Y and W Y, the rigid motions last, which open as if under no forces; shape (n_modes, n)
+    !> Y' and (W Y)', then those of the rigid motions, which have an opening but no forces; shape (n_modes, n)
     real(rk), allocatable :: forces(:, :)
     real(rk), allocatable :: openings(:, :)
     !> Y' W Y, shape (n_modes, n_modes)
     real(rk), allocatable :: energy(:, :)
     !> [force/length] L' K L
     type(sparse_matrix_t) :: lift
-    !> (L' K L W Y - Y)' and the Cholesky factor of what c is found with, where all rows are lifted
+    !> (L' K L W Y - Y)' and the Cholesky factor of the matrix of the equations for c, where all rows are lifted
     real(rk), allocatable :: pull(:, :)
     real(rk), allocatable :: factor(:, :)
-    !> [length/force] about the diagonal of W, shape (n)
+    !> [length/force] approximate diagonal of W, shape (n)
     real(rk), allocatable :: reach(:)
   contains
     procedure :: create
@@ -48,12 +49,13 @@ module sig_lifted_error_bound
     procedure, private :: bound_of
   end type lifted_error_bound_t
 
-  !> [-] of the largest entry, added to the diagonal of what c is found with: any c gives a bound
+  !> [-] this fraction of the largest diagonal entry is added to the diagonal of the equations for c; that is allowed, because any c
+  !> gives a bound
   real(rk), parameter :: damping = 1.0e-12_rk
 
 contains
 
-  !> The product A x.
+  !> Returns the product A x.
   pure function times(self, x) result(y)
     class(sparse_matrix_t), intent(in) :: self
     real(rk), intent(in) :: x(:)
@@ -68,6 +70,7 @@ contains
     end do
   end function times
 
+  !> Returns the diagonal of the matrix.
   pure function diagonal(self) result(values)
     class(sparse_matrix_t), intent(in) :: self
     real(rk) :: values(size(self%starts) - 1)
@@ -81,16 +84,17 @@ contains
     end do
   end function diagonal
 
+  !> Prepares the bounds.
   subroutine create(self, forces, openings, motions, lift, reach)
     class(lifted_error_bound_t), intent(out) :: self
     !> Y, in balance where only contact holds a body, and W Y; shape (n, n_patterns)
     real(rk), intent(in) :: forces(:, :)
     real(rk), intent(in) :: openings(:, :)
-    !> [-] what the rigid motions close that only contact holds, shape (n, n_motions)
+    !> [-] closing of each contact row by the rigid motions that only contact holds, shape (n, n_motions)
     real(rk), intent(in) :: motions(:, :)
-    !> L' K L
+    !> [force/length] L' K L
     type(sparse_matrix_t), intent(in) :: lift
-    !> [length/force] about the diagonal of W, shape (n)
+    !> [length/force] approximate diagonal of W, shape (n)
     real(rk), intent(in) :: reach(:)
     integer :: i, k, l, n
 
@@ -119,7 +123,7 @@ contains
     call factor_damped(self%factor)
   end subroutine create
 
-  !> Cholesky factor in place; zeros where there is none.
+  !> Replaces a matrix, with the damping added, by its Cholesky factor; by zeros where it is not positive definite.
   subroutine factor_damped(matrix)
     real(rk), contiguous, intent(inout) :: matrix(:, :)
     integer :: i, info
@@ -133,7 +137,7 @@ contains
     if (info /= 0) matrix = 0
   end subroutine factor_damped
 
-  !> Solves with it; zeros where there is none.
+  !> Solves with the factor of factor_damped; the result is zero where there is no factor.
   subroutine solve_damped(factor, values)
     real(rk), contiguous, intent(in) :: factor(:, :)
     real(rk), contiguous, intent(inout) :: values(:)
@@ -146,13 +150,15 @@ contains
     end if
   end subroutine solve_damped
 
-  !> Upper bound of |lambda_r - lambda| in the norm of W. With c the sum of lambda_r (w - rho) and d = |v| it is
-  !> d/2 + sqrt(d^2/4 + c), for any rho that is at most w.
+  !> [sqrt(force*length)] Returns an upper bound of |lambda_r - lambda| in the norm of W. For any rho <= w it is d/2 + sqrt(d^2/4 +
+  !> s), where d = |v| and s is the sum of lambda_r (w - rho).
   !>
-  !> First rho is w on rows with a force, and min(w, 0) elsewhere. Then S are the rows that the primal-dual active set method closes
-  !> next; the lift moves these alone, so that v is what the step changes, and rho is min(B v, w) elsewhere. The smallest bound
-  !> counts. Bodies that only contact holds are brought to a place first: any place gives a bound, as forces in balance do not
-  !> work on rigid motions.
+  !> The smaller one of two bounds is returned. In the first, rho is w on rows with a force, and min(w, 0) elsewhere. In the second,
+  !> the rows S are those that the primal-dual active set method would close next. The lift moves only these rows, so that v is the
+  !> change of the displacement in this step; rho is w on S and min(B v, w) elsewhere.
+  !>
+  !> Bodies that only contact holds are first moved by settle. Any rigid motion is allowed, because forces in balance do no work on
+  !> it.
   real(rk) function evaluate(self, lambda, opening) result(bound)
     class(lifted_error_bound_t), intent(in) :: self
     !> [force] lambda_r >= 0, in balance; shape (n)
@@ -175,7 +181,8 @@ contains
     bound = min(bound, self%bound_of(lambda, placed, misfit, coefficients))
   end function evaluate
 
-  !> The bodies where the sum of forces times squared openings is least: closed rows are where forces are.
+  !> Changes the openings by those rigid motions that minimize the sum of force times squared opening over the rows. Rows with large
+  !> forces are then nearly closed.
   subroutine settle(self, lambda, opening)
     class(lifted_error_bound_t), intent(in) :: self
     real(rk), intent(in) :: lambda(:)
@@ -188,7 +195,7 @@ contains
     opening = opening + matmul(self%motions, place)
   end subroutine settle
 
-  !> c that makes |v| least where B v = w on some rows, and the lift moves these alone.
+  !> Computes the coefficients c that minimize |v|, where B v = w on the closed rows and the lift moves only these rows.
   subroutine fit_rows(self, is_closed, opening, coefficients)
     class(lifted_error_bound_t), intent(in) :: self
     logical, intent(in) :: is_closed(:)
@@ -214,7 +221,7 @@ contains
     call solve_damped(square, coefficients)
   end subroutine fit_rows
 
-  !> The bound of rho and c.
+  !> Returns the bound for given rho and c.
   real(rk) function bound_of(self, lambda, opening, misfit, coefficients) result(bound)
     class(lifted_error_bound_t), intent(in) :: self
     real(rk), intent(in) :: lambda(:)

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Small dense linear algebra: factors that are kept, solves, inverses, products.
+!> Small dense linear algebra: LU factors for several solves, single solves, inverses, products.
 module sig_linear_algebra
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   use sig_dense_kernels, only: add_product, factor_lu, largest_size, multiply, multiply_transpose, reciprocal_condition_lu, &
@@ -10,15 +10,15 @@ module sig_linear_algebra
   public :: lu_t, add_product, multiply, multiply_transpose, transposed_product, solve_dense, invert
   public :: unit_vector, largest_size, sum_of_sizes
 
-  !> below this reciprocal condition number (1-norm) the solution has no correct digit left
+  !> [-] a matrix with at most this reciprocal condition number (1-norm) is singular: a solution would have no correct digit
   real(rk), parameter, public :: singular_reciprocal = 4.0_rk * epsilon(1.0_rk)
 
   !> LU factors of a square matrix, for any number of solves.
   type :: lu_t
     integer :: n = 0
-    !> [-] of the matrix in the 1-norm; 0 when singular or not finite, 1 when empty
+    !> [-] estimate in the 1-norm; 0 where the matrix cannot be factored or is not finite, 1 where it is empty
     real(rk) :: reciprocal_condition = 1
-    !> whether the matrix is numerically singular: no digit of a solution would be right
+    !> whether the matrix is numerically singular (singular_reciprocal) or not finite
     logical :: is_singular = .false.
     real(rk), allocatable, private :: factors(:, :)
     integer, allocatable, private :: pivots(:)
@@ -34,7 +34,7 @@ module sig_linear_algebra
 
 contains
 
-  !> Factors a square matrix; look at is_singular before a solve.
+  !> Factors a square matrix. Where is_singular is true afterwards, `solve` must not be called.
   subroutine lu_factor(self, a)
     class(lu_t), intent(inout) :: self
     !> shape (n, n)
@@ -82,7 +82,7 @@ contains
     call solve_lu(self%n, self%factors, self%pivots, x)
   end function lu_solve_matrix
 
-  !> Solves a x = b once; x is zero when the matrix is numerically singular.
+  !> Solves a x = b. Where the matrix is numerically singular, is_singular is true and x is zero.
   subroutine solve_dense_vector(a, b, x, is_singular)
     !> shape (n, n)
     real(rk), intent(in) :: a(:, :)
@@ -99,7 +99,7 @@ contains
     if (.not. is_singular) x = lu%solve(b)
   end subroutine solve_dense_vector
 
-  !> Solves a X = B once; X is zero when the matrix is numerically singular.
+  !> Solves a X = B. Where the matrix is numerically singular, is_singular is true and X is zero.
   subroutine solve_dense_matrix(a, b, x, is_singular)
     !> shape (n, n)
     real(rk), intent(in) :: a(:, :)
@@ -116,7 +116,7 @@ contains
     if (.not. is_singular) x = lu%solve(b)
   end subroutine solve_dense_matrix
 
-  !> Computes the inverse of a square matrix; zero when it is numerically singular.
+  !> Computes the inverse of a square matrix. Where the matrix is numerically singular, is_singular is true and the inverse is zero.
   subroutine invert(a, inverse, is_singular)
     !> shape (n, n)
     real(rk), intent(in) :: a(:, :)

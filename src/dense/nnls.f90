@@ -9,52 +9,54 @@ module sig_nnls
   private
   public :: nnls_t, nnls_workspace_t
 
-  !> a unit column whose product with the residual is below this times |b| has nothing to add
+  !> [-] a column of length 1 is not added where its product with the residual is at most this fraction of |b|
   real(rk), parameter :: gradient_tolerance = 1.0e-12_rk
-  !> coefficients that reach zero this close (relative) to the first one reach it together
+  !> [-] coefficients that become zero within this relative distance of the first one become zero together
   real(rk), parameter :: tie_tolerance = 1.0e-12_rk
-  !> with more columns than these their products would fill more than the columns, 32 MB, and are not kept
+  !> with more columns than this, the products of all pairs of columns (more than 32 MB) are not kept
   integer, parameter, public :: most_products = 2000
 
-  !> What depends on A only. Any number of threads may share it.
+  !> The data that depend only on A. Any number of threads may share them.
   type :: nnls_t
     private
-    !> A with unit columns (a zero column stays zero), shape (n_rows, n_columns), and what they were divided by
+    !> A with columns scaled to length 1 (a zero column stays zero), shape (n_rows, n_columns), and their lengths before
     real(rk), allocatable :: columns(:, :)
     real(rk), allocatable :: norms(:)
-    !> of the unit columns with each other, shape (n_columns, n_columns); no entries beyond most_products
+    !> products of the scaled columns with each other, shape (n_columns, n_columns); empty with more than most_products columns
     real(rk), allocatable :: products(:, :)
   contains
     procedure :: prepare
     procedure :: solve
   end type nnls_t
 
-  !> Room for one problem after the other; nothing is allocated as long as they have one size. One per thread.
+  !> Work space for one problem after the other. Nothing is allocated while the problems have the same size. Two threads must not
+  !> use the same one.
   type :: nnls_workspace_t
     private
     type(column_set_t) :: set
-    !> b / |b| and its part that the set does not explain, shape (n_rows)
+    !> b / |b|, and the residual of the columns in use, shape (n_rows)
     real(rk), allocatable :: rhs(:)
     real(rk), allocatable :: residual(:)
     !> [-] products of the columns with rhs and with the residual, shape (n_columns)
     real(rk), allocatable :: rhs_products(:)
     real(rk), allocatable :: gain(:)
-    !> minus the coefficients of all columns, zero outside of the set, shape (n_columns)
+    !> minus the coefficients of all columns, zero for columns not in use, shape (n_columns)
     real(rk), allocatable :: taken(:)
-    !> columns that may join the set, shape (n_columns)
+    !> columns that may be added to the set, shape (n_columns)
     logical, allocatable :: is_candidate(:)
-    !> coefficients of the set's columns, the least squares solution, and how far each can go towards it before it is zero
+    !> coefficients of the columns in use, their least squares solution, and the fraction of the step to it at which each becomes
+    !> zero
     real(rk), allocatable :: x(:)
     real(rk), allocatable :: solution(:)
     real(rk), allocatable :: reach(:)
-    !> the set before the step and its coefficients
+    !> the columns in use before the step, and their coefficients
     integer, allocatable :: used_before(:)
     real(rk), allocatable :: x_before(:)
   end type nnls_workspace_t
 
 contains
 
-  !> Prepares A. A matrix that is not finite counts as zero.
+  !> Prepares the data that depend only on A. A matrix with an entry that is not finite is replaced by zero.
   subroutine prepare(self, matrix)
     class(nnls_t), intent(inout) :: self
     !> A, shape (n_rows, n_columns)
@@ -74,16 +76,16 @@ contains
     if (n > 0) call add_transposed_product(1.0_rk, self%columns, self%columns, self%products)
   end subroutine prepare
 
-  !> Active set method; x is feasible at every step and the residual falls, so that it ends.
+  !> Computes x >= 0 that minimizes |A x - b|. Requires: prepare.
   !>
-  !> Source: Lawson and Hanson, Solving least squares problems (1974), chapter 23. A column that depends on those in use stays
-  !> out. Scaling a column scales its coefficient and changes nothing else.
+  !> The method is an active set method. In every step x >= 0, and the residual becomes smaller, so the method ends. A column that
+  !> depends on those in use is not added. Source: Lawson and Hanson, Solving least squares problems (1974), chapter 23.
   subroutine solve(self, rhs, workspace, x, residual_norm)
     class(nnls_t), intent(in) :: self
     !> b, shape (n_rows)
     real(rk), intent(in) :: rhs(:)
     type(nnls_workspace_t), intent(inout) :: workspace
-    !> >= 0, shape (n_columns); zero when the data are not finite
+    !> shape (n_columns); zero where A or b is zero or not finite
     real(rk), intent(out) :: x(:)
     !> |A x - b|
     real(rk), intent(out) :: residual_norm
@@ -126,6 +128,7 @@ contains
     end associate
   end subroutine start
 
+  !> Allocates the work space; keeps it where it has this size.
   subroutine reserve(workspace, n_rows, n_columns)
     type(nnls_workspace_t), intent(inout) :: workspace
     integer, intent(in) :: n_rows
@@ -166,7 +169,8 @@ contains
     call add_few_columns(self%products, workspace%taken, workspace%gain)
   end subroutine find_gains
 
-  !> Takes a column into the set; where that does not lower the residual the column stays out until the set has changed.
+  !> Adds a column to those in use and computes the coefficients again. Where the residual does not become smaller, the column is
+  !> taken out again, and it is no candidate until the columns in use have changed.
   subroutine try_column(self, entering, workspace, residual_norm)
     class(nnls_t), intent(in) :: self
     integer, intent(in) :: entering
@@ -197,7 +201,8 @@ contains
     end if
   end subroutine try_column
 
-  !> Least squares on the columns in use; columns whose coefficient would turn negative leave one after the other.
+  !> Solves the least squares problem of the columns in use, and takes out columns whose coefficient would become negative, until
+  !> all coefficients are positive.
   subroutine improve(workspace)
     type(nnls_workspace_t), intent(inout) :: workspace
     real(rk) :: step
@@ -215,7 +220,7 @@ contains
         where (solution <= 0) reach = x / max(x - solution, tiny(step))
         step = minval(reach)
         x = x + step * (solution - x)
-        ! Round-off must not keep the column that ends the step.
+        ! The column that ends the step must leave in spite of rounding.
         where (reach <= step * (1 + tie_tolerance) .or. x < 0) x = 0
       end associate
       do i = n, 1, -1
@@ -226,7 +231,7 @@ contains
     end do
   end subroutine improve
 
-  !> Restores the set and the coefficients before the step.
+  !> Restores the columns in use and the coefficients from before the step.
   subroutine restore(self, n_before, workspace)
     class(nnls_t), intent(in) :: self
     integer, intent(in) :: n_before

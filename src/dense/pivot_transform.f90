@@ -1,9 +1,10 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Principal pivot transform of a linear complementarity problem: w = W z + q with the parts w_A and z_A exchanged.
+!> Principal pivot transform of a linear complementarity problem w = W z + q: for a set A of indices, w_A and z_A exchange their
+!> places.
 !>
-!> (z_A, w_I) = M (w_A, z_I) + (-W_AA^-1 q_A, q_I - W_IA W_AA^-1 q_A) with
-!> M = [W_AA^-1, -W_AA^-1 W_AI; W_IA W_AA^-1, W_II - W_IA W_AA^-1 W_AI]. A problem whose solution is nearly A is solved by few
-!> changes of the zero set of the transformed one.
+!> With the other indices I: (z_A, w_I) = M (w_A, z_I) + (-W_AA^-1 q_A, q_I - W_IA W_AA^-1 q_A), where M = [W_AA^-1, -W_AA^-1 W_AI;
+!> W_IA W_AA^-1, W_II - W_IA W_AA^-1 W_AI]. Where the active set of the solution is nearly A, only few unknowns of the transformed
+!> problem are not zero, and it is solved quickly.
 module sig_pivot_transform
   use sig_dense_kernels, only: add_product
   use sig_kinds, only: rk
@@ -14,7 +15,7 @@ module sig_pivot_transform
 
 contains
 
-  !> M of a set. Where W_AA is numerically singular there is none.
+  !> Computes M for a set A. Where W_AA is numerically singular, is_singular is true and M is not defined.
   subroutine transform_matrix(matrix, is_in_set, transform, is_singular)
     !> W, shape (n, n)
     real(rk), intent(in) :: matrix(:, :)
@@ -48,13 +49,14 @@ contains
     transform(a, rest) = block
   end subroutine transform_matrix
 
-  !> The right-hand sides q, one per column, of the transformed problem.
+  !> Replaces vectors q of the problem, one per column, by those of the transformed problem: -W_AA^-1 q_A and q_I - W_IA W_AA^-1
+  !> q_A.
   subroutine transform_columns(transform, is_in_set, columns)
     !> M of the set, shape (n, n)
     real(rk), intent(in) :: transform(:, :)
     !> A, shape (n)
     logical, intent(in) :: is_in_set(:)
-    !> in: q; shape (n, n_columns)
+    !> on entry q, on exit the transformed q, shape (n, n_columns)
     real(rk), intent(inout) :: columns(:, :)
     real(rk), allocatable :: inside(:, :), changes(:, :)
     integer, allocatable :: a(:)

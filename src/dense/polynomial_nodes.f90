@@ -1,8 +1,9 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> Interpolation by polynomials of several variables in a box, up to a total degree.
 !>
-!> Nodes are discrete Leja points: the pivots of an elimination on many candidates by few polynomials, which stand in the order of
-!> their degree. So the nodes of a degree are among those of each higher one, and what was computed there stays useful.
+!> The nodes are discrete Leja points. They are the pivots of a Gauss elimination of a matrix with one row per candidate point and
+!> one column per polynomial; the polynomials are in the order of their degree. The nodes of a degree are therefore the first nodes
+!> of every higher degree, and responses that were computed there are used again.
 module sig_polynomial_nodes
   use sig_kinds, only: rk
   use sig_linear_algebra, only: invert
@@ -10,15 +11,16 @@ module sig_polynomial_nodes
   private
   public :: polynomial_nodes_t, number_of_polynomials
 
+  !> The interpolation nodes of a box.
   type :: polynomial_nodes_t
     !> ends of the box, shape (n_variables)
     real(rk), allocatable :: lower(:)
     real(rk), allocatable :: upper(:)
-    !> -1 to 1 in each variable, shape (n_variables, n_nodes)
+    !> [-] nodes, scaled to -1 to 1 in each variable, shape (n_variables, n_nodes)
     real(rk), allocatable :: nodes(:, :)
     !> degree of each polynomial in each variable, shape (n_variables, n_nodes)
     integer, allocatable, private :: degrees(:, :)
-    !> of the polynomials (columns) at the nodes (rows), shape (n_nodes, n_nodes)
+    !> inverse of the matrix of the values of the polynomials (columns) at the nodes (rows), shape (n_nodes, n_nodes)
     real(rk), allocatable, private :: inverse(:, :)
   contains
     procedure :: create
@@ -30,7 +32,7 @@ module sig_polynomial_nodes
     procedure :: weight_changes
   end type polynomial_nodes_t
 
-  !> candidates of one variable, and of several
+  !> number of candidate points for one variable, and for several
   integer, parameter :: n_on_line = 401
   integer, parameter :: n_in_box = 4000
   integer, parameter :: primes(10) = [2, 3, 5, 7, 11, 13, 17, 19, 23, 29]
@@ -40,11 +42,12 @@ module sig_polynomial_nodes
 
 contains
 
-  !> Nodes for all polynomials up to a degree. Requires: at most most_variables variables.
+  !> Chooses the nodes for all polynomials up to a total degree. Requires: at most most_variables variables.
   subroutine create(self, lower, upper, degree)
     class(polynomial_nodes_t), intent(inout) :: self
     real(rk), intent(in) :: lower(:)
     real(rk), intent(in) :: upper(:)
+    !> total degree
     integer, intent(in) :: degree
     real(rk), allocatable :: candidates(:, :)
     integer, allocatable :: chosen(:)
@@ -58,7 +61,7 @@ contains
     call self%prepare()
   end subroutine create
 
-  !> What follows from the nodes, which a file keeps.
+  !> Computes the data that follow from lower, upper and nodes, for example after these were read from a file.
   subroutine prepare(self)
     class(polynomial_nodes_t), intent(inout) :: self
     logical :: is_singular
@@ -69,13 +72,14 @@ contains
     call invert(polynomials(self%degrees, self%nodes), self%inverse, is_singular)
   end subroutine prepare
 
+  !> Returns the number of nodes.
   pure integer function n_nodes(self)
     class(polynomial_nodes_t), intent(in) :: self
 
     n_nodes = size(self%nodes, 2)
   end function n_nodes
 
-  !> Node i in the units of the box.
+  !> Returns node i in the units of the variables.
   pure function node(self, i) result(place)
     class(polynomial_nodes_t), intent(in) :: self
     integer, intent(in) :: i
@@ -85,7 +89,7 @@ contains
     place = ((1 - self%nodes(:, i)) * self%lower + (1 + self%nodes(:, i)) * self%upper) / 2
   end function node
 
-  !> All nodes of the only variable, in its units.
+  !> Returns all nodes in the units of the variable. Requires: one variable.
   pure function on_line(self) result(places)
     class(polynomial_nodes_t), intent(in) :: self
     !> shape (n_nodes)
@@ -94,10 +98,10 @@ contains
     places = ((1 - self%nodes(1, :)) * self%lower(1) + (1 + self%nodes(1, :)) * self%upper(1)) / 2
   end function on_line
 
-  !> What each node's value counts at a place: f(place) is nearly the sum of weights times f(nodes).
+  !> Computes the weights of the nodes at a place: the interpolated f(place) is the sum of weights times f(nodes).
   pure subroutine weights(self, place, values)
     class(polynomial_nodes_t), intent(in) :: self
-    !> in the units of the box, shape (n_variables)
+    !> in the units of the variables, shape (n_variables)
     real(rk), intent(in) :: place(:)
     !> [-] shape (n_nodes)
     real(rk), contiguous, intent(inout) :: values(:)
@@ -111,11 +115,12 @@ contains
     end do
   end subroutine weights
 
-  !> How the weights change as the place moves.
+  !> Computes the directional derivatives of the weights at a place in the direction `move`.
   pure subroutine weight_changes(self, place, move, values)
     class(polynomial_nodes_t), intent(in) :: self
-    !> in the units of the box, shape (n_variables)
+    !> in the units of the variables, shape (n_variables)
     real(rk), intent(in) :: place(:)
+    !> in the units of the variables, shape (n_variables)
     real(rk), intent(in) :: move(:)
     !> [-] shape (n_nodes)
     real(rk), contiguous, intent(inout) :: values(:)
@@ -131,7 +136,7 @@ contains
     end do
   end subroutine weight_changes
 
-  !> Number of polynomials of n variables up to a total degree: (degree + n) over n.
+  !> Returns the number of polynomials of n variables up to a total degree, the binomial coefficient (degree + n) over n.
   pure integer function number_of_polynomials(n_variables, degree) result(number)
     integer, intent(in) :: n_variables
     integer, intent(in) :: degree
@@ -143,7 +148,7 @@ contains
     end do
   end function number_of_polynomials
 
-  !> The first so many, lowest total degree first.
+  !> Returns the degrees of the first n polynomials in each variable, in the order of their total degree.
   pure function degrees_up_to(n_variables, n) result(degrees)
     integer, intent(in) :: n_variables
     integer, intent(in) :: n
@@ -154,7 +159,7 @@ contains
     i = 0
     total = 0
     do while (i < n)
-      ! all that have this total, as the digits of a number
+      ! all polynomials of this total degree
       candidate = 0
       candidate(1) = total
       do
@@ -170,10 +175,10 @@ contains
     end do
   end function degrees_up_to
 
-  !> Dense at the ends of each variable, as the nodes of good interpolations are.
+  !> Returns the candidates for nodes. They are dense near the ends of each variable, where good interpolations have many nodes.
   pure function candidate_points(n_variables) result(points)
     integer, intent(in) :: n_variables
-    !> -1 to 1
+    !> [-] -1 to 1, shape (n_variables, n_candidates)
     real(rk), allocatable :: points(:, :)
     real(rk), parameter :: pi = acos(-1.0_rk)
     integer :: i, k
@@ -192,7 +197,7 @@ contains
     end if
   end function candidate_points
 
-  !> Digits of a number behind the point, in reverse: Halton's sequence.
+  !> Returns entry `number` of Halton's sequence: the digits of the number in this base, in reverse order behind the decimal point.
   pure real(rk) function radical_inverse(number, base) result(value)
     integer, intent(in) :: number
     integer, intent(in) :: base
@@ -209,7 +214,7 @@ contains
     end do
   end function radical_inverse
 
-  !> Values of all polynomials at all points, shape (n_points, n_polynomials).
+  !> Returns the values of all polynomials at all points, shape (n_points, n_polynomials).
   pure function polynomials(degrees, points) result(values)
     integer, intent(in) :: degrees(:, :)
     real(rk), intent(in) :: points(:, :)
@@ -224,7 +229,7 @@ contains
     end do
   end function polynomials
 
-  !> Product of Chebyshev's polynomials, also beyond their interval.
+  !> Returns a product of Chebyshev polynomials of one variable each; coordinates may lie outside of -1 to 1.
   pure real(rk) function polynomial(degrees, point)
     integer, intent(in) :: degrees(:)
     real(rk), intent(in) :: point(:)
@@ -236,7 +241,7 @@ contains
     end do
   end function polynomial
 
-  !> Change of a polynomial as the point moves.
+  !> Returns the directional derivative of a polynomial in the direction `move`.
   pure real(rk) function polynomial_change(degrees, point, move) result(change)
     integer, intent(in) :: degrees(:)
     real(rk), intent(in) :: point(:)
@@ -254,7 +259,7 @@ contains
     end do
   end function polynomial_change
 
-  !> T_n(x) by T_k+1 = 2 x T_k - T_k-1.
+  !> Returns the Chebyshev polynomial T_n(x) by T_k+1 = 2 x T_k - T_k-1.
   pure real(rk) function chebyshev(degree, x) result(value)
     integer, intent(in) :: degree
     real(rk), intent(in) :: x
@@ -270,7 +275,7 @@ contains
     end do
   end function chebyshev
 
-  !> T_n'(x) = n U_n-1(x), with U_k+1 = 2 x U_k - U_k-1.
+  !> Returns T_n'(x) = n U_n-1(x) by U_k+1 = 2 x U_k - U_k-1.
   pure real(rk) function chebyshev_slope(degree, x) result(slope)
     integer, intent(in) :: degree
     real(rk), intent(in) :: x
@@ -287,7 +292,8 @@ contains
     slope = degree * slope
   end function chebyshev_slope
 
-  !> Gaussian elimination: the candidate with the largest entry is the next pivot; the first of equal ones.
+  !> Chooses one candidate per column by Gauss elimination: each time the candidate with the largest entry of the column; of nearly
+  !> equal ones the first.
   pure subroutine choose_pivots(values, chosen)
     !> shape (n_candidates, n)
     real(rk), intent(in) :: values(:, :)
