@@ -1,10 +1,11 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Another basis for the functions of a facet, with positive integrals where those of the shape functions are not.
+!> A changed basis for the functions on a quadratic facet. All its functions have positive integrals; some shape functions have not.
 !>
-!> N_corner has the integral 0 on a face of six nodes, and -1/12 of the area on one of eight. With a part alpha of the two mid-side
-!> functions beside it each corner gets some of theirs: N~_corner = N_corner + alpha (N_before + N_after), N~_mid = (1 - 2 alpha)
-!> N_mid. Their sum stays 1. A field has the coefficients u~_corner = u_corner, u~_mid = (u_mid - alpha (u_a + u_b)) / (1 - 2 alpha)
-!> with the corners a and b at the ends of the side. Source: Popp, Wohlmuth, Gee, Wall, SIAM J. Sci. Comput. 34 (2012) B421.
+!> The shape function of a corner has the integral 0 on a face of six nodes, and -1/12 of the area on a face of eight nodes. In the
+!> changed basis a part alpha of the functions of the two neighboring mid-side nodes is added to it: N~_corner = N_corner + alpha
+!> (N_before + N_after), N~_mid = (1 - 2 alpha) N_mid. The sum of all functions stays 1. A field has the coefficients u~_corner =
+!> u_corner and u~_mid = (u_mid - alpha (u_a + u_b)) / (1 - 2 alpha), where a and b are the corners at the ends of the side. Source:
+!> Popp, Wohlmuth, Gee, Wall, SIAM J. Sci. Comput. 34 (2012) B421.
 module sig_changed_basis
   use sig_element_types, only: element_types
   use sig_kinds, only: rk
@@ -14,9 +15,9 @@ module sig_changed_basis
   private
   public :: has_weak_corners, changed_basis, ends_of_side, owner_weight, end_weight
 
-  !> alpha: integrals of 2/15 and 1/5 of the area on faces of six nodes, of 1/20 and 1/5 on faces of eight
+  !> [-] it gives integrals of N~_corner and N~_mid of 2/15 and 1/5 of the area for six nodes, of 1/20 and 1/5 for eight nodes
   real(rk), parameter :: alpha = 0.2_rk
-  !> [-] what a mid-side node and the two corners beside it weigh in the coefficient of the changed basis
+  !> [-] factors of u_mid, and of u_a and u_b, in the coefficient u~_mid
   real(rk), parameter :: owner_weight = 1 / (1 - 2 * alpha)
   real(rk), parameter :: end_weight = -alpha / (1 - 2 * alpha)
 
@@ -37,10 +38,11 @@ contains
     has_weak_corners = minval(matmul(table%values, weights)) <= rounding
   end function has_weak_corners
 
-  !> N~ = matrix N; the identity where no side has a node in its middle.
+  !> Returns the matrix of N~ = matrix N; the identity for elements without mid-side nodes.
   pure function changed_basis(i_type) result(matrix)
+    !> row of element_types
     integer, intent(in) :: i_type
-    !> [-]
+    !> [-] shape (n_nodes, n_nodes)
     real(rk) :: matrix(element_types(i_type)%n_nodes, element_types(i_type)%n_nodes)
     integer :: ends(2), i
 
@@ -54,9 +56,12 @@ contains
     end do
   end function changed_basis
 
-  !> The corners of a facet between which a node sits in the middle of a side; 0 for other nodes.
+  !> Returns the two corners at the ends of the side in whose middle a node is; zeros for nodes that are not in the middle of a
+  !> side.
   pure function ends_of_side(i_type, i_node) result(ends)
+    !> row of element_types
     integer, intent(in) :: i_type
+    !> node of the element, 1-based
     integer, intent(in) :: i_node
     integer :: ends(2)
 

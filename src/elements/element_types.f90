@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Element types as data: a new type is a new row of this table, not a new branch.
+!> The table of element types. A new element type is a new row of this table and needs no new branches in the code.
 module sig_element_types
   use sig_kinds, only: rk
   implicit none(type, external)
@@ -12,7 +12,8 @@ module sig_element_types
   integer, parameter :: n_element_types = 13
   integer, parameter :: max_corners = 8
 
-  !> Shape functions span the listed monomials and are 1 at one reference node, 0 at the others. Corners come first.
+  !> One element type. Its shape functions are combinations of the listed monomials; each is 1 at one reference node and 0 at the
+  !> others. Corners are the first nodes.
   type :: element_type_t
     character(8) :: name = ''
     integer :: gmsh_type = 0
@@ -21,22 +22,22 @@ module sig_element_types
     integer :: n_dim = 0
     integer :: n_nodes = 0
     integer :: n_corners = 0
-    !> 1 = linear, 2 = quadratic: edges have nodes in their middle
+    !> 1 = linear; 2 = quadratic, with nodes in the middle of the edges
     integer :: order = 1
-    !> reference nodes in gmsh's order, shape (3, n_nodes) used
+    !> coordinates of the reference nodes in the order of gmsh, of which (3, n_nodes) are used
     real(rk) :: reference_nodes(3, max_element_nodes) = 0
-    !> exponents of xi, eta, zeta in each monomial, shape (3, n_nodes) used
+    !> exponents of xi, eta, zeta in each monomial, of which (3, n_nodes) are used
     integer :: monomials(3, max_element_nodes) = 0
     !> volume of the reference element
     real(rk) :: reference_volume = 0
-    !> per corner the n_dim corners at the other end of its edges, so turned that their directions are right-handed;
-    !> shape (n_dim, n_corners) used, cells of dimension 2 and 3 only
+    !> for each corner the n_dim corners at the other ends of its edges, in an order in which the directions of the edges are
+    !> right-handed; (n_dim, n_corners) are used; only for elements of dimension 2 and 3
     integer :: corner_neighbors(3, max_corners) = 0
-    !> gmsh's nodes in VTK's order, shape (n_nodes) used
+    !> numbers of the nodes of gmsh in the order of VTK, of which n_nodes are used
     integer :: output_order(max_element_nodes) = 0
   end type element_type_t
 
-  ! a shape's linear elements have the first nodes and monomials of its quadratic ones
+  ! A linear element has the first nodes and monomials of the quadratic elements of the same shape.
   real(rk), parameter :: line_nodes(3, 27) = reshape([real(rk) :: -1, 0, 0, 1, 0, 0, 0, 0, 0], [3, 27], [0.0_rk])
   real(rk), parameter :: h = 0.5_rk
   real(rk), parameter :: simplex_nodes(3, 27) = reshape([real(rk) :: 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1, &
@@ -72,7 +73,7 @@ module sig_element_types
   integer, parameter :: hexahedron_order(27) = [same_order(:8), 9, 12, 14, 10, 17, 19, 20, 18, 11, 13, 15, 16, &
     23, 24, 22, 25, 21, 26, 27]
 
-  !> Points and lines serve as facets; the rest are cells or facets by the dimension of the mesh.
+  !> Points and lines are facets only. The others are cells or facets, depending on the dimension of the mesh.
   type(element_type_t), parameter :: element_types(n_element_types) = [ &
     element_type_t('point', 15, 1, 'Polyvertex', 0, 1, 1, 1, simplex_nodes, simplex_monomials, 1.0_rk, no_neighbors, same_order), &
     element_type_t('line', 1, 2, 'Polyline', 1, 2, 2, 1, line_nodes, line_monomials, 2.0_rk, no_neighbors, same_order), &
@@ -109,7 +110,7 @@ contains
     i_type = 0
   end function element_type_of_gmsh
 
-  !> Returns the row of the element of this dimension with so many nodes, 0 where there is none.
+  !> Returns the row of the element of this dimension with this number of nodes; 0 where there is none.
   pure integer function element_type_with(n_dim, n_nodes) result(i_type)
     integer, intent(in) :: n_dim
     integer, intent(in) :: n_nodes
@@ -127,7 +128,7 @@ contains
     corner_type = element_type_with(element_types(i_type)%n_dim, element_types(i_type)%n_corners)
   end function corner_type
 
-  !> Returns the row of the element of the same shape that has most nodes.
+  !> Returns the row of the element of the same shape that has the most nodes.
   pure integer function fullest_type(i_type)
     integer, intent(in) :: i_type
     integer :: i_other
@@ -139,7 +140,7 @@ contains
     end do
   end function fullest_type
 
-  !> Returns the order of the nodes that turns a cell inside out: xi and eta change places.
+  !> Returns the order of the nodes of the mirrored element, in which xi and eta are exchanged. The Jacobian changes its sign.
   pure function mirrored_order(i_type) result(order)
     integer, intent(in) :: i_type
     integer :: order(element_types(i_type)%n_nodes)

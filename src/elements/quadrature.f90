@@ -9,10 +9,11 @@ module sig_quadrature
 
 contains
 
-  !> Points and weights for one element type: 3 in a T3 and 4 in a Q4 as in the paper's section 5, 4 in a T4, 8 in an H8.
+  !> Computes the integration points and weights of an element type: 3 points for a T3 and 4 for a Q4 as in section 5 of the paper,
+  !> 4 for a T4, 8 for an H8.
   !>
-  !> Quadratic elements get as many as a curved one and a load on it need: 7 in a triangle, 14 in a tetrahedron, 3 per direction
-  !> in lines, quadrilaterals and hexahedra; all are exact for polynomials of degree 5.
+  !> Quadratic elements have more points, because they can be curved: 7 for triangles, 14 for tetrahedra, 3 per direction for lines,
+  !> quadrilaterals and hexahedra. These rules are exact for polynomials of degree 5.
   pure subroutine quadrature_rule(i_type, points, weights)
     !> row of element_types
     integer, intent(in) :: i_type
@@ -37,7 +38,7 @@ contains
     end associate
   end subroutine quadrature_rule
 
-  !> Tensor product of a Gauss rule on [-1, 1], the first direction fastest.
+  !> Computes the tensor product of a Gauss rule on [-1, 1]. The first coordinate varies fastest.
   pure subroutine gauss_points(n_dim, line_points, line_weights, points, weights)
     integer, intent(in) :: n_dim
     real(rk), intent(in) :: line_points(:)
@@ -57,7 +58,8 @@ contains
     end do
   end subroutine gauss_points
 
-  !> One point towards each corner, exact for quadratics: triangle 1/6 and 2/3, tetrahedron (5 -+ sqrt 5)/20.
+  !> Computes a rule with one point near each corner, exact for polynomials of degree 2. The barycentric coordinates of a point are
+  !> 1/6 and 2/3 in a triangle, and (5 - sqrt 5)/20 and (5 + 3 sqrt 5)/20 in a tetrahedron.
   pure subroutine simplex_points(n_dim, volume, points, weights)
     integer, intent(in) :: n_dim
     real(rk), intent(in) :: volume
@@ -71,7 +73,7 @@ contains
     allocate (weights(n_dim + 1), source=volume / (n_dim + 1))
   end subroutine simplex_points
 
-  !> J. Radon, Monatsh. Math. Phys. 52 (1948) 286: degree 5 on a triangle.
+  !> Computes a rule of degree 5 on a triangle. Source: J. Radon, Monatsh. Math. Phys. 52 (1948) 286.
   pure subroutine seven_points(points, weights)
     real(rk), allocatable, intent(out) :: points(:, :)
     real(rk), allocatable, intent(out) :: weights(:)
@@ -81,7 +83,8 @@ contains
     weights = [spread((155 - root) / 2400, 1, 3), spread((155 + root) / 2400, 1, 3), 9.0_rk / 80]
   end subroutine seven_points
 
-  !> N. J. Walkington, Quadrature on simplices of arbitrary dimension, Carnegie Mellon University, 2000: degree 5 on a tetrahedron.
+  !> Computes a rule of degree 5 on a tetrahedron. Source: N. J. Walkington, Quadrature on simplices of arbitrary dimension,
+  !> Carnegie Mellon University, 2000.
   pure subroutine fourteen_points(points, weights)
     real(rk), allocatable, intent(out) :: points(:, :)
     real(rk), allocatable, intent(out) :: weights(:)
@@ -95,7 +98,7 @@ contains
       spread(0.0070910034628469110730_rk, 1, 6)]
   end subroutine fourteen_points
 
-  !> n_dim + 1 points whose barycentric coordinates are `far` but for one.
+  !> Returns n_dim + 1 points, one near each corner, whose barycentric coordinates are `far` except one.
   pure function corner_points(n_dim, far) result(points)
     integer, intent(in) :: n_dim
     real(rk), intent(in) :: far

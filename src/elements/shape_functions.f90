@@ -1,7 +1,8 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Shape functions of every element type of the table, from its monomials and reference nodes.
+!> Shape functions of all element types of the table, from their monomials and reference nodes.
 !>
-!> N_i(xi) = sum_j c_ji m_j(xi) with m_j(reference node k) c_ji = delta_ik: one small inverse replaces a branch per element.
+!> N_i(xi) = sum_j c_ji m_j(xi) with the monomials m_j. The coefficients c follow from sum_j m_j(reference node k) c_ji = delta_ik
+!> by one small inverse, so the element types need no formulas of their own.
 module sig_shape_functions
   use sig_element_types, only: corner_type, element_type_t, element_types
   use sig_kinds, only: rk
@@ -18,17 +19,20 @@ module sig_shape_functions
     real(rk), allocatable :: values(:, :)
     !> [-] d N_i / d xi_d, shape (n_dim, n_nodes, n_points)
     real(rk), allocatable :: gradients(:, :, :)
-    !> [-] values at the nodes of a quadratic element from those at the points, by least squares; shape (n_nodes, n_points)
+    !> [-] factors that give values at the nodes of a quadratic element from values at the points; not allocated for linear
+    !> elements; shape (n_nodes, n_points)
     real(rk), allocatable :: to_nodes(:, :)
   end type shape_table_t
 
 contains
 
-  !> Tabulates one row of element_types at the given points of its reference element.
+  !> Computes the shape functions of an element type, and their gradients, at the given integration points.
   pure subroutine create_shape_table(i_type, points, weights, table)
+    !> row of element_types
     integer, intent(in) :: i_type
-    !> [-] shape (n_dim, n_points)
+    !> [-] points of the reference element, shape (n_dim, n_points)
     real(rk), intent(in) :: points(:, :)
+    !> [-] shape (n_points)
     real(rk), intent(in) :: weights(:)
     type(shape_table_t), intent(out) :: table
     real(rk), allocatable :: coefficients(:, :)
@@ -50,8 +54,9 @@ contains
     end associate
   end subroutine create_shape_table
 
-  !> Linear elements have none; quadratic ones take the linear function of the corners that fits the values at the points best.
-  !> E. Hinton, J. S. Campbell, Int. J. for Num. Methods in Engineering 8 (1974) 461.
+  !> Computes shape_table_t%to_nodes for a quadratic element: a field of the linear element of the same shape is fitted to the
+  !> values at the points by least squares. There are no factors for linear elements, or with fewer points than corners. Source: E.
+  !> Hinton, J. S. Campbell, Int. J. for Num. Methods in Engineering 8 (1974) 461.
   pure subroutine extrapolate(i_type, points, weights, to_nodes)
     integer, intent(in) :: i_type
     real(rk), intent(in) :: points(:, :)
@@ -77,8 +82,9 @@ contains
     end associate
   end subroutine extrapolate
 
-  !> c of the formula in the head of this file, shape (n_nodes, n_nodes).
+  !> [-] Returns the coefficients c of the formula at the head of this file, shape (n_nodes, n_nodes).
   pure function shape_coefficients(i_type) result(coefficients)
+    !> row of element_types
     integer, intent(in) :: i_type
     real(rk), allocatable :: coefficients(:, :)
     real(rk) :: at_nodes(element_types(i_type)%n_nodes, element_types(i_type)%n_nodes)
@@ -116,8 +122,9 @@ contains
     inverse = rows(:, n + 1:)
   end function inverted
 
-  !> Returns the shape functions at a point of the reference element.
+  !> Returns the values of the shape functions at a point of the reference element.
   pure function shape_values(i_type, coefficients, point) result(values)
+    !> row of element_types
     integer, intent(in) :: i_type
     !> from shape_coefficients
     real(rk), intent(in) :: coefficients(:, :)
@@ -128,11 +135,15 @@ contains
     values = matmul(monomial_values(element_types(i_type), point, 0), coefficients)
   end function shape_values
 
-  !> Returns the derivatives of the shape functions along one direction of the reference element.
+  !> [-] Returns the derivatives of the shape functions with respect to one reference coordinate.
   pure function shape_slopes(i_type, coefficients, point, i_dim) result(slopes)
+    !> row of element_types
     integer, intent(in) :: i_type
+    !> from shape_coefficients
     real(rk), intent(in) :: coefficients(:, :)
+    !> [-] shape (n_dim)
     real(rk), intent(in) :: point(:)
+    !> number of the coordinate: 1 = xi, 2 = eta, 3 = zeta
     integer, intent(in) :: i_dim
     real(rk) :: slopes(size(coefficients, 2))
 
@@ -141,10 +152,11 @@ contains
 
   !> Returns the corners of the edge, the face or the cell in whose middle a node is; for a corner the corner itself.
   pure function corners_of_node(i_type, i_node) result(corners)
+    !> row of element_types
     integer, intent(in) :: i_type
     integer, intent(in) :: i_node
     integer, allocatable :: corners(:)
-    !> [-] a corner's shape function is 1/8 or more in the middle of what it belongs to, and else 0
+    !> [-] at such a node, the linear shape functions of these corners are at least 1/8, and those of the others are 0
     real(rk), parameter :: smallest_share = 0.1_rk
     integer :: i
 
@@ -154,7 +166,7 @@ contains
     end associate
   end function corners_of_node
 
-  !> Monomials at a point, or their derivative along one direction (derivative = 0: the values).
+  !> Returns the monomials at a point, or their derivatives with respect to coordinate `derivative` (0: the values).
   pure function monomial_values(element, point, derivative) result(values)
     type(element_type_t), intent(in) :: element
     real(rk), intent(in) :: point(:)
