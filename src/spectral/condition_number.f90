@@ -15,16 +15,16 @@ contains
   subroutine condition_number(matrix, rank_tolerance, kappa, rank)
     !> shape (n_rows, n_columns): multipliers by modes
     real(rk), intent(in) :: matrix(:, :)
-    !> [-] singular values below this share of the largest one count as zero
+    !> [-] singular values below this times the largest one count as zero
     real(rk), intent(in) :: rank_tolerance
-    !> [-] at least 1
+    !> [-] at least 1; infinite where the rank is smaller than n_rows
     real(rk), intent(out) :: kappa
     integer, intent(out) :: rank
 
     call condition_of_values(singular_values(matrix), size(matrix, 1), rank_tolerance, kappa, rank)
   end subroutine condition_number
 
-  !> Computes the condition number from the singular values of a matrix with n_rows rows.
+  !> Computes the same as condition_number from the singular values of a matrix with n_rows rows.
   pure subroutine condition_of_values(sigma, n_rows, rank_tolerance, kappa, rank)
     !> descending
     real(rk), intent(in) :: sigma(:)

@@ -8,7 +8,7 @@ module sig_singular_update
   private
   public :: column_space_t, decompose_columns, keep_largest, ratio_with_column
 
-  !> number of halvings until no number lies between the ends of an interval; roots near zero need more than the 53 of a mantissa
+  !> largest number of halvings of an interval; roots near zero need more than 53, the number of bits of a mantissa
   integer, parameter :: n_halvings = 200
 
   !> The parts of A = U diag(s) V' that are needed.
@@ -21,6 +21,7 @@ module sig_singular_update
 
 contains
 
+  !> Decomposes a matrix A.
   subroutine decompose_columns(matrix, space)
     !> shape (n_rows, n_columns)
     real(rk), intent(in) :: matrix(:, :)
@@ -30,7 +31,7 @@ contains
     call svd(matrix, space%left, space%values, right)
   end subroutine decompose_columns
 
-  !> Keeps only the n largest singular values of A.
+  !> Keeps only the n largest singular values of A and their left vectors.
   pure subroutine keep_largest(space, n)
     type(column_space_t), intent(inout) :: space
     integer, intent(in) :: n
@@ -42,9 +43,10 @@ contains
   !> Returns the ratio of the largest to the smallest of the min(n_rows, n_columns + 1) singular values of [A, c]; infinite where
   !> the smallest is zero.
   !>
-  !> The squares of the values are the roots of 1 + sum_i z_i**2 / (d_i**2 - x), d the values of A (and one zero while A has fewer
-  !> columns than rows), z = U' c (and the part of c outside the columns of A). Solved for x**(1/2) with differences of the d_i,
-  !> so nothing is squared and small values keep the digits that the decomposition of A gave them.
+  !> The squares of the singular values of [A, c] are the roots x of 1 + sum_i z_i**2 / (d_i**2 - x) = 0. The d_i are the singular
+  !> values of A, and z = U' c. Where there are fewer values than rows, there is one more d_i = 0, whose z_i is the length of the
+  !> part of c outside of the columns of A. The equation is solved for x**(1/2) with differences of the d_i. Nothing is squared, so
+  !> that small values are as exact as in the decomposition of A.
   !> Source: Golub, SIAM Review 15 (1973), section 5. Local. Cost: n_rows * size of d.
   pure real(rk) function ratio_with_column(space, column) result(ratio)
     type(column_space_t), intent(in) :: space
@@ -89,9 +91,9 @@ contains
     if (length <= epsilon(length) * norm2(column)) length = 0
   end function outside_part
 
-  !> Returns the root between the two lowest poles, or a pole where its weight is zero.
+  !> Returns the root between the two lowest poles, or the lowest pole where its weight is zero.
   pure real(rk) function smallest_root(poles, weights) result(root)
-    !> ascending, >= 0
+    !> d_i, ascending, >= 0
     real(rk), intent(in) :: poles(:)
     real(rk), intent(in) :: weights(:)
     real(rk) :: upper
@@ -116,7 +118,8 @@ contains
     end associate
   end function largest_root
 
-  !> Finds by halving where 1 + sum_i z_i**2 / ((d_i - x) (d_i + x)) changes its sign for x = d_k + offset, 0 < offset < widest.
+  !> Finds by halving the offset, 0 < offset < widest, where 1 + sum_i z_i**2 / ((d_i - x) (d_i + x)) changes its sign for x = d_k +
+  !> offset.
   pure real(rk) function offset_of_root(poles, weights, i_pole, widest) result(offset)
     real(rk), intent(in) :: poles(:)
     real(rk), intent(in) :: weights(:)

@@ -10,7 +10,7 @@ module sig_singular_values
 
 contains
 
-  !> Returns the singular values in descending order; all are NaN when the matrix is not finite.
+  !> Returns the singular values in descending order; all are NaN where the matrix is not finite or LAPACK fails.
   function singular_values(a) result(values)
     !> shape (n_rows, n_columns)
     real(rk), intent(in) :: a(:, :)
@@ -28,7 +28,7 @@ contains
     real(rk), intent(in) :: a(:, :)
     !> orthonormal columns, shape (n_rows, min(n_rows, n_columns))
     real(rk), allocatable, intent(out) :: u(:, :)
-    !> descending, shape (min(n_rows, n_columns)); NaN when a is not finite
+    !> descending, shape (min(n_rows, n_columns)); NaN where a is not finite or LAPACK fails
     real(rk), allocatable, intent(out) :: s(:)
     !> orthonormal rows, shape (min(n_rows, n_columns), n_columns)
     real(rk), allocatable, intent(out) :: vt(:, :)
