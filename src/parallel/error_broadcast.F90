@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 #include "signorom/macros.h"
-!> Sends a user error of any rank, or a text or bytes of one rank, to all ranks before any of them returns.
+!> Sends a user error of any rank, or a text or bytes of one rank, to all ranks. Afterwards all ranks can act in the same way.
 module sig_error_broadcast
   use, intrinsic :: iso_fortran_env, only: int64
   use mpi, only: MPI_Allreduce, MPI_Bcast, MPI_CHARACTER, MPI_Comm_rank, MPI_INTEGER, MPI_INTEGER8, MPI_MIN
@@ -10,12 +10,12 @@ module sig_error_broadcast
   private
   public :: broadcast_error, broadcast_text, broadcast_bytes
 
-  !> bytes in one message: a count of MPI is a default integer
+  !> most bytes in one message, because counts of MPI are default integers
   integer(int64), parameter :: largest_piece = 2_int64**30
 
 contains
 
-  !> Collective on comm. The error of the lowest rank that has one becomes that of every rank.
+  !> Gives every rank the error of the lowest rank that has one. Where no rank has an error, nothing changes. Collective on comm.
   subroutine broadcast_error(error, comm, ierr)
     type(error_t), allocatable, intent(inout) :: error
     MPI_Comm, intent(in) :: comm
@@ -45,7 +45,7 @@ contains
     call make_error(error, message, file=file, line=numbers(1), column=numbers(2), hint=hint, exit_code=numbers(3))
   end subroutine broadcast_error
 
-  !> Collective on comm. Rank 0's text becomes that of every rank; an unallocated text counts as empty.
+  !> Gives every rank the text of rank 0; a text that is not allocated counts as empty. Collective on comm.
   subroutine broadcast_text(text, comm, ierr)
     character(:), allocatable, intent(inout) :: text
     MPI_Comm, intent(in) :: comm
@@ -54,15 +54,15 @@ contains
     PetscCall(text_of_rank(0, text, comm, ierr))
   end subroutine broadcast_text
 
-  !> Collective on comm. The bytes of one rank become those of every rank.
+  !> Gives every rank the bytes of one rank. Collective on comm.
   subroutine broadcast_bytes(root, bytes, comm, ierr, piece)
     !> rank that has the bytes, 0-based
     integer, intent(in) :: root
-    !> the bytes; unallocated counts as none
+    !> the bytes; not allocated counts as none
     character(1), allocatable, intent(inout) :: bytes(:)
     MPI_Comm, intent(in) :: comm
     PetscErrorCode, intent(out) :: ierr
-    !> bytes in one message; default largest_piece
+    !> most bytes in one message; default largest_piece
     integer(int64), intent(in), optional :: piece
     integer(int64) :: first, last, length, step
     integer :: rank
@@ -83,6 +83,7 @@ contains
     end do
   end subroutine broadcast_bytes
 
+  !> Gives every rank the text of rank `root`. Collective on comm.
   subroutine text_of_rank(root, text, comm, ierr)
     integer, intent(in) :: root
     character(:), allocatable, intent(inout) :: text

@@ -1,6 +1,7 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 #include "signorom/macros.h"
-!> Fortran interface of the PETSc parts that are called from C, and the exchange between replicated arrays and distributed vectors.
+!> Fortran procedures for the parts of PETSc that are called from C (petsc_support.h), and sums, maxima and broadcasts of arrays
+!> over ranks.
 module sig_petsc_support
   use, intrinsic :: iso_c_binding, only: c_char, c_double, c_int, c_intptr_t, c_null_char
   use mpi, only: MPI_Allreduce, MPI_Bcast, MPI_Comm_rank, MPI_Comm_size, MPI_DOUBLE_PRECISION, MPI_IN_PLACE, MPI_MAX, MPI_SUM
@@ -15,7 +16,7 @@ module sig_petsc_support
   public :: precondition_failed, has_multigrid_vi
   public :: message_size
 
-  !> bytes of a message of PETSc: SIG_MESSAGE_SIZE of petsc_support.h
+  !> [bytes] room for a message of PETSc: SIG_MESSAGE_SIZE of petsc_support.h
   integer, parameter :: message_size = 256
 
   interface sum_over_ranks
@@ -90,29 +91,31 @@ module sig_petsc_support
 
 contains
 
-  !> Starts MPI, PETSc and SLEPc. Collective on all ranks.
+  !> Starts MPI, PETSc and SLEPc without reading the command line. Collective on all ranks.
   subroutine start_petsc(ierr)
     PetscErrorCode, intent(out) :: ierr
 
     ierr = sig_petsc_start()
   end subroutine start_petsc
 
+  !> Ends SLEPc, PETSc and MPI. Collective on all ranks.
   subroutine end_petsc(ierr)
     PetscErrorCode, intent(out) :: ierr
 
     ierr = sig_petsc_end()
   end subroutine end_petsc
 
-  !> Whether SNESVI can use GAMG: PETSc before 3.19 stops when the inactive set changes its size.
+  !> Whether the solver SNESVI of PETSc can use the preconditioner GAMG. PETSc before 3.19 stops when the inactive set changes its
+  !> size.
   logical function has_multigrid_vi()
     has_multigrid_vi = sig_has_multigrid_vi() /= 0
   end function has_multigrid_vi
 
-  !> Adds `-name value` pairs; what is added later wins.
+  !> Adds options, pairs `-name value`, to the options of PETSc. An option that is added again gets the new value.
   subroutine insert_petsc_options(options, ierr, message)
     character(*), intent(in) :: options
     PetscErrorCode, intent(out) :: ierr
-    !> complaint of PETSc about the options; unallocated where all is well. Without this argument a complaint is an internal error.
+    !> complaint of PETSc about the options; not allocated where there is none. Without this argument a complaint sets ierr.
     character(:), allocatable, intent(out), optional :: message
     character(kind=c_char, len=message_size) :: buffer
 
@@ -154,12 +157,13 @@ contains
     versions = split(buffer(:index(buffer, c_null_char) - 1), ';')
   end subroutine library_versions
 
-  !> Makes a square AIJ matrix with memory for the given numbers of blocks per local block row.
+  !> Creates a square AIJ matrix with memory for the given numbers of blocks per local block row. Collective on comm.
   subroutine create_matrix(comm, n_local, block_size, diagonal, off_diagonal, matrix, ierr)
     MPI_Comm, intent(in) :: comm
+    !> number of rows of this rank
     integer, intent(in) :: n_local
     integer, intent(in) :: block_size
-    !> blocks of each local block row inside and outside the rank's own columns, shape (n_local / block_size)
+    !> numbers of blocks of each local block row in the columns of this rank, and in other columns; shape (n_local / block_size)
     integer, intent(in) :: diagonal(:), off_diagonal(:)
     Mat, intent(out) :: matrix
     PetscErrorCode, intent(out) :: ierr
@@ -172,16 +176,17 @@ contains
     Mat, intent(in) :: matrix
     !> rows of this rank, shape (n_local, n_columns)
     real(rk), contiguous, intent(in) :: columns(:, :)
-    !> same shape
+    !> rows of this rank of the product, same shape
     real(rk), contiguous, intent(out) :: product(:, :)
     PetscErrorCode, intent(out) :: ierr
 
     ierr = sig_matrix_multiply(matrix%v, size(columns, 1), size(columns, 2), columns, product)
   end subroutine multiply_block
 
-  !> Makes a distributed vector of zeros.
+  !> Creates a distributed vector of zeros. Collective on comm.
   subroutine create_vector(comm, n_local, vector, ierr)
     MPI_Comm, intent(in) :: comm
+    !> number of rows of this rank
     integer, intent(in) :: n_local
     Vec, intent(out) :: vector
     PetscErrorCode, intent(out) :: ierr
@@ -190,6 +195,7 @@ contains
     PetscCall(VecSet(vector, 0.0_rk, ierr))
   end subroutine create_vector
 
+  !> Returns the number of this rank (0-based) and the number of ranks of a communicator.
   subroutine rank_and_size(comm, rank, n_ranks, ierr)
     MPI_Comm, intent(in) :: comm
     integer, intent(out) :: rank
@@ -200,7 +206,8 @@ contains
     call MPI_Comm_size(comm, n_ranks, ierr)
   end subroutine rank_and_size
 
-  !> Returns the first and last row of a matrix that belong to a rank; all ranks get nearly equal slices.
+  !> Returns the first and the last row, 1-based, of the slice of n_rows rows that belongs to this rank. All slices are nearly
+  !> equal; last is first - 1 where the slice is empty.
   subroutine rows_of_rank(n_rows, comm, first, last, ierr)
     integer, intent(in) :: n_rows
     MPI_Comm, intent(in) :: comm
@@ -216,7 +223,7 @@ contains
     last = slice_end(n_rows, rank + 1, n_ranks)
   end subroutine rows_of_rank
 
-  !> Returns the last row of the first i_slice of n_slices nearly equal slices. It avoids the overflow of a plain product.
+  !> Returns the last row of slice i_slice (1-based) of n_slices nearly equal slices. No intermediate number overflows.
   pure integer function slice_end(n_rows, i_slice, n_slices)
     integer, intent(in) :: n_rows
     integer, intent(in) :: i_slice
@@ -234,6 +241,7 @@ contains
     call MPI_Allreduce(MPI_IN_PLACE, values, size(values), MPI_DOUBLE_PRECISION, MPI_SUM, comm, ierr)
   end subroutine sum_vector
 
+  !> Sums an array over the ranks in place. Collective on comm.
   subroutine sum_block(comm, values, ierr)
     MPI_Comm, intent(in) :: comm
     real(rk), contiguous, intent(inout) :: values(:, :)
@@ -260,7 +268,7 @@ contains
     call MPI_Allreduce(MPI_IN_PLACE, values, size(values), MPI_DOUBLE_PRECISION, MPI_MAX, comm, ierr)
   end subroutine max_block
 
-  !> Copies the first rank's values to all ranks. Collective on comm. It works column by column, so that counts stay below 2**31.
+  !> Copies the values of the first rank to all ranks, column by column, so that counts stay below 2**31. Collective on comm.
   subroutine broadcast_columns(values, comm, ierr)
     !> same shape on all ranks
     real(rk), contiguous, intent(inout) :: values(:, :)
@@ -274,8 +282,9 @@ contains
     end do
   end subroutine broadcast_columns
 
-  !> Records the place of a failed precondition on PETSc's error stack. SIG_CHECK calls it.
+  !> Puts a failed precondition with its place in the source on the error stack of PETSc. The macro SIG_CHECK calls it.
   subroutine precondition_failed(code, sentence, file, line, ierr)
+    !> error code of PETSc; ierr gets the same
     PetscErrorCode, intent(in) :: code
     character(*), intent(in) :: sentence
     character(*), intent(in) :: file

@@ -12,7 +12,7 @@ module sig_stop_request
 
 contains
 
-  !> Whether a signal came to any of the ranks. Collective on comm.
+  !> Sets is_stopped, the same on every rank, to whether any rank got a request to stop. Collective on comm.
   subroutine agree_to_stop(comm, is_stopped, ierr)
     MPI_Comm, intent(in) :: comm
     logical, intent(out) :: is_stopped
