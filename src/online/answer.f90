@@ -9,7 +9,7 @@ module sig_answer
   private
   public :: answer_t, bound_text, comparable_size, method_name
 
-  !> methods of an answer: those of sig_lcp, and this one
+  !> method of an answer by the condensed full-order problem; the other methods are those of sig_lcp
   integer, parameter, public :: answer_condensed = lcp_lemke + 1
   integer, parameter, public :: n_answer_methods = answer_condensed
 
@@ -123,7 +123,7 @@ contains
     values = 0
   end subroutine resize
 
-  !> Copies how a complementarity problem was solved.
+  !> Copies method, reason, counts and residual of a solved complementarity problem.
   pure subroutine take_solution(self, solution, method)
     class(answer_t), intent(inout) :: self
     type(lcp_solution_t), intent(in) :: solution
@@ -146,7 +146,7 @@ contains
     self%is_active = self%multipliers > 0
   end subroutine take_all_forces
 
-  !> Sets the bound and the relative bound; the latter is huge where the bound is, and 0/0 counts as 0.
+  !> Sets the bound and the relative bound. The relative bound is huge if the bound is huge, and 0/0 counts as 0.
   pure subroutine take_bound(self, bound, size_of_answer)
     class(answer_t), intent(inout) :: self
     !> [sqrt(force*length)]

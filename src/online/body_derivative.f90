@@ -10,7 +10,7 @@ module sig_body_derivative
   private
   public :: body_derivative_t
 
-  !> State and its change along one direction of the terms.
+  !> The values of a body's scale, interpolation weights and terms at a point, and their changes for a given change of the terms.
   type :: body_derivative_t
     !> [-] s and ds/s
     real(rk) :: modulus_ratio = 1
@@ -119,7 +119,7 @@ contains
     real(rk), contiguous, intent(inout) :: y(:)
     real(rk) :: matrix(size(y), size(x)), flat(size(columns, 1))
 
-    ! most parameters do not change most bodies
+    ! a parameter changes few bodies, so the weights or x are often zero
     if (.not. (any(abs(weights) > 0) .and. any(abs(x) > 0))) return
     call multiply(1.0_rk, columns, weights, 0.0_rk, flat)
     matrix = reshape(flat, shape(matrix))

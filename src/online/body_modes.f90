@@ -1,14 +1,14 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> The displacement of one body by modes where its elastic constants depend on the parameters: data that training makes and a file
-!> keeps.
+!> The displacement of one body by modes if its elastic constants depend on the parameters. Training makes these data, and the model
+!> file keeps them.
 !>
 !> u = L theta + Phi a with liftings L of prescribed displacements and POD modes Phi, which vanish on held dofs. Galerkin's method
 !> gives a from the contact forces z:  sum_q k_q Phi'K_q Phi a = Phi'(F theta - B'z) - sum_q k_q Phi'K_q L theta, where K_q are
 !> the bulk and shear parts of each material's stiffness at a place mu_0, and k_q their moduli over those of mu_0.
 !>
-!> The residual r is a combination of few columns, F, B', K_q L and K_q Phi. A triangle T of these in a basis that is orthonormal in
-!> the norm of K(mu_0)^-1 gives |r|_{K^-1} <= |T c| / sqrt(min k_q), as K >= min k_q K(mu_0). T keeps the digits that a matrix of
-!> products would lose: r is far smaller than its parts.
+!> The residual r is a combination, with coefficients c, of few columns: F, B', K_q L and K_q Phi. T is the triangle of these
+!> columns in a basis that is orthonormal in the norm of K(mu_0)^-1. So |r|_{K^-1} <= |T c| / sqrt(min k_q), because K >= min k_q
+!> K(mu_0). r is far smaller than its parts: with a matrix of products instead of T, rounding errors would be too large.
 module sig_body_modes
   use sig_dense_kernels, only: factor_cholesky, multiply, multiply_transpose, solve_cholesky
   use sig_errors, only: error_t
@@ -167,7 +167,7 @@ contains
     place(n_lifted + 1:) = right
   end subroutine find_coordinates
 
-  !> The quadratic form x'Mx.
+  !> Returns the quadratic form x'Mx.
   real(rk) function work_of(n, matrix, x) result(work)
     integer, intent(in) :: n
     real(rk), intent(in) :: matrix(n, n)

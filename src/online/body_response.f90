@@ -1,10 +1,10 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Responses of one body to loads and contact forces as functions of its elastic constants: data that training makes and a file
-!> keeps.
+!> Responses of one body to loads and contact forces as functions of its elastic constants. Training makes these data, and the model
+!> file keeps them.
 !>
-!> Bodies share no dofs, so W and q are sums over bodies. With all moduli of a body scaled by one s, its responses to forces are
-!> those of s = 1 over s, and its responses to prescribed displacements do not change: that is exact. In its
-!> other constants, Poisson's ratios and ratios of moduli, responses are interpolated.
+!> Bodies have no common dofs, so W and q are sums over bodies. If all moduli of a body are multiplied by s, its responses to forces
+!> are divided by s, and its responses to prescribed displacements do not change. This is exact. Responses are interpolated over the
+!> other constants of the body: Poisson's ratios and ratios of moduli.
 module sig_body_response
   use sig_errors, only: error_t
   use sig_hdf5_reader, only: h5_reader_t
@@ -153,7 +153,8 @@ contains
     has_bound = size(self%numerators) == 0 .or. self%bound%is_there()
   end function has_bound
 
-  !> Returns a bound [sqrt(force*length)] of the openings that interpolation misses, in the norm of W^-1. Requires: has_bound.
+  !> Returns a bound [sqrt(force*length)], in the norm of W^-1, of the error that interpolation makes in the openings. Requires:
+  !> has_bound.
   real(rk) function error_bound(self, theta, forces) result(bound)
     class(body_response_t), intent(in) :: self
     real(rk), contiguous, intent(in) :: theta(:)

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Objects behind the handles of include/signorom.h, and the transfer of values to C.
+!> The Fortran objects to which the handles of include/signorom.h point, and the transfer of values to C.
 module sig_c_handles
   use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_double, c_f_pointer, c_int, c_null_char, c_ptr
   use sig_answer, only: answer_t

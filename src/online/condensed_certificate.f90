@@ -145,7 +145,7 @@ contains
     call multiply(1.0_rk, data%compliance, forces, 1.0_rk, opening)
   end subroutine open_under
 
-  !> Removes from W z the contribution of the anchors' openings.
+  !> Subtracts from W z the openings that come from the openings of the anchors, so that all anchors are closed.
   subroutine close_anchors(self, data, unknowns, closing)
     class(condensed_certificate_t), intent(in) :: self
     class(condensed_data_t), intent(in) :: data

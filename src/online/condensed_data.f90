@@ -16,8 +16,9 @@ module sig_condensed_data
 
   !> 0 <= z, W z + free_opening theta >= 0, complementary; u = G theta' - H z with the leading terms theta'.
   !>
-  !> z are the multipliers. Bodies that only contact holds hang on anchors. For an anchor the unknown is its opening over `scale`
-  !> instead of its multiplier, and the complementary value is its multiplier times `scale` instead of its opening.
+  !> z are the multipliers. Anchors are contacts that are taken as closed to hold bodies that only contact holds. For an anchor the
+  !> unknown is its opening over `scale` instead of its multiplier, and the complementary value is its multiplier times `scale`
+  !> instead of its opening.
   type, abstract, extends(reduced_exact_t) :: condensed_data_t
     !> [length/force] W, shape (n_multipliers, n_multipliers); symmetric without anchors
     real(rk), allocatable :: compliance(:, :)

@@ -68,7 +68,8 @@ contains
       self%multipliers(online%model%n_multipliers))
   end subroutine create
 
-  !> Computes the fields of an answer. is_valid is false where an elastic constant has no valid value, far outside of the box.
+  !> Computes the fields of an answer. is_valid is false if an elastic constant has no valid value, which may happen far outside of
+  !> the trained box.
   subroutine evaluate(self, online, point, answer, is_valid)
     class(field_query_t), intent(inout) :: self
     !> the model that create was called with

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Bodies that only contact holds, in a condensed problem: they hang on anchors. To judge contact forces that another part found,
-!> these bodies must first be moved to a suitable place.
+!> Bodies that only contact holds, in a condensed problem: anchors, which are contacts that are taken as closed, hold them. To bound
+!> the error of contact forces that another part found, these bodies must first be moved to a suitable place.
 module sig_hanging_bodies
   use sig_condensed_data, only: condensed_data_t
   use sig_force_balance, only: balance_forces, keep_balance
@@ -62,13 +62,14 @@ contains
     are_balanced = keep_balance(self%work, free_opening(self%anchors) / self%scale, forces)
   end function are_balanced
 
-  !> Moves the bodies to the place where the sum of forces times squared openings, anchors included, is least: rows with forces are
-  !> nearly closed there, and small forces far away hardly count. Any place gives a bound. The cost is n t^2 operations.
+  !> Moves the bodies to the place where the sum over all rows, with anchors, of force times squared opening is least. At this place
+  !> rows with forces are nearly closed, and small forces hardly count. Any place gives a valid bound. The cost is n t^2 operations
+  !> for n rows and t anchors.
   subroutine settle(self, forces, opening, surplus)
     class(hanging_bodies_t), intent(in) :: self
     !> [force] >= 0 of all contacts
     real(rk), intent(in) :: forces(:)
-    !> [length] openings of the other rows: in with closed anchors, out C lambda + q + N (s - rho_T)
+    !> [length] openings of the other rows; in: with closed anchors, out: C lambda + q + N (s - rho_T)
     real(rk), intent(inout) :: opening(:)
     !> [force*length] contribution of the anchors to c
     real(rk), intent(out) :: surplus
@@ -84,8 +85,8 @@ contains
     end associate
   end subroutine settle
 
-  !> Returns the openings [length] of the anchors that make the sum of forces times squared openings least. Motions that the forces
-  !> do not hold stay at rest.
+  !> Returns the openings [length] of the anchors that make the sum of force times squared opening least. Motions on which no force
+  !> acts are zero.
   function place(self, forces, opening) result(s)
     class(hanging_bodies_t), intent(in) :: self
     !> [force] >= 0 of all contacts
@@ -107,9 +108,9 @@ contains
     end associate
   end function place
 
-  !> Removes forces from contacts that are open at the place of the bodies, and balances the others. A projection on the balance
-  !> spreads forces over all contacts, far from those that are closed, and each such force adds lambda w to the bound. Where the
-  !> remaining forces cannot keep the balance, all forces stay.
+  !> Removes forces from contacts that are open at the place of the bodies, and projects the others on the balance with the loads
+  !> again. The first projection has distributed forces over all contacts, also over open ones, and each of these forces adds lambda
+  !> w to the bound. If the remaining forces cannot balance the loads, all forces stay.
   subroutine release(self, opening, forces)
     class(hanging_bodies_t), intent(in) :: self
     !> [length] openings of the other rows, C lambda + q with closed anchors

@@ -38,7 +38,7 @@ module sig_hhr_data
   !> parameters, K_r and the load have further parts (varying).
   !> Source: (10). theta(n_terms) are the values of the model's terms. Numbers of nodes, cells and dofs are natural, 1-based.
   type :: hhr_data_t
-    !> columns of the basis: the part of the POD modes that prescribed rows leave, then the hats
+    !> number of columns of the basis: first the POD modes that remain after prescribed rows are imposed, then the hats
     integer :: n_modes = 0
     !> number of POD modes that choose the domain (l of the paper), of further POD modes in the basis, and of hat functions
     integer :: n_pod_modes = 0
@@ -107,7 +107,8 @@ module sig_hhr_data
     integer :: stiffness_rank = 0
     !> rank of the basis on the domain: n_modes, unless columns depend on each other there
     integer :: basis_rank = 0
-    !> number of loaded, prescribed and contact dofs in the domain, and of hats: the equations can determine as many modes as these
+    !> number of loaded, prescribed and contact dofs in the domain, plus number of hats: the equations can determine at most as many
+    !> modes
     integer :: primal_rank_expected = 0
     type(enrichment_history_t) :: history
     !> warnings of the training, one sentence each

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Describes a hyper-reduced model for people.
+!> The part of the text of `signorom describe` about a hyper-reduced model.
 module sig_hhr_description
   use sig_description_line, only: line
   use sig_hhr_data, only: hhr_data_t

@@ -25,7 +25,7 @@ contains
 
     call file%create_image(error)
     if (allocated(error)) return
-    ! nobody reads the units of these bytes
+    ! the units in these bytes are never read
     call write_cluster(file, packed_group, cluster, '', '')
     call file%close_image(bytes, error)
   end subroutine pack_cluster
@@ -136,7 +136,7 @@ contains
 
     call file%read(group // '/basis', cluster%basis, error)
     call file%read(group // '/lifting', cluster%lifting, error)
-    ! files from the time before strains were lifted have no lifted_terms; these are the first terms then
+    ! older files, whose lifting has no imposed strains, have no lifted_terms; then the lifted terms are the first terms
     if (file%has(group // '/lifted_terms')) call file%read(group // '/lifted_terms', cluster%lifted_terms, error)
     call file%read(group // '/reduced_stiffness', cluster%reduced_stiffness, error)
     call file%read(group // '/contact_matrix', cluster%contact_matrix, error)

@@ -15,9 +15,9 @@ module sig_hhr_start_sets
 
 contains
 
-  !> Answers each training point with each cluster, once from the full-order contacts and once from none. Where the reduced problem
-  !> has several solutions, queries nearby then begin with the better one. A model that cannot answer gets no sets; its user learns
-  !> the reason later.
+  !> Answers each training point with each cluster twice: starting with the contacts that are closed in the full-order solution, and
+  !> starting with none. If the reduced problem has several solutions, queries nearby then start from the better one. A model that
+  !> cannot answer gets no sets, and its first query gives the reason.
   subroutine fill_start_sets(model)
     type(model_t), intent(inout) :: model
     type(online_model_t) :: online

@@ -2,10 +2,11 @@
 !> The equations (10) of a hyper-reduced model condensed on the multipliers of its domain. They are made once or, where the
 !> stiffness depends on the parameters, at each point.
 !>
-!> Bodies that only contact holds and that snapshots move freely leave K_r singular, because a rigid motion has no stiffness. Then
-!> as many rows T, the anchors, exchange their unknowns. With K' = K_r + s M_T' M_T, which is regular, and F' = F + s M_T' D_T, (10)
-!> is the same as K' gamma + M' (lambda + s w on T) = F' for the openings w = D - M gamma, so w = W' (lambda + s w on T) + q'. A
-!> principal pivot on T makes w_T the unknowns and lambda_T their complementary values:
+!> If only contact holds a body and the snapshots contain its rigid motion, K_r is singular, because a rigid motion has no
+!> stiffness. Then as many rows T as there are such motions, the anchors, exchange force and opening: the opening becomes the
+!> unknown. With K' = K_r + s M_T' M_T, which is regular, and F' = F + s M_T' D_T, (10) is the same as K' gamma + M' (lambda + s w
+!> on T) = F' for the openings w = D - M gamma, so w = W' (lambda + s w on T) + q'. A principal pivot on T makes w_T the unknowns
+!> and lambda_T their complementary values:
 !>
 !>   lambda_T = A (1 - s A^-1) w_T - A W'_TR lambda_R - A q'_T,   A = W'_TT^-1
 !>   w_R = W'_RT A w_T + (W'_RR - W'_RT A W'_TR) lambda_R + q'_R - W'_RT A q'_T

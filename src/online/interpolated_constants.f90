@@ -1,9 +1,11 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> Elastic constants as interpolation variables: Poisson's ratios and ratios of moduli.
 !>
-!> Stiffnesses become singular only for constants below zero: responses are analytic where |Im| < pi in the logarithms of a ratio of
-!> moduli and of bulk over shear modulus, which grows as 1/(1 - 2 nu). There polynomials converge far faster than in the constants
-!> themselves; but of one constant that varies little, these have a bound of the error (README).
+!> A variable is the constant itself or a logarithm: that of a ratio of moduli, or -log(1 - 2 nu) of a Poisson's ratio, as bulk over
+!> shear modulus grows as 1/(1 - 2 nu). A stiffness becomes singular only for constants below zero. So the responses are analytic
+!> functions of the logarithms where the imaginary part is below pi, and polynomials in the logarithms converge far faster than
+!> polynomials in the constants. But interpolation over one constant itself has an error bound (README), which is used if it varies
+!> little.
 module sig_interpolated_constants
   use sig_kinds, only: rk
   implicit none(type, external)

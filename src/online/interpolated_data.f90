@@ -2,9 +2,9 @@
 !> The data of an interpolated model: the condensed problem of bodies whose elastic constants depend on the parameters. Training
 !> makes them and a file keeps them.
 !>
-!> 0 <= z, W(mu) z + q(mu) >= 0, complementary; W and q are sums over bodies (sig_body_response). Bodies that only contact holds
-!> hang on anchors T as in sig_condensed_data. The bodies' responses hold the anchors' own rows of W z + q as they are before
-!> anchors close: these say how far the bodies move.
+!> 0 <= z, W(mu) z + q(mu) >= 0, complementary; W and q are sums over bodies (sig_body_response). Anchors T hold bodies that only
+!> contact holds, as in sig_condensed_data. In the responses of the bodies, the rows of W z + q for the anchors are those of open
+!> anchors: they give the distance by which the bodies move.
 module sig_interpolated_data
   use sig_body_modes, only: body_modes_t
   use sig_body_response, only: body_response_t
@@ -255,7 +255,7 @@ contains
     end do
   end function displacement_of
 
-  !> Returns how far each anchor closes [length], as a rigid motion of the bodies that hang on it.
+  !> Returns the distance [length] by which each anchor closes, as a rigid motion of the bodies that it holds.
   pure function moves(self, theta, unknowns)
     class(interpolated_data_t), intent(in) :: self
     real(rk), intent(in) :: theta(:)

@@ -1,13 +1,13 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> Bound of the error in the contact forces that comes from interpolation over one elastic constant of a body.
 !>
-!> With K affine in the constant c but for a factor, p(c) K(c) / s, and responses U_I interpolated at n nodes (n >= 3), the
-!> residual p F - p K U_I / s is a polynomial of degree n that vanishes at the nodes: w(c) Z with w(c) = prod (c - c_i) and Z
-!> constant. So one more response, U at a place c_0, gives the norms of all residuals: with E = U - U_I,
-!> Z'K_0^-1 Z = (p/w)^2(c_0) E'K_0 E.
+!> K becomes affine in the constant c after multiplication by a factor: p(c) K(c) / s is affine in c. U_I are responses that are
+!> interpolated at n nodes (n >= 3). So the residual p F - p K U_I / s is a polynomial of degree n that is zero at the nodes: w(c) Z
+!> with w(c) = prod (c - c_i) and constant Z. Therefore one more response, U at a place c_0, gives the norms of all residuals: with
+!> E = U - U_I, Z'K_0^-1 Z = (p/w)^2(c_0) E'K_0 E.
 !>
 !> The residual r = (w/p) Z x is split into forces on the contacts and the rest, r = B'y + r' with B K_0^-1 r' = 0. With alpha and
-!> beta such that alpha K_0 <= K <= beta K_0, the openings B K^-1 r that contact sees are in the norm of W^-1 at most
+!> beta such that alpha K_0 <= K <= beta K_0, the errors B K^-1 r of the openings are in the norm of W^-1 at most
 !> |y|_W + |r'|_0 (1 - sqrt(alpha/beta)) / sqrt(alpha): the last because B K^-1 r' = B (K^-1 - K_0^-1/gamma) r' for any gamma, and
 !> gamma = sqrt(alpha beta) is the best one.
 module sig_interpolation_bound

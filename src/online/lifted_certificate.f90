@@ -39,8 +39,7 @@ contains
     end associate
   end subroutine prepare
 
-  !> Returns an estimate [length/force] of the diagonal of W from the known entries. It tells how much a force moves its own
-  !> contact.
+  !> Returns an estimate [length/force] of the diagonal of W from the known entries: the opening of a contact by its own unit force.
   pure function reach_of(cluster) result(reach)
     type(hhr_data_t), intent(in) :: cluster
     real(rk), allocatable :: reach(:)

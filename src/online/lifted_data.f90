@@ -23,7 +23,7 @@ module sig_lifted_data
     !> force patterns Y of energy 1, and W Y; shape (n_multipliers, n_patterns)
     real(rk), allocatable :: pattern_forces(:, :)
     real(rk), allocatable :: pattern_opening(:, :)
-    !> rows whose forces balance the loads behind these openings, where only contact holds a body
+    !> if only contact holds a body: rows whose forces balance the loads when these openings are computed
     integer, allocatable :: anchors(:)
     !> [force/length] L' K L
     type(sparse_matrix_t) :: lift

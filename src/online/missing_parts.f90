@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Empty values for parts of a model that are not allocated.
+!> Procedures that give parts of a model their empty value if they are not allocated.
 module sig_missing_parts
   use sig_kinds, only: rk
   use sig_text, only: string_t

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Describes a model for people.
+!> The text of `signorom describe` about a model.
 module sig_model_description
   use sig_description_line, only: eol, line
   use sig_kinds, only: rk
@@ -96,7 +96,7 @@ contains
     character(:), allocatable :: text
     integer :: i
 
-    ! this index needs a name: gfortran 12 forgets to evaluate a function there
+    ! the index is a variable, because gfortran 12 does not evaluate a function in this place
     i = model%fallback()
     if (i == 0) then
       text = ''

@@ -195,7 +195,7 @@ contains
     call file%read('/certificate/max_error', model%max_error, error)
   end subroutine read_problem
 
-  !> Reads the data for fields; what the contact rows share with the model is copied from it.
+  !> Reads the data for fields. Gaps, areas and entries of the contact rows are copied from the model.
   subroutine read_fields(file, path, model, error)
     type(h5_reader_t), intent(in) :: file
     character(*), intent(in) :: path

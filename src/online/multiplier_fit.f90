@@ -4,8 +4,9 @@
 !>
 !> The known values are the multipliers of the domain and, unless the model leaves them out, the normal displacements of all contact
 !> nodes. Each of these two blocks is divided by the size of its snapshots, so that units do not matter. The resultants on bodies
-!> that only contact holds are known exactly: the forces are moved to the nearest ones that balance the loads. Where the openings of
-!> other forces are not known, the combination and the forces of the domain are moved instead.
+!> that only contact holds are known exactly, so the forces are replaced by the nearest forces that balance the loads. In models
+!> with a certificate without W, only the openings of combinations are known: there the coefficients of the combination and the
+!> forces of the domain are replaced instead.
 module sig_multiplier_fit
   use sig_force_balance, only: balance_forces
   use sig_kinds, only: rk
@@ -155,7 +156,7 @@ contains
     end do
   end subroutine combine
 
-  !> Takes the forces of a combination away from contacts that the reduced displacement says are open.
+  !> Sets the forces of a combination to zero at contacts that are open according to the reduced displacement.
   !>
   !> A contact with a force l and an opening w > 0 breaks the condition l w = 0. The pairs (l, 0) and (0, w) meet it. In the norm of
   !> the fit, (a l)^2 + (b w)^2 with the scales a and b of its two blocks, (0, w) is the nearer one where a l <= b w. Inside the
@@ -176,7 +177,8 @@ contains
     where (self%multiplier_scale * multipliers <= self%displacement_scale * opening) multipliers = 0
   end subroutine release
 
-  !> Moves the combination and the forces of the domain to the nearest ones in balance; they stay unchanged where there are none.
+  !> Replaces the coefficients of the combination and the forces of the domain by the nearest ones that balance the loads. They stay
+  !> unchanged if there are no such values.
   subroutine balance(self, cluster, theta, coefficients, forces)
     class(multiplier_fit_t), intent(in) :: self
     type(hhr_data_t), intent(in) :: cluster

@@ -6,7 +6,7 @@ module sig_online_c_interfaces
   private
   public :: forest_arrays_t, sig_forest_check, sig_forest_votes
 
-  !> The structure sig_forest of forest.h; its pointers lead to arrays of somebody else.
+  !> The structure sig_forest of forest.h; its pointers refer to arrays of a forest_t.
   type, bind(c) :: forest_arrays_t
     integer(c_int) :: n_features
     integer(c_int) :: n_classes

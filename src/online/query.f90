@@ -53,7 +53,7 @@ contains
     !> values of the parameters in the model's order
     real(rk), intent(in) :: point(:)
     type(answer_t), intent(inout) :: answer
-    !> cluster to ask whatever the point; default: the model's choice
+    !> cluster that answers; default: the model's choice at the point
     integer, intent(in), optional :: cluster
     type(neighbors_t) :: near
     integer :: i_cluster, i_source

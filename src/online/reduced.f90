@@ -130,7 +130,7 @@ module sig_reduced
       !> shape (n_terms)
       real(rk), contiguous, intent(in) :: theta(:)
       type(neighbors_t), intent(in) :: near
-      !> part whose energy decides which of two solutions is better; null = none
+      !> part of all contacts whose energy decides which of two solutions is better; null = there is none
       class(reduced_t), pointer, intent(in) :: judge
       !> work arrays from create_room
       class(room_t), intent(inout) :: room
@@ -280,7 +280,7 @@ contains
     energy = 0
   end function energy_unknown
 
-  !> Corrects contact forces that another part found, where this part knows that they are wrong. This default does nothing.
+  !> Improves contact forces that another part found, if this part can see that some are wrong. This default does nothing.
   subroutine nothing_to_correct(self, theta, room, multipliers)
     class(reduced_t), intent(in) :: self
     !> shape (n_terms)

@@ -331,7 +331,8 @@ contains
     starts_from_two_sides = .true.
   end function starts_from_two_sides
 
-  !> Computes gamma under contact forces that another part found. Anchors count as closed where these forces leave bodies free.
+  !> Computes gamma under contact forces that another part found. If these forces do not determine the place of a body, its anchors
+  !> count as closed.
   subroutine displace_under(self, room, answer)
     class(reduced_hhr_t), intent(in) :: self
     class(room_t), intent(inout) :: room

@@ -135,10 +135,10 @@ contains
     end select
   end subroutine solve
 
-  !> Bounds the displacement where the forces have no bound: the error of the forces is at most |delta|_{W^-1}, where delta are the
-  !> openings that the interpolation misses. These are the openings rho between the displacement by modes and the interpolated one,
-  !> and the openings that the modes miss, whose norm is at most the residual: |u_r - u|_K <= 2 |r|_{K^-1} + |rho|_{W^-1},  W >=
-  !> W(mu_0) / b,  b = the largest K / K(mu_0) of the bodies.
+  !> Bounds the error of the displacement if the forces have no bound. The error of the forces is at most |delta|_{W^-1}, where
+  !> delta are the errors of the interpolated openings. delta is the sum of rho, the difference of the openings by modes and the
+  !> interpolated ones, and of the errors of the openings by modes, whose norm is at most that of the residual r. So |u_r - u|_K <=
+  !> 2 |r|_{K^-1} + |rho|_{W^-1},  W >= W(mu_0) / b,  b = the largest K / K(mu_0) of the bodies.
   subroutine bound_displacement(self, room, answer)
     class(reduced_interpolated_t), intent(in) :: self
     type(interpolated_room_t), intent(in) :: room

@@ -2,9 +2,9 @@
 !> A large contact as a kind of reduced model: it gives exact forces on all contacts, where only the trained rows change between
 !> open and closed.
 !>
-!> A query solves for the changing rows in the cluster of the nearest training point. It then checks that the rows taken as closed
-!> still push and that those taken as open stay open. If not, the other clusters are tried one after the other. An answer that none
-!> of them can give is refused.
+!> A query solves for the changing rows in the cluster of the nearest training point. It then checks that the forces of the rows
+!> taken as closed are not negative, and that the rows taken as open do not penetrate. If this is not so, the other clusters are
+!> tried one after the other. If no cluster can answer, there is no answer.
 module sig_reduced_tied
   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   use sig_answer, only: answer_condensed, answer_t
@@ -149,7 +149,7 @@ contains
     call answer%take_all_forces()
   end subroutine solve_cluster
 
-  !> Whether closed rows push and open ones do not penetrate.
+  !> Whether the forces of closed rows are not negative, and open rows do not penetrate, except for rounding.
   pure logical function is_inside(cluster, rows)
     type(tied_cluster_t), intent(in) :: cluster
     !> forces of closed rows, openings of the others
@@ -197,7 +197,8 @@ contains
     end associate
   end function displacement_of_dof
 
-  !> Differentiates the answer. The changing rows are the problem; closed rows follow, and open ones stay without force.
+  !> Differentiates the answer. The derivatives of the changing rows' forces are solved for, those of the closed rows follow from
+  !> them, and open rows stay without force.
   subroutine differentiate(self, answer, gradient, message)
     class(reduced_tied_t), intent(in) :: self
     type(answer_t), intent(in) :: answer

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Sums of the contact forces over each entry of the deck's contact section: area that touches, resultant force and moment.
+!> Sums over each entry of the deck's contact section: area of the closed contacts, resultant force and moment.
 module sig_resultant_map
   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan, ieee_quiet_nan, ieee_value
   use sig_errors, only: error_t
@@ -16,8 +16,8 @@ module sig_resultant_map
 
   !> The resultants are linear in the multipliers, because geometry and normals are those of the undeformed mesh. Forces act on the
   !> first surface. The moment about the origin is x cross f: three numbers in space, x f_y - y f_x in the plane. In axisymmetry
-  !> both are sums over the full turn of components in the half plane r, z: F_r is the force in radial direction, though it has no
-  !> resultant in space, and r f_z - z f_r tells at which radius F_z acts.
+  !> both are sums over the full turn of components in the half plane r, z: F_r is the sum of the radial forces, though these have
+  !> no resultant in space, and r f_z - z f_r shows at which radius F_z acts.
   type :: resultant_map_t
     !> names of the two surfaces, for each entry of the deck's contact section; shape (n_entries); none in older files
     type(string_t), allocatable :: names(:)
@@ -55,8 +55,8 @@ contains
     n_moments = size(self%unit_moments, 1)
   end function n_moments
 
-  !> Sums over the multipliers of each entry: the areas of those that are more than rounding, forces, and moments. Where a
-  !> multiplier is not a number, the sums of its entry are not numbers either. It allocates nothing.
+  !> Computes for each entry the area of the contacts whose multiplier is more than rounding, the force, and the moment. If a
+  !> multiplier is not a number, the results of its entry are not numbers either. It allocates nothing.
   pure subroutine evaluate(self, row_areas, multipliers, areas, forces, moments)
     class(resultant_map_t), intent(in) :: self
     !> [length**(n_dim - 1)] area of each row, shape (n_multipliers)

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> The work arrays of a model's parts for one thread. Those of a part are made when it is asked first.
+!> The work arrays of a model's parts for one thread. Those of a part are made before its first answer.
 module sig_rooms
   use sig_model, only: model_t
   use sig_reduced, only: room_t

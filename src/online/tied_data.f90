@@ -19,8 +19,8 @@ module sig_tied_data
   !> status of a row in a cluster
   integer, parameter, public :: row_open = 0, row_closed = 1, row_changing = 2
 
-  !> One cluster. Each row has a value, its force where it is closed and its opening elsewhere: free theta + operator lambda with
-  !> lambda of the changing rows.
+  !> One cluster. Each row has a value: its force if it is closed, else its opening. The values of all rows are
+  !> free theta + operator lambda, where lambda are the forces of the changing rows.
   type :: tied_cluster_t
     !> row_*, shape (n_multipliers)
     integer, allocatable :: status(:)
