@@ -98,7 +98,7 @@ contains
     coefficients = inverted(at_nodes)
   end function shape_coefficients
 
-  !> By elimination with row exchanges; the table's elements have no singular matrix.
+  !> Returns the inverse of a matrix by elimination with row exchanges. The matrices of the elements are never singular.
   pure function inverted(matrix) result(inverse)
     real(rk), intent(in) :: matrix(:, :)
     real(rk) :: inverse(size(matrix, 1), size(matrix, 1))

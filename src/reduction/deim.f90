@@ -14,7 +14,7 @@ contains
   !>
   !> Columns 1 to k - 1 interpolate column k from its values on rows 1 to k - 1. Row k is the row where column k differs most from
   !> this interpolation. Each residual is scaled to 1 in its own row; the interpolation is then a step of Gauss elimination, and no
-  !> linear system is solved. Of nearly equal rows the one with the lowest natural number is taken, so that rounding (number of
+  !> linear system is solved. Of nearly equal rows the one with the lowest number is taken, so that rounding (number of
   !> ranks, BLAS) does not change the choice.
   !>
   !> Source: Chaturantabut and Sorensen, SIAM J. Sci. Comput. 32 (2010), algorithm 1. Local. Cost: n_dofs * n_modes**2. Requires:
@@ -22,7 +22,7 @@ contains
   pure function deim_rows(basis) result(rows)
     !> shape (n_dofs, n_modes)
     real(rk), intent(in) :: basis(:, :)
-    !> shape (n_modes), natural numbers
+    !> natural (order of the mesh file), shape (n_modes)
     integer :: rows(size(basis, 2))
     real(rk) :: residuals(size(basis, 1), size(basis, 2))
     integer :: i_mode, j_mode

@@ -20,7 +20,7 @@ contains
   subroutine impose_dirichlet_rows(basis, dofs, values, rank_tolerance, free_basis, lifting, rank)
     !> V, shape (n_dofs, n_modes)
     real(rk), intent(in) :: basis(:, :)
-    !> prescribed dofs, natural numbers, shape (n_rows)
+    !> prescribed dofs, natural (order of the mesh file), shape (n_rows)
     integer, intent(in) :: dofs(:)
     !> [length] g, the prescribed displacement per term, shape (n_rows, n_terms)
     real(rk), intent(in) :: values(:, :)

@@ -18,7 +18,7 @@ module sig_hat_functions
   type :: hat_set_t
     !> contact row of the hat, an index of domain%contact_rows, shape (n_hats)
     integer, allocatable :: rows(:)
-    !> node that the hat moves, natural number, shape (n_hats)
+    !> node that the hat moves, natural (order of the mesh file), shape (n_hats)
     integer, allocatable :: nodes(:)
     !> [-] normal on the free components, 0 on the others, shape (n_dim, n_hats)
     real(rk), allocatable :: values(:, :)
@@ -40,7 +40,7 @@ contains
   pure function hats_of_rows(rows, domain, is_prescribed, is_second) result(hats)
     type(contact_rows_t), intent(in) :: rows
     type(reduced_domain_t), intent(in) :: domain
-    !> whether the displacement is prescribed, shape (n_dofs), natural numbers
+    !> whether each dof is prescribed, natural (order of the mesh file), shape (n_dofs)
     logical, intent(in) :: is_prescribed(:)
     !> prefer the second side
     logical, intent(in) :: is_second

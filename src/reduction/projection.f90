@@ -162,7 +162,7 @@ contains
   !> The rank is at most the number of modes.
   pure integer function expected_stiffness_rank(domain, driven_dofs, n_patterns, n_hats, n_modes) result(rank)
     type(reduced_domain_t), intent(in) :: domain
-    !> loaded dofs, and prescribed dofs on which the basis is not zero; natural numbers
+    !> loaded dofs, and prescribed dofs on which the basis is not zero; natural (order of the mesh file)
     integer, intent(in) :: driven_dofs(:)
     !> number of force fields that act on whole regions: imposed strains, one per term
     integer, intent(in) :: n_patterns

@@ -8,7 +8,7 @@ module sig_reduced_domain
   private
   public :: reduced_domain_t, build_reduced_domain, nodes_of_dofs
 
-  !> The sets (4)-(9) of the paper. All entries are natural numbers, 1-based and ascending.
+  !> The sets (4)-(9) of the paper. Nodes, cells and dofs are natural (order of the mesh file), 1-based; all sets are ascending.
   type :: reduced_domain_t
     !> L: nodes around which the domain is built
     integer, allocatable :: seed_nodes(:)
@@ -56,7 +56,7 @@ contains
   pure subroutine build_reduced_domain(mesh, rows, seed_nodes, has_partners, domain)
     type(mesh_t), intent(in) :: mesh
     type(contact_rows_t), intent(in) :: rows
-    !> natural numbers, in any order, repetitions allowed
+    !> natural (order of the mesh file), in any order here, repetitions allowed
     integer, intent(in) :: seed_nodes(:)
     !> true: partners are added (Fig. 2b). False: nodes of a cut contact row are not interior and have no equations (Fig. 2a, as in
     !> [9])
@@ -248,7 +248,7 @@ contains
 
   !> Returns the nodes of the given dofs, ascending and each once. It makes seed nodes of the rows that DEIM chooses.
   pure function nodes_of_dofs(dofs, n_dim) result(nodes)
-    !> natural numbers
+    !> natural (order of the mesh file)
     integer, intent(in) :: dofs(:)
     integer, intent(in) :: n_dim
     integer, allocatable :: nodes(:)

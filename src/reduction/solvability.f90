@@ -88,7 +88,7 @@ contains
   integer function rank_on_domain(basis, dofs, rank_tolerance) result(rank)
     !> shape (n_dofs, n_modes)
     real(rk), intent(in) :: basis(:, :)
-    !> dofs of the domain, natural numbers
+    !> dofs of the domain, natural (order of the mesh file)
     integer, intent(in) :: dofs(:)
     !> [-] singular values below this times the largest count as zero
     real(rk), intent(in) :: rank_tolerance

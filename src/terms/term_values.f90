@@ -205,7 +205,7 @@ contains
   subroutine add_places(source, expression, arguments, theta, is_valid)
     type(term_source_t), intent(in) :: source
     type(expression_t), intent(in) :: expression
-    !> the parameters and room for the coordinates
+    !> values of the parameters, then room for the coordinates
     real(rk), intent(inout) :: arguments(:)
     real(rk), intent(inout) :: theta(:)
     logical, intent(out) :: is_valid

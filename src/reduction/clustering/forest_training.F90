@@ -22,7 +22,7 @@ module sig_forest_training
 
 contains
 
-  !> Checks, before a long training, that signorom-post can train a forest. Does nothing where the deck needs no forest. Collective
+  !> Checks before a long training that signorom-post can train a forest. Does nothing where the deck needs no forest. Collective
   !> on all ranks.
   !>
   !> Errors: as find_forest_tool.

@@ -13,7 +13,7 @@ module sig_condensed_plan
 
   !> What reduction.displacement of the deck means for a problem.
   type :: displacement_plan_t
-    !> dofs with exact displacements, ascending natural numbers: all, none, or those of the named boundaries
+    !> dofs with exact displacements, natural (order of the mesh file), ascending: all, none, or those of the named boundaries
     integer, allocatable :: exact_dofs(:)
     !> boundaries that the deck names
     type(string_t), allocatable :: boundaries(:)

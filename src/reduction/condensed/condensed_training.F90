@@ -125,7 +125,7 @@ contains
     real(rk), intent(in) :: local(:, :)
     !> number of columns of the result; columns that `local` lacks are zero
     integer, intent(in) :: n_columns
-    !> natural numbers
+    !> natural (order of the mesh file)
     integer, intent(in) :: dofs(:)
     !> shape (size(dofs), n_columns)
     real(rk), allocatable, intent(out) :: rows(:, :)

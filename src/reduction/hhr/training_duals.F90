@@ -75,7 +75,7 @@ contains
   !> Returns the sum of c_j u_j over the dofs of this rank.
   pure real(rk) function own_sum(coefficients, dofs, own, first_dof)
     real(rk), intent(in) :: coefficients(:)
-    !> natural
+    !> natural (order of the mesh file)
     integer, intent(in) :: dofs(:)
     !> [length] of the dofs from first_dof on
     real(rk), intent(in) :: own(:)

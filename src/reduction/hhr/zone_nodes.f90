@@ -25,7 +25,7 @@ contains
     type(problem_t), intent(in) :: problem
     !> shape (n_parameters, n_points)
     real(rk), intent(in) :: training_points(:, :)
-    !> natural numbers
+    !> natural (order of the mesh file)
     integer, allocatable, intent(out) :: nodes(:)
     type(error_t), allocatable, intent(out) :: error
     integer, allocatable :: more(:)
