@@ -54,8 +54,8 @@ contains
   !> then not in S. Elsewhere rho = min(W v, w), where v is zero outside of S and W_SS v_S = w_S: v is the change of the forces in
   !> this step. If S is the active set of the solution, d is the error itself.
   !>
-  !> Third bound: S as in the second one, but without the forces D on the rows that this step opens: |e| <= |D| + |e - D|. A force
-  !> across a wide gap then adds its own energy, and not its work on the gap.
+  !> Third bound, only without `surplus`: S as in the second one, but without the forces D on the rows that this step opens: |e| <=
+  !> |D| + |e - D|. A force across a wide gap then adds its own energy, and not its work on the gap.
   !>
   !> Bodies that are held by anchors T: W and the rows are those of the other contacts, with closed anchors. All forces are in
   !> balance, and w = W lambda_r + q + N s for some openings s of the anchors. Because e_T = -N' e, the same bound holds with rho -

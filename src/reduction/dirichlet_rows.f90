@@ -89,7 +89,7 @@ contains
       associate (column => basis(:, n_found), before => basis(:, :n_found - 1))
         column = 0
         column(i) = 1
-        ! twice, because the first pass leaves rounding relative to what it takes away
+        ! twice, because the first pass leaves rounding errors relative to the part that it subtracts
         do repetition = 1, 2
           column = column - matmul(matmul(rows, column), rows)
           column = column - matmul(before, matmul(column, before))

@@ -114,7 +114,7 @@ contains
       end if
       if (n == 4) growth(:2) = [min(growth(1), growth(3)), min(growth(2), growth(4))]
       if (n == 4) growth(3:) = 0
-      ! the side s = 0 leads from node i to the one before it
+      ! the side s = 0 goes from corner i to the corner before it
       i = maxloc(growth, dim=1)
       order = [i, modulo(i, n) + 1, modulo(i + 1, n) + 1, modulo(i + 2, n) + 1]
       if (n == 3) order(2:) = [order(2), order(2), order(3)]

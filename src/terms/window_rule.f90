@@ -6,7 +6,7 @@
 !> bilinear. At fixed s the window leaves an interval of t. The ends of this interval are rational functions of s between those s
 !> where a bound crosses a side t = 0 or t = 1. Gauss points are put on this interval of t, and in s between two such s. They are
 !> exact for triangles and parallelograms, where the integrands are polynomials. For quadrilaterals whose opposite sides differ by a
-!> factor of 5, the relative error is at most 1e-9.
+!> factor of 5, the points are accurate to 1e-9 or better.
 module sig_window_rule
   use sig_cross_products, only: cross_product
   use sig_curved_rule, only: add_curved_edge, add_curved_face
@@ -334,7 +334,7 @@ contains
     length = max(0.0_rk, piece(2) - piece(1))
     along_t = (1 - s) * (vertices(:, corners(4)) - vertices(:, corners(1))) + &
       s * (vertices(:, corners(3)) - vertices(:, corners(2)))
-    ! the other order of the corners turns the face over
+    ! the order [1, 4, 3, 2] of the corners turns the normal to the other side
     if (corners(2) == 4) along_t = -along_t
     do j = 1, n_gauss
       t = piece(1) + length * gauss_points(j)

@@ -83,8 +83,9 @@ contains
     call move_alloc(reduced, part)
   end subroutine train_interpolated
 
-  !> Computes the responses at more and more nodes, until the contact forces at the solved points have errors well below
-  !> reduction.stiffness_tolerance. Collective on all ranks, with the same result on each.
+  !> Computes the responses at more and more nodes, until the errors of the contact forces, measured at the solved points and
+  !> estimated at probes (sig_response_errors), are well below reduction.stiffness_tolerance. Collective on all ranks, with the same
+  !> result on each.
   !>
   !> Errors: the interpolation does not reach reduction.stiffness_tolerance; the stiffness at a node could not be factored.
   subroutine interpolate_responses(problem, team, constants, solved, plan, n_most, joined, reduced, error, ierr)
