@@ -380,13 +380,12 @@ contains
   pure function name_list(names) result(yaml)
     type(name_config_t), intent(in) :: names(:)
     character(:), allocatable :: yaml
+    type(string_t) :: texts(size(names))
     integer :: i
 
-    yaml = '['
     do i = 1, size(names)
-      if (i > 1) yaml = yaml // ', '
-      yaml = yaml // yaml_text(names(i)%text)
+      texts(i)%text = yaml_text(names(i)%text)
     end do
-    yaml = yaml // ']'
+    yaml = '[' // join(texts, ', ') // ']'
   end function name_list
 end module sig_deck_echo
