@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> The functions of include/signorom.h for fields and their mesh; each one is explained there.
 module sig_c_api_fields
-  use, intrinsic :: iso_c_binding, only: c_int, c_loc, c_null_ptr, c_ptr
-  use sig_c_handles, only: answered_context, bad_argument, code_ok, context_handle_t, keep, model_handle_t, no_answer, &
-    put_integers, put_reals, ready_model
+  use, intrinsic :: iso_c_binding, only: c_int, c_null_ptr, c_ptr
+  use sig_c_handles, only: answered_context, code_ok, context_handle_t, keep, model_handle_t, no_answer, &
+    put_integers, put_reals, ready_model, text_at
   implicit none(type, external)
   private
 
@@ -16,8 +16,7 @@ contains
     type(model_handle_t), pointer :: handle
     integer :: sizes(5)
 
-    code = bad_argument
-    handle => ready_model(model)
+    handle => ready_model(model, code)
     if (.not. associated(handle)) return
     sizes = 0
     associate (map => handle%online%model%fields)
@@ -29,7 +28,6 @@ contains
     call put_integers(sizes(3:3), n_regions)
     call put_integers(sizes(4:4), n_facets)
     call put_integers(sizes(5:5), n_facet_nodes)
-    code = code_ok
   end function signorom_get_field_sizes
 
   integer(c_int) function signorom_get_cells(model, starts, nodes, regions) result(code) bind(c)
@@ -66,10 +64,8 @@ contains
     integer(c_int), intent(out) :: code
     type(model_handle_t), pointer :: handle
 
-    code = bad_argument
-    handle => ready_model(model)
+    handle => ready_model(model, code)
     if (.not. associated(handle)) return
-    code = code_ok
     if (handle%online%model%fields%is_there()) return
     code = no_answer
     handle => null()
@@ -82,9 +78,7 @@ contains
 
     name = c_null_ptr
     handle => ready_model(model)
-    if (.not. associated(handle)) return
-    if (region < 0 .or. region >= size(handle%region_names)) return
-    name = c_loc(handle%region_names(region + 1)%characters)
+    if (associated(handle)) name = text_at(handle%region_names, region)
   end function signorom_region_name
 
   integer(c_int) function signorom_get_stresses(context, stress, von_mises, nodal_stress, nodal_von_mises) result(code) bind(c)
@@ -137,9 +131,8 @@ contains
     integer(c_int), intent(out) :: code
     type(context_handle_t), pointer :: handle
 
-    code = bad_argument
     ! answered_context needs an array that is not null; the arrays of these functions may be null
-    handle => answered_context(context, context)
+    handle => answered_context(context, context, code)
     if (.not. associated(handle)) return
     code = no_answer
     if (len(handle%model%field_refusal) > 0) then

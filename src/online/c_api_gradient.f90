@@ -27,7 +27,7 @@ contains
       call keep(handle%message, 'the direction of derivatives must be 1 or -1')
       return
     end if
-    handle => answered_context(context, context)
+    handle => answered_context(context, context, code)
     if (.not. associated(handle)) return
     call handle%query%differentiate(handle%model%online, handle%point, handle%answer, int(direction), handle%gradient, message)
     code = no_answer
@@ -43,14 +43,16 @@ contains
 
   !> Returns the handle of a context with derivatives, for a function that writes to the caller's array, or null with a sentence in
   !> its message.
-  function differentiated_context(context, array) result(handle)
+  function differentiated_context(context, array, code) result(handle)
     type(c_ptr), intent(in) :: context
     type(c_ptr), intent(in) :: array
+    integer(c_int), intent(out) :: code
     type(context_handle_t), pointer :: handle
 
-    handle => answered_context(context, array)
+    handle => answered_context(context, array, code)
     if (.not. associated(handle)) return
     if (handle%has_gradient) return
+    code = bad_argument
     call keep(handle%message, 'there are no derivatives: signorom_differentiate was not called, or it failed')
     handle => null()
   end function differentiated_context
@@ -60,11 +62,9 @@ contains
     type(c_ptr), value :: gradient
     type(context_handle_t), pointer :: handle
 
-    code = bad_argument
-    handle => differentiated_context(context, gradient)
-    if (.not. associated(handle)) return
-    call put_reals(reshape(handle%gradient%multipliers, [size(handle%gradient%multipliers)]), gradient)
-    code = code_ok
+    handle => differentiated_context(context, gradient, code)
+    if (associated(handle)) &
+      call put_reals(reshape(handle%gradient%multipliers, [size(handle%gradient%multipliers)]), gradient)
   end function signorom_get_multiplier_gradient
 
   !> Gives the derivatives of the resultants. Forces and moments are linear in the multipliers.
@@ -76,9 +76,8 @@ contains
     real(rk), allocatable :: areas(:)
     integer :: i
 
-    code = bad_argument
-    handle => differentiated_context(context, forces)
-    if (associated(handle)) handle => differentiated_context(context, moments)
+    handle => differentiated_context(context, forces, code)
+    if (associated(handle)) handle => differentiated_context(context, moments, code)
     if (.not. associated(handle)) return
     associate (whole => handle%model%online%model, n => handle%model%online%model%resultants%n_entries(), &
       of_multipliers => handle%gradient%multipliers)
@@ -89,7 +88,6 @@ contains
         call whole%resultants%evaluate(whole%areas, of_multipliers(:, i), areas, told_forces(:, :, i), told_moments(:, :, i))
       end do
     end associate
-    code = code_ok
   end function signorom_get_resultant_gradient
 
   integer(c_int) function signorom_get_displacement_gradient_at(context, n, nodes, gradient) result(code) bind(c)
@@ -101,9 +99,9 @@ contains
     real(c_double), pointer :: target(:, :)
     integer :: i
 
-    code = bad_argument
-    handle => differentiated_context(context, gradient)
+    handle => differentiated_context(context, gradient, code)
     if (.not. associated(handle)) return
+    code = bad_argument
     chosen => chosen_nodes(handle, n, nodes)
     if (.not. associated(chosen)) return
     code = no_answer

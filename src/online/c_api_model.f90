@@ -2,8 +2,8 @@
 !> The functions of include/signorom.h for models; each one is explained there.
 module sig_c_api_model
   use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int, c_loc, c_null_ptr, c_ptr
-  use sig_c_handles, only: bad_argument, bad_model, code_ok, keep, model_handle_t, n_text_kinds, no_memory, put_integers, &
-    put_reals, ready_model
+  use sig_c_handles, only: bad_argument, bad_model, code_ok, keep, model_handle_t, no_memory, put_integers, put_reals, &
+    ready_model, text_at
   use sig_c_strings, only: from_c
   use sig_errors, only: error_report, error_t
   use sig_field_query, only: why_no_fields
@@ -158,8 +158,7 @@ contains
 
     text = c_null_ptr
     handle => ready_model(model)
-    if (.not. associated(handle) .or. kind < 0 .or. kind >= n_text_kinds) return
-    text = c_loc(handle%texts(kind + 1)%characters)
+    if (associated(handle)) text = text_at(handle%texts, kind)
   end function signorom_text
 
   integer(c_int) function signorom_get_parameter(model, i, name, unit, minimum, maximum) result(code) bind(c)
@@ -199,8 +198,7 @@ contains
     type(c_ptr), value :: starts, tags, weights, coordinates
     type(model_handle_t), pointer :: handle
 
-    code = bad_argument
-    handle => ready_model(model)
+    handle => ready_model(model, code)
     if (.not. associated(handle)) return
     select case (side)
     case (0)
@@ -208,9 +206,8 @@ contains
     case (1)
       call put_side(handle%online%model%second_side, starts, tags, weights, coordinates)
     case default
-      return
+      code = bad_argument
     end select
-    code = code_ok
   end function signorom_get_contact_nodes
 
   subroutine put_side(side, starts, tags, weights, coordinates)
@@ -228,11 +225,8 @@ contains
     type(c_ptr), value :: areas
     type(model_handle_t), pointer :: handle
 
-    code = bad_argument
-    handle => ready_model(model)
-    if (.not. associated(handle)) return
-    call put_reals(handle%online%model%areas, areas)
-    code = code_ok
+    handle => ready_model(model, code)
+    if (associated(handle)) call put_reals(handle%online%model%areas, areas)
   end function signorom_get_contact_areas
 
   integer(c_int) function signorom_get_contact_entries(model, n_entries, n_moments, entries) result(code) bind(c)
@@ -240,15 +234,13 @@ contains
     type(c_ptr), value :: n_entries, n_moments, entries
     type(model_handle_t), pointer :: handle
 
-    code = bad_argument
-    handle => ready_model(model)
+    handle => ready_model(model, code)
     if (.not. associated(handle)) return
     associate (resultants => handle%online%model%resultants)
       call put_integers([resultants%n_entries()], n_entries)
       call put_integers([resultants%n_moments()], n_moments)
       call put_integers(resultants%entries - 1, entries)
     end associate
-    code = code_ok
   end function signorom_get_contact_entries
 
   type(c_ptr) function signorom_contact_entry_name(model, entry) result(name) bind(c)
@@ -258,9 +250,7 @@ contains
 
     name = c_null_ptr
     handle => ready_model(model)
-    if (.not. associated(handle)) return
-    if (entry < 0 .or. entry >= size(handle%contact_names)) return
-    name = c_loc(handle%contact_names(entry + 1)%characters)
+    if (associated(handle)) name = text_at(handle%contact_names, entry)
   end function signorom_contact_entry_name
 
   integer(c_int) function signorom_get_resultants(model, multipliers, areas, forces, moments) result(code) bind(c)
@@ -303,13 +293,11 @@ contains
     type(model_handle_t), pointer :: handle
     integer :: i
 
-    code = bad_argument
-    handle => ready_model(model)
+    handle => ready_model(model, code)
     if (.not. associated(handle)) return
     associate (whole => handle%online%model)
       call put_integers([(whole%parts(1)%reduced%displacement_source(whole%n_dim * i), i=1, whole%n_nodes)], sources)
     end associate
-    code = code_ok
   end function signorom_get_displacement_sources
 
   integer(c_int) function signorom_get_next_cluster(model, point, cluster) result(code) bind(c)

@@ -24,8 +24,7 @@ contains
     if (status /= 0) return
     context = c_loc(handle)
     call keep(handle%message, '')
-    code = bad_argument
-    handle%model => ready_model(model)
+    handle%model => ready_model(model, code)
     if (.not. associated(handle%model)) then
       call keep(handle%message, 'the model was not opened, or could not be')
       return
@@ -89,11 +88,8 @@ contains
     type(c_ptr), value :: multipliers
     type(context_handle_t), pointer :: handle
 
-    code = bad_argument
-    handle => answered_context(context, multipliers)
-    if (.not. associated(handle)) return
-    call put_reals(handle%answer%multipliers_rid, multipliers)
-    code = code_ok
+    handle => answered_context(context, multipliers, code)
+    if (associated(handle)) call put_reals(handle%answer%multipliers_rid, multipliers)
   end function signorom_get_domain_multipliers
 
   integer(c_int) function signorom_get_multipliers(context, multipliers) result(code) bind(c)
@@ -102,12 +98,10 @@ contains
     type(context_handle_t), pointer :: handle
     real(c_double), pointer :: target(:)
 
-    code = bad_argument
-    handle => answered_context(context, multipliers)
+    handle => answered_context(context, multipliers, code)
     if (.not. associated(handle)) return
     call c_f_pointer(multipliers, target, [handle%model%online%model%n_multipliers])
     call reconstruct_multipliers(handle%model%online, handle%answer, handle%rooms, target)
-    code = code_ok
   end function signorom_get_multipliers
 
   integer(c_int) function signorom_get_coordinates(context, coordinates) result(code) bind(c)
@@ -115,22 +109,27 @@ contains
     type(c_ptr), value :: coordinates
     type(context_handle_t), pointer :: handle
 
-    code = bad_argument
-    handle => answered_context(context, coordinates)
-    if (.not. associated(handle)) return
-    call put_reals(handle%answer%coordinates, coordinates)
-    code = code_ok
+    handle => answered_context(context, coordinates, code)
+    if (associated(handle)) call put_reals(handle%answer%coordinates, coordinates)
   end function signorom_get_coordinates
 
-  !> Whether the model gives displacements; the message says so where it does not.
-  logical function has_displacement(handle)
-    type(context_handle_t), intent(inout) :: handle
+  !> Returns the handle of a context whose answer has displacements, for a function that writes to the caller's array, or null with
+  !> a sentence in its message.
+  function displaced_context(context, array, code) result(handle)
+    type(c_ptr), intent(in) :: context
+    type(c_ptr), intent(in) :: array
+    integer(c_int), intent(out) :: code
+    type(context_handle_t), pointer :: handle
 
+    handle => answered_context(context, array, code)
+    if (.not. associated(handle)) return
     associate (answer => handle%answer, model => handle%model%online%model)
-      has_displacement = model%parts(answer%displacement_part)%reduced%has_displacement()
+      if (model%parts(answer%displacement_part)%reduced%has_displacement()) return
     end associate
-    if (.not. has_displacement) call keep(handle%message, 'the model has no displacement: it answers contact forces only')
-  end function has_displacement
+    call keep(handle%message, 'the model has no displacement: it answers contact forces only')
+    code = no_answer
+    handle => null()
+  end function displaced_context
 
   integer(c_int) function signorom_get_displacement(context, displacement) result(code) bind(c)
     type(c_ptr), value :: context
@@ -138,15 +137,10 @@ contains
     type(context_handle_t), pointer :: handle
     real(c_double), pointer :: target(:)
 
-    code = bad_argument
-    handle => answered_context(context, displacement)
+    handle => displaced_context(context, displacement, code)
     if (.not. associated(handle)) return
-    code = no_answer
-    if (.not. has_displacement(handle)) return
-    code = bad_argument
     call c_f_pointer(displacement, target, [handle%model%online%model%n_dofs])
     call fill_displacement(handle%model%online%model, handle%answer, target)
-    code = code_ok
   end function signorom_get_displacement
 
   integer(c_int) function signorom_get_displacement_at(context, n, nodes, displacement) result(code) bind(c)
@@ -158,11 +152,8 @@ contains
     real(c_double), pointer :: target(:, :)
     integer :: i
 
-    code = bad_argument
-    handle => answered_context(context, displacement)
+    handle => displaced_context(context, displacement, code)
     if (.not. associated(handle)) return
-    code = no_answer
-    if (.not. has_displacement(handle)) return
     code = bad_argument
     chosen => chosen_nodes(handle, n, nodes)
     if (.not. associated(chosen)) return

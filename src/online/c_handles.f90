@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> The Fortran objects to which the handles of include/signorom.h point, and the transfer of values to C.
 module sig_c_handles
-  use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_double, c_f_pointer, c_int, c_null_char, c_ptr
+  use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_double, c_f_pointer, c_int, c_loc, c_null_char, c_null_ptr, c_ptr
   use sig_answer, only: answer_t
   use sig_field_query, only: field_query_t
   use sig_gradient, only: gradient_t
@@ -12,8 +12,8 @@ module sig_c_handles
   implicit none(type, external)
   private
   public :: model_handle_t, context_handle_t, keep, ready_model, ready_context, answered_context, chosen_nodes, &
-    put_integers, put_reals
-  public :: code_ok, no_answer, bad_argument, bad_model, no_memory, n_text_kinds
+    put_integers, put_reals, text_at
+  public :: code_ok, no_answer, bad_argument, bad_model, no_memory
 
   ! the values of signorom_code
   integer(c_int), parameter :: code_ok = 0, no_answer = 1, bad_argument = 2, bad_model = 3, no_memory = 4
@@ -75,15 +75,29 @@ contains
     text%characters(len(value) + 1) = c_null_char
   end subroutine keep
 
+  !> Returns text i of a list, counted from 0; null where there is none.
+  function text_at(texts, i) result(text)
+    type(c_text_t), target, intent(in) :: texts(:)
+    integer(c_int), intent(in) :: i
+    type(c_ptr) :: text
+
+    text = c_null_ptr
+    if (i >= 0 .and. i < size(texts)) text = c_loc(texts(i + 1)%characters)
+  end function text_at
+
   !> Returns the handle of a model that can answer, or null.
-  function ready_model(model) result(handle)
+  function ready_model(model, code) result(handle)
     type(c_ptr), intent(in) :: model
+    !> code_ok; bad_argument for null
+    integer(c_int), intent(out), optional :: code
     type(model_handle_t), pointer :: handle
 
     handle => null()
+    if (present(code)) code = bad_argument
     if (.not. c_associated(model)) return
     call c_f_pointer(model, handle)
     if (.not. handle%is_ready) handle => null()
+    if (present(code) .and. associated(handle)) code = code_ok
   end function ready_model
 
   !> Returns the handle of a context that can answer, or null with a sentence in its message.
@@ -99,14 +113,18 @@ contains
 
   !> Returns the handle of a context with an answer, for a function that writes to the caller's array, or null with a sentence in
   !> its message.
-  function answered_context(context, array) result(handle)
+  function answered_context(context, array, code) result(handle)
     type(c_ptr), intent(in) :: context
     type(c_ptr), intent(in) :: array
+    !> code_ok; bad_argument for null
+    integer(c_int), intent(out) :: code
     type(context_handle_t), pointer :: handle
 
+    code = bad_argument
     handle => ready_context(context)
     if (.not. associated(handle)) return
-    if (handle%has_answer .and. c_associated(array)) return
+    if (handle%has_answer .and. c_associated(array)) code = code_ok
+    if (code == code_ok) return
     if (handle%has_answer) then
       call keep(handle%message, 'the array for the answer is a null pointer')
     else
