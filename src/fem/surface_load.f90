@@ -26,6 +26,17 @@ module sig_surface_load
   !> [-] a component of a normal below this is rounding: no term for it
   real(rk), parameter :: smallest_component = 1.0e-12_rk
 
+  !> The pressure of a load, or one component of its traction.
+  type :: part_t
+    type(load_config_t) :: load
+    integer :: i_group = 0
+    !> +1 for facets whose node order gives the outward normal, else -1
+    integer, allocatable :: orientations(:)
+    !> 0 = pressure
+    integer :: component = 0
+    type(value_config_t) :: value
+  end type part_t
+
 contains
 
   !> Adds a pressure or a traction to the terms and patterns.
@@ -40,19 +51,21 @@ contains
     integer, intent(inout) :: term_of_dof(:)
     type(load_pattern_t), intent(inout) :: pattern
     type(error_t), allocatable, intent(out) :: error
-    integer :: i_group, i_component
-    integer, allocatable :: orientations(:)
+    type(part_t) :: part
+    integer :: i_component
 
-    call group_of_surface(mesh, load%target, deck_path, i_group, error)
+    part%load = load
+    call group_of_surface(mesh, load%target, deck_path, part%i_group, error)
     if (allocated(error)) return
-    call orient_facets(mesh, i_group, load, deck_path, orientations, error)
+    call orient_facets(mesh, part%i_group, load, deck_path, part%orientations, error)
     if (allocated(error)) return
-    if (load%has_pressure) call add_part(mesh, load, i_group, 0, load%pressure, orientations, deck_path, terms, term_of_dof, &
-      pattern, error)
+    part%value = load%pressure
+    if (load%has_pressure) call add_part(mesh, part, deck_path, terms, term_of_dof, pattern, error)
     do i_component = 1, mesh%n_dim
       if (allocated(error)) return
-      if (load%has_component(i_component)) call add_part(mesh, load, i_group, i_component, load%components(i_component), &
-        orientations, deck_path, terms, term_of_dof, pattern, error)
+      part%component = i_component
+      part%value = load%components(i_component)
+      if (load%has_component(i_component)) call add_part(mesh, part, deck_path, terms, term_of_dof, pattern, error)
     end do
   end subroutine add_surface_load
 
@@ -85,50 +98,41 @@ contains
     end associate
   end subroutine orient_facets
 
-  !> Adds the pressure (component 0) or one component of the traction.
-  subroutine add_part(mesh, load, i_group, component, value, orientations, deck_path, terms, term_of_dof, pattern, error)
+  subroutine add_part(mesh, part, deck_path, terms, term_of_dof, pattern, error)
     type(mesh_t), intent(in) :: mesh
-    type(load_config_t), intent(in) :: load
-    integer, intent(in) :: i_group
-    integer, intent(in) :: component
-    type(value_config_t), intent(in) :: value
-    integer, intent(in) :: orientations(:)
+    type(part_t), intent(in) :: part
     character(*), intent(in) :: deck_path
     type(term_set_t), intent(inout) :: terms
     integer, intent(inout) :: term_of_dof(:)
     type(load_pattern_t), intent(inout) :: pattern
     type(error_t), allocatable, intent(out) :: error
     type(product_t), allocatable :: products(:)
-    type(value_config_t) :: place
+    type(part_t) :: factor_of_place
     real(rk) :: forces(mesh%n_dim * mesh%n_nodes)
     integer :: i, i_term
     logical :: is_split
 
-    call split_products(value%text, terms%parameter_names, terms%coordinate_names, products, is_split)
-    if (.not. (is_split .and. load%minimum%is_constant .and. load%maximum%is_constant)) then
-      call add_dof_terms(mesh, load, i_group, component, value, orientations, terms, term_of_dof, pattern)
+    call split_products(part%value%text, terms%parameter_names, terms%coordinate_names, products, is_split)
+    if (.not. (is_split .and. part%load%minimum%is_constant .and. part%load%maximum%is_constant)) then
+      call add_dof_terms(mesh, part, terms, term_of_dof, pattern)
       return
     end if
-    place = value
+    factor_of_place = part
     do i = 1, size(products)
       i_term = 1
       if (products(i)%of_parameters /= '') &
-        call terms%add_expression(products(i)%of_parameters, value%line, value%column, i_term)
-      place%text = products(i)%of_place
-      call integrate(mesh, load, i_group, component, place, orientations, terms, deck_path, forces, error)
+        call terms%add_expression(products(i)%of_parameters, part%value%line, part%value%column, i_term)
+      factor_of_place%value%text = products(i)%of_place
+      call integrate(mesh, factor_of_place, terms, deck_path, forces, error)
       if (allocated(error)) return
       call pattern%add_forces(i_term, forces)
     end do
   end subroutine add_part
 
   !> Computes the nodal forces of a load that does not depend on the parameters.
-  subroutine integrate(mesh, load, i_group, component, value, orientations, terms, deck_path, forces, error)
+  subroutine integrate(mesh, part, terms, deck_path, forces, error)
     type(mesh_t), intent(in) :: mesh
-    type(load_config_t), intent(in) :: load
-    integer, intent(in) :: i_group
-    integer, intent(in) :: component
-    type(value_config_t), intent(in) :: value
-    integer, intent(in) :: orientations(:)
+    type(part_t), intent(in) :: part
     type(term_set_t), intent(in) :: terms
     character(*), intent(in) :: deck_path
     !> [force] shape (n_dofs)
@@ -141,14 +145,14 @@ contains
     logical :: is_valid
 
     forces = 0
-    call expression%create(value%text, terms%coordinate_names, message)
-    do i = 1, size(mesh%groups(i_group)%entities)
-      associate (nodes => nodes_of_facet(mesh, mesh%groups(i_group)%entities(i)))
-        call facet_forces(facet_rule(mesh%coordinates(:, nodes), fixed_window(load)), component, orientations(i), &
+    call expression%create(part%value%text, terms%coordinate_names, message)
+    do i = 1, size(mesh%groups(part%i_group)%entities)
+      associate (nodes => nodes_of_facet(mesh, mesh%groups(part%i_group)%entities(i)))
+        call facet_forces(facet_rule(mesh%coordinates(:, nodes), fixed_window(part%load)), part%component, part%orientations(i), &
           terms%is_round, expression, [real(rk) ::], local, is_valid)
         if (.not. is_valid) then
-          call make_error(error, 'the load ''' // value%text // ''' is not finite on the facet at node ' // &
-            to_text(mesh%node_tags(nodes(1))), deck_path, value%line, value%column)
+          call make_error(error, 'the load ''' // part%value%text // ''' is not finite on the facet at node ' // &
+            to_text(mesh%node_tags(nodes(1))), deck_path, part%value%line, part%value%column)
           exit
         end if
         do k = 1, mesh%n_dim
@@ -171,20 +175,16 @@ contains
   end function fixed_window
 
   !> Adds one term per dof that the load can reach. Several such loads share these terms.
-  subroutine add_dof_terms(mesh, load, i_group, component, value, orientations, terms, term_of_dof, pattern)
+  subroutine add_dof_terms(mesh, part, terms, term_of_dof, pattern)
     type(mesh_t), intent(in) :: mesh
-    type(load_config_t), intent(in) :: load
-    integer, intent(in) :: i_group
-    integer, intent(in) :: component
-    type(value_config_t), intent(in) :: value
-    integer, intent(in) :: orientations(:)
+    type(part_t), intent(in) :: part
     type(term_set_t), intent(inout) :: terms
     integer, intent(inout) :: term_of_dof(:)
     type(load_pattern_t), intent(inout) :: pattern
     type(term_source_t) :: source
     integer :: i, k, n, place_of_node(mesh%n_nodes)
 
-    associate (facets => mesh%groups(i_group)%entities, nodes => mesh%groups(i_group)%nodes)
+    associate (facets => mesh%groups(part%i_group)%entities, nodes => mesh%groups(part%i_group)%nodes)
       place_of_node = 0
       place_of_node(nodes) = [(i, i=1, size(nodes))]
       source%places = mesh%coordinates(:, nodes)
@@ -193,7 +193,7 @@ contains
       do i = 1, size(facets)
         n = mesh%facet_offsets(facets(i) + 1) - mesh%facet_offsets(facets(i))
         source%facets(:n, i) = place_of_node(nodes_of_facet(mesh, facets(i)))
-        call mark_components(source, i, n, component)
+        call mark_components(source, i, n, part%component)
       end do
       do i = 1, size(nodes)
         do k = 1, mesh%n_dim
@@ -202,17 +202,17 @@ contains
       end do
     end associate
     source%kind = source_surface
-    source%text = value%text
-    source%component = component
-    source%axis = load%axis
-    source%is_cut = load%is_cut
+    source%text = part%value%text
+    source%component = part%component
+    source%axis = part%load%axis
+    source%is_cut = part%load%is_cut
     source%minimum = ''
     source%maximum = ''
-    if (load%has_minimum) source%minimum = load%minimum%text
-    if (load%has_maximum) source%maximum = load%maximum%text
-    source%orientations = orientations
-    source%line = value%line
-    source%column = value%column
+    if (part%load%has_minimum) source%minimum = part%load%minimum%text
+    if (part%load%has_maximum) source%maximum = part%load%maximum%text
+    source%orientations = part%orientations
+    source%line = part%value%line
+    source%column = part%value%column
     call terms%add_source(source)
   end subroutine add_dof_terms
 
