@@ -34,6 +34,18 @@ module sig_tied
     real(rk), allocatable :: field(:, :)
   end type tied_response_t
 
+  !> The factored system, and what is asked of it.
+  type :: tied_system_t
+    type(bound_form_t) :: form
+    type(linear_solver_t) :: linear_solver
+    !> row_*, shape (n_rows)
+    integer, allocatable :: status(:)
+    !> unknowns that are held at values, natural
+    integer, allocatable :: held(:)
+    !> whose displacements are wanted, natural
+    integer, allocatable :: dofs(:)
+  end type tied_system_t
+
 contains
 
   !> Collective; the same on all ranks of the system. Requires: no body that only contact holds.
@@ -45,43 +57,39 @@ contains
     integer, intent(in) :: dofs(:)
     type(tied_response_t), intent(out) :: response
     PetscErrorCode, intent(out) :: ierr
-    type(bound_form_t) :: form
-    type(linear_solver_t) :: linear_solver
-    integer, allocatable :: held(:)
+    type(tied_system_t) :: tied
     real(rk) :: nothing(system%map%n_dofs)
     Mat :: matrix
     Vec :: rhs
 
     nothing = 0
-    PetscCall(form%create(system, ierr))
-    held = [system%boundary%prescribed_dofs, pack(form%bounded_dofs, status == row_closed)]
-    PetscCall(constrain(system, form%matrix, held, nothing, nothing, matrix, rhs, ierr))
-    PetscCall(linear_solver%factor(matrix, 'active_set_', ierr))
-    response%reason = linear_solver%reason
+    PetscCall(tied%form%create(system, ierr))
+    tied%status = status
+    tied%held = [system%boundary%prescribed_dofs, pack(tied%form%bounded_dofs, status == row_closed)]
+    tied%dofs = dofs
+    PetscCall(constrain(system, tied%form%matrix, tied%held, nothing, nothing, matrix, rhs, ierr))
+    PetscCall(tied%linear_solver%factor(matrix, 'active_set_', ierr))
+    response%reason = tied%linear_solver%reason
     if (response%reason == reason_converged) then
-      PetscCall(solve_terms(system, form, linear_solver, status, held, dofs, response, ierr))
+      PetscCall(solve_terms(system, tied, response, ierr))
     end if
     if (response%reason == reason_converged) then
-      PetscCall(solve_forces(system, form, linear_solver, status, held, dofs, response, ierr))
+      PetscCall(solve_forces(system, tied, response, ierr))
     end if
-    PetscCall(linear_solver%destroy(ierr))
+    PetscCall(tied%linear_solver%destroy(ierr))
     PetscCall(MatDestroy(matrix, ierr))
     PetscCall(VecDestroy(rhs, ierr))
-    PetscCall(form%destroy(ierr))
+    PetscCall(tied%form%destroy(ierr))
   end subroutine solve_tied
 
   !> R and G: loads, prescribed displacements and gaps of each term.
-  subroutine solve_terms(system, form, linear_solver, status, held, dofs, response, ierr)
+  subroutine solve_terms(system, tied, response, ierr)
     type(contact_system_t), intent(inout) :: system
-    type(bound_form_t), intent(in) :: form
-    type(linear_solver_t), intent(inout) :: linear_solver
-    integer, intent(in) :: status(:)
-    integer, intent(in) :: held(:)
-    integer, intent(in) :: dofs(:)
+    type(tied_system_t), intent(inout) :: tied
     type(tied_response_t), intent(inout) :: response
     PetscErrorCode, intent(out) :: ierr
     real(rk) :: forces(system%map%n_dofs, system%boundary%n_terms), values(system%map%n_dofs, system%boundary%n_terms)
-    real(rk) :: bounds(size(status), system%boundary%n_terms)
+    real(rk) :: bounds(size(tied%status), system%boundary%n_terms)
     real(rk) :: prescribed(system%map%n_dofs)
     integer :: i
 
@@ -89,28 +97,24 @@ contains
     do i = 1, size(forces, 2)
       associate (theta => unit_vector(size(forces, 2), i))
         forces(:, i) = system%load(theta)
-        call form%to_forces_on_unknowns(system, forces(:, i))
-        bounds(:, i) = form%bounds(system, theta)
+        call tied%form%to_forces_on_unknowns(system, forces(:, i))
+        bounds(:, i) = tied%form%bounds(system, theta)
         prescribed = system%prescribed_displacement(theta)
       end associate
-      prescribed(form%bounded_dofs) = bounds(:, i)
-      values(held, i) = prescribed(held)
+      prescribed(tied%form%bounded_dofs) = bounds(:, i)
+      values(tied%held, i) = prescribed(tied%held)
     end do
-    PetscCall(respond(system, form, linear_solver, status, held, dofs, forces, values, response%free, response%free_field, ierr))
-    response%reason = linear_solver%reason
+    PetscCall(respond(system, tied, forces, values, response%free, response%free_field, ierr))
+    response%reason = tied%linear_solver%reason
     do i = 1, size(forces, 2)
-      response%free(:, i) = response%free(:, i) + merge(0.0_rk, form%norms * bounds(:, i), status == row_closed)
+      response%free(:, i) = response%free(:, i) + merge(0.0_rk, tied%form%norms * bounds(:, i), tied%status == row_closed)
     end do
   end subroutine solve_terms
 
   !> S and -H: a unit force on each changing row, which pushes its sides apart.
-  subroutine solve_forces(system, form, linear_solver, status, held, dofs, response, ierr)
+  subroutine solve_forces(system, tied, response, ierr)
     type(contact_system_t), intent(inout) :: system
-    type(bound_form_t), intent(in) :: form
-    type(linear_solver_t), intent(inout) :: linear_solver
-    integer, intent(in) :: status(:)
-    integer, intent(in) :: held(:)
-    integer, intent(in) :: dofs(:)
+    type(tied_system_t), intent(inout) :: tied
     type(tied_response_t), intent(inout) :: response
     PetscErrorCode, intent(out) :: ierr
     integer, allocatable :: changing(:)
@@ -118,39 +122,35 @@ contains
     integer :: first, i, last
 
     ierr = 0
-    changing = pack([(i, i=1, size(status))], status == row_changing)
-    allocate (response%operator(size(status), size(changing)), response%field(size(dofs), size(changing)))
+    changing = pack([(i, i=1, size(tied%status))], tied%status == row_changing)
+    allocate (response%operator(size(tied%status), size(changing)), response%field(size(tied%dofs), size(changing)))
     do first = 1, size(changing), chunk
       last = min(first + chunk - 1, size(changing))
       allocate (forces(system%map%n_dofs, last - first + 1), values(system%map%n_dofs, last - first + 1), source=0.0_rk)
       do i = first, last
-        forces(form%bounded_dofs(changing(i)), i - first + 1) = -form%norms(changing(i))
+        forces(tied%form%bounded_dofs(changing(i)), i - first + 1) = -tied%form%norms(changing(i))
       end do
-      PetscCall(respond(system, form, linear_solver, status, held, dofs, forces, values, rows, fields, ierr))
-      if (linear_solver%reason /= reason_converged) exit
+      PetscCall(respond(system, tied, forces, values, rows, fields, ierr))
+      if (tied%linear_solver%reason /= reason_converged) exit
       response%operator(:, first:last) = rows
       response%field(:, first:last) = fields
       deallocate (forces, values)
     end do
-    response%reason = linear_solver%reason
+    response%reason = tied%linear_solver%reason
   end subroutine solve_forces
 
   !> Forces of closed rows, minus the displacement along the others, and displacements of some dofs, under forces on the unknowns
   !> of the bound form while some are held at values. Collective.
-  subroutine respond(system, form, linear_solver, status, held, dofs, forces, values, rows, fields, ierr)
+  subroutine respond(system, tied, forces, values, rows, fields, ierr)
     type(contact_system_t), intent(inout) :: system
-    type(bound_form_t), intent(in) :: form
-    type(linear_solver_t), intent(inout) :: linear_solver
-    integer, intent(in) :: status(:)
-    integer, intent(in) :: held(:)
-    integer, intent(in) :: dofs(:)
+    type(tied_system_t), intent(inout) :: tied
     !> [force] natural, shape (n_dofs, n_columns)
     real(rk), intent(in) :: forces(:, :)
     !> [length] zero where nothing is held, same shape
     real(rk), intent(in) :: values(:, :)
     !> shape (n_rows, n_columns)
     real(rk), allocatable, intent(out) :: rows(:, :)
-    !> shape (size(dofs), n_columns)
+    !> shape (size(tied%dofs), n_columns)
     real(rk), allocatable, intent(out) :: fields(:, :)
     PetscErrorCode, intent(out) :: ierr
     real(rk), allocatable :: local(:, :), rhs(:, :), unknowns(:, :), residual(:, :)
@@ -158,24 +158,25 @@ contains
     integer :: i
 
     is_held = .false.
-    is_held(held) = .true.
+    is_held(tied%held) = .true.
     associate (own => system%map%local_dofs)
       local = values(own, :)
       allocate (rhs, mold=local)
-      PetscCall(multiply_block(form%matrix, local, rhs, ierr))
+      PetscCall(multiply_block(tied%form%matrix, local, rhs, ierr))
       rhs = merge(0.0_rk, forces(own, :) - rhs, spread(is_held(own), 2, size(rhs, 2)))
-      PetscCall(linear_solver%solve_many(rhs, local, ierr))
+      PetscCall(tied%linear_solver%solve_many(rhs, local, ierr))
       local = merge(values(own, :), local, spread(is_held(own), 2, size(rhs, 2)))
-      PetscCall(multiply_block(form%matrix, local, rhs, ierr))
+      PetscCall(multiply_block(tied%form%matrix, local, rhs, ierr))
       rhs = rhs - forces(own, :)
     end associate
     PetscCall(system%share_columns(local, size(local, 2), unknowns, ierr))
     PetscCall(system%share_columns(rhs, size(rhs, 2), residual, ierr))
-    allocate (rows(size(status), size(local, 2)), fields(size(dofs), size(local, 2)))
+    allocate (rows(size(tied%status), size(local, 2)), fields(size(tied%dofs), size(local, 2)))
     do i = 1, size(rows, 2)
-      rows(:, i) = merge(form%multipliers(residual(:, i)), -form%norms * unknowns(form%bounded_dofs, i), status == row_closed)
-      call form%to_displacement(system, unknowns(:, i))
-      fields(:, i) = unknowns(dofs, i)
+      rows(:, i) = merge(tied%form%multipliers(residual(:, i)), -tied%form%norms * unknowns(tied%form%bounded_dofs, i), &
+        tied%status == row_closed)
+      call tied%form%to_displacement(system, unknowns(:, i))
+      fields(:, i) = unknowns(tied%dofs, i)
     end do
   end subroutine respond
 end module sig_tied
