@@ -43,13 +43,13 @@ contains
     sentence = ''
     select case (kind)
     case ('deck')
-      call try_deck(path, sentence)
+      call try_deck(path, error, sentence)
     case ('mesh')
       call try_mesh(path, error)
     case ('field')
       call try_field(path, error)
     case ('expression')
-      call try_expression(path, sentence)
+      call try_expression(path, error, sentence)
     case ('points')
       call try_points(path, error)
     case ('selection')
@@ -67,20 +67,17 @@ contains
   end subroutine read_input
 
   !> A deck that is accepted must be accepted again from its own echo.
-  subroutine try_deck(path, sentence)
+  subroutine try_deck(path, error, sentence)
     character(*), intent(in) :: path
+    type(error_t), allocatable, intent(out) :: error
     character(:), allocatable, intent(inout) :: sentence
     type(deck_config_t) :: config, again
     type(error_list_t) :: errors
-    type(error_t), allocatable :: error
     character(:), allocatable :: text
     integer :: i
 
     call read_text_file(path, text, error)
-    if (allocated(error)) then
-      sentence = error_report(error)
-      return
-    end if
+    if (allocated(error)) return
     call read_deck(path, text, config, errors)
     do i = 1, errors%n_errors()
       sentence = error_report(errors%errors(i), text)
@@ -129,10 +126,10 @@ contains
     call read_nodal_field(mesh, strain, 'deck.yaml', field, error)
   end subroutine try_field
 
-  subroutine try_expression(path, sentence)
+  subroutine try_expression(path, error, sentence)
     character(*), intent(in) :: path
+    type(error_t), allocatable, intent(out) :: error
     character(:), allocatable, intent(inout) :: sentence
-    type(error_t), allocatable :: error
     type(expression_t) :: expression
     type(string_t) :: names(3)
     character(:), allocatable :: text, message
@@ -141,10 +138,7 @@ contains
     integer :: i
 
     call read_text_file(path, text, error)
-    if (allocated(error)) then
-      sentence = error_report(error)
-      return
-    end if
+    if (allocated(error)) return
     names(1)%text = 'a'
     names(2)%text = 'squeeze'
     names(3)%text = 'x'
