@@ -182,13 +182,8 @@ int main(int argc, char **argv) {
   signorom_sizes sizes;
   if (argc != 3) return 1;
   const int n = atoi(argv[2]);
-  if (signorom_open(argv[1], &model)) {
-    fprintf(stderr, "%s\n", signorom_model_message(model));
-    signorom_close(model);
-    return 2;
-  }
-  signorom_get_sizes(model, &sizes);
-  double *points = random_points(model, sizes.n_parameters, n);
+  double *points = open_with_points(argv[1], n, &model, &sizes);
+  if (!points) return 2;
   int is_fine = compare_threads(model, &sizes, points, n);
   is_fine &= count_allocations(model, &sizes, points, n);
   is_fine &= refuse_wrong_arguments(model, &sizes, points);

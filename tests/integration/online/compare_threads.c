@@ -74,13 +74,8 @@ int main(int argc, char **argv) {
   double worst = 0;
   if (argc != 4) return 2;
   const int n_threads = atoi(argv[2]), n = atoi(argv[3]);
-  if (signorom_open(argv[1], &model)) {
-    fprintf(stderr, "%s\n", signorom_model_message(model));
-    signorom_close(model);
-    return 2;
-  }
-  signorom_get_sizes(model, &sizes);
-  double *points = random_points(model, sizes.n_parameters, n);
+  double *points = open_with_points(argv[1], n, &model, &sizes);
+  if (!points) return 2;
   double *forces = calloc((size_t)n * sizes.n_contacts + 1, sizeof *forces);
   job_t *jobs = calloc((size_t)n_threads, sizeof *jobs);
   job_t alone = {.sizes = &sizes, .n = n, .points = points, .forces = forces, .is_reference = 1};
