@@ -85,12 +85,14 @@ static void take_products(int m, int n, const double *a, ptrdiff_t lda, const do
   for (int j = 0; j < n; j++) b[j] -= products[j];
 }
 
+/* Whether the first unknown is solved for first. */
+static int is_forward(sig_triangle kind) { return kind == SIG_LOWER_UNIT || kind == SIG_LOWER || kind == SIG_UPPER_T; }
+
 /* b = T^-1 b for one right-hand side, block by block. */
 static void solve_vector(sig_triangle kind, int n, const double *a, ptrdiff_t lda, double *b) {
   const int last = (n - 1) / SIG_BLOCK * SIG_BLOCK;
-  const int is_forward = kind == SIG_LOWER_UNIT || kind == SIG_LOWER || kind == SIG_UPPER_T;
   for (int done = 0; done <= last; done += SIG_BLOCK) {
-    const int k = is_forward ? done : last - done;
+    const int k = is_forward(kind) ? done : last - done;
     const int end = k + SIG_BLOCK < n ? k + SIG_BLOCK : n;
     const double *columns = a + k * lda;
     if (kind == SIG_UPPER_T) take_products(k, end - k, columns, lda, b, b + k);
@@ -112,32 +114,19 @@ void sig_solve_triangle(sig_triangle kind, int n, int n_rhs, const double *a, pt
     return;
   }
   const int n_1 = half_of(n), n_2 = n - n_1;
-  const double *lower = a + n_1, *upper = a + n_1 * lda, *second = a + n_1 + n_1 * lda;
+  const int is_transposed = kind == SIG_LOWER_UNIT_T || kind == SIG_LOWER_T || kind == SIG_UPPER_T;
+  const int is_upper = kind == SIG_UPPER || kind == SIG_UPPER_T;
+  const double *between = is_upper ? a + n_1 * lda : a + n_1, *second = a + n_1 + n_1 * lda;
   double *b_2 = b + n_1;
   const int l = (int)lda, m = (int)ldb;
-  switch (kind) {
-  case SIG_LOWER_UNIT:
-  case SIG_LOWER:
+  if (is_forward(kind)) {
     sig_solve_triangle(kind, n_1, n_rhs, a, lda, b, ldb);
-    sig_add_product(0, 0, n_2, n_rhs, n_1, -1, lower, l, b, m, b_2, m);
+    sig_add_product(is_transposed, 0, n_2, n_rhs, n_1, -1, between, l, b, m, b_2, m);
     sig_solve_triangle(kind, n_2, n_rhs, second, lda, b_2, ldb);
-    break;
-  case SIG_UPPER:
+  } else {
     sig_solve_triangle(kind, n_2, n_rhs, second, lda, b_2, ldb);
-    sig_add_product(0, 0, n_1, n_rhs, n_2, -1, upper, l, b_2, m, b, m);
+    sig_add_product(is_transposed, 0, n_1, n_rhs, n_2, -1, between, l, b_2, m, b, m);
     sig_solve_triangle(kind, n_1, n_rhs, a, lda, b, ldb);
-    break;
-  case SIG_LOWER_UNIT_T:
-  case SIG_LOWER_T:
-    sig_solve_triangle(kind, n_2, n_rhs, second, lda, b_2, ldb);
-    sig_add_product(1, 0, n_1, n_rhs, n_2, -1, lower, l, b_2, m, b, m);
-    sig_solve_triangle(kind, n_1, n_rhs, a, lda, b, ldb);
-    break;
-  case SIG_UPPER_T:
-    sig_solve_triangle(kind, n_1, n_rhs, a, lda, b, ldb);
-    sig_add_product(1, 0, n_2, n_rhs, n_1, -1, upper, l, b, m, b_2, m);
-    sig_solve_triangle(kind, n_2, n_rhs, second, lda, b_2, ldb);
-    break;
   }
 }
 
