@@ -19,6 +19,8 @@ module funit_runner
     procedure :: run
     procedure :: skip
     procedure :: finish
+    procedure :: say
+    procedure :: count_result
   end type runner_t
 
 contains
@@ -30,14 +32,12 @@ contains
     procedure(test_i), optional :: before
     procedure(test_i), optional :: after
 
-    write (output_unit, '(a)') 'test ' // name
-    flush (output_unit)
+    call this%say('test ' // name)
     call begin_test(name)
     if (present(before)) call before()
     if (.not. anyExceptions()) call test()
     if (present(after)) call after()
-    this%n_run = this%n_run + 1
-    if (anyExceptions()) this%n_failed = this%n_failed + 1
+    call this%count_result()
   end subroutine run
 
   !> Says that a test is switched off.
@@ -45,7 +45,7 @@ contains
     class(runner_t), intent(inout) :: this
     character(*), intent(in) :: name
 
-    write (output_unit, '(a)') 'DISABLED ' // name
+    call this%say('DISABLED ' // name)
   end subroutine skip
 
   !> Prints the count and ends the program; nothing run counts as a failure.
@@ -55,4 +55,19 @@ contains
     write (output_unit, '(i0, a, i0, a)') this%n_run, ' tests, ', this%n_failed, ' failed'
     if (this%n_failed > 0 .or. this%n_run == 0) stop 1, quiet = .true.
   end subroutine finish
+
+  subroutine say(this, text)
+    class(runner_t), intent(in) :: this
+    character(*), intent(in) :: text
+
+    write (output_unit, '(a)') text
+    flush (output_unit)
+  end subroutine say
+
+  subroutine count_result(this)
+    class(runner_t), intent(inout) :: this
+
+    this%n_run = this%n_run + 1
+    if (anyExceptions()) this%n_failed = this%n_failed + 1
+  end subroutine count_result
 end module funit_runner

@@ -3,7 +3,7 @@
 module pfunit_runner
   use, intrinsic :: iso_fortran_env, only: output_unit
   use funit_exceptions, only: begin_test, set_rank
-  use funit_runner, only: test_i
+  use funit_runner, only: runner_t
   use mpi, only: MPI_Barrier, MPI_COMM_WORLD, MPI_Comm_dup, MPI_Comm_free, MPI_Comm_rank, MPI_Comm_size, MPI_Finalize, MPI_Init
   use pfunit, only: MpiTestMethod, anyExceptions
   implicit none(type, external)
@@ -17,19 +17,16 @@ module pfunit_runner
     end subroutine mpi_test_i
   end interface
 
-  type :: mpi_runner_t
+  !> Every rank runs a test without ranks in a file that has some, by the procedure run of its parent.
+  type, extends(runner_t) :: mpi_runner_t
     integer :: rank = 0
     integer :: n_processes = 0
-    integer :: n_run = 0
-    integer :: n_failed = 0
   contains
     procedure :: start
-    procedure :: run_serial
     procedure :: run_mpi
-    procedure :: skip
     procedure :: finish
-    procedure, private :: say
-    procedure, private :: count_result
+    procedure :: say
+    procedure :: count_result
   end type mpi_runner_t
 
 contains
@@ -43,22 +40,6 @@ contains
     call MPI_Comm_size(MPI_COMM_WORLD, this%n_processes, status)
     call set_rank(this%rank)
   end subroutine start
-
-  !> A test without ranks in a file that has some: every rank runs it.
-  subroutine run_serial(this, name, test, before, after)
-    class(mpi_runner_t), intent(inout) :: this
-    character(*), intent(in) :: name
-    procedure(test_i) :: test
-    procedure(test_i), optional :: before
-    procedure(test_i), optional :: after
-
-    call this%say('test ' // name)
-    call begin_test(name)
-    if (present(before)) call before()
-    if (.not. anyExceptions()) call test()
-    if (present(after)) call after()
-    call this%count_result()
-  end subroutine run_serial
 
   !> Empty counts = any number of ranks.
   subroutine run_mpi(this, name, counts, test, before, after)
@@ -83,13 +64,6 @@ contains
     call this%count_result()
     call MPI_Comm_free(communicator, status)
   end subroutine run_mpi
-
-  subroutine skip(this, name)
-    class(mpi_runner_t), intent(inout) :: this
-    character(*), intent(in) :: name
-
-    call this%say('DISABLED ' // name)
-  end subroutine skip
 
   !> Prints the count and ends the program on every rank with the same code; nothing run counts as a failure.
   subroutine finish(this)

@@ -175,10 +175,8 @@ def run_line(pf, test):
     if test.is_disabled:
         return f"call runner%skip('{test.name}')"
     tail = f"{test.name}{fixture_arguments(pf, test)})"
-    if not pf.is_mpi:
+    if not (pf.is_mpi and test.has_this):
         return f"call runner%run('{test.name}', {tail}"
-    if not test.has_this:
-        return f"call runner%run_serial('{test.name}', {tail}"
     counts = ", ".join(str(count) for count in test.counts)
     return f"call runner%run_mpi('{test.name}', [integer :: {counts}], {tail}"
 
