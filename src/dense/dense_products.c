@@ -18,22 +18,25 @@ enum { most_inner = 256, most_columns = 240, tile_columns = 6 };
  */
 enum { columns_worth_a_copy = 25 };
 
+/* sum + t_1 a_1 + ... + t_7 a_7, of one row. */
+static inline __attribute__((always_inline)) double add_seven(double sum, const double *a, ptrdiff_t lda,
+                                                              const double *t) {
+  sum += a[lda] * t[1];
+  sum += a[2 * lda] * t[2];
+  sum += a[3 * lda] * t[3];
+  sum += a[4 * lda] * t[4];
+  sum += a[5 * lda] * t[5];
+  sum += a[6 * lda] * t[6];
+  sum += a[7 * lda] * t[7];
+  return sum;
+}
+
 SIG_FOR_EACH_PROCESSOR
 void sig_add_columns(int m, int n, const double *restrict a, ptrdiff_t lda, const double *restrict t,
                      double *restrict y) {
   int j = 0;
   for (; j + 8 <= n; j += 8, a += 8 * lda, t += 8)
-    for (int i = 0; i < m; i++) {
-      double sum = y[i] + a[i] * t[0];
-      sum += a[i + lda] * t[1];
-      sum += a[i + 2 * lda] * t[2];
-      sum += a[i + 3 * lda] * t[3];
-      sum += a[i + 4 * lda] * t[4];
-      sum += a[i + 5 * lda] * t[5];
-      sum += a[i + 6 * lda] * t[6];
-      sum += a[i + 7 * lda] * t[7];
-      y[i] = sum;
-    }
+    for (int i = 0; i < m; i++) y[i] = add_seven(y[i] + a[i] * t[0], a + i, lda, t);
   if (j + 4 <= n) {
     for (int i = 0; i < m; i++) {
       double sum = y[i] + a[i] * t[0];
@@ -116,17 +119,7 @@ void sig_column_products(int m, int n, const double *a, ptrdiff_t lda, const dou
 SIG_FOR_EACH_PROCESSOR
 static void set_eight_columns(int m, const double *restrict a, ptrdiff_t lda, const double *restrict t,
                               double *restrict y) {
-  for (int i = 0; i < m; i++) {
-    double sum = a[i] * t[0];
-    sum += a[i + lda] * t[1];
-    sum += a[i + 2 * lda] * t[2];
-    sum += a[i + 3 * lda] * t[3];
-    sum += a[i + 4 * lda] * t[4];
-    sum += a[i + 5 * lda] * t[5];
-    sum += a[i + 6 * lda] * t[6];
-    sum += a[i + 7 * lda] * t[7];
-    y[i] = sum;
-  }
+  for (int i = 0; i < m; i++) y[i] = add_seven(a[i] * t[0], a + i, lda, t);
 }
 
 void sig_multiply(int m, int n, double alpha, const double *a, int lda, const double *x, double beta, double *y) {
