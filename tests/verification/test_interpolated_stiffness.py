@@ -125,7 +125,7 @@ def validate_modes(signorom, folder, name, n_ranks):
     """Columns of validation.csv of a model that has room for no displacement but that by modes."""
     write, room = MODES[name]
     deck = write(folder)
-    text = deck.read_text().replace("training: {sobol: 20}", "training: {sobol: 60}")
+    text = deck.read_text().replace("training: {sobol: 20}", "training: {sobol: 40}")
     deck.write_text(text + f"reduction: {{max_full_order_size: {room}}}\n")
     signorom("run", deck, folder=folder, n_ranks=n_ranks)
     return read_table(folder / "results" / deck.stem / "validation.csv")

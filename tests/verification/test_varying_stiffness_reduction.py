@@ -177,7 +177,7 @@ def test_ranks_agree(signorom, tmp_path):
     for n_ranks in (1, 3):
         folder = tmp_path / str(n_ranks)
         folder.mkdir()
-        deck = write_pellet(folder, ", max_full_order_size: 0")
+        deck = write_pellet(folder, ", max_full_order_size: 0", "training: {sobol: 20}\n")
         signorom("sample", deck, folder=folder, n_ranks=n_ranks)
         signorom("train", deck, folder=folder, n_ranks=n_ranks)
         model = folder / "results" / "pellet_cladding" / "model.h5"
