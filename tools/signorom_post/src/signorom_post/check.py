@@ -1,39 +1,16 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The command `signorom-post check`: pictures of the set-up that `signorom check DECK --fields` wrote."""
+"""Pictures of the set-up that `signorom check DECK --fields` wrote."""
 
-import argparse
 from collections.abc import Iterator
 from pathlib import Path
 
-from signorom_post.errors import writing
 from signorom_post.log import Log
 from signorom_post.plots.check_bodies import check_bodies
 from signorom_post.plots.check_contact import check_contact
-from signorom_post.readers.check import CheckFile, find_check_file, read_check
+from signorom_post.readers.check import CheckFile
 from signorom_post.style import save, styled
 
 FORMATS = ("png", "pdf", "svg")
-
-
-def add_check_command(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
-    """Add the command `check` and its arguments."""
-    check = commands.add_parser("check", help="draw the set-up that `signorom check DECK --fields` wrote")
-    check.add_argument(
-        "file", metavar="RESULTS_DIR|FILE", type=Path, help="results folder, check.h5 or check.xdmf"
-    )
-    check.add_argument("--output", metavar="DIR", type=Path, help="default: figures beside the file")
-    check.add_argument("--format", choices=FORMATS, default="png", help="default: png")
-    check.set_defaults(run=_run)
-
-
-def _run(options: argparse.Namespace) -> int:
-    check = read_check(find_check_file(options.file))
-    output = options.output or check.path.parent / "figures"
-    with writing("pictures", output):
-        output.mkdir(parents=True, exist_ok=True)
-        for path in follow_pictures(options.log, check, output, options.format):
-            options.log.result(path)
-    return 0
 
 
 def write_pictures(check: CheckFile, output: Path, file_format: str) -> Iterator[Path]:

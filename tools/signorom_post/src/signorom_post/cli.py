@@ -4,30 +4,34 @@
 import argparse
 import sys
 from collections.abc import Sequence
+from importlib import import_module
 from pathlib import Path
 
 from signorom_post import __version__
-from signorom_post.check import add_check_command
-from signorom_post.compare.command import add_compare_command
-from signorom_post.errors import InputError, writing
-from signorom_post.figures import BUILDERS, COLORS, FORMATS, FigureOptions, follow_figures
-from signorom_post.fmu import add_fmu_command
-from signorom_post.forest import need_scikit_learn, train_forest
+from signorom_post.errors import InputError
 from signorom_post.log import Log
-from signorom_post.page import add_report_command
-from signorom_post.paper.command import add_paper_command
-from signorom_post.plots.verification_table import verification_table
-from signorom_post.readers.verification import read_verification
-from signorom_post.results import Results
-from signorom_post.style import save, styled
-from signorom_post.summary import format_summary
-from signorom_post.verification import format_markdown, write_csv
-from signorom_post.view import add_view_command
 
 EXIT_OK = 0
-EXIT_NOT_PASSED = 1
 EXIT_USER_ERROR = 2
 EXIT_STOPPED = 130
+
+#: name of a command -> its module below signorom_post, and what it does. Only the module of the chosen command is
+#: imported, because some need a second for matplotlib.
+COMMANDS = {
+    "figures": ("commands.figures", "draw every figure that the files in the folder allow"),
+    "summary": ("commands.summary", "print a short table from report.yaml"),
+    "report": ("commands.report", "write one HTML page: verdict, errors, pictures, deck, provenance"),
+    "view": ("commands.view", "draw the standard pictures by VTK, and write a script for ParaView"),
+    "check": ("commands.check", "draw the set-up that `signorom check DECK --fields` wrote"),
+    "forest": ("commands.forest", "train the random forest that chooses the cluster of a point"),
+    "verification": (
+        "commands.verification",
+        "draw and print the table of what the verification tests found",
+    ),
+    "fmu": ("commands.fmu", "write a model as a unit of FMI 3.0 for simulators of systems"),
+    "compare": ("compare.command", "print a table of models of one problem: sizes, times, errors"),
+    "paper": ("paper.command", "run case b of the paper and compare its figures and numbers"),
+}
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -36,7 +40,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     0: success. 1: a number of the verification lies outside of its limits. 2: a file or an argument is wrong. 130: the
     user stopped the command.
     """
-    options = _parser().parse_args(arguments)
+    words = sys.argv[1:] if arguments is None else arguments
+    options = _parser(words).parse_args(words)
     try:
         options.log = Log(options.log_file)
     except InputError as error:
@@ -64,68 +69,20 @@ def _run(options: argparse.Namespace) -> int:
         return EXIT_OK
 
 
-def _parser() -> argparse.ArgumentParser:
+def _parser(words: Sequence[str]) -> argparse.ArgumentParser:
+    """Returns a parser of the command line `words`, with the arguments of the first command that stands in them."""
     parser = argparse.ArgumentParser(
         prog="signorom-post", description="Figures and tables from the results folder of a Signorom deck."
     )
     parser.add_argument("--version", action="version", version=f"signorom-post {__version__}")
     commands = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
-
-    figures = commands.add_parser("figures", help="draw every figure that the files in the folder allow")
-    figures.add_argument("results", metavar="RESULTS_DIR", type=Path, help="for instance results/half_disks")
-    figures.add_argument("--output", metavar="DIR", type=Path, help="default: RESULTS_DIR/figures")
-    figures.add_argument("--format", choices=FORMATS, default="png", help="default: png")
-    figures.add_argument(
-        "--point", metavar="P", help="number or label of the point to draw; default: the middle one"
-    )
-    figures.add_argument("--color", choices=COLORS, default="displacement", help="of the deformed bodies")
-    figures.add_argument(
-        "--only",
-        metavar="NAME",
-        choices=BUILDERS,
-        nargs="+",
-        help=f"some of: {', '.join(BUILDERS)}; default: all",
-    )
-    figures.set_defaults(run=_run_figures)
-
-    summary = commands.add_parser("summary", help="print a short table from report.yaml")
-    summary.add_argument("results", metavar="RESULTS_DIR", type=Path, help="for instance results/half_disks")
-    summary.set_defaults(run=_run_summary)
-
-    add_report_command(commands)
-    add_view_command(commands)
-    add_check_command(commands)
-    forest = commands.add_parser("forest", help="train the random forest that chooses the cluster of a point")
-    forest.add_argument(
-        "labels",
-        metavar="LABELS.csv",
-        type=Path,
-        nargs="?",
-        help="columns: the parameters, then 'cluster' (from 1)",
-    )
-    forest.add_argument("--check", action="store_true", help="train nothing; only see whether it could")
-    forest.add_argument("--output", metavar="FILE", type=Path, help="default: forest.h5 beside LABELS.csv")
-    forest.add_argument("--trees", metavar="N", type=_positive, default=100, help="default: 100")
-    forest.add_argument("--seed", metavar="N", type=int, default=1, help="default: 1")
-    forest.set_defaults(run=_run_forest)
-
-    verification = commands.add_parser(
-        "verification", help="draw and print the table of what the verification tests found"
-    )
-    verification.add_argument(
-        "results",
-        metavar="RESULTS_DIR",
-        type=Path,
-        nargs="?",
-        default=Path("build/ci/verification"),
-        help="folder beside the tested program; default: build/ci/verification",
-    )
-    verification.add_argument("--output", metavar="DIR", type=Path, help="default: RESULTS_DIR/table")
-    verification.set_defaults(run=_run_verification)
-    add_fmu_command(commands)
-    add_compare_command(commands, _positive)
-    add_paper_command(commands)
-    for command in commands.choices.values():
+    chosen = next((word for word in words if word in COMMANDS), None)
+    for name, (module_name, purpose) in COMMANDS.items():
+        command = commands.add_parser(name, help=purpose)
+        if name != chosen:
+            continue
+        module = import_module(f"signorom_post.{module_name}")
+        module.add_arguments(command)
         command.add_argument(
             "--log",
             metavar="FILE",
@@ -133,64 +90,5 @@ def _parser() -> argparse.ArgumentParser:
             type=Path,
             help="add all that is said to a file, with dates",
         )
+        command.set_defaults(run=module.run)
     return parser
-
-
-def _positive(text: str) -> int:
-    number = int(text)
-    if number < 1:
-        raise argparse.ArgumentTypeError(f"{number} is less than 1")
-    return number
-
-
-def _run_forest(options: argparse.Namespace) -> int:
-    if options.check:
-        need_scikit_learn()
-        return EXIT_OK
-    if options.labels is None:
-        raise InputError("signorom-post forest", "the table LABELS.csv is missing")
-    output = options.output or options.labels.with_name("forest.h5")
-    accuracy = train_forest(options.labels, output, options.trees, options.seed)
-    options.log.result(output)
-    if accuracy is not None:
-        options.log.result(f"out-of-bag accuracy: {100 * accuracy:.1f} %")
-    return EXIT_OK
-
-
-def _run_figures(options: argparse.Namespace) -> int:
-    results = Results(options.results)
-    output = options.output or options.results / "figures"
-    choice = FigureOptions(options.point, options.color, tuple(options.only) if options.only else None)
-    with writing("figures", output):
-        output.mkdir(parents=True, exist_ok=True)
-        outcomes = []
-        for outcome in follow_figures(options.log, results, output, options.format, choice):
-            outcomes.append(outcome)
-            if outcome.path:
-                options.log.result(outcome.path)
-    for outcome in outcomes:
-        if not outcome.path:
-            options.log.result(f"left out: {outcome.name} ({outcome.reason})")
-    for reason in dict.fromkeys(outcome.reason for outcome in outcomes if outcome.is_failure):
-        options.log.note(reason)
-    has_failed = any(outcome.is_failure for outcome in outcomes)
-    if not has_failed and not any(outcome.path for outcome in outcomes):
-        raise InputError(options.results, "the folder has nothing to draw")
-    return EXIT_USER_ERROR if has_failed else EXIT_OK
-
-
-def _run_summary(options: argparse.Namespace) -> int:
-    options.log.result(format_summary(Results(options.results).report))
-    return EXIT_OK
-
-
-def _run_verification(options: argparse.Namespace) -> int:
-    figures = read_verification(options.results)
-    output = options.output or options.results / "table"
-    with writing("the table", output):
-        output.mkdir(parents=True, exist_ok=True)
-        write_csv(figures, output / "verification.csv")
-        with styled():
-            save(verification_table(figures), output / "verification.png")
-    options.log.result(format_markdown(figures))
-    return EXIT_OK if all(figure.is_passed for figure in figures) else EXIT_NOT_PASSED

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The command `signorom-post fmu`: a model as a Functional Mock-up Unit of FMI 3.0, for simulators of systems."""
+"""A model as a Functional Mock-up Unit of FMI 3.0, for simulators of systems."""
 
-import argparse
 import hashlib
 import html
 import re
@@ -15,10 +14,10 @@ import numpy as np
 import yaml
 
 from signorom_post import __version__
-from signorom_post.answer import ModelError, NoAnswerError
-from signorom_post.errors import InputError, writing
+from signorom_post.answer import NoAnswerError
+from signorom_post.errors import InputError
 from signorom_post.fmu_units import moment_unit, unit_definitions
-from signorom_post.library import LibraryError, loaded_library
+from signorom_post.library import loaded_library
 from signorom_post.online import DISPLACEMENT_NONE, Model
 
 PLATFORM = "x86_64-linux"
@@ -41,49 +40,6 @@ class Output:
     kind: int
     entry: int = 0
     component: int = 0
-
-
-def add_fmu_command(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
-    """Add the command `fmu` and its arguments."""
-    fmu = commands.add_parser("fmu", help="write a model as a unit of FMI 3.0 for simulators of systems")
-    fmu.add_argument("model", metavar="MODEL", type=Path, help="for instance results/part/model.h5")
-    fmu.add_argument(
-        "--output", metavar="FILE", type=Path, help="default: the deck's title with .fmu, beside MODEL"
-    )
-    fmu.add_argument(
-        "--nodes",
-        metavar="TAGS",
-        help="nodes of the mesh whose displacements are outputs, for instance 12,57",
-    )
-    fmu.set_defaults(run=run_fmu)
-
-
-def run_fmu(options: argparse.Namespace) -> int:
-    """Write the unit and say where it is."""
-    tags = tags_of(options.nodes)
-    try:
-        model = Model(options.model)
-    except ModelError as error:
-        raise InputError(options.model, str(error).removeprefix(f"{options.model}: error: ")) from error
-    except LibraryError as error:
-        raise InputError("signorom-post fmu", str(error)) from error
-    with model:
-        output = options.output or options.model.with_name(f"{identifier(model.title)}.fmu")
-        with writing("the unit", output):
-            write_fmu(model, options.model, output, tags)
-    options.log.result(output)
-    return 0
-
-
-def tags_of(text: str | None) -> list[int]:
-    """Return the node tags of a text such as `12,57`."""
-    try:
-        return [int(word) for word in (text or "").split(",") if word.strip()]
-    except ValueError as error:
-        raise InputError(
-            "signorom-post fmu",
-            f"--nodes is '{text}'; it needs whole numbers with commas, for instance 12,57",
-        ) from error
 
 
 def write_fmu(model: Model, path: Path, output: Path, tags: list[int]) -> None:

@@ -1,11 +1,10 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The command `signorom-post report`: one HTML page of a run, with its pictures inside.
+"""One HTML page of a run, with its pictures inside.
 
 The page needs no other files: it has no scripts, and pictures are inside of it. It fits a phone, and has dark colors if
 the browser asks for them.
 """
 
-import argparse
 import base64
 from collections.abc import Iterable, Iterator
 from html import escape
@@ -16,7 +15,6 @@ from typing import Any
 import yaml
 
 from signorom_post.check import follow_pictures
-from signorom_post.errors import writing
 from signorom_post.figures import FigureOptions, follow_figures
 from signorom_post.log import Log
 from signorom_post.readers.check import read_check
@@ -63,26 +61,6 @@ CAPTIONS = {
     "singular_values": "Singular values of the snapshots",
     "enrichment": "Condition number while hat functions join the basis",
 }
-
-
-def add_report_command(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
-    """Adds the command `report` and its arguments."""
-    report = commands.add_parser(
-        "report", help="write one HTML page: verdict, errors, pictures, deck, provenance"
-    )
-    report.add_argument("results", metavar="RESULTS_DIR", type=Path, help="for instance results/half_disks")
-    report.add_argument("--output", metavar="FILE", type=Path, help="default: RESULTS_DIR/report.html")
-    report.set_defaults(run=_run)
-
-
-def _run(options: argparse.Namespace) -> int:
-    results = Results(options.results)
-    output = options.output or options.results / "report.html"
-    page = build_page(results, options.log)
-    with writing("the page", output):
-        output.write_text(page, encoding="utf-8")
-    options.log.result(output)
-    return 0
 
 
 def build_page(results: Results, log: Log) -> str:

@@ -1,16 +1,13 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The command `signorom-post view`: standard pictures of a result by VTK, and a script that makes them in ParaView."""
+"""Standard pictures of a result by VTK, and a script that makes them in ParaView."""
 
-import argparse
 from collections.abc import Iterator
 from importlib.util import find_spec
 from pathlib import Path
 
-from signorom_post.errors import InputError, writing
-from signorom_post.figures import choose_point
+from signorom_post.errors import InputError
 from signorom_post.plots.captions import deformed_title, magnification
 from signorom_post.readers.fields import FieldFile, FieldPoint
-from signorom_post.results import Results
 
 #: name of a picture -> field of fields.h5 that gives its colors, and title of the color bar
 PICTURES = {
@@ -48,29 +45,6 @@ show(bodies, "displacement", "POINTS")
 for field in {cell_fields!r}:
     show(bodies, field, "CELLS")
 '''
-
-
-def add_view_command(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
-    """Adds the command `view` and its arguments."""
-    view = commands.add_parser(
-        "view", help="draw the standard pictures by VTK, and write a script for ParaView"
-    )
-    view.add_argument("results", metavar="RESULTS_DIR", type=Path, help="for instance results/half_disks")
-    view.add_argument("--output", metavar="DIR", type=Path, help="default: RESULTS_DIR/view")
-    view.add_argument("--point", metavar="P", help="number or label of the point; default: the middle one")
-    view.set_defaults(run=_run)
-
-
-def _run(options: argparse.Namespace) -> int:
-    fields = Results(options.results).fields
-    point = choose_point(fields, options.point)
-    output = options.output or options.results / "view"
-    with writing("pictures", output):
-        output.mkdir(parents=True, exist_ok=True)
-        pictures = write_view(fields, point, output)
-        for path in options.log.follow("pictures", pictures, len(PICTURES) + 1):
-            options.log.result(path)
-    return 0
 
 
 def write_view(fields: FieldFile, point: FieldPoint, output: Path) -> Iterator[Path]:

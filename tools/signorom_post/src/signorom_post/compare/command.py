@@ -6,6 +6,7 @@ import itertools
 from collections.abc import Callable
 from pathlib import Path
 
+from signorom_post.arguments import at_least
 from signorom_post.compare.entries import read_study
 from signorom_post.compare.table import explanation, format_markdown, write_csv
 from signorom_post.compare.timing import query_time
@@ -16,30 +17,31 @@ from signorom_post.log import Progress
 from signorom_post.program import terminable
 
 
-def add_compare_command(
-    commands: "argparse._SubParsersAction[argparse.ArgumentParser]", positive: Callable[[str], int]
-) -> None:
-    """Adds the command `compare` and its options; `positive` converts a text to a positive whole number."""
-    compare = commands.add_parser(
-        "compare", help="print a table of models of one problem: sizes, times, errors"
-    )
-    compare.add_argument(
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Adds the arguments of the command."""
+    parser.add_argument(
         "results", metavar="RESULTS_DIR", type=Path, nargs="*", help="left by signorom run DECK --benchmark"
     )
-    compare.add_argument(
+    parser.add_argument(
         "--run", metavar="FILE", dest="variants", type=Path, help="make the models of this file first"
     )
-    compare.add_argument("--output", metavar="DIR", type=Path, help="of --run; default: results/compare/FILE")
-    compare.add_argument("--csv", metavar="FILE", type=Path, help="the table's numbers, too")
-    compare.add_argument(
-        "--points", metavar="N", type=positive, default=1000, help="that a query is timed at; default: 1000"
+    parser.add_argument("--output", metavar="DIR", type=Path, help="of --run; default: results/compare/FILE")
+    parser.add_argument("--csv", metavar="FILE", type=Path, help="the table's numbers, too")
+    parser.add_argument(
+        "--points",
+        metavar="N",
+        type=at_least(1),
+        default=1000,
+        help="that a query is timed at; default: 1000",
     )
-    compare.add_argument("--seed", metavar="N", type=positive, default=1, help="of these points; default: 1")
-    compare.add_argument("--no-times", action="store_true", help="leave out what depends on the machine")
-    compare.set_defaults(run=_run)
+    parser.add_argument(
+        "--seed", metavar="N", type=at_least(1), default=1, help="of these points; default: 1"
+    )
+    parser.add_argument("--no-times", action="store_true", help="leave out what depends on the machine")
 
 
-def _run(options: argparse.Namespace) -> int:
+def run(options: argparse.Namespace) -> int:
+    """Prints the table of the models, which it makes before where --run asks for it."""
     if bool(options.results) == bool(options.variants):
         raise InputError("signorom-post compare", "either results folders or --run FILE must be given")
     try:

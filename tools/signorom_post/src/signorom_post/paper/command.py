@@ -5,10 +5,11 @@ import argparse
 import csv
 import os
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from signorom_post.arguments import at_least
 from signorom_post.errors import InputError
 from signorom_post.figures import FORMATS
 from signorom_post.log import Log, duration
@@ -71,13 +72,12 @@ class PaperOptions:
     log: Log
 
 
-def add_paper_command(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
-    """Adds the command `paper` and its options."""
-    paper = commands.add_parser("paper", help="run case b of the paper and compare its figures and numbers")
-    paper.add_argument(
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Adds the arguments of the command."""
+    parser.add_argument(
         "--output", metavar="DIR", type=Path, default=Path("results/paper"), help="default: results/paper"
     )
-    paper.add_argument(
+    parser.add_argument(
         "--only",
         metavar="NAME",
         choices=ENTRIES,
@@ -85,30 +85,21 @@ def add_paper_command(commands: "argparse._SubParsersAction[argparse.ArgumentPar
         default=list(ENTRIES),
         help=f"some of: {', '.join(ENTRIES)}; default: all",
     )
-    paper.add_argument("--format", choices=FORMATS, default="png", help="default: png")
-    paper.add_argument(
-        "--map", metavar="N", type=_at_least(2), default=80, help="error maps of N x N points; default: 80"
+    parser.add_argument("--format", choices=FORMATS, default="png", help="default: png")
+    parser.add_argument(
+        "--map", metavar="N", type=at_least(2), default=80, help="error maps of N x N points; default: 80"
     )
-    paper.add_argument(
+    parser.add_argument(
         "--jobs",
         metavar="N",
-        type=_at_least(1),
+        type=at_least(1),
         default=os.cpu_count() or 1,
         help="runs at a time; default: cores",
     )
-    paper.set_defaults(run=_run)
 
 
-def _at_least(least: int) -> Callable[[str], int]:
-    def convert(text: str) -> int:
-        if not text.isdecimal() or int(text) < least:
-            raise argparse.ArgumentTypeError(f"'{text}' is not a whole number of at least {least}")
-        return int(text)
-
-    return convert
-
-
-def _run(options: argparse.Namespace) -> int:
+def run(options: argparse.Namespace) -> int:
+    """Makes the figures and tables of the paper that the user chose."""
     try:
         chosen = options.output, options.only, options.format, options.map, options.jobs, options.log
         make_paper(PaperOptions(*chosen))

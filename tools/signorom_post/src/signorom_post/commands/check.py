@@ -1,0 +1,29 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The command `signorom-post check`: draw the set-up that `signorom check DECK --fields` wrote."""
+
+import argparse
+from pathlib import Path
+
+from signorom_post.check import FORMATS, follow_pictures
+from signorom_post.errors import writing
+from signorom_post.readers.check import find_check_file, read_check
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Adds the arguments of the command."""
+    parser.add_argument(
+        "file", metavar="RESULTS_DIR|FILE", type=Path, help="results folder, check.h5 or check.xdmf"
+    )
+    parser.add_argument("--output", metavar="DIR", type=Path, help="default: figures beside the file")
+    parser.add_argument("--format", choices=FORMATS, default="png", help="default: png")
+
+
+def run(options: argparse.Namespace) -> int:
+    """Draws the pictures and says where they are."""
+    check = read_check(find_check_file(options.file))
+    output = options.output or check.path.parent / "figures"
+    with writing("pictures", output):
+        output.mkdir(parents=True, exist_ok=True)
+        for path in follow_pictures(options.log, check, output, options.format):
+            options.log.result(path)
+    return 0

@@ -1,0 +1,50 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The command `signorom-post figures`: draw every figure that the files in the folder allow."""
+
+import argparse
+from pathlib import Path
+
+from signorom_post.errors import InputError, writing
+from signorom_post.figures import BUILDERS, COLORS, FORMATS, FigureOptions, follow_figures
+from signorom_post.results import Results
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Adds the arguments of the command."""
+    parser.add_argument("results", metavar="RESULTS_DIR", type=Path, help="for instance results/half_disks")
+    parser.add_argument("--output", metavar="DIR", type=Path, help="default: RESULTS_DIR/figures")
+    parser.add_argument("--format", choices=FORMATS, default="png", help="default: png")
+    parser.add_argument(
+        "--point", metavar="P", help="number or label of the point to draw; default: the middle one"
+    )
+    parser.add_argument("--color", choices=COLORS, default="displacement", help="of the deformed bodies")
+    parser.add_argument(
+        "--only",
+        metavar="NAME",
+        choices=BUILDERS,
+        nargs="+",
+        help=f"some of: {', '.join(BUILDERS)}; default: all",
+    )
+
+
+def run(options: argparse.Namespace) -> int:
+    """Writes the figures; 2 if a file is damaged or not of the right kind."""
+    results = Results(options.results)
+    output = options.output or options.results / "figures"
+    choice = FigureOptions(options.point, options.color, tuple(options.only) if options.only else None)
+    with writing("figures", output):
+        output.mkdir(parents=True, exist_ok=True)
+        outcomes = []
+        for outcome in follow_figures(options.log, results, output, options.format, choice):
+            outcomes.append(outcome)
+            if outcome.path:
+                options.log.result(outcome.path)
+    for outcome in outcomes:
+        if not outcome.path:
+            options.log.result(f"left out: {outcome.name} ({outcome.reason})")
+    for reason in dict.fromkeys(outcome.reason for outcome in outcomes if outcome.is_failure):
+        options.log.note(reason)
+    has_failed = any(outcome.is_failure for outcome in outcomes)
+    if not has_failed and not any(outcome.path for outcome in outcomes):
+        raise InputError(options.results, "the folder has nothing to draw")
+    return 2 if has_failed else 0

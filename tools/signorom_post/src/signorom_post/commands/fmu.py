@@ -1,0 +1,52 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The command `signorom-post fmu`: write a model as a unit of FMI 3.0 for simulators of systems."""
+
+import argparse
+from pathlib import Path
+
+from signorom_post.answer import ModelError
+from signorom_post.errors import InputError, writing
+from signorom_post.fmu import identifier, write_fmu
+from signorom_post.library import LibraryError
+from signorom_post.online import Model
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Adds the arguments of the command."""
+    parser.add_argument("model", metavar="MODEL", type=Path, help="for instance results/part/model.h5")
+    parser.add_argument(
+        "--output", metavar="FILE", type=Path, help="default: the deck's title with .fmu, beside MODEL"
+    )
+    parser.add_argument(
+        "--nodes",
+        metavar="TAGS",
+        help="nodes of the mesh whose displacements are outputs, for instance 12,57",
+    )
+
+
+def run(options: argparse.Namespace) -> int:
+    """Writes the unit and says where it is."""
+    tags = tags_of(options.nodes)
+    try:
+        model = Model(options.model)
+    except ModelError as error:
+        raise InputError(options.model, str(error).removeprefix(f"{options.model}: error: ")) from error
+    except LibraryError as error:
+        raise InputError("signorom-post fmu", str(error)) from error
+    with model:
+        output = options.output or options.model.with_name(f"{identifier(model.title)}.fmu")
+        with writing("the unit", output):
+            write_fmu(model, options.model, output, tags)
+    options.log.result(output)
+    return 0
+
+
+def tags_of(text: str | None) -> list[int]:
+    """Return the node tags of a text such as `12,57`."""
+    try:
+        return [int(word) for word in (text or "").split(",") if word.strip()]
+    except ValueError as error:
+        raise InputError(
+            "signorom-post fmu",
+            f"--nodes is '{text}'; it needs whole numbers with commas, for instance 12,57",
+        ) from error

@@ -1,0 +1,39 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The command `signorom-post forest`: train the random forest that chooses the cluster of a point."""
+
+import argparse
+from pathlib import Path
+
+from signorom_post.arguments import at_least
+from signorom_post.errors import InputError
+from signorom_post.forest import need_scikit_learn, train_forest
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Adds the arguments of the command."""
+    parser.add_argument(
+        "labels",
+        metavar="LABELS.csv",
+        type=Path,
+        nargs="?",
+        help="columns: the parameters, then 'cluster' (from 1)",
+    )
+    parser.add_argument("--check", action="store_true", help="train nothing; only see whether it could")
+    parser.add_argument("--output", metavar="FILE", type=Path, help="default: forest.h5 beside LABELS.csv")
+    parser.add_argument("--trees", metavar="N", type=at_least(1), default=100, help="default: 100")
+    parser.add_argument("--seed", metavar="N", type=int, default=1, help="default: 1")
+
+
+def run(options: argparse.Namespace) -> int:
+    """Trains the forest and says where it is."""
+    if options.check:
+        need_scikit_learn()
+        return 0
+    if options.labels is None:
+        raise InputError("signorom-post forest", "the table LABELS.csv is missing")
+    output = options.output or options.labels.with_name("forest.h5")
+    accuracy = train_forest(options.labels, output, options.trees, options.seed)
+    options.log.result(output)
+    if accuracy is not None:
+        options.log.result(f"out-of-bag accuracy: {100 * accuracy:.1f} %")
+    return 0

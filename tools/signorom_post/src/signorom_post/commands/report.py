@@ -1,0 +1,26 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The command `signorom-post report`: write one HTML page with verdict, errors, pictures, deck and provenance."""
+
+import argparse
+from pathlib import Path
+
+from signorom_post.errors import writing
+from signorom_post.page import build_page
+from signorom_post.results import Results
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Adds the arguments of the command."""
+    parser.add_argument("results", metavar="RESULTS_DIR", type=Path, help="for instance results/half_disks")
+    parser.add_argument("--output", metavar="FILE", type=Path, help="default: RESULTS_DIR/report.html")
+
+
+def run(options: argparse.Namespace) -> int:
+    """Writes the page and says where it is."""
+    results = Results(options.results)
+    output = options.output or options.results / "report.html"
+    page = build_page(results, options.log)
+    with writing("the page", output):
+        output.write_text(page, encoding="utf-8")
+    options.log.result(output)
+    return 0

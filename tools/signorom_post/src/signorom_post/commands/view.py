@@ -1,0 +1,30 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The command `signorom-post view`: draw the standard pictures by VTK, and write a script for ParaView."""
+
+import argparse
+from pathlib import Path
+
+from signorom_post.errors import writing
+from signorom_post.figures import choose_point
+from signorom_post.results import Results
+from signorom_post.view import PICTURES, write_view
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Adds the arguments of the command."""
+    parser.add_argument("results", metavar="RESULTS_DIR", type=Path, help="for instance results/half_disks")
+    parser.add_argument("--output", metavar="DIR", type=Path, help="default: RESULTS_DIR/view")
+    parser.add_argument("--point", metavar="P", help="number or label of the point; default: the middle one")
+
+
+def run(options: argparse.Namespace) -> int:
+    """Draws the pictures of one point and says where they are."""
+    fields = Results(options.results).fields
+    point = choose_point(fields, options.point)
+    output = options.output or options.results / "view"
+    with writing("pictures", output):
+        output.mkdir(parents=True, exist_ok=True)
+        pictures = write_view(fields, point, output)
+        for path in options.log.follow("pictures", pictures, len(PICTURES) + 1):
+            options.log.result(path)
+    return 0
