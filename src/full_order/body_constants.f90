@@ -43,6 +43,7 @@ module sig_body_constants
   !> All bodies with constants of their own: a material in two bodies counts twice.
   type :: joined_body_t
     type(elastic_body_t) :: body
+    type(body_constants_t), allocatable :: constants(:)
     !> of each body's materials, one body after the other
     real(rk), allocatable :: moduli(:)
     real(rk), allocatable :: ratios(:)
@@ -238,6 +239,7 @@ contains
     integer :: i, i_body
 
     self%body = problem%body
+    self%constants = constants
     allocate (self%starts(size(constants) + 1), source=0)
     allocate (self%moduli(0), self%ratios(0))
     do i = 1, size(constants)
@@ -255,28 +257,28 @@ contains
   end subroutine create
 
   !> Gives one body the values of its variables; its first modulus stays.
-  subroutine set(self, problem, constants, i_body, values)
+  subroutine set(self, problem, i_body, values)
     class(joined_body_t), intent(inout) :: self
     type(problem_t), intent(in) :: problem
-    !> of the body
-    type(body_constants_t), intent(in) :: constants
     integer, intent(in) :: i_body
     !> shape (n_variables)
     real(rk), intent(in) :: values(:)
     real(rk) :: value(size(values))
     integer :: i, i_material, i_term
 
-    value = to_constant(values, constants%denominators > 0, constants%is_logarithmic)
-    do i = 1, size(values)
-      ! moduli are 1, 3, ... of the constants
-      i_term = findloc(problem%constant_terms, constants%numerators(i), dim=1)
-      i_material = self%starts(i_body) + findloc(constants%materials, (i_term + 1) / 2, dim=1)
-      if (constants%denominators(i) > 0) then
-        self%moduli(i_material) = value(i) * self%moduli(self%starts(i_body) + 1)
-      else
-        self%ratios(i_material) = value(i)
-      end if
-    end do
+    associate (constants => self%constants(i_body))
+      value = to_constant(values, constants%denominators > 0, constants%is_logarithmic)
+      do i = 1, size(values)
+        ! moduli are 1, 3, ... of the constants
+        i_term = findloc(problem%constant_terms, constants%numerators(i), dim=1)
+        i_material = self%starts(i_body) + findloc(constants%materials, (i_term + 1) / 2, dim=1)
+        if (constants%denominators(i) > 0) then
+          self%moduli(i_material) = value(i) * self%moduli(self%starts(i_body) + 1)
+        else
+          self%ratios(i_material) = value(i)
+        end if
+      end do
+    end associate
     call self%body%set_moduli(self%moduli, self%ratios)
   end subroutine set
 end module sig_body_constants

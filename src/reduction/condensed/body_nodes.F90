@@ -86,30 +86,29 @@ contains
   !> Computes the responses at all nodes that have none yet. Collective on all ranks, with the same result on each.
   !>
   !> Errors: the stiffness could not be factored.
-  subroutine fill_nodes(problem, team, constants, joined, data, error, ierr)
+  subroutine fill_nodes(problem, team, joined, data, error, ierr)
     type(problem_t), intent(in) :: problem
     type(team_t), intent(inout) :: team
-    type(body_constants_t), intent(in) :: constants(:)
     type(joined_body_t), intent(inout) :: joined
     class(interpolated_data_t), intent(inout) :: data
     type(error_t), allocatable, intent(out) :: error
     PetscErrorCode, intent(out) :: ierr
     type(responses_t) :: responses
-    logical :: is_pending(size(constants))
+    logical :: is_pending(size(joined%constants))
     integer :: i
 
     ierr = 0
     do
-      do i = 1, size(constants)
+      do i = 1, size(joined%constants)
         associate (body => data%bodies(i), next => size(data%bodies(i)%compliance, 2) + 1)
           is_pending(i) = next <= body%nodes%n_nodes()
-          if (is_pending(i)) call joined%set(problem, constants(i), i, body%nodes%node(next))
+          if (is_pending(i)) call joined%set(problem, i, body%nodes%node(next))
         end associate
       end do
       if (.not. any(is_pending)) return
       PetscCall(solve_node(problem, team, joined, data, responses, error, ierr))
       if (allocated(error)) return
-      do i = 1, size(constants)
+      do i = 1, size(joined%constants)
         if (.not. is_pending(i)) cycle
         PetscCall(add_node(problem, team, responses, i, data, ierr))
       end do

@@ -5,7 +5,7 @@
 !>
 !> mu_0 are the elastic constants in the middle of their ranges. A part of the stiffness belongs to one modulus of one material.
 module sig_displacement_modes
-  use sig_body_constants, only: body_constants_t, joined_body_t
+  use sig_body_constants, only: joined_body_t
   use sig_body_modes, only: body_modes_t, part_moduli
   use sig_body_nodes, only: close_anchors, dofs_of_body, responses_t, solve_node
   use sig_contact_responses, only: close_rows
@@ -40,10 +40,9 @@ contains
   !> the same result on each.
   !>
   !> Errors: the stiffness could not be factored.
-  subroutine add_displacement_modes(problem, team, constants, joined, snapshots, data, error, ierr)
+  subroutine add_displacement_modes(problem, team, joined, snapshots, data, error, ierr)
     type(problem_t), intent(in) :: problem
     type(team_t), intent(inout) :: team
-    type(body_constants_t), intent(in) :: constants(:)
     type(joined_body_t), intent(inout) :: joined
     !> full-order solutions with displacements
     type(training_set_t), intent(in) :: snapshots
@@ -51,17 +50,17 @@ contains
     type(error_t), allocatable, intent(out) :: error
     PetscErrorCode, intent(out) :: ierr
     type(responses_t) :: responses
-    type(columns_t) :: bases(size(constants)), forces(size(constants))
+    type(columns_t) :: bases(size(joined%constants)), forces(size(joined%constants))
     integer :: i
 
-    do i = 1, size(constants)
-      call joined%set(problem, constants(i), i, (constants(i)%lower + constants(i)%upper) / 2)
+    do i = 1, size(joined%constants)
+      call joined%set(problem, i, (joined%constants(i)%lower + joined%constants(i)%upper) / 2)
     end do
     PetscCall(solve_node(problem, team, joined, data, responses, error, ierr))
     if (allocated(error)) return
-    allocate (data%modes(size(constants)))
-    do i = 1, size(constants)
-      call take_materials(problem, constants(i), joined, i, data%modes(i))
+    allocate (data%modes(size(joined%constants)))
+    do i = 1, size(joined%constants)
+      call take_materials(problem, joined, i, data%modes(i))
     end do
     PetscCall(find_bases(problem, team, responses, snapshots, data, bases, ierr))
     call move_all_dofs(team, responses, data)
@@ -73,9 +72,8 @@ contains
   end subroutine add_displacement_modes
 
   !> Sets the terms of the elastic constants of a body, and its moduli at mu_0. Local.
-  subroutine take_materials(problem, constants, joined, i_body, modes)
+  subroutine take_materials(problem, joined, i_body, modes)
     type(problem_t), intent(in) :: problem
-    type(body_constants_t), intent(in) :: constants
     !> elastic constants mu_0
     type(joined_body_t), intent(in) :: joined
     integer, intent(in) :: i_body
@@ -83,7 +81,7 @@ contains
     integer :: i, slot
 
     modes%is_thin = problem%body%mechanics%is_thin
-    associate (materials => constants%materials)
+    associate (materials => joined%constants(i_body)%materials)
       modes%modulus_terms = problem%constant_terms(2 * materials - 1)
       modes%ratio_terms = problem%constant_terms(2 * materials)
       allocate (modes%moduli(n_hooke_terms * size(materials)))

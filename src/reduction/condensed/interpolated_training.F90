@@ -69,12 +69,12 @@ contains
       call joined%create(problem, constants)
       allocate (reduced)
       plan = plan_displacements(problem, usual_nodes_of(constants))
-      PetscCall(interpolate_responses(problem, team, constants, snapshots, plan, most_nodes, joined, reduced, error, ierr))
+      PetscCall(interpolate_responses(problem, team, snapshots, plan, most_nodes, joined, reduced, error, ierr))
       if (allocated(error)) return
-      PetscCall(measure_residuals(problem, team, constants, joined, reduced, error, ierr))
+      PetscCall(measure_residuals(problem, team, joined, reduced, error, ierr))
       if (allocated(error)) return
       if (plan%has_modes .and. may_have_modes) then
-        PetscCall(add_displacement_modes(problem, team, constants, joined, snapshots, reduced, error, ierr))
+        PetscCall(add_displacement_modes(problem, team, joined, snapshots, reduced, error, ierr))
         if (allocated(error)) return
         call measure_fields(problem, snapshots, reduced)
       end if
@@ -88,11 +88,10 @@ contains
   !> result on each.
   !>
   !> Errors: the interpolation does not reach reduction.stiffness_tolerance; the stiffness at a node could not be factored.
-  subroutine interpolate_responses(problem, team, constants, solved, plan, n_most, joined, reduced, error, ierr)
+  subroutine interpolate_responses(problem, team, solved, plan, n_most, joined, reduced, error, ierr)
     type(problem_t), intent(in) :: problem
     !> from ready_team; its stiffness changes
     type(team_t), intent(inout) :: team
-    type(body_constants_t), intent(in) :: constants(:)
     !> points with full-order contact forces; their displacements are not used
     type(training_set_t), intent(in) :: solved
     type(displacement_plan_t), intent(in) :: plan
@@ -108,21 +107,21 @@ contains
     logical :: is_good
 
     ierr = 0
-    call start_data(problem, team, constants, solved, plan, reduced)
+    call start_data(problem, team, joined%constants, solved, plan, reduced)
     call probes%create(problem, solved)
     i_round = 0
     is_good = .false.
     do while (.not. is_good)
-      if (.not. has_room(constants, i_round, n_most)) then
-        call refuse(problem, constants, reduced, error)
+      if (.not. has_room(joined%constants, i_round, n_most)) then
+        call refuse(problem, joined%constants, reduced, error)
         return
       end if
-      call grow_nodes(constants, i_round, reduced)
-      PetscCall(fill_nodes(problem, team, constants, joined, reduced, error, ierr))
+      call grow_nodes(joined%constants, i_round, reduced)
+      PetscCall(fill_nodes(problem, team, joined, reduced, error, ierr))
       if (allocated(error)) return
       call measure_responses(problem, solved, reduced)
       call probes%compare(reduced)
-      is_good = .not. any_variable(constants) .or. &
+      is_good = .not. any_variable(joined%constants) .or. &
         max(reduced%measured_error, probes%error) <= caution * problem%deck%reduction%stiffness_tolerance
       i_round = i_round + 1
     end do

@@ -36,35 +36,34 @@ contains
   !> Sets data%bodies(:)%bound of the bodies for which has_identity is true. Collective on all ranks, with the same result on each.
   !>
   !> Errors: the stiffness could not be factored.
-  subroutine measure_residuals(problem, team, constants, joined, data, error, ierr)
+  subroutine measure_residuals(problem, team, joined, data, error, ierr)
     type(problem_t), intent(in) :: problem
     type(team_t), intent(inout) :: team
-    type(body_constants_t), intent(in) :: constants(:)
     type(joined_body_t), intent(inout) :: joined
     class(interpolated_data_t), intent(inout) :: data
     type(error_t), allocatable, intent(out) :: error
     PetscErrorCode, intent(out) :: ierr
     type(anchors_t) :: anchors
     real(rk), allocatable :: missing(:, :), columns(:, :)
-    real(rk) :: places(size(constants))
+    real(rk) :: places(size(joined%constants))
     integer :: i_body, i_node, n_nodes
 
     ierr = 0
-    if (.not. any([(has_identity(constants(i_body)), i_body=1, size(constants))])) return
+    if (.not. any([(has_identity(joined%constants(i_body)), i_body=1, size(joined%constants))])) return
     n_nodes = 0
-    do i_body = 1, size(constants)
-      if (.not. has_identity(constants(i_body))) cycle
+    do i_body = 1, size(joined%constants)
+      if (.not. has_identity(joined%constants(i_body))) cycle
       places(i_body) = widest_place(data, i_body)
       n_nodes = max(n_nodes, data%bodies(i_body)%nodes%n_nodes())
     end do
     ! the responses at the places come last, so that the stiffness is then that of the places
     do i_node = 1, n_nodes + 1
-      PetscCall(solve_at(problem, team, constants, joined, places, i_node, n_nodes, data, columns, anchors, error, ierr))
+      PetscCall(solve_at(problem, team, joined, places, i_node, n_nodes, data, columns, anchors, error, ierr))
       if (allocated(error)) return
       if (.not. allocated(missing)) allocate (missing(size(columns, 1), size(columns, 2)), source=0.0_rk)
-      call add_weighted(problem, team, constants, places, i_node, n_nodes, data, columns, missing)
+      call add_weighted(problem, team, joined%constants, places, i_node, n_nodes, data, columns, missing)
     end do
-    PetscCall(fill_bounds(problem, team, constants, places, missing, columns, anchors, data, ierr))
+    PetscCall(fill_bounds(problem, team, joined%constants, places, missing, columns, anchors, data, ierr))
   end subroutine measure_residuals
 
   !> Whether the body has one variable elastic constant, of which its stiffness is an affine function times a factor.
@@ -99,10 +98,9 @@ contains
 
   !> Computes the responses to loads, prescribed displacements and contact forces, in this order. The constants of each body are
   !> those of node i_node, or those of `places` where i_node is larger than n_nodes. Collective.
-  subroutine solve_at(problem, team, constants, joined, places, i_node, n_nodes, data, columns, anchors, error, ierr)
+  subroutine solve_at(problem, team, joined, places, i_node, n_nodes, data, columns, anchors, error, ierr)
     type(problem_t), intent(in) :: problem
     type(team_t), intent(inout) :: team
-    type(body_constants_t), intent(in) :: constants(:)
     type(joined_body_t), intent(inout) :: joined
     real(rk), intent(in) :: places(:)
     integer, intent(in) :: i_node
@@ -116,12 +114,12 @@ contains
     type(responses_t) :: responses
     integer :: i
 
-    do i = 1, size(constants)
-      if (.not. has_identity(constants(i))) cycle
+    do i = 1, size(joined%constants)
+      if (.not. has_identity(joined%constants(i))) cycle
       if (i_node > n_nodes) then
-        call joined%set(problem, constants(i), i, [places(i)])
+        call joined%set(problem, i, [places(i)])
       else if (i_node <= data%bodies(i)%nodes%n_nodes()) then
-        call joined%set(problem, constants(i), i, data%bodies(i)%nodes%node(i_node))
+        call joined%set(problem, i, data%bodies(i)%nodes%node(i_node))
       end if
     end do
     PetscCall(solve_node(problem, team, joined, data, responses, error, ierr))

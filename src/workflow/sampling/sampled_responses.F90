@@ -174,7 +174,7 @@ contains
     call joined%create(problem, self%constants)
     if (allocated(self%reduced)) deallocate (self%reduced)
     allocate (self%reduced)
-    PetscCall(interpolate_responses(problem, team, self%constants, solved, plan, self%n_most, joined, self%reduced, error, ierr))
+    PetscCall(interpolate_responses(problem, team, solved, plan, self%n_most, joined, self%reduced, error, ierr))
     self%is_ready = .not. allocated(error)
     if (self%is_ready .and. .not. any_variable(self%constants)) self%is_ready = self%reduced%measured_error <= rounding
     call tell(self, error)
