@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> What makes results doubtful, in words: materials before the work, measured residuals and errors after it.
+!> Warnings that results may be inaccurate: of materials before anything is solved, of residuals and errors afterwards.
 module sig_accuracy_warnings
   use sig_deck_config, only: deck_config_t
   use sig_kinds, only: rk
@@ -23,7 +23,8 @@ module sig_accuracy_warnings
 
 contains
 
-  !> Constant values of the deck that make the equations of (3) poor.
+  !> Returns warnings of materials that make the equations (3) inaccurate: a Poisson's ratio above 0.49 (not in plane stress), and
+  !> Young's moduli whose largest is more than 1e8 times the smallest. Values that depend on the parameters are not looked at.
   pure function material_warnings(deck) result(warnings)
     type(deck_config_t), intent(in) :: deck
     type(string_t), allocatable :: warnings(:)
@@ -50,9 +51,10 @@ contains
       'the residuals in the report')
   end function material_warnings
 
-  !> Returns a warning if full-order solutions do not satisfy (3) accurately; empty if the residuals are only rounding errors.
+  !> Returns a warning if a residual of the full-order solutions is above 1e-6, that is, if (3) does not hold accurately; empty
+  !> otherwise.
   pure function equilibrium_warning(residuals) result(warning)
-    !> [-] of equilibrium, relative to the forces
+    !> [-] residual of equilibrium relative to the forces, of each solution
     real(rk), intent(in) :: residuals(:)
     character(:), allocatable :: warning
 
@@ -64,11 +66,12 @@ contains
       'of very different stiffness and at flat elements'
   end function equilibrium_warning
 
-  !> Returns warnings of errors of a model that are large or cannot be measured.
+  !> Returns warnings of errors of a model: of each of judged_names whose median or 95 % quantile is above its limit, or that has no
+  !> value at any point.
   pure function error_warnings(names, errors) result(warnings)
-    !> columns of validation.csv
+    !> columns of validation.csv; a judged one that is missing gives no warning
     character(*), intent(in) :: names(:)
-    !> [-] shape (size(names), n_points)
+    !> [-] NaN where an error was not measured; shape (size(names), n_points)
     real(rk), intent(in) :: errors(:, :)
     type(string_t), allocatable :: warnings(:)
     type(statistics_t) :: statistics

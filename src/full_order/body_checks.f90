@@ -16,13 +16,13 @@ module sig_body_checks
 
 contains
 
-  !> Checks that something holds each body. Errors: a body that nothing can hold, with its free motion. A body that only contact
-  !> holds gives a note.
+  !> Checks that prescribed displacements and contacts together can hold each body. A body that only contact holds gives a note.
+  !> Errors: the first body that nothing can hold, with its free motion.
   subroutine check_bodies(deck, mesh, motions, notes, error)
     type(deck_config_t), intent(in) :: deck
     type(mesh_t), intent(in) :: mesh
     type(rigid_motions_t), intent(in) :: motions
-    !> `only contact holds the body 'upper' (translation in y)`
+    !> sentences such as `only contact holds the body 'upper' (translation in y)`
     type(string_t), allocatable, intent(out) :: notes(:)
     type(error_t), allocatable, intent(out) :: error
     type(mechanical_model_t) :: model
@@ -52,7 +52,7 @@ contains
     end do
   end subroutine check_bodies
 
-  !> The regions of a body, in quotes.
+  !> Returns the names of a body's regions, each in quotes.
   pure function body_name(mesh, motions, i_body) result(text)
     type(mesh_t), intent(in) :: mesh
     type(rigid_motions_t), intent(in) :: motions
@@ -62,7 +62,7 @@ contains
     text = '''' // join(regions_of_body(mesh, motions%body_of_node, i_body), ''', ''') // ''''
   end function body_name
 
-  !> Where the deck names a region of the body first.
+  !> Returns the first place in the deck's materials that names a region of the body.
   pure function place_of_body(deck, mesh, motions, i_body) result(place)
     type(deck_config_t), intent(in) :: deck
     type(mesh_t), intent(in) :: mesh

@@ -1,6 +1,7 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> The elastic constants of each body as functions of the parameters: one modulus that all its moduli scale with, and the others,
-!> Poisson's ratios and ratios of moduli, over which its responses are interpolated.
+!> The elastic constants of each body as functions of the parameters. The stiffness of a body is proportional to the Young's modulus
+!> of its first material. Its responses are interpolated over the other constants that vary: Poisson's ratios, and the ratios of the
+!> other moduli to the first one. A variable of the interpolation is such a constant or its logarithm (to_variable).
 module sig_body_constants
   use sig_bodies, only: regions_of_body
   use sig_deck_config, only: parameter_config_t
@@ -17,34 +18,34 @@ module sig_body_constants
   private
   public :: body_constants_t, joined_body_t, check_box, find_body_constants
 
-  !> Of one body. Materials are numbers of the deck, 1-based.
+  !> The elastic constants of one body. Materials are numbered as in the deck, 1-based.
   type :: body_constants_t
     !> names of its regions, for messages
     character(:), allocatable :: name
-    !> the first one's modulus is that which scales
+    !> its materials, ascending; the stiffness is proportional to the modulus of the first one
     integer, allocatable :: materials(:)
     !> of each of its materials at the middle of the box of the parameters: [force/length**2] moduli, [-] Poisson's ratios
     real(rk), allocatable :: moduli(:)
     real(rk), allocatable :: ratios(:)
-    !> the problem's term of the first modulus
+    !> index of the first modulus among the problem's terms
     integer :: modulus_term = 0
-    !> constants that depend on the parameters: terms of the problem, over another term where that is not 0
+    !> the constants that vary, as the problem's terms: numerators(i) over denominators(i), or numerators(i) alone if the other is 0
     integer, allocatable :: numerators(:)
     integer, allocatable :: denominators(:)
-    !> the interpolation takes their logarithms
+    !> the variables are the logarithms of to_variable
     logical :: is_logarithmic = .false.
-    !> what its variables lie between, shape (n_variables)
+    !> ranges of the variables in the box of the parameters, a little widened; shape (n_variables)
     real(rk), allocatable :: lower(:)
     real(rk), allocatable :: upper(:)
   contains
     procedure :: degree
   end type body_constants_t
 
-  !> All bodies with constants of their own: a material in two bodies counts twice.
+  !> All bodies, each with its own materials: a material that two bodies have is there twice, so that one body can change alone.
   type :: joined_body_t
     type(elastic_body_t) :: body
     type(body_constants_t), allocatable :: constants(:)
-    !> of each body's materials, one body after the other
+    !> present constants of each body's materials, one body after the other: [force/length**2] moduli, [-] Poisson's ratios
     real(rk), allocatable :: moduli(:)
     real(rk), allocatable :: ratios(:)
     !> materials of body i are starts(i) + 1 ... starts(i + 1)
@@ -54,10 +55,12 @@ module sig_body_constants
     procedure :: set
   end type joined_body_t
 
-  !> points at which the constants are looked at, beside the corners of the box
+  !> points inside the box at which the constants are computed, beside its middle and its corners
   integer, parameter :: n_samples = 2000
+  !> number of parameters above which the corners are left out
   integer, parameter :: most_corners = 12
-  !> [-] a constant that changes less than this share of itself is one; a range is widened by a hundredth
+  !> [-] an elastic constant whose relative change is not above `rounding` counts as constant; a range is widened by `margin` of its
+  !> width at both ends
   real(rk), parameter :: rounding = 1.0e-12_rk
   real(rk), parameter :: margin = 0.01_rk
   !> [-] with this rate of convergence an error of 1e-6 takes about twenty nodes
@@ -65,7 +68,8 @@ module sig_body_constants
 
 contains
 
-  !> Errors: somewhere in the box of the parameters a constant is out of its range.
+  !> Finds the elastic constants of all bodies, shape (n_bodies), from their values in the middle, at the corners and at sample
+  !> points of the box of the parameters. Errors: at one of these points a constant is not finite or out of its range.
   subroutine find_body_constants(problem, constants, error)
     type(problem_t), intent(in) :: problem
     type(body_constants_t), allocatable, intent(out) :: constants(:)
@@ -94,16 +98,17 @@ contains
     call check_materials(problem%deck, problem%material_terms, points_of_box(problem%deck%parameters), error)
   end subroutine check_box
 
-  !> Degree of the polynomials in a round; rounds count from 0. With several variables the first degree is lower, because a degree
-  !> takes many nodes.
+  !> Returns the degree of the interpolating polynomials in a round of refinement: 3 in round 0 with one variable, else 2, and one
+  !> more in each further round. With several variables the first degree is lower, because each degree takes many nodes.
   pure integer function degree(self, i_round)
     class(body_constants_t), intent(in) :: self
+    !> from 0
     integer, intent(in) :: i_round
 
     degree = merge(3, 2, size(self%numerators) == 1) + i_round
   end function degree
 
-  !> The middle of the box first, then its corners and points inside.
+  !> Returns the middle of the box first, then its corners and n_samples points inside, shape (n_parameters, n_points).
   function points_of_box(parameters) result(points)
     type(parameter_config_t), intent(in) :: parameters(:)
     real(rk), allocatable :: points(:, :)
@@ -128,7 +133,7 @@ contains
   subroutine find_constants(problem, i_body, theta, constants)
     type(problem_t), intent(in) :: problem
     integer, intent(in) :: i_body
-    !> terms of create_material_terms, at the middle first
+    !> values of the terms of create_material_terms at points_of_box, shape (n_terms, n_points)
     real(rk), intent(in) :: theta(:, :)
     type(body_constants_t), intent(inout) :: constants
     integer :: i, first
@@ -148,8 +153,8 @@ contains
     call choose_variables(constants)
   end subroutine find_constants
 
-  !> Chooses the variables of the interpolation. One constant that varies little stays as it is, so that its interpolation has a
-  !> bound.
+  !> Chooses whether the variables are the constants or their logarithms, and sets the ranges of the variables. A single constant
+  !> that varies little is taken as it is, so that its interpolation has an error bound.
   pure subroutine choose_variables(constants)
     type(body_constants_t), intent(inout) :: constants
     real(rk) :: spread_of(size(constants%numerators))
@@ -165,8 +170,9 @@ contains
     constants%upper = constants%upper + margin * spread_of
   end subroutine choose_variables
 
-  !> [-] How much smaller each further node makes the error of polynomials in a constant: the sum of the half axes of the ellipse
-  !> through the nearest singular stiffness, foci at the ends of the range (Bernstein).
+  !> Returns the factor [-] by which each further node makes the error of polynomials in a constant smaller: the sum of the half
+  !> axes of the ellipse through the nearest singular stiffness, with foci at the ends of the range, over half of the range
+  !> (Bernstein).
   pure real(rk) function rate_of(lower, upper, is_ratio_of_moduli) result(rate)
     real(rk), intent(in) :: lower
     real(rk), intent(in) :: upper
@@ -181,13 +187,13 @@ contains
     rate = distance + sqrt(max(0.0_rk, distance**2 - 1))
   end function rate_of
 
-  !> Unless it is a constant.
+  !> Adds an elastic constant to those that vary, unless its values are the same at all points.
   subroutine add_variable(problem, numerator, denominator, values, constants)
     type(problem_t), intent(in) :: problem
-    !> terms of the materials
+    !> terms of create_material_terms; no denominator: 0
     integer, intent(in) :: numerator
     integer, intent(in) :: denominator
-    !> at the points that were looked at
+    !> of the constant at points_of_box
     real(rk), intent(in) :: values(:)
     type(body_constants_t), intent(inout) :: constants
     real(rk) :: spread_of
@@ -200,7 +206,7 @@ contains
     constants%upper = [constants%upper, maxval(values)]
   end subroutine add_variable
 
-  !> The problem's term from that of create_material_terms; 0 of 0.
+  !> Returns the problem's term that equals a term of create_material_terms; 0 for 0.
   pure integer function term_of(problem, material_term)
     type(problem_t), intent(in) :: problem
     integer, intent(in) :: material_term
@@ -232,9 +238,11 @@ contains
     body_of_cell = problem%motions%body_of_node(problem%mesh%cell_nodes(problem%mesh%cell_offsets(i_cell) + 1))
   end function body_of_cell
 
+  !> Makes the bodies with their own materials, whose constants are those in the middle of the box.
   subroutine create(self, problem, constants)
     class(joined_body_t), intent(inout) :: self
     type(problem_t), intent(in) :: problem
+    !> of find_body_constants
     type(body_constants_t), intent(in) :: constants(:)
     integer :: i, i_body
 
@@ -256,12 +264,12 @@ contains
     call self%body%set_moduli(self%moduli, self%ratios)
   end subroutine create
 
-  !> Gives one body the values of its variables; its first modulus stays.
+  !> Sets the materials of one body from the values of its variables. Its first modulus does not change.
   subroutine set(self, problem, i_body, values)
     class(joined_body_t), intent(inout) :: self
     type(problem_t), intent(in) :: problem
     integer, intent(in) :: i_body
-    !> shape (n_variables)
+    !> by to_variable, shape (n_variables)
     real(rk), intent(in) :: values(:)
     real(rk) :: value(size(values))
     integer :: i, i_material, i_term

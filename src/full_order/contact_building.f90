@@ -19,9 +19,10 @@ module sig_contact_building
 
 contains
 
-  !> Rows of all entries. The terms of their gaps come behind all others.
+  !> Makes the contact rows of all contact entries of the deck, and adds the terms of their gaps behind all others.
   !>
-  !> Errors: surfaces that do not face each other, nodes in two contacts, nodes that cannot carry a contact force.
+  !> Errors: surfaces that do not face each other, nodes in two contacts, nodes that cannot carry a contact force. Then the rows are
+  !> not complete.
   subroutine build_contact_rows(deck, mesh, body, boundary, terms, rows, notes, is_swapped, error)
     type(deck_config_t), intent(in) :: deck
     type(mesh_t), intent(in) :: mesh
@@ -48,8 +49,8 @@ contains
     call add_mortar(deck, mesh, body, boundary, why_mortar, pair_rows, terms, rows, notes, is_swapped, error)
   end subroutine build_contact_rows
 
-  !> The rows of all entries that pairs cannot take. Where two first sides share a node, both contacts may have to swap their sides:
-  !> then all entries are tried anew, at most once for each of them.
+  !> Adds the mortar rows of all entries that cannot have pairs. If two first sides share a node, a contact may have to swap its
+  !> sides. Then all entries are built anew, at most once for each entry.
   !>
   !> Errors: those of add_mortar_rows, in the deck's order.
   subroutine add_mortar(deck, mesh, body, boundary, why_mortar, pair_rows, terms, rows, notes, is_swapped, error)
@@ -57,7 +58,7 @@ contains
     type(mesh_t), intent(in) :: mesh
     type(elastic_body_t), intent(in) :: body
     type(boundary_conditions_t), intent(in) :: boundary
-    !> empty where the entry has pairs, shape (size(deck%contact))
+    !> why the entry needs mortar, empty where it has pairs; shape (size(deck%contact))
     type(string_t), intent(in) :: why_mortar(:)
     type(contact_rows_t), intent(in) :: pair_rows
     type(term_set_t), intent(inout) :: terms
@@ -96,7 +97,7 @@ contains
 
   contains
 
-    !> A mortar contact that has not yet been told to.
+    !> Whether the entry is a mortar contact that may swap its sides and was not yet told to.
     logical function can_swap(i_entry)
       integer, intent(in) :: i_entry
 

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> What was found to touch what, before anything is solved: a line per contact entry of the deck.
+!> Describes the contacts that were found in the mesh, before anything is solved: one line per contact entry of the deck.
 module sig_contact_summary
   use sig_contact_rows, only: contact_rows_t
   use sig_deck_config, only: deck_config_t
@@ -13,12 +13,13 @@ module sig_contact_summary
 
 contains
 
-  !> `contact[1]: lower_arc - upper_arc, 55 pairs (2 inert), gaps 0.1 to 2.1 m`: the smallest and the largest gap over the points.
+  !> Returns a line per contact entry, `contact[1]: lower_arc - upper_arc, 55 pairs (2 inert), gaps 0.1 to 2.1 m`: its surfaces, the
+  !> number of its rows, and the smallest and the largest gap of all rows at all points. Gaps are left out without rows or points.
   function contact_lines(deck, rows, inert, terms, points) result(lines)
     type(deck_config_t), intent(in) :: deck
-    !> with a multiplier
+    !> rows with a multiplier
     type(contact_rows_t), intent(in) :: rows
-    !> without
+    !> rows without a multiplier
     type(contact_rows_t), intent(in) :: inert
     type(term_set_t), intent(in) :: terms
     !> shape (n_parameters, n_points), checked
@@ -40,7 +41,7 @@ contains
     end do
   end function contact_lines
 
-  !> `lower_arc - upper_arc` or `lower_arc - rigid sphere`.
+  !> Returns the names of both sides of a contact entry, `lower_arc - upper_arc` or `lower_arc - rigid sphere`.
   pure function contact_name(deck, i_entry) result(text)
     type(deck_config_t), intent(in) :: deck
     integer, intent(in) :: i_entry
@@ -65,10 +66,11 @@ contains
     if (n_inert > 0) text = text // ' (' // to_text(n_inert) // ' inert)'
   end function count_text
 
-  !> Smallest and largest gap at the points; empty without points.
+  !> Returns `, gaps <smallest> to <largest> <unit>`; empty without rows or points.
   pure function gaps_text(gaps, theta, unit) result(text)
-    !> [length] D of each row by term, shape (n_terms, n)
+    !> [length] D of each row by term, shape (n_terms, n_rows)
     real(rk), intent(in) :: gaps(:, :)
+    !> values of the terms, shape (n_terms, n_points)
     real(rk), intent(in) :: theta(:, :)
     character(*), intent(in) :: unit
     character(:), allocatable :: text

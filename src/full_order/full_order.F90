@@ -27,11 +27,12 @@ module sig_full_order
     procedure, private :: destroy => destroy_team
   end type team_t
 
-  !> Teams stay where they are in memory while others join.
+  !> A pointer to one team, so that the team stays at its place in memory while the list of teams grows.
   type :: team_pointer_t
     type(team_t), pointer :: team => null()
   end type team_pointer_t
 
+  !> The problem of a command, and all teams that its stages asked for.
   type :: full_order_t
     !> the same on all ranks
     type(problem_t) :: problem
@@ -48,7 +49,8 @@ module sig_full_order
 
 contains
 
-  !> Reads and checks the problem of a deck, unless that was done. Collective on all ranks; errors are the same on each.
+  !> Reads the mesh and builds the problem of a deck. Does nothing if this was done before. Errors: those of load_problem, the same
+  !> on all ranks. Collective on all ranks.
   subroutine load(self, deck, error, ierr)
     class(full_order_t), intent(inout) :: self
     type(deck_config_t), intent(in) :: deck
@@ -62,11 +64,13 @@ contains
     self%is_loaded = .not. allocated(error)
   end subroutine load
 
-  !> The team that shares out points: as many groups as are wanted (0: one per rank), and no more than points. Collective on all
-  !> ranks. The owner keeps it.
+  !> Returns the team that divides points among its groups. Makes it, without its solver, if there is none with this number of
+  !> groups. The team belongs to `self`. Requires: load. Collective on all ranks.
   subroutine team_for(self, n_wanted, n_points, team, ierr)
     class(full_order_t), intent(inout) :: self
+    !> wanted number of groups, 0 = one per rank; there are never more groups than ranks or points
     integer, intent(in) :: n_wanted
+    !> number of points to be solved
     integer, intent(in) :: n_points
     type(team_t), pointer, intent(out) :: team
     PetscErrorCode, intent(out) :: ierr
@@ -85,7 +89,8 @@ contains
     self%teams = [self%teams, added]
   end subroutine team_for
 
-  !> A team whose solver is there already; all ranks as one group where none is. Collective on all ranks.
+  !> Returns the first team that has its solver. If no team has one, returns that of whole_team. Requires: load. Collective on all
+  !> ranks.
   subroutine ready_team(self, team, ierr)
     class(full_order_t), intent(inout) :: self
     type(team_t), pointer, intent(out) :: team
@@ -100,7 +105,8 @@ contains
     PetscCall(self%whole_team(team, ierr))
   end subroutine ready_team
 
-  !> All ranks as one group, with its solver. Collective on all ranks.
+  !> Returns the team with all ranks in one group, and makes its solver if there is none yet. Requires: load. Collective on all
+  !> ranks.
   subroutine whole_team(self, team, ierr)
     class(full_order_t), intent(inout) :: self
     type(team_t), pointer, intent(out) :: team
@@ -110,7 +116,7 @@ contains
     PetscCall(team%make_ready(self%problem, ierr))
   end subroutine whole_team
 
-  !> Makes the solver of the plan, once. Collective on all ranks.
+  !> Makes the solver that the problem's plan names. Does nothing if the team has it already. Collective on all ranks.
   subroutine make_ready(self, problem, ierr)
     class(team_t), intent(inout) :: self
     type(problem_t), intent(in) :: problem
@@ -134,7 +140,8 @@ contains
     PetscCall(self%groups%destroy(ierr))
   end subroutine destroy_team
 
-  !> Collective on all ranks. Pointers to teams are void afterwards.
+  !> Frees all teams and their solvers; pointers to teams are invalid afterwards. The problem must be loaded again before it is
+  !> used. Collective on all ranks.
   subroutine destroy(self, ierr)
     class(full_order_t), intent(inout) :: self
     PetscErrorCode, intent(out) :: ierr

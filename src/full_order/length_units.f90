@@ -9,13 +9,14 @@ module sig_length_units
 
 contains
 
-  !> Factor from the mesh file's unit of length to the deck's.
+  !> Returns the factor that converts a length of the mesh file into the deck's unit of length.
   pure real(rk) function length_factor(deck)
     type(deck_config_t), intent(in) :: deck
 
     length_factor = meters(deck%mesh%length_unit) / meters(deck%units%length)
   end function length_factor
 
+  !> Returns a unit of length in meters; 1 for all names but cm, mm and um.
   pure real(rk) function meters(unit)
     character(*), intent(in) :: unit
 

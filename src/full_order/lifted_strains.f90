@@ -18,19 +18,20 @@ module sig_lifted_strains
 
 contains
 
-  !> Local.
+  !> Gives the boundary conditions one field of lifted forces per term of the imposed strains that causes forces, and lists the
+  !> terms that are lifted. Local.
   subroutine lift_strains(mesh, body, strains, n_first, terms, boundary, lifted_terms)
     type(mesh_t), intent(in) :: mesh
     !> with its elastic constants in the middle of the box
     type(elastic_body_t), intent(in) :: body
     type(imposed_strains_t), intent(in) :: strains
-    !> terms of the problem behind these may be those of the strains
+    !> number of the problem's first terms that are not searched for theta_s
     integer, intent(in) :: n_first
-    !> grows by theta_s where they are not there: where all forces of the strains have a modulus as a factor
+    !> terms of the problem; gets theta_s if it is not there, as where all forces of the strains have a modulus as a factor
     type(term_set_t), intent(inout) :: terms
-    !> gets the forces of each as lifted forces
+    !> gets the forces of each theta_s as lifted forces
     type(boundary_conditions_t), intent(inout) :: boundary
-    !> the terms of the prescribed displacements, then theta_s
+    !> indices of the problem's terms: those of the prescribed displacements, then the theta_s
     integer, allocatable, intent(out) :: lifted_terms(:)
     real(rk) :: forces(mesh%n_dim * mesh%n_nodes), own(mesh%n_dim * mesh%n_nodes)
     integer :: i, i_last, n, s

@@ -17,7 +17,8 @@ module sig_materials
 
 contains
 
-  !> Terms 2, 4, ... are the Young's moduli in the order of the materials, terms 3, 5, ... the Poisson's ratios.
+  !> Makes a term set of the elastic constants of the deck. Term 1 is the constant 1, terms 2, 4, ... are the Young's moduli
+  !> [force/length**2] in the order of the deck's materials, terms 3, 5, ... the Poisson's ratios [-].
   pure subroutine create_material_terms(deck, parameter_names, terms)
     type(deck_config_t), intent(in) :: deck
     type(string_t), intent(in) :: parameter_names(:)
@@ -28,11 +29,11 @@ contains
     call add_material_terms(deck, terms, numbers)
   end subroutine create_material_terms
 
-  !> Young's modulus and Poisson's ratio of each material as new terms.
+  !> Adds Young's modulus and Poisson's ratio of each material of the deck to a term set.
   pure subroutine add_material_terms(deck, terms, numbers)
     type(deck_config_t), intent(in) :: deck
     type(term_set_t), intent(inout) :: terms
-    !> of the terms: modulus and ratio of the first material, of the second, ...
+    !> indices of the terms: modulus and ratio of the first material, of the second, ...; shape (2 * n_materials)
     integer, allocatable, intent(out) :: numbers(:)
     integer :: i
 
@@ -45,7 +46,7 @@ contains
     end do
   end subroutine add_material_terms
 
-  !> Gives a body the materials of a point, which was checked. Local.
+  !> Gives the bodies the elastic constants of a point. Requires: check_materials accepted the point. Local.
   subroutine set_materials(terms, point, body)
     !> of create_material_terms
     type(term_set_t), intent(in) :: terms
@@ -68,14 +69,16 @@ contains
       i=1, size(deck%materials))])
   end function has_fixed_stiffness
 
-  !> Returns the elastic constants at each point, which make stiffnesses differ; empty if none depends on the parameters.
+  !> Returns Young's modulus and Poisson's ratio of all materials at each point; points with equal columns have the same stiffness.
+  !> The result has no rows if no constant depends on the parameters. If a value is not finite, the column of this point is
+  !> incomplete, and the columns of all later points are zero: check_materials comes first.
   function varying_constants(deck, terms, points) result(constants)
     type(deck_config_t), intent(in) :: deck
     !> of create_material_terms
     type(term_set_t), intent(in) :: terms
     !> shape (n_parameters, n_points)
     real(rk), intent(in) :: points(:, :)
-    !> shape (n_constants, n_points)
+    !> values of all terms of create_material_terms, shape (1 + 2 * n_materials, n_points), or (0, n_points)
     real(rk), allocatable :: constants(:, :)
     integer :: i_bad_point, i_bad_source
 
@@ -86,7 +89,8 @@ contains
     end if
   end function varying_constants
 
-  !> Returns how many points share a stiffness in the deck's largest set of points.
+  !> Returns how many points share a stiffness: the number of points over the number of different stiffnesses, rounded down. It is
+  !> the largest value of the deck's sets of points: output, training, candidates of the clusters, and test.
   integer function most_points_per_stiffness(deck, terms) result(n)
     type(deck_config_t), intent(in) :: deck
     !> of create_material_terms
@@ -98,7 +102,7 @@ contains
     if (deck%has_test) n = max(n, n_points_of(deck, terms, deck%test))
   end function most_points_per_stiffness
 
-  !> 0 where they cannot be read.
+  !> Returns the number of points per stiffness of one set; 0 if the points cannot be read.
   integer function n_points_of(deck, terms, point_set) result(n)
     type(deck_config_t), intent(in) :: deck
     type(term_set_t), intent(in) :: terms
@@ -119,7 +123,8 @@ contains
     n = size(points, 2) / max(1, count_distinct(varying_constants(deck, terms, points)))
   end function per_stiffness
 
-  !> Refuses points where an elastic constant is not finite or out of its range.
+  !> Checks the elastic constants of all materials at points. Errors: the first Young's modulus that is not finite or not above 0,
+  !> or Poisson's ratio that is not finite or not between -1 and 0.5. The message names its line of the deck and the point.
   subroutine check_materials(deck, terms, points, error)
     type(deck_config_t), intent(in) :: deck
     !> of create_material_terms

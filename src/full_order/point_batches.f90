@@ -6,9 +6,9 @@ module sig_point_batches
   private
   public :: point_batches_t, deal_points, count_distinct
 
-  !> Work of one group.
+  !> The points that one group solves, cut into batches. The points of a batch share a stiffness and are solved at once.
   type :: point_batches_t
-    !> in the order of the work
+    !> indices of the points, in the order in which the group solves them
     integer, allocatable :: points(:)
     !> index in `points` of the last one of each batch
     integer, allocatable :: ends(:)
@@ -16,15 +16,16 @@ module sig_point_batches
 
 contains
 
-  !> Points that share one stiffness are dealt in turn: neighbors take about the same time. Several stiffnesses are sorted and cut
-  !> into equal shares, between two of them where there are enough.
+  !> Finds the points of one group and their batches. If all points share one stiffness, the groups get them in turn, because
+  !> neighbors take about the same time. Otherwise the points are sorted by their constants and cut into nearly equal shares. If
+  !> there are at least as many stiffnesses as groups, each cut is between two stiffnesses.
   pure subroutine deal_points(constants, i_group, n_groups, n_at_once, batches)
-    !> what the stiffness depends on at each point, shape (n_constants, n_points)
+    !> what the stiffness depends on at each point, as varying_constants gives it, shape (n_constants, n_points)
     real(rk), intent(in) :: constants(:, :)
     !> 1-based
     integer, intent(in) :: i_group
     integer, intent(in) :: n_groups
-    !> largest batch
+    !> largest number of points in a batch
     integer, intent(in) :: n_at_once
     type(point_batches_t), intent(out) :: batches
     integer :: order(size(constants, 2))
@@ -43,9 +44,10 @@ contains
     end if
   end subroutine deal_points
 
-  !> Returns the number of different stiffnesses that the points need.
+  !> Returns the number of different stiffnesses that the points need: the number of different columns. It is 1 if the constants
+  !> have no rows, and 0 without points.
   pure integer function count_distinct(constants)
-    !> shape (n_constants, n_points)
+    !> of varying_constants, shape (n_constants, n_points)
     real(rk), intent(in) :: constants(:, :)
     integer :: order(size(constants, 2))
     logical :: is_first(size(constants, 2))
@@ -54,9 +56,10 @@ contains
     count_distinct = count(is_first)
   end function count_distinct
 
-  !> Points behind which the next group begins: the nearest place between two stiffnesses.
+  !> Returns the number of sorted points that groups 1 to i_group have together. It is the place between two stiffnesses that is
+  !> nearest to an equal share, or the equal share itself if there are fewer stiffnesses than groups.
   pure integer function border(is_first, i_group, n_groups)
-    !> a point with another stiffness than the one before
+    !> whether a point has another stiffness than the one before; the first point has
     logical, intent(in) :: is_first(:)
     integer, intent(in) :: i_group
     integer, intent(in) :: n_groups
@@ -99,11 +102,11 @@ contains
     ends = pack([(i, i=1, size(is_end))], is_end)
   end subroutine cut_batches
 
-  !> Equal ones in their order.
+  !> Sorts the points by their constants. Points with equal constants keep their order.
   pure subroutine sort_by_constants(constants, order, is_first)
     real(rk), intent(in) :: constants(:, :)
     integer, intent(out) :: order(:)
-    !> along the order: others than those of the point before
+    !> along the order: whether the constants differ from those of the point before; the first is true
     logical, intent(out) :: is_first(:)
     integer :: i
 

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Whether a problem can be asked at points of its parameters, before any of them is solved.
+!> Checks whether a problem can be solved at given points of its parameters, before any of them is solved.
 module sig_point_checks
   use sig_errors, only: error_t, make_error
   use sig_kinds, only: rk
@@ -14,8 +14,8 @@ module sig_point_checks
 
 contains
 
-  !> Refuses points where an elastic constant is out of its range, where a prescribed value or a load is not finite, or where a
-  !> pair whose two sides are prescribed penetrates.
+  !> Checks points before they are solved. Errors: the first point where an elastic constant is out of its range; where a term
+  !> (prescribed value, load, gap, imposed strain) is not finite; where a pair penetrates whose two sides are prescribed.
   subroutine check_points(problem, points, error)
     type(problem_t), intent(in) :: problem
     !> shape (n_parameters, n_points)
@@ -38,11 +38,11 @@ contains
     end do
   end subroutine check_points
 
-  !> Names the first expression that has no finite value at a point.
+  !> Makes the error that names the expression without a finite value, and the point.
   subroutine refuse_point(problem, point, i_source, error)
     type(problem_t), intent(in) :: problem
     real(rk), intent(in) :: point(:)
-    !> of the terms
+    !> index of the expression among the sources of the terms
     integer, intent(in) :: i_source
     type(error_t), allocatable, intent(out) :: error
 
@@ -52,7 +52,7 @@ contains
     end associate
   end subroutine refuse_point
 
-  !> The gap of a pair without a multiplier is a matter of prescribed values alone.
+  !> Checks the gaps of the inert pairs, which follow from prescribed values alone. Errors: the first pair that penetrates.
   subroutine check_inert_pairs(problem, point, theta, error)
     type(problem_t), intent(in) :: problem
     real(rk), intent(in) :: point(:)
@@ -79,7 +79,7 @@ contains
     end do
   end subroutine check_inert_pairs
 
-  !> `nodes 3 and 8 of the contact surfaces 0.1 m into each other`, `node 3 0.1 m into the obstacle`
+  !> Returns `nodes 3 and 8 of the contact surfaces 0.1 m into each other` or `node 3 0.1 m into the obstacle`.
   pure function pressed_text(problem, k, depth) result(text)
     type(problem_t), intent(in) :: problem
     !> inert row

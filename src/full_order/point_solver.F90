@@ -21,6 +21,7 @@ module sig_point_solver
   private
   public :: point_solver_t
 
+  !> One group's system of equations and its solver.
   type :: point_solver_t
     type(contact_system_t) :: system
     class(contact_solver_t), allocatable :: solver
@@ -31,9 +32,9 @@ module sig_point_solver
     real(rk) :: setup_seconds = 0
     !> how often the stiffness was assembled and the solver made ready for it
     integer :: n_stiffnesses = 0
-    !> the solver is made for the stiffness at hand
+    !> the solver is made for the stiffness that the system has now
     logical, private :: is_ready = .false.
-    !> where the solver is another one and a stage asked for the condensed operator
+    !> of condense, if the solver is another one
     type(condensed_t), allocatable, private :: condensed
   contains
     procedure :: create
@@ -49,11 +50,14 @@ module sig_point_solver
 
 contains
 
-  !> Collective on comm. A stiffness that depends on the parameters waits for the first point.
+  !> Makes system and solver. If the stiffness depends on the parameters, the solver is made at the first point instead. A solver
+  !> that cannot factor the stiffness keeps the reason, and its solutions report it. Collective on comm.
   subroutine create(self, problem, plan, comm, ierr)
     class(point_solver_t), intent(inout) :: self
     type(problem_t), intent(in) :: problem
+    !> which solver to make
     type(solver_plan_t), intent(in) :: plan
+    !> communicator of the group
     MPI_Comm, intent(in) :: comm
     PetscErrorCode, intent(out) :: ierr
     character(:), allocatable :: message
@@ -72,7 +76,8 @@ contains
     self%setup_seconds = wall_time() - start
   end subroutine create
 
-  !> Assembles and factors anew where the elastic constants are others than at the point before. Collective.
+  !> Assembles the stiffness of a point and makes the solver for it, if the elastic constants differ from those of the point before.
+  !> Collective.
   subroutine update_stiffness(self, problem, point, ierr)
     class(point_solver_t), intent(inout) :: self
     type(problem_t), intent(in) :: problem
@@ -92,7 +97,8 @@ contains
     self%is_ready = .true.
   end subroutine update_stiffness
 
-  !> The stiffness of a point in the system, for products with it; the solver waits for the next point. Collective.
+  !> Puts the stiffness of a point into the system, for products with it. The solver is freed, and the next solve makes it anew.
+  !> Does nothing if the stiffness does not depend on the parameters. Collective.
   subroutine look_at(self, problem, point, ierr)
     class(point_solver_t), intent(inout) :: self
     type(problem_t), intent(in) :: problem
@@ -107,7 +113,8 @@ contains
     PetscCall(self%take_body(problem, body, ierr))
   end subroutine look_at
 
-  !> Another stiffness in the system; the solver waits for the next point. Collective.
+  !> Puts the stiffness of given bodies into the system. The solver is freed, and the next solve makes it anew if the stiffness
+  !> depends on the parameters. Collective.
   subroutine take_body(self, problem, body, ierr)
     class(point_solver_t), intent(inout) :: self
     type(problem_t), intent(in) :: problem
@@ -123,12 +130,14 @@ contains
     PetscCall(self%system%update_stiffness(problem%mesh, self%body, ierr))
   end subroutine take_body
 
-  !> Solves one point and measures its residuals and reactions. Collective. The points were checked before.
+  !> Solves one point and measures its residuals and reactions. The reason in `state` says whether it has a solution. Requires:
+  !> check_points accepted the point. Collective.
   subroutine solve(self, problem, point, state, ierr)
     class(point_solver_t), intent(inout) :: self
     type(problem_t), intent(in) :: problem
     !> shape (n_parameters)
     real(rk), intent(in) :: point(:)
+    !> solution, and the wall time of the solver without the residuals
     type(contact_state_t), intent(out) :: state
     PetscErrorCode, intent(out) :: ierr
     real(rk) :: start, theta(problem%boundary%n_terms)
@@ -143,8 +152,8 @@ contains
     PetscCall(measure_residuals(self%system, theta, state, ierr))
   end subroutine solve
 
-  !> Solves several points that share a stiffness at once and measures their residuals. Collective. Requires: no more than
-  !> n_points_at_once.
+  !> Solves several points that share a stiffness at once and measures their residuals, but no reactions. Each state gets an equal
+  !> share of the wall time. Requires: check_points accepted the points; they are no more than n_points_at_once. Collective.
   subroutine solve_points(self, problem, points, states, ierr)
     class(point_solver_t), intent(inout) :: self
     type(problem_t), intent(in) :: problem
@@ -167,16 +176,15 @@ contains
     PetscCall(measure_points(self%system, theta, states, ierr))
   end subroutine solve_points
 
-  !> How many points that share a stiffness solve_points takes best.
+  !> Returns how many points solve_points should get in one call: more than one if the solver is faster with several points at once.
   pure integer function n_points_at_once(self) result(n_points)
     class(point_solver_t), intent(in) :: self
 
     n_points = self%solver%n_points_at_once(self%system)
   end function n_points_at_once
 
-  !> The condensed operator of the system: the solver itself, or one that is made once. Collective.
-  !>
-  !> Requires: the stiffness does not depend on the parameters. The point solver keeps it.
+  !> Returns the condensed operator of the system: the solver itself if it is condensed, else one that is made at the first call.
+  !> It belongs to the point solver. Requires: the stiffness does not depend on the parameters. Collective.
   subroutine condense(self, condensed, ierr)
     class(point_solver_t), target, intent(inout) :: self
     type(condensed_t), pointer, intent(out) :: condensed
@@ -195,15 +203,16 @@ contains
     condensed => self%condensed
   end subroutine condense
 
-  !> Elastic responses to the problem's lifted terms, without contact, on every rank. Collective.
+  !> Returns the elastic responses to the problem's lifted terms, without contact, on every rank. Collective.
   !>
-  !> Of a stiffness that depends on the parameters: that in the middle of their box; the solver then waits for the next point.
+  !> A stiffness that depends on the parameters is taken in the middle of their box. The solver is then freed, and the next solve
+  !> makes it anew.
   subroutine lifting(self, problem, response, reason, ierr)
     class(point_solver_t), intent(inout) :: self
     type(problem_t), intent(in) :: problem
     !> [length] natural, shape (n_dofs, n_lifted_terms)
     real(rk), allocatable, intent(out) :: response(:, :)
-    !> reason_converged, or why K could not be factored
+    !> reason_converged, or why K could not be factored; then there is no response
     integer, intent(out) :: reason
     PetscErrorCode, intent(out) :: ierr
 
@@ -223,6 +232,7 @@ contains
     end select
   end subroutine lifting
 
+  !> Frees system, solver and terms. Collective.
   subroutine destroy(self, ierr)
     class(point_solver_t), intent(inout) :: self
     PetscErrorCode, intent(out) :: ierr

@@ -9,14 +9,16 @@ module sig_rank_groups
   private
   public :: rank_groups_t, create_rank_groups, number_of_groups
 
+  !> How all ranks are divided into groups, seen from one rank.
   type :: rank_groups_t
     integer :: n_groups = 1
+    !> number of all ranks
     integer :: n_ranks = 1
-    !> 1-based
+    !> group of this rank, 1-based
     integer :: i_group = 1
     !> communicator of this rank's group
     MPI_Comm :: comm = MPI_COMM_NULL
-    !> rank in all ranks and in the group, 0-based
+    !> number of this rank among all ranks and in its group, 0-based
     integer :: world_rank = 0
     integer :: group_rank = 0
   contains
@@ -28,7 +30,7 @@ module sig_rank_groups
 
 contains
 
-  !> Wanted groups, 0 meaning one per rank; never more than there are ranks or points.
+  !> Returns the number of groups: the wanted number (0 = one group per rank), but no more than ranks or points, and at least 1.
   pure integer function number_of_groups(n_wanted, n_points, n_ranks) result(n_groups)
     integer, intent(in) :: n_wanted
     integer, intent(in) :: n_points
@@ -38,7 +40,8 @@ contains
     if (n_wanted > 0) n_groups = min(n_wanted, n_groups)
   end function number_of_groups
 
-  !> Divides the ranks into groups of neighboring ranks. The arguments are those of number_of_groups. Collective on all ranks.
+  !> Divides the ranks into groups of neighboring ranks and makes a communicator for each group; destroy frees it. The arguments are
+  !> those of number_of_groups. Collective on all ranks.
   subroutine create_rank_groups(n_wanted, n_points, groups, ierr)
     integer, intent(in) :: n_wanted
     integer, intent(in) :: n_points
@@ -53,23 +56,23 @@ contains
     PetscCall(rank_and_size(groups%comm, groups%group_rank, n_group_ranks, ierr))
   end subroutine create_rank_groups
 
-  !> Whether this rank writes for its group.
+  !> Whether this rank is the first one of its group, which writes for the group.
   pure logical function is_leader(self)
     class(rank_groups_t), intent(in) :: self
 
     is_leader = self%group_rank == 0
   end function is_leader
 
-  !> Whether this group solves the point: points are dealt in turn.
+  !> Whether this rank's group has a point, if points are given to the groups in turn: point 1 to group 1, point 2 to group 2, ...
   pure logical function has_point(self, i_point)
     class(rank_groups_t), intent(in) :: self
-    !> 1-based among those that are left to do
+    !> 1-based among the points that are given out
     integer, intent(in) :: i_point
 
     has_point = modulo(i_point - 1, self%n_groups) + 1 == self%i_group
   end function has_point
 
-  !> The leader of the group that has a point, as a rank of all ranks.
+  !> Returns the leader of the group that has a point by the rule of has_point, as its 0-based number among all ranks.
   pure integer function leader_of(self, i_point)
     class(rank_groups_t), intent(in) :: self
     !> as for has_point
@@ -78,6 +81,7 @@ contains
     leader_of = (modulo(i_point - 1, self%n_groups) * self%n_ranks + self%n_groups - 1) / self%n_groups
   end function leader_of
 
+  !> Frees the communicator of the group. Collective on the group.
   subroutine destroy(self, ierr)
     class(rank_groups_t), intent(inout) :: self
     PetscErrorCode, intent(out) :: ierr
