@@ -1,8 +1,9 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Solved points on which models are measured, and from which snapshots are taken.
+!> The candidates of clusters.target: points with full-order solutions, at which models are measured and from which new snapshots
+!> are taken.
 !>
-!> The worst points of a set are no sample of it any more once they are taken: what a model is said to do is measured at points
-!> that are kept for that, by lot.
+!> If the worst candidates become snapshots, the others look better than an average point. So a random half of the candidates is
+!> kept for measuring, and none of these becomes a snapshot.
 module sig_candidate_pool
   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan, ieee_positive_inf, ieee_quiet_nan, ieee_value
   use sig_answer_errors, only: displacement_squares, forces_error, relative
@@ -22,18 +23,18 @@ module sig_candidate_pool
 
   !> The errors of a model at all candidates.
   type :: pool_errors_t
-    !> [-] infinite at candidates that failed; no number where nothing touches in either model, and at candidates that were not
-    !> asked for; shape (n_candidates)
+    !> [-] infinite where the cluster has no answer; NaN where nothing touches in either model, and at candidates that were not
+    !> measured; shape (n_candidates)
     real(rk), allocatable :: values(:)
-    !> cluster that answered, 0 at candidates that were not asked for
+    !> cluster that the model chooses, 0 at candidates that were not measured; shape (n_candidates)
     integer, allocatable :: cluster(:)
-    !> [length^2] displacement_squares of this rank's dofs where the error is e_u, else 0; shape (2, n_candidates)
+    !> [length^2] if the error is e_u: results of displacement_squares for the dofs of this rank; else 0; shape (2, n_candidates)
     real(rk), allocatable :: squares(:, :)
   end type pool_errors_t
 
 contains
 
-  !> Returns which candidates have a solution with a displacement that is not zero, and are no training points.
+  !> Returns which candidates may be used: they have a solution, its displacement is not zero, and they are no training points.
   pure function usable_candidates(candidates, lengths, training_points) result(is_usable)
     type(snapshot_set_t), intent(in) :: candidates
     !> [length] Euclidean norms of the displacements, shape (n_candidates)
@@ -50,9 +51,11 @@ contains
     end do
   end function usable_candidates
 
-  !> Draws half of the candidates at random; one more than the rest if their number is odd.
+  !> Draws half of the usable candidates at random; if their number is odd, the larger half.
   function draw_half(is_usable, seed) result(is_drawn)
+    !> shape (n_candidates), as the result
     logical, intent(in) :: is_usable(:)
+    !> of the random numbers; the same seed draws the same half
     integer, intent(in) :: seed
     logical :: is_drawn(size(is_usable))
     integer :: i, order(count(is_usable))
@@ -66,16 +69,17 @@ contains
     is_drawn(numbers(order(:(size(order) + 1) / 2))) = .true.
   end function draw_half
 
-  !> Errors of a model's clusters at some of the candidates. Local; where the error is e_u, of which a rank has its part, they are
-  !> to be finished.
+  !> Measures the errors of a model's clusters at some of the candidates. An answer of the fallback does not count: the error is
+  !> infinite. Local. For e_u this computes only the squares of this rank's dofs: the caller sums them over all ranks, then calls
+  !> finish_displacement_errors.
   !>
-  !> Errors: message is allocated where the model cannot answer at all.
+  !> Errors: message is allocated if the model cannot answer at all.
   subroutine measure_candidates(candidates, is_wanted, model, name, errors, message)
     type(snapshot_set_t), intent(in) :: candidates
-    !> shape (n_candidates)
+    !> which candidates are measured, shape (n_candidates)
     logical, intent(in) :: is_wanted(:)
     type(model_t), intent(in) :: model
-    !> of the error, as in validation.csv
+    !> of the error: e_u, e_lambda_rid or e_lambda_all
     character(*), intent(in) :: name
     type(pool_errors_t), intent(out) :: errors
     character(:), allocatable, intent(out) :: message
@@ -110,7 +114,7 @@ contains
     call query%destroy()
   end subroutine measure_candidates
 
-  !> Computes e_u from the squares, which must be summed over all dofs. Local.
+  !> Computes the values of e_u from the squares, which must be summed over all ranks before. Local.
   pure subroutine finish_displacement_errors(candidates, errors)
     type(snapshot_set_t), intent(in) :: candidates
     type(pool_errors_t), intent(inout) :: errors
@@ -124,17 +128,17 @@ contains
     end do
   end subroutine finish_displacement_errors
 
-  !> [-] The error; infinite if it is not a number although there is contact, so that it never looks too small.
+  !> [-] Returns the error, or infinity if it is NaN although there is contact.
   pure real(rk) function measurable(error, multipliers)
     real(rk), intent(in) :: error
-    !> full-order
+    !> [force] full-order contact forces, shape (n_multipliers)
     real(rk), intent(in) :: multipliers(:)
 
     measurable = error
     if (ieee_is_nan(error) .and. any(multipliers > 0)) measurable = ieee_value(error, ieee_positive_inf)
   end function measurable
 
-  !> Returns the errors as if only these candidates had been measured.
+  !> Returns the errors as if only the chosen candidates had been measured, without the squares.
   pure function errors_among(errors, is_chosen) result(chosen)
     type(pool_errors_t), intent(in) :: errors
     logical, intent(in) :: is_chosen(:)
@@ -144,12 +148,13 @@ contains
     chosen%cluster = merge(errors%cluster, 0, is_chosen)
   end function errors_among
 
-  !> The candidates of a cluster with the largest errors, the worst one first; the lowest number of those that are equal to 1e-8.
+  !> Returns the numbers of the candidates with the largest errors among those for which the model chooses the cluster, the worst
+  !> first. Of errors that are equal to 1e-8 relative the lowest number comes first.
   pure function worst_candidates(errors, i_cluster, n_wanted) result(numbers)
     type(pool_errors_t), intent(in) :: errors
     integer, intent(in) :: i_cluster
     integer, intent(in) :: n_wanted
-    !> at most n_wanted; none without an error
+    !> 1-based; at most n_wanted, fewer if fewer candidates have an error above 0
     integer, allocatable :: numbers(:)
     logical :: is_open(size(errors%values))
     integer :: i

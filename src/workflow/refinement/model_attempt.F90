@@ -1,6 +1,7 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 #include "signorom/macros.h"
-!> A model of a refinement with what it was made of: divided, trained, and measured at the candidates.
+!> One model of a refinement: its snapshots are divided into clusters, the clusters are trained, and its errors are measured at the
+!> candidates.
 module sig_model_attempt
   use sig_candidate_pool, only: draw_half, errors_among, finish_displacement_errors, measure_candidates, pool_errors_t, &
     usable_candidates
@@ -26,13 +27,13 @@ module sig_model_attempt
   private
   public :: attempt_t, share_candidates, start_attempt, train_attempt
 
-  !> A model with its snapshots, its division into clusters, and its errors.
+  !> A model with its snapshots, its division into clusters, its local models, and its errors.
   type :: attempt_t
     type(training_set_t) :: snapshots
     type(division_t) :: division
     type(hhr_data_t), allocatable :: models(:)
     type(model_t) :: model
-    !> candidates that are kept for measuring, and such that may become snapshots
+    !> candidates that are kept for measuring, and candidates that may become snapshots; shape (n_candidates)
     logical, allocatable :: is_measure(:)
     logical, allocatable :: is_open(:)
     type(pool_errors_t) :: errors
@@ -43,13 +44,14 @@ module sig_model_attempt
 
 contains
 
-  !> Divides the candidates: half of them may become snapshots, the others measure the errors. If none may become a snapshot, all
-  !> measure. Collective on all ranks.
+  !> Divides the usable candidates: a random half measures the errors, the others may become snapshots. If the deck adds no
+  !> snapshots, all candidates measure. Collective on all ranks.
   !>
-  !> Errors: there is no candidate to measure on.
+  !> Errors: no candidate is usable.
   subroutine share_candidates(problem, candidates, attempt, error, ierr)
     type(problem_t), intent(in) :: problem
     type(snapshot_set_t), intent(in) :: candidates
+    !> in: its snapshots; out: also is_measure and is_open
     type(attempt_t), intent(inout) :: attempt
     type(error_t), allocatable, intent(out) :: error
     PetscErrorCode, intent(out) :: ierr
@@ -71,13 +73,16 @@ contains
     end associate
   end subroutine share_candidates
 
-  !> Makes the first division, trains the model and measures its errors.
+  !> Divides the snapshots into n_clusters clusters, trains the model and measures its errors. Collective on all ranks.
+  !>
+  !> Errors: those of divide_snapshots and train_attempt.
   subroutine start_attempt(problem, candidates, fallback, n_clusters, attempt, error, ierr)
     type(problem_t), intent(in) :: problem
     type(snapshot_set_t), intent(in) :: candidates
+    !> the model gets a copy; not allocated: the model has none
     class(reduced_t), allocatable, intent(in) :: fallback
     integer, intent(in) :: n_clusters
-    !> in: snapshots and candidates that are left
+    !> in: its snapshots, is_measure and is_open
     type(attempt_t), intent(inout) :: attempt
     type(error_t), allocatable, intent(out) :: error
     PetscErrorCode, intent(out) :: ierr
@@ -98,12 +103,13 @@ contains
     PetscCall(train_attempt(problem, candidates, [(k, k=1, size(attempt%division%clusters))], attempt, error, ierr))
   end subroutine start_attempt
 
-  !> Trains these clusters and measures the model. Collective on all ranks.
+  !> Trains the clusters `which` and measures the errors of the whole model at the candidates. Collective on all ranks.
   !>
-  !> Errors: a cluster that cannot be trained, or does not answer.
+  !> Errors: a cluster cannot be trained; the model cannot answer.
   subroutine train_attempt(problem, candidates, which, attempt, error, ierr)
     type(problem_t), intent(in) :: problem
     type(snapshot_set_t), intent(in) :: candidates
+    !> numbers of the clusters whose snapshots are new
     integer, intent(in) :: which(:)
     type(attempt_t), intent(inout) :: attempt
     type(error_t), allocatable, intent(out) :: error
@@ -132,7 +138,7 @@ contains
     call finish_displacement_errors(candidates, attempt%errors)
   end subroutine train_attempt
 
-  !> [-] Returns the errors that measure how good the model is.
+  !> [-] Returns the errors at the candidates that are kept for measuring.
   pure function measured(self) result(values)
     class(attempt_t), intent(in) :: self
     real(rk), allocatable :: values(:)
@@ -140,7 +146,7 @@ contains
     values = pack(self%errors%values, self%is_measure)
   end function measured
 
-  !> Returns the errors at candidates that may become snapshots; they show where the model is bad.
+  !> Returns the errors at the candidates that may become snapshots; all others count as not measured.
   pure function open_errors(self) result(errors)
     class(attempt_t), intent(in) :: self
     type(pool_errors_t) :: errors

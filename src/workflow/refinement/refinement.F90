@@ -1,6 +1,7 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 #include "signorom/macros.h"
-!> Local models up to a target error: more clusters, or snapshots added and clusters split where the model errs most.
+!> Refines local models until they reach a target error: with more clusters, or by adding snapshots and splitting clusters where
+!> the errors are largest.
 module sig_refinement
   use, intrinsic :: ieee_arithmetic, only: ieee_positive_inf, ieee_value
   use sig_candidate_pool, only: pool_errors_t, worst_candidates
@@ -30,23 +31,24 @@ module sig_refinement
   private
   public :: refine, refinement_result_t
 
-  !> [-] what is left of a cluster's error after its new snapshots, so that it may have more; else it is split
+  !> [-] a cluster may get more snapshots if its last ones reduced its error to at most this share; else it is split
   real(rk), parameter :: clear_gain = 0.7_rk
 
   type :: refinement_result_t
-    !> from the start on
+    !> all rounds; the first one is number 0
     type(refinement_round_t), allocatable :: rounds(:)
-    !> which of them gave the model, from 0 on, and [-] the target's error of it
+    !> number of the round that gave the model, from 0 on, and [-] the error of this model, as clusters.target measures it
     integer :: best_round = 0
     real(rk) :: error = 0
     !> how it ended, a sentence without its full stop
     character(:), allocatable :: ending
+    !> the error is at most clusters.target.error
     logical :: is_reached = .false.
-    !> a signal ended it
+    !> a signal ended the refinement: there is no model
     logical :: is_stopped = .false.
   end type refinement_result_t
 
-  !> What a cluster may still be given.
+  !> What may still be done with a cluster: add snapshots, split it.
   type :: prospect_t
     logical :: may_grow = .true.
     logical :: may_split = .true.
@@ -56,17 +58,20 @@ module sig_refinement
 
 contains
 
-  !> Builds a model whose error at the candidates is at most clusters.target. Collective on all ranks; the same on each.
+  !> Builds models in rounds until the error at the candidates is at most clusters.target.error, or nothing more can be tried. The
+  !> model is that of the best round, with a warning if it misses the target. Collective on all ranks; the same on each.
   !>
-  !> Errors: those of a training in the first round; no candidate to measure on. A later round that cannot be trained is undone.
+  !> Errors: those of take_solved, check_start, share_candidates and of the training in the first round; the forest cannot be
+  !> trained again. A later round that cannot be trained is undone.
   subroutine refine(problem, snapshots, candidates, fallback, model, outcome, error, ierr)
     type(problem_t), intent(in) :: problem
-    !> their dofs spread over all ranks
+    !> full-order solutions at the training points; each rank has some of their dofs
     type(snapshot_set_t), intent(in), target :: snapshots
-    !> solutions at clusters.target.candidates, likewise
+    !> the same at clusters.target.candidates
     type(snapshot_set_t), intent(in), target :: candidates
-    !> answers where the clusters cannot, unless it is not allocated
+    !> answers where the clusters cannot; not allocated: there is none
     class(reduced_t), allocatable, intent(in) :: fallback
+    !> does not change if there is an error or a signal
     type(model_t), intent(inout) :: model
     type(refinement_result_t), intent(out) :: outcome
     type(error_t), allocatable, intent(out) :: error
@@ -101,7 +106,8 @@ contains
     end if
   end subroutine refine
 
-  !> What a later division needs. Collective on all ranks. Errors: a grid with holes, a snapshot without direction.
+  !> Checks what later divisions into clusters need. Collective on all ranks. Errors: a snapshot is zero; a point of the grid has no
+  !> solution (regular clusters).
   subroutine check_start(problem, snapshots, error, ierr)
     type(problem_t), intent(in) :: problem
     type(training_set_t), intent(in) :: snapshots
@@ -116,7 +122,8 @@ contains
     if (len(error%file) == 0) error%file = problem%deck%path
   end subroutine check_start
 
-  !> Tries one number of clusters after the other, each a new division; the best one stays where none reaches the target.
+  !> Tries 1, 2, ... clusters, each with a new division of all snapshots, until one reaches the target; keeps the best model.
+  !> Collective on all ranks.
   subroutine raise_number(problem, candidates, fallback, best, outcome, error, ierr)
     type(problem_t), intent(in) :: problem
     type(snapshot_set_t), intent(in) :: candidates
@@ -149,7 +156,7 @@ contains
     call end_with(problem%deck%clusters, 'no number of clusters up to ' // to_text(largest) // ' does better', outcome)
   end subroutine raise_number
 
-  !> The largest number of clusters that can be made.
+  !> Returns the largest possible number of clusters: one per snapshot, or per cell of the grid (regular clusters).
   pure integer function n_items(problem, snapshots)
     type(problem_t), intent(in) :: problem
     type(training_set_t), intent(in) :: snapshots
@@ -158,9 +165,10 @@ contains
     if (problem%deck%clusters%method == 'regular') n_items = product(problem%deck%training%grid - 1)
   end function n_items
 
-  !> Snapshots for the cluster with the largest error; where they do not help clearly, two clusters of it.
+  !> In each round adds snapshots to the cluster with the largest error, or splits this cluster if its last snapshots did not help
+  !> enough. Collective on all ranks.
   !>
-  !> A round may harm, too (other interpolation points, other hats): the model of the best one stays.
+  !> A round can also make the model worse (other interpolation points, other hats), so the model of the best round is kept.
   subroutine grow(problem, candidates, fallback, best, outcome, error, ierr)
     type(problem_t), intent(in) :: problem
     type(snapshot_set_t), intent(in), target :: candidates
@@ -200,11 +208,12 @@ contains
     end associate
   end subroutine grow
 
-  !> The cluster with the largest error of those that can be given something, and what it is given; k = 0 where there is none.
+  !> Chooses the cluster k with the largest error of those that can get snapshots or be split, and which of both is done; k = 0 if
+  !> there is none.
   pure subroutine choose_step(config, attempt, n_added, prospects, k, is_split)
     type(clusters_config_t), intent(in) :: config
     type(attempt_t), intent(in) :: attempt
-    !> snapshots so far
+    !> snapshots that earlier rounds added
     integer, intent(in) :: n_added
     type(prospect_t), intent(in) :: prospects(:)
     integer, intent(out) :: k
@@ -222,7 +231,8 @@ contains
     if (k > 0) is_split = can_split(k) .and. (prospects(k)%is_split_next .or. .not. can_grow(k))
   end subroutine choose_step
 
-  !> The worst candidates of a cluster become its snapshots. What they gain is seen at the others, before and after.
+  !> Adds the worst candidates of cluster k to its snapshots and trains it. Whether this helped is judged by the errors at its other
+  !> candidates, before and after. Collective on all ranks.
   subroutine try_growth(problem, candidates, k, n_first, attempt, prospects, is_done, ierr)
     type(problem_t), intent(in) :: problem
     !> outlives the attempt
@@ -268,7 +278,7 @@ contains
     end function own_errors
   end subroutine try_growth
 
-  !> Whether new snapshots took off enough: of the error or, where it is infinite before and after, of the candidates that fail.
+  !> Whether new snapshots reduced the error enough; if it is infinite afterwards, whether enough fewer candidates fail.
   pure logical function has_gained(statistic, before, after)
     character(*), intent(in) :: statistic
     real(rk), intent(in) :: before(:)
@@ -312,11 +322,12 @@ contains
     end if
   end subroutine try_split
 
-  !> Notes and says what a round gave; the best one is kept, the first of nearly equal ones.
+  !> Adds a round to the outcome and logs it. If its model is better than all before, it becomes the best one; of nearly equal
+  !> models the first is kept.
   subroutine keep_round(config, action, k, attempt, best, outcome)
     type(clusters_config_t), intent(in) :: config
     character(*), intent(in) :: action
-    !> cluster that it was for, 0 = all
+    !> cluster that was changed, 0 = all
     integer, intent(in) :: k
     type(attempt_t), intent(in) :: attempt
     type(attempt_t), intent(inout) :: best
@@ -347,7 +358,7 @@ contains
     best = attempt
   end subroutine keep_round
 
-  !> Whether the error is smaller; of two infinite ones that with fewer candidates that failed.
+  !> Whether the error is smaller than the best one, or, if both are infinite, whether fewer candidates failed.
   pure logical function is_better(error, n_failed, best_error, best_n_failed)
     real(rk), intent(in) :: error
     integer, intent(in) :: n_failed

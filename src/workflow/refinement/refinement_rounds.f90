@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> What each round of a refinement made of the model: a line of the log, and a row of refinement.csv.
+!> The result of each round of a refinement, as a line of the log and as a row of refinement.csv.
 module sig_refinement_rounds
   use sig_candidate_pool, only: pool_errors_t
   use sig_errors, only: error_t
@@ -14,36 +14,37 @@ module sig_refinement_rounds
   public :: refinement_round_t, make_round, report_refinement, round_text, three_digits, &
     n_failed, statistic_of, worst_cluster, write_refinement_table
 
-  !> [-] errors above this are counted
+  !> [-] share_above counts the errors above this
   real(rk), parameter :: large_error = 0.1_rk
 
   type :: refinement_round_t
-    !> start, number, add or split
+    !> what the round did: start, number (another number of clusters), add (snapshots) or split (a cluster)
     character(:), allocatable :: action
-    !> on which cluster; 0 = all
+    !> cluster that was changed; 0 = all
     integer :: cluster = 0
     integer :: n_clusters = 0
     integer :: n_snapshots = 0
-    !> the cluster with the largest error at candidates that may be taken
+    !> cluster with the largest error at the candidates that may become snapshots
     integer :: worst_cluster = 0
     !> [-] at the candidates that are kept for measuring
     type(statistics_t) :: errors
-    !> of them those that failed: infinite errors
+    !> number of these candidates whose error is infinite
     integer :: n_failed = 0
-    !> [-] part of them with an error above 0.1
+    !> [-] share of these candidates with an error above 0.1, from 0 to 1
     real(rk) :: share_above = 0
   end type refinement_round_t
 
 contains
 
+  !> Returns the result of a round, with the statistics of its errors.
   pure function make_round(action, cluster, n_clusters, n_snapshots, worst, errors) result(round)
     character(*), intent(in) :: action
     integer, intent(in) :: cluster
     integer, intent(in) :: n_clusters
     integer, intent(in) :: n_snapshots
-    !> cluster
+    !> cluster with the largest error
     integer, intent(in) :: worst
-    !> [-] of the candidates that are kept for measuring
+    !> [-] at the candidates that are kept for measuring
     real(rk), intent(in) :: errors(:)
     type(refinement_round_t) :: round
 
@@ -57,11 +58,14 @@ contains
     round%share_above = real(count(errors > large_error), rk) / max(1, round%errors%n_values)
   end function make_round
 
-  !> The cluster whose candidates have the largest error, the first of several; 0 where none may be chosen.
+  !> Returns the cluster with the largest statistic of the errors at its candidates, the first of nearly equal ones; 0 if none may
+  !> be chosen.
   pure integer function worst_cluster(statistic, errors, n_clusters, may_choose) result(worst)
+    !> median, p95 or max
     character(*), intent(in) :: statistic
     type(pool_errors_t), intent(in) :: errors
     integer, intent(in) :: n_clusters
+    !> shape (n_clusters)
     logical, intent(in) :: may_choose(:)
     real(rk) :: largest, value
     integer :: k
@@ -95,14 +99,15 @@ contains
     end select
   end function statistic_of
 
-  !> Number of candidates whose error is infinite: the cluster has no answer, or its error cannot be measured.
+  !> Returns the number of infinite errors: the cluster has no answer, or its error cannot be measured.
   pure integer function n_failed(values)
     real(rk), intent(in) :: values(:)
 
     n_failed = count(values > huge(values))
   end function n_failed
 
-  !> `round 2: 5 snapshots more for cluster 1: 3 clusters of 36 snapshots; e_lambda_rid at 95 candidates: median ..., p95 ..., ...`
+  !> Returns the line of the log: `round 2: cluster 1 gets 5 snapshots: 3 clusters, 36 snapshots; e_lambda_rid at 95 candidates:
+  !> median 1.20E-02, p95 3.40E-01, 12 % above 0.1`.
   pure function round_text(i_round, round, n_new, measure) result(text)
     !> from 0
     integer, intent(in) :: i_round
@@ -122,7 +127,7 @@ contains
     if (round%n_failed > 0) text = text // ', ' // to_text(round%n_failed) // ' failed'
   end function round_text
 
-  !> Returns a number with three digits.
+  !> Returns a number with three significant digits, such as `1.20E-02`, or `infinite`.
   pure function three_digits(value) result(text)
     real(rk), intent(in) :: value
     character(:), allocatable :: text
@@ -133,12 +138,14 @@ contains
     text = trim(adjustl(buffer))
   end function three_digits
 
-  !> Adds how a refinement ended to the report.
+  !> Adds to the report, below reduction/refinement, how a refinement ended.
   subroutine report_refinement(rounds, best_round, is_reached, ending, report)
     type(refinement_round_t), intent(in) :: rounds(:)
-    !> from 0 on: which gave the model
+    !> number of the round that gave the model, from 0 on
     integer, intent(in) :: best_round
+    !> the target was reached
     logical, intent(in) :: is_reached
+    !> sentence that says how it ended
     character(*), intent(in) :: ending
     type(run_report_t), intent(inout) :: report
 
@@ -150,7 +157,7 @@ contains
     call report%add('reduction/refinement/ending', ending)
   end subroutine report_refinement
 
-  !> Writes refinement.csv. Errors: the file cannot be written.
+  !> Writes refinement.csv to the path, one line per round. Errors: the file cannot be written.
   subroutine write_refinement_table(rounds, path, error)
     type(refinement_round_t), intent(in) :: rounds(:)
     character(*), intent(in) :: path

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> The history of the enrichment as enrichment.csv.
+!> Writes the history of the enrichment with hat functions: enrichment.csv.
 module sig_enrichment_table
   use sig_errors, only: error_t
   use sig_file_system, only: write_text_file
@@ -13,8 +13,8 @@ module sig_enrichment_table
 
 contains
 
-  !> Writes a line before the first hat function of each cluster, and one per hat function. Local. Errors: the file cannot be
-  !> written.
+  !> Writes a table with one line per hat function of each hyper-reduced cluster, and before them one line without hats. Local.
+  !> Errors: the file cannot be written.
   subroutine write_enrichment_table(model, path, error)
     type(model_t), intent(in) :: model
     character(*), intent(in) :: path

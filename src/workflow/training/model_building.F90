@@ -1,6 +1,7 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 #include "signorom/macros.h"
-!> The model of the deck: trained once, or refined to a target error; with the full-order operator and the sets that queries need.
+!> Builds the model of a deck: trains it once or refines it to a target error, and adds the fallback, the active sets from which
+!> queries start, and the certificates.
 module sig_model_building
   use sig_condensed_plan, only: choose_model_kind
   use sig_condensed_training, only: condense_fallback, train_condensed
@@ -33,23 +34,27 @@ module sig_model_building
   private
   public :: build_model
 
-  !> [-] limit of certificates of hyper-reduced models, relative, where the deck says nothing
+  !> [-] default of certificate.max_error for hyper-reduced models, relative
   real(rk), parameter :: hyper_reduced_error = 0.05_rk
 
 contains
 
-  !> Collective on all ranks; the model is the same on each.
+  !> Builds the model of the deck from its snapshots: a condensed, interpolated or tied model if choose_model_kind allows one,
+  !> otherwise a hyper-reduced model, which is trained once or, with clusters.target, refined in rounds. Collective on all ranks;
+  !> each rank gets the same model. There is no model if refinement%is_stopped.
   !>
-  !> Errors: those of the training; candidates of clusters.target that are not solved yet.
+  !> Errors: no training point has a solution; the deck asks for a condensed model, and none is possible; the stiffness could not be
+  !> factored; an elastic constant is out of its range somewhere in the box of the parameters; candidates of clusters.target are not
+  !> solved yet; those of train and refine.
   subroutine build_model(full_order, folder, snapshots, model, refinement, error, ierr)
-    !> loaded
+    !> loaded problem of the deck
     type(full_order_t), intent(inout) :: full_order
-    !> results folder
+    !> results folder, where the solved candidates of clusters.target are
     character(*), intent(in) :: folder
-    !> their dofs spread over all ranks; the displacements may be gone afterwards
+    !> full-order solutions at the training points; each rank has some of their dofs. On return the displacements may have size 0
     type(snapshot_set_t), intent(inout) :: snapshots
     type(model_t), intent(out) :: model
-    !> without rounds where the deck has no target
+    !> how a refinement went; it has no rounds if the deck has no clusters.target
     type(refinement_result_t), intent(out) :: refinement
     type(error_t), allocatable, intent(out) :: error
     PetscErrorCode, intent(out) :: ierr
@@ -91,8 +96,8 @@ contains
     end if
   end subroutine build_model
 
-  !> Computes the elastic responses that the snapshots lack, such as snapshots of an earlier version. Collective on all ranks.
-  !> Errors: the stiffness could not be factored.
+  !> Computes the elastic responses to the lifted terms again if the snapshots have fewer of them, as those of an earlier version
+  !> do. Collective on all ranks. Errors: the stiffness could not be factored.
   subroutine complete_lifting(full_order, snapshots, error, ierr)
     type(full_order_t), intent(inout) :: full_order
     type(snapshot_set_t), intent(inout) :: snapshots
@@ -115,15 +120,17 @@ contains
     call move_alloc(response, snapshots%free_response)
   end subroutine complete_lifting
 
-  !> What answers where a hyper-reduced model cannot, if it has room. Collective on all ranks; the same on each.
+  !> Builds the fallback, which answers where a hyper-reduced model cannot: a condensed model, or an interpolated one if the
+  !> stiffness depends on the parameters. Collective on all ranks; the same on each.
   !>
-  !> Errors: a constant is out of its range somewhere in the box of the parameters.
+  !> Errors: an elastic constant is out of its range somewhere in the box; where the stiffness varies, no training point has a
+  !> solution.
   subroutine build_fallback(full_order, snapshots, has_starts, fallback, error, ierr)
     type(full_order_t), intent(inout) :: full_order
     type(snapshot_set_t), intent(in), target :: snapshots
-    !> the model has these training points: queries start from their active sets
+    !> queries may start from the active sets of the snapshots, because they are the training points of the model
     logical, intent(in) :: has_starts
-    !> not allocated where there is none
+    !> not allocated if it is impossible or takes too much memory
     class(reduced_t), allocatable, intent(out) :: fallback
     type(error_t), allocatable, intent(out) :: error
     PetscErrorCode, intent(out) :: ierr
@@ -139,9 +146,10 @@ contains
     PetscCall(interpolate_fallback(full_order, solved, has_starts, fallback, error, ierr))
   end subroutine build_fallback
 
-  !> reduction.method: a model without hyper-reduction, where the deck and the room allow one. Collective on all ranks.
+  !> Builds a model without hyper-reduction if reduction.method, the clusters and reduction.max_full_order_size allow one.
+  !> Collective on all ranks.
   !>
-  !> Errors: the deck asks for one, and there cannot be one; those of the training.
+  !> Errors: reduction.method is condensed, and there cannot be such a model; those of build_condensed.
   subroutine build_exact(full_order, snapshots, model, is_built, error, ierr)
     type(full_order_t), intent(inout) :: full_order
     type(snapshot_set_t), intent(in), target :: snapshots
@@ -174,7 +182,7 @@ contains
     end associate
   end subroutine build_exact
 
-  !> [-] The limit of the certificate: where the deck leaves it open, a hyper-reduced model has one.
+  !> [-] Returns certificate.max_error of the deck, or the default where it is auto.
   pure real(rk) function max_error_of(reduction, default)
     type(reduction_config_t), intent(in) :: reduction
     real(rk), intent(in) :: default
@@ -182,7 +190,7 @@ contains
     max_error_of = merge(default, reduction%max_error, reduction%max_error < 0)
   end function max_error_of
 
-  !> Builds a model of one condensed part. Collective on all ranks.
+  !> Builds a model that has one part of the given kind. Collective on all ranks.
   !>
   !> Errors: no training point has a solution; the stiffness could not be factored.
   subroutine build_condensed(full_order, snapshots, kind, model, reason, error, ierr)
@@ -191,7 +199,7 @@ contains
     !> condensed, interpolated or tied
     character(*), intent(in) :: kind
     type(model_t), intent(out) :: model
-    !> why there is no tied one; empty where there is
+    !> why there is no tied model; does not change where there is one
     character(:), allocatable, intent(inout) :: reason
     type(error_t), allocatable, intent(out) :: error
     PetscErrorCode, intent(out) :: ierr
@@ -215,7 +223,9 @@ contains
     call make_error(error, 'the stiffness could not be factored', full_order%problem%deck%path, exit_code=exit_not_converged)
   end subroutine build_condensed
 
-  !> Reads this rank's dofs of each candidate. Collective on all ranks.
+  !> Reads the solved candidates of clusters.target; each rank gets some of their dofs. Collective on all ranks.
+  !>
+  !> Errors: candidates.h5 is missing, cannot be read, is of another deck or mesh, or lacks candidates.
   subroutine read_candidates(problem, store, candidates, error, ierr)
     type(problem_t), intent(in) :: problem
     type(store_t), intent(in) :: store

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> The part of a model that does not depend on its clusters: where it comes from, its parameters, terms and contact pairs.
+!> Fills the data of a model that do not depend on its clusters: origin, parameters, terms, mesh nodes and contact rows.
 module sig_model_header
   use sig_deck_echo, only: echo_deck
   use sig_deck_units, only: force_unit
@@ -14,9 +14,10 @@ module sig_model_header
 
 contains
 
-  !> Fills the header of the model. Local.
+  !> Fills the data of the model that come from the deck, the mesh and the contact rows. Local.
   subroutine fill_model_header(problem, snapshots, model)
     type(problem_t), intent(in) :: problem
+    !> only their points are taken, as the training points of the model
     type(training_set_t), intent(in) :: snapshots
     type(model_t), intent(inout) :: model
     integer :: i

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 #include "signorom/macros.h"
-!> Snapshots -> clusters -> local models -> model.
+!> Trains a hyper-reduced model: divides the snapshots into clusters and trains a local model for each cluster.
 module sig_training
   use sig_cluster_division, only: divide_snapshots
   use sig_cluster_training, only: log_cluster_warnings, train_clusters
@@ -24,15 +24,18 @@ module sig_training
 
 contains
 
-  !> Builds the reduced model of each cluster of snapshots. Collective on all ranks; the model is the same on each.
+  !> Divides the snapshots into clusters.number clusters and builds the hyper-reduced model of each. The model gets no fallback.
+  !> Collective on all ranks; the model is the same on each.
+  !>
+  !> Errors: no training point has a solution; those of divide_snapshots and train_clusters.
   subroutine train(problem, snapshots, model, error, ierr, is_draft)
     type(problem_t), intent(in) :: problem
-    !> their dofs spread over all ranks
+    !> full-order solutions at the training points; each rank has some of their dofs
     type(snapshot_set_t), intent(in), target :: snapshots
     type(model_t), intent(out) :: model
     type(error_t), allocatable, intent(out) :: error
     PetscErrorCode, intent(out) :: ierr
-    !> a model on the way to another one has one cluster and says no warnings
+    !> the model is only used to choose training points: it has one cluster, and nothing is logged; default: false
     logical, intent(in), optional :: is_draft
     type(cluster_t), allocatable :: clusters(:)
     type(hhr_data_t), allocatable :: models(:)
@@ -56,12 +59,12 @@ contains
     if (.not. is_silent) call log_cluster_warnings(model)
   end subroutine train
 
-  !> The points that the full-order model solved. Errors: there is none.
+  !> Selects the snapshots with a full-order solution, and warns of each of the others. Local. Errors: no point has a solution.
   subroutine take_solved(problem, snapshots, is_silent, solved, error)
     type(problem_t), intent(in) :: problem
-    !> outlives what is taken
+    !> must outlive `solved`, which points to it
     type(snapshot_set_t), intent(in), target :: snapshots
-    !> without a warning for each of the others
+    !> no warnings
     logical, intent(in) :: is_silent
     type(training_set_t), intent(out) :: solved
     type(error_t), allocatable, intent(out) :: error
