@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Errors (17), (18) of a reduced answer against the full-order solution at the same point, one by one.
+!> The errors (17) and (18) of a reduced answer, compared with the full-order solution at the same point.
 module sig_answer_errors
   use, intrinsic :: ieee_arithmetic, only: ieee_positive_inf, ieee_quiet_nan, ieee_value
   use sig_kinds, only: rk
@@ -13,13 +13,13 @@ module sig_answer_errors
 
 contains
 
-  !> Returns an error of the contact forces by its name in validation.csv: e_lambda_rid or e_lambda_all.
+  !> [-] Returns the error of the contact forces that has this name: e_lambda_all, or else e_lambda_rid.
   real(rk) function forces_error(name, online, answer, multipliers) result(error)
     character(*), intent(in) :: name
     !> prepared
     type(online_model_t), intent(in) :: online
     type(answer_t), intent(in) :: answer
-    !> [force] full-order, shape (n_multipliers)
+    !> [force] full-order contact forces, shape (n_multipliers)
     real(rk), intent(in) :: multipliers(:)
 
     if (name == 'e_lambda_all') then
@@ -29,14 +29,15 @@ contains
     end if
   end function forces_error
 
-  !> [length^2] Both squares of (17) over some dofs, as far as the model answers displacements: of what the answer misses, of the
-  !> solution.
+  !> [length^2] Returns the two squared norms of which (17) is made, over some dofs: of the answer's difference from the full-order
+  !> displacement, and of this displacement. Dofs for which the model answers no displacement are left out.
   function displacement_squares(online, answer, first_dof, displacement) result(squares)
     !> prepared
     type(online_model_t), intent(in) :: online
     type(answer_t), intent(in) :: answer
+    !> first of the dofs, 1-based
     integer, intent(in) :: first_dof
-    !> [length] full-order, of the dofs from first_dof on
+    !> [length] full-order displacement of the dofs from first_dof on
     real(rk), intent(in) :: displacement(:)
     real(rk) :: squares(2)
     real(rk), allocatable :: reduced(:)
@@ -50,12 +51,12 @@ contains
     end associate
   end function displacement_squares
 
-  !> [-] (17), on the nodes of which the model answers displacements; no number where there are none.
+  !> [-] Returns (17) on the nodes for which the model answers displacements; NaN where there are none.
   pure real(rk) function displacement_error(online, answer, reduced, displacement) result(error)
     !> prepared
     type(online_model_t), intent(in) :: online
     type(answer_t), intent(in) :: answer
-    !> [length] shape (n_dofs)
+    !> [length] displacement of the answer and of the full-order model, shape (n_dofs)
     real(rk), intent(in) :: reduced(:)
     real(rk), intent(in) :: displacement(:)
 
@@ -64,11 +65,12 @@ contains
     end associate
   end function displacement_error
 
-  !> [-] (18) on the reduced domain; no number where nothing touches in either model.
+  !> [-] Returns (18) on the reduced domain of the cluster that the model chooses; NaN where nothing touches in either model.
   pure real(rk) function rid_error(online, answer, multipliers) result(error)
     !> prepared
     type(online_model_t), intent(in) :: online
     type(answer_t), intent(in) :: answer
+    !> [force] full-order contact forces, shape (n_multipliers)
     real(rk), intent(in) :: multipliers(:)
     integer, allocatable :: rows(:)
 
@@ -77,11 +79,13 @@ contains
     error = relative(norm2(answer%multipliers_rid - multipliers(rows)), norm2(multipliers(rows)))
   end function rid_error
 
-  !> [-] (18) on all contacts, after reconstruction.
+  !> [-] Returns (18) on all contacts, after the reconstruction of the forces outside of the reduced domain; NaN where nothing
+  !> touches in either model.
   real(rk) function reconstruction_error(online, answer, multipliers) result(error)
     !> prepared
     type(online_model_t), intent(in) :: online
     type(answer_t), intent(in) :: answer
+    !> [force] full-order contact forces, shape (n_multipliers)
     real(rk), intent(in) :: multipliers(:)
     type(rooms_t) :: rooms
     real(rk) :: reconstructed(size(multipliers))
@@ -90,7 +94,7 @@ contains
     error = relative(norm2(reconstructed - multipliers), norm2(multipliers))
   end function reconstruction_error
 
-  !> part / whole; 0/0 is no number (there is nothing to compare), x/0 is infinite.
+  !> Returns part / whole; 0/0 is NaN (there is nothing to compare), x/0 is infinite. Neither may be negative.
   pure real(rk) function relative(part, whole)
     real(rk), intent(in) :: part
     real(rk), intent(in) :: whole

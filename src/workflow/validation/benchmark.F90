@@ -1,6 +1,7 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 #include "signorom/macros.h"
-!> What answers cost beside full-order solutions: asked for by --benchmark, for it factors the stiffness again and again.
+!> Compares the time of a query with that of a full-order solution. It runs with --benchmark only, because it factors the stiffness
+!> many times.
 module sig_benchmark
   use sig_clock, only: wall_time
   use sig_contact_state, only: contact_state_t
@@ -22,7 +23,7 @@ module sig_benchmark
   type :: benchmark_t
     !> the benchmark was run
     logical :: is_done = .false.
-    !> [s] wall time: refactored active set per point (median), a query (mean)
+    !> [s] wall time of the active set method per point (median), and of a query (mean)
     real(rk) :: refactored_seconds = 0
     real(rk) :: query_seconds = 0
   end type benchmark_t
@@ -34,12 +35,14 @@ module sig_benchmark
 
 contains
 
-  !> Measures the times. Collective on all ranks; the result is the same on each.
+  !> Measures the time of a query, and that of the active set method, which factors the stiffness at every step, at up to 5 of the
+  !> points. Collective on all ranks; the result is the same on each.
   subroutine run_benchmark(problem, groups, online, query, points, benchmark, ierr)
     type(problem_t), intent(in) :: problem
     type(rank_groups_t), intent(in) :: groups
     !> prepared
     type(online_model_t), intent(in) :: online
+    !> created for the model
     type(query_t), intent(inout) :: query
     !> shape (n_parameters, n_points)
     real(rk), intent(in) :: points(:, :)

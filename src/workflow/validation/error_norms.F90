@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 #include "signorom/macros.h"
-!> Errors (17)-(19) of a reduced answer against the full-order one.
+!> The errors (17), (18) and (19) of reduced answers, compared with the full-order solutions at the same points.
 module sig_error_norms
   use sig_answer_errors, only: displacement_error, reconstruction_error, relative, rid_error
   use sig_contact_state, only: contact_state_t
@@ -17,52 +17,53 @@ module sig_error_norms
   private
   public :: point_errors_t, measured_domain_t, measured_bodies_t, measure_errors
 
-  !> Energies of a part of the bodies.
+  !> What computes the energies of a set of cells.
   type :: measured_domain_t
-    !> 1/2 u' K u; not used of the whole bodies, whose K the system has
+    !> 1/2 u' K u; not used for all cells, because the contact system has their K
     type(domain_energy_t) :: stiffness
-    !> what imposed strains add
+    !> the part of the energy that comes from imposed strains
     type(imposed_energy_t) :: imposed
   end type measured_domain_t
 
   type :: measured_bodies_t
-    !> of each cluster
+    !> the cells of the reduced domain of each cluster
     type(measured_domain_t), allocatable :: domains(:)
     !> all cells
     type(measured_domain_t) :: whole
-    !> [-] terms of the imposed strains at the points, shape (n_strain_terms, n_points)
+    !> [-] values of the terms of the imposed strains at the points, shape (n_strain_terms, n_points)
     real(rk), allocatable :: strain_theta(:, :)
   end type measured_bodies_t
 
   type :: point_errors_t
     !> [-] (17)
     real(rk) :: displacement = 0
-    !> [-] (18) on the reduced domain, and on all contacts after reconstruction; no number where nothing touches in either model
+    !> [-] (18) on the reduced domain, and on all contacts after reconstruction; NaN where nothing touches in either model
     real(rk) :: multipliers_rid = 0
     real(rk) :: multipliers_all = 0
-    !> [force*length] (19) with the strain energy less the work of the loads, F' u, on the bodies and on the reduced domain (there F
-    !> on the dofs of A)
+    !> [force*length] (19), the difference of the strain energies less the work of the loads F' u, on all bodies and on the reduced
+    !> domain (there F only on the dofs of A)
     real(rk) :: energy = 0
     real(rk) :: energy_rid = 0
-    !> [-] the same over the full-order energy
+    !> [-] both divided by the full-order energy
     real(rk) :: energy_relative = 0
     real(rk) :: energy_rid_relative = 0
-    !> [sqrt(force*length)] of the displacement in the norm of the stiffness; no number where a dof has no displacement
+    !> [sqrt(force*length)] error of the displacement in the norm of the stiffness; NaN if some dofs have no displacement
     real(rk) :: field = 0
-    !> [-] the same over that of the full-order displacement
+    !> [-] the same divided by this norm of the full-order displacement
     real(rk) :: field_relative = 0
   end type point_errors_t
 
 contains
 
-  !> Errors at several points, with one pass over K for all of them. Collective on the system's communicator.
+  !> Computes the errors of the answers at several points that share the stiffness of the system. Collective on system%comm.
   subroutine measure_errors(system, bodies, online, answers, states, errors, ierr)
     type(contact_system_t), intent(inout) :: system
     type(measured_bodies_t), intent(in) :: bodies
     !> prepared
     type(online_model_t), intent(in) :: online
-    !> shape (n_points)
+    !> answers of the model, shape (n_points)
     type(answer_t), intent(in) :: answers(:)
+    !> full-order solutions at the same points, shape (n_points)
     type(contact_state_t), intent(in) :: states(:)
     type(point_errors_t), intent(out) :: errors(:)
     PetscErrorCode, intent(out) :: ierr
@@ -89,10 +90,10 @@ contains
     end do
   end subroutine measure_errors
 
-  !> Computes |u_r - u|_K. Collective.
+  !> Computes |u_r - u|_K at each point. Collective.
   subroutine measure_fields(system, fields, errors, ierr)
     type(contact_system_t), intent(inout) :: system
-    !> [length] natural; of the answers, then of the full-order model; shape (n_dofs, 2 * n_points)
+    !> [length] displacements of the answers, then of the full-order model, natural; shape (n_dofs, 2 * n_points)
     real(rk), intent(in) :: fields(:, :)
     type(point_errors_t), intent(inout) :: errors(:)
     PetscErrorCode, intent(out) :: ierr
@@ -114,9 +115,9 @@ contains
     type(measured_bodies_t), intent(in) :: bodies
     type(online_model_t), intent(in) :: online
     type(answer_t), intent(in) :: answers(:)
-    !> [length] natural; of the answers, then of the full-order model; shape (n_dofs, 2 * n_points)
+    !> [length] displacements of the answers, then of the full-order model, natural; shape (n_dofs, 2 * n_points)
     real(rk), intent(in) :: fields(:, :)
-    !> [force*length] shape (2, 2 * n_points)
+    !> [force*length] on all bodies, on the reduced domain; shape (2, 2 * n_points)
     real(rk), intent(out) :: energies(:, :)
     PetscErrorCode, intent(out) :: ierr
     real(rk) :: load(system%map%n_dofs), strain_energies(size(fields, 2))

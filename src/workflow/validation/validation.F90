@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 #include "signorom/macros.h"
-!> The model against the full-order model at the test points: errors of each, and their statistics.
+!> Validation: compares the answers of a model with full-order solutions at the test points.
 module sig_validation
   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   use sig_benchmark, only: benchmark_t, run_benchmark
@@ -29,7 +29,7 @@ module sig_validation
   public :: validate, validation_t, n_errors, error_names
 
   integer, parameter :: n_errors = 9
-  !> of the table that ranks share
+  !> rows of the table that ranks share, of which each point has a column
   integer, parameter :: n_columns = n_errors + 10
   !> columns of validation.csv
   character(*), parameter :: error_names(n_errors) = [character(22) :: 'e_u', 'e_lambda_rid', 'e_lambda_all', 'e_energy', &
@@ -38,25 +38,28 @@ module sig_validation
   type :: validation_t
     !> shape (n_parameters, n_points)
     real(rk), allocatable :: points(:, :)
-    !> shape (n_errors, n_points), rows as in error_names
+    !> rows as in error_names; NaN where the full-order model has no solution; shape (n_errors, n_points)
     real(rk), allocatable :: errors(:, :)
-    !> shape (n_points); active pairs of the reduced model are those of its domain
+    !> cluster that the model chooses; this and all that follows has shape (n_points)
     integer, allocatable :: cluster(:)
+    !> active pairs in the reduced domain of the model, and all active pairs of the full-order solution
     integer, allocatable :: n_active(:)
     integer, allocatable :: n_active_full_order(:)
-    !> method of the answer (0 = there is none), and reason of the full-order solve
+    !> method of the answer; 0 = there is no answer
     integer, allocatable :: method(:)
-    !> that the answer's two starts found
+    !> number of different solutions that the query found from its two starts
     integer, allocatable :: n_solutions(:)
+    !> reason of the full-order solution
     integer, allocatable :: reason_full_order(:)
-    !> [-] certificate of the answer; negative: none
+    !> [-] certificate of the answer; negative: there is none
     real(rk), allocatable :: error_bound(:)
-    !> [-] the same of its displacement
+    !> [-] certificate of the displacement; negative: there is none
     real(rk), allocatable :: displacement_bound(:)
     !> the model's fallback answered
     logical, allocatable :: is_fallback(:)
+    !> a signal ended the validation; the values of some points are missing
     logical :: is_stopped = .false.
-    !> [s] wall time of the deck's solver: once, and per point (median)
+    !> [s] wall time of the full-order solver: of its setup, and per point (median)
     real(rk) :: setup_seconds = 0
     real(rk) :: full_order_seconds = 0
     type(benchmark_t) :: benchmark
@@ -64,7 +67,10 @@ module sig_validation
 
 contains
 
-  !> Compares the model with the full-order model at the points. Collective on all ranks; the result is the same on each.
+  !> Solves the full-order problem at the points and compares the answers of the model with the solutions. Collective on all ranks;
+  !> the result is the same on each. A signal ends it early (outcome%is_stopped).
+  !>
+  !> Errors: the model cannot answer (an internal error).
   subroutine validate(problem, team, model, points, has_benchmark, outcome, error, ierr)
     type(problem_t), intent(in) :: problem
     !> shares out the points
@@ -72,7 +78,7 @@ contains
     type(model_t), intent(in) :: model
     !> shape (n_parameters, n_points), checked
     real(rk), intent(in) :: points(:, :)
-    !> times are measured, too
+    !> the benchmark is run, too
     logical, intent(in) :: has_benchmark
     type(validation_t), intent(out) :: outcome
     type(error_t), allocatable, intent(out) :: error
@@ -101,8 +107,8 @@ contains
     call query%destroy()
   end subroutine validate
 
-  !> Fills one column of the table per point. The leader of the group that solved the point does this, for as many points at once as
-  !> the solver takes.
+  !> Fills one column of the table per point. Each group of ranks solves its share of the points, as many at once as the solver
+  !> takes; then all ranks get the whole table. Collective on all ranks.
   subroutine compare_points(problem, team, online, query, points, is_stopped, table, ierr)
     type(problem_t), intent(in) :: problem
     type(team_t), intent(inout) :: team
@@ -143,7 +149,7 @@ contains
     end do
   end subroutine compare_points
 
-  !> Creates the energies of whole bodies and of reduced domains. Local.
+  !> Prepares the computation of energies of all bodies and of reduced domains. Local.
   subroutine create_bodies(problem, online, bodies)
     type(problem_t), intent(in) :: problem
     type(online_model_t), intent(in) :: online
@@ -170,7 +176,7 @@ contains
     call bodies%whole%imposed%create(problem%mesh, body, problem%strains, [(i, i=1, problem%mesh%n_cells)])
   end subroutine measure_with
 
-  !> What imposed strains do at some points that share a stiffness, and the energies with this one. Local.
+  !> Sets the values of the terms of imposed strains at some points that share a stiffness, and their elastic constants. Local.
   subroutine update_bodies(problem, online, points, bodies)
     type(problem_t), intent(in) :: problem
     type(online_model_t), intent(in) :: online

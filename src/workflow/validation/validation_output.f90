@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> The validation as validation.csv, as a section of the report, and as statistics in the model.
+!> Writes what a validation found: validation.csv, sections of the report, and statistics in the model.
 module sig_validation_output
   use sig_accuracy_warnings, only: error_warnings
   use sig_deck_config, only: deck_config_t
@@ -22,12 +22,12 @@ module sig_validation_output
   private
   public :: write_validation_table, report_validation, warn_of_errors, keep_statistics
 
-  !> points that the report names
+  !> number of points with the largest errors that the report names
   integer, parameter :: n_worst = 5
 
 contains
 
-  !> Writes one line per test point. Local.
+  !> Writes validation.csv to the path: a head, and one line per test point. Local. Errors: the file cannot be written.
   subroutine write_validation_table(deck, outcome, path, error)
     type(deck_config_t), intent(in) :: deck
     type(validation_t), intent(in) :: outcome
@@ -74,10 +74,11 @@ contains
     if (reason == reason_converged) text = 'converged'
   end function status
 
-  !> Adds the quartiles of the errors, the worst points and the costs of the answers to the report.
+  !> Adds to the report: minimum, median, p95 and maximum of each error, the worst points, the number of answers by each method,
+  !> the verdict and the times.
   subroutine report_validation(deck, solver_type, outcome, verdict, report)
     type(deck_config_t), intent(in) :: deck
-    !> that solved the full-order points
+    !> type of the solver that solved the full-order points
     character(*), intent(in) :: solver_type
     type(validation_t), intent(in) :: outcome
     type(verdict_t), intent(in) :: verdict
@@ -107,7 +108,7 @@ contains
     if (outcome%benchmark%is_done) call report_benchmark(solver_type, outcome, report)
   end subroutine report_validation
 
-  !> Prints a warning if errors are large.
+  !> Logs a warning for each kind of error that is large.
   subroutine warn_of_errors(outcome)
     type(validation_t), intent(in) :: outcome
     type(string_t), allocatable :: warnings(:)
@@ -119,7 +120,8 @@ contains
     end do
   end subroutine warn_of_errors
 
-  !> The strongest competitor comes first: the deck's solver, many points at once where it can.
+  !> Adds the times and the speed-up over two full-order solvers. The first one is the deck's solver, which is usually the faster
+  !> one because it may solve many points at once.
   subroutine report_benchmark(solver_type, outcome, report)
     character(*), intent(in) :: solver_type
     type(validation_t), intent(in) :: outcome
@@ -133,7 +135,7 @@ contains
     end associate
   end subroutine report_benchmark
 
-  !> Counts the points that each method answered; the count of points without an answer comes first.
+  !> Lists the names of the methods and the number of points that each answered; points without an answer come first.
   pure subroutine count_methods(outcome, names, counts)
     type(validation_t), intent(in) :: outcome
     type(string_t), allocatable, intent(out) :: names(:)
@@ -153,7 +155,7 @@ contains
     is_no_number = .not. (value >= 0)
   end function is_no_number
 
-  !> Returns the points with the largest errors, the largest first; of equal errors the first point.
+  !> Returns up to n_worst lines, each with a point, its error i_error and its number of active pairs; the largest error first.
   function worst_points(deck, outcome, i_error) result(points)
     type(deck_config_t), intent(in) :: deck
     type(validation_t), intent(in) :: outcome
@@ -172,7 +174,7 @@ contains
     end do
   end function worst_points
 
-  !> Copies the statistics into the model.
+  !> Copies the verdict, the statistics of the errors and the number of answers by each method into the model.
   subroutine keep_statistics(outcome, verdict, model)
     type(validation_t), intent(in) :: outcome
     type(verdict_t), intent(in) :: verdict

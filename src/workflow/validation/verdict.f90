@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> What a validation comes to: a table for the terminal, and one sentence that says whether the model is good enough.
+!> The result of a validation: a table for the terminal, and one sentence that says whether the model is good enough.
 module sig_verdict
   use sig_kinds, only: rk
   use sig_statistics, only: measured_statistics, statistics_t
@@ -12,23 +12,26 @@ module sig_verdict
   character(1), parameter :: eol = new_line('a')
   !> rows of the table: e_u, e_lambda_rid, e_lambda_all
   integer, parameter :: n_shown = 3
-  !> of them the one that decides
+  !> the row whose p95 decides: e_lambda_all
   integer, parameter :: i_decisive = 3
 
   type :: verdict_t
+    !> p95 is at most validation.accept
     logical :: is_accepted = .false.
-    !> points without an answer where the full-order model has one; where it has none; answers by the fallback
+    !> number of points without an answer of the model but with a full-order solution, of points without a full-order solution, and
+    !> of answers by the fallback
     integer :: n_unanswered = 0
     integer :: n_unsolved = 0
     integer :: n_fallbacks = 0
-    !> [-] 95 % of the points have no larger e_lambda_all; a point without answer counts as infinite
+    !> [-] p95 of e_lambda_all; a point without an answer counts with a huge error
     real(rk) :: p95 = 0
+    !> verdict in words, without a full stop
     character(:), allocatable :: sentence
   end type verdict_t
 
 contains
 
-  !> Compares p95 of the errors of all contact forces with the deck's limit. Points without a full-order solution do not count.
+  !> Returns the verdict: p95 of e_lambda_all compared with the deck's limit. Points without a full-order solution do not count.
   pure function judge_validation(outcome, limit) result(verdict)
     type(validation_t), intent(in) :: outcome
     !> [-] validation.accept
@@ -55,8 +58,8 @@ contains
       ' without an answer'
   end function judge_validation
 
-  !> Errors in which nothing is forgotten: a point without an answer is infinitely wrong; where nothing touches in either model
-  !> nothing is wrong; any other 0/0 counts as infinite.
+  !> Returns the errors of the points with a full-order solution. Without an answer the error is huge(errors). An error that is NaN
+  !> becomes 0 if the full-order solution has no contact, otherwise huge(errors).
   pure function counted_errors(outcome, i_error) result(errors)
     type(validation_t), intent(in) :: outcome
     integer, intent(in) :: i_error
@@ -74,7 +77,8 @@ contains
     errors = pack(errors, outcome%reason_full_order > 0)
   end function counted_errors
 
-  !> Median, p95 and maximum of the errors and of the bound; points without an answer, and by the fallback.
+  !> Returns a table without a line end at its end: median, p95 and maximum of the errors and of the bounds, the number of points
+  !> without a bound or an answer, and of those that the fallback answered.
   pure function validation_table(outcome, verdict) result(text)
     type(validation_t), intent(in) :: outcome
     type(verdict_t), intent(in) :: verdict
@@ -104,7 +108,7 @@ contains
     text = cell(name, 24) // cell(shown(statistics%median), 14) // cell(shown(statistics%p95), 14) // shown(statistics%maximum)
   end function row
 
-  !> Returns a number as text; `none` where a point without an answer gives no value.
+  !> Returns a number as text; `none` for NaN and huge numbers, which stand for points without an answer.
   pure function shown(value) result(text)
     real(rk), intent(in) :: value
     character(:), allocatable :: text
