@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> The set-up of a deck as something to look at before it is solved: check.h5 and check.xdmf.
+!> Shows the problem of a deck before it is solved: supports, loads and contact in check.h5 and check.xdmf.
 module sig_check_fields
   use sig_cell_collection, only: cell_collection_t
   use sig_contact_rows, only: contact_rows_t
@@ -21,17 +21,17 @@ module sig_check_fields
   private
   public :: write_check_fields, boundary_groups
 
-  !> Number of labels per cell, the row of each label, and the values of the first one: what a cell is.
+  !> Each cell of the file has six labels. The row of each label, and the values of the first label, which says what the cell is.
   integer, parameter :: n_labels = 6
   integer, parameter :: label_kind = 1, label_material = 2, label_region = 3, label_boundary = 4, label_contact = 5, label_side = 6
   integer, parameter :: kind_body = 1, kind_boundary = 2, kind_surface = 3, kind_link = 4
 
 contains
 
-  !> Writes both files for one point of the parameters. Local: one rank writes. Errors: a file cannot be written.
+  !> Writes check.h5 and check.xdmf for one point of the parameters. Local: one rank writes. Errors: a file cannot be written.
   subroutine write_check_fields(problem, point, folder, error)
     type(problem_t), intent(in) :: problem
-    !> where a value is not finite there, supports and loads are 0
+    !> shape (n_parameters); if a term is not finite at the point, supports and loads are written as 0
     real(rk), intent(in) :: point(:)
     character(*), intent(in) :: folder
     type(error_t), allocatable, intent(out) :: error
@@ -56,7 +56,7 @@ contains
     if (allocated(error)) return
     call write_names(problem, file)
     call evaluate_points(problem%terms, reshape(point, [size(point), 1]), theta, i_bad_point, i_bad_source)
-    ! said before
+    ! the check of the points has reported it
     if (i_bad_point > 0) theta = 0
     call file%start_point(format_point(problem%deck%parameters, point), point)
     call write_cell_fields(cells, shares, file)
@@ -77,7 +77,7 @@ contains
     labels(label_region, :) = regions_of_cells(problem%mesh)
   end function body_labels
 
-  !> Groups of the mesh that bodies can be held or loaded by: their numbers in the file are their places in this list.
+  !> Returns the numbers of the mesh groups by which bodies can be held or loaded. The field `boundary` has positions in this list.
   pure function boundary_groups(mesh) result(groups)
     type(mesh_t), intent(in) :: mesh
     integer, allocatable :: groups(:)
@@ -131,7 +131,7 @@ contains
   pure subroutine add_links(rows, cells, shares)
     type(contact_rows_t), intent(in) :: rows
     type(cell_collection_t), intent(inout) :: cells
-    !> [-] of all cells: part of the row's force that goes to the partner; 0 on what is no line
+    !> [-] of each line: share of the contact force that goes to its second node; 0 on other cells; shape (n_cells)
     real(rk), allocatable, intent(out) :: shares(:)
     integer, allocatable :: labels(:, :), nodes(:), row(:), starts(:)
     real(rk), allocatable :: weights(:)
@@ -211,7 +211,7 @@ contains
   subroutine write_strains(problem, point, n_cells, file)
     type(problem_t), intent(in) :: problem
     real(rk), intent(in) :: point(:)
-    !> those of the bodies, which come first, and all others
+    !> number of all cells; those of the bodies come first
     integer, intent(in) :: n_cells
     type(field_file_t), intent(inout) :: file
     type(strain_field_t) :: imposed
@@ -226,7 +226,7 @@ contains
   !> Writes for each contact node which node it faces, along which normal and at which distance.
   subroutine write_contact_fields(problem, rows, theta, file)
     type(problem_t), intent(in) :: problem
-    !> those without a multiplier behind the others
+    !> all rows; inert pairs, which have no multiplier, come last
     type(contact_rows_t), intent(in) :: rows
     real(rk), intent(in) :: theta(:)
     type(field_file_t), intent(inout) :: file
@@ -251,7 +251,7 @@ contains
   !> Lists the nodes that are in rows. A node of the second side of several entries gets the first entry.
   pure subroutine list_sides(rows, n_with_force, side, entry, status)
     type(contact_rows_t), intent(in) :: rows
-    !> leading rows with a multiplier
+    !> number of rows with a multiplier, which come first
     integer, intent(in) :: n_with_force
     !> shape (n_nodes)
     real(rk), intent(out) :: side(:), entry(:), status(:)

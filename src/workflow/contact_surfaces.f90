@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> The surfaces of all contacts that carry the multipliers, as cells of their own: contact.h5 and contact.xdmf beside those of the
-!> fields.
+!> Writes contact.h5 and contact.xdmf: contact forces and gaps on the surfaces that carry the multipliers. The facets of these
+!> surfaces are the cells of the files.
 module sig_contact_surfaces
   use sig_contact_rows, only: contact_rows_t
   use sig_element_types, only: element_type_with
@@ -18,27 +18,27 @@ module sig_contact_surfaces
 
   !> The rows of one entry of the deck's contact section.
   type :: entry_rows_t
-    !> among all rows
+    !> their numbers among all rows
     integer, allocatable :: indices(:)
     type(contact_rows_t) :: rows
   end type entry_rows_t
 
-  !> create; then start_point, write_values and write_reduced for each point; close. Does nothing where the deck has no contact or
-  !> nobody wants fields of it. Contacts that share a node have one each, so that none hides the other's values. Local: one rank
-  !> writes.
+  !> Call create; then for each point start_point, write_values and, if there is a reduced model, write_reduced; then close. All of
+  !> them do nothing if the deck has no contact or wants no fields of it. A node that two contacts share is written once for each of
+  !> them. Local: one rank writes.
   type :: contact_surfaces_t
     private
     logical :: is_used = .false.
     type(field_file_t) :: file
-    !> the facets; its nodes are numbered anew
+    !> mesh of the facets, with a node numbering of its own
     type(mesh_t) :: mesh
-    !> node of the bodies' mesh, shape (n_nodes)
+    !> number in the mesh of the bodies of each node, shape (n_nodes)
     integer, allocatable :: nodes(:)
-    !> nodes of entry i are starts(i) + 1 ... starts(i + 1)
+    !> contact entry i has the nodes starts(i) + 1 ... starts(i + 1)
     integer, allocatable :: starts(:)
     !> shape (n_entries)
     type(entry_rows_t), allocatable :: entry_rows(:)
-    !> entry of each facet
+    !> contact entry of each facet
     integer, allocatable :: entries(:)
     integer :: n_body_nodes = 0
     character(:), allocatable :: length_unit
@@ -54,11 +54,12 @@ module sig_contact_surfaces
 
 contains
 
-  !> Starts the files. Errors: they cannot be created.
+  !> Starts the files; if they are not wanted, removes those of an earlier run. Errors: they cannot be created or removed.
   subroutine create(self, model, has_contact, folder, error)
     class(contact_surfaces_t), intent(inout) :: self
-    !> a header with fields
+    !> its header and its field map are used
     type(model_t), intent(in) :: model
+    !> fields of contact are wanted
     logical, intent(in) :: has_contact
     character(*), intent(in) :: folder
     type(error_t), allocatable, intent(out) :: error
@@ -134,15 +135,18 @@ contains
     end associate
   end subroutine build_mesh
 
+  !> Starts the fields of the next point.
   subroutine start_point(self, label, point)
     class(contact_surfaces_t), intent(inout) :: self
+    !> text that viewers show
     character(*), intent(in) :: label
+    !> shape (n_parameters)
     real(rk), intent(in) :: point(:)
 
     if (self%is_used) call self%file%start_point(label, point)
   end subroutine start_point
 
-  !> Writes the answer of a full-order or a reduced model at the present point.
+  !> Writes the fields of a full-order solution or of a reduced answer at the present point.
   subroutine write_values(self, values, has_displacement)
     class(contact_surfaces_t), intent(inout) :: self
     type(field_values_t), intent(in) :: values
@@ -166,7 +170,7 @@ contains
     call self%file%add_cell_field('contact', self%entries, '-', 'entry of the deck''s contact section, 1-based')
   end subroutine write_values
 
-  !> Writes the answer of a reduced model at the same point.
+  !> Writes the contact forces of a reduced model beside the full-order ones at the same point.
   subroutine write_reduced(self, multipliers)
     class(contact_surfaces_t), intent(inout) :: self
     !> [force] shape (n_rows)

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> What fields need of a problem, as a model keeps it.
+!> Creates the field map: the data of a problem from which fields are computed, as a model keeps them.
 module sig_field_mapping
   use sig_deck_units, only: area_unit, stress_unit
   use sig_errors, only: error_t
@@ -16,7 +16,8 @@ module sig_field_mapping
 
 contains
 
-  !> Creates the map. Every rank computes everything. Local. Errors: none after the contact rows were built.
+  !> Creates the field map of the whole mesh. Local. Errors: a contact surface is not in the mesh, which cannot happen after the
+  !> contact rows were built.
   subroutine create_field_map(problem, map, error)
     type(problem_t), intent(in) :: problem
     type(field_map_t), intent(out) :: map
@@ -34,7 +35,7 @@ contains
     call list_facets(problem, map, error)
   end subroutine create_field_map
 
-  !> Lists the facets of the surfaces that carry the multipliers.
+  !> Lists the facets of the surfaces that carry the multipliers, with their contact entries.
   subroutine list_facets(problem, map, error)
     type(problem_t), intent(in) :: problem
     type(field_map_t), intent(inout) :: map

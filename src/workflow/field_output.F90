@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 #include "signorom/macros.h"
-!> Fields at the deck's output points: full-order, and reduced where there is a model. What ParaView and the figures show.
+!> Fields at the deck's output points for ParaView and the figures: full-order ones, and reduced ones where there is a model.
 module sig_field_output
   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
   use sig_answer, only: answer_t
@@ -31,13 +31,13 @@ module sig_field_output
   private
   public :: write_fields, solved_points_t
 
-  !> The full-order answers and their costs.
+  !> The full-order solutions and their times.
   type :: solved_points_t
     !> shape (n_points)
     type(contact_state_t), allocatable :: states(:)
     !> a signal came before all were solved
     logical :: is_stopped = .false.
-    !> [s] wall time of the partition, of the assembly, of all that the solver does once (these too), of writing
+    !> [s] wall time of the partition, of the assembly, of the whole setup of the solver (with both), and of writing the files
     real(rk) :: partition_seconds = 0
     real(rk) :: assembly_seconds = 0
     real(rk) :: setup_seconds = 0
@@ -46,19 +46,22 @@ module sig_field_output
 
 contains
 
-  !> Solves the points and writes fields.h5 and fields.xdmf, contact.h5 and contact.xdmf. Collective on all ranks.
+  !> Solves the full-order problem at the points and writes fields.h5, fields.xdmf, contact.h5 and contact.xdmf. Collective on all
+  !> ranks. A signal ends it after the current points, and then nothing is written.
   !>
-  !> A signal ends it after the current points, and then nothing is written.
+  !> Errors: the solver does not use one of its PETSc options; a file cannot be written.
   subroutine write_fields(problem, team, points, folder, solved, error, ierr, model)
     type(problem_t), intent(in) :: problem
     !> ready; shares out the points
     type(team_t), intent(inout) :: team
     !> shape (n_parameters, n_points), checked
     real(rk), intent(in) :: points(:, :)
+    !> results folder
     character(*), intent(in) :: folder
     type(solved_points_t), intent(out) :: solved
     type(error_t), allocatable, intent(out) :: error
     PetscErrorCode, intent(out) :: ierr
+    !> reduced model whose answers are written, too
     type(model_t), intent(in), optional :: model
     real(rk) :: start
 
@@ -108,7 +111,7 @@ contains
     end do
   end subroutine solve_points
 
-  !> Writes the files of the fields. Local: one rank writes.
+  !> Writes the files of the fields, without the reduced model if it cannot answer. Local: one rank writes.
   subroutine write_file(problem, points, folder, states, error, model)
     type(problem_t), intent(in) :: problem
     real(rk), intent(in) :: points(:, :)
@@ -142,7 +145,7 @@ contains
     call writer%close(error)
   end subroutine write_file
 
-  !> Makes a model without parts that holds what the files say of the problem.
+  !> Makes a model without parts, which has the data of the problem that the files need.
   subroutine describe_problem(problem, header, error)
     type(problem_t), intent(in) :: problem
     type(model_t), intent(out) :: header

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Fields at several points for ParaView and the figures, full-order ones and those of a model alike: fields.h5, fields.xdmf,
-!> contact.h5, contact.xdmf.
+!> Writes the fields at several points for ParaView and the figures, of the full-order model or of a reduced model: fields.h5,
+!> fields.xdmf, contact.h5 and contact.xdmf.
 module sig_field_writer
   use sig_contact_rows, only: contact_rows_t
   use sig_contact_surfaces, only: contact_surfaces_t
@@ -18,8 +18,8 @@ module sig_field_writer
   private
   public :: field_writer_t
 
-  !> create; then start_point and write_values for each point, and what a reduced model says beside it; close. Local: one rank
-  !> writes.
+  !> Call create; then for each point start_point, write_values and, in field_output, what adds the reduced answer to a full-order
+  !> one; then close. Local: one rank writes.
   type :: field_writer_t
     type(field_file_t) :: file
     type(contact_surfaces_t) :: surfaces
@@ -33,13 +33,14 @@ module sig_field_writer
 
 contains
 
-  !> Starts the files. Errors: the files cannot be created.
+  !> Starts the files and writes what is the same at all points. Errors: the files cannot be created.
   subroutine create(self, model, wanted, folder, error)
     class(field_writer_t), intent(inout) :: self
-    !> a header with fields; its parts are not asked
+    !> its header and its field map are used, not its parts
     type(model_t), intent(in) :: model
     !> which fields
     type(output_config_t), intent(in) :: wanted
+    !> where the files are written
     character(*), intent(in) :: folder
     type(error_t), allocatable, intent(out) :: error
 
@@ -74,7 +75,7 @@ contains
   subroutine write_side(rows, is_second, group, file)
     type(contact_rows_t), intent(in) :: rows
     logical, intent(in) :: is_second
-    !> from the root
+    !> path of the group in the file
     character(*), intent(in) :: group
     type(field_file_t), intent(inout) :: file
     integer, allocatable :: nodes(:), starts(:)
@@ -89,9 +90,10 @@ contains
       'share of the row''s contact force on the node, negative where it pulls')
   end subroutine write_side
 
+  !> Starts the fields of the next point.
   subroutine start_point(self, model, point)
     class(field_writer_t), intent(inout) :: self
-    !> of create
+    !> the model of create
     type(model_t), intent(in) :: model
     !> shape (n_parameters)
     real(rk), intent(in) :: point(:)
@@ -102,13 +104,13 @@ contains
     call self%surfaces%start_point(label, point)
   end subroutine start_point
 
-  !> Writes the values of the model that answered at the point.
+  !> Writes the fields that the deck wants at the present point.
   subroutine write_values(self, model, values, is_reduced)
     class(field_writer_t), intent(inout) :: self
-    !> of create
+    !> the model of create
     type(model_t), intent(in) :: model
     type(field_values_t), intent(in) :: values
-    !> of a reduced model
+    !> the values are those of a reduced model, not full-order
     logical, intent(in) :: is_reduced
     character(:), allocatable :: author
 
@@ -144,7 +146,7 @@ contains
     call write_areas(self, model, values)
   end subroutine write_contact
 
-  !> Writes the area of each contact that touches.
+  !> Writes for each contact of the deck the area that touches.
   subroutine write_areas(self, model, values)
     class(field_writer_t), intent(inout) :: self
     type(model_t), intent(in) :: model
@@ -160,7 +162,7 @@ contains
     end do
   end subroutine write_areas
 
-  !> Writes stresses; in axisymmetry zz is the hoop direction.
+  !> Writes imposed strains and stresses; in axisymmetry zz is the hoop direction.
   subroutine write_stresses(self, model, values, author)
     class(field_writer_t), intent(inout) :: self
     type(model_t), intent(in) :: model

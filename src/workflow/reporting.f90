@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> What the stages of a study found, as sections of report.yaml. Each stage's section can be made from its file alone.
+!> Adds to report.yaml what the stages of a study found. The section of a stage needs only the file that the stage wrote.
 module sig_reporting
   use sig_contact_state, only: contact_state_t, residuals_t
   use sig_deck_config, only: deck_config_t
@@ -26,12 +26,13 @@ module sig_reporting
   public :: report_deck, report_sizes, report_snapshots, report_selection, report_model, report_states, report_reactions
   public :: report_statistics, accuracy_text, model_text, selection_text
 
-  !> rows of residuals in the snapshots, and what they are called
+  !> names of the rows of the residuals of snapshots
   character(*), parameter :: residual_names(5) = [character(19) :: 'equilibrium', 'penetration', 'negative_multiplier', &
     'complementarity', 'force_balance']
 
 contains
 
+  !> Adds the version of the program and the effective deck.
   subroutine report_deck(deck, report)
     type(deck_config_t), intent(in) :: deck
     type(run_report_t), intent(inout) :: report
@@ -40,12 +41,13 @@ contains
     call report%add_yaml('deck', echo_deck(deck))
   end subroutine report_deck
 
+  !> Adds the numbers of nodes, cells, dofs, multipliers and inert pairs.
   subroutine report_sizes(n_nodes, n_cells, n_dofs, n_multipliers, inert_pairs, report)
     integer, intent(in) :: n_nodes
     integer, intent(in) :: n_cells
     integer, intent(in) :: n_dofs
     integer, intent(in) :: n_multipliers
-    !> `first node - second node` by their gmsh tags
+    !> names of the inert pairs, made of the numbers of their nodes in the mesh file
     type(string_t), intent(in) :: inert_pairs(:)
     type(run_report_t), intent(inout) :: report
 
@@ -57,6 +59,7 @@ contains
     call report%add('sizes/inert_pairs', inert_pairs)
   end subroutine report_sizes
 
+  !> Adds the points that did not converge, the largest residuals, and statistics of iterations and times.
   subroutine report_snapshots(deck, set, report)
     type(deck_config_t), intent(in) :: deck
     type(snapshot_set_t), intent(in) :: set
@@ -78,7 +81,7 @@ contains
     call report_statistics(report, 'times/sample_per_point', set%seconds)
   end subroutine report_snapshots
 
-  !> How a greedy selection ended.
+  !> Adds how a greedy selection of training points ended.
   subroutine report_selection(deck, selection, report)
     type(deck_config_t), intent(in) :: deck
     type(selection_t), intent(in) :: selection
@@ -90,7 +93,8 @@ contains
     call report%add('sampling/greedy/largest_indicator_left', selection%largest_left)
   end subroutine report_selection
 
-  !> `200 points by projection, tolerance none, max_points 200: ended by max_points; largest indicator left 1.2e-04`
+  !> Returns `200 points by projection, tolerance none, max_points 200: ended by max_points; largest indicator left 1.2e-04`; empty
+  !> if there is no selection.
   pure function selection_text(selection) result(text)
     type(selection_t), intent(in) :: selection
     character(:), allocatable :: text
@@ -101,6 +105,7 @@ contains
       '; largest indicator left ' // csv_number(selection%largest_left)
   end function selection_text
 
+  !> Adds sizes and condition numbers of each cluster of the model.
   subroutine report_model(model, report)
     type(model_t), intent(in) :: model
     type(run_report_t), intent(inout) :: report
@@ -167,7 +172,7 @@ contains
     call report%add(group // 'warnings', cluster%warnings)
   end subroutine report_cluster
 
-  !> What each cluster became, one after the other.
+  !> Returns one line that describes the model, or each of its clusters one after the other.
   pure function model_text(model) result(text)
     type(model_t), intent(in) :: model
     character(:), allocatable :: text
@@ -194,7 +199,7 @@ contains
     end select
   end function part_text
 
-  !> `36 + 9 modes and 18 hats (63 reduced unknowns), 33 contact rows with a condition number of 7.496`.
+  !> Returns `36 + 9 modes and 18 hats (63 reduced unknowns), 33 contact rows with a condition number of 7.496, hats: ...`.
   pure function cluster_text(cluster) result(text)
     type(hhr_data_t), intent(in) :: cluster
     character(:), allocatable :: text
@@ -206,10 +211,12 @@ contains
       ' with a condition number of ' // short_number(cluster%condition_number) // ', hats: ' // hats_text(cluster)
   end function cluster_text
 
-  !> Answers of solve, one line each.
+  !> Adds how each full-order solution ended, its contact and its residuals, below points/1, points/2, ...
   subroutine report_states(deck, points, states, report)
     type(deck_config_t), intent(in) :: deck
+    !> shape (n_parameters, n_points)
     real(rk), intent(in) :: points(:, :)
+    !> shape (n_points)
     type(contact_state_t), intent(in) :: states(:)
     type(run_report_t), intent(inout) :: report
     character(:), allocatable :: key
@@ -232,7 +239,8 @@ contains
     end do
   end subroutine report_states
 
-  !> Resultants of one point, a numbered entry per boundary: names may hold what a key may not.
+  !> Adds the reaction forces at one point, only prescribed components. Each boundary has a numbered entry, because its name may
+  !> contain characters that a key may not.
   subroutine report_reactions(i_point, reactions, report)
     integer, intent(in) :: i_point
     type(reaction_t), intent(in) :: reactions(:)
@@ -250,7 +258,7 @@ contains
     end do
   end subroutine report_reactions
 
-  !> `; largest penetration 0.0 m, force balance 1.054e-16`, the worst of several answers; empty without any.
+  !> Returns `; largest penetration 0.0 m, force balance 1.054e-16`, the largest values of all solutions; empty if there are none.
   pure function accuracy_text(deck, residuals) result(text)
     type(deck_config_t), intent(in) :: deck
     type(residuals_t), intent(in) :: residuals(:)
@@ -261,7 +269,8 @@ contains
       deck%units%length // ', force balance ' // short_number(maxval(residuals%force_balance))
   end function accuracy_text
 
-  !> Where no value is a number (0/0: no contact in either model) the statistics are none either, not zero.
+  !> Adds minimum, median, p95 and maximum of the values below the key. NaN values are left out; if all values are NaN (no contact
+  !> in either model), the statistics are NaN.
   subroutine report_statistics(report, key, values)
     type(run_report_t), intent(inout) :: report
     character(*), intent(in) :: key

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Area, resultant force and moment of each contact of the deck: the map for a model, and a full-order answer in the report.
+!> Area, resultant force and moment of each contact of the deck: the map that computes them, and their values in the report.
 module sig_resultants_of_contact
   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   use sig_contact_state, only: contact_state_t
@@ -17,7 +17,7 @@ module sig_resultants_of_contact
 
 contains
 
-  !> Local.
+  !> Creates the map from contact forces to the resultants of each contact of the deck, on its first surface. Local.
   subroutine create_resultant_map(problem, map)
     type(problem_t), intent(in) :: problem
     type(resultant_map_t), intent(out) :: map
@@ -34,9 +34,9 @@ contains
     call map%complete(problem%mesh%n_dim)
   end subroutine create_resultant_map
 
-  !> Where the multipliers sit on the second surface: from its resultants to those of the first one, the other side of the rows.
+  !> Changes resultants of the second surface to those of the first one, for contacts whose rows belong to the second surface.
   pure subroutine return_to_first(is_swapped, map)
-    !> shape (n_entries)
+    !> the rows belong to the second surface, shape (n_entries)
     logical, intent(in) :: is_swapped(:)
     type(resultant_map_t), intent(inout) :: map
     integer :: k
@@ -48,9 +48,10 @@ contains
     end do
   end subroutine return_to_first
 
-  !> Writes the resultants of all points; not a number where a point has no answer.
+  !> Adds the resultants of each contact at all points to the report; they are NaN where a point has no solution. Local.
   subroutine report_resultants(problem, states, report)
     type(problem_t), intent(in) :: problem
+    !> full-order solutions, shape (n_points)
     type(contact_state_t), intent(in) :: states(:)
     type(run_report_t), intent(inout) :: report
     type(resultant_map_t) :: map
@@ -67,7 +68,7 @@ contains
     end do
   end subroutine report_resultants
 
-  !> A numbered entry per contact: names may hold what a key may not.
+  !> Adds a numbered entry per contact: their names may contain characters that a key may not.
   subroutine report_point(map, row_areas, multipliers, group, report)
     type(resultant_map_t), intent(in) :: map
     !> shape (n_rows)
