@@ -73,13 +73,15 @@ module sig_answer
 
 contains
 
-  !> Starts an answer: it has no solution yet, and zeros in arrays of the right size.
+  !> Starts an answer: it has no solution (reason_bad_point) and no bounds, and its arrays hold zeros. Arrays that have the right
+  !> size are not allocated again.
   pure subroutine start(self, cluster, n_terms, n_modes, n_rows, n_multipliers)
     class(answer_t), intent(inout) :: self
     integer, intent(in) :: cluster
     integer, intent(in) :: n_terms
     !> number of modes of the cluster
     integer, intent(in) :: n_modes
+    !> number of contact rows of the cluster
     integer, intent(in) :: n_rows
     integer, intent(in) :: n_multipliers
 
@@ -123,10 +125,12 @@ contains
     values = 0
   end subroutine resize
 
-  !> Copies method, reason, counts and residual of a solved complementarity problem.
+  !> Takes the result of a solved complementarity problem: reason, residual and the given method. Adds its number of iterations.
+  !> n_solutions becomes 1, or 0 without a solution.
   pure subroutine take_solution(self, solution, method)
     class(answer_t), intent(inout) :: self
     type(lcp_solution_t), intent(in) :: solution
+    !> one of sig_lcp's methods, or answer_condensed
     integer, intent(in) :: method
 
     self%method = method
@@ -136,7 +140,8 @@ contains
     self%n_solutions = merge(1, 0, solution%reason > 0)
   end subroutine take_solution
 
-  !> Notes that the multipliers of all contacts are set. Where the part's contact rows are all contacts, these get them, too.
+  !> Marks `multipliers` as known for all contacts (is_whole). If the contact rows of the cluster are all contacts, multipliers_rid
+  !> and is_active (force > 0) are set from them.
   pure subroutine take_all_forces(self)
     class(answer_t), intent(inout) :: self
 
@@ -146,7 +151,8 @@ contains
     self%is_active = self%multipliers > 0
   end subroutine take_all_forces
 
-  !> Sets the bound and the relative bound. The relative bound is huge if the bound is huge, and 0/0 counts as 0.
+  !> Sets the bound and the relative bound, which is bound / size_of_answer, and 0 for a bound of 0. Both are huge if the bound is
+  !> huge or not a number.
   pure subroutine take_bound(self, bound, size_of_answer)
     class(answer_t), intent(inout) :: self
     !> [sqrt(force*length)]
@@ -183,16 +189,19 @@ contains
     if (bound > 0) relative_bound = bound / max(size_of_answer, tiny(bound))
   end subroutine relate
 
-  !> Returns the size of an answer [sqrt(force*length)], at least a fixed share of the largest size in training.
+  !> Returns the size of an answer [sqrt(force*length)] that its bound is divided by: its own size, but at least a thousandth of the
+  !> largest size in training.
   pure real(rk) function comparable_size(size_of_forces, largest_size)
+    !> [sqrt(force*length)] size of the forces, or of the displacement, of the answer
     real(rk), intent(in) :: size_of_forces
+    !> [sqrt(force*length)] largest size of these in training
     real(rk), intent(in) :: largest_size
     real(rk), parameter :: smallest_share = 1.0e-3_rk
 
     comparable_size = max(size_of_forces, smallest_share * largest_size)
   end function comparable_size
 
-  !> Returns a bound as text for tables.
+  !> Returns a bound as text for tables: the number, or `none` if there is no bound (no_bound).
   pure function bound_text(bound) result(text)
     real(rk), intent(in) :: bound
     character(:), allocatable :: text
@@ -201,7 +210,7 @@ contains
     if (bound >= 0) text = csv_number(bound)
   end function bound_text
 
-  !> Returns the name of a method for reports and tables.
+  !> Returns the name of a method for reports and tables: `condensed`, or the name that sig_lcp gives it.
   pure function method_name(method) result(name)
     integer, intent(in) :: method
     character(:), allocatable :: name

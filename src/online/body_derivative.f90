@@ -30,11 +30,13 @@ module sig_body_derivative
 
 contains
 
+  !> Sets the values and the changes of the body's scale, interpolation weights and terms at a point.
   subroutine create(self, body, theta, theta_change)
     class(body_derivative_t), intent(out) :: self
     type(body_response_t), intent(in) :: body
-    !> shape (n_terms)
+    !> values of the terms, shape (n_terms)
     real(rk), contiguous, intent(in) :: theta(:)
+    !> changes of the terms, same shape
     real(rk), contiguous, intent(in) :: theta_change(:)
     real(rk) :: changes(size(body%numerators)), constants(size(body%numerators))
 
@@ -70,9 +72,10 @@ contains
     end do
   end subroutine find_constants
 
-  !> Adds the change of the body's part of W z + q for constant z.
+  !> Adds the body's part of the change of W z + q for constant z.
   subroutine add_opening(self, body, forces, opening)
     class(body_derivative_t), intent(in) :: self
+    !> the body that create was called with
     type(body_response_t), intent(in) :: body
     !> [force] z, zero on anchors; shape (n_multipliers)
     real(rk), contiguous, intent(in) :: forces(:)
@@ -126,7 +129,7 @@ contains
     call multiply(1.0_rk, matrix, x, 1.0_rk, y)
   end subroutine add_interpolated
 
-  !> Returns the change [length] of one row of W z + q; z changes, too.
+  !> Returns the body's part [length] of the change of one row of W z + q, where z changes by dz.
   pure real(rk) function opening_of_row(self, body, forces, force_change, row) result(change)
     class(body_derivative_t), intent(in) :: self
     type(body_response_t), intent(in) :: body
@@ -139,10 +142,11 @@ contains
       change_in_row(self, size(forces), row, body%compliance, forces, force_change)
   end function opening_of_row
 
-  !> Returns the change [length] of the displacement of one of the body's exact dofs.
+  !> Returns the change [length] of the displacement of one of the body's exact dofs, where z changes by dz.
   pure real(rk) function displacement_of(self, body, forces, force_change, i) result(change)
     class(body_derivative_t), intent(in) :: self
     type(body_response_t), intent(in) :: body
+    !> [force] z and dz, zero on anchors; shape (n_multipliers)
     real(rk), intent(in) :: forces(:)
     real(rk), intent(in) :: force_change(:)
     !> place in body%own, 1-based

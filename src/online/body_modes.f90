@@ -56,14 +56,17 @@ module sig_body_modes
 
 contains
 
+  !> Returns the number of modes Phi; liftings do not count.
   pure integer function n_modes(self)
     class(body_modes_t), intent(in) :: self
 
     n_modes = size(self%basis, 2) - size(self%lifted_terms)
   end function n_modes
 
-  !> Returns the bulk and shear moduli [force/length**2] in which Hooke's matrix is linear (modulus_text of sig_elasticity).
+  !> Returns the bulk and the shear modulus [force/length**2] of a material. Hooke's matrix is linear in them (modulus_text of
+  !> sig_elasticity).
   pure function part_moduli(young_modulus, poisson_ratio, is_thin) result(moduli)
+    !> [force/length**2]
     real(rk), intent(in) :: young_modulus
     real(rk), intent(in) :: poisson_ratio
     !> whether the model is plane stress
@@ -75,9 +78,10 @@ contains
     moduli(2) = young_modulus / (2 * (1 + poisson_ratio))
   end function part_moduli
 
-  !> Returns k_q [-] at a point.
+  !> Returns k_q [-] at a point: bulk and shear modulus of each material in turn, over those at mu_0.
   pure function part_ratios(self, theta) result(ratios)
     type(body_modes_t), intent(in) :: self
+    !> values of the model's terms
     real(rk), intent(in) :: theta(:)
     real(rk) :: ratios(size(self%moduli))
     integer :: i
@@ -88,7 +92,8 @@ contains
     ratios = ratios / self%moduli
   end function part_ratios
 
-  !> Computes the coordinates a under contact forces, their residual of equilibrium, and the energy of the displacement.
+  !> Computes the coordinates a under contact forces, their residual of equilibrium, and the energy of the displacement. If the
+  !> reduced stiffness is not positive definite, the coordinates are zero.
   subroutine solve(self, theta, forces, coordinates, residual, energy)
     class(body_modes_t), intent(in) :: self
     !> values of the model's terms
@@ -127,7 +132,7 @@ contains
     call multiply_transpose(1.0_rk, self%contact, [theta(self%lifted_terms), coordinates], 1.0_rk, closing)
   end subroutine add_closing
 
-  !> Returns the smallest factor b [-] with K <= b K(mu_0).
+  !> Returns a factor b [-] with K <= b K(mu_0): the largest k_q.
   pure real(rk) function stiffest(self, theta)
     class(body_modes_t), intent(in) :: self
     real(rk), intent(in) :: theta(:)
@@ -135,15 +140,18 @@ contains
     stiffest = maxval(part_ratios(self, theta))
   end function stiffest
 
-  !> Solves Galerkin's equations for the coordinates of the modes.
+  !> Solves Galerkin's equations for the coordinates of the modes. If their matrix is not positive definite, these are zero.
   subroutine find_coordinates(self, n, stiffness, theta, forces, place, further)
     type(body_modes_t), intent(in) :: self
+    !> number of liftings and modes
     integer, intent(in) :: n
-    !> V'K V, shape (n, n)
+    !> [force*length] V'K V at the point, shape (n, n)
     real(rk), intent(in) :: stiffness(n, n)
+    !> values of the terms, for F theta
     real(rk), contiguous, intent(in) :: theta(:)
+    !> [force] z, zero on anchors; shape (n_multipliers)
     real(rk), contiguous, intent(in) :: forces(:)
-    !> displacement coordinates; in: the part of the liftings is set
+    !> coordinates, shape (n); in: those of the liftings; out: also those of the modes
     real(rk), contiguous, intent(inout) :: place(:)
     !> [force*length] work of further forces on the modes, shape (n_modes)
     real(rk), intent(in), optional :: further(:)
@@ -199,7 +207,7 @@ contains
     residual = norm2(reduced) / sqrt(minval(ratios))
   end function size_of_residual
 
-  !> Adds the displacement of the body's dofs, without rigid motion.
+  !> Sets the displacement L theta + Phi a of the body's dofs, without rigid motion. Other dofs stay unchanged.
   subroutine add_field(self, theta, coordinates, displacement)
     class(body_modes_t), intent(in) :: self
     real(rk), contiguous, intent(in) :: theta(:)
@@ -213,10 +221,11 @@ contains
     displacement(self%dofs) = field
   end subroutine add_field
 
-  !> Returns the displacement [length] of one dof; 0 for a dof of another body.
+  !> Returns the displacement [length] of one dof, L theta + Phi a without rigid motion; 0 for a dof of another body.
   pure real(rk) function displacement_of(self, theta, coordinates, dof) result(displacement)
     class(body_modes_t), intent(in) :: self
     real(rk), intent(in) :: theta(:)
+    !> [length] a, shape (n_modes)
     real(rk), intent(in) :: coordinates(:)
     integer, intent(in) :: dof
     integer :: i, row
@@ -232,7 +241,7 @@ contains
     end do
   end function displacement_of
 
-  !> Returns the name of a part whose shape does not fit the model; empty when all fit.
+  !> Returns the name of an array of this type whose shape or values do not fit the model; empty when all fit.
   pure function mismatch(self, n_dofs, n_multipliers, n_terms) result(name)
     class(body_modes_t), intent(in) :: self
     integer, intent(in) :: n_dofs, n_multipliers, n_terms
@@ -259,10 +268,12 @@ contains
     if (.not. all(self%moduli > 0)) name = 'moduli'
   end function mismatch
 
+  !> Writes the data to a group of a model file. A failure of the file is reported when the file is closed.
   subroutine write(self, file, group, length, force)
     class(body_modes_t), intent(in) :: self
     type(h5_writer_t), intent(inout) :: file
     character(*), intent(in) :: group
+    !> names of the units
     character(*), intent(in) :: length
     character(*), intent(in) :: force
     character(:), allocatable :: energy
@@ -286,6 +297,7 @@ contains
     call file%write(group // '/is_thin', merge(1, 0, self%is_thin), description='1: plane stress, 0: another model')
   end subroutine write
 
+  !> Reads the data from a group of a model file. Errors: a dataset is missing, or has another type or rank.
   subroutine read(self, file, group, error)
     class(body_modes_t), intent(inout) :: self
     type(h5_reader_t), intent(in) :: file

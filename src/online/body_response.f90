@@ -130,7 +130,7 @@ contains
     call add_driven(self, self%loaded_opening, self%prescribed_opening, theta, opening)
   end subroutine add_opening
 
-  !> Adds the displacement of the body's exact dofs.
+  !> Adds the displacement of the body's exact dofs. They are in the order of `own`.
   subroutine add_field(self, theta, forces, field)
     class(body_response_t), intent(in) :: self
     real(rk), contiguous, intent(in) :: theta(:)
@@ -235,7 +235,7 @@ contains
     end associate
   end function value_of
 
-  !> Multiplies one row of an interpolated matrix by x.
+  !> Returns one row of an interpolated matrix times x.
   pure real(rk) function sum_of_row(n, row, columns, weights, x) result(total)
     !> number of rows of the matrix
     integer, intent(in) :: n
@@ -282,7 +282,7 @@ contains
     call multiply(1.0_rk, a, x, 1.0_rk, y)
   end subroutine add_columns
 
-  !> Returns the name of a part whose shape does not fit the model; empty when all fit.
+  !> Returns the name of an array of this type whose shape or values do not fit the model; empty when all fit.
   pure function mismatch(self, n_multipliers, n_terms, n_exact) result(name)
     class(body_response_t), intent(in) :: self
     integer, intent(in) :: n_multipliers, n_terms, n_exact
@@ -315,10 +315,12 @@ contains
     if (any(.not. self%nodes%upper > self%nodes%lower)) name = 'upper'
   end function mismatch
 
+  !> Writes the data to a group of a model file. A failure of the file is reported when the file is closed.
   subroutine write(self, file, group, length, force)
     class(body_response_t), intent(in) :: self
     type(h5_writer_t), intent(inout) :: file
     character(*), intent(in) :: group
+    !> names of the units
     character(*), intent(in) :: length
     character(*), intent(in) :: force
 
@@ -356,6 +358,7 @@ contains
       'compliance of all other bodies together, at least, over that of the body')
   end subroutine write
 
+  !> Reads the data from a group of a model file. Errors: a dataset is missing, or has another type or rank.
   subroutine read(self, file, group, error)
     class(body_response_t), intent(inout) :: self
     type(h5_reader_t), intent(in) :: file

@@ -28,13 +28,14 @@ module sig_c_answers
 
 contains
 
-  !> Whether the caller has given the size of its answers. A program with a newer header has larger answers. Zero, as in an answer
-  !> filled with zeros, means the first version of the structure, with which every later version begins.
+  !> Whether the caller has given the size of its answers; otherwise the message of the context says how to do this. A program with
+  !> a newer header has larger answers. Zero, as in an answer filled with zeros, means the first version of the structure, with
+  !> which every later version begins.
   logical function has_size(handle, answer, n_bytes)
     type(context_handle_t), intent(inout) :: handle
     !> the caller's answer, or null
     type(c_ptr), intent(in) :: answer
-    !> size of the answer; 0 for null
+    !> [bytes] size of the answer; 0 for null
     integer(c_size_t), intent(out) :: n_bytes
     type(c_answer_t), pointer :: told
 
@@ -48,8 +49,11 @@ contains
     if (.not. has_size) call keep(handle%message, 'the size of the answer is not set: signorom_answer answer = SIGNOROM_ANSWER;')
   end function has_size
 
+  !> Answers a point and keeps the answer in the context; fields and derivatives of earlier answers are dropped. code is code_ok or,
+  !> without an answer, no_answer; then the message of the context gives the reason.
   subroutine ask(handle, point, code)
     type(context_handle_t), intent(inout) :: handle
+    !> values of the parameters, shape (n_parameters)
     real(rk), intent(in) :: point(:)
     integer(c_int), intent(out) :: code
 
@@ -72,11 +76,13 @@ contains
     call keep(handle%message, trim(text))
   end subroutine keep_reason
 
+  !> Writes the last answer of a context and its code to the caller's signorom_answer.
   subroutine tell(handle, code, n_bytes, place)
     type(context_handle_t), intent(in) :: handle
     integer(c_int), intent(in) :: code
-    !> size of the caller's answer; bytes behind the members known here stay unchanged
+    !> [bytes] size of the caller's answer; bytes behind the members known here stay unchanged
     integer(c_size_t), intent(in) :: n_bytes
+    !> address of the caller's answer
     type(c_ptr), intent(in) :: place
     ! volatile: the bytes are read as characters, which an optimizer need not expect
     type(c_answer_t), target, volatile :: told
@@ -94,10 +100,11 @@ contains
     bytes = own
   end subroutine tell
 
-  !> Whether the last answer has a displacement of a node. Requires: a model with displacements.
+  !> Whether the last answer has a displacement of this node. Requires: the part that gives the displacement has some
+  !> (has_displacement).
   logical function has_node(handle, node)
     type(context_handle_t), intent(in) :: handle
-    !> 0-based
+    !> number of the node, 0-based
     integer(c_int), intent(in) :: node
 
     associate (model => handle%model%online%model)
@@ -109,7 +116,7 @@ contains
   !> Copies the displacement of a node in the last answer. Requires: has_node.
   subroutine copy_displacement(handle, node, displacement)
     type(context_handle_t), intent(in) :: handle
-    !> 0-based
+    !> number of the node, 0-based
     integer(c_int), intent(in) :: node
     !> [length] shape (n_dim)
     real(c_double), intent(out) :: displacement(:)
@@ -122,10 +129,11 @@ contains
     end associate
   end subroutine copy_displacement
 
-  !> Returns the address of entry i of an array, 1-based.
+  !> Returns the address of element i of an array, 1-based.
   pure function place_of(first, n_bytes, i) result(place)
+    !> address of the first element
     type(c_ptr), intent(in) :: first
-    !> size of an entry
+    !> [bytes] size of an element
     integer(c_size_t), intent(in) :: n_bytes
     integer, intent(in) :: i
     type(c_ptr) :: place

@@ -58,7 +58,8 @@ contains
     end associate
   end function signorom_get_contact_facets
 
-  !> Returns the handle of a model that keeps its mesh, or null.
+  !> Returns the handle of a model that keeps its mesh. Otherwise it returns null: code = bad_argument if the model cannot answer,
+  !> no_answer if it keeps no mesh.
   function model_with_mesh(model, code) result(handle)
     type(c_ptr), intent(in) :: model
     integer(c_int), intent(out) :: code
@@ -124,8 +125,9 @@ contains
     end associate
   end function signorom_get_contact_fields
 
-  !> Returns the handle of a context whose answer has its fields, or null with a sentence in its message. The fields of an answer
-  !> are computed once.
+  !> Returns the handle of a context whose last answer has its fields; the first call after a query computes them. Otherwise it
+  !> returns null, and the message of the context (if there is one) says why: code = bad_argument without an answer, no_answer if
+  !> the model or the point gives no fields.
   function context_with_fields(context, code) result(handle)
     type(c_ptr), intent(in) :: context
     integer(c_int), intent(out) :: code

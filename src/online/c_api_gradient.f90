@@ -41,8 +41,9 @@ contains
     code = code_ok
   end function signorom_differentiate
 
-  !> Returns the handle of a context with derivatives, for a function that writes to the caller's array, or null with a sentence in
-  !> its message.
+  !> Returns the handle of a context for which signorom_differentiate succeeded after the last query. Otherwise, or if `array`, the
+  !> array of the caller, is null, it returns null and code = bad_argument, and the message of the context (if there is one) says
+  !> why.
   function differentiated_context(context, array, code) result(handle)
     type(c_ptr), intent(in) :: context
     type(c_ptr), intent(in) :: array

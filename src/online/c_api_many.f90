@@ -77,7 +77,8 @@ contains
     call keep(handle%message, 'the number of points is negative, or the points or the arrays are a null pointer')
   end subroutine refuse_points
 
-  !> Sets pointers to the caller's arrays. Where something is wrong with them, is_fine is false and the message says what.
+  !> Sets pointers to the caller's arrays. If the arrays do not fit together or a node is out of range, is_fine is false and the
+  !> message of the context says why.
   subroutine set_targets(handle, n, given, targets, is_fine)
     type(context_handle_t), intent(inout) :: handle
     integer(c_int), intent(in) :: n
@@ -129,7 +130,7 @@ contains
     !> the caller's answers, or null
     type(c_ptr), intent(in) :: answers
     type(targets_t), intent(inout) :: targets
-    !> value of array entries where a point has no answer
+    !> value of the multipliers and displacements of a point without an answer
     real(rk), intent(in) :: blank
     integer(c_int), intent(out) :: code
     real(c_double), pointer :: values(:, :)

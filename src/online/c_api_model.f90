@@ -137,7 +137,7 @@ contains
     code = code_ok
   end function signorom_get_sizes
 
-  !> Whether the model knows the displacement of all nodes. A part that answers all contacts exactly may know it, too.
+  !> Whether a part of the model has exact displacements of all nodes.
   pure logical function has_exact_field(model)
     type(model_t), intent(in) :: model
     integer :: i, k

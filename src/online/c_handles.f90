@@ -61,7 +61,7 @@ module sig_c_handles
 
 contains
 
-  !> Keeps a copy of a text for C, with a null at its end.
+  !> Keeps a copy of a text for C, with a null at its end. Pointers to the text before are no longer valid.
   subroutine keep(text, value)
     type(c_text_t), intent(inout) :: text
     character(*), intent(in) :: value
@@ -75,7 +75,7 @@ contains
     text%characters(len(value) + 1) = c_null_char
   end subroutine keep
 
-  !> Returns text i of a list, counted from 0; null where there is none.
+  !> Returns a pointer to text i of a list, counted from 0; null if there is no such text.
   function text_at(texts, i) result(text)
     type(c_text_t), target, intent(in) :: texts(:)
     integer(c_int), intent(in) :: i
@@ -85,10 +85,10 @@ contains
     if (i >= 0 .and. i < size(texts)) text = c_loc(texts(i + 1)%characters)
   end function text_at
 
-  !> Returns the handle of a model that can answer, or null.
+  !> Returns the handle of a model that can answer; null if `model` is null or was not opened successfully.
   function ready_model(model, code) result(handle)
     type(c_ptr), intent(in) :: model
-    !> code_ok; bad_argument for null
+    !> code_ok; bad_argument if the result is null
     integer(c_int), intent(out), optional :: code
     type(model_handle_t), pointer :: handle
 
@@ -100,7 +100,8 @@ contains
     if (present(code) .and. associated(handle)) code = code_ok
   end function ready_model
 
-  !> Returns the handle of a context that can answer, or null with a sentence in its message.
+  !> Returns the handle of a context that can answer. It returns null if `context` is null, or if signorom_create_context failed; in
+  !> the second case the message of the context says why.
   function ready_context(context) result(handle)
     type(c_ptr), intent(in) :: context
     type(context_handle_t), pointer :: handle
@@ -111,12 +112,12 @@ contains
     if (.not. handle%is_ready) handle => null()
   end function ready_context
 
-  !> Returns the handle of a context with an answer, for a function that writes to the caller's array, or null with a sentence in
-  !> its message.
+  !> Returns the handle of a context whose last query had an answer. Otherwise, or if `array`, the array of the caller, is null, it
+  !> returns null, and the message of the context (if there is one) says why.
   function answered_context(context, array, code) result(handle)
     type(c_ptr), intent(in) :: context
     type(c_ptr), intent(in) :: array
-    !> code_ok; bad_argument for null
+    !> code_ok; bad_argument if the result is null
     integer(c_int), intent(out) :: code
     type(context_handle_t), pointer :: handle
 
@@ -133,9 +134,11 @@ contains
     handle => null()
   end function answered_context
 
-  !> Returns the nodes that the caller chose, counted from 0, or null with a sentence in the message.
+  !> Returns the numbers of the nodes that the caller chose, 0-based; it copies nothing. It returns null if n is negative, `nodes`
+  !> is null or a number is out of range; then the message of the context says so.
   function chosen_nodes(handle, n, nodes) result(chosen)
     type(context_handle_t), intent(inout) :: handle
+    !> number of chosen nodes
     integer(c_int), intent(in) :: n
     type(c_ptr), intent(in) :: nodes
     integer(c_int), pointer :: chosen(:)
@@ -151,7 +154,7 @@ contains
     chosen => null()
   end function chosen_nodes
 
-  !> Copies values into the caller's array; it does nothing for a null pointer.
+  !> Copies integers to the array of the caller; it does nothing if `pointer` is null.
   subroutine put_integers(values, pointer)
     integer, intent(in) :: values(:)
     type(c_ptr), intent(in) :: pointer
@@ -162,6 +165,7 @@ contains
     target = values
   end subroutine put_integers
 
+  !> Copies reals to the array of the caller; it does nothing if `pointer` is null.
   subroutine put_reals(values, pointer)
     real(rk), intent(in) :: values(:)
     type(c_ptr), intent(in) :: pointer

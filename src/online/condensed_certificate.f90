@@ -32,7 +32,7 @@ module sig_condensed_certificate
 
 contains
 
-  !> Factors W. There are no errors.
+  !> Factors W of the rows that are not anchors. It cannot fail; is_valid says whether there are bounds.
   subroutine create(self, data)
     class(condensed_certificate_t), intent(inout) :: self
     class(condensed_data_t), intent(in) :: data
@@ -44,7 +44,7 @@ contains
     call self%bodies%create(data, self%free_rows)
   end subroutine create
 
-  !> Whether W is positive definite.
+  !> Whether W of the rows that are not anchors is positive definite, so that there are bounds.
   pure logical function is_valid(self)
     class(condensed_certificate_t), intent(in) :: self
 
@@ -76,14 +76,15 @@ contains
     energy = dot_product(forces, opening)
   end function energy
 
-  !> Corrects contact forces that another part found: with bodies that only contact holds, open contacts lose their forces.
+  !> Corrects contact forces that another part found. If only contact holds a body and the forces balance the loads, open contacts
+  !> lose their forces (sig_hanging_bodies, release). Otherwise nothing changes.
   subroutine correct(self, data, theta, free_opening, opening, multipliers)
     class(condensed_certificate_t), intent(in) :: self
     !> the data that create was called with
     class(condensed_data_t), intent(in) :: data
     !> shape (n_terms)
     real(rk), contiguous, intent(in) :: theta(:)
-    !> work array, shape (n_multipliers)
+    !> work arrays, shape (n_multipliers)
     real(rk), contiguous, intent(inout) :: free_opening(:)
     real(rk), contiguous, intent(inout) :: opening(:)
     !> [force] >= 0 of all contacts, shape (n_multipliers)
@@ -105,7 +106,7 @@ contains
     real(rk), contiguous, intent(in) :: multipliers(:)
     !> whether the condensed problem has just been solved for these forces; free_opening and opening then belong to this solution
     logical, intent(in) :: is_own
-    !> [length] q and w, shape (n_multipliers); computed where they are not the problem's own
+    !> [length] q and w, shape (n_multipliers); in: of the solution if is_own; otherwise they are computed here
     real(rk), contiguous, intent(inout) :: free_opening(:)
     real(rk), contiguous, intent(inout) :: opening(:)
     !> in: theta, and unknowns where is_own; out: bound and relative_bound

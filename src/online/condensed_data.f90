@@ -60,7 +60,7 @@ module sig_condensed_data
 
 contains
 
-  !> Gives every part that is not allocated its empty value.
+  !> Allocates with size 0 each array of this type that is not allocated.
   pure subroutine complete(self, sizes)
     class(condensed_data_t), intent(inout) :: self
     type(model_sizes_t), intent(in) :: sizes
@@ -78,7 +78,7 @@ contains
     call fill_missing(self%transforms, sizes%n_multipliers)
   end subroutine complete
 
-  !> Returns the name of a part whose shape does not fit the model; empty when all fit. Requires: complete.
+  !> Returns the name of an array of this type whose shape or values do not fit the model; empty when all fit. Requires: complete.
   pure function mismatch(self, sizes) result(name)
     class(condensed_data_t), intent(in) :: self
     type(model_sizes_t), intent(in) :: sizes
@@ -97,7 +97,7 @@ contains
     if (len(name) == 0) name = field_mismatch(self, sizes)
   end function mismatch
 
-  !> Returns the name of a displacement part whose shape does not fit the model; empty when all fit.
+  !> Returns the name of an array for displacements whose shape does not fit the model; empty when all fit.
   pure function field_mismatch(self, sizes) result(name)
     class(condensed_data_t), intent(in) :: self
     type(model_sizes_t), intent(in) :: sizes
@@ -114,19 +114,22 @@ contains
     end associate
   end function field_mismatch
 
+  !> Returns the number of contact rows, with the anchors.
   pure integer function n_rows(self)
     class(condensed_data_t), intent(in) :: self
 
     n_rows = size(self%compliance, 1)
   end function n_rows
 
+  !> Whether modes give the displacement of the dofs that are not exact.
   pure logical function has_modes(self)
     class(condensed_data_t), intent(in) :: self
 
     has_modes = size(self%basis, 2) > 0
   end function has_modes
 
-  !> Computes free_opening theta. Loads on a free motion that are in equilibrium except for rounding get exactly zero there.
+  !> Computes q = free_opening theta. At an anchor, q is the work of the loads on a free motion times `scale`; work that is only
+  !> rounding becomes exactly zero.
   subroutine open_freely(self, theta, opening)
     class(condensed_data_t), intent(in) :: self
     !> shape (n_terms)
@@ -143,10 +146,12 @@ contains
     end do
   end subroutine open_freely
 
+  !> Writes the data to a group of a model file. A failure of the file is reported when the file is closed.
   subroutine write(self, file, group, length, force)
     class(condensed_data_t), intent(in) :: self
     type(h5_writer_t), intent(inout) :: file
     character(*), intent(in) :: group
+    !> names of the units
     character(*), intent(in) :: length
     character(*), intent(in) :: force
 
@@ -174,6 +179,7 @@ contains
       'principal pivot transforms, transposed, one below another')
   end subroutine write
 
+  !> Reads the data from a group of a model file. Errors: a dataset is missing, or has another type or rank.
   subroutine read(self, file, group, error)
     class(condensed_data_t), intent(inout) :: self
     type(h5_reader_t), intent(in) :: file

@@ -17,7 +17,7 @@ contains
     class(condensed_data_t), intent(in) :: data
     !> values of all terms
     real(rk), contiguous, intent(in) :: theta(:)
-    !> [force] z, shape (n_multipliers)
+    !> [force] z (unknowns of answer_t), shape (n_multipliers)
     real(rk), contiguous, intent(in) :: unknowns(:)
     !> [length] shape (n_dofs)
     real(rk), contiguous, intent(inout) :: displacement(:)
@@ -38,7 +38,7 @@ contains
     displacement(data%exact_dofs) = exact
   end subroutine fill_condensed_displacement
 
-  !> Returns the displacement [length] of one dof.
+  !> Returns the displacement [length] of one dof, 1-based; NaN if the model has none of it.
   pure real(rk) function condensed_displacement_of_dof(data, theta, unknowns, dof) result(displacement)
     class(condensed_data_t), intent(in) :: data
     real(rk), intent(in) :: theta(:)

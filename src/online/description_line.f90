@@ -5,11 +5,12 @@ module sig_description_line
   private
   public :: line, eol
 
+  !> end of a line
   character(1), parameter :: eol = new_line('a')
 
 contains
 
-  !> Returns one line, `word                    value`.
+  !> Returns one line: `word`, blanks up to column 24 (at least one), `value` and the end of the line.
   pure function line(word, value) result(text)
     character(*), intent(in) :: word
     character(*), intent(in) :: value

@@ -75,18 +75,21 @@ module sig_field_map
 
 contains
 
+  !> Whether the model keeps data for fields.
   pure logical function is_there(self)
     class(field_map_t), intent(in) :: self
 
     is_there = allocated(self%regions)
   end function is_there
 
+  !> Returns the number of cells.
   pure integer function n_cells(self)
     class(field_map_t), intent(in) :: self
 
     n_cells = self%of_cells%n_rows()
   end function n_cells
 
+  !> Whether some cell has an imposed strain.
   pure logical function has_imposed_strains(self)
     class(field_map_t), intent(in) :: self
 
@@ -108,6 +111,7 @@ contains
     end do
   end function laws
 
+  !> Copies the displacement of all nodes, for take_contact and take_stresses.
   pure subroutine take_displacement(self, map, displacement)
     class(field_values_t), intent(inout) :: self
     type(field_map_t), intent(in) :: map
@@ -117,13 +121,13 @@ contains
     self%displacement = reshape(displacement, [map%mechanics%n_dim, size(displacement) / map%mechanics%n_dim])
   end subroutine take_displacement
 
-  !> Computes the contact fields. Requires: take_displacement.
+  !> Computes the contact fields from displacement and multipliers. Requires: take_displacement.
   pure subroutine take_contact(self, map, theta, multipliers)
     class(field_values_t), intent(inout) :: self
     type(field_map_t), intent(in) :: map
-    !> values of the terms of the gaps
+    !> values of the model's terms, which the gaps are linear in
     real(rk), intent(in) :: theta(:)
-    !> [force] multiplier of each row
+    !> [force] shape (n_multipliers)
     real(rk), intent(in) :: multipliers(:)
     integer :: n_nodes
 
@@ -138,7 +142,8 @@ contains
     self%cell_contact = cell_contact(self%node_contact, map%of_cells%starts, map%of_cells%nodes)
   end subroutine take_contact
 
-  !> Computes strains and stresses. Requires: take_displacement.
+  !> Computes stresses and von Mises stresses, of the cells and smoothed at the nodes, and the imposed strains of the cells.
+  !> Requires: take_displacement.
   pure subroutine take_stresses(self, map, theta)
     class(field_values_t), intent(inout) :: self
     type(field_map_t), intent(in) :: map

@@ -21,10 +21,11 @@ module sig_field_map_file
 
 contains
 
+  !> Writes the group; nothing if the map is empty.
   subroutine write_field_map(file, map, length)
     type(h5_writer_t), intent(inout) :: file
     type(field_map_t), intent(in) :: map
-    !> unit of lengths
+    !> name of the unit of lengths
     character(*), intent(in) :: length
 
     if (.not. map%is_there()) return
@@ -68,8 +69,8 @@ contains
       'these strains')
   end subroutine write_strain_map
 
-  !> Reads the group; the map stays empty where the file has none. Gaps, areas and entries of the contact rows are those of the
-  !> model. Errors: a part is missing.
+  !> Reads the group; the map stays empty if the file has no such group. Gaps, areas and entries of the contact rows are not in the
+  !> group: the caller copies them from the model. Errors: a dataset is missing, or has another type or rank.
   subroutine read_field_map(file, path, parameter_names, map, error)
     type(h5_reader_t), intent(in) :: file
     !> name of the file for messages
@@ -116,7 +117,8 @@ contains
     call file%read(group // '/imposed_terms', map%imposed_terms, error)
   end subroutine read_strain_map
 
-  !> Whether all indices point at existing data. A model file may come from anywhere, so nothing is taken for granted.
+  !> Whether the map fits the model, or is empty: shapes fit, indices point at existing data, and numbers are finite. A model file
+  !> may come from anywhere, so nothing is taken for granted.
   pure logical function field_map_fits(map, n_dim, n_nodes, n_multipliers, n_entries) result(fits)
     type(field_map_t), intent(in) :: map
     integer, intent(in) :: n_dim

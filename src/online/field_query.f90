@@ -32,7 +32,7 @@ module sig_field_query
 
 contains
 
-  !> Returns the reason why a model gives no fields; empty where it gives them.
+  !> Returns a sentence that says why a model gives no fields; empty if it gives them.
   pure function why_no_fields(model) result(reason)
     type(model_t), intent(in) :: model
     character(:), allocatable :: reason
@@ -54,7 +54,7 @@ contains
       'is large enough'
   end function why_no_fields
 
-  !> Prepares the query. Errors: message is allocated when a term is not a valid expression.
+  !> Prepares the query. Errors: message is allocated if an expression of an elastic constant or of an imposed strain is not valid.
   subroutine create(self, online, message)
     class(field_query_t), intent(inout) :: self
     !> a model that keeps fields
@@ -68,12 +68,13 @@ contains
       self%multipliers(online%model%n_multipliers))
   end subroutine create
 
-  !> Computes the fields of an answer. is_valid is false if an elastic constant has no valid value, which may happen far outside of
-  !> the trained box.
+  !> Computes the fields of an answer in `values`. is_valid is false, and there are no fields, if an elastic constant or an imposed
+  !> strain has no finite value or Hooke's matrix is not finite. This may happen far outside of the trained box.
   subroutine evaluate(self, online, point, answer, is_valid)
     class(field_query_t), intent(inout) :: self
     !> the model that create was called with
     type(online_model_t), intent(in) :: online
+    !> values of the parameters, shape (n_parameters)
     real(rk), intent(in) :: point(:)
     !> answer at this point, with a solution
     type(answer_t), intent(in) :: answer
@@ -93,6 +94,7 @@ contains
     end associate
   end subroutine evaluate
 
+  !> Frees the expressions and the arrays; a query that was not created is no error.
   subroutine destroy(self)
     class(field_query_t), intent(inout) :: self
 

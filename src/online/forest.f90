@@ -39,6 +39,7 @@ module sig_forest
 
 contains
 
+  !> Returns the number of clusters that the forest chooses from.
   pure integer function n_clusters(self)
     class(forest_t), intent(in) :: self
 
@@ -66,9 +67,10 @@ contains
     call sig_forest_votes(self%arrays(), point, shares)
   end function votes
 
-  !> Returns the cluster with the most votes and the one with the second most. Of equal ones the lower number counts.
+  !> Finds the cluster with the largest mean share and the one with the second largest. Of equal shares, the lower number counts.
   subroutine choose(self, point, best, second)
     class(forest_t), intent(in), target :: self
+    !> [unit of each parameter] shape (n_parameters)
     real(rk), intent(in) :: point(:)
     !> 1-based
     integer, intent(out) :: best
@@ -83,8 +85,8 @@ contains
     if (size(shares) > 1) second = maxloc(shares, dim=1)
   end subroutine choose
 
-  !> Reads the file that signorom-post writes. Errors: the file cannot be read, has another format, has parts that do not fit, or
-  !> has other parameters than the model.
+  !> Reads the file that signorom-post writes. Errors: the file cannot be read, has another format, has arrays that do not fit
+  !> together, or has other parameters than the model or in another order.
   subroutine read_forest(path, parameter_names, forest, error)
     character(*), intent(in) :: path
     !> parameters of the model, in its order
@@ -105,7 +107,7 @@ contains
       join(parameter_names, ', '), path)
   end subroutine read_forest
 
-  !> Reads the forest from a group of an open file. Errors: a part is missing or does not fit the others.
+  !> Reads the forest from a group of an open file. Errors: an array is missing, or does not fit the others.
   subroutine read_arrays(self, file, group, path, error)
     class(forest_t), intent(inout) :: self
     type(h5_reader_t), intent(in) :: file
@@ -139,6 +141,7 @@ contains
     if (is_sound) is_sound = sig_forest_check(forest%arrays()) == 0
   end function is_sound
 
+  !> Writes the forest to a group of an open file.
   subroutine write_arrays(self, file, group)
     class(forest_t), intent(in) :: self
     type(h5_writer_t), intent(inout) :: file

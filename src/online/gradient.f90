@@ -37,9 +37,10 @@ module sig_gradient
 
 contains
 
-  !> Sets the derivatives of the unknowns from those in this gradient's direction.
+  !> Sets the derivatives of the unknowns and n_grazing, and adds to is_one_sided.
   pure subroutine take(self, derivative)
     class(gradient_t), intent(inout) :: self
+    !> result of differentiate_lcp for changes in this gradient's direction; direction = -1 changes the sign
     type(lcp_derivative_t), intent(in) :: derivative
 
     self%n_grazing = derivative%n_grazing
@@ -47,13 +48,15 @@ contains
     self%unknowns = self%direction * derivative%unknowns
   end subroutine take
 
-  !> Sets the derivatives of the multipliers. They are those of the unknowns; for anchors, those of their openings over `scale`.
+  !> Does the same as take, and sets the derivatives of the multipliers. They are those of the unknowns; for anchors, those of the
+  !> complementary values over `scale`.
   pure subroutine take_forces(self, derivative, anchors, scale)
     class(gradient_t), intent(inout) :: self
+    !> as for take
     type(lcp_derivative_t), intent(in) :: derivative
     !> rows that are anchors, 1-based among the multipliers
     integer, intent(in) :: anchors(:)
-    !> [length/force]
+    !> [length/force] scale of the anchors' unknowns
     real(rk), intent(in) :: scale
 
     call self%take(derivative)

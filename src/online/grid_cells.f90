@@ -34,6 +34,7 @@ contains
     counts = max(1, self%n_values - 1)
   end function n_layers
 
+  !> Returns the number of cells of the grid.
   pure integer function n_cells(self)
     class(grid_cells_t), intent(in) :: self
 
@@ -44,6 +45,7 @@ contains
   !> of one value halves this number.
   pure function corners(self, i_cell) result(points)
     class(grid_cells_t), intent(in) :: self
+    !> number of the cell, 1-based
     integer, intent(in) :: i_cell
     integer, allocatable :: points(:)
     integer :: layers_0(size(self%n_values)), i_parameter, step
@@ -58,7 +60,8 @@ contains
     end do
   end function corners
 
-  !> Returns the cell of a point. On a border it is the one of the lower number, outside the box the nearest one.
+  !> Returns the number of the cell of a point, 1-based. On a border it is the cell of the lower number, outside the box the nearest
+  !> one.
   pure integer function find(self, point) result(i_cell)
     class(grid_cells_t), intent(in) :: self
     !> [unit of each parameter] shape (n_parameters)

@@ -32,10 +32,11 @@ module sig_hanging_bodies
 
 contains
 
+  !> Copies the data of the anchors from a condensed problem.
   subroutine create(self, data, others)
     class(hanging_bodies_t), intent(out) :: self
     class(condensed_data_t), intent(in) :: data
-    !> rows that are not anchors
+    !> rows that are not anchors, 1-based
     integer, intent(in) :: others(:)
     integer :: i, t
 
@@ -51,12 +52,13 @@ contains
     end do
   end subroutine create
 
-  !> Whether forces balance the loads except for rounding. free_opening is (D - B G) theta of the condensed problem; its rows of the
-  !> anchors hold the work of the loads.
+  !> Whether forces balance the loads on the bodies that only contact holds, except for rounding.
   logical function are_balanced(self, free_opening, forces)
     class(hanging_bodies_t), intent(in) :: self
+    !> (D - B G) theta of the condensed problem, shape (n_multipliers); its rows of the anchors are the work of the loads times
+    !> `scale`
     real(rk), intent(in) :: free_opening(:)
-    !> [force] >= 0 of all contacts
+    !> [force] >= 0 of all contacts, shape (n_multipliers)
     real(rk), intent(in) :: forces(:)
 
     are_balanced = keep_balance(self%work, free_opening(self%anchors) / self%scale, forces)

@@ -11,7 +11,8 @@ module sig_hhr_check
 
 contains
 
-  !> Returns the name of a part whose shape does not fit, or whose values a query cannot use; empty when all fit.
+  !> Returns the name of an array of `cluster` whose shape does not fit the model, or whose values a query cannot use; empty when
+  !> all fit. Requires: complete_cluster.
   pure function find_hhr_mismatch(cluster, sizes) result(name)
     type(hhr_data_t), intent(in) :: cluster
     type(model_sizes_t), intent(in) :: sizes
@@ -43,7 +44,7 @@ contains
       size(cluster%dual_snapshots, 2), cluster%n_rows, size(cluster%motion_closing, 2))
   end function find_hhr_mismatch
 
-  !> Returns the name of a part of the snapshots for the multipliers outside the domain that does not fit; empty when all fit.
+  !> Returns the name of an array for the multipliers outside of the domain that does not fit; empty when all fit.
   pure function find_snapshot_mismatch(cluster, sizes) result(name)
     type(hhr_data_t), intent(in) :: cluster
     type(model_sizes_t), intent(in) :: sizes

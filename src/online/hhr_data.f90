@@ -117,7 +117,8 @@ module sig_hhr_data
 
 contains
 
-  !> Gives every part that is not allocated its empty value.
+  !> Allocates with size 0 each array of the cluster that is not allocated; lifted_terms become the first terms, one for each column
+  !> of the lifting.
   pure subroutine complete_cluster(cluster, n_dofs, n_multipliers)
     type(hhr_data_t), intent(inout) :: cluster
     integer, intent(in) :: n_dofs
@@ -188,8 +189,8 @@ contains
     end associate
   end subroutine add_lifted
 
-  !> Computes the openings of all contacts by the reduced displacement. is_known is false where the model lacks the data for this.
-  !> Nothing is allocated.
+  !> Computes the openings of all contacts by the reduced displacement. If the model lacks the data for this, is_known is false and
+  !> `opening` stays unchanged. Nothing is allocated.
   subroutine fill_openings(cluster, theta, coordinates, opening, is_known)
     type(hhr_data_t), intent(in) :: cluster
     !> values of all terms
@@ -228,10 +229,10 @@ contains
     end do
   end subroutine add_opening
 
-  !> Returns K_r [force / length] for the moduli of `varying`.
+  !> Returns K_r [force / length] for given moduli of `varying`.
   pure function stiffness_at(cluster, moduli) result(stiffness)
     type(hhr_data_t), intent(in) :: cluster
-    !> [force/length**2]
+    !> [force/length**2] result of moduli_at, shape (n_moduli); empty: the result has no parts that vary
     real(rk), intent(in) :: moduli(:)
     !> shape (n_modes, n_modes)
     real(rk), allocatable :: stiffness(:, :)

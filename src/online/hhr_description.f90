@@ -29,7 +29,8 @@ contains
     end do
   end function describe_hhr
 
-  !> Returns the number of hats and the rank of (11) without them, which shows whether the model needs hats.
+  !> Returns a text with the number of hats and, if the training recorded it, the rank of (11) without them, which shows whether the
+  !> model needs hats.
   pure function hats_text(cluster) result(text)
     type(hhr_data_t), intent(in) :: cluster
     character(:), allocatable :: text

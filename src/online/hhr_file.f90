@@ -14,7 +14,7 @@ module sig_hhr_file
 
 contains
 
-  !> Packs a cluster into bytes, from which unpack_cluster makes the same cluster.
+  !> Packs a cluster into bytes, from which unpack_cluster makes the same cluster. Errors: HDF5 cannot make the file in memory.
   !>
   !> Requires: complete_cluster.
   subroutine pack_cluster(cluster, bytes, error)
@@ -30,6 +30,7 @@ contains
     call file%close_image(bytes, error)
   end subroutine pack_cluster
 
+  !> Makes a cluster from the bytes of pack_cluster. Errors: the bytes are not an HDF5 file, or a dataset is missing.
   subroutine unpack_cluster(bytes, cluster, error)
     character(1), intent(in) :: bytes(:)
     type(hhr_data_t), intent(out) :: cluster
@@ -41,10 +42,12 @@ contains
     call file%close()
   end subroutine unpack_cluster
 
+  !> Writes a cluster to a group of a file. A failure of the file is reported when the file is closed. Requires: complete_cluster.
   subroutine write_cluster(file, group, cluster, length, force)
     type(h5_writer_t), intent(inout) :: file
     character(*), intent(in) :: group
     type(hhr_data_t), intent(in) :: cluster
+    !> names of the units
     character(*), intent(in) :: length
     character(*), intent(in) :: force
 
@@ -127,6 +130,8 @@ contains
     call file%write(group // '/warnings', cluster%warnings)
   end subroutine write_snapshots
 
+  !> Reads a cluster from a group of a file. Errors: a dataset is missing, or has another type or rank. Anchors and lifted_terms may
+  !> be missing, as in older files: then there are no anchors, and the lifted terms are the first terms.
   subroutine read_cluster(file, group, cluster, error)
     type(h5_reader_t), intent(in) :: file
     character(*), intent(in) :: group

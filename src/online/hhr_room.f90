@@ -38,6 +38,7 @@ module sig_hhr_room
 
 contains
 
+  !> Allocates the work arrays for a cluster.
   subroutine create(self, data)
     class(hhr_room_t), intent(inout) :: self
     !> the data, after complete_cluster
@@ -51,9 +52,12 @@ contains
     if (data%varying%is_there()) call self%system%reserve(data)
   end subroutine create
 
-  !> Fills an answer from a solution of the system in the room. It solves nothing.
+  !> Fills an answer from a solution of the condensed problem: method, reason, number of iterations, forces of the domain, and
+  !> coordinates. Without a solution the coordinates stay unchanged. It solves nothing.
   subroutine take(system, room, solution, answer)
+    !> system of the point
     type(hhr_system_t), intent(in) :: system
+    !> in: response of the point; out: held_forces
     type(hhr_room_t), intent(inout) :: room
     type(lcp_solution_t), intent(in) :: solution
     type(answer_t), intent(inout) :: answer
@@ -71,8 +75,10 @@ contains
     call system%coordinates(room%response, room%held_forces, answer%coordinates)
   end subroutine take
 
-  !> Converts closed rows to unknowns that are not zero; the unknowns of anchors are openings. It uses no temporary array.
+  !> Negates the entries of the anchors: from `contact is closed` to `unknown is not zero`, because the unknown of an anchor is its
+  !> opening. It uses no temporary array.
   pure subroutine swap_roles(anchors, is_closed)
+    !> rows that are anchors, 1-based
     integer, intent(in) :: anchors(:)
     logical, intent(inout) :: is_closed(:)
     integer :: i

@@ -15,9 +15,10 @@ module sig_hhr_start_sets
 
 contains
 
-  !> Answers each training point with each cluster twice: starting with the contacts that are closed in the full-order solution, and
-  !> starting with none. If the reduced problem has several solutions, queries nearby then start from the better one. A model that
-  !> cannot answer gets no sets, and its first query gives the reason.
+  !> Sets start_sets of each hyper-reduced cluster: the active set of its answer at each training point. The reduced problem is
+  !> solved from two starts, the contacts that are closed in the full-order solution, and none. If it has two solutions, and the
+  !> model has a fallback, the one of smaller energy counts; queries nearby then start from it. A model that cannot answer gets no
+  !> sets, and its first query gives the reason.
   subroutine fill_start_sets(model)
     type(model_t), intent(inout) :: model
     type(online_model_t) :: online

@@ -41,6 +41,7 @@ module sig_hhr_stiffness
 
 contains
 
+  !> Whether the stiffness depends on the parameters.
   pure logical function is_there(self)
     class(hhr_stiffness_t), intent(in) :: self
 
@@ -71,7 +72,7 @@ contains
     end do
   end subroutine moduli_at
 
-  !> Gives every part that is not allocated its empty value.
+  !> Allocates with size 0 each array of this type that is not allocated.
   pure subroutine complete(self)
     class(hhr_stiffness_t), intent(inout) :: self
 
@@ -83,7 +84,8 @@ contains
     call fill_missing(self%lifting_parts, 0)
   end subroutine complete
 
-  !> Returns the name of a part whose shape does not fit; empty when all fit, or when there are no data. Requires: complete.
+  !> Returns the name of an array of this type whose shape or indices do not fit; empty when all fit, or when there are no data.
+  !> Requires: complete.
   pure function mismatch(self, n_terms, n_modes, n_lifted) result(name)
     class(hhr_stiffness_t), intent(in) :: self
     !> number of terms of the model
@@ -105,10 +107,12 @@ contains
     end associate
   end function mismatch
 
+  !> Writes the data to a group of a model file. A failure of the file is reported when the file is closed.
   subroutine write(self, file, group, length, force)
     class(hhr_stiffness_t), intent(in) :: self
     type(h5_writer_t), intent(inout) :: file
     character(*), intent(in) :: group
+    !> names of the units
     character(*), intent(in) :: length
     character(*), intent(in) :: force
 
@@ -125,6 +129,7 @@ contains
       'forces against the lifting per unit of each modulus, lifted term by lifted term, a modulus per row')
   end subroutine write
 
+  !> Reads the data from a group of a model file. Errors: a dataset is missing, or has another type or rank.
   subroutine read(self, file, group, error)
     class(hhr_stiffness_t), intent(inout) :: self
     type(h5_reader_t), intent(in) :: file

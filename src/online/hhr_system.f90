@@ -54,7 +54,8 @@ module sig_hhr_system
 
 contains
 
-  !> Makes the system. Errors: message is allocated when the reduced stiffness is numerically singular.
+  !> Makes the system of a cluster whose stiffness does not depend on the parameters. Errors: message is allocated when the reduced
+  !> stiffness, with springs on the anchors, is numerically singular.
   subroutine create(self, cluster, message)
     class(hhr_system_t), intent(inout) :: self
     type(hhr_data_t), intent(in) :: cluster
@@ -91,9 +92,10 @@ contains
     spring = maxval(abs(stiffness)) / maxval(sum(cluster%contact_matrix(cluster%anchors, :)**2, dim=2))
   end function spring_of
 
-  !> Returns K' [force/length] for a given K_r; K_r itself without anchors.
+  !> Returns K' [force/length], which is K_r with springs on the anchors; K_r itself without anchors.
   pure function held_stiffness(cluster, stiffness) result(held)
     type(hhr_data_t), intent(in) :: cluster
+    !> [force/length] K_r, shape (n_modes, n_modes)
     real(rk), intent(in) :: stiffness(:, :)
     real(rk) :: held(size(stiffness, 1), size(stiffness, 2))
 
@@ -148,8 +150,9 @@ contains
   !> K'.
   subroutine forces_of(self, unknowns, response, forces, held_forces)
     class(hhr_system_t), intent(in) :: self
+    !> [force] unknowns of the complementarity problem, shape (n_rows)
     real(rk), contiguous, intent(in) :: unknowns(:)
-    !> (q, ...) at the point
+    !> (q, coordinates without contact forces) at the point, shape (n_rows + n_modes)
     real(rk), contiguous, intent(in) :: response(:)
     !> [force] lambda, shape (n_rows)
     real(rk), contiguous, intent(inout) :: forces(:)
@@ -174,7 +177,7 @@ contains
     end do
   end subroutine forces_of
 
-  !> Allocates the work arrays for assemble.
+  !> Allocates the work arrays for assemble, and takes the anchors.
   pure subroutine reserve(self, cluster)
     class(hhr_system_t), intent(inout) :: self
     type(hhr_data_t), intent(in) :: cluster
@@ -187,7 +190,8 @@ contains
     end associate
   end subroutine reserve
 
-  !> Makes the system at a point. Cost: 2/3 n_modes^3 + 2 n_modes^2 (n_rows + number of moduli).
+  !> Makes the system at a point, for a cluster whose stiffness depends on the parameters. Cost: 2/3 n_modes^3 + 2 n_modes^2 (n_rows
+  !> + number of moduli). Requires: reserve.
   subroutine assemble(self, cluster, theta, response, is_singular)
     class(hhr_system_t), target, intent(inout) :: self
     !> the data that reserve was called with
@@ -247,12 +251,12 @@ contains
     call add_lifted(cluster, 1.0_rk, lifting_load, theta, load)
   end subroutine load_at
 
-  !> Computes gamma under the forces of the domain, lambda + s w on T.
+  !> Computes gamma [length] under the forces of the domain.
   subroutine coordinates(self, response, multipliers, values)
     class(hhr_system_t), intent(in) :: self
     !> response theta of the point, shape (n_rows + n_modes)
     real(rk), intent(in) :: response(:)
-    !> [force] shape (n_rows)
+    !> [force] held_forces of forces_of: lambda + s w on T, lambda elsewhere; shape (n_rows)
     real(rk), contiguous, intent(in) :: multipliers(:)
     !> [length] shape (n_modes)
     real(rk), contiguous, intent(inout) :: values(:)

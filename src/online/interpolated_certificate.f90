@@ -58,11 +58,12 @@ contains
   real(rk) function bound_foreign_forces(data, theta, multipliers, compliance, opening, enough) result(bound)
     class(interpolated_data_t), intent(in) :: data
     real(rk), contiguous, intent(in) :: theta(:)
+    !> [force] lambda_r >= 0 of all contacts, shape (n_multipliers)
     real(rk), contiguous, intent(in) :: multipliers(:)
-    !> W and w at the point
+    !> [length/force] W, shape (n_multipliers, n_multipliers), and [length] w = W lambda_r + q at the point
     real(rk), contiguous, intent(in) :: compliance(:, :)
     real(rk), contiguous, intent(in) :: opening(:)
-    !> a bound as small as this need not be improved
+    !> [sqrt(force*length)] a bound as small as this need not be improved
     real(rk), intent(in) :: enough
     type(contact_error_bound_t) :: norm
 

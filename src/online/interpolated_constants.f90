@@ -14,6 +14,7 @@ module sig_interpolated_constants
 
 contains
 
+  !> Returns the interpolation variable [-] of an elastic constant: the constant itself or its logarithm, see above.
   elemental real(rk) function to_variable(constant, is_ratio_of_moduli, is_logarithmic) result(variable)
     !> [-] elastic constant
     real(rk), intent(in) :: constant
@@ -30,7 +31,7 @@ contains
     end if
   end function to_variable
 
-  !> Returns the change of the variable with the constant.
+  !> Returns the change [-] of the variable if the constant changes by `change`.
   elemental real(rk) function variable_change(constant, change, is_ratio_of_moduli, is_logarithmic)
     !> [-] elastic constant
     real(rk), intent(in) :: constant
@@ -47,7 +48,7 @@ contains
     end if
   end function variable_change
 
-  !> Returns the constant of a variable: the inverse of to_variable.
+  !> Returns the elastic constant [-] of an interpolation variable: the inverse of to_variable.
   elemental real(rk) function to_constant(variable, is_ratio_of_moduli, is_logarithmic) result(constant)
     real(rk), intent(in) :: variable
     logical, intent(in) :: is_ratio_of_moduli

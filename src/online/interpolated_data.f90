@@ -73,7 +73,7 @@ module sig_interpolated_data
 
 contains
 
-  !> Gives every part that is not allocated its empty value.
+  !> Allocates with size 0 each array of this type that is not allocated.
   pure subroutine complete(self, sizes)
     class(interpolated_data_t), intent(inout) :: self
     type(model_sizes_t), intent(in) :: sizes
@@ -90,7 +90,8 @@ contains
     call fill_missing(self%middle_compliance, 0)
   end subroutine complete
 
-  !> Returns the name of a part whose shape does not fit the model; empty when all fit. Requires: complete.
+  !> Returns the name of an array of this type, or of one of its bodies, whose shape or values do not fit the model; empty when all
+  !> fit. Requires: complete.
   pure function mismatch(self, sizes) result(name)
     class(interpolated_data_t), intent(in) :: self
     type(model_sizes_t), intent(in) :: sizes
@@ -117,6 +118,7 @@ contains
     end associate
   end function mismatch
 
+  !> Returns the number of contact rows, with the anchors.
   pure integer function n_rows(self)
     class(interpolated_data_t), intent(in) :: self
 
@@ -124,6 +126,7 @@ contains
     if (allocated(self%gap)) n_rows = size(self%gap, 1)
   end function n_rows
 
+  !> Whether modes give the displacement of the dofs that are not exact.
   pure logical function has_modes(self)
     class(interpolated_data_t), intent(in) :: self
 
@@ -131,7 +134,7 @@ contains
     if (allocated(self%modes)) has_modes = size(self%modes) > 0
   end function has_modes
 
-  !> Computes W and q at a point.
+  !> Computes W and q at a point, where openings of the anchors are unknowns.
   subroutine evaluate(self, theta, compliance, opening)
     class(interpolated_data_t), intent(in) :: self
     !> shape (n_terms)
@@ -240,6 +243,7 @@ contains
   pure real(rk) function displacement_of(self, theta, unknowns, i) result(displacement)
     class(interpolated_data_t), intent(in) :: self
     real(rk), intent(in) :: theta(:)
+    !> [force] z, shape (n_multipliers)
     real(rk), intent(in) :: unknowns(:)
     !> place among the exact dofs, 1-based
     integer, intent(in) :: i
@@ -259,7 +263,7 @@ contains
   pure function moves(self, theta, unknowns)
     class(interpolated_data_t), intent(in) :: self
     real(rk), intent(in) :: theta(:)
-    !> [force] z
+    !> [force] z, shape (n_multipliers)
     real(rk), intent(in) :: unknowns(:)
     real(rk) :: moves(size(self%anchors))
     real(rk) :: forces(size(unknowns))
@@ -277,10 +281,12 @@ contains
     end do
   end function moves
 
+  !> Writes the data to a group of a model file. A failure of the file is reported when the file is closed.
   subroutine write(self, file, group, length, force)
     class(interpolated_data_t), intent(in) :: self
     type(h5_writer_t), intent(inout) :: file
     character(*), intent(in) :: group
+    !> names of the units
     character(*), intent(in) :: length
     character(*), intent(in) :: force
     integer :: i
@@ -318,6 +324,8 @@ contains
       'stiffness in training')
   end subroutine write
 
+  !> Reads the data from a group of a model file. Errors: a dataset is missing, or has another type or rank. If the group of a body
+  !> or of its modes is missing, the list of all bodies or of all modes is empty.
   subroutine read(self, file, group, error)
     class(interpolated_data_t), intent(inout) :: self
     type(h5_reader_t), intent(in) :: file

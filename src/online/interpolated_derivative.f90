@@ -15,7 +15,8 @@ module sig_interpolated_derivative
 
 contains
 
-  !> Computes the derivatives of forces, openings and places of bodies that only contact holds. is_singular: there is no derivative.
+  !> Computes the derivatives of unknowns, multipliers, places of bodies that only contact holds, and coordinates of modes. If
+  !> is_singular is true, there is no derivative.
   subroutine differentiate_interpolated(data, theta, unknowns, coordinates, gradient, is_singular)
     class(interpolated_data_t), intent(in) :: data
     !> shape (n_terms)
@@ -24,7 +25,7 @@ contains
     real(rk), contiguous, intent(in) :: unknowns(:)
     !> [length] coordinates of the modes, one body after the other
     real(rk), intent(in) :: coordinates(:)
-    !> in: theta is set; out: the derivatives
+    !> in: direction, is_one_sided and theta; out: the other derivatives
     type(gradient_t), intent(inout) :: gradient
     logical, intent(out) :: is_singular
     real(rk), allocatable :: changes(:, :), compliance(:, :), opening(:)
@@ -73,8 +74,8 @@ contains
     end do
   end subroutine change_modes
 
-  !> Returns the derivative [length] of a dof's displacement by modes over one parameter. It is linear in the terms, the coordinates
-  !> and the moves.
+  !> Returns the derivative [length] of a dof's displacement by modes with respect to one parameter. The displacement is linear in
+  !> the terms, the coordinates and the moves.
   pure real(rk) function mode_displacement_change(data, gradient, i_parameter, dof) result(change)
     class(interpolated_data_t), intent(in) :: data
     type(gradient_t), intent(in) :: gradient
@@ -160,12 +161,13 @@ contains
     end do
   end function move_changes
 
-  !> Computes the derivatives of the displacement of some exact dofs over one parameter.
+  !> Computes the derivatives of the displacement of some exact dofs with respect to one parameter.
   subroutine interpolated_displacement_changes(data, theta, unknowns, gradient, i_parameter, places, changes)
     class(interpolated_data_t), intent(in) :: data
     real(rk), contiguous, intent(in) :: theta(:)
     !> [force] z, shape (n_multipliers)
     real(rk), intent(in) :: unknowns(:)
+    !> result of differentiate_interpolated
     type(gradient_t), intent(in) :: gradient
     integer, intent(in) :: i_parameter
     !> places among the exact dofs, 1-based

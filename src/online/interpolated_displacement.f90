@@ -53,7 +53,8 @@ contains
     field_size = sqrt(field_size)
   end subroutine solve_modes
 
-  !> Computes the closing B u_r of all contacts, and the largest K / K(mu_0) of the bodies. Requires: modes.
+  !> Computes the closing B u_r of all contacts without rigid motion, and a factor b with K <= b K(mu_0) for all bodies. Requires:
+  !> modes.
   subroutine close_by_modes(data, theta, coordinates, closing, stiffest)
     class(interpolated_data_t), intent(in) :: data
     real(rk), contiguous, intent(in) :: theta(:)
@@ -61,7 +62,7 @@ contains
     real(rk), contiguous, intent(in) :: coordinates(:)
     !> [length] shape (n_multipliers)
     real(rk), contiguous, intent(inout) :: closing(:)
-    !> [-] largest ratio of K to K(mu_0)
+    !> [-] b
     real(rk), intent(out) :: stiffest
     integer :: first, i, last
 
@@ -80,6 +81,7 @@ contains
   subroutine fill_interpolated_displacement(data, theta, unknowns, coordinates, displacement)
     class(interpolated_data_t), intent(in) :: data
     real(rk), contiguous, intent(in) :: theta(:)
+    !> [force] z, shape (n_multipliers)
     real(rk), contiguous, intent(in) :: unknowns(:)
     !> [length] coordinates from solve_modes
     real(rk), contiguous, intent(in) :: coordinates(:)
@@ -101,7 +103,7 @@ contains
     displacement(data%exact_dofs) = exact
   end subroutine fill_interpolated_displacement
 
-  !> Returns the displacement [length] of one dof.
+  !> Returns the displacement [length] of one dof, 1-based; NaN if the model has none of it.
   pure real(rk) function interpolated_displacement_of_dof(data, theta, unknowns, coordinates, dof) result(displacement)
     class(interpolated_data_t), intent(in) :: data
     real(rk), intent(in) :: theta(:)

@@ -36,6 +36,7 @@ module sig_interpolation_bound
 
 contains
 
+  !> Whether there are data for a bound.
   pure logical function is_there(self)
     class(interpolation_bound_t), intent(in) :: self
 
@@ -43,7 +44,8 @@ contains
     if (allocated(self%residuals)) is_there = size(self%residuals) > 0
   end function is_there
 
-  !> Returns the bound [sqrt(force*length)] of the openings of one body in the norm of W^-1.
+  !> Returns a bound [sqrt(force*length)], in the norm of W^-1, of the error that interpolation makes in the openings by one body.
+  !> Requires: is_there.
   real(rk) function evaluate(self, nodes, constant, modulus_ratio, is_ratio_of_moduli, is_thin, coefficients, compliance) &
     result(bound)
     class(interpolation_bound_t), intent(in) :: self
@@ -82,16 +84,19 @@ contains
     size_in = sqrt(max(0.0_rk, dot_product(x, y)))
   end function size_in
 
-  !> Returns w(c).
+  !> Returns w(c), the product of the differences c - c_i to all nodes.
   pure real(rk) function node_product(nodes, constant)
+    !> [-] c_i, shape (n_nodes)
     real(rk), intent(in) :: nodes(:)
     real(rk), intent(in) :: constant
 
     node_product = product(constant - nodes)
   end function node_product
 
-  !> Returns p(c) [-]: p times the stiffness of one material with Young's modulus 1 is affine in Poisson's ratio.
+  !> Returns p(c) [-]. For Poisson's ratio, p times the stiffness of a material with Young's modulus 1 is affine in c. For a ratio
+  !> of moduli p = 1.
   pure real(rk) function stiffness_factor(constant, is_ratio_of_moduli, is_thin) result(factor)
+    !> [-] c
     real(rk), intent(in) :: constant
     logical, intent(in) :: is_ratio_of_moduli
     logical, intent(in) :: is_thin
@@ -102,9 +107,10 @@ contains
     if (is_thin) factor = (1 + constant) * (1 - constant)
   end function stiffness_factor
 
-  !> Returns alpha and beta [-] for equal s: the least and the largest ratio of the parts of the stiffness, which are two materials
-  !> or bulk and shear.
+  !> Returns alpha and beta [-] for equal s: the least and the largest ratio, of c to c_0, of the parts of the stiffness. These
+  !> parts are two materials, or bulk and shear.
   pure function stiffness_ratios(constant, place, is_ratio_of_moduli, is_thin) result(ratios)
+    !> [-] c and c_0
     real(rk), intent(in) :: constant
     real(rk), intent(in) :: place
     logical, intent(in) :: is_ratio_of_moduli

@@ -28,6 +28,7 @@ module sig_lifted_certificate
 
 contains
 
+  !> Prepares the bound; is_there stays false for a cluster without the data for it.
   subroutine prepare(self, cluster)
     class(lifted_certificate_t), intent(inout) :: self
     type(hhr_data_t), intent(in) :: cluster
@@ -56,7 +57,8 @@ contains
     reach = factor / max(reach, tiny(factor))
   end function reach_of
 
-  !> Bounds the error of an answer's forces on all contacts.
+  !> Bounds the error of an answer's forces on all contacts. There is no bound if the forces are not a combination of snapshots and
+  !> of unit forces on the domain. The bound is huge if they do not balance the loads. Requires: is_there.
   subroutine certify(self, cluster, coefficients, multipliers, answer)
     class(lifted_certificate_t), intent(in) :: self
     !> the data that prepare was called with

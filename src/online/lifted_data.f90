@@ -39,6 +39,7 @@ module sig_lifted_data
 
 contains
 
+  !> Whether there are data for a bound.
   pure logical function is_there(self)
     class(lifted_data_t), intent(in) :: self
 
@@ -46,7 +47,7 @@ contains
     if (is_there) is_there = size(self%free_opening, 1) > 0
   end function is_there
 
-  !> Gives every part that is not allocated its empty value.
+  !> Allocates with size 0 each array of this type that is not allocated.
   pure subroutine complete(self)
     class(lifted_data_t), intent(inout) :: self
 
@@ -61,7 +62,8 @@ contains
     call fill_missing(self%lift%values)
   end subroutine complete
 
-  !> Returns the name of a part whose shape does not fit; empty when all fit, or when there are no data. Requires: complete.
+  !> Returns the name of an array of this type whose shape or indices do not fit; empty when all fit, or when there are no data.
+  !> Requires: complete.
   pure function mismatch(self, n_multipliers, n_terms, n_snapshots, n_rows, n_motions) result(name)
     class(lifted_data_t), intent(in) :: self
     integer, intent(in) :: n_multipliers
@@ -94,10 +96,12 @@ contains
     end associate
   end function mismatch
 
+  !> Writes the data to a group of a model file. A failure of the file is reported when the file is closed.
   subroutine write(self, file, group, length, force)
     class(lifted_data_t), intent(in) :: self
     type(h5_writer_t), intent(inout) :: file
     character(*), intent(in) :: group
+    !> names of the units
     character(*), intent(in) :: length
     character(*), intent(in) :: force
 
@@ -119,6 +123,7 @@ contains
     call file%write_attribute(group, 'largest_size', self%largest_size)
   end subroutine write
 
+  !> Reads the data from a group of a model file. Errors: a dataset is missing, or has another type or rank.
   subroutine read(self, file, group, error)
     class(lifted_data_t), intent(inout) :: self
     type(h5_reader_t), intent(in) :: file

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Procedures that give parts of a model their empty value if they are not allocated.
+!> Allocates texts and arrays of a model that are not allocated.
 module sig_missing_parts
   use sig_kinds, only: rk
   use sig_text, only: string_t
@@ -7,6 +7,7 @@ module sig_missing_parts
   private
   public :: fill_missing
 
+  !> Allocates an empty text, an array of size 0, or a matrix of n_rows rows and no columns, if it is not allocated yet.
   interface fill_missing
     procedure fill_text, fill_texts, fill_integers, fill_integer_matrix, fill_reals, fill_matrix
   end interface fill_missing

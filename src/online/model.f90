@@ -47,7 +47,7 @@ module sig_model
     integer, allocatable :: method_counts(:)
   end type validation_statistics_t
 
-  !> A whole model.
+  !> A whole model: the header, the choice, and the parts.
   type :: model_t
     integer :: format_version = model_format_version
     character(:), allocatable :: code_version
@@ -108,7 +108,8 @@ module sig_model
 
 contains
 
-  !> Gives every part that is not allocated its empty value.
+  !> Allocates with size 0 each text and array of the model and of its parts that is not allocated. Missing contact sides have no
+  !> nodes, and a missing set of terms has term 1 alone.
   pure subroutine complete_model(model)
     type(model_t), intent(inout) :: model
     integer :: i
@@ -158,7 +159,7 @@ contains
     call fill_missing(side%coordinates, n_dim)
   end subroutine complete_side
 
-  !> Returns the sizes of a model that is complete except for its parts.
+  !> Returns the sizes that the parts of a model have to fit. Requires: parameters, training points and terms are set.
   pure function model_sizes(model) result(sizes)
     type(model_t), intent(in) :: model
     type(model_sizes_t) :: sizes
@@ -170,6 +171,7 @@ contains
   !> Returns the tag of the node on the first side that carries the force of contact k.
   pure integer function owner_tag(self, k)
     class(contact_side_t), intent(in) :: self
+    !> number of the contact, 1-based
     integer, intent(in) :: k
 
     owner_tag = self%tags(self%starts(k) + 1)
@@ -190,7 +192,7 @@ contains
     fallback = merge(self%n_clusters() + 1, 0, self%has_fallback)
   end function fallback
 
-  !> Returns the group of a part in the model file.
+  !> Returns the name of the group of part i in the model file, without a leading slash: `clusters/i` or `fallback`.
   pure function group_of(self, i) result(group)
     class(model_t), intent(in) :: self
     integer, intent(in) :: i

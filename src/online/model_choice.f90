@@ -35,7 +35,7 @@ contains
   !> Returns the cluster of a point, 1-based.
   integer function cluster_of(self, point)
     class(model_choice_t), intent(in) :: self
-    !> [unit of each parameter]
+    !> [unit of each parameter] shape (n_parameters)
     real(rk), intent(in) :: point(:)
     integer :: second
 
@@ -47,8 +47,8 @@ contains
     end if
   end function cluster_of
 
-  !> Returns the second choice at a point: the cluster of the nearest cell of another cluster (the first of several), or the one
-  !> with the second most votes; 0 where there is one cluster only.
+  !> Returns the second choice at a point, 1-based; 0 if there is one cluster only. It is the cluster of the nearest cell of another
+  !> cluster (the first of several), or the one with the second largest share in the forest.
   integer function next_cluster(self, point)
     class(model_choice_t), intent(in) :: self
     real(rk), intent(in) :: point(:)
@@ -71,7 +71,7 @@ contains
     end if
   end function next_cluster
 
-  !> Whether the choice names existing clusters, for as many parameters as the model has.
+  !> Whether the choice names existing clusters only, for as many parameters as the model has.
   pure logical function fits(self, n_clusters, n_parameters)
     class(model_choice_t), intent(in) :: self
     integer, intent(in) :: n_clusters
@@ -90,7 +90,8 @@ contains
     end if
   end function fits
 
-  !> Reads the choice. Errors: a part is missing, or the parts of a forest do not fit together.
+  !> Reads the choice; it stays empty if the file has none. Errors: a dataset is missing, or the arrays of a forest do not fit
+  !> together.
   subroutine read_choice(self, file, path, box, error)
     class(model_choice_t), intent(inout) :: self
     type(h5_reader_t), intent(in) :: file
@@ -112,6 +113,7 @@ contains
     call file%read_attribute('/choice', 'silhouette', self%silhouette, error)
   end subroutine read_choice
 
+  !> Writes the choice; nothing if it is empty.
   subroutine write_choice(self, file)
     class(model_choice_t), intent(in) :: self
     type(h5_writer_t), intent(inout) :: file

@@ -24,7 +24,7 @@ contains
 
   !> Writes a model; the file appears under its name only when it is complete.
   !>
-  !> Errors: a part does not fit the others (internal), the file cannot be written.
+  !> Errors: an array of the model does not fit the others (internal), the file cannot be written.
   subroutine write_model(path, model, error)
     character(*), intent(in) :: path
     type(model_t), intent(in) :: model
@@ -125,7 +125,8 @@ contains
     call file%write('/validation/method_counts', validation%method_counts, description='points that each method answered')
   end subroutine write_validation
 
-  !> Reads a model. Errors: no such file, not HDF5, not a model, another format version, cut off or changed, a part is missing.
+  !> Reads a model. Errors: no such file, not HDF5, not a model, another format version, cut off or changed, a dataset is missing, a
+  !> part of an unknown kind, arrays that do not fit together.
   subroutine read_model(path, model, error)
     character(*), intent(in) :: path
     type(model_t), intent(out) :: model

@@ -11,9 +11,10 @@ module sig_model_parts
 
 contains
 
-  !> Sets the local models in the order of the clusters; an existing fallback stays.
+  !> Replaces the clusters of the model by hyper-reduced ones; an existing fallback stays.
   subroutine set_clusters(model, clusters)
     type(model_t), intent(inout) :: model
+    !> in the order of the labels of the choice
     type(hhr_data_t), intent(in) :: clusters(:)
     type(part_t), allocatable :: parts(:)
     type(reduced_hhr_t), allocatable :: reduced
@@ -34,6 +35,7 @@ contains
   subroutine set_fallback(model, fallback)
     !> a model without a fallback
     type(model_t), intent(inout) :: model
+    !> in: the part, or not allocated; out: not allocated
     class(reduced_t), allocatable, intent(inout) :: fallback
     type(part_t), allocatable :: parts(:)
     integer :: k, n
@@ -49,7 +51,7 @@ contains
     model%has_fallback = .true.
   end subroutine set_fallback
 
-  !> Returns the data of a hyper-reduced part; null where the part is of another kind.
+  !> Returns a pointer to the data of part k if it is hyper-reduced; otherwise null.
   function cluster_of(model, k) result(cluster)
     type(model_t), target, intent(in) :: model
     integer, intent(in) :: k

@@ -62,6 +62,7 @@ module sig_multiplier_fit
 
 contains
 
+  !> Computes the parts of the fit that do not depend on the point. There are no errors.
   subroutine prepare(self, cluster)
     class(multiplier_fit_t), intent(inout) :: self
     type(hhr_data_t), intent(in) :: cluster
@@ -204,10 +205,11 @@ contains
     end associate
   end subroutine balance
 
-  !> Returns the work [force] of the loads on each rigid motion that only contact holds; 0 where the loads are in equilibrium except
-  !> for rounding.
+  !> Returns the work [force] of the loads on each rigid motion that only contact holds, shape (n_motions); 0 where the loads are in
+  !> equilibrium except for rounding.
   pure function work_of_loads(cluster, theta) result(work)
     type(hhr_data_t), intent(in) :: cluster
+    !> values of the model's terms, shape (n_terms)
     real(rk), intent(in) :: theta(:)
     real(rk) :: work(size(cluster%motion_load, 2))
     integer :: i

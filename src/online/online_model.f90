@@ -26,7 +26,7 @@ module sig_online_model
 
 contains
 
-  !> Prepares every part.
+  !> Completes the model and prepares every part for queries.
   !>
   !> Errors: message is allocated when a part cannot answer.
   subroutine prepare(self, message)
@@ -46,10 +46,11 @@ contains
     end do
   end subroutine prepare
 
-  !> Returns the training point nearest to a point, with each side of the box scaled to 1; the first of several. 0 without training
-  !> points.
+  !> Finds the training point nearest to a point, 1-based, with each side of the box scaled to 1; the first of several. 0 without
+  !> training points.
   pure subroutine nearest_point(self, point, i_nearest, distance)
     class(online_model_t), intent(in) :: self
+    !> [unit of each parameter] shape (n_parameters)
     real(rk), intent(in) :: point(:)
     integer, intent(out) :: i_nearest
     !> [-] huge without training points
@@ -71,7 +72,7 @@ contains
     if (i_nearest > 0) distance = sqrt(distance)
   end subroutine nearest_point
 
-  !> Returns the nearest training point on the other side of a point, seen from its nearest training point, so that the two enclose
+  !> Finds the nearest training point on the other side of a point, seen from its nearest training point, so that the two enclose
   !> it. The other side means an angle of 90 degrees or more at the point. Where no training point is there, the result is the
   !> second nearest one. The first of several counts; 0 without a second training point.
   pure subroutine opposite_point(self, point, i_nearest, i_opposite)
@@ -110,7 +111,7 @@ contains
     if (i_opposite == 0) i_opposite = i_second
   end subroutine opposite_point
 
-  !> Whether the point lies in the box or on its border.
+  !> Whether the point lies in the trained box or on its border.
   pure logical function is_inside_box(self, point)
     class(online_model_t), intent(in) :: self
     real(rk), intent(in) :: point(:)
@@ -125,7 +126,8 @@ contains
     end do
   end function is_inside_box
 
-  !> Returns step lengths in the units of the parameters: the sides of the box, else the size of the value, else 1.
+  !> Returns a length for each parameter, in its unit, that steps of differences are fractions of: the side of the box; the size of
+  !> the value if the side is zero; 1 if both are zero.
   pure function lengths_at(self, point) result(lengths)
     class(online_model_t), intent(in) :: self
     real(rk), intent(in) :: point(:)

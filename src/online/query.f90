@@ -29,7 +29,8 @@ module sig_query
 
 contains
 
-  !> Prepares a query. Errors: message is allocated when a term is not a valid expression.
+  !> Prepares a query: compiles the expressions of the terms, and makes the work arrays of all parts. Errors: message is allocated
+  !> when a term is not a valid expression.
   subroutine create(self, online, message)
     class(query_t), intent(inout) :: self
     !> the model, after prepare
@@ -45,7 +46,8 @@ contains
     end do
   end subroutine create
 
-  !> Answers at one point.
+  !> Answers at one point. The cluster answers; or the fallback, if the cluster has no answer or its relative bound exceeds the
+  !> model's max_error. answer%reason > 0 says that there is an answer. Each failure is a reason.
   subroutine evaluate(self, online, point, answer, cluster)
     class(query_t), intent(inout) :: self
     !> the model that create was called with
@@ -77,7 +79,7 @@ contains
     if (is_valid) call answer_at(self, online, near, answer)
   end subroutine evaluate
 
-  !> Computes the derivatives of an answer with respect to the parameters.
+  !> Computes the derivatives of an answer with respect to the parameters; gradient%answer is the answer that they belong to.
   !>
   !> Errors: message is allocated when there is no derivative.
   subroutine differentiate(self, online, point, answer, direction, gradient, message)
@@ -222,6 +224,7 @@ contains
     judge => null()
   end function null_judge
 
+  !> Frees the expressions and the work arrays; a query that was not created is no error.
   subroutine destroy(self)
     class(query_t), intent(inout) :: self
 

@@ -25,7 +25,7 @@ contains
     call fill_displacement(model, answer, displacement)
   end subroutine reconstruct_displacement
 
-  !> Tells which dofs have a displacement, shape (n_dofs).
+  !> Returns which dofs have a displacement in the part that gives the displacement of an answer, shape (n_dofs).
   pure function has_displacements(model, answer) result(is_known)
     type(model_t), intent(in) :: model
     type(answer_t), intent(in) :: answer
@@ -53,10 +53,11 @@ contains
     end associate
   end subroutine fill_displacement
 
-  !> Returns the displacement [length] of one dof, without a temporary array.
+  !> Returns the displacement [length] of one dof, without a temporary array; NaN if the model has none of it.
   pure real(rk) function displacement_of_dof(model, answer, dof) result(displacement)
     type(model_t), intent(in) :: model
     type(answer_t), intent(in) :: answer
+    !> 1-based
     integer, intent(in) :: dof
 
     associate (part => model%parts(answer%displacement_part)%reduced)
@@ -68,11 +69,12 @@ contains
     end associate
   end function displacement_of_dof
 
-  !> Computes the contact forces of all contacts; they are zero without an answer.
+  !> Computes the contact forces of all contacts from an answer; they are zero if it has no solution.
   subroutine reconstruct_multipliers(online, answer, rooms, multipliers)
     !> the model, after prepare
     type(online_model_t), intent(in) :: online
     type(answer_t), intent(in) :: answer
+    !> work arrays of this thread; those of the part are made if they are missing
     type(rooms_t), intent(inout) :: rooms
     !> [force] >= 0, shape (n_multipliers)
     real(rk), intent(out) :: multipliers(:)

@@ -87,7 +87,7 @@ module sig_reduced
       character(:), allocatable :: name
     end function kind_name
 
-    !> Gives everything that is not allocated its empty value.
+    !> Allocates with size 0 each array of this type that is not allocated.
     pure subroutine complete_part(self, sizes)
       import :: model_sizes_t, reduced_t
       implicit none(type, external)
@@ -95,8 +95,8 @@ module sig_reduced
       type(model_sizes_t), intent(in) :: sizes
     end subroutine complete_part
 
-    !> Returns the name of something whose shape does not fit, or whose values a query cannot use; empty when all fit. Requires:
-    !> complete.
+    !> Returns the name of an array of the part whose shape does not fit, or whose values a query cannot use; empty when all fit.
+    !> Requires: complete.
     pure function find_mismatch_in(self, sizes) result(name)
       import :: model_sizes_t, reduced_t
       implicit none(type, external)
@@ -114,6 +114,7 @@ module sig_reduced
       character(:), allocatable, intent(out) :: message
     end subroutine prepare_part
 
+    !> Makes the work arrays of the part for one thread. Requires: prepare.
     subroutine make_room(self, room)
       import :: reduced_t, room_t
       implicit none(type, external)
@@ -159,16 +160,17 @@ module sig_reduced
       real(rk), contiguous, intent(inout) :: displacement(:)
     end subroutine fill_field
 
-    !> Returns the displacement [length] of one dof, without a temporary array.
+    !> Returns the displacement [length] of one dof, without a temporary array; NaN if displacement_source is displacement_none.
     pure real(rk) function dof_value(self, answer, dof)
       import :: answer_t, reduced_t, rk
       implicit none(type, external)
       class(reduced_t), intent(in) :: self
       type(answer_t), intent(in) :: answer
+      !> 1-based
       integer, intent(in) :: dof
     end function dof_value
 
-    !> Returns 1-based numbers.
+    !> Returns the contact rows that the part solves for, 1-based among those of the model.
     pure function index_list(self) result(numbers)
       import :: reduced_t
       implicit none(type, external)
@@ -176,12 +178,14 @@ module sig_reduced
       integer, allocatable :: numbers(:)
     end function index_list
 
+    !> Returns the number of contact rows that the part solves for (n_rows), or of its modes (n_modes).
     pure integer function size_of(self)
       import :: reduced_t
       implicit none(type, external)
       class(reduced_t), intent(in) :: self
     end function size_of
 
+    !> Writes the part to a group of a model file. A failure of the file is reported when the file is closed.
     subroutine write_part(self, file, group, length, force)
       import :: h5_writer_t, reduced_t
       implicit none(type, external)
@@ -193,7 +197,7 @@ module sig_reduced
       character(*), intent(in) :: force
     end subroutine write_part
 
-    !> Reads the part. Errors: something is missing.
+    !> Reads the part from a group of a model file. Errors: a dataset is missing, or has another type or rank.
     subroutine read_part(self, file, group, error)
       import :: error_t, h5_reader_t, reduced_t
       implicit none(type, external)
@@ -214,6 +218,7 @@ module sig_reduced
 
 contains
 
+  !> Returns an empty list: this default is for a kind that does not offer the function.
   pure function no_indices(self) result(numbers)
     class(reduced_t), intent(in) :: self
     integer, allocatable :: numbers(:)
@@ -221,6 +226,7 @@ contains
     allocate (numbers(0))
   end function no_indices
 
+  !> Returns the warnings of the training, one sentence each. This default has none.
   pure function no_warnings(self) result(warnings)
     class(reduced_t), intent(in) :: self
     type(string_t), allocatable :: warnings(:)
@@ -235,6 +241,7 @@ contains
     no = .false.
   end function no
 
+  !> Whether the part has displacements. This default says yes.
   pure logical function yes(self)
     class(reduced_t), intent(in) :: self
 

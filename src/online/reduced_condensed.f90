@@ -101,7 +101,8 @@ contains
     call move_alloc(own, room)
   end subroutine create_room
 
-  !> Solves the complementarity problem of all contacts. With a symmetric W, which is positive semidefinite, it has a solution.
+  !> Solves the complementarity problem of all contacts. With a symmetric W, which is positive semidefinite, it has a solution. A
+  !> body that the loads pull off its contacts gives reason_pulled_off.
   subroutine solve(self, theta, near, judge, room, answer)
     class(reduced_condensed_t), intent(in) :: self
     real(rk), contiguous, intent(in) :: theta(:)
@@ -227,7 +228,7 @@ contains
     end select
   end subroutine correct_forces
 
-  !> Whether W is positive definite.
+  !> Whether the part can bound errors: W without the rows of the anchors is positive definite.
   pure logical function can_certify(self)
     class(reduced_condensed_t), intent(in) :: self
 
@@ -248,6 +249,7 @@ contains
     end select
   end subroutine certify
 
+  !> Differentiates the answer. Errors: message is allocated if the contact forces are not unique.
   subroutine differentiate(self, answer, gradient, message)
     class(reduced_condensed_t), intent(in) :: self
     type(answer_t), intent(in) :: answer

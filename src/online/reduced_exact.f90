@@ -61,6 +61,7 @@ contains
     n_modes = 0
   end function n_modes
 
+  !> Copies the forces of all contacts from the answer, which has them already.
   subroutine fill_multipliers(self, answer, room, multipliers)
     class(reduced_exact_t), intent(in) :: self
     type(answer_t), intent(in) :: answer
@@ -90,6 +91,7 @@ contains
     has_displacement = self%has_modes() .or. size(self%exact_dofs) > 0
   end function has_displacement
 
+  !> Whether the part has a displacement of all dofs.
   pure logical function has_whole_field(self, n_dofs)
     class(reduced_exact_t), intent(in) :: self
     integer, intent(in) :: n_dofs
@@ -97,6 +99,7 @@ contains
     has_whole_field = self%has_modes() .or. size(self%exact_dofs) == n_dofs
   end function has_whole_field
 
+  !> Returns the source of a dof's displacement: displacement_exact, displacement_by_modes or displacement_none.
   pure integer function displacement_source(self, dof) result(source)
     class(reduced_exact_t), intent(in) :: self
     integer, intent(in) :: dof
@@ -105,7 +108,7 @@ contains
     if (place_in_ascending(self%exact_dofs, dof) > 0) source = displacement_exact
   end function displacement_source
 
-  !> Gives the common data of these kinds their empty values where they are not allocated.
+  !> Allocates with size 0 each common array of these kinds that is not allocated.
   pure subroutine complete_shared(self, sizes)
     class(reduced_exact_t), intent(inout) :: self
     type(model_sizes_t), intent(in) :: sizes
@@ -115,7 +118,7 @@ contains
     call fill_missing(self%start_sets, n_words(sizes%n_multipliers))
   end subroutine complete_shared
 
-  !> Returns the name of one of the common data that does not fit the model; empty where all fit.
+  !> Returns the name of a common array whose shape or values do not fit the model; empty when all fit.
   pure function shared_mismatch(self, sizes) result(name)
     class(reduced_exact_t), intent(in) :: self
     type(model_sizes_t), intent(in) :: sizes
@@ -127,6 +130,7 @@ contains
     if (size(self%start_sets, 2) > 0 .and. size(self%start_sets, 2) /= sizes%n_points) name = 'start_sets'
   end function shared_mismatch
 
+  !> Writes the common arrays to a group of a model file.
   subroutine write_shared(self, file, group)
     class(reduced_exact_t), intent(in) :: self
     type(h5_writer_t), intent(inout) :: file
@@ -139,7 +143,7 @@ contains
       'active contacts at each training point, a bit per contact, 32 to an integer, a point per row')
   end subroutine write_shared
 
-  !> Reads the common data. Errors: something is missing.
+  !> Reads the common arrays. Errors: a dataset is missing, or has another type or rank.
   subroutine read_shared(self, file, group, error)
     class(reduced_exact_t), intent(inout) :: self
     type(h5_reader_t), intent(in) :: file

@@ -359,6 +359,7 @@ contains
     can_certify = self%certificate%is_there
   end function can_certify
 
+  !> Bounds the error of the part's own answer; of forces that another part found there is no bound.
   subroutine certify(self, multipliers, is_own, room, answer)
     class(reduced_hhr_t), intent(in) :: self
     real(rk), contiguous, intent(in) :: multipliers(:)

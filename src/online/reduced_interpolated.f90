@@ -184,7 +184,7 @@ contains
     n_modes = n_modes_of(self)
   end function n_modes
 
-  !> Whether the responses of each body are exact or interpolated over one constant.
+  !> Whether the responses of each body are exact or have a bound of their interpolation error.
   pure logical function can_certify(self)
     class(reduced_interpolated_t), intent(in) :: self
 
@@ -286,6 +286,7 @@ contains
       displacement_text(self%exact_boundaries, size(self%exact_dofs), self%n_modes()))
   end function describe
 
+  !> Differentiates the answer. Errors: message is allocated if the contact forces are not unique.
   subroutine differentiate(self, answer, gradient, message)
     class(reduced_interpolated_t), intent(in) :: self
     type(answer_t), intent(in) :: answer
@@ -297,6 +298,7 @@ contains
     if (is_singular) message = not_unique
   end subroutine differentiate
 
+  !> Computes the derivatives of the displacement of some dofs; NaN where the model has none.
   subroutine displacement_changes(self, answer, gradient, i_parameter, dofs, changes)
     class(reduced_interpolated_t), intent(in) :: self
     type(answer_t), intent(in) :: answer

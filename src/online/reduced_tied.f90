@@ -95,6 +95,8 @@ contains
     call move_alloc(own, room)
   end subroutine create_room
 
+  !> Solves in the cluster of the nearest training point, then in the others one after the other, until one can answer. If none can,
+  !> reason tells why the last one could not.
   subroutine solve(self, theta, near, judge, room, answer)
     class(reduced_tied_t), intent(in) :: self
     real(rk), contiguous, intent(in) :: theta(:)
@@ -198,7 +200,7 @@ contains
   end function displacement_of_dof
 
   !> Differentiates the answer. The derivatives of the changing rows' forces are solved for, those of the closed rows follow from
-  !> them, and open rows stay without force.
+  !> them, and open rows stay without force. Errors: message is allocated if the contact forces are not unique.
   subroutine differentiate(self, answer, gradient, message)
     class(reduced_tied_t), intent(in) :: self
     type(answer_t), intent(in) :: answer
@@ -227,6 +229,7 @@ contains
     end associate
   end subroutine differentiate
 
+  !> Computes the derivatives of the displacement of some dofs; NaN of a dof that is not exact.
   subroutine displacement_changes(self, answer, gradient, i_parameter, dofs, changes)
     class(reduced_tied_t), intent(in) :: self
     type(answer_t), intent(in) :: answer

@@ -42,13 +42,14 @@ module sig_resultant_map
 
 contains
 
+  !> Returns the number of entries of the deck's contact section; 0 in older files.
   pure integer function n_entries(self)
     class(resultant_map_t), intent(in) :: self
 
     n_entries = size(self%names)
   end function n_entries
 
-  !> Returns the number of components of a moment.
+  !> Returns the number of components of a moment: 3 in space, 1 in the plane and in axisymmetry.
   pure integer function n_moments(self)
     class(resultant_map_t), intent(in) :: self
 
@@ -101,7 +102,7 @@ contains
     end do
   end function imbalances
 
-  !> Gives the map its empty value where nothing was set, as in files of earlier programs.
+  !> Allocates with size 0 each array that is not allocated, as after reading an older file; unit_imbalances become NaN.
   pure subroutine complete(self, n_dim)
     class(resultant_map_t), intent(inout) :: self
     integer, intent(in) :: n_dim
@@ -135,10 +136,11 @@ contains
     moments_of = merge(3, 1, n_dim == 3)
   end function moments_of
 
+  !> Writes the data to a group of a model file. A failure of the file is reported when the file is closed.
   subroutine write(self, file, length)
     class(resultant_map_t), intent(in) :: self
     type(h5_writer_t), intent(inout) :: file
-    !> unit of lengths
+    !> name of the unit of lengths
     character(*), intent(in) :: length
 
     call file%write('/contact/entry_names', self%names, description='entries of the deck''s contact section')
@@ -151,7 +153,7 @@ contains
       'the same moment of the forces on both surfaces, a multiplier per row')
   end subroutine write
 
-  !> Reads the map; all parts stay empty where the file has none.
+  !> Reads the map, then completes it; all arrays stay empty if the file has none. Errors: a dataset is missing.
   subroutine read(self, file, n_dim, error)
     class(resultant_map_t), intent(inout) :: self
     type(h5_reader_t), intent(in) :: file

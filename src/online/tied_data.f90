@@ -47,7 +47,7 @@ module sig_tied_data
 
 contains
 
-  !> Gives every part that is not allocated its empty value.
+  !> Allocates with size 0 each array of this type that is not allocated.
   pure subroutine complete(self, sizes)
     class(tied_data_t), intent(inout) :: self
     type(model_sizes_t), intent(in) :: sizes
@@ -57,7 +57,7 @@ contains
     call fill_missing(self%cluster_of_point)
   end subroutine complete
 
-  !> Returns the name of a part whose shape does not fit the model; empty when all fit. Requires: complete.
+  !> Returns the name of an array of this type whose shape or values do not fit the model; empty when all fit. Requires: complete.
   pure function mismatch(self, sizes) result(name)
     class(tied_data_t), intent(in) :: self
     type(model_sizes_t), intent(in) :: sizes
@@ -81,6 +81,7 @@ contains
     end do
   end function mismatch
 
+  !> Returns the number of contact rows; 0 without clusters.
   pure integer function n_rows(self)
     class(tied_data_t), intent(in) :: self
 
@@ -88,10 +89,12 @@ contains
     if (size(self%clusters) > 0) n_rows = size(self%clusters(1)%status)
   end function n_rows
 
+  !> Writes the data to a group of a model file. A failure of the file is reported when the file is closed.
   subroutine write(self, file, group, length, force)
     class(tied_data_t), intent(in) :: self
     type(h5_writer_t), intent(inout) :: file
     character(*), intent(in) :: group
+    !> names of the units
     character(*), intent(in) :: length
     character(*), intent(in) :: force
     integer :: i
@@ -112,6 +115,8 @@ contains
     end do
   end subroutine write
 
+  !> Reads the data from a group of a model file. Errors: a dataset is missing, or has another type or rank. If a cluster is
+  !> missing, which mismatch finds, there are none.
   subroutine read(self, file, group, error)
     class(tied_data_t), intent(inout) :: self
     type(h5_reader_t), intent(in) :: file
