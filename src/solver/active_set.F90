@@ -59,16 +59,17 @@ module sig_active_set
 
   !> [-] a multiplier or a penetration this far below the largest of its kind is rounding, and changes no status
   real(rk), parameter :: rounding = 1.0e-12_rk
-  !> the same and the tolerance of conjugate gradients: they get finer each time that the set stands, down to what options say
+  !> [-] of each accuracy level: what counts as rounding, and the tolerance of conjugate gradients (0: that of the options)
   real(rk), parameter :: noise_levels(3) = [1.0e-3_rk, 1.0e-5_rk, 1.0e-9_rk]
   real(rk), parameter :: tolerance_levels(3) = [1.0e-3_rk, 1.0e-6_rk, 0.0_rk]
-  !> where the preconditioner is a factor, the tightest tolerance is as good as a new factorization
+  !> [-] noise_levels if the preconditioner is a factor: its tightest tolerance is as good as a new factorization
   real(rk), parameter :: factor_noise_levels(3) = [1.0e-3_rk, 1.0e-5_rk, rounding]
-  !> where contact changes, conjugate gradients need about as many: a factorization that takes less time is made anew
+  !> usual number of iterations of conjugate gradients; a factorization that takes less time than so many solves is made anew
   integer, parameter :: usual_iterations = 40
 
 contains
 
+  !> Makes the bound form, the work arrays and, with multigrid, its levels. Collective.
   subroutine create(self, system, ierr)
     class(active_set_t), intent(inout) :: self
     type(contact_system_t), intent(inout) :: system
@@ -84,8 +85,8 @@ contains
     end if
   end subroutine create
 
-  !> Multigrid for the bodies apart, K without contact in the place of T' K T: each aggregate lies in one body, so that its
-  !> rigid motions let bodies slide and part. Every set then keeps this interpolation.
+  !> Builds the multigrid levels for K without contact. Each aggregate lies in one body, so that its rigid motions let bodies slide
+  !> and separate. Every active set then uses these interpolations.
   subroutine build_levels(self, system, ierr)
     type(active_set_t), intent(inout) :: self
     type(contact_system_t), intent(in) :: system
@@ -112,7 +113,7 @@ contains
     PetscCall(MatDestroy(bodies, ierr))
   end subroutine build_levels
 
-  !> Solves by multigrid while that converges, otherwise by factorizations where the stiffness is small enough for them.
+  !> Solves one point. If multigrid fails and may_factor is true, factorizations solve this and all later points. Collective.
   subroutine solve(self, system, theta, state, ierr)
     class(active_set_t), intent(inout) :: self
     type(contact_system_t), intent(inout) :: system
@@ -129,8 +130,8 @@ contains
     PetscCall(find_set(self, system, theta, state, ierr))
   end subroutine solve
 
-  !> Starts with every pair closed, so that a body held only by contact is held from the first step on. When the active set comes
-  !> back to an earlier one ("ping-pong"), only the first wrong pair changes from then on: that cannot cycle, but needs more steps.
+  !> Starts with every pair closed, so that a body that only contact holds is held from the first step on. If an active set occurs a
+  !> second time, only the first wrong pair changes from then on: this cannot cycle, but needs more steps.
   subroutine find_set(self, system, theta, state, ierr)
     class(active_set_t), intent(inout) :: self
     type(contact_system_t), intent(inout) :: system
@@ -172,8 +173,8 @@ contains
     call finish_state(self%form, system, step%unknowns, step%residual, state)
   end subroutine find_set
 
-  !> Coarse; but where bodies hang on single contacts, coarse forces say too soon that nothing holds them, and a factor makes
-  !> fine ones cheap.
+  !> Returns the first accuracy level: 1 (coarse) in general. It is the finest one if only contact holds some body and K is
+  !> factored: with coarse forces the contacts could seem to hold the body no more, and with a factor accuracy costs little.
   pure integer function first_level(self, system)
     class(active_set_t), intent(in) :: self
     type(contact_system_t), intent(in) :: system
@@ -182,12 +183,12 @@ contains
     if (system%motions%n_free > 0 .and. .not. self%is_multigrid) first_level = size(tolerance_levels)
   end function first_level
 
-  !> Solves one step: unknowns of closed pairs sit on their bounds. Conjugate gradients are coarse until the set stands. Collective.
+  !> Solves one step, in which the unknowns of closed pairs are held at their bounds. Collective.
   subroutine solve_with_closed(self, system, theta, state, step, ierr)
     class(active_set_t), intent(inout) :: self
     type(contact_system_t), intent(inout) :: system
     real(rk), intent(in) :: theta(:)
-    !> its set is read, its linear iterations are counted
+    !> in: the active set; its count of linear iterations grows
     type(contact_state_t), intent(inout) :: state
     type(step_t), intent(out) :: step
     PetscErrorCode, intent(out) :: ierr
@@ -200,7 +201,7 @@ contains
     end if
   end subroutine solve_with_closed
 
-  !> Solves by the factor of the set; or by conjugate gradients with the factor of another set, while that takes less time.
+  !> Solves by the factor of this set, or by conjugate gradients with the factor of an earlier set if that takes less time.
   !> Collective.
   subroutine solve_with_factor(self, system, state, step, ierr)
     class(active_set_t), intent(inout) :: self
@@ -229,7 +230,7 @@ contains
     end if
   end subroutine solve_with_factor
 
-  !> Conjugate gradients, finer while the set stands.
+  !> Solves by conjugate gradients, more and more accurately as long as the solution asks for the same active set. Collective.
   subroutine improve_in_levels(self, system, noise, state, step, ierr)
     class(active_set_t), intent(inout) :: self
     type(contact_system_t), intent(inout) :: system
@@ -250,7 +251,7 @@ contains
     end if
   end subroutine improve_in_levels
 
-  !> Loads and matrix of a step, and the linear solver for it.
+  !> Computes loads, held values and matrix of a step, and prepares multigrid for it. Collective.
   subroutine prepare_step(self, system, theta, is_closed, step, ierr)
     class(active_set_t), intent(inout) :: self
     type(contact_system_t), intent(inout) :: system
@@ -307,7 +308,8 @@ contains
     call keep_idle_holds(system, state%is_active, step)
   end subroutine improve
 
-  !> The force of a last hold follows from the loads alone: where they do not pull, it is zero but for rounding and stays closed.
+  !> Keeps the last pair that holds a body closed unless the loads pull it open. Its force follows from the loads alone, so a pull
+  !> that is only rounding does not count.
   subroutine keep_idle_holds(system, is_closed, step)
     type(contact_system_t), intent(in) :: system
     logical, intent(in) :: is_closed(:)
@@ -325,8 +327,8 @@ contains
     end do
   end subroutine keep_idle_holds
 
-  !> Where the last hold of a body pulls: lets go and closes the first pair that the body then meets. Without such a pair the
-  !> set stays: there is no equilibrium.
+  !> Opens the last pair that holds a body and pulls, and closes the first pair that the body then meets. Without such a pair the
+  !> set stays as it is: there is no equilibrium.
   subroutine exchange_hold(system, step, set)
     type(contact_system_t), intent(in) :: system
     type(step_t), intent(in) :: step
@@ -341,13 +343,14 @@ contains
     set(first) = .true.
   end subroutine exchange_hold
 
-  !> A closed pair stays closed while it pushes; an open one closes when it penetrates.
+  !> Returns the closed pairs of the next step: a closed pair stays closed unless it pulls, an open one closes if it penetrates.
   pure function next_active_set(is_closed, multipliers, penetration, length_scale, noise) result(next)
     logical, intent(in) :: is_closed(:)
     !> [force] shape (n_rows)
     real(rk), intent(in) :: multipliers(:)
     !> [length] > 0 beyond the bound, shape (n_rows)
     real(rk), intent(in) :: penetration(:)
+    !> [length] size of the displacements
     real(rk), intent(in) :: length_scale
     !> [-] share of the largest of its kind below which a number is rounding
     real(rk), intent(in) :: noise
@@ -358,10 +361,11 @@ contains
     next = merge(multipliers >= -noise * force_scale, penetration > noise * length_scale, is_closed)
   end function next_active_set
 
-  !> Back to displacements and nodal forces; a force that is negative by rounding only is zero.
+  !> Sets displacement and multipliers of the state. The multiplier of an open pair, or of one that pulls by rounding, is zero.
   pure subroutine finish_state(form, system, unknowns, residual, state)
     type(bound_form_t), intent(in) :: form
     type(contact_system_t), intent(in) :: system
+    !> [length] unknowns x of the bound form, and [force] T' (K T x - F), both natural, shape (n_dofs)
     real(rk), intent(in) :: unknowns(:)
     real(rk), intent(in) :: residual(:)
     type(contact_state_t), intent(inout) :: state

@@ -49,7 +49,8 @@ module sig_bound_form
 
 contains
 
-  !> Requires: each row has a free dof of its own with a coefficient. Collective.
+  !> Makes T and T' K T for a system. Requires: each contact row has a free dof that no other row of its level or of a higher one
+  !> meets; otherwise ierr is set. Collective.
   subroutine create(self, system, ierr)
     class(bound_form_t), intent(out) :: self
     type(contact_system_t), intent(in) :: system
@@ -64,7 +65,7 @@ contains
     PetscCall(MatSetOption(self%matrix, MAT_SYMMETRIC, PETSC_TRUE, ierr))
   end subroutine create
 
-  !> The inverse of T, which the caller destroys. Collective.
+  !> Makes the inverse of T, which the caller destroys. Collective.
   subroutine create_inverse(self, system, inverse, ierr)
     class(bound_form_t), intent(in) :: self
     type(contact_system_t), intent(in) :: system
@@ -74,6 +75,7 @@ contains
     PetscCall(assemble_levels(self, system, .true., inverse, ierr))
   end subroutine create_inverse
 
+  !> Sets levels, bounded unknowns, v and s of all rows; the norm of a row without an own free dof is 0.
   pure subroutine set_reflectors(self, system)
     class(bound_form_t), intent(inout) :: self
     type(contact_system_t), intent(in) :: system
@@ -108,7 +110,8 @@ contains
     end associate
   end subroutine set_reflectors
 
-  !> Level 1: rows whose owners no other row meets; level 2: those whose owners no further row than these meets; and so on.
+  !> Finds the levels of the rows. Level 1: rows whose owners no other row meets; level 2: those whose owners only rows of level 1
+  !> meet, too; and so on.
   !>
   !> A row that finds no level gets the last one: its unknown cannot be told from that of another row, and create refuses it.
   pure subroutine rank_rows(rows, n_nodes, levels, order)
@@ -135,7 +138,7 @@ contains
     end do
   end subroutine rank_rows
 
-  !> Dofs of nodes that one row meets, not counting rows of lower levels; shape (n_dofs).
+  !> Returns which dofs belong to nodes that exactly one row meets, without rows of lower levels; shape (n_dofs).
   pure function is_own_dof(self, system, i_level) result(is_own)
     class(bound_form_t), intent(in) :: self
     type(contact_system_t), intent(in) :: system
@@ -153,7 +156,7 @@ contains
     is_own = reshape(spread(n == 1, 1, system%map%n_dim), [system%map%n_dofs])
   end function is_own_dof
 
-  !> T = T_1 T_2 ... or its inverse, ... T_2^-1 T_1^-1.
+  !> Assembles T = T_1 T_2 ... or its inverse, ... T_2^-1 T_1^-1. Collective.
   subroutine assemble_levels(self, system, is_inverse, matrix, ierr)
     class(bound_form_t), intent(in) :: self
     type(contact_system_t), intent(in) :: system
@@ -211,7 +214,8 @@ contains
     PetscCall(MatAssemblyEnd(matrix, MAT_FINAL_ASSEMBLY, ierr))
   end subroutine assemble
 
-  !> What T, or its inverse, has beside the identity: -2 v v' - q s', or -2 v v' + e_j s'; shape (size(own), dofs of the row).
+  !> Returns the block of a row in T, or in its inverse, without the identity: -2 v v' - q s', or -2 v v' + e_j s'; shape
+  !> (size(own), dofs of the row).
   pure function block_of_row(self, system, k, own, is_inverse) result(block)
     class(bound_form_t), intent(in) :: self
     type(contact_system_t), intent(in) :: system
@@ -233,7 +237,8 @@ contains
     end associate
   end function block_of_row
 
-  !> A matrix with room for one block per node, and for the nodes of its row where a node meets one.
+  !> Creates an empty matrix with memory for one block per node and, at a node that a row of this level owns, for blocks with all
+  !> nodes of this row.
   subroutine create_pattern(self, system, i_level, is_own, matrix, ierr)
     class(bound_form_t), intent(in) :: self
     type(contact_system_t), intent(in) :: system
@@ -264,11 +269,11 @@ contains
     end associate
   end subroutine create_pattern
 
-  !> T x, in place. Local.
+  !> Computes u = T x in place. Local.
   pure subroutine to_displacement(self, system, values)
     class(bound_form_t), intent(in) :: self
     type(contact_system_t), intent(in) :: system
-    !> natural, shape (n_dofs)
+    !> [length] in: x; out: u; natural, shape (n_dofs)
     real(rk), intent(inout) :: values(:)
     integer :: i, k
 
@@ -281,11 +286,11 @@ contains
     end do
   end subroutine to_displacement
 
-  !> The inverse of T times u, in place. Local.
+  !> Computes x = T^-1 u in place. Local.
   pure subroutine to_unknowns(self, system, values)
     class(bound_form_t), intent(in) :: self
     type(contact_system_t), intent(in) :: system
-    !> natural, shape (n_dofs)
+    !> [length] in: u; out: x; natural, shape (n_dofs)
     real(rk), intent(inout) :: values(:)
     integer :: i, k
 
@@ -298,11 +303,11 @@ contains
     end do
   end subroutine to_unknowns
 
-  !> T' f, in place: from forces on the dofs to those that do the same work on the unknowns. Local.
+  !> Computes T' f in place: from forces on the dofs to forces on the unknowns that do the same work. Local.
   pure subroutine to_forces_on_unknowns(self, system, values)
     class(bound_form_t), intent(in) :: self
     type(contact_system_t), intent(in) :: system
-    !> natural, shape (n_dofs)
+    !> [force] in: f; out: T' f; natural, shape (n_dofs)
     real(rk), intent(inout) :: values(:)
     integer :: i, k
 
@@ -317,6 +322,7 @@ contains
     end do
   end subroutine to_forces_on_unknowns
 
+  !> Multiplies the values of some dofs by I - 2 v v'.
   pure subroutine reflect(v, dofs, values)
     real(rk), intent(in) :: v(:)
     integer, intent(in) :: dofs(:)
@@ -325,10 +331,11 @@ contains
     values(dofs) = values(dofs) - 2 * v * dot_product(v, values(dofs))
   end subroutine reflect
 
-  !> Upper bounds of the bounded unknowns: (D - B u_D) / |B_k|. Local.
+  !> Returns the upper bounds of the bounded unknowns, (D - B u_D) / |B_k| with the prescribed displacements u_D. Local.
   pure function bounds(self, system, theta)
     class(bound_form_t), intent(in) :: self
     type(contact_system_t), intent(in) :: system
+    !> [-] values of the terms, shape (n_terms)
     real(rk), intent(in) :: theta(:)
     !> [length] shape (n_rows)
     real(rk) :: bounds(system%rows%n_rows)
@@ -336,7 +343,7 @@ contains
     bounds = (system%gap(theta) - system%rows%apply(system%prescribed_displacement(theta))) / self%norms
   end function bounds
 
-  !> lambda_k from the residual T' (K T x - F). Local.
+  !> Returns the multipliers lambda_k, which follow from the residual T' (K T x - F). Local.
   pure function multipliers(self, residual)
     class(bound_form_t), intent(in) :: self
     !> [force] natural, shape (n_dofs)
@@ -347,6 +354,7 @@ contains
     multipliers = -residual(self%bounded_dofs) / self%norms
   end function multipliers
 
+  !> Frees the matrices. Collective.
   subroutine destroy(self, ierr)
     class(bound_form_t), intent(inout) :: self
     PetscErrorCode, intent(out) :: ierr

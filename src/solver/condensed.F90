@@ -5,11 +5,11 @@
 !> With G = responses to the terms without contact, H = K^-1 B' and W = B H:
 !> 0 <= lambda, W lambda + D - B G theta >= 0, complementary; u = G theta - H lambda.
 !>
-!> Bodies that only contact holds hang on anchors T, as many pairs as there are free motions Z. G and H are then responses with
-!> closed anchors, which carry what the other forces need (Z' (F - B' lambda) = 0); in the place of lambda_T stands the opening
-!> w_T of the anchors, which moves the bodies by -Z_T w_T with B_T Z_T = 1. With N = B Z_T the problem keeps its form:
-!> W has the blocks [C, N; -N', 0], a last opening is the force of an anchor, Z_T' F - N' lambda. Openings of anchors and their
-!> forces are scaled by a compliance, so that all unknowns are forces.
+!> Anchors T hold bodies that only contact holds: as many pairs as there are free motions Z. G and H are then responses with closed
+!> anchors, whose forces balance the other forces (Z' (F - B' lambda) = 0). The unknowns of the anchors are their openings w_T in
+!> place of lambda_T; they move the bodies by -Z_T w_T with B_T Z_T = 1. With N = B Z_T the problem keeps its form: W has the blocks
+!> [C, N; -N', 0], and the complementary values of w_T are the forces of the anchors, Z_T' F - N' lambda. Openings of anchors and
+!> their forces are scaled by a compliance, so that all unknowns are forces.
 module sig_condensed
   use sig_contact_responses, only: anchor_forces, close_rows, solve_responses
   use sig_contact_solver, only: contact_solver_t
@@ -58,7 +58,8 @@ module sig_condensed
 
 contains
 
-  !> Makes the condensed problem: one factorization, n_driving_terms + n_rows solves.
+  !> Makes the condensed problem with one factorization and n_driving_terms + n_rows solves. If K cannot be factored, `reason` says
+  !> why. Collective.
   subroutine create(self, system, ierr)
     class(condensed_t), intent(inout) :: self
     type(contact_system_t), intent(inout) :: system
@@ -78,7 +79,8 @@ contains
     if (system%motions%n_free == 0) self%compliance = (self%compliance + transpose(self%compliance)) / 2
   end subroutine create
 
-  !> Moves G and H until the anchors are closed, and puts openings of the anchors in the place of their forces. Local.
+  !> Moves the bodies in G and H until the anchors are closed, and makes the openings of the anchors unknowns in place of their
+  !> forces. Local.
   subroutine close_anchors(self, system)
     class(condensed_t), intent(inout) :: self
     type(contact_system_t), intent(in) :: system
@@ -118,7 +120,7 @@ contains
     end associate
   end subroutine close_anchors
 
-  !> Gaps that have terms of their own move the bodies that hang on anchors.
+  !> Adds columns of zeros, because gaps that have terms of their own move the bodies that anchors hold.
   pure subroutine add_columns(matrix, n_columns)
     real(rk), allocatable, intent(inout) :: matrix(:, :)
     integer, intent(in) :: n_columns
@@ -129,6 +131,7 @@ contains
     call move_alloc(wider, matrix)
   end subroutine add_columns
 
+  !> Solves one point, as solve_points does. Collective.
   subroutine solve(self, system, theta, state, ierr)
     class(condensed_t), intent(inout) :: self
     type(contact_system_t), intent(inout) :: system
@@ -141,7 +144,7 @@ contains
     state = states(1)
   end subroutine solve
 
-  !> As many points as share the products well, while the dense problems of the contact rows do not dominate.
+  !> Returns the number of points whose displacements are computed as one product: about half a second of work, from 1 to 64.
   pure integer function n_points_at_once(self, system) result(n_points)
     class(condensed_t), intent(in) :: self
     type(contact_system_t), intent(in) :: system
@@ -153,7 +156,8 @@ contains
     n_points = nint(max(1.0_rk, min(real(most_points_at_once, rk), work_at_once / work)))
   end function n_points_at_once
 
-  !> A dense problem per point, then all displacements as one product.
+  !> Solves the dense complementarity problem of each point, then computes all displacements as one product. If K could not be
+  !> factored, each state has this reason and zeros. Collective.
   subroutine solve_points(self, system, theta, states, ierr)
     class(condensed_t), intent(inout) :: self
     type(contact_system_t), intent(inout) :: system
@@ -178,12 +182,12 @@ contains
     PetscCall(share_displacements(system, local, states, ierr))
   end subroutine solve_points
 
-  !> The dense problem of each point. Local.
+  !> Solves the dense problem of each point. Each one starts from the active set of the point before. Local.
   subroutine solve_multipliers(self, theta, states, unknowns)
     type(condensed_t), intent(in) :: self
     real(rk), intent(in) :: theta(:, :)
     type(contact_state_t), intent(inout) :: states(:)
-    !> [force] multipliers, but for the anchors; shape (n_rows, n_points)
+    !> [force] multipliers, and scaled openings of the anchors; shape (n_rows, n_points)
     real(rk), intent(out) :: unknowns(:, :)
     type(lcp_solution_t) :: solution
     type(lcp_workspace_t) :: workspace
@@ -213,7 +217,7 @@ contains
     end do
   end subroutine solve_multipliers
 
-  !> Loads that are in equilibrium but for rounding are so.
+  !> Sets the force of an anchor to zero if the loads are in equilibrium except for rounding.
   subroutine balance_anchors(self, theta, openings)
     type(condensed_t), intent(in) :: self
     real(rk), intent(in) :: theta(:, :)
@@ -224,7 +228,7 @@ contains
     end associate
   end subroutine balance_anchors
 
-  !> Computes the forces of the anchors from their openings, which the dense problem has found.
+  !> Sets the multipliers of the anchors from the solution of the dense problem; an anchor is closed if its opening is zero.
   subroutine load_anchors(self, opening, solution, state)
     type(condensed_t), intent(in) :: self
     real(rk), intent(in) :: opening(:)
@@ -238,7 +242,7 @@ contains
     if (solution%reason == reason_ray) state%reason = reason_pulled_off
   end subroutine load_anchors
 
-  !> Rows of each rank -> whole fields on every rank. Collective.
+  !> Collects the displacements, of which each rank has its own dofs, on all ranks. Collective.
   subroutine share_displacements(system, local, states, ierr)
     type(contact_system_t), intent(in) :: system
     !> [length] shape (n_local_dofs, n_points)
@@ -257,6 +261,7 @@ contains
     end do
   end subroutine share_displacements
 
+  !> Frees the arrays. Local.
   subroutine destroy(self, ierr)
     class(condensed_t), intent(inout) :: self
     PetscErrorCode, intent(out) :: ierr

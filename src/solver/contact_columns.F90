@@ -1,8 +1,9 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 #include "signorom/macros.h"
-!> Some columns of the matrix W of all contacts, and the openings without contact forces, where the whole of W has no room.
+!> Some columns of the matrix W of all contacts, and the openings without contact forces, if the whole of W needs too much memory.
 !>
-!> Bodies that only contact holds hang on anchors, whose forces balance all that acts on them; where the bodies are is open.
+!> Bodies that only contact holds are held by anchors, whose forces balance all other forces. The place of these bodies is
+!> arbitrary.
 module sig_contact_columns
   use sig_condensed, only: condensed_t
   use sig_contact_responses, only: add_row, close_rows
@@ -35,14 +36,14 @@ module sig_contact_columns
 
 contains
 
-  !> Computes the columns with one factorization and n_driving_terms + n_chosen solves; the same on all ranks of the system.
-  !> Collective.
+  !> Computes free_opening and the columns with one factorization and n_driving_terms + n_chosen solves; they are the same on all
+  !> ranks of the system. If K cannot be factored or a solve fails, `reason` says so. Collective.
   subroutine solve(self, system, is_multigrid, chosen, ierr)
     class(contact_columns_t), intent(inout) :: self
     type(contact_system_t), intent(inout) :: system
     !> conjugate gradients instead of a factorization
     logical, intent(in) :: is_multigrid
-    !> rows, 1-based
+    !> rows whose columns are computed, 1-based
     integer, intent(in) :: chosen(:)
     PetscErrorCode, intent(out) :: ierr
     type(linear_solver_t) :: linear_solver
@@ -66,7 +67,7 @@ contains
     PetscCall(linear_solver%destroy(ierr))
   end subroutine solve
 
-  !> B K^-1 (B' - B_T' N') of the chosen rows.
+  !> Computes the columns B K^-1 (B' - B_T' N') of the chosen rows. Collective.
   subroutine solve_chosen(self, system, linear_solver, chosen, ierr)
     type(contact_columns_t), intent(inout) :: self
     type(contact_system_t), intent(in) :: system
@@ -97,10 +98,12 @@ contains
     end do
   end subroutine solve_chosen
 
-  !> Takes these columns from an existing condensed operator, with closed anchors. Local.
+  !> Copies the openings and these columns from a condensed operator, with closed anchors; rows and columns of the anchors are zero.
+  !> If the operator could not be made, only its reason is copied. Local.
   subroutine take(self, condensed, chosen)
     class(contact_columns_t), intent(inout) :: self
     type(condensed_t), intent(in) :: condensed
+    !> rows whose columns are copied, 1-based
     integer, intent(in) :: chosen(:)
     logical :: is_anchor(size(condensed%compliance, 1))
 

@@ -32,7 +32,8 @@ module sig_contact_lift
 
 contains
 
-  !> A few products with K. Collective; the same on all ranks.
+  !> Computes L and L' K L by a few products with K; they are the same on all ranks. If a row has no side that can move, is_possible
+  !> is false and there is no lift. Collective.
   subroutine create(self, system, mesh, ierr)
     class(contact_lift_t), intent(out) :: self
     type(contact_system_t), intent(inout) :: system
@@ -70,7 +71,7 @@ contains
     call move_alloc(first, self%values)
   end subroutine create
 
-  !> Where each row moves nodes: its own dofs, and those of the owners that follow its own.
+  !> Lists the dofs that each row moves: its own dofs, and those of the owners that follow its own owner.
   subroutine list_dofs(rows, followers, lift)
     type(contact_rows_t), intent(in) :: rows
     type(followers_t), intent(in) :: followers
@@ -100,7 +101,7 @@ contains
     end subroutine take
   end subroutine list_dofs
 
-  !> Each side alone, where it can move.
+  !> Computes the motions of the first sides alone and of the second sides alone.
   subroutine move_sides(rows, n_nodes, is_prescribed, followers, lift, first, second)
     type(contact_rows_t), intent(in) :: rows
     integer, intent(in) :: n_nodes
@@ -108,7 +109,7 @@ contains
     type(followers_t), intent(in) :: followers
     !> its dofs
     type(contact_lift_t), intent(in) :: lift
-    !> [-] on these dofs; zero of a side that cannot
+    !> [-] on these dofs; zero for a side that cannot move
     real(rk), allocatable, intent(out) :: first(:), second(:)
     integer :: i, k, n(n_nodes)
 
@@ -154,7 +155,7 @@ contains
     moves = any(abs(values(lift%starts(k) + 1:lift%starts(k + 1))) > 0)
   end function moves
 
-  !> Nodes that a row may move.
+  !> Returns the nodes that a row may move.
   pure function moved_nodes(lift, n_dim, k) result(nodes)
     type(contact_lift_t), intent(in) :: lift
     integer, intent(in) :: n_dim
@@ -164,7 +165,7 @@ contains
     nodes = lift%dofs(lift%starts(k) + n_dim:lift%starts(k + 1):n_dim) / n_dim
   end function moved_nodes
 
-  !> Rows that share a cell, as the places of L' K L that may differ from zero.
+  !> Finds the rows that share a cell: only for these can L' K L differ from zero.
   subroutine find_neighbors(motions, mesh, lift)
     !> their dofs
     type(contact_lift_t), intent(in) :: motions
@@ -192,7 +193,7 @@ contains
 
   contains
 
-    !> The first n of found are the rows at the cells around some nodes.
+    !> Makes the first n of `found` the rows at the cells around some nodes.
     subroutine look_around(nodes, row)
       integer, intent(in) :: nodes(:)
       integer, intent(in) :: row
@@ -223,7 +224,7 @@ contains
     end subroutine visit
   end subroutine find_neighbors
 
-  !> Rows that may move each node, 0 beyond their number; shape (most rows of a node, n_nodes).
+  !> Lists the rows that may move each node, filled up with 0; shape (most rows of a node, n_nodes).
   pure subroutine list_rows_at_nodes(motions, n_dim, n_nodes, rows_at)
     type(contact_lift_t), intent(in) :: motions
     integer, intent(in) :: n_dim
@@ -247,7 +248,7 @@ contains
     end do
   end subroutine list_rows_at_nodes
 
-  !> Colors such that no row has two neighbors of the same color, itself among them.
+  !> Returns colors such that no row has two neighbors of the same color; each row is its own neighbor, too.
   pure function color_rows(lift) result(colors)
     type(sparse_matrix_t), intent(in) :: lift
     integer :: colors(size(lift%starts) - 1)
@@ -270,7 +271,7 @@ contains
     end do
   end function color_rows
 
-  !> L' K L by a product with K per color. Collective.
+  !> Computes L' K L by one product with K per color. Collective.
   subroutine probe(motions, system, values, colors, lift, ierr)
     !> their dofs
     type(contact_lift_t), intent(in) :: motions

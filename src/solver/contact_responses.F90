@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 #include "signorom/macros.h"
-!> What K answers without contact, from one factorization: G = responses to the terms, H = responses to the contact rows.
+!> Displacements without contact, from one factorization of K: G under each term, H under a unit force of each contact row.
 !>
-!> Bodies that only contact holds hang on anchors T, which carry what the forces need: Z' (F - B' lambda) = 0.
+!> Anchors T hold bodies that only contact holds. Their forces balance the others: Z' (F - B' lambda) = 0.
 module sig_contact_responses
   use sig_contact_system, only: contact_system_t
   use sig_free_response, only: factor_without_contact, held_dofs, solve_free_response, solve_lifting
@@ -24,7 +24,8 @@ module sig_contact_responses
 
 contains
 
-  !> Solves for G and H: one factorization, n_driving_terms + n_rows solves. Arrays hold the rows of this rank. Collective.
+  !> Computes G, H and the lifting with one factorization. If K cannot be factored, reason says why, and there are no arrays. Arrays
+  !> hold the rows of this rank. Collective.
   subroutine solve_responses(system, anchors, free_response, lifting, contact_response, reason, ierr)
     type(contact_system_t), intent(inout) :: system
     type(anchors_t), intent(out) :: anchors
@@ -34,7 +35,7 @@ contains
     real(rk), allocatable, intent(out) :: lifting(:, :)
     !> [length/force] H = K^-1 (B' - B_T' N'), shape (n_local_dofs, n_rows)
     real(rk), allocatable, intent(out) :: contact_response(:, :)
-    !> reason_converged, or why there are none
+    !> reason_converged, or why K could not be factored
     integer, intent(out) :: reason
     PetscErrorCode, intent(out) :: ierr
     type(linear_solver_t) :: linear_solver
@@ -50,7 +51,7 @@ contains
     PetscCall(linear_solver%destroy(ierr))
   end subroutine solve_responses
 
-  !> H = K^-1 (B' - B_T' N').
+  !> Computes H = K^-1 (B' - B_T' N'). Collective.
   subroutine solve_contact(system, anchors, linear_solver, response, ierr)
     type(contact_system_t), intent(in) :: system
     type(anchors_t), intent(in) :: anchors
@@ -77,7 +78,8 @@ contains
     end do
   end subroutine solve_contact
 
-  !> [force per unit of theta] Of closed anchors under each term without other contact forces, shape (n_anchors, n_terms). Local.
+  !> Returns the forces [force per unit of theta] of the closed anchors under each term without other contact forces, shape
+  !> (n_anchors, n_terms). A force that is only rounding is zero. Local.
   function anchor_forces(system, anchors) result(forces)
     type(contact_system_t), intent(in) :: system
     type(anchors_t), intent(in) :: anchors
@@ -95,14 +97,15 @@ contains
     end do
   end function anchor_forces
 
-  !> Adds B_k' times a factor, where it does not meet a held dof. Local.
+  !> Adds row k of B times a factor to a column; held dofs get nothing. Local.
   pure subroutine add_row(system, is_held, k, factor, column)
     type(contact_system_t), intent(in) :: system
-    !> natural, shape (n_dofs)
+    !> result of held_dofs, natural, shape (n_dofs)
     logical, intent(in) :: is_held(:)
+    !> row, 1-based
     integer, intent(in) :: k
     real(rk), intent(in) :: factor
-    !> rows of this rank
+    !> dofs of this rank, shape (n_local_dofs)
     real(rk), intent(inout) :: column(:)
     integer :: i, i_local
 
@@ -114,7 +117,7 @@ contains
     end do
   end subroutine add_row
 
-  !> B times distributed columns; replicated.
+  !> Computes B times columns that are distributed over the ranks; the result is the same on all ranks. Collective.
   subroutine close_rows(system, columns, closing, ierr, is_counted)
     type(contact_system_t), intent(in) :: system
     !> rows of this rank, shape (n_local_dofs, n_columns)

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 #include "signorom/macros.h"
-!> What every full-order contact solver offers: create for one system, solve for one parameter point or many, destroy.
+!> The interface of all full-order contact solvers: create for one system, solve for one parameter point or many, destroy.
 module sig_contact_solver
   use sig_contact_state, only: contact_state_t
   use sig_contact_system, only: contact_system_t
@@ -11,10 +11,11 @@ module sig_contact_solver
   public :: contact_solver_t
 
   type, abstract :: contact_solver_t
+    !> largest number of steps at one point
     integer :: max_iterations = 50
-    !> linear systems by conjugate gradients with multigrid instead of factorizations
+    !> whether conjugate gradients with multigrid solve the linear systems, and not factorizations
     logical :: is_multigrid = .false.
-    !> a factorization may take the place of multigrid that fails
+    !> whether factorizations may replace multigrid that fails
     logical :: may_factor = .false.
   contains
     procedure(create_solver), deferred :: create
@@ -33,7 +34,8 @@ module sig_contact_solver
       PetscErrorCode, intent(out) :: ierr
     end subroutine create_solver
 
-    !> Solves one point: sets displacement, multipliers, active set, iterations and reason. A failure is a reason. Collective.
+    !> Solves one point: sets displacement, multipliers, active set, iterations and reason of the state. A failure is a reason and
+    !> not an error. Collective.
     subroutine solve_point(self, system, theta, state, ierr)
       import :: contact_solver_t, contact_state_t, contact_system_t, rk
       class(contact_solver_t), intent(inout) :: self
@@ -44,6 +46,7 @@ module sig_contact_solver
       PetscErrorCode, intent(out) :: ierr
     end subroutine solve_point
 
+    !> Frees the memory of the solver. Collective.
     subroutine destroy_solver(self, ierr)
       import :: contact_solver_t
       class(contact_solver_t), intent(inout) :: self
@@ -53,8 +56,8 @@ module sig_contact_solver
 
 contains
 
-  !> How many points a call of solve_points takes best: more than one where they cost less together. Never more than about a
-  !> second of work, which is what a kill may lose.
+  !> Returns how many points one call of solve_points should solve: more than one if they cost less together, but at most about a
+  !> second of work, because a kill of the program loses this work. This default is 1.
   pure integer function n_points_at_once(self, system) result(n_points)
     class(contact_solver_t), intent(in) :: self
     type(contact_system_t), intent(in) :: system
@@ -62,11 +65,11 @@ contains
     n_points = 1
   end function n_points_at_once
 
-  !> Several points, one after the other unless a solver knows better. Collective.
+  !> Solves several points; a failure is the reason of a state. This default solves one after the other. Collective.
   subroutine solve_points(self, system, theta, states, ierr)
     class(contact_solver_t), intent(inout) :: self
     type(contact_system_t), intent(inout) :: system
-    !> [-] shape (n_terms, n_points)
+    !> [-] values of the terms at each point, shape (n_terms, n_points)
     real(rk), intent(in) :: theta(:, :)
     !> shape (n_points)
     type(contact_state_t), intent(out) :: states(:)

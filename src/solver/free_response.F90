@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 #include "signorom/macros.h"
-!> Elastic responses without contact, one field per term: to prescribed displacements and loads, or to the former alone,
-!> which lifts them into the bodies.
+!> Elastic responses without contact, one displacement field per term: to prescribed displacements and loads, or, as lifting, to
+!> prescribed displacements and imposed strains alone.
 module sig_free_response
   use sig_contact_system, only: contact_system_t
   use sig_holding, only: anchors_t
@@ -16,10 +16,12 @@ module sig_free_response
 
 contains
 
-  !> K with the prescribed dofs held, made ready for solves. Bodies that only contact holds get statically determinate supports,
-  !> which forces in equilibrium do not feel; a body that nothing can hold is a reason. Collective.
+  !> Makes K with the prescribed dofs held ready for solves. Bodies that only contact holds get statically determinate supports,
+  !> which have no reactions under forces in equilibrium. If contact cannot hold a body or K cannot be factored, the reason of the
+  !> linear solver says so. Collective.
   subroutine factor_without_contact(system, linear_solver, ierr)
     type(contact_system_t), intent(in) :: system
+    !> in: is_multigrid; out: ready for solves, or with a reason why not
     type(linear_solver_t), intent(inout) :: linear_solver
     PetscErrorCode, intent(out) :: ierr
     real(rk) :: nothing(system%map%n_dofs)
@@ -44,7 +46,7 @@ contains
     PetscCall(VecDestroy(unused, ierr))
   end subroutine factor_without_contact
 
-  !> Dofs that are prescribed, or held in place of bodies that only contact holds. Right-hand sides must be 0 there.
+  !> Returns which dofs are prescribed, or are supports of bodies that only contact holds. Right-hand sides must be 0 there. Local.
   function held_dofs(system) result(is_held)
     type(contact_system_t), intent(in) :: system
     !> natural, shape (n_dofs)
@@ -56,17 +58,18 @@ contains
     end associate
   end function held_dofs
 
-  !> Displacement for each of the leading terms alone, prescribed values included. Loads of bodies that only contact holds are
-  !> balanced by forces of the anchors. Sets the reason of the linear solver. Collective.
+  !> Computes the displacement under each of the leading terms alone, prescribed values included. Forces of the anchors balance the
+  !> loads of bodies that only contact holds. Sets the reason of the linear solver. Collective.
   subroutine solve_free_response(system, linear_solver, n_terms, response, ierr, anchors)
     type(contact_system_t), intent(inout) :: system
     !> from factor_without_contact
     type(linear_solver_t), intent(inout) :: linear_solver
+    !> number of leading terms
     integer, intent(in) :: n_terms
     !> [length] rows of this rank, shape (n_local_dofs, n_terms)
     real(rk), allocatable, intent(out) :: response(:, :)
     PetscErrorCode, intent(out) :: ierr
-    !> without them the loads are left out
+    !> without this argument the loads are left out
     type(anchors_t), intent(in), optional :: anchors
     real(rk) :: prescribed(system%map%n_dofs), forces(system%map%n_dofs)
     real(rk), allocatable :: rhs(:, :)
@@ -95,7 +98,7 @@ contains
     end associate
   end subroutine solve_free_response
 
-  !> Whether most terms of a load that moves are forces alone.
+  !> Whether a term prescribes values. Most terms of a load that moves are forces alone.
   pure logical function has_prescribed_values(system, i_term)
     type(contact_system_t), intent(in) :: system
     integer, intent(in) :: i_term
@@ -105,7 +108,7 @@ contains
       has_prescribed_values = any(abs(system%boundary%prescribed_values(:, i_term)) > 0)
   end function has_prescribed_values
 
-  !> F - B_T' (work of F on the anchors' motions): no work on any free motion.
+  !> Returns the load F - B_T' (work of F on the anchors' motions), which does no work on any free motion.
   function balanced_load(system, anchors, theta) result(forces)
     type(contact_system_t), intent(in) :: system
     type(anchors_t), intent(in) :: anchors
@@ -121,7 +124,8 @@ contains
     forces = forces - system%rows%apply_transpose(multipliers, size(forces))
   end function balanced_load
 
-  !> Responses to the terms of the prescribed displacements alone, loads left out, then to the lifted forces. Collective.
+  !> Computes the responses to the terms of the prescribed displacements alone, without loads, then to the lifted forces. Sets the
+  !> reason of the linear solver. Collective.
   subroutine solve_lifting(system, linear_solver, response, ierr)
     type(contact_system_t), intent(inout) :: system
     !> from factor_without_contact
@@ -143,7 +147,8 @@ contains
     end associate
   end subroutine solve_lifting
 
-  !> Responses to the forces of imposed strains: these are in equilibrium, and no support feels them. Collective.
+  !> Computes the responses to the forces of imposed strains. They are in equilibrium, so the supports have no reactions.
+  !> Collective.
   subroutine solve_lifted_forces(system, linear_solver, response, ierr)
     type(contact_system_t), intent(in) :: system
     type(linear_solver_t), intent(inout) :: linear_solver
@@ -171,9 +176,11 @@ contains
     moves_boundaries = any(abs(system%boundary%prescribed_values) > 0)
   end function moves_boundaries
 
-  !> The lifting on every rank and in natural order, with a factorization of their own where there is anything to lift. Collective.
+  !> Computes the lifting on every rank and in natural order. It factors K itself if there is anything to lift; if that fails, the
+  !> lifting is zero. Collective.
   subroutine compute_lifting(system, is_multigrid, response, reason, ierr)
     type(contact_system_t), intent(inout) :: system
+    !> conjugate gradients with multigrid instead of a factorization
     logical, intent(in) :: is_multigrid
     !> [length] shape (n_dofs, n_lifted_terms)
     real(rk), allocatable, intent(out) :: response(:, :)

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Which closed pairs hold the bodies that nothing else holds: the active set must never let go of the last of them, and the
-!> condensed problem hangs the bodies on some of them, the anchors.
+!> The closed pairs that hold the bodies which nothing else holds. The active set must never open the last of them; the condensed
+!> problem takes some of them as anchors.
 module sig_holding
   use sig_kinds, only: rk
   use sig_linear_algebra, only: invert, solve_dense
@@ -11,13 +11,13 @@ module sig_holding
   public :: keep_hold, is_last_hold, letting_go, first_to_block, change_first
   public :: anchors_t, find_anchors
 
-  !> As many pairs T as there are free motions, which alone would hold the bodies.
+  !> Anchors T: as many pairs as there are free motions. They alone would hold the bodies.
   type :: anchors_t
     !> shape (n_free)
     integer, allocatable :: rows(:)
     !> motion j opens anchor j by -1 and no other anchor: B_T Z amplitudes = 1; shape (n_free, n_free)
     real(rk), allocatable :: amplitudes(:, :)
-    !> what these motions close on all pairs, shape (n_rows, n_free)
+    !> [-] closing of all pairs by these motions, shape (n_rows, n_free)
     real(rk), allocatable :: closing(:, :)
   end type anchors_t
 
@@ -26,13 +26,14 @@ module sig_holding
 
 contains
 
-  !> Adds to the wanted set what it lacks to hold the bodies: closed pairs, those first that pull least.
+  !> Adds closed pairs to the wanted set until it holds the bodies; pairs that pull least are added first.
   pure subroutine keep_hold(motions, is_closed, multipliers, wanted)
     type(rigid_motions_t), intent(in) :: motions
-    !> a set that holds them
+    !> a set that holds the bodies, shape (n_rows)
     logical, intent(in) :: is_closed(:)
     !> [force] shape (n_rows)
     real(rk), intent(in) :: multipliers(:)
+    !> in: the wanted set; out: with the added pairs; shape (n_rows)
     logical, intent(inout) :: wanted(:)
     real(rk) :: held(motions%n_free, motions%n_free)
     integer :: n_held, next
@@ -49,7 +50,7 @@ contains
     end do
   end subroutine keep_hold
 
-  !> Orthonormal basis of the motions that a set of pairs holds.
+  !> Computes an orthonormal basis of the motions that a set of pairs holds.
   pure subroutine span_of(motions, is_closed, held, n_held)
     type(rigid_motions_t), intent(in) :: motions
     logical, intent(in) :: is_closed(:)
@@ -66,7 +67,7 @@ contains
     end do
   end subroutine span_of
 
-  !> Pairs of a set that hold as much as the whole set, each time the one that adds most; ties go to the first.
+  !> Returns pairs of a set that hold as much as the whole set, each time the one that adds most; of equal ones the first counts.
   pure function independent_rows(motions, is_closed) result(rows)
     type(rigid_motions_t), intent(in) :: motions
     logical, intent(in) :: is_closed(:)
@@ -86,7 +87,7 @@ contains
     end do
   end function independent_rows
 
-  !> What of a row the held motions do not span.
+  !> Returns the part of a row that the held motions do not span.
   pure function remainder_of(row, held) result(rest)
     real(rk), intent(in) :: row(:)
     !> orthonormal columns
@@ -97,7 +98,7 @@ contains
     rest = rest - matmul(held, matmul(rest, held))
   end function remainder_of
 
-  !> Candidate with the largest multiplier among those that hold more; 0 where none does.
+  !> Returns the candidate with the largest multiplier among those that hold a further motion; 0 if there is none.
   pure integer function least_pulling(motions, is_candidate, multipliers, held) result(best)
     type(rigid_motions_t), intent(in) :: motions
     logical, intent(in) :: is_candidate(:)
@@ -115,7 +116,7 @@ contains
     end do
   end function least_pulling
 
-  !> The pairs must be able to hold the bodies.
+  !> Chooses anchors from all pairs. Requires: the pairs can hold the bodies.
   subroutine find_anchors(motions, anchors)
     type(rigid_motions_t), intent(in) :: motions
     type(anchors_t), intent(out) :: anchors
@@ -127,7 +128,8 @@ contains
     anchors%closing = matmul(motions%closing, anchors%amplitudes)
   end subroutine find_anchors
 
-  !> Whether a body comes loose when a closed pair opens: its share in holding the motions is then one.
+  !> Returns for each closed pair whether a body is no longer held when this pair opens: its share in holding the motions is then
+  !> one.
   function is_last_hold(motions, is_closed) result(is_last)
     type(rigid_motions_t), intent(in) :: motions
     !> a set that holds the bodies
@@ -146,10 +148,13 @@ contains
     end do
   end function is_last_hold
 
-  !> The free motion that opens one last pair by 1 and leaves all other closed ones alone: amplitudes.
+  !> Returns the amplitudes of the free motion that opens pair k by 1 and leaves all other closed pairs closed. Requires:
+  !> is_last_hold is true for this pair.
   function letting_go(motions, is_closed, k) result(amplitudes)
     type(rigid_motions_t), intent(in) :: motions
+    !> a set that holds the bodies, shape (n_rows)
     logical, intent(in) :: is_closed(:)
+    !> pair, 1-based
     integer, intent(in) :: k
     real(rk) :: amplitudes(motions%n_free)
     logical :: is_singular
@@ -158,6 +163,7 @@ contains
     call solve_dense(gram_of(motions, is_closed), -motions%closing(k, :), amplitudes, is_singular)
   end function letting_go
 
+  !> Returns the Gram matrix (B Z)' B Z of the closed rows.
   function gram_of(motions, is_closed) result(gram)
     type(rigid_motions_t), intent(in) :: motions
     logical, intent(in) :: is_closed(:)
@@ -169,11 +175,12 @@ contains
     end associate
   end function gram_of
 
-  !> The open pair that ends a motion; 0 where none does, so that forces along it find no equilibrium.
+  !> Returns the open pair that stops a motion first, 1-based. It is 0 if no pair stops the motion: forces along it then have no
+  !> equilibrium.
   pure integer function first_to_block(motions, is_closed, amplitudes, opening) result(first)
     type(rigid_motions_t), intent(in) :: motions
     logical, intent(in) :: is_closed(:)
-    !> of the motion
+    !> amplitudes of the motion, shape (n_free)
     real(rk), intent(in) :: amplitudes(:)
     !> [length] shape (n_rows)
     real(rk), intent(in) :: opening(:)
@@ -192,12 +199,12 @@ contains
     end do
   end function first_to_block
 
-  !> The current set with the first of the wanted changes; where that lets go of a last hold, the first open pair that can take
-  !> its place closes. Without such a pair the set stays: there is no equilibrium.
+  !> Returns the current set with only the first of the wanted changes. If this change opens the last pair that holds a body, the
+  !> first open pair that can hold it instead closes. Without such a pair the set stays as it is: there is no equilibrium.
   !>
-  !> The criss-cross method: a pair that is no last hold is a pivot on the diagonal, an exchange one on two rows. By least index
-  !> it ends for every problem whose matrix is positive semidefinite, bodies held by contact included (den Hertog, Roos and
-  !> Terlaky, Linear Algebra and its Applications 187, 1993).
+  !> This is the criss-cross method: a pair that is no last hold is a pivot on the diagonal, an exchange one on two rows. By least
+  !> index it ends for every problem whose matrix is positive semidefinite, also with bodies that contact holds (den Hertog, Roos
+  !> and Terlaky, Linear Algebra and its Applications 187, 1993).
   function change_first(motions, is_closed, wanted) result(next)
     type(rigid_motions_t), intent(in) :: motions
     !> a set that holds the bodies

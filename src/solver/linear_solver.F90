@@ -47,12 +47,12 @@ module sig_linear_solver
 
 contains
 
-  !> Copy of a matrix whose rows and columns of some dofs are zero but for the diagonal, and the right-hand side that makes
-  !> them take their values. Collective.
+  !> Copies a matrix and sets the rows and columns of some dofs to zero, except for the diagonal; makes the right-hand side for
+  !> which these dofs take their values. Collective.
   subroutine constrain(system, matrix, dofs, values, forces, constrained, rhs, ierr)
     type(contact_system_t), intent(in) :: system
     Mat, intent(in) :: matrix
-    !> natural
+    !> held dofs, natural
     integer, intent(in) :: dofs(:)
     !> [length] natural, shape (n_dofs); read on `dofs` only
     real(rk), intent(in) :: values(:)
@@ -69,10 +69,13 @@ contains
     PetscCall(hold(system, dofs, values, constrained, rhs, ierr))
   end subroutine constrain
 
-  !> Holds dofs in place. The matrix keeps its pattern. Collective.
+  !> Holds dofs at given values: sets their rows and columns of the matrix to zero, except for the diagonal, and adapts the
+  !> right-hand side. The matrix keeps its pattern. Collective.
   subroutine hold(system, dofs, values, matrix, rhs, ierr)
     type(contact_system_t), intent(in) :: system
+    !> held dofs, natural
     integer, intent(in) :: dofs(:)
+    !> [length] natural, shape (n_dofs); read on `dofs` only
     real(rk), intent(in) :: values(:)
     Mat, intent(inout) :: matrix
     Vec, intent(inout) :: rhs
@@ -94,12 +97,13 @@ contains
     PetscCall(VecDestroy(prescribed, ierr))
   end subroutine hold
 
-  !> Makes ready for solves: factors the matrix, or builds the multigrid levels. Collective. The matrix must live as long.
-  !> A singular matrix, or whatever else MUMPS or PETSc cannot do with it, is a reason, not an error.
+  !> Prepares solves: factors the matrix, or builds the multigrid levels. The matrix must exist as long as the solver. A singular
+  !> matrix (reason_floating_body) and other failures of MUMPS or PETSc (reason_linear_solver, with a warning) are reasons, not
+  !> errors. Collective.
   subroutine factor(self, matrix, prefix, ierr)
     class(linear_solver_t), intent(inout) :: self
     Mat, intent(in) :: matrix
-    !> of the PETSc options, with its underscore
+    !> prefix of the PETSc options, with its underscore
     character(*), intent(in) :: prefix
     PetscErrorCode, intent(out) :: ierr
     character(kind=c_char) :: message(message_size)
@@ -112,8 +116,8 @@ contains
     if (self%reason == reason_linear_solver) call log_warning('the linear solver (' // prefix // '): ' // from_c(message))
   end subroutine factor
 
-  !> From here on it is for T' K T with some unknowns held, as hold_in_levels says before each renew. The levels of multigrid keep
-  !> the interpolations that they have for the matrix of `factor`. Collective.
+  !> Makes the solver solve with T' K T from here on, where some unknowns are held: call hold_in_levels before each renew. The
+  !> levels of multigrid keep the interpolations that they have for the matrix of `factor`. Collective.
   subroutine change_unknowns(self, stiffness, transformation, inverse, matrix, ierr)
     class(linear_solver_t), intent(inout) :: self
     !> K, which the levels keep
@@ -121,18 +125,18 @@ contains
     !> T, which they keep, and its inverse
     Mat, intent(in) :: transformation
     Mat, intent(in) :: inverse
-    !> T' K T, whose entries may be set later. It must live as long
+    !> T' K T, whose entries may be set later; it must exist as long as the solver
     Mat, intent(in) :: matrix
     PetscErrorCode, intent(out) :: ierr
 
     ierr = sig_linear_solver_change_unknowns(self%ksp, stiffness%v, transformation%v, inverse%v, matrix%v)
   end subroutine change_unknowns
 
-  !> Which unknowns are held from here on. Collective.
+  !> Sets the unknowns that are held from here on; renew must follow. Requires: change_unknowns. Collective.
   subroutine hold_in_levels(self, system, dofs, ierr)
     class(linear_solver_t), intent(in) :: self
     type(contact_system_t), intent(inout) :: system
-    !> natural
+    !> held unknowns, natural
     integer, intent(in) :: dofs(:)
     PetscErrorCode, intent(out) :: ierr
     Vec :: shares
@@ -146,8 +150,8 @@ contains
     PetscCall(VecDestroy(shares, ierr))
   end subroutine hold_in_levels
 
-  !> After new values in the matrix, whose pattern stays: MUMPS keeps its ordering, multigrid its aggregates and interpolation.
-  !> Collective.
+  !> Prepares solves again after new values in the matrix, whose pattern stays: MUMPS keeps its ordering, multigrid its aggregates
+  !> and interpolation. Sets the reason. Collective.
   subroutine renew(self, ierr)
     class(linear_solver_t), intent(inout) :: self
     PetscErrorCode, intent(out) :: ierr
@@ -168,8 +172,8 @@ contains
     ierr = sig_linear_solver_solves_per_factorization(self%ksp, n_solves)
   end subroutine solves_per_factorization
 
-  !> After new values in the matrix, whose pattern stays: its old factor becomes the preconditioner of conjugate gradients, which
-  !> fail, reason_linear_solver, after so many iterations. Collective.
+  !> Makes the old factor the preconditioner of conjugate gradients after new values in the matrix, whose pattern stays. A solve
+  !> that needs more than max_iterations fails with reason_linear_solver. Collective.
   subroutine keep_factor(self, max_iterations, ierr)
     class(linear_solver_t), intent(inout) :: self
     integer, intent(in) :: max_iterations
@@ -188,11 +192,11 @@ contains
     if (reason == is_singular) self%reason = reason_floating_body
   end subroutine set_reason
 
-  !> Tells a matrix, which multigrid will be built for, the fields that cost it next to no energy: the rigid motions of all
-  !> bodies as one, of which each aggregate takes its part. Collective.
+  !> Gives a matrix, before multigrid is built for it, the fields that have nearly no energy: the rigid motions of all bodies as
+  !> one. Each aggregate takes its part of them. Collective.
   subroutine set_near_null_space(system, matrix, ierr)
     type(contact_system_t), intent(in) :: system
-    !> of displacements
+    !> matrix whose unknowns are displacements
     Mat, intent(inout) :: matrix
     PetscErrorCode, intent(out) :: ierr
     real(rk) :: modes(system%map%n_local_dofs, system%motions%n_common()), mode(system%map%n_dofs)
@@ -205,7 +209,8 @@ contains
     ierr = sig_set_near_null_space(matrix%v, size(modes, 2), size(modes, 1), modes)
   end subroutine set_near_null_space
 
-  !> Solves for several right-hand sides. Arrays hold the rows of this rank. Sets the reason. Collective.
+  !> Solves for several right-hand sides. Arrays hold the rows of this rank. Sets the reason. Requires: factor has succeeded.
+  !> Collective.
   subroutine solve_many(self, rhs, solution, ierr)
     class(linear_solver_t), intent(inout) :: self
     !> [force] shape (n_local_dofs, n_columns)
@@ -219,7 +224,7 @@ contains
     call set_reason(self, reason)
   end subroutine solve_many
 
-  !> Solves for one right-hand side. Sets the reason. Collective.
+  !> Solves for one right-hand side. Sets the reason and n_iterations. Requires: factor has succeeded. Collective.
   subroutine solve_vector(self, rhs, tolerance, solution, ierr)
     class(linear_solver_t), intent(inout) :: self
     Vec, intent(in) :: rhs
@@ -235,6 +240,7 @@ contains
     call set_reason(self, reason)
   end subroutine solve_vector
 
+  !> Frees the solver; one that was not made is no error. Collective.
   subroutine destroy(self, ierr)
     class(linear_solver_t), intent(inout) :: self
     PetscErrorCode, intent(out) :: ierr

@@ -32,6 +32,7 @@ module sig_snes_vi
 
 contains
 
+  !> Makes the bound form for a system. Collective.
   subroutine create(self, system, ierr)
     class(snes_vi_t), intent(inout) :: self
     type(contact_system_t), intent(inout) :: system
@@ -41,6 +42,8 @@ contains
     PetscCall(MatNorm(self%form%matrix, NORM_INFINITY, self%largest_stiffness, ierr))
   end subroutine create
 
+  !> Solves one point: with full steps first, then with a backtracking search if full steps do not converge. A failure is a reason.
+  !> Collective.
   subroutine solve(self, system, theta, state, ierr)
     class(snes_vi_t), intent(inout) :: self
     type(contact_system_t), intent(inout) :: system
@@ -78,7 +81,7 @@ contains
     PetscCall(VecDestroy(solution, ierr))
   end subroutine solve
 
-  !> Size of the displacements and of the forces that the point can bring.
+  !> Computes the size of the displacements [length] and of the forces [force] that can occur at the point. Collective.
   subroutine scales(self, system, theta, values, loads, length_scale, force_scale, ierr)
     class(snes_vi_t), intent(in) :: self
     type(contact_system_t), intent(inout) :: system
@@ -103,7 +106,7 @@ contains
     if (force_scale <= rounding * self%largest_stiffness * length_scale) force_scale = self%largest_stiffness * length_scale
   end subroutine scales
 
-  !> Bounds in units of length_scale; infinite but on the bounded unknowns.
+  !> Makes the vector of upper bounds in units of length_scale; infinite except for the bounded unknowns.
   subroutine fill_bounds(self, system, theta, length_scale, upper, ierr)
     class(snes_vi_t), intent(in) :: self
     type(contact_system_t), intent(in) :: system
@@ -119,6 +122,7 @@ contains
     PetscCall(system%put(values, upper, ierr))
   end subroutine fill_bounds
 
+  !> Frees the bound form. Collective.
   subroutine destroy(self, ierr)
     class(snes_vi_t), intent(inout) :: self
     PetscErrorCode, intent(out) :: ierr

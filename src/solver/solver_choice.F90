@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 #include "signorom/macros.h"
-!> The contact solver of a plan.
+!> Makes the contact solver that a plan names.
 module sig_solver_choice
   use sig_active_set, only: active_set_t
   use sig_condensed, only: condensed_t
@@ -15,10 +15,11 @@ module sig_solver_choice
 
 contains
 
-  !> Allocates the solver; the caller creates it for a system. Local.
+  !> Allocates the solver and sets its options; the caller then calls its create for a system. ierr is set if the plan has an
+  !> unknown type. Local.
   subroutine choose_solver(plan, max_iterations, solver, ierr)
     type(solver_plan_t), intent(in) :: plan
-    !> per parameter point
+    !> largest number of steps at one parameter point
     integer, intent(in) :: max_iterations
     class(contact_solver_t), allocatable, intent(out) :: solver
     PetscErrorCode, intent(out) :: ierr

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 #include "signorom/macros.h"
-!> PETSc options of the contact solver in use that nothing asked for: to be found after the first point, not after the last one.
+!> Finds PETSc options of the contact solver in use that nothing has read, after the first point and not after the last one.
 module sig_solver_options
   use sig_errors, only: error_t, make_error
   use sig_petsc_support, only: unused_petsc_options
@@ -12,9 +12,10 @@ module sig_solver_options
 
 contains
 
-  !> Requires: a point was solved, so that every object of the solver has read its options. The same on every rank.
+  !> Errors: an option with the prefix of this solver was not used. The result is the same on every rank. Requires: a point was
+  !> solved, so that every object of the solver has read its options.
   subroutine refuse_unused_options(solver_type, error, ierr)
-    !> as in the deck
+    !> name of the solver, as in the deck
     character(*), intent(in) :: solver_type
     type(error_t), allocatable, intent(out) :: error
     PetscErrorCode, intent(out) :: ierr

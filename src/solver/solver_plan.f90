@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Which solver does the work: the deck's, or for `auto` the one that fits the size of the problem and the number of points.
+!> Chooses the solver: that of the deck, or for `auto` the one that fits the size of the problem and the number of points.
 module sig_solver_plan
   use sig_deck_config, only: solver_config_t
   use sig_kinds, only: rk
@@ -13,9 +13,9 @@ module sig_solver_plan
     character(:), allocatable :: type
     !> cholesky or gamg
     character(:), allocatable :: linear
-    !> the stiffness is small enough to be factored once, and the deck does not ask for multigrid
+    !> whether the stiffness is small enough to be factored once, and the deck does not ask for multigrid
     logical :: may_factor = .true.
-    !> why, to stand behind a colon
+    !> reason of the choice, as text for a message
     character(:), allocatable :: why
   end type solver_plan_t
 
@@ -45,7 +45,7 @@ module sig_solver_plan
 
 contains
 
-  !> Chooses the solvers. If the deck asks for something that is not possible, the message says so.
+  !> Chooses solver and linear solver. Errors: message is allocated if the deck asks for something that is not possible.
   subroutine make_solver_plan(config, sizes, plan, message)
     type(solver_config_t), intent(in) :: config
     type(problem_size_t), intent(in) :: sizes
@@ -70,7 +70,7 @@ contains
   end subroutine make_solver_plan
 
   pure subroutine choose_type(linear, sizes, plan)
-    !> of the deck
+    !> linear solver that the deck asks for
     character(*), intent(in) :: linear
     type(problem_size_t), intent(in) :: sizes
     type(solver_plan_t), intent(inout) :: plan
@@ -92,11 +92,11 @@ contains
     end if
   end subroutine choose_type
 
-  !> Whether there is room for W and for the response to each multiplier.
+  !> Whether W and the responses to all multipliers are small enough for the condensed solver (max_condensed, max_response).
   pure logical function fits_condensed(n_dofs, n_multipliers, n_copies)
     integer, intent(in) :: n_dofs
     integer, intent(in) :: n_multipliers
-    !> of the responses on all ranks; default: one
+    !> number of copies of the responses on all ranks; default: 1
     real(rk), intent(in), optional :: n_copies
     real(rk) :: response_size
 
@@ -115,7 +115,7 @@ contains
     plan%why = plan%why // '; multigrid takes less time than factorizations of ' // to_text(sizes%n_dofs) // ' dofs'
   end subroutine choose_linear
 
-  !> `solver: active_set, gamg: why`
+  !> Returns the plan as text for the log, as `solver: active_set, gamg: why`.
   pure function plan_text(plan) result(text)
     type(solver_plan_t), intent(in) :: plan
     character(:), allocatable :: text

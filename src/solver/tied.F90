@@ -1,10 +1,11 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 #include "signorom/macros.h"
-!> The contact problem with some rows closed for good and others open for good: a dense problem of the rest, without W of all rows.
+!> The contact problem where some rows are always closed and some always open: a dense problem of the other rows, without W of all
+!> rows.
 !>
-!> With K tied at the closed rows C (B_C u = D_C theta), forces on the changing rows N displace by u = G theta - H lambda_N. One
-!> factorization and N + t solves give, of every row, what it says of a solution: the force of a closed one, the opening of the
-!> others, R theta + S lambda_N. Rows N of that are the complementarity problem; S there is symmetric.
+!> With K tied at the closed rows C (B_C u = D_C theta), the displacement under forces on the changing rows N is u = G theta - H
+!> lambda_N. One factorization and N + t solves for t terms give a value of each row, R theta + S lambda_N: the force of a closed
+!> row, the opening of each other row. The values of the rows N are the complementarity problem; there S is symmetric.
 module sig_tied
   use sig_bound_form, only: bound_form_t
   use sig_contact_system, only: contact_system_t
@@ -34,26 +35,27 @@ module sig_tied
     real(rk), allocatable :: field(:, :)
   end type tied_response_t
 
-  !> The factored system, and what is asked of it.
+  !> The factored system, the status of the rows, and the wanted dofs.
   type :: tied_system_t
     type(bound_form_t) :: form
     type(linear_solver_t) :: linear_solver
     !> row_*, shape (n_rows)
     integer, allocatable :: status(:)
-    !> unknowns that are held at values, natural
+    !> unknowns of the bound form that are held at given values, natural
     integer, allocatable :: held(:)
-    !> whose displacements are wanted, natural
+    !> dofs whose displacements are wanted, natural
     integer, allocatable :: dofs(:)
   end type tied_system_t
 
 contains
 
-  !> Collective; the same on all ranks of the system. Requires: no body that only contact holds.
+  !> Computes R, S and the wanted rows of G and -H; they are the same on all ranks of the system. If the tied stiffness cannot be
+  !> factored or a solve fails, response%reason says so. Requires: no body that only contact holds. Collective.
   subroutine solve_tied(system, status, dofs, response, ierr)
     type(contact_system_t), intent(inout) :: system
     !> row_*, shape (n_rows)
     integer, intent(in) :: status(:)
-    !> whose displacements are wanted, natural
+    !> dofs whose displacements are wanted, natural
     integer, intent(in) :: dofs(:)
     type(tied_response_t), intent(out) :: response
     PetscErrorCode, intent(out) :: ierr
@@ -82,7 +84,7 @@ contains
     PetscCall(tied%form%destroy(ierr))
   end subroutine solve_tied
 
-  !> R and G: loads, prescribed displacements and gaps of each term.
+  !> Computes R and G: the responses to loads, prescribed displacements and gaps of each term. Collective.
   subroutine solve_terms(system, tied, response, ierr)
     type(contact_system_t), intent(inout) :: system
     type(tied_system_t), intent(inout) :: tied
@@ -111,7 +113,7 @@ contains
     end do
   end subroutine solve_terms
 
-  !> S and -H: a unit force on each changing row, which pushes its sides apart.
+  !> Computes S and -H: the responses to a unit force on each changing row, which pushes its sides apart. Collective.
   subroutine solve_forces(system, tied, response, ierr)
     type(contact_system_t), intent(inout) :: system
     type(tied_system_t), intent(inout) :: tied
@@ -139,8 +141,8 @@ contains
     response%reason = tied%linear_solver%reason
   end subroutine solve_forces
 
-  !> Forces of closed rows, minus the displacement along the others, and displacements of some dofs, under forces on the unknowns
-  !> of the bound form while some are held at values. Collective.
+  !> Computes the forces of closed rows, minus the displacement along the other rows, and the displacements of the wanted dofs,
+  !> under forces on the unknowns of the bound form while some unknowns are held at given values. Collective.
   subroutine respond(system, tied, forces, values, rows, fields, ierr)
     type(contact_system_t), intent(inout) :: system
     type(tied_system_t), intent(inout) :: tied
