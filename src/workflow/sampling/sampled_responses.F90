@@ -1,9 +1,10 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 #include "signorom/macros.h"
-!> Training points of many stiffnesses from the responses of the bodies, instead of a factorization for each point.
+!> Solves training points that have many different stiffnesses by the elastic responses of the bodies, without a factorization for
+!> each point.
 !>
-!> Where all moduli of each body scale together this is exact. Elsewhere the responses are interpolated over the elastic constants,
-!> which the deck must allow. Some points are solved first with their own stiffness: they measure the error.
+!> This is exact if all moduli of each body scale together. Otherwise the responses are interpolated over the elastic constants;
+!> the deck must allow this. Some points are solved first with their own stiffness. They measure the error.
 module sig_sampled_responses
   use sig_answer, only: answer_t
   use sig_body_constants, only: body_constants_t, find_body_constants, joined_body_t
@@ -35,14 +36,15 @@ module sig_sampled_responses
   public :: sampled_responses_t
 
   type :: sampled_responses_t
-    !> points without a stiffness of their own can be solved
+    !> the responses are there, so that `solve` may be called
     logical :: is_ready = .false.
-    !> shape (n_parameters, n_first), and [force] of this rank's group, of all after `create`; shape (n_multipliers, n_first)
+    !> points that are solved first, shape (n_parameters, n_first), and [force] their contact forces, shape (n_multipliers,
+    !> n_first); before `create` those of this rank's group only
     real(rk), allocatable, private :: points(:, :)
     real(rk), allocatable, private :: forces(:, :)
     logical, allocatable, private :: is_solved(:)
     type(body_constants_t), allocatable, private :: constants(:)
-    !> nodes of a body for which responses take less time than the points without them
+    !> largest number of interpolation nodes of a body with which the responses save time
     integer, private :: n_most = 0
     type(reduced_interpolated_t), allocatable, private :: reduced
     class(room_t), allocatable, private :: room
@@ -55,9 +57,9 @@ module sig_sampled_responses
     procedure :: n_factorizations
   end type sampled_responses_t
 
-  !> points that are solved first: where the responses are exact, where they are interpolated
+  !> number of points that are solved first: if the responses are exact, and if they are interpolated
   integer, parameter :: n_first_exact = 4, n_first_interpolated = 20
-  !> [-] of the forces: exact ones
+  !> [-] largest error of the contact forces that counts as rounding
   real(rk), parameter :: rounding = 1.0e-9_rk
   !> a factorization takes as long as so many solves; a point takes about three
   real(rk), parameter :: solves_per_factorization = 40
@@ -65,13 +67,16 @@ module sig_sampled_responses
 
 contains
 
-  !> Numbers of the points that must be solved first with their own stiffness; none where all are. Local; the same on all ranks.
+  !> Chooses the points that are solved first with their own stiffness; there are none if the responses are not possible, not wanted
+  !> or save no time. Then every point is solved with its own stiffness. Local; the same on all ranks.
   subroutine choose(self, problem, points, n_ranks, first)
     class(sampled_responses_t), intent(inout) :: self
     type(problem_t), intent(in) :: problem
     !> to be solved, shape (n_parameters, n_points)
     real(rk), intent(in) :: points(:, :)
+    !> ranks of one group
     integer, intent(in) :: n_ranks
+    !> their numbers among the points, 1-based
     integer, allocatable, intent(out) :: first(:)
     type(error_t), allocatable :: error
     character(:), allocatable :: reason
@@ -102,8 +107,8 @@ contains
     allocate (self%is_solved(n_first), source=.false.)
   end subroutine choose
 
-  !> Whether responses may take the place of the plan's solver: the deck asks for no other one than the condensed solver, and the
-  !> plan does not condense already because points share each stiffness. Local.
+  !> Whether the responses may replace the planned solver: the deck asks for the condensed solver, or leaves the choice and
+  !> another solver is planned. Local.
   pure logical function may_condense(problem)
     type(problem_t), intent(in) :: problem
 
@@ -112,11 +117,11 @@ contains
     end associate
   end function may_condense
 
-  !> Why responses do not pay or have no room; empty where they do.
+  !> Returns why the responses are impossible, need too much memory or save no time; empty if they do none of this.
   function why_not(problem, constants, n_most, n_ranks) result(reason)
     type(problem_t), intent(in) :: problem
     type(body_constants_t), intent(in) :: constants(:)
-    !> nodes of a body that pay
+    !> largest number of interpolation nodes of a body that saves time
     integer, intent(in) :: n_most
     integer, intent(in) :: n_ranks
     character(:), allocatable :: reason
@@ -133,11 +138,13 @@ contains
     end associate
   end function why_not
 
-  !> Takes the forces of a point that was solved first, if there are such points. Local; the group's leader calls it.
+  !> Keeps the contact forces of a point that was solved first; does nothing if there are no such points. Local; the leader of the
+  !> group calls it.
   subroutine collect(self, i, state)
     class(sampled_responses_t), intent(inout) :: self
-    !> place in `first`
+    !> position of the point in `first`
     integer, intent(in) :: i
+    !> its full-order solution
     type(contact_state_t), intent(in) :: state
 
     if (.not. allocated(self%forces)) return
@@ -145,12 +152,12 @@ contains
     self%is_solved(i) = state%reason == reason_converged
   end subroutine collect
 
-  !> Makes the responses from the points that were solved first. Not ready afterwards: the error is too large. Collective on all
-  !> ranks; the same on each.
+  !> Makes the responses and measures their error at the points that were solved first. Afterwards is_ready is false, with a
+  !> warning, if one of these points did not converge, or if the error is too large. Collective on all ranks; the same on each.
   subroutine create(self, problem, team, ierr)
     class(sampled_responses_t), intent(inout) :: self
     type(problem_t), intent(in) :: problem
-    !> ready
+    !> its solver is ready
     type(team_t), intent(inout) :: team
     PetscErrorCode, intent(out) :: ierr
     type(snapshot_set_t), target :: set
@@ -184,7 +191,7 @@ contains
     call self%reduced%create_room(self%room)
   end subroutine create
 
-  !> The forces that the leaders have collected. Collective on all ranks.
+  !> Gives all ranks the contact forces that the leaders have collected. Collective on all ranks.
   subroutine share(self, ierr)
     class(sampled_responses_t), intent(inout) :: self
     PetscErrorCode, intent(out) :: ierr
@@ -199,7 +206,7 @@ contains
     self%is_solved = is_solved > 0
   end subroutine share
 
-  !> Tells on the terminal where the other points come from, and their error.
+  !> Logs how the other points are solved, and the error of the responses.
   subroutine tell(self, error)
     class(sampled_responses_t), intent(in) :: self
     type(error_t), allocatable, intent(in) :: error
@@ -221,11 +228,12 @@ contains
     end if
   end subroutine tell
 
-  !> A point from the responses; with its own stiffness where they have no solution or miss equilibrium by more than
+  !> Solves a point by the responses; with its own stiffness if they give no solution, or if the residual of equilibrium is above
   !> reduction.stiffness_tolerance. Collective on the group. Requires: is_ready.
   subroutine solve(self, problem, solver, point, state, ierr)
     class(sampled_responses_t), intent(inout) :: self
     type(problem_t), intent(in) :: problem
+    !> full-order solver of the group
     type(point_solver_t), intent(inout) :: solver
     !> shape (n_parameters), checked
     real(rk), intent(in) :: point(:)
@@ -251,12 +259,12 @@ contains
     state%seconds = wall_time() - start
   end subroutine solve
 
-  !> Forces and displacements of the responses; not converged where they have no solution. Local.
+  !> Computes contact forces and displacements by the responses; state%reason says whether there is a solution. Local.
   subroutine answer_point(self, problem, point, theta, state)
     class(sampled_responses_t), intent(inout) :: self
     type(problem_t), intent(in) :: problem
     real(rk), intent(in) :: point(:)
-    !> terms at the point
+    !> values of the terms at the point, shape (n_terms)
     real(rk), contiguous, intent(in) :: theta(:)
     type(contact_state_t), intent(inout) :: state
     class(reduced_t), pointer :: nobody
@@ -278,7 +286,7 @@ contains
     call self%reduced%fill_displacement(answer, state%displacement)
   end subroutine answer_point
 
-  !> Number of factorizations that the responses took.
+  !> Returns the number of factorizations for which the responses were computed.
   pure integer function n_factorizations(self)
     class(sampled_responses_t), intent(in) :: self
 

@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 #include "signorom/macros.h"
-!> Points -> stored solutions: groups of ranks solve different points, every finished point is on disk at once, a killed run
-!> goes on where it was.
+!> Solves points and stores the solutions. Groups of ranks solve different points. The solutions are written to disk during the run,
+!> so that the same command goes on after a killed run.
 module sig_sampling
   use sig_contact_state, only: contact_state_t
   use sig_deck_config, only: point_set_config_t
@@ -30,10 +30,11 @@ module sig_sampling
   public :: sample, sampler_t, sampling_result_t
 
   type :: sampling_result_t
+    !> number of points that were wanted
     integer :: n_points = 0
-    !> points that were on disk already
+    !> points whose solutions were on disk already
     integer :: n_found = 0
-    !> points that this run tried and did not solve
+    !> points that this run tried and that did not converge
     integer :: n_failed = 0
     !> a signal ended the run before all points were done
     logical :: is_stopped = .false.
@@ -41,14 +42,14 @@ module sig_sampling
     integer :: n_stiffnesses = 0
   end type sampling_result_t
 
-  !> The command's problem and the team that shares out one set of points or several; the full order owns both.
+  !> Solves one or several sets of points. The problem and the team of groups belong to the full_order of create.
   type :: sampler_t
     type(problem_t), pointer :: problem => null()
     type(team_t), pointer :: team => null()
-    !> what points come from that need no stiffness of their own
+    !> solve points without a stiffness of their own
     type(sampled_responses_t), private :: responses
     type(progress_t), private :: progress
-    !> points that were solved before those at hand
+    !> number of points that were solved before the present ones
     integer, private :: n_before = 0
   contains
     procedure :: create
@@ -57,7 +58,9 @@ module sig_sampling
 
 contains
 
-  !> Solves a set of points of the deck into a store. Collective on all ranks; errors are known to all.
+  !> Solves a set of points of the deck and keeps the solutions in a store. Collective on all ranks; errors are known to all.
+  !>
+  !> Errors: those of build_points and solve_missing.
   subroutine sample(full_order, point_set, store, outcome, error, ierr)
     !> loaded
     type(full_order_t), target, intent(inout) :: full_order
@@ -77,12 +80,12 @@ contains
     PetscCall(sampler%solve_missing(store, points, outcome, error, ierr))
   end subroutine sample
 
-  !> Chooses the team; its solver waits for the first point that is missing. Collective on all ranks.
+  !> Chooses the team of groups. Its solver is made ready by solve_missing, if a point is missing. Collective on all ranks.
   subroutine create(self, full_order, n_points, ierr)
     class(sampler_t), intent(inout) :: self
     !> loaded
     type(full_order_t), target, intent(inout) :: full_order
-    !> most points at a time: more groups would idle
+    !> largest number of points that are solved in one call; there are not more groups than points
     integer, intent(in) :: n_points
     PetscErrorCode, intent(out) :: ierr
 
@@ -90,7 +93,11 @@ contains
     PetscCall(full_order%team_for(self%problem%deck%training%n_groups, n_points, self%team, ierr))
   end subroutine create
 
-  !> Solves the points that the store lacks; then the store is one file again. Collective on all ranks.
+  !> Solves the points that the store lacks, then merges the store into one file. After a signal the finished points stay in shards.
+  !> Collective on all ranks; errors are known to all.
+  !>
+  !> Errors: those of check_points and find_finished_points; the solver does not use one of its PETSc options; a file cannot be
+  !> written; the elastic response to the prescribed values cannot be computed.
   subroutine solve_missing(self, store, points, outcome, error, ierr)
     class(sampler_t), intent(inout) :: self
     type(store_t), intent(in) :: store
@@ -122,6 +129,7 @@ contains
     type(sampler_t), intent(inout) :: self
     type(store_t), intent(in) :: store
     real(rk), intent(in) :: points(:, :)
+    !> numbers of the points that are solved, 1-based
     integer, intent(in) :: to_do(:)
     !> dofs of which the store keeps displacements: all or none
     integer, intent(in) :: n_stored
@@ -144,10 +152,11 @@ contains
     PetscCall(merge_snapshots(self%problem, self%team, store, points, n_stored, buffer%records, error, ierr))
   end subroutine solve_and_merge
 
-  !> The rank that merges keeps what it has not written; the others write, and so do all where nothing is merged. Collective on
-  !> all ranks.
+  !> Closes the buffers. The rank that merges keeps the records that it has not written; all others write theirs. If nothing will be
+  !> merged, all write. Collective on all ranks.
   subroutine close_buffer(groups, is_failed, buffer, error, ierr)
     type(rank_groups_t), intent(in) :: groups
+    !> nothing will be merged
     logical, intent(in) :: is_failed
     type(snapshot_buffer_t), intent(inout) :: buffer
     !> the earlier one is kept
@@ -162,8 +171,8 @@ contains
     if (.not. allocated(buffer%records)) allocate (buffer%records(0))
   end subroutine close_buffer
 
-  !> Solves all points: first those that must be solved first; from these come the responses, and the others from the responses.
-  !> Collective on all ranks.
+  !> Solves the points. If the responses are used, some points are solved first with their own stiffness, then the responses are
+  !> made, and the other points are solved by them. Collective on all ranks.
   subroutine solve_points(self, store, points, n_stored, buffer, outcome, error, ierr)
     type(sampler_t), intent(inout) :: self
     type(store_t), intent(in) :: store
@@ -206,7 +215,7 @@ contains
     PetscCall(broadcast_error(error, PETSC_COMM_WORLD, ierr))
   end subroutine solve_points
 
-  !> Some group has an error or was stopped. Collective on all ranks.
+  !> Finds out whether any rank has an error or was stopped. Collective on all ranks.
   subroutine agree_to_end(outcome, error, is_ended, ierr)
     type(sampling_result_t), intent(in) :: outcome
     type(error_t), allocatable, intent(in) :: error
@@ -219,12 +228,12 @@ contains
     is_ended = ended > 0
   end subroutine agree_to_end
 
-  !> The loop over this group's share of some points, as many at once as the solver likes. A point that did not converge is kept
-  !> and marked; a signal ends the loop.
+  !> Solves this group's share of some points, as many at once as the solver takes. A point that did not converge is kept with its
+  !> reason. A signal ends the loop. Collective on the group.
   subroutine solve_some(self, points, numbers, n_stored, buffer, outcome, error, ierr)
     type(sampler_t), intent(inout) :: self
     real(rk), intent(in) :: points(:, :)
-    !> of these points
+    !> numbers of the points that are solved, 1-based
     integer, intent(in) :: numbers(:)
     integer, intent(in) :: n_stored
     type(snapshot_buffer_t), intent(inout) :: buffer
@@ -253,11 +262,11 @@ contains
     end do
   end subroutine solve_some
 
-  !> Solves points and hands them to the group's shard. Collective on the group.
+  !> Solves the points and adds them to the group's shard. Collective on the group.
   subroutine solve_batch(self, points, places, n_stored, buffer, outcome, error, ierr)
     type(sampler_t), intent(inout) :: self
     real(rk), intent(in) :: points(:, :)
-    !> among those that are solved together with them
+    !> their positions in `numbers` of solve_some
     integer, intent(in) :: places(:)
     integer, intent(in) :: n_stored
     type(snapshot_buffer_t), intent(inout) :: buffer
@@ -286,7 +295,7 @@ contains
     PetscCall(broadcast_error(error, self%team%groups%comm, ierr))
   end subroutine solve_batch
 
-  !> The fields move from the state to the record.
+  !> Makes a record of a solution; its arrays move from the state to the record.
   pure subroutine make_record(point, has_displacement, state, record)
     real(rk), intent(in) :: point(:)
     logical, intent(in) :: has_displacement

@@ -1,8 +1,9 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 #include "signorom/macros.h"
-!> Finds what earlier runs left in a store of the results folder, and makes one file of it and of this run's shards.
+!> Finds the solutions that earlier runs left in a store of the results folder, and merges them with the shards of this run into one
+!> file.
 !>
-!> A store is a file such as snapshots.h5 and the shards snapshots.part-1, ... of a sampling that is not finished.
+!> A store is a file such as snapshots.h5, together with the shards snapshots.part-1, ... of a sampling that is not finished.
 module sig_snapshot_merge
   use mpi, only: MPI_Barrier, MPI_Bcast, MPI_Comm_rank, MPI_INTEGER, MPI_LOGICAL
   use sig_condensed_plan, only: needs_displacements
@@ -26,7 +27,7 @@ module sig_snapshot_merge
   public :: snapshots_path, store_in, store_t
   public :: write_merged
 
-  !> the solutions that a model is trained on, and the pool of solved points from which such are chosen
+  !> names of the stores: the solutions on which a model is trained, and the solved candidates from which some are chosen
   character(*), parameter, public :: snapshot_store = 'snapshots'
   character(*), parameter, public :: candidate_store = 'candidates'
 
@@ -44,6 +45,7 @@ module sig_snapshot_merge
 
 contains
 
+  !> Returns the path of snapshots.h5 in the results folder.
   pure function snapshots_path(folder) result(path)
     character(*), intent(in) :: folder
     character(:), allocatable :: path
@@ -51,7 +53,8 @@ contains
     path = folder // '/' // snapshot_store // '.h5'
   end function snapshots_path
 
-  !> A store of a folder. gfortran 12 loses a text that is itself a component in a structure constructor.
+  !> Returns the store of a folder with a name. Use it instead of store_t(...) if a text is a component: gfortran 12 loses such a
+  !> text.
   pure function store_in(folder, name) result(store)
     character(*), intent(in) :: folder
     character(*), intent(in) :: name
@@ -61,6 +64,7 @@ contains
     store%name = name
   end function store_in
 
+  !> Returns the path of the merged file of the store.
   pure function store_path(self) result(path)
     class(store_t), intent(in) :: self
     character(:), allocatable :: path
@@ -68,7 +72,7 @@ contains
     path = self%folder // '/' // self%name // '.h5'
   end function store_path
 
-  !> Shard of a group (1-based).
+  !> Returns the path of the shard of a group (1-based).
   pure function shard_path(self, i_group) result(path)
     class(store_t), intent(in) :: self
     integer, intent(in) :: i_group
@@ -77,7 +81,7 @@ contains
     path = self%folder // '/' // self%name // '.part-' // to_text(i_group)
   end function shard_path
 
-  !> Names of the shards in the folder.
+  !> Returns the names of the shards in the folder.
   function list_shards(self) result(names)
     class(store_t), intent(in) :: self
     type(string_t), allocatable :: names(:)
@@ -85,18 +89,21 @@ contains
     names = list_files(self%folder, self%name // '.part-')
   end function list_shards
 
-  !> Which points are solved already, and whether all of them are merged. Collective on all ranks.
+  !> Finds out which points are solved already, and whether nothing is left to do. Collective on all ranks.
   !>
-  !> Errors: snapshots of another deck or mesh.
+  !> Errors: the files of the store cannot be read, or are of another deck or mesh.
   subroutine find_finished_points(problem, store, points, is_done, is_merged, error, ierr, n_stored)
     type(problem_t), intent(in) :: problem
     type(store_t), intent(in) :: store
+    !> shape (n_parameters, n_points)
     real(rk), intent(in) :: points(:, :)
+    !> the store has a converged solution of the point, shape (n_points)
     logical, allocatable, intent(out) :: is_done(:)
+    !> all points are done, and there are no shards
     logical, intent(out) :: is_merged
     type(error_t), allocatable, intent(out) :: error
     PetscErrorCode, intent(out) :: ierr
-    !> dofs of which the store keeps displacements
+    !> number of dofs of which the store keeps displacements: all or 0
     integer, intent(out), optional :: n_stored
     type(snapshot_record_t), allocatable :: records(:)
     type(string_t), allocatable :: shards(:)
@@ -124,21 +131,22 @@ contains
     if (present(n_stored)) n_stored = n_dofs
   end subroutine find_finished_points
 
-  !> Everything that stands in the folder: these points first, then others that an earlier deck asked for. Local.
+  !> Reads all solutions of the store: first those of the given points, then those of other points that an earlier deck asked for.
+  !> Solutions without displacements are left out if the deck needs displacements. Local.
   !>
-  !> Contact forces alone do not count where the deck needs displacements.
+  !> Errors: a file cannot be read, or is of another deck or mesh.
   subroutine collect_snapshots(problem, store, points, picked, is_missing, n_stored, error, fresh)
     type(problem_t), intent(in) :: problem
     type(store_t), intent(in) :: store
     real(rk), intent(in) :: points(:, :)
-    !> those that there are, in the order of the points
+    !> the solutions that are found, in the order of the points
     type(snapshot_record_t), allocatable, intent(out) :: picked(:)
-    !> shape (n_points and more)
+    !> no solution is found; of the given points, then of the others of the file
     logical, allocatable, intent(out) :: is_missing(:)
-    !> dofs of which the store keeps displacements: all where the deck needs them or the file has them, else none
+    !> number of dofs of which the store keeps displacements: all if the deck needs them or the file has them, else 0
     integer, intent(out) :: n_stored
     type(error_t), allocatable, intent(out) :: error
-    !> records that are not in the folder; their fields are gone afterwards
+    !> records that are in no file yet; their arrays are moved away
     type(snapshot_record_t), intent(inout), optional :: fresh(:)
     type(snapshot_record_t), allocatable :: records(:), found(:)
     type(snapshot_set_t) :: set
@@ -174,9 +182,9 @@ contains
     call pick_records(records, wanted, picked, is_missing)
   end subroutine collect_snapshots
 
-  !> The snapshots of this deck and mesh. Local.
+  !> Reads the merged file of a store. Local.
   !>
-  !> Errors: those of read_snapshot_set; fields of another size than the problem's, which a provenance can hide.
+  !> Errors: those of read_snapshot_set; the sizes are not those of the problem although the provenance is.
   subroutine read_own_snapshots(problem, path, set, error, dofs, points, is_missing)
     type(problem_t), intent(in) :: problem
     character(*), intent(in) :: path
@@ -200,28 +208,32 @@ contains
         hint='remove the file and sample again')
   end subroutine read_own_snapshots
 
-  !> Whether the set holds contact forces only, for a condensed model that takes no more.
+  !> Whether the set has solutions without displacements, as for a condensed model, which needs contact forces only.
   pure logical function lacks_displacements(set)
     type(snapshot_set_t), intent(in) :: set
 
     lacks_displacements = size(set%reasons) > 0 .and. set%n_dofs == 0
   end function lacks_displacements
 
-  !> The solutions at these points, in their order; the file may hold more. Local.
+  !> Reads the solutions at the given points, in their order, with all dofs; the file may hold more points. Local.
+  !>
+  !> Errors: the file cannot be read, or is of another deck or mesh.
   subroutine read_store(problem, store, points, set, is_missing, error)
     type(problem_t), intent(in) :: problem
     type(store_t), intent(in) :: store
+    !> shape (n_parameters, n_points)
     real(rk), intent(in) :: points(:, :)
+    !> has no column for a missing point
     type(snapshot_set_t), intent(out) :: set
-    !> points that have no column, shape (n_points)
+    !> the file lacks the point, shape (n_points)
     logical, intent(out) :: is_missing(:)
     type(error_t), allocatable, intent(out) :: error
 
     call read_own_snapshots(problem, store%path(), set, error, points=points, is_missing=is_missing)
   end subroutine read_store
 
-  !> As read_store, but each rank gets its own share of the displacements; none are read where the deck needs none. Collective on
-  !> all ranks.
+  !> Does what read_store does, but each rank gets only its share of the dofs of the displacements, or none if the deck needs no
+  !> displacements. Collective on all ranks; errors are known to all.
   subroutine read_spread(problem, store, points, set, is_missing, error, ierr)
     type(problem_t), intent(in) :: problem
     type(store_t), intent(in) :: store
@@ -238,7 +250,8 @@ contains
     PetscCall(broadcast_error(error, PETSC_COMM_WORLD, ierr))
   end subroutine read_spread
 
-  !> These points first, all of which are in the store. Local: one rank writes.
+  !> Writes the merged file again so that the given points come first, in their order; all of them must be in the store. Local: one
+  !> rank writes. Errors: the file cannot be read or written.
   subroutine put_in_order(problem, store, points, error)
     type(problem_t), intent(in) :: problem
     type(store_t), intent(in) :: store
@@ -255,16 +268,19 @@ contains
     call write_merged(problem, store, points, none, set%free_response, error)
   end subroutine put_in_order
 
-  !> Writes one file of everything, then removes the shards. Collective on all ranks.
+  !> Writes one file of all solutions of the store and of this run, the given points first, then removes the shards. Collective on
+  !> all ranks; errors are known to all.
+  !>
+  !> Errors: the elastic response to the prescribed values cannot be computed; those of write_merged.
   subroutine merge_snapshots(problem, team, store, points, n_stored, fresh, error, ierr)
     type(problem_t), intent(in) :: problem
-    !> ready
+    !> its solver is ready
     type(team_t), intent(inout) :: team
     type(store_t), intent(in) :: store
     real(rk), intent(in) :: points(:, :)
-    !> dofs of which the store keeps displacements
+    !> number of dofs of which the store keeps displacements: all or 0
     integer, intent(in) :: n_stored
-    !> records that the first rank has not written to a shard, none elsewhere; gone afterwards
+    !> on the first rank its records that are in no shard, none on other ranks; their arrays are moved away
     type(snapshot_record_t), intent(inout) :: fresh(:)
     type(error_t), allocatable, intent(out) :: error
     PetscErrorCode, intent(out) :: ierr
@@ -284,12 +300,17 @@ contains
     PetscCall(broadcast_error(error, PETSC_COMM_WORLD, ierr))
   end subroutine merge_snapshots
 
-  !> Everything in the store and fresh records, these points first. Local: one rank writes.
+  !> Writes the merged file: all solutions of the store and the fresh records, the given points first; then removes the shards.
+  !> Local: one rank writes.
+  !>
+  !> Errors: a file cannot be read, written or removed, or is of another deck or mesh.
   subroutine write_merged(problem, store, points, fresh, response, error)
     type(problem_t), intent(in) :: problem
     type(store_t), intent(in) :: store
     real(rk), intent(in) :: points(:, :)
+    !> records that are in no file yet; their arrays are moved away
     type(snapshot_record_t), intent(inout) :: fresh(:)
+    !> [length] elastic responses to the lifted terms, shape (n_dofs, n_lifted_terms); no column without displacements
     real(rk), intent(in) :: response(:, :)
     type(error_t), allocatable, intent(out) :: error
     type(snapshot_set_t) :: study
