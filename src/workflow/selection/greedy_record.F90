@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 #include "signorom/macros.h"
-!> What a greedy selection leaves in the results folder: the table of its choices and the snapshots in their order.
+!> Keeps a greedy selection in the results folder: reads and writes selection.csv, and finds out whether its snapshots are there.
 module sig_greedy_record
   use sig_checksum, only: fnv1a, fnv1a_seed, hash_digits
   use sig_deck_config, only: deck_config_t
@@ -29,7 +29,7 @@ contains
     path = folder // '/selection.csv'
   end function selection_path
 
-  !> `projection, tolerance none, max_points 200`
+  !> Returns `by projection, tolerance none, max_points 200`.
   pure function rule_of(deck) result(rule)
     type(deck_config_t), intent(in) :: deck
     character(:), allocatable :: rule
@@ -38,7 +38,7 @@ contains
       count_or_word(deck%greedy%max_points, huge(1), 'none')
   end function rule_of
 
-  !> Hash of all that decides about the choice, but for its end.
+  !> Returns a hash of all settings on which the choice depends, except for those of its end.
   function settings_of(problem, candidates) result(settings)
     type(problem_t), intent(in) :: problem
     real(rk), intent(in) :: candidates(:, :)
@@ -57,13 +57,15 @@ contains
     settings = hash_digits(fnv1a(text, fnv1a(candidates, fnv1a(box_of(problem%deck), fnv1a_seed))))
   end function settings_of
 
-  !> What an earlier run has chosen, perhaps nothing. Local; the same on all ranks.
+  !> Reads what an earlier run with the same settings has chosen; there are no points if there was none. Local; the same on all
+  !> ranks.
   !>
-  !> Errors: a table that cannot be read.
+  !> Errors: selection.csv cannot be read, or is no such table.
   subroutine begin_selection(problem, candidates, folder, selection, error)
     type(problem_t), intent(in) :: problem
     !> shape (n_parameters, n_candidates)
     real(rk), intent(in) :: candidates(:, :)
+    !> results folder
     character(*), intent(in) :: folder
     type(selection_t), intent(out) :: selection
     type(error_t), allocatable, intent(out) :: error
@@ -72,7 +74,9 @@ contains
       selection, error)
   end subroutine begin_selection
 
-  !> Nothing is left to do: the end is reached, and all snapshots are there. Collective on all ranks.
+  !> Finds out whether nothing is left to do: the selection has ended, and its snapshots are merged. Collective on all ranks.
+  !>
+  !> Errors: the snapshots cannot be read, or are of another deck or mesh.
   subroutine is_complete(problem, folder, selection, is_done, error, ierr)
     type(problem_t), intent(in) :: problem
     character(*), intent(in) :: folder
@@ -90,11 +94,13 @@ contains
     is_done = is_merged
   end subroutine is_complete
 
-  !> Replaces selection.csv. Collective on all ranks.
+  !> Writes selection.csv anew, unless there is an error already, and makes an error known to all ranks. Collective on all ranks.
+  !> Errors: the file cannot be written.
   subroutine keep_selection(problem, folder, selection, is_writer, error, ierr)
     type(problem_t), intent(in) :: problem
     character(*), intent(in) :: folder
     type(selection_t), intent(in) :: selection
+    !> this rank writes; true on one rank
     logical, intent(in) :: is_writer
     type(error_t), allocatable, intent(inout) :: error
     PetscErrorCode, intent(out) :: ierr
@@ -104,15 +110,15 @@ contains
     PetscCall(broadcast_error(error, PETSC_COMM_WORLD, ierr))
   end subroutine keep_selection
 
-  !> The points that the deck trains on: its set, or what a selection has chosen. Local.
+  !> Finds the training points: those of the deck, or those that a greedy selection has chosen among them. Local.
   !>
-  !> Errors: those of build_points; a selection that is missing or not finished.
+  !> Errors: those of build_points; selection.csv is missing, not finished, or cannot be read.
   subroutine training_points(problem, folder, points, selection, error)
     type(problem_t), intent(in) :: problem
     character(*), intent(in) :: folder
     !> shape (n_parameters, n_points)
     real(rk), allocatable, intent(out) :: points(:, :)
-    !> without points where the deck has a set
+    !> what is chosen; empty if the deck has no greedy selection
     type(selection_t), intent(out) :: selection
     type(error_t), allocatable, intent(out) :: error
 

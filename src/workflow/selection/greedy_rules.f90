@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Rules of a greedy choice: which candidates a round takes, and when it ends.
+!> Rules of a greedy selection: which candidates a round takes, and when the selection ends.
 module sig_greedy_rules
   use sig_deck_config, only: deck_config_t
   use sig_kinds, only: rk
@@ -12,12 +12,12 @@ module sig_greedy_rules
   private
   public :: box_of, cut_at_end, log_choice, pick_worst, selection_end
 
-  !> [-] a candidate with a smaller indicator differs from the chosen ones by rounding
+  !> [-] an indicator up to this is rounding: the chosen points represent the candidate
   real(rk), parameter :: negligible = 1.0e-13_rk
 
 contains
 
-  !> Minimum and maximum of each parameter, shape (2, n_parameters).
+  !> Returns minimum and maximum of each parameter, shape (2, n_parameters).
   pure function box_of(deck) result(box)
     type(deck_config_t), intent(in) :: deck
     real(rk), allocatable :: box(:, :)
@@ -25,7 +25,7 @@ contains
     box = transpose(reshape([deck%parameters%minimum, deck%parameters%maximum], [size(deck%parameters), 2]))
   end function box_of
 
-  !> Leaves out the choices behind the deck's end, which may come earlier than that of the run that made them.
+  !> Shortens a selection to what the deck's max_points and tolerance allow; the run that made it may have had others.
   subroutine cut_at_end(deck, selection)
     type(deck_config_t), intent(in) :: deck
     type(selection_t), intent(inout) :: selection
@@ -40,14 +40,16 @@ contains
     call selection%shorten(n)
   end subroutine cut_at_end
 
-  !> Appends the worst candidates, or says why none; a round keeps its points apart, as neighbors are worst together.
+  !> Appends the candidates with the largest defects to the selection, at most greedy.batch; if none, sets selection%stopped_by. The
+  !> points of a round keep a distance, because neighbors have large defects together. Logs each choice. Local.
   subroutine pick_worst(deck, candidates, defects, selection, chosen)
     type(deck_config_t), intent(in) :: deck
+    !> shape (n_parameters, n_candidates)
     real(rk), intent(in) :: candidates(:, :)
-    !> [-] negative afterwards where a candidate is taken or too near to one of this round
+    !> [-] shape (n_candidates); afterwards -1 where a candidate is chosen, or too near to one of this round
     real(rk), intent(inout) :: defects(:)
     type(selection_t), intent(inout) :: selection
-    !> numbers of the candidates, 1-based
+    !> numbers of the candidates of this round, 1-based
     integer, allocatable, intent(out) :: chosen(:)
     real(rk) :: box(2, size(candidates, 1)), largest
     integer :: i, n
@@ -71,7 +73,7 @@ contains
     if (size(chosen) == 0) selection%stopped_by = selection_end(deck, n, largest)
   end subroutine pick_worst
 
-  !> Half the distance of so many points that fill the unit box evenly.
+  !> Returns half the distance between neighbors if n_points points fill the unit box evenly.
   pure real(rk) function half_spacing(n_points, n_parameters)
     integer, intent(in) :: n_points
     integer, intent(in) :: n_parameters
@@ -79,7 +81,7 @@ contains
     half_spacing = real(n_points, rk)**(-1.0_rk / n_parameters) / 2
   end function half_spacing
 
-  !> Marks the candidates nearer to a place than the distance, and those at the place.
+  !> Sets the defect to -1 for candidates that are nearer to a place than the distance, or at the place.
   pure subroutine leave_out(candidates, box, place, distance, defects)
     real(rk), intent(in) :: candidates(:, :)
     real(rk), intent(in) :: box(:, :)
@@ -96,11 +98,12 @@ contains
     end do
   end subroutine leave_out
 
-  !> Why no further point is chosen; empty where one is.
+  !> Returns why no further point is chosen, one of stopped_by_*; empty if one may be chosen.
   pure function selection_end(deck, n_chosen, largest) result(reason)
     type(deck_config_t), intent(in) :: deck
+    !> number of points so far
     integer, intent(in) :: n_chosen
-    !> [-] indicator of the candidates that are left; negative where none is
+    !> [-] largest indicator of the candidates that are left; negative if none is left
     real(rk), intent(in) :: largest
     character(:), allocatable :: reason
 
@@ -116,13 +119,16 @@ contains
     end if
   end function selection_end
 
-  !> `greedy point 6: projection error 1.2e-02 at P1 = 5.0 MPa, h1 = 0.6 mm`
+  !> Logs a choice: `greedy point 6: projection error 1.2e-02 at P1 = 5.0 MPa, h1 = 0.6 mm`.
   subroutine log_choice(deck, i_point, what, indicator, point)
     type(deck_config_t), intent(in) :: deck
+    !> position in the selection, 1-based
     integer, intent(in) :: i_point
     !> name of the indicator
     character(*), intent(in) :: what
+    !> [-] its value at the point
     real(rk), intent(in) :: indicator
+    !> shape (n_parameters)
     real(rk), intent(in) :: point(:)
 
     call log_info('greedy point ' // to_text(i_point) // ': ' // what // ' ' // csv_number(indicator) // ' at ' // &

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 #include "signorom/macros.h"
-!> Training points chosen one round after the other among the deck's candidates; a killed run goes on where it was.
+!> Greedy selection of training points among the deck's candidates, in rounds. After a killed run the same command goes on.
 module sig_greedy_selection
   use sig_errors, only: error_t, make_error
   use sig_full_order, only: full_order_t
@@ -19,7 +19,10 @@ module sig_greedy_selection
 
 contains
 
-  !> Makes snapshots.h5 and selection.csv in the folder. Collective on all ranks; errors are known to all.
+  !> Selects the training points and solves them: writes selection.csv and snapshots.h5 into the folder. Collective on all ranks;
+  !> errors are known to all.
+  !>
+  !> Errors: there are fewer candidates than greedy.initial; those of begin_selection, is_complete and of the selection itself.
   subroutine select_points(full_order, folder, outcome, selection, error, ierr)
     !> loaded
     type(full_order_t), target, intent(inout) :: full_order
@@ -67,7 +70,7 @@ contains
     if (full_order%problem%deck%greedy%indicator == 'defect') then
       PetscCall(select_by_defect(full_order, folder, candidates, outcome, selection, error, ierr))
     else
-      ! a matter of a moment once the candidates are solved
+      ! once the candidates are solved, to choose anew takes no time
       call selection%shorten(0)
       PetscCall(sampler%create(full_order, size(candidates, 2), ierr))
       PetscCall(select_by_projection(sampler, folder, candidates, outcome, selection, error, ierr))

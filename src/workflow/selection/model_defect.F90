@@ -1,12 +1,12 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 #include "signorom/macros.h"
-!> How much answers of a reduced model miss the full-order problem (3), without its solution.
+!> The defect of a reduced answer: how far it is from a solution of the full-order problem (3), computed without this solution.
 !>
-!> Where the full-order model can be condensed, a bound of the energy error: with u(lambda) = G theta - H lambda, which is in
-!> equilibrium with the answer's forces lambda_r on all contacts,
-!> |u - u_r| <= |u(lambda_r) - u_r| + |u - u(lambda_r)| in the energy norm, and the last part is bounded by contact_error_bound.
-!> G, H and the model's basis are combinations U R of few orthonormal fields U, so that a point costs products with R and U' K U
-!> only and small differences keep their digits. Elsewhere the residuals of (3), which bound nothing.
+!> If the full-order model can be condensed, the defect is a bound of the energy error. With u(lambda) = G theta - H lambda, which
+!> is in equilibrium with the answer's contact forces lambda_r, |u - u_r| <= |u(lambda_r) - u_r| + |u - u(lambda_r)| in the energy
+!> norm, and contact_error_bound bounds the last term. G, H and the model's basis are combinations U R of few orthonormal fields U.
+!> So a point needs only products with R and U' K U, and small differences keep their digits. Otherwise the defect is the sum of the
+!> residuals of (3), which is no bound.
 module sig_model_defect
   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan, ieee_positive_inf, ieee_quiet_nan, ieee_value
   use sig_condensed, only: condensed_t
@@ -37,7 +37,7 @@ module sig_model_defect
   type :: model_defect_t
     !> the full-order model is condensed: the defect is a bound of the energy error
     logical :: is_bound = .false.
-    !> of the full order, which owns them; no operator where it is not condensed
+    !> these belong to the full order; `condensed` is null if the full-order model is not condensed
     type(contact_system_t), pointer, private :: system => null()
     type(point_solver_t), pointer, private :: solver => null()
     type(problem_t), pointer, private :: problem => null()
@@ -46,7 +46,7 @@ module sig_model_defect
     !> R, coordinates of the columns [G, -H, lifting, basis]; the first n_full belong to the full-order model
     real(rk), allocatable, private :: columns(:, :)
     integer, private :: n_full = 0
-    !> terms that the model's lifting answers
+    !> terms of the model's lifting
     integer, allocatable, private :: lifted_terms(:)
     !> U' K U
     real(rk), allocatable, private :: energy(:, :)
@@ -61,18 +61,18 @@ module sig_model_defect
 
   !> points whose residuals are measured at a time
   integer, parameter :: chunk = 64
-  !> [-] energies are compared with at least the square of this share of |K| |u|^2: all that a rigid motion leaves of u' K u is
-  !> rounding
+  !> [-] the energy norm by which errors are divided is at least this share of sqrt(|K|) |u|, because u' K u of a rigid motion is
+  !> only rounding
   real(rk), parameter :: smallest_share = 1.0e-7_rk
 
 contains
 
-  !> Condenses the full-order model where that is possible. Collective on all ranks.
+  !> Condenses the full-order model if this is possible, and sets is_bound. Collective on all ranks.
   subroutine create(self, problem, solver, ierr)
     class(model_defect_t), intent(inout) :: self
-    !> both outlive this object
+    !> problem and solver must outlive this object
     type(problem_t), target, intent(in) :: problem
-    !> of all ranks as one group
+    !> full-order solver of all ranks as one group
     type(point_solver_t), target, intent(inout) :: solver
     PetscErrorCode, intent(out) :: ierr
 
@@ -91,8 +91,8 @@ contains
     self%is_bound = self%contact%is_valid
   end subroutine create
 
-  !> Defects of a model's answers, relative to their size; infinite where there is no answer. Collective on all ranks, the result is
-  !> the same on each.
+  !> Computes the defects of a model's answers, relative to the size of the answers; infinite where there is no answer. Collective
+  !> on all ranks; the result is the same on each.
   subroutine measure(self, online, query, points, defects, ierr)
     class(model_defect_t), intent(inout) :: self
     !> prepared, with one cluster
@@ -128,7 +128,8 @@ contains
     where (ieee_is_nan(defects)) defects = ieee_value(1.0_rk, ieee_positive_inf)
   end subroutine measure
 
-  !> Orthonormal fields for a model's answers and the full-order model's. Collective on all ranks.
+  !> Computes the orthonormal fields U, R and U' K U for the answers of the model and of the full-order model. Collective on all
+  !> ranks.
   subroutine prepare(self, cluster, ierr)
     class(model_defect_t), intent(inout) :: self
     type(hhr_data_t), intent(in) :: cluster
@@ -168,7 +169,7 @@ contains
     end associate
   end subroutine prepare
 
-  !> Bound of the energy error of an answer over the answer's energy norm. Local.
+  !> [-] Returns the bound of the energy error of an answer, divided by the answer's energy norm. Local.
   real(rk) function bound_at(self, online, answer, rooms) result(bound)
     class(model_defect_t), intent(in) :: self
     type(online_model_t), intent(in) :: online
@@ -191,7 +192,7 @@ contains
       max(self%energy_norm(reduced), smallest_share * sqrt(self%system%stiffness_size) * norm2(reduced)))
   end function bound_at
 
-  !> [sqrt(force*length)] of a field in the coordinates of the orthonormal ones.
+  !> [sqrt(force*length)] Returns the energy norm of a field that is given by its coordinates in U.
   real(rk) function energy_norm(self, coordinates)
     class(model_defect_t), intent(in) :: self
     real(rk), contiguous, intent(in) :: coordinates(:)
@@ -201,8 +202,8 @@ contains
     energy_norm = sqrt(max(0.0_rk, dot_product(coordinates, forces)))
   end function energy_norm
 
-  !> Residuals of (3): equilibrium relative to the forces, penetration relative to the largest displacement, complementarity; their
-  !> sum. Collective on all ranks.
+  !> Computes the sum of the residuals of (3): equilibrium relative to the forces, penetration relative to the largest displacement,
+  !> complementarity. Collective on all ranks.
   subroutine measure_residuals(system, online, query, points, defects, ierr)
     type(contact_system_t), intent(inout) :: system
     type(online_model_t), intent(in) :: online
@@ -234,19 +235,20 @@ contains
     end do
   end subroutine measure_residuals
 
-  !> What the bound is above, at a point: energy norms of what the answer's displacement misses, and of what the difference of
-  !> the forces displaces (no number where the full-order model is not condensed), over that of the answer. Collective on all ranks.
+  !> Computes the true errors of an answer at a point, which a bound must not be below: the energy norm of the error of its
+  !> displacement, and of the displacement that the error of its contact forces causes (NaN if the full-order model is not
+  !> condensed); both divided by the energy norm of the answer. Collective on all ranks.
   subroutine true_errors(self, point, answered, displacement, answered_multipliers, multipliers, errors, ierr)
     class(model_defect_t), intent(inout) :: self
     !> shape (n_parameters)
     real(rk), intent(in) :: point(:)
-    !> [length] of the model and of the full-order solution, shape (n_dofs)
+    !> [length] displacement of the answer and of the full-order solution, shape (n_dofs)
     real(rk), intent(in) :: answered(:)
     real(rk), intent(in) :: displacement(:)
-    !> [force] likewise, shape (n_multipliers)
+    !> [force] contact forces of both, shape (n_multipliers)
     real(rk), intent(in) :: answered_multipliers(:)
     real(rk), intent(in) :: multipliers(:)
-    !> [-]
+    !> [-] of the displacement, of the contact forces
     real(rk), intent(out) :: errors(2)
     PetscErrorCode, intent(out) :: ierr
     real(rk) :: difference(size(answered)), forces(size(answered)), whole, wrong(size(multipliers))
@@ -264,7 +266,7 @@ contains
     errors(2) = relative(sqrt(max(0.0_rk, dot_product(wrong, matmul(self%condensed%compliance, wrong)))), whole)
   end subroutine true_errors
 
-  !> part / whole; 0 where nothing is wrong, infinite where there is nothing to compare with.
+  !> Returns part / whole; 0 if part is 0, infinite if only whole is 0.
   pure real(rk) function relative(part, whole)
     real(rk), intent(in) :: part
     real(rk), intent(in) :: whole

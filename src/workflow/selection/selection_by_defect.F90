@@ -1,10 +1,10 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 #include "signorom/macros.h"
-!> Greedy choice among candidates that nobody has solved: the next points are those where the reduced model of the points chosen so
-!> far misses the full-order problem most; then they are solved.
+!> Greedy selection among candidates that are not solved: the next points are those with the largest defects of the reduced model of
+!> the points chosen so far. Only chosen points are solved.
 !>
-!> A round is a training, a look at all candidates, and full-order solutions of as many points as the deck's batch. The table of the
-!> choices is written after each round, so that a killed run repeats one round at most.
+!> A round trains a model, measures its defects at all candidates, and solves greedy.batch new points at full order. selection.csv
+!> is written after each round, so that a killed run repeats one round at most.
 module sig_selection_by_defect
   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   use sig_errors, only: error_t, exit_internal, make_error
@@ -34,14 +34,14 @@ module sig_selection_by_defect
   private
   public :: select_by_defect
 
-  !> What goes from round to round.
+  !> Data that one round hands to the next.
   type :: rounds_t
     type(problem_t), pointer :: problem => null()
     type(sampler_t) :: sampler
     type(store_t) :: store
     type(model_defect_t) :: defect
-    !> the last round's points: how many, and the model's answers there, shape (n_dofs, n_new) and (n_multipliers, n_new); none in
-    !> the first round
+    !> number of points of the last round, and [length], [force] the answers that the model had there, shape (n_dofs, n_new) and
+    !> (n_multipliers, n_new); none in the first round
     integer :: n_new = 0
     real(rk), allocatable :: displacement(:, :)
     real(rk), allocatable :: multipliers(:, :)
@@ -49,7 +49,10 @@ module sig_selection_by_defect
 
 contains
 
-  !> Collective on all ranks; the selection is the same on each.
+  !> Selects and solves the training points: writes selection.csv and snapshots.h5 into the folder. Collective on all ranks; the
+  !> selection is the same on each. A signal ends it after a round (outcome%is_stopped).
+  !>
+  !> Errors: those of the sampling and of the training of a model of the points so far; selection.csv cannot be written.
   subroutine select_by_defect(full_order, folder, candidates, outcome, selection, error, ierr)
     !> loaded
     type(full_order_t), target, intent(inout) :: full_order
@@ -57,7 +60,7 @@ contains
     !> shape (n_parameters, n_candidates)
     real(rk), intent(in) :: candidates(:, :)
     type(sampling_result_t), intent(out) :: outcome
-    !> in: what an earlier run has chosen
+    !> in: what an earlier run has chosen; out: all chosen points
     type(selection_t), intent(inout) :: selection
     type(error_t), allocatable, intent(out) :: error
     PetscErrorCode, intent(out) :: ierr
@@ -106,11 +109,12 @@ contains
     call selection%append(candidates(:, farthest_points(candidates, box_of(problem%deck), size(none))), none)
   end subroutine begin_far_apart
 
-  !> Full-order solutions of the last choices, the errors that the model had there, and the table. Collective on all ranks.
+  !> Solves the last choices at full order, computes the errors that the model had there, and writes the table. Collective on all
+  !> ranks.
   subroutine solve_new_points(rounds, folder, outcome, selection, error, ierr)
     type(rounds_t), intent(inout) :: rounds
     character(*), intent(in) :: folder
-    !> of all rounds
+    !> sums up all rounds
     type(sampling_result_t), intent(inout) :: outcome
     type(selection_t), intent(inout) :: selection
     type(error_t), allocatable, intent(out) :: error
@@ -130,7 +134,7 @@ contains
     PetscCall(agree_to_stop(PETSC_COMM_WORLD, outcome%is_stopped, ierr))
   end subroutine solve_new_points
 
-  !> The energy errors of the last round's answers, now that the solutions are there. Collective on all ranks.
+  !> Computes the energy errors of the answers at the last round's points, which are solved now. Collective on all ranks.
   subroutine compare_answers(rounds, selection, error, ierr)
     type(rounds_t), intent(inout) :: rounds
     type(selection_t), intent(inout) :: selection
@@ -155,7 +159,8 @@ contains
     end do
   end subroutine compare_answers
 
-  !> Trains a model of what is solved, and appends the candidates where it is worst; or the reason to stop. Collective on all ranks.
+  !> Trains a model of the solved points and appends the candidates with its largest defects, or sets the reason to stop. Collective
+  !> on all ranks.
   subroutine choose_new_points(rounds, candidates, selection, error, ierr)
     type(rounds_t), intent(inout) :: rounds
     real(rk), intent(in) :: candidates(:, :)
@@ -183,7 +188,7 @@ contains
     call query%destroy()
   end subroutine choose_new_points
 
-  !> The deck's reduced model of the points that are solved. Collective on all ranks.
+  !> Trains a hyper-reduced model of one cluster, without fallback, from the solved points. Collective on all ranks.
   subroutine train_draft(rounds, selection, online, error, ierr)
     type(rounds_t), intent(in) :: rounds
     type(selection_t), intent(in) :: selection
@@ -204,7 +209,7 @@ contains
     call fill_start_sets(online%model)
   end subroutine train_draft
 
-  !> What the model says at the points that will be solved. Local.
+  !> Keeps the answers of the model at the points that will be solved. Local.
   subroutine keep_answers(rounds, online, query, points)
     type(rounds_t), intent(inout) :: rounds
     type(online_model_t), intent(in) :: online

@@ -1,9 +1,10 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 #include "signorom/macros.h"
-!> Greedy choice among solved candidates: the next point is the one whose solution those chosen so far combine to worst.
+!> Greedy selection among solved candidates: the next point is the one whose solution is approximated worst by the solutions chosen
+!> so far.
 !>
-!> The error of a candidate is the distance of the field that the POD compresses (u, or what contact adds to the elastic response)
-!> from the span of the chosen ones, relative to |u|: without hat functions no model of them has a smaller error (17) there.
+!> The error of a candidate is the distance of its field (u, or what contact adds to the elastic response, as for the POD) from the
+!> span of the chosen fields, relative to |u|. Without hat functions no model of the chosen points has a smaller error (17) there.
 module sig_selection_by_projection
   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   use mpi, only: MPI_Comm_rank
@@ -31,7 +32,10 @@ module sig_selection_by_projection
 
 contains
 
-  !> Solves all candidates, then the first rank chooses and writes the snapshots. Collective on all ranks.
+  !> Solves all candidates, then selects points among them: writes candidates.h5, snapshots.h5 and selection.csv into the folder.
+  !> The first rank selects. Collective on all ranks; errors are known to all.
+  !>
+  !> Errors: those of the sampling; no candidate has a solution that is not zero; a file cannot be read or written.
   subroutine select_by_projection(sampler, folder, candidates, outcome, selection, error, ierr)
     type(sampler_t), intent(inout) :: sampler
     character(*), intent(in) :: folder
@@ -53,7 +57,7 @@ contains
     PetscCall(keep_selection(sampler%problem, folder, selection, rank == 0, error, ierr))
   end subroutine select_by_projection
 
-  !> Local.
+  !> Selects points among the solved candidates and writes snapshots.h5. Local.
   subroutine choose_from_pool(problem, folder, candidates, selection, error)
     type(problem_t), intent(in) :: problem
     character(*), intent(in) :: folder
@@ -79,14 +83,14 @@ contains
     call write_merged(problem, store_t(folder, snapshot_store), selection%points, records, pool%free_response, error)
   end subroutine choose_from_pool
 
-  !> Fields relative to the size of their displacement; zeros where there is no solution, or one that is rounding.
+  !> Computes the field of each candidate, divided by the norm of its displacement; zeros if there is no solution, or only rounding.
   subroutine vectors_to_represent(problem, pool, vectors)
     type(problem_t), intent(in) :: problem
-    !> all dofs of it
+    !> solutions with all dofs
     type(snapshot_set_t), intent(in) :: pool
     !> [-] shape (n_dofs, n_candidates)
     real(rk), allocatable, intent(out) :: vectors(:, :)
-    !> [-] of the largest displacement
+    !> [-] share of the largest displacement up to which a displacement is rounding
     real(rk), parameter :: negligible = 1.0e-10_rk
     real(rk) :: sizes(size(pool%reasons))
     type(training_set_t) :: snapshots
@@ -106,12 +110,12 @@ contains
     end do
   end subroutine vectors_to_represent
 
-  !> Initial points, then the worst one each time until the deck's end.
+  !> Chooses the initial points, then the worst candidate each time until selection_end has a reason.
   subroutine choose(problem, candidates, vectors, selection, chosen)
     type(problem_t), intent(in) :: problem
-    !> those that were solved, shape (n_parameters, n_candidates)
+    !> points of the vectors, shape (n_parameters, n_candidates)
     real(rk), intent(in) :: candidates(:, :)
-    !> gone afterwards
+    !> results of vectors_to_represent; moved away
     real(rk), allocatable, intent(inout) :: vectors(:, :)
     type(selection_t), intent(inout) :: selection
     !> numbers of the candidates, 1-based
