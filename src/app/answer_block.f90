@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Many points answered by several threads, each line of the table where its point stands.
+!> Answers a block of points by several threads, and makes the lines of the table of predict in the order of the points.
 module sig_answer_block
   use, intrinsic :: iso_c_binding, only: c_f_pointer, c_funloc, c_int, c_loc, c_ptr
   use sig_base_c_interfaces, only: sig_run_threads
@@ -17,26 +17,26 @@ module sig_answer_block
   private
   public :: answer_block_t, table_header
 
-  !> What belongs to one thread.
+  !> The data of one thread.
   type :: asker_t
     type(query_t) :: query
     type(answer_t) :: answer
     type(rooms_t) :: rooms
-    !> points by method, 0 = none; shape (0:n_answer_methods)
+    !> number of points that each method answered, 0 = without an answer; shape (0:n_answer_methods)
     integer, allocatable :: counts(:)
-    !> points where the reduced problem has several solutions
+    !> number of points where the reduced problem has several solutions
     integer :: n_several = 0
   end type asker_t
 
   type :: answer_block_t
     type(online_model_t), pointer :: online => null()
     type(asker_t), allocatable :: askers(:)
-    !> shape (n_parameters, capacity)
+    !> the caller sets the points and their number; shape (n_parameters, capacity)
     real(rk), allocatable :: points(:, :)
     integer :: n_points = 0
     !> [force] of all contacts, shape (n_multipliers, capacity)
     real(rk), allocatable :: multipliers(:, :)
-    !> of the answers, shape (capacity)
+    !> these components of the answers, shape (capacity); is_outside: the point is outside of the trained box
     integer, allocatable :: clusters(:)
     integer, allocatable :: methods(:)
     integer, allocatable :: reasons(:)
@@ -55,7 +55,7 @@ module sig_answer_block
 
 contains
 
-  !> Errors: message is allocated when the model cannot answer.
+  !> Prepares a block for up to `capacity` points at a time. Errors: message is allocated if the model cannot answer.
   subroutine create(self, online, n_threads, capacity, message)
     class(answer_block_t), intent(inout) :: self
     !> prepared
@@ -77,7 +77,8 @@ contains
     end do
   end subroutine create
 
-  !> Answers the first n_points points; once a signal came, the rest stays without an answer.
+  !> Answers the first n_points points by all threads. After a signal the other points are not answered, and their values are not
+  !> set.
   subroutine answer_points(self)
     class(answer_block_t), intent(inout), target :: self
     type(answer_block_t), pointer :: whole
@@ -89,9 +90,10 @@ contains
     end select
   end subroutine answer_points
 
-  !> Every n-th point, so that hard ones are shared out. Recursive: several threads are in it.
+  !> Answers every n-th point of the block, so that difficult neighbors are shared between the n threads. Recursive, because several
+  !> threads run it at once.
   !>
-  !> No text is made here: the lengths of text functions' results are static variables of gfortran 12.
+  !> It makes no texts: gfortran 12 keeps the lengths of the results of text functions in static variables.
   recursive subroutine answer_share(i_thread_0, data) bind(c) ! lint: callback
     integer(c_int), value :: i_thread_0
     type(c_ptr), value :: data
@@ -117,7 +119,7 @@ contains
     end associate
   end subroutine answer_share
 
-  !> How many points each method answered so far; those without an answer stand first. Shape (n_answer_methods + 1).
+  !> Returns how many points each method has answered so far, in all blocks; entry 0 counts points without an answer.
   pure function counts(self)
     class(answer_block_t), intent(in) :: self
     integer :: counts(0:n_answer_methods)
@@ -129,6 +131,7 @@ contains
     end do
   end function counts
 
+  !> Frees the memory. Harmless if the block was never created.
   subroutine destroy(self)
     class(answer_block_t), intent(inout) :: self
     integer :: i
@@ -141,7 +144,8 @@ contains
       self%bounds, self%displacement_bounds, self%is_outside)
   end subroutine destroy
 
-  !> Column lambda_k is the contact force of pair k, named by the first node's tag in the mesh file.
+  !> Returns the head of the table, without a line end. The columns lambda_<number> are the contact forces of the rows; the number
+  !> is that of the first node of the row in the mesh file.
   function table_header(model) result(text)
     type(model_t), intent(in) :: model
     character(:), allocatable :: text
@@ -159,8 +163,8 @@ contains
     end do
   end function table_header
 
-  !> Returns the heads of the columns of each contact of the deck, by its number: area, force, moment, and the imbalance
-  !> of the moments of both sides.
+  !> Returns the column names of each contact of the deck: area, force, moment, and the sum of the moments of both sides
+  !> (imbalance).
   function contact_columns(model) result(text)
     type(model_t), intent(in) :: model
     character(:), allocatable :: text
@@ -179,7 +183,7 @@ contains
 
   contains
 
-    !> Returns the heads of a moment: one column in the plane, one per axis in space.
+    !> Returns the column names of a moment: one in the plane, one per axis in space.
     function moment_columns(name) result(columns)
       character(*), intent(in) :: name
       character(:), allocatable :: columns
@@ -193,7 +197,7 @@ contains
     end function moment_columns
   end function contact_columns
 
-  !> Returns the line of the table for point i.
+  !> Returns the line of the table for point i of the block, without a line end.
   function line(self, i) result(text)
     class(answer_block_t), intent(in) :: self
     integer, intent(in) :: i
@@ -218,7 +222,7 @@ contains
     end associate
   end function line
 
-  !> Values of contact_columns for point i; no numbers without an answer.
+  !> Returns the values of the columns of contact_columns for point i, `nan` without an answer.
   function contact_values(self, i) result(text)
     class(answer_block_t), intent(in) :: self
     integer, intent(in) :: i

@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 #include "signorom/macros.h"
-!> The command check: deck and mesh read, every name found, every point looked at; nothing solved. With --fields it writes what it
-!> found.
+!> The command check: reads deck and mesh, finds every name and checks every point, but solves nothing. With --fields it writes
+!> supports, loads and contact for ParaView.
 module sig_check
   use sig_body_constants, only: check_box
   use sig_check_fields, only: boundary_groups, write_check_fields
@@ -29,7 +29,11 @@ module sig_check
 
 contains
 
-  !> Prints the effective deck, which reads back as the same deck, and the sizes as comments. Collective on all ranks.
+  !> Prints the effective deck, which is a valid deck itself, and the sizes as comments; with --fields also writes check.h5 and
+  !> check.xdmf. Collective on all ranks.
+  !>
+  !> Errors are printed and set session%exit_code: --at names no point; those of the loading of the problem, of build_points,
+  !> check_points and check_box; a file cannot be written.
   subroutine check_deck(command, session, ierr)
     type(command_t), intent(in) :: command
     type(session_t), intent(inout) :: session
@@ -55,11 +59,11 @@ contains
     if (.not. allocated(error)) call check_points(session%full_order%problem, training, error)
     if (.not. allocated(error)) call check_points(session%full_order%problem, test, error)
     if (.not. allocated(error)) call check_points(session%full_order%problem, session%deck%output%points, error)
-    ! a model is for the whole box
+    ! the model must be possible in the whole box
     if (session%deck%has_training .and. .not. allocated(error)) call check_box(session%full_order%problem, error)
     if (allocated(error)) then
       call session%fail(error)
-      ! what is wrong is best seen
+      ! pictures show best what is wrong
       if (command%has_fields .and. session%full_order%problem%has_driving) then
         PetscCall(write_fields(shown(:, 1), session, ierr))
       end if
@@ -72,7 +76,7 @@ contains
     end if
   end subroutine check_deck
 
-  !> The point of --fields: that of --at, or the middle of the parameters. Errors: --at names no point.
+  !> Finds the point of --fields: that of --at, or the middle of the box. Errors: --at names no point.
   subroutine choose_shown(command, deck, shown, error)
     type(command_t), intent(in) :: command
     type(deck_config_t), intent(in) :: deck
@@ -112,7 +116,7 @@ contains
     end if
   end subroutine write_fields
 
-  !> Returns the names of the numbers in the field `boundary`, because viewers do not know them.
+  !> Returns a line with the names of the boundaries, which viewers show only as numbers in the field `boundary`.
   function boundary_text(problem) result(text)
     type(problem_t), intent(in) :: problem
     character(:), allocatable :: text
@@ -128,6 +132,7 @@ contains
     text = text // new_line('a')
   end function boundary_text
 
+  !> Returns the comment lines below the deck: sizes, contacts, the planned solver and notes.
   function sizes_text(problem, training, test) result(text)
     type(problem_t), intent(in) :: problem
     !> shape (n_parameters, n_points)

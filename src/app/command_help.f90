@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> The table of commands as texts: --help, the manual page signorom(1), completion in bash.
+!> Makes texts of the table of commands: --help, the manual page signorom(1), and the completion in bash.
 module sig_command_help
   use sig_command_table, only: command_words, commands, exit_codes, file_kind_of, file_kind_t, file_kinds, option_words, options, &
     petsc_options
@@ -13,7 +13,7 @@ module sig_command_help
 
 contains
 
-  !> Returns the text that --help prints.
+  !> Returns the text that --help prints, without a line end at its end.
   function usage() result(text)
     character(:), allocatable :: text
     integer :: i
@@ -47,7 +47,7 @@ contains
     end do
   end function commands_on
 
-  !> Returns what an option does, with the commands that have it in brackets behind.
+  !> Returns what an option does, followed by the commands that have it, in brackets.
   function summary_of_option(i) result(text)
     integer, intent(in) :: i
     character(:), allocatable :: text
@@ -74,7 +74,7 @@ contains
     text = text // rest // nl
   end function row
 
-  !> Returns the manual page in the language of man(7).
+  !> Returns the manual page in the language of man(7), for this version of the program.
   function manual_page(version) result(text)
     character(*), intent(in) :: version
     character(:), allocatable :: text

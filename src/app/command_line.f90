@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> The command line as data: which command, on which file, with which options.
+!> Reads the command line: which command, on which file, with which options.
 module sig_command_line
   use sig_command_table, only: command_words, file_kind_of, file_kinds, is_option_of, option_words, options
   use sig_errors, only: error_t, make_error
@@ -11,14 +11,14 @@ module sig_command_line
   type :: command_t
     !> init, check, solve, sample, train, validate, run, predict, describe, help or version
     character(:), allocatable :: name
-    !> deck, the mesh of init, or the model of predict and describe
+    !> path of the deck, of the mesh (init) or of the model (predict, describe)
     character(:), allocatable :: file
-    !> `a=1,b=2`; empty without --at
+    !> point as `a=1,b=2`; empty without --at
     character(:), allocatable :: at
-    !> CSV of points, file of answers; empty without the options
+    !> paths of the CSV of points and of the file of answers; empty without the options
     character(:), allocatable :: points
     character(:), allocatable :: output
-    !> file that keeps what is said; empty without --log
+    !> path of the log file; empty without --log
     character(:), allocatable :: log
     !> names of the options that were given, a blank before and after each
     character(:), allocatable :: given
@@ -26,7 +26,7 @@ module sig_command_line
     logical :: is_strict = .false.
     logical :: has_benchmark = .false.
     logical :: has_fields = .false.
-    !> of predict; 0 = as many as there are processors
+    !> --threads of predict; 0 = as many as there are processors
     integer :: n_threads = 0
     !> what goes to PETSc's options database: `-name value ...`
     character(:), allocatable :: petsc_options
@@ -39,8 +39,10 @@ contains
 
   !> Reads the arguments of the command line.
   !>
-  !> Errors: no command or an unknown command or option, an option without its value or of another command, a missing file.
+  !> Errors: no command, an unknown command or option, an option of another command, an option without a value or with a wrong one,
+  !> no file or a word too many, predict without exactly one of --at and --points, PETSc options for a command without PETSc.
   subroutine parse_command_line(arguments, command, error)
+    !> without the name of the program
     type(string_t), intent(in) :: arguments(:)
     type(command_t), intent(out) :: command
     type(error_t), allocatable, intent(out) :: error

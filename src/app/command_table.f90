@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> The commands and their options as a table: parsing, --help, the manual page and the completion in shells read it.
+!> The table of commands and options. The parser, --help, the manual page and the completion in shells read it.
 module sig_command_table
   use sig_text, only: string_t
   implicit none(type, external)
@@ -10,7 +10,7 @@ module sig_command_table
   !> A kind of file that commands work on.
   type :: file_kind_t
     character(5) :: name
-    !> text for messages
+    !> name in messages
     character(18) :: text
     !> heading above its commands
     character(31) :: heading
@@ -82,7 +82,7 @@ module sig_command_table
 
 contains
 
-  !> Returns the position of a command's kind of file among file_kinds; 0 for a word that is no command.
+  !> Returns the position in file_kinds of the kind of file that the command works on; 0 for a word that is no command.
   pure integer function file_kind_of(command) result(i_kind)
     character(*), intent(in) :: command
     integer :: i
@@ -93,7 +93,7 @@ contains
     end do
   end function file_kind_of
 
-  !> Whether a command has an option.
+  !> Whether the option may be given with the command.
   pure logical function is_option_of(option, command)
     type(option_entry_t), intent(in) :: option
     character(*), intent(in) :: command
@@ -112,7 +112,7 @@ contains
     end do
   end function command_words
 
-  !> Returns the names of the options; with the name of a command, only the options of this command.
+  !> Returns the names of all options, or of the options of one command.
   function option_words(command) result(words)
     character(*), intent(in), optional :: command
     type(string_t), allocatable :: words(:)

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 #include "signorom/macros.h"
-!> The commands, each a few lines on top of the stages.
+!> Runs the command of the command line.
 module sig_commands
   use mpi, only: MPI_Comm_rank
   use sig_command_help, only: usage
@@ -31,8 +31,10 @@ module sig_commands
 
 contains
 
-  !> Runs the command that the arguments name. Collective on all ranks, which all get the same exit code.
+  !> Runs the command that the arguments name. Errors are printed and give the exit code, and so does output that could not be
+  !> written. Collective on all ranks, which all get the same exit code.
   subroutine run_command(arguments, exit_code, ierr)
+    !> without the name of the program
     type(string_t), intent(in) :: arguments(:)
     integer, intent(out) :: exit_code
     PetscErrorCode, intent(out) :: ierr
@@ -103,7 +105,7 @@ contains
     exit_code = session%exit_code
   end subroutine run_on_deck
 
-  !> Runs the stages sample, train, validate and fields. Stops at the first stage that fails.
+  !> Runs the stage of the command, or all stages for run: sample, train, validate, fields. Stops at the first stage that fails.
   subroutine run_stages(command, session, ierr)
     type(command_t), intent(in) :: command
     type(session_t), target, intent(inout) :: session
@@ -141,7 +143,7 @@ contains
     end if
   end subroutine run_stages
 
-  !> Whether points that did not converge are marked and do not stop the rest; errors and signals do.
+  !> Whether the next stage may run. Errors and signals prevent this; points that did not converge do not.
   pure logical function may_go_on(session)
     type(session_t), intent(in) :: session
 

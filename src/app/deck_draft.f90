@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> The text of a first deck for a mesh: what the mesh tells, and places to fill in.
+!> The text of a first deck for a mesh: what can be read from the mesh, and places to fill in.
 module sig_deck_draft
   use sig_bodies, only: find_bodies, regions_of_body
   use sig_deck_echo_words, only: yaml_text
@@ -21,10 +21,11 @@ contains
   !> Returns the text of a first deck, with comments that say what to do.
   function draft_deck(mesh, mesh_file, deck_file, pairs) result(text)
     type(mesh_t), intent(in) :: mesh
-    !> as the deck names it
+    !> path of the mesh as the deck shall name it
     character(*), intent(in) :: mesh_file
+    !> path of the deck, for the comment that tells how to check it
     character(*), intent(in) :: deck_file
-    !> contacts, guessed
+    !> pairs of mesh groups that may be in contact
     type(facing_groups_t), intent(in) :: pairs(:)
     character(:), allocatable :: text
 
@@ -144,7 +145,7 @@ contains
     end do
   end function contact_section
 
-  !> `x 0 to 1, y -2 to 0`.
+  !> Returns the box around the points: `x 0 to 1, y -2 to 0`.
   pure function box_text(points) result(text)
     !> [length of the mesh] shape (n_dim, n)
     real(rk), intent(in) :: points(:, :)

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 #include "signorom/macros.h"
-!> The command describe: a model file explained to a person. Needs neither deck nor mesh.
+!> The command describe: prints what a model file contains. It needs neither deck nor mesh.
 module sig_describe
   use mpi, only: MPI_Comm_rank
   use sig_command_line, only: command_t
@@ -17,7 +17,8 @@ module sig_describe
 
 contains
 
-  !> Prints what a model file contains. Rank 0 works. Collective on all ranks, which all get the exit code.
+  !> Prints what the model file of the command contains. Rank 0 does the work. Collective on all ranks, which all get the exit code.
+  !> Errors are printed and give the exit code: the model cannot be read.
   subroutine describe(command, exit_code, ierr)
     type(command_t), intent(in) :: command
     integer, intent(out) :: exit_code

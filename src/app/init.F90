@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 #include "signorom/macros.h"
-!> The command init: a first deck for a mesh, with places to fill in.
+!> The command init: writes a first deck for a mesh, with places to fill in.
 module sig_init
   use mpi, only: MPI_Comm_rank
   use sig_command_line, only: command_t
@@ -22,7 +22,9 @@ module sig_init
 
 contains
 
-  !> Writes a first deck for a mesh. Rank 0 works. Collective on all ranks, which all get the exit code.
+  !> Writes a first deck beside the mesh of the command. Rank 0 does the work. Collective on all ranks, which all get the exit code.
+  !>
+  !> Errors are printed and give the exit code: those of the mesh; the deck exists already or cannot be written.
   subroutine init_deck(command, exit_code, ierr)
     type(command_t), intent(in) :: command
     integer, intent(out) :: exit_code
@@ -39,7 +41,7 @@ contains
     exit_code = error%exit_code
   end subroutine init_deck
 
-  !> Writes the deck beside the mesh. Errors: those of the mesh; the deck is there already.
+  !> Writes the deck beside the mesh. Errors: those of the mesh; the deck exists already or cannot be written.
   subroutine write_draft(mesh_path, error)
     character(*), intent(in) :: mesh_path
     type(error_t), allocatable, intent(out) :: error

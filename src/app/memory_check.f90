@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Too little memory, said in a sentence.
+!> Messages for the case that the process has too little memory.
 module sig_memory_check
   use, intrinsic :: iso_fortran_env, only: error_unit
   use sig_base_c_interfaces, only: sig_begin_memory_watch, sig_end_memory_watch, sig_memory_use, sig_need_memory
@@ -12,11 +12,11 @@ module sig_memory_check
 
 contains
 
-  !> Lets BLAS take its work space, which it keeps. OpenBLAS asks for it in a loop without an end where there is no memory for it:
-  !> then, and where less is left than any command needs, the process ends with a sentence and exit code 2.
+  !> Calls LAPACK once, so that BLAS allocates its work space, which it keeps. Without enough memory OpenBLAS would try this without
+  !> an end. In this case, and if less than 100 MB are left, the process ends with a message and exit code 2.
   subroutine start_linear_algebra()
     real(rk) :: matrix(1, 1)
-    !> [bytes] what the smallest problems take, with room to spare: libraries that lack memory seldom say so
+    !> [bytes] more than the smallest problems take; libraries that run out of memory seldom say so
     real(rk), parameter :: least_room = 1.0e8_rk
     integer :: info, pivots(1)
 
@@ -27,9 +27,10 @@ contains
     call sig_need_memory(least_room)
   end subroutine start_linear_algebra
 
-  !> After an internal error: says so where the limit of memory was nearly reached. The libraries that fail then seldom say why.
+  !> After an internal error: prints a hint if this process used over 80 % of its limit of address space (ulimit -v). Without such a
+  !> limit it prints nothing. Libraries that run out of memory seldom say so.
   subroutine hint_at_memory()
-    !> of the limit
+    !> [-] share of the limit from which on the hint is printed
     real(rk), parameter :: near = 0.8_rk
     real(rk) :: limit, peak
 

@@ -10,11 +10,14 @@ module sig_point_argument
 
 contains
 
-  !> Reads a parameter point. Errors: no `name=value`, an unknown, repeated or missing parameter, something that is no number.
+  !> Reads the point of --at. Errors: a piece that is no `name=value`, an unknown, repeated or missing parameter, a value that is no
+  !> number.
   subroutine parse_point(text, names, points, error)
+    !> `a=1,b=2`
     character(*), intent(in) :: text
+    !> of all parameters
     type(string_t), intent(in) :: names(:)
-    !> shape (n_parameters, 1)
+    !> values in the order of the names, shape (n_parameters, 1)
     real(rk), allocatable, intent(out) :: points(:, :)
     type(error_t), allocatable, intent(out) :: error
     type(string_t), allocatable :: entries(:)

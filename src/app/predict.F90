@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 #include "signorom/macros.h"
-!> The command predict: answers of a model file at points, as CSV. Needs neither deck nor mesh.
+!> The command predict: writes the answers of a model file at given points as CSV. It needs neither deck nor mesh.
 module sig_predict
   use mpi, only: MPI_Comm_rank
   use sig_answer_block, only: answer_block_t, table_header
@@ -27,16 +27,21 @@ module sig_predict
   private
   public :: predict
 
-  !> points that are read, answered and written at a time
+  !> number of points that are read, answered and written at a time
   integer, parameter :: block_size = 2000
 
-  !> whoever reads the terminal's table must know it
+  !> warning for those who read the table on the terminal
   character(*), parameter :: lines_missing = 'stopped by a signal; the answers of the last points are missing'
 
 contains
 
-  !> Answers points with a model. Rank 0 works, as a query is too short to share. Collective on all ranks, which all get the exit
+  !> Answers the points of --at or --points with a model and writes the table to the terminal or to --output; with --fields also
+  !> writes fields. Rank 0 does the work, because a query is too short to share. Collective on all ranks, which all get the exit
   !> code.
+  !>
+  !> Errors are printed and give the exit code: the model or the points cannot be read; the model cannot answer, or has no fields; a
+  !> point is outside of the trained box (--strict only); a file cannot be written. Other exit codes: a point has no answer (3), a
+  !> signal (130).
   subroutine predict(command, exit_code, ierr)
     type(command_t), intent(in) :: command
     integer, intent(out) :: exit_code
@@ -60,7 +65,7 @@ contains
 
   subroutine predict_points(command, exit_code, error)
     type(command_t), intent(in) :: command
-    !> a signal came before all points had their answers, or some have none
+    !> changed if a signal came before the end, or if a point has no answer
     integer, intent(inout) :: exit_code
     type(error_t), allocatable, intent(out) :: error
     type(online_model_t), target :: online
@@ -114,7 +119,7 @@ contains
     call block%destroy()
   end subroutine predict_points
 
-  !> Reads the next points and checks them if --strict is given.
+  !> Reads the next points of --points and checks them if --strict is given; n_points is 0 at the end.
   subroutine next_block(command, list, block, error)
     type(command_t), intent(in) :: command
     type(point_list_t), intent(inout) :: list
@@ -127,6 +132,7 @@ contains
     if (.not. allocated(error)) call check_box(command, block, error)
   end subroutine next_block
 
+  !> Errors: --strict is given, and a point is outside of the trained box.
   subroutine check_box(command, block, error)
     type(command_t), intent(in) :: command
     type(answer_block_t), intent(in) :: block
@@ -141,8 +147,9 @@ contains
     end do
   end subroutine check_box
 
-  !> Answers one block of points after the other and writes the lines in the order of the points. Neither the memory nor the order
-  !> depends on the number of points or threads.
+  !> Answers one block of points after the other and writes the lines in the order of the points. The memory does not depend on the
+  !> number of points, and the order of the lines does not depend on the number of threads. Warns of points outside of the trained
+  !> box and of points with several solutions.
   subroutine answer_blocks(command, list, block, table, fields, is_stopped, error)
     type(command_t), intent(in) :: command
     type(point_list_t), intent(inout) :: list

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Fields of the answers of predict, as files for ParaView and signorom-post view.
+!> Writes the fields of the answers of predict for ParaView and signorom-post view.
 module sig_predicted_fields
   use sig_answer, only: answer_t
   use sig_deck_config, only: output_config_t
@@ -23,7 +23,7 @@ module sig_predicted_fields
     type(field_query_t) :: fields
     type(field_writer_t) :: writer
     type(answer_t) :: answer
-    !> points so far, with and without fields
+    !> number of points so far, with and without fields
     integer, public :: n_written = 0
     integer, public :: n_left_out = 0
   contains
@@ -37,7 +37,7 @@ contains
   !> Returns the folder of the fields: beside the table, or `predicted_fields` beside the model if the table goes to the terminal.
   pure function fields_folder(model_path, output) result(folder)
     character(*), intent(in) :: model_path
-    !> of the table, empty = the terminal
+    !> path of the table; empty = the terminal
     character(*), intent(in) :: output
     character(:), allocatable :: folder
 
@@ -45,7 +45,7 @@ contains
     if (output /= '') folder = directory_of(output) // '/' // base_name(output) // '_fields'
   end function fields_folder
 
-  !> Starts the files. Errors: the model answers no fields; the files cannot be created.
+  !> Starts the files. Errors: why_no_fields has a reason; the model cannot answer; the folder or the files cannot be created.
   subroutine create(self, online, model_path, folder, error)
     class(predicted_fields_t), intent(inout) :: self
     !> prepared
@@ -74,9 +74,11 @@ contains
     if (.not. allocated(error)) call self%writer%create(online%model, everything, folder, error)
   end subroutine create
 
-  !> Adds the fields of a point. A point without an answer has no fields.
+  !> Adds the fields of a point. A point without an answer, or without elastic constants, has none and is counted in n_left_out.
+  !> Does nothing without create.
   subroutine add(self, point)
     class(predicted_fields_t), intent(inout) :: self
+    !> shape (n_parameters)
     real(rk), intent(in) :: point(:)
     logical :: is_valid
 
@@ -93,7 +95,8 @@ contains
     call self%writer%write_values(self%online%model, self%fields%values, .true.)
   end subroutine add
 
-  !> Errors: the first failure since create; one that is there already stays, and then no files are kept.
+  !> Closes the files, unless there is an error already: then no files are kept, and the error stays. Errors: the first failure
+  !> since create.
   subroutine close_fields(self, error)
     class(predicted_fields_t), intent(inout) :: self
     type(error_t), allocatable, intent(inout) :: error

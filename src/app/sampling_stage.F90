@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 #include "signorom/macros.h"
-!> The first stage of a study: the deck's points are solved and kept in the results folder.
+!> The first stage of a study: solves the deck's training points and candidates and keeps them in the results folder.
 module sig_sampling_stage
   use sig_errors, only: error_t, exit_not_converged, exit_stopped, make_error
   use sig_greedy_selection, only: select_points
@@ -19,7 +19,11 @@ module sig_sampling_stage
 
 contains
 
-  !> Makes snapshots.h5, and candidates.h5 where the deck has a target. Collective on all ranks.
+  !> Solves the training points, or selects and solves them, and writes snapshots.h5; with clusters.target also candidates.h5.
+  !> Collective on all ranks.
+  !>
+  !> Errors are printed and set session%exit_code: the deck has no training; those of the loading of the problem, of sample and
+  !> select_points. The exit code is that of "not converged" if a point did not converge.
   subroutine sample_stage(session, ierr)
     type(session_t), target, intent(inout) :: session
     PetscErrorCode, intent(out) :: ierr
@@ -49,7 +53,7 @@ contains
     end if
   end subroutine sample_stage
 
-  !> Makes candidates.h5 with the points at which the errors of local models are measured.
+  !> Writes candidates.h5 with the points at which the errors of local models are measured. Collective on all ranks.
   subroutine sample_candidates(session, ierr)
     type(session_t), target, intent(inout) :: session
     PetscErrorCode, intent(out) :: ierr
@@ -63,11 +67,11 @@ contains
       found_text(outcome) // '): ' // store%path(), error)
   end subroutine sample_candidates
 
-  !> Reports how a sampling ended.
+  !> Logs how a sampling ended, and sets session%exit_code.
   subroutine tell_sampled(session, outcome, text, error)
     type(session_t), intent(inout) :: session
     type(sampling_result_t), intent(in) :: outcome
-    !> where it went well
+    !> text for a sampling that neither failed nor was stopped
     character(*), intent(in) :: text
     type(error_t), allocatable, intent(in) :: error
 
@@ -84,7 +88,7 @@ contains
     end if
   end subroutine tell_sampled
 
-  !> Returns a text that describes the snapshots.
+  !> Returns `sampled 31 points (12 were there): `, with what a greedy selection did.
   pure function sampled_text(session, outcome, selection) result(text)
     type(session_t), intent(in) :: session
     type(sampling_result_t), intent(in) :: outcome
@@ -98,7 +102,7 @@ contains
     text = text // ': '
   end function sampled_text
 
-  !> `1 was there`, `12 were there`
+  !> Returns how many points were solved before: `1 was there`, `12 were there`.
   pure function found_text(outcome) result(text)
     type(sampling_result_t), intent(in) :: outcome
     character(:), allocatable :: text
@@ -106,6 +110,7 @@ contains
     text = to_text(outcome%n_found) // trim(merge(' was ', ' were', outcome%n_found == 1)) // ' there'
   end function found_text
 
+  !> Logs that factorizations are needed for many points, if the stiffness depends on the parameters.
   subroutine announce_stiffness(session)
     type(session_t), intent(in) :: session
 
@@ -113,6 +118,7 @@ contains
       'elastic constants need a factorization of their own')
   end subroutine announce_stiffness
 
+  !> Errors: the deck has no training section.
   subroutine need_training(session, error)
     type(session_t), intent(in) :: session
     type(error_t), allocatable, intent(out) :: error

@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 #include "signorom/macros.h"
-!> What every command on a deck begins and ends with: the deck read on one rank and known to all, its PETSc options, the results
-!> folder locked, user errors printed once.
+!> The begin and the end of every command on a deck: one rank reads the deck for all, PETSc gets its options, the results folder is
+!> locked, and user errors are printed once.
 module sig_session
   use mpi, only: MPI_Comm_rank
   use sig_command_line, only: command_t
@@ -29,16 +29,16 @@ module sig_session
     character(:), allocatable :: folder
     integer :: rank = 0
     integer :: exit_code = exit_success
-    !> an error was printed, so no further stage makes sense
+    !> an error was printed, so no further stage may run
     logical :: has_failed = .false.
-    !> the terminal shows which solver works
+    !> the planned solver was logged
     logical :: has_plan = .false.
-    !> the command is run: its stages leave nothing to earlier commands
+    !> the command is run: the report keeps nothing of earlier commands
     logical :: is_whole_run = .false.
     !> --benchmark: validation measures times, too
     logical :: has_benchmark = .false.
     type(directory_lock_t) :: lock
-    !> the deck's problem, from the first stage that needs it on
+    !> problem of the deck; the first stage that needs it loads it
     type(full_order_t) :: full_order
   contains
     procedure :: open
@@ -50,8 +50,9 @@ module sig_session
 
 contains
 
-  !> Reads the deck and sets the PETSc options of the deck and the command line. Errors are printed and set exit_code. Collective on
-  !> all ranks.
+  !> Reads the deck and sets the PETSc options of the deck and the command line. Collective on all ranks.
+  !>
+  !> Errors are printed and set exit_code: the deck cannot be read or is not valid; a PETSc option is not allowed.
   subroutine open(self, command, ierr)
     class(session_t), intent(inout) :: self
     type(command_t), intent(in) :: command
@@ -92,6 +93,8 @@ contains
   end subroutine open
 
   !> Makes and locks the results folder. Collective on all ranks.
+  !>
+  !> Errors are printed and set exit_code: the folder cannot be made or locked, because another command uses it.
   subroutine claim_folder(self, ierr)
     class(session_t), intent(inout) :: self
     PetscErrorCode, intent(out) :: ierr
@@ -106,7 +109,8 @@ contains
     if (allocated(error)) call self%fail(error)
   end subroutine claim_folder
 
-  !> Prints a user error, or what a signal left, which all ranks know, and keeps its exit code.
+  !> Prints an error and sets exit_code and has_failed; an error with exit_stopped ends the session as stop does. All ranks call it
+  !> with the same error.
   subroutine fail(self, error)
     class(session_t), intent(inout) :: self
     type(error_t), intent(in) :: error
@@ -127,10 +131,10 @@ contains
     self%exit_code = error%exit_code
   end subroutine fail
 
-  !> Ends the command as a signal wishes. Local; every rank calls it.
+  !> Logs that a signal ended the command, and sets exit_code. Local; every rank calls it.
   subroutine stop_session(self, text)
     class(session_t), intent(inout) :: self
-    !> what is there now
+    !> what was kept or written
     character(*), intent(in) :: text
 
     call say_when_ended('')
@@ -138,7 +142,9 @@ contains
     self%exit_code = exit_stopped
   end subroutine stop_session
 
-  !> Frees the folder; an option of PETSc that should have been used is an error. Collective on all ranks.
+  !> Frees the problem and unlocks the results folder. Collective on all ranks.
+  !>
+  !> Errors are printed and set exit_code: an option of PETSc was not used, although it is not for another command.
   subroutine close(self, command, ierr)
     class(session_t), intent(inout) :: self
     type(command_t), intent(in) :: command
@@ -159,8 +165,7 @@ contains
     end do
   end subroutine close
 
-  !> Whether an unused option is a mistake: a deck's options serve all commands, so one that this command had no object for is
-  !> none.
+  !> Whether an unused option is no mistake, because it is for another command or solver: the options of a deck serve all commands.
   pure logical function is_for_another_command(option, command, solver)
     !> with its hyphen
     character(*), intent(in) :: option

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 #include "signorom/macros.h"
-!> What the stages of a study write into their common report.
+!> Fills and writes report.yaml, the common report of the stages of a study.
 module sig_stage_report
   use mpi, only: MPI_Get_processor_name, MPI_MAX_PROCESSOR_NAME
   use sig_accuracy_warnings, only: equilibrium_warning
@@ -31,7 +31,8 @@ module sig_stage_report
 
 contains
 
-  !> Adds a description of the problem and of the run to the report. Collective on all ranks.
+  !> Adds the deck, the planned solver, the sizes, the versions, the run and the times of the set-up to the report. Collective on
+  !> all ranks.
   subroutine describe_problem(problem, report, ierr)
     type(problem_t), intent(in) :: problem
     type(run_report_t), intent(inout) :: report
@@ -62,7 +63,7 @@ contains
       problem%rows%n_rows, inert_pair_names(problem), report)
   end subroutine describe_problem
 
-  !> Adds who ran what, when and where. This command is then the last one that completed the report.
+  !> Adds date, host, command line, hash of the mesh and commit of this run. They replace those of earlier commands.
   subroutine describe_run(problem, report, ierr)
     type(problem_t), intent(in) :: problem
     type(run_report_t), intent(inout) :: report
@@ -83,9 +84,11 @@ contains
     call report%add('version/build', build_type)
   end subroutine describe_run
 
-  !> Adds the costs of the full-order points, how they ended, and the reactions.
+  !> Adds times, states, resultants of contacts and reaction forces of the full-order solutions, and warns of points that did not
+  !> converge. Local.
   subroutine report_fields(problem, points, solved, report)
     type(problem_t), intent(in) :: problem
+    !> shape (n_parameters, n_points)
     real(rk), intent(in) :: points(:, :)
     type(solved_points_t), intent(in) :: solved
     type(run_report_t), intent(inout) :: report
@@ -109,9 +112,9 @@ contains
     end do
   end subroutine report_fields
 
-  !> Warns of residuals of full-order solutions, on the terminal and in the report.
+  !> Warns in the log and in the report if residuals of full-order solutions are large.
   subroutine warn_of_residuals(residuals, report)
-    !> [-] of equilibrium, solved points
+    !> [-] residuals of equilibrium at the solved points, shape (n_points)
     real(rk), intent(in) :: residuals(:)
     type(run_report_t), intent(inout) :: report
     character(:), allocatable :: warning
@@ -122,10 +125,12 @@ contains
     call report%add('residuals/warning', warning)
   end subroutine warn_of_residuals
 
-  !> Writes the report. What earlier commands on the same deck and mesh reported is kept, except for what this stage makes again.
+  !> Writes report.yaml. What earlier commands on the same deck and mesh reported is kept, except for the keys that this stage makes
+  !> anew, and except during run. Local; only the first rank writes. Errors are printed and set session%exit_code: the file cannot
+  !> be written.
   subroutine write_report(session, renewed, report)
     type(session_t), intent(inout) :: session
-    !> sections, and keys of sections
+    !> sections (`errors`) and keys of sections (`times/query`) that earlier commands wrote and that are out of date now
     character(*), intent(in) :: renewed(:)
     type(run_report_t), intent(inout) :: report
     type(error_t), allocatable :: error

@@ -1,6 +1,7 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 #include "signorom/macros.h"
-!> The stages of a study on one results folder: each reads the file of the stage before and writes its own.
+!> The stages train, validate and fields of a study. Each reads the file of the stage before from the results folder and writes its
+!> own.
 module sig_study
   use sig_deck_echo, only: differing_setting
   use sig_enrichment_table, only: write_enrichment_table
@@ -42,7 +43,7 @@ module sig_study
   private
   public :: train_stage, validate_stage, fields_stage, stop_if_asked
 
-  !> what a stage says in the report, where another one may say more: of the training, of the model, of its errors, of fields
+  !> keys of the report about the training, the model, its errors and fields; a stage replaces those that it makes out of date
   integer, parameter :: key_length = 26
   character(*), parameter :: train_keys(4) = [character(key_length) :: 'sampling', 'iterations', 'residuals', 'refinement']
   character(*), parameter :: model_keys(1) = [character(key_length) :: 'reduction']
@@ -52,7 +53,7 @@ module sig_study
 
 contains
 
-  !> Between two stages: a signal ends the command; what the stages before wrote stays.
+  !> Ends the session if a signal came; call it between two stages. What earlier stages wrote stays. Collective on all ranks.
   subroutine stop_if_asked(session, ierr)
     type(session_t), intent(inout) :: session
     PetscErrorCode, intent(out) :: ierr
@@ -63,7 +64,11 @@ contains
     call session%stop('the finished stages are kept; run the same command again to go on')
   end subroutine stop_if_asked
 
-  !> Trains the model: reads snapshots.h5, writes model.h5 and enrichment.csv.
+  !> Trains the model: reads snapshots.h5; writes model.h5, enrichment.csv, refinement.csv (only after a refinement) and the report.
+  !> Collective on all ranks.
+  !>
+  !> Errors are printed and set session%exit_code: the deck has no training; snapshots are missing, or of another deck or mesh;
+  !> those of build_model; a file cannot be written. The exit code is that of "not converged" if a training point has no solution.
   subroutine train_stage(session, report, ierr)
     type(session_t), intent(inout) :: session
     type(run_report_t), intent(inout) :: report
@@ -124,6 +129,8 @@ contains
 
   !> Reads the snapshots of the deck's training points and distributes their dofs over the ranks. The file may hold more points.
   !> Collective on all ranks.
+  !>
+  !> Errors: snapshots.h5 is missing, cannot be read, is of another deck or mesh, or lacks points or displacements.
   subroutine read_snapshots(session, problem, snapshots, selection, error, ierr)
     type(session_t), intent(in) :: session
     type(problem_t), intent(in) :: problem
@@ -155,7 +162,12 @@ contains
       counted(size(is_missing), 'training point') // ' of the deck', snapshots_path(session%folder), hint=hint)
   end subroutine read_snapshots
 
-  !> Writes validation.csv, and its statistics into model.h5 and the report.
+  !> Validates the model at the test points: reads model.h5; writes validation.csv, the statistics into model.h5, and the report.
+  !> Collective on all ranks.
+  !>
+  !> Errors are printed and set session%exit_code: the deck has no test points; a point is not valid; the model is missing or of
+  !> another deck; it cannot answer; a file cannot be written. The exit code is that of "not converged" if a point has no full-order
+  !> solution, or has one but no answer.
   subroutine validate_stage(session, report, ierr)
     type(session_t), intent(inout) :: session
     type(run_report_t), intent(inout) :: report
@@ -231,11 +243,16 @@ contains
     if (any(outcome%reason_full_order /= reason_converged) .or. verdict%n_unanswered > 0) session%exit_code = exit_not_converged
   end subroutine keep_validation
 
-  !> Writes fields.h5 and fields.xdmf at the given points, with the reduced answers where there is a model.
+  !> Solves the full-order problem at the given points and writes fields.h5, fields.xdmf, contact.h5, contact.xdmf and the report.
+  !> Collective on all ranks.
+  !>
+  !> Errors are printed and set session%exit_code: a point is not valid; the model is missing or of another deck; those of
+  !> write_fields. The exit code is that of "not converged" if a point has no solution.
   subroutine fields_stage(session, points, has_model, report, ierr)
     type(session_t), intent(inout) :: session
     !> shape (n_parameters, n_points)
     real(rk), intent(in) :: points(:, :)
+    !> reads model.h5 and writes its answers, too
     logical, intent(in) :: has_model
     type(run_report_t), intent(inout) :: report
     PetscErrorCode, intent(out) :: ierr
@@ -273,7 +290,8 @@ contains
     if (any(solved%states%reason /= reason_converged)) session%exit_code = exit_not_converged
   end subroutine fields_stage
 
-  !> Reads the model of this folder if it was trained for this deck and mesh.
+  !> Reads model.h5 of the results folder. Errors: it is missing, cannot be read, or was trained for another deck or mesh, or with
+  !> other settings.
   subroutine read_own_model(session, problem, model, error)
     type(session_t), intent(in) :: session
     type(problem_t), intent(in) :: problem
@@ -297,8 +315,8 @@ contains
       model_path(session), hint='train it again: signorom train ' // session%deck%path)
   end subroutine read_own_model
 
-  !> Whether what is compared or integrated with the problem's fields has their size: a provenance is a text that anybody can
-  !> write.
+  !> Whether the sizes of the model are those of the problem. The provenance of a file does not prove this, because anybody can
+  !> change it.
   pure logical function has_sizes_of(problem, model)
     type(problem_t), intent(in) :: problem
     type(model_t), intent(in) :: model

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Writes the manual page and the completion of bash when the program is built: write_manual MANUAL_PAGE COMPLETION
+!> Writes the manual page and the completion of bash, which the build does: write_manual MANUAL_PAGE COMPLETION
 program write_manual
   use sig_command_help, only: bash_completion, manual_page
   use sig_version, only: code_version
