@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Cells of several kinds in one mesh that is looked at and not solved: bodies, facets, lines, points.
+!> Collects cells of bodies, facets, lines and points in one mesh for pictures.
 module sig_cell_collection
   use sig_element_types, only: element_type_with
   use sig_kinds, only: rk
@@ -11,7 +11,7 @@ module sig_cell_collection
   !> Call `start`, then the add procedures. The mesh is complete at any time, except for the coordinates, which the caller sets.
   type :: cell_collection_t
     type(mesh_t) :: mesh
-    !> what the caller wants to know of each cell, shape (n_labels, n_cells)
+    !> whole numbers that the caller gives to each cell, shape (n_labels, n_cells)
     integer, allocatable :: labels(:, :)
   contains
     procedure :: start
@@ -27,8 +27,9 @@ contains
   !> Starts a collection without cells.
   pure subroutine start(self, n_dim, n_labels)
     class(cell_collection_t), intent(inout) :: self
-    !> of space
+    !> number of dimensions of space
     integer, intent(in) :: n_dim
+    !> number of labels per cell
     integer, intent(in) :: n_labels
 
     self%mesh = mesh_t()
@@ -53,8 +54,9 @@ contains
   pure subroutine add_facets(self, mesh, facets, numbers, labels)
     class(cell_collection_t), intent(inout) :: self
     type(mesh_t), intent(in) :: mesh
+    !> numbers of the facets, 1-based
     integer, intent(in) :: facets(:)
-    !> what the mesh's nodes are called here, shape (n_nodes of the mesh)
+    !> number in the collection of each node of the mesh, shape (n_nodes)
     integer, intent(in) :: numbers(:)
     !> shape (n_labels)
     integer, intent(in) :: labels(:)
@@ -69,7 +71,7 @@ contains
   !> Adds lines between two nodes.
   pure subroutine add_lines(self, from, to, labels)
     class(cell_collection_t), intent(inout) :: self
-    !> same shape
+    !> first and second node of each line, shape (n_lines)
     integer, intent(in) :: from(:), to(:)
     !> shape (n_labels, n_lines)
     integer, intent(in) :: labels(:, :)
@@ -92,11 +94,11 @@ contains
 
   pure subroutine add(self, types, sizes, nodes, labels)
     class(cell_collection_t), intent(inout) :: self
-    !> row of element_types
+    !> row of element_types of each cell
     integer, intent(in) :: types(:)
-    !> nodes of each cell, same shape
+    !> number of nodes of each cell, same shape
     integer, intent(in) :: sizes(:)
-    !> cell by cell
+    !> nodes of all cells, one cell after the other
     integer, intent(in) :: nodes(:)
     integer, intent(in) :: labels(:, :)
     integer :: offsets(size(sizes)), i, n

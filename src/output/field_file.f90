@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Fields on the mesh for several parameter points: an HDF5 file of arrays, and an XDMF file beside it for ParaView.
+!> Writes fields on a mesh for several parameter points: an HDF5 file with the arrays, and an XDMF file beside it for ParaView.
 module sig_field_file
   use sig_errors, only: error_t, exit_internal, make_error
   use sig_field_topology, only: write_topology
@@ -15,28 +15,26 @@ module sig_field_file
   private
   public :: field_file_t
 
-  !> 3: contact rows of several nodes on either side; 2: symmetric tensors in VTK's order; 1 had xx, xy, xz, yy, yz, zz
+  !> version 3: contact rows may have several nodes on each side; 2: symmetric tensors in VTK's order; 1: xx, xy, xz, yy, yz, zz
   integer, parameter :: format_version = 3
 
-  !> create; then per point start_point and its fields; close. Both files appear with close.
+  !> Call create; then for each point start_point and the add procedures; then close. Both files appear with close.
   !>
-  !> What viewers need is made here. Vectors of 1 or 2 components get zeros up to the third, as the coordinates do, so that
-  !> one can warp by them. 4 or 6 components are a symmetric tensor in VTK's order xx, yy, zz, xy, yz, xz (attribute
-  !> `components`); a plane one gets zeros for yz and xz.
-  !> Arrays that are no fields of the mesh (`add_array`, `add_shared_array`) stand in the HDF5 file only. Numbers of the point, its
-  !> parameters among them, are field data in viewers; their names there end with the unit.
-  !> Writing takes time in proportion to the number of points.
-  !> The first failure is kept and handed back by close. Shapes are h5py's reversed, see sig_hdf5_writer. Local: one rank writes.
+  !> Fields of 1 to 3 components get zeros up to the third, as the coordinates do, so that viewers can warp by them. Fields of 4 or
+  !> 6 components are symmetric tensors in VTK's order xx, yy, zz, xy, yz, xz (attribute `components`); with 4, yz and xz are zero.
+  !> Arrays that are no fields of the mesh (`add_array`, `add_shared_array`) stand in the HDF5 file only. Numbers of a point and its
+  !> parameters are field data in viewers, where their names end with the unit. The first failure is kept until close returns it.
+  !> h5py shows the shapes reversed, see sig_hdf5_writer. Local: one rank writes.
   type :: field_file_t
     private
     type(h5_writer_t) :: file
     character(:), allocatable :: path
     type(xdmf_mesh_t) :: mesh
-    !> of the point that is being written, and its number; the XDMF file up to it
+    !> fields of the present point, number of points so far, and text of the XDMF file before this point
     type(xdmf_grid_t) :: grid
     integer :: n_points = 0
     type(text_buffer_t) :: xdmf
-    !> /points/0001 of that point
+    !> group of the present point: `/points/0001`
     character(:), allocatable :: group
     type(string_t), allocatable :: parameter_names(:)
     type(string_t), allocatable :: parameter_units(:)
@@ -60,12 +58,12 @@ contains
   !> Starts the file and writes the mesh. Errors: the file cannot be created.
   subroutine create(self, path, mesh, length_unit, parameter_names, parameter_units, error)
     class(field_file_t), intent(inout) :: self
-    !> ends with .h5
+    !> path of the HDF5 file, which ends with .h5
     character(*), intent(in) :: path
     type(mesh_t), intent(in) :: mesh
     character(*), intent(in) :: length_unit
     type(string_t), intent(in) :: parameter_names(:)
-    !> same shape
+    !> units in the order of the names
     type(string_t), intent(in) :: parameter_units(:)
     type(error_t), allocatable, intent(out) :: error
 
@@ -90,7 +88,7 @@ contains
   !> Starts the next point.
   subroutine start_point(self, label, parameters)
     class(field_file_t), intent(inout) :: self
-    !> as ParaView shall call it, e.g. `squeeze = 0.2`
+    !> name of the point in ParaView, e.g. `squeeze = 0.2`
     character(*), intent(in) :: label
     !> in the order of the names given to create
     real(rk), intent(in) :: parameters(:)
@@ -300,7 +298,7 @@ contains
     end associate
   end subroutine note_field
 
-  !> Adds an array of the point that is not a field of the mesh.
+  !> Adds an array of the present point that is not a field of the mesh.
   subroutine add_real_array(self, name, values, unit, description)
     class(field_file_t), intent(inout) :: self
     character(*), intent(in) :: name
@@ -372,7 +370,7 @@ contains
     call self%file%write('/' // name, values, unit, description)
   end subroutine add_shared_texts
 
-  !> Gives both files their names, the XDMF file last. Errors: the first failure since create.
+  !> Completes the files and gives them their final names, the XDMF file last. Errors: the first failure since create.
   subroutine close_file(self, error)
     class(field_file_t), intent(inout) :: self
     type(error_t), allocatable, intent(out) :: error

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> The cells of a mesh in the order and numbering of viewers.
+!> Writes the cells of a mesh into an HDF5 file, in the types and node order that viewers expect.
 module sig_field_topology
   use sig_element_types, only: element_types
   use sig_hdf5_writer, only: h5_writer_t
@@ -11,11 +11,11 @@ module sig_field_topology
 
 contains
 
-  !> Writes /mesh/topology and /mesh/cell_types.
+  !> Writes /mesh/cell_types and, if there are cells, /mesh/topology. Local. A failure is kept in the file.
   subroutine write_topology(mesh, file, described)
     type(mesh_t), intent(in) :: mesh
     type(h5_writer_t), intent(inout) :: file
-    !> for the XDMF file
+    !> sizes and type of the cells for the XDMF file
     type(xdmf_mesh_t), intent(out) :: described
     integer, allocatable :: uniform(:, :)
     integer :: i_cell

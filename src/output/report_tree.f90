@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> A tree of keys with values in YAML, in the order in which the keys were first named.
+!> A tree of keys with values in YAML. The keys keep the order in which they were set first.
 module sig_report_tree
   use sig_checksum, only: fnv1a
   use sig_kinds, only: lk
@@ -18,17 +18,18 @@ module sig_report_tree
     integer :: i_first = 0
     integer :: i_last = 0
     integer :: i_next = 0
-    !> ready YAML: one line, or (is_block) whole lines
+    !> value in YAML: one line or, if is_block, several lines
     character(:), allocatable :: yaml
     logical :: is_block = .false.
   end type entry_t
 
-  !> The cost of a key does not depend on how many there are.
+  !> The time to set or find a key does not depend on the number of keys.
   type :: report_tree_t
     private
     type(entry_t), allocatable :: entries(:)
     integer :: n_entries = 0
-    !> entries by the hash of their key and parent, 0 where free; a power of two of them
+    !> hash table: the position comes from the hash of key and parent, the value is the number of the entry, 0 = free; its size is a
+    !> power of two
     integer, allocatable :: slots(:)
   contains
     procedure :: set
@@ -39,12 +40,12 @@ module sig_report_tree
 
 contains
 
-  !> Sets the value of a key, or replaces it.
+  !> Sets the value of a key, or replaces it. Keys above it are made if they are missing.
   subroutine set(self, key, yaml, is_block)
     class(report_tree_t), intent(inout) :: self
     !> path of keys: `errors/e_u/median`
     character(*), intent(in) :: key
-    !> one line, or (is_block) lines that start at column 1
+    !> value in YAML: one line or, if is_block, lines that start at column 1
     character(*), intent(in) :: yaml
     logical, intent(in) :: is_block
     type(string_t), allocatable :: words(:)
@@ -97,7 +98,7 @@ contains
     class(report_tree_t), intent(inout) :: self
     character(*), intent(in) :: key
     integer, intent(in) :: i_parent
-    !> free
+    !> a free slot, from slot_of
     integer, intent(in) :: i_slot
     integer :: i
 
@@ -150,11 +151,12 @@ contains
     end do
   end subroutine spread_out
 
-  !> Number of the entry of a key, 0 where there is none.
+  !> Returns the number of the entry of a key, 0 if there is none.
   pure integer function find(self, key, i_parent) result(i)
     class(report_tree_t), intent(in) :: self
+    !> one key, not a path
     character(*), intent(in) :: key
-    !> entry above it; default the top
+    !> number of the entry above it; default: the top
     integer, intent(in), optional :: i_parent
 
     i = 0
@@ -166,7 +168,7 @@ contains
     end if
   end function find
 
-  !> Whether there are keys below an entry.
+  !> Whether there are keys below entry i.
   pure logical function has_keys(self, i)
     class(report_tree_t), intent(in) :: self
     integer, intent(in) :: i
@@ -174,9 +176,10 @@ contains
     has_keys = self%entries(i)%i_first > 0
   end function has_keys
 
-  !> Returns an entry with everything below it as YAML; without an entry, the whole tree.
+  !> Returns an entry with everything below it as YAML, or the whole tree; each line has its end.
   function tree_text(self, i_entry) result(text)
     class(report_tree_t), intent(in) :: self
+    !> number of the entry; default: the whole tree
     integer, intent(in), optional :: i_entry
     character(:), allocatable :: text
     type(text_buffer_t) :: buffer

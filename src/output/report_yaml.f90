@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Numbers and texts as YAML that every reader takes for the same.
+!> Writes numbers and texts in YAML so that all readers read the same values.
 module sig_report_yaml
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite, ieee_is_nan
   use sig_kinds, only: rk
@@ -10,8 +10,8 @@ module sig_report_yaml
 
 contains
 
-  !> Returns a real number in YAML. YAML has own words for infinity and not-a-number, and YAML 1.1 (PyYAML) needs a sign in the
-  !> exponent.
+  !> Returns a real number in YAML: `.nan`, `.inf` and `-.inf` for what is not finite, and a sign in each exponent, which YAML 1.1
+  !> (PyYAML) needs.
   pure function yaml_of_real(value) result(yaml)
     real(rk), intent(in) :: value
     character(:), allocatable :: yaml

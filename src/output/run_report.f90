@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> What a run found, gathered under key paths and written as YAML.
+!> Collects what a run found below paths of keys, and writes it as YAML.
 module sig_run_report
   use sig_errors, only: error_t
   use sig_file_system, only: write_text_file
@@ -12,10 +12,10 @@ module sig_run_report
   private
   public :: run_report_t
 
-  !> Keys come out in the order in which they were first named; a value given twice counts as given last.
+  !> Keys are written in the order in which they were added first; if a key is added twice, the last value counts.
   !>
   !> `add('errors/e_u/median', value)`: value is a text, integer, real, logical, or a list of integers, reals or texts.
-  !> `add_yaml(key, text)` puts a block of YAML below the key. Cost: the same for each key, however many there are.
+  !> `add_yaml(key, text)` puts a block of YAML below the key. The time for a key does not depend on the number of keys.
   type :: run_report_t
     private
     type(report_tree_t) :: tree
@@ -101,7 +101,7 @@ contains
     call self%tree%set(key, '[' // join(words, ', ') // ']', .false.)
   end subroutine add_texts
 
-  !> Puts YAML lines, as they are, below a key.
+  !> Puts lines of YAML below a key without a change, except for their indent.
   subroutine add_yaml(self, key, yaml)
     class(run_report_t), intent(inout) :: self
     character(*), intent(in) :: key
@@ -119,14 +119,13 @@ contains
     text = self%tree%text()
   end function report_text
 
-  !> Adds what an earlier report of the same deck says and this one does not: sections, and keys of sections.
-  !>
-  !> Reads what text() makes, two blanks per level. A report of another deck or another problem adds nothing.
+  !> Adds sections, and keys of sections, that an earlier report of the same deck and provenance has and this one has not. A report
+  !> of another deck or provenance adds nothing.
   subroutine complete(self, earlier, left_out)
     class(run_report_t), intent(inout) :: self
-    !> text of the earlier report
+    !> text of the earlier report, as text() makes it
     character(*), intent(in) :: earlier
-    !> sections (`errors`) and keys of sections (`times/query`) that are out of date
+    !> sections (`errors`) and keys of sections (`times/query`) that are not added because they are out of date
     type(string_t), intent(in) :: left_out(:)
     type(string_t), allocatable :: lines(:)
     type(text_buffer_t) :: block
@@ -178,9 +177,9 @@ contains
   subroutine add_missing(self, section, key, value, block, left_out)
     class(run_report_t), intent(inout) :: self
     character(*), intent(in) :: section
-    !> empty: the section itself
+    !> key below the section; empty: the section itself
     character(*), intent(in) :: key
-    !> on its line; empty where a block is below
+    !> value on the line of the key; empty if a block follows
     character(*), intent(in) :: value
     type(text_buffer_t), intent(inout) :: block
     type(string_t), intent(in) :: left_out(:)

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> XDMF 3: the small XML file that tells ParaView and VTK what the arrays of an HDF5 file mean.
+!> Makes the text of an XDMF 3 file: XML that tells ParaView and VTK what the arrays of an HDF5 file mean.
 module sig_xdmf
   use sig_element_types, only: element_types, n_element_types
   use sig_kinds, only: rk
@@ -8,30 +8,30 @@ module sig_xdmf
   private
   public :: xdmf_mesh_t, xdmf_field_t, xdmf_number_t, xdmf_grid_t, xdmf_head, xdmf_grid, xdmf_tail
 
-  !> The arrays /mesh/coordinates and /mesh/topology.
+  !> The sizes of the arrays /mesh/coordinates and /mesh/topology.
   type :: xdmf_mesh_t
     integer :: n_nodes = 0
     integer :: n_cells = 0
-    !> XDMF's number of the cells' type where there is one for all, 0 = mixed
+    !> XDMF number of the type of all cells; 0 = cells of several types (mixed)
     integer :: cell_type = 0
-    !> nodes of a cell where all have one type
+    !> number of nodes of a cell if all cells have one type
     integer :: n_cell_nodes = 0
-    !> entries of /mesh/topology where it is mixed
+    !> size of /mesh/topology if it is mixed
     integer :: n_mixed_entries = 0
   end type xdmf_mesh_t
 
-  !> One array of one point.
+  !> One array of one parameter point.
   type :: xdmf_field_t
     character(:), allocatable :: name
-    !> where it stands in the HDF5 file
+    !> path in the HDF5 file
     character(:), allocatable :: address
     logical :: is_cell_field = .false.
     logical :: is_integer = .false.
-    !> 1 for a list of numbers
+    !> numbers per node or cell
     integer :: n_components = 1
   end type xdmf_field_t
 
-  !> One number of one point, which viewers show as field data.
+  !> One number of one parameter point, which viewers show as field data.
   type :: xdmf_number_t
     character(:), allocatable :: name
     real(rk) :: value = 0
@@ -48,7 +48,7 @@ module sig_xdmf
 
 contains
 
-  !> Returns the text before the grids. The file needs at least one grid, in one temporal collection.
+  !> Returns the text before the grids. A file needs at least one grid. All grids form one temporal collection.
   pure function xdmf_head() result(text)
     character(:), allocatable :: text
 
@@ -100,6 +100,7 @@ contains
     character(*), intent(in) :: h5_name
     type(xdmf_mesh_t), intent(in) :: mesh
     type(xdmf_grid_t), intent(in) :: grid
+    !> number of the point, 1-based
     integer, intent(in) :: i_grid
     character(:), allocatable :: text
     integer :: i, n_values
@@ -128,7 +129,7 @@ contains
   pure function field_text(h5_name, field, n_values) result(text)
     character(*), intent(in) :: h5_name
     type(xdmf_field_t), intent(in) :: field
-    !> nodes or cells
+    !> number of nodes or of cells
     integer, intent(in) :: n_values
     character(:), allocatable :: text
     integer, allocatable :: sizes(:)
@@ -142,8 +143,9 @@ contains
       item_text(h5_name, field%address, sizes, field%is_integer) // '        </Attribute>' // nl
   end function field_text
 
-  !> A symmetric tensor is a matrix of one row: of XDMF's own type, Tensor6, each reader of VTK makes another order of components.
-  !> Six components that nobody changes are xx, yy, zz, xy, yz, xz in VTK, and ParaView names them so.
+  !> Returns the attribute type of a field. A symmetric tensor is written as a matrix of one row, because the readers of VTK read
+  !> XDMF's type Tensor6 in different orders of the components. They keep the order of a matrix, and six components are xx, yy, zz,
+  !> xy, yz, xz in VTK.
   pure function value_name(n_components) result(name)
     integer, intent(in) :: n_components
     character(:), allocatable :: name
