@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 #include "signorom/macros.h"
-!> Assembly of the stiffness matrix K of (3), on every dof: Dirichlet rows are dealt with by the solvers.
+!> Assembles the stiffness matrix K of (3) on all dofs. The solvers take care of prescribed displacements.
 module sig_assembly
   use sig_cell_stiffness, only: cell_dofs, cell_stiffness
   use sig_dof_map, only: dof_map_t
@@ -15,7 +15,7 @@ module sig_assembly
 
 contains
 
-  !> Creates K in the distribution of the mesh over comm. Each rank computes the cells that it owns. Collective on comm.
+  !> Creates K, with rows distributed over the ranks as `map` says. Each rank computes the cells that it owns. Collective on comm.
   subroutine assemble_stiffness(comm, mesh, body, map, stiffness, ierr)
     MPI_Comm, intent(in) :: comm
     type(mesh_t), intent(in) :: mesh
@@ -31,7 +31,8 @@ contains
     PetscCall(fill_stiffness(mesh, body, map, stiffness, ierr))
   end subroutine assemble_stiffness
 
-  !> Adds the stiffness of all cells to a matrix of the pattern of assemble_stiffness. Collective.
+  !> Adds the stiffness of all cells to a matrix with the pattern of assemble_stiffness and completes its assembly. To replace old
+  !> values, the caller sets them to zero before. Collective.
   subroutine fill_stiffness(mesh, body, map, stiffness, ierr)
     type(mesh_t), intent(in) :: mesh
     type(elastic_body_t), intent(in) :: body

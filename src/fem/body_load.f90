@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Body forces on named regions -> terms and patterns of forces.
+!> Turns body forces on named regions into terms and patterns of nodal forces.
 module sig_body_load
   use sig_deck_config, only: load_config_t, value_config_t
   use sig_elastic_body, only: elastic_body_t
@@ -23,13 +23,17 @@ contains
   !> Adds a body force to the terms and patterns. Each component is a sum of products of a function of the parameters (a term) and a
   !> function of the place (its pattern). The deck layer refuses other expressions.
   !>
-  !> Errors: unknown region, a value that is not finite.
+  !> Errors: unknown region; a function of the place that is not finite at an integration point.
   subroutine add_body_load(mesh, body, load, deck_path, terms, pattern, error)
     type(mesh_t), intent(in) :: mesh
     type(elastic_body_t), intent(in) :: body
+    !> body force [force/length**3]
     type(load_config_t), intent(in) :: load
+    !> for messages
     character(*), intent(in) :: deck_path
+    !> gets the functions of the parameters
     type(term_set_t), intent(inout) :: terms
+    !> gets the nodal forces
     type(load_pattern_t), intent(inout) :: pattern
     type(error_t), allocatable, intent(out) :: error
     type(product_t), allocatable :: products(:)
@@ -62,7 +66,7 @@ contains
     end do
   end subroutine add_body_load
 
-  !> Computes the nodal forces along one component.
+  !> Computes the nodal forces of a body force along one component.
   pure subroutine integrate(mesh, body, cells, component, densities, forces)
     type(mesh_t), intent(in) :: mesh
     type(elastic_body_t), intent(in) :: body

@@ -14,21 +14,22 @@ module sig_boundary_conditions
   private
   public :: boundary_conditions_t, create_boundary_conditions
 
+  !> Prescribed displacements and nodal forces of a problem.
   type :: boundary_conditions_t
-    !> all terms of the problem; those of the prescribed displacements come first, then those of the loads
+    !> number of all terms of the problem; those of the prescribed displacements come first, then those of the loads
     integer :: n_terms = 1
-    !> terms of displacements and loads; those that follow only move gaps
+    !> number of the first terms that belong to displacements, loads and imposed strains; no force has a later term
     integer :: n_driving_terms = 1
     !> natural, ascending
     integer, allocatable :: prescribed_dofs(:)
-    !> [length] of the leading terms, shape (n_prescribed, n_prescribed_terms)
+    !> [length] displacement of each prescribed dof for each of the first terms, shape (n_prescribed, n_prescribed_terms)
     real(rk), allocatable :: prescribed_values(:, :)
-    !> shape (n_dofs)
+    !> whether a dof is prescribed, shape (n_dofs)
     logical, allocatable :: is_prescribed(:)
     !> external forces, and those that imposed strains cause
     type(load_pattern_t) :: loads
     type(load_pattern_t) :: strain_forces
-    !> forces whose responses are lifted beside the prescribed displacements, a term each, numbered from 1 on
+    !> forces whose responses are lifted beside the prescribed displacements; their terms are numbered 1, 2, ...
     type(load_pattern_t) :: lifted_forces
   contains
     procedure :: n_lifted_terms
@@ -39,12 +40,15 @@ module sig_boundary_conditions
 
 contains
 
-  !> Creates the conditions of the deck's entries and their terms.
+  !> Creates the prescribed displacements of the deck's entries, and their terms. No forces are set.
   !>
-  !> Errors: unknown boundary name; a dof prescribed by two entries with different values; a value that is not finite.
+  !> Errors: unknown boundary name; a dof that two entries prescribe with different values; a function of the place that is not
+  !> finite at a node.
   subroutine create_boundary_conditions(mesh, entries, deck_path, terms, conditions, error)
     type(mesh_t), intent(in) :: mesh
+    !> section boundary_conditions of the deck
     type(boundary_config_t), intent(in) :: entries(:)
+    !> for messages
     character(*), intent(in) :: deck_path
     !> grows by the terms of these conditions
     type(term_set_t), intent(inout) :: terms
@@ -66,14 +70,14 @@ contains
     call collect_terms(mesh, entries, entry_of_dof, deck_path, terms, conditions, error)
   end subroutine create_boundary_conditions
 
-  !> Number of columns of a lifting: one for each leading term, then one for each lifted force.
+  !> Returns the number of columns of a lifting: one for each term of the prescribed displacements, then one for each lifted force.
   pure integer function n_lifted_terms(self)
     class(boundary_conditions_t), intent(in) :: self
 
     n_lifted_terms = size(self%prescribed_values, 2) + self%lifted_forces%n_terms()
   end function n_lifted_terms
 
-  !> u_D(mu) on the prescribed dofs, 0 elsewhere.
+  !> Returns the prescribed displacement u_D(mu) on the prescribed dofs, and 0 on all others.
   pure function prescribed_displacement(self, theta) result(displacement)
     class(boundary_conditions_t), intent(in) :: self
     !> [-] values of the terms, shape (n_terms)
@@ -85,7 +89,7 @@ contains
     displacement(self%prescribed_dofs) = matmul(self%prescribed_values, theta(:size(self%prescribed_values, 2)))
   end function prescribed_displacement
 
-  !> Returns the nodal forces of the loads and of the imposed strains together.
+  !> Returns the pattern of the nodal forces of the loads and of the imposed strains together.
   pure subroutine get_forces(self, pattern)
     class(boundary_conditions_t), intent(in) :: self
     type(load_pattern_t), intent(out) :: pattern
@@ -94,7 +98,7 @@ contains
     call pattern%add_pattern(self%strain_forces)
   end subroutine get_forces
 
-  !> F(mu) of loads and imposed strains together.
+  !> Returns the nodal forces F(mu) of loads and imposed strains together.
   pure function forces(self, theta)
     class(boundary_conditions_t), intent(in) :: self
     !> [-] values of the terms, shape (n_terms)
@@ -105,7 +109,8 @@ contains
     forces = self%loads%forces(theta, size(forces)) + self%strain_forces%forces(theta, size(forces))
   end function forces
 
-  !> Notes which entry prescribes the dofs; two entries may meet at a corner if they say the same.
+  !> Notes that an entry prescribes one component of nodes; a dof stays with its first entry. Errors: two entries prescribe a dof
+  !> with different values.
   subroutine claim_dofs(entries, i_entry, i_component, mesh, nodes, deck_path, terms, entry_of_dof, error)
     type(boundary_config_t), intent(in) :: entries(:)
     integer, intent(in) :: i_entry
@@ -176,7 +181,7 @@ contains
     call widen(conditions%prescribed_values, conditions%n_terms)
   end subroutine collect_terms
 
-  !> Adds the values of the parts of one component of an entry.
+  !> Adds the values of one component of an entry to prescribed_values.
   pure subroutine add_values(dofs, parts, n_terms, conditions)
     !> ascending
     integer, intent(in) :: dofs(:)

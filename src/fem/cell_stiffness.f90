@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Stiffness of single cells of a mesh, for the assembly and for the reduced integration domain alike.
+!> Computes the stiffness of single cells of a mesh, for the assembly and for the reduced integration domain.
 module sig_cell_stiffness
   use sig_elastic_body, only: elastic_body_t
   use sig_element_matrices, only: element_stiffness
@@ -32,6 +32,7 @@ contains
     type(mesh_t), intent(in) :: mesh
     type(elastic_body_t), intent(in) :: body
     integer, intent(in) :: i_cell
+    !> [force/length, force/length**2 in the plane] symmetric
     real(rk), allocatable :: stiffness(:, :)
 
     stiffness = element_stiffness(body%mechanics, body%tables(mesh%cell_types(i_cell)), &

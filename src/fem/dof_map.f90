@@ -1,15 +1,18 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Natural dofs (order of the mesh file) and distributed dofs (each rank's nodes in one block, natural order within).
+!> Maps between natural dofs, in the order of the mesh file, and distributed dofs, where the dofs of each rank are one block in
+!> natural order.
 module sig_dof_map
   use sig_mesh, only: mesh_partition_t, mesh_t
   implicit none(type, external)
   private
   public :: dof_map_t, create_dof_map
 
+  !> The dofs of one rank, and the numbers of all dofs.
   type :: dof_map_t
     integer :: n_dim = 0
+    !> number of dofs of the mesh
     integer :: n_dofs = 0
-    !> dofs that this rank owns
+    !> number of dofs that this rank owns
     integer :: n_local_dofs = 0
     !> distributed number (0-based) of the rank's first dof
     integer :: first_dof_0 = 0
@@ -56,9 +59,10 @@ contains
     end do
   end subroutine create_dof_map
 
-  !> Returns the position of a natural dof among the dofs of this rank, 0 if another rank owns it.
+  !> Returns the index of a natural dof in local_dofs, 0 if another rank owns it.
   pure integer function local_index(self, dof)
     class(dof_map_t), intent(in) :: self
+    !> natural
     integer, intent(in) :: dof
 
     local_index = self%distributed_0(dof) - self%first_dof_0 + 1

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Strain energy on a part of the mesh for many displacement fields: the cells' stiffness matrices are made once.
+!> Computes the strain energy of some cells for many displacement fields. The stiffness matrices of the cells are computed once.
 module sig_domain_energy
   use sig_cell_stiffness, only: cell_dofs, cell_stiffness
   use sig_elastic_body, only: elastic_body_t
@@ -9,14 +9,15 @@ module sig_domain_energy
   private
   public :: domain_energy_t
 
+  !> The stiffness matrices of some cells.
   type :: domain_energy_t
     private
     !> where each cell's dofs and matrix begin, less 1, shape (n_cells + 1)
     integer, allocatable :: dof_offsets(:)
     integer, allocatable :: matrix_offsets(:)
-    !> natural, cell by cell
+    !> natural dofs of the cells, one cell after the other
     integer, allocatable :: dofs(:)
-    !> [force/length] columns of the cells' matrices
+    !> [force/length, force/length**2 in the plane] the cells' matrices column by column, one cell after the other
     real(rk), allocatable :: matrices(:)
   contains
     procedure :: create
@@ -25,7 +26,7 @@ module sig_domain_energy
 
 contains
 
-  !> Computes the stiffness matrix of each of the cells. The memory is one full matrix per cell. Local.
+  !> Computes and keeps the stiffness matrix of each of the cells: one full matrix per cell. Local.
   subroutine create(self, mesh, body, cells)
     class(domain_energy_t), intent(out) :: self
     type(mesh_t), intent(in) :: mesh
@@ -50,7 +51,7 @@ contains
     end do
   end subroutine create
 
-  !> 1/2 u' K u over the cells: the energy of (19) where no load acts.
+  !> Returns 1/2 u' K u [force*length, force in the plane] over the cells: the energy of (19) where no load acts.
   pure real(rk) function strain_energy(self, displacement) result(energy)
     class(domain_energy_t), intent(in) :: self
     !> [length] shape (n_dofs)

@@ -1,5 +1,6 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> What turns a mesh into elastic bodies: the mechanical model, Hooke's matrix of each cell, the tabulated elements.
+!> Everything that the stiffness of a mesh needs beside the mesh: mechanical model, Hooke's matrix of each material, material of
+!> each cell, and the tabulated shape functions of the elements.
 module sig_elastic_body
   use sig_element_types, only: element_types, n_element_types
   use sig_elasticity, only: hooke_matrix, n_strains, n_stresses, stress_matrix
@@ -11,17 +12,18 @@ module sig_elastic_body
   private
   public :: elastic_body_t, create_elastic_body
 
+  !> The elastic bodies of a mesh.
   type :: elastic_body_t
-    !> plane_strain, plane_stress, axisymmetric or solid, and what that means
+    !> plane_strain, plane_stress, axisymmetric or solid, and its row of mechanical_models
     character(:), allocatable :: model
     type(mechanical_model_t) :: mechanics
-    !> [force/length**2] shape (n_strains, n_strains, n_materials)
+    !> [force/length**2] hooke_matrix of each material, shape (n_strains, n_strains, n_materials)
     real(rk), allocatable :: hooke(:, :, :)
     !> [force/length**2] all stresses from all elastic strains, shape (n_stresses, n_stresses, n_materials)
     real(rk), allocatable :: stress_matrix(:, :, :)
-    !> shape (n_cells), index into the last dimension of hooke
+    !> material of each cell: index into the last dimension of hooke, shape (n_cells)
     integer, allocatable :: material_of_cell(:)
-    !> one per row of element_types
+    !> shape functions at the integration points, one table per row of element_types
     type(shape_table_t) :: tables(n_element_types)
   contains
     procedure :: set_moduli
@@ -30,12 +32,16 @@ module sig_elastic_body
 
 contains
 
+  !> Makes the bodies: Hooke's matrices from the elastic constants, and the shape functions of all element types. Does not check the
+  !> constants.
   subroutine create_elastic_body(model, young_moduli, poisson_ratios, material_of_cell, body)
+    !> name of a mechanical model
     character(*), intent(in) :: model
     !> [force/length**2] shape (n_materials)
     real(rk), intent(in) :: young_moduli(:)
     !> [-] shape (n_materials)
     real(rk), intent(in) :: poisson_ratios(:)
+    !> 1-based, shape (n_cells)
     integer, intent(in) :: material_of_cell(:)
     type(elastic_body_t), intent(out) :: body
     real(rk), allocatable :: points(:, :), weights(:)
@@ -52,7 +58,7 @@ contains
     end do
   end subroutine create_elastic_body
 
-  !> Sets new elastic constants. The number of materials may change.
+  !> Computes Hooke's matrices from new elastic constants, which are not checked. The number of materials may change.
   subroutine set_moduli(self, young_moduli, poisson_ratios)
     class(elastic_body_t), intent(inout) :: self
     !> [force/length**2] shape (n_materials)
@@ -70,7 +76,7 @@ contains
     end do
   end subroutine set_moduli
 
-  !> Sets another matrix of elasticity for each material, such as one part of Hooke's matrix.
+  !> Sets the matrix of elasticity of each material directly, for example to one part of Hooke's matrix.
   pure subroutine set_stresses(self, matrices)
     class(elastic_body_t), intent(inout) :: self
     !> [force/length**2] all stresses from all elastic strains, shape (n_stresses, n_stresses, n_materials)

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Element kernels: strain matrix and stiffness of one element from its nodes and its tabulated shape functions.
+!> Computes strain matrix and stiffness of one element from the coordinates of its nodes and its tabulated shape functions.
 module sig_element_matrices
   use sig_kinds, only: rk
   use sig_linear_algebra, only: add_product
@@ -9,15 +9,16 @@ module sig_element_matrices
   private
   public :: element_stiffness, strains_at_point, physical_gradients
 
-  !> strain = sum over two terms of d u_component / d direction, for xx, yy, zz, xy, yz, xz; no second term where it is 0
+  !> each strain xx, yy, zz, xy, yz, xz is the sum of two derivatives d u_component / d direction; 0 = no second derivative
   integer, parameter :: components(2, 6) = reshape([1, 0, 2, 0, 3, 0, 1, 2, 2, 3, 1, 3], [2, 6])
   integer, parameter :: directions(2, 6) = reshape([1, 0, 2, 0, 3, 0, 2, 1, 3, 2, 3, 1], [2, 6])
 
 contains
 
-  !> Integral of strain' * hooke * strain over the element: per unit thickness in the plane, the full turn in axisymmetry.
+  !> Returns the stiffness of one element, the integral of strain' * hooke * strain: per unit thickness in the plane, over the full
+  !> turn in axisymmetry.
   !>
-  !> One product for all integration points, stacked.
+  !> The strain matrices of all integration points stand in one matrix, so that one product is enough.
   function element_stiffness(model, table, coordinates, hooke) result(stiffness)
     type(mechanical_model_t), intent(in) :: model
     type(shape_table_t), intent(in) :: table
@@ -43,7 +44,8 @@ contains
     call add_product(1.0_rk, strains, stresses, stiffness)
   end function element_stiffness
 
-  !> Strain matrix at an integration point, and the volume that the point stands for.
+  !> Computes the strain matrix at an integration point and the volume of this point. Strains are the matrix times the nodal
+  !> displacements, node by node; shears are angles.
   pure subroutine strains_at_point(model, table, i_point, coordinates, strain, volume)
     type(mechanical_model_t), intent(in) :: model
     type(shape_table_t), intent(in) :: table
@@ -64,14 +66,15 @@ contains
     strain = strain_matrix(model, gradients)
   end subroutine strains_at_point
 
-  !> Gradients of the shape functions in space and the volume that an integration point stands for.
+  !> Computes the gradients of the shape functions in space at an integration point, and the volume of this point.
   pure subroutine physical_gradients(table, i_point, coordinates, gradients, volume)
     type(shape_table_t), intent(in) :: table
     integer, intent(in) :: i_point
+    !> [length] shape (n_dim, n_nodes)
     real(rk), intent(in) :: coordinates(:, :)
     !> [1/length] shape (n_dim, n_nodes)
     real(rk), intent(out) :: gradients(:, :)
-    !> [length**n_dim] weight times Jacobian determinant
+    !> [length**n_dim] weight times Jacobian determinant, without the circumference of axisymmetry
     real(rk), intent(out) :: volume
     real(rk) :: jacobian(size(coordinates, 1), size(coordinates, 1)), determinant
 
@@ -81,7 +84,7 @@ contains
     volume = table%weights(i_point) * determinant
   end subroutine physical_gradients
 
-  !> Replaces a 2 x 2 or 3 x 3 matrix by the transpose of its inverse (cofactors / determinant).
+  !> Replaces a 2 x 2 or 3 x 3 matrix by the transpose of its inverse (cofactors / determinant). Requires: it is not singular.
   pure subroutine invert_transposed(matrix, determinant)
     real(rk), intent(inout) :: matrix(:, :)
     real(rk), intent(out) :: determinant
@@ -105,7 +108,7 @@ contains
     matrix = cofactors / determinant
   end subroutine invert_transposed
 
-  !> Strains = strain_matrix * nodal displacements, shear strains as angles.
+  !> Returns the matrix that gives strains, shears as angles, from nodal displacements.
   pure function strain_matrix(model, gradients) result(strain)
     type(mechanical_model_t), intent(in) :: model
     !> [1/length] shape (at least n_dim, n_nodes); in axisymmetry the third row is N / r

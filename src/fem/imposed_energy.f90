@@ -1,5 +1,6 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> What imposed strains add to the strain energy: 1/2 int (eps - eps*)' C (eps - eps*) = 1/2 u' K u - F*' u + 1/2 int eps*' C eps*.
+!> Computes what imposed strains eps* add to the strain energy 1/2 u' K u:
+!> 1/2 int (eps - eps*)' C (eps - eps*) = 1/2 u' K u - F*' u + 1/2 int eps*' C eps*.
 module sig_imposed_energy
   use sig_elastic_body, only: elastic_body_t
   use sig_elasticity, only: n_stresses
@@ -18,9 +19,9 @@ module sig_imposed_energy
   !> The energy of imposed strains over some cells. Its terms are those of the imposed strains.
   type :: imposed_energy_t
     private
-    !> F*
+    !> [force] F* of the cells
     type(load_pattern_t) :: forces
-    !> [force*length] 1/2 int eps_s' C eps_t, shape (n_terms, n_terms)
+    !> [force*length, force in the plane] 1/2 int eps_s' C eps_t, shape (n_terms, n_terms)
     real(rk), allocatable :: energies(:, :)
   contains
     procedure :: create
@@ -29,7 +30,7 @@ module sig_imposed_energy
 
 contains
 
-  !> Computes the forces and energies with the present elastic constants of the body. Local.
+  !> Computes the forces and energies of the cells with the present elastic constants of the bodies. Local.
   subroutine create(self, mesh, body, strains, cells)
     class(imposed_energy_t), intent(out) :: self
     type(mesh_t), intent(in) :: mesh
@@ -62,7 +63,7 @@ contains
     type(mesh_t), intent(in) :: mesh
     type(elastic_body_t), intent(in) :: body
     integer, intent(in) :: i_cell
-    !> of each term
+    !> imposed strain of each term alone
     type(strain_field_t), intent(in) :: fields(:)
     real(rk), intent(inout) :: energies(:, :)
     real(rk) :: strains(n_stresses, size(fields)), volume
@@ -83,12 +84,12 @@ contains
     end associate
   end subroutine add_cell
 
-  !> [force*length] - F*' u + 1/2 int eps*' C eps*.
+  !> Returns -F*' u + 1/2 int eps*' C eps* [force*length, force in the plane] over the cells.
   pure real(rk) function value(self, displacement, theta)
     class(imposed_energy_t), intent(in) :: self
     !> [length] shape (n_dofs)
     real(rk), intent(in) :: displacement(:)
-    !> [-] of the imposed strains
+    !> [-] values of the terms of the imposed strains, shape (n_terms)
     real(rk), intent(in) :: theta(:)
 
     value = dot_product(theta, matmul(self%energies, theta)) - &

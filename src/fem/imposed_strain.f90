@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Strains that bodies would have without stress, eps*(x, mu) = sum over t of theta_t(mu) eps_t(x), at the integration points.
+!> Imposed strains, which the bodies would have without stress: eps*(x, mu) = sum over t of theta_t(mu) eps_t(x).
 !>
-!> Stresses come from eps(u) - eps* there. At integration points and not at nodes: the forces are then integrals of the strains
-!> as they are given, whatever the order of the elements, and strains may jump from one cell to the next.
+!> Stresses come from eps(u) - eps*. The imposed strains are given at integration points and not at nodes. So their forces are
+!> integrals of exactly these strains for elements of any order, and strains may jump from one cell to the next.
 module sig_imposed_strain
   use sig_elastic_body, only: elastic_body_t
   use sig_elasticity, only: n_stresses
@@ -16,16 +16,16 @@ module sig_imposed_strain
   private
   public :: imposed_strains_t, strain_part_t, strain_field_t, cell_strains
 
-  !> One product: a term of the parameters times values at places, in cells of one material.
+  !> One part of the imposed strains, in cells of one material: theta of the term * value at the integration point * direction.
   type :: strain_part_t
-    !> of imposed_strains_t%terms
+    !> index into imposed_strains_t%terms
     integer :: term = 1
-    !> of the deck
+    !> number of the material in the deck, 1-based
     integer :: material = 0
     integer, allocatable :: cells(:)
-    !> [-] what a value of 1 strains, shears as angles
+    !> [-] strain components for theta and value 1, shears as angles
     real(rk) :: direction(n_stresses) = 0
-    !> [-] at the integration points of the cells, one cell after another
+    !> values at the integration points of the cells, one cell after another; theta * value is [-]
     real(rk), allocatable :: values(:)
     !> where the value stands in the deck
     integer :: line = 0
@@ -34,7 +34,7 @@ module sig_imposed_strain
     procedure :: restrict
   end type strain_part_t
 
-  !> The imposed strains at one parameter point. Its arrays are not allocated where there are no imposed strains.
+  !> The imposed strains at one parameter point. The arrays are not allocated if there are no imposed strains.
   type :: strain_field_t
     private
     !> integration points of cell c: offsets(c) + 1 to offsets(c + 1), none where nothing is imposed on it
@@ -45,8 +45,9 @@ module sig_imposed_strain
     procedure :: at_point
   end type strain_field_t
 
+  !> All imposed strains of a problem, the sum of the parts.
   type :: imposed_strains_t
-    !> theta_t; the forces of the strains have terms of their own, with moduli where these depend on the parameters
+    !> theta_t; the forces of the strains have other terms, with the moduli as factors where these depend on the parameters
     type(term_set_t) :: terms
     type(strain_part_t), allocatable :: parts(:)
   contains
@@ -57,6 +58,7 @@ module sig_imposed_strain
 
 contains
 
+  !> Whether there is any part.
   pure logical function are_there(self)
     class(imposed_strains_t), intent(in) :: self
 
@@ -64,6 +66,7 @@ contains
     if (allocated(self%parts)) are_there = size(self%parts) > 0
   end function are_there
 
+  !> Adds a part at the end.
   pure subroutine add_part(self, part)
     class(imposed_strains_t), intent(inout) :: self
     type(strain_part_t), intent(in) :: part
@@ -78,11 +81,12 @@ contains
     call move_alloc(longer, self%parts)
   end subroutine add_part
 
-  !> Restricts a part to those of its cells that are in a list.
+  !> Makes a new part with those cells of this one that are in a list. The place in the deck is not copied.
   pure subroutine restrict(self, mesh, body, cells, part)
     class(strain_part_t), intent(in) :: self
     type(mesh_t), intent(in) :: mesh
     type(elastic_body_t), intent(in) :: body
+    !> wanted cells, 1-based, in any order
     integer, intent(in) :: cells(:)
     type(strain_part_t), intent(out) :: part
     logical :: is_wanted(mesh%n_cells)
@@ -103,7 +107,7 @@ contains
     class(imposed_strains_t), intent(in) :: self
     type(mesh_t), intent(in) :: mesh
     type(elastic_body_t), intent(in) :: body
-    !> [-] of self%terms
+    !> [-] values of self%terms, shape (n_terms)
     real(rk), intent(in) :: theta(:)
     type(strain_field_t), intent(out) :: field
     integer :: i, i_part, i_point, n, n_points
@@ -146,10 +150,11 @@ contains
     end do
   end subroutine number_points
 
-  !> [-] The imposed strain at an integration point, shears as angles; zero where nothing is imposed.
+  !> Returns the imposed strain [-] at an integration point, shears as angles; zero where nothing is imposed.
   pure function at_point(self, i_cell, i_point) result(strain)
     class(strain_field_t), intent(in) :: self
     integer, intent(in) :: i_cell
+    !> 1-based among the integration points of the cell
     integer, intent(in) :: i_point
     real(rk) :: strain(n_stresses)
 
@@ -158,7 +163,7 @@ contains
     if (self%offsets(i_cell + 1) > self%offsets(i_cell)) strain = self%strains(:, self%offsets(i_cell) + i_point)
   end function at_point
 
-  !> Returns the mean imposed strain of each cell, as components of the tensor. Local.
+  !> Returns the mean imposed strain of each cell as components of the tensor: shears are half of the angles. Local.
   pure function cell_strains(mesh, body, field) result(means)
     type(mesh_t), intent(in) :: mesh
     type(elastic_body_t), intent(in) :: body

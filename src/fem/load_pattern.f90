@@ -1,12 +1,12 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> External forces as a sum of terms, F(mu) = sum over t of theta_t(mu) F_t, with only the entries that are not zero.
+!> Nodal forces as a sum of terms, F(mu) = sum over t of theta_t(mu) F_t. Only the entries of F_t that are not zero are kept.
 module sig_load_pattern
   use sig_kinds, only: rk
   implicit none(type, external)
   private
   public :: load_pattern_t
 
-  !> Entry i adds values(i) * theta(terms(i)) to the force on dofs(i). Not allocated: no loads.
+  !> Entry i adds values(i) * theta(terms(i)) to the force on dofs(i). The arrays are not allocated if there are no entries.
   type :: load_pattern_t
     !> natural
     integer, allocatable :: dofs(:)
@@ -24,12 +24,13 @@ module sig_load_pattern
     procedure :: loaded_dofs
   end type load_pattern_t
 
-  !> [-] of the largest sum of sizes of parts on a dof: a force below this is rounding. A temperature that equals its reference
-  !> leaves such forces, and so do elements inside of a body that is heated alike.
+  !> [-] a force below this share of the largest part_sizes is rounding. Such forces remain where a temperature equals its
+  !> reference, and inside of a body with a uniform temperature.
   real(rk), parameter :: rounding = 16 * epsilon(1.0_rk)
 
 contains
 
+  !> Returns the number of entries.
   pure integer function n_entries(self)
     class(load_pattern_t), intent(in) :: self
 
@@ -57,7 +58,7 @@ contains
     if (other%n_entries() > 0) call append(self, other%dofs, other%terms, other%values)
   end subroutine add_pattern
 
-  !> Adds a whole vector of forces to one term.
+  !> Adds the forces on all dofs to one term; zeros are left out.
   pure subroutine add_forces(self, i_term, forces)
     class(load_pattern_t), intent(inout) :: self
     integer, intent(in) :: i_term
@@ -79,6 +80,7 @@ contains
     call append(self, [dof], [i_term], [1.0_rk])
   end subroutine add_unit
 
+  !> Appends entries.
   pure subroutine append(self, dofs, terms, values)
     class(load_pattern_t), intent(inout) :: self
     integer, intent(in) :: dofs(:)
@@ -91,7 +93,7 @@ contains
     self%values = [self%values, values]
   end subroutine append
 
-  !> Returns the forces F at a parameter point. Forces that are only rounding errors are set to zero.
+  !> Returns the forces F(mu). Forces that are only rounding errors are set to zero.
   pure function forces(self, theta, n_dofs)
     class(load_pattern_t), intent(in) :: self
     !> [-] shape (n_terms)
@@ -108,7 +110,7 @@ contains
     where (abs(forces) <= rounding * maxval(self%part_sizes(theta, n_dofs))) forces = 0
   end function forces
 
-  !> Returns for each dof the sum of the absolute values of the parts.
+  !> Returns for each dof the sum of the absolute values of what the entries add to its force.
   pure function part_sizes(self, theta, n_dofs) result(sizes)
     class(load_pattern_t), intent(in) :: self
     !> [-] shape (n_terms)
@@ -124,9 +126,10 @@ contains
     end do
   end function part_sizes
 
-  !> Returns the dofs that can carry a load, ascending.
+  !> Returns the natural dofs that have an entry, ascending.
   pure function loaded_dofs(self, n_dofs) result(dofs)
     class(load_pattern_t), intent(in) :: self
+    !> number of all dofs
     integer, intent(in) :: n_dofs
     integer, allocatable :: dofs(:)
     logical :: is_loaded(n_dofs)

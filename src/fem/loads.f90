@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> All loads of a deck -> terms and patterns of forces.
+!> Turns all loads of a deck into terms and patterns of nodal forces.
 module sig_loads
   use sig_body_load, only: add_body_load
   use sig_deck_config, only: load_config_t
@@ -15,11 +15,14 @@ module sig_loads
 
 contains
 
-  !> Adds the terms of all loads after those of the prescribed displacements. Errors: those of add_surface_load and add_body_load.
+  !> Makes the pattern of all loads, and adds their terms behind those that are there. Errors: those of add_surface_load and
+  !> add_body_load.
   subroutine create_loads(mesh, body, loads, deck_path, terms, pattern, error)
     type(mesh_t), intent(in) :: mesh
     type(elastic_body_t), intent(in) :: body
+    !> section loads of the deck
     type(load_config_t), intent(in) :: loads(:)
+    !> for messages
     character(*), intent(in) :: deck_path
     type(term_set_t), intent(inout) :: terms
     type(load_pattern_t), intent(out) :: pattern

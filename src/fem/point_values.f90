@@ -1,5 +1,6 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Values at the integration points of cells, one cell after another: of an expression of the place, or of nodal values.
+!> Computes values at the integration points of cells, from an expression of the coordinates or from nodal values. The points stand
+!> in the order of the cells.
 module sig_point_values
   use sig_deck_config, only: value_config_t
   use sig_elastic_body, only: elastic_body_t
@@ -13,7 +14,7 @@ module sig_point_values
 
 contains
 
-  !> Returns the number of integration points of some cells.
+  !> Returns the number of all integration points of some cells.
   pure integer function count_points(mesh, body, cells) result(n)
     type(mesh_t), intent(in) :: mesh
     type(elastic_body_t), intent(in) :: body
@@ -26,15 +27,16 @@ contains
     end do
   end function count_points
 
-  !> Evaluates an expression of the coordinates at the integration points of cells. The value must be an expression.
+  !> Evaluates an expression of the coordinates at the integration points of cells. Requires: value%text is a valid expression.
   subroutine evaluate_at_points(mesh, body, cells, value, coordinate_names, values, bad_cell)
     type(mesh_t), intent(in) :: mesh
     type(elastic_body_t), intent(in) :: body
     integer, intent(in) :: cells(:)
     type(value_config_t), intent(in) :: value
     type(string_t), intent(in) :: coordinate_names(:)
+    !> shape (count_points of the cells)
     real(rk), allocatable, intent(out) :: values(:)
-    !> the first one where a value is not finite; 0 = none
+    !> the first cell where a value is not finite; 0 = none
     integer, intent(out) :: bad_cell
     type(expression_t) :: expression
     character(:), allocatable :: message
@@ -62,8 +64,9 @@ contains
     type(mesh_t), intent(in) :: mesh
     type(elastic_body_t), intent(in) :: body
     integer, intent(in) :: cells(:)
-    !> shape (n_nodes)
+    !> values at all nodes of the mesh, shape (n_nodes)
     real(rk), intent(in) :: nodal(:)
+    !> shape (count_points of the cells)
     real(rk), allocatable, intent(out) :: values(:)
     integer :: i, n
 

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Forces that the supports exert, one resultant per named boundary with prescribed displacements.
+!> Computes the forces that the supports exert: one resultant per named boundary with prescribed displacements.
 module sig_reactions
   use sig_deck_config, only: boundary_config_t
   use sig_errors, only: error_t
@@ -10,22 +10,25 @@ module sig_reactions
   private
   public :: reaction_t, boundary_reactions
 
+  !> The resultant of one boundary.
   type :: reaction_t
+    !> name of the boundary
     character(:), allocatable :: boundary
     !> names of the components
     character(1) :: axes(3) = ' '
     !> components that the boundary prescribes
     logical :: is_prescribed(3) = .false.
-    !> [force] resultant on the body; over the full circumference in axisymmetry, where r is no direction in space
+    !> [force] resultant on the body; over the full turn in axisymmetry, where the component along r is a sum of radial forces, not
+    !> a resultant in space
     real(rk) :: force(3) = 0
   end type reaction_t
 
 contains
 
-  !> Adds up nodal reactions. Boundaries come in the order of the entries, each once.
+  !> Adds up the nodal reactions of each boundary. Boundaries come in the order of the entries, each once.
   !>
-  !> A dof that two boundaries share counts for the first one, as it does where displacements are prescribed: so the
-  !> resultants add up to the reaction of the whole. Requires entries that were checked when the conditions were made.
+  !> A dof that two boundaries share counts for the first one, so that the sum of all resultants is the whole reaction. Requires:
+  !> create_boundary_conditions accepted the entries; an unknown boundary gets no forces.
   pure subroutine boundary_reactions(mesh, entries, nodal_reactions, reactions)
     type(mesh_t), intent(in) :: mesh
     type(boundary_config_t), intent(in) :: entries(:)
@@ -77,6 +80,7 @@ contains
     end do
   end subroutine list_boundaries
 
+  !> Returns the index of a boundary, 0 if it is not there.
   pure integer function row_of(reactions, boundary) result(i_row)
     type(reaction_t), intent(in) :: reactions(:)
     character(*), intent(in) :: boundary

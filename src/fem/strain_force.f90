@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Nodal forces that imposed strains cause, F* = integral of B' C eps*, as a sum of terms.
+!> Computes the nodal forces that imposed strains cause, F* = integral of B' C eps*, as a sum of terms.
 module sig_strain_force
   use sig_cell_stiffness, only: cell_dofs
   use sig_deck_config, only: deck_config_t, material_config_t
@@ -19,8 +19,9 @@ module sig_strain_force
 
 contains
 
-  !> A material whose elastic constants are numbers has a term per term of its strains. Otherwise every one of these has a term for
-  !> the bulk modulus and one for the shear modulus, where it does work.
+  !> Adds the forces of all parts of the imposed strains to terms and pattern. If the elastic constants of the material are numbers,
+  !> a part has one term, that of its strain. Otherwise it has one term with the bulk modulus as a factor and one with the shear
+  !> modulus; a term whose forces are all zero is left out.
   !>
   !> Errors: as find_term.
   subroutine add_strain_forces(mesh, body, deck, strains, terms, pattern, error)
@@ -30,6 +31,7 @@ contains
     type(imposed_strains_t), intent(in) :: strains
     !> grows by the terms of the forces
     type(term_set_t), intent(inout) :: terms
+    !> gets the forces
     type(load_pattern_t), intent(inout) :: pattern
     type(error_t), allocatable, intent(out) :: error
     real(rk) :: forces(mesh%n_dim * mesh%n_nodes), hooke(n_stresses, n_stresses)
@@ -58,7 +60,7 @@ contains
     end do
   end subroutine add_strain_forces
 
-  !> Whether the elastic constants do not depend on the parameters.
+  !> Whether the elastic constants of a material do not depend on the parameters.
   elemental logical function has_numbers(material)
     type(material_config_t), intent(in) :: material
 
@@ -75,7 +77,7 @@ contains
     if (part%term > 1) text = strains%terms%names(part%term)%text
   end function theta_text
 
-  !> Computes the nodal forces of one part for a given matrix of elasticity, or for one term of it.
+  !> Computes the nodal forces of one part of the imposed strains, with theta = 1, for a given matrix of elasticity.
   pure subroutine strain_forces(mesh, body, part, hooke, forces)
     type(mesh_t), intent(in) :: mesh
     type(elastic_body_t), intent(in) :: body

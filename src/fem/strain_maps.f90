@@ -1,9 +1,11 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Strains as linear functions of the displacement: of each cell (the mean over it), and smoothed at the nodes.
+!> Makes the maps that give strains as linear functions of the displacement: the mean strain of each cell, and smoothed strains at
+!> the nodes.
 !>
-!> A node has the mean of what the cells around it have there, weighted by their volumes. Of a quadratic cell the nodes get what is
-!> linear in it, too (shape_functions.f90). Where materials share a node, stresses jump: there only the material with most volume
-!> around the node counts (of equal ones the first of the deck), so that one material's stress does not smear into the other's.
+!> The strain at a node is the mean of the values that the cells around it give to the node, weighted by the cells' volumes. A
+!> linear cell gives its mean to all its nodes, a quadratic cell a linear function of the place (shape_functions.f90). Stresses jump
+!> at a node that several materials share. Only the material with the largest volume around the node counts there (of equal ones the
+!> first of the deck), so that the stress of one material does not change that of another.
 module sig_strain_maps
   use sig_elastic_body, only: elastic_body_t
   use sig_elasticity, only: n_stresses
@@ -19,11 +21,11 @@ module sig_strain_maps
   private
   public :: create_strain_maps
 
-  !> Gradients of the shape functions of one cell.
+  !> Gradients of the shape functions of one cell at its integration points.
   type :: cell_gradients_t
     !> [1/length] shape (3, n_nodes, n_points); in axisymmetry the third one is N / r
     real(rk), allocatable :: values(:, :, :)
-    !> [length**3, length**2 in the plane] that the points stand for
+    !> [length**3, length**2 in the plane] volume of each integration point, shape (n_points)
     real(rk), allocatable :: volumes(:)
   end type cell_gradients_t
 
@@ -33,6 +35,7 @@ contains
   pure subroutine create_strain_maps(mesh, body, imposed, of_cells, of_nodes)
     type(mesh_t), intent(in) :: mesh
     type(elastic_body_t), intent(in) :: body
+    !> the maps get the means of these strains, too
     type(imposed_strains_t), intent(in) :: imposed
     type(strain_map_t), intent(out) :: of_cells
     type(strain_map_t), intent(out) :: of_nodes
@@ -45,7 +48,7 @@ contains
     call impose(mesh, body, imposed, volumes, of_cells, of_nodes)
   end subroutine create_strain_maps
 
-  !> Creates the map to the mean strains of the cells.
+  !> Creates the map to the mean strains of the cells, and computes their volumes.
   pure subroutine map_cells(mesh, body, map, volumes)
     type(mesh_t), intent(in) :: mesh
     type(elastic_body_t), intent(in) :: body
@@ -66,7 +69,7 @@ contains
     end do
   end subroutine map_cells
 
-  !> Computes the gradients of the shape functions at the integration points of a cell.
+  !> Computes the gradients of the shape functions at the integration points of a cell, and the volumes of these points.
   pure subroutine find_gradients(mesh, body, i_cell, gradients)
     type(mesh_t), intent(in) :: mesh
     type(elastic_body_t), intent(in) :: body
@@ -92,7 +95,7 @@ contains
   !> Returns the weighted sum of the gradients over the integration points.
   pure function weighted(gradients, weights) result(total)
     type(cell_gradients_t), intent(in) :: gradients
-    !> [-] of each point
+    !> [-] weight of each integration point
     real(rk), intent(in) :: weights(:)
     !> [1/length] shape (3, n_nodes)
     real(rk) :: total(3, size(gradients%values, 2))
@@ -104,7 +107,7 @@ contains
     end do
   end function weighted
 
-  !> Chooses for each node the material that has most volume around it.
+  !> Chooses for each node the material with the largest volume around it; 0 for a node without cells.
   pure subroutine choose_materials(mesh, body, volumes, materials)
     type(mesh_t), intent(in) :: mesh
     type(elastic_body_t), intent(in) :: body
@@ -124,7 +127,7 @@ contains
     materials = [(merge(first_largest(around(:, i)), 0, any(around(:, i) > 0)), i=1, mesh%n_nodes)]
   end subroutine choose_materials
 
-  !> Entries of the nodes' rows: the nodes of all cells around that have the material of the node.
+  !> Lists the entries of each node's row: the nodes of all cells around it that have the material of the node.
   pure subroutine list_neighbors(mesh, body, map)
     type(mesh_t), intent(in) :: mesh
     type(elastic_body_t), intent(in) :: body
@@ -184,7 +187,7 @@ contains
     end do
   end subroutine map_nodes
 
-  !> Volume around each node, of the node's own material.
+  !> Returns for each node the volume of the cells around it that have the node's material.
   pure function volumes_around(mesh, body, volumes, materials) result(totals)
     type(mesh_t), intent(in) :: mesh
     type(elastic_body_t), intent(in) :: body
@@ -201,12 +204,13 @@ contains
     end do
   end function volumes_around
 
-  !> What the nodes of a cell get from its integration points, shape (n_nodes, n_points): the mean, but for quadratic ones.
+  !> Returns the factors [-] that give values at the nodes of a cell from values at its integration points, shape (n_nodes,
+  !> n_points): the mean over the cell for linear elements, to_nodes of shape_table_t for quadratic ones.
   pure function node_weights(mesh, body, i_cell, volumes) result(weights)
     type(mesh_t), intent(in) :: mesh
     type(elastic_body_t), intent(in) :: body
     integer, intent(in) :: i_cell
-    !> of the points
+    !> volumes of the integration points
     real(rk), intent(in) :: volumes(:)
     real(rk), allocatable :: weights(:, :)
 
@@ -219,6 +223,7 @@ contains
     end associate
   end function node_weights
 
+  !> Adds the gradients of the nodes of one cell to a row of the map.
   pure subroutine add_to_row(map, row, nodes, gradients)
     type(strain_map_t), intent(inout) :: map
     integer, intent(in) :: row
@@ -236,7 +241,7 @@ contains
     end do
   end subroutine add_to_row
 
-  !> Imposed strains: their means over the cells, and at the nodes as the strains of the displacement.
+  !> Adds the imposed strains to both maps: the means over the cells, and nodal values by the same rule as for other strains.
   pure subroutine impose(mesh, body, imposed, volumes, of_cells, of_nodes)
     type(mesh_t), intent(in) :: mesh
     type(elastic_body_t), intent(in) :: body
@@ -264,17 +269,20 @@ contains
     allocate (map%imposed(n_stresses, 0), map%imposed_rows(0), map%imposed_terms(0))
   end subroutine start_imposed
 
-  !> Values of one part: means over its cells; at the nodes sums over cells of the node's material, times their volumes.
+  !> Spreads one part of the imposed strains, given at integration points. at_cells gets the mean over each cell of the part.
+  !> at_nodes gets the sum over the part's cells of the node's material: value at the node times volume of the cell. Both are 0
+  !> elsewhere.
   pure subroutine spread_part(mesh, body, part, volumes, materials, at_cells, at_nodes)
     type(mesh_t), intent(in) :: mesh
     type(elastic_body_t), intent(in) :: body
     type(strain_part_t), intent(in) :: part
+    !> [length**3, length**2 in the plane] of all cells, shape (n_cells)
     real(rk), intent(in) :: volumes(:)
-    !> of the nodes
+    !> material that counts at each node, shape (n_nodes)
     integer, intent(in) :: materials(:)
-    !> [-]
+    !> [-] shape (n_cells)
     real(rk), intent(out) :: at_cells(:)
-    !> [length**3, length**2 in the plane]
+    !> [length**3, length**2 in the plane] shape (n_nodes)
     real(rk), intent(out) :: at_nodes(:)
     type(cell_gradients_t) :: gradients
     integer, allocatable :: nodes(:)
@@ -300,9 +308,10 @@ contains
     end do
   end subroutine spread_part
 
+  !> Adds one part of the imposed strains to a map, in the rows where its value is not zero.
   pure subroutine add_imposed(part, values, map)
     type(strain_part_t), intent(in) :: part
-    !> [-] of each row
+    !> [-] value of the part in each row of the map
     real(rk), intent(in) :: values(:)
     type(strain_map_t), intent(inout) :: map
     integer, allocatable :: rows(:)

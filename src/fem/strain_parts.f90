@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> The section `imposed_strains` of a deck on a mesh -> strains at integration points, as sums of terms.
+!> Turns the section `imposed_strains` of a deck into strains at the integration points of a mesh, as sums of terms.
 module sig_strain_parts
   use sig_deck_config, only: deck_config_t, imposed_strain_config_t, material_config_t, value_config_t
   use sig_elastic_body, only: elastic_body_t
@@ -18,33 +18,34 @@ module sig_strain_parts
   private
   public :: create_imposed_strains, find_term
 
-  !> A function of the parameters, as an expression (empty: 1), times values at integration points.
+  !> A product of a function of the parameters, given as an expression (empty: 1), and values at integration points.
   type :: point_product_t
     character(:), allocatable :: of_parameters
     real(rk), allocatable :: values(:)
   end type point_product_t
 
-  !> One entry of the section, restricted to one material.
+  !> One entry of the section, for the cells of one material.
   type :: entry_t
     type(imposed_strain_config_t) :: strain
     type(material_config_t) :: material
     character(:), allocatable :: deck_path
-    !> values of the entry's file
+    !> nodal values of the entry's file, if it has one
     type(nodal_field_t) :: nodal
   end type entry_t
 
 contains
 
-  !> Creates the imposed strains of the deck. Entries on the same region add up. A region may hold several materials.
+  !> Creates the imposed strains of the deck. Entries on the same region add up. A region may have several materials.
   !>
-  !> Errors: unknown region; a temperature on a material without thermal_expansion; a value that is not finite.
+  !> Errors: unknown region; a temperature on a material without thermal_expansion; a function of the place that is not finite at
+  !> an integration point; those of find_term.
   subroutine create_imposed_strains(mesh, body, deck, fields, strains, error)
     type(mesh_t), intent(in) :: mesh
     type(elastic_body_t), intent(in) :: body
     type(deck_config_t), intent(in) :: deck
     !> values of the entries' files, shape (size(deck%imposed_strains))
     type(nodal_field_t), intent(in) :: fields(:)
-    !> its terms were started
+    !> gets parts and terms; start_terms was called for its terms
     type(imposed_strains_t), intent(inout) :: strains
     type(error_t), allocatable, intent(out) :: error
     type(entry_t) :: entry
@@ -69,11 +70,12 @@ contains
     end do
   end subroutine create_imposed_strains
 
+  !> Adds the parts of one entry in the cells of one material.
   subroutine add_entry(mesh, body, entry, part, strains, error)
     type(mesh_t), intent(in) :: mesh
     type(elastic_body_t), intent(in) :: body
     type(entry_t), intent(in) :: entry
-    !> its material and its cells
+    !> has the material and the cells; the rest is work space
     type(strain_part_t), intent(inout) :: part
     type(imposed_strains_t), intent(inout) :: strains
     type(error_t), allocatable, intent(out) :: error
@@ -99,13 +101,14 @@ contains
     end do
   end subroutine add_entry
 
-  !> Returns the products of an isotropic strain: a swelling, or alpha (T - T_ref).
+  !> Returns the products of an isotropic strain: a swelling, or alpha (T - T_ref). Errors: a temperature without thermal_expansion,
+  !> a value that is not finite.
   subroutine isotropic_products(mesh, body, entry, cells, terms, products, error)
     type(mesh_t), intent(in) :: mesh
     type(elastic_body_t), intent(in) :: body
     type(entry_t), intent(in) :: entry
     integer, intent(in) :: cells(:)
-    !> for the names that expressions may have
+    !> has the names that expressions may contain
     type(term_set_t), intent(in) :: terms
     type(point_product_t), allocatable, intent(out) :: products(:)
     type(error_t), allocatable, intent(out) :: error
@@ -131,7 +134,8 @@ contains
     end associate
   end subroutine isotropic_products
 
-  !> Splits a value into products of functions of the parameters and of the place. Errors: a value that is not finite.
+  !> Splits a value into products of a function of the parameters and a function of the place, which is evaluated at the integration
+  !> points of the cells. Errors: a value that is not finite.
   subroutine place_products(mesh, body, cells, value, terms, deck_path, products, error)
     type(mesh_t), intent(in) :: mesh
     type(elastic_body_t), intent(in) :: body
@@ -161,7 +165,7 @@ contains
     end do
   end subroutine place_products
 
-  !> Adds values times a factor without coordinates times a function of the parameters.
+  !> Adds the product values * factor * of_parameters. The factor does not depend on the coordinates.
   subroutine add_scaled(products, factor, of_parameters, values)
     type(point_product_t), allocatable, intent(inout) :: products(:)
     type(value_config_t), intent(in) :: factor
@@ -177,7 +181,7 @@ contains
     end if
   end subroutine add_scaled
 
-  !> Multiplies all products by a factor without coordinates.
+  !> Multiplies all products by a factor that does not depend on the coordinates.
   subroutine scale_products(factor, products)
     type(value_config_t), intent(in) :: factor
     type(point_product_t), allocatable, intent(inout) :: products(:)
@@ -215,13 +219,13 @@ contains
     call move_alloc(longer, products)
   end subroutine add_product
 
-  !> Products of one direction become parts of the strains. Errors: as find_term.
+  !> Adds the products of one direction to the strains, each as one part. Errors: as find_term.
   subroutine keep_products(products, value, deck_path, part, strains, error)
     type(point_product_t), intent(in) :: products(:)
     !> for messages
     type(value_config_t), intent(in) :: value
     character(*), intent(in) :: deck_path
-    !> material, cells and direction
+    !> has material, cells and direction; the rest is work space
     type(strain_part_t), intent(inout) :: part
     type(imposed_strains_t), intent(inout) :: strains
     type(error_t), allocatable, intent(out) :: error
@@ -237,12 +241,14 @@ contains
     end do
   end subroutine keep_products
 
-  !> The term that is this expression, made where there is none behind the first ones; term 1 where it is empty.
+  !> Returns the index of the term with this expression. If there is none behind the first n_first terms, it is added at the end.
   !>
-  !> Errors: products of expressions of the deck that are too long together.
+  !> Errors: the text is not a valid expression, as when a product of several expressions of the deck becomes too long.
   subroutine find_term(terms, n_first, text, part, deck_path, i_term, error)
     type(term_set_t), intent(inout) :: terms
+    !> number of first terms that are not searched
     integer, intent(in) :: n_first
+    !> expression of the parameters; empty: term 1
     character(*), intent(in) :: text
     !> for the place in the deck
     type(strain_part_t), intent(in) :: part

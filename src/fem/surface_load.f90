@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Pressure and traction on named surfaces -> terms and patterns of forces.
+!> Turns pressures and tractions on named surfaces into terms and patterns of nodal forces.
 !>
-!> On a window without parameters: a value without parameters is part of term 1, one without coordinates is a term, and a sum of
-!> products of what depends on the parameters and what depends on the place has a term per product.
-!> Otherwise every loaded dof is a term of its own, whose value is the nodal force.
+!> If the window does not depend on the parameters, and the value is a sum of products of a function of the parameters and a
+!> function of the place, each product has one term; a product without parameters belongs to term 1. Otherwise each loaded dof has
+!> a term of its own, whose value is the nodal force.
 module sig_surface_load
   use sig_deck_config, only: load_config_t, value_config_t
   use sig_errors, only: error_t, make_error
@@ -41,14 +41,17 @@ contains
 
   !> Adds a pressure or a traction to the terms and patterns.
   !>
-  !> Errors: unknown surface, a facet inside the body, a value that is not finite.
+  !> Errors: unknown surface; a facet that is not the side of exactly one cell; a function of the place that is not finite.
   subroutine add_surface_load(mesh, load, deck_path, terms, term_of_dof, pattern, error)
     type(mesh_t), intent(in) :: mesh
+    !> pressure or components of a traction [force/length**2], and their window
     type(load_config_t), intent(in) :: load
+    !> for messages
     character(*), intent(in) :: deck_path
     type(term_set_t), intent(inout) :: terms
-    !> terms that are the force on one dof, 0 = none yet, shape (n_dofs)
+    !> for each dof the term that is the force on it, 0 = none yet, shape (n_dofs); all surface loads share these terms
     integer, intent(inout) :: term_of_dof(:)
+    !> gets the nodal forces
     type(load_pattern_t), intent(inout) :: pattern
     type(error_t), allocatable, intent(out) :: error
     type(part_t) :: part
@@ -69,7 +72,8 @@ contains
     end do
   end subroutine add_surface_load
 
-  !> Sets +1 for facets whose node order gives the outward normal, else -1.
+  !> Sets +1 for facets whose node order gives the outward normal, else -1. Errors: a facet that is not the side of exactly one
+  !> cell.
   subroutine orient_facets(mesh, i_group, load, deck_path, orientations, error)
     type(mesh_t), intent(in) :: mesh
     integer, intent(in) :: i_group
@@ -98,6 +102,7 @@ contains
     end associate
   end subroutine orient_facets
 
+  !> Adds the pressure or one component of the traction to terms and pattern.
   subroutine add_part(mesh, part, deck_path, terms, term_of_dof, pattern, error)
     type(mesh_t), intent(in) :: mesh
     type(part_t), intent(in) :: part
@@ -129,7 +134,7 @@ contains
     end do
   end subroutine add_part
 
-  !> Computes the nodal forces of a load that does not depend on the parameters.
+  !> Computes the nodal forces of a load that does not depend on the parameters. Errors: its value is not finite.
   subroutine integrate(mesh, part, terms, deck_path, forces, error)
     type(mesh_t), intent(in) :: mesh
     type(part_t), intent(in) :: part
@@ -165,6 +170,7 @@ contains
     call expression%destroy()
   end subroutine integrate
 
+  !> Returns the window of a load whose bounds are constants.
   pure type(window_t) function fixed_window(load) result(window)
     type(load_config_t), intent(in) :: load
 
@@ -174,7 +180,7 @@ contains
     if (load%has_maximum) window%maximum = load%maximum%constant
   end function fixed_window
 
-  !> Adds one term per dof that the load can reach. Several such loads share these terms.
+  !> Adds one term per dof on which the load can act, and a source that computes their values. Several such loads share these terms.
   subroutine add_dof_terms(mesh, part, terms, term_of_dof, pattern)
     type(mesh_t), intent(in) :: mesh
     type(part_t), intent(in) :: part
@@ -216,7 +222,7 @@ contains
     call terms%add_source(source)
   end subroutine add_dof_terms
 
-  !> Marks the components of a facet's nodes along which its load has a part.
+  !> Marks the components of a facet's nodes along which the load has a force, by a 1 in source%dof_terms.
   pure subroutine mark_components(source, i_facet, n_nodes, component)
     type(term_source_t), intent(inout) :: source
     integer, intent(in) :: i_facet
@@ -238,6 +244,7 @@ contains
     end associate
   end subroutine mark_components
 
+  !> Returns the term that is the force on one dof. Adds it to terms and pattern if it is not there.
   subroutine name_dof_term(mesh, i_node, component, terms, term_of_dof, pattern, i_term)
     type(mesh_t), intent(in) :: mesh
     integer, intent(in) :: i_node

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Area that each node of a surface stands for: the integral of its shape function, which turns nodal forces into pressures.
+!> Computes the area of each node of a surface, the integral of its shape function. A nodal force over this area is a pressure.
 module sig_surface_measure
   use sig_elastic_body, only: elastic_body_t
   use sig_kinds, only: rk
@@ -35,7 +35,7 @@ contains
     end do
   end function nodal_areas
 
-  !> Length of a tangent, or area between two: square root of det(J' J).
+  !> Returns the length of one tangent, or the area between two of them: square root of det(J' J).
   pure real(rk) function stretch(tangents)
     !> [length] shape (n_dim, n_dim - 1)
     real(rk), intent(in) :: tangents(:, :)

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> A value of the deck at nodes, as terms of the parameters.
+!> Splits a value of the deck, given at nodes, into terms of the parameters.
 module sig_value_terms
   use sig_deck_config, only: value_config_t
   use sig_errors, only: error_t, make_error
@@ -13,7 +13,7 @@ module sig_value_terms
   private
   public :: value_terms_t, split_sum
 
-  !> Value at node k: factors(k) * theta(terms(k)).
+  !> One part of a value: at node k of a list it is factors(k) * theta(terms(k)).
   type :: value_terms_t
     integer, allocatable :: terms(:)
     real(rk), allocatable :: factors(:)
@@ -21,14 +21,19 @@ module sig_value_terms
 
 contains
 
-  !> Splits a value that is a sum of products of functions of the parameters and of the place: each product has one term. The value
-  !> at node k is the sum over the parts.
+  !> Splits a value at nodes into parts; the value at a node is their sum. If the value is a sum of products of a function of the
+  !> parameters and a function of the place, each product is one part with one term. Otherwise there is one part, by split_value.
+  !>
+  !> Errors: a function of the place that is not finite at a node.
   subroutine split_sum(mesh, nodes, value, deck_path, terms, parts, error)
     type(mesh_t), intent(in) :: mesh
     integer, intent(in) :: nodes(:)
     type(value_config_t), intent(in) :: value
+    !> for messages
     character(*), intent(in) :: deck_path
+    !> grows by the terms of the value
     type(term_set_t), intent(inout) :: terms
+    !> arrays of each part have the shape of nodes
     type(value_terms_t), allocatable, intent(out) :: parts(:)
     type(error_t), allocatable, intent(out) :: error
     type(product_t), allocatable :: products(:)
@@ -110,7 +115,7 @@ contains
     call expression%destroy()
   end subroutine evaluate_on_nodes
 
-  !> Adds one term per node: the value of the expression at its place.
+  !> Adds one term per node: the value of the expression at the node.
   subroutine add_place_terms(mesh, nodes, value, terms, term_of_node)
     type(mesh_t), intent(in) :: mesh
     integer, intent(in) :: nodes(:)
