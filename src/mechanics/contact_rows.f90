@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> The contact matrix B and the gap D of (3) as sparse rows of any length, whatever made them: a pair of nodes, a node and an
-!> obstacle, a node and a patch of the other surface. They are few beside the dofs, so every rank holds all of them.
+!> The contact matrix B and the gap D of (3) as sparse rows. A row may belong to a pair of nodes, to a node and an obstacle, or to a
+!> mortar contact. There are far fewer rows than dofs, so every rank holds all of them.
 module sig_contact_rows
   use sig_cross_products, only: cross_product, plane_cross_product
   use sig_kinds, only: rk
@@ -10,24 +10,24 @@ module sig_contact_rows
 
   !> Row k says: coefficients(i) u(dofs(i)), summed over i = offsets(k) + 1 ... offsets(k + 1), <= gap(k, :) . theta.
   !>
-  !> Each node of a row stands there with all its components. The owner comes first: the node of the first side at which the
-  !> multiplier sits, as a nodal force; its coefficients lie along the normal, from the first side to the second. They are the
-  !> normal where the owner is alone on its side. Other nodes of that side own rows of their own, or none; an owner that other
-  !> rows meet, as a corner of quadratic faces, is no owner of theirs.
+  !> A row has all components of each of its nodes. The owner comes first. It is the node of the first side that carries the
+  !> multiplier as a nodal force, and its coefficients lie along the normal, from the first side to the second. They are the unit
+  !> normal if the owner is the only node of its side. A row may have further nodes of the first side, which own other rows or none.
   type :: contact_rows_t
     integer :: n_rows = 0
     integer :: n_dim = 0
-    !> shape (n_rows + 1)
+    !> entries of row k are offsets(k) + 1 ... offsets(k + 1); shape (n_rows + 1)
     integer, allocatable :: offsets(:)
-    !> entries up to splits(k) belong to the first side, the others to the second one, which an obstacle lacks; shape (n_rows)
+    !> entries of row k up to splits(k) belong to the first side, the others to the second side; an obstacle has no second side;
+    !> shape (n_rows)
     integer, allocatable :: splits(:)
-    !> natural, shape (offsets(n_rows + 1))
+    !> natural dof of each entry, shape (offsets(n_rows + 1))
     integer, allocatable :: dofs(:)
     !> [-] same shape
     real(rk), allocatable :: coefficients(:)
     !> [length] D = gap * theta, shape (n_rows, n_terms)
     real(rk), allocatable :: gap(:, :)
-    !> [length**(n_dim - 1)] what the row stands for: pressure = multiplier / area; shape (n_rows)
+    !> [length**(n_dim - 1)] area of the row: pressure = multiplier / area; shape (n_rows)
     real(rk), allocatable :: areas(:)
     !> entry of the deck's contact section that made the row, shape (n_rows)
     integer, allocatable :: contact_entry(:)
@@ -54,7 +54,7 @@ contains
 
   !> Makes the rows from the lists of their nodes.
   pure subroutine create_contact_rows(n_first, n_second, nodes, weights, gap, areas, contact_entry, rows)
-    !> nodes of either side of each row, shape (n_rows)
+    !> numbers of nodes of the first and of the second side of each row, shape (n_rows)
     integer, intent(in) :: n_first(:), n_second(:)
     !> row by row: its owner, the other nodes of its first side, the nodes of its second side
     integer, intent(in) :: nodes(:)
@@ -64,6 +64,7 @@ contains
     real(rk), intent(in) :: gap(:, :)
     !> [length**(n_dim - 1)] shape (n_rows)
     real(rk), intent(in) :: areas(:)
+    !> entry of the deck's contact section that made each row, shape (n_rows)
     integer, intent(in) :: contact_entry(:)
     type(contact_rows_t), intent(out) :: rows
     integer :: i, k
@@ -85,10 +86,11 @@ contains
     rows%contact_entry = contact_entry
   end subroutine create_contact_rows
 
-  !> Separates the rows that meet only prescribed displacements: they get no multiplier, and only their gaps are checked.
+  !> Divides the rows into those with a multiplier and inert ones, all of whose displacements are prescribed. Inert rows have no
+  !> multiplier, and only their gaps are checked.
   pure subroutine separate_inert_rows(all_rows, is_prescribed, rows, inert)
     type(contact_rows_t), intent(in) :: all_rows
-    !> shape (n_dofs), natural
+    !> whether each natural dof is prescribed, shape (n_dofs)
     logical, intent(in) :: is_prescribed(:)
     type(contact_rows_t), intent(out) :: rows
     type(contact_rows_t), intent(out) :: inert
@@ -104,7 +106,7 @@ contains
     inert = all_rows%select(pack([(k, k=1, all_rows%n_rows)], is_inert))
   end subroutine separate_inert_rows
 
-  !> Returns B u, the amount by which each row has closed.
+  !> Returns B u, the amount by which the gap of each row has become smaller.
   pure function apply(self, displacement) result(closing)
     class(contact_rows_t), intent(in) :: self
     !> [length] shape (n_dofs)
@@ -147,6 +149,7 @@ contains
     dofs = self%dofs(self%offsets(row) + 1:self%offsets(row + 1))
   end function dofs_of
 
+  !> Returns the coefficients of a row, in the order of dofs_of.
   pure function coefficients_of(self, row) result(coefficients)
     class(contact_rows_t), intent(in) :: self
     integer, intent(in) :: row
@@ -156,7 +159,7 @@ contains
     coefficients = self%coefficients(self%offsets(row) + 1:self%offsets(row + 1))
   end function coefficients_of
 
-  !> Returns the natural node of each row that carries its multiplier.
+  !> Returns the owner of each row: the natural number of the node that carries the multiplier.
   pure function owners(self)
     class(contact_rows_t), intent(in) :: self
     integer :: owners(self%n_rows)
@@ -173,6 +176,7 @@ contains
     nodes = [self%first_nodes_of(row), self%second_nodes_of(row)]
   end function nodes_of
 
+  !> Returns the natural nodes of a row on the first side, the owner first.
   pure function first_nodes_of(self, row) result(nodes)
     class(contact_rows_t), intent(in) :: self
     integer, intent(in) :: row
@@ -190,7 +194,7 @@ contains
     nodes = (self%dofs(self%splits(row) + 1:self%offsets(row + 1):self%n_dim) - 1) / self%n_dim + 1
   end function second_nodes_of
 
-  !> Counts the rows that each node meets.
+  !> Returns for each natural node the number of rows that contain it.
   pure function rows_per_node(self, n_nodes) result(n)
     class(contact_rows_t), intent(in) :: self
     integer, intent(in) :: n_nodes
@@ -205,11 +209,12 @@ contains
     end do
   end function rows_per_node
 
-  !> Finds pairs of nodes that one row ties to each other and that no other row meets. Both nodes are best kept on one rank.
+  !> Finds the rows of one node on either side whose nodes are in no other row, and lists both nodes. The partition keeps both nodes
+  !> on one rank.
   pure subroutine tied_nodes(self, n_nodes, first, second)
     class(contact_rows_t), intent(in) :: self
     integer, intent(in) :: n_nodes
-    !> same shape, no node twice
+    !> natural nodes of the first and of the second side, same shape; no node is there twice
     integer, allocatable, intent(out) :: first(:), second(:)
     integer :: k, n(n_nodes), nodes(2, self%n_rows)
     logical :: is_tied(self%n_rows)
@@ -225,9 +230,11 @@ contains
     second = pack(nodes(2, :), is_tied)
   end subroutine tied_nodes
 
-  !> Lists the nodes of one side of all rows for files: those of row k are starts(k) + 1 ... starts(k + 1), the owner first.
+  !> Lists the nodes of one side of all rows, for files. The nodes of row k are starts(k) + 1 ... starts(k + 1) in the list; on the
+  !> first side the owner comes first.
   pure subroutine list_side(self, is_second, starts, nodes, weights)
     class(contact_rows_t), intent(in) :: self
+    !> whether to list the second side
     logical, intent(in) :: is_second
     !> shape (n_rows + 1)
     integer, allocatable, intent(out) :: starts(:)
@@ -256,8 +263,8 @@ contains
     end do
   end subroutine list_side
 
-  !> Returns the share of the row's force that each of its nodes carries, negative where it pulls. The shares of the first side sum
-  !> up to 1, and so do those of the second side.
+  !> Returns the share of the row's force that each of its nodes carries, in the order of nodes_of. A share is negative if it pulls.
+  !> The shares of the first side sum up to 1, and so do those of the second side.
   pure function weights_of(self, row) result(weights)
     class(contact_rows_t), intent(in) :: self
     integer, intent(in) :: row
@@ -293,8 +300,8 @@ contains
     end do
   end subroutine unit_resultants
 
-  !> Returns for each row the moment about the origin of the forces on both of its sides for a multiplier of 1. The resultants
-  !> cancel, but their lines may have a distance. It is zero against an obstacle, which has no forces here.
+  !> Returns for each row the moment about the origin of the forces on both of its sides for a multiplier of 1. The resultants of
+  !> both sides cancel, but they may act on different lines. The moment is zero for an obstacle, whose own force is not in the row.
   pure function unit_imbalances(self, coordinates) result(moments)
     class(contact_rows_t), intent(in) :: self
     !> [length] natural, shape (n_dim, n_nodes)
@@ -311,7 +318,7 @@ contains
     end do
   end function unit_imbalances
 
-  !> Force and moment of a multiplier of 1 on the entries after the first and up to the last one.
+  !> Computes force and moment of a multiplier of 1 on the entries first + 1 ... last.
   pure subroutine add_up(self, coordinates, first, last, force, moment)
     class(contact_rows_t), intent(in) :: self
     real(rk), intent(in) :: coordinates(:, :)
@@ -338,6 +345,7 @@ contains
   !> Returns some of the rows, in the given order.
   pure function select(self, indices) result(rows)
     class(contact_rows_t), intent(in) :: self
+    !> rows to take, 1-based
     integer, intent(in) :: indices(:)
     type(contact_rows_t) :: rows
     integer :: i, k
@@ -358,10 +366,10 @@ contains
     rows%contact_entry = self%contact_entry(indices)
   end function select
 
-  !> Appends other rows. Gaps of terms that these rows do not have yet become zero.
+  !> Appends other rows. The gaps of the present rows get zeros for the terms that only the other rows have.
   pure subroutine append(self, more)
     class(contact_rows_t), intent(inout) :: self
-    !> at least as many terms
+    !> its gaps have at least as many terms as the present ones
     type(contact_rows_t), intent(in) :: more
     real(rk) :: gap(self%n_rows + more%n_rows, size(more%gap, 2))
 

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Isotropic linear elasticity in Voigt's notation, for every mechanical model.
+!> Matrices of isotropic linear elasticity in Voigt's notation, for every mechanical model.
 module sig_elasticity
   use sig_kinds, only: rk
   use sig_mechanical_models, only: mechanical_model, mechanical_model_t
@@ -15,7 +15,7 @@ module sig_elasticity
 
 contains
 
-  !> Returns the number of strain components that do work in a model; 0 for an unknown one.
+  !> Returns the number of strain components that do work in a model; 0 for an unknown model.
   pure integer function n_strains(model)
     !> name of a mechanical model
     character(*), intent(in) :: model
@@ -45,7 +45,8 @@ contains
 
   !> Returns Hooke's matrix for all six stresses and elastic strains; shear strains are angles.
   !>
-  !> lambda (tr eps) I + 2 mu eps; in plane stress eps_zz is such that sigma_zz is zero, whatever is said of it.
+  !> sigma = lambda (tr eps) I + 2 mu eps. In plane stress, row and column zz are zero: eps_zz follows from sigma_zz = 0, so a given
+  !> eps_zz has no effect.
   pure function stress_matrix(model, young_modulus, poisson_ratio) result(hooke)
     !> name of a mechanical model
     character(*), intent(in) :: model
@@ -53,7 +54,7 @@ contains
     real(rk), intent(in) :: young_modulus
     !> [-] in (-1, 0.5)
     real(rk), intent(in) :: poisson_ratio
-    !> [force/length**2]
+    !> [force/length**2] symmetric
     real(rk) :: hooke(n_stresses, n_stresses)
     real(rk) :: shear, lame
     type(mechanical_model_t) :: row
@@ -78,12 +79,14 @@ contains
     end if
   end function stress_matrix
 
-  !> Stresses from strains by one modulus of size 1, as stress_matrix: 1 = bulk, (tr eps) I; 2 = shear, 2 (eps - (tr eps) / d I).
+  !> Returns the part of stress_matrix that belongs to one modulus, for a modulus of 1: for the bulk modulus sigma = (tr eps) I, for
+  !> the shear modulus sigma = 2 (eps - (tr eps) / d I). Both matrices are positive semidefinite.
   !>
-  !> d = 3, and 2 in plane stress, where tr eps is the sum of the strains in the plane. Both are positive semidefinite.
+  !> d = 3. In plane stress d = 2, and tr eps and I are those of the plane.
   pure function hooke_term(model, i_term) result(hooke)
     !> name of a mechanical model
     character(*), intent(in) :: model
+    !> 1 = bulk, 2 = shear
     integer, intent(in) :: i_term
     !> [-]
     real(rk) :: hooke(n_stresses, n_stresses)
@@ -104,12 +107,14 @@ contains
     end do
   end function hooke_term
 
-  !> Returns the modulus of a hooke_term as an expression: E / (3 (1 - 2 nu)), E / (2 (1 - nu)) in plane stress; E / (2 (1 + nu)).
+  !> Returns the modulus of a hooke_term as an expression. Bulk: E / (3 (1 - 2 nu)), in plane stress E / (2 (1 - nu)). Shear:
+  !> E / (2 (1 + nu)).
   pure function modulus_text(model, i_term, young_modulus, poisson_ratio) result(text)
     !> name of a mechanical model
     character(*), intent(in) :: model
+    !> 1 = bulk, 2 = shear
     integer, intent(in) :: i_term
-    !> expressions
+    !> expressions of E and nu
     character(*), intent(in) :: young_modulus
     character(*), intent(in) :: poisson_ratio
     character(:), allocatable :: text
@@ -124,7 +129,7 @@ contains
     text = '(' // young_modulus // ')/' // text
   end function modulus_text
 
-  !> Returns the number of normal strains in the law of the model.
+  !> Returns the number of normal strains in Hooke's law of the model: 2 in plane stress, else 3.
   pure integer function normal_strains(model)
     character(*), intent(in) :: model
     type(mechanical_model_t) :: row
@@ -136,7 +141,7 @@ contains
   !> Returns the von Mises stress of each column: sqrt(((xx - yy)**2 + (yy - zz)**2 + (zz - xx)**2) / 2 + 3 (xy**2 + yz**2 +
   !> xz**2)).
   pure function von_mises(stresses) result(equivalent)
-    !> [force/length**2] shape (n_stresses, n)
+    !> [force/length**2] xx, yy, zz, xy, yz, xz; shape (n_stresses, n)
     real(rk), intent(in) :: stresses(:, :)
     !> [force/length**2] shape (n)
     real(rk) :: equivalent(size(stresses, 2))

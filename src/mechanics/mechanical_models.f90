@@ -1,5 +1,6 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Mechanical models as data: a new model is a new row of this table, not a new branch.
+!> The table of mechanical models: plane strain, plane stress, axisymmetric and solid. The code reads the properties of a model from
+!> its row.
 module sig_mechanical_models
   use sig_kinds, only: rk
   use sig_text, only: append_text, string_t
@@ -8,21 +9,22 @@ module sig_mechanical_models
   public :: mechanical_model_t, mechanical_models, mechanical_model
   public :: circumference, components_text, coordinate_names, is_plane
 
-  !> Tensor components are numbered as in VTK: xx, yy, zz, xy, yz, xz. In axisymmetry x = r, y = z, and zz is the hoop direction.
+  !> One row of the table. Tensor components are numbered as in VTK: xx, yy, zz, xy, yz, xz. In axisymmetry x = r, y = z, and zz is
+  !> the hoop direction.
   type :: mechanical_model_t
     character(12) :: name = ''
     !> dimension of the mesh
     integer :: n_dim = 0
     !> names of the coordinates and of the displacement components in the deck
     character(1) :: axes(3) = ' '
-    !> whether the mesh turns around the axis x = 0
+    !> whether the body is the mesh turned around the axis x = 0
     logical :: is_round = .false.
-    !> no stress across the plane; otherwise no strain where a component is not in `strains`
+    !> whether the stress sigma_zz is zero (plane stress); otherwise strain components that are not in `strains` are zero
     logical :: is_thin = .false.
-    !> strains that do work, by their number in the tensor
+    !> number of strain components that do work, and their numbers in the tensor
     integer :: n_strains = 0
     integer :: strains(6) = 0
-    !> names in the deck of the tensor's components that can be imposed; blank: the others
+    !> names in the deck of the strain components that can be imposed, shape (6); blank: cannot be imposed
     character(4) :: strain_names(6) = ' '
   end type mechanical_model_t
 
@@ -40,7 +42,7 @@ module sig_mechanical_models
 
 contains
 
-  !> Returns the row of the table with this name; an empty row where there is none.
+  !> Returns the row of the table with this name. If there is none, returns a row with an empty name and n_dim = 0.
   pure type(mechanical_model_t) function mechanical_model(name) result(model)
     character(*), intent(in) :: name
     integer :: i
@@ -50,7 +52,7 @@ contains
     end do
   end function mechanical_model
 
-  !> Returns the names of the coordinates in expressions.
+  !> Returns the names that the coordinates have in expressions of the deck, shape (n_dim).
   pure function coordinate_names(model) result(names)
     type(mechanical_model_t), intent(in) :: model
     type(string_t), allocatable :: names(:)
@@ -72,14 +74,14 @@ contains
     if (model%is_round) circumference = 2 * pi * place(1)
   end function circumference
 
-  !> Whether the model is plane, strain or stress: its forces are per unit thickness.
+  !> Whether the model is plane strain or plane stress: forces are then per unit thickness.
   pure logical function is_plane(model)
     type(mechanical_model_t), intent(in) :: model
 
     is_plane = model%n_dim == 2 .and. .not. model%is_round
   end function is_plane
 
-  !> Returns `a plane_strain model has the components x and y`.
+  !> Returns a sentence for messages such as `a plane_strain model has the components x and y`.
   pure function components_text(model) result(text)
     type(mechanical_model_t), intent(in) :: model
     character(:), allocatable :: text

@@ -1,10 +1,10 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Values of contact rows as values at the nodes of both surfaces: pressures, gaps, status.
+!> Turns values of contact rows (pressure, gap, status) into values at the nodes of both surfaces.
 !>
-!> On the first side row k gives the coefficient of its owner: u~_k = w_1 u_1 + w_2 u_2 + ... with the shares w of its nodes. The
-!> value at the owner is (value of the row - w_2 u_2 - ...) / w_1; where it is alone, that of the row. Gaps u_i stand along the
-!> normals of their nodes, and count with their part along that of the row. A node of the second side has the mean of the rows that
-!> meet it, by their areas and the sizes of its shares.
+!> On the first side, the value of row k is a weighted sum of nodal values u~_k = w_1 u_1 + w_2 u_2 + ..., where w are the shares of
+!> its nodes and node 1 is its owner. So the value at the owner is (u~_k - w_2 u_2 - ...) / w_1; if the owner is alone, it is u~_k.
+!> The gap of a node is along the normal of its own row, and its component along the normal of row k counts. A node of the second
+!> side has the mean pressure of the rows that contain it, weighted by their areas and the sizes of its shares.
 module sig_nodal_values
   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   use sig_contact_rows, only: contact_rows_t
@@ -14,19 +14,19 @@ module sig_nodal_values
   public :: cell_contact, closed_rows, least_force, nodal_areas, nodal_contact, nodal_gaps, nodal_pressures, nodal_status
   public :: status_closed, status_open
 
-  !> status of a node: not of a row (alone or inert), open, closed
+  !> status of a node: in no row that counts, open, closed
   integer, parameter :: status_none = 0, status_open = 1, status_closed = 2
-  !> of a cell: closed at some of its nodes and open at others
+  !> status of a cell: closed at some of its nodes and open at others
   integer, parameter :: status_partly = 3
 
 contains
 
-  !> Returns the area of each node: for an owner the area of its row, for other nodes their shares of the areas of rows that they
-  !> meet.
+  !> Returns the area of each node: for an owner the area of its row, for other nodes the sum of their shares of the areas of the
+  !> rows that contain them.
   pure function nodal_areas(rows, n_nodes) result(areas)
     type(contact_rows_t), intent(in) :: rows
     integer, intent(in) :: n_nodes
-    !> [length**(n_dim - 1)] zero off the contact surfaces; an integral of a shape function, which may be negative
+    !> [length**(n_dim - 1)] zero at nodes without rows; a share, and so an area, may be negative; shape (n_nodes)
     real(rk) :: areas(n_nodes)
     integer :: k
 
@@ -39,13 +39,14 @@ contains
     areas(rows%owners()) = rows%areas
   end function nodal_areas
 
-  !> Returns the force of each row over its area; zero off the rows.
+  !> Returns the contact pressure at each node, by the rules of the module. The pressure of a row is its multiplier over its area,
+  !> or 0 if the area is not positive. All other nodes have the pressure 0.
   pure function nodal_pressures(rows, multipliers, n_nodes) result(pressures)
     type(contact_rows_t), intent(in) :: rows
     !> [force] shape (n_rows)
     real(rk), intent(in) :: multipliers(:)
     integer, intent(in) :: n_nodes
-    !> [force / area]
+    !> [force / area] shape (n_nodes)
     real(rk) :: pressures(n_nodes)
     real(rk) :: sums(n_nodes), of_rows(rows%n_rows), weights(n_nodes)
     logical :: is_owner(n_nodes)
@@ -66,13 +67,14 @@ contains
     where (.not. is_owner .and. weights > 0) pressures = sums / weights
   end function nodal_pressures
 
-  !> Returns the opening at each contact node: at an owner its own, at others the smallest of the rows that they meet.
+  !> Returns the gap at each node: at an owner by the rule of the module, at other nodes the smallest opening of the rows that
+  !> contain the node.
   pure function nodal_gaps(rows, opening, n_nodes) result(gaps)
     type(contact_rows_t), intent(in) :: rows
-    !> [length] shape (n_rows)
+    !> [length] gap of each row after the displacement, shape (n_rows)
     real(rk), intent(in) :: opening(:)
     integer, intent(in) :: n_nodes
-    !> [length] NaN where no row is
+    !> [length] NaN at nodes without rows, shape (n_nodes)
     real(rk) :: gaps(n_nodes)
     real(rk) :: least(n_nodes)
     logical :: is_owner(n_nodes)
@@ -89,8 +91,8 @@ contains
     where (rows%rows_per_node(n_nodes) == 0) gaps = ieee_value(gaps, ieee_quiet_nan)
   end function nodal_gaps
 
-  !> Returns the least force [force] that counts. Smaller ones are rounding of the largest one: full-order solvers leave such forces
-  !> on open contacts.
+  !> Returns 1e-12 times the largest contact force [force], and 0 if no force is positive. Forces that are not larger are rounding
+  !> errors, which full-order solvers leave on open contacts.
   pure real(rk) function least_force(multipliers)
     !> [force] of all rows
     real(rk), intent(in) :: multipliers(:)
@@ -100,7 +102,7 @@ contains
     if (size(multipliers) > 0) least_force = rounding * max(0.0_rk, maxval(multipliers))
   end function least_force
 
-  !> Tells which rows carry a force.
+  !> Whether each row carries a force above least_force.
   pure function closed_rows(multipliers) result(is_closed)
     !> [force] of all rows
     real(rk), intent(in) :: multipliers(:)
@@ -109,10 +111,10 @@ contains
     is_closed = multipliers > least_force(multipliers)
   end function closed_rows
 
-  !> Returns the status, one of status_*, of the nodes of the first side.
+  !> Returns the status of each node by its own row: open or closed for owners, status_none for all other nodes.
   pure function nodal_status(rows, is_closed, n_nodes) result(status)
     type(contact_rows_t), intent(in) :: rows
-    !> shape (n_rows)
+    !> closed_rows, shape (n_rows)
     logical, intent(in) :: is_closed(:)
     integer, intent(in) :: n_nodes
     integer :: status(n_nodes)
@@ -121,10 +123,11 @@ contains
     status(rows%owners()) = merge(status_closed, status_open, is_closed)
   end function nodal_status
 
-  !> Returns the status of the nodes of both sides: a node is closed where one of the rows that meet it is closed.
+  !> Returns the status of each node by all rows that contain it: closed if one of them is closed, else open; status_none without
+  !> rows.
   pure function nodal_contact(rows, is_closed, n_nodes) result(status)
     type(contact_rows_t), intent(in) :: rows
-    !> shape (n_rows)
+    !> closed_rows, shape (n_rows)
     logical, intent(in) :: is_closed(:)
     integer, intent(in) :: n_nodes
     integer :: status(n_nodes)
@@ -138,9 +141,10 @@ contains
     end do
   end function nodal_contact
 
-  !> Returns the status of each cell, from those of its nodes that meet rows.
+  !> Returns the status of each cell from that of its nodes: open, closed, or status_partly if it has open and closed nodes. Nodes
+  !> with status_none do not count; a cell with no others has status_none.
   pure function cell_contact(of_nodes, starts, nodes) result(status)
-    !> nodal_contact
+    !> status of each node, by nodal_contact
     integer, intent(in) :: of_nodes(:)
     !> nodes of cell i are nodes(starts(i) + 1:starts(i + 1))
     integer, intent(in) :: starts(:)
@@ -157,14 +161,17 @@ contains
     end do
   end function cell_contact
 
-  !> A node of the first side without a row counts as the row that meets it.
+  !> Computes the values at the owners of the rows. A further node of the first side has the value of its own row in the sum, or, if
+  !> it owns none, that of row k.
   pure subroutine values_at_owners(rows, of_rows, is_along_normal, is_owner, values)
     type(contact_rows_t), intent(in) :: rows
+    !> shape (n_rows)
     real(rk), intent(in) :: of_rows(:)
+    !> whether values are lengths along the normals of the rows, as gaps are
     logical, intent(in) :: is_along_normal
     !> shape (n_nodes)
     logical, intent(out) :: is_owner(:)
-    !> zero elsewhere, same shape
+    !> zero at all other nodes, same shape
     real(rk), intent(out) :: values(:)
     real(rk) :: normals(rows%n_dim, rows%n_rows), others
     integer :: i, k, row_of(size(is_owner))

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Strains of cells or at nodes as a linear function of the displacement. The map is made once from a mesh and used without one.
+!> Strains of cells or at nodes as a linear function of the displacement. The map is made once from a mesh; its use needs no mesh.
 module sig_strain_map
   use sig_elasticity, only: n_stresses
   use sig_kinds, only: rk
@@ -8,7 +8,8 @@ module sig_strain_map
   private
   public :: strain_map_t
 
-  !> A row is a cell or a node. Its displacement gradient is the sum of u g' over its entries starts(row) + 1 ... starts(row + 1).
+  !> A row belongs to a cell or a node. Its displacement gradient is the sum of u g' over its entries starts(row) + 1 ... starts(row
+  !> + 1), where u is the displacement of the entry's node.
   type :: strain_map_t
     !> shape (n_rows + 1)
     integer, allocatable :: starts(:)
@@ -18,7 +19,8 @@ module sig_strain_map
     real(rk), allocatable :: gradients(:, :)
     !> material of each row, 0 = none; shape (n_rows)
     integer, allocatable :: materials(:)
-    !> imposed strains: what imposed_terms(i) adds to row imposed_rows(i), [-] shears as angles, shape (n_stresses, n)
+    !> imposed strains: imposed(:, i), times the value of term imposed_terms(i), adds to row imposed_rows(i); [-] shears as angles,
+    !> shape (n_stresses, n)
     real(rk), allocatable :: imposed(:, :)
     integer, allocatable :: imposed_rows(:)
     integer, allocatable :: imposed_terms(:)
@@ -31,6 +33,7 @@ module sig_strain_map
 
 contains
 
+  !> Returns the number of rows; 0 if the map was not made.
   pure integer function n_rows(self)
     class(strain_map_t), intent(in) :: self
 
@@ -38,7 +41,7 @@ contains
     if (allocated(self%materials)) n_rows = size(self%materials)
   end function n_rows
 
-  !> Computes the strains of a displacement, imposed ones included.
+  !> Computes the total strains that belong to a displacement: elastic strains plus imposed strains.
   pure subroutine fill_strains(self, model, displacement, strains)
     class(strain_map_t), intent(in) :: self
     type(mechanical_model_t), intent(in) :: model
@@ -64,10 +67,10 @@ contains
     end do
   end subroutine fill_strains
 
-  !> Computes the strains that temperature or swelling imposes.
+  !> Computes the imposed strains from the values of their terms.
   pure subroutine fill_imposed(self, theta, strains)
     class(strain_map_t), intent(in) :: self
-    !> [-] values of the terms
+    !> [-] values of the terms that imposed_terms names
     real(rk), intent(in) :: theta(:)
     !> [-] shears as angles, shape (n_stresses, n_rows)
     real(rk), intent(out) :: strains(:, :)
@@ -81,12 +84,12 @@ contains
     end do
   end subroutine fill_imposed
 
-  !> Computes the stresses of elastic strains; zero where a row has no material.
+  !> Computes the stresses that belong to elastic strains; zero in rows without a material.
   pure subroutine fill_stresses(self, laws, strains, stresses)
     class(strain_map_t), intent(in) :: self
     !> [force/length**2] stress_matrix of each material, shape (n_stresses, n_stresses, n_materials)
     real(rk), intent(in) :: laws(:, :, :)
-    !> [-] shears as angles, shape (n_stresses, n_rows)
+    !> [-] elastic strains, shears as angles, shape (n_stresses, n_rows)
     real(rk), intent(in) :: strains(:, :)
     !> [force/length**2] same shape
     real(rk), intent(out) :: stresses(:, :)
