@@ -342,8 +342,8 @@ contains
     integer :: i
 
     if (.not. all(ieee_is_finite(set%free_response))) call make_error(error, &
-      'the snapshots are damaged: the free response contains infinite values or values that are not numbers', file=path, &
-      hint=sample_again)
+      'the snapshots are damaged: the displacement without contact contains infinite values or values that are not numbers', &
+      file=path, hint=sample_again)
     do i = 1, size(set%reasons)
       if (set%reasons(i) <= 0) cycle
       if (all(ieee_is_finite(set%displacement(:, i))) .and. all(ieee_is_finite(set%multipliers(:, i)))) cycle

@@ -26,7 +26,7 @@ contains
     do i = 1, size(options)
       if (index(options(i)%text, prefix_of(solver_type)) /= 1) cycle
       call make_error(error, 'the PETSc option ' // options(i)%text // ' was not used', &
-        hint='no object of the solver ' // solver_type // ' knows it; only the first points were computed')
+        hint='no object of the solver ' // solver_type // ' reads it: check its name; the run stopped after the first points')
       return
     end do
   end subroutine refuse_unused_options

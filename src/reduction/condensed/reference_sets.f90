@@ -20,7 +20,8 @@ module sig_reference_sets
 
 contains
 
-  !> Returns as bits which unknowns are active at each point: for contact rows those with a force, for anchors those without one.
+  !> Returns as bits which unknowns are positive at each point. The unknown of a contact row is its force. The unknown of an anchor
+  !> is its opening, which counts as positive where the anchor has no force.
   pure function start_sets_of(multipliers, anchors) result(sets)
     !> [force] shape (n_multipliers, n_points)
     real(rk), intent(in) :: multipliers(:, :)
