@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> A few points of a set that are far from each other.
+!> Chooses a few points of a set that are far from each other.
 module sig_farthest_points
   use sig_kinds, only: rk
   implicit none(type, external)
@@ -8,9 +8,9 @@ module sig_farthest_points
 
 contains
 
-  !> The point nearest to the middle of the box, then each time the one farthest from those before; of equally far ones the first.
-  !>
-  !> Distances are Euclidean, with the sides of the box as unit.
+  !> Returns the numbers of n_wanted points: first the point nearest to the middle of the box, then each time the point that is
+  !> farthest from the chosen ones; of equal distances the first point. Distances are Euclidean, after the box was scaled to sides
+  !> of length 1.
   pure function farthest_points(points, box, n_wanted) result(chosen)
     !> shape (n_parameters, n_points)
     real(rk), intent(in) :: points(:, :)
@@ -28,13 +28,13 @@ contains
     distances = huge(1.0_rk)
     do i = 1, n_wanted - 1
       distances = min(distances, squares(points, box, points(:, chosen(i))))
-      ! a point that has the same place as a chosen one is still no chosen one
+      ! so that a point at the same place as a chosen one may still be chosen
       distances(chosen(:i)) = -1
       chosen(i + 1) = first_of(distances)
     end do
   end function farthest_points
 
-  !> Squared distances of the points from a place.
+  !> Returns the squared distances of the points from a place.
   pure function squares(points, box, place)
     real(rk), intent(in) :: points(:, :)
     real(rk), intent(in) :: box(:, :)
@@ -47,7 +47,7 @@ contains
     end do
   end function squares
 
-  !> First of the largest values, which are equal but for rounding.
+  !> Returns the number of the first of the largest values; values that differ by rounding count as equal.
   pure integer function first_of(values) result(i_first)
     real(rk), intent(in) :: values(:)
     real(rk), parameter :: rounding = 1.0e-10_rk

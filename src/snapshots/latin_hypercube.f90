@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Latin hypercubes: random points of which each parameter has one in each of as many slices as there are points.
+!> Latin hypercubes: the range of each parameter is cut into as many slices as there are points, and each slice has one point.
 module sig_latin_hypercube
   use sig_kinds, only: rk
   use sig_random_numbers, only: random_t
@@ -9,12 +9,13 @@ module sig_latin_hypercube
 
 contains
 
-  !> Points at random places of their slices; the slices of each parameter in an order of its own.
+  !> Returns random points in the unit box. Each parameter has its slices in another random order.
   !>
   !> Source: McKay, Beckman and Conover, Technometrics 21 (1979) 239. The same seed gives the same points.
   function latin_hypercube_points(n_parameters, n_points, seed) result(points)
     integer, intent(in) :: n_parameters
     integer, intent(in) :: n_points
+    !> of the random numbers
     integer, intent(in) :: seed
     !> [-] in [0, 1), shape (n_parameters, n_points)
     real(rk) :: points(n_parameters, n_points)

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Points of the parameter box: tensor grids, sequences, lists from CSV files, and how a point is written for people.
+!> Builds the points of a deck: tensor grids, sequences, lists from CSV files. Writes points as text for people.
 module sig_parameter_space
   use sig_deck_config, only: parameter_config_t, point_set_config_t
   use sig_errors, only: error_t, make_error
@@ -12,7 +12,7 @@ module sig_parameter_space
   private
   public :: build_points, format_point
 
-  !> digits that tell points apart; more would show the rounding of grid values
+  !> digits that are enough to tell points apart; more would show the rounding of grid values
   integer, parameter :: point_digits = 10
 
   interface format_point
@@ -21,10 +21,10 @@ module sig_parameter_space
 
 contains
 
-  !> The points that a deck asks for.
+  !> Builds the points that a deck asks for.
   !>
   !> Grid: the first parameter varies slowest, ends included, value i of n is minimum + (maximum - minimum) * (i - 1) / (n - 1);
-  !> a grid of one value takes the minimum. Errors: those of read_points, and a listed point outside the box.
+  !> a grid of one value takes the minimum. Errors: those of read_points for a list; a point of a list is outside of the box.
   subroutine build_points(point_set, parameters, points, error)
     type(point_set_config_t), intent(in) :: point_set
     type(parameter_config_t), intent(in) :: parameters(:)
@@ -82,7 +82,7 @@ contains
     end do
   end function grid_points
 
-  !> Value number i_value_0 (from 0) of n_values from minimum to maximum; the ends are exact.
+  !> Returns value number i_value_0 (from 0) of n_values from minimum to maximum; the ends are exact.
   pure real(rk) function grid_value(i_value_0, n_values, minimum, maximum) result(value)
     integer, intent(in) :: i_value_0
     integer, intent(in) :: n_values
@@ -95,7 +95,7 @@ contains
     if (i_value_0 == n_values - 1) value = maximum
   end function grid_value
 
-  !> `squeeze = 0.2 m, angle = 3`, for logs and messages.
+  !> Returns `squeeze = 0.2 m, angle = 3`, for logs and messages.
   pure function format_point_of_deck(parameters, point) result(text)
     type(parameter_config_t), intent(in) :: parameters(:)
     real(rk), intent(in) :: point(:)
@@ -111,11 +111,11 @@ contains
     text = join(parts, ', ')
   end function format_point_of_deck
 
-  !> Formats a point like format_point, but from names, with or without units.
+  !> Returns the same text from names, with or without units.
   pure function format_point_of_names(names, point, units) result(text)
     type(string_t), intent(in) :: names(:)
     real(rk), intent(in) :: point(:)
-    !> same shape
+    !> in the order of the names
     type(string_t), intent(in), optional :: units(:)
     character(:), allocatable :: text
     type(string_t) :: parts(size(names))

@@ -1,10 +1,10 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Points from a CSV file, or a pipe, whose first line names the parameters, in any order; as a stream or all at once.
+!> Reads points from a CSV file or a pipe, as a stream or all at once. The first line names the parameters, in any order. Empty
+!> lines and lines that start with # are left out.
 !>
-!> Empty lines and lines that start with # are left out.
-!>
-!> Errors, each with line and column: the file's own (missing, a folder, ...), an unknown, repeated or missing column, a line
-!> with too few or too many values, something that is no number, a value outside the box, no point at all.
+!> Errors, with line and column where they have a place: the file is missing, a folder, binary or cannot be read; an unknown,
+!> repeated or missing column; a line with too few or too many values; a value that is no number or outside of the box; no point at
+!> all.
 module sig_point_list
   use, intrinsic :: iso_c_binding, only: c_int, c_size_t
   use sig_files_c_interfaces, only: sig_close_descriptor, sig_open_to_read, sig_read_some
@@ -17,23 +17,23 @@ module sig_point_list
   private
   public :: point_list_t, read_points
 
-  !> points that are read at a time when all are wanted
+  !> number of points that read_points reads at a time
   integer, parameter :: block_size = 1000
-  !> what some programs put before the first line of a UTF-8 file
+  !> bytes that some programs put before the first line of a UTF-8 file
   character(*), parameter :: byte_order_mark = char(239) // char(187) // char(191)
 
   type :: point_list_t
     private
     character(:), allocatable :: path
     type(string_t), allocatable :: names(:)
-    !> parameter of each column
+    !> number of the parameter in each column
     integer, allocatable :: columns(:)
     integer(c_int) :: descriptor = -1
     integer :: i_line = 0
-    !> points read so far
+    !> number of points read so far
     integer :: n_points = 0
     logical :: is_open = .false.
-    !> bytes that were read last, and the first of them that belongs to no line yet
+    !> bytes that were read last, their number, and the position of the first one that belongs to no line yet
     character(32768) :: block
     integer :: n_block = 0
     integer :: i_next = 1
@@ -45,10 +45,11 @@ module sig_point_list
 
 contains
 
-  !> Reads up to the line with the names.
+  !> Opens the file and reads the line with the names. Errors: those of the file and of this line.
   subroutine open_list(self, path, names, error)
     class(point_list_t), intent(inout) :: self
     character(*), intent(in) :: path
+    !> of the parameters
     type(string_t), intent(in) :: names(:)
     type(error_t), allocatable, intent(out) :: error
     character(:), allocatable :: line
@@ -88,10 +89,10 @@ contains
       ') and a line per point are needed', file=self%path)
   end subroutine report_nothing
 
-  !> The next points, as many as there are and fit; none at the end of the list.
+  !> Reads the next points, at most as many as `points` has columns. n_points is 0 at the end of the list. Errors: see above.
   subroutine next(self, points, n_points, error, box)
     class(point_list_t), intent(inout) :: self
-    !> shape (n_parameters, most points at a time), in the order of the names
+    !> in the order of the names; only n_points columns are set; shape (n_parameters, most points at a time)
     real(rk), intent(inout) :: points(:, :)
     integer, intent(out) :: n_points
     type(error_t), allocatable, intent(out) :: error
@@ -112,6 +113,7 @@ contains
     if (self%n_points == 0 .and. .not. allocated(error)) call report_nothing(self, error)
   end subroutine next
 
+  !> Closes the file. Harmless if it is not open.
   subroutine close_list(self)
     class(point_list_t), intent(inout) :: self
 
@@ -119,7 +121,7 @@ contains
     self%is_open = .false.
   end subroutine close_list
 
-  !> Reads all points.
+  !> Reads all points of a file. Errors: see above.
   subroutine read_points(path, names, points, error, box)
     character(*), intent(in) :: path
     type(string_t), intent(in) :: names(:)
@@ -142,7 +144,7 @@ contains
     call list%close()
   end subroutine read_points
 
-  !> The next line that is neither empty nor a comment.
+  !> Reads the next line that is neither empty nor a comment.
   subroutine read_content(self, line, is_found, error)
     class(point_list_t), intent(inout) :: self
     character(:), allocatable, intent(out) :: line
@@ -160,7 +162,8 @@ contains
     end do
   end subroutine read_content
 
-  !> Reads a line by blocks of bytes, of which a pipe has no number of: libgfortran would keep all that it reads without advancing.
+  !> Reads a line. The file is read in blocks of bytes, because libgfortran would keep everything in memory that it reads from a
+  !> pipe without advancing.
   !>
   !> Errors: the file cannot be read further, or holds null bytes.
   subroutine read_line(self, line, is_line, error)
@@ -190,7 +193,7 @@ contains
     if (allocated(error)) is_line = .false.
   end subroutine read_line
 
-  !> The next bytes; none at the end of the file.
+  !> Reads the next block of bytes; none at the end of the file. Errors: the file cannot be read.
   subroutine read_block(self, error)
     class(point_list_t), intent(inout) :: self
     type(error_t), allocatable, intent(out) :: error
@@ -209,7 +212,7 @@ contains
     has_content = len_trim(without_end(line)) > 0 .and. index(adjustl(line), '#') /= 1
   end function has_content
 
-  !> The line without a carriage return (files from Windows).
+  !> Returns the line without the carriage return at its end, which files from Windows have.
   pure function without_end(line) result(text)
     character(*), intent(in) :: line
     character(:), allocatable :: text

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> The points that a greedy selection has chosen, in their order, as a table for people (selection.csv) from which it goes on.
+!> The points that a greedy selection has chosen, in their order. The table selection.csv is for people, and a run goes on from it.
 module sig_selection
   use, intrinsic :: ieee_arithmetic, only: ieee_positive_inf, ieee_quiet_nan, ieee_value
   use sig_errors, only: error_t, make_error
@@ -10,7 +10,7 @@ module sig_selection
   private
   public :: selection_t, read_selection, write_selection
 
-  !> reasons to stop, as in the file
+  !> why a selection ended, as in the file
   character(*), parameter, public :: stopped_by_tolerance = 'tolerance'
   character(*), parameter, public :: stopped_by_budget = 'max_points'
   character(*), parameter, public :: stopped_by_candidates = 'candidates'
@@ -21,20 +21,21 @@ module sig_selection
   character(*), parameter :: rest_line = '# largest indicator left '
 
   type :: selection_t
-    !> hash of all that decides about the choice, but for its end
+    !> hash of all settings on which the choice depends, except for those of its end
     character(16) :: settings = ''
-    !> for people: indicator, tolerance and most points
+    !> indicator, tolerance and largest number of points, as text for people
     character(:), allocatable :: rule
     !> shape (n_parameters, n_chosen)
     real(rk), allocatable :: points(:, :)
-    !> [-] at the choice of each point; no number for the first ones, infinite where the model had no answer
+    !> [-] indicator of each point when it was chosen; NaN for the initial points, infinite if the model had no answer; shape
+    !> (n_chosen)
     real(rk), allocatable :: indicators(:)
-    !> [-] errors of displacement and forces, in energy, of the answer that the model had at the point before it was chosen; no
-    !> number where there was no such answer; shape (2, n_chosen)
+    !> [-] energy errors of displacement and contact forces of the answer that the model had at the point before it was chosen; NaN
+    !> if there was no such answer; shape (2, n_chosen)
     real(rk), allocatable :: errors(:, :)
-    !> a reason above; empty as long as the selection is not finished
+    !> one of stopped_by_*; empty if the selection is not finished
     character(:), allocatable :: stopped_by
-    !> [-] largest indicator of those that were not chosen
+    !> [-] largest indicator of the candidates that were not chosen
     real(rk) :: largest_left = 0
   contains
     procedure :: start
@@ -57,12 +58,12 @@ contains
     allocate (self%points(n_parameters, 0), self%indicators(0), self%errors(2, 0))
   end subroutine start
 
-  !> Points whose errors are not known yet.
+  !> Appends points; their errors are NaN until they are known.
   subroutine append(self, points, indicators)
     class(selection_t), intent(inout) :: self
     !> shape (n_parameters, n)
     real(rk), intent(in) :: points(:, :)
-    !> shape (n)
+    !> [-] shape (n)
     real(rk), intent(in) :: indicators(:)
     real(rk) :: errors(2, size(indicators))
 
@@ -72,7 +73,7 @@ contains
     self%errors = reshape([self%errors, errors], [2, size(self%indicators)])
   end subroutine append
 
-  !> The first n points, as long as the selection had not ended there.
+  !> Keeps the first n points; the selection counts as not finished.
   subroutine shorten(self, n)
     class(selection_t), intent(inout) :: self
     integer, intent(in) :: n
@@ -83,10 +84,10 @@ contains
     self%stopped_by = ''
   end subroutine shorten
 
-  !> Replaces the table as a whole.
+  !> Writes the table, and replaces an existing one as a whole. Errors: the file cannot be written.
   subroutine write_selection(path, names, selection, error)
     character(*), intent(in) :: path
-    !> of the parameters
+    !> names of the parameters
     type(string_t), intent(in) :: names(:)
     type(selection_t), intent(in) :: selection
     type(error_t), allocatable, intent(out) :: error
@@ -112,13 +113,13 @@ contains
     call write_text_file(path, text, error)
   end subroutine write_selection
 
-  !> Reads the table of a selection with these settings; no points where there is none, or one of other settings.
+  !> Reads the table of a selection. The result has no points if the file is missing or was made with other settings.
   !>
-  !> Errors: the file cannot be read, or is no such table.
+  !> Errors: the file cannot be read, or a line is damaged.
   subroutine read_selection(path, settings, rule, n_parameters, selection, error)
     character(*), intent(in) :: path
     character(16), intent(in) :: settings
-    !> a selection by another rule is the beginning of this one
+    !> as for start; if the rule of the table differs, the selection counts as not finished
     character(*), intent(in) :: rule
     integer, intent(in) :: n_parameters
     type(selection_t), intent(out) :: selection
@@ -173,7 +174,7 @@ contains
     end if
   end subroutine read_row
 
-  !> Reads what csv_number writes.
+  !> Reads a number that csv_number wrote: also `nan` and `inf`.
   subroutine read_csv_number(word, value, is_valid)
     character(*), intent(in) :: word
     real(rk), intent(out) :: value

@@ -1,5 +1,6 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Records on their way to a shard: kept in memory for less than a second, so that a short run need not write them twice.
+!> Keeps records for less than a second before they are written to a shard. So a short run does not write them twice: to a shard and
+!> to the merged file.
 module sig_snapshot_buffer
   use sig_clock, only: wall_time
   use sig_errors, only: error_t
@@ -9,12 +10,12 @@ module sig_snapshot_buffer
   private
   public :: snapshot_buffer_t
 
-  !> Local: one rank of the group has it.
+  !> Call create, then add for new records, then close. Local: one rank of the group has it.
   type :: snapshot_buffer_t
-    !> not written yet
+    !> records that are not written yet
     type(snapshot_record_t), allocatable :: records(:)
     type(shard_writer_t), private :: writer
-    !> [s] clock when the buffer was last empty, and when records came last
+    !> [s] time when the buffer was last empty, and when records were added last
     real(rk), private :: empty_time = 0
     real(rk), private :: add_time = 0
   contains
@@ -24,14 +25,14 @@ module sig_snapshot_buffer
     procedure :: close => close_buffer
   end type snapshot_buffer_t
 
-  !> [s] a kill may lose a second
+  !> [s] longest time that records wait, because a kill loses them
   real(rk), parameter :: longest_time = 0.9_rk
-  !> [bytes]
+  !> [bytes] size of the displacements from which on the records are written
   real(rk), parameter :: largest_size = 2.0e8_rk
 
 contains
 
-  !> Opens the shard. Errors: as for the writer.
+  !> Opens the shard. Errors: those of shard_writer_t%create.
   subroutine create(self, path, provenance, n_parameters, n_dofs, n_multipliers, error)
     class(snapshot_buffer_t), intent(inout) :: self
     character(*), intent(in) :: path
@@ -48,7 +49,8 @@ contains
     call self%writer%create(path, provenance, n_parameters, n_dofs, n_multipliers, error)
   end subroutine create
 
-  !> Takes records, whose fields are gone afterwards. Errors: as for the writer.
+  !> Adds records, whose arrays are moved; writes all records if the time or the memory for them is used up. Errors: those of
+  !> shard_writer_t%append.
   subroutine add(self, records, error)
     class(snapshot_buffer_t), intent(inout) :: self
     type(snapshot_record_t), intent(inout) :: records(:)
@@ -56,14 +58,14 @@ contains
     real(rk) :: next_time
 
     call append_records(records, self%records)
-    ! the next ones will take as long as these did
+    ! estimate: the next records come after the same time as these
     next_time = 2 * wall_time() - self%add_time
     self%add_time = wall_time()
     if (next_time - self%empty_time >= longest_time .or. &
       8.0_rk * size(self%records) * size(self%records(1)%displacement) >= largest_size) call flush_records(self, error)
   end subroutine add
 
-  !> Writes what is not written yet.
+  !> Writes the records that are not written yet. Errors: those of shard_writer_t%append.
   subroutine flush_records(self, error)
     class(snapshot_buffer_t), intent(inout) :: self
     type(error_t), allocatable, intent(out) :: error
@@ -74,9 +76,11 @@ contains
     self%empty_time = wall_time()
   end subroutine flush_records
 
-  !> Closes the shard; what is not written yet stays in the buffer where the caller keeps it, and else goes to the shard.
+  !> Closes the shard. Records that are not written yet are written, or stay in the buffer if is_kept. Errors: those of
+  !> shard_writer_t%append and close.
   subroutine close_buffer(self, is_kept, error)
     class(snapshot_buffer_t), intent(inout) :: self
+    !> the caller takes the records from the buffer
     logical, intent(in) :: is_kept
     type(error_t), allocatable, intent(out) :: error
     type(error_t), allocatable :: close_error

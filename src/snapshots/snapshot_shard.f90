@@ -1,5 +1,6 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Append-only file of snapshots, one per group of ranks, that outlives a kill; merged into the store at the end.
+!> Shards: files to which each group of ranks appends its snapshots, so that a kill loses none. They are merged into the store at
+!> the end of the sampling.
 module sig_snapshot_shard
   use, intrinsic :: iso_c_binding, only: c_associated, c_int, c_int64_t, c_null_ptr, c_ptr, c_size_t
   use sig_errors, only: error_t, make_error
@@ -27,9 +28,9 @@ module sig_snapshot_shard
     !> [force] shape (n_multipliers)
     real(rk), allocatable :: multipliers(:)
     integer :: n_iterations = 0
-    !> > 0 solved, < 0 failed: named constants of the contact state
+    !> > 0 solved, < 0 failed: constants of sig_reasons
     integer :: reason = 0
-    !> relative, of (3)
+    !> residuals of (3): equilibrium, penetration [length], negative multiplier, complementarity, force balance; others relative
     real(rk) :: residuals(n_residuals) = 0
     !> [s] wall time
     real(rk) :: seconds = 0
@@ -51,9 +52,9 @@ module sig_snapshot_shard
 
 contains
 
-  !> Opens a shard for appending; makes it where it is missing, cuts a damaged end where it is not.
+  !> Opens a shard for appending. Creates it if it is missing; removes a damaged end of an existing one.
   !>
-  !> Errors: not a shard, of another deck or mesh, not writable. Then the file is as it was.
+  !> Errors: the file is no shard, is of another deck, mesh, size or format, or cannot be written. Then the file has not changed.
   subroutine create(self, path, provenance, n_parameters, n_dofs, n_multipliers, error)
     class(shard_writer_t), intent(inout) :: self
     character(*), intent(in) :: path
@@ -69,9 +70,10 @@ contains
     call open_shard(path, provenance, self%sizes, .true., self%handle, self%n_records, self%n_dropped, error)
   end subroutine create
 
-  !> Appends records; when this returns, a kill of the process does not lose them any more.
+  !> Appends records. From then on a kill of the process does not lose them.
   !>
-  !> Errors: the disk is full or failed, and the records before stay good; the file was removed or moved.
+  !> Errors: they cannot be written, because the disk is full or fails; the earlier records stay valid. The file was removed or
+  !> moved.
   subroutine append(self, records, error)
     class(shard_writer_t), intent(inout) :: self
     !> sizes as given to create
@@ -95,7 +97,9 @@ contains
       hint='the snapshots before it are safe; make room and run the same command again')
   end subroutine append
 
-  !> Brings everything to the disk. Harmless on a writer that is not open.
+  !> Writes everything to the disk and closes the shard. Harmless if the writer is not open.
+  !>
+  !> Errors: the disk fails; the file was removed or moved.
   subroutine close_writer(self, error)
     class(shard_writer_t), intent(inout) :: self
     type(error_t), allocatable, intent(out) :: error
@@ -118,9 +122,9 @@ contains
       hint='without it the same command starts from the beginning; put the results folder back if it was moved')
   end subroutine make_gone_error
 
-  !> Reads all good records of a shard, in the order in which they were written; the file is not touched.
+  !> Reads the records of a shard before the first damaged one, in the order in which they were written. The file does not change.
   !>
-  !> Errors: no such file, not a shard, of another deck or mesh.
+  !> Errors: the file is missing, is no shard, is of another deck, mesh, size or format, or cannot be read.
   subroutine read_shard(path, provenance, n_parameters, n_dofs, n_multipliers, records, n_dropped, error)
     character(*), intent(in) :: path
     character(16), intent(in) :: provenance
@@ -128,7 +132,7 @@ contains
     integer, intent(in) :: n_dofs
     integer, intent(in) :: n_multipliers
     type(snapshot_record_t), allocatable, intent(out) :: records(:)
-    !> records behind the first damaged one, itself included: a kill leaves at most one
+    !> number of records from the first damaged one on; a kill leaves at most one
     integer, intent(out) :: n_dropped
     type(error_t), allocatable, intent(out) :: error
     type(c_ptr) :: handle
@@ -157,7 +161,7 @@ contains
     code = sig_shard_close(handle)
   end subroutine read_shard
 
-  !> Puts records behind others without a copy of their fields, which are gone from where they were.
+  !> Appends records to a list. Their arrays are moved, not copied.
   pure subroutine append_records(records, list)
     type(snapshot_record_t), intent(inout) :: records(:)
     type(snapshot_record_t), allocatable, intent(inout) :: list(:)
@@ -175,7 +179,7 @@ contains
     call move_alloc(longer, list)
   end subroutine append_records
 
-  !> Moves a record; its fields are then gone from where they were.
+  !> Moves a record. Afterwards the arrays of `from` are not allocated.
   pure subroutine move_record(from, to)
     type(snapshot_record_t), intent(inout) :: from
     type(snapshot_record_t), intent(inout) :: to
@@ -189,7 +193,7 @@ contains
     to%seconds = from%seconds
   end subroutine move_record
 
-  !> Opens the file and turns a failure into a sentence; the handle is null then, the counts are zero.
+  !> Opens the file. If there is an error, the handle is null and the counts are zero.
   subroutine open_shard(path, provenance, sizes, is_writing, handle, n_records, n_dropped, error)
     character(*), intent(in) :: path
     character(16), intent(in) :: provenance
@@ -226,11 +230,11 @@ contains
     end select
   end subroutine open_shard
 
-  !> A record as the doubles of the file; counts below 2**53 survive that.
+  !> Writes a record as the doubles of the file; doubles hold whole numbers below 2**53 exactly.
   pure subroutine pack_record(record, sizes, values)
     type(snapshot_record_t), intent(in) :: record
     integer, intent(in) :: sizes(4)
-    !> the last one is left alone
+    !> the last value, the hash, is not set
     real(rk), intent(inout) :: values(:)
     integer :: ends(4)
 

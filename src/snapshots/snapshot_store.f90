@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> The snapshots of a study as one set: merged from shards, kept in snapshots.h5, found again by their point.
+!> The snapshots of a study as one set: reads and writes snapshots.h5, and finds snapshots by their points.
 module sig_snapshot_store
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   use sig_errors, only: error_t, make_error
@@ -22,22 +22,22 @@ module sig_snapshot_store
   character(*), parameter :: sample_hint = 'remove the file; signorom sample DECK writes one'
   character(*), parameter :: sample_again = 'remove the file and sample again'
 
-  !> m solved points, one per column.
+  !> The solutions at m points, one per column. Points that did not converge are in the set, too.
   type :: snapshot_set_t
     !> hash of the deck's physics and of the mesh
     character(16) :: provenance = ''
     type(string_t), allocatable :: parameter_names(:)
     !> shape (n_parameters, m)
     real(rk), allocatable :: parameters(:, :)
-    !> [length] natural, of the dofs from first_dof on that this rank has; shape (n_own, m)
+    !> [length] displacement of the dofs that this rank has, natural, from first_dof on; shape (n_own, m)
     real(rk), allocatable :: displacement(:, :)
     integer :: first_dof = 1
-    !> of all ranks; 0 where the set has contact forces only
+    !> number of dofs of all ranks; 0 if the set has contact forces only
     integer :: n_dofs = 0
     !> [force] shape (n_multipliers, m)
     real(rk), allocatable :: multipliers(:, :)
     integer, allocatable :: n_iterations(:)
-    !> > 0 solved, < 0 failed: named constants of the contact state
+    !> > 0 solved, < 0 failed: constants of sig_reasons; shape (m)
     integer, allocatable :: reasons(:)
     !> equilibrium, penetration, negative multiplier, complementarity, force balance; shape (5, m)
     real(rk), allocatable :: residuals(:, :)
@@ -51,16 +51,15 @@ module sig_snapshot_store
 
 contains
 
-  !> Brings the columns of a set into the order of the points; a point without snapshot has no column, others are gone.
-  !>
-  !> Of several snapshots of one point the last solved one counts.
+  !> Reduces a set to the snapshots of the given points, in their order. A point without a snapshot gets no column. Of several
+  !> snapshots of one point the last solved one is taken.
   pure subroutine take_points(set, points, is_missing, numbers)
     type(snapshot_set_t), intent(inout) :: set
     !> shape (n_parameters, n_points)
     real(rk), intent(in) :: points(:, :)
-    !> shape (n_points)
+    !> the set has no snapshot of the point, shape (n_points)
     logical, intent(out) :: is_missing(:)
-    !> of the columns taken
+    !> numbers of the columns that were taken, 1-based
     integer, allocatable, intent(out) :: numbers(:)
     integer :: column_of_point(size(points, 2)), i
 
@@ -71,15 +70,15 @@ contains
     set%parameters = points(:, pack([(i, i=1, size(points, 2))], .not. is_missing))
   end subroutine take_points
 
-  !> The records of the points in their order, without a copy of their fields, which are gone from where they were. Of several
-  !> records of one point the last solved one counts.
+  !> Picks the records of the given points, in their order. The arrays of the records are moved, not copied. Of several records of
+  !> one point the last solved one is taken.
   pure subroutine pick_records(records, points, picked, is_missing)
     type(snapshot_record_t), intent(inout) :: records(:)
     !> shape (n_parameters, n_points)
     real(rk), intent(in) :: points(:, :)
-    !> in the order of the points
+    !> one per point that has a record
     type(snapshot_record_t), allocatable, intent(out) :: picked(:)
-    !> shape (n_points)
+    !> the point has no record, shape (n_points)
     logical, intent(out) :: is_missing(:)
     integer :: record_of_point(size(points, 2)), i_column, i_point
     real(rk) :: found(size(points, 1), size(records))
@@ -99,7 +98,7 @@ contains
     end do
   end subroutine pick_records
 
-  !> Which of the solutions found is each point's, 0 where there is none.
+  !> Returns for each point the number of its solution among those found, 0 if it has none.
   pure function columns_of_points(found, reasons, points) result(column_of_point)
     !> shape (n_parameters, n_found)
     real(rk), intent(in) :: found(:, :)
@@ -118,7 +117,7 @@ contains
     end do
   end function columns_of_points
 
-  !> The records that a set was made of.
+  !> Returns a record for each snapshot of the set, with copies of its arrays.
   pure function records_of_set(set) result(records)
     type(snapshot_set_t), intent(in) :: set
     !> shape (m)
@@ -137,7 +136,7 @@ contains
     end do
   end function records_of_set
 
-  !> The snapshots with these numbers; what belongs to all of them stays. Displacements may be missing.
+  !> Returns a set of the snapshots with these numbers; names, terms and the free response are copied, too.
   pure function columns_of(set, numbers) result(chosen)
     type(snapshot_set_t), intent(in) :: set
     !> 1-based
@@ -159,7 +158,7 @@ contains
     chosen%seconds = set%seconds(numbers)
   end function columns_of
 
-  !> The given points, then those of the set that are not among them.
+  !> Returns the given points, followed by the points of the set that are not among them; shape (n_parameters, number of points).
   pure function all_points(points, set) result(all)
     !> shape (n_parameters, n_points)
     real(rk), intent(in) :: points(:, :)
@@ -175,11 +174,12 @@ contains
                   [size(points, 1), size(points, 2) + count(is_new)])
   end function all_points
 
-  !> Number of a point that equals the given one to rounding, 0 where none does.
+  !> Returns the number of the point that equals the given one except for rounding (1e-12 relative), 0 if there is none.
   pure integer function point_index(points, point, i_before) result(i_point)
+    !> shape (n_parameters, n_points)
     real(rk), intent(in) :: points(:, :)
     real(rk), intent(in) :: point(:)
-    !> the search starts behind this one and wraps around: records come nearly in the order of the points
+    !> the search starts behind this number and goes on at the first point: records come nearly in the order of the points
     integer, intent(in) :: i_before
     !> a point that went through a text file loses a few of its last bits
     real(rk), parameter :: relative_tolerance = 1.0e-12_rk
@@ -192,15 +192,17 @@ contains
     i_point = 0
   end function point_index
 
-  !> Writes snapshots.h5 straight from the records. For h5py the snapshots are rows: displacement has shape (m, n_dofs).
+  !> Writes snapshots.h5 from records, with a seal. h5py shows the snapshots as rows: displacement has shape (m, n_dofs).
+  !>
+  !> Errors: the file cannot be written.
   subroutine write_snapshots(path, study, records, length_unit, multiplier_unit, parameter_units, error)
     character(*), intent(in) :: path
-    !> provenance, names and terms; its snapshots do not count
+    !> its provenance, names, terms and free response are written, not its snapshots
     type(snapshot_set_t), intent(in) :: study
     !> shape (m)
     type(snapshot_record_t), intent(in), target :: records(:)
     character(*), intent(in) :: length_unit
-    !> force, per length in plane models
+    !> unit of force, in plane models of force per length
     character(*), intent(in) :: multiplier_unit
     type(string_t), intent(in) :: parameter_units(:)
     type(error_t), allocatable, intent(out) :: error
@@ -221,7 +223,7 @@ contains
     call file%close(error)
   end subroutine write_snapshots
 
-  !> What has a column per record.
+  !> Writes the datasets that have a column per record.
   subroutine write_fields(file, records, n_parameters, length_unit, multiplier_unit)
     type(h5_writer_t), intent(inout) :: file
     type(snapshot_record_t), intent(in), target :: records(:)
@@ -251,21 +253,21 @@ contains
       'complementarity (relative), force balance (relative)')
   end subroutine write_fields
 
-  !> Reads snapshots.h5. Only what is asked for of the displacements comes into memory.
+  !> Reads snapshots.h5. Of the displacements only the wanted dofs and points are read into memory.
   !>
-  !> Errors: no such file, no HDF5, no snapshots, another format version, cut off or changed, another provenance, datasets that do
-  !> not fit together, a solution that is not finite.
+  !> Errors: the file is missing, no HDF5 file, has no snapshots, has another format version, is cut off or changed, is of another
+  !> provenance, has datasets that do not fit together, or a solution that is not finite.
   subroutine read_snapshot_set(path, provenance, set, error, dofs, points, is_missing)
     character(*), intent(in) :: path
-    !> what the deck and mesh in use have; blank accepts any
+    !> provenance of the deck and mesh in use; blank accepts any
     character(*), intent(in) :: provenance
     type(snapshot_set_t), intent(out) :: set
     type(error_t), allocatable, intent(out) :: error
-    !> first and last whose displacements are read; default: all
+    !> first and last dof whose displacements are read, 1-based; default: all
     integer, intent(in), optional :: dofs(2)
-    !> what there is of these points, in their order, instead of the whole file; shape (n_parameters, n_points)
+    !> only the snapshots of these points are read, in their order; shape (n_parameters, n_points); needs is_missing
     real(rk), intent(in), optional :: points(:, :)
-    !> points without a snapshot, shape (n_points)
+    !> the point has no snapshot, shape (n_points)
     logical, intent(out), optional :: is_missing(:)
     type(h5_reader_t) :: file
     integer, allocatable :: numbers(:)
@@ -284,7 +286,7 @@ contains
     if (.not. allocated(error)) call refuse_no_numbers(path, set, error)
   end subroutine read_snapshot_set
 
-  !> Reads all but the displacements, of which the number of dofs is told.
+  !> Reads all datasets but the displacements, of which it reads the number of dofs.
   !>
   !> Errors: datasets that do not fit together, a point that is not finite.
   subroutine read_small_parts(file, path, provenance, set, error)
@@ -311,7 +313,7 @@ contains
     if (.not. has_matching_shapes(set, shape)) then
       call make_error(error, 'the snapshots are damaged: the datasets do not fit together', file=path)
     else if (.not. all(ieee_is_finite(set%parameters))) then
-      ! before points are looked for: that one would be found nowhere
+      ! points are looked for later, and such a point would not be found
       call make_error(error, 'the snapshots are damaged: a point contains infinite values or values that are not numbers', &
         file=path, hint=sample_again)
     end if
@@ -319,7 +321,7 @@ contains
 
   subroutine read_displacement(file, numbers, set, error, dofs)
     type(h5_reader_t), intent(in) :: file
-    !> of the columns in the file
+    !> numbers of the columns in the file
     integer, intent(in) :: numbers(:)
     type(snapshot_set_t), intent(inout) :: set
     type(error_t), allocatable, intent(inout) :: error
@@ -334,7 +336,7 @@ contains
     call file%read_block('/displacement', set%first_dof, last, numbers, set%displacement, error)
   end subroutine read_displacement
 
-  !> What was solved must be numbers: one that is none would spoil every mode. Errors: a snapshot that is not, named by its point.
+  !> Errors: a solution contains a value that is not finite, which would spoil all modes; the message names its point.
   subroutine refuse_no_numbers(path, set, error)
     character(*), intent(in) :: path
     type(snapshot_set_t), intent(in) :: set
@@ -353,7 +355,7 @@ contains
     end do
   end subroutine refuse_no_numbers
 
-  !> Errors: the snapshots of another deck or mesh.
+  !> Reads the provenance. Errors: the snapshots are of another deck or mesh.
   subroutine read_head(file, path, provenance, set, error)
     type(h5_reader_t), intent(in) :: file
     character(*), intent(in) :: path
@@ -373,7 +375,7 @@ contains
 
   pure logical function has_matching_shapes(set, shape) result(is_matching)
     type(snapshot_set_t), intent(in) :: set
-    !> of the displacements
+    !> shape of the displacements
     integer, intent(in) :: shape(:)
     integer :: n_snapshots
 

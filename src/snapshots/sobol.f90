@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Sobol's sequence: points that fill a box evenly, whatever their number.
+!> Sobol's sequence: points that fill a box evenly for any number of points.
 module sig_sobol
   use sig_deck_config, only: max_sobol_parameters
   use sig_kinds, only: lk, rk
@@ -16,7 +16,7 @@ module sig_sobol
   end type polynomial_t
 
   integer, parameter :: n_bits = 32
-  !> of the second parameter, the third, ...; Joe and Kuo, SIAM J. Sci. Comput. 30 (2008) 2635, their table "new-joe-kuo-6"
+  !> polynomials of the second parameter, the third, ...; Joe and Kuo, SIAM J. Sci. Comput. 30 (2008) 2635, table "new-joe-kuo-6"
   type(polynomial_t), parameter :: polynomials(2:max_sobol_parameters) = [ &
                                    polynomial_t(1, 0, [1, 0, 0, 0, 0]), polynomial_t(2, 1, [1, 3, 0, 0, 0]), &
                                    polynomial_t(3, 1, [1, 3, 1, 0, 0]), polynomial_t(3, 2, [1, 1, 1, 0, 0]), &
@@ -26,9 +26,8 @@ module sig_sobol
 
 contains
 
-  !> The first points of the sequence, in Gray-code order; the very first is 0.
-  !>
-  !> Any seed but 0 turns the sequence over by random bits, the same for all points (digital shift): as even, another set.
+  !> Returns the first n_points points of the sequence, in Gray-code order. With seed 0 the first point is the origin. Any other
+  !> seed changes the bits of all points by the same random pattern (digital shift): this gives other points, which are as even.
   function sobol_points(n_parameters, n_points, seed) result(points)
     !> 1 to max_sobol_parameters
     integer, intent(in) :: n_parameters
@@ -54,7 +53,7 @@ contains
     end do
   end function sobol_points
 
-  !> v_k of one parameter, as whole numbers of n_bits bits.
+  !> Returns the direction numbers v_k of one parameter, as whole numbers of n_bits bits.
   !>
   !> v_k = v_(k-s) xor v_(k-s) / 2**s xor those v_(k-i), i < s, whose coefficient is 1; v_k = m_k / 2**k for k <= s.
   pure function direction_numbers(i_parameter) result(v)

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Snapshots that a model is trained on: all or some of one or several sets, whose fields stay where they are.
+!> The snapshots on which a model is trained: all or some snapshots of one or several sets. Their arrays are not copied.
 module sig_training_set
   use sig_hdf5_writer, only: column_t
   use sig_kinds, only: rk
@@ -9,7 +9,7 @@ module sig_training_set
   private
   public :: training_set_t, take_snapshots
 
-  !> Points into the sets that it was taken from: they outlive it and do not change.
+  !> Has pointers into the sets from which it was taken: these must outlive it and must not change.
   type :: training_set_t
     type(string_t), allocatable :: parameter_names(:)
     !> shape (n_parameters, m)
@@ -17,10 +17,10 @@ module sig_training_set
     !> [length] this rank's dofs of each snapshot, from first_dof on; shape (m)
     type(column_t), allocatable :: displacement(:)
     integer :: first_dof = 1
-    !> of this rank, of all ranks
+    !> number of dofs of this rank, and of all ranks
     integer :: n_own = 0
     integer :: n_dofs = 0
-    !> [force] on all contacts, of each snapshot; shape (m)
+    !> [force] contact forces of each snapshot; shape (m)
     type(column_t), allocatable :: multipliers(:)
     !> [length] response to each term without contact, on every rank; shape (n_dofs, n_terms)
     real(rk), pointer, contiguous :: free_response(:, :) => null()
@@ -33,8 +33,9 @@ module sig_training_set
 
 contains
 
-  !> The snapshots with these numbers.
+  !> Returns a training set of the snapshots with these numbers, which has pointers into `set`.
   function take_snapshots(set, numbers) result(taken)
+    !> must be a target that outlives the result
     type(snapshot_set_t), intent(in), target :: set
     !> 1-based
     integer, intent(in) :: numbers(:)
@@ -60,7 +61,7 @@ contains
     n_snapshots = size(self%displacement)
   end function n_snapshots
 
-  !> [force] A copy of the contact forces, shape (n_multipliers, m). Requires: a snapshot.
+  !> [force] Returns a copy of the contact forces, shape (n_multipliers, m). Requires: at least one snapshot.
   pure function forces(self) result(matrix)
     class(training_set_t), intent(in) :: self
     real(rk), allocatable :: matrix(:, :)
@@ -72,7 +73,7 @@ contains
     end do
   end function forces
 
-  !> A set of some of the snapshots.
+  !> Returns a training set of the snapshots with these numbers.
   function select_snapshots(self, numbers) result(some)
     class(training_set_t), intent(in) :: self
     !> 1-based
@@ -89,7 +90,7 @@ contains
     some%free_response => self%free_response
   end function select_snapshots
 
-  !> Further ones, of the same mesh, behind those that are there.
+  !> Appends further snapshots of the same problem and with the same distribution of dofs.
   subroutine append(self, further)
     class(training_set_t), intent(inout) :: self
     type(training_set_t), intent(in) :: further
