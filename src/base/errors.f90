@@ -43,7 +43,8 @@ module sig_errors
 
 contains
 
-  !> Fills an error; the caller returns right afterwards.
+  !> Allocates and fills an error; the caller returns right afterwards. Texts are empty and places 0 if they are not given; the exit
+  !> code is exit_user by default.
   pure subroutine make_error(error, message, file, line, column, hint, exit_code)
     type(error_t), allocatable, intent(out) :: error
     character(*), intent(in) :: message
@@ -151,6 +152,7 @@ contains
     self%errors = [self%errors, error]
   end subroutine add
 
+  !> Returns the number of errors in the list.
   pure integer function n_errors(self) result(n)
     class(error_list_t), intent(in) :: self
 

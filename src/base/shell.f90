@@ -9,8 +9,8 @@ module sig_shell
 
 contains
 
-  !> Runs a command by the shell, waits for it and returns its exit code: 128 + number where a signal ended it, 127 where there is
-  !> no such program. Unlike execute_command_line, SIGINT also stops the command.
+  !> Runs a command by the shell, waits for it and returns its exit code: 128 + number if a signal ended it, 127 if the shell
+  !> or the program could not be started. Unlike execute_command_line, SIGINT also stops the command.
   integer function run_shell(command)
     character(*), intent(in) :: command
 

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Order statistics of errors; values that are not a number are left out.
+!> Median, 95 % quantile, minimum and maximum of errors; NaN values are left out.
 module sig_statistics
   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   use sig_kinds, only: rk
@@ -8,7 +8,7 @@ module sig_statistics
   public :: statistics_t, summarize, measured_statistics
 
   type :: statistics_t
-    !> number of finite or infinite values that were counted
+    !> number of values that are not NaN
     integer :: n_values = 0
     real(rk) :: minimum = 0
     real(rk) :: median = 0
@@ -34,7 +34,7 @@ contains
     statistics%maximum = sorted(size(sorted))
   end function summarize
 
-  !> Computes the statistics of errors, as summarize does. Without any value they are NaN, because zero would mean no error.
+  !> Computes the statistics of the values that are numbers; if there are none, all are NaN, because zero would mean no error.
   pure function measured_statistics(values) result(statistics)
     real(rk), intent(in) :: values(:)
     type(statistics_t) :: statistics

@@ -19,6 +19,7 @@ module sig_text
     character(:), allocatable :: text
   end type string_t
 
+  !> Returns a number as text: all digits of a whole number, or the shortest decimal that reads back as the same real number.
   interface to_text
     procedure integer_to_text, long_to_text, real_to_text
   end interface to_text
@@ -177,7 +178,7 @@ contains
     if (condition < 1.0e16_rk) text = to_text(nint(log10(max(condition, 1.0_rk)))) // ' of 16 digits'
   end function lost_digits
 
-  !> Returns a number with seven digits; what is not finite becomes a word that every CSV reader knows. Requires: value >= 0.
+  !> Returns a number >= 0 with seven digits, `inf` or `nan`. A negative number gives `nan`, too.
   pure function csv_number(value) result(text)
     real(rk), intent(in) :: value
     character(:), allocatable :: text
@@ -210,7 +211,7 @@ contains
     call move_alloc(longer, list)
   end subroutine append_text
 
-  !> Joins names with a comma between them, for messages.
+  !> Returns the texts with the separator between them.
   pure function join_texts(names, separator) result(text)
     type(string_t), intent(in) :: names(:)
     character(*), intent(in) :: separator
@@ -224,6 +225,7 @@ contains
     end do
   end function join_texts
 
+  !> Returns the numbers as to_text writes them, with the separator between them.
   pure function join_reals(numbers, separator) result(text)
     real(rk), intent(in) :: numbers(:)
     character(*), intent(in) :: separator

@@ -18,6 +18,7 @@ module sig_text_buffer
 
 contains
 
+  !> Appends a piece.
   pure subroutine add(self, piece)
     class(text_buffer_t), intent(inout) :: self
     character(*), intent(in) :: piece

@@ -1,5 +1,6 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Choices that must not depend on rounding: the number of ranks changes the last bits of the compared values.
+!> Choices between values that are equal except for rounding. They must not depend on the number of ranks, which changes the last
+!> bits of the values.
 module sig_ties
   use sig_kinds, only: rk
   implicit none(type, external)
@@ -11,7 +12,8 @@ module sig_ties
 
 contains
 
-  !> Returns the lowest index of the largest values, which count as equal to 1e-8; the last index where no value is a number.
+  !> Returns the lowest index of the largest values. Values that differ by at most 1e-8 relative count as equal. If no value is a
+  !> number, returns the last index.
   !> Requires: at least one value, and a largest value >= 0.
   pure integer function first_largest(values) result(i_first)
     real(rk), intent(in) :: values(:)
