@@ -21,10 +21,12 @@ module sig_contact_residuals
 
 contains
 
-  !> Fills state%residuals and state%reactions. Collective on the system's communicator.
+  !> Computes the residuals and the reactions of one state. Collective on the system's communicator.
   subroutine measure_residuals(system, theta, state, ierr)
     type(contact_system_t), intent(inout) :: system
+    !> [-] values of the terms, shape (n_terms)
     real(rk), intent(in) :: theta(:)
+    !> in: displacement and multipliers; out: also residuals and reactions
     type(contact_state_t), intent(inout) :: state
     PetscErrorCode, intent(out) :: ierr
     type(contact_state_t) :: states(1)
@@ -39,7 +41,7 @@ contains
     PetscCall(sum_over_ranks(system%comm, state%reactions, ierr))
   end subroutine measure_residuals
 
-  !> Fills the residuals of several points, with one pass over K and two sums over the ranks for all of them; no reactions.
+  !> Computes the residuals of several states, with one pass over K and two sums over the ranks for all of them; no reactions.
   !> Collective on the system's communicator.
   subroutine measure_points(system, theta, states, ierr)
     type(contact_system_t), intent(inout) :: system
@@ -63,6 +65,7 @@ contains
     held = pack([(i, i=1, system%map%n_local_dofs)], system%boundary%is_prescribed(system%map%local_dofs))
   end function own_prescribed
 
+  !> Computes the residuals of several states, and the reactions on this rank. Collective.
   subroutine measure_block(system, theta, states, reactions, ierr)
     type(contact_system_t), intent(inout) :: system
     real(rk), intent(in) :: theta(:, :)
@@ -173,7 +176,7 @@ contains
     end associate
   end subroutine compare
 
-  !> part / whole, and 0 where there is nothing to compare with.
+  !> Returns part / whole; 0 if whole is 0.
   pure real(rk) function relative(part, whole)
     real(rk), intent(in) :: part
     real(rk), intent(in) :: whole

@@ -27,10 +27,11 @@ module sig_contact_state
     real(rk), allocatable :: multipliers(:)
     !> [force] of the supports on the body: on the prescribed dofs, 0 elsewhere; shape (n_dofs). Not of points solved in a batch
     real(rk), allocatable :: reactions(:)
-    !> contact is closed, shape (n_rows)
+    !> whether the contact is closed, shape (n_rows)
     logical, allocatable :: is_active(:)
+    !> number of steps of the contact solver
     integer :: n_iterations = 0
-    !> of conjugate gradients, in all these together
+    !> number of iterations of conjugate gradients in all these steps
     integer :: n_linear_iterations = 0
     !> > 0 solved, < 0 failed: one of sig_reasons
     integer :: reason = 0

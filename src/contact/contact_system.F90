@@ -24,7 +24,7 @@ module sig_contact_system
     type(boundary_conditions_t) :: boundary
     !> rows with a multiplier
     type(contact_rows_t) :: rows
-    !> bodies, and the rigid motions that nothing prescribed holds
+    !> bodies, and the rigid motions that no prescribed displacement holds
     type(rigid_motions_t) :: motions
     !> forces balance along the components from this one on: not along r in axisymmetry
     integer :: first_balanced = 1
@@ -35,7 +35,7 @@ module sig_contact_system
     !> [s] wall time of the partition of the mesh, of the assembly
     real(rk) :: partition_seconds = 0
     real(rk) :: assembly_seconds = 0
-    !> two work vectors of its layout
+    !> two work vectors with the layout of K
     Vec :: work_in
     Vec :: work_out
   contains
@@ -100,7 +100,7 @@ contains
     PetscCall(MatNorm(self%stiffness, NORM_INFINITY, self%stiffness_size, ierr))
   end subroutine update_stiffness
 
-  !> u_D(mu) on the prescribed dofs, 0 elsewhere. Local.
+  !> Returns the displacement u_D(mu) on the prescribed dofs, 0 elsewhere. Local.
   pure function prescribed_displacement(self, theta) result(displacement)
     class(contact_system_t), intent(in) :: self
     !> [-] values of the terms, shape (n_terms)
@@ -114,6 +114,7 @@ contains
   !> Returns the gaps D(mu). Local.
   pure function gap(self, theta)
     class(contact_system_t), intent(in) :: self
+    !> [-] values of the terms, shape (n_terms)
     real(rk), intent(in) :: theta(:)
     !> [length] shape (n_rows)
     real(rk) :: gap(self%rows%n_rows)
@@ -124,6 +125,7 @@ contains
   !> Returns the loads F(mu). Local.
   pure function load(self, theta)
     class(contact_system_t), intent(in) :: self
+    !> [-] values of the terms, shape (n_terms)
     real(rk), intent(in) :: theta(:)
     !> [force] natural, shape (n_dofs)
     real(rk) :: load(self%map%n_dofs)
@@ -148,6 +150,7 @@ contains
   !> Copies an array that every rank has into a distributed vector. Local.
   subroutine put(self, values, vector, ierr)
     class(contact_system_t), intent(in) :: self
+    !> natural, shape (n_dofs)
     real(rk), intent(in) :: values(:)
     Vec, intent(inout) :: vector
     PetscErrorCode, intent(out) :: ierr
@@ -161,8 +164,9 @@ contains
   !> Copies the values of some dofs into a distributed vector; other dofs keep their values. Local.
   subroutine put_some(self, dofs, values, vector, ierr)
     class(contact_system_t), intent(in) :: self
-    !> natural
+    !> chosen dofs, natural
     integer, intent(in) :: dofs(:)
+    !> natural, shape (n_dofs); read on `dofs` only
     real(rk), intent(in) :: values(:)
     Vec, intent(inout) :: vector
     PetscErrorCode, intent(out) :: ierr
@@ -181,6 +185,7 @@ contains
   subroutine get(self, vector, values, ierr)
     class(contact_system_t), intent(in) :: self
     Vec, intent(in) :: vector
+    !> natural, shape (n_dofs)
     real(rk), intent(out) :: values(:)
     PetscErrorCode, intent(out) :: ierr
     PetscScalar, pointer :: local(:)
@@ -211,6 +216,7 @@ contains
     end do
   end subroutine share_columns
 
+  !> Frees K and the work vectors. Collective.
   subroutine destroy(self, ierr)
     class(contact_system_t), intent(inout) :: self
     PetscErrorCode, intent(out) :: ierr

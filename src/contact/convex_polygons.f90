@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Convex polygons in a plane, counter-clockwise: what two have in common, and what one has beside the other.
+!> Convex polygons in a plane, with corners counter-clockwise: the common part of two, and the rest of one without the other.
 module sig_convex_polygons
   use sig_cross_products, only: plane_cross_product
   use sig_kinds, only: rk
@@ -11,18 +11,20 @@ module sig_convex_polygons
   integer, parameter :: most_corners = 32
 
   type :: polygon_t
+    !> number of corners
     integer :: n = 0
     !> [length] shape (2, n) used
     real(rk) :: corners(2, most_corners) = 0
   end type polygon_t
 
-  !> [-] of a polygon's extent: a corner that near to a line lies on it
+  !> [-] of a polygon's extent: a corner this close to a line lies on it
   real(rk), parameter :: rounding = 1.0e-12_rk
 
 contains
 
   !> Returns the polygon of corners that are given in either sense of rotation.
   pure type(polygon_t) function polygon_of(corners) result(polygon)
+    !> [length] shape (2, n), n up to most_corners
     real(rk), intent(in) :: corners(:, :)
 
     polygon%n = size(corners, 2)
@@ -30,7 +32,7 @@ contains
     if (area_of(polygon) < 0) polygon%corners(:, :polygon%n) = corners(:, polygon%n:1:-1)
   end function polygon_of
 
-  !> [length**2] negative where the corners go round clockwise; 0 of fewer than three.
+  !> Returns the area [length**2]; negative if the corners go round clockwise, 0 with fewer than three corners.
   pure real(rk) function area_of(polygon) result(area)
     type(polygon_t), intent(in) :: polygon
     integer :: i
@@ -43,7 +45,7 @@ contains
     end associate
   end function area_of
 
-  !> Returns the mean of the corners, which lies inside the polygon.
+  !> Returns the mean [length] of the corners, which lies inside the polygon. Requires: at least one corner.
   pure function centroid_of(polygon) result(place)
     type(polygon_t), intent(in) :: polygon
     real(rk) :: place(2)
@@ -51,7 +53,7 @@ contains
     place = sum(polygon%corners(:, :polygon%n), dim=2) / polygon%n
   end function centroid_of
 
-  !> Returns the intersection of two polygons, without corners where it is empty. Method: I. E. Sutherland, G. W. Hodgman,
+  !> Returns the intersection of two polygons; it has no corners if it is empty. Method: I. E. Sutherland, G. W. Hodgman,
   !> Communications of the ACM 17 (1974) 32.
   pure type(polygon_t) function common_part(one, other) result(part)
     type(polygon_t), intent(in) :: one, other
@@ -67,7 +69,7 @@ contains
   !> Returns polygons that together make up `one` without `other`. Polygons below the smallest area are left out.
   pure subroutine rest_of(one, other, smallest, rest)
     type(polygon_t), intent(in) :: one, other
-    !> [length**2] what has less area is nothing
+    !> [length**2] polygons of at most this area are left out
     real(rk), intent(in) :: smallest
     type(polygon_t), allocatable, intent(out) :: rest(:)
     type(polygon_t) :: inside, outside
@@ -95,7 +97,8 @@ contains
     end associate
   end function are_apart
 
-  !> The part of a polygon on the left of a side of another one, or on its right; no corners where there is none.
+  !> Returns the part of a polygon on the left of a side of another one, or, with is_turned, on its right; no corners if there is no
+  !> such part.
   pure type(polygon_t) function left_of_side(polygon, other, i_side, is_turned) result(part)
     type(polygon_t), intent(in) :: polygon, other
     integer, intent(in) :: i_side
@@ -121,7 +124,7 @@ contains
     end associate
   end function left_of_side
 
-  !> A corner beyond the last possible one is left out: some area is lost.
+  !> Adds a corner to a polygon. A corner beyond the last possible one is left out: some area is lost.
   pure subroutine append(corner, polygon)
     real(rk), intent(in) :: corner(2)
     type(polygon_t), intent(inout) :: polygon

@@ -11,12 +11,12 @@ module sig_edge_cuts
 
   !> A part of an edge that faces one other edge.
   type :: facing_piece_t
-    !> among the other edges
+    !> number of the other edge, 1-based; 0 = none
     integer :: i_other = 0
-    !> [-] from the edge's first node, 0 to 1
+    !> [-] both ends of the piece: 0 at the edge's first node, 1 at its second one
     real(rk) :: start = 0
     real(rk) :: end = 1
-    !> the other edge lies farther away than the limit
+    !> whether the other edge lies farther away than the limit
     logical :: is_far = .false.
   end type facing_piece_t
 
@@ -32,14 +32,14 @@ contains
   !> Cuts an edge at the nodes of all other edges. Each piece gets the nearest edge that it faces. Pieces that face no edge are left
   !> out.
   pure subroutine cut_edge(ends, normals, others, outward, limit, pieces)
-    !> [length] and [-] of the two nodes, shape (2, 2)
+    !> [length] places and [-] normals of the two nodes, shape (2, 2)
     real(rk), intent(in) :: ends(:, :)
     real(rk), intent(in) :: normals(:, :)
     !> [length] nodes of the other edges, shape (2, 2, n)
     real(rk), intent(in) :: others(:, :, :)
     !> [-] their outward normals, shape (2, n)
     real(rk), intent(in) :: outward(:, :)
-    !> [length]
+    !> [length] pieces that face an edge farther away than this get is_far
     real(rk), intent(in) :: limit
     type(facing_piece_t), allocatable, intent(out) :: pieces(:)
     type(facing_piece_t) :: piece
@@ -80,7 +80,7 @@ contains
     cuts = cuts(:n + 1)
   end function cuts_of_edge
 
-  !> Place on the edge whose normal meets a point, 0 at its first node, 1 at its second one; huge where there is none.
+  !> Returns the place on the edge whose normal meets a point, 0 at its first node, 1 at its second one; huge if there is none.
   !>
   !> x(s) - p is parallel to n(s): a quadratic in s, of whose roots the one nearer to the edge counts.
   pure real(rk) function place_opposite(ends, normals, point) result(place)
@@ -103,7 +103,7 @@ contains
     end if
   end function place_opposite
 
-  !> The other edge that the middle of a piece faces; none where no edge looks towards it.
+  !> Finds the nearest other edge that the middle of a piece faces; 0 if no edge faces it.
   pure subroutine find_nearest(ends, normals, others, outward, limit, piece)
     real(rk), intent(in) :: ends(:, :), normals(:, :), others(:, :, :), outward(:, :), limit
     type(facing_piece_t), intent(inout) :: piece
@@ -125,6 +125,7 @@ contains
     piece%is_far = nearest > limit
   end subroutine find_nearest
 
+  !> Returns the point of an edge at a place.
   pure function point_of_edge(ends, place) result(point)
     real(rk), intent(in) :: ends(:, :)
     real(rk), intent(in) :: place
@@ -133,7 +134,7 @@ contains
     point = (1 - place) * ends(:, 1) + place * ends(:, 2)
   end function point_of_edge
 
-  !> Unit normal of an edge at a place.
+  !> Returns the unit normal of an edge at a place.
   pure function normal_of_edge(normals, place) result(normal)
     real(rk), intent(in) :: normals(:, :)
     real(rk), intent(in) :: place
@@ -143,7 +144,7 @@ contains
     normal = normal / norm2(normal)
   end function normal_of_edge
 
-  !> Where the line from a point along a normal meets an edge, and how far away. Requires: they are not parallel.
+  !> Computes where the line from a point along a normal meets an edge, and how far away. Requires: they are not parallel.
   pure subroutine meet_edge(point, normal, ends, place, distance)
     real(rk), intent(in) :: point(:)
     !> of unit length

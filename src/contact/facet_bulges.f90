@@ -1,10 +1,11 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> How far a smooth surface stands out from its linear facets.
 !>
-!> The nodes of linear elements lie on the surface that was meshed, their facets cut off what is curved: h**2 / (8 R) in the middle
-!> of an edge of length h. Where the facets of two surfaces do not match, gaps would be wrong by that, in another way at each place,
-!> and pressures by a share of h / R. So each edge is taken for an arc, from the normals of the surface at its ends. Normals:
-!> N. Max, Journal of Graphics Tools 4 (1999) no. 2, 1: exact where the nodes lie on a sphere or, in the plane, on a circle.
+!> The nodes of linear elements lie on the surface that was meshed. In the middle of an edge of length h, the facet lies inside of
+!> the surface by h**2 / (8 R). If the facets of two surfaces do not match, gaps have an error of this size that varies from place
+!> to place, and pressures a relative error of order h / R. So each edge is replaced by an arc, which follows from the normals of
+!> the surface at its ends. Normals: N. Max, Journal of Graphics Tools 4 (1999) no. 2, 1: exact where the nodes lie on a sphere or,
+!> in the plane, on a circle.
 module sig_facet_bulges
   use, intrinsic :: iso_fortran_env, only: int64
   use sig_cross_products, only: cross_product
@@ -13,10 +14,10 @@ module sig_facet_bulges
   private
   public :: find_bulges
 
-  !> cosine of 20 degrees: where facets of a node lean more from its normal the surface has an edge
+  !> cosine of 20 degrees: if facets of a node lean more from its normal, the surface has a sharp edge there
   real(rk), parameter :: smooth_cosine = 0.93969262078590838_rk
 
-  !> What the surface is at its nodes, shape (largest node).
+  !> Data of a surface at its nodes, shape (largest node).
   type :: surface_nodes_t
     !> [-] outward, shape (n_dim, largest node)
     real(rk), allocatable :: normals(:, :)
@@ -31,17 +32,18 @@ module sig_facet_bulges
 
 contains
 
-  !> Height of each curved edge above the middle of its chord, for the edges from each corner to the next one. In the plane a
-  !> facet has one edge.
+  !> Computes the height of each curved edge above the middle of its chord, for the edges from each corner to the next one. In the
+  !> plane a facet has one edge.
   pure subroutine find_bulges(offsets, nodes, vertices, outward, n_corners, bulges)
-    !> what belongs to the nodes of facet i stands at offsets(i) + 1 ... offsets(i + 1)
+    !> the values at the nodes of facet i are entries offsets(i) + 1 ... offsets(i + 1)
     integer, intent(in) :: offsets(:)
+    !> nodes of the facets, natural, 1-based
     integer, intent(in) :: nodes(:)
     !> [length] shape (n_dim, size(nodes))
     real(rk), intent(in) :: vertices(:, :)
     !> [-] normals of the facets, shape (n_dim, n_facets)
     real(rk), intent(in) :: outward(:, :)
-    !> of each facet; 0 = a facet that is curved itself
+    !> number of corners of each facet; 0 = a facet that is curved itself, which gets no heights
     integer, intent(in) :: n_corners(:)
     !> [length] positive outward, shape (size(nodes))
     real(rk), allocatable, intent(out) :: bulges(:)
@@ -64,7 +66,8 @@ contains
     end do
   end subroutine find_bulges
 
-  !> The third edge of a triangle at a corner of the surface from the other two: of all curvatures that these allow the smallest.
+  !> Computes the height of the third edge of a triangle at a corner of the surface from the other two: the smallest of all
+  !> curvatures that these allow.
   pure subroutine complete_triangle(vertices, is_known, heights)
     !> [length] the corners first
     real(rk), intent(in) :: vertices(:, :)
@@ -89,7 +92,7 @@ contains
     end associate
   end subroutine complete_triangle
 
-  !> Over the middle of an edge: the smaller of what its ends ask for, as one of them may be next to an edge of the part.
+  !> Computes the height over the middle of an edge: the smaller of those at its ends, because one end may be next to a sharp edge.
   pure subroutine find_height(surface, ends, along, normal, height, is_known)
     type(surface_nodes_t), intent(in) :: surface
     !> two nodes
@@ -120,8 +123,8 @@ contains
     height = rises(i) / (2 * (1 + sqrt(1 + rises(i)**2 / sum(along**2))))
   end subroutine find_height
 
-  !> Whether a node knows how the surface rises towards another one: it is inside of the surface, or the other is the next on the
-  !> border.
+  !> Whether the slope of the surface at a node towards another one is known: the node is inside of the surface, or the other one is
+  !> next to it on the border.
   pure logical function is_seen(surface, node, other)
     type(surface_nodes_t), intent(in) :: surface
     integer, intent(in) :: node, other
@@ -140,6 +143,7 @@ contains
     end associate
   end function is_seen
 
+  !> Returns the normals and borders of a surface at its nodes.
   pure function nodes_of_surface(offsets, nodes, vertices, outward, n_corners) result(surface)
     integer, intent(in) :: offsets(:), nodes(:)
     real(rk), intent(in) :: vertices(:, :), outward(:, :)
@@ -169,7 +173,7 @@ contains
     end do
   end function nodes_of_surface
 
-  !> What a facet adds to one of its corners. Edges between two facets come once from either side, and cancel.
+  !> Adds the data of a facet to one of its corners. An edge between two facets is added once from either side, and cancels.
   pure subroutine add_corner(nodes, vertices, outward, corner, surface)
     !> corners of the facet
     integer, intent(in) :: nodes(:)

@@ -10,12 +10,12 @@ module sig_facet_shapes
   private
   public :: facet_shape_t, create_shapes, max_corners
 
-  !> corners of a part
+  !> largest number of corners of a part
   integer, parameter :: max_corners = 4
 
   !> What all facets of one element type have in common.
   type :: facet_shape_t
-    !> row of element_types, 0 = not there
+    !> row of element_types; 0 = not a facet of this dimension
     integer :: i_type = 0
     real(rk), allocatable :: coefficients(:, :)
     !> [-] a place inside, where a search starts
@@ -40,9 +40,9 @@ module sig_facet_shapes
 
 contains
 
-  !> All facets of meshes of a dimension, by the row of element_types.
+  !> Makes the data of all facet types for meshes of a dimension, by the row of element_types.
   pure subroutine create_shapes(n_dim, shapes)
-    !> of the mesh
+    !> dimension of the mesh, 2 or 3
     integer, intent(in) :: n_dim
     type(facet_shape_t), intent(out) :: shapes(n_element_types)
     integer :: i_type
@@ -66,8 +66,9 @@ contains
     end associate
   end subroutine create_shape
 
-  !> A linear facet is its own part. A quadratic one is cut at the nodes in its middle, so that neighbors still fit together: an
-  !> edge into two, a face into a part at each corner and, without a node in its middle, one between those of its edges.
+  !> Returns the nodes of the parts of a facet. A linear facet is its own part. A quadratic one is cut at the nodes in its middle,
+  !> so that neighbors still fit together: an edge into two, a face into a part at each corner and, without a node in its middle,
+  !> one between those of its edges.
   pure function parts_of(n_dim, n_corners, n_nodes) result(parts)
     integer, intent(in) :: n_dim, n_corners, n_nodes
     integer, allocatable :: parts(:, :)
@@ -85,7 +86,7 @@ contains
     end if
   end function parts_of
 
-  !> Shape functions at a place of the reference element.
+  !> Returns the shape functions at a place of the reference element, shape (n_nodes).
   pure function values(self, place)
     class(facet_shape_t), intent(in) :: self
     !> [-] shape (n_dim)
@@ -95,11 +96,13 @@ contains
     values = shape_values(self%i_type, self%coefficients, place)
   end function values
 
-  !> Derivatives of the place in space along each direction of the reference element, shape (components, n_dim).
+  !> Returns the derivatives [length] of the place in space along each direction of the reference element, shape (components,
+  !> n_dim).
   pure function tangents(self, vertices, place)
     class(facet_shape_t), intent(in) :: self
     !> [length] shape (components, n_nodes)
     real(rk), intent(in) :: vertices(:, :)
+    !> [-] in the reference element, shape (n_dim)
     real(rk), intent(in) :: place(:)
     real(rk) :: tangents(size(vertices, 1), size(place))
     integer :: i_dim
@@ -109,7 +112,8 @@ contains
     end do
   end function tangents
 
-  !> Where on a facet, laid flat in as many components as it has dimensions, a point lies: Newton's method.
+  !> Finds the place of the reference element that belongs to a point, by Newton's method. The facet is projected to as many
+  !> components as it has dimensions. is_found is false if the method does not converge or leads far outside.
   pure subroutine find_place(self, flat, point, place, is_found)
     class(facet_shape_t), intent(in) :: self
     !> [length] shape (n_dim, n_nodes)

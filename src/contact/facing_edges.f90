@@ -23,16 +23,17 @@ module sig_facing_edges
 
 contains
 
-  !> Integration points of an edge of the first surface where it faces one of the second.
+  !> Adds the integration points of an edge of the first surface where it faces edges of the second one.
   subroutine face_edge(shapes, first, i_edge, second, near, limit, points)
-    !> by the row of element_types
+    !> result of create_shapes
     type(facet_shape_t), intent(in) :: shapes(:)
     type(mortar_side_t), intent(in) :: first
+    !> edge of the first surface, 1-based
     integer, intent(in) :: i_edge
     type(mortar_side_t), intent(in) :: second
-    !> edges of the second surface that are looked at
+    !> edges of the second surface that are searched
     integer, intent(in) :: near(:)
-    !> [length]
+    !> [length] search distance: points that face an edge farther away get is_far
     real(rk), intent(in) :: limit
     type(facing_points_t), intent(inout) :: points
     type(facing_piece_t), allocatable :: pieces(:)
@@ -54,14 +55,14 @@ contains
     end associate
   end subroutine face_edge
 
-  !> The straight parts of some edges.
+  !> Lists the straight parts of some edges.
   pure subroutine list_chords(shapes, side, edges, ends, i_edge)
     type(facet_shape_t), intent(in) :: shapes(:)
     type(mortar_side_t), intent(in) :: side
     integer, intent(in) :: edges(:)
     !> [length] shape (2, 2, n)
     real(rk), allocatable, intent(out) :: ends(:, :, :)
-    !> that each belongs to
+    !> edge that each part belongs to
     integer, allocatable, intent(out) :: i_edge(:)
     integer :: i, i_part, n
 
@@ -82,7 +83,7 @@ contains
     end do
   end subroutine list_chords
 
-  !> Points of one piece.
+  !> Adds the integration points of one piece.
   subroutine add_points(shapes, first, i_edge, part, second, piece, points)
     type(facet_shape_t), intent(in) :: shapes(:)
     type(mortar_side_t), intent(in) :: first

@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> Which part of a facet in space faces which facets of another surface.
 !>
-!> Both are seen in an auxiliary plane: normal to the mean of the contact normals at the facet's nodes, which is the projection too.
-!> There the facets are polygons, whose common parts are cut into triangles with integration points.
+!> All facets are projected to an auxiliary plane, along its normal: the mean of the contact normals at the facet's nodes. In this
+!> plane the facets are polygons, whose common parts are cut into triangles with integration points.
 !> M. A. Puso, T. A. Laursen, Comput. Methods Appl. Mech. Engrg. 193 (2004) 601.
 module sig_facing_facets
   use sig_convex_polygons, only: area_of, centroid_of, common_part, polygon_of, polygon_t, rest_of
@@ -58,16 +58,18 @@ module sig_facing_facets
 
 contains
 
-  !> Integration points of a facet of the first surface where it faces one of the second, the nearest one of several.
+  !> Adds the integration points of a facet of the first surface where it faces facets of the second one. If several of these lie
+  !> one behind the other, the nearest one counts.
   subroutine face_facet(shapes, first, i_facet, second, near, limit, points)
-    !> by the row of element_types
+    !> result of create_shapes
     type(facet_shape_t), intent(in) :: shapes(:)
     type(mortar_side_t), intent(in) :: first
+    !> facet of the first surface, 1-based
     integer, intent(in) :: i_facet
     type(mortar_side_t), intent(in) :: second
-    !> facets of the second surface that are looked at
+    !> facets of the second surface that are searched
     integer, intent(in) :: near(:)
-    !> [length]
+    !> [length] search distance: points that face a facet farther away get is_far
     real(rk), intent(in) :: limit
     type(facing_points_t), intent(inout) :: points
     type(plane_t) :: plane
@@ -90,7 +92,7 @@ contains
     end do
   end subroutine face_facet
 
-  !> Through the middle of the facet's nodes.
+  !> Returns the auxiliary plane of a facet, through the middle of its nodes.
   pure type(plane_t) function plane_of(side, i_facet) result(plane)
     type(mortar_side_t), intent(in) :: side
     integer, intent(in) :: i_facet
@@ -109,6 +111,7 @@ contains
     plane%axes(2, :) = cross_product(plane%axes(3, :), plane%axes(1, :))
   end function plane_of
 
+  !> Returns a facet in the coordinates of the auxiliary plane.
   pure type(view_t) function view_of(shapes, plane, side, i_facet) result(view)
     type(facet_shape_t), intent(in) :: shapes(:)
     type(plane_t), intent(in) :: plane
@@ -123,7 +126,7 @@ contains
     view%is_bent = bend_of(shapes(view%i_type), view%vertices(:2, :)) > noticed_bend
   end function view_of
 
-  !> [-] of a facet's extent: how far its nodes lie from where the tangents in its middle lead.
+  !> Returns how far [-] the nodes of a facet lie from the places that the tangents in its middle give, relative to its extent.
   pure real(rk) function bend_of(shape, flat) result(bend)
     type(facet_shape_t), intent(in) :: shape
     real(rk), intent(in) :: flat(:, :)
@@ -141,7 +144,7 @@ contains
     bend = bend / maxval(maxval(flat, dim=2) - minval(flat, dim=2))
   end function bend_of
 
-  !> All parts that a facet has in common with others; where others lie one behind the other, the nearest one counts.
+  !> Finds all parts that a facet has in common with others. If others lie one behind the other, the nearest one counts.
   subroutine find_commons(shapes, own, others, commons)
     type(facet_shape_t), intent(in) :: shapes(:)
     type(view_t), intent(in) :: own
@@ -195,7 +198,7 @@ contains
     found = [found, common]
   end subroutine append_common
 
-  !> [length] along the plane's normal from one facet to the other; huge where there is no such place.
+  !> Returns the distance [length] from one facet to the other along the plane's normal; huge if they have no such place.
   pure real(rk) function distance_at(shapes, own, other, point) result(distance)
     type(facet_shape_t), intent(in) :: shapes(:)
     type(view_t), intent(in) :: own, other
@@ -209,7 +212,7 @@ contains
     if (is_found) distance = height_at(shapes, other, opposite) - height_at(shapes, own, place)
   end function distance_at
 
-  !> The places of both facets at a point of the plane.
+  !> Finds the places of both facets at a point of the plane.
   pure subroutine find_places(shapes, own, other, point, place, opposite, is_found)
     type(facet_shape_t), intent(in) :: shapes(:)
     type(view_t), intent(in) :: own, other
@@ -223,7 +226,7 @@ contains
     if (is_found) call shapes(other%i_type)%find_place(other%vertices(:2, :), point, opposite, is_found)
   end subroutine find_places
 
-  !> [length] Height of a facet above the plane of view.
+  !> Returns the height [length] of a facet above the auxiliary plane.
   pure real(rk) function height_at(shapes, view, place) result(height)
     type(facet_shape_t), intent(in) :: shapes(:)
     type(view_t), intent(in) :: view
@@ -232,7 +235,7 @@ contains
     height = dot_product(view%vertices(3, :), shapes(view%i_type)%values(place))
   end function height_at
 
-  !> Takes from each part what nearer ones have of it.
+  !> Removes from each part what it has in common with nearer ones.
   pure subroutine keep_nearest(found, smallest, commons)
     type(common_t), intent(in) :: found(:)
     real(rk), intent(in) :: smallest
@@ -262,7 +265,7 @@ contains
     end do
   end subroutine keep_nearest
 
-  !> Points of triangles around the centroid of a common part, or of the part itself if it is one.
+  !> Adds the points of triangles around the centroid of a common part, or of the part itself if it is a triangle.
   pure subroutine add_points(shapes, own, other, common, limit, points)
     type(facet_shape_t), intent(in) :: shapes(:)
     type(view_t), intent(in) :: own, other
@@ -315,7 +318,7 @@ contains
     end associate
   end subroutine add_triangle
 
-  !> [-] area of a facet over that of its image in the plane.
+  !> Returns the area of a facet over that of its image in the plane [-].
   pure real(rk) function stretch_at(shape, vertices, place) result(stretch)
     type(facet_shape_t), intent(in) :: shape
     real(rk), intent(in) :: vertices(:, :), place(:)

@@ -7,17 +7,18 @@ module sig_facing_points
   public :: facing_points_t
 
   type :: facing_points_t
+    !> number of points
     integer :: n = 0
     !> facet of the second surface, shape (n) used, like all others
     integer, allocatable :: i_other(:)
-    !> it lies farther away than the search distance
+    !> whether this facet lies farther away than the search distance
     logical, allocatable :: is_far(:)
-    !> [length**(n_dim - 1)] of the first surface, in axisymmetry of its meridian
+    !> [length**(n_dim - 1)] weights of integrals over the first surface, in axisymmetry over its meridian
     real(rk), allocatable :: weights(:)
     !> [-] in the reference elements of both facets, shape (n_dim - 1, n)
     real(rk), allocatable :: places(:, :)
     real(rk), allocatable :: opposite(:, :)
-    !> [length] along the normal
+    !> [length] distance to the second surface along the normal, negative where they overlap
     real(rk), allocatable :: gaps(:)
   contains
     procedure :: clear
@@ -29,7 +30,7 @@ contains
   !> Empties the list and keeps its memory.
   pure subroutine clear(self, n_dim)
     class(facing_points_t), intent(inout) :: self
-    !> of a facet
+    !> dimension of a facet
     integer, intent(in) :: n_dim
     integer, parameter :: usual = 256
 
@@ -39,6 +40,7 @@ contains
     allocate (self%places(n_dim, usual), self%opposite(n_dim, usual))
   end subroutine clear
 
+  !> Adds a point. The arguments are its values of the components.
   pure subroutine add(self, i_other, is_far, weight, place, opposite, gap)
     class(facing_points_t), intent(inout) :: self
     integer, intent(in) :: i_other

@@ -20,10 +20,13 @@ contains
   !> Errors: a gap that is not finite at a node.
   subroutine set_initial_gaps(mesh, contact, deck_path, terms, pairs, error)
     type(mesh_t), intent(in) :: mesh
+    !> entries of the deck's contact section
     type(contact_config_t), intent(in) :: contact(:)
+    !> path of the deck, for messages
     character(*), intent(in) :: deck_path
-    !> grows by what the gaps depend on
+    !> grows by the terms that the gaps need
     type(term_set_t), intent(inout) :: terms
+    !> in: the pairs of all entries; out: with initial_gap and gap_factors of these entries
     type(node_pairs_t), intent(inout) :: pairs
     type(error_t), allocatable, intent(out) :: error
     type(value_config_t) :: shape, shift

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> What speaks against the rows of a mortar contact: rows of other contacts at the same nodes, owners that cannot move.
+!> Reasons to refuse the rows of a mortar contact: rows of other contacts at the same nodes, owners that cannot move.
 module sig_mortar_conflicts
   use sig_contact_rows, only: contact_rows_t
   use sig_deck_config, only: contact_config_t
@@ -17,21 +17,25 @@ module sig_mortar_conflicts
   type :: conflict_t
     character(:), allocatable :: message
     character(:), allocatable :: hint
-    !> contact whose first side has a node that this one only meets, 0 = none; if it swapped its sides, both could meet the node
+    !> contact whose first side has a node of this contact's second side, 0 = none; if that contact swapped its sides, both could
+    !> have the node
     integer :: i_owner = 0
+    !> the node, natural, 1-based; 0 = none
     integer :: node = 0
   end type conflict_t
 
 contains
 
-  !> A node of the first side that other rows meet, too; one of either side that has a row of another contact; an owner that cannot
-  !> move along its normal while others of its row can. Not allocated: none.
+  !> Finds the first reason against the rows of a contact: a node of its first side that is in rows of other contacts, too; a node
+  !> of its second side that owns a row of another contact; an owner that cannot move along its normal while other nodes of its row
+  !> can. `conflict` is not allocated if there is none.
   pure subroutine find_conflict(mesh, contact, is_prescribed, rows, more, conflict)
     type(mesh_t), intent(in) :: mesh
+    !> entries of the deck's contact section
     type(contact_config_t), intent(in) :: contact(:)
     !> natural dofs, shape (n_dofs)
     logical, intent(in) :: is_prescribed(:)
-    !> of the entries before, and of this one
+    !> rows of the entries before, and those of this entry
     type(contact_rows_t), intent(in) :: rows, more
     type(conflict_t), allocatable, intent(out) :: conflict
     integer :: k, n_rows_of_node(mesh%n_nodes)
@@ -70,21 +74,22 @@ contains
     end subroutine name_other_contact
   end subroutine find_conflict
 
-  !> `node 17 (0.25, 1.0) is in contact[1], too, of 'foot' and 'floor'`
+  !> Returns a text such as `node 17 (0.25, 1.0) is in contact[1], too, of 'foot' and 'floor'`.
   pure function shared_text(mesh, contact, node, i_entry) result(text)
     type(mesh_t), intent(in) :: mesh
     type(contact_config_t), intent(in) :: contact(:)
     integer, intent(in) :: node
+    !> entry that has the node, too, 1-based
     integer, intent(in) :: i_entry
     character(:), allocatable :: text
 
     text = node_text(mesh, node) // ' is in contact[' // to_text(i_entry) // '], too, of ' // surfaces_text(contact(i_entry))
   end function shared_text
 
-  !> The contact of the row that a node owns, else of the first one that meets it.
+  !> Returns the entry of the row that a node owns, or else of the first row that the node is in.
   pure integer function entry_at(rows, node)
     type(contact_rows_t), intent(in) :: rows
-    !> of some row
+    !> a node of some row
     integer, intent(in) :: node
     integer :: k
 

@@ -16,14 +16,16 @@ module sig_mortar_entries
 
 contains
 
-  !> Rows of the first sites, as many as n_rows. The corners beside their mid-side nodes are sites, too, if the gap is nodal.
+  !> Makes the rows of the first n_rows sites. If the gap is nodal, the corners beside their mid-side nodes are sites, too.
   subroutine create_mortar_rows(sites, n_rows, first, sums, is_nodal_gap, n_terms, rows)
+    !> nodes of the first surface with normals and gaps; those with a row come first
     type(node_pairs_t), intent(in) :: sites
     integer, intent(in) :: n_rows
     type(mortar_side_t), intent(in) :: first
     type(mortar_sums_t), intent(in) :: sums
-    !> the gaps of the sites are values at their nodes, and not those of their rows
+    !> whether the gaps of the sites are values at their nodes, and not those of their rows
     logical, intent(in) :: is_nodal_gap
+    !> number of terms of the gaps
     integer, intent(in) :: n_terms
     type(contact_rows_t), intent(out) :: rows
     real(rk), allocatable :: shares(:), weights(:, :)
@@ -45,7 +47,7 @@ contains
 
   contains
 
-    !> The first of some nodes along the normal of row k.
+    !> Adds the first n_new of some nodes, with coefficients along the normal of row k.
     subroutine add_nodes(new_nodes, new_weights, n_new)
       integer, intent(in) :: new_nodes(:)
       !> [-]
@@ -61,7 +63,8 @@ contains
     end subroutine add_nodes
   end subroutine create_mortar_rows
 
-  !> [-] of the owner and the two corners beside it, which only a node with a changed coefficient has.
+  !> Returns the weights [-] of the owner and of the two corners beside it; the corners have a weight only if the owner has a
+  !> changed coefficient.
   pure function first_weights(first, owner) result(weights)
     type(mortar_side_t), intent(in) :: first
     integer, intent(in) :: owner
@@ -71,8 +74,8 @@ contains
     if (first%ends(1, owner) > 0) weights = [owner_weight, end_weight, end_weight]
   end function first_weights
 
-  !> D of each row by terms. Values at nodes are transformed as displacements g n are, so that D = n_j . integral Phi_j g n /
-  !> integral Phi_j for every g n that the shape functions can follow.
+  !> Returns D of each row by terms. Values at nodes are transformed as displacements g n are, so that D = n_j . integral Phi_j g n
+  !> / integral Phi_j for every g n that the shape functions can follow.
   function gaps_of_rows(sites, n_rows, first, is_nodal_gap, n_terms) result(gap)
     type(node_pairs_t), intent(in) :: sites
     integer, intent(in) :: n_rows

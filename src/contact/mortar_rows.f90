@@ -30,21 +30,21 @@ module sig_mortar_rows
   !> [-] a normal with a larger part along free components leans on a plane of symmetry, and is straightened
   real(rk), parameter :: nearly_free = 0.9_rk
 
-  !> The rows of one entry with their terms and a note.
+  !> The rows of one entry of the deck's contact section, with their terms and a note.
   type :: new_rows_t
     type(surface_pair_t) :: surfaces
     type(contact_rows_t) :: rows
-    !> those that were there, and what an initial gap depends on
+    !> the terms before, and those that an initial gap needs
     type(term_set_t) :: terms
     !> how much of the first surface faces the second one
     character(:), allocatable :: note
   end type new_rows_t
 
-  !> The side of an entry that carries the rows.
+  !> The choice of the side of an entry that carries the rows.
   type :: side_choice_t
-    !> why it is the second one; not allocated where it is the first
+    !> why it is the second surface of the deck; not allocated if it is the first one
     character(:), allocatable :: why_swapped
-    !> where neither can have them: another contact whose sides could be swapped to make it possible, and why; 0 = none
+    !> if neither surface can carry the rows: another contact whose sides could be swapped to make it possible, and why; 0 = none
     integer :: i_other = 0
     character(:), allocatable :: why_other
     !> how much of the surface with the rows faces the other one
@@ -53,23 +53,25 @@ module sig_mortar_rows
 
 contains
 
-  !> Rows of one entry of the deck's contact section behind those that are there. Where the first surface cannot have them and the
-  !> second one can, formulation auto swaps the sides.
+  !> Appends the mortar rows of one entry of the deck's contact section. If the first surface cannot have them and the second one
+  !> can, formulation auto swaps the sides.
   !>
   !> Errors: surfaces that do not face each other; a node of the first surface that belongs to another contact, or cannot move along
   !> its normal while other rows share the nodes that it faces.
   subroutine add_mortar_rows(mesh, model, contact, i_entry, deck_path, is_prescribed, terms, rows, choice, error)
     type(mesh_t), intent(in) :: mesh
     type(mechanical_model_t), intent(in) :: model
+    !> entries of the deck's contact section
     type(contact_config_t), intent(in) :: contact(:)
     integer, intent(in) :: i_entry
+    !> path of the deck, for messages
     character(*), intent(in) :: deck_path
     !> natural dofs, shape (n_dofs)
     logical, intent(in) :: is_prescribed(:)
-    !> grows by what an initial gap depends on
+    !> grows by the terms that an initial gap needs
     type(term_set_t), intent(inout) :: terms
     type(contact_rows_t), intent(inout) :: rows
-    !> with a reason to swap sides whatever speaks for the deck's order, or none
+    !> in: why_swapped is allocated if the sides must be swapped; out: the choice
     type(side_choice_t), intent(inout) :: choice
     type(error_t), allocatable, intent(out) :: error
     type(new_rows_t) :: more
@@ -117,7 +119,8 @@ contains
     end subroutine try_order
   end subroutine add_mortar_rows
 
-  !> Whether the order of the surfaces is free. A gap that depends on the place is meant at the nodes of the deck's first surface.
+  !> Whether the sides of an entry may be swapped: its formulation is auto, and its gap does not depend on the place, because such a
+  !> gap belongs to the nodes of the deck's first surface.
   pure logical function may_swap(entry)
     type(contact_config_t), intent(in) :: entry
 
@@ -181,7 +184,7 @@ contains
     end associate
   end subroutine build_rows
 
-  !> The nodes of the first surface with their normals. Where a plane of symmetry holds a node, its normal lies in that plane.
+  !> Returns the nodes of the first surface with their normals. If a plane of symmetry holds a node, its normal lies in this plane.
   pure function sites_of(mesh, surfaces, is_prescribed) result(sites)
     type(mesh_t), intent(in) :: mesh
     type(surface_pair_t), intent(in) :: surfaces
@@ -220,7 +223,7 @@ contains
     normals(:, sites%first_node) = sites%normal
   end function spread_normals
 
-  !> The sites with rows, and behind them those that rows take part of: corners without a row beside a mid-side node with one.
+  !> Keeps the sites with rows and, behind them, the corners without a row beside a mid-side node with one.
   pure subroutine keep_sites(has_row, first, sites, n_rows)
     !> of the sites
     logical, intent(in) :: has_row(:)
@@ -261,7 +264,7 @@ contains
     if (i > 0) call refuse_common_node(mesh, surfaces, surfaces%first_nodes(i), error)
   end subroutine check_common_nodes
 
-  !> Checks the gaps. Errors: every node overlaps by more than an element.
+  !> Checks the gaps. Errors: every node overlaps by more than the longest edge.
   pure subroutine check_overlap(surfaces, gaps, first, error)
     type(surface_pair_t), intent(in) :: surfaces
     !> [length] of the rows

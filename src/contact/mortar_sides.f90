@@ -1,8 +1,9 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> One surface of a mortar contact: its facets with their places, and a tree that finds those near a line.
 !>
-!> Where a face of the first surface has weak corners, all of them take the basis of sig_changed_basis: a side that two faces of
-!> different kinds share must have one basis. So does an edge of three nodes that ends on the axis, where r N_j has no integral.
+!> If a face of the first surface has weak corners, all its faces take the basis of sig_changed_basis, because a side that two
+!> faces of different kinds share must have one basis. An edge of three nodes that ends on the axis, where the integral of r N_j is
+!> zero, takes this basis, too.
 module sig_mortar_sides
   use sig_changed_basis, only: ends_of_side, has_weak_corners
   use sig_element_types, only: element_types
@@ -18,7 +19,7 @@ module sig_mortar_sides
 
   type :: mortar_side_t
     integer :: n_facets = 0
-    !> what belongs to the nodes of facet i stands at offsets(i) + 1 ... offsets(i + 1)
+    !> values at the nodes of facet i are entries offsets(i) + 1 ... offsets(i + 1)
     integer, allocatable :: offsets(:)
     integer, allocatable :: nodes(:)
     !> [length] shape (n_dim, size(nodes))
@@ -33,7 +34,7 @@ module sig_mortar_sides
     real(rk), allocatable :: bulges(:)
     !> [length] the longest edge
     real(rk) :: longest = 0
-    !> the facet's functions are those of the changed basis; of the first surface only, shape (n_facets)
+    !> whether the facet's functions are those of the changed basis; of the first surface only, shape (n_facets)
     logical, allocatable :: is_changed(:)
     !> the corners on both sides of a node whose coefficient in that basis is not its value, 0 elsewhere; shape (2, n_nodes)
     integer, allocatable :: ends(:, :)
@@ -43,16 +44,17 @@ module sig_mortar_sides
 
 contains
 
+  !> Collects the data of one surface. With `normals`, for the first surface, they include the changed basis.
   pure subroutine create_side(mesh, facets, geometry, side, normals, is_round)
     type(mesh_t), intent(in) :: mesh
-    !> of the surface
+    !> facets of the surface, 1-based in the mesh
     integer, intent(in) :: facets(:)
-    !> of the same facets
+    !> geometry of the same facets
     type(surface_geometry_t), intent(in) :: geometry
     type(mortar_side_t), intent(out) :: side
-    !> [-] at the nodes of the mesh, shape (n_dim, n_nodes)
+    !> [-] contact normals at the nodes of the mesh, shape (n_dim, n_nodes)
     real(rk), intent(in), optional :: normals(:, :)
-    !> the mesh turns around the axis x = 0; without it: no
+    !> whether the mesh turns around the axis x = 0; default: no
     logical, intent(in), optional :: is_round
     real(rk) :: middles(mesh%n_dim, size(facets)), radii(size(facets))
     integer :: i
@@ -95,6 +97,7 @@ contains
     end do
   end subroutine list_nodes
 
+  !> Finds the facets with the changed basis.
   pure subroutine find_changed(side, is_round)
     type(mortar_side_t), intent(inout) :: side
     logical, intent(in), optional :: is_round
@@ -116,6 +119,7 @@ contains
     end do
   end subroutine find_changed
 
+  !> Finds the two corners beside each node whose coefficient in the changed basis is not its value.
   pure subroutine find_ends(n_nodes, side)
     !> of the mesh
     integer, intent(in) :: n_nodes
@@ -134,7 +138,7 @@ contains
     end do
   end subroutine find_ends
 
-  !> [length] Longest distance from a corner of a facet to the next one.
+  !> Returns the longest distance [length] from a corner of a facet to the next one.
   pure real(rk) function longest_edge(corners) result(longest)
     real(rk), intent(in) :: corners(:, :)
 

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> What a mortar contact integrates over its first surface: areas, gaps, and the shares of the nodes of the second surface.
+!> Integrals of a mortar contact over its first surface: areas, gaps, and the shares of the nodes of the second surface.
 module sig_mortar_sums
   use sig_kinds, only: rk
   implicit none(type, external)
@@ -35,17 +35,20 @@ module sig_mortar_sums
 
 contains
 
+  !> Sets all sums to zero.
   subroutine start(self, n_nodes)
     class(mortar_sums_t), intent(out) :: self
+    !> number of nodes of the mesh
     integer, intent(in) :: n_nodes
 
     allocate (self%areas(n_nodes), self%sizes(n_nodes), self%gaps(n_nodes), source=0.0_rk)
     allocate (self%firsts(64), self%seconds(64), self%shares(64))
   end subroutine start
 
-  !> Integrals of Phi_j g over a facet.
+  !> Adds the integrals of Phi_j g over a facet.
   pure subroutine add_gaps(self, nodes, values)
     class(mortar_sums_t), intent(inout) :: self
+    !> nodes j of the facet
     integer, intent(in) :: nodes(:)
     !> [length**n_dim] same shape
     real(rk), intent(in) :: values(:)
@@ -53,12 +56,14 @@ contains
     self%gaps(nodes) = self%gaps(nodes) + values
   end subroutine add_gaps
 
-  !> Integrals of Phi_j N_l over a piece.
+  !> Adds the integrals of Phi_j N_l over a piece of a facet.
   pure subroutine add_shares(self, firsts, seconds, values)
     class(mortar_sums_t), intent(inout) :: self
+    !> nodes j of the first surface
     integer, intent(in) :: firsts(:)
+    !> nodes l of the second surface
     integer, intent(in) :: seconds(:)
-    !> shape (size(firsts), size(seconds))
+    !> [length**(n_dim - 1)] shape (size(firsts), size(seconds))
     real(rk), intent(in) :: values(:, :)
     integer :: l
 
@@ -77,9 +82,9 @@ contains
     end do
   end subroutine add_shares
 
-  !> Whether a node faces something and its shares are of use: none is larger than integral abs(Phi_j) over integral Phi_j. A node
-  !> that has
-  !> no force of a uniform pressure, as that of a quadratic edge on the axis, has no row.
+  !> Whether a node of the first surface has a row. Its integral of Phi_j must be larger than a hundredth of its `sizes`, so that
+  !> its shares are of use: none is larger than integral abs(Phi_j) over integral Phi_j. A node that a uniform pressure gives no
+  !> force, as that of a quadratic edge on the axis, has no row.
   pure elemental logical function has_row(self, node)
     class(mortar_sums_t), intent(in) :: self
     integer, intent(in) :: node
@@ -89,13 +94,14 @@ contains
     has_row = self%sizes(node) > 0 .and. largest_share * self%areas(node) > self%sizes(node)
   end function has_row
 
-  !> w_jl, the share of each node of the second surface in the row of a node of the first: those of owner k are
-  !> offsets(k) + 1 ... offsets(k + 1), ascending by node. Their sum is 1, because the N_l sum up to 1.
+  !> Computes w_jl, the share of each node of the second surface in the row of a node of the first one. The shares of owner k are
+  !> entries offsets(k) + 1 ... offsets(k + 1), ascending by node. Their sum is 1, because the N_l sum up to 1.
   pure subroutine collect(self, owners, offsets, nodes, shares)
     class(mortar_sums_t), intent(in) :: self
-    !> with areas
+    !> nodes of the first surface for which has_row is true
     integer, intent(in) :: owners(:)
     integer, allocatable, intent(out) :: offsets(:)
+    !> nodes of the second surface
     integer, allocatable, intent(out) :: nodes(:)
     !> [-]
     real(rk), allocatable, intent(out) :: shares(:)
@@ -122,7 +128,7 @@ contains
     shares = shares(:offsets(size(offsets)))
   end subroutine collect
 
-  !> Entries by their first node: those of node j are order(next(j) + 1:next(j + 1)).
+  !> Sorts the entries by their first node: those of node j are order(next(j) + 1:next(j + 1)).
   pure subroutine sort_by_first(self, next, order)
     class(mortar_sums_t), intent(in) :: self
     integer, allocatable, intent(out) :: next(:), order(:)
@@ -145,7 +151,7 @@ contains
     end do
   end subroutine sort_by_first
 
-  !> Sums of some entries by their second node, nodes ascending.
+  !> Sums some entries by their second node, nodes ascending.
   pure subroutine sum_by_node(self, entries, nodes, sums)
     class(mortar_sums_t), intent(in) :: self
     integer, intent(in) :: entries(:)

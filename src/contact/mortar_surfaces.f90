@@ -24,14 +24,15 @@ module sig_mortar_surfaces
 
 contains
 
-  !> Integrates over all facets of the first surface that face the second one. Cost: O(n log n) in the facets.
+  !> Computes areas, gaps and shares by integrals over all facets of the first surface that face the second one. Cost: O(n log n) in
+  !> the number of facets.
   subroutine integrate_mortar(model, n_nodes, first, second, limit, sums)
     type(mechanical_model_t), intent(in) :: model
-    !> of the mesh
+    !> number of nodes of the mesh
     integer, intent(in) :: n_nodes
-    !> the first with normals
+    !> both surfaces, the first one with normals
     type(mortar_side_t), intent(in) :: first, second
-    !> [length] search distance
+    !> [length] search distance: parts that face the second surface beyond it do not count
     real(rk), intent(in) :: limit
     type(mortar_sums_t), intent(out) :: sums
     type(facet_shape_t) :: shapes(n_element_types)
@@ -53,7 +54,7 @@ contains
     end do
   end subroutine integrate_mortar
 
-  !> Facets of the second surface that the lines along the normals of a facet can meet within the limit.
+  !> Finds the facets of the second surface that the lines along the normals of a facet can meet.
   subroutine find_candidates(first, i_facet, second, limit, near)
     type(mortar_side_t), intent(in) :: first
     integer, intent(in) :: i_facet
@@ -75,11 +76,11 @@ contains
     call second%balls%within(middle, radius, near, normal)
   end subroutine find_candidates
 
-  !> The integrals of one facet over the points at which it faces the second surface.
+  !> Adds the integrals of one facet over the points at which it faces the second surface.
   !>
-  !> A row has one normal n_j. The coefficients of its node are values there, those of a vector field, too, but for a changed basis:
-  !> of u = g n on a round surface the coefficient of a mid-side node, along its normal, is larger than g. Its gap must be so, too:
-  !> D_j = n_j . integral Phi_j g n / integral Phi_j, with n = sum N_k n_k.
+  !> A row has one normal n_j. The coefficients of a node are the values there, also those of a vector field, except with a changed
+  !> basis: for u = g n on a round surface, the coefficient of a mid-side node along its normal is larger than g. Its gap must be
+  !> so, too: D_j = n_j . integral Phi_j g n / integral Phi_j, with n = sum N_k n_k.
   subroutine integrate_facet(model, shapes, first, i_facet, second, points, sums)
     type(mechanical_model_t), intent(in) :: model
     !> by the row of element_types
@@ -139,7 +140,7 @@ contains
     dual = spread(matmul(values, weights), 2, size(values, 1)) * dual
   end subroutine find_dual
 
-  !> The gaps at the points between the surfaces that linear facets stand for.
+  !> Returns the gaps at the points between the curved surfaces that the linear facets represent.
   pure function smooth_gaps(shapes, first, i_facet, second, points) result(gaps)
     type(facet_shape_t), intent(in) :: shapes(:)
     type(mortar_side_t), intent(in) :: first
@@ -161,7 +162,7 @@ contains
     end do
   end function smooth_gaps
 
-  !> How far the surface stands out from a linear facet: the functions of a quadratic facet's nodes in the middles of edges.
+  !> Returns how far [length] the surface stands out from a linear facet, by the functions of a quadratic facet's mid-side nodes.
   pure real(rk) function bulge_at(shapes, side, i_facet, place) result(bulge)
     type(facet_shape_t), intent(in) :: shapes(:)
     type(mortar_side_t), intent(in) :: side
@@ -212,7 +213,7 @@ contains
     end do
   end subroutine add_shares
 
-  !> [length**(n_dim - 1)] of a whole facet.
+  !> Returns the area [length**(n_dim - 1)] of a whole facet.
   pure real(rk) function area_of(model, shape, vertices) result(area)
     type(mechanical_model_t), intent(in) :: model
     type(facet_shape_t), intent(in) :: shape
@@ -228,7 +229,7 @@ contains
     end do
   end function area_of
 
-  !> [length**(n_dim - 1)] of the line or parallelogram that the tangents span.
+  !> Returns the length or area of the line or parallelogram that the tangents span.
   pure real(rk) function size_of(tangents)
     real(rk), intent(in) :: tangents(:, :)
 

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> What a mortar contact says about itself: how much of its first surface faces the second, gaps, shares.
+!> Texts about a mortar contact: how much of its first surface faces the second, gaps, shares.
 module sig_mortar_words
   use sig_contact_rows, only: contact_rows_t
   use sig_kinds, only: rk
@@ -13,10 +13,11 @@ module sig_mortar_words
 
 contains
 
-  !> `96.2 % of 'plate_top' faces 'foot'`, and what is left out.
+  !> Returns a text such as `96.2 % of 'plate_top' faces 'foot'`, and what is left out.
   pure function cover_text(surfaces, sums, limit) result(text)
     type(surface_pair_t), intent(in) :: surfaces
     type(mortar_sums_t), intent(in) :: sums
+    !> [length] search distance
     real(rk), intent(in) :: limit
     character(:), allocatable :: text
 
@@ -29,8 +30,8 @@ contains
     end associate
   end function cover_text
 
-  !> Percentage, at most 100: on curved facets the points of the parts integrate the area a little otherwise than those of the
-  !> whole.
+  !> Returns an area as a percentage of the first surface, at most 100: on curved facets the points of the parts give a slightly
+  !> different area than those of the whole.
   pure function percent_text(area, sums) result(text)
     real(rk), intent(in) :: area
     type(mortar_sums_t), intent(in) :: sums
@@ -39,10 +40,11 @@ contains
     text = short_number(min(100.0_rk, 100 * area / sums%whole), fine_digits) // ' %'
   end function percent_text
 
-  !> `, gaps of 0 to 0.02`
+  !> Returns a text such as `, gaps of 0 to 0.02`.
   pure function gap_text(gaps, extent) result(text)
+    !> [length] gaps of the rows
     real(rk), intent(in) :: gaps(:)
-    !> [length] of an edge
+    !> [length] length of an edge: gaps far below it are rounding and become 0
     real(rk), intent(in) :: extent
     character(:), allocatable :: text
     !> [-] of an edge: a smaller gap is rounding
@@ -54,7 +56,7 @@ contains
     text = ', gaps of ' // short_number(ends(1), fine_digits) // ' to ' // short_number(ends(2), fine_digits)
   end function gap_text
 
-  !> [-] of any node of the second side in any row.
+  !> Returns the largest share [-] of a node of the second side in any row.
   pure real(rk) function largest_share(rows) result(largest)
     type(contact_rows_t), intent(in) :: rows
     integer :: i
@@ -69,6 +71,7 @@ contains
     end associate
   end function largest_share
 
+  !> Returns a note if the first surface has longer edges than the second one; otherwise empty.
   pure function finer_text(surfaces, first, second) result(text)
     type(surface_pair_t), intent(in) :: surfaces
     type(mortar_side_t), intent(in) :: first, second
@@ -79,6 +82,7 @@ contains
       'accurate with the finer surface as first'
   end function finer_text
 
+  !> Returns a part of a sentence that names the search distance if some part faces the second surface beyond it; otherwise empty.
   pure function far_text(sums) result(text)
     type(mortar_sums_t), intent(in) :: sums
     character(:), allocatable :: text

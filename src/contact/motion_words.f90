@@ -14,7 +14,8 @@ module sig_motion_words
 
 contains
 
-  !> Combinations of the free motions that no contact row feels: nothing holds them. Shape (n_free, 0 and more).
+  !> Returns the combinations of the free motions that no contact row resists, so that nothing holds them, shape (n_free, 0 or
+  !> more).
   function unheld_motions(motions) result(combinations)
     type(rigid_motions_t), intent(in) :: motions
     real(rk), allocatable :: combinations(:, :)
@@ -22,7 +23,7 @@ contains
     combinations = null_space(matmul(transpose(motions%closing), motions%closing))
   end function unheld_motions
 
-  !> Bodies that take part in combinations of the free motions, ascending.
+  !> Returns the bodies that take part in combinations of the free motions, 1-based, ascending.
   pure function bodies_of_motions(motions, combinations) result(bodies)
     type(rigid_motions_t), intent(in) :: motions
     !> shape (n_free, n)
@@ -37,11 +38,12 @@ contains
     end do
   end function bodies_of_motions
 
-  !> What one body does in combinations of the free motions.
+  !> Returns the motion of one body in combinations of the free motions as a text, such as `translation in x, rotation about z`.
   function motion_text(motions, combinations, i_body, axes) result(text)
     type(rigid_motions_t), intent(in) :: motions
     !> shape (n_free, n)
     real(rk), intent(in) :: combinations(:, :)
+    !> number of the body, 1-based
     integer, intent(in) :: i_body
     !> names of the coordinates
     character(1), intent(in) :: axes(:)

@@ -17,13 +17,13 @@ module sig_obstacle_gap
 
 contains
 
-  !> gap = shape + shift; at most one of them depends on the parameters, so that a plane or a punch that moves is one term and not
-  !> one per node.
+  !> Writes the gap as shape + shift. At most one of the two depends on the parameters, so that a plane or a punch that moves is one
+  !> term and not one per node.
   pure subroutine obstacle_gap(contact, coordinate_names, shape, shift)
-    !> with an obstacle
+    !> entry of the deck's contact section with an obstacle
     type(contact_config_t), intent(in) :: contact
     type(string_t), intent(in) :: coordinate_names(:)
-    !> [length] of the coordinates, and of the parameters where they move the obstacle sideways or change its size
+    !> [length] depends on the coordinates, and on the parameters if they move a sphere sideways or change its size
     type(value_config_t), intent(out) :: shape
     !> [length] c . d, without coordinates
     type(value_config_t), intent(out) :: shift
@@ -96,7 +96,7 @@ contains
     end associate
   end subroutine take_off_cap
 
-  !> `(0.6)*`
+  !> Returns a factor as a text, such as `(0.6)*`.
   pure function factor(number) result(text)
     real(rk), intent(in) :: number
     character(:), allocatable :: text

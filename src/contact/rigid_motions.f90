@@ -14,18 +14,19 @@ module sig_rigid_motions
   public :: rigid_motions_t, create_rigid_motions, null_space
 
   type :: rigid_motions_t
-    !> rigid motions of one body
+    !> number of rigid motions of one body
     integer :: n_rigid = 0
+    !> whether the model is axisymmetric
     logical :: is_round = .false.
     !> [length] shape (n_dim, n_nodes)
     real(rk), allocatable :: coordinates(:, :)
     integer :: n_bodies = 0
     !> shape (n_nodes)
     integer, allocatable :: body_of_node(:)
-    !> [length] shape (n_dim, n_bodies) and (n_bodies)
+    !> [length] mean of the nodes of each body, shape (n_dim, n_bodies), and distance of its farthest node from it, shape (n_bodies)
     real(rk), allocatable :: centers(:, :)
     real(rk), allocatable :: sizes(:)
-    !> free motions of all bodies together: columns of Z
+    !> number of free motions of all bodies together: columns of Z
     integer :: n_free = 0
     !> shape (n_free)
     integer, allocatable :: body_of_motion(:)
@@ -49,9 +50,10 @@ module sig_rigid_motions
 
 contains
 
+  !> Finds the bodies of a mesh, their rigid motions Z that no prescribed displacement holds, and B Z.
   subroutine create_rigid_motions(mesh, is_round, is_prescribed, rows, motions)
     type(mesh_t), intent(in) :: mesh
-    !> axisymmetric
+    !> whether the model is axisymmetric
     logical, intent(in) :: is_round
     !> natural dofs, shape (n_dofs)
     logical, intent(in) :: is_prescribed(:)
@@ -75,7 +77,7 @@ contains
     end do
   end subroutine create_rigid_motions
 
-  !> Number of rigid modes of a body: translations and rotations; in axisymmetry only the axial translation.
+  !> Returns the number of rigid modes of a body: translations and rotations; in axisymmetry only the axial translation.
   pure integer function n_rigid_modes(n_dim, is_round)
     integer, intent(in) :: n_dim
     logical, intent(in) :: is_round
@@ -84,7 +86,7 @@ contains
     if (is_round) n_rigid_modes = 1
   end function n_rigid_modes
 
-  !> Displacements of the rigid modes at a place, which is relative to the center and scaled by the size of the body.
+  !> Returns the displacements of the rigid modes at a place, which is relative to the center and scaled by the size of the body.
   pure function rigid_modes(place, is_round) result(modes)
     real(rk), intent(in) :: place(:)
     logical, intent(in) :: is_round
@@ -156,7 +158,8 @@ contains
     end do
   end subroutine find_free_motions
 
-  !> Returns an orthonormal basis of the null space of a Gram matrix.
+  !> Returns an orthonormal basis of the null space of a Gram matrix, a vector per column. Eigenvalues up to 1e-12 times the larger
+  !> of 1 and the largest one count as zero.
   function null_space(gram) result(columns)
     !> symmetric, no negative eigenvalue, shape (n, n)
     real(rk), intent(in) :: gram(:, :)
@@ -185,6 +188,7 @@ contains
   !> Returns the rows of Z that belong to a node, shape (n_dim, n_free).
   pure function at_node(self, i_node) result(rows)
     class(rigid_motions_t), intent(in) :: self
+    !> natural, 1-based
     integer, intent(in) :: i_node
     real(rk) :: rows(size(self%coordinates, 1), self%n_free)
     real(rk) :: modes(size(self%coordinates, 1), self%n_rigid)
@@ -198,7 +202,7 @@ contains
     end do
   end function at_node
 
-  !> Returns the displacement field Z times amplitudes.
+  !> Returns the displacement field Z times amplitudes, in the unit of the amplitudes.
   pure function field(self, amplitudes) result(displacement)
     class(rigid_motions_t), intent(in) :: self
     !> shape (n_free)
@@ -232,9 +236,10 @@ contains
     end do
   end function work
 
-  !> |Z|' |F|: what is summed in work, by which its rounding is measured.
+  !> Returns |Z|' |F| [force], the sum of the sizes of the parts of `work`, which its rounding is compared with.
   pure function work_size(self, forces)
     class(rigid_motions_t), intent(in) :: self
+    !> [force] natural, shape (n_dofs)
     real(rk), intent(in) :: forces(:)
     real(rk) :: work_size(self%n_free)
     integer :: i_node, n_dim
@@ -249,7 +254,7 @@ contains
     end do
   end function work_size
 
-  !> Whether closed pairs hold all the free motions.
+  !> Whether the closed pairs of a set hold all the free motions.
   logical function are_held_by(self, is_closed)
     class(rigid_motions_t), intent(in) :: self
     !> shape (n_rows)
@@ -263,7 +268,8 @@ contains
     end associate
   end function are_held_by
 
-  !> As many dofs as there are free motions; fixing them holds the bodies and, under forces in equilibrium, takes no force.
+  !> Returns as many dofs as there are free motions. Fixing them holds the bodies, and causes no reactions under forces in
+  !> equilibrium.
   !>
   !> Per body, each time the dof that the motions not yet held move most. Cost: linear in the nodes per motion.
   function pick_supports(self) result(dofs)
@@ -293,16 +299,19 @@ contains
     end do
   end function pick_supports
 
-  !> Rigid motions of all bodies as one; round bodies count as plane ones, which they resemble away from the axis.
+  !> Returns the number of rigid motions of all bodies as one. Axisymmetric bodies count as plane ones, which they resemble away
+  !> from the axis.
   pure integer function n_common(self)
     class(rigid_motions_t), intent(in) :: self
 
     n_common = n_rigid_modes(size(self%coordinates, 1), .false.)
   end function n_common
 
-  !> A common motion as a field in natural order: what costs next to no energy in a part of the mesh.
+  !> Returns a rigid motion of all bodies as one, as a displacement field in natural order, shape (n_dofs). In any part of the mesh
+  !> it has nearly no energy.
   pure function common_field(self, i_mode) result(displacement)
     class(rigid_motions_t), intent(in) :: self
+    !> 1 to n_common
     integer, intent(in) :: i_mode
     real(rk) :: displacement(size(self%coordinates))
     real(rk) :: center(size(self%coordinates, 1)), modes(size(self%coordinates, 1), self%n_common()), length

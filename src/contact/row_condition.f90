@@ -14,10 +14,10 @@ module sig_row_condition
 
 contains
 
-  !> [-] Largest over smallest singular value of B on the free displacements; 1 without rows, infinite beyond 1e6.
+  !> Returns the largest over the smallest singular value [-] of B on the free displacements; 1 without rows, infinite beyond 1e6.
   !>
-  !> By Lanczos steps on B B' from a random vector; directions that come back for want of orthogonality repeat values that are there
-  !> (Golub and Van Loan, Matrix Computations, 10.3). They end where ten more change the result by less than 1e-5.
+  !> By Lanczos steps on B B' from a random vector. Without exact orthogonality some directions occur again, but they only repeat
+  !> known values (Golub and Van Loan, Matrix Computations, 10.3). The steps end where ten more change the result by less than 1e-5.
   function condition_of_rows(rows, is_prescribed) result(kappa)
     type(contact_rows_t), intent(in) :: rows
     !> natural dofs, shape (n_dofs)
@@ -59,7 +59,7 @@ contains
     end do
   end function condition_of_rows
 
-  !> The rows with zeros at prescribed dofs, which are numbered anew: most bodies have far more of them than rows have.
+  !> Copies the rows with zeros at prescribed dofs. Only the dofs of rows get numbers, because most bodies have far more dofs.
   pure subroutine keep_free(rows, is_prescribed, free, n_dofs)
     type(contact_rows_t), intent(in) :: rows
     logical, intent(in) :: is_prescribed(:)

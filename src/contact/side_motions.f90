@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Motions of owners that leave all rows alone but their own.
+!> Motions of owners that change only their own rows.
 !>
 !> Where other rows meet the owner of a row, as the rows of mid-side nodes meet the corners of quadratic faces, their own owners
 !> follow it. In the changed basis this is the function of the corner: the corner moves by 1, the mid-side nodes by alpha.
@@ -14,7 +14,7 @@ module sig_side_motions
   real(rk), parameter :: movable = 1.0e-20_rk
 
   type :: followers_t
-    !> the owner can move without any other row, shape (n_rows)
+    !> whether the owner of a row can move without changing other rows, shape (n_rows)
     logical, allocatable :: is_possible(:)
     !> rows whose owners then follow: those of row k are rows(starts(k) + 1:starts(k + 1))
     integer, allocatable :: starts(:)
@@ -23,11 +23,13 @@ module sig_side_motions
 
 contains
 
-  !> Local. Cost: linear in the entries of the rows.
+  !> Finds for each row whether its owner can move without changing other rows, and the rows whose owners must then follow it. Cost:
+  !> linear in the entries of the rows. Local.
   pure subroutine find_followers(rows, n_nodes, is_prescribed, followers)
     type(contact_rows_t), intent(in) :: rows
+    !> number of nodes of the mesh
     integer, intent(in) :: n_nodes
-    !> natural dofs
+    !> natural dofs, shape (n_dofs)
     logical, intent(in) :: is_prescribed(:)
     type(followers_t), intent(out) :: followers
     integer :: i, k, leader, n_met(n_nodes), next(rows%n_rows), row_of(n_nodes)
@@ -65,13 +67,14 @@ contains
     end do
   end subroutine find_followers
 
-  !> Returns how the owner of a row must move when another node of its first side moves.
+  !> Returns the motion of the owner of a row, shape (n_dim), that keeps the row unchanged when another node of its first side
+  !> moves.
   pure function following_motion(rows, row, is_prescribed, node, motion) result(answer)
     type(contact_rows_t), intent(in) :: rows
-    !> a follower
+    !> one of followers_t%rows
     integer, intent(in) :: row
     logical, intent(in) :: is_prescribed(:)
-    !> that moves
+    !> node that moves
     integer, intent(in) :: node
     !> [-] its motion, shape (n_dim)
     real(rk), intent(in) :: motion(:)
@@ -84,7 +87,7 @@ contains
     end associate
   end function following_motion
 
-  !> [-] coefficients of the owner of a row, 0 where its displacement is prescribed.
+  !> Returns the coefficients [-] of the owner of a row, 0 where its displacement is prescribed.
   pure function free_part(rows, row, is_prescribed) result(coefficients)
     type(contact_rows_t), intent(in) :: rows
     integer, intent(in) :: row

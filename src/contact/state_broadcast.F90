@@ -12,7 +12,7 @@ module sig_state_broadcast
 
 contains
 
-  !> Copies the state of the root to all other ranks of comm. Collective on comm.
+  !> Copies the state of the root to all other ranks of comm, which may have any state before. Collective on comm.
   subroutine broadcast_state(state, root, comm, ierr)
     type(contact_state_t), intent(inout) :: state
     !> rank in comm, 0-based
