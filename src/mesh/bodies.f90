@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> The bodies of a mesh: cells that are connected by common nodes.
+!> Finds the bodies of a mesh. A body is a set of cells that are connected by common nodes.
 module sig_bodies
   use sig_mesh, only: mesh_t
   use sig_text, only: append_text, string_t
@@ -9,7 +9,7 @@ module sig_bodies
 
 contains
 
-  !> Numbers the bodies in the order of their lowest node. Cost: next to linear in the number of cells.
+  !> Finds the body of each node. Bodies are numbered in the order of their lowest node. Cost: nearly linear in the number of cells.
   pure subroutine find_bodies(mesh, body_of_node, n_bodies)
     type(mesh_t), intent(in) :: mesh
     !> number of the body of each node, 1-based, shape (n_nodes)
@@ -58,9 +58,10 @@ contains
     end do
   end subroutine find_root
 
-  !> Returns the physical names of the body's cells.
+  !> Returns the names of all regions that have cells of a body, in the order of the mesh's groups.
   pure function regions_of_body(mesh, body_of_node, i_body) result(names)
     type(mesh_t), intent(in) :: mesh
+    !> of find_bodies
     integer, intent(in) :: body_of_node(:)
     integer, intent(in) :: i_body
     type(string_t), allocatable :: names(:)

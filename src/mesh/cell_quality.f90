@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Checks the volumes of cells: inverted cells are turned, flat cells are refused.
+!> Checks the shapes of cells: corrects the node order of inverted cells, and refuses flat and folded ones.
 module sig_cell_quality
   use sig_element_types, only: element_types, mirrored_order, n_element_types
   use sig_errors, only: error_t, make_error
@@ -17,8 +17,8 @@ module sig_cell_quality
 
 contains
 
-  !> Gives every cell a positive volume, by another order of its nodes where needed. Errors: a cell is flat or folded; the message
-  !> has its region, its number in gmsh and its quality.
+  !> Gives every cell a positive volume: the nodes of an inverted cell get another order. Errors: the first cell that is flat or
+  !> folded, also by its mid-side nodes; the message has its region, its number in gmsh and its quality.
   pure subroutine orient_cells(mesh, path, error)
     type(mesh_t), intent(inout) :: mesh
     !> mesh file, for messages
@@ -48,7 +48,7 @@ contains
     end do
   end subroutine orient_cells
 
-  !> Makes the tables of the quadratic elements that the mesh has.
+  !> Tabulates the shape functions of the quadratic elements that the mesh has.
   pure subroutine tabulate_curved(mesh, tables)
     type(mesh_t), intent(in) :: mesh
     type(shape_table_t), intent(inout) :: tables(n_element_types)
@@ -62,7 +62,8 @@ contains
     end do
   end subroutine tabulate_curved
 
-  !> Returns the smallest determinant of the directions along the reference axes at the integration points.
+  !> Returns the quality [-] of a quadratic cell: the smallest determinant of the unit vectors along its reference axes at the
+  !> integration points, at most 1.
   pure real(rk) function point_quality(mesh, i_cell, table) result(quality)
     type(mesh_t), intent(in) :: mesh
     integer, intent(in) :: i_cell
@@ -80,7 +81,7 @@ contains
     end do
   end function point_quality
 
-  !> Returns the determinant of the directions of the edges at each corner: 1 = right angles, 0 = flat, negative = inverted.
+  !> Returns the determinant of the unit vectors along the edges at each corner: 1 = right angles, 0 = flat, negative = inverted.
   pure function corner_qualities(mesh, i_cell) result(qualities)
     type(mesh_t), intent(in) :: mesh
     integer, intent(in) :: i_cell
@@ -147,7 +148,7 @@ contains
                     ', at least 1.0e-10 is needed', file=path, hint='correct the geometry or the mesh size there')
   end subroutine refuse_cell
 
-  !> Returns the first region that holds the cell, in quotes.
+  !> Returns the name in quotes of the first region that has the cell; `?` if none has it.
   pure function region_of_cell(mesh, i_cell) result(name)
     type(mesh_t), intent(in) :: mesh
     integer, intent(in) :: i_cell

@@ -11,14 +11,14 @@ module sig_facing_groups
   private
   public :: facing_groups_t, find_facing_groups
 
-  !> Two surfaces of different bodies. The first one faces the other with the larger share of its area.
+  !> Two surfaces of different bodies that face each other. The first one is that whose share of facing area is larger.
   type :: facing_groups_t
     !> numbers of the groups in the mesh
     integer :: first = 0
     integer :: second = 0
     !> [-] share of the first surface's area that faces the second one
     real(rk) :: share = 0
-    !> [length] least and largest distance along the normals of the first one, negative where they overlap
+    !> [length] least and largest distance along the normals of the first surface, negative where they overlap
     real(rk) :: gap(2) = 0
   end type facing_groups_t
 
@@ -26,27 +26,28 @@ module sig_facing_groups
   type :: surface_t
     integer :: group = 0
     integer :: body = 0
-    !> [length] distance up to which the search looks across a gap
+    !> [length] largest distance at which another surface counts as facing
     real(rk) :: reach = 0
-    !> [length] center of each facet, and its normal times its size; shape (n_dim, n_facets)
+    !> [length] center of each facet, and its outward normal times its length or area; shape (n_dim, n_facets)
     real(rk), allocatable :: centers(:, :)
     real(rk), allocatable :: area_vectors(:, :)
     type(k_d_tree_t) :: tree
   end type surface_t
 
-  !> [-] share of the area that has to face the other surface; for two disks that touch it is a quarter
+  !> [-] smallest share of the area that faces the other surface; for two disks that touch it is a quarter
   real(rk), parameter :: enough = 0.2_rk
-  !> [-] cosine between normals that counts as opposite: 60 degrees
+  !> [-] normals whose cosine is not above this count as opposite: they are within 60 degrees of opposite directions
   real(rk), parameter :: opposite = -0.5_rk
-  !> [-] share of a surface's length up to which a gap is bridged, and the same limit as a number of facets
+  !> [-] reach of the search: the larger of this share of the surface's length and this number of facet sizes
   real(rk), parameter :: of_length = 0.1_rk
   real(rk), parameter :: of_facets = 2
-  !> [-] share of this distance below which a gap counts as zero
+  !> [-] share of the reach below which a gap counts as zero
   real(rk), parameter :: rounding = 1.0e-9_rk
 
 contains
 
-  !> Guesses the contact pairs, in the order of the groups.
+  !> Finds all pairs of named surfaces of different bodies of which one faces the other with at least a fifth of its area. The pairs
+  !> are in the order of the groups. A surface that is not the outside of exactly one body is left out.
   subroutine find_facing_groups(mesh, pairs)
     type(mesh_t), intent(in) :: mesh
     type(facing_groups_t), allocatable, intent(out) :: pairs(:)
@@ -67,7 +68,7 @@ contains
     end do
   end subroutine find_facing_groups
 
-  !> Measures the surfaces that are the outside of one body.
+  !> Measures the named surfaces that are the outside of exactly one body.
   subroutine measure_surfaces(mesh, surfaces)
     type(mesh_t), intent(in) :: mesh
     type(surface_t), allocatable, intent(out) :: surfaces(:)
@@ -106,7 +107,7 @@ contains
     length_of = norm2(maxval(points, dim=2) - minval(points, dim=2))
   end function length_of
 
-  !> Computes how much of a surface faces another one.
+  !> Computes the share of a surface's area that faces another surface, and the gaps there.
   pure type(facing_groups_t) function face(surface, other) result(pair)
     type(surface_t), intent(in) :: surface
     type(surface_t), intent(in) :: other

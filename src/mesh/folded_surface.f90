@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Checks for a contact surface that is folded onto itself: one name for both sides of an interface.
+!> Refuses a contact surface that is folded onto itself, because one name was given to both sides of an interface.
 module sig_folded_surface
   use sig_deck_config, only: name_config_t
   use sig_errors, only: error_t
@@ -12,23 +12,26 @@ module sig_folded_surface
   private
   public :: check_folded
 
-  !> [-] share of the mesh size: nodes closer than this have no other body between them, not even a foil
+  !> [-] share of the mesh size: between nodes that are closer than this there is no other body, not even a foil
   real(rk), parameter :: near = 1.0e-3_rk
-  !> [-] cosine of normals that count as opposite, also on curved facets and at rims
+  !> [-] normals whose cosine is not above this count as opposite, also on curved facets and at rims
   real(rk), parameter :: opposite = -0.5_rk
   !> [-] rounding of coordinates, relative to the mesh size
   real(rk), parameter :: rounding = 1.0e-6_rk
 
 contains
 
-  !> Checks one surface. Errors: two nodes of the surface face each other across no gap, or hardly any. The nodes on both sides of a
-  !> thin plate face away from each other.
+  !> Checks one surface. Errors: two nodes of the surface have opposite normals and face each other with a gap below 1e-3 of the
+  !> mesh size. The nodes on both sides of a thin plate face away from each other and are no error.
   pure subroutine check_folded(mesh, surfaces, surface, i_group, geometry, error)
     type(mesh_t), intent(in) :: mesh
+    !> contact entry, for messages
     type(surface_pair_t), intent(in) :: surfaces
     !> name of the surface in the deck
     type(name_config_t), intent(in) :: surface
+    !> group of the surface in the mesh
     integer, intent(in) :: i_group
+    !> of measure_surface
     type(surface_geometry_t), intent(in) :: geometry
     type(error_t), allocatable, intent(out) :: error
     type(k_d_tree_t) :: tree

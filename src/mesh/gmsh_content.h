@@ -11,7 +11,8 @@ typedef struct {
   size_t n, room;
 } sig_list;
 
-/* Appends `more` items of zeros and returns the first of them. Null when out of memory; the failure is recorded then.
+/* Appends `more` items of zeros and returns the first of them. Returns null when out of memory; the scanner records
+ * the failure then.
  */
 void *sig_list_add(sig_scanner *scanner, sig_list *list, size_t more, size_t item_size);
 

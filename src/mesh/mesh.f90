@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> The mesh as data, the same on every rank; a partition says which rank works on which cells and nodes.
+!> The data of a mesh, which every rank has completely. A partition says which rank works on which cells and nodes.
 module sig_mesh
   use sig_kinds, only: rk
   use sig_text, only: string_t
@@ -7,16 +7,16 @@ module sig_mesh
   private
   public :: mesh_t, mesh_partition_t, group_t, find_group, cells_around_nodes, nodes_of_cell, nodes_of_facet
 
-  !> A physical name of the mesh file.
+  !> A physical group of the mesh file that has a name.
   type :: group_t
     character(:), allocatable :: name
-    !> dimension of its entities; 0 for points
+    !> dimension of its elements; 0 for points
     integer :: n_dim = 0
-    !> entities of the group: cells where n_dim is the dimension of the mesh, facets where it is one less; empty for points
+    !> elements of the group, ascending: cells if n_dim is that of the mesh, facets if it is one less; empty for lower dimensions
     integer, allocatable :: entities(:)
     !> all nodes of the group, ascending
     integer, allocatable :: nodes(:)
-    !> number of elements of the file that touch no named cell and are left out
+    !> number of elements of the group in the file that are left out, because a node of theirs belongs to no named cell
     integer :: n_left_out = 0
   end type group_t
 
@@ -28,25 +28,25 @@ module sig_mesh
     integer :: n_facets = 0
     !> [units.length] shape (n_dim, n_nodes)
     real(rk), allocatable :: coordinates(:, :)
-    !> gmsh's node numbers, for messages
+    !> gmsh's node numbers, for messages, shape (n_nodes)
     integer, allocatable :: node_tags(:)
     !> row of element_types, shape (n_cells)
     integer, allocatable :: cell_types(:)
-    !> nodes of cell c: cell_nodes(cell_offsets(c) + 1 : cell_offsets(c + 1)), offsets start with 0
+    !> nodes of cell c: cell_nodes(cell_offsets(c) + 1 : cell_offsets(c + 1)); the first offset is 0
     integer, allocatable :: cell_offsets(:)
     integer, allocatable :: cell_nodes(:)
-    !> gmsh's element numbers, for messages
+    !> gmsh's element numbers of the cells, for messages, shape (n_cells)
     integer, allocatable :: cell_tags(:)
-    !> the same data for the named facets
+    !> types, offsets and nodes of the named facets, as those of the cells
     integer, allocatable :: facet_types(:)
     integer, allocatable :: facet_offsets(:)
     integer, allocatable :: facet_nodes(:)
     type(group_t), allocatable :: groups(:)
-    !> FNV-1a of the file's bytes, 16 hexadecimal digits
+    !> FNV-1a hash of the file's bytes, 16 hexadecimal digits
     character(16) :: file_hash = ''
   end type mesh_t
 
-  !> Shares of the ranks of one communicator (0-based).
+  !> Which rank of one communicator (0-based) has which cells and nodes.
   type :: mesh_partition_t
     !> rank that assembles the cell, shape (n_cells)
     integer, allocatable :: cell_owner(:)
@@ -65,7 +65,7 @@ contains
     nodes = mesh%cell_nodes(mesh%cell_offsets(i_cell) + 1:mesh%cell_offsets(i_cell + 1))
   end function nodes_of_cell
 
-  !> Returns the nodes of one named facet.
+  !> Returns the nodes of one named facet, in the element's order.
   pure function nodes_of_facet(mesh, i_facet) result(nodes)
     type(mesh_t), intent(in) :: mesh
     integer, intent(in) :: i_facet
@@ -74,7 +74,7 @@ contains
     nodes = mesh%facet_nodes(mesh%facet_offsets(i_facet) + 1:mesh%facet_offsets(i_facet + 1))
   end function nodes_of_facet
 
-  !> Returns the index of the physical name, 0 where the mesh does not have it.
+  !> Returns the index of the first group with this name, 0 if there is none.
   pure integer function find_group(mesh, name) result(i_group)
     type(mesh_t), intent(in) :: mesh
     character(*), intent(in) :: name
@@ -85,9 +85,10 @@ contains
     i_group = 0
   end function find_group
 
-  !> Lists the cells that touch each node, as offsets (n_nodes + 1, starting with 0) and a flat list.
+  !> Lists the cells of each node, ascending: those of node i are cells(offsets(i) + 1 : offsets(i + 1)).
   pure subroutine cells_around_nodes(mesh, offsets, cells)
     type(mesh_t), intent(in) :: mesh
+    !> the first offset is 0, shape (n_nodes + 1)
     integer, allocatable, intent(out) :: offsets(:)
     integer, allocatable, intent(out) :: cells(:)
     integer :: i_cell, i_node, n

@@ -11,7 +11,8 @@ module sig_mesh_axis
 
 contains
 
-  !> Moves nodes that rounding has put behind the axis onto it. Errors: a node behind the axis.
+  !> Sets a negative x that is only a rounding error to 0. Errors: the node with the lowest x, if it is behind the axis by more than
+  !> 1e-12 of the largest coordinate.
   pure subroutine check_radii(mesh, path, error)
     type(mesh_t), intent(inout) :: mesh
     !> mesh file, for messages
@@ -31,11 +32,11 @@ contains
     end if
   end subroutine check_radii
 
-  !> Whether an edge has a node on the axis.
+  !> Whether an edge has a node on the axis, that is, at most 1e-9 of its largest radius away from it.
   pure logical function ends_on_axis(radii)
     !> [length] radii of the edge's nodes
     real(rk), intent(in) :: radii(:)
-    !> [-] share of the edge's extent: a node as close as this to the axis is on it
+    !> [-] share of the largest radius
     real(rk), parameter :: rounding = 1.0e-9_rk
 
     ends_on_axis = minval(radii) <= rounding * maxval(radii)

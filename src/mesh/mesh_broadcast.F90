@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 #include "signorom/macros.h"
-!> Gives rank 0's mesh to every rank.
+!> Sends the mesh of rank 0 to all ranks.
 module sig_mesh_broadcast
   use mpi, only: MPI_Bcast, MPI_Comm_rank, MPI_DOUBLE_PRECISION, MPI_INTEGER
   use sig_error_broadcast, only: broadcast_text
@@ -13,7 +13,7 @@ module sig_mesh_broadcast
 
 contains
 
-  !> Sends the mesh of the first rank to all others. Collective on comm.
+  !> Sends the mesh of rank 0 to all other ranks, whose own mesh is replaced. Collective on comm.
   subroutine broadcast_mesh(mesh, comm, ierr)
     type(mesh_t), intent(inout) :: mesh
     MPI_Comm, intent(in) :: comm
@@ -79,7 +79,7 @@ contains
     end do
   end subroutine broadcast_groups
 
-  !> An array that is unallocated on rank 0 is so everywhere.
+  !> Sends an array of rank 0, which may be unallocated; then it is unallocated on all ranks. Collective on comm.
   subroutine broadcast_integers(values, comm, ierr)
     integer, allocatable, intent(inout) :: values(:)
     MPI_Comm, intent(in) :: comm

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Builds the mesh from the content of a gmsh file: named cells and facets, each once, and the nodes of the cells.
+!> Builds the mesh from the content of a gmsh file: the named cells and facets, each once, and the nodes of the cells.
 module sig_mesh_build
   use sig_element_types, only: element_type_of_gmsh, element_types
   use sig_errors, only: error_t, make_error
@@ -17,14 +17,16 @@ module sig_mesh_build
 
 contains
 
-  !> Builds the mesh. Local. Elements that occur several times count once, nodes without a cell are removed, and the order of the
-  !> file is kept. Errors: another dimension than wanted, no named cells, cells of a group without a name, a plane mesh out of its
-  !> plane, linear and quadratic elements on one edge.
+  !> Builds the mesh. Elements that occur several times count once, nodes without a cell are left out, and the order of the file is
+  !> kept. The orientation of the cells is not checked. Local.
+  !>
+  !> Errors: the elements in physical groups have another dimension than n_dim, or there are none; cells of a group without a name;
+  !> a plane mesh that is not in a plane z = const; those of check_mid_nodes.
   subroutine build_mesh(raw, n_dim, length_factor, path, mesh, error)
     type(raw_mesh_t), intent(in) :: raw
     !> 2 or 3: dimension of the model
     integer, intent(in) :: n_dim
-    !> [units.length / mesh.length_unit]
+    !> factor for all coordinates, from the mesh file's unit of length to the deck's [units.length / mesh.length_unit]
     real(rk), intent(in) :: length_factor
     !> name of the file for messages
     character(*), intent(in) :: path
@@ -58,7 +60,7 @@ contains
     n_dim = element_types(element_type_of_gmsh(raw%element_types(i_element)))%n_dim
   end function dimension_of_element
 
-  !> Returns the largest dimension of the elements that belong to a physical group; -1 where none does.
+  !> Returns the largest dimension of the elements that belong to a physical group; -1 if there are none.
   pure integer function mesh_dimension(raw) result(n_dim)
     type(raw_mesh_t), intent(in) :: raw
     integer :: i_element
@@ -98,7 +100,7 @@ contains
       to_text(n_dim)
   end function dimension_hint
 
-  !> Checks that regions have names. The deck uses regions by name, so a nameless one would be lost without a message.
+  !> Checks that regions have names: the deck uses regions by name, so a region without a name would be lost without a message.
   pure subroutine check_names(raw, n_dim, path, error)
     type(raw_mesh_t), intent(in) :: raw
     integer, intent(in) :: n_dim
@@ -117,7 +119,7 @@ contains
     end do
   end subroutine check_names
 
-  !> Numbers the cells in the file's order, and the nodes of the cells.
+  !> Numbers the cells and their nodes in the order of the file.
   pure subroutine number_cells(raw, n_dim, cell_of_element, node_of_raw_node)
     type(raw_mesh_t), intent(in) :: raw
     integer, intent(in) :: n_dim
@@ -319,7 +321,7 @@ contains
     end do
   end subroutine sort_members
 
-  !> Lists the nodes of elements, each once, ascending; elements that touch a removed node do not count.
+  !> Lists the nodes of elements, each once, ascending. Elements with a node that belongs to no cell do not count.
   pure subroutine collect_nodes(raw, elements, node_of_raw_node, nodes, n_left_out)
     type(raw_mesh_t), intent(in) :: raw
     integer, intent(in) :: elements(:)

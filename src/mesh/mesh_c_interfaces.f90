@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> The C side of this layer, as declared in include/signorom/{gmsh_reader,partition}.h.
+!> Interfaces of the C functions of this layer, which include/signorom/{gmsh_reader,partition}.h declare and describe.
 module sig_mesh_c_interfaces
   use, intrinsic :: iso_c_binding, only: c_char, c_double, c_int, c_int64_t, c_ptr, c_size_t
   implicit none(type, external)

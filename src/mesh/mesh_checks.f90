@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Checks names of the deck that have to exist in the mesh: regions, boundaries, surfaces.
+!> Finds the groups of the mesh that the deck names: regions, boundaries, surfaces.
 module sig_mesh_checks
   use sig_deck_config, only: material_config_t, name_config_t, zone_config_t
   use sig_errors, only: error_t, make_error
@@ -12,12 +12,14 @@ module sig_mesh_checks
 
 contains
 
-  !> Finds the index in `materials` of each cell's material. Errors: unknown region, a cell in two materials, a cell in none.
+  !> Finds the material of each cell. Errors: a region that group_of_region refuses, a cell with two materials, a cell without one.
   pure subroutine material_of_cells(mesh, materials, deck_path, material_of_cell, error)
     type(mesh_t), intent(in) :: mesh
+    !> section materials of the deck
     type(material_config_t), intent(in) :: materials(:)
+    !> for messages
     character(*), intent(in) :: deck_path
-    !> 1-based, shape (n_cells)
+    !> index in `materials`, 1-based, shape (n_cells)
     integer, allocatable, intent(out) :: material_of_cell(:)
     type(error_t), allocatable, intent(out) :: error
     integer :: i_material, i_region
@@ -80,11 +82,14 @@ contains
                     column=column, hint='add it to the regions of a material')
   end subroutine refuse_bare_cell
 
-  !> Finds the nodes of a named boundary, ascending. The name may belong to facets, edges or points, but not to a region. Errors:
-  !> unknown name, a region's name, a boundary without nodes.
+  !> Finds the nodes of a named boundary, ascending. The name may belong to facets, edges or points, but not to a region.
+  !>
+  !> Errors: unknown name, a region's name, a name of several groups, a group without nodes, a group with elements that touch no
+  !> cell of a named region. The message has the name's line in the deck.
   pure subroutine nodes_of_boundary(mesh, boundary, deck_path, nodes, error)
     type(mesh_t), intent(in) :: mesh
     type(name_config_t), intent(in) :: boundary
+    !> for messages
     character(*), intent(in) :: deck_path
     !> 1-based
     integer, allocatable, intent(out) :: nodes(:)
@@ -95,15 +100,17 @@ contains
     if (.not. allocated(error)) nodes = mesh%groups(i_group)%nodes
   end subroutine nodes_of_boundary
 
-  !> Finds the nodes of a zone of interest, ascending. Errors: as nodes_of_boundary, and a window without nodes.
+  !> Finds the nodes of a zone of interest, ascending: those of its boundary that lie in its window. Errors: as nodes_of_boundary,
+  !> and a window without nodes.
   pure subroutine nodes_of_zone(mesh, zone, deck_path, nodes, error)
     type(mesh_t), intent(in) :: mesh
     type(zone_config_t), intent(in) :: zone
     character(*), intent(in) :: deck_path
+    !> 1-based
     integer, allocatable, intent(out) :: nodes(:)
     type(error_t), allocatable, intent(out) :: error
-    !> [-] share of the boundary's extent: a node outside the window by at most this counts as inside (rounding of coordinates, in
-    !> any unit)
+    !> [-] share of the boundary's extent: a node that is outside of the window by at most this counts as inside, because
+    !> coordinates are rounded
     real(rk), parameter :: node_tolerance = 1.0e-9_rk
     integer, allocatable :: all_nodes(:)
     logical, allocatable :: is_inside(:)
@@ -124,7 +131,8 @@ contains
       deck_path, zone%boundary%line, zone%boundary%column)
   end subroutine nodes_of_zone
 
-  !> Finds the index of a named surface, a group of facets. Errors: as nodes_of_boundary.
+  !> Finds the index in mesh%groups of a named surface, a group of facets; 0 on an error. Errors: as nodes_of_boundary, and a name
+  !> that is not one of facets.
   pure subroutine group_of_surface(mesh, surface, deck_path, i_group, error)
     type(mesh_t), intent(in) :: mesh
     type(name_config_t), intent(in) :: surface
@@ -135,7 +143,8 @@ contains
     call find_name(mesh, surface, mesh%n_dim - 1, mesh%n_dim - 1, 'surface', deck_path, i_group, error)
   end subroutine group_of_surface
 
-  !> Finds the index of a named region, a group of cells. Errors: as nodes_of_boundary.
+  !> Finds the index in mesh%groups of a named region, a group of cells; 0 on an error. Errors: as nodes_of_boundary, but for a name
+  !> that is not one of cells.
   pure subroutine group_of_region(mesh, region, deck_path, i_group, error)
     type(mesh_t), intent(in) :: mesh
     type(name_config_t), intent(in) :: region
@@ -146,7 +155,7 @@ contains
     call find_name(mesh, region, mesh%n_dim, mesh%n_dim, 'region', deck_path, i_group, error)
   end subroutine group_of_region
 
-  !> Finds the group of a name whose dimension lies between min_dim and max_dim.
+  !> Finds the only group with a name and a dimension from min_dim to max_dim. Errors: those of nodes_of_boundary.
   pure subroutine find_name(mesh, name, min_dim, max_dim, noun, deck_path, i_group, error)
     type(mesh_t), intent(in) :: mesh
     type(name_config_t), intent(in) :: name

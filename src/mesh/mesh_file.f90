@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> The content of a gmsh file as flat arrays, before anything is selected or checked.
+!> Reads the content of a gmsh file into flat arrays, before cells are selected and checked.
 module sig_mesh_file
   use, intrinsic :: iso_c_binding, only: c_char, c_int, c_null_char, c_ptr, c_size_t
   use sig_c_strings, only: from_c
@@ -15,10 +15,11 @@ module sig_mesh_file
   private
   public :: raw_mesh_t, read_raw_mesh, report_invalid
 
-  !> start of the message where the file is missing, a folder, or not readable
+  !> start of the message if the file is missing, is a folder, or cannot be read
   character(*), parameter, public :: unreadable_mesh = 'cannot read the mesh file'
 
-  !> The content of the file: nodes in the file's order, and the elements of at least one physical group. All indices are 1-based.
+  !> The content of the file: all nodes, and the elements that belong to a physical group, both in the file's order. All indices are
+  !> 1-based.
   type :: raw_mesh_t
     integer :: n_nodes = 0
     integer :: n_elements = 0
@@ -38,18 +39,18 @@ module sig_mesh_file
     !> element member_elements(m) belongs to group member_groups(m); elements ascend
     integer, allocatable :: member_elements(:)
     integer, allocatable :: member_groups(:)
+    !> dimension, physical tag and name of each group, shape (n_groups); a name is empty if the file has none
     integer, allocatable :: group_dims(:)
     integer, allocatable :: group_tags(:)
-    !> names of the groups; empty where the file gives no name
     type(string_t), allocatable :: group_names(:)
-    !> FNV-1a of the file's bytes, 16 hexadecimal digits
+    !> FNV-1a hash of the file's bytes, 16 hexadecimal digits
     character(16) :: hash = ''
   end type raw_mesh_t
 
 contains
 
-  !> Reads a gmsh file. Local. Errors: the file cannot be read, or is not a mesh that the reader supports; with the line of the
-  !> file.
+  !> Reads a gmsh file. Local. Errors: the file cannot be read (unreadable_mesh), memory is not enough, or the file is not a mesh
+  !> that the reader supports; then the error has the line of the file.
   subroutine read_raw_mesh(path, raw, error)
     character(*), intent(in) :: path
     type(raw_mesh_t), intent(out) :: raw
@@ -72,8 +73,9 @@ contains
     call sig_gmsh_free(handle)
   end subroutine read_raw_mesh
 
-  !> Reports the message and the line of a file that the C side refused.
+  !> Makes the error of a file that the C functions refused, with their message and its line; line 0 in a binary file.
   subroutine report_invalid(handle, path, error)
+    !> of sig_gmsh_read or sig_gmsh_read_fields, which returned gmsh_invalid
     type(c_ptr), intent(in) :: handle
     character(*), intent(in) :: path
     type(error_t), allocatable, intent(out) :: error

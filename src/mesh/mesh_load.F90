@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 #include "signorom/macros.h"
-!> From the deck's mesh section to the mesh on every rank.
+!> Loads the mesh of a deck on every rank.
 module sig_mesh_load
   use mpi, only: MPI_Comm_rank
   use sig_deck_config, only: mesh_config_t
@@ -20,12 +20,14 @@ module sig_mesh_load
 
 contains
 
-  !> Rank 0 reads and checks, all get the mesh or the error. Collective on comm.
+  !> Loads the mesh: rank 0 reads and checks it, and all ranks get the mesh or the error. Errors: those of read_mesh, and in an
+  !> axisymmetric model those of check_radii. Collective on comm.
   subroutine load_mesh(config, deck_path, length_factor, comm, mesh, error, ierr)
+    !> section mesh of the deck
     type(mesh_config_t), intent(in) :: config
     !> for messages
     character(*), intent(in) :: deck_path
-    !> [units.length / mesh.length_unit]
+    !> factor for all coordinates [units.length / mesh.length_unit]
     real(rk), intent(in) :: length_factor
     MPI_Comm, intent(in) :: comm
     type(mesh_t), intent(out) :: mesh
@@ -46,7 +48,7 @@ contains
     PetscCall(broadcast_mesh(mesh, comm, ierr))
   end subroutine load_mesh
 
-  !> A file that cannot be read is a matter of the line that names it.
+  !> Gives the error of a file that cannot be read the line of the deck that names the file.
   subroutine blame_deck(config, deck_path, error)
     type(mesh_config_t), intent(in) :: config
     character(*), intent(in) :: deck_path

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 #include "signorom/macros.h"
-!> Who works on what: an owner for each node and cell, the two nodes of a contact pair always together.
+!> Chooses the rank that owns each node and each cell. Both nodes of a contact pair always have the same owner.
 module sig_mesh_partition
   use mpi, only: MPI_Bcast, MPI_Comm_rank, MPI_Comm_size, MPI_INTEGER
   use sig_mesh, only: mesh_partition_t, mesh_t, nodes_of_cell
@@ -12,18 +12,20 @@ module sig_mesh_partition
   private
   public :: partition_mesh
 
-  !> any fixed number: the same mesh gets the same owners in every run
+  !> a fixed number, so that the same mesh gets the same owners in every run
   integer, parameter :: seed = 20220503
 
 contains
 
-  !> An owner among the ranks of comm for each node and cell. Collective on comm.
+  !> Chooses an owner among the ranks of comm for each node and each cell. Collective on comm.
   !>
-  !> METIS on the node graph in which the two nodes of each pair are one vertex; a cell goes to the rank that owns most of its
-  !> nodes, the lowest one in a tie. Rank 0 computes, so that all agree.
+  !> METIS partitions the graph of the nodes, in which the two nodes of each pair are one vertex. Rank 0 does this and sends the
+  !> result. A cell belongs to the rank that owns most of its nodes, and to the lowest of several such ranks.
+  !>
+  !> Errors by ierr: the lists of pairs have different sizes; METIS fails.
   subroutine partition_mesh(mesh, pair_first, pair_second, comm, partition, ierr)
     type(mesh_t), intent(in) :: mesh
-    !> nodes of the pairs, 1-based, no node twice
+    !> first and second node of each pair, 1-based, same size; no node is there twice
     integer, intent(in) :: pair_first(:), pair_second(:)
     MPI_Comm, intent(in) :: comm
     type(mesh_partition_t), intent(out) :: partition
@@ -72,7 +74,7 @@ contains
     end do
   end subroutine share_cells
 
-  !> The lowest of equally frequent numbers.
+  !> Returns the number that occurs most often, and the lowest of several such numbers.
   pure integer function most_frequent(numbers) result(winner)
     integer, intent(in) :: numbers(:)
     integer :: i, n, n_most

@@ -13,12 +13,12 @@ module sig_mesh_read
 
 contains
 
-  !> Reads and checks a mesh. Local. Errors: those of the file, of build_mesh and of orient_cells.
+  !> Reads and checks a mesh. Local. Errors: those of read_raw_mesh, build_mesh and orient_cells.
   subroutine read_mesh(path, n_dim, length_factor, mesh, error)
     character(*), intent(in) :: path
     !> 2 or 3: dimension of the model; 0: that of the mesh, at least 2
     integer, intent(in) :: n_dim
-    !> [units.length / mesh.length_unit]
+    !> factor for all coordinates [units.length / mesh.length_unit]
     real(rk), intent(in) :: length_factor
     type(mesh_t), intent(out) :: mesh
     type(error_t), allocatable, intent(out) :: error

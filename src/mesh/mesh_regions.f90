@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Numbers of the named regions for files: 1, 2, ... in the order of the mesh file's names.
+!> Numbers the named regions for files: 1, 2, ... in the order of the mesh's groups.
 module sig_mesh_regions
   use sig_mesh, only: mesh_t
   use sig_text, only: append_text, string_t
@@ -9,6 +9,7 @@ module sig_mesh_regions
 
 contains
 
+  !> Returns the names of the regions in the order of their numbers.
   pure function region_names(mesh) result(names)
     type(mesh_t), intent(in) :: mesh
     type(string_t), allocatable :: names(:)
@@ -20,7 +21,7 @@ contains
     end do
   end function region_names
 
-  !> Returns the region of each cell; a cell of several regions gets the first one.
+  !> Returns the number of the region of each cell; a cell of several regions gets the lowest number.
   pure function regions_of_cells(mesh) result(regions)
     type(mesh_t), intent(in) :: mesh
     integer :: regions(mesh%n_cells)

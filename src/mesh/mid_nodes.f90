@@ -17,30 +17,34 @@ module sig_mid_nodes
 
   !> The edges and faces of an element type that may have a node in their middle.
   type :: middles_t
+    !> number of these edges and faces
     integer :: n = 0
-    !> corners of each edge and face, filled up with 0
+    !> corners of each edge and face, as numbers in the element, filled up with 0
     integer :: corners(most_corners, most_middles) = 0
     !> number of the middle node in the element, 0 = none
     integer :: node(most_middles) = 0
   end type middles_t
 
-  !> The edges and faces of the cells seen so far, in chains by their lowest corner.
+  !> The edges and faces of the cells seen so far. Those with the same lowest corner form a chain.
   type :: seen_t
     integer :: n = 0
-    !> shape (n_nodes)
+    !> last edge or face whose lowest corner is this node, 0 = none; shape (n_nodes)
     integer, allocatable :: last_at_node(:)
+    !> the one before it in the chain, 0 = none
     integer, allocatable :: previous(:)
     !> corners as nodes of the file, ascending, shape (most_corners, n)
     integer, allocatable :: corners(:, :)
     !> node in the middle, 0 = none
     integer, allocatable :: node(:)
+    !> first element that has the edge or face
     integer, allocatable :: element(:)
   end type seen_t
 
 contains
 
   !> Checks the middle nodes. Local. Cost: linear in the number of elements; a mesh without quadratic elements is not searched.
-  !> Errors: two cells, or a cell and an element of a boundary, have different nodes in the middle of the same edge or face.
+  !> Errors: two cells, or a cell and an element of lower dimension, do not have the same node in the middle of a common edge or
+  !> face; one of them may have none there.
   pure subroutine check_mid_nodes(raw, n_dim, path, error)
     type(raw_mesh_t), intent(in) :: raw
     !> dimension of the cells
@@ -82,8 +86,8 @@ contains
     end do
   end function has_quadratic
 
-  !> Returns the edges and faces of a type, by the nodes of the element of its shape with most nodes. The node inside a cell does
-  !> not matter for other elements.
+  !> Returns the edges and faces of a type. They are found from the element of the same shape with most nodes. The node inside of a
+  !> cell is left out, because other elements do not have it.
   pure function middles_of(i_type, n_dim) result(middles)
     integer, intent(in) :: i_type
     integer, intent(in) :: n_dim
@@ -133,7 +137,7 @@ contains
     end associate
   end subroutine compare_element
 
-  !> Sorts by insertion: there are at most four numbers.
+  !> Returns the numbers in ascending order; no number may occur twice.
   pure function ascending(numbers) result(sorted)
     integer, intent(in) :: numbers(:)
     integer :: sorted(size(numbers))
@@ -144,7 +148,7 @@ contains
     end do
   end function ascending
 
-  !> Returns the place of an edge or face; 0 where no cell has had it yet.
+  !> Returns the index of an edge or face in `seen`; 0 if no cell before had it.
   pure integer function place_of(seen, corners) result(i_seen)
     type(seen_t), intent(in) :: seen
     integer, intent(in) :: corners(most_corners)

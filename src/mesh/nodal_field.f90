@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> A field with one number per node, from a file that identifies nodes by their numbers in the mesh file.
+!> Reads a field with one value per node from a file that identifies nodes by their numbers in the mesh file.
 module sig_nodal_field
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite, ieee_quiet_nan, ieee_value
   use sig_deck_config, only: field_config_t, imposed_strain_config_t
@@ -13,26 +13,30 @@ module sig_nodal_field
   private
   public :: nodal_field_t, read_nodal_field
 
+  !> The values of a field at the nodes of the mesh.
   type :: nodal_field_t
-    !> value at each node of the mesh; NaN where the file has none
+    !> NaN at nodes without a value in the file, shape (n_nodes)
     real(rk), allocatable :: values(:)
   end type nodal_field_t
 
-  !> [-] largest difference of coordinates from the digits of files, relative to the largest coordinate
+  !> [-] largest difference of coordinates that counts as rounding in files, relative to the largest coordinate
   real(rk), parameter :: same_place = 1.0e-6_rk
 
 contains
 
-  !> Reads the field of an entry, which needs a value at every node of the entry's region. Local. Errors: those of the file; a node
-  !> that the mesh does not have or has at another place; a node of the region without a finite value.
+  !> Reads the field of an imposed strain, which must have a value at every node of the strain's region. Local.
+  !>
+  !> Errors: a region that group_of_region refuses; those of read_raw_field; a value at a node that the mesh does not have; a node
+  !> at another place than in the mesh; a node of the region without a finite value.
   subroutine read_nodal_field(mesh, strain, deck_path, field, error, length_factor)
     type(mesh_t), intent(in) :: mesh
+    !> entry of the deck that names region, file and field
     type(imposed_strain_config_t), intent(in) :: strain
     !> name of the deck for messages
     character(*), intent(in) :: deck_path
     type(nodal_field_t), intent(out) :: field
     type(error_t), allocatable, intent(out) :: error
-    !> [units.length / mesh.length_unit] default 1
+    !> factor for the coordinates of the file [units.length / mesh.length_unit], default 1
     real(rk), intent(in), optional :: length_factor
     type(raw_field_t) :: raw
     integer :: i_group
@@ -47,7 +51,7 @@ contains
     if (.not. allocated(error)) call check_region(mesh, i_group, raw, field%values, strain%field, deck_path, error)
   end subroutine read_nodal_field
 
-  !> Assigns the values of the file to the nodes of the mesh.
+  !> Assigns the values of the file to the nodes of the mesh. Errors: a value at a node that the mesh does not have.
   subroutine place_values(mesh, raw, config, deck_path, values, error)
     type(mesh_t), intent(in) :: mesh
     type(raw_field_t), intent(in) :: raw
@@ -73,7 +77,8 @@ contains
       ' nodes; the mesh has ' // to_text(mesh%n_nodes) // ')', deck_path, config%name%line, config%name%column)
   end subroutine place_values
 
-  !> Checks that the nodes of the file are where the mesh has them, because another mesh may have the same node numbers.
+  !> Checks that the nodes of the file, if it has coordinates, are at the same places as in the mesh, because another mesh may have
+  !> the same node numbers.
   subroutine check_places(mesh, raw, config, deck_path, error)
     type(mesh_t), intent(in) :: mesh
     type(raw_field_t), intent(in) :: raw
@@ -136,7 +141,7 @@ contains
     end associate
   end subroutine check_region
 
-  !> Finds by merging the order in which the tags ascend.
+  !> Finds the order in which the tags ascend, by merging.
   pure recursive subroutine sort_tags(tags, order, is_part)
     integer, intent(in) :: tags(:)
     integer, intent(inout) :: order(:)
@@ -165,7 +170,7 @@ contains
     end do
   end subroutine sort_tags
 
-  !> Returns the node with a tag; 0 where there is none.
+  !> Returns the node with a tag; 0 if there is none.
   pure integer function node_with_tag(tags, order, tag) result(i_node)
     integer, intent(in) :: tags(:)
     integer, intent(in) :: order(:)

@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Reads files with values at nodes: gmsh's $NodeData, and HDF5.
+!> Reads files with values at nodes: gmsh files with $NodeData, and HDF5 files.
 !>
-!> In HDF5, /node_tags has the numbers of the nodes in the mesh file, /<name> one value for each node, and /coordinates, if it
-!> exists, the places of these nodes.
+!> In an HDF5 file, /node_tags has the numbers of the nodes in the mesh file, and /<name> has one value for each of these nodes. If
+!> /coordinates exists, it has their places.
 module sig_nodal_field_file
   use, intrinsic :: iso_c_binding, only: c_int, c_ptr, c_size_t
   use sig_c_strings, only: from_c
@@ -21,11 +21,11 @@ module sig_nodal_field_file
 
   !> A field as the file has it.
   type :: raw_field_t
-    !> node numbers of the mesh file
+    !> numbers in the mesh file of the nodes with a value, and the values
     integer, allocatable :: tags(:)
     real(rk), allocatable :: values(:)
     !> numbers of the nodes whose places the file gives, and their places [length of the mesh file], shape (n_components, n_places);
-    !> not allocated where the file has none
+    !> not allocated if the file has no places
     integer, allocatable :: place_tags(:)
     real(rk), allocatable :: coordinates(:, :)
   end type raw_field_t
@@ -37,9 +37,12 @@ module sig_nodal_field_file
 
 contains
 
-  !> Reads a field. Files that end in .h5 or .hdf5 are HDF5, all others gmsh's. Local. Errors: a file that cannot be read; no field
-  !> of this name, or several; more than one number per node.
+  !> Reads a field. A file whose name ends in .h5 or .hdf5 is an HDF5 file, any other one a gmsh file. Local.
+  !>
+  !> Errors: a file that cannot be read; no field of this name, or several; more than one number per node. In an HDF5 file also: no
+  !> node_tags, or another number of them than of values.
   subroutine read_raw_field(config, deck_path, field, error)
+    !> file and name of the field
     type(field_config_t), intent(in) :: config
     !> name of the deck for messages
     character(*), intent(in) :: deck_path
@@ -155,7 +158,7 @@ contains
     call sig_gmsh_nodes(handle, field%place_tags, field%coordinates)
   end subroutine copy_places
 
-  !> Returns the names as a list; `none` where there is none.
+  !> Returns the names with commas between them; `none` without names.
   pure function listed(names) result(text)
     type(string_t), intent(in) :: names(:)
     character(:), allocatable :: text

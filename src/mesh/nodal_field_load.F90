@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 #include "signorom/macros.h"
-!> From the deck's imposed strains to their fields on every rank.
+!> Loads the fields of a deck's imposed strains on every rank.
 module sig_nodal_field_load
   use mpi, only: MPI_Bcast, MPI_Comm_rank, MPI_DOUBLE_PRECISION
   use sig_deck_config, only: imposed_strain_config_t
@@ -16,16 +16,18 @@ module sig_nodal_field_load
 
 contains
 
-  !> Rank 0 reads and checks, all get the fields or the error. Collective on comm.
+  !> Loads the fields: rank 0 reads and checks them, and all ranks get the fields or the error. Errors: those of read_nodal_field.
+  !> Collective on comm.
   subroutine load_nodal_fields(mesh, strains, deck_path, length_factor, comm, fields, error, ierr)
     type(mesh_t), intent(in) :: mesh
+    !> section imposed_strains of the deck
     type(imposed_strain_config_t), intent(in) :: strains(:)
     !> for messages
     character(*), intent(in) :: deck_path
-    !> [units.length / mesh.length_unit]
+    !> factor for the coordinates of the files [units.length / mesh.length_unit]
     real(rk), intent(in) :: length_factor
     MPI_Comm, intent(in) :: comm
-    !> of each entry; no values where it takes none from a file
+    !> one field per entry; its values are not allocated if the entry has no file
     type(nodal_field_t), allocatable, intent(out) :: fields(:)
     type(error_t), allocatable, intent(out) :: error
     PetscErrorCode, intent(out) :: ierr

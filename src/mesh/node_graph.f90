@@ -1,5 +1,6 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> The graph of the nodes. Neighbors share a cell; the two nodes of a contact pair are one vertex.
+!> Makes the graph of the nodes: a node is a vertex, both nodes of a contact pair are one vertex, and vertices with nodes in a
+!> common cell are neighbors.
 module sig_node_graph
   use sig_mesh, only: cells_around_nodes, mesh_t
   implicit none(type, external)
@@ -8,9 +9,10 @@ module sig_node_graph
 
 contains
 
-  !> Numbers the vertices in the order of their lowest node.
+  !> Gives each node its vertex. Vertices are numbered in the order of their lowest node.
   pure subroutine merge_pairs(n_nodes, pair_first, pair_second, vertex_of_node, n_vertices)
     integer, intent(in) :: n_nodes
+    !> first and second node of each pair, 1-based; no node is there twice
     integer, intent(in) :: pair_first(:), pair_second(:)
     !> vertex of each node, 1-based, shape (n_nodes)
     integer, allocatable, intent(out) :: vertex_of_node(:)
@@ -32,10 +34,11 @@ contains
     end do
   end subroutine merge_pairs
 
-  !> Lists the neighbors of each vertex: those of v are neighbors(offsets(v) + 1 : offsets(v + 1)), each once, without v. Cost:
-  !> linear in the number of cells.
+  !> Lists the neighbors of each vertex: those of v are neighbors(offsets(v) + 1 : offsets(v + 1)), each once, without v. All are
+  !> 1-based. Cost: linear in the number of cells.
   pure subroutine node_graph(mesh, vertex_of_node, n_vertices, offsets, neighbors)
     type(mesh_t), intent(in) :: mesh
+    !> of merge_pairs
     integer, intent(in) :: vertex_of_node(:)
     integer, intent(in) :: n_vertices
     integer, allocatable, intent(out) :: offsets(:)
@@ -64,13 +67,13 @@ contains
     end do
   end subroutine node_graph
 
-  !> Counts the neighbors of a vertex, and lists them where the list is allocated.
+  !> Counts the neighbors of a vertex, and lists them if `neighbors` is allocated.
   pure subroutine visit_neighbors(mesh, vertex_of_node, cell_offsets, cells, i_vertex, own_nodes, last_seen, n, neighbors)
     type(mesh_t), intent(in) :: mesh
     integer, intent(in) :: vertex_of_node(:), cell_offsets(:), cells(:)
     integer, intent(in) :: i_vertex
     integer, intent(in) :: own_nodes(:)
-    !> last vertex that met each vertex
+    !> last vertex that had each vertex as a neighbor
     integer, intent(inout) :: last_seen(:)
     integer, intent(inout) :: n
     integer, allocatable, intent(inout) :: neighbors(:)

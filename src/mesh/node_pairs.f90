@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Pairs of facing nodes of two surfaces (node-to-node contact), with their normals and gaps.
+!> Finds pairs of facing nodes of two surfaces (node-to-node contact), with their normals and gaps.
 module sig_node_pairs
   use sig_deck_config, only: contact_config_t
   use sig_errors, only: error_t
@@ -21,9 +21,9 @@ module sig_node_pairs
     integer, allocatable :: second_node(:)
     !> [-] unit vector from the first body to the second or to the obstacle, shape (n_dim, n_pairs)
     real(rk), allocatable :: normal(:, :)
-    !> [length] (x_second - x_first) . normal; negative where the bodies overlap at the start; 0 for an obstacle
+    !> [length] (x_second - x_first) . normal in the mesh; negative if the bodies overlap; 0 for an obstacle
     real(rk), allocatable :: initial_gap(:)
-    !> [length] factors of the terms that add to the initial gap, shape (n_pairs, number of terms so far)
+    !> [length] gap that each term adds to the initial gap when its value is 1, shape (n_pairs, n_terms); no terms at first
     real(rk), allocatable :: gap_factors(:, :)
     !> entry of the deck's contact section that made each pair
     integer, allocatable :: contact_entry(:)
@@ -31,19 +31,23 @@ module sig_node_pairs
 
 contains
 
-  !> Finds the pairs of all contact entries whose formulation is node_to_node, or auto where the nodes face each other one to one.
-  !> Local. Cost: O(n log n) in the nodes of the surfaces. Errors, with the entry's place in the deck: unknown surface, an unusable
-  !> direction, surfaces that do not face each other, nodes without partner, a node in two pairs, quadratic facets that pairs do not
-  !> support.
+  !> Finds the pairs of all contact entries that can have pairs, and says for the others why they need mortar. An entry with the
+  !> formulation mortar gets no pairs; one with auto gets pairs if its nodes face each other one to one. Local. Cost: O(n log n) in
+  !> the nodes of the surfaces.
+  !>
+  !> Errors, with the entry's place in the deck: those of open_surfaces for all entries, and those of pair_surfaces for entries that
+  !> must have pairs; in an axisymmetric model also those of check_axis.
   pure subroutine find_node_pairs(mesh, is_round, contact, deck_path, pairs, error, why_mortar)
     type(mesh_t), intent(in) :: mesh
-    !> whether the mesh turns around the axis x = 0
+    !> whether the body is the mesh turned around the axis x = 0
     logical, intent(in) :: is_round
+    !> section contact of the deck
     type(contact_config_t), intent(in) :: contact(:)
+    !> for messages
     character(*), intent(in) :: deck_path
     type(node_pairs_t), intent(out) :: pairs
     type(error_t), allocatable, intent(out) :: error
-    !> reason why an entry needs mortar, empty where it has pairs; shape (size(contact)). Without this argument all entries must
+    !> reason why an entry needs mortar, empty if it has pairs; shape (size(contact)). Without this argument, entries with auto must
     !> have pairs
     type(string_t), allocatable, intent(out), optional :: why_mortar(:)
     type(surface_pair_t) :: surfaces
@@ -76,7 +80,7 @@ contains
     logical, intent(in) :: is_round
     type(surface_pair_t), intent(in) :: surfaces
     type(pairing_t), intent(inout) :: pairing
-    !> the reason; empty where the deck wants pairs, with errors or not
+    !> the reason; empty if the entry has pairs, or must have them and has an error instead
     character(:), allocatable, intent(out) :: why
     type(error_t), allocatable, intent(out) :: error
 

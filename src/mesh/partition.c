@@ -6,7 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Divides the vertices into parts of consecutive numbers and of about the same size. */
+/* Divides the vertices into parts of consecutive vertices. All parts have about the same number of vertices. */
 static void share_in_runs(int n_vertices, int n_parts, int *part) {
   for (int i = 0; i < n_vertices; i++) part[i] = (int)((long long)i * n_parts / n_vertices);
 }

@@ -1,9 +1,10 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Checks where quadratic facets can be in contact.
+!> Checks whether quadratic facets can be in node-to-node contact.
 !>
-!> A uniform pressure p has nodal forces p times the integrals of N_j: 1/6, 4/6, 1/6 of an edge, 1/36, 4/36, 16/36 of a face of nine
-!> nodes. At the corners of a face of six nodes they are 0, and of eight nodes -1/12: a closed gap there has no force, or a tensile
-!> one. The same happens with 2 pi r at the end of an edge on the axis, where the integral of r N_j is 0.
+!> A uniform pressure p has the nodal forces p times the integrals of N_j. Relative to the size of the facet, the integrals are 1/6,
+!> 4/6, 1/6 for an edge, and 1/36, 4/36, 16/36 for a face of nine nodes. At the corners of a face of six nodes they are 0, of eight
+!> nodes -1/12, so that a closed contact there has no force or a tensile one. In axisymmetry the integral of r N_j is 0 at the end
+!> of a quadratic edge on the axis.
 module sig_quadratic_contact
   use sig_changed_basis, only: has_weak_corners
   use sig_deck_config, only: name_config_t
@@ -19,10 +20,13 @@ module sig_quadratic_contact
 
 contains
 
-  !> Checks the facets of node-to-node contact. Errors: a node of a facet has no share of a uniform pressure, or a negative one.
+  !> Checks the facets of one surface for node-to-node contact. Errors: a node of a facet has a zero or negative force under a
+  !> uniform pressure.
   pure subroutine check_weights(mesh, surfaces, surface, facets, error)
     type(mesh_t), intent(in) :: mesh
+    !> contact entry, for messages
     type(surface_pair_t), intent(in) :: surfaces
+    !> name of the surface in the deck
     type(name_config_t), intent(in) :: surface
     integer, intent(in) :: facets(:)
     type(error_t), allocatable, intent(out) :: error
@@ -43,7 +47,8 @@ contains
     end associate
   end subroutine check_weights
 
-  !> Returns the first facet of a list with a node whose share of a uniform pressure is zero or negative; 0 where there is none.
+  !> Returns the index in a list of the first facet with a node whose force under a uniform pressure is zero or negative; 0 if there
+  !> is none.
   pure integer function first_weak_facet(mesh, facets) result(i)
     type(mesh_t), intent(in) :: mesh
     integer, intent(in) :: facets(:)
@@ -60,8 +65,11 @@ contains
     i = 0
   end function first_weak_facet
 
-  !> Checks that a quadratic facet faces one of the same kind, because otherwise their forces and displacements differ. The last
-  !> node of such a facet, in its middle, belongs to no other facet. Errors: it does not.
+  !> Checks that the partners of the nodes of each quadratic facet are the nodes of one quadratic facet, because otherwise forces
+  !> and displacements of both sides do not fit. Errors: the first quadratic facet for which they are not. Requires: every node of
+  !> both surfaces has a partner.
+  !>
+  !> The facet is found by its last node, which is in its middle and belongs to no other facet.
   pure subroutine check_partners(mesh, surfaces, pairing, error)
     type(mesh_t), intent(in) :: mesh
     type(surface_pair_t), intent(in) :: surfaces
@@ -78,7 +86,7 @@ contains
     call check_side(mesh, surfaces, surfaces%entry%second, surfaces%second_facets, pairing%partner, facet_of_middle, error)
   end subroutine check_partners
 
-  !> Notes the quadratic facets by their last node.
+  !> Notes the quadratic facets at their last nodes.
   pure subroutine note_middles(mesh, facets, facet_of_middle)
     type(mesh_t), intent(in) :: mesh
     integer, intent(in) :: facets(:)
@@ -118,7 +126,7 @@ contains
     end do
   end subroutine check_side
 
-  !> Checks the nodes on the axis of axisymmetric models. Errors: a quadratic edge of the first side ends on the axis.
+  !> Checks the first surface of an axisymmetric model for node-to-node contact. Errors: a quadratic edge ends on the axis.
   pure subroutine check_axis(mesh, surfaces, error)
     type(mesh_t), intent(in) :: mesh
     type(surface_pair_t), intent(in) :: surfaces

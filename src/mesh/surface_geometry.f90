@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Sizes and outward normals of the facets of a named surface.
+!> Computes sizes and outward normals of the facets of a named surface.
 module sig_surface_geometry
   use sig_cross_products, only: cross_product
   use sig_element_types, only: element_type_with, element_types
@@ -10,20 +10,23 @@ module sig_surface_geometry
   private
   public :: surface_geometry_t, measure_surface, averaged_normals
 
+  !> The geometry of one surface.
   type :: surface_geometry_t
-    !> [length or length**2] outward normal of each facet times its size, shape (n_dim, number of facets of the group)
+    !> [length or length**2] outward unit normal of each facet times its length or area, shape (n_dim, number of facets of the
+    !> group)
     real(rk), allocatable :: area_vectors(:, :)
-    !> [length] mean edge length of the facets
+    !> [length] mean size of the facets: the length of an edge, the square root of the area of a face
     real(rk) :: mesh_size = 0
-    !> first facet that is not a side of exactly one cell, 0 where there is none
+    !> first facet that is not a side of exactly one cell, 0 if there is none; otherwise the geometry is not complete
     integer :: inner_facet = 0
   end type surface_geometry_t
 
 contains
 
-  !> Computes the geometry of a group of facets.
+  !> Computes the geometry of a group of facets. Stops at a facet that is not a side of exactly one cell (inner_facet).
   pure subroutine measure_surface(mesh, i_group, geometry)
     type(mesh_t), intent(in) :: mesh
+    !> index in mesh%groups
     integer, intent(in) :: i_group
     type(surface_geometry_t), intent(out) :: geometry
     integer, allocatable :: offsets(:), cells(:), sides(:)
@@ -67,7 +70,7 @@ contains
     found = pack(cells, has_all)
   end function cells_with_facet
 
-  !> Returns the normal of a facet, in either direction, times its length or area; for a quadratic facet by its corners.
+  !> Returns the unit normal of a facet, inward or outward, times its length or area. Only the corners of a quadratic facet count.
   pure function area_vector(mesh, i_facet) result(vector)
     type(mesh_t), intent(in) :: mesh
     integer, intent(in) :: i_facet
@@ -89,13 +92,13 @@ contains
     end if
   end function area_vector
 
-  !> Returns the outward unit normal at each node of a group: the mean of its facets' area vectors, zero where they cancel. A facet
-  !> counts by its area, in axisymmetry by the length of its meridian: so the normals on a circle in equal parts are exactly radial
-  !> there, too. At the rim of the surface only one side counts.
+  !> Returns the outward unit normal at each node of a group: the direction of the sum of the area vectors of the group's facets
+  !> around the node, and zero if they cancel. A facet counts by its area, in axisymmetry by the length of its edge in the mesh, so
+  !> that the normals on a circle of equal edges are exactly radial there, too.
   pure function averaged_normals(mesh, i_group, area_vectors) result(normals)
     type(mesh_t), intent(in) :: mesh
     integer, intent(in) :: i_group
-    !> result of measure_surface
+    !> of measure_surface, without an inner facet
     real(rk), intent(in) :: area_vectors(:, :)
     !> [-] normals in the order of the group's nodes, shape (n_dim, number of nodes of the group)
     real(rk), allocatable :: normals(:, :)
@@ -125,7 +128,7 @@ contains
     end associate
   end function averaged_normals
 
-  !> Returns the facet's area vector at each of its nodes; for a quadratic facet it has the direction of the normal there.
+  !> Returns the facet's area vector at each of its nodes. At a node of a quadratic facet it has the direction of the normal there.
   pure function nodal_normals(vertices, area_vector) result(vectors)
     !> [length] shape (n_dim, n_nodes)
     real(rk), intent(in) :: vertices(:, :)

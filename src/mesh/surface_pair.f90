@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Two surfaces during the pairing of their nodes, and the messages where nodes cannot be paired.
+!> The data of two surfaces during the pairing of their nodes, and the errors if nodes cannot be paired.
 module sig_surface_pair
   use sig_deck_config, only: contact_config_t, name_config_t
   use sig_errors, only: error_t, make_error
@@ -16,6 +16,7 @@ module sig_surface_pair
 
   !> One entry of the deck's contact section on the mesh. All indices are 1-based.
   type :: surface_pair_t
+    !> number of the entry in the deck's contact section, and the entry
     integer :: i_entry = 0
     type(contact_config_t) :: entry
     character(:), allocatable :: deck_path
@@ -38,7 +39,7 @@ module sig_surface_pair
     real(rk) :: tolerance = 0
   end type surface_pair_t
 
-  !> The pairs of all entries so far.
+  !> The pairs that were found for all entries so far.
   type :: pairing_t
     !> node on the other side, 0 = none or an obstacle; shape (n_nodes)
     integer, allocatable :: partner(:)
@@ -52,7 +53,7 @@ module sig_surface_pair
 
 contains
 
-  !> Makes an error of this entry at the place of one of its names.
+  !> Makes the error `contact[<number>]: <message>` at the place in the deck of one of the entry's names.
   pure subroutine refuse(surfaces, name, message, error, hint)
     type(surface_pair_t), intent(in) :: surfaces
     type(name_config_t), intent(in) :: name
@@ -64,10 +65,13 @@ contains
                     column=name%column, hint=hint)
   end subroutine refuse
 
+  !> Makes the error that the surfaces do not face each other.
   pure subroutine refuse_facing(surfaces, error, reason, hint)
     type(surface_pair_t), intent(in) :: surfaces
     type(error_t), allocatable, intent(out) :: error
+    !> end of the message
     character(*), intent(in) :: reason
+    !> default: the positions of both surfaces, and what may be wrong
     character(*), intent(in), optional :: hint
     character(:), allocatable :: line, remedy
 
@@ -79,7 +83,7 @@ contains
                 surfaces%entry%second%text // "' do not face each other along " // line // ': ' // reason, error, remedy)
   end subroutine refuse_facing
 
-  !> Returns the positions of both surfaces, which show wrong names, units and places.
+  !> Returns the positions of both surfaces, by which a user sees wrong names, units or places.
   pure function where_text(surfaces) result(text)
     type(surface_pair_t), intent(in) :: surfaces
     character(:), allocatable :: text
@@ -123,7 +127,7 @@ contains
                 'formulation: mortar')
   end subroutine refuse_unpaired
 
-  !> Makes the error that a node with a partner would get another one.
+  !> Makes the error that a node with a partner would get a second one.
   pure subroutine refuse_second_pair(mesh, surfaces, pairing, node, other, error)
     type(mesh_t), intent(in) :: mesh
     type(surface_pair_t), intent(in) :: surfaces
@@ -150,10 +154,10 @@ contains
                 'contact needs two bodies with nodes of their own')
   end subroutine refuse_common_node
 
-  !> Makes the error that the surfaces overlap everywhere by more than an element.
+  !> Makes the error that the surfaces overlap everywhere by more than the size of an element.
   pure subroutine refuse_overlap(surfaces, what, overlap, error)
     type(surface_pair_t), intent(in) :: surfaces
-    !> word for what overlaps: pair, node
+    !> word for what overlaps: `pair` or `node`
     character(*), intent(in) :: what
     !> [length] smallest overlap
     real(rk), intent(in) :: overlap
@@ -173,11 +177,12 @@ contains
     if (i_node > 0) text = node_text(mesh, i_node)
   end function partner_text
 
-  !> Returns how far to the side the nearest node of the second surface lies, and the allowed distance.
+  !> Returns a sentence for messages: how far the nearest node of the second surface is away from a first node, across the node's
+  !> normal, and the allowed distance.
   pure function offset_text(mesh, surfaces, i_first) result(text)
     type(mesh_t), intent(in) :: mesh
     type(surface_pair_t), intent(in) :: surfaces
-    !> number among the first nodes
+    !> index in surfaces%first_nodes
     integer, intent(in) :: i_first
     character(:), allocatable :: text
     integer :: nearest
@@ -207,6 +212,7 @@ contains
     text = 'node ' // to_text(mesh%node_tags(i_node)) // ' ' // place_text(mesh%coordinates(:, i_node))
   end function node_text
 
+  !> Returns coordinates for messages, `(0.25, 1.0)`.
   pure function place_text(place) result(text)
     real(rk), intent(in) :: place(:)
     character(:), allocatable :: text
@@ -219,7 +225,7 @@ contains
     text = '(' // join(numbers, ', ') // ')'
   end function place_text
 
-  !> Returns a direction as it is written in decks.
+  !> Returns a direction as it is written in decks, `[0.0, 1.0]`.
   pure function direction_text(direction) result(text)
     real(rk), intent(in) :: direction(:)
     character(:), allocatable :: text

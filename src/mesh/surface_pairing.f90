@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Gives every node of one surface its partner: the nearest node of another surface along the normal, or an obstacle.
+!> Finds the partner of every node of one surface: the nearest node of another surface along the normal, or an obstacle.
 module sig_surface_pairing
   use sig_deck_config, only: contact_config_t, name_config_t
   use sig_errors, only: error_t, make_error
@@ -16,18 +16,23 @@ module sig_surface_pairing
   private
   public :: open_surfaces, pair_surfaces, gap_of_pair
 
-  !> [-] share of the area beyond which a surface counts as facing away from the direction
+  !> [-] a surface faces away from a direction if its `lean` is below the negative of this number
   real(rk), parameter :: turned_tolerance = 1.0e-9_rk
 
 contains
 
-  !> Finds the surfaces (only the first one with an obstacle) and the normals at the nodes of the first surface. A normal is the
-  !> given direction, the direction to the obstacle, or the averaged outward normal. Errors: an unknown, folded or inner surface, an
-  !> unusable direction, or one that does not lead from the first to the second surface.
+  !> Finds the surfaces of a contact entry (only the first one if there is an obstacle) and the normals at the nodes of the first
+  !> surface. A normal is the given direction, the direction to the obstacle, or the averaged outward normal.
+  !>
+  !> Errors: a surface that group_of_surface refuses; a surface inside of a body or folded onto itself; a direction with a wrong
+  !> number of components, or zero; a direction that does not lead from the first surface to the second one or to the obstacle; a
+  !> node of the first surface without an averaged normal.
   pure subroutine open_surfaces(mesh, contact, i_entry, deck_path, surfaces, error)
     type(mesh_t), intent(in) :: mesh
+    !> section contact of the deck, and the number of the entry
     type(contact_config_t), intent(in) :: contact(:)
     integer, intent(in) :: i_entry
+    !> for messages
     character(*), intent(in) :: deck_path
     type(surface_pair_t), intent(out) :: surfaces
     type(error_t), allocatable, intent(out) :: error
@@ -156,7 +161,8 @@ contains
     call refuse(surfaces, place, message, error, hint)
   end subroutine refuse_direction
 
-  !> Returns how far the outer side of a surface faces along a direction: 1 = fully, -1 = the opposite direction.
+  !> Returns the cosine [-] between the outer side of a surface and a unit vector, as a mean over the area: 1 = the whole surface
+  !> faces along the direction, -1 = along the opposite direction.
   pure real(rk) function lean(geometry, direction)
     type(surface_geometry_t), intent(in) :: geometry
     real(rk), intent(in) :: direction(:)
@@ -178,13 +184,16 @@ contains
                 'give the contact a direction, or name only one side')
   end subroutine check_normals
 
-  !> Gives every node of the first surface its partner on the second.
+  !> Gives every node of the first surface its partner on the second surface, or the obstacle as its partner.
   !>
-  !> Errors: surfaces that do not face each other, nodes without partner, a node in two pairs, quadratic facets that face others, or
-  !> whose corners bear no pressure.
+  !> Errors: surfaces that do not face each other, or overlap everywhere by more than the size of an element; nodes of either
+  !> surface without a partner; a node in two pairs or on both surfaces; those of check_weights and check_partners. Then the pairing
+  !> is not complete.
   pure subroutine pair_surfaces(mesh, surfaces, pairing, error)
     type(mesh_t), intent(in) :: mesh
+    !> of open_surfaces
     type(surface_pair_t), intent(in) :: surfaces
+    !> gets the pairs of this entry
     type(pairing_t), intent(inout) :: pairing
     type(error_t), allocatable, intent(out) :: error
     integer, allocatable :: candidates(:)
@@ -245,15 +254,18 @@ contains
     end do
   end subroutine pair_with_obstacle
 
+  !> Returns the distance [length] from a first node to a second node along a normal; negative if they overlap.
   pure real(rk) function gap_of_pair(mesh, first, second, normal) result(gap)
     type(mesh_t), intent(in) :: mesh
     integer, intent(in) :: first, second
+    !> [-] unit vector from the first body to the second
     real(rk), intent(in) :: normal(:)
 
     gap = dot_product(mesh%coordinates(:, second) - mesh%coordinates(:, first), normal)
   end function gap_of_pair
 
-  !> Returns the candidate with the smallest gap, because a line along the normal may meet a surface several times.
+  !> Returns the candidate with the smallest distance along the normal, as its index in second_nodes. There may be several
+  !> candidates, because a line along the normal may meet a surface several times.
   pure integer function nearest_along(mesh, first, second_nodes, candidates, normal) result(i_second)
     type(mesh_t), intent(in) :: mesh
     integer, intent(in) :: first
