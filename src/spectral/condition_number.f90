@@ -19,16 +19,19 @@ contains
     real(rk), intent(in) :: rank_tolerance
     !> [-] at least 1; infinite where the rank is smaller than n_rows
     real(rk), intent(out) :: kappa
+    !> number of singular values that do not count as zero
     integer, intent(out) :: rank
 
     call condition_of_values(singular_values(matrix), size(matrix, 1), rank_tolerance, kappa, rank)
   end subroutine condition_number
 
-  !> Computes the same as condition_number from the singular values of a matrix with n_rows rows.
+  !> Computes the same as condition_number from the singular values of a matrix with n_rows rows. Values that are not numbers give
+  !> rank 0 and an infinite kappa.
   pure subroutine condition_of_values(sigma, n_rows, rank_tolerance, kappa, rank)
-    !> descending
+    !> singular values, descending
     real(rk), intent(in) :: sigma(:)
     integer, intent(in) :: n_rows
+    !> as for condition_number, like kappa and rank
     real(rk), intent(in) :: rank_tolerance
     real(rk), intent(out) :: kappa
     integer, intent(out) :: rank

@@ -21,7 +21,8 @@ module sig_singular_update
 
 contains
 
-  !> Decomposes a matrix A.
+  !> Computes the left singular vectors and the singular values of a matrix A. The values are NaN if A is not finite or LAPACK
+  !> fails.
   subroutine decompose_columns(matrix, space)
     !> shape (n_rows, n_columns)
     real(rk), intent(in) :: matrix(:, :)
@@ -31,7 +32,7 @@ contains
     call svd(matrix, space%left, space%values, right)
   end subroutine decompose_columns
 
-  !> Keeps only the n largest singular values of A and their left vectors.
+  !> Keeps only the n largest singular values of A and their left vectors. Requires: n is at most the number of values.
   pure subroutine keep_largest(space, n)
     type(column_space_t), intent(inout) :: space
     integer, intent(in) :: n

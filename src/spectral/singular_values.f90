@@ -22,7 +22,7 @@ contains
     call run_dgesdd('N', a, values, no_vectors, no_vectors)
   end function singular_values
 
-  !> Computes the thin singular value decomposition a = u diag(s) vt.
+  !> Computes the thin singular value decomposition a = u diag(s) vt. If it fails, s is NaN, and u and vt are of no use.
   subroutine svd(a, u, s, vt)
     !> shape (n_rows, n_columns)
     real(rk), intent(in) :: a(:, :)
