@@ -174,6 +174,7 @@ contains
     call relate(bound, size_of_field, self%displacement_bound, self%relative_displacement_bound)
   end subroutine take_displacement_bound
 
+  !> Sets a bound and its relative bound, as take_bound says.
   pure subroutine relate(found, size_of_answer, bound, relative_bound)
     real(rk), intent(in) :: found
     real(rk), intent(in) :: size_of_answer

@@ -186,6 +186,7 @@ contains
     work = max(0.0_rk, dot_product(x, y))
   end function work_of
 
+  !> Returns an upper bound [sqrt(force*length)] of |r| in the norm of K^-1.
   real(rk) function size_of_residual(self, ratios, theta, forces, place) result(residual)
     type(body_modes_t), intent(in) :: self
     real(rk), intent(in) :: ratios(:)

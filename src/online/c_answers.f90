@@ -68,6 +68,7 @@ contains
     call keep_reason(handle)
   end subroutine ask
 
+  !> Keeps the reason of the last answer as the message of the context.
   subroutine keep_reason(handle)
     type(context_handle_t), intent(inout) :: handle
     character(reason_length) :: text

@@ -70,6 +70,7 @@ contains
     if (is_fine) call ask_all(handle, n, points, given%answers, targets, ieee_value(1.0_rk, ieee_quiet_nan), code)
   end function signorom_query_arrays
 
+  !> Drops the last answer and keeps a message about wrong arguments.
   subroutine refuse_points(handle)
     type(context_handle_t), intent(inout) :: handle
 

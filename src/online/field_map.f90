@@ -158,6 +158,7 @@ contains
     self%von_mises_smoothed = von_mises(self%stress_smoothed)
   end subroutine take_stresses
 
+  !> Computes stresses and, if wanted, imposed strains of the rows of one strain map.
   pure subroutine find_stresses(mechanics, rows, of_materials, theta, displacement, stresses, imposed_strains)
     type(mechanical_model_t), intent(in) :: mechanics
     type(strain_map_t), intent(in) :: rows

@@ -129,6 +129,7 @@ contains
       path, hint='train it again')
   end subroutine read_arrays
 
+  !> Whether the arrays fit together, are finite and form trees.
   logical function is_sound(forest)
     class(forest_t), intent(in), target :: forest
     integer :: n_nodes

@@ -66,6 +66,7 @@ contains
     end associate
   end function find_snapshot_mismatch
 
+  !> Whether all arrays of the history have the same length.
   pure logical function is_whole(history)
     type(enrichment_history_t), intent(in) :: history
 

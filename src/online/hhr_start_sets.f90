@@ -41,6 +41,7 @@ contains
     if (k > 0) call move_alloc(online%model%parts(k)%reduced, model%parts(k)%reduced)
   end subroutine fill_start_sets
 
+  !> Answers the training points with the model `online` and stores the active sets in `model`.
   subroutine fill_from(online, model)
     !> the model without start sets
     type(online_model_t), target, intent(inout) :: online

@@ -107,6 +107,7 @@ contains
     end associate
   end function is_side
 
+  !> Whether the arrays of the statistics have matching lengths.
   pure logical function is_consistent(validation)
     type(validation_statistics_t), intent(in) :: validation
 

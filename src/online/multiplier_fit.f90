@@ -222,6 +222,7 @@ contains
     end do
   end function work_of_loads
 
+  !> Allocates the work arrays, unless they have the right sizes already.
   subroutine reserve(self, n_multipliers, workspace)
     class(multiplier_fit_t), intent(in) :: self
     integer, intent(in) :: n_multipliers

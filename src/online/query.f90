@@ -218,6 +218,7 @@ contains
     end associate
   end subroutine fall_back
 
+  !> Returns a null pointer: no part decides between two solutions.
   function null_judge() result(judge)
     class(reduced_t), pointer :: judge
 

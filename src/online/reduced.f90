@@ -122,14 +122,15 @@ module sig_reduced
       class(room_t), allocatable, intent(out) :: room
     end subroutine make_room
 
-    !> Answers at a point with given values of the terms. The start depends on the point alone: where an answer is not unique, it
-    !> must not depend on the query before.
+    !> Answers at a point with given values of the terms. If there is no answer, answer%reason < 0 says why. The start depends on
+    !> the point alone, so that an answer that is not unique does not depend on the query before.
     subroutine solve_at(self, theta, near, judge, room, answer)
       import :: answer_t, neighbors_t, reduced_t, rk, room_t
       implicit none(type, external)
       class(reduced_t), intent(in) :: self
       !> shape (n_terms)
       real(rk), contiguous, intent(in) :: theta(:)
+      !> training points near the point
       type(neighbors_t), intent(in) :: near
       !> part of all contacts whose energy decides which of two solutions is better; null = there is none
       class(reduced_t), pointer, intent(in) :: judge
@@ -145,6 +146,7 @@ module sig_reduced
       implicit none(type, external)
       class(reduced_t), intent(in) :: self
       type(answer_t), intent(in) :: answer
+      !> work arrays from create_room
       class(room_t), intent(inout) :: room
       !> [force] >= 0, shape (n_multipliers)
       real(rk), intent(out) :: multipliers(:)

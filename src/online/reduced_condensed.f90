@@ -89,6 +89,7 @@ contains
     call move_alloc(certificate, self%certificate)
   end subroutine prepare
 
+  !> Makes the work arrays for one thread.
   subroutine create_room(self, room)
     class(reduced_condensed_t), intent(in) :: self
     class(room_t), allocatable, intent(out) :: room
@@ -179,6 +180,7 @@ contains
     answer%unknowns = room%solution%lambda
   end subroutine solve_whole
 
+  !> Computes the displacement of all dofs; NaN where the model has none.
   subroutine fill_displacement(self, answer, displacement)
     class(reduced_condensed_t), intent(in) :: self
     type(answer_t), intent(in) :: answer
@@ -187,6 +189,7 @@ contains
     call fill_condensed_displacement(self, answer%theta, answer%unknowns, displacement)
   end subroutine fill_displacement
 
+  !> Returns the displacement [length] of one dof; NaN if the model has none of it.
   pure real(rk) function displacement_of_dof(self, answer, dof) result(displacement)
     class(reduced_condensed_t), intent(in) :: self
     type(answer_t), intent(in) :: answer
@@ -195,6 +198,7 @@ contains
     displacement = condensed_displacement_of_dof(self, answer%theta, answer%unknowns, dof)
   end function displacement_of_dof
 
+  !> Returns lines about forces and displacements of the part, each with its end.
   pure function describe(self) result(text)
     class(reduced_condensed_t), intent(in) :: self
     character(:), allocatable :: text
@@ -236,6 +240,7 @@ contains
     if (allocated(self%certificate)) can_certify = self%certificate%is_valid()
   end function can_certify
 
+  !> Bounds the error of contact forces, whichever part found them (sig_condensed_certificate).
   subroutine certify(self, multipliers, is_own, room, answer)
     class(reduced_condensed_t), intent(in) :: self
     real(rk), contiguous, intent(in) :: multipliers(:)

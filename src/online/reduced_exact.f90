@@ -71,6 +71,7 @@ contains
     multipliers = answer%multipliers
   end subroutine fill_multipliers
 
+  !> Returns true: the forces are those of all contacts, without reconstruction.
   pure logical function is_exact(self)
     class(reduced_exact_t), intent(in) :: self
 

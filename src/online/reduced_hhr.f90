@@ -69,6 +69,7 @@ contains
     name = 'hhr'
   end function kind_of
 
+  !> Allocates with size 0 each array that is not allocated (complete_cluster).
   pure subroutine complete(self, sizes)
     class(reduced_hhr_t), intent(inout) :: self
     type(model_sizes_t), intent(in) :: sizes
@@ -76,6 +77,7 @@ contains
     call complete_cluster(self%data, sizes%n_dofs, sizes%n_multipliers)
   end subroutine complete
 
+  !> Returns the name of an array that does not fit the model; empty when all fit (find_hhr_mismatch).
   pure function mismatch(self, sizes) result(name)
     class(reduced_hhr_t), intent(in) :: self
     type(model_sizes_t), intent(in) :: sizes
@@ -96,6 +98,7 @@ contains
     if (.not. self%data%varying%is_there()) call self%system%create(self%data, message)
   end subroutine prepare
 
+  !> Makes the work arrays for one thread.
   subroutine create_room(self, room)
     class(reduced_hhr_t), intent(in) :: self
     class(room_t), allocatable, intent(out) :: room
@@ -242,6 +245,7 @@ contains
     call multiply(1.0_rk, self%data%basis, answer%coordinates, 1.0_rk, displacement)
   end subroutine fill_displacement
 
+  !> Returns the displacement [length] of one dof.
   pure real(rk) function displacement_of_dof(self, answer, dof) result(displacement)
     class(reduced_hhr_t), intent(in) :: self
     type(answer_t), intent(in) :: answer
@@ -251,6 +255,7 @@ contains
       dot_product(self%data%basis(dof, :), answer%coordinates)
   end function displacement_of_dof
 
+  !> Returns the contact rows of the domain, 1-based among those of the model.
   pure function contact_rows(self) result(numbers)
     class(reduced_hhr_t), intent(in) :: self
     integer, allocatable :: numbers(:)
@@ -258,6 +263,7 @@ contains
     numbers = self%data%contact_rows
   end function contact_rows
 
+  !> Returns the number of contact rows of the domain.
   pure integer function n_rows(self)
     class(reduced_hhr_t), intent(in) :: self
 
@@ -270,6 +276,7 @@ contains
     n_modes = self%data%n_modes
   end function n_modes
 
+  !> Writes the part to a group of a model file (write_cluster).
   subroutine write(self, file, group, length, force)
     class(reduced_hhr_t), intent(in) :: self
     type(h5_writer_t), intent(inout) :: file
@@ -280,6 +287,7 @@ contains
     call write_cluster(file, group, self%data, length, force)
   end subroutine write
 
+  !> Reads the part from a group of a model file (read_cluster).
   subroutine read(self, file, group, error)
     class(reduced_hhr_t), intent(inout) :: self
     type(h5_reader_t), intent(in) :: file
@@ -289,6 +297,7 @@ contains
     call read_cluster(file, group, self%data, error)
   end subroutine read
 
+  !> Returns lines about the part, each with its end (describe_hhr).
   pure function describe(self) result(text)
     class(reduced_hhr_t), intent(in) :: self
     character(:), allocatable :: text
@@ -296,6 +305,7 @@ contains
     text = describe_hhr(self%data)
   end function describe
 
+  !> Returns the cells of the domain, natural, 1-based.
   pure function cells(self) result(numbers)
     class(reduced_hhr_t), intent(in) :: self
     integer, allocatable :: numbers(:)
@@ -303,6 +313,7 @@ contains
     numbers = self%data%cells
   end function cells
 
+  !> Returns the dofs that have an equation, natural, 1-based.
   pure function interior_dofs(self) result(numbers)
     class(reduced_hhr_t), intent(in) :: self
     integer, allocatable :: numbers(:)
@@ -310,6 +321,7 @@ contains
     numbers = self%data%interior_dofs
   end function interior_dofs
 
+  !> Returns the training points whose snapshots the cluster has, 1-based.
   pure function training_points(self) result(numbers)
     class(reduced_hhr_t), intent(in) :: self
     integer, allocatable :: numbers(:)

@@ -94,6 +94,7 @@ contains
     if (info /= 0) self%middle_factor = self%middle_factor(:0, :0)
   end subroutine prepare
 
+  !> Makes the work arrays for one thread.
   subroutine create_room(self, room)
     class(reduced_interpolated_t), intent(in) :: self
     class(room_t), allocatable, intent(out) :: room
@@ -161,6 +162,7 @@ contains
       rounding * size_of_field, size_of_field)
   end subroutine bound_displacement
 
+  !> Computes the displacement of all dofs; NaN where the model has none.
   subroutine fill_displacement(self, answer, displacement)
     class(reduced_interpolated_t), intent(in) :: self
     type(answer_t), intent(in) :: answer
@@ -169,6 +171,7 @@ contains
     call fill_interpolated_displacement(self, answer%theta, answer%unknowns, answer%coordinates, displacement)
   end subroutine fill_displacement
 
+  !> Returns the displacement [length] of one dof; NaN if the model has none of it.
   pure real(rk) function displacement_of_dof(self, answer, dof) result(displacement)
     class(reduced_interpolated_t), intent(in) :: self
     type(answer_t), intent(in) :: answer
@@ -264,6 +267,7 @@ contains
     end select
   end function size_in_energy
 
+  !> Returns lines about forces and displacements of the part, each with its end.
   pure function describe(self) result(text)
     class(reduced_interpolated_t), intent(in) :: self
     character(:), allocatable :: text

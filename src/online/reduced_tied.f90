@@ -85,6 +85,7 @@ contains
     end do
   end subroutine prepare
 
+  !> Makes the work arrays for one thread.
   subroutine create_room(self, room)
     class(reduced_tied_t), intent(in) :: self
     class(room_t), allocatable, intent(out) :: room
@@ -169,6 +170,7 @@ contains
     is_inside = all(smallest >= -rounding * largest)
   end function is_inside
 
+  !> Computes the displacement of all dofs; NaN where the model has none.
   subroutine fill_displacement(self, answer, displacement)
     class(reduced_tied_t), intent(in) :: self
     type(answer_t), intent(in) :: answer
@@ -184,6 +186,7 @@ contains
     displacement(self%exact_dofs) = exact
   end subroutine fill_displacement
 
+  !> Returns the displacement [length] of one dof; NaN if the model has none of it.
   pure real(rk) function displacement_of_dof(self, answer, dof) result(displacement)
     class(reduced_tied_t), intent(in) :: self
     type(answer_t), intent(in) :: answer
@@ -249,6 +252,7 @@ contains
     end associate
   end subroutine displacement_changes
 
+  !> Returns lines about forces and displacements of the part, each with its end.
   pure function describe(self) result(text)
     class(reduced_tied_t), intent(in) :: self
     character(:), allocatable :: text

@@ -147,6 +147,7 @@ contains
     end subroutine move
   end subroutine move_sides
 
+  !> Whether row k moves some node by these values.
   pure logical function moves(lift, values, k)
     type(contact_lift_t), intent(in) :: lift
     real(rk), intent(in) :: values(:)
