@@ -16,7 +16,7 @@ module sig_contact_residuals
   !> [-] forces are compared with at least this share of |K| |u|, as all that a rigid motion leaves of K u is rounding, and of the
   !> parts of the loads, which may cancel
   real(rk), parameter :: smallest_share = 1.0e-6_rk
-  !> what is compared, over all dofs: |K u + B' lambda - F| on the free ones, |K u|, |B' lambda|
+  !> number of sizes that are compared, over all dofs: |K u + B' lambda - F| on the free ones, |K u|, |B' lambda|
   integer, parameter :: n_largest = 3
 
 contains
@@ -70,7 +70,7 @@ contains
     type(contact_system_t), intent(inout) :: system
     real(rk), intent(in) :: theta(:, :)
     type(contact_state_t), intent(inout) :: states(:)
-    !> [force] of own_prescribed, shape (n_held, n_points)
+    !> [force] reactions at the dofs own_prescribed, shape (n_held, n_points)
     real(rk), allocatable, intent(out) :: reactions(:, :)
     PetscErrorCode, intent(out) :: ierr
     real(rk) :: largest(n_largest, size(states)), sums(system%map%n_dim + 2, size(states))

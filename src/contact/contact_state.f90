@@ -25,7 +25,7 @@ module sig_contact_state
     real(rk), allocatable :: displacement(:)
     !> [force] >= 0, shape (n_rows)
     real(rk), allocatable :: multipliers(:)
-    !> [force] of the supports on the body: on the prescribed dofs, 0 elsewhere; shape (n_dofs). Not of points solved in a batch
+    !> [force] forces of the supports on the prescribed dofs, 0 elsewhere; shape (n_dofs). Not set by measure_points
     real(rk), allocatable :: reactions(:)
     !> whether the contact is closed, shape (n_rows)
     logical, allocatable :: is_active(:)

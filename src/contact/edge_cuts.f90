@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> Cuts a straight edge in the plane into pieces, each of which faces one edge of another surface.
 !>
-!> The edge looks along its normals, which change linearly from the first node to the second one.
+!> A point of the edge faces what lies along its normal. The normals change linearly from the first node to the second one.
 module sig_edge_cuts
   use sig_cross_products, only: plane_cross_product
   use sig_kinds, only: rk
@@ -37,7 +37,7 @@ contains
     real(rk), intent(in) :: normals(:, :)
     !> [length] nodes of the other edges, shape (2, 2, n)
     real(rk), intent(in) :: others(:, :, :)
-    !> [-] their outward normals, shape (2, n)
+    !> [-] outward normals of the other edges, shape (2, n)
     real(rk), intent(in) :: outward(:, :)
     !> [length] pieces that face an edge farther away than this get is_far
     real(rk), intent(in) :: limit
@@ -147,7 +147,7 @@ contains
   !> Computes where the line from a point along a normal meets an edge, and how far away. Requires: they are not parallel.
   pure subroutine meet_edge(point, normal, ends, place, distance)
     real(rk), intent(in) :: point(:)
-    !> of unit length
+    !> unit normal
     real(rk), intent(in) :: normal(:)
     real(rk), intent(in) :: ends(:, :)
     !> [-] on the edge, 0 to 1 between its nodes

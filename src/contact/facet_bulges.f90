@@ -71,9 +71,9 @@ contains
   pure subroutine complete_triangle(vertices, is_known, heights)
     !> [length] the corners first
     real(rk), intent(in) :: vertices(:, :)
-    !> of the edges from each corner to the next
+    !> whether the heights of the edges from each corner to the next one are known
     logical, intent(in) :: is_known(:)
-    !> [length] of the same edges
+    !> [length] heights of the same edges
     real(rk), intent(inout) :: heights(:)
     real(rk) :: a(3), b(3), product
     integer :: i
@@ -97,12 +97,12 @@ contains
     type(surface_nodes_t), intent(in) :: surface
     !> two nodes
     integer, intent(in) :: ends(:)
-    !> [length] from the first to the second
+    !> [length] from the first node to the second one
     real(rk), intent(in) :: along(:)
-    !> [-] of the facet
+    !> [-] normal of the facet
     real(rk), intent(in) :: normal(:)
     real(rk), intent(out) :: height
-    !> an end knows how the surface rises
+    !> whether the slope of the surface is known at an end
     logical, intent(out) :: is_known
     real(rk) :: rises(2)
     logical :: knows(2)

@@ -13,7 +13,7 @@ module sig_facet_shapes
   !> largest number of corners of a part
   integer, parameter :: max_corners = 4
 
-  !> What all facets of one element type have in common.
+  !> Data of all facets of one element type.
   type :: facet_shape_t
     !> row of element_types; 0 = not a facet of this dimension
     integer :: i_type = 0
@@ -33,7 +33,7 @@ module sig_facet_shapes
     procedure :: find_place
   end type facet_shape_t
 
-  !> [-] of the facet: a place that is as near as this is found
+  !> [-] share of the facet's extent: a place is found if it is as near as this
   real(rk), parameter :: near_enough = 1.0e-13_rk
   !> [-] in the reference element: no place of use lies as far outside
   real(rk), parameter :: far_outside = 100.0_rk

@@ -18,7 +18,7 @@ module sig_facing_facets
 
   !> A facet seen in the auxiliary plane.
   type :: view_t
-    !> of the surface
+    !> number of the facet in its surface
     integer :: i_facet = 0
     !> row of element_types
     integer :: i_type = 0
@@ -26,7 +26,7 @@ module sig_facing_facets
     real(rk), allocatable :: vertices(:, :)
     !> [-] contact normals along the same axes; of the first surface only
     real(rk), allocatable :: normals(:, :)
-    !> the map from the reference element is far from linear
+    !> whether the map from the reference element is far from linear
     logical :: is_bent = .false.
   end type view_t
 
@@ -41,9 +41,9 @@ module sig_facing_facets
   !> A part that two facets have in common.
   type :: common_t
     type(polygon_t) :: polygon
-    !> among the facets that are looked at
+    !> number of the facet among those that are searched
     integer :: i_view = 0
-    !> [length] at its centroid
+    !> [length] distance of the facets at its centroid
     real(rk) :: distance = 0
   end type common_t
 

@@ -225,7 +225,7 @@ contains
 
   !> Keeps the sites with rows and, behind them, the corners without a row beside a mid-side node with one.
   pure subroutine keep_sites(has_row, first, sites, n_rows)
-    !> of the sites
+    !> whether each site has a row
     logical, intent(in) :: has_row(:)
     type(mortar_side_t), intent(in) :: first
     type(node_pairs_t), intent(inout) :: sites
@@ -267,7 +267,7 @@ contains
   !> Checks the gaps. Errors: every node overlaps by more than the longest edge.
   pure subroutine check_overlap(surfaces, gaps, first, error)
     type(surface_pair_t), intent(in) :: surfaces
-    !> [length] of the rows
+    !> [length] gaps of the rows
     real(rk), intent(in) :: gaps(:)
     type(mortar_side_t), intent(in) :: first
     type(error_t), allocatable, intent(out) :: error

@@ -24,7 +24,7 @@ module sig_mortar_sides
     integer, allocatable :: nodes(:)
     !> [length] shape (n_dim, size(nodes))
     real(rk), allocatable :: vertices(:, :)
-    !> [-] from the first body to the second, same shape; of the first surface only
+    !> [-] contact normals from the first body to the second, same shape; of the first surface only
     real(rk), allocatable :: normals(:, :)
     !> row of element_types, shape (n_facets)
     integer, allocatable :: types(:)
@@ -121,7 +121,7 @@ contains
 
   !> Finds the two corners beside each node whose coefficient in the changed basis is not its value.
   pure subroutine find_ends(n_nodes, side)
-    !> of the mesh
+    !> number of nodes of the mesh
     integer, intent(in) :: n_nodes
     type(mortar_side_t), intent(inout) :: side
     integer :: ends(2), i, j

@@ -19,8 +19,8 @@ module sig_mortar_sums
     integer, allocatable :: firsts(:)
     integer, allocatable :: seconds(:)
     real(rk), allocatable :: shares(:)
-    !> [length**(n_dim - 1)] of the first surface: all of it, what faces the second, what faces it beyond the search distance, and
-    !> what counts as facing nothing because so little of its facet faces the second
+    !> [length**(n_dim - 1)] areas of the first surface: all of it; the part that faces the second one; the part that faces it
+    !> beyond the search distance; the part that does not count, because too little of its facet faces the second one
     real(rk) :: whole = 0
     real(rk) :: covered = 0
     real(rk) :: far = 0

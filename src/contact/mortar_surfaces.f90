@@ -184,7 +184,7 @@ contains
   !> Adds the integrals of Phi_j and Phi_j N_l.
   subroutine add_shares(shapes, nodes, duals, second, points, sums)
     type(facet_shape_t), intent(in) :: shapes(:)
-    !> of the facet
+    !> nodes of the facet
     integer, intent(in) :: nodes(:)
     !> [length**(n_dim - 1)] Phi_j at the points times their weights, shape (size(nodes), n_points)
     real(rk), intent(in) :: duals(:, :)

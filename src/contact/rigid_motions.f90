@@ -30,7 +30,7 @@ module sig_rigid_motions
     integer :: n_free = 0
     !> shape (n_free)
     integer, allocatable :: body_of_motion(:)
-    !> [-] of the rigid modes of the body, shape (n_rigid, n_free)
+    !> [-] amplitudes of the rigid modes of its body, for each free motion; shape (n_rigid, n_free)
     real(rk), allocatable :: amplitudes(:, :)
     !> [-] B Z, shape (n_rows, n_free)
     real(rk), allocatable :: closing(:, :)

@@ -76,7 +76,7 @@ contains
     logical, intent(in) :: is_prescribed(:)
     !> node that moves
     integer, intent(in) :: node
-    !> [-] its motion, shape (n_dim)
+    !> [-] motion of this node, shape (n_dim)
     real(rk), intent(in) :: motion(:)
     real(rk) :: answer(rows%n_dim)
     integer :: place

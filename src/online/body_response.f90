@@ -29,9 +29,9 @@ module sig_body_response
     !> whether the variables are logarithms (sig_interpolated_constants)
     logical :: is_logarithmic = .false.
     type(polynomial_nodes_t) :: nodes
-    !> [length/force] of W at the nodes, column by column; shape (n_multipliers**2, n_nodes)
+    !> [length/force] the body's part of W at the nodes, column by column; shape (n_multipliers**2, n_nodes)
     real(rk), allocatable :: compliance(:, :)
-    !> [length per unit of theta] of q: under loads, and under prescribed displacements; term by term, shape
+    !> [length per unit of theta] its part of q: under loads, and under prescribed displacements; term by term, shape
     !> (n_multipliers * n_driving_terms, n_nodes)
     real(rk), allocatable :: loaded_opening(:, :)
     real(rk), allocatable :: prescribed_opening(:, :)

@@ -20,7 +20,7 @@ module sig_lifted_data
     real(rk), allocatable :: snapshot_opening(:, :)
     !> [length/force] columns of W of the domain's rows, shape (n_multipliers, n_rows)
     real(rk), allocatable :: row_opening(:, :)
-    !> force patterns Y of energy 1, and W Y; shape (n_multipliers, n_patterns)
+    !> [force] force patterns Y of energy 1, and [length] W Y; shape (n_multipliers, n_patterns)
     real(rk), allocatable :: pattern_forces(:, :)
     real(rk), allocatable :: pattern_opening(:, :)
     !> if only contact holds a body: rows whose forces balance the loads when these openings are computed

@@ -20,12 +20,12 @@ module sig_active_set
   type, extends(contact_solver_t) :: active_set_t
     type(bound_form_t) :: form
     type(linear_solver_t) :: linear_solver
-    !> of the step at hand: T' K T and forces where closed pairs and prescribed dofs are held
+    !> system of the current step: T' K T and forces, where closed pairs and prescribed dofs are held
     Mat :: matrix
     Vec :: rhs
-    !> unknowns of the bound form of the last step: where conjugate gradients start
+    !> unknowns of the bound form in the last step, from which conjugate gradients start
     Vec :: solution
-    !> accuracy of the steps of the point at hand: index into tolerance_levels
+    !> accuracy level of the current point: index into tolerance_levels
     integer :: level = 1
   contains
     procedure :: create
@@ -53,7 +53,7 @@ module sig_active_set
     real(rk), allocatable :: multipliers(:)
     !> [length] shape (n_rows)
     real(rk), allocatable :: opening(:)
-    !> set that these ask for
+    !> set of closed pairs that these multipliers and openings ask for
     logical, allocatable :: wanted(:)
   end type step_t
 
@@ -234,7 +234,7 @@ contains
   subroutine improve_in_levels(self, system, noise, state, step, ierr)
     class(active_set_t), intent(inout) :: self
     type(contact_system_t), intent(inout) :: system
-    !> [-] what changes no status, of each level
+    !> [-] share that counts as rounding, for each accuracy level
     real(rk), intent(in) :: noise(:)
     type(contact_state_t), intent(inout) :: state
     type(step_t), intent(inout) :: step
@@ -279,13 +279,13 @@ contains
     end if
   end subroutine prepare_step
 
-  !> Solves to a tolerance, from the solution at hand, and finds the set that the answer asks for.
+  !> Solves to a tolerance, starting from the last solution, and finds the set that the result asks for. Collective.
   subroutine improve(self, system, tolerance, noise, state, step, ierr)
     class(active_set_t), intent(inout) :: self
     type(contact_system_t), intent(inout) :: system
-    !> [-] of conjugate gradients
+    !> [-] relative tolerance of conjugate gradients
     real(rk), intent(in) :: tolerance
-    !> [-] what changes no status
+    !> [-] share that counts as rounding
     real(rk), intent(in) :: noise
     type(contact_state_t), intent(inout) :: state
     type(step_t), intent(inout) :: step

@@ -27,7 +27,7 @@ module sig_bound_form
     Mat :: matrix
     !> [-] |B_k| on the row's own free dofs, shape (n_rows)
     real(rk), allocatable :: norms(:)
-    !> which rows change their unknowns together, 1 = first; shape (n_rows)
+    !> level of each row: rows of one level change their unknowns together, 1 = first; shape (n_rows)
     integer, allocatable :: levels(:)
     !> rows by their level, in the order in which T' works on them; T starts with the highest one
     integer, allocatable :: order(:)
@@ -220,7 +220,7 @@ contains
     class(bound_form_t), intent(in) :: self
     type(contact_system_t), intent(in) :: system
     integer, intent(in) :: k
-    !> entries of the row, 1-based in it
+    !> dofs of the row that belong to the block, 1-based in the row
     integer, intent(in) :: own(:)
     logical, intent(in) :: is_inverse
     real(rk), allocatable :: block(:, :)

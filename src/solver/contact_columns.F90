@@ -23,7 +23,7 @@ module sig_contact_columns
     integer :: reason = 0
     !> [length per unit of theta] D - B G, shape (n_rows, n_terms)
     real(rk), allocatable :: free_opening(:, :)
-    !> [length/force] of the chosen rows, shape (n_rows, n_chosen); zero of an anchor
+    !> [length/force] columns of the chosen rows, shape (n_rows, n_chosen); zero for an anchor
     real(rk), allocatable :: columns(:, :)
     type(anchors_t) :: anchors
   contains
@@ -31,7 +31,7 @@ module sig_contact_columns
     procedure :: take
   end type contact_columns_t
 
-  !> right-hand sides made at a time
+  !> number of right-hand sides that are made at a time
   integer, parameter :: chunk = 64
 
 contains

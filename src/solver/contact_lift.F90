@@ -18,7 +18,7 @@ module sig_contact_lift
   public :: contact_lift_t
 
   type :: contact_lift_t
-    !> every row has a side that can move
+    !> whether every row has a side that can move
     logical :: is_possible = .false.
     !> [-] column k of L: values on dofs(starts(k) + 1:starts(k + 1)), natural
     integer, allocatable :: starts(:)
@@ -107,7 +107,7 @@ contains
     integer, intent(in) :: n_nodes
     logical, intent(in) :: is_prescribed(:)
     type(followers_t), intent(in) :: followers
-    !> its dofs
+    !> lift with its dofs
     type(contact_lift_t), intent(in) :: lift
     !> [-] on these dofs; zero for a side that cannot move
     real(rk), allocatable, intent(out) :: first(:), second(:)
@@ -168,10 +168,10 @@ contains
 
   !> Finds the rows that share a cell: only for these can L' K L differ from zero.
   subroutine find_neighbors(motions, mesh, lift)
-    !> their dofs
+    !> lift with its dofs
     type(contact_lift_t), intent(in) :: motions
     type(mesh_t), intent(in) :: mesh
-    !> without values
+    !> entries of L' K L that may differ from zero, without their values
     type(sparse_matrix_t), intent(out) :: lift
     integer, allocatable :: cell_offsets(:), cells(:), rows_at(:, :)
     integer :: found(size(motions%starts) - 1), k, last_of(size(motions%starts) - 1), n
@@ -274,13 +274,13 @@ contains
 
   !> Computes L' K L by one product with K per color. Collective.
   subroutine probe(motions, system, values, colors, lift, ierr)
-    !> their dofs
+    !> lift with its dofs
     type(contact_lift_t), intent(in) :: motions
     type(contact_system_t), intent(inout) :: system
     !> [-] L on these dofs
     real(rk), intent(in) :: values(:)
     integer, intent(in) :: colors(:)
-    !> in: its places
+    !> in: these entries; out: with their values
     type(sparse_matrix_t), intent(inout) :: lift
     PetscErrorCode, intent(out) :: ierr
     real(rk) :: field(system%map%n_dofs), forces(system%map%n_dofs)

@@ -17,7 +17,7 @@ module sig_contact_responses
   private
   public :: add_row, anchor_forces, close_rows, solve_responses
 
-  !> right-hand sides made at a time
+  !> number of right-hand sides that are made at a time
   integer, parameter :: chunk = 64
   !> [-] a load that works less than this share of its parts on a free motion is in equilibrium
   real(rk), parameter :: rounding = 1.0e-12_rk
@@ -125,7 +125,7 @@ contains
     !> shape (n_rows, n_columns)
     real(rk), allocatable, intent(out) :: closing(:, :)
     PetscErrorCode, intent(out) :: ierr
-    !> the dofs that count, shape (n_dofs); default: all
+    !> whether a dof counts, natural, shape (n_dofs); default: all count
     logical, intent(in), optional :: is_counted(:)
     integer :: i, i_column, i_local, k
 

@@ -62,7 +62,7 @@ contains
   !> loads of bodies that only contact holds. Sets the reason of the linear solver. Collective.
   subroutine solve_free_response(system, linear_solver, n_terms, response, ierr, anchors)
     type(contact_system_t), intent(inout) :: system
-    !> from factor_without_contact
+    !> solver from factor_without_contact
     type(linear_solver_t), intent(inout) :: linear_solver
     !> number of leading terms
     integer, intent(in) :: n_terms
@@ -128,7 +128,7 @@ contains
   !> reason of the linear solver. Collective.
   subroutine solve_lifting(system, linear_solver, response, ierr)
     type(contact_system_t), intent(inout) :: system
-    !> from factor_without_contact
+    !> solver from factor_without_contact
     type(linear_solver_t), intent(inout) :: linear_solver
     !> [length] rows of this rank, shape (n_local_dofs, n_lifted_terms)
     real(rk), allocatable, intent(out) :: response(:, :)

@@ -21,7 +21,7 @@ module sig_holding
     real(rk), allocatable :: closing(:, :)
   end type anchors_t
 
-  !> [-] what is left of a row of B Z below this is rounding: motions have size 1
+  !> [-] a remainder of a row of B Z below this is rounding: motions have size 1
   real(rk), parameter :: dependent = 1.0e-6_rk
 
 contains

@@ -19,12 +19,12 @@ module sig_linear_solver
   public :: linear_solver_t, constrain, hold, set_near_null_space
 
   type :: linear_solver_t
-    !> conjugate gradients with multigrid instead of a factorization
+    !> whether conjugate gradients with multigrid solve, and not a factorization
     logical :: is_multigrid = .false.
     integer(c_intptr_t) :: ksp = 0
     !> reason_converged, or why there is no solution
     integer :: reason = 0
-    !> of conjugate gradients, in the last solve_vector
+    !> number of iterations of conjugate gradients in the last solve_vector
     integer :: n_iterations = 0
   contains
     procedure :: factor
@@ -38,11 +38,11 @@ module sig_linear_solver
     procedure :: destroy
   end type linear_solver_t
 
-  !> values of the C side
+  !> values of linear_solver.h
   integer(c_int), parameter :: kind_cholesky = 1
   integer(c_int), parameter :: kind_multigrid = 2
   integer(c_int), parameter :: is_singular = -2
-  !> [-] what is left of the interpolation of held unknowns: with nothing left, coarse matrices could become singular
+  !> [-] factor of the interpolation of held unknowns: with zero, coarse matrices could become singular
   real(rk), parameter :: held_share = 1.0e-3_rk
 
 contains
@@ -184,7 +184,7 @@ contains
 
   subroutine set_reason(self, reason)
     class(linear_solver_t), intent(inout) :: self
-    !> of the C side
+    !> one of SIG_LINEAR_* of linear_solver.h
     integer(c_int), intent(in) :: reason
 
     self%reason = reason_linear_solver
@@ -228,9 +228,9 @@ contains
   subroutine solve_vector(self, rhs, tolerance, solution, ierr)
     class(linear_solver_t), intent(inout) :: self
     Vec, intent(in) :: rhs
-    !> [-] relative, of conjugate gradients; 0 is as tight as the options say
+    !> [-] relative tolerance of conjugate gradients; 0: the tightest one, that of the options
     real(rk), intent(in) :: tolerance
-    !> where conjugate gradients start, and the answer
+    !> in: start of conjugate gradients; out: the solution
     Vec, intent(inout) :: solution
     PetscErrorCode, intent(out) :: ierr
     integer(c_int) :: n_iterations, reason

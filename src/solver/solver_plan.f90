@@ -19,28 +19,28 @@ module sig_solver_plan
     character(:), allocatable :: why
   end type solver_plan_t
 
-  !> What the choice depends on.
+  !> The sizes that the choice depends on.
   type :: problem_size_t
     integer :: n_dim = 0
     integer :: n_dofs = 0
     integer :: n_multipliers = 0
     !> parameter points of the deck's largest set, for each stiffness that they need
     integer :: n_points = 0
-    !> a body is held by contact alone
+    !> whether a body is held by contact alone
     logical :: is_floating = .false.
-    !> PETSc's SNESVI works with multigrid
+    !> whether PETSc's SNESVI works with multigrid
     logical :: has_multigrid_vi = .false.
   end type problem_size_t
 
-  !> W is a dense matrix on every rank
+  !> largest number of multipliers: W is a dense matrix on every rank
   integer, parameter :: max_condensed = 5000
-  !> [bytes] of K^-1 B' on all ranks
+  !> [bytes] largest memory for K^-1 B' on all ranks together
   real(rk), parameter :: max_response = 4.0e9_rk
-  !> one factorization of more dofs for all points takes more time and memory than multigrid: in the plane, in space
+  !> largest number of dofs, in the plane and in space, for one factorization; with more, multigrid needs less time and memory
   integer, parameter :: max_condensed_dofs(2:3) = [500000, 100000]
-  !> the same of factorizations in each step: at 7 000 dofs in space both take the same time, at 55 000 multigrid a third of it
+  !> the same for factorizations in each step: at 7 000 dofs in space both take equal time, at 55 000 multigrid a third of it
   integer, parameter :: max_factored(2:3) = [500000, 15000]
-  !> from this number of points on K^-1 B' is cheaper than factorizations in each step
+  !> smallest number of points for which K^-1 B' is cheaper than factorizations in each step
   integer, parameter :: min_sweep = 4
 
 contains

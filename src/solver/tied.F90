@@ -20,7 +20,7 @@ module sig_tied
   private
   public :: solve_tied, tied_response_t
 
-  !> right-hand sides at a time
+  !> number of right-hand sides that are solved at a time
   integer, parameter :: chunk = 64
 
   type :: tied_response_t
