@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The command `signorom-post`."""
+"""The command `signorom-post`: reads the command line and runs one of the commands."""
 
 import argparse
 import sys

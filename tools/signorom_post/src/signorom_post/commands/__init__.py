@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The commands of signorom-post: a module each, with `add_arguments(parser)` and `run(options)`."""
+"""The commands of signorom-post, a module each. `run(options)` does the work and returns the exit code."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The command `signorom-post check`: draw the set-up that `signorom check DECK --fields` wrote."""
+"""The command `signorom-post check`: draws the set-up that `signorom check DECK --fields` wrote."""
 
 import argparse
 from pathlib import Path
@@ -19,7 +19,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Draws the pictures and says where they are."""
+    """Draws the pictures and prints the path of each. Returns 0.
+
+    InputError if check.h5 is missing, damaged or without a set-up, or if a picture cannot be written.
+    """
     check = read_check(find_check_file(options.file))
     output = options.output or check.path.parent / "figures"
     with writing("pictures", output):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The command `signorom-post figures`: draw every figure that the files in the folder allow."""
+"""The command `signorom-post figures`: draws every figure that the files in the folder allow."""
 
 import argparse
 from pathlib import Path
@@ -28,7 +28,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Writes the figures; 2 if a file is damaged or not of the right kind."""
+    """Writes the figures, prints the path of each, and tells which are left out and why.
+
+    Returns 0, or 2 if a figure was left out because a file cannot be used. A missing file does not count. InputError if
+    the folder is missing or has nothing to draw, or if a figure cannot be written.
+    """
     results = Results(options.results)
     output = options.output or options.results / "figures"
     choice = FigureOptions(options.point, options.color, tuple(options.only) if options.only else None)

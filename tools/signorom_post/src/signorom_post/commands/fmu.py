@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The command `signorom-post fmu`: write a model as a unit of FMI 3.0 for simulators of systems."""
+"""The command `signorom-post fmu`: writes a model as an FMU (FMI 3.0) for simulators of systems."""
 
 import argparse
 from pathlib import Path
@@ -25,7 +25,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Writes the unit and says where it is."""
+    """Writes the FMU and prints its path. Returns 0.
+
+    InputError if the model or the online library cannot be used, if --nodes is not valid, if a library that the FMU
+    needs is missing, or if the FMU cannot be written. NoAnswerError as in `write_fmu`.
+    """
     tags = tags_of(options.nodes)
     try:
         model = Model(options.model)
@@ -42,7 +46,7 @@ def run(options: argparse.Namespace) -> int:
 
 
 def tags_of(text: str | None) -> list[int]:
-    """Return the node tags of a text such as `12,57`."""
+    """Returns the numbers in a text such as `12,57`; none for None. InputError if a word is no whole number."""
     try:
         return [int(word) for word in (text or "").split(",") if word.strip()]
     except ValueError as error:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The command `signorom-post forest`: train the random forest that chooses the cluster of a point."""
+"""The command `signorom-post forest`: trains the random forest that chooses the cluster of a point."""
 
 import argparse
 from pathlib import Path
@@ -25,7 +25,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Trains the forest and says where it is."""
+    """Trains the forest, writes it, prints its path and accuracy; with --check only looks for scikit-learn. Returns 0.
+
+    InputError if LABELS.csv or scikit-learn is missing, if the table is not valid, or if the forest cannot be written.
+    """
     if options.check:
         need_scikit_learn()
         return 0

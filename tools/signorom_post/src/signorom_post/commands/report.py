@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The command `signorom-post report`: write one HTML page with verdict, errors, pictures, deck and provenance."""
+"""The command `signorom-post report`: writes one HTML page with verdict, errors, pictures, deck and provenance."""
 
 import argparse
 from pathlib import Path
@@ -16,7 +16,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Writes the page and says where it is."""
+    """Writes the page and prints its path. Returns 0.
+
+    InputError if the folder or report.yaml is missing or damaged, or if the page cannot be written.
+    """
     results = Results(options.results)
     output = options.output or options.results / "report.html"
     page = build_page(results, options.log)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The command `signorom-post summary`: print a short table from report.yaml."""
+"""The command `signorom-post summary`: prints a short table from report.yaml."""
 
 import argparse
 from pathlib import Path
@@ -14,6 +14,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Prints the table."""
+    """Prints the table. Returns 0. InputError if the folder or report.yaml is missing or damaged."""
     options.log.result(format_summary(Results(options.results).report))
     return 0

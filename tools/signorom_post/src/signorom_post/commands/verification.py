@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The command `signorom-post verification`: draw and print the table of what the verification tests found."""
+"""The command `signorom-post verification`: draws and prints the table of what the verification tests found."""
 
 import argparse
 from pathlib import Path
@@ -25,7 +25,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Writes and prints the table; 1 if a number lies outside of its limits."""
+    """Writes the table as CSV and as a picture, and prints it. Returns 0, or 1 if a number lies outside of its limits.
+
+    InputError if the folder has no results, if a file cannot be used, or if the table cannot be written.
+    """
     figures = read_verification(options.results)
     output = options.output or options.results / "table"
     with writing("the table", output):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The command `signorom-post view`: draw the standard pictures by VTK, and write a script for ParaView."""
+"""The command `signorom-post view`: draws the standard pictures by VTK, and writes a script for ParaView."""
 
 import argparse
 from pathlib import Path
@@ -18,7 +18,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Draws the pictures of one point and says where they are."""
+    """Draws the pictures of one point, writes the script, and prints the path of each file. Returns 0.
+
+    InputError if fields.h5 or VTK is missing, if the point is unknown or has no displacement, or if a file cannot be
+    written. NotDrawableError if fields.h5 has no points.
+    """
     fields = Results(options.results).fields
     point = choose_point(fields, options.point)
     output = options.output or options.results / "view"
