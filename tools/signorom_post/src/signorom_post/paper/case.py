@@ -11,7 +11,7 @@ from signorom_post.plots.two_bodies import two_bodies
 
 
 def figure_8(study: Study) -> Outcome:
-    """Returns a sketch with the load, the mesh, and the numbers of nodes and contact pairs."""
+    """Returns figure 8: a sketch with the load, and the mesh; its table has the numbers of nodes and contact pairs."""
     (results,) = study.runs.results([Variant(12, None, has_fields=True)])
     fields = results.fields
     radius, height = fields.mesh.coordinates[:, 0], fields.mesh.coordinates[:, 1]

@@ -54,7 +54,7 @@ def by_height(model: Model) -> list[Cluster]:
 
 
 def figure_15(study: Study) -> Outcome:
-    """Returns the snapshots of each cluster, and a map of the cluster that answers."""
+    """Returns figure 15: the snapshots of each cluster, and a map of the cluster that answers."""
     results = _local_models(study)
     model, validation = results.model, results.validation
     clusters = by_height(model)
@@ -87,13 +87,13 @@ def figure_15(study: Study) -> Outcome:
 
 
 def figure_17(study: Study) -> Outcome:
-    """Returns the reduced integration domain of each cluster."""
+    """Returns figure 17: the reduced integration domain of each cluster."""
     results = _local_models(study)
     return domains_of_clusters("Fig. 17", results, by_height(results.model), published.CLUSTERS)
 
 
 def table_2(study: Study) -> Outcome:
-    """Returns the errors with three clusters and all hats, at the two points of Table 1."""
+    """Returns table 2: the errors with three clusters and all hats, at the two points of Table 1."""
     results = local_bases(study)
     validation = results.validation
     table: list[Row] = []
@@ -144,7 +144,7 @@ def table_2(study: Study) -> Outcome:
 
 
 def figure_18(study: Study) -> Outcome:
-    """Returns two maps of the dual error with three clusters: at kappa_max = 10, and with all hats (kappa_max = 1)."""
+    """Returns figure 18: maps of the errors of the contact forces with three clusters, at kappa_max = 10 and 1."""
     results = _local_models(study)
     order = by_height(results.model)
     sizes = [int(cluster.n_modes) for cluster in order]

@@ -99,7 +99,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Makes the figures and tables of the paper that the user chose."""
+    """Makes the figures and tables of the paper that the user chose. Returns 0, whatever the numbers are.
+
+    InputError if the program or the deck is not found, if a run fails, or if a file cannot be written.
+    """
     try:
         chosen = options.output, options.only, options.format, options.map, options.jobs, options.log
         make_paper(PaperOptions(*chosen))
@@ -109,7 +112,10 @@ def run(options: argparse.Namespace) -> int:
 
 
 def make_paper(options: PaperOptions) -> list[Comparison]:
-    """Starts the runs that are missing, writes all files, prints the table, and returns the numbers of the table."""
+    """Starts the runs that are missing, writes all files, prints the table, and returns the numbers of the table.
+
+    InputError if the program or the deck is not found, or if a run fails. OSError if a file cannot be written.
+    """
     start = time.monotonic()
     runs = Runs(options.output / "runs", find_program(), find_base_deck(), options.n_jobs, options.log)
     study = Study(runs, options.n_map)

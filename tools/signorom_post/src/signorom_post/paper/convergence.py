@@ -21,14 +21,17 @@ RANK_REMARK = (
 
 
 def figure_3(study: Study) -> Outcome:
-    """Returns dual and primal errors over kappa, with hat functions only."""
+    """Returns figure 3: errors of contact forces and of displacements over kappa, with hat functions only."""
     history, rows = _series(study, 0)
     series = _error_series(history, rows, 0)
     return Outcome({"fig03": rows}, {"fig03": errors_and_kappa(series)})
 
 
 def figure_10(study: Study) -> Outcome:
-    """Returns dual errors over the size of the basis and over kappa, without and with extra modes."""
+    """Returns figure 10: errors of the contact forces over basis size and over kappa.
+
+    It has curves without and with extra POD modes.
+    """
     extras = (0, published.EXTRA_MODES)
     found = {extra: _series(study, extra) for extra in extras}
     series = [_error_series(history, rows, extra) for extra, (history, rows) in found.items()]

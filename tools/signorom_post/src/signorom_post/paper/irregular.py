@@ -30,7 +30,7 @@ ORDER_REMARK = f"clusters in the order of the pairs in their domains, the paper'
 
 
 def figure_19(study: Study) -> Outcome:
-    """Returns maps of the dual error without clusters: with hat functions only, and with more modes, too."""
+    """Returns figure 19: maps of contact force errors without clusters, without and with extra POD modes."""
     tolerances = {"FE": None, "POD + FE": published.IRREGULAR_TOLERANCE}
     kappa = published.MAX_CONDITION_NUMBER
     variants = [
@@ -62,7 +62,7 @@ def figure_19(study: Study) -> Outcome:
 
 
 def figure_20(study: Study) -> Outcome:
-    """Returns the snapshots of each cluster, and the cluster that the random forest chooses at each point of a map."""
+    """Returns figure 20: the snapshots of each cluster, and a map of the cluster that the forest chooses."""
     results = _local_models(study)
     model, validation = results.model, results.validation
     clusters = by_rows(model)
@@ -97,14 +97,14 @@ def figure_20(study: Study) -> Outcome:
 
 
 def figure_21(study: Study) -> Outcome:
-    """Returns the reduced integration domain of each cluster."""
+    """Returns figure 21: the reduced integration domain of each cluster."""
     results = _local_models(study)
     papers = published.IRREGULAR_CLUSTERS
     return domains_of_clusters("Fig. 21", results, by_rows(results.model), papers, ORDER_REMARK)
 
 
 def figure_22(study: Study) -> Outcome:
-    """Returns the map of the dual error with three clusters."""
+    """Returns figure 22: the map of the errors of the contact forces with three clusters."""
     results = _local_models(study)
     sizes = [cluster.n_modes for cluster in by_rows(results.model)]
     title = f"three clusters: $\\bar{{\\ell}}$ = {', '.join(map(str, sizes))}"

@@ -49,6 +49,7 @@ class Runs:
     """Starts the program for the variants that a figure needs, up to `n_jobs` runs at a time."""
 
     def __init__(self, folder: Path, program: Path, base_deck: Path, n_jobs: int, log: Log) -> None:
+        """Keeps the runs of `program` below `folder`; `base_deck` is the deck of case b."""
         self.folder = folder
         self._program = program
         self._base = yaml.safe_load(base_deck.read_text(encoding="utf-8"))
@@ -61,7 +62,10 @@ class Runs:
         self._is_stopped = False
 
     def results(self, variants: Sequence[Variant]) -> list[Results]:
-        """Returns the results of these variants in the same order; runs that are missing are done first."""
+        """Returns the results of these variants in the same order; runs that are missing are done first.
+
+        InputError if a run fails, OSError if a file cannot be written.
+        """
         self.folder.mkdir(parents=True, exist_ok=True)
         lines = ["P1,h1", *(f"{pressure},{height}" for pressure, height in POINTS)]
         (self.folder / "points.csv").write_text("\n".join(lines) + "\n", encoding="utf-8")

@@ -24,7 +24,7 @@ POINTS = {"strong": STRONG, "weak": WEAK}
 
 
 def table_1(study: Study) -> Outcome:
-    """Returns the table with our numbers beside the paper's, and a figure of the errors."""
+    """Returns table 1, with our numbers beside the paper's, and a figure of its errors."""
     cladding, cut = study.both_loads(_variants("cladding"))
     found = {"cladding": cladding, "fuel": study.runs.results(_variants("fuel"))}
     table: list[Row] = []
