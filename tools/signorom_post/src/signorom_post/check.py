@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Pictures of the set-up that `signorom check DECK --fields` wrote."""
+"""Draws the set-up of a deck that `signorom check DECK --fields` wrote."""
 
 from collections.abc import Iterator
 from pathlib import Path

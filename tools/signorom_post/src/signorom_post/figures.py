@@ -57,7 +57,10 @@ class Outcome:
 def write_figures(
     results: Results, output: Path, file_format: str, options: FigureOptions
 ) -> Iterator[Outcome]:
-    """Writes the figures one after the other, and yields the outcome of each; after a failure it goes on."""
+    """Writes the chosen figures one after the other into the folder `output`, and yields the outcome of each file.
+
+    A figure that cannot be drawn is left out, and the next one follows. OSError if a file cannot be written.
+    """
     for name, build in BUILDERS.items():
         if options.only is not None and name not in options.only:
             continue

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A model as a Functional Mock-up Unit of FMI 3.0, for simulators of systems."""
+"""Writes a model as a Functional Mock-up Unit (FMU) of FMI 3.0, for simulators of systems."""
 
 import hashlib
 import html
@@ -32,20 +32,27 @@ OF_THE_SYSTEM = re.compile(
 
 @dataclass(frozen=True)
 class Output:
-    """An output of the unit, and what the binary needs to find its number."""
+    """An output of the FMU, and what the binary of the FMU needs to find its value."""
 
     name: str
+    #: unit of measure; empty: none
     unit: str
     description: str
+    #: one of AREA, FORCE, MOMENT, DISPLACEMENT, BOUND, INSIDE
     kind: int
+    #: number of the contact of the deck, or of the node among the chosen nodes, from 0
     entry: int = 0
+    #: direction of a vector, from 0
     component: int = 0
 
 
 def write_fmu(model: Model, path: Path, output: Path, tags: list[int]) -> None:
-    """Write the unit of a model, whose file is `path`, with displacements of some nodes as outputs.
+    """Writes the FMU `output` of a model whose file is `path`.
 
-    InputError where a node is unknown or has no displacement, or a library of the unit is missing.
+    Its outputs are the resultants of each contact, the displacements of the nodes `tags` (numbers of the mesh file),
+    the bound of the error if the model has one, and is_inside_box. InputError if a node is unknown or has no
+    displacement, or if a library that the FMU needs is missing. NoAnswerError if the model has no answer in the middle
+    of its box. OSError if the file cannot be written.
     """
     content = path.read_bytes()
     token = hashlib.sha256(content).hexdigest()
@@ -66,13 +73,16 @@ def write_fmu(model: Model, path: Path, output: Path, tags: list[int]) -> None:
 
 
 def identifier(text: str) -> str:
-    """Turn a text into a valid name for C and FMI."""
+    """Returns a valid name for C and FMI from a text: letters, digits and underscores; it starts with a letter."""
     word = re.sub(r"\W+", "_", text, flags=re.ASCII).strip("_")[:60]
     return word if re.match(r"[A-Za-z]", word) else f"m_{word}".rstrip("_")
 
 
 def places_of(model: Model, path: Path, tags: list[int]) -> list[int]:
-    """Return the positions of nodes, given by their tags, in the model's list of nodes."""
+    """Returns the positions, from 0, of the nodes `tags` (numbers of the mesh file) in the model's list of nodes.
+
+    InputError, with `path` as the file, if a node is unknown or has no displacement.
+    """
     all_tags, sources = model.nodes[0], model.displacement_sources
     places = []
     for tag in tags:
@@ -90,7 +100,10 @@ def places_of(model: Model, path: Path, tags: list[int]) -> list[int]:
 
 
 def outputs_of(model: Model, tags: list[int]) -> list[Output]:
-    """Resultants of each contact of the deck, displacements, the certificate, and whether the inputs are in the box."""
+    """Returns the outputs of the FMU in their order; `write_fmu` says what they are.
+
+    NoAnswerError if the model has no answer in the middle of its box.
+    """
     length, force = model.length_unit, model.force_unit
     mechanics = (yaml.safe_load(model.deck).get("mesh") or {}).get("model", "")
     axes = "rz" if mechanics == "axisymmetric" else "xyz"
@@ -122,12 +135,12 @@ def outputs_of(model: Model, tags: list[int]) -> list[Output]:
 
 
 def middle(model: Model) -> dict[str, float]:
-    """Return the middle of the trained box; the unit starts there."""
+    """Returns the middle of the trained box, parameter name -> value. These are the start values of the FMU."""
     return {p.name: p.minimum + (p.maximum - p.minimum) / 2 for p in model.parameters}
 
 
 def has_gradient(model: Model) -> bool:
-    """Return whether the model has derivatives at the start values."""
+    """Returns whether the model has derivatives at the start values."""
     try:
         _ = model.query(nodes=[], **middle(model)).gradient
     except NoAnswerError:
@@ -136,14 +149,14 @@ def has_gradient(model: Model) -> bool:
 
 
 def table(token: str, nodes: list[int], outputs: list[Output]) -> str:
-    """What the binary reads: the token, the nodes, and kind, entry and component of each output."""
+    """Returns outputs.txt, which the binary reads: token, nodes, and kind, entry and component of each output."""
     lines = [f"signorom outputs 1 {token}", " ".join(map(str, [len(nodes), *nodes])), str(len(outputs))]
     lines += [f"{output.kind} {output.entry} {output.component}" for output in outputs]
     return "\n".join(lines) + "\n"
 
 
 def description(model: Model, name: str, token: str, outputs: list[Output]) -> bytes:
-    """Return the text of modelDescription.xml."""
+    """Returns modelDescription.xml; `name` is the identifier of the FMU, `token` the checksum of the model file."""
     n_inputs = len(model.parameters)
     root = ET.Element(
         "fmiModelDescription",
@@ -183,7 +196,7 @@ def description(model: Model, name: str, token: str, outputs: list[Output]) -> b
 
 
 def add_inputs(variables: ET.Element, model: Model) -> None:
-    """Add the parameters of the model as inputs, which may change at any time."""
+    """Adds the parameters of the model as inputs, which may change at any time."""
     start = middle(model)
     for i, parameter in enumerate(model.parameters):
         attributes = {
@@ -202,7 +215,7 @@ def add_inputs(variables: ET.Element, model: Model) -> None:
 
 
 def add_output(variables: ET.Element, output: Output, reference: int) -> None:
-    """Add one output to the variables."""
+    """Adds one output to the variables; `reference` is its value reference."""
     attributes = {
         "name": output.name,
         "valueReference": str(reference),
@@ -216,7 +229,7 @@ def add_output(variables: ET.Element, output: Output, reference: int) -> None:
 
 
 def documentation(model: Model) -> str:
-    """Return a page that describes the model."""
+    """Returns a page in HTML that describes the model."""
     text = html.escape(model.describe())
     return (
         f'<!DOCTYPE html><html lang="en"><head><meta charset="utf-8"><title>{html.escape(model.title)}</title></head>'
@@ -227,7 +240,10 @@ def documentation(model: Model) -> str:
 
 
 def libraries_of_unit() -> dict[str, Path]:
-    """Return the libraries that the unit must carry: their names in the unit ({name}: the unit's own), their files."""
+    """Returns the libraries that the FMU must contain: name in the FMU -> file.
+
+    In the name of the FMU's own binary, `{name}` stands for the identifier. InputError if a library is missing.
+    """
     online = loaded_library()
     wrapper = online.parent / WRAPPER
     if not wrapper.is_file():

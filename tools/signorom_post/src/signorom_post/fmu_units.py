@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Units of measurement as FMI describes them: exponents of the base units of SI, a factor, an offset."""
+"""Units of measure as FMI describes them: exponents of the base units of SI, a factor, an offset."""
 
 import xml.etree.ElementTree as ET
 from collections.abc import Iterable
 
-#: exponents of kg, m, s, K, rad; factor; offset
+#: name of a unit -> its factor to the SI unit
 _LENGTHS = {"m": 1.0, "dm": 0.1, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "µm": 1e-6, "nm": 1e-9}
 _FORCES = {"N": 1.0, "mN": 1e-3, "kN": 1e3, "MN": 1e6}
 _PRESSURES = {"Pa": 1.0, "hPa": 1e2, "kPa": 1e3, "MPa": 1e6, "GPa": 1e9, "bar": 1e5, "N/mm^2": 1e6}
@@ -12,7 +12,7 @@ _NO_UNIT = {"", "-", "1"}
 
 
 def base_unit(unit: str) -> dict[str, str] | None:
-    """Return the attributes of BaseUnit; None where the unit is only a name."""
+    """Returns the attributes of FMI's element BaseUnit for a unit of measure; None if the unit is not known here."""
     if unit.removesuffix("^2") in _LENGTHS:
         power = 2 if unit.endswith("^2") else 1
         return _attributes({"m": power}, _LENGTHS[unit.removesuffix("^2")] ** power)
@@ -34,7 +34,10 @@ def base_unit(unit: str) -> dict[str, str] | None:
 
 
 def moment_unit(force: str, length: str) -> str:
-    """Return the unit of a moment; in plane models forces and moments are per unit thickness."""
+    """Returns the unit of a moment from the units of force and length.
+
+    In plane models the unit of force is per length, such as N/mm, and the moment per thickness has the unit N.
+    """
     per_length = f"/{length}"
     return force.removesuffix(per_length) if force.endswith(per_length) else f"{force}*{length}"
 
@@ -45,7 +48,7 @@ def _attributes(exponents: dict[str, int], factor: float) -> dict[str, str]:
 
 
 def unit_definitions(units: Iterable[str]) -> ET.Element:
-    """Return the element UnitDefinitions, which contains each unit once."""
+    """Returns FMI's element UnitDefinitions, which contains each unit of measure once."""
     definitions = ET.Element("UnitDefinitions")
     for unit in dict.fromkeys(unit for unit in units if unit not in _NO_UNIT):
         element = ET.SubElement(definitions, "Unit", name=unit)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The random forest that chooses the cluster of a parameter point: trained by scikit-learn, walked by the program."""
+"""Trains the random forest that chooses the cluster of a parameter point; the program evaluates its trees."""
 
 import csv
 import sys
@@ -17,14 +17,16 @@ from signorom_post.errors import InputError, MissingFileError
 
 LABEL_COLUMN = "cluster"
 FORMAT_VERSION = 1
-#: as pyproject.toml has it
+#: version of scikit-learn that is needed, as in pyproject.toml
 REQUIREMENT = "scikit-learn>=1.3"
 
 
 def train_forest(labels_path: Path, output: Path, n_trees: int, seed: int) -> float | None:
-    """Train on a table of labels and write the trees.
+    """Trains a forest of `n_trees` trees on the table `labels_path`, and writes it to the file `output`.
 
-    Returns the out-of-bag accuracy (each point judged by the trees that did not draw it); None where nobody can judge.
+    Returns the out-of-bag accuracy, from 0 to 1: each point is judged by the trees that were trained without it. None
+    if every tree has drawn every point. InputError if the table is not valid, if scikit-learn is missing, or if the
+    file cannot be written.
     """
     names, points, labels = read_labels(labels_path)
     classifier = fit(points, labels, n_trees, seed)
@@ -37,7 +39,10 @@ def train_forest(labels_path: Path, output: Path, n_trees: int, seed: int) -> fl
 
 
 def read_labels(path: Path) -> tuple[list[str], FloatArray, IntArray]:
-    """Return parameter names, points of shape (n_points, n_parameters), and clusters counted from 1."""
+    """Returns parameter names, points of shape (n_points, n_parameters), and clusters from 1 of shape (n_points).
+
+    Lines that start with # are left out. InputError if the table cannot be read or is not valid.
+    """
     try:
         with path.open(newline="", encoding="utf-8") as file:
             rows = [row for row in csv.reader(file) if row and not row[0].lstrip().startswith("#")]
@@ -66,7 +71,7 @@ def read_labels(path: Path) -> tuple[list[str], FloatArray, IntArray]:
 
 
 def fit(points: FloatArray, labels: IntArray, n_trees: int, seed: int) -> Any:
-    """Return a trained RandomForestClassifier; the same seed gives the same trees."""
+    """Returns a trained RandomForestClassifier; the same seed gives the same trees. InputError without scikit-learn."""
     classifier = random_forest_class()(n_estimators=n_trees, random_state=seed, oob_score=True)
     with warnings.catch_warnings():  # about points that every tree has drawn
         warnings.simplefilter("ignore", UserWarning)
@@ -75,7 +80,7 @@ def fit(points: FloatArray, labels: IntArray, n_trees: int, seed: int) -> Any:
 
 
 def random_forest_class() -> Any:
-    """Return the class of scikit-learn; if it cannot be imported, raise an error that tells how to install it."""
+    """Returns the class RandomForestClassifier; InputError, which tells how to install it, if it cannot be imported."""
     need_scikit_learn()
     try:
         from sklearn.ensemble import RandomForestClassifier
@@ -85,13 +90,13 @@ def random_forest_class() -> Any:
 
 
 def need_scikit_learn() -> None:
-    """Raise an error if scikit-learn is not installed. This is much faster than an import."""
+    """Raises InputError if scikit-learn is not installed. This is much faster than an import."""
     if find_spec("sklearn") is None:
         raise no_scikit_learn("is not installed")
 
 
 def no_scikit_learn(reason: str) -> InputError:
-    """Return an error that says why scikit-learn cannot be used and how to install it."""
+    """Returns an error that says why scikit-learn cannot be used and how to install it."""
     return InputError(
         "signorom-post forest",
         f"scikit-learn {reason}; hint: {sys.executable} -m pip install '{REQUIREMENT}'",
@@ -99,7 +104,7 @@ def no_scikit_learn(reason: str) -> InputError:
 
 
 def flat_arrays(classifier: Any, n_clusters: int) -> dict[str, np.ndarray]:
-    """Return the nodes of all trees, one tree after the other, in the layout of include/signorom/forest.h."""
+    """Returns name -> array of the nodes of all trees, one after the other, as in include/signorom/forest.h."""
     trees = [estimator.tree_ for estimator in classifier.estimators_]
     features = np.concatenate([tree.feature for tree in trees])
     shares = np.zeros((len(features), n_clusters))
@@ -115,7 +120,7 @@ def flat_arrays(classifier: Any, n_clusters: int) -> dict[str, np.ndarray]:
 
 
 def write_forest(path: Path, names: list[str], arrays: dict[str, np.ndarray]) -> None:
-    """Write the file that the program reads. It gets its final name when it is complete."""
+    """Writes the file that the program reads. It gets its final name when it is complete. InputError if this fails."""
     partial = path.with_name(path.name + ".partial")
     try:
         with h5py.File(partial, "w") as file:

@@ -21,7 +21,7 @@ METHODS = ("none", "active_set", "block_pivoting", "lemke", "condensed")
 
 
 class LibraryError(Exception):
-    """The online library is missing or is not one."""
+    """The online library is missing or cannot be used."""
 
 
 class CSizes(ctypes.Structure):
@@ -134,7 +134,7 @@ _SIGNATURES = {
 
 
 def find_library() -> str:
-    """Path or name of the online library; the module's text says where it is looked for."""
+    """Returns the path or name of the online library, from the places above; LibraryError if it is in none of them."""
     named = os.environ.get("SIGNOROM_LIBRARY")
     if named:
         return named
@@ -155,7 +155,7 @@ def find_library() -> str:
 
 
 def load_library() -> ctypes.CDLL:
-    """The online library with the signatures of signorom.h."""
+    """Returns the online library, with signatures as in signorom.h; LibraryError if it is missing or cannot be used."""
     path = find_library()
     try:
         library = ctypes.CDLL(path)
@@ -169,19 +169,22 @@ def load_library() -> ctypes.CDLL:
 
 
 def loaded_library() -> Path:
-    """File of the online library in this process. Requires: it is loaded."""
+    """Returns the file of the online library in this process. Requires: the library is loaded."""
     # the loader may have found it by its name alone
     with Path("/proc/self/maps").open() as maps:
         return next(Path(line.split()[-1]) for line in maps if "libsignorom_online" in line)
 
 
 def text_of(value: bytes | None) -> str:
+    """Returns a text of the library; empty for None."""
     return (value or b"").decode("utf-8", "replace")
 
 
 def doubles(array: FloatArray) -> "ctypes._Pointer[c_double]":
+    """Returns a pointer to the numbers of a contiguous array, which must live as long as the pointer."""
     return array.ctypes.data_as(_DOUBLES)
 
 
 def ints(array: IntArray) -> "ctypes._Pointer[c_int]":
+    """Returns a pointer to the numbers of a contiguous array of C ints, which must live as long as the pointer."""
     return array.ctypes.data_as(_INTS)

@@ -36,7 +36,7 @@ class Log:
                 raise InputError(path, f"cannot write the log: {error.strerror}") from error
 
     def close(self) -> None:
-        """Close the file; no message may follow."""
+        """Closes the file; later messages go to the terminal only. A failure is kept in `failure`."""
         if self._file is None:
             return
         try:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""One call of the online library for many points."""
+"""Asks the online library at many points in one call."""
 
 import ctypes
 from ctypes import byref, c_void_p

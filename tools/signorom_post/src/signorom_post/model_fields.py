@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Mesh and fields of a model, from the online library."""
+"""Gets the mesh and the fields of a model from the online library."""
 
 import ctypes
 from ctypes import byref, c_int, c_void_p

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Ask a trained model: `Model("model.h5").query(P1=170.0, h1=3.2)`, in the deck's units.
+"""Asks a trained model: `Model("model.h5").query(P1=170.0, h1=3.2)`, in the deck's units.
 
 The answers are those of the library `libsignorom_online`.
 """
@@ -38,13 +38,17 @@ DISPLACEMENT_NONE, DISPLACEMENT_BY_MODES, DISPLACEMENT_EXACT = 0, 1, 2
 
 
 class Model:
-    """A trained model, ready for questions. `with` closes it, and so does the garbage collector.
+    """A trained model that answers queries. `with` closes it, and so does the garbage collector.
 
-    Threads may share it. A copy, and what a process receives by pickle, reads the file again: it must still be there.
+    Threads may share it. A copy, also in another process by pickle, reads the file again, which must still exist.
+    Queries of a closed model raise ValueError.
     """
 
     def __init__(self, path: str | os.PathLike[str]) -> None:
-        """Read a model file; ModelError where it is missing, damaged, foreign or newer than the library."""
+        """Opens a model file; ModelError if it is missing, damaged, no model, or newer than the library.
+
+        LibraryError if the library is missing or cannot be used.
+        """
         self._path = str(Path(path).absolute())
         self._handles = Handles(os.fspath(path))
         self._library = self._handles.library
@@ -57,7 +61,7 @@ class Model:
         self._summary = self._summarize()
 
     def __reduce__(self) -> tuple[type["Model"], tuple[str]]:
-        """A handle of the library is of no use elsewhere: copies and other processes open the file."""
+        """Makes copies and other processes open the file, because a handle of the library is not valid there."""
         with self._handles.model():
             return type(self), (self._path,)
 
@@ -69,11 +73,11 @@ class Model:
         return Parameter(text_of(name.value), text_of(unit.value), minimum.value, maximum.value)
 
     def close(self) -> None:
-        """Free the model, as soon as no other thread is asking it; asking it afterwards is an error."""
+        """Closes the model, and frees it as soon as no other thread uses it. Later queries raise ValueError."""
         self._handles.close()
 
     def __repr__(self) -> str:
-        """Title, parameters with their ranges, contacts and kind; it does not need the model to be open."""
+        """Returns title, parameters with their ranges, contacts and kind, also of a closed model."""
         return self._summary
 
     def _summarize(self) -> str:
@@ -123,7 +127,7 @@ class Model:
         return self._told(8)
 
     def describe(self) -> str:
-        """What `signorom describe` prints."""
+        """Returns the text that `signorom describe` prints."""
         return self._told(5)
 
     @property
@@ -144,12 +148,12 @@ class Model:
 
     @property
     def contact_areas(self) -> FloatArray:
-        """Contact pressure = contact force / area; in plane models lengths. Shape (n_contacts)."""
+        """Area of each contact, in plane models a length; shape (n_contacts). Pressure = contact force / area."""
         return self._areas.copy()
 
     @property
     def contact_names(self) -> list[str]:
-        """The two surfaces of each contact of the deck; empty where an earlier program wrote the file."""
+        """Names of the two surfaces of each contact of the deck; empty if an earlier version wrote the file."""
         with self._handles.model() as model:
             n_entries, _ = self._n_entries(model)
             names = [self._library.signorom_contact_entry_name(model, i) for i in range(n_entries)]
@@ -157,7 +161,7 @@ class Model:
 
     @property
     def contact_entries(self) -> IntArray:
-        """Which contact of the deck each contact force belongs to, counted from 0; shape (n_contacts)."""
+        """Number, from 0, of the contact of the deck to which each contact force belongs; shape (n_contacts)."""
         with self._handles.model() as model:
             n_entries, _ = self._n_entries(model)
             entries = np.zeros(self._sizes.n_contacts if n_entries else 0, dtype=np.intc)
@@ -165,13 +169,16 @@ class Model:
         return entries.astype(np.int64)
 
     def _n_entries(self, model: c_void_p) -> tuple[int, int]:
-        """Contacts of the deck, components of a moment."""
+        """Returns the number of contacts of the deck, and of components of a moment."""
         n_entries, n_moments = c_int(), c_int()
         self._library.signorom_get_contact_entries(model, byref(n_entries), byref(n_moments), None)
         return n_entries.value, n_moments.value
 
     def resultants(self, multipliers: FloatArray) -> Resultants:
-        """What forces of all contacts [n_contacts] come to, or those of many answers [n_points, n_contacts]."""
+        """Returns areas, forces and moments of each contact of the deck from the contact forces.
+
+        `multipliers` has the shape (n_contacts) or, for many answers, (n_points, n_contacts); else ValueError.
+        """
         given = np.ascontiguousarray(multipliers, dtype=float)
         if given.ndim not in (1, 2) or given.shape[-1] != self._sizes.n_contacts:
             raise ValueError(
@@ -192,7 +199,7 @@ class Model:
 
     @property
     def nodes(self) -> tuple[IntArray, FloatArray]:
-        """Tags of the mesh file and coordinates of all nodes, shapes (n_nodes) and (n_nodes, n_dimensions)."""
+        """Numbers in the mesh file and coordinates of all nodes, shapes (n_nodes) and (n_nodes, n_dimensions)."""
         tags = np.zeros(self._sizes.n_nodes, dtype=np.intc)
         coordinates = np.zeros((self._sizes.n_nodes, self._sizes.n_dimensions))
         with self._handles.model() as model:
@@ -209,14 +216,15 @@ class Model:
 
     @property
     def cells(self) -> Cells:
-        """Cells, regions and contact facets of a model that answers fields; NoAnswerError where it does not."""
+        """Cells, regions and contact facets of a model with fields; NoAnswerError if it has none."""
         with self._handles.model() as model:
             return cells_of(self._library, model)
 
     def fields(self, **values: float) -> Fields:
-        """Displacement, stresses and contact on the whole mesh at a point, a keyword per parameter.
+        """Returns displacement, stresses and contact on the whole mesh at a point, a keyword per parameter.
 
-        NoAnswerError where the model has no answer, or no fields: its deck must say `reduction: {fields: true}`.
+        NoAnswerError if the model has no answer, or no fields: its deck must have `reduction: {fields: true}`. Other
+        errors and the warning as for `query`.
         """
         point = point_of(self.parameters, values)
         told = CAnswer(size=ctypes.sizeof(CAnswer))
@@ -230,10 +238,11 @@ class Model:
             return fields_of(self._library, model, context, self._sizes, self._named(point), area)
 
     def query(self, *, nodes: Sequence[int] | IntArray | None = None, **values: float) -> Answer:
-        """Answer at a point, a keyword per parameter; `nodes` (mesh tags) asks for the displacement of these.
+        """Returns the answer at a point, a keyword per parameter.
 
-        NoAnswerError where the model has none, TypeError for a parameter that is missing or unknown, ValueError for a
-        value that is not finite; ExtrapolationWarning where the point lies outside of the trained box.
+        `nodes` (numbers of the mesh file) are the nodes whose displacement is wanted; default: all. NoAnswerError if
+        the model has no answer, TypeError if a parameter is missing or unknown, ValueError if a value is not finite or
+        a node is unknown; ExtrapolationWarning if the point lies outside of the trained box.
         """
         point = point_of(self.parameters, values)
         indices = None if nodes is None else self._indices_of(nodes)
@@ -273,12 +282,12 @@ class Model:
             )
 
     def _named(self, point: FloatArray) -> dict[str, float]:
-        """Return the values of a point by the names of the parameters."""
+        """Returns the values of a point by the names of the parameters."""
         names = [parameter.name for parameter in self.parameters]
         return dict(zip(names, point.tolist(), strict=True))
 
     def _gradient(self, point: FloatArray, indices: IntArray | None, direction: int) -> Gradient:
-        """Derivatives of the answer at a point; the displacement's at some nodes, or at all that have one."""
+        """Returns the derivatives of the answer at a point; of the displacement at some nodes, or at all."""
         n_grazing = c_int()
         is_one_sided = np.zeros(len(self.parameters), dtype=np.intc)
         with self._handles.model() as model, self._handles.context() as context:
@@ -306,7 +315,7 @@ class Model:
     def _displacement_gradient(
         self, context: c_void_p, n_parameters: int, indices: IntArray | None
     ) -> FloatArray:
-        """NaN where there is none."""
+        """Returns the derivatives of the displacement of nodes, NaN at nodes without a displacement."""
         chosen = np.arange(self._sizes.n_nodes, dtype=np.intc) if indices is None else indices
         has_some = self.displacement_sources[chosen] != DISPLACEMENT_NONE
         known = np.ascontiguousarray(chosen[has_some], dtype=np.intc)
@@ -320,10 +329,11 @@ class Model:
         return gradient
 
     def query_many(self, points: FloatArray, nodes: Sequence[int] | IntArray = ()) -> Answers:
-        """Answers at points [n_points, n_parameters]; `nodes` (mesh tags) asks for the displacement of these.
+        """Returns the answers at `points`, shape (n_points, n_parameters), in one call of the library.
 
-        ValueError for points of another shape and for values that are not finite; ExtrapolationWarning, once, where
-        points lie outside of the trained box. A point without an answer is no error: see Answers.has_answer.
+        `nodes` (numbers of the mesh file) are the nodes whose displacement is wanted; default: none. ValueError if
+        points have another shape, a value is not finite, or a node is unknown; one ExtrapolationWarning if points lie
+        outside of the trained box. A point without an answer is no error: see Answers.has_answer.
         """
         given = points_of(self.parameters, points)
         indices = self._indices_of(nodes)
@@ -344,7 +354,7 @@ class Model:
         return cluster.value if cluster.value >= 0 else None
 
     def _indices_of(self, nodes: Sequence[int] | IntArray) -> IntArray:
-        """Places of nodes (mesh tags) among the model's nodes."""
+        """Returns the positions, from 0, of nodes (numbers of the mesh file); ValueError if a node is unknown."""
         if not len(nodes):
             return np.zeros(0, dtype=np.intc)
         tags = self.nodes[0]
@@ -357,7 +367,7 @@ class Model:
         return chosen.astype(np.intc)
 
     def _displacement(self, context: c_void_p, indices: IntArray | None) -> FloatArray:
-        """NaN where there is none."""
+        """Returns the displacement of some nodes, or of all, NaN at nodes without one."""
         n = self._sizes.n_dimensions
         displacement = np.zeros((self._sizes.n_nodes if indices is None else len(indices), n))
         if indices is None:
@@ -366,7 +376,7 @@ class Model:
             code = self._library.signorom_get_displacement_at(
                 context, len(indices), ints(indices), doubles(displacement)
             )
-            if code:  # one of the nodes has none; the others may
+            if code:  # one of the nodes has no displacement; the others may have one
                 return self._displacement(context, None)[indices]
         if code:
             displacement[:] = np.nan

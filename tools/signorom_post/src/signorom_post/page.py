@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""One HTML page of a run, with its pictures inside.
+"""Makes one HTML page of a run, with its pictures inside.
 
 The page needs no other files: it has no scripts, and pictures are inside of it. It fits a phone, and has dark colors if
 the browser asks for them.

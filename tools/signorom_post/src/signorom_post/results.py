@@ -18,6 +18,7 @@ class Results:
     """The files in the results folder of one deck. An attribute raises InputError if its file cannot be used."""
 
     def __init__(self, folder: Path) -> None:
+        """Takes the results in `folder`; InputError if there is no such folder."""
         if not folder.exists():
             raise InputError(folder, "there is no such folder")
         if not folder.is_dir():

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Short tables of the numbers in report.yaml."""
+"""Makes short tables of the numbers in report.yaml."""
 
 import math
 from collections.abc import Callable, Iterator
@@ -184,6 +184,7 @@ def _error_table(heading: str, section: dict[str, Any]) -> str:
 
 
 def value_text(value: Any) -> str:
+    """Returns the text of a value of the report: `-` for none, yes or no, a number with four digits, or a list."""
     if value is None:
         return ABSENT
     if isinstance(value, bool):
@@ -197,6 +198,7 @@ def value_text(value: Any) -> str:
 
 
 def error_text(value: Any) -> str:
+    """Returns the text of an error with two digits, such as 1.2e-03; `-` if there is none."""
     number = as_number(value)
     return ABSENT if number is None else f"{number:.1e}" if math.isfinite(number) else str(number)
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The table of the verification as texts, in Markdown and as CSV."""
+"""Makes the table of the verification: as texts, in Markdown and as CSV."""
 
 import csv
 import math
@@ -70,7 +70,7 @@ def format_markdown(figures: Sequence[VerifiedFigure]) -> str:
 
 
 def write_csv(figures: Sequence[VerifiedFigure], path: Path) -> None:
-    """Writes the texts of the table as CSV."""
+    """Writes the texts of the table as CSV. OSError if the file cannot be written."""
     with path.open("w", newline="", encoding="utf-8") as file:
         csv.writer(file).writerows([HEADINGS[:-1] + ("result",), *table_of(figures)])
 

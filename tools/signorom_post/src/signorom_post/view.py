@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Standard pictures of a result by VTK, and a script that makes them in ParaView."""
+"""Draws the standard pictures of a result by VTK, and writes a script that draws them in ParaView."""
 
 from collections.abc import Iterator
 from importlib.util import find_spec

@@ -41,7 +41,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Prints the table of the models, which it makes before where --run asks for it."""
+    """Prints the table of the models, and writes it with --csv; with --run makes the models before. Returns 0.
+
+    InputError if there are neither folders nor --run, or both; if a folder has no validated model, or one of another
+    problem or with other test points; if a run fails, or if a file cannot be read or written.
+    """
     if bool(options.results) == bool(options.variants):
         raise InputError("signorom-post compare", "either results folders or --run FILE must be given")
     try:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The numbers of each model in a comparison, from the results folders of one problem."""
+"""Collects the numbers of each model in a comparison from the results folders of one problem."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass

@@ -74,7 +74,7 @@ def explanation(study: Study, has_times: bool, n_query_points: int, seed: int) -
 
 
 def write_csv(path: Path, entries: Sequence[Entry]) -> None:
-    """Writes all numbers without rounding; times in seconds, sizes in bytes."""
+    """Writes all numbers of the entries as CSV without rounding; times in seconds, sizes in bytes."""
     with path.open("w", newline="", encoding="utf-8") as file:
         names = [field.name for field in fields(Entry)]
         writer = csv.DictWriter(file, fieldnames=names, lineterminator="\n")

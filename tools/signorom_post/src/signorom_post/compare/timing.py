@@ -17,7 +17,8 @@ def query_time(path: Path, n_points: int, seed: int) -> float:
 
     Each of several calls answers `n_points` random points in the trained box. The result is the median time of the
     calls divided by the number of points. Only the time of this thread counts, so that other work on the machine hardly
-    changes it; the time of Python itself is small, because one call answers all points.
+    changes it; the time of Python itself is small, because one call answers all points. LibraryError if the online
+    library cannot be used, ModelError if the model cannot.
     """
     with Model(path) as model:
         low = np.array([parameter.minimum for parameter in model.parameters])

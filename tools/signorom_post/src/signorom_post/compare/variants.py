@@ -29,7 +29,8 @@ NAME = re.compile(r"[A-Za-z0-9][\w.-]*")
 def run_variants(path: Path, output: Path, log: Log) -> list[Path]:
     """Runs the program for each model of the file in its own folder below `output`, and returns these folders.
 
-    Snapshots that a folder already has are used again. InputError if the file is wrong or if a run fails.
+    Snapshots that a folder already has are used again. InputError if the file is wrong, if the program is not found, or
+    if a run fails. OSError if a file cannot be written.
     """
     decks = read_variants(path)
     program = find_program()

@@ -15,7 +15,7 @@ from signorom_post.errors import InputError, MissingFileError
 
 
 def require_file(path: Path) -> None:
-    """Raises an error if the file is missing, unfinished, a folder, or empty."""
+    """Raises InputError if the file is a folder or empty, MissingFileError if it is missing or not finished."""
     if path.is_dir():
         raise InputError(path, "this is a folder, not a file")
     if not path.exists():
@@ -31,6 +31,7 @@ class Hdf5Input:
     """Access to datasets and attributes, all of which are checked. Use it in a `with` block, which closes the file."""
 
     def __init__(self, path: Path) -> None:
+        """Opens a file; InputError if it is missing or cannot be read."""
         self.path = path
         require_file(path)
         try:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Reads report.yaml, which says what a run did, and other YAML files, as nested dictionaries."""
+"""Reads report.yaml, which tells what a run found, and other YAML files, as nested dictionaries."""
 
 from pathlib import Path
 from typing import Any
