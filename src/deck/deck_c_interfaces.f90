@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Interfaces of the deck layer's C procedures; documented in include/signorom/yaml_reader.h.
+!> Interfaces of the C functions of this layer, which include/signorom/yaml_reader.h declares and describes.
 module sig_deck_c_interfaces
   use, intrinsic :: iso_c_binding, only: c_char, c_int, c_ptr, c_size_t
   implicit none(type, external)

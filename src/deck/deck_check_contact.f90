@@ -13,10 +13,13 @@ module sig_deck_check_contact
 
 contains
 
-  !> Checks one entry, alone and against the entries before it.
+  !> Checks one entry of the section contact, and whether an entry before it has the same surfaces. Names and places in the mesh are
+  !> checked when the mesh is read.
   subroutine check_contact(tree, config, i_contact)
+    !> gets the errors
     type(deck_tree_t), intent(inout) :: tree
     type(deck_config_t), intent(in) :: config
+    !> number of the entry, 1-based
     integer, intent(in) :: i_contact
     character(:), allocatable :: path
     integer :: i
@@ -55,7 +58,7 @@ contains
   subroutine check_direction(tree, path, direction, model)
     type(deck_tree_t), intent(inout) :: tree
     character(*), intent(in) :: path
-    !> direction of the entry; empty where it could not be read
+    !> direction of the entry; empty if it is not given or could not be read
     real(rk), intent(in) :: direction(:)
     type(mechanical_model_t), intent(in) :: model
 
@@ -67,7 +70,7 @@ contains
     end if
   end subroutine check_direction
 
-  !> Checks place, size and direction of an obstacle. Checks that need the mesh follow when it is read.
+  !> Checks place, radius and direction of an obstacle.
   subroutine check_obstacle(tree, path, config, entry)
     type(deck_tree_t), intent(inout) :: tree
     character(*), intent(in) :: path

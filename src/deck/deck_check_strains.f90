@@ -13,9 +13,13 @@ module sig_deck_check_strains
 
 contains
 
+  !> Checks the expressions of one entry of the section imposed_strains: they are finite in the box of the parameters, and sums of
+  !> products.
   subroutine check_imposed_strain(tree, config, i_strain)
+    !> gets the errors
     type(deck_tree_t), intent(inout) :: tree
     type(deck_config_t), intent(in) :: config
+    !> number of the entry, 1-based
     integer, intent(in) :: i_strain
     type(mechanical_model_t) :: model
     character(:), allocatable :: key, path
@@ -38,10 +42,11 @@ contains
     end associate
   end subroutine check_imposed_strain
 
-  !> Checks that a value over a region is a sum of products. Otherwise each place would need a term of its own, as many as there are
-  !> elements.
+  !> Checks that a value over a region is a sum of products of a function of the parameters and a function of the place. Otherwise
+  !> each integration point would need a term of its own. Adds an error that names the first factor that depends on both.
   subroutine check_products(tree, path, value, noun)
     type(deck_tree_t), intent(inout) :: tree
+    !> key path of the value
     character(*), intent(in) :: path
     type(value_config_t), intent(in) :: value
     !> name of the value for messages

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Ranges and cross-checks of the sections on solving, reduction and output.
+!> Checks the values of a deck for the sections on solving, reduction and output, alone and against each other.
 module sig_deck_check_study
   use sig_deck_config, only: clusters_config_t, deck_config_t, displacement_config_t, greedy_config_t, max_sobol_parameters, &
     parameter_config_t, point_set_config_t, reduction_config_t
@@ -11,14 +11,16 @@ module sig_deck_check_study
   private
   public :: check_study, complaint_about_options
 
-  !> a larger grid is an error of the user: it could be neither solved nor stored
+  !> largest number of points of a set; more could be neither solved nor stored
   integer, parameter :: max_points = 1000000
   character(*), parameter :: too_many = 'has more than 1000000 points'
   character(*), parameter :: option_prefixes(4) = [character(12) :: '-fom_', '-active_set_', '-vi_', '-pod_']
 
 contains
 
+  !> Checks solver, training, test, reduction, validation, clusters, output and petsc_options.
   subroutine check_study(tree, config)
+    !> gets the errors
     type(deck_tree_t), intent(inout) :: tree
     type(deck_config_t), intent(in) :: config
     character(:), allocatable :: complaint
@@ -78,8 +80,8 @@ contains
     if (points%seed < 0) call tree%report_at(section // '.seed', 'is ' // to_text(points%seed) // '; it must be at least 0')
   end subroutine check_point_set
 
-  !> Checks a greedy selection. Errors: the largest number of points is below the number of initial points; more initial points than
-  !> candidates.
+  !> Checks a greedy selection: max_points must not be below the number of initial points, and there must be at least as many
+  !> candidates as initial points.
   subroutine check_greedy(tree, greedy, candidates)
     type(deck_tree_t), intent(inout) :: tree
     type(greedy_config_t), intent(in) :: greedy
@@ -167,7 +169,8 @@ contains
       '; it must be at most max_number, which is ' // to_text(clusters%max_number))
   end subroutine check_refine
 
-  !> Returns the number of points; huge where a file has them, or where they are too many.
+  !> Returns the number of points of a set, at most max_points for a grid; huge if a file has the points, because their number is
+  !> not known yet.
   pure integer function n_points_of(points) result(n_points)
     type(point_set_config_t), intent(in) :: points
 
@@ -230,7 +233,8 @@ contains
     end do
   end subroutine check_output_points
 
-  !> Checks only the names of options. A value may start with a minus sign, but not with a minus sign and a letter.
+  !> Checks that each option has a known prefix, and that each value follows an option. A word with a minus sign and a letter is an
+  !> option.
   subroutine check_petsc_options(tree, options)
     type(deck_tree_t), intent(inout) :: tree
     character(*), intent(in) :: options
@@ -257,9 +261,11 @@ contains
     end do
   end subroutine check_petsc_options
 
-  !> Returns a complaint about a preconditioner that is not a factorization where the deck asks for one, because answers would lose
-  !> accuracy. An empty text means no complaint.
+  !> Returns a complaint about the first option `..._pc_type` whose value is neither cholesky nor lu, because answers would lose
+  !> accuracy. The text is empty if there is none, or if `linear` is gamg. It begins with option and value, as in
+  !> `-fom_pc_type jacobi; it must be ...`.
   pure function complaint_about_options(options, linear) result(complaint)
+    !> names and values with blanks between them
     character(*), intent(in) :: options
     !> solver.linear of the deck
     character(*), intent(in) :: linear
@@ -278,7 +284,7 @@ contains
     end do
   end function complaint_about_options
 
-  !> Whether a word is a minus sign and then a letter, so that `-1e-3` counts as a value.
+  !> Whether a word begins with a minus sign and no digit or point follows, so that `-1e-3` counts as a value.
   pure logical function is_option(word)
     character(*), intent(in) :: word
 

@@ -10,14 +10,17 @@ module sig_deck_check_values
   private
   public :: check_field, check_range
 
-  !> number of parameters of a text whose corners of the box are tried; the others stay at their minimum
+  !> largest number of an expression's parameters for which all corners of the box are tried; further ones stay at their minimum
   integer, parameter :: max_corner_parameters = 10
 
 contains
 
-  !> Checks an expression that may contain coordinates. One that does is checked on the mesh.
+  !> Checks that an expression is finite at the middle and at the corners of the box of the parameters. An expression with
+  !> coordinates is not checked here, but later on the mesh. Nothing is checked if a parameter has no valid range.
   subroutine check_field(tree, path, parameters, value)
+    !> gets the error
     type(deck_tree_t), intent(inout) :: tree
+    !> key path of the value
     character(*), intent(in) :: path
     type(parameter_config_t), intent(in) :: parameters(:)
     type(value_config_t), intent(in) :: value
@@ -33,9 +36,12 @@ contains
       parameters%maximum < huge(1.0_rk))
   end function has_box
 
-  !> Checks that a number, or an expression at the middle and at the corners of the box, lies between two bounds.
+  !> Checks that a number lies between two bounds, or that an expression is finite and does so at the middle and at the corners of
+  !> the box of the parameters. An expression is not checked if a parameter has no valid range.
   subroutine check_range(tree, path, parameters, value, above, below, unit)
+    !> gets the error
     type(deck_tree_t), intent(inout) :: tree
+    !> key path of the value
     character(*), intent(in) :: path
     type(parameter_config_t), intent(in) :: parameters(:)
     type(value_config_t), intent(in) :: value
@@ -43,7 +49,7 @@ contains
     real(rk), intent(in) :: above
     !> the value must be less than this; huge: no bound
     real(rk), intent(in) :: below
-    !> unit with a blank before it
+    !> unit of the value for messages, with a blank before it; may be empty
     character(*), intent(in) :: unit
 
     if (value%is_constant) then
@@ -54,7 +60,7 @@ contains
     end if
   end subroutine check_range
 
-  !> Returns the text of the bound that a value breaks.
+  !> Returns the end of the message for a value that is not between its bounds.
   pure function range_text(value, above, below) result(text)
     real(rk), intent(in) :: value
     real(rk), intent(in) :: above
@@ -65,7 +71,8 @@ contains
     if (value <= above) text = '; it must be greater than ' // to_text(nint(above))
   end function range_text
 
-  !> Checks that an expression has a value at the middle and at the corners of the box, where divisions by zero are likely.
+  !> Checks that an expression is finite, and within its bounds if there are any, at the middle and at the corners of the box, where
+  !> divisions by zero are likely. Adds an error for the first of these points where it is not.
   subroutine check_finite(tree, path, parameters, value, above, below, unit)
     type(deck_tree_t), intent(inout) :: tree
     character(*), intent(in) :: path

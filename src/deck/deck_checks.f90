@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Checks of single values and of values together, for the sections that define the problem.
+!> Checks the values of a deck for the sections that define the problem, alone and against each other.
 module sig_deck_checks
   use sig_deck_check_contact, only: check_contact
   use sig_deck_check_strains, only: check_imposed_strain, check_products
@@ -15,15 +15,16 @@ module sig_deck_checks
   private
   public :: check_deck
 
-  !> names of coordinates in expressions (now or later), and of columns of validation.csv
+  !> names that no parameter may have: coordinates in expressions (now or later), columns of validation.csv, true and false
   character(*), parameter :: reserved_names(19) = [character(22) :: 'x', 'y', 'z', 'r', 'cluster', 'solver', 'e_u', &
     'e_lambda_rid', 'e_lambda_all', 'e_energy', 'e_energy_rid', 'e_energy_relative', 'e_energy_rid_relative', 'e_u_energy', &
     'e_u_energy_relative', 'n_active', 'n_active_full_order', 'true', 'false']
 
 contains
 
-  !> Adds all errors of a configuration. It was read without errors, or has harmless values in place of faulty ones.
+  !> Checks all sections of a configuration. Values that could not be read must have harmless values in their place.
   subroutine check_deck(tree, config)
+    !> gets the errors
     type(deck_tree_t), intent(inout) :: tree
     type(deck_config_t), intent(in) :: config
     integer :: i

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> The deck as data: one type per section, with every default and unit. No later layer checks these values again.
+!> The deck as data: one type per section, with every default and unit. Later layers check only what needs the mesh or a point.
 module sig_deck_config
   use sig_kinds, only: rk
   use sig_text, only: string_t
@@ -10,7 +10,7 @@ module sig_deck_config
     solver_config_t, point_set_config_t, reduction_config_t, output_config_t, displacement_config_t, greedy_config_t, &
     target_config_t, refine_config_t, clusters_config_t, enrichment_config_t, zone_config_t
 
-  !> [-] default of contact%pairing_tolerance for averaged normals, which are not exact on uneven facets
+  !> [-] default of contact%pairing_tolerance for averaged normals, which are not exact if facets differ in size
   real(rk), parameter, public :: averaged_tolerance = 0.1_rk
 
   !> largest number of parameters for which sobol.f90 has direction numbers
@@ -31,7 +31,7 @@ module sig_deck_config
     logical :: is_constant = .true.
     logical :: uses_parameters = .false.
     logical :: uses_coordinates = .false.
-    !> value of the text where is_constant
+    !> value of the text, if is_constant
     real(rk) :: constant = 0
     integer :: line = 0
     integer :: column = 0
@@ -138,7 +138,7 @@ module sig_deck_config
     type(field_config_t) :: field
     !> [degree] is_thermal: temperature without strain; expression of the parameters
     type(value_config_t) :: reference
-    !> whether each component of the strain tensor is given instead of value, in the order of mechanical_model_t
+    !> whether each component of the strain tensor (not angles) is given instead of `value`, in the order of mechanical_model_t
     logical :: has_component(6) = .false.
     type(value_config_t) :: components(6)
   end type imposed_strain_config_t
@@ -178,7 +178,7 @@ module sig_deck_config
     real(rk) :: pairing_tolerance = 1.0e-6_rk
     !> whether the deck gives the gap; otherwise (default) it is the distance of the two nodes along the direction
     logical :: has_initial_gap = .false.
-    !> [length] gap at the first node's coordinates; negative = interference
+    !> [length] gap at the coordinates of the first node of each pair; negative = interference
     type(value_config_t) :: initial_gap
   end type contact_config_t
 
@@ -189,32 +189,32 @@ module sig_deck_config
     character(:), allocatable :: linear
     !> largest number of active-set or Newton steps per parameter point; default 50
     integer :: max_iterations = 50
-    !> line of the section in the deck
+    !> place of the section in the deck
     integer :: line = 0
     integer :: column = 0
   end type solver_config_t
 
-  !> A grid over the box, a list from a CSV file whose header names the parameters, or a sequence that fills the box.
+  !> A grid over the box, a list from a CSV file whose header names the parameters, Sobol's sequence, or a Latin hypercube.
   type :: point_set_config_t
     !> number of points per parameter, in the order of the deck's parameters; unallocated for other kinds of sets
     integer, allocatable :: grid(:)
     !> path of the CSV file as written in the deck, and relative to the current directory; unallocated for other kinds of sets
     character(:), allocatable :: file
     character(:), allocatable :: path
-    !> number of points of Sobol's sequence, or of a Latin hypercube; 0 = another kind of set
+    !> number of points of Sobol's sequence, and of a Latin hypercube; 0 = another kind of set
     integer :: n_sobol = 0
     integer :: n_latin_hypercube = 0
-    !> seed of either; with 0 (default) Sobol's sequence is not changed
+    !> seed of both; with 0 (default) Sobol's sequence is not changed
     integer :: seed = 0
     !> number of groups of ranks that work on different points; 0 = `auto` in the deck (default)
     integer :: n_groups = 0
-    !> auto (default), factored or interpolated: how training points are solved where elastic constants vary; for training only
+    !> auto (default), factored or interpolated: how training points are solved if elastic constants vary; only for training
     character(:), allocatable :: stiffness
     integer :: line = 0
     integer :: column = 0
   end type point_set_config_t
 
-  !> Greedy selection: training points are chosen among candidates, round after round, where they are represented worst.
+  !> Greedy selection: training points are chosen among candidates. Each round takes those for which the indicator is largest.
   type :: greedy_config_t
     !> whether the selection is used; training is then the set of candidates
     logical :: is_used = .false.
@@ -245,7 +245,7 @@ module sig_deck_config
   end type zone_config_t
 
   type :: enrichment_config_t
-    !> auto (default: greedy where (11) fails without hats), none, greedy (Algorithm 1) or all (both hats of every pair)
+    !> auto (default: greedy if (11) fails without hats), none, greedy (Algorithm 1) or all (both hats of every pair)
     character(:), allocatable :: type
     !> [-] greedy ends when kappa is at most this, with full rank; at 1 every pair gets a hat; default 10
     real(rk) :: max_condition_number = 10
@@ -311,8 +311,9 @@ module sig_deck_config
     character(:), allocatable :: elsewhere
   end type displacement_config_t
 
+  !> Sections reduction and certificate.
   type :: reduction_config_t
-    !> auto (default): condensed where the problem fits into max_full_order_size, else hhr; condensed; hhr
+    !> auto (default): condensed if the problem fits into max_full_order_size, else hhr; condensed; hhr
     character(:), allocatable :: method
     !> [-] energy tail of the POD, (20); default 1.0e-8
     real(rk) :: pod_tolerance = 1.0e-8_rk
@@ -342,8 +343,7 @@ module sig_deck_config
     type(displacement_config_t) :: displacement
     !> whether the model gives fields; default no
     logical :: has_fields = .false.
-    !> [MB] memory >= 0 for the condensed full-order operator: for the multipliers, and for the displacement if it fits; 0 = none;
-    !> default 64
+    !> [MB] memory >= 0 for the condensed full-order operator, of displacements too if they fit; 0 = none; default 64
     real(rk) :: max_full_order_size = 64
     !> [MB] memory >= 0 of a condensed model for pivot transforms, which make its answers fast; default 256
     real(rk) :: max_transforms_size = 256

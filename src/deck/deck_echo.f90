@@ -1,5 +1,6 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Writes a configuration as YAML with every default: `check` prints it, reports and models keep it. Reading it back gives the same.
+!> Returns a configuration as YAML with every default. `check` prints this text, reports and models keep it, and reading it gives
+!> the same configuration.
 module sig_deck_echo
   use sig_deck_config, only: boundary_config_t, clusters_config_t, contact_config_t, deck_config_t, displacement_config_t, &
     imposed_strain_config_t, load_config_t, material_config_t, name_config_t, obstacle_config_t, output_config_t, &
@@ -17,7 +18,7 @@ module sig_deck_echo
 
 contains
 
-  !> Returns the deck with all defaults, as YAML.
+  !> Returns the whole deck with all defaults as YAML; each line ends with a line end.
   pure function echo_deck(config) result(yaml)
     type(deck_config_t), intent(in) :: config
     character(:), allocatable :: yaml
@@ -44,9 +45,9 @@ contains
       'petsc_options: ' // yaml_text(config%petsc_options) // eol
   end function echo_deck
 
-  !> Returns only the settings that determine the full-order answer at a parameter point; the hash of this text is a snapshot's
-  !> provenance. A wider parameter range, or a mesh file in another folder, changes no answer. The caller adds the content of the
-  !> mesh.
+  !> Returns the settings that determine the full-order answer at a parameter point, without the mesh. A snapshot's provenance is
+  !> the hash of this text and of the mesh, which the caller adds. Settings that change no answer are left out, such as the ranges
+  !> of the parameters and the path of the mesh file.
   pure function echo_physics(config) result(text)
     type(deck_config_t), intent(in) :: config
     character(:), allocatable :: text
@@ -59,8 +60,8 @@ contains
     text = text // body_sections(config)
   end function echo_physics
 
-  !> Returns the first line of the sections clusters and reduction that differs in another deck with all defaults; empty where none
-  !> does. A key that the other deck lacks belongs to a later version and is left out.
+  !> Returns the first line of the sections clusters, reduction and certificate that differs in another deck with all defaults;
+  !> empty if none does. A key that the other deck does not have belongs to a later version and does not count as different.
   pure function differing_setting(config, other_deck) result(setting)
     type(deck_config_t), intent(in) :: config
     !> text from echo_deck of this version or of an older one
@@ -278,6 +279,7 @@ contains
       ', candidates: ' // candidate_set(target%candidates, parameters) // '}'
   end function target_mapping
 
+  !> Returns the sections reduction and certificate as YAML; each line ends with a line end.
   pure function reduction_section(reduction) result(yaml)
     type(reduction_config_t), intent(in) :: reduction
     character(:), allocatable :: yaml

@@ -10,10 +10,11 @@ module sig_deck_echo_points
 
 contains
 
-  !> Returns the section training.
+  !> Returns the section training as YAML, `{grid: {...}, groups: auto, stiffness: auto}`, without the key and without line end. A
+  !> greedy selection stands there as `{greedy: {...}, ...}`.
   pure function training_set(greedy, points, parameters) result(yaml)
     type(greedy_config_t), intent(in) :: greedy
-    !> the candidates where greedy%is_used
+    !> the training points, or the candidates if greedy%is_used
     type(point_set_config_t), intent(in) :: points
     type(parameter_config_t), intent(in) :: parameters(:)
     character(:), allocatable :: yaml
@@ -37,7 +38,7 @@ contains
     yaml = yaml // '}'
   end function greedy_choice
 
-  !> Returns a set of candidates, `{grid: {...}}`.
+  !> Returns a set of points without the number of groups as YAML, `{grid: {...}}`.
   pure function candidate_set(points, parameters) result(yaml)
     type(point_set_config_t), intent(in) :: points
     type(parameter_config_t), intent(in) :: parameters(:)
@@ -46,7 +47,7 @@ contains
     yaml = '{' // kind_text(points, parameters) // '}'
   end function candidate_set
 
-  !> Returns a set of points, `{grid: {...}, groups: auto}`.
+  !> Returns a set of points as YAML, `{grid: {...}, groups: auto}`.
   pure function point_set(points, parameters) result(yaml)
     type(point_set_config_t), intent(in) :: points
     type(parameter_config_t), intent(in) :: parameters(:)

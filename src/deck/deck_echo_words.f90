@@ -9,9 +9,10 @@ module sig_deck_echo_words
 
 contains
 
+  !> Returns a number as text, or the word that stands for it.
   pure function count_or_word(count, special, word) result(yaml)
     integer, intent(in) :: count
-    !> the count that the word stands for
+    !> the number for which the word stands
     integer, intent(in) :: special
     character(*), intent(in) :: word
     character(:), allocatable :: yaml
@@ -20,6 +21,7 @@ contains
     if (count == special) yaml = word
   end function count_or_word
 
+  !> Returns a tolerance as text, or `none` if it is not above 0.
   pure function tolerance_or_none(tolerance) result(yaml)
     real(rk), intent(in) :: tolerance
     character(:), allocatable :: yaml
@@ -28,7 +30,7 @@ contains
     if (tolerance > 0) yaml = to_text(tolerance)
   end function tolerance_or_none
 
-  !> Returns a text for YAML: unchanged where that is safe (inside { }, too), else in double quotes.
+  !> Returns a text for YAML: unchanged if every YAML reader reads it back as the same text, also inside { }; else in double quotes.
   pure function yaml_text(text) result(yaml)
     character(*), intent(in) :: text
     character(:), allocatable :: yaml

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> PETSc options that a deck must not have, because they write files or load code. A deck may come from anybody, but the user writes
-!> the command line.
+!> Finds PETSc options that a deck must not have, because they write files or run code. A deck may come from anybody; the command
+!> line, where such options are allowed, comes from the user.
 module sig_deck_option_safety
   use sig_text, only: lower, split, string_t
   implicit none(type, external)
@@ -8,16 +8,17 @@ module sig_deck_option_safety
   public :: complaint_about_writing
 
   character(*), parameter :: hint_of_all = '; such options go on the command line'
-  !> parts of names of options that show something: their value is the name of a file, or of a kind of file
+  !> parts of names of options that show something; their value may be the name of a file or a kind of viewer
   character(*), parameter :: showing(5) = [character(8) :: 'view', 'monitor', 'reason', 'draw', 'save']
-  !> parts of names that a deck must never use: factors in files (MUMPS's control 22) and their folder, code to run
+  !> parts of names that a deck must never use: factors in files (MUMPS's control 22), their folder, and code to run
   character(*), parameter :: forbidden(3) = [character(10) :: 'ooc', 'icntl_22', 'python']
 
   character(*), parameter :: letters = 'abcdefghijklmnopqrstuvwxyz'
 
 contains
 
-  !> Returns a complaint about options that write files; an empty text means no complaint.
+  !> Returns a complaint about the first option that may write a file or run code, or about a quotation mark, tab or line end. The
+  !> text is empty if there is none. It begins with the option.
   pure function complaint_about_writing(options) result(complaint)
     !> options of the deck: names with their values, between blanks
     character(*), intent(in) :: options
@@ -44,8 +45,8 @@ contains
     end do
   end function complaint_about_writing
 
-  !> Whether the output goes to a file. It goes to the terminal for `ascii`, `::ascii_info` and `ascii::ascii_info`. A word after
-  !> one colon is a file, and so is the default of any other kind.
+  !> Whether the output of an option goes to a file. It goes to the terminal for `ascii`, `::ascii_info` and `ascii::ascii_info`. A
+  !> word after one colon is the name of a file. Viewers of other kinds write to a file by default.
   pure logical function names_file(name, value)
     character(*), intent(in) :: name
     character(*), intent(in) :: value

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Makes a tree of the deck's text, by the YAML reader in C.
+!> Makes a tree of the deck's text with the YAML reader in C.
 module sig_deck_parse
   use, intrinsic :: iso_c_binding, only: c_int, c_ptr, c_size_t
   use sig_c_strings, only: from_c
@@ -17,10 +17,13 @@ module sig_deck_parse
 
 contains
 
-  !> Makes the tree of a deck. Where tree%errors is not empty afterwards, the nodes must not be used. Errors: not valid YAML,
-  !> duplicate keys, YAML that a deck may not use (anchors, tags, tabs as indentation), an empty deck, no mapping.
+  !> Makes the tree of a deck. If tree%errors is not empty afterwards, the nodes must not be used. Errors: not valid YAML, duplicate
+  !> keys, YAML that a deck may not use (such as anchors, tags, tabs as indentation, several documents), too many or too deeply
+  !> nested entries, an empty deck, a deck that is not a mapping, not enough memory.
   subroutine parse_deck(path, text, tree)
+    !> file name for messages
     character(*), intent(in) :: path
+    !> content of the deck
     character(*), intent(in) :: text
     type(deck_tree_t), intent(out) :: tree
     type(c_ptr) :: reading
@@ -75,7 +78,7 @@ contains
     call tree%errors%add(error)
   end subroutine report
 
-  !> Returns a hint about the most frequent mistakes that make a deck invalid YAML.
+  !> Returns a hint for the most frequent mistakes that make a deck invalid YAML; empty for others.
   pure function hint_for_slip(message, text, line) result(hint)
     !> libfyaml's message
     character(*), intent(in) :: message

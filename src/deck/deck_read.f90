@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Reads the text of a deck into a configuration and finds all its errors.
+!> Reads the text of a deck into a configuration and finds its errors.
 module sig_deck_read
   use sig_deck_checks, only: check_deck
   use sig_deck_config, only: deck_config_t
@@ -16,13 +16,16 @@ module sig_deck_read
   private
   public :: read_deck
 
-  !> a user does not read more errors at once
+  !> largest number of errors that are reported at once
   integer, parameter :: max_errors = 40
 
 contains
 
-  !> Reads the text of a deck. Local and deterministic: the same text gives the same result on every rank. Errors: all errors in the
-  !> order of the lines; the configuration must not be used where there is one. YAML that cannot be read ends the search at once.
+  !> Reads the text of a deck. Local, and the same text gives the same result on every rank.
+  !>
+  !> Errors: all errors in the order of the lines, but after max_errors only how many more there are. If there is one, the
+  !> configuration must not be used. The search ends early after invalid YAML, after values that are still FILL_IN, and without
+  !> parameters.
   subroutine read_deck(path, text, config, errors)
     !> path as the user gave it: for messages, for the deck's name, and because paths in a deck are relative to it
     character(*), intent(in) :: path
@@ -41,7 +44,7 @@ contains
     call take_first(tree%errors, path, errors)
   end subroutine read_deck
 
-  !> Keeps the first errors, and says how many were left out.
+  !> Keeps the first max_errors errors, and adds one that says how many were left out. One more error than that is kept, too.
   subroutine take_first(found, path, errors)
     type(error_list_t), intent(in) :: found
     character(*), intent(in) :: path

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> The section `clusters` of a deck.
+!> Reads the section `clusters` of a deck.
 module sig_deck_read_clusters
   use sig_deck_config, only: clusters_config_t, parameter_config_t, refine_config_t, target_config_t
   use sig_deck_read_points, only: read_candidates, read_count
@@ -19,10 +19,12 @@ module sig_deck_read_clusters
 
 contains
 
-  !> Reads the section clusters.
+  !> Reads the section clusters. Without it, or for keys that are missing, the defaults remain.
   subroutine read_clusters(tree, parameters, clusters)
+    !> gets the errors
     type(deck_tree_t), intent(inout) :: tree
     type(parameter_config_t), intent(in) :: parameters(:)
+    !> with the defaults of its type
     type(clusters_config_t), intent(inout) :: clusters
     integer :: i_clusters
 

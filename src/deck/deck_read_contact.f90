@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> The section `contact` of a deck: surfaces that may touch each other or a rigid obstacle.
+!> Reads the section `contact` of a deck: surfaces that may touch each other or a rigid obstacle.
 module sig_deck_read_contact
   use sig_deck_config, only: averaged_tolerance, contact_config_t, obstacle_config_t, value_config_t
   use sig_deck_tree, only: deck_tree_t, root_node
@@ -17,8 +17,9 @@ module sig_deck_read_contact
 
 contains
 
-  !> Reads the section contact, which needs at least one entry.
+  !> Reads the section contact, which needs at least one entry. Faulty values have harmless values in their place.
   subroutine read_contact(tree, contact)
+    !> gets the errors
     type(deck_tree_t), intent(inout) :: tree
     type(contact_config_t), allocatable, intent(out) :: contact(:)
     character(:), allocatable :: formulation
@@ -69,7 +70,7 @@ contains
     call read_vector(tree, i_list, contact%direction)
   end subroutine read_direction
 
-  !> Reads a list of numbers. The vector stays empty where an entry is not a number, so that its length is not checked.
+  !> Reads a list of numbers. If an entry is not a number, the vector stays empty, so that its length is not checked.
   subroutine read_vector(tree, i_list, vector)
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_list
@@ -105,7 +106,7 @@ contains
     if (.not. is_valid) contact%initial_gap%is_constant = .true.
   end subroutine read_initial_gap
 
-  !> Reads an obstacle. The direction of a half space is that of its normal; a sphere has a key of its own for it.
+  !> Reads an obstacle. The direction of a half space is opposite to its normal; a sphere has a key of its own for the direction.
   subroutine read_obstacle(tree, i_entry, contact)
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_entry

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> The section `loads` of a deck: pressures and tractions on boundaries, body forces in regions.
+!> Reads the section `loads` of a deck: pressures and tractions on boundaries, body forces in regions.
 module sig_deck_read_loads
   use sig_deck_config, only: load_config_t, value_config_t
   use sig_deck_tree, only: deck_tree_t, root_node
@@ -16,8 +16,9 @@ module sig_deck_read_loads
 
 contains
 
-  !> Reads the section loads. Without the section there are no loads.
+  !> Reads the section loads. Without the section there are no loads. Faulty values have harmless values in their place.
   subroutine read_loads(tree, model, loads)
+    !> gets the errors
     type(deck_tree_t), intent(inout) :: tree
     type(mechanical_model_t), intent(in) :: model
     type(load_config_t), allocatable, intent(out) :: loads(:)
@@ -117,11 +118,14 @@ contains
       call tree%report(i_window, 'has no bound; it needs min, max or both')
   end subroutine read_window
 
-  !> Reads the number of the coordinate that a window bounds.
+  !> Reads the required key `axis` of a window: the coordinate that the window bounds. An error gives the first coordinate.
   subroutine read_axis(tree, i_window, model, i_axis)
+    !> gets the error
     type(deck_tree_t), intent(inout) :: tree
+    !> node of the window
     integer, intent(in) :: i_window
     type(mechanical_model_t), intent(in) :: model
+    !> number of the coordinate, 1-based
     integer, intent(out) :: i_axis
     character(:), allocatable :: axis
 

@@ -19,14 +19,19 @@ module sig_deck_read_points
 
 contains
 
+  !> Reads the section training or test: one kind of point set, its seed and its groups, for training also stiffness. Errors: no
+  !> kind of point set or several, a seed for a kind without one, faulty values.
   subroutine read_point_set(tree, key, parameters, is_there, points, greedy)
+    !> gets the errors
     type(deck_tree_t), intent(inout) :: tree
+    !> training or test
     character(*), intent(in) :: key
     type(parameter_config_t), intent(in) :: parameters(:)
+    !> whether the deck has the section; otherwise the other arguments are unchanged
     logical, intent(out) :: is_there
-    !> the points; the candidates where greedy%is_used
+    !> the points, or the candidates if greedy%is_used
     type(point_set_config_t), intent(inout) :: points
-    !> greedy selection, where it is allowed
+    !> greedy selection; present for training only
     type(greedy_config_t), intent(inout), optional :: greedy
     integer :: i_section
 
@@ -79,11 +84,13 @@ contains
       'training.greedy does not say when to stop; it must have tolerance, max_points or both')
   end subroutine read_greedy
 
-  !> Reads the required key `candidates` of another key: a set of points without groups of its own.
+  !> Reads the required key `candidates` of a mapping: a set of points without groups.
   subroutine read_candidates(tree, i_parent, path, parameters, candidates)
+    !> gets the errors
     type(deck_tree_t), intent(inout) :: tree
+    !> node of the mapping
     integer, intent(in) :: i_parent
-    !> path of the key, for messages
+    !> key path of the candidates, for messages
     character(*), intent(in) :: path
     type(parameter_config_t), intent(in) :: parameters(:)
     type(point_set_config_t), intent(inout) :: candidates
@@ -141,9 +148,12 @@ contains
     end if
   end subroutine check_kind
 
-  !> Reads a number of points, at least one.
+  !> Reads a whole number of at least 1 below a key; unchanged if the key is missing. Errors: not a whole number (then it is 1), or
+  !> below 1.
   subroutine read_count(tree, i_section, key, n_points)
+    !> gets the error
     type(deck_tree_t), intent(inout) :: tree
+    !> node of the mapping that has the key
     integer, intent(in) :: i_section
     character(*), intent(in) :: key
     integer, intent(inout) :: n_points
@@ -156,7 +166,7 @@ contains
     if (n_points < 1) call tree%report(i_node, 'is ' // to_text(n_points) // '; it must be at least 1')
   end subroutine read_count
 
-  !> Reads the number of points per parameter; each parameter needs one.
+  !> Reads the number of points of a grid for each parameter; all parameters must have one.
   subroutine read_grid(tree, i_grid, parameters, points)
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_grid
@@ -171,7 +181,7 @@ contains
     call tree%close_mapping(i_grid)
   end subroutine read_grid
 
-  !> Reads `auto` or a whole number of at least 1.
+  !> Reads the number of groups: `auto` or a whole number of at least 1.
   subroutine read_groups(tree, i_section, n_groups)
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_section

@@ -1,5 +1,6 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Reads the sections of a deck that define the problem: units, mesh, parameters, materials, boundary conditions, contact.
+!> Reads the sections of a deck that define the problem: units, mesh, parameters, materials, boundary_conditions, loads,
+!> imposed_strains, contact.
 module sig_deck_read_problem
   use sig_deck_config, only: boundary_config_t, deck_config_t, material_config_t, &
     mesh_config_t, parameter_config_t, units_config_t
@@ -25,8 +26,10 @@ module sig_deck_read_problem
 
 contains
 
-  !> Reads these sections into the configuration; a harmless value replaces a faulty one.
+  !> Reads these sections into the configuration; a harmless value replaces a faulty one. Stops after the parameters if there are
+  !> none.
   subroutine read_problem(tree, config)
+    !> gets the errors, and the names that expressions may use
     type(deck_tree_t), intent(inout) :: tree
     type(deck_config_t), intent(inout) :: config
     integer :: i
@@ -84,9 +87,12 @@ contains
     mesh%column = tree%nodes(i_file)%column
   end subroutine read_mesh
 
-  !> Returns a path of the deck relative to the current directory.
+  !> Returns a path that is relative to the deck's folder as one that is relative to the current directory. An absolute or empty
+  !> path is unchanged.
   pure function path_below(deck_path, path) result(openable)
+    !> path of the deck
     character(*), intent(in) :: deck_path
+    !> path as written in the deck
     character(*), intent(in) :: path
     character(:), allocatable :: openable
 
@@ -121,7 +127,7 @@ contains
     call offer_names(parameters, tree%parameter_names)
   end subroutine read_parameters
 
-  !> Sets the names that expressions may use; the checks report a name that muParser would refuse.
+  !> Sets the names that expressions may use. Names that muParser would refuse are left out; check_deck reports them.
   pure subroutine offer_names(parameters, names)
     type(parameter_config_t), intent(in) :: parameters(:)
     type(string_t), allocatable, intent(out) :: names(:)

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> The section `reduction` of a deck.
+!> Reads the sections `reduction` and `certificate` of a deck.
 module sig_deck_read_reduction
   use sig_deck_config, only: displacement_config_t, enrichment_config_t, reduction_config_t, zone_config_t
   use sig_deck_read_loads, only: read_axis
@@ -24,9 +24,12 @@ module sig_deck_read_reduction
 
 contains
 
+  !> Reads both sections. Without them, or for keys that are missing, the defaults remain.
   subroutine read_reduction(tree, model, reduction)
+    !> gets the errors
     type(deck_tree_t), intent(inout) :: tree
     type(mechanical_model_t), intent(in) :: model
+    !> with the defaults of its type
     type(reduction_config_t), intent(inout) :: reduction
     character(:), allocatable :: switch
     integer :: i_reduction
@@ -101,12 +104,14 @@ contains
     reduction%is_normalized = switch == switches(2)
   end subroutine read_modes
 
-  !> Reads a number below a key, or `none`.
+  !> Reads a number between 0 and 1, or `none`, below a key. Errors: another value.
   subroutine read_tolerance_or_none(tree, i_parent, key, tolerance)
+    !> gets the error
     type(deck_tree_t), intent(inout) :: tree
+    !> node of the mapping that has the key
     integer, intent(in) :: i_parent
     character(*), intent(in) :: key
-    !> tolerance; unchanged for `none`
+    !> unchanged for `none` and if the key is missing
     real(rk), intent(inout) :: tolerance
     integer :: i_node
     logical :: is_valid
@@ -119,15 +124,19 @@ contains
       '; it must be none, or greater than 0 and less than 1')
   end subroutine read_tolerance_or_none
 
-  !> Reads a whole number below a key, or a word.
+  !> Reads a whole number of at least `minimum`, or a word, below a key. Errors: another value.
   subroutine read_count_or_word(tree, i_parent, key, word, minimum, count)
+    !> gets the error
     type(deck_tree_t), intent(inout) :: tree
+    !> node of the mapping that has the key
     integer, intent(in) :: i_parent
     character(*), intent(in) :: key
+    !> word that may stand in place of the number
     character(*), intent(in) :: word
     character(1) :: digit
+    !> from 0 to 9
     integer, intent(in) :: minimum
-    !> count; unchanged for the word
+    !> unchanged for the word and if the key is missing
     integer, intent(inout) :: count
     integer :: i_node
 
@@ -198,7 +207,7 @@ contains
     call tree%close_mapping(i_enrichment)
   end subroutine read_enrichment
 
-  !> Reads `auto`, or a list of names, of mappings {boundary: name, window: {...}}, and of the word auto.
+  !> Reads `auto`, or a list whose entries are boundary names, mappings {boundary: name, window: {...}}, or the word auto.
   subroutine read_zones(tree, i_reduction, model, reduction)
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_reduction
@@ -252,7 +261,7 @@ contains
     end if
   end subroutine read_zone
 
-  !> Whether the list already holds this boundary as a whole.
+  !> Whether the list already has this boundary without a window.
   pure logical function is_there(zones, zone)
     type(zone_config_t), intent(in) :: zones(:)
     type(zone_config_t), intent(in) :: zone

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Reads the section `imposed_strains` of a deck: strains from temperatures and swelling that a free region would have.
+!> Reads the section `imposed_strains` of a deck: strains from temperatures or swelling that a region would have if nothing held it.
 module sig_deck_read_strains
   use sig_deck_config, only: field_config_t, imposed_strain_config_t, value_config_t
   use sig_deck_tree, only: append_text, deck_tree_t, kind_mapping, root_node
@@ -16,8 +16,10 @@ module sig_deck_read_strains
 
 contains
 
-  !> Reads the section. Without it there are no imposed strains.
+  !> Reads the section. Without it there are no imposed strains. Faulty values have harmless values in their place. The paths of the
+  !> fields' files are not set.
   subroutine read_imposed_strains(tree, model, strains)
+    !> gets the errors
     type(deck_tree_t), intent(inout) :: tree
     type(mechanical_model_t), intent(in) :: model
     type(imposed_strain_config_t), allocatable, intent(out) :: strains(:)
@@ -39,7 +41,7 @@ contains
     end do
   end subroutine read_imposed_strains
 
-  !> Reads an entry: a temperature, a field or a strain.
+  !> Reads an entry: exactly one of temperature, field and strain.
   subroutine read_entry(tree, i_entry, model, strain)
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_entry

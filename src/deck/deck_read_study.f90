@@ -1,5 +1,6 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Reads the sections solver and output of a deck, and calls the readers of training, test, reduction and clusters.
+!> Reads the sections of a deck on solving, reduction and output: solver, validation and output here, training, test, clusters and
+!> reduction in modules of their own.
 module sig_deck_read_study
   use sig_deck_config, only: deck_config_t, output_config_t, parameter_config_t, solver_config_t
   use sig_deck_read_clusters, only: read_clusters
@@ -20,8 +21,9 @@ module sig_deck_read_study
 
 contains
 
-  !> Reads these sections; the parameters must be known.
+  !> Reads these sections. Requires: read_problem has read parameters and mesh.
   subroutine read_study(tree, config)
+    !> gets the errors
     type(deck_tree_t), intent(inout) :: tree
     type(deck_config_t), intent(inout) :: config
 

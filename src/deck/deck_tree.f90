@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> The deck as a tree that knows the place of every value, which keys were read, and the errors found.
+!> The deck as a tree of nodes, with the place of every value in the text. The tree also keeps which keys were read, and the errors.
 module sig_deck_tree
   use sig_errors, only: error_list_t, error_t, make_error
   use sig_text, only: did_you_mean, join, string_t, to_text
@@ -14,26 +14,32 @@ module sig_deck_tree
   integer, parameter :: kind_list = 3
 
   integer, parameter :: root_node = 1
-  !> longer texts of the user are cut in messages
+  !> number of bytes after which a text of the user is cut in messages
   integer, parameter :: max_shown = 60
 
+  !> One value of the deck: a scalar, a mapping or a list, with its key.
   type :: deck_node_t
+    !> kind_scalar, kind_mapping or kind_list
     integer :: kind = 0
     !> node above this one; 0 for the root
     integer :: parent = 0
-    !> last node below this one; the node itself where there is none
+    !> last node below this one; the node itself if there is none
     integer :: last = 0
     !> line and column of the value, 1-based
     integer :: line = 0
     integer :: column = 0
-    !> line and column of the key; those of the value in a list
+    !> line and column of the key; for an entry of a list those of the value
     integer :: key_line = 0
     integer :: key_column = 0
+    !> whether the text stands in quotes
     logical :: is_quoted = .false.
+    !> whether `find` has returned this node
     logical :: was_read = .false.
+    !> key in the mapping above; empty in a list
     character(:), allocatable :: key
+    !> text of a scalar
     character(:), allocatable :: text
-    !> of a mapping: the keys that were read, which are the only valid ones
+    !> for a mapping: the keys for which `find` was called, which are the valid ones
     type(string_t), allocatable :: asked_keys(:)
   end type deck_node_t
 
@@ -42,9 +48,9 @@ module sig_deck_tree
     !> file name for the messages
     character(:), allocatable :: path
     type(deck_node_t), allocatable :: nodes(:)
-    !> names that expressions may use; none until the parameters are read
+    !> names of parameters that expressions may use; none before the parameters are read
     type(string_t), allocatable :: parameter_names(:)
-    !> additional names for some expressions: the coordinates of the model
+    !> names of the model's coordinates, which some expressions may use, too
     type(string_t), allocatable :: coordinate_names(:)
     type(error_list_t) :: errors
   contains
@@ -63,9 +69,10 @@ module sig_deck_tree
 
 contains
 
-  !> Returns the value of a key, 0 where the mapping has no such key. The key counts as known and as read from now on.
+  !> Returns the node of a key's value, 0 if the mapping has no such key. From then on the key counts as valid and as read.
   integer function find(this, i_mapping, key) result(i_node)
     class(deck_tree_t), intent(inout) :: this
+    !> node of the mapping
     integer, intent(in) :: i_mapping
     character(*), intent(in) :: key
     integer :: i
@@ -94,7 +101,7 @@ contains
     end do
   end function was_asked
 
-  !> Returns the values of a mapping or the entries of a list, in order.
+  !> Returns the nodes of a mapping's values or of a list's entries, in their order in the text.
   pure function children(this, i_parent) result(nodes)
     class(deck_tree_t), intent(in) :: this
     integer, intent(in) :: i_parent
@@ -105,7 +112,7 @@ contains
       this%nodes(i_parent + 1:this%nodes(i_parent)%last)%parent == i_parent)
   end function children
 
-  !> Whether the value is empty or YAML's null.
+  !> Whether a scalar is empty or YAML's null, and not in quotes.
   pure logical function is_empty(this, i_node)
     class(deck_tree_t), intent(in) :: this
     integer, intent(in) :: i_node
@@ -120,8 +127,8 @@ contains
     end select
   end function is_empty
 
-  !> Returns the path of a node, `materials.disk.poisson_ratio` or `contact[1].direction[2]` (entries of lists count from 1); `the
-  !> deck` for the root.
+  !> Returns the key path of a node, such as `materials.disk.poisson_ratio` or `contact[1].direction[2]` (entries of lists count
+  !> from 1); for the root `the deck`.
   pure recursive function key_path(this, i_node) result(path)
     class(deck_tree_t), intent(in) :: this
     integer, intent(in) :: i_node
@@ -141,7 +148,7 @@ contains
     end if
   end function key_path
 
-  !> Returns the node with this key path, or the nearest one above it where the deck does not have it.
+  !> Returns the node with this key path. If the deck does not have it, returns the nearest node above it.
   pure integer function node_at(this, path) result(i_node)
     class(deck_tree_t), intent(in) :: this
     character(*), intent(in) :: path
@@ -157,7 +164,8 @@ contains
     i_node = root_node
   end function node_at
 
-  !> Returns the kind of a value for messages, as in `solver is a list; it must be ...`.
+  !> Returns what a value is, for messages such as `solver is a list; it must be ...`: `a mapping`, `a list`, `empty`, or the text
+  !> of a scalar in quotes.
   pure function kind_name(this, i_node) result(name)
     class(deck_tree_t), intent(in) :: this
     integer, intent(in) :: i_node
@@ -184,7 +192,7 @@ contains
     call add(this, this%key_path(i_node) // ' ' // message, this%nodes(i_node)%line, this%nodes(i_node)%column, hint)
   end subroutine report
 
-  !> Adds a whole sentence at the place of the key.
+  !> Adds an error at the place of a node's key. The sentence is the whole message.
   subroutine report_key(this, i_node, sentence, hint)
     class(deck_tree_t), intent(inout) :: this
     integer, intent(in) :: i_node
@@ -198,7 +206,8 @@ contains
     end if
   end subroutine report_key
 
-  !> Adds the error `<key path> <message>` at the value with this key path; for a default value, at the nearest key above it.
+  !> Adds the error `<key path> <message>` at the value with this key path. If the deck does not have it, because its default is
+  !> meant, the error is at the nearest node above it.
   subroutine report_at(this, path, message, hint)
     class(deck_tree_t), intent(inout) :: this
     character(*), intent(in) :: path
@@ -222,7 +231,8 @@ contains
     call this%errors%add(error)
   end subroutine add
 
-  !> Refuses a key that users know from other programs. The message gives the reason, so that the key does not count as misspelled.
+  !> Adds an error if a mapping has a key that users may know from other programs. The message gives the reason, and close_mapping
+  !> does not report the key as unknown.
   subroutine refuse_key(this, i_mapping, key, reason)
     class(deck_tree_t), intent(inout) :: this
     integer, intent(in) :: i_mapping
@@ -240,7 +250,7 @@ contains
     end do
   end subroutine refuse_key
 
-  !> Refuses the keys of a mapping that were not read. Call it after all valid keys were read.
+  !> Adds an error for each key of a mapping that was not read, with the valid keys. Requires: `find` was called for all valid keys.
   subroutine close_mapping(this, i_mapping)
     class(deck_tree_t), intent(inout) :: this
     integer, intent(in) :: i_mapping
@@ -299,7 +309,7 @@ contains
     call move_alloc(longer, list)
   end subroutine append_text
 
-  !> Returns a user's text between quotes, on one line and cut to a readable length.
+  !> Returns a user's text for messages: between quotes, on one line, and cut after max_shown bytes.
   pure function shown(text) result(quoted)
     character(*), intent(in) :: text
     character(:), allocatable :: quoted

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Finds the places of a deck that its author still has to fill in, as `signorom init` leaves them.
+!> Finds the values of a deck that `signorom init` could not know and that the user still has to fill in.
 module sig_deck_unfilled
   use sig_deck_tree, only: deck_tree_t, kind_scalar
   implicit none(type, external)
@@ -13,6 +13,7 @@ contains
 
   !> Reports an error for each value of the deck that is still the placeholder FILL_IN.
   subroutine report_unfilled(tree)
+    !> gets the errors
     type(deck_tree_t), intent(inout) :: tree
     integer :: i
 

@@ -1,5 +1,6 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Functions that read the value of a key by its type. On an error they say what is allowed and leave the value unchanged.
+!> Reads values by their types: get_* below a key of the mapping i_parent, *_of from a node. After an error, which says what is
+!> allowed, the value is unchanged. A missing key is an error if is_required; otherwise the value is unchanged, too.
 module sig_deck_values
   use sig_deck_config, only: name_config_t, value_config_t
   use sig_deck_tree, only: deck_tree_t, kind_list, kind_mapping, kind_scalar, parenthesis_balance, shown
@@ -14,7 +15,7 @@ module sig_deck_values
 
 contains
 
-  !> Returns the mapping below a key; 0 where it is missing (an error if required) or of another kind (an error).
+  !> Returns the node of the mapping below a key; 0 if it is missing (an error if required) or not a mapping (an error).
   integer function get_mapping(tree, i_parent, key, is_required) result(i_node)
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_parent
@@ -26,7 +27,7 @@ contains
     if (.not. is_mapping(tree, i_node)) i_node = 0
   end function get_mapping
 
-  !> Whether a node is a mapping; an error is reported where it is not.
+  !> Whether a node is a mapping; adds an error if it is not.
   logical function is_mapping(tree, i_node)
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_node
@@ -36,8 +37,7 @@ contains
       call tree%report(i_node, 'is ' // tree%kind_name(i_node) // '; it must be a mapping {key: value, ...}')
   end function is_mapping
 
-  !> Returns the list below a key; 0 where it is missing (an error if required), of another kind (an error), or empty but must not
-  !> be (an error).
+  !> Returns the node of the list below a key; 0 if it is missing (an error if required), or no list or wrongly empty (errors).
   integer function get_list(tree, i_parent, key, is_required, may_be_empty) result(i_node)
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_parent
@@ -57,7 +57,7 @@ contains
     i_node = 0
   end function get_list
 
-  !> Returns the nodes of the list below a key; none where get_list returns 0.
+  !> Returns the nodes of the entries of the list below a key; none if get_list returns 0.
   subroutine get_list_entries(tree, i_parent, key, is_required, may_be_empty, nodes)
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_parent
@@ -75,7 +75,7 @@ contains
     end if
   end subroutine get_list_entries
 
-  !> Reads the text below a key. The value is unchanged where the key is missing (an error if required).
+  !> Reads the text below a key, on one line. Errors: empty (unless in quotes), a mapping or a list.
   subroutine get_text(tree, i_parent, key, is_required, value)
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_parent
@@ -88,7 +88,7 @@ contains
     if (i_node > 0) call text_of(tree, i_node, value)
   end subroutine get_text
 
-  !> Reads a text below a key that must not be empty.
+  !> Reads the text below a key as get_text does, but an empty text in quotes is an error.
   subroutine get_word(tree, i_parent, key, is_required, value)
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_parent
@@ -101,7 +101,7 @@ contains
     if (i_node > 0) call word_of(tree, i_node, value)
   end subroutine get_word
 
-  !> Reads a key whose value is one of a few words.
+  !> Reads a word below a key. Errors: it is not one of the choices.
   subroutine get_choice(tree, i_parent, key, is_required, choices, value)
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_parent
@@ -116,7 +116,7 @@ contains
     if (i_node > 0) call choice_of(tree, i_node, choices, value)
   end subroutine get_choice
 
-  !> Reads the number below a key; a constant expression counts as a number.
+  !> Reads the number below a key; an expression without parameters counts as a number. Errors: another value, or not finite.
   subroutine get_number(tree, i_parent, key, is_required, value)
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_parent
@@ -129,7 +129,7 @@ contains
     if (i_node > 0) call number_of(tree, i_node, value)
   end subroutine get_number
 
-  !> Reads a number or an expression of the parameters below a required key. The constant is unchanged where the text is faulty.
+  !> Reads a number or an expression of the parameters below a required key. After an error the value is the constant that it had.
   subroutine get_value(tree, i_parent, key, value)
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_parent
@@ -146,7 +146,7 @@ contains
     if (is_valid) value = found
   end subroutine get_value
 
-  !> Reads the whole number below a key.
+  !> Reads the whole number below a key. Errors: another value, or above 2147483647 in size.
   subroutine get_integer(tree, i_parent, key, is_required, value)
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_parent
@@ -159,7 +159,7 @@ contains
     if (i_node > 0) call integer_of(tree, i_node, value)
   end subroutine get_integer
 
-  !> Reads a name of the mesh below a required key, with its place.
+  !> Reads a name of the mesh below a required key, with its line and column. The name is empty after an error.
   subroutine get_name(tree, i_parent, key, name)
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_parent
@@ -172,7 +172,7 @@ contains
     if (i_node > 0) call name_of(tree, i_node, name)
   end subroutine get_name
 
-  !> Reads names of the mesh below a key. A name that occurs twice is an error.
+  !> Reads a list of names of the mesh below a key. Errors: a name that is there twice, a value that is not a name.
   subroutine get_names(tree, i_parent, key, is_required, names)
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_parent
@@ -200,7 +200,7 @@ contains
     end do
   end subroutine get_names
 
-  !> Returns the node of any value below a key, 0 where the key is missing (an error if required).
+  !> Returns the node of the value below a key, 0 if the key is missing (an error if required).
   integer function get_node(tree, i_parent, key, is_required) result(i_node)
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_parent
@@ -311,13 +311,15 @@ contains
     name%column = tree%nodes(i_node)%column
   end subroutine name_of
 
-  !> Reads a number or an expression of the parameters. Quotes are ignored: they only keep YAML from interpreting the text.
+  !> Reads a number or an expression, in quotes or not. Errors: no valid expression of the allowed names; not finite.
   subroutine value_of(tree, i_node, wanted, value, is_valid, may_use_coordinates)
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_node
     !> what the message asks for: `a number`, or `a number or an expression of the parameters`
     character(*), intent(in) :: wanted
+    !> not usable unless is_valid, but for line and column
     type(value_config_t), intent(inout) :: value
+    !> whether there was no error
     logical, intent(out) :: is_valid
     !> whether coordinates are allowed; default no
     logical, intent(in), optional :: may_use_coordinates
@@ -369,7 +371,7 @@ contains
     call expression%destroy()
   end subroutine read_expression
 
-  !> Returns a hint where a comma inside { } or [ ] has cut an expression in two.
+  !> Returns a hint if a comma inside { } or [ ] has cut an expression in two; otherwise an empty text.
   pure function hint_of(tree, i_node) result(hint)
     type(deck_tree_t), intent(in) :: tree
     integer, intent(in) :: i_node

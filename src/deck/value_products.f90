@@ -1,16 +1,17 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Splits a value into a sum of products of a function of the parameters and a function of the place, so that it stays a sum of
-!> terms.
+!> Splits an expression into a sum of products of a function of the parameters and a function of the place, so that each product is
+!> one term.
 module sig_value_products
   use sig_text, only: string_t
   implicit none(type, external)
   private
   public :: product_t, split_products
 
+  !> One product, as two expressions.
   type :: product_t
-    !> factor of the parameters; empty where no parameter occurs
+    !> factor that depends on the parameters; empty if no parameter occurs
     character(:), allocatable :: of_parameters
-    !> factor of the place: an expression of the coordinates, or a number
+    !> factor that depends on the place: an expression of the coordinates, or a number
     character(:), allocatable :: of_place
   end type product_t
 
@@ -19,15 +20,18 @@ module sig_value_products
 
 contains
 
-  !> Splits a text into products. is_split is false where a factor depends on both, and mixed_factor is the first such factor.
-  !> Requires: a valid expression of these names.
+  !> Splits an expression at its operators + - * / outside of parentheses. An expression of the parameters alone, or of the
+  !> coordinates alone, is one product.
   pure subroutine split_products(text, parameter_names, coordinate_names, products, is_split, mixed_factor)
+    !> a valid expression of these names
     character(*), intent(in) :: text
     type(string_t), intent(in) :: parameter_names(:)
     type(string_t), intent(in) :: coordinate_names(:)
+    !> must not be used unless is_split
     type(product_t), allocatable, intent(out) :: products(:)
+    !> whether no factor depends on both parameters and coordinates
     logical, intent(out) :: is_split
-    !> the factor as it occurs in the text; empty where there is none
+    !> first factor that depends on both, as it stands in the text; empty if there is none
     character(:), allocatable, intent(out), optional :: mixed_factor
     character(:), allocatable :: mixed
     character(len(text)) :: operators
@@ -70,7 +74,7 @@ contains
     type(string_t), intent(in) :: parameter_names(:)
     type(string_t), intent(in) :: coordinate_names(:)
     type(product_t), intent(inout) :: product
-    !> first factor that depends on both; empty where there is none
+    !> first factor that depends on both; empty if there is none
     character(:), allocatable, intent(out) :: mixed
     integer :: first, last
     character :: sign
@@ -105,8 +109,8 @@ contains
     end if
   end subroutine append_factor
 
-  !> Returns the operators + - * / between operands outside parentheses, at their positions. It returns none where an operator with
-  !> lower precedence occurs there, too.
+  !> Returns the operators + - * / between operands outside of parentheses, at their positions in the text, with blanks elsewhere.
+  !> All are blank if an operator of lower precedence occurs outside of parentheses.
   pure function find_operators(text) result(operators)
     character(*), intent(in) :: text
     character(len(text)) :: operators

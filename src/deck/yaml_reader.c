@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Makes a flat table of nodes from libfyaml's events. libfyaml's document would not do: only events give the place of
-   every mapping and sequence, and with them a duplicate key can be reported with the place of the first one. */
+/* Makes a flat table of nodes from libfyaml's events. We do not use libfyaml's document, because only events give the
+   place of every mapping and sequence, and because the message about a duplicate key needs the place of the first one.
+ */
 #include "signorom/yaml_reader.h"
 
 #include <libfyaml.h>
@@ -10,7 +11,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Limits far above those of any real deck, so that a hostile text cannot use up memory or time. */
+/* Limits far above what any real deck needs, so that a harmful text cannot use up memory or time. */
 enum { MAX_DEPTH = 32, MAX_NODES = 10000, MAX_FAULTS = 20, MAX_MESSAGE = 240 };
 
 typedef struct {
@@ -130,7 +131,8 @@ static size_t keep_text(builder_t *builder, const char *text, size_t length) {
   return start;
 }
 
-/* Appends an empty node to the innermost open mapping or sequence; returns NULL when there is no room. */
+/* Appends an empty node to the innermost open mapping or sequence. Returns NULL when there are too many nodes (a fault
+   is added) or when out of memory. */
 static node_t *add_node(builder_t *builder, int kind, place_t place) {
   sig_yaml *reading = builder->reading;
   if (reading->n_nodes == MAX_NODES) {
