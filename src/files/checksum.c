@@ -13,7 +13,8 @@ uint64_t sig_fnv1a(const void *bytes, size_t size, uint64_t seed) {
   return hash;
 }
 
-// The factor is odd, so that multiplication loses no information: a single changed word always changes the hash.
+// The factor is odd, so that the multiplication loses no information. So a change of a single word always changes the
+// hash.
 static uint64_t mix(uint64_t hash, const double *value) {
   uint64_t word;
 
@@ -26,7 +27,7 @@ uint64_t sig_hash_of_doubles(const double *values, size_t n) {
   uint64_t a = SIG_FNV1A_SEED, b = a + 1, c = a + 2, d = a + 3;
   size_t i = 0;
 
-  // Four independent hashes at once, because each multiplication must wait for the last one of the same hash.
+  // Four independent hashes at once: within one hash, each multiplication must wait for the result of the one before.
   for (; i + 4 <= n; i += 4) {
     a = mix(a, &values[i]);
     b = mix(b, &values[i + 1]);

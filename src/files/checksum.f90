@@ -12,8 +12,9 @@ module sig_checksum
   !> FNV's offset basis, z'cbf29ce484222325', as a signed number
   integer(lk), parameter :: fnv1a_seed = -3750763034362895579_lk
 
-  !> fnv1a(value, seed) returns the hash of the bytes of a value. The seed is fnv1a_seed or the hash of the values before. Numbers
-  !> enter as the machine's bytes, arrays of rank 1 and 2 alike (column by column).
+  !> fnv1a(value, seed) returns the hash of the bytes of a value: a text, a list of integers, or reals of rank 1 or 2. The seed is
+  !> fnv1a_seed, or the hash of the values before. Numbers count as the bytes that the machine has for them, matrices column by
+  !> column.
   interface fnv1a
     procedure fnv1a_of_text, fnv1a_of_integers, fnv1a_of_reals, fnv1a_of_matrix
   end interface fnv1a

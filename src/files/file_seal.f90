@@ -1,5 +1,6 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Seals at the head of files. They detect a file that was cut off or changed before a library reads it.
+!> Seals at the head of files: length and checksum of the rest. With them a file that was cut off or changed is detected before a
+!> library reads it.
 module sig_file_seal
   use, intrinsic :: iso_c_binding, only: c_int, c_int64_t, c_size_t
   use sig_files_c_interfaces, only: sig_check_seal, sig_seal_file
@@ -17,7 +18,7 @@ module sig_file_seal
 
 contains
 
-  !> Seals a whole file whose first seal_size bytes are free. Errors: it cannot be read or written.
+  !> Writes the seal of a file into its first seal_size bytes, which must be free. Errors: the file cannot be read or written.
   subroutine seal_file(path, error)
     character(*), intent(in) :: path
     type(error_t), allocatable, intent(out) :: error
@@ -27,10 +28,11 @@ contains
     if (code /= 0) call make_error(error, 'cannot write the file: ' // system_reason(code), file=path)
   end subroutine seal_file
 
-  !> Checks the seal of a file. Errors: the file differs from what was sealed. A file without a seal, or an unreadable one, is no
-  !> error.
+  !> Checks the seal of a file. Errors: a newer version of the program wrote the seal; the file is shorter or longer than it was;
+  !> its content was changed. A file without a seal, or one that cannot be read, is no error.
   subroutine check_seal(path, is_sealed, error)
     character(*), intent(in) :: path
+    !> whether the file has a seal and agrees with it
     logical, intent(out) :: is_sealed
     type(error_t), allocatable, intent(out) :: error
     integer(c_int64_t) :: n_found, n_sealed

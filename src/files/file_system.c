@@ -187,8 +187,8 @@ static long noted_process(int descriptor) {
   return strtol(text, NULL, 10);
 }
 
-/* Opens the file of the lock. Somebody may have put a link there, so that writing the lock would empty another file:
- * O_NOFOLLOW and the checks refuse links. */
+/* Opens the file of the lock. If somebody put a link there, writing the lock would empty another file. So O_NOFOLLOW
+ * and the checks refuse links. */
 static int open_lock(const char *name, int *lock) {
   struct stat status;
   *lock = open(name, O_RDWR | O_CREAT | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC, 0666);
@@ -223,7 +223,7 @@ int sig_lock_directory(const char *path, size_t length, int *descriptor, long *p
   return 0;
 }
 
-/* The file is not removed: then two processes could lock two different files of the same name. */
+/* The file is not removed, because then two processes could lock two different files of the same name. */
 void sig_unlock_directory(int descriptor) {
   if (descriptor >= 0) close(descriptor);
 }

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Files and folders. Failures come back as a sentence with the path. Local: one rank calls.
+!> Procedures for files and folders. Failures are errors with the path. Local: one rank calls.
 module sig_file_system
   use, intrinsic :: iso_c_binding, only: c_char, c_int, c_long, c_ptr, c_size_t
   use sig_base_c_interfaces, only: sig_free
@@ -35,7 +35,7 @@ module sig_file_system
 
 contains
 
-  !> Whether the path leads to a file that is not a folder.
+  !> Whether the path leads to something that is not a folder: a file, a device or a pipe. Links are followed.
   logical function file_exists(path)
     character(*), intent(in) :: path
     integer(c_int) :: kind
@@ -44,13 +44,15 @@ contains
     file_exists = kind /= no_file .and. kind /= directory
   end function file_exists
 
+  !> Whether the path leads to a folder. Links are followed.
   logical function is_directory(path)
     character(*), intent(in) :: path
 
     is_directory = sig_file_kind(path, len(path, c_size_t)) == directory
   end function is_directory
 
-  !> Makes a folder and the folders above it; an existing folder is no error. An empty path is the current folder.
+  !> Makes a folder and the folders above it; an existing folder is no error. An empty path is the current folder. Errors: the
+  !> system refuses it, for example without the right to write there.
   subroutine make_directories(path, error)
     character(*), intent(in) :: path
     type(error_t), allocatable, intent(out) :: error
@@ -63,7 +65,7 @@ contains
 
   !> Reads a whole text file without changes.
   !>
-  !> Errors: no such file, a folder, not readable, empty, not text (it holds null bytes).
+  !> Errors: no such file; a folder, a device or a pipe; not readable; empty; not a text, because it has null bytes.
   subroutine read_text_file(path, text, error)
     character(*), intent(in) :: path
     !> empty on an error
@@ -106,8 +108,8 @@ contains
     end if
   end subroutine check_text
 
-  !> Replaces a file as a whole: a reader sees the old or the new text, also after a crash. A symbolic link stays and leads to the
-  !> new text. A device or a pipe is written to directly.
+  !> Writes or replaces a file as a whole: a reader sees the old or the new text, also after a crash. If the path is a symbolic
+  !> link, the file to which it leads is replaced. A device or a pipe is written to directly. Errors: the system refuses it.
   subroutine write_text_file(path, text, error)
     character(*), intent(in) :: path
     character(*), intent(in) :: text
@@ -118,7 +120,7 @@ contains
     if (code /= 0) call make_error(error, 'cannot write the file: ' // system_reason(code), file=path)
   end subroutine write_text_file
 
-  !> Removes a file. A file that does not exist is no error.
+  !> Removes a file. A file that does not exist is no error. Errors: the system refuses it.
   subroutine remove_file(path, error)
     character(*), intent(in) :: path
     type(error_t), allocatable, intent(out) :: error
@@ -131,7 +133,8 @@ contains
 
   !> Locks a folder for this process, so that two runs do not write into it at once.
   !>
-  !> Requires: the folder is there. Errors: another process has it; its .lock is a link; no right to write there.
+  !> Requires: the folder exists. Errors: another process has locked it; its file .lock is a link or not a plain file; no right to
+  !> write there.
   subroutine lock_directory(path, lock, error)
     character(*), intent(in) :: path
     type(directory_lock_t), intent(out) :: lock
@@ -151,6 +154,7 @@ contains
     end if
   end subroutine lock_directory
 
+  !> Returns ` (process 1234)` for messages; empty if the number is not known.
   function holder_text(process) result(text)
     integer(c_long), intent(in) :: process
     character(:), allocatable :: text
@@ -159,7 +163,7 @@ contains
     if (process > 0) text = ' (process ' // to_text(int(process, lk)) // ')'
   end function holder_text
 
-  !> Unlocks the folder. A lock that was never taken is no error.
+  !> Unlocks the folder. Does nothing if there is no lock.
   subroutine unlock_directory(lock)
     type(directory_lock_t), intent(inout) :: lock
 
@@ -167,8 +171,8 @@ contains
     lock%descriptor = -1
   end subroutine unlock_directory
 
-  !> Returns the names (without the folder) of the files that start with the prefix, in byte order, without folders and hidden
-  !> files. A missing folder has no files. An empty path is the current folder.
+  !> Returns the names, without the folder, of the files in a folder whose names start with the prefix, in byte order. Folders and
+  !> hidden files are left out. There are none if the folder is missing or cannot be read. An empty path is the current folder.
   function list_files(path, prefix) result(names)
     character(*), intent(in) :: path
     character(*), intent(in) :: prefix
@@ -203,7 +207,7 @@ contains
     end if
   end function directory_of
 
-  !> Returns the folder of the running program with links resolved; empty where the system does not tell.
+  !> Returns the folder of the running program, with links followed; empty if the system does not give it.
   function program_folder() result(folder)
     character(:), allocatable :: folder
     character(kind=c_char) :: path(longest_path)

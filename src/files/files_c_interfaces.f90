@@ -1,5 +1,6 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> The C side of this layer, as declared in include/signorom/{checksum,file_seal,file_system,hdf5_file,output_stream}.h.
+!> Interfaces of the C functions of this layer, which include/signorom/{checksum,file_seal,file_system,hdf5_file,output_stream}.h
+!> declare and describe.
 module sig_files_c_interfaces
   use, intrinsic :: iso_c_binding, only: c_char, c_double, c_int, c_int64_t, c_long, c_ptr, c_size_t
   implicit none(type, external)

@@ -1,8 +1,9 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Reads and writes one HDF5 array, text or attribute; failures come back as a sentence with the file's name.
+!> Reads and writes one HDF5 array, text or attribute. Failures are errors with the file's name. Only sig_hdf5_reader and
+!> sig_hdf5_writer use these procedures.
 !>
-!> An address names a dataset (`/clusters/1/basis`) or, with an @, an attribute (`/clusters/1@rank`).
-!> Only sig_hdf5_reader and sig_hdf5_writer call it; they give it types and generic names.
+!> An address is the name of a dataset (`/clusters/1/basis`) or, with an @, of an attribute (`/clusters/1@rank`). `handle` is that
+!> of create_hdf5, open_hdf5 or of a file in memory, and `path` is the file's name for messages.
 module sig_hdf5_access
   use, intrinsic :: iso_c_binding, only: c_f_pointer, c_int, c_int64_t, c_loc, c_null_ptr, c_ptr, c_size_t
   use sig_base_c_interfaces, only: sig_free
@@ -18,7 +19,7 @@ module sig_hdf5_access
   public :: create_hdf5, open_hdf5, write_array, write_columns, write_texts, find_shape, read_array, read_columns, read_texts
   public :: column_t, real_type, integer_type, text_type
 
-  !> Address of a matrix column in memory.
+  !> A pointer to one column of a matrix.
   type :: column_t
     real(rk), pointer, contiguous :: values(:) => null()
   end type column_t
@@ -36,7 +37,7 @@ contains
     character(*), intent(in) :: path
     !> name of the file while it is incomplete
     character(*), intent(in) :: partial
-    !> bytes at the head that are left to the caller
+    !> number of bytes at the head of the file that HDF5 does not use
     integer, intent(in) :: n_free
     type(c_ptr), intent(out) :: handle
     type(error_t), allocatable, intent(out) :: error
@@ -85,11 +86,12 @@ contains
     end if
   end function address_text
 
-  !> Writes numbers. The shape is Fortran's; the file has it in reverse order.
+  !> Writes numbers. The file has the Fortran shape in reverse order. Errors: the disk is full, or the address exists already.
   subroutine write_array(handle, path, address, type, shape, values, error)
     type(c_ptr), intent(in) :: handle
     character(*), intent(in) :: path
     character(*), intent(in) :: address
+    !> real_type or integer_type
     integer(c_int), intent(in) :: type
     !> Fortran shape; empty for a scalar
     integer, intent(in) :: shape(:)
@@ -103,7 +105,7 @@ contains
     if (status /= 0) call report_write(path, address, error)
   end subroutine write_array
 
-  !> Writes a matrix whose columns stand at separate places in memory, without a copy of the whole.
+  !> Writes a matrix of reals whose columns are at different places in memory, without a copy of the matrix. Errors: as write_array.
   subroutine write_columns(handle, path, address, columns, n_rows, error)
     type(c_ptr), intent(in) :: handle
     character(*), intent(in) :: path
@@ -123,7 +125,8 @@ contains
     if (status /= 0) call report_write(path, address, error)
   end subroutine write_columns
 
-  !> Writes a list of texts, or only its first text (is_scalar).
+  !> Writes a list of texts, or with is_scalar only its first text, and not as a list. Errors: as
+  !> write_array.
   subroutine write_texts(handle, path, address, texts, is_scalar, error)
     type(c_ptr), intent(in) :: handle
     character(*), intent(in) :: path
@@ -161,7 +164,8 @@ contains
       'already', file=path)
   end subroutine report_write
 
-  !> Returns the Fortran shape of an array after a check of its type and rank.
+  !> Returns the Fortran shape of an array, and checks its type and rank. Errors: it is missing, has another type or rank, is larger
+  !> than the file can hold, or its values are not in the file itself in one piece. Then the shape is zeros.
   subroutine find_shape(handle, path, address, type, rank, shape, error)
     type(c_ptr), intent(in) :: handle
     character(*), intent(in) :: path
@@ -238,7 +242,8 @@ contains
     end select
   end function type_text
 
-  !> Reads numbers into an array of the shape that find_shape returned.
+  !> Reads numbers into an array that has the shape that find_shape returned. Errors: those of find_shape; the values cannot be
+  !> read.
   subroutine read_array(handle, path, address, type, values, error)
     type(c_ptr), intent(in) :: handle
     character(*), intent(in) :: path
@@ -254,14 +259,15 @@ contains
     if (status /= 0) call report_read(path, address, status, error)
   end subroutine read_array
 
-  !> Reads rows of neighboring columns of a matrix, both in Fortran's order.
+  !> Reads consecutive rows of consecutive columns of a matrix, in Fortran's order of indices. Errors: those of find_shape; rows or
+  !> columns that the matrix does not have.
   subroutine read_columns(handle, path, address, first_row, i_column, values, error)
     type(c_ptr), intent(in) :: handle
     character(*), intent(in) :: path
     character(*), intent(in) :: address
     !> 1-based
     integer, intent(in) :: first_row
-    !> the first one, 1-based
+    !> first column, 1-based
     integer, intent(in) :: i_column
     !> shape (n_rows, n_columns)
     real(rk), contiguous, intent(inout) :: values(:, :)
@@ -273,7 +279,7 @@ contains
     if (status /= 0) call report_read(path, address, status, error)
   end subroutine read_columns
 
-  !> Reads texts; a scalar text is a list of one.
+  !> Reads texts; a scalar text gives a list of one text. Errors: missing, not texts, damaged. Then the list is empty.
   subroutine read_texts(handle, path, address, texts, error)
     type(c_ptr), intent(in) :: handle
     character(*), intent(in) :: path

@@ -60,8 +60,8 @@ static hid_t create(const char *name, size_t n_free) {
   return id;
 }
 
-/* On a full disk HDF5 cannot close a file, tries again when the program ends, and crashes then. This call has an effect
- * before the first use of HDF5 only. */
+/* On a full disk HDF5 cannot close a file. It tries again when the program ends, and then crashes. This call forbids
+ * that; it has an effect only before the first use of HDF5. */
 static void forbid_work_at_exit(void) { H5dont_atexit(); }
 
 int sig_h5_create(const char *path, size_t length, size_t n_free, sig_h5_file **file) {

@@ -1,5 +1,6 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> What our HDF5 files say about themselves: attributes of '/' with the format's name and version and the program that wrote.
+!> Writes and checks the attributes of '/' that say what our HDF5 files are: name and version of the format, and version of the
+!> program that wrote the file.
 module sig_hdf5_format
   use sig_errors, only: error_t, make_error
   use sig_file_seal, only: check_seal
@@ -12,12 +13,14 @@ module sig_hdf5_format
 
 contains
 
+  !> Writes these attributes.
   subroutine write_format(file, name, version, code_version)
     type(h5_writer_t), intent(inout) :: file
-    !> as in `signorom model`
+    !> name of the format, such as `signorom model`
     character(*), intent(in) :: name
+    !> version of the format
     integer, intent(in) :: version
-    !> of the program to which the content is due
+    !> version of the program that computed the content
     character(*), intent(in) :: code_version
 
     call file%write_attribute('/', 'format', name)
@@ -25,24 +28,26 @@ contains
     call file%write_attribute('/', 'code_version', code_version)
   end subroutine write_format
 
-  !> Opens a file with a seal, see sig_file_seal: what was cut off or changed is refused before anything in it is believed.
+  !> Opens an HDF5 file that has a seal (sig_file_seal). The seal is checked first, so that HDF5 never reads a file that was cut off
+  !> or changed.
   !>
-  !> Errors: no such file, not HDF5, cut off or changed, another format or version, no seal.
+  !> Errors: those of check_seal, of the reader's `open` and of check_format; no seal. Then the file is closed.
   subroutine open_sealed(file, path, name, versions, hint, version, error)
     type(h5_reader_t), intent(inout) :: file
     character(*), intent(in) :: path
+    !> name of the format
     character(*), intent(in) :: name
-    !> the oldest and the newest that can be read
+    !> oldest and newest version of the format that can be read
     integer, intent(in) :: versions(2)
-    !> how to get a file that can be read
+    !> hint for the error: how to get a file that can be read
     character(*), intent(in) :: hint
-    !> of the file
+    !> version of the file's format; 0 if it is not known
     integer, intent(out) :: version
     type(error_t), allocatable, intent(out) :: error
     logical :: is_sealed
 
     version = 0
-    ! HDF5 does not survive every damaged file: it gets to see none.
+    ! a damaged file may crash HDF5
     call check_seal(path, is_sealed, error)
     if (.not. allocated(error)) call file%open(path, error)
     call check_format(file, path, name, versions, hint, version, error)
@@ -51,16 +56,19 @@ contains
     if (allocated(error)) call file%close()
   end subroutine open_sealed
 
-  !> Errors: the file is of another format, or of a version that this program does not read.
+  !> Checks format and version of an open file. Does nothing if there is an error already. Errors: another format, or a version that
+  !> this program does not read.
   subroutine check_format(file, path, name, versions, hint, version, error)
     type(h5_reader_t), intent(in) :: file
+    !> name of the file for messages
     character(*), intent(in) :: path
+    !> name of the format
     character(*), intent(in) :: name
-    !> the oldest and the newest that can be read
+    !> oldest and newest version of the format that can be read
     integer, intent(in) :: versions(2)
-    !> how to get a file that can be read
+    !> hint for the error: how to get a file that can be read
     character(*), intent(in) :: hint
-    !> of the file
+    !> version of the file's format; 0 if it is not known
     integer, intent(out) :: version
     type(error_t), allocatable, intent(inout) :: error
     character(:), allocatable :: found

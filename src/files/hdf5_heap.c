@@ -13,13 +13,13 @@ enum { HEAD = 16 }; /* [byte] size of the head of a collection and of an object 
 static const uint64_t smallest_collection = 4096, most_objects = 1 << 16;
 
 struct object {
-  uint64_t index; /* first: what compare_keys compares */
+  uint64_t index; /* must be the first member, because compare_keys compares it */
   uint64_t size;
   const unsigned char *bytes;
 };
 
 struct sig_h5_collection {
-  uint64_t address; /* first, too; from the head of HDF5's part of the file */
+  uint64_t address; /* must be the first member, too; from the begin of HDF5's part of the file */
   uint64_t size;
   unsigned char *bytes;
   size_t n_objects;

@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> An HDF5 file of arrays, texts and attributes that is read: open, read ..., close.
+!> Reads an HDF5 file of arrays, texts and attributes: open, read ..., close.
 !>
-!> HDF5 counts indices the other way round: what h5py calls (n_modes, n_dofs) has the Fortran shape (n_dofs, n_modes), with the
-!> same bytes. Local: one rank owns the file.
+!> The order of indices is reversed: an array of shape (n_modes, n_dofs) in h5py has the Fortran shape (n_dofs, n_modes), with the
+!> same bytes. Local: one rank reads the file.
 module sig_hdf5_reader
   use, intrinsic :: iso_c_binding, only: c_associated, c_int, c_null_ptr, c_ptr, c_size_t
   use sig_files_c_interfaces, only: sig_h5_close, sig_h5_has, sig_h5_open_image
@@ -15,10 +15,14 @@ module sig_hdf5_reader
   private
   public :: h5_reader_t
 
-  !> `read(name, value, error)`: value is real of rank 0 to 3, integer of rank 0 to 2, a text or a list of texts (string_t), arrays
-  !> and texts allocatable; `read_attribute(object, name, value, error)`: a text, integer, real, list of reals or of texts.
-  !> A read does nothing where error is allocated already, so that a row of them needs one question at its end; after
-  !> a failure value is zero or empty. Errors: missing, other type, other rank; integers may be read as reals.
+  !> A file that is read.
+  !>
+  !> `read(name, value, error)` reads the dataset `name`. The value is real of rank 0 to 3, integer of rank 0 to 2, a text or a list
+  !> of texts (string_t); arrays and texts are allocatable. `read_attribute(object, name, value, error)` reads an attribute of a
+  !> group or dataset: a text, integer, real, list of reals or of texts. Integers in the file may be read as reals.
+  !>
+  !> Errors: those of find_shape in sig_hdf5_access; a value that cannot be read. Then the value is zero or empty, or, if the array
+  !> was found, not defined. If `error` is allocated before, nothing is read; so a caller needs one check after several reads.
   type :: h5_reader_t
     private
     type(c_ptr) :: handle = c_null_ptr
@@ -45,7 +49,8 @@ module sig_hdf5_reader
 
 contains
 
-  !> Opens a file for reading. Errors: no such file, not HDF5, cut off or damaged.
+  !> Opens a file for reading, and closes the one that is open. Errors: no such file, a folder, not HDF5, cut off or damaged, open
+  !> for writing in another program.
   subroutine open_file(self, path, error)
     class(h5_reader_t), intent(inout) :: self
     character(*), intent(in) :: path
@@ -56,7 +61,7 @@ contains
     call open_hdf5(path, self%handle, error)
   end subroutine open_file
 
-  !> Opens a file from its bytes in memory. Errors: the bytes are not an HDF5 file.
+  !> Opens a file from its bytes in memory, which are copied. Errors: the bytes are not an HDF5 file.
   subroutine open_image(self, bytes, error)
     class(h5_reader_t), intent(inout) :: self
     character(1), intent(in) :: bytes(:)
@@ -68,7 +73,7 @@ contains
       call make_error(error, 'the bytes of an HDF5 file are damaged', exit_code=exit_internal)
   end subroutine open_image
 
-  !> Closes the file; a closed one is no error.
+  !> Closes the file. Does nothing if no file is open.
   subroutine close_file(self)
     class(h5_reader_t), intent(inout) :: self
     integer(c_int) :: ignored
@@ -84,7 +89,8 @@ contains
     call close_file(self)
   end subroutine finalize
 
-  !> Whether the file has a group or dataset of this name.
+  !> Whether the file has a group or dataset of this name, or an attribute `object@name`. A link or a damaged object counts, too, so
+  !> that reading it fails with a reason. False if no file is open.
   logical function has(self, name)
     class(h5_reader_t), intent(in) :: self
     character(*), intent(in) :: name
@@ -93,6 +99,7 @@ contains
     if (c_associated(self%handle)) has = sig_h5_has(self%handle, name, len(name, c_size_t)) == 1
   end function has
 
+  !> Whether a group or dataset has an attribute of this name.
   logical function has_attribute(self, object, name)
     class(h5_reader_t), intent(in) :: self
     character(*), intent(in) :: object
@@ -101,8 +108,8 @@ contains
     has_attribute = self%has(object // '@' // name)
   end function has_attribute
 
-  !> Counts the groups name/1, name/2, ... that exist without a gap, up to n. A file may contain any number n, so it is checked
-  !> here.
+  !> Returns how many of the groups name/1, name/2, ..., name/n exist before the first one that is missing. A caller that has n from
+  !> a file can so check it.
   integer function count_groups(self, name, n) result(n_found)
     class(h5_reader_t), intent(in) :: self
     character(*), intent(in) :: name
@@ -114,7 +121,7 @@ contains
     n_found = max(n, 0)
   end function count_groups
 
-  !> Returns the Fortran shape of a dataset; empty for a scalar.
+  !> Returns the Fortran shape of a dataset of any type and rank; empty for a scalar and after an error.
   subroutine get_shape(self, name, shape, error)
     class(h5_reader_t), intent(in) :: self
     character(*), intent(in) :: name
@@ -124,15 +131,15 @@ contains
     call shape_for(self, name, 0_c_int, -1, shape, error)
   end subroutine get_shape
 
-  !> Reads some rows of some columns of a matrix, in Fortran's order, and nothing else of it. Errors: as those of read; rows or
-  !> columns that do not exist.
+  !> Reads consecutive rows of given columns of a matrix of numbers, in Fortran's order of indices, without reading the rest.
+  !> Errors: those of read; rows or columns that do not exist.
   subroutine read_block(self, name, first, last, columns, values, error)
     class(h5_reader_t), intent(in) :: self
     character(*), intent(in) :: name
-    !> rows, 1-based
+    !> first and last row, 1-based
     integer, intent(in) :: first
     integer, intent(in) :: last
-    !> 1-based, in any order
+    !> columns, 1-based, in any order
     integer, intent(in) :: columns(:)
     !> shape (last - first + 1, size(columns))
     real(rk), allocatable, intent(out) :: values(:, :)
@@ -320,7 +327,7 @@ contains
     call get_texts(self, object // '@' // name, 1, value, error)
   end subroutine read_text_1_attribute
 
-  !> Returns the shape of an array to read; zeros where it cannot be read, or where an earlier read failed.
+  !> Returns the shape of an array that is to be read; zeros after an error, also an earlier one. Errors: as read; no file is open.
   subroutine shape_for(self, address, type, rank, shape, error)
     class(h5_reader_t), intent(in) :: self
     character(*), intent(in) :: address

@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> An HDF5 file of arrays, texts and attributes that is written: create, write ..., close.
+!> Writes an HDF5 file of arrays, texts and attributes: create, write ..., close.
 !>
-!> HDF5 counts indices the other way round: a Fortran array of shape (n_dofs, n_modes) is one of shape (n_modes, n_dofs)
-!> for h5py, with the same bytes. Local: one rank owns the file.
+!> The order of indices is reversed: a Fortran array of shape (n_dofs, n_modes) has the shape (n_modes, n_dofs) in h5py, with the
+!> same bytes. Local: one rank writes the file.
 module sig_hdf5_writer
   use, intrinsic :: iso_c_binding, only: c_associated, c_int, c_int64_t, c_null_ptr, c_ptr, c_size_t
   use sig_files_c_interfaces, only: sig_commit_file, sig_h5_close, sig_h5_create_image, sig_h5_get_image, sig_h5_image_size
@@ -18,12 +18,12 @@ module sig_hdf5_writer
   private
   public :: column_t, h5_writer_t
 
-  !> The file appears under its name only after a close that succeeds; before, its name is `<path>.partial`. The first failure of a
-  !> write is kept, later writes do nothing, and close returns it. A file that is never closed is removed.
+  !> A file that is written. It gets its name only by a close that succeeds; before, its name is `<path>.partial`. After the first
+  !> write that fails, later writes do nothing, and close returns this first error. A file that is never closed is removed.
   !>
-  !> `write(name, value [, unit, description])`: value is real of rank 0 to 3, integer of rank 0 to 2, a text or a list
-  !> of texts (string_t); groups in the name are made. `write_attribute(object, name, value)`: a text, integer, real, list of
-  !> reals or of texts; an object that is missing is made as a group, '/' is the file itself.
+  !> `write(name, value [, unit, description])` writes a dataset and makes the groups in its name. The value is real of rank 0 to 3,
+  !> integer of rank 0 to 2, a text or a list of texts (string_t). `write_attribute(object, name, value)` writes an attribute: a
+  !> text, integer, real, list of reals or of texts. An object that is missing becomes a group; '/' is the file itself.
   type :: h5_writer_t
     private
     type(c_ptr) :: handle = c_null_ptr
@@ -51,12 +51,13 @@ module sig_hdf5_writer
 
 contains
 
-  !> Creates a new file; a symbolic link stays and leads to it. Errors: no such folder, no right to write there, a device or a pipe.
+  !> Starts a new file, and discards the one that is not closed. If the path is a symbolic link, the file to which it leads is
+  !> replaced by close. Errors: no such folder, no right to write there, a device or a pipe.
   subroutine create(self, path, error, is_sealed)
     class(h5_writer_t), intent(inout) :: self
     character(*), intent(in) :: path
     type(error_t), allocatable, intent(out) :: error
-    !> put a seal at the head of the file, see sig_file_seal
+    !> whether the file gets a seal at its head (sig_file_seal); default no
     logical, intent(in), optional :: is_sealed
 
     call discard_file(self)
@@ -67,10 +68,10 @@ contains
       call create_hdf5(path, self%path // '.partial', merge(seal_size, 0, self%is_sealed), self%handle, error)
   end subroutine create
 
-  !> Closes the file: it is written to the disk and gets its name, unless a write failed.
+  !> Closes the file. If no write failed, the file is written to the disk and gets its seal and its name; otherwise it is removed.
+  !> Does nothing if no file is open. Errors: the first failure since create; the file cannot be completed.
   subroutine close_file(self, error)
     class(h5_writer_t), intent(inout) :: self
-    !> the first failure since create
     type(error_t), allocatable, intent(out) :: error
     integer(c_int) :: code
 
@@ -84,7 +85,7 @@ contains
     if (allocated(error)) call remove_partial(self%path)
   end subroutine close_file
 
-  !> Starts a file in memory, which ends with close_image. Errors: no memory.
+  !> Starts a file in memory, which close_image ends, and discards the one that is not closed. Errors: not enough memory.
   subroutine create_image(self, error)
     class(h5_writer_t), intent(inout) :: self
     type(error_t), allocatable, intent(out) :: error
@@ -94,11 +95,11 @@ contains
     if (sig_h5_create_image(self%handle) /= 0) call make_error(error, 'no memory for an HDF5 file', exit_code=exit_internal)
   end subroutine create_image
 
-  !> Closes a file in memory and returns its bytes; there are none after a failure.
+  !> Closes a file in memory and returns its bytes. Errors: the first failure since create_image, or not enough memory; then the
+  !> bytes must not be used.
   subroutine close_image(self, bytes, error)
     class(h5_writer_t), intent(inout) :: self
     character(1), allocatable, intent(out) :: bytes(:)
-    !> the first failure since create_image
     type(error_t), allocatable, intent(out) :: error
     integer(c_int64_t) :: n_bytes
     integer(c_int) :: ignored
@@ -133,7 +134,7 @@ contains
     call remove_file(path // '.partial', ignored)
   end subroutine remove_partial
 
-  !> Removes the unfinished file; a closed one is no error.
+  !> Removes a file that is not closed, and forgets its errors. Does nothing if no file is open.
   subroutine discard_file(self)
     class(h5_writer_t), intent(inout) :: self
     integer(c_int) :: ignored
@@ -181,7 +182,7 @@ contains
     call put(self, name, real_type, shape(value), value, unit, description)
   end subroutine write_real_2
 
-  !> Writes a matrix whose columns stand at separate places in memory.
+  !> Writes a matrix of reals whose columns are at different places in memory.
   subroutine write_real_columns(self, name, columns, n_rows, unit, description)
     class(h5_writer_t), intent(inout) :: self
     character(*), intent(in) :: name
@@ -302,7 +303,7 @@ contains
     call put_texts(self, object // '@' // name, value, .false.)
   end subroutine write_text_1_attribute
 
-  !> Writes numbers, with unit and description where given. It keeps the first failure.
+  !> Writes numbers, and unit and description if they are given. Keeps the first failure.
   subroutine put(self, address, type, shape, values, unit, description)
     class(h5_writer_t), intent(inout) :: self
     character(*), intent(in) :: address
@@ -342,7 +343,7 @@ contains
       call write_texts(self%handle, self%path, address // '@' // name, list_of(text), .true., self%error)
   end subroutine describe
 
-  ! gfortran 12 never frees the text in a constructor that is an actual argument
+  !> Returns a list of one text. Use it because gfortran 12 never frees the text in a constructor that is an actual argument.
   pure function list_of(text) result(texts)
     character(*), intent(in) :: text
     type(string_t) :: texts(1)

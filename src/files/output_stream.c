@@ -25,8 +25,8 @@ struct sig_output_stream {
   char buffer[buffer_size];
 };
 
-/* Returns the path to which a symbolic link leads; a relative one starts in the folder of the link. Null: out of
- * memory.
+/* Returns the path to which a symbolic link leads; a relative one starts in the folder of the link. Returns null when
+ * out of memory.
  */
 static char *next_of(const char *name, const char *link) {
   const char *slash = strrchr(name, '/');

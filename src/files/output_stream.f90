@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Output of lines to the standard output, a file, a device or a pipe. Every failed write is reported.
+!> Writes lines to the standard output, a file, a device or a pipe. Every failure is reported.
 module sig_output_stream
   use, intrinsic :: iso_c_binding, only: c_associated, c_int, c_null_ptr, c_ptr, c_size_t
   use sig_base_c_interfaces, only: sig_free
@@ -11,8 +11,8 @@ module sig_output_stream
   private
   public :: output_stream_t, find_target
 
-  !> An output stream. A file appears under its name only after a close that succeeds; an earlier file stays until then. A symbolic
-  !> link stays and leads to the new file. A device or a pipe is written to directly.
+  !> An output stream. A file gets its name only by a close that succeeds; an earlier file of this name stays until then. If the
+  !> path is a symbolic link, the file to which it leads is replaced. A device or a pipe is written to directly.
   type :: output_stream_t
     private
     type(c_ptr) :: handle = c_null_ptr
@@ -29,7 +29,7 @@ contains
   !> Opens a stream. Errors: no right to write there, no such folder, the path is a folder.
   subroutine open_stream(self, path, error)
     class(output_stream_t), intent(inout) :: self
-    !> empty = the standard output
+    !> empty: the standard output
     character(*), intent(in) :: path
     type(error_t), allocatable, intent(out) :: error
     integer(c_int) :: code
@@ -40,7 +40,8 @@ contains
     if (code /= 0) call make_error(error, 'cannot write here: ' // system_reason(code), file=self%name)
   end subroutine open_stream
 
-  !> Writes a line and its end. Errors: the disk is full, or the pipe has no reader; every later line returns the same error.
+  !> Writes a line and its line end. Errors: as when the disk is full or the pipe has no reader; every later line gives the same
+  !> error. Lines are collected, so an error may come later than the line that caused it.
   subroutine write_line(self, line, error)
     class(output_stream_t), intent(inout) :: self
     character(*), intent(in) :: line
@@ -51,11 +52,13 @@ contains
     if (code /= 0) call report(self, code, error)
   end subroutine write_line
 
-  !> Closes the stream; a closed one is no error. An earlier error stays, and then the file is not kept.
+  !> Writes what is left and closes the stream. A file gets its name; after an error it is removed. Does nothing if the stream is
+  !> not open. Errors: something could not be written.
   subroutine close_stream(self, error, is_dropped)
     class(output_stream_t), intent(inout) :: self
+    !> an error that is there before stays, and the file is removed
     type(error_t), allocatable, intent(inout) :: error
-    !> do not keep the file; default: keep it
+    !> whether to remove the file in any case; default no
     logical, intent(in), optional :: is_dropped
     logical :: is_kept
     integer(c_int) :: code
@@ -76,10 +79,11 @@ contains
     call make_error(error, 'cannot write everything: ' // system_reason(code), file=self%name)
   end subroutine report
 
-  !> Finds the file that a path leads to when it is written as a whole, with symbolic links followed. Errors: a loop of links; a
-  !> device or a pipe, which cannot hold such a file.
+  !> Finds the file that must be replaced so that a path leads to a new file: symbolic links are followed. Errors: a folder, a
+  !> circle of links, a device or a pipe.
   subroutine find_target(path, target, error)
     character(*), intent(in) :: path
+    !> path of this file, which may not exist yet; not usable after an error
     character(:), allocatable, intent(out) :: target
     type(error_t), allocatable, intent(out) :: error
     type(c_ptr) :: text
