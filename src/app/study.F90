@@ -8,13 +8,14 @@ module sig_study
   use sig_error_broadcast, only: broadcast_error
   use sig_errors, only: error_t, exit_not_converged, exit_stopped, make_error
   use sig_field_mapping, only: create_field_map
+  use sig_field_query, only: why_no_fields
   use sig_field_output, only: solved_points_t, write_fields
   use sig_file_system, only: file_exists
   use sig_full_order, only: team_t
   use sig_greedy_record, only: training_points
   use sig_kinds, only: rk
   use sig_log, only: log_info, log_warning
-  use sig_model, only: model_t
+  use sig_model, only: complete_model, model_t
   use sig_condensed_plan, only: needs_displacements
   use sig_model_building, only: build_model
   use sig_model_file, only: read_model, write_model
@@ -110,7 +111,7 @@ contains
         refinement%is_reached, refinement%ending, report)
       call report%add('times/train', wall_time() - start)
       if (session%rank == 0) then
-        if (session%deck%reduction%has_fields) call create_field_map(session%full_order%problem, model%fields, error)
+        if (session%deck%reduction%has_fields) call keep_fields(session%full_order%problem, model, error)
         if (.not. allocated(error)) call write_model(model_path(session), model, error)
         if (.not. allocated(error)) call write_enrichment_table(model, session%folder // '/enrichment.csv', error)
         if (size(refinement%rounds) > 0 .and. .not. allocated(error)) call write_refinement_table(refinement%rounds, &
@@ -126,6 +127,21 @@ contains
     call log_info('trained ' // model_text(model) // ': ' // model_path(session))
     if (any(snapshots%reasons /= reason_converged)) session%exit_code = exit_not_converged
   end subroutine train_stage
+
+  !> Adds the mesh and the stress maps for fields to the model, and warns if the model cannot answer fields all the same. Local.
+  !> Errors: those of create_field_map.
+  subroutine keep_fields(problem, model, error)
+    type(problem_t), intent(in) :: problem
+    type(model_t), intent(inout) :: model
+    type(error_t), allocatable, intent(out) :: error
+    character(:), allocatable :: reason
+
+    call create_field_map(problem, model%fields, error)
+    if (allocated(error)) return
+    call complete_model(model)
+    reason = why_no_fields(model)
+    if (reason /= '') call log_warning('the deck asks for fields, but predict --fields will not answer: ' // reason)
+  end subroutine keep_fields
 
   !> Reads the snapshots of the deck's training points and distributes their dofs over the ranks. The file may hold more points.
   !> Collective on all ranks.

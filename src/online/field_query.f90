@@ -32,7 +32,7 @@ module sig_field_query
 
 contains
 
-  !> Returns a sentence that says why a model gives no fields; empty if it gives them.
+  !> Returns a sentence that says why a model gives no fields; empty if it gives them. Requires: complete_model.
   pure function why_no_fields(model) result(reason)
     type(model_t), intent(in) :: model
     character(:), allocatable :: reason
@@ -50,8 +50,8 @@ contains
       end associate
     end do
     if (.not. has_all) reason = 'the model has displacements at some nodes only, and fields need those of all: train it with ' // &
-      'reduction.displacement: auto, or elsewhere: modes; a model of the kind tied has them all where max_full_order_size ' // &
-      'is large enough'
+      'reduction.displacement: auto, or elsewhere: modes; where the matrix of all contacts is too large (kind tied), with a ' // &
+      'larger reduction.max_full_order_size'
   end function why_no_fields
 
   !> Prepares the query. Errors: message is allocated if an expression of an elastic constant or of an imposed strain is not valid.

@@ -9,6 +9,7 @@ from block_meshes import stacked_blocks
 from c_programs import compile_c, run_c
 from results import read_fields
 from runs import refuse, write_deck
+from test_tied import TIED, write_strip
 from vtk_fields import read_with_vtk
 
 # [-] of the largest value; a condensed model is the full-order problem but for rounding
@@ -126,9 +127,10 @@ def test_interpolated_fields_have_the_error_of_the_forces(signorom, tmp_path):
             assert max(worst[name] for name in ("stress", "stress_smoothed", "displacement")) < 1e-6, worst
 
 
-def test_hyper_reduced_fields_are_near(signorom, tmp_path):
+@pytest.mark.parametrize("clusters", ["", "clusters: {number: 2}\n"], ids=["one_model", "clusters"])
+def test_hyper_reduced_fields_are_near(signorom, tmp_path, clusters):
     """Displacements by modes give stresses with an error of their size over the mesh width."""
-    changes = {"reduction: {method: hhr,": "reduction: {method: hhr, fields: true,"}
+    changes = {"reduction: {method: hhr,": clusters + "reduction: {method: hhr, fields: true,"}
     results = train(signorom, write_deck("small_disks", tmp_path, **changes))
     answers = predict(signorom, results, ({"squeeze": 0.2}, {"squeeze": 0.4}))
     with h5py.File(results / "fields.h5") as a, h5py.File(answers / "fields.h5") as b:
@@ -136,6 +138,22 @@ def test_hyper_reduced_fields_are_near(signorom, tmp_path):
             worst = differences(a["points"][point], b["points"][point])
             assert worst["displacement"] < 1e-3
             assert 0 < worst["stress"] < 0.05
+
+
+def test_training_says_that_a_tied_model_has_no_fields(signorom, tmp_path):
+    """A contact whose matrix has no room has no displacements of all nodes, either; predict says the same."""
+    deck = write_strip(tmp_path, TIED + ", fields: true")
+    signorom("sample", deck.name, folder=tmp_path)
+    done = signorom.run("train", deck.name, folder=tmp_path, n_ranks=2)
+    assert done.returncode == 0
+    reason = "the model has displacements at some nodes only, and fields need those of all"
+    assert done.stderr.count(f"the deck asks for fields, but predict --fields will not answer: {reason}") == 1
+    results = tmp_path / "results" / "strip"
+    words = refuse(
+        signorom, "predict", "model.h5", "--at", "press=1.3e-3,tilt=0.011", "--fields", folder=results
+    )
+    assert reason in words
+    assert "(kind tied), with a larger reduction.max_full_order_size" in words
 
 
 @pytest.fixture(scope="module")
