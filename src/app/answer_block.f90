@@ -28,6 +28,7 @@ module sig_answer_block
     integer :: n_several = 0
   end type asker_t
 
+  !> Call create; then set points and n_points, call answer and line for each block; then destroy.
   type :: answer_block_t
     type(online_model_t), pointer :: online => null()
     type(asker_t), allocatable :: askers(:)

@@ -8,6 +8,7 @@ module sig_command_line
   private
   public :: command_t, parse_command_line
 
+  !> What the arguments of the program ask for.
   type :: command_t
     !> init, check, solve, sample, train, validate, run, predict, describe, help or version
     character(:), allocatable :: name

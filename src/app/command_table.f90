@@ -18,6 +18,7 @@ module sig_command_table
     character(5) :: ending
   end type file_kind_t
 
+  !> A command: what it works on and what it does.
   type :: command_entry_t
     character(8) :: name
     !> name of the kind of file that it works on
@@ -25,6 +26,7 @@ module sig_command_table
     character(120) :: summary
   end type command_entry_t
 
+  !> An option: its value, the commands that have it, and what it does.
   type :: option_entry_t
     character(11) :: name
     !> how its value is shown; blank where it has none
@@ -34,6 +36,7 @@ module sig_command_table
     character(320) :: summary
   end type option_entry_t
 
+  !> An exit code of the program and its meaning.
   type :: exit_code_entry_t
     character(3) :: code
     character(80) :: summary

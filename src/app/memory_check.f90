@@ -13,7 +13,8 @@ module sig_memory_check
 contains
 
   !> Calls LAPACK once, so that BLAS allocates its work space, which it keeps. Without enough memory OpenBLAS would try this without
-  !> an end. In this case, and if less than 100 MB are left, the process ends with a message and exit code 2.
+  !> an end. In this case, and if less than 100 MB are left of a limit of address space (ulimit -v), the process ends with a message
+  !> and exit code 2.
   subroutine start_linear_algebra()
     real(rk) :: matrix(1, 1)
     !> [bytes] more than the smallest problems take; libraries that run out of memory seldom say so

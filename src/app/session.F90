@@ -21,6 +21,7 @@ module sig_session
   private
   public :: session_t
 
+  !> A command on a deck. Call open, then claim_folder and the stages if exit_code is exit_success, then close.
   type :: session_t
     type(deck_config_t) :: deck
     !> text of the deck, for messages

@@ -7,6 +7,7 @@ module sig_statistics
   private
   public :: statistics_t, summarize, measured_statistics
 
+  !> Statistics of values; p95 is the 95 % quantile.
   type :: statistics_t
     !> number of values that are not NaN
     integer :: n_values = 0

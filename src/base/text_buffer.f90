@@ -5,6 +5,7 @@ module sig_text_buffer
   private
   public :: text_buffer_t
 
+  !> Call add for each piece; text returns the pieces so far.
   type :: text_buffer_t
     private
     !> text, with free space at its end

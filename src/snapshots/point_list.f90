@@ -22,6 +22,7 @@ module sig_point_list
   !> bytes that some programs put before the first line of a UTF-8 file
   character(*), parameter :: byte_order_mark = char(239) // char(187) // char(191)
 
+  !> A file of points. Call open, then next until it returns no point, then close.
   type :: point_list_t
     private
     character(:), allocatable :: path

@@ -20,6 +20,7 @@ module sig_selection
   character(*), parameter :: stop_line = '# stopped by '
   character(*), parameter :: rest_line = '# largest indicator left '
 
+  !> The chosen points. Call start, then append for new points.
   type :: selection_t
     !> hash of all settings on which the choice depends, except for those of its end
     character(16) :: settings = ''

@@ -55,6 +55,7 @@ contains
     end do
   end function take_snapshots
 
+  !> Returns the number of snapshots, m.
   pure integer function n_snapshots(self)
     class(training_set_t), intent(in) :: self
 

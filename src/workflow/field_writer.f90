@@ -18,8 +18,8 @@ module sig_field_writer
   private
   public :: field_writer_t
 
-  !> Call create; then for each point start_point, write_values and, in field_output, what adds the reduced answer to a full-order
-  !> one; then close. Local: one rank writes.
+  !> Call create; then start_point and write_values for each point; then close. After write_values the caller may add further arrays
+  !> of the point to file and surfaces. Local: one rank writes.
   type :: field_writer_t
     type(field_file_t) :: file
     type(contact_surfaces_t) :: surfaces

@@ -34,6 +34,7 @@ module sig_refinement
   !> [-] a cluster may get more snapshots if its last ones reduced its error to at most this share; else it is split
   real(rk), parameter :: clear_gain = 0.7_rk
 
+  !> How a refinement went and ended.
   type :: refinement_result_t
     !> all rounds; the first one is number 0
     type(refinement_round_t), allocatable :: rounds(:)

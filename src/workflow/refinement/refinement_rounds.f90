@@ -17,6 +17,7 @@ module sig_refinement_rounds
   !> [-] share_above counts the errors above this
   real(rk), parameter :: large_error = 0.1_rk
 
+  !> What one round did, and the errors of its model.
   type :: refinement_round_t
     !> what the round did: start, number (another number of clusters), add (snapshots) or split (a cluster)
     character(:), allocatable :: action

@@ -35,6 +35,7 @@ module sig_sampled_responses
   private
   public :: sampled_responses_t
 
+  !> Call choose; solve the first points and call collect for each; then create; if is_ready, call solve for the other points.
   type :: sampled_responses_t
     !> the responses are there, so that `solve` may be called
     logical :: is_ready = .false.

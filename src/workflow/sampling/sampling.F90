@@ -29,6 +29,7 @@ module sig_sampling
   private
   public :: sample, sampler_t, sampling_result_t
 
+  !> How a sampling ended.
   type :: sampling_result_t
     !> number of points that were wanted
     integer :: n_points = 0

@@ -34,6 +34,7 @@ module sig_model_defect
   private
   public :: model_defect_t
 
+  !> Call create once; then measure for each model.
   type :: model_defect_t
     !> the full-order model is condensed: the defect is a bound of the energy error
     logical :: is_bound = .false.

@@ -35,7 +35,7 @@ contains
     type(model_t), intent(out) :: model
     type(error_t), allocatable, intent(out) :: error
     PetscErrorCode, intent(out) :: ierr
-    !> the model is only used to choose training points: it has one cluster, and nothing is logged; default: false
+    !> the model is only used to choose training points: it has one cluster, and there are no warnings; default: false
     logical, intent(in), optional :: is_draft
     type(cluster_t), allocatable :: clusters(:)
     type(hhr_data_t), allocatable :: models(:)

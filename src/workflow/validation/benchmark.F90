@@ -20,6 +20,7 @@ module sig_benchmark
   private
   public :: benchmark_t, run_benchmark
 
+  !> The times that a benchmark measured.
   type :: benchmark_t
     !> the benchmark was run
     logical :: is_done = .false.

@@ -25,6 +25,7 @@ module sig_error_norms
     type(imposed_energy_t) :: imposed
   end type measured_domain_t
 
+  !> What computes the energies of all bodies and of the reduced domains.
   type :: measured_bodies_t
     !> the cells of the reduced domain of each cluster
     type(measured_domain_t), allocatable :: domains(:)
@@ -34,6 +35,7 @@ module sig_error_norms
     real(rk), allocatable :: strain_theta(:, :)
   end type measured_bodies_t
 
+  !> The errors of an answer at one point.
   type :: point_errors_t
     !> [-] (17)
     real(rk) :: displacement = 0

@@ -35,6 +35,7 @@ module sig_validation
   character(*), parameter :: error_names(n_errors) = [character(22) :: 'e_u', 'e_lambda_rid', 'e_lambda_all', 'e_energy', &
     'e_energy_rid', 'e_energy_relative', 'e_energy_rid_relative', 'e_u_energy', 'e_u_energy_relative']
 
+  !> The results of a validation at all test points.
   type :: validation_t
     !> shape (n_parameters, n_points)
     real(rk), allocatable :: points(:, :)

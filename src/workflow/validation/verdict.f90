@@ -15,6 +15,7 @@ module sig_verdict
   !> the row whose p95 decides: e_lambda_all
   integer, parameter :: i_decisive = 3
 
+  !> Whether a validated model is good enough.
   type :: verdict_t
     !> p95 is at most validation.accept
     logical :: is_accepted = .false.
