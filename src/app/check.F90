@@ -32,7 +32,7 @@ contains
   !> Prints the effective deck, which is a valid deck itself, and the sizes as comments; with --fields also writes check.h5 and
   !> check.xdmf. Collective on all ranks.
   !>
-  !> Errors are printed and set session%exit_code: --at names no point; those of the loading of the problem, of build_points,
+  !> Errors are printed and set session%exit_code: --at is no valid point; those of the loading of the problem, of build_points,
   !> check_points and check_box; a file cannot be written.
   subroutine check_deck(command, session, ierr)
     type(command_t), intent(in) :: command
@@ -76,7 +76,7 @@ contains
     end if
   end subroutine check_deck
 
-  !> Finds the point of --fields: that of --at, or the middle of the box. Errors: --at names no point.
+  !> Finds the point of --fields: that of --at, or the middle of the box. Errors: --at is no valid point.
   subroutine choose_shown(command, deck, shown, error)
     type(command_t), intent(in) :: command
     type(deck_config_t), intent(in) :: deck

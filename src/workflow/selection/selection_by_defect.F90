@@ -50,7 +50,7 @@ module sig_selection_by_defect
 contains
 
   !> Selects and solves the training points: writes selection.csv and snapshots.h5 into the folder. Collective on all ranks; the
-  !> selection is the same on each. A signal ends it after a round (outcome%is_stopped).
+  !> selection is the same on each. A signal ends it early (outcome%is_stopped).
   !>
   !> Errors: those of the sampling and of the training of a model of the points so far; selection.csv cannot be written.
   subroutine select_by_defect(full_order, folder, candidates, outcome, selection, error, ierr)

@@ -192,7 +192,7 @@ contains
 
   !> Builds a model that has one part of the given kind. Collective on all ranks.
   !>
-  !> Errors: no training point has a solution; the stiffness could not be factored.
+  !> Errors: no training point has a solution; the stiffness could not be factored; those of the training of this kind.
   subroutine build_condensed(full_order, snapshots, kind, model, reason, error, ierr)
     type(full_order_t), intent(inout) :: full_order
     type(snapshot_set_t), intent(in), target :: snapshots
