@@ -38,7 +38,7 @@ contains
     if (.not. is_plane(mechanical_model(deck%mesh%model))) unit = unit // '2'
   end function area_unit
 
-  !> Returns the unit of stresses, force / length**2, by its name where it has one.
+  !> Returns the unit of stresses, force / length**2, by its name if it has one, such as `MPa`.
   pure function stress_unit(deck) result(unit)
     type(deck_config_t), intent(in) :: deck
     character(:), allocatable :: unit

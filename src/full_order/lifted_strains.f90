@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> What a reduced model lifts beside prescribed displacements: the elastic response to each term of the imposed strains.
+!> Finds the forces and terms that a reduced model lifts beside prescribed displacements: those of the imposed strains.
 !>
-!> With strains sum over s of theta_s(mu) eps_s and a stiffness that depends on the parameters, theta_s times the response of the
-!> bodies as they are in the middle of the box is no more than near the response at mu. It follows the strains, not the moduli, as
-!> thermal expansion does where nothing holds it.
+!> The imposed strains are sum over s of theta_s(mu) eps_s. The lifting has the elastic response to each eps_s, for the stiffness in
+!> the middle of the box. If the stiffness depends on the parameters, theta_s times this response is only near the response at mu.
+!> This is good enough for a lifting: the free expansion of a body does not depend on its modulus.
 module sig_lifted_strains
   use sig_boundary_conditions, only: boundary_conditions_t
   use sig_elastic_body, only: elastic_body_t

@@ -1,6 +1,7 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 #include "signorom/macros.h"
-!> Everything that deck and mesh say together, before any solving: bodies, prescribed displacements, contact pairs.
+!> Builds the full-order problem from deck and mesh, before anything is solved: bodies, prescribed displacements, loads, imposed
+!> strains, contact rows, and the choice of the solver.
 module sig_problem
   use sig_accuracy_warnings, only: material_warnings
   use sig_body_checks, only: check_bodies
@@ -42,52 +43,58 @@ module sig_problem
   public :: problem_t, load_problem, announce_plan, body_at, strains_at, surface_of_side
   public :: inert_pair_names, parameter_names, parameter_units, tags_text
 
+  !> The full-order problem.
   type :: problem_t
     type(deck_config_t) :: deck
     type(mesh_t) :: mesh
-    !> where its stiffness depends on the parameters: of the middle of their box; body_at has that of a point
+    !> bodies with their elastic constants in the middle of the box of the parameters; body_at gives those of a point
     type(elastic_body_t) :: body
+    !> whether no elastic constant depends on the parameters
     logical :: has_fixed_stiffness = .true.
     !> elastic constants, as functions of the parameters
     type(term_set_t) :: material_terms
-    !> where the stiffness depends on the parameters: young_modulus and poisson_ratio of each material among the terms below
+    !> indices in `terms` of young_modulus and poisson_ratio of each material, one after the other; empty if has_fixed_stiffness
     integer, allocatable :: constant_terms(:)
-    !> and the parts of the stiffness that depend on them
+    !> parts of the stiffness that depend on the elastic constants of materials that vary
     type(stiffness_term_t), allocatable :: stiffness_terms(:)
-    !> what temperatures and swelling impose on it
+    !> strains that temperatures and swelling impose
     type(imposed_strains_t) :: strains
-    !> prescribed displacements, loads and forces of imposed strains, and the terms that they are made of
+    !> prescribed displacements, loads and forces of imposed strains
     type(boundary_conditions_t) :: boundary
+    !> all terms: those of prescribed displacements, loads and forces of imposed strains, then of liftings, constants and gaps
     type(term_set_t) :: terms
-    !> those that liftings have columns for: the terms of prescribed displacements, then those of imposed strains
+    !> indices in `terms` of the terms for which a lifting has a column: those of prescribed displacements, then of imposed strains
     integer, allocatable :: lifted_terms(:)
-    !> it can be looked at: all but contact is there, even where load_problem ended with an error
+    !> whether all but the contact rows and what follows from them is there; may be true even after an error of load_problem
     logical :: has_driving = .false.
-    !> rows with a multiplier, and rows whose displacements are all prescribed
+    !> rows with a multiplier, and inert rows, whose displacements are all prescribed
     type(contact_rows_t) :: rows
     type(contact_rows_t) :: inert
-    !> which solver, and why
+    !> which solver is taken, and why
     type(solver_plan_t) :: plan
-    !> the multipliers sit on the second surface of the entry, shape (size(deck%contact))
+    !> whether the multipliers are at the second surface of each contact entry, shape (size(deck%contact))
     logical, allocatable :: is_swapped(:)
     !> sentences about surfaces whose nodes do not match
     type(string_t), allocatable :: contact_notes(:)
     !> sentences about bodies that only contact holds
     type(string_t), allocatable :: notes(:)
-    !> sentences of what makes its answers doubtful
+    !> sentences about materials that make answers inaccurate
     type(string_t), allocatable :: warnings(:)
-    !> [s] wall time of reading the mesh, of loads and pairs
+    !> [s] wall time of reading the mesh, and of the work after it up to the contact rows
     real(rk) :: mesh_seconds = 0
     real(rk) :: pairing_seconds = 0
-    !> of the bodies; free ones are held by contact alone
+    !> rigid motions of the bodies; only contact holds the free ones
     type(rigid_motions_t) :: motions
-    !> hash of the physical part of the deck and of the mesh file: what makes two snapshots comparable
+    !> hash of echo_physics, the mesh file and the fields: snapshots with the same hash belong to the same problem
     character(16) :: provenance = ''
   end type problem_t
 
 contains
 
-  !> Builds the problem of a deck. Collective on comm. Problem and errors are the same on all its ranks.
+  !> Reads the mesh and the fields of a deck and builds its problem, which is the same on all ranks of comm. Collective on comm.
+  !>
+  !> Errors, the same on all ranks: a mesh or field that cannot be used; names that the mesh does not have; values that are not
+  !> finite; surfaces that cannot be in contact; a body that nothing can hold; a solver that cannot solve this problem.
   subroutine load_problem(deck, comm, problem, error, ierr)
     type(deck_config_t), intent(in) :: deck
     MPI_Comm, intent(in) :: comm
@@ -122,7 +129,7 @@ contains
     problem%provenance = hash_of_text(echo_physics(deck) // problem%mesh%file_hash // field_hashes(fields))
   end subroutine load_problem
 
-  !> Hashes of the values of the fields, one after the other; empty without fields.
+  !> Returns the hashes of the values of all fields, one after the other; empty without fields.
   pure function field_hashes(fields) result(text)
     type(nodal_field_t), intent(in) :: fields(:)
     character(:), allocatable :: text
@@ -134,7 +141,8 @@ contains
     end do
   end function field_hashes
 
-  !> Errors: a body that nothing can hold; a solver that cannot do this problem.
+  !> Finds the rigid motions, the notes and the warnings, and chooses the solver. Errors: a body that nothing can hold; a solver
+  !> that cannot solve this problem.
   subroutine plan_solving(problem, error)
     type(problem_t), intent(inout) :: problem
     type(error_t), allocatable, intent(out) :: error
@@ -158,10 +166,11 @@ contains
     end associate
   end subroutine plan_solving
 
-  !> Tells on the terminal what touches what, which solver and why, and which bodies it must hold by contact.
+  !> Writes to the log, by log_info, the contacts and their gaps at the points, the solver and why it is taken, and all notes; by
+  !> log_warning, the warnings. Requires: check_points accepted the points.
   subroutine announce_plan(problem, points)
     type(problem_t), intent(in) :: problem
-    !> to be solved, checked; shape (n_parameters, n_points)
+    !> points that will be solved, shape (n_parameters, n_points)
     real(rk), intent(in) :: points(:, :)
     type(string_t), allocatable :: lines(:)
     integer :: i
@@ -182,7 +191,8 @@ contains
     end do
   end subroutine announce_plan
 
-  !> The zones of interest and the boundaries with exact displacements are there: better known now than after the sampling.
+  !> Checks that the mesh has the zones of interest and the boundaries with exact displacements, because otherwise the error would
+  !> come only after the sampling.
   subroutine check_zones(deck, mesh, error)
     type(deck_config_t), intent(in) :: deck
     type(mesh_t), intent(in) :: mesh
@@ -200,6 +210,7 @@ contains
     end do
   end subroutine check_zones
 
+  !> Makes the bodies with their elastic constants in the middle of the box.
   subroutine create_body(deck, material_of_cell, problem)
     type(deck_config_t), intent(in) :: deck
     integer, intent(in) :: material_of_cell(:)
@@ -213,7 +224,7 @@ contains
     call set_materials(problem%material_terms, deck%parameters%minimum / 2 + deck%parameters%maximum / 2, problem%body)
   end subroutine create_body
 
-  !> The bodies with their elastic constants at a point, which was checked.
+  !> Returns the bodies with their elastic constants at a point. Requires: check_points accepted the point.
   subroutine body_at(problem, point, body)
     type(problem_t), intent(in) :: problem
     !> shape (n_parameters)
@@ -224,7 +235,7 @@ contains
     if (.not. problem%has_fixed_stiffness) call set_materials(problem%material_terms, point, body)
   end subroutine body_at
 
-  !> Imposed strains at a point, which was checked.
+  !> Returns the imposed strains at a point; without imposed strains the field is empty. Requires: check_points accepted the point.
   subroutine strains_at(problem, point, field)
     type(problem_t), intent(in) :: problem
     !> shape (n_parameters)
@@ -238,10 +249,10 @@ contains
     call problem%strains%evaluate(problem%mesh, problem%body, theta(:, 1), field)
   end subroutine strains_at
 
-  !> Prescribed displacements, loads and imposed strains, and all terms.
+  !> Makes prescribed displacements, loads and imposed strains, and all terms but those of gaps.
   subroutine create_driving(deck, fields, problem, error)
     type(deck_config_t), intent(in) :: deck
-    !> of the imposed strains
+    !> fields of the imposed strains
     type(nodal_field_t), intent(in) :: fields(:)
     type(problem_t), intent(inout) :: problem
     type(error_t), allocatable, intent(out) :: error
@@ -267,7 +278,7 @@ contains
     call list_stiffness_terms(.not. has_numbers(deck%materials), problem%stiffness_terms)
   end subroutine create_driving
 
-  !> Contact rows, with the terms of their gaps behind all others.
+  !> Makes the contact rows, and adds the terms of their gaps behind all others. After an error there are no rows.
   subroutine create_contact(deck, problem, error)
     type(deck_config_t), intent(in) :: deck
     type(problem_t), intent(inout) :: problem
@@ -282,7 +293,7 @@ contains
     call separate_inert_rows(all_rows, problem%boundary%is_prescribed, problem%rows, problem%inert)
   end subroutine create_contact
 
-  !> No rows, for a problem whose contacts were refused.
+  !> Makes an empty set of rows, for a problem whose contacts were refused.
   pure subroutine leave_out_rows(n_dim, n_terms, rows)
     integer, intent(in) :: n_dim
     integer, intent(in) :: n_terms
@@ -292,9 +303,11 @@ contains
     call create_contact_rows([integer ::], [integer ::], [integer ::], weights, gap, [real(rk) ::], [integer ::], rows)
   end subroutine leave_out_rows
 
-  !> One of the surfaces of a contact entry: 1 = whose nodes carry the multipliers, the first of the deck unless sides were swapped.
+  !> Returns the name of one surface of a contact entry. Side 1 carries the multipliers: it is the deck's first surface unless the
+  !> sides were swapped.
   pure type(name_config_t) function surface_of_side(problem, i_entry, side) result(name)
     type(problem_t), intent(in) :: problem
+    !> number of the contact entry
     integer, intent(in) :: i_entry
     !> 1 or 2
     integer, intent(in) :: side
@@ -305,7 +318,7 @@ contains
     end associate
   end function surface_of_side
 
-  !> Pairs without a multiplier, `first - second` by the node numbers of the mesh file.
+  !> Returns the names of the inert rows, `3 - 8` or `3 - obstacle`, with the node numbers of the mesh file.
   function inert_pair_names(problem) result(names)
     type(problem_t), intent(in) :: problem
     type(string_t), allocatable :: names(:)
@@ -321,7 +334,7 @@ contains
     end do
   end function inert_pair_names
 
-  !> Numbers with a separator between them.
+  !> Returns numbers as text with a separator between them. Requires: at least one number.
   pure function tags_text(tags, separator) result(text)
     integer, intent(in) :: tags(:)
     character(*), intent(in) :: separator
@@ -334,6 +347,7 @@ contains
     end do
   end function tags_text
 
+  !> Returns the names of the parameters in the deck's order.
   pure function parameter_names(deck) result(names)
     type(deck_config_t), intent(in) :: deck
     type(string_t), allocatable :: names(:)
@@ -345,6 +359,7 @@ contains
     end do
   end function parameter_names
 
+  !> Returns the units of the parameters in the deck's order; a unit may be empty.
   pure function parameter_units(deck) result(units)
     type(deck_config_t), intent(in) :: deck
     type(string_t), allocatable :: units(:)

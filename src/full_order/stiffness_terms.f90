@@ -1,6 +1,7 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> The stiffness as a sum of terms, K = K_0 + sum over q of theta_q K_q: of each material whose elastic constants depend on the
-!> parameters the bulk and the shear part, with the modulus as theta_q. Both are positive semidefinite, and theta_q > 0.
+!> The stiffness as a sum of terms, K = K_0 + sum over q of theta_q K_q. Each material whose elastic constants depend on the
+!> parameters gives two terms, with its bulk and its shear modulus as theta_q > 0. All K_q are positive semidefinite. K_0 belongs to
+!> the other materials.
 module sig_stiffness_terms
   use sig_elastic_body, only: elastic_body_t
   use sig_elasticity, only: hooke_term, n_hooke_terms
@@ -9,18 +10,19 @@ module sig_stiffness_terms
   private
   public :: stiffness_term_t, body_of_term, body_of_rest, list_stiffness_terms
 
+  !> One term q.
   type :: stiffness_term_t
-    !> of the deck
+    !> number of the material in the deck, 1-based
     integer :: material = 1
-    !> of hooke_term
+    !> number of hooke_term: 1 = bulk, 2 = shear
     integer :: i_hooke = 1
   end type stiffness_term_t
 
 contains
 
-  !> Bulk and shear of one material after the other.
+  !> Lists the terms: bulk and shear of the first material that varies, then of the next one, ...
   pure subroutine list_stiffness_terms(is_varying, parts)
-    !> which materials' constants depend on the parameters
+    !> whether the elastic constants of each material depend on the parameters, shape (n_materials)
     logical, intent(in) :: is_varying(:)
     type(stiffness_term_t), allocatable, intent(out) :: parts(:)
     integer :: i, i_hooke, n
@@ -37,10 +39,11 @@ contains
     end do
   end subroutine list_stiffness_terms
 
-  !> The bodies with the law of one term per unit of its modulus: their stiffness is K_q.
+  !> Makes bodies whose stiffness is K_q: the material of the term has hooke_term, all other materials have no stiffness.
   subroutine body_of_term(part, body, own)
     type(stiffness_term_t), intent(in) :: part
     type(elastic_body_t), intent(in) :: body
+    !> a copy of body with other matrices of elasticity
     type(elastic_body_t), intent(out) :: own
     real(rk) :: matrices(size(body%stress_matrix, 1), size(body%stress_matrix, 2), size(body%stress_matrix, 3))
 
@@ -50,10 +53,12 @@ contains
     call own%set_stresses(matrices)
   end subroutine body_of_term
 
-  !> The bodies with what is left of their law without these terms: their stiffness is K_0.
+  !> Makes bodies whose stiffness is K_0: the materials of the terms have no stiffness, all other materials are unchanged.
   subroutine body_of_rest(parts, body, own)
+    !> of list_stiffness_terms
     type(stiffness_term_t), intent(in) :: parts(:)
     type(elastic_body_t), intent(in) :: body
+    !> a copy of body with other matrices of elasticity
     type(elastic_body_t), intent(out) :: own
     real(rk) :: matrices(size(body%stress_matrix, 1), size(body%stress_matrix, 2), size(body%stress_matrix, 3))
     integer :: i
