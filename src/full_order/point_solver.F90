@@ -212,7 +212,7 @@ contains
     type(problem_t), intent(in) :: problem
     !> [length] natural, shape (n_dofs, n_lifted_terms)
     real(rk), allocatable, intent(out) :: response(:, :)
-    !> reason_converged, or why K could not be factored; then there is no response
+    !> reason_converged, or why K could not be factored; then the response is zero or not allocated
     integer, intent(out) :: reason
     PetscErrorCode, intent(out) :: ierr
 
