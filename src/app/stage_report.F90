@@ -7,6 +7,7 @@ module sig_stage_report
   use sig_clock, only: date_and_time_text
   use sig_commit, only: source_commit
   use sig_deck_units, only: force_unit, stress_unit
+  use sig_error_broadcast, only: broadcast_error
   use sig_errors, only: error_t
   use sig_field_output, only: solved_points_t
   use sig_file_system, only: file_exists, read_text_file
@@ -126,19 +127,31 @@ contains
   end subroutine warn_of_residuals
 
   !> Writes report.yaml. What earlier commands on the same deck and mesh reported is kept, except for the keys that this stage makes
-  !> anew, and except during run. Local; only the first rank writes. Errors are printed and set session%exit_code: the file cannot
-  !> be written.
-  subroutine write_report(session, renewed, report)
+  !> anew, and except during run. Collective on all ranks; the first one writes. Errors are printed and set session%exit_code on
+  !> all ranks: the file cannot be written.
+  subroutine write_report(session, renewed, report, ierr)
     type(session_t), intent(inout) :: session
     !> sections (`errors`) and keys of sections (`times/query`) that earlier commands wrote and that are out of date now
     character(*), intent(in) :: renewed(:)
     type(run_report_t), intent(inout) :: report
+    PetscErrorCode, intent(out) :: ierr
     type(error_t), allocatable :: error
+
+    if (session%rank == 0) call write_report_file(session, renewed, report, error)
+    PetscCall(broadcast_error(error, PETSC_COMM_WORLD, ierr))
+    if (allocated(error)) call session%fail(error)
+  end subroutine write_report
+
+  !> Writes report.yaml as write_report says. Local. Errors: the file cannot be written.
+  subroutine write_report_file(session, renewed, report, error)
+    type(session_t), intent(in) :: session
+    character(*), intent(in) :: renewed(:)
+    type(run_report_t), intent(inout) :: report
+    type(error_t), allocatable, intent(out) :: error
     type(string_t) :: left_out(size(renewed))
     character(:), allocatable :: earlier, path
     integer :: i
 
-    if (session%rank /= 0) return
     path = session%folder // '/report.yaml'
     do i = 1, size(renewed)
       left_out(i)%text = trim(renewed(i))
@@ -148,6 +161,5 @@ contains
       if (.not. allocated(error)) call report%complete(earlier, left_out)
     end if
     call report%write(path, error)
-    if (allocated(error)) call session%fail(error)
-  end subroutine write_report
+  end subroutine write_report_file
 end module sig_stage_report

@@ -123,7 +123,7 @@ contains
       call session%fail(error)
       return
     end if
-    call write_report(session, [train_keys, model_keys, error_keys], report)
+    PetscCall(write_report(session, [train_keys, model_keys, error_keys], report, ierr))
     call log_info('trained ' // model_text(model) // ': ' // model_path(session))
     if (any(snapshots%reasons /= reason_converged)) session%exit_code = exit_not_converged
   end subroutine train_stage
@@ -247,7 +247,7 @@ contains
     end if
     PetscCall(broadcast_error(error, PETSC_COMM_WORLD, ierr))
     if (allocated(error)) return
-    call write_report(session, [model_keys, error_keys], report)
+    PetscCall(write_report(session, [model_keys, error_keys], report, ierr))
     call warn_of_errors(outcome)
     call log_info('validated at ' // counted(size(outcome%points, 2), 'point') // ': ' // session%folder // '/validation.csv' // &
       new_line('a') // validation_table(outcome, verdict))
@@ -300,7 +300,7 @@ contains
     end if
     PetscCall(describe_problem(session%full_order%problem, report, ierr))
     call report_fields(session%full_order%problem, points, solved, report)
-    call write_report(session, field_keys, report)
+    PetscCall(write_report(session, field_keys, report, ierr))
     call log_info('fields at ' // counted(size(points, 2), 'point') // ': ' // session%folder // '/fields.xdmf' // &
       accuracy_text(session%deck, pack(solved%states%residuals, solved%states%reason == reason_converged)))
     if (any(solved%states%reason /= reason_converged)) session%exit_code = exit_not_converged

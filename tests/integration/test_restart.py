@@ -370,6 +370,21 @@ def test_results_removed_meanwhile(signorom, many_points, number):
     )
 
 
+@pytest.mark.parametrize("command", ["run", "train", "validate", "solve"])
+def test_report_that_cannot_be_written_ends_all_ranks(signorom, tmp_path, command):
+    """One rank writes report.yaml; the others must hear of its error and not go on."""
+    deck = write_deck("small_disks", tmp_path)
+    signorom("run", deck.name, folder=tmp_path)
+    report = tmp_path / "results" / "small_disks" / "report.yaml"
+    report.unlink()
+    report.mkdir()
+    done = signorom.run(command, deck.name, folder=tmp_path, n_ranks=3)
+    assert done.returncode == 2, done.stderr
+    assert done.stderr.count("report.yaml: error: cannot write the file") == 1
+    assert "PETSC ERROR" not in done.stderr
+    assert "MPI_ABORT" not in done.stderr
+
+
 @pytest.mark.skipif(mpi_needs_large_files(), reason="this MPI cannot start with small files")
 def test_full_disk(signorom, many_points):
     """A shard that may not grow any more stands for it: a sentence, no crash; the finished points stay."""
