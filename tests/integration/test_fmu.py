@@ -241,7 +241,7 @@ def test_unit_carries_its_libraries(unit, model, tmp_path):
         (["model.h5", "--nodes", "3,x"], "--nodes is '3,x'; it needs whole numbers with commas"),
         (["model.h5", "--nodes", "99999"], "the mesh of the model has no node 99999"),
         (["missing.h5"], "missing.h5: error: "),
-        (["model.h5", "--output", "no/such/folder.fmu"], "the unit cannot be written"),
+        (["model.h5", "--output", "no/such/folder.fmu"], "the FMU cannot be written"),
     ],
 )
 def test_mistakes_are_named(model_file, library, arguments, sentence):

@@ -2,8 +2,10 @@
 """Pictures by VTK: drawn without a screen, in the colors of their fields; and a script for ParaView."""
 
 import ast
+import shutil
 from pathlib import Path
 
+import h5py
 import matplotlib as mpl
 import matplotlib.image
 import numpy as np
@@ -51,6 +53,18 @@ def test_script_for_paraview(view: Path, pristine: tuple[Path, object]) -> None:
     ast.parse(text)
     assert str(pristine[0] / "fields.xdmf") in text
     assert "TIME = " in text
+
+
+def test_file_without_points(
+    pristine: tuple[Path, object], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A sentence and the exit code of a user's error."""
+    shutil.copytree(pristine[0], tmp_path / "empty")
+    with h5py.File(tmp_path / "empty" / "fields.h5", "a") as file:
+        for name in list(file["points"]):
+            del file["points"][name]
+    assert main(["view", str(tmp_path / "empty")]) == 2
+    assert "fields.h5: error: there is no parameter point" in capsys.readouterr().err
 
 
 def test_wrong_point(

@@ -4,7 +4,7 @@
 import argparse
 from pathlib import Path
 
-from signorom_post.answer import ModelError
+from signorom_post.answer import ModelError, NoAnswerError
 from signorom_post.errors import InputError, writing
 from signorom_post.fmu import identifier, write_fmu
 from signorom_post.library import LibraryError
@@ -28,7 +28,7 @@ def run(options: argparse.Namespace) -> int:
     """Writes the FMU and prints its path. Returns 0.
 
     InputError if the model or the online library cannot be used, if --nodes is not valid, if a library that the FMU
-    needs is missing, or if the FMU cannot be written. NoAnswerError as in `write_fmu`.
+    needs is missing, if the model has no answer where the FMU starts, or if the FMU cannot be written.
     """
     tags = tags_of(options.nodes)
     try:
@@ -39,8 +39,14 @@ def run(options: argparse.Namespace) -> int:
         raise InputError("signorom-post fmu", str(error)) from error
     with model:
         output = options.output or options.model.with_name(f"{identifier(model.title)}.fmu")
-        with writing("the unit", output):
-            write_fmu(model, options.model, output, tags)
+        try:
+            with writing("the FMU", output):
+                write_fmu(model, options.model, output, tags)
+        except NoAnswerError as error:
+            raise InputError(
+                options.model,
+                f"the model has no answer in the middle of its box, where the FMU starts: {error}",
+            ) from error
     options.log.result(output)
     return 0
 

@@ -4,8 +4,8 @@
 import argparse
 from pathlib import Path
 
-from signorom_post.errors import writing
-from signorom_post.figures import choose_point
+from signorom_post.errors import InputError, writing
+from signorom_post.figures import NotDrawableError, choose_point
 from signorom_post.results import Results
 from signorom_post.view import PICTURES, write_view
 
@@ -21,10 +21,13 @@ def run(options: argparse.Namespace) -> int:
     """Draws the pictures of one point, writes the script, and prints the path of each file. Returns 0.
 
     InputError if fields.h5 or VTK is missing, if the point is unknown or has no displacement, or if a file cannot be
-    written. NotDrawableError if fields.h5 has no points.
+    written.
     """
     fields = Results(options.results).fields
-    point = choose_point(fields, options.point)
+    try:
+        point = choose_point(fields, options.point)
+    except NotDrawableError as error:
+        raise InputError(fields.path, "there is no parameter point") from error
     output = options.output or options.results / "view"
     with writing("pictures", output):
         output.mkdir(parents=True, exist_ok=True)

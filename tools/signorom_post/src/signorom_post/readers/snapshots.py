@@ -26,7 +26,7 @@ class SnapshotSet:
     iterations: IntArray
     #: > 0 converged, < 0 failed; shape (m)
     reasons: IntArray
-    #: errors of equilibrium, penetration, negative contact force, complementarity; shape (m, 4)
+    #: errors of equilibrium, penetration, negative contact force, complementarity, balance of forces; shape (m, 5)
     residuals: FloatArray
     #: wall time of each solution [s], shape (m)
     seconds: FloatArray
