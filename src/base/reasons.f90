@@ -30,6 +30,8 @@ module sig_reasons
   integer, parameter, public :: reason_blind = -16
   !> the reduced stiffness is singular with the elastic constants of the point
   integer, parameter, public :: reason_singular = -17
+  !> Young's modulus is not positive there, or Poisson's ratio is not between -1 and 0.5
+  integer, parameter, public :: reason_no_material = -18
 
   ! reasons of a dense complementarity problem
   !> an entry of the matrix or of q is not finite
@@ -92,6 +94,8 @@ contains
       text = 'no contact closes in the reduced integration domain, but the loads or gaps close contacts elsewhere'
     case (reason_singular)
       text = 'the reduced stiffness is singular with the elastic constants of this point'
+    case (reason_no_material)
+      text = 'Young''s modulus is not positive at this point, or Poisson''s ratio is not between -1 and 0.5'
     case default
       call put_lcp_reason(reason, text)
     end select

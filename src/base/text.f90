@@ -188,6 +188,8 @@ contains
       text = 'inf'
     else if (value >= 0) then
       write (buffer, '(es14.6)') value
+      ! an exponent of three digits leaves no room for its E
+      if (index(buffer, 'E') == 0) write (buffer, '(es15.6e3)') value
       text = trim(adjustl(buffer))
     else
       text = 'nan'

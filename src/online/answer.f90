@@ -202,13 +202,14 @@ contains
     comparable_size = max(size_of_forces, smallest_share * largest_size)
   end function comparable_size
 
-  !> Returns a bound as text for tables: the number, or `none` if there is no bound (no_bound).
+  !> Returns a bound as text for tables: the number, `inf` if the error can be of any size, `none` if there is no bound (no_bound).
   pure function bound_text(bound) result(text)
     real(rk), intent(in) :: bound
     character(:), allocatable :: text
 
     text = 'none'
     if (bound >= 0) text = csv_number(bound)
+    if (bound >= huge(bound)) text = 'inf'
   end function bound_text
 
   !> Returns the name of a method for reports and tables: `condensed`, or the name that sig_lcp gives it.

@@ -32,6 +32,7 @@ module sig_hhr_stiffness
     real(rk), allocatable :: lifting_parts(:, :)
   contains
     procedure :: is_there
+    procedure :: has_material
     procedure :: moduli_at
     procedure :: complete
     procedure :: mismatch
@@ -48,6 +49,19 @@ contains
     is_there = .false.
     if (allocated(self%kinds)) is_there = size(self%kinds) > 0
   end function is_there
+
+  !> Whether the elastic constants are possible at a point: Young's moduli above 0, Poisson's ratios between -1 and 0.5.
+  pure logical function has_material(self, theta)
+    class(hhr_stiffness_t), intent(in) :: self
+    !> shape (n_terms)
+    real(rk), intent(in) :: theta(:)
+    integer :: i
+
+    has_material = .true.
+    do i = 1, size(self%kinds)
+      has_material = has_material .and. theta(self%young_terms(i)) > 0 .and. abs(theta(self%poisson_terms(i)) + 0.25_rk) < 0.75_rk
+    end do
+  end function has_material
 
   !> Computes the moduli [force/length**2] from the values of the model's terms.
   pure subroutine moduli_at(self, theta, moduli)

@@ -58,6 +58,7 @@ module sig_interpolated_data
     procedure :: mismatch
     procedure :: evaluate
     procedure :: field
+    procedure :: has_material
     procedure :: has_bound
     procedure :: bound
     procedure :: displacement_of
@@ -133,6 +134,29 @@ contains
     has_modes = .false.
     if (allocated(self%modes)) has_modes = size(self%modes) > 0
   end function has_modes
+
+  !> Whether the elastic constants of all bodies are possible at a point: moduli and their ratios above 0, Poisson's ratios between
+  !> -1 and 0.5.
+  pure logical function has_material(self, theta)
+    class(interpolated_data_t), intent(in) :: self
+    !> shape (n_terms)
+    real(rk), intent(in) :: theta(:)
+    integer :: i, k
+
+    has_material = .true.
+    do i = 1, size(self%bodies)
+      associate (body => self%bodies(i))
+        has_material = has_material .and. body%modulus_ratio(theta) > 0
+        do k = 1, size(body%numerators)
+          if (body%denominators(k) > 0) then
+            has_material = has_material .and. theta(body%numerators(k)) / theta(body%denominators(k)) > 0
+          else
+            has_material = has_material .and. abs(theta(body%numerators(k)) + 0.25_rk) < 0.75_rk
+          end if
+        end do
+      end associate
+    end do
+  end function has_material
 
   !> Computes W and q at a point, where openings of the anchors are unknowns.
   subroutine evaluate(self, theta, compliance, opening)

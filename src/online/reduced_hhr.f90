@@ -20,7 +20,7 @@ module sig_reduced_hhr
   use sig_lcp, only: find_other_solution, lcp_solution_t, solve_lcp
   use sig_linear_algebra, only: multiply
   use sig_multiplier_fit, only: multiplier_fit_t
-  use sig_reasons, only: reason_blind, reason_singular
+  use sig_reasons, only: reason_blind, reason_no_material, reason_singular
   use sig_reduced, only: model_sizes_t, neighbors_t, reduced_t, room_t
   use sig_text, only: string_t
   implicit none(type, external)
@@ -141,6 +141,8 @@ contains
     type(hhr_room_t), target, intent(inout) :: room
     type(answer_t), intent(inout) :: answer
 
+    answer%reason = reason_no_material
+    if (.not. self%data%varying%has_material(theta)) return
     call room%system%assemble(self%data, theta, room%response, room%is_singular)
     answer%reason = reason_singular
     if (.not. room%is_singular) call solve_from_sets(self, room%system, theta, near, judge, room, answer)

@@ -19,7 +19,7 @@ module sig_reduced_interpolated
   use sig_kinds, only: rk
   use sig_lcp, only: lcp_solution_t, lcp_workspace_t, solve_lcp
   use sig_linear_algebra, only: multiply
-  use sig_reasons, only: reason_pulled_off, reason_ray
+  use sig_reasons, only: reason_no_material, reason_pulled_off, reason_ray
   use sig_reduced, only: neighbors_t, reduced_t, room_t
   use sig_reduced_exact, only: displacement_text, not_unique, take_forces
   use sig_shape_checks, only: place_in_ascending
@@ -118,6 +118,8 @@ contains
 
     select type (room)
     type is (interpolated_room_t)
+      answer%reason = reason_no_material
+      if (.not. self%has_material(theta)) return
       call self%evaluate(theta, room%compliance, room%free_opening)
       room%start = .true.
       room%start(self%anchors) = .false.

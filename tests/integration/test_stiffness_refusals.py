@@ -38,3 +38,26 @@ def test_hole_between_the_points_is_found(signorom, tmp_path, method, n_ranks):
         words = refuse(signorom, command, deck.name, folder=tmp_path, n_ranks=n_ranks)
         assert "patch.yaml:6:51: error: materials.block.young_modulus is 'push > 0.03" in words
         assert "which is -5.0 N/m^2 at push = " in words
+
+
+@pytest.mark.parametrize("method", ["condensed", "hhr", "hhr, max_full_order_size: 0"])
+@pytest.mark.parametrize(
+    ("constant", "push"),
+    [
+        ({"young_modulus: 2.0e6": "young_modulus: 2e7 * push"}, "-0.01"),
+        ({"poisson_ratio: 0": "poisson_ratio: 4 * push"}, "0.126"),
+        ({"poisson_ratio: 0": "poisson_ratio: 4 * push"}, "-0.26"),
+    ],
+)
+def test_no_answer_for_a_material_that_cannot_be(signorom, tmp_path, method, constant, push):
+    """Outside of the box, where extrapolation would have an answer."""
+    deck = write_deck("patch", tmp_path, **constant, **{"method: hhr": f"method: {method}"})
+    for command in ("sample", "train"):
+        signorom(command, deck.name, folder=tmp_path)
+    model = tmp_path / "results" / "patch" / "model.h5"
+    done = signorom.run("predict", model, "--at", f"push={push}", folder=tmp_path)
+    assert done.returncode == 3
+    reason = "Young's modulus is not positive at this point, or Poisson's ratio is not between -1 and 0.5"
+    assert reason in done.stdout
+    inside = signorom("predict", model, "--at", "push=0.09", folder=tmp_path)
+    assert ",answered," in inside
