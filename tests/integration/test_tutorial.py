@@ -16,7 +16,10 @@ BLOCK = re.compile(r"(?ms)^```(\w+)\n(.*?)^```$")
 SOON = 300
 
 
-pytestmark = pytest.mark.skipif(shutil.which("gmsh") is None, reason="gmsh is not installed")
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(shutil.which("gmsh") is None, reason="gmsh is not installed"),
+]
 
 
 @pytest.fixture(scope="module")
