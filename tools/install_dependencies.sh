@@ -101,8 +101,9 @@ check_blas() {
   done
 }
 
+# Python compiles a module when it is first imported; most of the packages' modules never are.
 pip_install() {
-  PIP_DISABLE_PIP_VERSION_CHECK=1 build/venv/bin/python -m pip install --quiet "$@" ||
+  PIP_DISABLE_PIP_VERSION_CHECK=1 build/venv/bin/python -m pip install --quiet --no-compile "$@" ||
     fail "pip could not install the Python packages; is a package index reachable?"
 }
 

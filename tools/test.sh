@@ -26,7 +26,8 @@ cmake --preset ci >build/cmake.log 2>&1 || { cat build/cmake.log >&2; fail "CMak
 cmake --build --preset ci
 step "4/4 tests"
 status=0
-ctest --preset ci --parallel "$n_cores" --no-tests=error ${test_options[@]+"${test_options[@]}"} </dev/null || status=$?
+# one more than cores: many tests wait, for instance a second for mpirun after an error
+ctest --preset ci --parallel $((n_cores + 1)) --no-tests=error ${test_options[@]+"${test_options[@]}"} </dev/null || status=$?
 printf '\n(%d:%02d in all)\n' $((SECONDS / 60)) $((SECONDS % 60))
 if [ $is_clean = 0 ]; then
   echo "lint failed: see step 2 above, or run tools/lint.sh" >&2

@@ -41,8 +41,10 @@ def largest_errors(signorom, deck, n_ranks=1):
     ],
     ids=["modulus", "ratios", "hanging"],
 )
-def test_model_is_the_full_order(signorom, tmp_path, figures, name, changes, allowed):
+def test_model_is_the_full_order(signorom, tmp_path, figures, name, changes, allowed, pytestconfig):
     """All defaults: forces at points with constants that no factorization of the model had."""
+    if changes is RATIOS and not pytestconfig.getoption("--all-points"):
+        pytest.skip("test_training_points_that_say_little has these constants; --all-points runs it")
     deck = write_study(name, tmp_path, changes)
     forces, _ = largest_errors(signorom, deck)
     figures.at_most(
@@ -132,8 +134,10 @@ def validate_modes(signorom, folder, name, n_ranks):
 
 
 @pytest.mark.parametrize("name", MODES)
-def test_displacements_by_modes(signorom, tmp_path, figures, name):
+def test_displacements_by_modes(signorom, tmp_path, figures, name, pytestconfig):
     """Bounds of the energy of what is missing; without prescribed displacements |u_r| is below |u|."""
+    if name == "core_and_rim" and not pytestconfig.getoption("--all-points"):
+        pytest.skip("half a minute; --all-points runs it")
     table = validate_modes(signorom, tmp_path, name, 1)
     effectivity = table["displacement_bound"] / table["e_u_energy_relative"]
     assert (table["e_u_energy_relative"] > 1e-10).all()

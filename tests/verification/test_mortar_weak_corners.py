@@ -193,7 +193,7 @@ def test_solvers_agree_where_parts_touch(signorom, tmp_path, figures, first, is_
         folder = tmp_path / name
         folder.mkdir()
         stamp(folder / "stamp.msh", ("H20", "T10"), unit)
-        draw_points(folder, 4, unit)
+        draw_points(folder, 3, unit)
         rest = f"solver: {{{solver}}}\ntraining: {{file: points.csv}}"
         found[name] = sampled(signorom, stamp_deck(folder, first, rest, unit, is_driven), n_ranks)
     n_closed = (found["active_set"] > 0).sum(axis=1)
@@ -228,7 +228,7 @@ def test_forces_balance(signorom, tmp_path, figures, first):
 def test_reduced_models(signorom, tmp_path, figures, first):
     """The default model is exact; hyper-reduction has a hat per row, and its bound without W holds."""
     stamp(tmp_path / "stamp.msh", ("H20", "T10"))
-    draw_points(tmp_path, 30)
+    draw_points(tmp_path, 12)
     expected = sampled(
         signorom, stamp_deck(tmp_path, first, "solver: {type: active_set}\ntraining: {file: points.csv}")
     )

@@ -109,7 +109,7 @@ MODULUS = {
 }
 
 
-def write_pellet(folder, reduction, more="training: {sobol: 40}\ntest: {sobol: 12, seed: 3}\n"):
+def write_pellet(folder, reduction, more="training: {sobol: 30}\ntest: {sobol: 12, seed: 3}\n"):
     """Case b with the modulus of the cladding and the ratio of the pellet as parameters."""
     deck = write_input("pellet_cladding", folder, MODULUS)
     text = re.sub(
@@ -136,7 +136,7 @@ def test_pellet_and_cladding(signorom, tmp_path):
 def test_bound_of_reduced_forces(signorom, tmp_path, figures):
     """In the norm of W, which a model with the constants of the point has, as test_interpolated_stiffness.py does."""
     (tmp_path / "varying").mkdir()
-    limit = "certificate: {max_error: 1.0e6}\ntraining: {sobol: 40}\n"
+    limit = "certificate: {max_error: 1.0e6}\ntraining: {sobol: 25}\n"
     deck = write_pellet(tmp_path / "varying", "", limit)
     signorom("sample", deck, folder=deck.parent)
     signorom("train", deck, folder=deck.parent)
