@@ -85,8 +85,8 @@ contains
     call report%add('version/build', build_type)
   end subroutine describe_run
 
-  !> Adds times, states, resultants of contacts and reaction forces of the full-order solutions, and warns of points that did not
-  !> converge. Local.
+  !> Adds times, contact resultants, reaction forces and the state of each point (status, iterations, closed contacts, residuals) of
+  !> the full-order solutions. Warns of points that did not converge and of large residuals. Local.
   subroutine report_fields(problem, points, solved, report)
     type(problem_t), intent(in) :: problem
     !> shape (n_parameters, n_points)

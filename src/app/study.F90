@@ -140,7 +140,7 @@ contains
     if (allocated(error)) return
     call complete_model(model)
     reason = why_no_fields(model)
-    if (reason /= '') call log_warning('the deck asks for fields, but predict --fields will not answer: ' // reason)
+    if (reason /= '') call log_warning('the deck has reduction.fields: true, but predict --fields will not answer: ' // reason)
   end subroutine keep_fields
 
   !> Reads the snapshots of the deck's training points and distributes their dofs over the ranks. The file may hold more points.

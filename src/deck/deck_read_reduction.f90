@@ -173,9 +173,10 @@ contains
         displacement%type = tree%nodes(i_node)%text
       else if (tree%nodes(i_node)%kind == kind_scalar) then
         call tree%report(i_node, 'is ' // shown(tree%nodes(i_node)%text) // &
-          '; it must be auto, none or {boundaries: [...]}')
+          '; it must be auto, none or {boundaries: [names], elsewhere: none or modes}')
       else
-        call tree%report(i_node, 'is ' // tree%kind_name(i_node) // '; it must be auto, none or {boundaries: [...]}')
+        call tree%report(i_node, 'is ' // tree%kind_name(i_node) // &
+          '; it must be auto, none or {boundaries: [names], elsewhere: none or modes}')
       end if
       return
     end if

@@ -78,8 +78,9 @@ contains
     call keep(handle%message, 'the number of points is negative, or the points or the arrays are a null pointer')
   end subroutine refuse_points
 
-  !> Sets pointers to the caller's arrays. If the arrays do not fit together or a node is out of range, is_fine is false and the
-  !> message of the context says why.
+  !> Sets pointers to the caller's arrays. is_fine is false, and the message of the context says why, if the size of the structure
+  !> is not set, if only some of areas, forces and moments are given or multipliers are missing beside them, or if the nodes are
+  !> missing or out of range.
   subroutine set_targets(handle, n, given, targets, is_fine)
     type(context_handle_t), intent(inout) :: handle
     integer(c_int), intent(in) :: n

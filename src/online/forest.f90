@@ -126,7 +126,7 @@ contains
     call file%read(group // '/shares', self%shares, error)
     if (allocated(error)) return
     if (.not. is_sound(self)) call make_error(error, 'the random forest in the file is damaged: its trees are inconsistent', &
-      path, hint='train it again')
+      path, hint='make this file again: signorom-post forest for a forest, signorom train for a model')
   end subroutine read_arrays
 
   !> Whether the arrays fit together, are finite and form trees.

@@ -53,8 +53,8 @@ contains
     field_size = sqrt(field_size)
   end subroutine solve_modes
 
-  !> Computes the closing B u_r of all contacts without rigid motion, and a factor b with K <= b K(mu_0) for all bodies. Requires:
-  !> modes.
+  !> Computes B u_r, by which all contacts close, and a factor b with K <= b K(mu_0) for all bodies. u_r is the displacement by
+  !> modes; the rigid motions of bodies that only contact holds are left out. Requires: modes.
   subroutine close_by_modes(data, theta, coordinates, closing, stiffest)
     class(interpolated_data_t), intent(in) :: data
     real(rk), contiguous, intent(in) :: theta(:)

@@ -147,7 +147,12 @@ def test_training_says_that_a_tied_model_has_no_fields(signorom, tmp_path):
     done = signorom.run("train", deck.name, folder=tmp_path, n_ranks=2)
     assert done.returncode == 0
     reason = "the model has displacements at some nodes only, and fields need those of all"
-    assert done.stderr.count(f"the deck asks for fields, but predict --fields will not answer: {reason}") == 1
+    assert (
+        done.stderr.count(
+            f"the deck has reduction.fields: true, but predict --fields will not answer: {reason}"
+        )
+        == 1
+    )
     results = tmp_path / "results" / "strip"
     words = refuse(
         signorom, "predict", "model.h5", "--at", "press=1.3e-3,tilt=0.011", "--fields", folder=results

@@ -301,6 +301,7 @@ contains
     call log_info(counted(data%n_factorizations, 'factorization') // '; largest error of the contact forces at the training ' // &
       'points: ' // short_number(data%measured_error))
     if (.not. data%has_bound()) call log_info('there is no bound of the error of answers; the error at the training ' // &
-      'points is an estimate. A bound needs bodies with one constant each that varies little')
+      'points is an estimate. For a bound, at most one constant of each body may vary, and not too much: a ratio of ' // &
+      'moduli, or Poisson''s ratio if the body has one material. A common factor of all moduli is free')
   end subroutine log_nodes
 end module sig_interpolated_training

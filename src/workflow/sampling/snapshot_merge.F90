@@ -53,8 +53,8 @@ contains
     path = folder // '/' // snapshot_store // '.h5'
   end function snapshots_path
 
-  !> Returns the store of a folder with a name. Use it instead of store_t(...) if a text is a component: gfortran 12 loses such a
-  !> text.
+  !> Returns the store of a folder with a name. Use it instead of store_t(...): gfortran 12 loses a text there if the argument is
+  !> itself a component, such as session%folder.
   pure function store_in(folder, name) result(store)
     character(*), intent(in) :: folder
     character(*), intent(in) :: name
