@@ -13,8 +13,8 @@ module sig_deck_check_contact
 
 contains
 
-  !> Checks one entry of the section contact, and whether an entry before it has the same surfaces. Names and places in the mesh are
-  !> checked when the mesh is read.
+  !> Checks one entry of the section contact, and that no entry before it has the same two surfaces, in either order. Names and
+  !> places in the mesh are checked when the mesh is read.
   subroutine check_contact(tree, config, i_contact)
     !> gets the errors
     type(deck_tree_t), intent(inout) :: tree

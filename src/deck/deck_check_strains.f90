@@ -13,8 +13,8 @@ module sig_deck_check_strains
 
 contains
 
-  !> Checks the expressions of one entry of the section imposed_strains: they are finite in the box of the parameters, and sums of
-  !> products.
+  !> Checks the expressions of one entry of the section imposed_strains. They must be finite, as check_field describes. Values and
+  !> components of strains must also be sums of products, as check_products describes.
   subroutine check_imposed_strain(tree, config, i_strain)
     !> gets the errors
     type(deck_tree_t), intent(inout) :: tree
@@ -43,13 +43,14 @@ contains
   end subroutine check_imposed_strain
 
   !> Checks that a value over a region is a sum of products of a function of the parameters and a function of the place. Otherwise
-  !> each integration point would need a term of its own. Adds an error that names the first factor that depends on both.
+  !> each integration point would need a term of its own. Adds an error that names the first factor that depends on both parameters
+  !> and place.
   subroutine check_products(tree, path, value, noun)
     type(deck_tree_t), intent(inout) :: tree
     !> key path of the value
     character(*), intent(in) :: path
     type(value_config_t), intent(in) :: value
-    !> name of the value for messages
+    !> name of the value for messages, such as `a body force`
     character(*), intent(in) :: noun
     type(product_t), allocatable :: products(:)
     character(:), allocatable :: factor

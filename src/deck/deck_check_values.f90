@@ -15,8 +15,9 @@ module sig_deck_check_values
 
 contains
 
-  !> Checks that an expression is finite at the middle and at the corners of the box of the parameters. An expression with
-  !> coordinates is not checked here, but later on the mesh. Nothing is checked if a parameter has no valid range.
+  !> Checks that an expression is finite at the middle and at the corners of the box of the parameters, and adds an error for the
+  !> first of these points where it is not. An expression with coordinates is not checked here, but later on the mesh. Nothing is
+  !> checked if a parameter has no valid range.
   subroutine check_field(tree, path, parameters, value)
     !> gets the error
     type(deck_tree_t), intent(inout) :: tree
@@ -36,8 +37,8 @@ contains
       parameters%maximum < huge(1.0_rk))
   end function has_box
 
-  !> Checks that a number lies between two bounds, or that an expression is finite and does so at the middle and at the corners of
-  !> the box of the parameters. An expression is not checked if a parameter has no valid range.
+  !> Checks that a number lies between two bounds. An expression must be finite and lie between them at the middle and at the
+  !> corners of the box of the parameters; it is not checked if a parameter has no valid range.
   subroutine check_range(tree, path, parameters, value, above, below, unit)
     !> gets the error
     type(deck_tree_t), intent(inout) :: tree

@@ -16,7 +16,7 @@ module sig_deck_config
   !> largest number of parameters for which sobol.f90 has direction numbers
   integer, parameter, public :: max_sobol_parameters = 10
 
-  !> A name that has to exist in the mesh, with its place in the deck for messages.
+  !> A name that has to exist in the mesh, or in the file of a field. Its line and column in the deck are for messages.
   type :: name_config_t
     character(:), allocatable :: text
     integer :: line = 0
@@ -279,9 +279,9 @@ module sig_deck_config
 
   !> Local reduced models, each for a part of the training points.
   type :: clusters_config_t
-    !> number of clusters, default 1: one model of all points; 0 = `auto` in the deck: chosen by the silhouette, up to max_number
+    !> number of clusters, default 1: one model of all points; 0 = `auto` in the deck: chosen by the target or else the silhouette
     integer :: number = 1
-    !> largest number of clusters for `auto`, default 8
+    !> largest number of clusters for `auto` and for refine, default 8
     integer :: max_number = 8
     !> regular (default): clusters of the cells of training.grid; irregular: clusters of the training points themselves
     character(:), allocatable :: method

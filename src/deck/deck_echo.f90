@@ -60,8 +60,9 @@ contains
     text = text // body_sections(config)
   end function echo_physics
 
-  !> Returns the first line of the sections clusters, reduction and certificate that differs in another deck with all defaults;
-  !> empty if none does. A key that the other deck does not have belongs to a later version and does not count as different.
+  !> Returns this deck's first line of the sections clusters, reduction and certificate that is different in another deck with all
+  !> defaults, without the blanks around it; empty if none is. A key that the other deck does not have belongs to a later version
+  !> and does not count as different.
   pure function differing_setting(config, other_deck) result(setting)
     type(deck_config_t), intent(in) :: config
     !> text from echo_deck of this version or of an older one

@@ -9,10 +9,9 @@ module sig_deck_echo_words
 
 contains
 
-  !> Returns a number as text, or the word that stands for it.
+  !> Returns the number `count` as text, or `word` if `count` is `special`.
   pure function count_or_word(count, special, word) result(yaml)
     integer, intent(in) :: count
-    !> the number for which the word stands
     integer, intent(in) :: special
     character(*), intent(in) :: word
     character(:), allocatable :: yaml
@@ -30,7 +29,8 @@ contains
     if (tolerance > 0) yaml = to_text(tolerance)
   end function tolerance_or_none
 
-  !> Returns a text for YAML: unchanged if every YAML reader reads it back as the same text, also inside { }; else in double quotes.
+  !> Returns a text for YAML: unchanged if every YAML reader reads it back as the same text, also inside { }; otherwise in double
+  !> quotes, with a backslash before each quote and backslash in it. Requires: the text has no line end.
   pure function yaml_text(text) result(yaml)
     character(*), intent(in) :: text
     character(:), allocatable :: yaml

@@ -17,8 +17,8 @@ module sig_deck_option_safety
 
 contains
 
-  !> Returns a complaint about the first option that may write a file or run code, or about a quotation mark, tab or line end. The
-  !> text is empty if there is none. It begins with the option.
+  !> Returns a complaint about the first option that may write a file or run code, beginning with the option, or about a quotation
+  !> mark, tab or line end anywhere in the text. It is empty if there is nothing to complain about.
   pure function complaint_about_writing(options) result(complaint)
     !> options of the deck: names with their values, between blanks
     character(*), intent(in) :: options

@@ -19,12 +19,13 @@ module sig_deck_read_clusters
 
 contains
 
-  !> Reads the section clusters. Without it, or for keys that are missing, the defaults remain.
+  !> Reads the section clusters. Without it, or for keys that are missing, sets or keeps the defaults; but a section without
+  !> `number` is an error.
   subroutine read_clusters(tree, parameters, clusters)
     !> gets the errors
     type(deck_tree_t), intent(inout) :: tree
     type(parameter_config_t), intent(in) :: parameters(:)
-    !> with the defaults of its type
+    !> on entry with the defaults of its type
     type(clusters_config_t), intent(inout) :: clusters
     integer :: i_clusters
 

@@ -17,7 +17,8 @@ module sig_deck_read_contact
 
 contains
 
-  !> Reads the section contact, which needs at least one entry. Faulty values have harmless values in their place.
+  !> Reads the section contact, one element of `contact` per entry. Errors: no entry (`contact` is then empty), an unknown key, a
+  !> value that is missing or faulty (a harmless value stands in its place).
   subroutine read_contact(tree, contact)
     !> gets the errors
     type(deck_tree_t), intent(inout) :: tree
@@ -159,7 +160,7 @@ contains
     end do
   end subroutine read_place
 
-  !> Reads an expression of the parameters; a harmless number replaces a faulty one.
+  !> Reads an expression of the parameters; the number 1 replaces a faulty one.
   subroutine read_value(tree, i_node, value)
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_node

@@ -16,7 +16,8 @@ module sig_deck_read_loads
 
 contains
 
-  !> Reads the section loads. Without the section there are no loads. Faulty values have harmless values in their place.
+  !> Reads the section loads, one element of `loads` per entry; none without the section. Errors: an unknown key, a value that is
+  !> missing or faulty (a harmless value stands in its place).
   subroutine read_loads(tree, model, loads)
     !> gets the errors
     type(deck_tree_t), intent(inout) :: tree

@@ -84,7 +84,8 @@ contains
       'training.greedy does not say when to stop; it must have tolerance, max_points or both')
   end subroutine read_greedy
 
-  !> Reads the required key `candidates` of a mapping: a set of points without groups.
+  !> Reads the required key `candidates` of a mapping: a set of points without groups. Errors: the key is missing (the candidates
+  !> are unchanged), no kind of point set or several, a seed for a kind without one, faulty values.
   subroutine read_candidates(tree, i_parent, path, parameters, candidates)
     !> gets the errors
     type(deck_tree_t), intent(inout) :: tree

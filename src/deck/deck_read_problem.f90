@@ -26,10 +26,10 @@ module sig_deck_read_problem
 
 contains
 
-  !> Reads these sections into the configuration; a harmless value replaces a faulty one. Stops after the parameters if there are
-  !> none.
+  !> Reads units, mesh, parameters, materials, boundary_conditions, loads, imposed_strains and contact into the configuration. A
+  !> harmless value replaces a faulty one. Returns after the parameters if there are none, which is an error.
   subroutine read_problem(tree, config)
-    !> gets the errors, and the names that expressions may use
+    !> gets the errors, and the names of parameters and coordinates that expressions may use
     type(deck_tree_t), intent(inout) :: tree
     type(deck_config_t), intent(inout) :: config
     integer :: i
@@ -140,7 +140,7 @@ contains
     end do
   end subroutine offer_names
 
-  !> Returns the entries of a required mapping whose keys are names of the user; there must be at least one.
+  !> Returns the nodes of the entries of a required mapping, whose keys are names of the user. Errors: no mapping, or an empty one.
   subroutine get_entries(tree, key, nodes)
     type(deck_tree_t), intent(inout) :: tree
     character(*), intent(in) :: key

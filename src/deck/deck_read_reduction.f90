@@ -24,12 +24,12 @@ module sig_deck_read_reduction
 
 contains
 
-  !> Reads both sections. Without them, or for keys that are missing, the defaults remain.
+  !> Reads the sections reduction and certificate. For sections and keys that are missing, sets or keeps the defaults.
   subroutine read_reduction(tree, model, reduction)
     !> gets the errors
     type(deck_tree_t), intent(inout) :: tree
     type(mechanical_model_t), intent(in) :: model
-    !> with the defaults of its type
+    !> on entry with the defaults of its type
     type(reduction_config_t), intent(inout) :: reduction
     character(:), allocatable :: switch
     integer :: i_reduction
@@ -104,7 +104,7 @@ contains
     reduction%is_normalized = switch == switches(2)
   end subroutine read_modes
 
-  !> Reads a number between 0 and 1, or `none`, below a key. Errors: another value.
+  !> Reads a number greater than 0 and less than 1, or `none`, below a key. Errors: another value.
   subroutine read_tolerance_or_none(tree, i_parent, key, tolerance)
     !> gets the error
     type(deck_tree_t), intent(inout) :: tree
@@ -136,7 +136,7 @@ contains
     character(1) :: digit
     !> from 0 to 9
     integer, intent(in) :: minimum
-    !> unchanged for the word and if the key is missing
+    !> unchanged for the word and if the key is missing; `minimum` if the value is no whole number
     integer, intent(inout) :: count
     integer :: i_node
 

@@ -16,8 +16,8 @@ module sig_deck_read_strains
 
 contains
 
-  !> Reads the section. Without it there are no imposed strains. Faulty values have harmless values in their place. The paths of the
-  !> fields' files are not set.
+  !> Reads the section imposed_strains, one element of `strains` per entry; none without the section. The caller sets field%path.
+  !> Errors: an unknown key, a value that is missing or faulty (a harmless value stands in its place).
   subroutine read_imposed_strains(tree, model, strains)
     !> gets the errors
     type(deck_tree_t), intent(inout) :: tree

@@ -21,7 +21,8 @@ module sig_deck_read_study
 
 contains
 
-  !> Reads these sections. Requires: read_problem has read parameters and mesh.
+  !> Reads solver, training, test, clusters, reduction, certificate, validation and output into the configuration. A harmless value
+  !> replaces a faulty one. Requires: read_problem has read parameters and mesh.
   subroutine read_study(tree, config)
     !> gets the errors
     type(deck_tree_t), intent(inout) :: tree

@@ -33,7 +33,7 @@ module sig_deck_tree
     integer :: key_column = 0
     !> whether the text stands in quotes
     logical :: is_quoted = .false.
-    !> whether `find` has returned this node
+    !> whether `find` has returned this node, or refuse_key has reported it
     logical :: was_read = .false.
     !> key in the mapping above; empty in a list
     character(:), allocatable :: key
@@ -112,7 +112,7 @@ contains
       this%nodes(i_parent + 1:this%nodes(i_parent)%last)%parent == i_parent)
   end function children
 
-  !> Whether a scalar is empty or YAML's null, and not in quotes.
+  !> Whether a scalar is empty or YAML's null, and not in quotes. A mapping or a list is never empty in this sense.
   pure logical function is_empty(this, i_node)
     class(deck_tree_t), intent(in) :: this
     integer, intent(in) :: i_node
@@ -192,7 +192,7 @@ contains
     call add(this, this%key_path(i_node) // ' ' // message, this%nodes(i_node)%line, this%nodes(i_node)%column, hint)
   end subroutine report
 
-  !> Adds an error at the place of a node's key. The sentence is the whole message.
+  !> Adds an error at the place of a node's key, or without a place for the root. The sentence is the whole message.
   subroutine report_key(this, i_node, sentence, hint)
     class(deck_tree_t), intent(inout) :: this
     integer, intent(in) :: i_node
@@ -231,8 +231,8 @@ contains
     call this%errors%add(error)
   end subroutine add
 
-  !> Adds an error if a mapping has a key that users may know from other programs. The message gives the reason, and close_mapping
-  !> does not report the key as unknown.
+  !> Adds the error `<key path> is not available: <reason>` if a mapping has this key. close_mapping then does not report the key
+  !> as unknown. It is for keys that users may expect, for example because other programs have them.
   subroutine refuse_key(this, i_mapping, key, reason)
     class(deck_tree_t), intent(inout) :: this
     integer, intent(in) :: i_mapping
@@ -250,7 +250,8 @@ contains
     end do
   end subroutine refuse_key
 
-  !> Adds an error for each key of a mapping that was not read, with the valid keys. Requires: `find` was called for all valid keys.
+  !> Adds an error for each key of a mapping that was not read, with the valid keys. The rest of an expression that a comma has cut
+  !> in two is no key and gets no error. Requires: `find` was called for all valid keys.
   subroutine close_mapping(this, i_mapping)
     class(deck_tree_t), intent(inout) :: this
     integer, intent(in) :: i_mapping
@@ -297,7 +298,7 @@ contains
     end if
   end function hint_for_key
 
-  !> Appends a text to a list. Use it because gfortran 12 loses the text in `[list, string_t(text)]`.
+  !> Appends a text to a list, which must be allocated. Use it because gfortran 12 loses the text in `[list, string_t(text)]`.
   pure subroutine append_text(list, text)
     type(string_t), allocatable, intent(inout) :: list(:)
     character(*), intent(in) :: text
@@ -309,7 +310,8 @@ contains
     call move_alloc(longer, list)
   end subroutine append_text
 
-  !> Returns a user's text for messages: between quotes, on one line, and cut after max_shown bytes.
+  !> Returns a user's text for messages: in single quotes and on one line. If it is longer than max_shown bytes, it is cut there,
+  !> and `...` follows.
   pure function shown(text) result(quoted)
     character(*), intent(in) :: text
     character(:), allocatable :: quoted

@@ -57,7 +57,7 @@ contains
     i_node = 0
   end function get_list
 
-  !> Returns the nodes of the entries of the list below a key; none if get_list returns 0.
+  !> Returns the nodes of the entries of the list below a key; none if get_list returns 0. Errors: those of get_list.
   subroutine get_list_entries(tree, i_parent, key, is_required, may_be_empty, nodes)
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_parent
@@ -75,7 +75,7 @@ contains
     end if
   end subroutine get_list_entries
 
-  !> Reads the text below a key, on one line. Errors: empty (unless in quotes), a mapping or a list.
+  !> Reads the text below a key; line ends and tabs become blanks. Errors: empty (unless in quotes), a mapping or a list.
   subroutine get_text(tree, i_parent, key, is_required, value)
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_parent
@@ -88,7 +88,7 @@ contains
     if (i_node > 0) call text_of(tree, i_node, value)
   end subroutine get_text
 
-  !> Reads the text below a key as get_text does, but an empty text in quotes is an error.
+  !> Reads the text below a key as get_text does, but an empty or blank text in quotes is an error, too; the value is then empty.
   subroutine get_word(tree, i_parent, key, is_required, value)
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_parent
@@ -101,13 +101,12 @@ contains
     if (i_node > 0) call word_of(tree, i_node, value)
   end subroutine get_word
 
-  !> Reads a word below a key. Errors: it is not one of the choices.
+  !> Reads a word below a key. It must be one of the choices, which may end with blanks; an error says which are allowed.
   subroutine get_choice(tree, i_parent, key, is_required, choices, value)
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_parent
     character(*), intent(in) :: key
     logical, intent(in) :: is_required
-    !> allowed words, padded with blanks
     character(*), intent(in) :: choices(:)
     character(:), allocatable, intent(inout) :: value
     integer :: i_node
@@ -146,7 +145,7 @@ contains
     if (is_valid) value = found
   end subroutine get_value
 
-  !> Reads the whole number below a key. Errors: another value, or above 2147483647 in size.
+  !> Reads the whole number below a key. Errors: another value, or an absolute value above 2147483647.
   subroutine get_integer(tree, i_parent, key, is_required, value)
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_parent
@@ -172,12 +171,11 @@ contains
     if (i_node > 0) call name_of(tree, i_node, name)
   end subroutine get_name
 
-  !> Reads a list of names of the mesh below a key. Errors: a name that is there twice, a value that is not a name.
+  !> Reads names of the mesh below a key. Errors: no list, empty if is_required, a name twice, an entry that is no name (stays empty).
   subroutine get_names(tree, i_parent, key, is_required, names)
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_parent
     character(*), intent(in) :: key
-    !> whether the key is required; there must be at least one name then
     logical, intent(in) :: is_required
     type(name_config_t), allocatable, intent(out) :: names(:)
     integer, allocatable :: nodes(:)
@@ -215,7 +213,6 @@ contains
     call tree%report_key(i_parent, path // ' is missing')
   end function get_node
 
-  !> Reads a scalar that is not empty, on one line.
   subroutine text_of(tree, i_node, value)
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_node
@@ -238,6 +235,7 @@ contains
     if (len_trim(tree%nodes(i_node)%text) == 0) call tree%report(i_node, 'is an empty text; a value is needed')
   end subroutine word_of
 
+  !> Reads a word that must be one of the choices, which may end with blanks. Otherwise adds an error; the value is unchanged.
   subroutine choice_of(tree, i_node, choices, value)
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_node
@@ -265,6 +263,7 @@ contains
     call tree%report(i_node, 'is ' // tree%kind_name(i_node) // allowed // join(names, ', '), guess)
   end subroutine choice_of
 
+  !> Reads a number or an expression without parameters. Otherwise, or if it is not finite, adds an error; the value is unchanged.
   subroutine number_of(tree, i_node, value, is_valid)
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_node
@@ -282,6 +281,7 @@ contains
     if (present(is_valid)) is_valid = has_value
   end subroutine number_of
 
+  !> Reads a whole number as get_integer does. After an error the value is unchanged.
   subroutine integer_of(tree, i_node, value)
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_node
@@ -301,6 +301,7 @@ contains
     end if
   end subroutine integer_of
 
+  !> Reads a name as get_word does, and sets its line and column, also after an error.
   subroutine name_of(tree, i_node, name)
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_node
@@ -311,15 +312,15 @@ contains
     name%column = tree%nodes(i_node)%column
   end subroutine name_of
 
-  !> Reads a number or an expression, in quotes or not. Errors: no valid expression of the allowed names; not finite.
+  !> Reads a number or an expression, in quotes or not. Errors: no valid expression of the allowed names; a constant that is not
+  !> finite. is_valid: whether there was no error.
   subroutine value_of(tree, i_node, wanted, value, is_valid, may_use_coordinates)
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_node
     !> what the message asks for: `a number`, or `a number or an expression of the parameters`
     character(*), intent(in) :: wanted
-    !> not usable unless is_valid, but for line and column
+    !> unless is_valid, only its line and column may be used
     type(value_config_t), intent(inout) :: value
-    !> whether there was no error
     logical, intent(out) :: is_valid
     !> whether coordinates are allowed; default no
     logical, intent(in), optional :: may_use_coordinates
@@ -346,7 +347,6 @@ contains
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_node
     character(*), intent(in) :: wanted
-    !> names of the coordinates that are allowed
     type(string_t), intent(in) :: coordinates(:)
     type(value_config_t), intent(inout) :: value
     logical, intent(out) :: is_valid
