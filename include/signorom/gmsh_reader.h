@@ -14,15 +14,16 @@ enum { SIG_GMSH_OK = 0, SIG_GMSH_INVALID = 1, SIG_GMSH_UNREADABLE = 2, SIG_GMSH_
 
 enum { SIG_GMSH_MESSAGE_SIZE = 512 };
 
-/* Reads the file at `path` (`length` characters). *mesh must be freed whatever the status; it is null when out of
- * memory. SIG_GMSH_INVALID: sig_gmsh_message has the sentence. SIG_GMSH_UNREADABLE: sig_gmsh_sizes[0] has errno. */
+/* Reads the mesh in the file at `path` (`length` characters). *mesh must be freed with sig_gmsh_free whatever the
+ * status; it may be null when out of memory. SIG_GMSH_INVALID: sig_gmsh_message has the sentence.
+ * SIG_GMSH_UNREADABLE: sizes[0] of sig_gmsh_sizes is errno. */
 int sig_gmsh_read(const char *path, size_t length, sig_gmsh **mesh);
 
-/* Reads a gmsh file from bytes in memory, which are not kept. Status and *mesh are as for sig_gmsh_read. */
+/* Reads the mesh in a gmsh file from bytes in memory, which are not kept. Status and *mesh are as for sig_gmsh_read. */
 int sig_gmsh_parse(const char *bytes, size_t n_bytes, sig_gmsh **mesh);
 
-/* Gives the error message as a null-terminated sentence. *line is 1-based; it is 0 in binary parts, where the sentence
- * names the byte. */
+/* Gives the error message of SIG_GMSH_INVALID as a null-terminated sentence. *line is 1-based. It is 0 in a binary
+ * file, where the sentence names the byte, and for a fault without a place, such as a node number that occurs twice. */
 void sig_gmsh_message(const sig_gmsh *mesh, char message[SIG_GMSH_MESSAGE_SIZE], int *line);
 
 /* Returns the FNV-1a hash of the file's bytes. */
@@ -47,10 +48,12 @@ void sig_gmsh_memberships(const sig_gmsh *mesh, int *elements, int *groups);
  * exists as long as the mesh. */
 void sig_gmsh_group(const sig_gmsh *mesh, int i, int *n_dim, int *tag, const char **name, size_t *name_length);
 
-/* Reads the $NodeData sections of a file and nothing else of it; a mesh is not needed. Status and *fields as those of
- * sig_gmsh_read. */
+/* Reads the $NodeData sections of a file, and $Nodes if it has them; all other sections are skipped. A mesh is not
+ * needed. sig_gmsh_sizes and sig_gmsh_nodes give the nodes (n_nodes is 0 without $Nodes). Status and *fields are as
+ * for sig_gmsh_read. */
 int sig_gmsh_read_fields(const char *path, size_t length, sig_gmsh **fields);
 
+/* Returns the number of $NodeData sections; 0 if there are none, which is no error. */
 int sig_gmsh_n_fields(const sig_gmsh *fields);
 
 /* Describes field i, 0 <= i < n_fields: the number of components of a value, the number of nodes with a value, and the
@@ -62,6 +65,7 @@ void sig_gmsh_field(const sig_gmsh *fields, int i, int *n_components, int *n_val
  * component at each node. */
 void sig_gmsh_field_values(const sig_gmsh *fields, int i, int *tags, double *values);
 
+/* Frees a result of sig_gmsh_read, sig_gmsh_parse or sig_gmsh_read_fields, which may be null. */
 void sig_gmsh_free(sig_gmsh *mesh);
 
 #endif

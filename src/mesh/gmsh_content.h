@@ -81,7 +81,8 @@ struct sig_gmsh {
 /* Returns the row of a group in `groups`; a new group gets a new row. -1 when out of memory. */
 int sig_gmsh_group_row(sig_gmsh *mesh, int n_dim, int tag);
 
-/* Read the content of one section, without the marks at its begin and end. */
+/* Read the content of one section, without the marks at its begin and end. They return false after a failure, which the
+ * scanner records. */
 bool sig_gmsh_scan_names(sig_gmsh *mesh);
 bool sig_gmsh_scan_entities(sig_gmsh *mesh);
 bool sig_gmsh_scan_nodes(sig_gmsh *mesh);

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Reads tokens of a .msh file, text or binary, and never reads outside of its bytes. Private to the gmsh reader. */
+/* Reads tokens of a .msh file, text or binary, and never reads outside of its bytes. Private to the gmsh reader. A
+ * function of type bool returns false after a failure, which the scanner records. */
 #ifndef SIG_GMSH_SCANNER_H
 #define SIG_GMSH_SCANNER_H
 
@@ -23,12 +24,14 @@ typedef struct {
 /* Place of a failure that has no place in the file. */
 #define SIG_SCAN_NOWHERE SIZE_MAX
 
-/* Records the first failure, at byte `at`, and returns false. */
+/* Records a failure at byte `at`, unless there is one already, and returns false. */
 bool sig_scan_fail(sig_scanner *scanner, size_t at, const char *format, ...);
 
 /* Read a whole number: 4 bytes (int) or 8 bytes (size) in a binary file, a word in a text file. */
 bool sig_scan_int(sig_scanner *scanner, int64_t *value);
 bool sig_scan_size(sig_scanner *scanner, int64_t *value);
+
+/* Reads a real number; fails if it is infinite or NaN. */
 bool sig_scan_real(sig_scanner *scanner, double *value);
 
 /* Reads a real number, which may also be infinite or NaN. */
@@ -37,8 +40,8 @@ bool sig_scan_any_real(sig_scanner *scanner, double *value);
 /* Reads a whole number that is written as text even in a binary file. */
 bool sig_scan_word_int(sig_scanner *scanner, int64_t *value);
 
-/* Checks a number of things that need at least `min_bytes` each. It fails if the rest of the file is too short for
- * them.
+/* Checks a number of things that need at least `min_bytes` each. It fails if the number is negative or the rest of the
+ * file is too short for them. `things` is their name for the message.
  */
 bool sig_scan_check_count(sig_scanner *scanner, int64_t count, size_t min_bytes, const char *things);
 

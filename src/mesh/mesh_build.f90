@@ -18,7 +18,7 @@ module sig_mesh_build
 contains
 
   !> Builds the mesh. Elements that occur several times count once, nodes without a cell are left out, and the order of the file is
-  !> kept. The orientation of the cells is not checked. Local.
+  !> kept. The orientation of the cells is not checked, and file_hash is not set. Local.
   !>
   !> Errors: the elements in physical groups have another dimension than n_dim, or there are none; cells of a group without a name;
   !> a plane mesh that is not in a plane z = const; those of check_mid_nodes.

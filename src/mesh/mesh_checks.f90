@@ -143,8 +143,8 @@ contains
     call find_name(mesh, surface, mesh%n_dim - 1, mesh%n_dim - 1, 'surface', deck_path, i_group, error)
   end subroutine group_of_surface
 
-  !> Finds the index in mesh%groups of a named region, a group of cells; 0 on an error. Errors: as nodes_of_boundary, but for a name
-  !> that is not one of cells.
+  !> Finds the index in mesh%groups of a named region, a group of cells; 0 on an error. Errors: a name that is not one of cells, and
+  !> otherwise as nodes_of_boundary.
   pure subroutine group_of_region(mesh, region, deck_path, i_group, error)
     type(mesh_t), intent(in) :: mesh
     type(name_config_t), intent(in) :: region

@@ -26,8 +26,9 @@ contains
 
   !> Reads the field of an imposed strain, which must have a value at every node of the strain's region. Local.
   !>
-  !> Errors: a region that group_of_region refuses; those of read_raw_field; a value at a node that the mesh does not have; a node
-  !> at another place than in the mesh; a node of the region without a finite value.
+  !> Errors: a region that group_of_region refuses; those of read_raw_field; a value at a node that the mesh does not have; if the
+  !> file has coordinates, a wrong shape of them or a node at another place than in the mesh; a node of the region without a finite
+  !> value.
   subroutine read_nodal_field(mesh, strain, deck_path, field, error, length_factor)
     type(mesh_t), intent(in) :: mesh
     !> entry of the deck that names region, file and field

@@ -39,8 +39,8 @@ contains
 
   !> Reads a field. A file whose name ends in .h5 or .hdf5 is an HDF5 file, any other one a gmsh file. Local.
   !>
-  !> Errors: a file that cannot be read; no field of this name, or several; more than one number per node. In an HDF5 file also: no
-  !> node_tags, or another number of them than of values.
+  !> Errors: a file that cannot be read, or not enough memory; no field of this name, or several; more than one number per node. In
+  !> an HDF5 file also: no node_tags, or another number of them than of values.
   subroutine read_raw_field(config, deck_path, field, error)
     !> file and name of the field
     type(field_config_t), intent(in) :: config

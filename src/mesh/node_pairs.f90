@@ -36,7 +36,7 @@ contains
   !> the nodes of the surfaces.
   !>
   !> Errors, with the entry's place in the deck: those of open_surfaces for all entries, and those of pair_surfaces for entries that
-  !> must have pairs; in an axisymmetric model also those of check_axis.
+  !> must have pairs (node_to_node, or an obstacle); in an axisymmetric model also those of check_axis for the latter.
   pure subroutine find_node_pairs(mesh, is_round, contact, deck_path, pairs, error, why_mortar)
     type(mesh_t), intent(in) :: mesh
     !> whether the body is the mesh turned around the axis x = 0

@@ -28,6 +28,7 @@ contains
     type(surface_pair_t), intent(in) :: surfaces
     !> name of the surface in the deck
     type(name_config_t), intent(in) :: surface
+    !> facets of the surface in the mesh, 1-based
     integer, intent(in) :: facets(:)
     type(error_t), allocatable, intent(out) :: error
     character(:), allocatable :: remedy
@@ -47,8 +48,8 @@ contains
     end associate
   end subroutine check_weights
 
-  !> Returns the index in a list of the first facet with a node whose force under a uniform pressure is zero or negative; 0 if there
-  !> is none.
+  !> Returns the index in `facets` of the first facet with a node whose force under a uniform pressure is zero or negative; 0 if
+  !> there is none.
   pure integer function first_weak_facet(mesh, facets) result(i)
     type(mesh_t), intent(in) :: mesh
     integer, intent(in) :: facets(:)
