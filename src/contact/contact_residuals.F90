@@ -41,13 +41,13 @@ contains
     PetscCall(sum_over_ranks(system%comm, state%reactions, ierr))
   end subroutine measure_residuals
 
-  !> Computes the residuals of several states, with one pass over K and two sums over the ranks for all of them; no reactions.
+  !> Computes the residuals of several states, with one pass over K and two reductions over the ranks for all of them; no reactions.
   !> Collective on the system's communicator.
   subroutine measure_points(system, theta, states, ierr)
     type(contact_system_t), intent(inout) :: system
-    !> [-] shape (n_terms, n_points)
+    !> [-] values of the terms at each point, shape (n_terms, n_points)
     real(rk), intent(in) :: theta(:, :)
-    !> shape (n_points)
+    !> in: displacement and multipliers; out: also residuals; shape (n_points)
     type(contact_state_t), intent(inout) :: states(:)
     PetscErrorCode, intent(out) :: ierr
     real(rk), allocatable :: reactions(:, :)

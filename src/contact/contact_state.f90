@@ -6,13 +6,13 @@ module sig_contact_state
   private
   public :: contact_state_t, residuals_t
 
-  !> How well (3) is met, each relative to the size of what it compares.
+  !> How well (3) is met. All but the penetration are relative to the size of what they compare.
   type :: residuals_t
     !> [-] largest entry of K u + B' lambda - F on the free dofs over the largest internal or contact force
     real(rk) :: equilibrium = 0
     !> [length] largest B u - D, 0 where nothing penetrates
     real(rk) :: penetration = 0
-    !> [-] largest -lambda over the largest lambda
+    !> [-] largest -lambda over the largest |lambda|, 0 where no lambda is negative
     real(rk) :: negative_multiplier = 0
     !> [-] |lambda . (D - B u)| over the largest |lambda| times the largest of |D| and |u|
     real(rk) :: complementarity = 0

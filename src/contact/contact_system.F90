@@ -87,8 +87,8 @@ contains
     PetscCall(create_vector(comm, self%map%n_local_dofs, self%work_out, ierr))
   end subroutine create
 
-  !> Assembles K again with other materials on the same mesh. Data that a solver derived from the old K are then out of date.
-  !> Collective.
+  !> Assembles K again, and its size, with other materials on the same mesh. Data that a solver derived from the old K are then out
+  !> of date. Collective.
   subroutine update_stiffness(self, mesh, body, ierr)
     class(contact_system_t), intent(inout) :: self
     type(mesh_t), intent(in) :: mesh
@@ -147,7 +147,7 @@ contains
     PetscCall(self%get(self%work_out, forces, ierr))
   end subroutine apply_stiffness
 
-  !> Copies an array that every rank has into a distributed vector. Local.
+  !> Copies an array that every rank has into a distributed vector with the layout of K. Local.
   subroutine put(self, values, vector, ierr)
     class(contact_system_t), intent(in) :: self
     !> natural, shape (n_dofs)
@@ -161,7 +161,7 @@ contains
     PetscCall(VecRestoreArrayF90(vector, local, ierr))
   end subroutine put
 
-  !> Copies the values of some dofs into a distributed vector; other dofs keep their values. Local.
+  !> Copies the values of some dofs into a distributed vector with the layout of K; other dofs keep their values. Local.
   subroutine put_some(self, dofs, values, vector, ierr)
     class(contact_system_t), intent(in) :: self
     !> chosen dofs, natural
@@ -181,7 +181,7 @@ contains
     PetscCall(VecRestoreArrayF90(vector, local, ierr))
   end subroutine put_some
 
-  !> Copies a distributed vector into an array on every rank. Collective.
+  !> Copies a distributed vector with the layout of K into an array on every rank. Collective.
   subroutine get(self, vector, values, ierr)
     class(contact_system_t), intent(in) :: self
     Vec, intent(in) :: vector
@@ -197,10 +197,11 @@ contains
     PetscCall(sum_over_ranks(self%comm, values, ierr))
   end subroutine get
 
-  !> Copies distributed columns, in natural order, into an array on every rank. Missing columns become zeros. Collective.
+  !> Copies distributed columns, in natural order, into an array on every rank. If `local` has fewer than n_columns, the others
+  !> become zeros. Collective.
   subroutine share_columns(self, local, n_columns, columns, ierr)
     class(contact_system_t), intent(in) :: self
-    !> rows of this rank, shape (n_local_dofs, at most n_columns)
+    !> rows of this rank, shape (n_local_dofs, n); n is at most n_columns and the same on all ranks
     real(rk), intent(in) :: local(:, :)
     integer, intent(in) :: n_columns
     !> shape (n_dofs, n_columns)

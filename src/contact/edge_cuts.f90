@@ -35,7 +35,7 @@ contains
     !> [length] places and [-] normals of the two nodes, shape (2, 2)
     real(rk), intent(in) :: ends(:, :)
     real(rk), intent(in) :: normals(:, :)
-    !> [length] nodes of the other edges, shape (2, 2, n)
+    !> [length] places of both nodes of the other edges, shape (2, 2, n): components, nodes, edges
     real(rk), intent(in) :: others(:, :, :)
     !> [-] outward normals of the other edges, shape (2, n)
     real(rk), intent(in) :: outward(:, :)

@@ -116,9 +116,9 @@ contains
   !> components as it has dimensions. is_found is false if the method does not converge or leads far outside.
   pure subroutine find_place(self, flat, point, place, is_found)
     class(facet_shape_t), intent(in) :: self
-    !> [length] shape (n_dim, n_nodes)
+    !> [length] places of the facet's nodes in this projection, shape (n_dim, n_nodes)
     real(rk), intent(in) :: flat(:, :)
-    !> [length] shape (n_dim)
+    !> [length] the point in this projection, shape (n_dim)
     real(rk), intent(in) :: point(:)
     !> [-] may lie outside of the reference element
     real(rk), intent(out) :: place(:)

@@ -15,9 +15,10 @@ module sig_initial_gap
 
 contains
 
-  !> Sets the gaps of the entries that do not take them from the mesh, at the coordinates of the first nodes.
+  !> Sets the gaps of the entries with an obstacle or with a gap in the deck, at the coordinates of the first nodes. The gaps of the
+  !> other entries, which the mesh gives, remain.
   !>
-  !> Errors: a gap that is not finite at a node.
+  !> Errors: those of split_sum, such as a gap that is not finite at a node.
   subroutine set_initial_gaps(mesh, contact, deck_path, terms, pairs, error)
     type(mesh_t), intent(in) :: mesh
     !> entries of the deck's contact section

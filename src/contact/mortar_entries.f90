@@ -21,7 +21,9 @@ contains
     !> nodes of the first surface with normals and gaps; those with a row come first
     type(node_pairs_t), intent(in) :: sites
     integer, intent(in) :: n_rows
+    !> the first surface
     type(mortar_side_t), intent(in) :: first
+    !> of integrate_mortar
     type(mortar_sums_t), intent(in) :: sums
     !> whether the gaps of the sites are values at their nodes, and not those of their rows
     logical, intent(in) :: is_nodal_gap

@@ -44,7 +44,8 @@ module sig_mortar_rows
   type :: side_choice_t
     !> why it is the second surface of the deck; not allocated if it is the first one
     character(:), allocatable :: why_swapped
-    !> if neither surface can carry the rows: another contact whose sides could be swapped to make it possible, and why; 0 = none
+    !> if neither surface can carry the rows: entry of another contact whose sides could be swapped to make it possible, and why;
+    !> 0 = none
     integer :: i_other = 0
     character(:), allocatable :: why_other
     !> how much of the surface with the rows faces the other one
@@ -56,8 +57,9 @@ contains
   !> Appends the mortar rows of one entry of the deck's contact section. If the first surface cannot have them and the second one
   !> can, formulation auto swaps the sides.
   !>
-  !> Errors: surfaces that do not face each other; a node of the first surface that belongs to another contact, or cannot move along
-  !> its normal while other rows share the nodes that it faces.
+  !> Errors: those of open_surfaces and set_initial_gaps; surfaces that have a common node, do not face each other, or overlap
+  !> everywhere by more than the longest edge; a reason of find_conflict against every order of the sides that is allowed. Then rows
+  !> and terms are unchanged.
   subroutine add_mortar_rows(mesh, model, contact, i_entry, deck_path, is_prescribed, terms, rows, choice, error)
     type(mesh_t), intent(in) :: mesh
     type(mechanical_model_t), intent(in) :: model
@@ -137,7 +139,7 @@ contains
     if (entry%has_direction) entry%direction = -entry%direction
   end subroutine swap_sides
 
-  !> Builds the contact rows of one entry. Errors: surfaces that do not face each other.
+  !> Builds the contact rows of one entry. Errors: as add_mortar_rows, but without conflicts.
   subroutine build_rows(mesh, model, contact, i_entry, deck_path, is_prescribed, more, error)
     type(mesh_t), intent(in) :: mesh
     type(mechanical_model_t), intent(in) :: model

@@ -44,7 +44,8 @@ module sig_mortar_sides
 
 contains
 
-  !> Collects the data of one surface. With `normals`, for the first surface, they include the changed basis.
+  !> Collects the data of one surface. If `normals` is present, as for the first surface, the data include the normals and the
+  !> changed basis.
   pure subroutine create_side(mesh, facets, geometry, side, normals, is_round)
     type(mesh_t), intent(in) :: mesh
     !> facets of the surface, 1-based in the mesh

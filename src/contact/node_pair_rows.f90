@@ -14,7 +14,7 @@ module sig_node_pair_rows
 
 contains
 
-  !> Creates one row per pair, in the order of the pairs. B B' is 2 for a pair and 1 for an obstacle.
+  !> Creates one row per pair, in the order of the pairs. B B' is diagonal: 2 for a pair and 1 for an obstacle.
   pure subroutine create_node_pair_rows(pairs, areas, n_terms, rows)
     type(node_pairs_t), intent(in) :: pairs
     !> [length**(n_dim - 1)] shape (n_pairs)

@@ -254,7 +254,7 @@ contains
     end do
   end function work_size
 
-  !> Whether the closed pairs of a set hold all the free motions.
+  !> Whether the closed contacts hold all the free motions; true if there are no free motions.
   logical function are_held_by(self, is_closed)
     class(rigid_motions_t), intent(in) :: self
     !> shape (n_rows)
