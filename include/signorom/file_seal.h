@@ -16,14 +16,14 @@ enum sig_seal_status {
   SIG_SEAL_NEWER = 2,   /* of a version that is not known here */
   SIG_SEAL_LENGTH = 3,  /* the file is shorter or longer than sealed */
   SIG_SEAL_CHANGED = 4, /* other bytes than were sealed */
-  SIG_SEAL_NO_READ = 5
+  SIG_SEAL_NO_READ = 5  /* the file cannot be read, or out of memory */
 };
 
-/* Writes the seal over the first SIG_SEAL_SIZE bytes. Returns 0 or an errno. */
+/* Writes the seal over the first SIG_SEAL_SIZE bytes, which the file must have. Returns 0 or an errno. */
 int sig_seal_file(const char *path, size_t length);
 
 /* Checks the seal and returns a value of sig_seal_status. *n_found and *n_sealed are the numbers of bytes that the file
- * has and that were sealed; 0 where not known. */
+ * has behind the seal, and had when it was sealed; 0 where not known. */
 int sig_check_seal(const char *path, size_t length, int64_t *n_found, int64_t *n_sealed);
 
 #endif

@@ -9,9 +9,10 @@
 /* Kinds of what a path leads to. */
 enum sig_file_kind { SIG_NO_FILE = 0, SIG_PLAIN_FILE = 1, SIG_DIRECTORY = 2, SIG_OTHER_FILE = 3 };
 
+/* Returns a value of enum sig_file_kind; links are followed. SIG_NO_FILE also if the path cannot be looked at. */
 int sig_file_kind(const char *path, size_t length);
 
-/* Makes a folder and the missing folders above it, as mkdir -p does. */
+/* Makes a folder and the missing folders above it, as mkdir -p does. An existing folder is no error. */
 int sig_make_directories(const char *path, size_t length);
 
 /* Reads a whole file into a new block of `*size` bytes. The caller frees it with sig_free. */
@@ -33,12 +34,15 @@ int sig_commit_file(const char *from, size_t from_length, const char *to, size_t
 /* Writes the folder of a renamed file to the disk, so that the new name survives a crash. `name` is null-terminated. */
 void sig_sync_folder_of(const char *name);
 
+/* Removes a file, but no folder. A missing file is an error (ENOENT). */
 int sig_remove_file(const char *path, size_t length);
 
 /* Takes the lock `<path>/.lock` without waiting and writes the process number into it. The lock ends with the
  * descriptor or with the process. EWOULDBLOCK: another process holds the lock; `*process` is its number, 0 if unknown.
  * ELOOP: the lock is a link or not a plain file. */
 int sig_lock_directory(const char *path, size_t length, int *descriptor, long *process);
+
+/* Ends a lock; the file .lock stays. Does nothing for a negative descriptor. */
 void sig_unlock_directory(int descriptor);
 
 /* Lists the files of a folder whose names start with `prefix`, in byte order. Each name ends with a null; all stand in

@@ -3,7 +3,7 @@
  *
  * An address names a dataset (`/clusters/1/basis`) or, with an @, an attribute of a group or dataset
  * (`/clusters/1@rank`). Groups on the way are made. Texts without terminator: pointer and length. Shapes are C's: the
- * last index runs fastest. */
+ * last index runs fastest. Functions return a value of sig_h5_status unless they say otherwise. */
 #ifndef SIG_HDF5_FILE_H
 #define SIG_HDF5_FILE_H
 
@@ -29,7 +29,8 @@ enum sig_h5_status {
   SIG_H5_TOO_LARGE = 9  /* more values than the file can hold */
 };
 
-/* Creates a file. `n_free` bytes at its head are left to the caller: 0 or a power of 2 from 512. */
+/* Creates a file; one of this name is replaced. `n_free` bytes at its head are left to the caller: 0 or a power of 2
+ * from 512. */
 int sig_h5_create(const char *path, size_t length, size_t n_free, sig_h5_file **file);
 
 /* Opens a file for reading. The functions below do not follow links or values in other files, and read no more than a
@@ -72,7 +73,8 @@ int sig_h5_describe(sig_h5_file *file, const char *address, size_t length, int *
  * described. */
 int sig_h5_read(sig_h5_file *file, const char *address, size_t length, int type, void *values);
 
-/* Reads a block of a matrix of numbers, row by row into `values`. Rows and columns count from 0. */
+/* Reads a block of a dataset of rank 2 with numbers, row by row into `values`. Rows and columns count from 0. A block
+ * outside of the matrix gives SIG_H5_NO_READ. For an empty block nothing is looked at. */
 int sig_h5_read_part(sig_h5_file *file, const char *address, size_t length, int64_t first_row, int64_t n_rows,
                      int64_t first_column, int64_t n_columns, double *values);
 

@@ -3,16 +3,17 @@
 #ifndef SIG_MEMORY_H
 #define SIG_MEMORY_H
 
-/* Gives the largest address space that the process has taken so far, and its limit [bytes]; the limit is 0 where there
- * is none. */
+/* Gives the largest address space that the process has taken so far, and its limit [bytes]. The limit is 0 where there
+ * is none, the peak is 0 where the system does not tell it. */
 void sig_memory_use(double *peak, double *limit);
 
-/* Call these two before and after a library call that may ask for memory again and again without an end. After some
- * seconds of processor time between the two, the process ends with exit code 2 and a message. */
+/* Call these two before and after a library call that may ask for memory again and again without an end. After one
+ * second of processor time between the two, the process ends with exit code 2 and a message. */
 void sig_begin_memory_watch(void);
 void sig_end_memory_watch(void);
 
-/* Ends the process with exit code 2 and a message where less than `n_bytes` are left below the limit. */
+/* Ends the process with exit code 2 and a message if less than `n_bytes` are left below the limit. Does nothing if
+ * there is no limit. */
 void sig_need_memory(double n_bytes);
 
 #endif

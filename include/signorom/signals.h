@@ -22,7 +22,7 @@ void sig_set_stop_grace(double grace);
 int sig_is_stop_requested(void);
 
 /* Sets the text that a process writes to a descriptor when its grace time is over; empty = no text. The text is cut
- * after about 200 bytes. */
+ * after 254 bytes. A line end follows. */
 void sig_set_last_words(const char *text, size_t length, int descriptor);
 
 /* Sets a function that is called before the forced end of the process, so that it can end other processes that wait for

@@ -14,9 +14,10 @@ char *sig_copy_text(const char *text, size_t length);
 /* Returns the first `length` characters of `first` followed by `second`, for sig_free; null when out of memory. */
 char *sig_join_text(const char *first, size_t length, const char *second);
 
+/* Frees a block that a function of this program returned "for sig_free"; null is no error. */
 void sig_free(void *block);
 
-/* Writes all the bytes, with several system calls if needed. */
+/* Writes all the bytes, with several system calls if needed. Returns 0 or an errno. */
 int sig_write_all(int descriptor, const char *bytes, size_t size);
 
 /* Opens a file to append to it; a missing file is made. Returns 0 or an errno. */

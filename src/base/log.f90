@@ -26,10 +26,11 @@ module sig_log
 
 contains
 
-  !> Starts the log. Every rank calls it; one of them with is_speaking.
+  !> Starts the log. Every rank calls it; one of them with is_speaking. Local.
   subroutine start_log(is_speaking, is_quiet)
+    !> whether this rank writes to the terminal
     logical, intent(in) :: is_speaking
-    !> print only warnings and errors
+    !> whether the terminal gets only warnings and errors
     logical, intent(in) :: is_quiet
 
     is_log_speaking = is_speaking
@@ -37,9 +38,10 @@ contains
     n_status_columns = 0
   end subroutine start_log
 
-  !> Opens a log file. From now on it gets every line of this rank with the date, also where the terminal is quiet.
+  !> Opens a log file, to which it appends. From now on the file gets every line of this rank with the date, also where the terminal
+  !> is quiet.
   !>
-  !> Errors: the file cannot be written.
+  !> Errors: the file cannot be opened for writing.
   subroutine log_to_file(path, error)
     character(*), intent(in) :: path
     type(error_t), allocatable, intent(out) :: error
@@ -49,12 +51,13 @@ contains
     if (code /= 0) call make_error(error, 'cannot write the log: ' // system_reason(code), file=path)
   end subroutine log_to_file
 
-  !> Whether log_info shows its text.
+  !> Whether log_info writes to stdout: this rank speaks, and the log is not quiet.
   logical function is_log_shown()
     is_log_shown = is_log_speaking .and. .not. is_log_quiet
   end function is_log_shown
 
-  !> Writes a line to stdout. A full disk does not end the work: lost_output reports it at the end.
+  !> Writes a line to the log file and, if is_log_shown, to stdout. A full disk does not end the work: lost_output reports it at the
+  !> end.
   subroutine log_info(text)
     character(*), intent(in) :: text
     integer(c_int) :: code
@@ -65,7 +68,7 @@ contains
     if (output_failure == 0) output_failure = code
   end subroutine log_info
 
-  !> Writes a line to stderr, for a command whose table goes to stdout. It writes nothing when the log is quiet.
+  !> Writes a line to the log file and, if is_log_shown, to stderr. It is for a command whose table goes to stdout.
   subroutine log_note(text)
     character(*), intent(in) :: text
     integer(c_int) :: ignored
@@ -74,7 +77,7 @@ contains
     if (is_log_shown()) call say(standard_error, text, ignored)
   end subroutine log_note
 
-  !> Writes a text to the log file only. The terminal shows the same information in another form.
+  !> Writes a line to the log file only, because the terminal shows the same information in another form.
   subroutine log_to_file_only(text)
     character(*), intent(in) :: text
     character(:), allocatable :: line
@@ -86,7 +89,7 @@ contains
     if (file_failure == 0) file_failure = code
   end subroutine log_to_file_only
 
-  !> Reports lost output. Errors: a line of log_info or the log file was not written.
+  !> Reports lost output. Errors: a line of log_info, or a line of the log file, could not be written.
   subroutine lost_output(error)
     type(error_t), allocatable, intent(out) :: error
 
@@ -97,7 +100,7 @@ contains
     end if
   end subroutine lost_output
 
-  !> Writes a warning to stderr, also when the log is quiet.
+  !> Writes `warning: <text>` to the log file and, if this rank speaks, to stderr, also when the log is quiet.
   subroutine log_warning(text)
     character(*), intent(in) :: text
 
@@ -107,7 +110,8 @@ contains
     if (is_log_speaking) call say(standard_error, 'warning: ' // text, ignored)
   end subroutine log_warning
 
-  !> Writes an error to stderr, also when the log is quiet. The text comes from error_report and already contains the word `error`.
+  !> Writes an error to the log file and, if this rank speaks, to stderr, also when the log is quiet. The text comes from
+  !> error_report and already contains the word `error`.
   subroutine log_error(text)
     character(*), intent(in) :: text
 
@@ -127,7 +131,7 @@ contains
     code = sig_write_all(descriptor, text // new_line('a'), len(text, c_size_t) + 1)
   end subroutine say
 
-  !> Draws one line on the terminal (stderr) over the status line before it; the next log line erases it.
+  !> Draws one line on the terminal (stderr) over the status line before it, if is_log_shown. The next log line erases it.
   subroutine show_status(text)
     !> ASCII, shorter than a terminal line
     character(*), intent(in) :: text

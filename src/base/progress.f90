@@ -38,7 +38,7 @@ module sig_progress
 
 contains
 
-  !> Starts a loop of n_total steps.
+  !> Starts a loop of n_total steps, and draws an empty bar if stderr is a terminal.
   subroutine start(self, label, n_total)
     class(progress_t), intent(inout) :: self
     !> name of the work, for example `sampling`
@@ -57,7 +57,7 @@ contains
     if (self%is_bar) call show_status(bar_text(self, 0.0_rk))
   end subroutine start
 
-  !> Sets the number of steps that are done.
+  !> Sets the number of steps that are done. Draws the bar again after 0.1 s, or without a bar writes a log line after 10 s.
   subroutine advance(self, n_done)
     class(progress_t), intent(inout) :: self
     integer, intent(in) :: n_done
@@ -89,7 +89,8 @@ contains
     self%is_shown = .false.
   end subroutine finish
 
-  !> Returns the bar, `sampling [=======>      ]  12/31  0:07 left`. On a narrow terminal the text has no bar, or is cut.
+  !> Returns the bar, such as `sampling [===========                   ] 12/31, 7.25 s left`. On a narrow terminal the text has no
+  !> bar, or is cut.
   function bar_text(self, elapsed) result(text)
     class(progress_t), intent(in) :: self
     !> [s] time since the start

@@ -50,7 +50,7 @@ module sig_reasons
 
 contains
 
-  !> Returns the reason as a sentence without its full stop.
+  !> Returns the reason as a sentence without its full stop; `unknown reason` for another number.
   pure function reason_text(reason) result(text)
     integer, intent(in) :: reason
     character(:), allocatable :: text

@@ -11,7 +11,8 @@ module sig_signals
 
 contains
 
-  !> Makes SIGINT and SIGTERM set a flag from now on. A process that has not ended `grace` seconds later is ended, whatever it does.
+  !> Makes SIGINT and SIGTERM set a flag from now on; an earlier request is forgotten. A process that has not ended `grace` seconds
+  !> after the signal is ended, whatever it does.
   subroutine install_stop_signals(grace)
     !> [s] time between the signal and the forced end
     real(rk), intent(in) :: grace
@@ -24,7 +25,7 @@ contains
     is_stop_requested = sig_is_stop_requested() == 1
   end function is_stop_requested
 
-  !> Sets the text that a forced end writes to standard output or standard error; an empty text writes nothing.
+  !> Sets the text, up to 254 bytes, that a forced end writes to standard output or standard error; an empty text writes nothing.
   subroutine say_when_ended(text, is_warning)
     character(*), intent(in) :: text
     !> write it to standard error; default: no

@@ -145,10 +145,10 @@ contains
     if (len(digits) == 0) text = '0'
   end function or_zero
 
-  !> Returns a number rounded to a few digits, for messages.
+  !> Returns a number rounded to a few significant digits, for messages; nan and inf as to_text.
   pure function short_number(value, n_digits) result(text)
     real(rk), intent(in) :: value
-    !> number of digits, 1 to 15; default 4
+    !> number of significant digits, 1 to 15; default 4
     integer, intent(in), optional :: n_digits
     character(:), allocatable :: text
     character(24) :: buffer
@@ -358,8 +358,8 @@ contains
     end do
   end function n_of_set
 
-  !> Returns the candidate that differs least from the word. The result is empty where no candidate is near (a third of the letters,
-  !> at least one). Upper and lower case are equal; of equally near candidates the first one is taken.
+  !> Returns the candidate that differs least from the word, by at most a third of its letters (rounded up, at least one). Empty if
+  !> there is none. Upper and lower case are equal; of equally near candidates the first one is taken.
   pure function did_you_mean(word, candidates) result(text)
     character(*), intent(in) :: word
     type(string_t), intent(in) :: candidates(:)

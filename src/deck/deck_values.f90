@@ -171,7 +171,7 @@ contains
     if (i_node > 0) call name_of(tree, i_node, name)
   end subroutine get_name
 
-  !> Reads names of the mesh below a key. Errors: no list; empty if is_required; a name twice; an entry that is no name (stays '').
+  !> Reads names of the mesh below a key. Errors: no list; empty if is_required; a name twice; an entry that is no name (left '').
   subroutine get_names(tree, i_parent, key, is_required, names)
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_parent

@@ -37,7 +37,7 @@ contains
     character(*), intent(in) :: path
     !> name of the file while it is incomplete
     character(*), intent(in) :: partial
-    !> number of bytes at the head of the file that HDF5 does not use
+    !> number of bytes at the head of the file that HDF5 does not use: 0, 512, 1024, 2048, ...
     integer, intent(in) :: n_free
     type(c_ptr), intent(out) :: handle
     type(error_t), allocatable, intent(out) :: error
@@ -125,8 +125,7 @@ contains
     if (status /= 0) call report_write(path, address, error)
   end subroutine write_columns
 
-  !> Writes a list of texts, or with is_scalar only its first text, and not as a list. Errors: as
-  !> write_array.
+  !> Writes a list of texts, or with is_scalar only its first text, and not as a list. Errors: as write_array.
   subroutine write_texts(handle, path, address, texts, is_scalar, error)
     type(c_ptr), intent(in) :: handle
     character(*), intent(in) :: path
@@ -259,8 +258,8 @@ contains
     if (status /= 0) call report_read(path, address, status, error)
   end subroutine read_array
 
-  !> Reads consecutive rows of consecutive columns of a matrix, in Fortran's order of indices. Errors: those of find_shape; rows or
-  !> columns that the matrix does not have.
+  !> Reads consecutive rows of consecutive columns of a matrix, in Fortran's order of indices; as many as `values` has. Errors:
+  !> those of find_shape; rows or columns that the matrix does not have. Empty values are never an error.
   subroutine read_columns(handle, path, address, first_row, i_column, values, error)
     type(c_ptr), intent(in) :: handle
     character(*), intent(in) :: path

@@ -13,7 +13,7 @@ module sig_hdf5_format
 
 contains
 
-  !> Writes these attributes.
+  !> Writes the attributes format, format_version and code_version of '/'. A failure is reported when the file is closed.
   subroutine write_format(file, name, version, code_version)
     type(h5_writer_t), intent(inout) :: file
     !> name of the format, such as `signorom model`
@@ -56,8 +56,8 @@ contains
     if (allocated(error)) call file%close()
   end subroutine open_sealed
 
-  !> Checks format and version of an open file. Does nothing if there is an error already. Errors: another format, or a version that
-  !> this program does not read.
+  !> Checks format and version of an open file. Does nothing if there is an error already. Errors: no format or another one, or a
+  !> version that this program does not read.
   subroutine check_format(file, path, name, versions, hint, version, error)
     type(h5_reader_t), intent(in) :: file
     !> name of the file for messages

@@ -121,7 +121,7 @@ contains
     n_found = max(n, 0)
   end function count_groups
 
-  !> Returns the Fortran shape of a dataset of any type and rank; empty for a scalar and after an error.
+  !> Returns the Fortran shape of a dataset of any type and rank; empty for a scalar and after an error. Errors: as read.
   subroutine get_shape(self, name, shape, error)
     class(h5_reader_t), intent(in) :: self
     character(*), intent(in) :: name
@@ -132,7 +132,7 @@ contains
   end subroutine get_shape
 
   !> Reads consecutive rows of given columns of a matrix of numbers, in Fortran's order of indices, without reading the rest.
-  !> Errors: those of read; rows or columns that do not exist.
+  !> Errors: as read; rows or columns that do not exist. Then the values must not be used.
   subroutine read_block(self, name, first, last, columns, values, error)
     class(h5_reader_t), intent(in) :: self
     character(*), intent(in) :: name

@@ -95,8 +95,8 @@ contains
     if (sig_h5_create_image(self%handle) /= 0) call make_error(error, 'no memory for an HDF5 file', exit_code=exit_internal)
   end subroutine create_image
 
-  !> Closes a file in memory and returns its bytes. Errors: the first failure since create_image, or not enough memory; then the
-  !> bytes must not be used.
+  !> Closes a file in memory and returns its bytes. Requires: create_image. Errors: the first failure since then, or not enough
+  !> memory; then the bytes must not be used.
   subroutine close_image(self, bytes, error)
     class(h5_writer_t), intent(inout) :: self
     character(1), allocatable, intent(out) :: bytes(:)
@@ -182,7 +182,7 @@ contains
     call put(self, name, real_type, shape(value), value, unit, description)
   end subroutine write_real_2
 
-  !> Writes a matrix of reals whose columns are at different places in memory.
+  !> Writes a matrix of reals whose columns are at different places in memory, as `write` does with a matrix of rank 2.
   subroutine write_real_columns(self, name, columns, n_rows, unit, description)
     class(h5_writer_t), intent(inout) :: self
     character(*), intent(in) :: name

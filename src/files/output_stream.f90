@@ -26,7 +26,7 @@ module sig_output_stream
 
 contains
 
-  !> Opens a stream. Errors: no right to write there, no such folder, the path is a folder.
+  !> Opens a stream. Errors: no right to write there, no such folder, the path is a folder. Then the stream is not open.
   subroutine open_stream(self, path, error)
     class(output_stream_t), intent(inout) :: self
     !> empty: the standard output
@@ -40,8 +40,9 @@ contains
     if (code /= 0) call make_error(error, 'cannot write here: ' // system_reason(code), file=self%name)
   end subroutine open_stream
 
-  !> Writes a line and its line end. Errors: as when the disk is full or the pipe has no reader; every later line gives the same
-  !> error. Lines are collected, so an error may come later than the line that caused it.
+  !> Writes a line and its line end. Requires: the stream is open. Errors: the output fails, for example because the disk is full or
+  !> the pipe has no reader; every later line gives the same error. Lines are collected, so an error may come later than the line
+  !> that caused it.
   subroutine write_line(self, line, error)
     class(output_stream_t), intent(inout) :: self
     character(*), intent(in) :: line
