@@ -117,7 +117,7 @@ contains
     text = self%label // ': ' // to_text(self%n_done) // ' of ' // to_text(self%n_total) // time_left(self, elapsed)
   end function line_text
 
-  !> Returns the time left if the remaining steps take as long as those done; empty before the first step is done.
+  !> Returns `, 7.25 s left` if the remaining steps take as long as those done; empty before the first step and after the last one.
   pure function time_left(self, elapsed) result(text)
     class(progress_t), intent(in) :: self
     !> [s]

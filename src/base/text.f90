@@ -109,7 +109,7 @@ contains
     text = plain_decimal(text)
   end function real_to_text
 
-  !> Rewrites `-1.234e+02` for people: positional from 1e-4 to 1e6, else d.ddde<n>.
+  !> Rewrites `-1.234e+02` for people: positional from 1e-4 to below 1e7, else d.ddde<n>.
   pure function plain_decimal(scientific) result(text)
     character(*), intent(in) :: scientific
     character(:), allocatable :: text

@@ -87,8 +87,8 @@ contains
     PetscCall(create_vector(comm, self%map%n_local_dofs, self%work_out, ierr))
   end subroutine create
 
-  !> Assembles K again, and its size, with other materials on the same mesh. Data that a solver derived from the old K are then out
-  !> of date. Collective.
+  !> Assembles K again with other materials on the same mesh, and sets stiffness_size. Data that a solver derived from the old K are
+  !> then out of date. Collective.
   subroutine update_stiffness(self, mesh, body, ierr)
     class(contact_system_t), intent(inout) :: self
     type(mesh_t), intent(in) :: mesh

@@ -29,8 +29,8 @@ module sig_edge_cuts
 
 contains
 
-  !> Cuts an edge at the nodes of all other edges. Each piece gets the nearest edge that it faces. Pieces that face no edge are left
-  !> out.
+  !> Cuts an edge at the nodes of all other edges. Each piece gets the nearest edge that its middle faces. Pieces that face no edge
+  !> are left out.
   pure subroutine cut_edge(ends, normals, others, outward, limit, pieces)
     !> [length] places and [-] normals of the two nodes, shape (2, 2)
     real(rk), intent(in) :: ends(:, :)

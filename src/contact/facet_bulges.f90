@@ -45,8 +45,8 @@ contains
     real(rk), intent(in) :: outward(:, :)
     !> number of corners of each facet; 0 = a facet that is curved itself, which gets no heights
     integer, intent(in) :: n_corners(:)
-    !> [length] positive outward, shape (size(nodes)); entry offsets(i) + k is that of the edge from corner k of facet i to the next
-    !> one, all others are 0
+    !> [length] positive outward, 0 where the normals do not tell it; shape (size(nodes)): entry offsets(i) + k is that of the edge
+    !> from corner k of facet i to the next one, all others are 0
     real(rk), allocatable, intent(out) :: bulges(:)
     type(surface_nodes_t) :: surface
     logical :: is_known(size(nodes))

@@ -41,7 +41,8 @@ contains
     end associate
   end subroutine create_node_pair_rows
 
-  !> Returns the area of the first node of each pair: per unit thickness in the plane, with the factor 2 pi r in axisymmetry.
+  !> Returns the share of the first surface's area that belongs to the first node of each pair: per unit thickness in the plane,
+  !> with the factor 2 pi r in axisymmetry.
   pure function areas_of_pairs(mesh, body, contact, pairs) result(areas)
     type(mesh_t), intent(in) :: mesh
     type(elastic_body_t), intent(in) :: body

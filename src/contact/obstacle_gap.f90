@@ -17,15 +17,15 @@ module sig_obstacle_gap
 
 contains
 
-  !> Writes the gap as shape + shift. At most one of the two depends on the parameters, so that a plane or a punch that moves is one
-  !> term and not one per node.
+  !> Writes the gap as the sum of two expressions, shape + shift. At most one of them depends on the parameters, so that a plane or
+  !> a punch that moves is one term and not one per node.
   pure subroutine obstacle_gap(contact, coordinate_names, shape, shift)
     !> entry of the deck's contact section with an obstacle
     type(contact_config_t), intent(in) :: contact
     type(string_t), intent(in) :: coordinate_names(:)
     !> [length] depends on the coordinates, and on the parameters if they move a sphere sideways or change its size
     type(value_config_t), intent(out) :: shape
-    !> [length] c . d, without coordinates
+    !> [length] (point or center of the obstacle) . d, without coordinates; 0 if shape has taken it over
     type(value_config_t), intent(out) :: shift
     real(rk) :: direction(size(contact%direction))
     integer :: i

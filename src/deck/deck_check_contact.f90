@@ -13,8 +13,9 @@ module sig_deck_check_contact
 
 contains
 
-  !> Checks one entry of the section contact, and that no entry before it has the same two surfaces, in either order. Names and
-  !> places in the mesh are checked when the mesh is read.
+  !> Checks one entry of the section contact: it must have two different surfaces that no entry before it has, in either order; and
+  !> its obstacle, or its direction, pairing_tolerance, search_distance and initial_gap, must be valid. Names and places in the mesh
+  !> are checked when the mesh is read.
   subroutine check_contact(tree, config, i_contact)
     !> gets the errors
     type(deck_tree_t), intent(inout) :: tree

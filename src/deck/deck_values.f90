@@ -75,7 +75,7 @@ contains
     end if
   end subroutine get_list_entries
 
-  !> Reads the text below a key; line ends and tabs become blanks. Errors: empty (unless in quotes), a mapping or a list.
+  !> Reads the text below a key; line ends and tabs become blanks. Errors (value unchanged): empty without quotes, mapping or list.
   subroutine get_text(tree, i_parent, key, is_required, value)
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_parent
@@ -101,7 +101,7 @@ contains
     if (i_node > 0) call word_of(tree, i_node, value)
   end subroutine get_word
 
-  !> Reads a word below a key. It must be one of the choices, which may end with blanks; an error says which are allowed.
+  !> Reads a word below a key. It must be one of the choices, which may end with blanks; otherwise an error, the value unchanged.
   subroutine get_choice(tree, i_parent, key, is_required, choices, value)
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_parent
@@ -115,7 +115,7 @@ contains
     if (i_node > 0) call choice_of(tree, i_node, choices, value)
   end subroutine get_choice
 
-  !> Reads the number below a key; an expression without parameters counts as a number. Errors: another value, or not finite.
+  !> Reads a number, or an expression without parameters, below a key. Errors (value unchanged): anything else, or not finite.
   subroutine get_number(tree, i_parent, key, is_required, value)
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_parent
@@ -145,7 +145,7 @@ contains
     if (is_valid) value = found
   end subroutine get_value
 
-  !> Reads the whole number below a key. Errors: another value, or an absolute value above 2147483647.
+  !> Reads the whole number below a key. Errors (value unchanged): another value, or an absolute value above 2147483647.
   subroutine get_integer(tree, i_parent, key, is_required, value)
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_parent

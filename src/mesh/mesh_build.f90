@@ -268,7 +268,7 @@ contains
     if (present(tags)) tags = raw%element_tags(first_element)
   end subroutine copy_elements
 
-  !> Makes one group per name; a deck cannot use groups without a name.
+  !> Makes one group for each physical group that has a name; a deck cannot use the others.
   pure subroutine build_groups(raw, cell_of_element, facet_of_element, node_of_raw_node, mesh)
     type(raw_mesh_t), intent(in) :: raw
     integer, intent(in) :: cell_of_element(:), facet_of_element(:), node_of_raw_node(:)

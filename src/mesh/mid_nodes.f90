@@ -44,7 +44,7 @@ contains
 
   !> Checks the middle nodes. Local. Cost: linear in the number of elements; a mesh without quadratic elements is not searched.
   !> Errors: two cells, or a cell and an element of lower dimension, do not have the same node in the middle of a common edge or
-  !> face; one of them may have none there.
+  !> face, or only one of them has a node there.
   pure subroutine check_mid_nodes(raw, n_dim, path, error)
     type(raw_mesh_t), intent(in) :: raw
     !> dimension of the cells
@@ -198,7 +198,7 @@ contains
       ' between the nodes ' // place, path, raw%element_places(1, i_element), raw%element_places(2, i_element), hint)
   end subroutine refuse
 
-  !> Returns an element for messages, `T6 17 of 'block'`, with its number in gmsh.
+  !> Returns an element for messages, `the T6 17 of 'block'`, with its number in gmsh.
   pure function element_text(raw, i_element) result(text)
     type(raw_mesh_t), intent(in) :: raw
     integer, intent(in) :: i_element

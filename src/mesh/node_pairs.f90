@@ -35,8 +35,8 @@ contains
   !> formulation mortar gets no pairs; one with auto gets pairs if its nodes face each other one to one. Local. Cost: O(n log n) in
   !> the nodes of the surfaces.
   !>
-  !> Errors, with the entry's place in the deck: those of open_surfaces for all entries, and those of pair_surfaces for entries that
-  !> must have pairs (node_to_node, or an obstacle); in an axisymmetric model also those of check_axis for the latter.
+  !> Errors, with the entry's place in the deck: those of open_surfaces for all entries; for entries that must have pairs, because
+  !> they have an obstacle or the formulation node_to_node, those of pair_surfaces and, in an axisymmetric model, of check_axis.
   pure subroutine find_node_pairs(mesh, is_round, contact, deck_path, pairs, error, why_mortar)
     type(mesh_t), intent(in) :: mesh
     !> whether the body is the mesh turned around the axis x = 0
